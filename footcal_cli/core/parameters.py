@@ -1,0 +1,161 @@
+"""Parameters: what a calibration may move, and what is known of it before and after.
+
+A parameter is named ``<channel, leg or robot>.<parameter>`` (``left_fl.bias``), carries its unit,
+and holds either what is believed beforehand (`Parameter`) or what a fit made of it (`Estimates`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+
+
+class Status(StrEnum):
+    """What a fit did with a parameter."""
+
+    ESTIMATED = "estimated"
+    PRIOR_KEPT = "prior kept: not observable"
+    FIXED = "fixed"
+    AT_BOUND = "at bound"
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """One number of the model before a fit.
+
+    Parameters
+    ----------
+    name
+        ``<owner>.<parameter>``.
+    unit
+        Unit of `value`, `sd` and the bounds.
+    value
+        Prior mean and start of the fit.
+    sd
+        Prior standard deviation; ``inf`` where nothing is known.
+    lower, upper
+        Physically allowed range.
+    free
+        False: the fit keeps `value`.
+    scale
+        A typical size of a change, for conditioning; the prior sd is used where it is finite.
+    """
+
+    name: str
+    unit: str
+    value: float
+    sd: float = np.inf
+    lower: float = -np.inf
+    upper: float = np.inf
+    free: bool = True
+    scale: float = 1.0
+
+    def __post_init__(self) -> None:
+        if not self.lower <= self.value <= self.upper:
+            raise ValueError(
+                f"{self.name}: value {self.value} {self.unit} lies outside "
+                f"[{self.lower}, {self.upper}]"
+            )
+        if not self.sd > 0 or not self.scale > 0:
+            raise ValueError(f"{self.name}: sd and scale must be positive")
+
+    @property
+    def step(self) -> float:
+        """The natural size of a change: the prior sd where known, else `scale`."""
+        return self.sd if np.isfinite(self.sd) else self.scale
+
+
+@dataclass(frozen=True)
+class ParameterSet:
+    """An ordered set of parameters with unique names."""
+
+    parameters: tuple[Parameter, ...]
+    _index: Mapping[str, int] = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        index = {parameter.name: i for i, parameter in enumerate(self.parameters)}
+        if len(index) != len(self.parameters):
+            names = [parameter.name for parameter in self.parameters]
+            twice = sorted({name for name in names if names.count(name) > 1})
+            raise ValueError(f"parameter named twice: {', '.join(twice)}")
+        object.__setattr__(self, "_index", index)
+
+    def __iter__(self) -> Iterator[Parameter]:
+        return iter(self.parameters)
+
+    def __len__(self) -> int:
+        return len(self.parameters)
+
+    def __getitem__(self, name: str) -> Parameter:
+        return self.parameters[self._index[name]]
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._index
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names in order."""
+        return tuple(self._index)
+
+    @property
+    def values(self) -> FloatArray:
+        """Prior means, shape (n,)."""
+        return np.array([parameter.value for parameter in self.parameters])
+
+    @property
+    def free(self) -> BoolArray:
+        """Which parameters a fit may move, shape (n,)."""
+        return np.array([parameter.free for parameter in self.parameters], dtype=bool)
+
+    def updated(self, changes: Mapping[str, float]) -> ParameterSet:
+        """The same set with some prior means replaced."""
+        unknown = sorted(set(changes) - set(self._index))
+        if unknown:
+            raise KeyError(f"no such parameter: {', '.join(unknown)}")
+        return ParameterSet(
+            tuple(replace(p, value=changes.get(p.name, p.value)) for p in self.parameters)
+        )
+
+    def __add__(self, other: Iterable[Parameter]) -> ParameterSet:
+        return ParameterSet((*self.parameters, *other))
+
+
+@dataclass(frozen=True)
+class Estimates:
+    """Parameters after a fit, with their joint covariance.
+
+    Parameters
+    ----------
+    names, units, status
+        One entry per parameter.
+    values
+        Estimates, shape (n,), each in its unit.
+    covariance
+        Shape (n, n), in products of the units; zero rows for fixed parameters.
+    """
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    values: FloatArray
+    covariance: FloatArray
+    status: tuple[Status, ...]
+
+    @property
+    def sd(self) -> FloatArray:
+        """Standard deviations, shape (n,)."""
+        return np.sqrt(np.clip(np.diag(self.covariance), 0.0, None))
+
+    def __getitem__(self, name: str) -> float:
+        return float(self.values[self.names.index(name)])
+
+    def sd_of(self, name: str) -> float:
+        """Standard deviation of one parameter."""
+        return float(self.sd[self.names.index(name)])
