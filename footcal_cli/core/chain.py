@@ -1,0 +1,126 @@
+"""The chain of effects: truth to log (`Chain.apply`) and log to truth (`Chain.remove`)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from footcal_cli.core.effects.contract import Effect, Scope, State, Theta, is_neutral
+from footcal_cli.core.log import Log
+from footcal_cli.core.parameters import Parameter, ParameterSet
+
+
+def units_of(scope: Scope, channels: Sequence[str]) -> tuple[str, ...]:
+    """Who owns parameters of a scope on these channels: the channels, feet, legs, or the robot.
+
+    A channel ``left_fl`` belongs to the foot ``left``; an axis ``fl.fx`` belongs to the leg ``fl``.
+    """
+    if scope is Scope.ROBOT:
+        return ("robot",)
+    if scope is Scope.CHANNEL:
+        return tuple(channels)
+    separator = "_" if scope is Scope.FOOT else "."
+    return tuple(dict.fromkeys(channel.split(separator, 1)[0] for channel in channels))
+
+
+@dataclass(frozen=True)
+class Link:
+    """An effect in a chain, and who carries it.
+
+    Parameters
+    ----------
+    effect
+        The row of the table.
+    owners
+        Name of each parameter's owner -> the units (channels, feet, legs) that share its value.
+        Units that no owner names are neutral.
+    """
+
+    effect: Effect
+    owners: Mapping[str, tuple[str, ...]]
+
+    def names(self) -> tuple[str, ...]:
+        """Full parameter names, owner by owner."""
+        return tuple(f"{o}.{p.name}" for o in self.owners for p in self.effect.parameters)
+
+    def theta(self, values: Mapping[str, float], units: Sequence[str]) -> Theta:
+        """Spread flat values over the units; parameters without a value stay neutral."""
+        theta = {p.name: np.full(len(units), p.neutral) for p in self.effect.parameters}
+        for owner, members in self.owners.items():
+            at = [units.index(member) for member in members if member in units]
+            for parameter in self.effect.parameters:
+                theta[parameter.name][at] = values.get(
+                    f"{owner}.{parameter.name}", parameter.neutral
+                )
+        return theta
+
+
+def link(effect: Effect, channels: Sequence[str], only: Sequence[str] | None = None) -> Link:
+    """A link in which every unit (or only the named ones) owns its parameters."""
+    units = units_of(effect.scope, channels)
+    chosen = units if only is None else tuple(only)
+    missing = sorted(set(chosen) - set(units))
+    if missing:
+        raise KeyError(f"{effect.name}: no {effect.scope.value} named {', '.join(missing)}")
+    return Link(effect, {unit: (unit,) for unit in chosen})
+
+
+@dataclass(frozen=True)
+class Chain:
+    """Links in the order in which the truth passes through them."""
+
+    links: tuple[Link, ...]
+
+    def __post_init__(self) -> None:
+        stages = [item.effect.stage for item in self.links]
+        if stages != sorted(stages):
+            raise ValueError("links out of order: a chain runs from bench to transport")
+
+    def with_link(self, extra: Link) -> Chain:
+        """A chain extended by one link at its stage, behind those of the same stage."""
+        links = sorted((*self.links, extra), key=lambda item: item.effect.stage)
+        return Chain(tuple(links))
+
+    def parameters(self) -> ParameterSet:
+        """All parameters at neutral with the table's bounds and prior sd."""
+        return ParameterSet(
+            tuple(
+                Parameter(f"{owner}.{p.name}", p.unit, p.neutral, p.prior_sd, p.lower, p.upper)
+                for item in self.links
+                for owner in item.owners
+                for p in item.effect.parameters
+            )
+        )
+
+    def apply(
+        self, log: Log, values: Mapping[str, float], state: Mapping[int, State] | None = None
+    ) -> tuple[Log, dict[int, State]]:
+        """Truth to log; pass the returned state on with the next chunk."""
+        return self._run(log, values, state, forward=True)
+
+    def remove(
+        self, log: Log, values: Mapping[str, float], state: Mapping[int, State] | None = None
+    ) -> tuple[Log, dict[int, State]]:
+        """Log to truth; pass the returned state on with the next chunk."""
+        return self._run(log, values, state, forward=False)
+
+    def _run(
+        self,
+        log: Log,
+        values: Mapping[str, float],
+        state: Mapping[int, State] | None,
+        *,
+        forward: bool,
+    ) -> tuple[Log, dict[int, State]]:
+        states: dict[int, State] = dict(state or {})
+        order = range(len(self.links)) if forward else reversed(range(len(self.links)))
+        for i in order:
+            item = self.links[i]
+            theta = item.theta(values, units_of(item.effect.scope, log.channels))
+            if is_neutral(item.effect, theta):
+                continue
+            transform = item.effect.apply if forward else item.effect.remove
+            log, states[i] = transform(log, theta, states.get(i))
+        return log, states

@@ -1,0 +1,1 @@
+"""The table of effects, one module per stage of the chain."""

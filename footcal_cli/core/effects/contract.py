@@ -1,0 +1,153 @@
+"""What an effect is: a row of data that says how a truth turns into what a log shows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from enum import IntEnum, StrEnum
+from typing import Any
+
+import numpy as np
+
+from footcal_cli.core.log import Log
+from footcal_cli.core.parameters import FloatArray
+
+Theta = Mapping[str, FloatArray]
+"""Values of an effect's parameters by name, shape (u,): one per channel, foot, leg or stream."""
+State = Any
+"""What an effect with memory carries from one chunk to the next; None at the start and without."""
+Transform = Callable[[Log, Theta, State], tuple[Log, State]]
+ArrayTransform = Callable[[FloatArray, Log, Theta, State], tuple[FloatArray, State]]
+
+
+class Stage(IntEnum):
+    """Where along the way from truth to log an effect acts; a chain applies them in this order."""
+
+    BENCH = 1
+    BODY = 2
+    FOOT = 3
+    SIX_AXIS = 4
+    CELL = 5
+    CALIBRATION = 6
+    DIGITAL = 7
+    TRANSPORT = 8
+
+
+class Scope(StrEnum):
+    """Who owns one value of each parameter."""
+
+    CHANNEL = "channel"
+    FOOT = "foot"
+    LEG = "leg"
+    ROBOT = "robot"
+
+
+@dataclass(frozen=True)
+class EffectParameter:
+    """One number of an effect.
+
+    Parameters
+    ----------
+    name, unit
+        ``hysteresis_width`` in ``N``; the full name in a chain is ``<owner>.<name>``.
+    neutral
+        The value at which the effect does nothing.
+    lower, upper
+        Physically allowed range.
+    prior_sd
+        Size met in practice; the prior of a fit and the yardstick of `diagnose`.
+    shape
+        True for a parameter that only shapes the effect (a time constant): it has no influence
+        while the effect's size is neutral, and is searched on `grid`.
+    grid
+        Values worth trying for a shape parameter.
+    """
+
+    name: str
+    unit: str
+    neutral: float
+    lower: float
+    upper: float
+    prior_sd: float
+    shape: bool = False
+    grid: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True)
+class Effect:
+    """A named way in which a sensor, a mount, a clock, an IMU or a foot distorts a log.
+
+    Parameters
+    ----------
+    name
+        The field's word for it.
+    stage, scope
+        Where it acts and who owns its parameters.
+    parameters
+        The size first, then shapes.
+    apply, remove
+        ``(log, theta, state) -> (log, state)``: truth to log and back.
+    needs
+        Known quantities that drive it (keys of `Log.known`); it is not testable without them.
+    experiments
+        Experiments whose balance can see it.
+    formula, source
+        The equation and where it comes from.
+    remedy
+        In one line, what a user would do about it.
+    mimics
+        Effects that look alike in some experiment, and what separates them.
+    separates
+        The experiment that tells it from its mimics.
+    tolerance
+        Largest relative error of remove after apply; 0 where the inverse does not exist
+        (saturation, a stuck channel) and remove is the best guess.
+    """
+
+    name: str
+    stage: Stage
+    scope: Scope
+    parameters: tuple[EffectParameter, ...]
+    apply: Transform
+    remove: Transform
+    experiments: tuple[str, ...]
+    formula: str
+    source: str
+    remedy: str
+    needs: tuple[str, ...] = ()
+    mimics: tuple[str, ...] = ()
+    separates: str = ""
+    tolerance: float = 1e-9
+    invertible: bool = True
+
+    @property
+    def size(self) -> EffectParameter:
+        """The parameter that says how large the effect is."""
+        return self.parameters[0]
+
+
+def on_readings(transform: ArrayTransform) -> Transform:
+    """Lift ``(readings (n, c), log, theta, state)`` to whole logs."""
+
+    def lifted(log: Log, theta: Theta, state: State) -> tuple[Log, State]:
+        readings, state = transform(log.readings, log, theta, state)
+        return log.with_readings(readings), state
+
+    return lifted
+
+
+def on_known(name: str, transform: ArrayTransform) -> Transform:
+    """Lift a transform of one known quantity to whole logs; logs without it pass unchanged."""
+
+    def lifted(log: Log, theta: Theta, state: State) -> tuple[Log, State]:
+        if name not in log.known:
+            return log, state
+        array, state = transform(log.known[name], log, theta, state)
+        return log.with_known(**{name: array}), state
+
+    return lifted
+
+
+def is_neutral(effect: Effect, theta: Theta) -> bool:
+    """Whether the effect's size is neutral for every owner, so that it may be skipped."""
+    return bool(np.all(theta[effect.size.name] == effect.size.neutral))

@@ -1,0 +1,1 @@
+"""The experiments: what each one physically knows, and the balance it demands."""

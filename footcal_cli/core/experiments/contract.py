@@ -1,0 +1,73 @@
+"""What an experiment is: what is physically known, and the balance that must therefore hold."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from footcal_cli.core.chain import Chain
+from footcal_cli.core.log import Log
+from footcal_cli.core.parameters import BoolArray, FloatArray
+
+
+@dataclass(frozen=True)
+class Balance:
+    """How far a log, its distortions removed, is from what the experiment demands.
+
+    Parameters
+    ----------
+    outputs, units
+        Names (``fz``, ``mx``, ``left_fl`` ...) and units of the columns.
+    error
+        Measured − demanded, shape (n, k), in `units`.
+    valid
+        Which errors count, shape (n, k).
+    """
+
+    outputs: tuple[str, ...]
+    units: tuple[str, ...]
+    error: FloatArray
+    valid: BoolArray
+
+    def whitened(self, noise: FloatArray) -> FloatArray:
+        """Valid errors over their noise sd, flattened, shape (m,).
+
+        Parameters
+        ----------
+        noise
+            Noise sd per output (k,) or per row and output (n, k), in `units`.
+        """
+        scaled: FloatArray = (self.error / np.broadcast_to(noise, self.error.shape))[self.valid]
+        return scaled
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """One way of knowing the truth beside the log.
+
+    Parameters
+    ----------
+    name
+        ``weights placements stand walk hang pose``.
+    known
+        Keys of `Log.known` it reads -> meaning with shape and unit.
+    balance
+        Residual of a log whose distortions are removed.
+    calibration
+        Names of the effects a user of this experiment always calibrates.
+    """
+
+    name: str
+    known: Mapping[str, str]
+    balance: Callable[[Log], Balance]
+    calibration: tuple[str, ...]
+
+
+def residual(
+    experiment: Experiment, chain: Chain, log: Log, values: Mapping[str, float], noise: FloatArray
+) -> FloatArray:
+    """The one residual: log through the inverse chain, against the demand, in units of noise."""
+    truth, _ = chain.remove(log, values)
+    return experiment.balance(truth).whitened(noise)
