@@ -7,22 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from footcal_cli.core.effects.contract import Effect, Scope, State, Theta, is_neutral
+from footcal_cli.core.effects.contract import Effect, State, Theta, is_neutral
+from footcal_cli.core.effects.contract import units_of as units_of
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import Parameter, ParameterSet
-
-
-def units_of(scope: Scope, channels: Sequence[str]) -> tuple[str, ...]:
-    """Who owns parameters of a scope on these channels: the channels, feet, legs, or the robot.
-
-    A channel ``left_fl`` belongs to the foot ``left``; an axis ``fl.fx`` belongs to the leg ``fl``.
-    """
-    if scope is Scope.ROBOT:
-        return ("robot",)
-    if scope is Scope.CHANNEL:
-        return tuple(channels)
-    separator = "_" if scope is Scope.FOOT else "."
-    return tuple(dict.fromkeys(channel.split(separator, 1)[0] for channel in channels))
 
 
 @dataclass(frozen=True)

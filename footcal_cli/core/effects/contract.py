@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum, StrEnum
 from typing import Any
@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from footcal_cli.core.log import Log
-from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.parameters import FloatArray, IntArray
 
 Theta = Mapping[str, FloatArray]
 """Values of an effect's parameters by name, shape (u,): one per channel, foot, leg or stream."""
@@ -42,6 +42,37 @@ class Scope(StrEnum):
     ROBOT = "robot"
 
 
+def units_of(scope: Scope, channels: Sequence[str]) -> tuple[str, ...]:
+    """Who owns parameters of a scope on these channels: the channels, feet, legs, or the robot.
+
+    A channel ``left_fl`` belongs to the foot ``left``; an axis ``fl.fx`` belongs to the leg ``fl``.
+    """
+    if scope is Scope.ROBOT:
+        return ("robot",)
+    if scope is Scope.CHANNEL:
+        return tuple(channels)
+    separator = "_" if scope is Scope.FOOT else "."
+    return tuple(dict.fromkeys(channel.split(separator, 1)[0] for channel in channels))
+
+
+def columns_of(scope: Scope, channels: Sequence[str]) -> tuple[IntArray, ...]:
+    """Columns of the readings that belong to each unit, in the order of `units_of`."""
+    return tuple(
+        np.array([i for i, c in enumerate(channels) if scope is Scope.ROBOT or unit in _owners(c)])
+        for unit in units_of(scope, channels)
+    )
+
+
+def _owners(channel: str) -> tuple[str, str, str]:
+    """Every unit a channel belongs to: itself, its foot, its leg."""
+    return channel, channel.split("_", 1)[0], channel.split(".", 1)[0]
+
+
+def is_six_axis(channels: Sequence[str]) -> bool:
+    """Whether the channels are axes of transducers (``fl.fx``) and not cells."""
+    return bool(channels) and all("." in channel for channel in channels)
+
+
 @dataclass(frozen=True)
 class EffectParameter:
     """One number of an effect.
@@ -58,7 +89,8 @@ class EffectParameter:
         Size met in practice; the prior of a fit and the yardstick of `diagnose`.
     shape
         True for a parameter that only shapes the effect (a time constant): it has no influence
-        while the effect's size is neutral, and is searched on `grid`.
+        while the effect's size is neutral, and is searched on `grid`; its `neutral` is only the
+        value taken where none is given.
     grid
         Values worth trying for a shape parameter.
     """
@@ -84,7 +116,7 @@ class Effect:
     stage, scope
         Where it acts and who owns its parameters.
     parameters
-        The size first, then shapes.
+        Sizes first (one, or one per axis), then shapes.
     apply, remove
         ``(log, theta, state) -> (log, state)``: truth to log and back.
     needs
@@ -100,8 +132,13 @@ class Effect:
     separates
         The experiment that tells it from its mimics.
     tolerance
-        Largest relative error of remove after apply; 0 where the inverse does not exist
-        (saturation, a stuck channel) and remove is the best guess.
+        Largest error of remove after apply over the largest value, on smooth signals where the
+        inverse has to interpolate.
+    invertible
+        False where no inverse exists (saturation, a stuck channel) and remove is the best guess.
+    anticipates
+        True where removing needs samples that come later (a delay): chunk by chunk, the last
+        samples of each chunk are extrapolated.
     """
 
     name: str
@@ -119,11 +156,22 @@ class Effect:
     separates: str = ""
     tolerance: float = 1e-9
     invertible: bool = True
+    anticipates: bool = False
 
     @property
     def size(self) -> EffectParameter:
-        """The parameter that says how large the effect is."""
+        """The parameter that says how large the effect is (the first one of several)."""
         return self.parameters[0]
+
+    @property
+    def sizes(self) -> tuple[EffectParameter, ...]:
+        """All parameters that make the effect act, without the shapes."""
+        return tuple(parameter for parameter in self.parameters if not parameter.shape)
+
+    @property
+    def shapes(self) -> tuple[EffectParameter, ...]:
+        """The parameters that only shape it."""
+        return tuple(parameter for parameter in self.parameters if parameter.shape)
 
 
 def on_readings(transform: ArrayTransform) -> Transform:
@@ -148,6 +196,19 @@ def on_known(name: str, transform: ArrayTransform) -> Transform:
     return lifted
 
 
+def on_wrenches(transform: ArrayTransform) -> Transform:
+    """Lift ``(wrenches (n, legs, 6), log, theta, state)`` to whole logs; cells pass unchanged."""
+
+    def lifted(log: Log, theta: Theta, state: State) -> tuple[Log, State]:
+        if not is_six_axis(log.channels):
+            return log, state
+        wrenches = log.readings.reshape(len(log), -1, 6)
+        wrenches, state = transform(wrenches, log, theta, state)
+        return log.with_readings(wrenches.reshape(log.readings.shape)), state
+
+    return lifted
+
+
 def is_neutral(effect: Effect, theta: Theta) -> bool:
-    """Whether the effect's size is neutral for every owner, so that it may be skipped."""
-    return bool(np.all(theta[effect.size.name] == effect.size.neutral))
+    """Whether every size is neutral for every owner, so that the effect may be skipped."""
+    return all(bool(np.all(theta[size.name] == size.neutral)) for size in effect.sizes)

@@ -1,0 +1,205 @@
+"""The column contract of logs: which columns each kind of log has, and in which unit.
+
+A canonical column carries its unit as suffix. `footcal_cli.tables` reads files into this form.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+Kind = Literal["number", "text"]
+Missing = Literal["refuse", "keep"]
+
+UNIT_SUFFIXES: Mapping[str, str] = {
+    "n": "N", "mn": "mN", "kn": "kN", "kgf": "kgf", "lbf": "lbf", "kg": "kg", "g": "g",
+    "nm": "N*m", "nmm": "N*mm", "m": "m", "cm": "cm", "mm": "mm", "s": "s", "ms": "ms", "us": "us",
+    "ns": "ns", "rad": "rad", "deg": "deg", "radps": "rad/s", "degps": "deg/s", "mps2": "m/s^2",
+    "degc": "degC", "degf": "degF", "degk": "K", "pa": "Pa", "kpa": "kPa", "bar": "bar",
+    "counts": "count",
+}  # fmt: skip
+"""Suffix of a column name -> unit."""
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column of a table type.
+
+    Parameters
+    ----------
+    name
+        Canonical name, with its unit as suffix (``load_n``) where it has one.
+    meaning
+        One line for the documentation and for error messages.
+    kind
+        ``number`` or ``text``.
+    optional
+        Whether a log may come without it.
+    missing
+        Whether an empty cell is refused or kept as NaN (lost samples of a stream).
+    """
+
+    name: str
+    meaning: str
+    kind: Kind = "number"
+    optional: bool = False
+    missing: Missing = "refuse"
+
+    @property
+    def suffix(self) -> str | None:
+        """The unit suffix of the name, None for a dimensionless or text column."""
+        suffix = self.name.rsplit("_", 1)[-1]
+        known = self.kind == "number" and "_" in self.name and suffix in UNIT_SUFFIXES
+        return suffix if known else None
+
+    @property
+    def unit(self) -> str | None:
+        """Unit of the canonical column."""
+        return UNIT_SUFFIXES[self.suffix] if self.suffix else None
+
+
+@dataclass(frozen=True)
+class TableType:
+    """The columns a kind of log has."""
+
+    name: str
+    columns: tuple[Column, ...]
+
+
+@dataclass(frozen=True)
+class ForeignColumn:
+    """Where a canonical column is found in a file: ``[columns]`` of a recipe."""
+
+    column: str
+    unit: str | None = None
+
+
+def weights_table() -> TableType:
+    """Known weights on one channel at a time, long form."""
+    return TableType(
+        "weights",
+        (
+            Column("channel", "name of the load cell", kind="text"),
+            Column("load_n", "the known load"),
+            Column("counts", "the cell's raw reading"),
+            Column("time_s", "time stamp", optional=True),
+            Column("temperature_degc", "temperature at the cell", optional=True),
+            Column("direction", "+1 loading, -1 unloading", optional=True),
+            Column("repeat", "number of the repetition", optional=True),
+            Column("session", "recording session", kind="text", optional=True),
+        ),
+    )
+
+
+def placements_table(cells: Sequence[str]) -> TableType:
+    """A known weight put on known holes of one foot's top plate.
+
+    Parameters
+    ----------
+    cells
+        The cells of a foot (``fl fr rl rr``), in the recipe's order.
+    """
+    return TableType(
+        "placements",
+        (
+            Column("foot", "which foot", kind="text"),
+            Column("placement", "name of the placement", kind="text"),
+            Column("hole_x_m", "x of the hole in the foot frame"),
+            Column("hole_y_m", "y of the hole in the foot frame"),
+            Column("load_n", "the known load"),
+            *(Column(f"{cell}_counts", f"raw reading of cell {cell}") for cell in cells),
+            Column("repeat", "number of the repetition", optional=True),
+            Column("time_s", "time stamp", optional=True),
+        ),
+    )
+
+
+_AXES = ("fx_n", "fy_n", "fz_n", "tx_nm", "ty_nm", "tz_nm")
+
+
+def cells_table(channels: Sequence[str]) -> TableType:
+    """A stream of load cells while standing or walking."""
+    return TableType(
+        "cells",
+        (
+            Column("time_s", "time stamp"),
+            *(
+                Column(f"{name}_counts", f"raw reading of cell {name}", missing="keep")
+                for name in channels
+            ),
+            Column("temperature_degc", "temperature at the cells", optional=True, missing="keep"),
+        ),
+    )
+
+
+def six_axis_feet_table(feet: Sequence[str]) -> TableType:
+    """A stream of six-axis transducers at the ankles while standing or walking."""
+    return TableType(
+        "six_axis_feet",
+        (
+            Column("time_s", "time stamp"),
+            *(
+                Column(f"{foot}_{axis}", f"reading of foot {foot}", missing="keep")
+                for foot in feet
+                for axis in _AXES
+            ),
+        ),
+    )
+
+
+def body_table(feet: Sequence[str]) -> TableType:
+    """The robot's own stream: centre of mass, its acceleration, poses of the feet."""
+
+    def stream(name: str, meaning: str, optional: bool = False) -> Column:
+        return Column(name, meaning, optional=optional, missing="keep")
+
+    feet_columns: list[Column] = []
+    for foot in feet:
+        feet_columns += [stream(f"{foot}_foot_{a}_m", f"position of foot {foot}") for a in "xyz"]
+        feet_columns += [stream(f"{foot}_foot_yaw_rad", f"heading of foot {foot}", True)]
+        feet_columns += [
+            stream(f"{foot}_foot_q{a}", f"orientation of foot {foot}", True) for a in "xyzw"
+        ]
+    return TableType(
+        "body",
+        (
+            Column("time_s", "time stamp"),
+            *(stream(f"com_{a}_m", "centre of mass") for a in "xyz"),
+            *(stream(f"com_acc_{a}_mps2", "its acceleration, gravity not included") for a in "xyz"),
+            *(stream(f"angmom_rate_{a}_nm", "angular momentum rate", True) for a in "xy"),
+            *(stream(f"imu_acc_{a}_mps2", "specific force at the IMU", True) for a in "xyz"),
+            *(stream(f"imu_gyro_{a}_radps", "angular rate at the IMU", True) for a in "xyz"),
+            *feet_columns,
+        ),
+    )
+
+
+def hang_table() -> TableType:
+    """A robot hanging, its legs turning slowly, long form (one row per leg and stamp)."""
+    return TableType(
+        "hang",
+        (
+            Column("orientation", "transducer axis along gravity: +x -x +z -z", kind="text"),
+            Column("time_s", "time stamp"),
+            Column("leg", "which leg", kind="text"),
+            Column("phase_rad", "shaft angle"),
+            *(Column(axis, "transducer reading", missing="keep") for axis in _AXES),
+            Column("temperature_degc", "temperature at the transducer", optional=True),
+        ),
+    )
+
+
+def poses_table() -> TableType:
+    """A robot standing still in many poses, long form (one row per leg and pose)."""
+    return TableType(
+        "poses",
+        (
+            Column("pose", "name or number of the pose", kind="text"),
+            Column("leg", "which leg", kind="text"),
+            Column("phase_rad", "shaft angle"),
+            *(Column(axis, "transducer reading", missing="keep") for axis in _AXES),
+            *(Column(f"body_q{a}", "body to world quaternion") for a in "xyzw"),
+            Column("contact", "1 where the leg touches the ground", optional=True),
+        ),
+    )

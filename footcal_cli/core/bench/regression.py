@@ -1,0 +1,314 @@
+"""Scale and bias of one load cell from known loads: seed 1, eqs. (1)(2).
+
+``F = c·S + d`` by regression of load on counts over all weights, the unloaded reading included.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from scipy import stats
+from scipy.optimize import least_squares
+
+from footcal_cli.core.parameters import Estimates, FloatArray, Status
+from footcal_cli.errors import FitError
+
+Method = Literal["ordinary", "weighted", "robust"]
+_HUBER_TUNING = 1.345  # 95 % efficiency for normal errors
+
+
+@dataclass(frozen=True)
+class LackOfFit:
+    """F-test of the affine model against the scatter of repeated loads.
+
+    Parameters
+    ----------
+    f, p
+        Statistic and its p-value.
+    dof_model, dof_pure
+        Degrees of freedom of lack of fit and of pure error.
+    """
+
+    f: float
+    p: float
+    dof_model: int
+    dof_pure: int
+
+
+@dataclass(frozen=True)
+class AffineFit:
+    """One channel's scale and bias, and how well a straight line describes it.
+
+    Parameters
+    ----------
+    channel, method
+        Which cell, which regression.
+    estimates
+        ``<channel>.scale`` (N/count) and ``<channel>.bias`` (N) with their covariance.
+    ci95
+        95 % intervals, shape (2, 2): rows scale, bias.
+    load_n, counts, predicted_n
+        The data and ``c·S + d``, shape (n,).
+    lack_of_fit
+        None where no load repeats.
+    bow
+        Sagitta of the parabola through the readings at mid-load, as a signed share of the span of
+        counts: positive where the sensitivity falls with load; 0 with fewer than three loads.
+    centre_counts
+        Mean count at which the scale and the load are uncorrelated.
+    """
+
+    channel: str
+    method: Method
+    estimates: Estimates
+    ci95: FloatArray
+    load_n: FloatArray
+    counts: FloatArray
+    predicted_n: FloatArray
+    lack_of_fit: LackOfFit | None
+    bow: float
+    centre_counts: float
+
+    @property
+    def scale_n_per_count(self) -> float:
+        """The scale c."""
+        return float(self.estimates.values[0])
+
+    @property
+    def bias_n(self) -> float:
+        """The bias d."""
+        return float(self.estimates.values[1])
+
+    @property
+    def residual_n(self) -> FloatArray:
+        """Measured − known: predicted minus load, shape (n,)."""
+        return self.predicted_n - self.load_n
+
+    @property
+    def rmse_n(self) -> float:
+        """Root mean square of the residual."""
+        return float(np.sqrt(np.mean(self.residual_n**2)))
+
+    @property
+    def worst_n(self) -> float:
+        """Largest absolute residual."""
+        return float(np.max(np.abs(self.residual_n)))
+
+    @property
+    def resolution_n(self) -> float:
+        """Force of one count."""
+        return abs(self.scale_n_per_count)
+
+    @property
+    def smallest_step_n(self) -> float:
+        """Force of the smallest change of reading that occurs."""
+        steps = np.diff(np.unique(self.counts))
+        return float(steps.min() * self.resolution_n) if steps.size else np.nan
+
+
+def fit_affine(
+    channel: str,
+    load_n: FloatArray,
+    counts: FloatArray,
+    method: Method = "ordinary",
+    load_sd_n: FloatArray | None = None,
+) -> AffineFit:
+    """Regress load on counts.
+
+    The counts are centred before solving: around 8·10⁶ counts, scale and bias are otherwise
+    collinear to 10 digits.
+
+    Parameters
+    ----------
+    load_n, counts
+        Shape (n,).
+    method
+        ``ordinary`` least squares; ``weighted`` by `load_sd_n` or, without it, by the scatter of
+        each load's repeats; ``robust``: SciPy's Huber loss at 1.345 robust sd.
+    load_sd_n
+        Uncertainty of each known load, shape (n,).
+
+    Raises
+    ------
+    FitError
+        Fewer than two distinct loads, or a reading that never changes.
+    """
+    distinct = np.unique(load_n)
+    if distinct.size < 2:
+        raise FitError(
+            "fewer than two distinct loads", column=channel, value=float(distinct[0]), unit="N",
+            remedy="record the unloaded cell and at least one known weight",
+        )  # fmt: skip
+    if np.ptp(counts) == 0:
+        raise FitError(
+            "the reading never changes", column=channel, value=float(counts[0]), unit="counts",
+            remedy="check that the channel is connected",
+        )  # fmt: skip
+    centre = float(np.mean(counts))
+    design = np.column_stack([counts - centre, np.ones_like(counts)])
+    weights = np.ones_like(load_n)
+    if method == "weighted":
+        weights = 1.0 / (load_sd_n if load_sd_n is not None else _repeat_sd(load_n, counts))
+    coefficients, covariance, dof = _solve(design, load_n, weights)
+    if method == "robust":
+        coefficients, covariance = _solve_robust(design, load_n, coefficients, dof)
+    # back from the centred to the raw reading: d = d₀ − c·S₀
+    shift = np.array([[1.0, 0.0], [-centre, 1.0]])
+    values, covariance = shift @ coefficients, shift @ covariance @ shift.T
+    quantile = float(stats.t.ppf(0.975, dof)) if dof > 0 else np.nan
+    half = quantile * np.sqrt(np.diag(covariance))
+    return AffineFit(
+        channel=channel,
+        method=method,
+        estimates=Estimates(
+            (f"{channel}.scale", f"{channel}.bias"),
+            ("N/count", "N"),
+            values,
+            covariance,
+            (Status.ESTIMATED, Status.ESTIMATED),
+        ),
+        ci95=np.column_stack([values - half, values + half]),
+        load_n=load_n,
+        counts=counts,
+        predicted_n=design @ coefficients,
+        lack_of_fit=_lack_of_fit(load_n, counts),
+        bow=_bow(load_n, counts),
+        centre_counts=centre,
+    )
+
+
+def _solve(
+    design: FloatArray, load_n: FloatArray, weights: FloatArray
+) -> tuple[FloatArray, FloatArray, int]:
+    """Weighted least squares; noise estimated from the residual (NaN without spare rows)."""
+    q, r = np.linalg.qr(design * weights[:, None])
+    coefficients = np.linalg.solve(r, q.T @ (load_n * weights))
+    residual = (load_n - design @ coefficients) * weights
+    dof = load_n.size - design.shape[1]
+    variance = float(residual @ residual) / dof if dof > 0 else np.nan
+    inverse = np.linalg.inv(r)
+    return coefficients, variance * inverse @ inverse.T, dof
+
+
+def _solve_robust(
+    design: FloatArray, load_n: FloatArray, start: FloatArray, dof: int
+) -> tuple[FloatArray, FloatArray]:
+    """Huber regression; covariance of the M-estimator (Huber 1981, eq. 7.6.2)."""
+    size = np.abs(start) + 1e-12
+    coefficients = start
+    for _ in range(20):  # the scale of the residuals and the fit depend on each other
+        residual = load_n - design @ coefficients
+        sigma = 1.4826 * float(np.median(np.abs(residual - np.median(residual))))
+        # more than half the rows fitted exactly: fall back to the rms so that the loss has a scale
+        sigma = sigma or float(np.sqrt(np.mean(residual**2))) or 1.0
+        rows, target = design * size / sigma, load_n / sigma
+        solution = least_squares(
+            _linear_residual, coefficients / size, args=(rows, target), loss="huber",
+            f_scale=_HUBER_TUNING, xtol=1e-14, ftol=1e-14,
+        )  # fmt: skip
+        moved = np.max(np.abs(solution.x * size - coefficients) / size)
+        coefficients = solution.x * size
+        if moved < 1e-10:
+            break
+    standard = (load_n - design @ coefficients) / sigma
+    psi = np.clip(standard, -_HUBER_TUNING, _HUBER_TUNING)
+    inside = float(np.mean(np.abs(standard) <= _HUBER_TUNING))
+    variance = sigma**2 * float(psi @ psi) / max(dof, 1) / max(inside, 1e-3) ** 2
+    if dof <= 0:
+        return coefficients, np.full((2, 2), np.nan)
+    covariance: FloatArray = variance * np.linalg.inv(design.T @ design)
+    return coefficients, covariance
+
+
+def _linear_residual(z: FloatArray, rows: FloatArray, target: FloatArray) -> FloatArray:
+    return target - rows @ z
+
+
+def _repeat_sd(load_n: FloatArray, counts: FloatArray) -> FloatArray:
+    """Relative sd of each row from the scatter of its load's repeats, never below a tenth."""
+    spread = np.full(load_n.size, np.nan)
+    for load in np.unique(load_n):
+        at = load_n == load
+        if at.sum() > 2:
+            spread[at] = np.std(counts[at], ddof=1)
+    if not np.isfinite(spread).any() or np.nanmedian(spread) == 0:
+        return np.ones_like(load_n)
+    typical = float(np.nanmedian(spread))
+    return np.asarray(np.clip(np.where(np.isfinite(spread), spread, typical) / typical, 0.1, None))
+
+
+def _lack_of_fit(load_n: FloatArray, counts: FloatArray) -> LackOfFit | None:
+    """F-test with the reading as response: its scatter at one load is the pure error."""
+    levels = np.unique(load_n)
+    dof_model, dof_pure = levels.size - 2, load_n.size - levels.size
+    if dof_model < 1 or dof_pure < 1:
+        return None
+    pure = sum(
+        float(np.sum((counts[load_n == u] - counts[load_n == u].mean()) ** 2)) for u in levels
+    )
+    line = np.polynomial.Polynomial.fit(load_n, counts, 1)
+    total = float(np.sum((counts - line(load_n)) ** 2))
+    if pure == 0.0:
+        return None
+    f = ((total - pure) / dof_model) / (pure / dof_pure)
+    return LackOfFit(f, float(stats.f.sf(f, dof_model, dof_pure)), dof_model, dof_pure)
+
+
+def _bow(load_n: FloatArray, counts: FloatArray) -> float:
+    """Sagitta of the least-squares parabola through the mean reading of each load."""
+    levels = np.unique(load_n)
+    if levels.size < 3:
+        return 0.0
+    means = np.array([counts[load_n == level].mean() for level in levels])
+    u = (levels - levels[0]) / (levels[-1] - levels[0])
+    v = (means - means[0]) / (means[-1] - means[0])
+    return float(-np.polyfit(u, v, 2)[0] / 4.0)
+
+
+@dataclass(frozen=True)
+class Curvature:
+    """Whether all channels bend the same way: the check where no load repeats.
+
+    Parameters
+    ----------
+    bows
+        `AffineFit.bow` per channel, shape (k,).
+    mean, sd
+        Over the channels.
+    t, p
+        One-sample t-test of the mean, channels as the units of evidence.
+    same_sign
+        Number of channels with the sign of the majority.
+    sign_p
+        Two-sided sign test.
+    """
+
+    bows: FloatArray
+    mean: float
+    sd: float
+    t: float
+    p: float
+    same_sign: int
+    sign_p: float
+
+
+def pooled_curvature(fits: Sequence[AffineFit]) -> Curvature | None:
+    """Test a shared bow over channels; None with fewer than three channels or three loads."""
+    bent = [fit for fit in fits if np.unique(fit.load_n).size > 2]
+    if len(bent) < 3:
+        return None
+    bows = np.array([fit.bow for fit in bent])
+    test = stats.ttest_1samp(bows, 0.0)
+    same = int(max(np.sum(bows > 0), np.sum(bows < 0)))
+    return Curvature(
+        bows=bows,
+        mean=float(bows.mean()),
+        sd=float(bows.std(ddof=1)),
+        t=float(test.statistic),
+        p=float(test.pvalue),
+        same_sign=same,
+        sign_p=float(stats.binomtest(same, len(bows)).pvalue),
+    )

@@ -1,0 +1,204 @@
+"""What is wrong with raw data, as findings: nothing here changes a number."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Literal
+
+import numpy as np
+from scipy import stats
+
+from footcal_cli.core.parameters import FloatArray
+
+Severity = Literal["alarm", "warning", "note"]
+
+INDEPENDENT_SPREAD = 1e-3
+"""Cells that are at all independent differ by more than this share of their loading span."""
+REPEAT_ALPHA = 1e-3
+"""Chance below which repeated readings across channels are called unlikely."""
+OFFSET_BINARY_SHARE = 0.05
+"""Readings this close to mid-scale, as a share of it, look offset-binary."""
+IMPLAUSIBLE_RATIO = 100.0
+"""Loads this many times outside the intended range are a unit that cannot be right."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """Something about the data that the user should know.
+
+    Parameters
+    ----------
+    code
+        Stable machine-readable name (``readings_repeat_across_channels``).
+    severity
+        ``alarm``: results would be meaningless; ``warning``: results suffer; ``note``.
+    where
+        Channel, column or file.
+    sentence, remedy
+        What was seen, with numbers, and what to do.
+    """
+
+    code: str
+    severity: Severity
+    where: str
+    sentence: str
+    remedy: str
+
+
+def check_repeats_across_channels(
+    counts: Mapping[str, FloatArray], loads: Mapping[str, FloatArray]
+) -> list[Finding]:
+    """Find readings that independent channels would not share.
+
+    Under independence two channels at the same load differ by at least `INDEPENDENT_SPREAD` of
+    their span (sd σ), so a pair coincides exactly with probability 1/(2σ√π) and the number of
+    coincidences is about Poisson.
+
+    Parameters
+    ----------
+    counts, loads
+        Raw readings and loads per channel, each shape (n_channel,).
+    """
+    at_load = _distinct_readings(counts, loads)
+    span = float(np.median([np.ptp(values) for values in counts.values()])) if counts else 0.0
+    if len(counts) < 2 or span < 1.0:
+        return []
+    spread = max(INDEPENDENT_SPREAD * span, 1.0)
+    exact = expected = 0.0
+    examples: list[tuple[int, str]] = []
+    close: list[tuple[float, int, float]] = []
+    for load, readings in at_load.items():
+        pairs = list(combinations(readings.values(), 2))
+        expected += len(pairs) / (2.0 * spread * np.sqrt(np.pi))
+        exact += sum(a == b for a, b in pairs)
+        values = np.array(list(readings.values()))
+        for value in np.unique(values):
+            times = int(np.sum(values == value))
+            if times > 1:
+                examples.append((times, f"{value:,.0f} in {times} channels at {load:.4g} N"))
+        group, width = _tightest_majority(values)
+        close.append((load, group, width))
+    chance = float(stats.poisson.sf(exact - 1, expected)) if exact else 1.0
+    if chance > REPEAT_ALPHA:
+        return []
+    shown = "; ".join(text for _, text in sorted(examples, key=lambda e: -e[0])[:3])
+    tight = [(load, n, w) for load, n, w in close if n > 2 and w < INDEPENDENT_SPREAD * span]
+    also = "".join(
+        f"; at {load:.4g} N {n} of {len(counts)} channels lie within {w:.0f} counts"
+        for load, n, w in tight
+    )
+    return [
+        Finding(
+            "readings_repeat_across_channels",
+            "warning",
+            "all channels",
+            f"{exact:.0f} pairs of channels show exactly the same raw reading at the same load "
+            f"(independent cells: {expected:.1f} expected, chance {chance:.0e}): {shown}{also} "
+            f"(span {span:,.0f} counts)",
+            "check whether cells share an amplifier or rows were copied; record each cell alone",
+        )
+    ]
+
+
+def _distinct_readings(
+    counts: Mapping[str, FloatArray], loads: Mapping[str, FloatArray]
+) -> dict[float, dict[str, float]]:
+    """Load -> channel -> its median reading there, for loads that two channels share."""
+    table: dict[float, dict[str, float]] = {}
+    for channel, values in counts.items():
+        for load in np.unique(loads[channel]):
+            table.setdefault(float(load), {})[channel] = float(
+                np.median(values[loads[channel] == load])
+            )
+    return {load: readings for load, readings in table.items() if len(readings) > 1}
+
+
+def _tightest_majority(values: FloatArray) -> tuple[int, float]:
+    """Number and width of the tightest group of more than two thirds of the values."""
+    ordered = np.sort(values)
+    best: tuple[int, float] = (0, np.inf)
+    for size in range(len(ordered), (2 * len(ordered)) // 3, -1):
+        widths = ordered[size - 1 :] - ordered[: len(ordered) - size + 1]
+        width = float(widths.min())
+        if width < 0.25 * best[1]:
+            best = (size, width)
+    return best
+
+
+def check_codes(channel: str, counts: FloatArray, bits: int) -> list[Finding]:
+    """Find saturated codes, a stuck channel and offset-binary readings of one channel."""
+    findings = []
+    half = 2.0 ** (bits - 1)
+    full = 2.0**bits
+    at_end = np.isin(counts, [-half, half - 1, full - 1]) | ((counts == 0) & (counts.max() > half))
+    if at_end.any():
+        findings.append(
+            Finding(
+                "saturated_codes", "alarm", channel,
+                f"{int(at_end.sum())} of {counts.size} readings are an end code of a {bits}-bit "
+                f"converter ({counts[at_end][0]:,.0f})",
+                "lower the gain or the load; check the wiring of the bridge",
+            )
+        )  # fmt: skip
+    if counts.size > 1 and np.ptp(counts) == 0:
+        findings.append(
+            Finding(
+                "stuck_channel", "alarm", channel,
+                f"all {counts.size} readings are {counts[0]:,.0f}",
+                "check that the channel is connected and that its reading is refreshed",
+            )
+        )  # fmt: skip
+    elif counts.size > 1 and np.all(np.abs(counts - half) < OFFSET_BINARY_SHARE * half):
+        findings.append(
+            Finding(
+                "offset_binary", "note", channel,
+                f"readings lie around {half:,.0f} = 2^{bits - 1}: offset-binary, zero is mid-scale",
+                "nothing to do: the bias absorbs it",
+            )
+        )  # fmt: skip
+    return findings
+
+
+def check_load_unit(
+    loads_n: FloatArray, intended_n: tuple[float, float] | None, weight_n: float | None
+) -> list[Finding]:
+    """Find loads whose unit cannot be right, against the intended range or the body weight."""
+    largest = float(np.max(np.abs(loads_n)))
+    reference = intended_n[1] if intended_n is not None else weight_n
+    if reference is None or largest == 0:
+        return []
+    ratio = largest / reference
+    if 1.0 / (IMPLAUSIBLE_RATIO * 10) < ratio < IMPLAUSIBLE_RATIO:
+        return []
+    return [
+        Finding(
+            "implausible_unit", "alarm", "load",
+            f"the largest load is {largest:.4g} N, {ratio:.2g} x the {reference:.4g} N expected",
+            "check the unit of the load column (kg, g or N?) in [columns]",
+        )
+    ]  # fmt: skip
+
+
+def check_duplicate_channels(readings: FloatArray, channels: Sequence[str]) -> list[Finding]:
+    """Find channels of a stream that show the same readings throughout.
+
+    Parameters
+    ----------
+    readings
+        Shape (n, c); NaN where a sample was lost.
+    """
+    findings = []
+    for i, j in combinations(range(len(channels)), 2):
+        both = np.isfinite(readings[:, i]) & np.isfinite(readings[:, j])
+        a, b = readings[both, i], readings[both, j]
+        if a.size > 10 and np.ptp(a) > 0 and np.mean(a == b) > 0.95:
+            findings.append(
+                Finding(
+                    "duplicate_channel", "alarm", f"{channels[i]}, {channels[j]}",
+                    f"{np.mean(a == b):.0%} of the readings of the two channels are identical",
+                    "check the channel map of the logger; one of the cells is not recorded",
+                )
+            )  # fmt: skip
+    return findings

@@ -1,0 +1,229 @@
+"""Recipes: TOML to frozen models; an unknown key is an error that names the nearest known one.
+
+A recipe says what the robot is (``[robot]``), how foreign columns are called (``[columns]``), where
+the logs lie (``[data]``, relative to the recipe) and, in one table per command, its options.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Collection, Mapping
+from pathlib import Path
+from typing import Annotated, Any, Self, TypeVar, get_args
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+
+from footcal_cli.columns import ForeignColumn
+from footcal_cli.errors import UsageError, nearest
+
+STANDARD_GRAVITY_MPS2 = 9.80665
+
+
+class Frozen(BaseModel):
+    """A model that refuses unknown keys and cannot be changed."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+class CommandOptions(Frozen):
+    """Options of one command: its table in a recipe, overridden by the command line."""
+
+
+class Cell(Frozen):
+    """A load cell under a foot, position in the foot frame."""
+
+    x_m: float
+    y_m: float
+
+
+class Foot(Frozen):
+    """A foot: load cells by name, or one six-axis transducer at the ankle."""
+
+    cells: dict[str, Cell] = Field(default_factory=dict)
+    transducer_position_m: tuple[float, float, float] | None = None
+    outline_m: tuple[tuple[float, float], ...] = ()
+
+
+class Leg(Frozen):
+    """A leg with a six-axis transducer at the hip, nominal pose in the body frame."""
+
+    position_m: tuple[float, float, float]
+    rotation_rpy_rad: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+class Adc(Frozen):
+    """The converter behind the cells (HX711: 24 bits)."""
+
+    bits: int = Field(default=24, ge=8, le=32)
+
+
+class Nameplate(Frozen):
+    """What the data sheet promises of each cell; the prior where nothing was calibrated."""
+
+    scale_n_per_count: float | None = None
+    scale_relative_sd: float = Field(default=0.02, gt=0)
+    bias_sd_n: float = Field(default=0.3, gt=0)
+    capacity_n: float | None = Field(default=None, gt=0)
+
+
+class Robot(Frozen):
+    """Geometry and masses."""
+
+    name: str = "unnamed robot"
+    mass_kg: float | None = Field(default=None, gt=0)
+    gravity_mps2: float = Field(default=STANDARD_GRAVITY_MPS2, gt=0)
+    channels: tuple[str, ...] = ()
+    feet: dict[str, Foot] = Field(default_factory=dict)
+    legs: dict[str, Leg] = Field(default_factory=dict)
+    adc: Adc = Adc()
+    nameplate: Nameplate = Nameplate()
+
+    @model_validator(mode="after")
+    def _channels_once(self) -> Self:
+        twice = sorted({c for c in self.channels if self.channels.count(c) > 1})
+        if twice:
+            raise ValueError(f"channel '{twice[0]}' is named twice")
+        return self
+
+    @property
+    def cell_names(self) -> tuple[str, ...]:
+        """Channels of the load cells: as listed, or ``<foot>_<cell>`` of the feet."""
+        return self.channels or tuple(
+            f"{foot}_{cell}" for foot, spec in self.feet.items() for cell in spec.cells
+        )
+
+    @property
+    def weight_n(self) -> float | None:
+        """Body weight m·g, None where the mass is not given."""
+        return None if self.mass_kg is None else self.mass_kg * self.gravity_mps2
+
+
+class _Place(Frozen):
+    column: str
+    unit: str | None = None
+
+
+def _as_place(value: object) -> object:
+    return {"column": value} if isinstance(value, str) else value
+
+
+def _as_list(value: object) -> object:
+    return [value] if isinstance(value, str) else value
+
+
+class Recipe(Frozen):
+    """A whole recipe; `options` keeps the commands' tables as read."""
+
+    name: str = "unnamed"
+    description: str = ""
+    robot: Robot = Robot()
+    columns: dict[str, Annotated[_Place, BeforeValidator(_as_place)]] = Field(default_factory=dict)
+    data: dict[str, Annotated[tuple[str, ...], BeforeValidator(_as_list)]] = Field(
+        default_factory=dict
+    )
+    options: dict[str, dict[str, Any]] = Field(default_factory=dict)
+    path: Path | None = None
+
+    def foreign_columns(self) -> dict[str, ForeignColumn]:
+        """``[columns]`` in the form that `footcal_cli.tables` reads."""
+        return {name: ForeignColumn(p.column, p.unit) for name, p in self.columns.items()}
+
+    def data_paths(self, role: str) -> list[Path]:
+        """Logs of one role in ``[data]``, resolved against the recipe's folder."""
+        folder = self.path.parent if self.path is not None else Path()
+        found: list[Path] = []
+        for pattern in self.data.get(role, ()):
+            matches = sorted(folder.glob(pattern)) if "*" in pattern else [folder / pattern]
+            if not matches:
+                raise UsageError(
+                    f"[data] {role} = '{pattern}' matches no file", file=self.path,
+                    remedy="check the pattern; paths are relative to the recipe",
+                )  # fmt: skip
+            found += matches
+        return found
+
+
+Model = TypeVar("Model", bound=BaseModel)
+
+
+def read_recipe(path: Path, commands: Collection[str]) -> Recipe:
+    """Read a recipe.
+
+    Parameters
+    ----------
+    path
+        The TOML file.
+    commands
+        Names of the tables that hold options of commands.
+    """
+    try:
+        with path.open("rb") as stream:
+            content = tomllib.load(stream)
+    except FileNotFoundError:
+        raise UsageError("no such recipe", file=path, remedy="check the path") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise UsageError(f"not valid TOML: {error}", file=path, remedy="correct the line") from None
+    tables = ("name", "description", "robot", "columns", "data")
+    for key in content:
+        if key not in tables and key not in commands:
+            raise UsageError(
+                f"unknown table or key '{key}'{nearest(key, [*tables, *commands])}", file=path,
+                remedy=f"known are {', '.join([*tables, *sorted(commands)])}",
+            )  # fmt: skip
+    options = {name: table for name, table in content.items() if name in commands}
+    top = {name: table for name, table in content.items() if name in tables}
+    return validated(Recipe, {**top, "options": options, "path": path}, file=path)
+
+
+def validated(
+    model: type[Model], content: Mapping[str, Any], *, file: Path | None, table: str = ""
+) -> Model:
+    """Build a model; the first fault becomes one line.
+
+    Raises
+    ------
+    UsageError
+        Names file, key, value and, for an unknown key, the nearest known one.
+    """
+    try:
+        return model.model_validate(content)
+    except ValidationError as error:
+        fault = error.errors()[0]
+        keys = [str(part) for part in fault["loc"]]
+        shown = ".".join([table, *keys] if table else keys)
+        if fault["type"] == "extra_forbidden":
+            known = _known_keys(model, keys[:-1])
+            raise UsageError(
+                f"unknown key '{shown}'{nearest(keys[-1], known)}", file=file,
+                remedy=f"known here: {', '.join(sorted(known))}" if known else None,
+            ) from None  # fmt: skip
+        problem = fault["msg"].removeprefix("Value error, ")
+        raise UsageError(
+            f"key '{shown}': {problem}" if shown else problem, file=file,
+            value=fault["input"] if not isinstance(fault["input"], dict) else None,
+            remedy="correct the value",
+        ) from None  # fmt: skip
+
+
+def _known_keys(model: type[BaseModel], keys: list[str]) -> list[str]:
+    """Field names of the model that stands at a path of keys."""
+    current: Any = model
+    for key in keys:
+        if isinstance(current, type) and issubclass(current, BaseModel):
+            field = current.model_fields.get(key)
+            current = field.annotation if field is not None else None
+        else:  # dict[str, X] or tuple[X, ...]: step into X
+            inner = [a for a in get_args(current) if a is not str and a is not ...]
+            current = inner[0] if inner else None
+        if not isinstance(current, type):
+            models = [a for a in get_args(current) if _is_model(a)]
+            current = models[0] if len(models) == 1 and not _is_mapping(current) else current
+    return list(current.model_fields) if _is_model(current) else []
+
+
+def _is_model(item: object) -> bool:
+    return isinstance(item, type) and issubclass(item, BaseModel)
+
+
+def _is_mapping(annotation: object) -> bool:
+    return getattr(annotation, "__origin__", None) is dict
