@@ -76,7 +76,7 @@ class ParametersRecord(Versioned):
     they hold; `effects` what a chain contains beyond scale, bias and offset.
     """
 
-    schema_name: Literal["footcal.parameters"] = Field("footcal.parameters", alias="schema")
+    schema_name: Literal["footcal.parameters"] = Field(default="footcal.parameters", alias="schema")
     command: str
     created: str
     robot: str
@@ -132,7 +132,7 @@ class RmseRow(Record):
 class RmseRecord(Versioned):
     """``rmse.json``: errors before and after, and how many samples were rejected, by reason."""
 
-    schema_name: Literal["footcal.rmse"] = Field("footcal.rmse", alias="schema")
+    schema_name: Literal["footcal.rmse"] = Field(default="footcal.rmse", alias="schema")
     rows: tuple[RmseRow, ...]
     rejected: dict[str, int] = Field(default_factory=dict)
 
@@ -169,7 +169,7 @@ class VerdictRecord(Record):
 class RunRecord(Versioned):
     """``run.json``: what was run, on what, and how it ended."""
 
-    schema_name: Literal["footcal.run"] = Field("footcal.run", alias="schema")
+    schema_name: Literal["footcal.run"] = Field(default="footcal.run", alias="schema")
     command: str
     started: str
     arguments: dict[str, Any]
@@ -188,7 +188,7 @@ class RunRecord(Versioned):
 class TruthRecord(Versioned):
     """``truth.json``: everything that was true of a simulated log."""
 
-    schema_name: Literal["footcal.truth"] = Field("footcal.truth", alias="schema")
+    schema_name: Literal["footcal.truth"] = Field(default="footcal.truth", alias="schema")
     experiment: str
     seed: int
     robot: dict[str, Any]
@@ -229,11 +229,15 @@ def parameter_records(estimates: Estimates) -> dict[str, ParameterRecord]:
     }
 
 
-def covariance_block(estimates: Estimates) -> CovarianceBlock:
-    """The joint covariance of estimates."""
-    return CovarianceBlock(
-        names=estimates.names,
-        matrix=tuple(tuple(float(x) for x in row) for row in estimates.covariance),
+def covariance_blocks(*groups: Estimates) -> tuple[CovarianceBlock, ...]:
+    """The joint covariance of each group; a group without one (no spare rows) has no block."""
+    return tuple(
+        CovarianceBlock(
+            names=group.names,
+            matrix=tuple(tuple(float(x) for x in row) for row in group.covariance),
+        )
+        for group in groups
+        if np.isfinite(group.covariance).all()
     )
 
 

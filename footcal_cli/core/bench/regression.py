@@ -83,6 +83,18 @@ class AffineFit:
         return float(self.estimates.values[1])
 
     @property
+    def zero_counts(self) -> float:
+        """The reading at which the calibrated force is zero."""
+        return -self.bias_n / self.scale_n_per_count
+
+    @property
+    def centre_sd_n(self) -> float:
+        """Standard deviation of the calibrated force at the mean reading, where it is smallest."""
+        gradient = np.array([self.centre_counts, 1.0])
+        variance = float(gradient @ self.estimates.covariance @ gradient)
+        return float(np.sqrt(max(variance, 0.0))) if np.isfinite(variance) else np.nan
+
+    @property
     def residual_n(self) -> FloatArray:
         """Measured − known: predicted minus load, shape (n,)."""
         return self.predicted_n - self.load_n
@@ -219,8 +231,7 @@ def _solve_robust(
     variance = sigma**2 * float(psi @ psi) / max(dof, 1) / max(inside, 1e-3) ** 2
     if dof <= 0:
         return coefficients, np.full((2, 2), np.nan)
-    covariance: FloatArray = variance * np.linalg.inv(design.T @ design)
-    return coefficients, covariance
+    return coefficients, np.asarray(variance * np.linalg.inv(design.T @ design))
 
 
 def _linear_residual(z: FloatArray, rows: FloatArray, target: FloatArray) -> FloatArray:

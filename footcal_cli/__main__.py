@@ -1,0 +1,5 @@
+"""``python -m footcal_cli``."""
+
+from footcal_cli.app import main
+
+main()

@@ -1,0 +1,329 @@
+"""Memoryless distortions of a sensing channel, in newtons (newton metres on torque axes).
+
+x is the true load of a channel, y what it shows before scale and bias.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from footcal_cli.core.effects.contract import (
+    Effect,
+    EffectParameter,
+    Scope,
+    Stage,
+    State,
+    Theta,
+    columns_of,
+    is_six_axis,
+    on_readings,
+)
+from footcal_cli.core.log import Log
+from footcal_cli.core.parameters import FloatArray
+
+TEMPERATURE_REFERENCE_DEGC = 25.0
+"""Temperature at which scale and bias are stated."""
+_CUBIC_STEPS = 60
+LOADED = ("weights", "placements", "stand", "walk", "hang", "pose")
+"""Experiments in which channels carry different known loads."""
+
+
+def _bend(x: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+    return x + theta["quadratic"] * x**2, state
+
+
+def _unbend(y: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+    root = np.sqrt(np.clip(1.0 + 4.0 * theta["quadratic"] * y, 0.0, None))
+    return 2.0 * y / (1.0 + root), state
+
+
+def _cubic(x: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+    return x + theta["cubic"] * x**3, state
+
+
+def _uncubic(y: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+    cubic = theta["cubic"]
+    x = y.copy()
+    for _ in range(_CUBIC_STEPS):
+        slope = np.maximum(1.0 + 3.0 * cubic * x**2, 0.1)
+        step = (x + cubic * x**3 - y) / slope
+        x = x - step
+        if np.abs(step).max(initial=0.0) <= 1e-14 * (1.0 + np.abs(y).max(initial=0.0)):
+            break
+    return x, state
+
+
+def _deaden(x: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+    width = theta["dead_zone_width"]
+    return x - theta["dead_zone"] * np.clip(x, -width, width), state
+
+
+def _undeaden(y: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+    kept, width = 1.0 - theta["dead_zone"], theta["dead_zone_width"]
+    lost = np.sign(y) * theta["dead_zone"] * width
+    return np.where(np.abs(y) <= kept * width, y / kept, y + lost), state
+
+
+def _hinge(x: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+    return x + theta["hinge"] * np.maximum(x - theta["hinge_load"], 0.0), state
+
+
+def _unhinge(y: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+    above = np.maximum(y - theta["hinge_load"], 0.0)
+    return y - above + above / (1.0 + theta["hinge"]), state
+
+
+def _saturate(x: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+    limit = theta["saturation_limit"]
+    return x - theta["saturation"] * (x - np.clip(x, -limit, limit)), state
+
+
+def _unsaturate(y: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+    limit, kept = theta["saturation_limit"], 1.0 - theta["saturation"]
+    above = y - np.clip(y, -limit, limit)
+    return y - above + np.divide(above, kept, out=above.copy(), where=kept > 0), state
+
+
+def _quantise(x: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+    step = np.broadcast_to(theta["quantisation"], x.shape)
+    steps = np.divide(x, step, out=np.zeros_like(x), where=step > 0)
+    return np.where(step > 0, np.rint(steps) * step, x), state
+
+
+def _keep(y: FloatArray, _log: Log, _theta: Theta, state: State) -> tuple[FloatArray, State]:
+    return y, state
+
+
+def _mixing(log: Log, share: FloatArray) -> FloatArray:
+    """Matrix (c, c) that gives each cell its share of the mean of the other cells of its foot."""
+    mixing = np.eye(len(log.channels))
+    if is_six_axis(log.channels):
+        return mixing
+    for cells in columns_of(Scope.FOOT, log.channels):
+        others = max(len(cells) - 1, 1)
+        off = np.repeat(share[cells][:, None] / others, len(cells), axis=1)
+        np.fill_diagonal(off, 0.0)
+        mixing[np.ix_(cells, cells)] += off
+    return mixing
+
+
+def _crosstalk(x: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+    return x @ _mixing(log, theta["crosstalk"]).T, state
+
+
+def _uncrosstalk(y: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+    return np.linalg.solve(_mixing(log, theta["crosstalk"]), y.T).T, state
+
+
+def _warmth(log: Log) -> FloatArray:
+    """Temperature above the reference, shape (n, 1); 0 where none was logged."""
+    temperature = log.known.get("temperature_degc")
+    if temperature is None:
+        return np.zeros((len(log), 1))
+    return temperature.reshape(-1, 1) - TEMPERATURE_REFERENCE_DEGC
+
+
+def _warm_scale(x: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+    return x * (1.0 + theta["temperature_scale"] * _warmth(log)), state
+
+
+def _cool_scale(y: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+    return y / (1.0 + theta["temperature_scale"] * _warmth(log)), state
+
+
+def _warm_bias(x: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+    return x + theta["temperature_bias"] * _warmth(log), state
+
+
+def _cool_bias(y: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+    return y - theta["temperature_bias"] * _warmth(log), state
+
+
+def _flip(x: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+    return x * (1.0 - 2.0 * theta["sign_flip"]), state
+
+
+def _unflip(y: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+    return y / (1.0 - 2.0 * theta["sign_flip"]), state
+
+
+CROSSTALK = Effect(
+    name="crosstalk",
+    stage=Stage.CELL,
+    scope=Scope.CHANNEL,
+    parameters=(EffectParameter("crosstalk", "-", 0.0, -0.4, 0.4, 0.02),),
+    apply=on_readings(_crosstalk),
+    remove=on_readings(_uncrosstalk),
+    experiments=("weights", "placements", "stand", "walk"),
+    formula="y_i = x_i + κ_i · mean of the other cells of the foot",
+    source="seed 1, section 5.1; multi-cell scales, OIML R 76 eccentric loading",
+    remedy="load the cells one at a time; decouple their seats or the wiring of the amplifier",
+    mimics=("cell_position", "scale_bias"),
+    separates="weights on single cells while all cells are read",
+)
+
+NONLINEARITY = Effect(
+    name="nonlinearity",
+    stage=Stage.CELL,
+    scope=Scope.CHANNEL,
+    parameters=(EffectParameter("quadratic", "1/N", 0.0, -0.01, 0.01, 1e-3),),
+    apply=on_readings(_bend),
+    remove=on_readings(_unbend),
+    experiments=LOADED,
+    formula="y = x + q x²; inverse x = 2y / (1 + √(1 + 4 q y))",
+    source="load-cell data sheets: combined error; seed 1, Table 2 (falling sensitivity)",
+    remedy="calibrate with at least six loads over the whole range and keep the quadratic term",
+    mimics=("load_bypass", "nonlinearity_cubic", "hinge", "saturation"),
+    separates="weights up and down over the whole range, cell by cell",
+)
+
+NONLINEARITY_CUBIC = Effect(
+    name="nonlinearity_cubic",
+    stage=Stage.CELL,
+    scope=Scope.CHANNEL,
+    parameters=(EffectParameter("cubic", "1/N²", 0.0, -1e-4, 1e-3, 2e-5),),
+    apply=on_readings(_cubic),
+    remove=on_readings(_uncubic),
+    experiments=LOADED,
+    formula="y = x + k x³; inverse by Newton's method",
+    source="symmetric (odd) part of a transducer's curve",
+    remedy="calibrate with at least eight loads over the whole range and keep the cubic term",
+    mimics=("nonlinearity", "saturation", "hinge"),
+    separates="a ladder of many weights up to full scale",
+)
+
+DEAD_ZONE = Effect(
+    name="dead_zone",
+    stage=Stage.CELL,
+    scope=Scope.CHANNEL,
+    parameters=(
+        EffectParameter("dead_zone", "-", 0.0, -0.9, 0.95, 0.1),
+        EffectParameter("dead_zone_width", "N", 4.0, 0.05, 200.0, 4.0, True, (1.0, 2.0, 4.0, 8.0)),
+    ),
+    apply=on_readings(_deaden),
+    remove=on_readings(_undeaden),
+    experiments=LOADED,
+    formula="y = x − s · clip(x, −w, w)",
+    source="seats with play, force-sensing resistors near zero load",
+    remedy="preload the cell or never use it below the width; check for a loose seat",
+    mimics=("hinge", "nonlinearity"),
+    separates="no weighing can: it equals a scale change plus a hinge; look at the unloaded seat",
+)
+
+HINGE = Effect(
+    name="hinge",
+    stage=Stage.CELL,
+    scope=Scope.CHANNEL,
+    parameters=(
+        EffectParameter("hinge", "-", 0.0, -0.9, 3.0, 0.1),
+        EffectParameter(
+            "hinge_load", "N", 8.0, 0.05, 500.0, 8.0, True, (2.0, 4.0, 8.0, 12.0, 16.0)
+        ),
+    ),
+    apply=on_readings(_hinge),
+    remove=on_readings(_unhinge),
+    experiments=LOADED,
+    formula="y = x + s · max(x − h, 0)",
+    source="a second load path that closes at the load h",
+    remedy="look for a part that starts to touch at that load",
+    mimics=("dead_zone", "saturation", "nonlinearity", "load_bypass"),
+    separates="a fine ladder of weights around the knee",
+)
+
+TEMPERATURE_SCALE = Effect(
+    name="temperature_scale",
+    stage=Stage.CELL,
+    scope=Scope.CHANNEL,
+    parameters=(EffectParameter("temperature_scale", "1/K", 0.0, -0.02, 0.02, 5e-4),),
+    apply=on_readings(_warm_scale),
+    remove=on_readings(_cool_scale),
+    experiments=("weights", "placements", "stand", "walk", "hang"),
+    formula="y = x (1 + k (T − 25 °C))",
+    source="load-cell data sheets: temperature effect on span; OIML R 60",
+    remedy="calibrate at two temperatures, or at the one the robot works at",
+    needs=("temperature_degc",),
+    mimics=("creep", "temperature_bias"),
+    separates="the same weight before and after warming up, with a temperature sensor",
+)
+
+TEMPERATURE_BIAS = Effect(
+    name="temperature_bias",
+    stage=Stage.CELL,
+    scope=Scope.CHANNEL,
+    parameters=(EffectParameter("temperature_bias", "N/K", 0.0, -1.0, 1.0, 0.02),),
+    apply=on_readings(_warm_bias),
+    remove=on_readings(_cool_bias),
+    experiments=("weights", "placements", "stand", "walk", "hang"),
+    formula="y = x + k (T − 25 °C)",
+    source="load-cell data sheets: temperature effect on zero; OIML R 60",
+    remedy="re-zero after warm-up; log the temperature",
+    needs=("temperature_degc",),
+    mimics=("bias_drift", "creep"),
+    separates="ten minutes unloaded while warming up, then cooling down",
+)
+
+SIGN_FLIP = Effect(
+    name="sign_flip",
+    stage=Stage.CELL,
+    scope=Scope.CHANNEL,
+    parameters=(EffectParameter("sign_flip", "-", 0.0, 0.0, 1.0, 0.3),),
+    apply=on_readings(_flip),
+    remove=on_readings(_unflip),
+    experiments=LOADED,
+    formula="y = (1 − 2 s) x, s = 1 for a flipped channel",
+    source="signal wires exchanged",
+    remedy="exchange the two signal wires, or change the sign of the scale",
+    mimics=("axis_flip", "scale_bias"),
+    separates="press the cell by hand: the reading must grow",
+)
+
+SATURATION = Effect(
+    name="saturation",
+    stage=Stage.CELL,
+    scope=Scope.CHANNEL,
+    parameters=(
+        EffectParameter("saturation", "-", 0.0, 0.0, 1.0, 0.3),
+        EffectParameter(
+            "saturation_limit", "N", 20.0, 0.05, 1e4, 20.0, True, (5.0, 10.0, 15.0, 20.0, 30.0)
+        ),
+    ),
+    apply=on_readings(_saturate),
+    remove=on_readings(_unsaturate),
+    experiments=LOADED,
+    formula="y = x − s · (x − clip(x, −L, L)), s = 1 for a hard stop",
+    source="amplifier or converter at the end of its range; mechanical overload stop",
+    remedy="lower the gain of the amplifier, or leave loads beyond the limit out",
+    mimics=("hinge", "nonlinearity"),
+    separates="weights above and below the limit, cell by cell",
+    invertible=False,
+)
+
+QUANTISATION = Effect(
+    name="quantisation",
+    stage=Stage.CELL,
+    scope=Scope.CHANNEL,
+    parameters=(EffectParameter("quantisation", "N", 0.0, 0.0, 50.0, 0.1),),
+    apply=on_readings(_quantise),
+    remove=on_readings(_keep),
+    experiments=LOADED,
+    formula="y = q · round(x / q)",
+    source="seed 1: smallest visible force step 0.5 N",
+    remedy="log the raw counts instead of rounded forces; average while loads vary",
+    mimics=("dead_zone", "hysteresis"),
+    separates="a slowly growing load: the reading climbs in steps",
+    invertible=False,
+)
+
+EFFECTS = (
+    CROSSTALK,
+    NONLINEARITY,
+    NONLINEARITY_CUBIC,
+    DEAD_ZONE,
+    HINGE,
+    TEMPERATURE_SCALE,
+    TEMPERATURE_BIAS,
+    SIGN_FLIP,
+    SATURATION,
+    QUANTISATION,
+)
+"""In the order in which a load passes them."""

@@ -1,0 +1,161 @@
+"""Operators with memory that the effects are made of, vectorised over rows and channels.
+
+A recording starts afresh (`Recording.fresh`) where its stamps step back: two sessions in one log
+share no memory.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from footcal_cli.core.parameters import BoolArray, FloatArray
+
+_FORGOTTEN = 1e-30
+"""A decay this small over a stretch leaves nothing to carry on."""
+
+
+@dataclass(frozen=True)
+class Recording:
+    """Time between rows, and where a recording starts afresh.
+
+    Parameters
+    ----------
+    interval_s
+        Time since the row before, shape (n,); 0 at a fresh start.
+    fresh
+        Rows that start a recording, shape (n,).
+    """
+
+    interval_s: FloatArray
+    fresh: BoolArray
+
+
+def recording(time_s: FloatArray, last_s: float | None) -> Recording:
+    """Intervals of a chunk whose preceding row, if any, was stamped `last_s`."""
+    before = np.concatenate([[np.inf if last_s is None else last_s], time_s[:-1]])
+    fresh = time_s < before
+    return Recording(np.where(fresh, 0.0, time_s - before), fresh)
+
+
+def elapsed(time_s: FloatArray, start_s: float | None) -> tuple[FloatArray, float]:
+    """Time since each recording's first row (n,), and the start that the next chunk counts from."""
+    fresh = recording(time_s, start_s).fresh
+    origin = np.where(fresh, time_s, np.nan)
+    if start_s is not None and not fresh[0]:
+        origin[0] = start_s
+    last = np.maximum.accumulate(np.where(np.isnan(origin), -1, np.arange(time_s.size)))
+    since: FloatArray = time_s - origin[last]
+    return since, float(origin[last[-1]])
+
+
+def linear_recurrence(decay: FloatArray, drive: FloatArray, start: FloatArray) -> FloatArray:
+    """Solve ``s_k = decay_k s_{k−1} + drive_k`` for all rows at once by doubling.
+
+    Parameters
+    ----------
+    decay, drive
+        Shape (n, c); a decay of 0 starts afresh.
+    start
+        ``s_{−1}``, shape (c,).
+    """
+    factor, total = decay.copy(), drive.copy()
+    total[0] += factor[0] * start
+    reach = 1
+    while reach < len(total):
+        total[reach:] += factor[reach:] * total[:-reach]
+        factor[reach:] = factor[reach:] * factor[:-reach]
+        factor[:reach] = 0.0
+        if np.abs(factor).max(initial=0.0) < _FORGOTTEN:
+            break
+        reach *= 2
+    return total
+
+
+def low_pass_decay(interval_s: FloatArray, time_constant_s: FloatArray) -> FloatArray:
+    """``exp(−Δt/τ)``, shape (n, c); τ = 0 forgets at once."""
+    with np.errstate(divide="ignore"):
+        rate = 1.0 / np.asarray(time_constant_s)
+    exponent = np.zeros((interval_s.size, rate.size))
+    np.multiply(interval_s[:, None], rate, out=exponent, where=interval_s[:, None] > 0)
+    return np.exp(-exponent)
+
+
+SHORTEST_INTERVAL_S = 1e-6
+LowPassState = tuple[float, FloatArray, FloatArray]
+"""Last stamp, last input (c,), last output (c,) of a low-pass."""
+
+
+def low_pass(
+    x: FloatArray, time_s: FloatArray, time_constant_s: FloatArray, state: LowPassState | None
+) -> tuple[FloatArray, LowPassState]:
+    """First-order low-pass ``τ dy/dt = x − y`` of an input that is linear between its samples.
+
+    ``y_k = a y_{k−1} + (1 − g) x_k + (g − a) x_{k−1}``, a = exp(−Δt/τ), g = (1 − a) τ/Δt; a recording
+    starts settled, y = x. Small τ act as a delay of τ, also (to first order) below zero, so that
+    the signature at τ = 0 is the delay's.
+    """
+    fresh, decay, gain, x_before, y_before = _low_pass_terms(x, time_s, time_constant_s, state)
+    drive = np.where(fresh, x, (1.0 - gain) * x + (gain - decay) * x_before)
+    y = linear_recurrence(np.where(fresh, 0.0, decay), drive, y_before)
+    return y, (float(time_s[-1]), x[-1], y[-1])
+
+
+def invert_low_pass(
+    y: FloatArray, time_s: FloatArray, time_constant_s: FloatArray, state: LowPassState | None
+) -> tuple[FloatArray, LowPassState]:
+    """The input that `low_pass` turned into y; exact."""
+    swapped = None if state is None else (state[0], state[2], state[1])
+    fresh, decay, gain, y_before, x_before = _low_pass_terms(y, time_s, time_constant_s, swapped)
+    drive = np.where(fresh, y, (y - decay * y_before) / (1.0 - gain))
+    x = linear_recurrence(np.where(fresh, 0.0, (decay - gain) / (1.0 - gain)), drive, x_before)
+    return x, (float(time_s[-1]), x[-1], y[-1])
+
+
+def _low_pass_terms(
+    signal: FloatArray,
+    time_s: FloatArray,
+    time_constant_s: FloatArray,
+    state: LowPassState | None,
+) -> tuple[BoolArray, FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Fresh rows, a, g, the signal one row before (n, c), and the other one's last value (c,)."""
+    last, before, other = state or (None, np.zeros_like(signal[0]), np.zeros_like(signal[0]))
+    passed = recording(time_s, last)
+    ratio = np.maximum(passed.interval_s, SHORTEST_INTERVAL_S)[:, None]
+    with np.errstate(divide="ignore"):
+        ratio = ratio / np.asarray(time_constant_s)
+    positive = ratio > 0
+    decay = np.where(positive, np.exp(-np.where(positive, ratio, 0.0)), 0.0)
+    gain = (1.0 - decay) / ratio
+    return passed.fresh[:, None], decay, gain, np.vstack([before, signal[:-1]]), other
+
+
+def play(
+    drive: FloatArray, radius: FloatArray, start: FloatArray, fresh: BoolArray
+) -> FloatArray:
+    """Play (backlash) of a radius: ``z_k = min(max(z_{k−1}, x_k − r), x_k + r)``.
+
+    Each row is a clamp and clamps compose to clamps, so the rows are joined by doubling.
+
+    Parameters
+    ----------
+    drive
+        x, shape (n, c).
+    radius
+        r, shape (c,), not negative.
+    start
+        ``z_{−1}``, shape (c,); rows in `fresh` start from 0 instead.
+    """
+    low, high = drive - radius, drive + radius
+    reset = fresh.copy()
+    reset[0] = True
+    before = np.where(fresh[:, None], 0.0, start)[reset]
+    low[reset] = high[reset] = np.clip(before, low[reset], high[reset])
+    reach = 1
+    while reach < len(low) and not np.array_equal(low, high):
+        joined_low = np.clip(low[:-reach], low[reach:], high[reach:])
+        joined_high = np.clip(high[:-reach], low[reach:], high[reach:])
+        low[reach:], high[reach:] = joined_low, joined_high
+        reach *= 2
+    return low

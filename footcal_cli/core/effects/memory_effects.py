@@ -1,0 +1,196 @@
+"""Distortions of a sensing channel that remember: hysteresis, creep, lag, drift and jumps."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from footcal_cli.core.effects.contract import (
+    Effect,
+    EffectParameter,
+    Scope,
+    Stage,
+    State,
+    Theta,
+    on_readings,
+)
+from footcal_cli.core.effects.memory import (
+    elapsed,
+    invert_low_pass,
+    linear_recurrence,
+    low_pass,
+    low_pass_decay,
+    play,
+    recording,
+)
+from footcal_cli.core.log import Log
+from footcal_cli.core.parameters import BoolArray, FloatArray
+
+MOVING = ("walk", "hang")
+"""Experiments in which loads change quickly enough for a lag of milliseconds."""
+
+
+def _hysteresis(x: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+    half, reach = 0.5 * theta["hysteresis_width"], theta["hysteresis_reach"]
+    last, start = state or (None, np.zeros(x.shape[1]))
+    z = play(x, reach, start, recording(log.time_s, last).fresh)
+    return x + half / reach * (z - x), (log.time_s[-1], z[-1])
+
+
+def _unhysteresis(y: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+    reach = theta["hysteresis_reach"]
+    yielding = 1.0 - 0.5 * theta["hysteresis_width"] / reach
+    last, start = state or (None, np.zeros(y.shape[1]))
+    z = play(y, reach * yielding, start, recording(log.time_s, last).fresh)
+    return y / yielding + (1.0 - 1.0 / yielding) * z, (log.time_s[-1], z[-1])
+
+
+def _creep(x: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+    last, start = state or (None, np.zeros(x.shape[1]))
+    fresh, decay = _forgetting(log, last, theta["creep_time"])
+    crept = linear_recurrence(np.where(fresh, 0.0, decay), (1.0 - decay) * x, start)
+    return x + theta["creep"] * crept, (log.time_s[-1], crept[-1])
+
+
+def _uncreep(y: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+    last, start = state or (None, np.zeros(y.shape[1]))
+    fresh, decay = _forgetting(log, last, theta["creep_time"])
+    share = 1.0 / (1.0 + theta["creep"] * (1.0 - decay))
+    crept = linear_recurrence(np.where(fresh, 0.0, decay * share), (1.0 - decay) * share * y, start)
+    return y - theta["creep"] * crept, (log.time_s[-1], crept[-1])
+
+
+def _forgetting(
+    log: Log, last_s: float | None, time_constant_s: FloatArray
+) -> tuple[BoolArray, FloatArray]:
+    """Rows that start rested (n, 1), and the decay since the row before (n, c)."""
+    passed = recording(log.time_s, last_s)
+    return passed.fresh[:, None], low_pass_decay(passed.interval_s, time_constant_s)
+
+
+def _lag(x: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+    return low_pass(x, log.time_s, theta["sensor_lag"], state)
+
+
+def _unlag(y: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+    return invert_low_pass(y, log.time_s, theta["sensor_lag"], state)
+
+
+def _drift(x: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+    since, state = elapsed(log.time_s, state)
+    return x + theta["bias_drift"] * since[:, None], state
+
+
+def _undrift(y: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+    since, state = elapsed(log.time_s, state)
+    return y - theta["bias_drift"] * since[:, None], state
+
+
+def _jump(x: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+    since, state = elapsed(log.time_s, state)
+    return x + theta["bias_jump"] * (since[:, None] >= theta["jump_time"]), state
+
+
+def _unjump(y: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+    since, state = elapsed(log.time_s, state)
+    return y - theta["bias_jump"] * (since[:, None] >= theta["jump_time"]), state
+
+
+HYSTERESIS = Effect(
+    name="hysteresis",
+    stage=Stage.CELL,
+    scope=Scope.CHANNEL,
+    parameters=(
+        EffectParameter("hysteresis_width", "N", 0.0, -1.5, 1.5, 0.3),
+        EffectParameter(
+            "hysteresis_reach", "N", 4.0, 0.8, 500.0, 4.0, True, (1.0, 2.0, 4.0, 8.0, 16.0)
+        ),
+    ),
+    apply=on_readings(_hysteresis),
+    remove=on_readings(_unhysteresis),
+    experiments=("weights", "stand", "walk"),
+    formula=(
+        "y = x + (w / 2) (z − x) / r, z = play of radius r: z_k = min(max(z_{k−1}, x_k − r), x_k + r)"
+    ),
+    source="Prandtl–Ishlinskii operator; exact inverse after Kuhnen, Eur. J. Control 9 (2003)",
+    remedy="approach every load from the same side; check glued seats and screws",
+    mimics=("sensor_lag", "creep"),
+    separates="a staircase of weights up and down with long holds",
+)
+
+
+def _creep_row(name: str, time_s: float, grid: tuple[float, ...], what: str) -> Effect:
+    """One creep with its own time constant; two of them in a chain make a two-stage creep."""
+    return Effect(
+        name=name,
+        stage=Stage.CELL,
+        scope=Scope.CHANNEL,
+        parameters=(
+            EffectParameter("creep", "-", 0.0, -0.3, 1.0, 0.02),
+            EffectParameter("creep_time", "s", time_s, 0.05, 1e5, time_s, True, grid),
+        ),
+        apply=on_readings(_creep),
+        remove=on_readings(_uncreep),
+        experiments=("weights", "stand", "walk"),
+        formula="y = x + c s, ds/dt = (x − s) / τ; removed by the same recursion solved for x",
+        source=f"OIML R 60 (creep and minimum dead-load output return): {what}",
+        remedy="read each load after the same waiting time; unload between measurements",
+        mimics=("bias_drift", "temperature_bias", "hysteresis"),
+        separates="one weight held for ten minutes, then ten minutes unloaded",
+    )
+
+
+CREEP = _creep_row("creep", 60.0, (10.0, 30.0, 60.0, 120.0, 300.0), "the first minutes")
+CREEP_SLOW = _creep_row("creep_slow", 900.0, (600.0, 900.0, 1800.0), "the slow part")
+
+SENSOR_LAG = Effect(
+    name="sensor_lag",
+    stage=Stage.CELL,
+    scope=Scope.CHANNEL,
+    parameters=(EffectParameter("sensor_lag", "s", 0.0, 0.0, 0.5, 0.02),),
+    apply=on_readings(_lag),
+    remove=on_readings(_unlag),
+    experiments=MOVING,
+    formula="τ dy/dt = x − y, x linear between samples; inverse by the same recursion",
+    source="amplifier and converter filters (HX711 settling, averaging firmware)",
+    remedy="raise the converter's rate, switch its averaging off, or give the lag to the recipe",
+    mimics=("delay", "hysteresis"),
+    separates="twenty quick taps, each rising within 10 ms",
+)
+
+BIAS_DRIFT = Effect(
+    name="bias_drift",
+    stage=Stage.CELL,
+    scope=Scope.CHANNEL,
+    parameters=(EffectParameter("bias_drift", "N/s", 0.0, -0.1, 0.1, 5e-4),),
+    apply=on_readings(_drift),
+    remove=on_readings(_undrift),
+    experiments=("weights", "placements", "stand", "walk"),
+    formula="y = x + k (t − t₀)",
+    source="load-cell data sheets: zero drift; seed 1, open points",
+    remedy="re-zero often, e.g. at every swing; log the temperature to find out why",
+    mimics=("temperature_bias", "creep"),
+    separates="ten minutes unloaded at a constant temperature",
+)
+
+BIAS_JUMP = Effect(
+    name="bias_jump",
+    stage=Stage.CELL,
+    scope=Scope.CHANNEL,
+    parameters=(
+        EffectParameter("bias_jump", "N", 0.0, -100.0, 100.0, 0.5),
+        EffectParameter(
+            "jump_time", "s", 20.0, 0.0, 1e6, 20.0, True, (5.0, 10.0, 20.0, 30.0, 60.0, 120.0)
+        ),
+    ),
+    apply=on_readings(_jump),
+    remove=on_readings(_unjump),
+    experiments=("weights", "placements", "stand", "walk"),
+    formula="y = x + J for t − t₀ ≥ t_J",
+    source="mechanical shock, a tugged cable, a re-tared amplifier",
+    remedy="check the cell's cable and seat; calibrate the parts before and after apart",
+    mimics=("bias_drift", "temperature_bias"),
+    separates="unload before and after the suspected moment",
+)
+
+EFFECTS = (HYSTERESIS, CREEP, CREEP_SLOW, SENSOR_LAG, BIAS_DRIFT, BIAS_JUMP)
+"""In the order in which a load passes them."""

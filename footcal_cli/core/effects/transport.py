@@ -1,0 +1,242 @@
+"""Clocks and telemetry: the body stream late, filtered or on a drifting clock; samples lost.
+
+The body stream is what does not come from the cells: CoM, acceleration, angular momentum, feet;
+while hanging, the shaft angle.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from footcal_cli.core.effects.contract import (
+    Effect,
+    EffectParameter,
+    Scope,
+    Stage,
+    State,
+    Theta,
+    on_readings,
+)
+from footcal_cli.core.effects.memory import elapsed, invert_low_pass, low_pass, recording
+from footcal_cli.core.log import Log
+from footcal_cli.core.parameters import BoolArray, FloatArray
+
+BODY_STREAM = (
+    "com_m",
+    "com_acc_mps2",
+    "angmom_rate_nm",
+    "foot_yaw_rad",
+    "foot_pos_m",
+    "cell_pos_m",
+    "phase_rad",
+)
+"""Known quantities that come by the body's telemetry, where a log has them."""
+REMEMBERED_ROWS = 64
+"""Rows of the chunk before that a delayed chunk may reach back to."""
+_HASH_STEP = np.uint64(0x9E3779B97F4A7C15)
+_HASH_MIX = (np.uint64(0xBF58476D1CE4E5B9), np.uint64(0x94D049BB133111EB))
+
+
+def _stream(log: Log) -> FloatArray:
+    """The body stream of a log side by side, shape (n, k)."""
+    parts = [log.known[name].reshape(len(log), -1) for name in BODY_STREAM if name in log.known]
+    return np.concatenate(parts, axis=1) if parts else np.empty((len(log), 0))
+
+
+def _with_stream(log: Log, stream: FloatArray) -> Log:
+    """The log with its body stream replaced."""
+    known, start = {}, 0
+    for name in BODY_STREAM:
+        if name in log.known:
+            shape = log.known[name].shape
+            width = int(np.prod(shape[1:]))
+            known[name] = stream[:, start : start + width].reshape(shape)
+            start += width
+    return log.with_known(**known)
+
+
+def resample(
+    time_s: FloatArray, signal: FloatArray, at_s: FloatArray, fresh: BoolArray
+) -> FloatArray:
+    """Cubic Hermite interpolation with finite-difference slopes, within each recording.
+
+    Parameters
+    ----------
+    time_s, signal
+        Stamps (n,) and samples (n, k); increasing within a recording.
+    at_s
+        Stamps wanted, shape (n,), row by row in the same recording as `time_s`; before its first
+        and after its last sample the signal is held.
+    fresh
+        Rows that start a recording, shape (n,).
+    """
+    if len(time_s) < 2:
+        return signal
+    out = np.empty_like(signal)
+    starts = np.flatnonzero(fresh)
+    if not starts.size or starts[0] != 0:
+        starts = np.concatenate([[0], starts])
+    for start, stop in zip(starts, [*starts[1:], len(time_s)], strict=True):
+        part = slice(start, stop)
+        out[part] = _hermite(time_s[part], signal[part], at_s[part])
+    return out
+
+
+def _hermite(time_s: FloatArray, signal: FloatArray, at_s: FloatArray) -> FloatArray:
+    if len(time_s) < 2:
+        return signal
+    slope = np.gradient(signal, time_s, axis=0)
+    left = np.clip(np.searchsorted(time_s, at_s, side="right") - 1, 0, len(time_s) - 2)
+    width = (time_s[left + 1] - time_s[left])[:, None]
+    u = np.clip((at_s - time_s[left])[:, None] / width, 0.0, 1.0)
+    v = 1.0 - u
+    from_left = v * v * ((1.0 + 2.0 * u) * signal[left] + u * width * slope[left])
+    from_right = u * u * ((1.0 + 2.0 * v) * signal[left + 1] - v * width * slope[left + 1])
+    out: FloatArray = from_left + from_right
+    return out
+
+
+def _shifted(log: Log, at_s: FloatArray, history: State) -> tuple[Log, State]:
+    """The log whose body stream shows at each row what it was at `at_s`."""
+    stream = _stream(log)
+    if history is None:
+        history = (np.empty(0), np.empty((0, stream.shape[1])))
+    elif log.time_s[0] < history[0][-1]:
+        history = (np.empty(0), np.empty((0, stream.shape[1])))
+    earlier = len(history[0])
+    times = np.concatenate([history[0], log.time_s])
+    signal = np.concatenate([history[1], stream])
+    wanted = np.concatenate([history[0], at_s])
+    fresh = recording(times, None).fresh
+    moved = resample(times, signal, wanted, fresh)[earlier:]
+    kept = slice(-REMEMBERED_ROWS, None)
+    return _with_stream(log, moved), (times[kept], signal[kept])
+
+
+def _delay(log: Log, theta: Theta, state: State) -> tuple[Log, State]:
+    return _shifted(log, log.time_s - theta["delay"][0], state)
+
+
+def _undelay(log: Log, theta: Theta, state: State) -> tuple[Log, State]:
+    return _shifted(log, log.time_s + theta["delay"][0], state)
+
+
+def _clock(log: Log, theta: Theta, state: State) -> tuple[Log, State]:
+    origin, history = state or (None, None)
+    since, origin = elapsed(log.time_s, origin)
+    log, history = _shifted(log, log.time_s - theta["clock_drift"][0] * since, history)
+    return log, (origin, history)
+
+
+def _unclock(log: Log, theta: Theta, state: State) -> tuple[Log, State]:
+    origin, history = state or (None, None)
+    since, origin = elapsed(log.time_s, origin)
+    rate = theta["clock_drift"][0]
+    log, history = _shifted(log, log.time_s + rate / (1.0 - rate) * since, history)
+    return log, (origin, history)
+
+
+def _lag(log: Log, theta: Theta, state: State) -> tuple[Log, State]:
+    stream, state = low_pass(_stream(log), log.time_s, theta["lag"], state)
+    return _with_stream(log, stream), state
+
+
+def _unlag(log: Log, theta: Theta, state: State) -> tuple[Log, State]:
+    stream, state = invert_low_pass(_stream(log), log.time_s, theta["lag"], state)
+    return _with_stream(log, stream), state
+
+
+def _uniform(rows: np.ndarray, seed: float) -> FloatArray:
+    """A number in [0, 1) for each row number (splitmix64), the same in every run."""
+    z = (rows.astype(np.uint64) + np.uint64(int(seed) + 1) * np.uint64(1 << 32)) * _HASH_STEP
+    z = (z ^ (z >> np.uint64(30))) * _HASH_MIX[0]
+    z = (z ^ (z >> np.uint64(27))) * _HASH_MIX[1]
+    uniform: FloatArray = (z ^ (z >> np.uint64(31))).astype(float) / 2.0**64
+    return uniform
+
+
+def _drop(x: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+    count, held = state or (0, x[0])
+    rows = count + np.arange(len(x))
+    dropped = _uniform(rows, theta["dropped_seed"][0]) < theta["dropped_samples"][0]
+    last = np.maximum.accumulate(np.where(dropped, -1, np.arange(len(x))))
+    shown = np.where((last < 0)[:, None], held, x[np.maximum(last, 0)])
+    return shown, (count + len(x), shown[-1])
+
+
+def _keep(y: FloatArray, _log: Log, _theta: Theta, state: State) -> tuple[FloatArray, State]:
+    return y, state
+
+
+LAG = Effect(
+    name="lag",
+    stage=Stage.TRANSPORT,
+    scope=Scope.ROBOT,
+    parameters=(EffectParameter("lag", "s", 0.0, 0.0, 0.5, 0.02),),
+    apply=_lag,
+    remove=_unlag,
+    experiments=("walk",),
+    formula="τ dy/dt = x − y on every quantity of the body stream, x linear between samples",
+    source="low-pass in the robot's state estimator",
+    remedy="switch the estimator's smoothing off, or give the lag to the recipe",
+    needs=("com_acc_mps2",),
+    mimics=("delay", "sensor_lag"),
+    separates="quick taps or stamps: a lag rounds what a delay only moves",
+)
+
+CLOCK_DRIFT = Effect(
+    name="clock_drift",
+    stage=Stage.TRANSPORT,
+    scope=Scope.ROBOT,
+    parameters=(EffectParameter("clock_drift", "s/s", 0.0, -0.05, 0.05, 1e-4),),
+    apply=_clock,
+    remove=_unclock,
+    experiments=("walk",),
+    formula="y(t) = x(t − k (t − t₀)) on every quantity of the body stream",
+    source="two free-running clocks; quartz: up to 100 ppm",
+    remedy="synchronise the clocks, or log a common pulse at the start and at the end",
+    needs=("com_acc_mps2",),
+    mimics=("delay",),
+    separates="a long walk: the delay at its end differs from that at its start",
+    tolerance=1e-3,
+    anticipates=True,
+)
+
+DELAY = Effect(
+    name="delay",
+    stage=Stage.TRANSPORT,
+    scope=Scope.ROBOT,
+    parameters=(EffectParameter("delay", "s", 0.0, -0.5, 0.5, 0.02),),
+    apply=_delay,
+    remove=_undelay,
+    experiments=("walk",),
+    formula="y(t) = x(t − d) on every quantity of the body stream",
+    source="seed 1: fixed telemetry delay of 20 ms",
+    remedy="give the delay to the recipe (`delay_s`), or stamp samples where they are taken",
+    needs=("com_acc_mps2",),
+    mimics=("lag", "sensor_lag", "clock_drift"),
+    separates="quick taps or stamps; walking faster and slower",
+    tolerance=1e-3,
+    anticipates=True,
+)
+
+DROPPED_SAMPLES = Effect(
+    name="dropped_samples",
+    stage=Stage.TRANSPORT,
+    scope=Scope.ROBOT,
+    parameters=(
+        EffectParameter("dropped_samples", "-", 0.0, 0.0, 0.95, 0.02),
+        EffectParameter("dropped_seed", "-", 0.0, 0.0, 1e6, 1.0, True, (0.0,)),
+    ),
+    apply=on_readings(_drop),
+    remove=on_readings(_keep),
+    experiments=("walk", "hang"),
+    formula="y_k = x of the last row that arrived; a share p of the rows does not",
+    source="lossy radio or bus; telemetry that repeats its last packet",
+    remedy="shorten the bus, lower the rate, or log a packet counter and leave repeats out",
+    mimics=("quantisation", "channel_stuck"),
+    separates="count exactly repeated rows: `footcal check`",
+    invertible=False,
+)
+
+EFFECTS = (LAG, CLOCK_DRIFT, DELAY, DROPPED_SAMPLES)

@@ -1,0 +1,154 @@
+"""Rotations, rigid transforms and wrenches; every function takes stacks of vectors or matrices.
+
+``rot_ab`` turns a vector in frame b into frame a. Wrenches are ``[force; torque]``.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from footcal_cli.core.parameters import FloatArray
+
+_SMALL_ANGLE_RAD = 1e-4
+_EYE = np.eye(3)
+_BASIS_SKEW = np.array(
+    [
+        [[0.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]],
+        [[0.0, 0.0, 1.0], [0.0, 0.0, 0.0], [-1.0, 0.0, 0.0]],
+        [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]],
+    ]
+)
+
+
+def skew(vector: FloatArray) -> FloatArray:
+    """Matrix of the cross product, ``[v] a = v × a``: (..., 3) to (..., 3, 3)."""
+    matrix: FloatArray = np.tensordot(vector, _BASIS_SKEW, axes=(-1, 0))
+    return matrix
+
+
+def unskew(matrix: FloatArray) -> FloatArray:
+    """The vector of the antisymmetric part of a matrix: (..., 3, 3) to (..., 3)."""
+    return 0.5 * np.stack(
+        [
+            matrix[..., 2, 1] - matrix[..., 1, 2],
+            matrix[..., 0, 2] - matrix[..., 2, 0],
+            matrix[..., 1, 0] - matrix[..., 0, 1],
+        ],
+        axis=-1,
+    )
+
+
+def cayley(q: FloatArray) -> FloatArray:
+    """Cayley rotation ``R = (I − [q])(I + [q])⁻¹``: (..., 3) to (..., 3, 3).
+
+    With the inverse written out, ``R = ((1 − q·q) I + 2 q qᵀ − 2 [q]) / (1 + q·q)``: a turn by
+    ``2 atan |q|`` about −q (seed 2, section III-B).
+    """
+    square = np.sum(q * q, axis=-1)[..., None, None]
+    outer = q[..., :, None] * q[..., None, :]
+    rotation: FloatArray = ((1.0 - square) * _EYE + 2.0 * outer - 2.0 * skew(q)) / (1.0 + square)
+    return rotation
+
+
+def cayley_derivative(q: FloatArray) -> FloatArray:
+    """``dR/dq_i`` of `cayley` in ``[..., i, :, :]``: (..., 3) to (..., 3, 3, 3)."""
+    square = np.sum(q * q, axis=-1)[..., None, None, None]
+    each = q[..., :, None, None]
+    unit_outer = _EYE[:, :, None] * q[..., None, None, :]
+    symmetric = unit_outer + np.swapaxes(unit_outer, -1, -2)
+    numerator = -2.0 * each * _EYE + 2.0 * symmetric - 2.0 * _BASIS_SKEW
+    derivative: FloatArray = (numerator - 2.0 * each * cayley(q)[..., None, :, :]) / (1.0 + square)
+    return derivative
+
+
+def cayley_inverse(rotation: FloatArray) -> FloatArray:
+    """The q of `cayley`; infinite at a half turn: (..., 3, 3) to (..., 3)."""
+    trace = np.trace(rotation, axis1=-2, axis2=-1)[..., None]
+    q: FloatArray = -2.0 * unskew(rotation) / (1.0 + trace)
+    return q
+
+
+def rotation_exp(rotvec_rad: FloatArray) -> FloatArray:
+    """Rotation of a rotation vector, ``exp [v]`` (Rodrigues): (..., 3) to (..., 3, 3)."""
+    angle = np.linalg.norm(rotvec_rad, axis=-1)[..., None, None]
+    matrix = skew(rotvec_rad)
+    half = 0.5 * angle
+    rotation: FloatArray = (
+        _EYE
+        + np.sinc(angle / np.pi) * matrix
+        + 0.5 * np.sinc(half / np.pi) ** 2 * (matrix @ matrix)
+    )
+    return rotation
+
+
+def rotation_log(rotation: FloatArray) -> FloatArray:
+    """Rotation vector of a rotation, angle in [0, π]: (..., 3, 3) to (..., 3)."""
+    sine_axis = unskew(rotation)
+    sine = np.linalg.norm(sine_axis, axis=-1)
+    cosine = 0.5 * (np.trace(rotation, axis1=-2, axis2=-1) - 1.0)
+    angle = np.arctan2(sine, cosine)
+    factor = np.where(sine > _SMALL_ANGLE_RAD, angle / np.where(sine > 0.0, sine, 1.0), 1.0)
+    small = sine_axis * np.where(angle < 1.0, 1.0 + sine**2 / 6.0, 1.0)[..., None]
+    near_pi = (sine <= _SMALL_ANGLE_RAD) & (cosine < 0.0)
+    rotvec = np.where((sine > _SMALL_ANGLE_RAD)[..., None], factor[..., None] * sine_axis, small)
+    return np.where(near_pi[..., None], angle[..., None] * _half_turn_axis(rotation), rotvec)
+
+
+def _half_turn_axis(rotation: FloatArray) -> FloatArray:
+    """Axis of a rotation by (nearly) π, from the largest column of ``(R + Rᵀ)/2 + I``."""
+    symmetric = 0.5 * (rotation + np.swapaxes(rotation, -1, -2)) + _EYE
+    largest = np.argmax(np.diagonal(symmetric, axis1=-2, axis2=-1), axis=-1)
+    column = np.take_along_axis(symmetric, largest[..., None, None], axis=-1)[..., 0]
+    axis: FloatArray = column / np.linalg.norm(column, axis=-1, keepdims=True)
+    towards = np.sum(axis * unskew(rotation), axis=-1, keepdims=True)
+    return np.where(towards < 0.0, -axis, axis)
+
+
+def left_jacobian(rotvec_rad: FloatArray) -> FloatArray:
+    """``J_l`` with ``exp[v + δ] ≈ exp[J_l δ] exp[v]``: (..., 3) to (..., 3, 3)."""
+    angle = np.linalg.norm(rotvec_rad, axis=-1)[..., None, None]
+    matrix = skew(rotvec_rad)
+    safe = np.where(angle > _SMALL_ANGLE_RAD, angle, 1.0)
+    third = np.where(angle > _SMALL_ANGLE_RAD, (safe - np.sin(safe)) / safe**3, 1.0 / 6.0)
+    jacobian: FloatArray = (
+        _EYE + 0.5 * np.sinc(0.5 * angle / np.pi) ** 2 * matrix + third * (matrix @ matrix)
+    )
+    return jacobian
+
+
+def tangent_basis(direction: FloatArray) -> FloatArray:
+    """Two unit vectors at right angles to each unit direction: (..., 3) to (..., 3, 2).
+
+    Along a coordinate axis these are the two other coordinate axes.
+    """
+    least = np.argsort(np.abs(direction), axis=-1, kind="stable")[..., :1]
+    first = np.take(_EYE, np.sort(least, axis=-1)[..., 0], axis=0)
+    first = first - np.sum(first * direction, axis=-1, keepdims=True) * direction
+    first = first / np.linalg.norm(first, axis=-1, keepdims=True)
+    return np.stack([first, np.cross(direction, first)], axis=-1)
+
+
+def wrench_transform(rot_ab: FloatArray, pos_a_m: FloatArray) -> FloatArray:
+    """Carry wrenches from frame b to frame a, ``Ad(T_ba)ᵀ``: (..., 6, 6).
+
+    ``f_a = R_ab f_b``, ``τ_a = R_ab τ_b + p × R_ab f_b`` (seed 2, section II-A).
+
+    Parameters
+    ----------
+    rot_ab
+        Rotation b to a, shape (..., 3, 3).
+    pos_a_m
+        Origin of b in a, shape (..., 3), m.
+    """
+    transform = np.zeros((*rot_ab.shape[:-2], 6, 6))
+    transform[..., :3, :3] = rot_ab
+    transform[..., 3:, 3:] = rot_ab
+    transform[..., 3:, :3] = skew(pos_a_m) @ rot_ab
+    return transform
+
+
+def angle_between_rad(rotation_1: FloatArray, rotation_2: FloatArray) -> FloatArray:
+    """Angle of the rotation from one to the other: (..., 3, 3) twice to (...)."""
+    relative = np.swapaxes(rotation_1, -1, -2) @ rotation_2
+    angle: FloatArray = np.linalg.norm(rotation_log(relative), axis=-1)
+    return angle

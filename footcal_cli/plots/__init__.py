@@ -1,0 +1,1 @@
+"""Record to Figure: functions that draw and return, never show, never save."""

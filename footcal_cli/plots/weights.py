@@ -1,0 +1,69 @@
+"""Figures of known weights on single load cells."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from footcal_cli.core.bench.regression import AffineFit
+from footcal_cli.plots.style import AFTER, BAD, CELL_COLOURS, new_figure, tidy
+
+
+def plot_loads_against_counts(fits: Sequence[AffineFit], tolerance_n: float) -> Figure:
+    """Per channel: load against counts with the fitted line, and the residual below."""
+    across = min(4, len(fits))
+    down = int(np.ceil(len(fits) / across))
+    figure = new_figure(3.1 * down + 0.3, width_in=2.9 * across)
+    grid = figure.add_gridspec(2 * down, across, height_ratios=[2.2, 1.0] * down)
+    worst = max(max(fit.worst_n for fit in fits), tolerance_n) * 1.25
+    for i, fit in enumerate(fits):
+        row, column = divmod(i, across)
+        upper = figure.add_subplot(grid[2 * row, column])
+        lower = figure.add_subplot(grid[2 * row + 1, column], sharex=upper)
+        colour = AFTER if fit.worst_n <= tolerance_n else BAD
+        thousands = (fit.counts - fit.centre_counts) / 1e3
+        order = np.argsort(thousands)
+        upper.plot(thousands[order], fit.predicted_n[order], color=colour, linewidth=1.2)
+        upper.plot(thousands, fit.load_n, "o", color="#1b1f24", markersize=4)
+        tidy(upper, fit.channel, "", "load (N)" if column == 0 else "")
+        upper.tick_params(labelbottom=False)
+        lower.axhspan(-tolerance_n, tolerance_n, color="#e8f1f8")
+        lower.vlines(thousands, 0, fit.residual_n, color=colour, linewidth=1.4)
+        lower.plot(thousands, fit.residual_n, "o", color=colour, markersize=3.5)
+        lower.axhline(0, color="#1b1f24", linewidth=0.7)
+        lower.set_ylim(-worst, worst)
+        tidy(lower, "", "counts − mean (10³)", "error (N)" if column == 0 else "")
+    return figure
+
+
+def plot_residuals(fits: Sequence[AffineFit], tolerance_n: float) -> Figure:
+    """Residuals of all channels on one axis against load: a shared bend is seen at once."""
+    figure = new_figure(3.8)
+    axes = figure.add_subplot()
+    axes.axhspan(-tolerance_n, tolerance_n, color="#e8f1f8", label=f"± {tolerance_n:.3g} N asked")
+    for i, fit in enumerate(fits):
+        loads = np.unique(fit.load_n)
+        mean = [fit.residual_n[fit.load_n == load].mean() for load in loads]
+        colour = CELL_COLOURS[i % len(CELL_COLOURS)]
+        axes.plot(loads, mean, "o-", color=colour, linewidth=1.2, markersize=4, label=fit.channel)
+    axes.axhline(0, color="#1b1f24", linewidth=0.8)
+    tidy(axes, "Error of the affine calibration (should be flat)", "known load (N)",
+         "measured − known (N)")  # fmt: skip
+    axes.legend(fontsize=8, ncols=1, frameon=False, loc="center left", bbox_to_anchor=(1.0, 0.5))
+    return figure
+
+
+def plot_scales(fits: Sequence[AffineFit]) -> Figure:
+    """Scales with 95 % intervals side by side."""
+    figure = new_figure(0.34 * len(fits) + 1.2)
+    axes = figure.add_subplot()
+    places = np.arange(len(fits))[::-1]
+    for place, fit in zip(places, fits, strict=True):
+        low, high = 1e6 * fit.ci95[0]
+        axes.plot([low, high], [place, place], color=AFTER, linewidth=2.2, alpha=0.6)
+        axes.plot(1e6 * fit.scale_n_per_count, place, "o", color=AFTER, markersize=5)
+    axes.set_yticks(places, [fit.channel for fit in fits])
+    tidy(axes, "Scale of each cell with 95 % interval", "scale (µN per count)", "")
+    return figure

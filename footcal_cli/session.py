@@ -1,0 +1,349 @@
+"""A run: what a command was asked, what it read, and the folder it leaves behind.
+
+The run folder is written under a temporary name and renamed at the end, so that an interrupted run
+leaves nothing half-written.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import shutil
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, Generic, TypeVar
+
+from rich.console import Console
+from rich.progress import track
+
+from footcal_cli.columns import TableType
+from footcal_cli.errors import DataError, UsageError
+from footcal_cli.recipe import CommandOptions, Recipe, read_recipe, validated
+from footcal_cli.records import (
+    ParametersRecord,
+    RmseRecord,
+    RunRecord,
+    Versioned,
+    read_record,
+    write_record,
+)
+from footcal_cli.report import Picture, Report, print_text, render_html, rmse_sheet
+from footcal_cli.tables import Table, digest, has_columns, read_table
+
+_PIPE_WIDTH = 160  # columns of a table that no terminal limits
+
+Options = TypeVar("Options", bound=CommandOptions)
+Item = TypeVar("Item")
+
+
+@dataclass(frozen=True)
+class Request:
+    """What the command line asked of any command."""
+
+    command: str
+    logs: tuple[Path, ...]
+    recipe: Path | None
+    parameters: Path | None
+    out: Path
+    overwrite: bool
+    seed: int
+    quiet: bool
+    overrides: Mapping[str, object]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a command found, ready to be written.
+
+    Parameters
+    ----------
+    report
+        What people read.
+    rmse
+        Errors before and after.
+    parameters
+        The calibration, None for a command that makes none.
+    records
+        Further records by file name.
+    files
+        Further files by name -> a function that writes it.
+    gates_missed
+        Sentences of the gates that were not met; any makes the exit code 1.
+    usable
+        False: nothing to be trusted came out (exit code 3).
+    """
+
+    report: Report
+    rmse: RmseRecord | None = None
+    parameters: ParametersRecord | None = None
+    records: Mapping[str, Versioned] = field(default_factory=dict)
+    files: Mapping[str, Callable[[Path], None]] = field(default_factory=dict)
+    gates_missed: tuple[str, ...] = ()
+    usable: bool = True
+
+
+class Session(Generic[Options]):
+    """One run of one command: recipe, options, inputs read so far, timings.
+
+    Parameters
+    ----------
+    request
+        From the command line.
+    options_model
+        The command's table in a recipe.
+    commands
+        Names of all option tables a recipe may hold.
+    """
+
+    def __init__(
+        self, request: Request, options_model: type[Options], commands: Collection[str]
+    ) -> None:
+        self.request = request
+        self.started = datetime.now(UTC)
+        self.console = Console(stderr=True, quiet=request.quiet)
+        _refuse_nonempty(request.out, request.overwrite)
+        self.recipe = (
+            read_recipe(request.recipe, commands) if request.recipe is not None else Recipe()
+        )
+        table = request.command.replace("-", "_")
+        given = {k: v for k, v in request.overrides.items() if v is not None}
+        self.options: Options = validated(
+            options_model,
+            {**self.recipe.options.get(table, {}), **given},
+            file=request.recipe,
+            table=table,
+        )
+        self.parameters: ParametersRecord | None = None
+        self.inputs: dict[str, str] = {}
+        self.rows: dict[str, int] = {}
+        self.timings_s: dict[str, float] = {}
+        if request.parameters is not None:
+            self.parameters = read_record(ParametersRecord, request.parameters)
+            self.inputs[_shown(request.parameters)] = digest(request.parameters)
+
+    def paths(self, role: str) -> list[Path]:
+        """Logs of a role: the LOG arguments where given, else the recipe's ``[data]``."""
+        return list(self.request.logs) or self.recipe.data_paths(role)
+
+    def read(self, table: TableType, role: str | None = None) -> list[Table]:
+        """Read all logs of a role that have the table's columns.
+
+        A LOG argument of another kind is left to the command's other table types; with ``[data]``
+        the role says which log is which.
+
+        Raises
+        ------
+        DataError
+            From the first log that cannot be read.
+        """
+        role = role or table.name
+        columns = self.recipe.foreign_columns()
+        tables = []
+        for path in self.paths(role):
+            if self.request.logs and path.is_file() and not has_columns(path, table, columns):
+                continue
+            read = read_table(path, table, columns, gravity_mps2=self.recipe.robot.gravity_mps2)
+            self.inputs[_shown(path)] = read.digest
+            self.rows[_shown(path)] = len(read)
+            tables.append(read)
+        return tables
+
+    def read_required(self, table: TableType, role: str | None = None) -> list[Table]:
+        """As `read`, but at least one log must be there.
+
+        Raises
+        ------
+        UsageError
+            No log was named.
+        DataError
+            None of the named logs has the columns; says what the first one lacks.
+        """
+        tables = self.read(table, role)
+        if tables:
+            return tables
+        named = self.paths(role or table.name)
+        if not named:
+            raise UsageError(
+                f"no {role or table.name} log given", file=self.recipe.path,
+                remedy=f"name a LOG on the command line or '{role or table.name}' in [data]",
+            )  # fmt: skip
+        columns = self.recipe.foreign_columns()
+        read_table(named[0], table, columns, gravity_mps2=self.recipe.robot.gravity_mps2)
+        raise DataError("no log with the needed columns", file=named[0])
+
+    @contextmanager
+    def step(self, name: str) -> Iterator[None]:
+        """Time a step of the work; shown while it runs on a terminal."""
+        began = time.perf_counter()
+        if self.console.is_terminal:
+            with self.console.status(name):
+                yield
+        else:
+            yield
+        self.timings_s[name] = round(time.perf_counter() - began, 4)
+
+    def progress(self, items: Iterable[Item], description: str, total: int) -> Iterable[Item]:
+        """Iterate with a progress bar on a terminal, quietly in a pipe."""
+        return track(
+            items,
+            description,
+            total=total,
+            console=self.console,
+            disable=not self.console.is_terminal,
+            transient=True,
+        )
+
+    def created(self) -> str:
+        """The run's start as ISO 8601 in UTC."""
+        return self.started.isoformat(timespec="seconds")
+
+    def finish(self, outcome: Outcome) -> int:
+        """Write the run folder, print the verdict, return the exit code."""
+        exit_code = 3 if not outcome.usable else 1 if outcome.gates_missed else 0
+        run = RunRecord(
+            command=self.request.command,
+            started=self.created(),
+            arguments={
+                "logs": [_shown(path) for path in self.request.logs],
+                "recipe": _shown_or_none(self.request.recipe),
+                "parameters": _shown_or_none(self.request.parameters),
+            },
+            recipe=self.recipe.model_dump(mode="json", exclude={"options", "path"}),
+            options=self.options.model_dump(mode="json"),
+            inputs=self.inputs,
+            rows=self.rows,
+            seed=self.request.seed,
+            timings_s=self.timings_s,
+            verdict=outcome.report.verdict,
+            findings=outcome.report.findings,
+            gates_missed=outcome.gates_missed,
+            exit_code=exit_code,
+        )
+        with _whole_folder(self.request.out, self.request.overwrite) as folder:
+            _write(folder, run, outcome)
+        answer = Console(quiet=self.request.quiet, highlight=False)
+        if not answer.is_terminal:
+            answer = Console(quiet=self.request.quiet, highlight=False, width=_PIPE_WIDTH)
+        print_text(outcome.report, answer)
+        for gate in outcome.gates_missed:
+            print(f"GATE NOT MET  {gate}", file=sys.stderr)  # noqa: T201 - the command's answer
+        answer.print(f"report: {self.request.out / 'report.html'}", soft_wrap=True)
+        return exit_code
+
+
+def _write(folder: Path, run: RunRecord, outcome: Outcome) -> None:
+    """Everything a run leaves, into one folder."""
+    report = outcome.report
+    write_record(run, folder / "run.json")
+    if outcome.parameters is not None:
+        write_record(outcome.parameters, folder / "parameters.json")
+    if outcome.rmse is not None:
+        write_record(outcome.rmse, folder / "rmse.json")
+        _write_rmse_csv(outcome.rmse, folder / "rmse.csv")
+        report = Report(
+            report.title,
+            report.verdict,
+            report.pictures,
+            (*report.sheets, rmse_sheet(outcome.rmse)),
+            report.findings,
+            report.footer,
+        )
+    for name, record in outcome.records.items():
+        write_record(record, folder / name)
+    for name, write in outcome.files.items():
+        write(folder / name)
+    _write_figures(report.pictures, folder / "figures")
+    recipe_text = json.dumps({**run.recipe, run.command: run.options}, indent=2, ensure_ascii=False)
+    (folder / "report.html").write_text(render_html(report, run, recipe_text), encoding="utf-8")
+
+
+def _write_rmse_csv(rmse: RmseRecord, path: Path) -> None:
+    with path.open("w", newline="", encoding="utf-8") as stream:
+        names = ["quantity", "unit", "stage", "reference", "split", "rmse", "n"]
+        writer = csv.DictWriter(stream, names)
+        writer.writeheader()
+        writer.writerows(row.model_dump() for row in rmse.rows)
+
+
+def _write_figures(pictures: Iterable[Picture], folder: Path) -> None:
+    folder.mkdir()
+    for picture in pictures:
+        (folder / f"{picture.name}.png").write_bytes(picture.png())
+
+
+def _refuse_nonempty(out: Path, overwrite: bool) -> None:
+    if out.is_file():
+        raise UsageError("--out is a file", file=out, remedy="name a folder")
+    if out.is_dir() and any(out.iterdir()) and not overwrite:
+        raise UsageError(
+            "the output folder is not empty", file=out, remedy="name another --out or --overwrite"
+        )
+
+
+@contextmanager
+def _whole_folder(out: Path, overwrite: bool) -> Iterator[Path]:
+    """A folder that appears under its name only when the block ends well."""
+    _refuse_nonempty(out, overwrite)
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+        partial = Path(tempfile.mkdtemp(prefix=f".{out.name}.partial-", dir=out.parent))
+    except OSError as error:
+        raise UsageError(
+            f"cannot write there: {error.strerror}", file=out, remedy="name another --out"
+        ) from None
+    try:
+        yield partial
+        partial.chmod(0o777 & ~_umask())  # mkdtemp makes folders only their owner can read
+        if out.exists():
+            old = Path(tempfile.mkdtemp(prefix=f".{out.name}.old-", dir=out.parent))
+            out.rename(old / out.name)
+            partial.rename(out)
+            shutil.rmtree(old)
+        else:
+            partial.rename(out)
+    except BaseException:
+        shutil.rmtree(partial, ignore_errors=True)
+        raise
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask
+
+
+def _shown(path: Path) -> str:
+    """A path as people know it: relative to the working folder where it lies below it."""
+    resolved = path.resolve()
+    here = Path.cwd()
+    return resolved.relative_to(here).as_posix() if resolved.is_relative_to(here) else str(path)
+
+
+def _shown_or_none(path: Path | None) -> str | None:
+    return None if path is None else _shown(path)
+
+
+def load_calibration(
+    session: Session[Any], needed: Iterable[str], made_by: str
+) -> ParametersRecord:
+    """The calibration given with ``--parameters``, checked for the parameters a command needs.
+
+    Raises
+    ------
+    UsageError
+        None was given, or it lacks one of the parameters.
+    """
+    if session.parameters is None:
+        raise UsageError(
+            "this command starts from a calibration", remedy=f"give --parameters from {made_by}"
+        )
+    for name in needed:
+        session.parameters.value(name)
+    return session.parameters
