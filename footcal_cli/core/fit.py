@@ -106,6 +106,9 @@ def fit_map(
         theta[free] = start[free] + steps * z
         return theta
 
+    def in_steps(z: FloatArray) -> FloatArray:
+        return residual(full(z))
+
     def stacked(z: FloatArray) -> FloatArray:
         return np.concatenate([residual(full(z)), (steps * z / prior_sd)[has_prior]])
 
@@ -114,12 +117,15 @@ def fit_map(
     def data_jacobian(z: FloatArray) -> FloatArray:
         if jacobian is not None:
             return np.asarray(jacobian(full(z))[:, free] * steps)
-        return numeric_jacobian(lambda u: residual(full(u)), z, np.full(z.size, 1e-4))
+        return numeric_jacobian(in_steps, z, np.full(z.size, 1e-4))
+
+    def stacked_jacobian(z: FloatArray) -> FloatArray:
+        return np.vstack([data_jacobian(z), prior_rows])
 
     solution = least_squares(
         stacked,
         np.zeros(len(chosen)),
-        jac=lambda z: np.vstack([data_jacobian(z), prior_rows]),
+        jac=stacked_jacobian,
         bounds=((lower - start[free]) / steps, (upper - start[free]) / steps),
         loss=loss,
         xtol=1e-12,
@@ -131,7 +137,7 @@ def fit_map(
     theta = full(z)
     residuals = residual(theta)
     scaled = data_jacobian(z)
-    singular_values = np.linalg.svd(scaled, compute_uv=False)
+    singular_values: FloatArray = np.asarray(np.linalg.svd(scaled, compute_uv=False))
     tolerance = max(scaled.shape) * np.finfo(float).eps * max(singular_values, default=0.0)
     rank = int(np.sum(singular_values > tolerance))
     dof = max(residuals.size - rank, 1)

@@ -17,6 +17,7 @@ from footcal_cli.core.parameters import Estimates, FloatArray, Status
 from footcal_cli.errors import FitError
 
 Method = Literal["ordinary", "weighted", "robust"]
+_POOLED_REPEATS = 10
 _HUBER_TUNING = 1.345  # 95 % efficiency for normal errors
 
 
@@ -239,16 +240,21 @@ def _linear_residual(z: FloatArray, rows: FloatArray, target: FloatArray) -> Flo
 
 
 def _repeat_sd(load_n: FloatArray, counts: FloatArray) -> FloatArray:
-    """Relative sd of each row from the scatter of its load's repeats, never below a tenth."""
-    spread = np.full(load_n.size, np.nan)
-    for load in np.unique(load_n):
-        at = load_n == load
-        if at.sum() > 2:
-            spread[at] = np.std(counts[at], ddof=1)
-    if not np.isfinite(spread).any() or np.nanmedian(spread) == 0:
+    """Relative sd of each row from the scatter of its load's repeats.
+
+    Variances of few repeats are themselves noisy, and weighting by them makes intervals too short;
+    they are pulled to their pooled value as if that were known from `_POOLED_REPEATS` readings.
+    """
+    levels, at = np.unique(load_n, return_inverse=True)
+    spare = np.array([np.sum(load_n == level) - 1 for level in levels])
+    squares = np.array(
+        [np.sum((counts[load_n == u] - counts[load_n == u].mean()) ** 2) for u in levels]
+    )
+    if spare.sum() == 0 or squares.sum() == 0:
         return np.ones_like(load_n)
-    typical = float(np.nanmedian(spread))
-    return np.asarray(np.clip(np.where(np.isfinite(spread), spread, typical) / typical, 0.1, None))
+    pooled = squares.sum() / spare.sum()
+    variance = (squares + _POOLED_REPEATS * pooled) / (spare + _POOLED_REPEATS)
+    return np.asarray(np.sqrt(variance / pooled)[at])
 
 
 def _lack_of_fit(load_n: FloatArray, counts: FloatArray) -> LackOfFit | None:

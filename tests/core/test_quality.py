@@ -1,0 +1,75 @@
+"""Findings on raw data: each fault is found, and healthy data stay quiet."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from footcal_cli.core.quality import (
+    check_codes,
+    check_duplicate_channels,
+    check_load_unit,
+    check_repeats_across_channels,
+)
+
+LOADS = np.array([0.0, 1.0, 2.0, 5.0])
+
+
+def independent_cells(seed: int) -> dict[str, np.ndarray]:
+    rng = np.random.default_rng(seed)
+    return {
+        f"cell{i}": np.round(
+            8.3e6 + 4e4 * rng.standard_normal() - 3e4 * (1 + 0.02 * rng.standard_normal()) * LOADS
+        )
+        for i in range(8)
+    }
+
+
+def test_independent_cells_raise_no_alarm() -> None:
+    loads = dict.fromkeys((f"cell{i}" for i in range(8)), LOADS)
+    alarms = [check_repeats_across_channels(independent_cells(s), loads) for s in range(200)]
+    assert not any(alarms)
+
+
+def test_copied_rows_are_found() -> None:
+    cells = independent_cells(1)
+    loads = dict.fromkeys(cells, LOADS)
+    cells["cell3"] = cells["cell2"].copy()
+    cells["cell5"] = cells["cell2"].copy()
+    (finding,) = check_repeats_across_channels(cells, loads)
+    assert finding.code == "readings_repeat_across_channels"
+    assert "in 3 channels" in finding.sentence
+
+
+@pytest.mark.parametrize("code", [2**23 - 1, -(2**23), 2**24 - 1])
+def test_end_codes_are_saturation(code: int) -> None:
+    counts = np.array([8.0e6, 8.1e6, float(code)])
+    assert "saturated_codes" in {f.code for f in check_codes("c", counts, bits=24)}
+
+
+def test_a_healthy_channel_has_no_alarm() -> None:
+    codes = {f.code for f in check_codes("c", np.array([8.0e6, 8.1e6, 8.2e6]), bits=24)}
+    assert codes == {"offset_binary"}
+    assert not check_codes("c", np.array([1000.0, 2000.0, 3000.0]), bits=24)
+
+
+def test_a_stuck_channel_is_an_alarm() -> None:
+    (finding,) = check_codes("c", np.full(5, 1234.0), bits=24)
+    assert finding.code == "stuck_channel"
+
+
+def test_grams_taken_for_newtons_and_back() -> None:
+    assert not check_load_unit(LOADS, (0.0, 53.0), None)
+    assert check_load_unit(LOADS * 1e4, (0.0, 53.0), None)[0].code == "implausible_unit"
+    assert check_load_unit(LOADS * 1e-3, None, 53.0)[0].code == "implausible_unit"
+    assert not check_load_unit(LOADS, None, None)
+
+
+def test_a_duplicated_stream_is_found_though_samples_are_lost() -> None:
+    rng = np.random.default_rng(0)
+    readings = rng.standard_normal((200, 3))
+    assert not check_duplicate_channels(readings, ["a", "b", "c"])
+    readings[:, 2] = readings[:, 0]
+    readings[5, 2] = np.nan
+    (finding,) = check_duplicate_channels(readings, ["a", "b", "c"])
+    assert finding.where == "a, c"
