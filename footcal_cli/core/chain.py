@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from footcal_cli.core.effects import TABLE
 from footcal_cli.core.effects.contract import Effect, State, Theta, is_neutral
 from footcal_cli.core.effects.contract import units_of as units_of
 from footcal_cli.core.log import Log
@@ -55,6 +56,15 @@ def link(effect: Effect, channels: Sequence[str], only: Sequence[str] | None = N
     return Link(effect, {unit: (unit,) for unit in chosen})
 
 
+def chain_of(links: Iterable[Link]) -> Chain:
+    """A chain of links in any order: by stage, then by place in the table, then as given."""
+    place = {name: i for i, name in enumerate(TABLE)}
+    ordered = sorted(
+        links, key=lambda item: (item.effect.stage, place.get(item.effect.name, len(place)))
+    )
+    return Chain(tuple(ordered))
+
+
 @dataclass(frozen=True)
 class Chain:
     """Links in the order in which the truth passes through them."""
@@ -67,9 +77,8 @@ class Chain:
             raise ValueError("links out of order: a chain runs from bench to transport")
 
     def with_link(self, extra: Link) -> Chain:
-        """A chain extended by one link at its stage, behind those of the same stage."""
-        links = sorted((*self.links, extra), key=lambda item: item.effect.stage)
-        return Chain(tuple(links))
+        """A chain extended by one link, at the effect's place in the table."""
+        return chain_of((*self.links, extra))
 
     def parameters(self) -> ParameterSet:
         """All parameters at neutral with the table's bounds and prior sd."""

@@ -28,7 +28,12 @@ def per_axis(
     """One size per axis of a transducer: ``<prefix>_fx`` in N, ..., ``<prefix>_tz`` in Nm."""
     return tuple(
         EffectParameter(
-            f"{prefix}_{axis}", unit + per, 0.0, -bound, bound, force_sd if unit == "N" else torque_sd
+            f"{prefix}_{axis}",
+            unit + per,
+            0.0,
+            -bound,
+            bound,
+            force_sd if unit == "N" else torque_sd,
         )
         for axis, unit in zip(AXES, AXIS_UNITS, strict=True)
     )

@@ -81,7 +81,7 @@ def _saturate(x: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[Flo
 def _unsaturate(y: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
     limit, kept = theta["saturation_limit"], 1.0 - theta["saturation"]
     above = y - np.clip(y, -limit, limit)
-    return y - above + np.divide(above, kept, out=above.copy(), where=kept > 0), state
+    return y - above + above / np.where(kept > 0, kept, 1.0), state
 
 
 def _quantise(x: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
@@ -120,7 +120,8 @@ def _warmth(log: Log) -> FloatArray:
     temperature = log.known.get("temperature_degc")
     if temperature is None:
         return np.zeros((len(log), 1))
-    return temperature.reshape(-1, 1) - TEMPERATURE_REFERENCE_DEGC
+    warmth: FloatArray = temperature.reshape(-1, 1) - TEMPERATURE_REFERENCE_DEGC
+    return warmth
 
 
 def _warm_scale(x: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:

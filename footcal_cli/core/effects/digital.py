@@ -38,7 +38,7 @@ def _keep(y: FloatArray, _log: Log, _theta: Theta, state: State) -> tuple[FloatA
 def _pair(theta: Theta, first: str, second: str, channels: int) -> tuple[int, int] | None:
     """The two columns that are mixed up, or None where the log has no such columns."""
     a, b = int(theta[first][0]), int(theta[second][0])
-    return (a, b) if a != b and 0 <= min(a, b) and max(a, b) < channels else None
+    return (a, b) if a != b and min(a, b) >= 0 and max(a, b) < channels else None
 
 
 def _swap(x: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:

@@ -92,9 +92,9 @@ def low_pass(
 ) -> tuple[FloatArray, LowPassState]:
     """First-order low-pass ``τ dy/dt = x − y`` of an input that is linear between its samples.
 
-    ``y_k = a y_{k−1} + (1 − g) x_k + (g − a) x_{k−1}``, a = exp(−Δt/τ), g = (1 − a) τ/Δt; a recording
-    starts settled, y = x. Small τ act as a delay of τ, also (to first order) below zero, so that
-    the signature at τ = 0 is the delay's.
+    ``y_k = a y_{k−1} + (1 − g) x_k + (g − a) x_{k−1}``, a = exp(−Δt/τ), g = (1 − a) τ/Δt.
+    A recording starts settled, y = x. Small τ act as a delay of τ, also (to first order)
+    below zero, so that the signature at τ = 0 is the delay's.
     """
     fresh, decay, gain, x_before, y_before = _low_pass_terms(x, time_s, time_constant_s, state)
     drive = np.where(fresh, x, (1.0 - gain) * x + (gain - decay) * x_before)
@@ -131,9 +131,7 @@ def _low_pass_terms(
     return passed.fresh[:, None], decay, gain, np.vstack([before, signal[:-1]]), other
 
 
-def play(
-    drive: FloatArray, radius: FloatArray, start: FloatArray, fresh: BoolArray
-) -> FloatArray:
+def play(drive: FloatArray, radius: FloatArray, start: FloatArray, fresh: BoolArray) -> FloatArray:
     """Play (backlash) of a radius: ``z_k = min(max(z_{k−1}, x_k − r), x_k + r)``.
 
     Each row is a clamp and clamps compose to clamps, so the rows are joined by doubling.

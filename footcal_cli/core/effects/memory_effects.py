@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from footcal_cli.core.effects.contract import (
+    ArrayTransform,
     Effect,
     EffectParameter,
     Scope,
@@ -44,19 +45,26 @@ def _unhysteresis(y: FloatArray, log: Log, theta: Theta, state: State) -> tuple[
     return y / yielding + (1.0 - 1.0 / yielding) * z, (log.time_s[-1], z[-1])
 
 
-def _creep(x: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
-    last, start = state or (None, np.zeros(x.shape[1]))
-    fresh, decay = _forgetting(log, last, theta["creep_time"])
-    crept = linear_recurrence(np.where(fresh, 0.0, decay), (1.0 - decay) * x, start)
-    return x + theta["creep"] * crept, (log.time_s[-1], crept[-1])
+def _creep(name: str) -> ArrayTransform:
+    def crept(x: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+        last, start = state or (None, np.zeros(x.shape[1]))
+        fresh, decay = _forgetting(log, last, theta[f"{name}_time"])
+        slow = linear_recurrence(np.where(fresh, 0.0, decay), (1.0 - decay) * x, start)
+        return x + theta[name] * slow, (log.time_s[-1], slow[-1])
+
+    return crept
 
 
-def _uncreep(y: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
-    last, start = state or (None, np.zeros(y.shape[1]))
-    fresh, decay = _forgetting(log, last, theta["creep_time"])
-    share = 1.0 / (1.0 + theta["creep"] * (1.0 - decay))
-    crept = linear_recurrence(np.where(fresh, 0.0, decay * share), (1.0 - decay) * share * y, start)
-    return y - theta["creep"] * crept, (log.time_s[-1], crept[-1])
+def _uncreep(name: str) -> ArrayTransform:
+    def rested(y: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+        last, start = state or (None, np.zeros(y.shape[1]))
+        fresh, decay = _forgetting(log, last, theta[f"{name}_time"])
+        share = 1.0 / (1.0 + theta[name] * (1.0 - decay))
+        drive = (1.0 - decay) * share * y
+        slow = linear_recurrence(np.where(fresh, 0.0, decay * share), drive, start)
+        return y - theta[name] * slow, (log.time_s[-1], slow[-1])
+
+    return rested
 
 
 def _forgetting(
@@ -108,9 +116,7 @@ HYSTERESIS = Effect(
     apply=on_readings(_hysteresis),
     remove=on_readings(_unhysteresis),
     experiments=("weights", "stand", "walk"),
-    formula=(
-        "y = x + (w / 2) (z − x) / r, z = play of radius r: z_k = min(max(z_{k−1}, x_k − r), x_k + r)"
-    ),
+    formula="y = x + w (z − x) / 2r, play z_k = min(max(z_{k−1}, x_k − r), x_k + r)",
     source="Prandtl–Ishlinskii operator; exact inverse after Kuhnen, Eur. J. Control 9 (2003)",
     remedy="approach every load from the same side; check glued seats and screws",
     mimics=("sensor_lag", "creep"),
@@ -125,11 +131,11 @@ def _creep_row(name: str, time_s: float, grid: tuple[float, ...], what: str) -> 
         stage=Stage.CELL,
         scope=Scope.CHANNEL,
         parameters=(
-            EffectParameter("creep", "-", 0.0, -0.3, 1.0, 0.02),
-            EffectParameter("creep_time", "s", time_s, 0.05, 1e5, time_s, True, grid),
+            EffectParameter(name, "-", 0.0, -0.3, 1.0, 0.02),
+            EffectParameter(f"{name}_time", "s", time_s, 0.05, 1e5, time_s, True, grid),
         ),
-        apply=on_readings(_creep),
-        remove=on_readings(_uncreep),
+        apply=on_readings(_creep(name)),
+        remove=on_readings(_uncreep(name)),
         experiments=("weights", "stand", "walk"),
         formula="y = x + c s, ds/dt = (x − s) / τ; removed by the same recursion solved for x",
         source=f"OIML R 60 (creep and minimum dead-load output return): {what}",

@@ -1,7 +1,6 @@
 """Clocks and telemetry: the body stream late, filtered or on a drifting clock; samples lost.
 
-The body stream is what does not come from the cells: CoM, acceleration, angular momentum, feet;
-while hanging, the shaft angle.
+The body stream is what does not come from the cells: CoM, acceleration, angular momentum, feet.
 """
 
 from __future__ import annotations
@@ -28,7 +27,6 @@ BODY_STREAM = (
     "foot_yaw_rad",
     "foot_pos_m",
     "cell_pos_m",
-    "phase_rad",
 )
 """Known quantities that come by the body's telemetry, where a log has them."""
 REMEMBERED_ROWS = 64
@@ -99,9 +97,9 @@ def _hermite(time_s: FloatArray, signal: FloatArray, at_s: FloatArray) -> FloatA
 def _shifted(log: Log, at_s: FloatArray, history: State) -> tuple[Log, State]:
     """The log whose body stream shows at each row what it was at `at_s`."""
     stream = _stream(log)
-    if history is None:
-        history = (np.empty(0), np.empty((0, stream.shape[1])))
-    elif log.time_s[0] < history[0][-1]:
+    if stream.shape[1] == 0:
+        return log, history
+    if history is None or log.time_s[0] < history[0][-1]:
         history = (np.empty(0), np.empty((0, stream.shape[1])))
     earlier = len(history[0])
     times = np.concatenate([history[0], log.time_s])
@@ -137,11 +135,15 @@ def _unclock(log: Log, theta: Theta, state: State) -> tuple[Log, State]:
 
 
 def _lag(log: Log, theta: Theta, state: State) -> tuple[Log, State]:
+    if not _stream(log).size:
+        return log, state
     stream, state = low_pass(_stream(log), log.time_s, theta["lag"], state)
     return _with_stream(log, stream), state
 
 
 def _unlag(log: Log, theta: Theta, state: State) -> tuple[Log, State]:
+    if not _stream(log).size:
+        return log, state
     stream, state = invert_low_pass(_stream(log), log.time_s, theta["lag"], state)
     return _with_stream(log, stream), state
 

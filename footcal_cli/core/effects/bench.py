@@ -1,0 +1,132 @@
+"""Mistakes on the bench: a wrong weight, a wrong hole, a wrong unit.
+
+What is believed of a load differs from the truth by a correction: truth = believed + correction.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from footcal_cli.core.effects.contract import (
+    Effect,
+    EffectParameter,
+    Scope,
+    Stage,
+    State,
+    Theta,
+    on_known,
+)
+from footcal_cli.core.log import Log
+from footcal_cli.core.parameters import BoolArray, FloatArray
+
+LABEL_TOLERANCE = 0.1
+"""Loads within this share of a label were loaded with that weight."""
+_EVERY_BLOCK = -1.0
+
+
+def _labelled(load: FloatArray, theta: Theta) -> BoolArray:
+    label = theta["label"][0]
+    found: BoolArray = np.abs(load - label) <= LABEL_TOLERANCE * abs(label)
+    return found
+
+
+def _mislabel(load: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+    return load - theta["label_correction"][0] * _labelled(load, theta), state
+
+
+def _relabel(load: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+    return load + theta["label_correction"][0] * _labelled(load, theta), state
+
+
+def _hole_shift(log: Log, theta: Theta) -> FloatArray:
+    shift = np.array([theta["hole_correction_x"][0], theta["hole_correction_y"][0]])
+    there: FloatArray = (log.block == int(theta["placement"][0]))[:, None] * shift
+    return there
+
+
+def _misplace(hole: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+    return hole - _hole_shift(log, theta), state
+
+
+def _replace(hole: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+    return hole + _hole_shift(log, theta), state
+
+
+def _unit(load: FloatArray, log: Log, theta: Theta) -> FloatArray:
+    block = theta["unit_block"][0]
+    hit = np.full(len(log), True) if block == _EVERY_BLOCK else log.block == int(block)
+    factor: FloatArray = np.where(hit, theta["unit_factor"][0], 1.0)
+    return factor.reshape(-1, *[1] * (load.ndim - 1))
+
+
+def _misread(load: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+    return load / _unit(load, log, theta), state
+
+
+def _reread(load: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+    return load * _unit(load, log, theta), state
+
+
+WRONG_WEIGHT = Effect(
+    name="wrong_weight",
+    stage=Stage.BENCH,
+    scope=Scope.ROBOT,
+    parameters=(
+        EffectParameter("label_correction", "N", 0.0, -20.0, 20.0, 0.1),
+        EffectParameter("label", "N", 5.0, 1e-3, 1e4, 5.0, True, (0.5, 1.0, 2.0, 5.0, 10.0, 20.0)),
+    ),
+    apply=on_known("load_n", _mislabel),
+    remove=on_known("load_n", _relabel),
+    experiments=("weights", "placements"),
+    formula="true load = written load + δ wherever the weight with that label was used",
+    source="a mislabelled weight; seed 1 uses 0.01, 0.05 and 0.2 kg",
+    remedy="put the weight on a balance",
+    needs=("load_n",),
+    mimics=("nonlinearity", "hinge"),
+    separates="use another weight of the same label, or several small ones",
+)
+
+WRONG_HOLE = Effect(
+    name="wrong_hole",
+    stage=Stage.BENCH,
+    scope=Scope.ROBOT,
+    parameters=(
+        EffectParameter("hole_correction_x", "m", 0.0, -0.3, 0.3, 0.01),
+        EffectParameter("hole_correction_y", "m", 0.0, -0.3, 0.3, 0.01),
+        EffectParameter(
+            "placement", "block", 0.0, 0.0, 1e6, 1.0, True, tuple(float(i) for i in range(18))
+        ),
+    ),
+    apply=on_known("hole_m", _misplace),
+    remove=on_known("hole_m", _replace),
+    experiments=("placements",),
+    formula="true position = written position + δ for one placement",
+    source="weight hung into the neighbouring hole of the 20 mm grid",
+    remedy="repeat that placement",
+    needs=("hole_m",),
+    mimics=("cell_position", "slip"),
+    separates="repeat the placement and its neighbours",
+)
+
+WRONG_UNIT = Effect(
+    name="wrong_unit",
+    stage=Stage.BENCH,
+    scope=Scope.ROBOT,
+    parameters=(
+        EffectParameter("unit_factor", "-", 1.0, 1e-4, 1e4, 0.3),
+        EffectParameter(
+            "unit_block", "block", _EVERY_BLOCK, -1.0, 1e6, 1.0, True, (-1.0, 0.0, 1.0, 2.0, 3.0)
+        ),
+    ),
+    apply=on_known("load_n", _misread),
+    remove=on_known("load_n", _reread),
+    experiments=("weights", "placements"),
+    formula="true load = k · written load, in one block or in all: 9.80665 for kg, 4.448 for lbf",
+    source="loads noted in another unit than the recipe says",
+    remedy="correct the unit in the recipe's columns",
+    needs=("load_n",),
+    mimics=("scale_bias", "temperature_scale"),
+    separates="one weight measured on a balance; the nameplate's scale",
+)
+
+EFFECTS = (WRONG_UNIT, WRONG_WEIGHT, WRONG_HOLE)

@@ -1,0 +1,218 @@
+"""What the body's model and inertial unit get wrong: mass, CoM, tilt, acceleration, momentum.
+
+Corrections are what must be added to a belief: truth = believed + correction. Body axes are those
+of the mean heading of the feet.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from footcal_cli.core.effects.contract import (
+    ArrayTransform,
+    Effect,
+    EffectParameter,
+    Scope,
+    Stage,
+    State,
+    Theta,
+    on_known,
+)
+from footcal_cli.core.log import Log
+from footcal_cli.core.parameters import FloatArray
+
+BALANCED = ("stand", "walk")
+
+
+def heading_rad(log: Log) -> FloatArray:
+    """Direction the body faces: the mean yaw of the feet, shape (n,); 0 where none is known."""
+    yaw = log.known.get("foot_yaw_rad")
+    if yaw is None:
+        return np.zeros(len(log))
+    heading: FloatArray = np.arctan2(np.sin(yaw).mean(axis=1), np.cos(yaw).mean(axis=1))
+    return heading
+
+
+def _turned(vector: FloatArray, yaw_rad: FloatArray) -> FloatArray:
+    """Vectors (..., 3) turned about z by yaws (n,), shape (n, 3)."""
+    cos, sin = np.cos(yaw_rad), np.sin(yaw_rad)
+    x, y, z = np.moveaxis(np.broadcast_to(vector, (yaw_rad.size, 3)), -1, 0)
+    return np.stack([cos * x - sin * y, sin * x + cos * y, z], axis=-1)
+
+
+def _triple(theta: Theta, prefix: str) -> FloatArray:
+    return np.array([theta[f"{prefix}_{axis}"][0] for axis in "xyz"])
+
+
+def _tilting(theta: Theta, roll: str, pitch: str) -> FloatArray:
+    """Rotation by roll about x, then pitch about y, shape (3, 3)."""
+    return Rotation.from_euler("xy", [theta[roll][0], theta[pitch][0]]).as_matrix()
+
+
+def _see_tilted(acc: FloatArray, log: Log, tilt: FloatArray, yaw_rad: FloatArray) -> FloatArray:
+    """Acceleration without gravity as an inertial unit shows it whose frame is rotated by tilt."""
+    gravity = np.zeros_like(acc)
+    gravity[:, 2] = log.known["gravity_mps2"]
+    specific = _turned(acc + gravity, -yaw_rad) @ tilt
+    return _turned(specific, yaw_rad) - gravity
+
+
+def _imu_tilt(acc: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+    tilt = _tilting(theta, "imu_roll", "imu_pitch")
+    return _see_tilted(acc, log, tilt, heading_rad(log)), state
+
+
+def _imu_level(acc: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+    tilt = _tilting(theta, "imu_roll", "imu_pitch")
+    return _see_tilted(acc, log, tilt.T, heading_rad(log)), state
+
+
+def _slope(acc: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+    tilt = _tilting(theta, "floor_roll", "floor_pitch")
+    return _see_tilted(acc, log, tilt, np.zeros(len(log))), state
+
+
+def _unslope(acc: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+    tilt = _tilting(theta, "floor_roll", "floor_pitch")
+    return _see_tilted(acc, log, tilt.T, np.zeros(len(log))), state
+
+
+def _accel_bias(sign: float) -> ArrayTransform:
+    def biased(acc: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+        return acc + sign * _turned(_triple(theta, "accel_bias"), heading_rad(log)), state
+
+    return biased
+
+
+def _com(sign: float) -> ArrayTransform:
+    def moved(com: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+        return com + sign * _turned(_triple(theta, "com_correction"), heading_rad(log)), state
+
+    return moved
+
+
+def _mass(sign: float) -> ArrayTransform:
+    def changed(
+        mass: FloatArray, _log: Log, theta: Theta, state: State
+    ) -> tuple[FloatArray, State]:
+        return mass + sign * theta["mass_correction"][0], state
+
+    return changed
+
+
+def _lose(rate: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+    return rate * (1.0 - theta["angmom_loss"][0]), state
+
+
+def _regain(rate: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+    return rate / (1.0 - theta["angmom_loss"][0]), state
+
+
+MASS = Effect(
+    name="mass",
+    stage=Stage.BODY,
+    scope=Scope.ROBOT,
+    parameters=(EffectParameter("mass_correction", "kg", 0.0, -20.0, 20.0, 0.1),),
+    apply=on_known("mass_kg", _mass(-1.0)),
+    remove=on_known("mass_kg", _mass(1.0)),
+    experiments=BALANCED,
+    formula="true mass = believed mass + δ",
+    source="seed 1, eq. (9)",
+    remedy="weigh the robot as it walks, battery and cables included",
+    needs=("mass_kg",),
+    mimics=("scale_bias", "load_bypass"),
+    separates="a certified weight put on the standing robot",
+)
+
+COM_OFFSET = Effect(
+    name="com_offset",
+    stage=Stage.BODY,
+    scope=Scope.ROBOT,
+    parameters=tuple(
+        EffectParameter(f"com_correction_{axis}", "m", 0.0, -0.2, 0.2, 0.005) for axis in "xyz"
+    ),
+    apply=on_known("com_m", _com(-1.0)),
+    remove=on_known("com_m", _com(1.0)),
+    experiments=BALANCED,
+    formula="true CoM = believed CoM + R(heading) δ",
+    source="seed 1, eqs. (10)(11): CoM from the robot's own model",
+    remedy="correct the masses in the robot's model; suspend the robot to find its CoM",
+    needs=("com_m",),
+    mimics=("imu_tilt", "accel_bias", "floor_slope"),
+    separates="squats at three heights",
+)
+
+IMU_TILT = Effect(
+    name="imu_tilt",
+    stage=Stage.BODY,
+    scope=Scope.ROBOT,
+    parameters=(
+        EffectParameter("imu_roll", "rad", 0.0, -0.5, 0.5, 0.01),
+        EffectParameter("imu_pitch", "rad", 0.0, -0.5, 0.5, 0.01),
+    ),
+    apply=on_known("com_acc_mps2", _imu_tilt),
+    remove=on_known("com_acc_mps2", _imu_level),
+    experiments=BALANCED,
+    formula="a_shown = Rᵀ (a + g e_z) − g e_z, R: roll about x, then pitch about y, body axes",
+    source="seed 1, section 5.1 (IMU misalignment)",
+    remedy="level the inertial unit, or calibrate it on a flat plate",
+    needs=("com_acc_mps2",),
+    mimics=("accel_bias", "com_offset", "floor_slope"),
+    separates="flip the inertial unit (accelerometer bias), squat (CoM), turn on the spot (floor)",
+)
+
+FLOOR_SLOPE = Effect(
+    name="floor_slope",
+    stage=Stage.BODY,
+    scope=Scope.ROBOT,
+    parameters=(
+        EffectParameter("floor_roll", "rad", 0.0, -0.5, 0.5, 0.01),
+        EffectParameter("floor_pitch", "rad", 0.0, -0.5, 0.5, 0.01),
+    ),
+    apply=on_known("com_acc_mps2", _slope),
+    remove=on_known("com_acc_mps2", _unslope),
+    experiments=BALANCED,
+    formula="as imu_tilt, with axes fixed to the floor",
+    source="gravity is not normal to the floor; seed 1, eqs. (10)(11) take ground at z = 0",
+    remedy="put a spirit level on the floor",
+    needs=("com_acc_mps2",),
+    mimics=("imu_tilt", "accel_bias", "com_offset"),
+    separates="turn on the spot while walking",
+)
+
+ACCEL_BIAS = Effect(
+    name="accel_bias",
+    stage=Stage.BODY,
+    scope=Scope.ROBOT,
+    parameters=tuple(
+        EffectParameter(f"accel_bias_{axis}", "m/s²", 0.0, -3.0, 3.0, 0.1) for axis in "xyz"
+    ),
+    apply=on_known("com_acc_mps2", _accel_bias(1.0)),
+    remove=on_known("com_acc_mps2", _accel_bias(-1.0)),
+    experiments=BALANCED,
+    formula="a_shown = a + R(heading) b",
+    source="seed 1, open points (IMU bias)",
+    remedy="re-zero the accelerometer at rest",
+    needs=("com_acc_mps2",),
+    mimics=("imu_tilt", "com_offset", "floor_slope"),
+    separates="flip the inertial unit; squat",
+)
+
+ANGULAR_MOMENTUM = Effect(
+    name="angular_momentum",
+    stage=Stage.BODY,
+    scope=Scope.ROBOT,
+    parameters=(EffectParameter("angmom_loss", "-", 0.0, -2.0, 0.95, 0.1),),
+    apply=on_known("angmom_rate_nm", _lose),
+    remove=on_known("angmom_rate_nm", _regain),
+    experiments=("walk",),
+    formula="L̇_shown = (1 − s) L̇",
+    source="seed 1, eqs. (10)(11); dropping L̇ biases scales by 10–30 %",
+    remedy="include the legs' inertias in the model that computes angular momentum",
+    needs=("angmom_rate_nm",),
+    mimics=("cell_position", "delay"),
+    separates="walk faster: L̇ grows with the square of the speed",
+)
+
+EFFECTS = (MASS, COM_OFFSET, IMU_TILT, FLOOR_SLOPE, ACCEL_BIAS, ANGULAR_MOMENTUM)

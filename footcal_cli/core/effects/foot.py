@@ -1,0 +1,186 @@
+"""What happens between the ground and the cells of a foot."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from footcal_cli.core.effects.contract import (
+    ArrayTransform,
+    Effect,
+    EffectParameter,
+    Scope,
+    Stage,
+    State,
+    Theta,
+    columns_of,
+    is_six_axis,
+    on_known,
+    on_readings,
+)
+from footcal_cli.core.effects.memory import elapsed
+from footcal_cli.core.log import Log
+from footcal_cli.core.parameters import FloatArray, IntArray
+
+_UNLOADED_N = 1e-9
+
+
+def _feet(log: Log) -> tuple[IntArray, ...]:
+    """Columns of each foot's cells; none where the channels are six-axis."""
+    return () if is_six_axis(log.channels) else columns_of(Scope.FOOT, log.channels)
+
+
+def _foot_yaw(log: Log) -> FloatArray:
+    """Yaw of the foot under each channel, shape (n, c)."""
+    yaw = log.known.get("foot_yaw_rad")
+    spread = np.zeros((len(log), len(log.channels)))
+    if yaw is not None:
+        for i, cells in enumerate(columns_of(Scope.FOOT, log.channels)):
+            spread[:, cells] = yaw[:, i : i + 1]
+    return spread
+
+
+def _in_world(x: FloatArray, y: FloatArray, yaw_rad: FloatArray) -> FloatArray:
+    """Horizontal foot vectors turned into the world, shape (n, c, 2)."""
+    cos, sin = np.cos(yaw_rad), np.sin(yaw_rad)
+    return np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1)
+
+
+def _shift_horizontally(pos: FloatArray, shift: FloatArray) -> FloatArray:
+    moved = pos.copy()
+    moved[..., :2] += shift
+    return moved
+
+
+def _cell_position(sign: float) -> ArrayTransform:
+    def moved(pos: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+        if is_six_axis(log.channels):
+            return pos, state
+        x, y = theta["cell_correction_x"], theta["cell_correction_y"]
+        return _shift_horizontally(pos, sign * _in_world(x, y, _foot_yaw(log))), state
+
+    return moved
+
+
+def _slip(sign: float) -> ArrayTransform:
+    def moved(pos: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+        if is_six_axis(log.channels):
+            return pos, state
+        since, state = elapsed(log.time_s, state)
+        shift = np.zeros((len(log), len(log.channels), 2))
+        for i, cells in enumerate(columns_of(Scope.FOOT, log.channels)):
+            slid = np.clip((since - theta["slip_time"][i]) / theta["slip_duration"][i], 0.0, 1.0)
+            slip = np.array([theta["slip_x"][i], theta["slip_y"][i]])
+            shift[:, cells] = slid[:, None, None] * slip
+        return _shift_horizontally(pos, sign * shift), state
+
+    return moved
+
+
+def _bypass(x: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+    y = x.copy()
+    for i, cells in enumerate(_feet(log)):
+        total = x[:, cells].sum(axis=1, keepdims=True)
+        beside = theta["load_bypass"][i] * np.maximum(total - theta["bypass_load"][i], 0.0)
+        y[:, cells] *= 1.0 - beside / np.maximum(total, _UNLOADED_N)
+    return y, state
+
+
+def _unbypass(y: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+    x = y.copy()
+    for i, cells in enumerate(_feet(log)):
+        share, touch = theta["load_bypass"][i], theta["bypass_load"][i]
+        total = y[:, cells].sum(axis=1, keepdims=True)
+        beside = share / (1.0 - share) * np.maximum(total - touch, 0.0)
+        x[:, cells] *= 1.0 + beside / np.maximum(total, _UNLOADED_N)
+    return x, state
+
+
+def _plate(sign: float) -> ArrayTransform:
+    def hung(x: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+        y = x.copy()
+        if "contact" in log.known:
+            for i, cells in enumerate(_feet(log)):
+                airborne = log.known["contact"][:, i : i + 1] == 0.0
+                y[:, cells] += sign * theta["plate_weight"][i] / len(cells) * airborne
+        return y, state
+
+    return hung
+
+
+CELL_POSITION = Effect(
+    name="cell_position",
+    stage=Stage.FOOT,
+    scope=Scope.CHANNEL,
+    parameters=(
+        EffectParameter("cell_correction_x", "m", 0.0, -0.05, 0.05, 0.002),
+        EffectParameter("cell_correction_y", "m", 0.0, -0.05, 0.05, 0.002),
+    ),
+    apply=on_known("cell_pos_m", _cell_position(-1.0)),
+    remove=on_known("cell_pos_m", _cell_position(1.0)),
+    experiments=("placements", "stand", "walk"),
+    formula="true cell position = believed position + δ, in foot axes",
+    source="seed 1, eqs. (3)–(5): the offline CoP correction absorbs it",
+    remedy="measure the cells' places; check the model's foot",
+    needs=("cell_pos_m",),
+    mimics=("crosstalk", "com_offset"),
+    separates="a weight placed on the holes above each cell",
+)
+
+SLIP = Effect(
+    name="slip",
+    stage=Stage.FOOT,
+    scope=Scope.FOOT,
+    parameters=(
+        EffectParameter("slip_x", "m", 0.0, -0.5, 0.5, 0.01),
+        EffectParameter("slip_y", "m", 0.0, -0.5, 0.5, 0.01),
+        EffectParameter(
+            "slip_time", "s", 20.0, 0.0, 1e6, 20.0, True, (5.0, 10.0, 20.0, 30.0, 60.0)
+        ),
+        EffectParameter("slip_duration", "s", 0.5, 0.01, 1e3, 0.5, True, (0.1, 0.5, 2.0)),
+    ),
+    apply=on_known("cell_pos_m", _slip(-1.0)),
+    remove=on_known("cell_pos_m", _slip(1.0)),
+    experiments=("stand", "walk"),
+    formula="true foot = believed foot + δ · clip((t − t₀ − t_s) / T, 0, 1), in the world",
+    source="seed 1, section 5.1 (slip); Newton–Euler holds while sliding",
+    remedy="put a rubber sole on the foot, or track the feet with a camera",
+    needs=("cell_pos_m",),
+    mimics=("com_offset", "wrong_hole"),
+    separates="motion capture of the foot",
+)
+
+LOAD_BYPASS = Effect(
+    name="load_bypass",
+    stage=Stage.FOOT,
+    scope=Scope.FOOT,
+    parameters=(
+        EffectParameter("load_bypass", "-", 0.0, -0.5, 0.9, 0.05),
+        EffectParameter("bypass_load", "N", 20.0, 0.0, 1e4, 20.0, True, (0.0, 10.0, 20.0, 30.0)),
+    ),
+    apply=on_readings(_bypass),
+    remove=on_readings(_unbypass),
+    experiments=("placements", "stand", "walk"),
+    formula="cells carry F − s · max(F − F_touch, 0) of the foot's load F, in proportion",
+    source="a stop, cable or shell that touches beside the cells",
+    remedy="look for a second load path beside the cells and clear it",
+    mimics=("nonlinearity", "mass", "hinge"),
+    separates="load single cells with weights: a bypass answers to the sum, a curve to each cell",
+)
+
+HANGING_PLATE = Effect(
+    name="hanging_plate",
+    stage=Stage.FOOT,
+    scope=Scope.FOOT,
+    parameters=(EffectParameter("plate_weight", "N", 0.0, -20.0, 20.0, 0.5),),
+    apply=on_readings(_plate(-1.0)),
+    remove=on_readings(_plate(1.0)),
+    experiments=("stand", "walk"),
+    formula="y_i = x_i − W / cells while the foot is in the air: the loose sole hangs on the cells",
+    source="seed 1's feet; a sole that rests on the floor in stance and hangs in swing",
+    remedy="fix the sole to the cells' seats, or weigh it and give its weight to the recipe",
+    needs=("contact",),
+    mimics=("scale_bias", "bias_drift"),
+    separates="lift the foot with and without its sole",
+)
+
+EFFECTS = (CELL_POSITION, SLIP, LOAD_BYPASS, HANGING_PLATE)

@@ -1,0 +1,197 @@
+"""What is believed of a legged robot's weights, leg CoMs and attitude, and how far it is off.
+
+truth = believed + correction, or truth = rotation of what is believed.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from footcal_cli.core.effects.contract import (
+    ArrayTransform,
+    Effect,
+    EffectParameter,
+    Scope,
+    Stage,
+    State,
+    Theta,
+    on_known,
+)
+from footcal_cli.core.effects.six_axis import leg_phase
+from footcal_cli.core.log import Log
+from footcal_cli.core.parameters import FloatArray
+
+HANGINGS = {"px": (1, 0, 0), "mx": (-1, 0, 0), "pz": (0, 0, 1), "mz": (0, 0, -1)}
+"""Transducer axis along gravity: +x, −x, +z, −z (seed 2, section III-A)."""
+TILTS = tuple(f"tilt_{name}_{axis}" for name in HANGINGS for axis in "xyz" if axis != name[1])
+"""Small rotations of each hanging about the two transducer axes across gravity."""
+
+
+def _leg_weight(sign: float) -> ArrayTransform:
+    def changed(
+        weight: FloatArray, _log: Log, theta: Theta, state: State
+    ) -> tuple[FloatArray, State]:
+        correction = theta["weight_correction"]
+        return weight + sign * (correction if weight.ndim > 1 else correction[0]), state
+
+    return changed
+
+
+def _leg_com(sign: float) -> ArrayTransform:
+    def moved(com: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+        phase = leg_phase(log)
+        sine, cosine = np.sin(phase), np.cos(phase)
+        name = "com_correction"
+        error = np.stack(
+            [
+                theta[f"{name}_x_sin"] * sine
+                + theta[f"{name}_x_cos"] * cosine
+                + theta[f"{name}_x_mean"],
+                np.broadcast_to(theta[f"{name}_y_mean"], phase.shape),
+                theta[f"{name}_z_sin"] * sine
+                + theta[f"{name}_z_cos"] * cosine
+                + theta[f"{name}_z_mean"],
+            ],
+            axis=-1,
+        )
+        return com + sign * error.reshape(com.shape), state
+
+    return moved
+
+
+def _hang_rotation(gravity_dir: FloatArray, theta: Theta) -> FloatArray:
+    """Rotation from believed to true direction of gravity, row by row, shape (n, 3, 3)."""
+    axes = np.array(list(HANGINGS.values()), dtype=float)
+    vectors = np.zeros((len(axes), 3))
+    for i, name in enumerate(HANGINGS):
+        for j, axis in enumerate("xyz"):
+            if axis != name[1]:
+                vectors[i, j] = theta[f"tilt_{name}_{axis}"][0]
+    hanging = np.argmax(gravity_dir @ axes.T, axis=1)
+    rotation: FloatArray = Rotation.from_rotvec(vectors).as_matrix()[hanging]
+    return rotation
+
+
+def _hang_straight(
+    d: FloatArray, _log: Log, theta: Theta, state: State
+) -> tuple[FloatArray, State]:
+    believed: FloatArray = np.einsum("nji,nj->ni", _hang_rotation(d, theta), d)
+    return believed, state
+
+
+def _hang_tilted(d: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+    true: FloatArray = np.einsum("nij,nj->ni", _hang_rotation(d, theta), d)
+    return true, state
+
+
+def _robot_weight(sign: float) -> ArrayTransform:
+    def changed(
+        weight: FloatArray, _log: Log, theta: Theta, state: State
+    ) -> tuple[FloatArray, State]:
+        return weight + sign * theta["robot_weight_correction"][0], state
+
+    return changed
+
+
+def _tilt_matrix(theta: Theta) -> FloatArray:
+    return Rotation.from_euler("xy", [theta["body_roll"][0], theta["body_pitch"][0]]).as_matrix()
+
+
+def _believe_tilted(
+    r: FloatArray, _log: Log, theta: Theta, state: State
+) -> tuple[FloatArray, State]:
+    return r @ _tilt_matrix(theta).T, state
+
+
+def _right_tilt(r: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+    return r @ _tilt_matrix(theta), state
+
+
+LEG_WEIGHT = Effect(
+    name="leg_weight",
+    stage=Stage.BODY,
+    scope=Scope.LEG,
+    parameters=(EffectParameter("weight_correction", "N", 0.0, -50.0, 50.0, 0.3),),
+    apply=on_known("leg_weight_n", _leg_weight(-1.0)),
+    remove=on_known("leg_weight_n", _leg_weight(1.0)),
+    experiments=("hang", "pose"),
+    formula="true m_k g = believed m_k g + δ",
+    source="seed 2, eqs. (2)–(7), Table II",
+    remedy="calibrate: hang-calib; weigh the leg with everything beyond the transducer",
+    needs=("leg_weight_n",),
+    mimics=("robot_weight", "scale_matrix"),
+    separates="hanging in two opposite orientations",
+)
+
+LEG_COM = Effect(
+    name="leg_com",
+    stage=Stage.BODY,
+    scope=Scope.LEG,
+    parameters=tuple(
+        EffectParameter(f"com_correction_{part}", "m", 0.0, -0.5, 0.5, 0.005)
+        for part in ("x_sin", "x_cos", "x_mean", "y_mean", "z_sin", "z_cos", "z_mean")
+    ),
+    apply=on_known("leg_com_m", _leg_com(-1.0)),
+    remove=on_known("leg_com_m", _leg_com(1.0)),
+    experiments=("hang",),
+    formula="true r(φ) = believed r(φ) + sin, cos and mean in x and z, mean in y",
+    source="seed 2, section III-A-3: r(φ) = A sin(φ + C) + D",
+    remedy="calibrate: hang-calib; correct the masses in the leg's model",
+    needs=("leg_com_m", "phase_rad"),
+    mimics=("offset", "cable_drag", "mount_translation"),
+    separates="hanging along x and along z: each shows what the other cannot",
+)
+
+HANG_TILT = Effect(
+    name="hang_tilt",
+    stage=Stage.BODY,
+    scope=Scope.LEG,
+    parameters=tuple(EffectParameter(tilt, "rad", 0.0, -0.5, 0.5, 0.035) for tilt in TILTS),
+    apply=on_known("gravity_dir", _hang_straight),
+    remove=on_known("gravity_dir", _hang_tilted),
+    experiments=("hang",),
+    formula="true direction of gravity = exp([s]) · nominal direction, one s per orientation",
+    source="seed 2, eqs. (4)–(7)",
+    remedy="nothing: hang-calib estimates it; hang the robot from two points if it sways",
+    needs=("gravity_dir",),
+    mimics=("mount_rotation", "offset"),
+    separates="opposite orientations: a tilt turns with the robot, an offset does not",
+)
+
+ROBOT_WEIGHT = Effect(
+    name="robot_weight",
+    stage=Stage.BODY,
+    scope=Scope.ROBOT,
+    parameters=(EffectParameter("robot_weight_correction", "N", 0.0, -200.0, 200.0, 1.0),),
+    apply=on_known("robot_weight_n", _robot_weight(-1.0)),
+    remove=on_known("robot_weight_n", _robot_weight(1.0)),
+    experiments=("pose",),
+    formula="true M g = believed M g + δ",
+    source="seed 2, eq. (8): G; 8.18 kg on a hanging scale",
+    remedy="weigh the robot with battery and cables",
+    needs=("robot_weight_n",),
+    mimics=("leg_weight", "case_strain", "scale_matrix"),
+    separates="a scale; leg weights from hang-calib",
+)
+
+BODY_TILT = Effect(
+    name="body_tilt",
+    stage=Stage.BODY,
+    scope=Scope.ROBOT,
+    parameters=(
+        EffectParameter("body_roll", "rad", 0.0, -0.5, 0.5, 0.01),
+        EffectParameter("body_pitch", "rad", 0.0, -0.5, 0.5, 0.01),
+    ),
+    apply=on_known("rot_wb", _believe_tilted),
+    remove=on_known("rot_wb", _right_tilt),
+    experiments=("pose",),
+    formula="true R_wb = believed R_wb · R, R: roll about x, then pitch about y, body axes",
+    source="seed 2, section I-B: markers define the body frame",
+    remedy="define the marker frame with the chassis on a levelled plate",
+    needs=("rot_wb",),
+    mimics=("mount_rotation",),
+    separates="no pose can (it equals a common mounting rotation); put a spirit level on it",
+)
+
+EFFECTS = (LEG_WEIGHT, LEG_COM, HANG_TILT, ROBOT_WEIGHT, BODY_TILT)
