@@ -150,9 +150,11 @@ def _reml_ratio(sums: _Blocks, n: int, p: int) -> float:
 
     def deviance(ratio: float) -> float:
         normal, moment, energy = sums.normal(ratio)
-        left = np.linalg.pinv(normal, hermitian=True) @ moment
-        rss = max(energy - float(left @ moment), np.finfo(float).tiny)
-        _, log_det = np.linalg.slogdet(normal)
+        values, vectors = np.linalg.eigh(normal)
+        seen = values > 1e-12 * values[-1]  # a design short of rank has no other determinant
+        projected = vectors[:, seen].T @ moment
+        rss = max(energy - float(np.sum(projected**2 / values[seen])), np.finfo(float).tiny)
+        log_det = float(np.sum(np.log(values[seen])))
         return float((n - p) * np.log(rss) + np.sum(np.log1p(ratio * sums.sizes)) + log_det)
 
     found = minimize_scalar(

@@ -1,5 +1,4 @@
-"""Which model the data support: errors on left-out groups, and the one-standard-error rule.
-"""
+"""Which model the data support: errors on left-out groups, the one-standard-error rule."""
 
 from __future__ import annotations
 

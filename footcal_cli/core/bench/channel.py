@@ -1,0 +1,329 @@
+"""One channel's model: scale, bias and what the ladder added, with covariance and predictions.
+
+``scale·S + bias = x + Σ size_j φ_j(x; shape_j) + u_session + ε`` with x the true load. Linear in
+scale, bias and sizes once the shapes are given; the shapes are searched, then enter the covariance
+through their derivatives.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+
+from footcal_cli.core.bench.blocks import (
+    BlockFit,
+    correlation_time,
+    fit_blocks,
+    whiten_autoregressive,
+)
+from footcal_cli.core.bench.record import BenchRecord
+from footcal_cli.core.bench.regressors import (
+    SHAPE_LOG_SD,
+    columns,
+    design_of,
+    invert,
+    search_shapes,
+    shape_columns,
+    shape_names,
+)
+from footcal_cli.core.bench.terms import Term
+from footcal_cli.core.fit import PRIOR_KEPT_RATIO
+from footcal_cli.core.parameters import BoolArray, Estimates, FloatArray, Status
+from footcal_cli.errors import FitError
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """Loads that a model reads off, each with its uncertainty.
+
+    Parameters
+    ----------
+    load_n
+        Predicted true load, shape (n,).
+    sd_n
+        Of the load behind one reading in a new session: calibration, session offset and scatter.
+    dof
+        Degrees of freedom of `sd_n`, shape (n,).
+    extrapolated
+        Outside the loads, readings or temperatures the model was fitted on, shape (n,).
+    """
+
+    load_n: FloatArray
+    sd_n: FloatArray
+    dof: FloatArray
+    extrapolated: BoolArray
+
+    def half_width_n(self, level: float = 0.95) -> FloatArray:
+        """Half the width of the interval for the load, shape (n,)."""
+        return np.asarray(stats.t.ppf(0.5 + level / 2.0, self.dof) * self.sd_n)
+
+
+@dataclass(frozen=True)
+class ChannelFit:
+    """A fitted model of one channel.
+
+    Parameters
+    ----------
+    channel, terms
+        Whose, and what it has beyond scale and bias.
+    estimates
+        ``<channel>.scale``, ``.bias``, then size and shapes of each term, with covariance.
+    ci95
+        Shape (p, 2); of a shape: symmetric in its logarithm.
+    dof
+        Degrees of freedom behind each interval, shape (p,).
+    sd_within_n, sd_between_n
+        Scatter of a reading about the model, and of the offsets of sessions.
+    correlation_s
+        How long the scatter persists; 0: rows are independent.
+    load_range_n, reading_range, temperature_range_degc
+        What the model was fitted on.
+    rows
+        Rows with a known load.
+    rmse_n
+        Root mean square of the residual on those rows.
+    condition
+        Of the design with columns scaled to unit length.
+    linear, linear_covariance, centre
+        Coefficients in the fit's own coordinates (reading minus centre), for predictions.
+    """
+
+    channel: str
+    terms: tuple[Term, ...]
+    estimates: Estimates
+    ci95: FloatArray
+    dof: FloatArray
+    sd_within_n: float
+    sd_between_n: float
+    correlation_s: float
+    load_range_n: tuple[float, float]
+    reading_range: tuple[float, float]
+    temperature_range_degc: tuple[float, float] | None
+    rows: int
+    rmse_n: float
+    condition: float
+    linear: FloatArray
+    linear_covariance: FloatArray
+    centre: float
+    sessions: int
+
+    @property
+    def log_shapes(self) -> FloatArray:
+        """Logarithms of the searched shapes, shape (k,)."""
+        return np.log([self.estimates[n] for n in shape_names(self.channel, self.terms)])
+
+    def p_value_of(self, terms: range) -> float:
+        """Wald test that the sizes of some terms are all zero, by the F distribution.
+
+        Parameters
+        ----------
+        terms
+            Positions in `terms`.
+        """
+        at = 2 + np.array(terms, dtype=np.int64)
+        sizes, covariance = self.linear[at], self.linear_covariance[np.ix_(at, at)]
+        statistic = float(sizes @ np.linalg.pinv(covariance, hermitian=True) @ sizes) / at.size
+        return float(stats.f.sf(statistic, at.size, self.dof[at].min()))
+
+    def predict(self, record: BenchRecord) -> Prediction:
+        """Loads from readings alone, in order of time where the model remembers.
+
+        Parameters
+        ----------
+        record
+            Readings; its loads are not looked at.
+        """
+        missing = ~np.isfinite(record.reading)
+        fill = np.where(missing, self.centre, record.reading)
+        if missing.any() and not missing.all():
+            at = np.arange(len(record))
+            fill = np.interp(at, at[~missing], record.reading[~missing])
+        centred = fill - self.centre
+        shapes = self.log_shapes
+        sizes = self.linear[2 : 2 + len(self.terms)]
+        target = self.linear[0] * centred + self.linear[1]
+        load, slope = invert(target, record, self.terms, sizes, shapes)
+        design = np.column_stack(
+            [
+                centred,
+                np.ones_like(centred),
+                -columns(load, record, self.terms, shapes),
+                -shape_columns(load, record, self.terms, sizes, shapes),
+            ]
+        )
+        calibration = np.einsum("ij,jk,ik->i", design, self.linear_covariance, design)
+        parts = np.array([np.clip(calibration, 0, None), calibration * 0, calibration * 0])
+        parts[1], parts[2] = self.sd_between_n**2, self.sd_within_n**2
+        variance = parts.sum(axis=0)
+        degrees = np.array([self.dof.min(), max(self.sessions - 1, 1), max(self.dof.max(), 1)])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            dof = variance**2 / np.sum(parts**2 / degrees[:, None], axis=0)
+        outside = _outside(load, self.load_range_n) | _outside(fill, self.reading_range)
+        if self.temperature_range_degc is not None and record.temperature_degc is not None:
+            outside |= _outside(record.temperature_degc, self.temperature_range_degc, 0.0)
+        load = np.where(missing, np.nan, load)
+        return Prediction(load, np.sqrt(variance) / np.abs(slope), dof, outside & ~missing)
+
+
+def fit_channel(
+    record: BenchRecord,
+    terms: tuple[Term, ...] = (),
+    start: FloatArray | None = None,
+    correlation_s: float | None = None,
+) -> ChannelFit:
+    """Fit scale, bias and the sizes and shapes of the terms.
+
+    Parameters
+    ----------
+    record
+        Rows with unknown load only carry memory.
+    terms
+        Distortions beyond the affine model.
+    start
+        Logarithms of the searched shapes to start from, shape (k,); a grid search where absent.
+    correlation_s
+        Known persistence of the noise; estimated from the residuals where absent.
+
+    Raises
+    ------
+    FitError
+        Fewer distinct loads than the model has coefficients, or a reading that never changes.
+    """
+    known = record.known
+    distinct = np.unique(record.load_n[known])
+    searched = sum(len(term.shapes) for term in terms if term.free)
+    if known.sum() < 2 + len(terms) + searched or distinct.size < 2:
+        raise FitError(
+            f"{int(known.sum())} rows at {distinct.size} distinct loads cannot carry a model with "
+            f"{2 + len(terms) + searched} coefficients",
+            column=record.channel,
+        )
+    if np.ptp(record.reading[known]) == 0:
+        raise FitError("the reading never changes", column=record.channel)
+    drive = record.drive()
+    centre = float(record.reading[known].mean())
+    shapes = search_shapes(record, drive, terms, start, 0.0)
+    if correlation_s is None:
+        design, target = design_of(record, drive, terms, shapes), record.load_n[known]
+        residual = target - design @ np.linalg.lstsq(design, target, rcond=None)[0]
+        time, session = record.time_s[known], record.session[known]
+        correlation_s = correlation_time(residual, time, session) if record.timed else 0.0
+    if searched and correlation_s > 0:
+        shapes = search_shapes(record, drive, terms, shapes, correlation_s)
+    return _finish(record, drive, terms, shapes, correlation_s, centre)
+
+
+def _finish(
+    record: BenchRecord,
+    drive: FloatArray,
+    terms: tuple[Term, ...],
+    shapes: FloatArray,
+    correlation_s: float,
+    centre: float,
+) -> ChannelFit:
+    """Coefficients, covariance with the shapes' share, and everything a report needs."""
+    known = record.known
+    load, time, session = record.load_n[known], record.time_s[known], record.session[known]
+
+    def solve(design: FloatArray) -> BlockFit:
+        stacked = np.column_stack([design, np.ones(len(design))])
+        rows, target = whiten_autoregressive(stacked, load, time, session, correlation_s)
+        return fit_blocks(rows[:, :-1], target, session, rows[:, -1])
+
+    design = design_of(record, drive, terms, shapes)
+    fit = solve(design)
+    affine = 2 + len(terms)
+    bends = -shape_columns(drive, record, terms, fit.coefficients[2:], shapes)[known]
+    seen = np.linalg.norm(bends, axis=0) > 1e-9 * np.linalg.norm(load - load.mean())
+    spread = solve(np.column_stack([design, bends[:, seen]])) if seen.any() else fit
+    at = np.concatenate([np.arange(affine), affine + np.flatnonzero(seen)])
+    covariance = np.zeros((affine + shapes.size, affine + shapes.size))
+    covariance[np.ix_(at, at)] = spread.covariance
+    covariance = _with_shape_prior(covariance, affine, seen)
+    dof = np.full(len(covariance), float(spread.dof.max()))
+    dof[at] = spread.dof
+    linear = np.concatenate([fit.coefficients, shapes])
+    estimates, ci95 = _estimates(record.channel, terms, linear, covariance, dof, centre)
+    residual = load - design @ fit.coefficients
+    warmth = record.temperature_degc
+    return ChannelFit(
+        channel=record.channel,
+        terms=terms,
+        estimates=estimates,
+        ci95=ci95,
+        dof=dof,
+        sd_within_n=fit.sd_within,
+        sd_between_n=fit.sd_between,
+        correlation_s=correlation_s,
+        load_range_n=_range(load),
+        reading_range=_range(record.reading[known]),
+        temperature_range_degc=None if warmth is None else _range(warmth[known]),
+        rows=int(known.sum()),
+        rmse_n=float(np.sqrt(np.mean(residual**2))),
+        condition=fit.condition,
+        linear=linear,
+        linear_covariance=covariance,
+        centre=centre,
+        sessions=int(np.unique(session).size),
+    )
+
+
+def _with_shape_prior(covariance: FloatArray, affine: int, seen: BoolArray) -> FloatArray:
+    """Joint covariance after the weak prior on the logarithms of the shapes.
+
+    A shape that no reading depends on keeps the prior alone.
+    """
+    shapes = np.arange(affine, len(covariance))
+    covariance = covariance.copy()
+    covariance[shapes[~seen], shapes[~seen]] = SHAPE_LOG_SD**2
+    at = shapes[seen]
+    if not at.size:
+        return covariance
+    innovation = covariance[np.ix_(at, at)] + SHAPE_LOG_SD**2 * np.eye(at.size)
+    gain = np.linalg.solve(innovation, covariance[at]).T
+    return np.asarray(covariance - gain @ covariance[at])
+
+
+def _estimates(
+    channel: str,
+    terms: tuple[Term, ...],
+    linear: FloatArray,
+    covariance: FloatArray,
+    dof: FloatArray,
+    centre: float,
+) -> tuple[Estimates, FloatArray]:
+    """From centred readings and logarithms of shapes to parameters in their units."""
+    count, affine = linear.size, 2 + len(terms)
+    jacobian = np.eye(count)
+    jacobian[1, 0] = -centre  # bias = load at the centre − scale · centre
+    values = jacobian @ linear
+    values[affine:] = np.exp(linear[affine:])
+    jacobian[range(affine, count), range(affine, count)] = values[affine:]
+    spread = jacobian @ covariance @ jacobian.T
+    sd, log_sd = np.sqrt(np.diag(spread)), np.sqrt(np.diag(covariance))
+    quantile = stats.t.ppf(0.975, dof)
+    ci95 = np.column_stack([values - quantile * sd, values + quantile * sd])
+    reach = np.exp(quantile * log_sd)[affine:]
+    ci95[affine:] = np.column_stack([values[affine:] / reach, values[affine:] * reach])
+    status = [Status.ESTIMATED] * affine + [
+        Status.PRIOR_KEPT if s > PRIOR_KEPT_RATIO * SHAPE_LOG_SD else Status.ESTIMATED
+        for s in log_sd[affine:]
+    ]
+    sizes = [f"{channel}{term.owner}.{term.size}" for term in terms]
+    names = (f"{channel}.scale", f"{channel}.bias", *sizes, *shape_names(channel, terms))
+    searched = [term for term in terms if term.free]
+    shape_units = [unit for term in searched for unit in term.shape_units]
+    units = ("N/count", "N", *(term.unit for term in terms), *shape_units)
+    return Estimates(names, units, values, spread, tuple(status)), ci95
+
+
+def _range(values: FloatArray) -> tuple[float, float]:
+    return float(values.min()), float(values.max())
+
+
+def _outside(values: FloatArray, limits: tuple[float, float], slack: float = 0.01) -> BoolArray:
+    """Outside limits widened by a share of their span: noise at the edge is no extrapolation."""
+    margin = slack * (limits[1] - limits[0])
+    return np.asarray((values < limits[0] - margin) | (values > limits[1] + margin))

@@ -1,0 +1,250 @@
+"""The ladder of channel models: climbed only where left-out sessions or loads pay for it.
+
+From the affine model upwards the rung that helps held-out groups most is taken, if the one-
+standard-error rule prefers it to staying and its sizes differ from zero; then the remaining rungs
+are tried on top of it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from footcal_cli.core.bench.channel import ChannelFit, fit_channel
+from footcal_cli.core.bench.choice import HeldOut, choose, hold_out
+from footcal_cli.core.bench.record import BenchRecord
+from footcal_cli.core.bench.terms import Rung, Term, menu
+from footcal_cli.core.parameters import BoolArray, FloatArray
+from footcal_cli.errors import FitError
+
+ALPHA = 0.01
+"""A rung whose sizes could be zero at this level is not climbed, however well it predicts."""
+_MOST_STEPS = 3
+
+
+@dataclass(frozen=True)
+class LadderRow:
+    """One model tried, and what it was worth on groups it had not seen.
+
+    Parameters
+    ----------
+    model
+        ``affine`` or the names of its rungs joined by `` + ``.
+    coefficients
+        How many numbers it fits.
+    rmse_n
+        On the rows it was fitted to.
+    held_out_rmse_n
+        On left-out groups, each predicted by a fit without it.
+    gain_n2, gain_sd_n2
+        Mean squared error of the model it extends minus its own, over groups, and the standard
+        error of that difference.
+    p_value
+        That all added sizes are zero.
+    climbed
+        Whether the ladder took it.
+    why
+        Reason for taking or leaving it.
+    """
+
+    model: str
+    coefficients: int
+    rmse_n: float
+    held_out_rmse_n: float
+    gain_n2: float
+    gain_sd_n2: float
+    p_value: float
+    climbed: bool
+    why: str
+
+
+@dataclass(frozen=True)
+class Ladder:
+    """All models tried on one channel.
+
+    Parameters
+    ----------
+    channel
+        Whose.
+    rows
+        In the order in which they were tried.
+    affine, chosen
+        The straight line, and the model the evidence supports.
+    rungs
+        Names of the rungs of `chosen`; empty for the affine model.
+    groups
+        Units of evidence: number of sessions or loads.
+    by_session
+        Whether the groups were sessions; else loads.
+    held_out
+        Errors of the chosen model on left-out groups.
+    """
+
+    channel: str
+    rows: tuple[LadderRow, ...]
+    affine: ChannelFit
+    chosen: ChannelFit
+    rungs: tuple[str, ...]
+    groups: int
+    by_session: bool
+    held_out: HeldOut
+
+    @property
+    def model(self) -> str:
+        """Name of the chosen model."""
+        return " + ".join(self.rungs) or "affine"
+
+    @property
+    def affine_scale_error(self) -> float:
+        """Relative error of the affine scale if the chosen model is true."""
+        name = f"{self.channel}.scale"
+        return self.affine.estimates[name] / self.chosen.estimates[name] - 1.0
+
+    @property
+    def affine_bias_error_n(self) -> float:
+        """Error of the load that the affine model reads at the centre of its readings."""
+        shift = self.affine.linear[0] * (self.chosen.centre - self.affine.centre)
+        return float(self.affine.linear[1] + shift - self.chosen.linear[1])
+
+
+def held_out_error(record: BenchRecord, fit: ChannelFit) -> HeldOut:
+    """Errors of a model on groups left out one after the other.
+
+    The loads of a left-out group are withheld from the regression; its readings stay, because a
+    model with memory must live through them. Shapes are searched again near the full fit's.
+
+    Parameters
+    ----------
+    record
+        All rows.
+    fit
+        The model fitted to all of them.
+    """
+    known = record.known
+    group = record.groups()[known]
+
+    def predict(out: BoolArray) -> FloatArray:
+        withheld = np.zeros(len(record), dtype=bool)
+        withheld[np.flatnonzero(known)[out]] = True
+        part = record.without(withheld)
+        trained = fit_channel(part, fit.terms, fit.log_shapes, fit.correlation_s)
+        return trained.predict(record).load_n[known]
+
+    return hold_out(predict, record.load_n[known], group)
+
+
+def climb(
+    record: BenchRecord, rungs: tuple[Rung, ...] | None = None, alpha: float = ALPHA
+) -> Ladder:
+    """Choose a channel's model on held-out sessions (three or more) or loads.
+
+    Parameters
+    ----------
+    record
+        Rows of one channel.
+    rungs
+        Extensions to try; all the record could support where absent.
+    alpha
+        Level of the test that a rung's sizes are zero.
+    """
+    rungs = menu(record) if rungs is None else rungs
+    affine = fit_channel(record)
+    here, here_out = affine, held_out_error(record, affine)
+    rows = [_row("affine", affine, here_out, None, True, "the start")]
+    taken: list[Rung] = []
+    left = list(rungs)
+    for _ in range(_MOST_STEPS):
+        tried = [item for item in (_try(record, taken, rung) for rung in left) if item is not None]
+        if not tried:
+            break
+        p_values = [_added_p(fit, rung) for rung, fit, _ in tried]
+        significant = [i for i, p in enumerate(p_values) if p < alpha]
+        choice = choose(
+            [here_out, *(tried[i][2] for i in significant)],
+            [0, *(tried[i][0].cost for i in significant)],
+        )
+        step = significant[choice.chosen - 1] if choice.chosen > 0 else -1
+        rows += [
+            _row(
+                " + ".join(r.name for r in (*taken, rung)),
+                fit,
+                out,
+                here_out,
+                i == step,
+                _why(i, step, p_values[i], alpha),
+                p_values[i],
+            )
+            for i, (rung, fit, out) in enumerate(tried)
+        ]
+        if step < 0:
+            break
+        rung, here, here_out = tried[step]
+        taken.append(rung)
+        left = [other for other in left if not _same_family(other, rung)]
+    return Ladder(
+        channel=record.channel,
+        rows=tuple(rows),
+        affine=affine,
+        chosen=here,
+        rungs=tuple(rung.name for rung in taken),
+        groups=int(np.unique(record.groups()[record.known]).size),
+        by_session=bool(np.unique(record.session).size >= 3),
+        held_out=here_out,
+    )
+
+
+def _try(
+    record: BenchRecord, taken: list[Rung], rung: Rung
+) -> tuple[Rung, ChannelFit, HeldOut] | None:
+    """A rung on top of those taken; None where the record is too short for it."""
+    terms: tuple[Term, ...] = tuple(term for r in (*taken, rung) for term in r.terms)
+    try:
+        fit = fit_channel(record, terms)
+        return rung, fit, held_out_error(record, fit)
+    except FitError:
+        return None
+
+
+def _added_p(fit: ChannelFit, rung: Rung) -> float:
+    """p-value of the sizes that the last rung added."""
+    return fit.p_value_of(range(len(fit.terms) - len(rung.terms), len(fit.terms)))
+
+
+def _same_family(one: Rung, other: Rung) -> bool:
+    """Whether two rungs share a kind of term, so that both together would be redundant."""
+    return bool({term.size for term in one.terms} & {term.size for term in other.terms})
+
+
+def _why(index: int, step: int, p: float, alpha: float) -> str:
+    if index == step:
+        return "climbed: one-standard-error rule on held-out groups"
+    if p >= alpha:
+        return f"its sizes could be zero (p = {p:.2g})"
+    if step < 0:
+        return "not better than the simpler model by one standard error"
+    return "more complex or larger held-out error than the rung climbed"
+
+
+def _row(
+    model: str,
+    fit: ChannelFit,
+    out: HeldOut,
+    before: HeldOut | None,
+    climbed: bool,
+    why: str,
+    p_value: float = np.nan,
+) -> LadderRow:
+    gain = np.zeros(1) if before is None else before.mse_by_group() - out.mse_by_group()
+    spread = gain.std(ddof=1) / np.sqrt(gain.size) if gain.size > 1 else 0.0
+    return LadderRow(
+        model=model,
+        coefficients=fit.linear.size,
+        rmse_n=fit.rmse_n,
+        held_out_rmse_n=out.rmse,
+        gain_n2=float(gain.mean()),
+        gain_sd_n2=float(spread),
+        p_value=p_value,
+        climbed=climbed,
+        why=why,
+    )

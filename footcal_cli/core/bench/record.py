@@ -1,0 +1,208 @@
+"""One channel's bench record: known loads, readings, and the order in which they happened."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from footcal_cli.core.bench.plateaus import PlateauOptions, Plateaus, find_plateaus
+from footcal_cli.core.log import Log
+from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
+
+_SAME_LOAD = 0.01
+"""Loads closer than this share of the span are one load for cross-validation."""
+_MOST_LOADS = 12
+"""A reference that varies continuously is cut into this many ranges of load."""
+
+
+@dataclass(frozen=True)
+class BenchRecord:
+    """Rows of one channel, sorted by session and time.
+
+    Parameters
+    ----------
+    channel
+        Its name.
+    load_n
+        True load, shape (n,); NaN where it is not known (a weight being changed): such rows only
+        carry the memory of what the cell went through.
+    reading
+        Raw reading in counts, shape (n,).
+    time_s
+        Stamps, shape (n,); row numbers where there is no clock.
+    session
+        Shape (n,).
+    temperature_degc
+        Shape (n,), or None.
+    timed
+        Whether `time_s` is a clock: without one, neither creep nor noise that persists in time can
+        be looked for.
+    """
+
+    channel: str
+    load_n: FloatArray
+    reading: FloatArray
+    time_s: FloatArray
+    session: IntArray
+    temperature_degc: FloatArray | None = None
+    timed: bool = True
+
+    def __len__(self) -> int:
+        return self.load_n.size
+
+    @property
+    def known(self) -> BoolArray:
+        """Rows with a known load and a reading, shape (n,)."""
+        return np.isfinite(self.load_n) & np.isfinite(self.reading)
+
+    @property
+    def full_scale_n(self) -> float:
+        """Largest known absolute load."""
+        return float(np.nanmax(np.abs(self.load_n)))
+
+    def select(self, rows: BoolArray) -> BenchRecord:
+        """Some of the rows."""
+        warmth = None if self.temperature_degc is None else self.temperature_degc[rows]
+        return replace(
+            self,
+            load_n=self.load_n[rows],
+            reading=self.reading[rows],
+            time_s=self.time_s[rows],
+            session=self.session[rows],
+            temperature_degc=warmth,
+        )
+
+    def without(self, rows: BoolArray) -> BenchRecord:
+        """The same history with the loads of some rows withheld."""
+        return replace(self, load_n=np.where(rows, np.nan, self.load_n))
+
+    def sessions(self) -> Iterator[slice]:
+        """Slices of uninterrupted sessions."""
+        edges = np.flatnonzero(np.diff(self.session)) + 1
+        for start, stop in zip([0, *edges], [*edges, len(self)], strict=True):
+            yield slice(int(start), int(stop))
+
+    def groups(self) -> IntArray:
+        """The units of evidence: sessions where there are three or more, else loads, shape (n,)."""
+        if np.unique(self.session).size >= 3:
+            return np.unique(self.session, return_inverse=True)[1].astype(np.int64)
+        return load_levels(self.load_n)
+
+    def drive(self) -> FloatArray:
+        """Loads with gaps filled in from the readings by a straight line, shape (n,)."""
+        known = self.known
+        if known.all():
+            return self.load_n
+        line = np.polynomial.Polynomial.fit(self.reading[known], self.load_n[known], 1)
+        reading = np.where(np.isfinite(self.reading), self.reading, np.nanmedian(self.reading))
+        return np.where(known, self.load_n, line(reading))
+
+
+def load_levels(load_n: FloatArray) -> IntArray:
+    """Index of the distinct load of each row, shape (n,); −1 where the load is unknown.
+
+    Parameters
+    ----------
+    load_n
+        Shape (n,).
+    """
+    level = np.full(load_n.size, -1, dtype=np.int64)
+    known = np.isfinite(load_n)
+    values = np.sort(load_n[known])
+    if not values.size:
+        return level
+    span = float(values[-1] - values[0])
+    starts = values[np.diff(values, prepend=-np.inf) > _SAME_LOAD * span]
+    if starts.size > 2 * _MOST_LOADS:
+        starts = values[0] + span * np.arange(_MOST_LOADS) / _MOST_LOADS
+    level[known] = np.searchsorted(starts, load_n[known], side="right") - 1
+    return level
+
+
+def record_of(log: Log, channel: str | None = None) -> BenchRecord:
+    """The bench record of one channel of a weights log.
+
+    Parameters
+    ----------
+    log
+        Experiment ``weights``; `Log.block` is the session.
+    channel
+        Which column; the only one where absent.
+    """
+    at = 0 if channel is None else log.channels.index(channel)
+    load = log.known["load_n"]
+    load = load if load.ndim == 1 else load[:, at]
+    timed = bool(np.isfinite(log.time_s).all() and np.ptp(log.time_s) > 0)
+    order = np.lexsort((log.time_s, log.block)) if timed else np.argsort(log.block, kind="stable")
+    warmth = log.known.get("temperature_degc")
+    return BenchRecord(
+        channel=log.channels[at],
+        load_n=load[order],
+        reading=log.readings[order, at],
+        time_s=log.time_s[order] if timed else np.arange(len(log), dtype=float),
+        session=log.block[order],
+        temperature_degc=None if warmth is None else warmth.reshape(-1)[order],
+        timed=timed,
+    )
+
+
+def settle(
+    record: BenchRecord, options: PlateauOptions | None = None
+) -> tuple[BenchRecord, list[Plateaus]]:
+    """Withhold the loads of unsettled and bad samples of a dense recording, session by session.
+
+    Bad samples (glitches, dropouts) lose their reading too: it would drive the memory terms.
+
+    Parameters
+    ----------
+    record
+        Samples, not means of holds.
+    options
+        Of `find_plateaus`.
+    """
+    load, reading = record.load_n.copy(), record.reading.copy()
+    found = []
+    for part in record.sessions():
+        plateaus = find_plateaus(record.time_s[part], record.reading[part], options)
+        unusable = plateaus.hold < 0
+        load[part] = np.where(unusable, np.nan, load[part])
+        reading[part] = np.where(plateaus.state >= 3, np.nan, reading[part])
+        found.append(plateaus)
+    return replace(record, load_n=load, reading=reading), found
+
+
+def condense(record: BenchRecord, interval_s: float) -> BenchRecord:
+    """Means over intervals of time, so that a dense recording becomes a few hundred rows.
+
+    An interval never mixes two sessions, two loads, or known with unknown loads.
+
+    Parameters
+    ----------
+    record
+        Samples.
+    interval_s
+        Length of an interval.
+    """
+    keep = np.isfinite(record.reading)
+    record = record.select(keep)
+    bins = np.floor((record.time_s - record.time_s.min()) / interval_s).astype(np.int64)
+    level = load_levels(record.load_n)
+    key = np.stack([record.session, bins, level])
+    new = np.any(np.diff(key, axis=1, prepend=key[:, :1] - 1) != 0, axis=0)
+    index = np.cumsum(new) - 1
+    size = np.bincount(index).astype(float)
+
+    def mean(values: FloatArray) -> FloatArray:
+        return np.asarray(np.bincount(index, weights=values) / size, dtype=np.float64)
+
+    warmth = record.temperature_degc
+    return replace(
+        record,
+        load_n=mean(record.load_n),
+        reading=mean(record.reading),
+        time_s=mean(record.time_s),
+        session=record.session[new],
+        temperature_degc=None if warmth is None else mean(warmth),
+    )

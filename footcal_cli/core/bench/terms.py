@@ -1,0 +1,223 @@
+"""What a channel may do beyond scale and bias: distortions of the table of effects as regressors.
+
+Every distortion used here is linear in its size, ``y = x + size · φ(x; shape)``, so that
+φ = apply(x; size = 1) − x: the ladder, the simulator and every chain share one equation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from footcal_cli.core.bench.record import BenchRecord
+from footcal_cli.core.effects.cells import (
+    NONLINEARITY,
+    NONLINEARITY_CUBIC,
+    TEMPERATURE_BIAS,
+    TEMPERATURE_SCALE,
+)
+from footcal_cli.core.effects.contract import Effect
+from footcal_cli.core.effects.memory_effects import BIAS_DRIFT, CREEP, HYSTERESIS
+from footcal_cli.core.log import Log
+from footcal_cli.core.parameters import FloatArray
+
+Distortion = Callable[[FloatArray, BenchRecord, FloatArray], FloatArray]
+
+_REACHES = (0.01, 0.03, 0.1, 0.2, 0.4)
+"""Reaches of the play worth trying, as shares of full scale."""
+_STACK = (0.05, 0.2, 0.5)
+"""Reaches of the Prandtl–Ishlinskii stack, as shares of full scale."""
+_STEPS_OF_TIME = 10
+
+
+@dataclass(frozen=True)
+class Term:
+    """One distortion with a size to fit linearly and shapes to search.
+
+    Parameters
+    ----------
+    owner
+        Suffix to the channel's name where an effect occurs twice (``_slow``).
+    size, unit
+        Name and unit of the size.
+    shapes, shape_units
+        Names and units of the shapes.
+    grids
+        Values worth trying for each shape.
+    free
+        Whether the shapes are searched; else the first of each grid is used.
+    phi
+        ``φ(load (n,), record, shapes (k,))``, shape (n,).
+    """
+
+    owner: str
+    size: str
+    unit: str
+    phi: Distortion
+    shapes: tuple[str, ...] = ()
+    shape_units: tuple[str, ...] = ()
+    grids: tuple[tuple[float, ...], ...] = ()
+    free: bool = True
+
+
+@dataclass(frozen=True)
+class Rung:
+    """A named extension of the affine model.
+
+    Parameters
+    ----------
+    name
+        As reports say it.
+    terms
+        Its distortions.
+    needs_time, needs_temperature
+        What the record must have.
+    """
+
+    name: str
+    terms: tuple[Term, ...]
+    needs_time: bool = False
+    needs_temperature: bool = False
+
+    @property
+    def cost(self) -> int:
+        """Numbers it adds to the affine model."""
+        return sum(1 + (len(term.shapes) if term.free else 0) for term in self.terms)
+
+    def fits(self, record: BenchRecord) -> bool:
+        """Whether the record has what this rung needs."""
+        warmth = record.temperature_degc
+        warm = warmth is not None and float(np.ptp(warmth)) > 0.5
+        return (record.timed or not self.needs_time) and (warm or not self.needs_temperature)
+
+
+def effect_term(
+    effect: Effect, grids: tuple[tuple[float, ...], ...] = (), owner: str = "", free: bool = True
+) -> Term:
+    """A term from a row of the table of effects.
+
+    Parameters
+    ----------
+    effect
+        Linear in its size.
+    grids
+        Values worth trying for each shape, in place of the table's.
+    owner, free
+        See `Term`.
+    """
+    shapes = effect.parameters[1:]
+
+    def phi(load_n: FloatArray, record: BenchRecord, values: FloatArray) -> FloatArray:
+        theta = {effect.size.name: np.ones(1)}
+        theta |= {shape.name: np.array([v]) for shape, v in zip(shapes, values, strict=True)}
+        parts = [
+            effect.apply(_log(load_n, record, part), theta, None)[0].readings[:, 0]
+            for part in record.sessions()
+        ]
+        return np.asarray(np.concatenate(parts) - load_n)
+
+    return Term(
+        owner=owner,
+        size=effect.size.name,
+        unit=effect.size.unit,
+        phi=phi,
+        shapes=tuple(shape.name for shape in shapes),
+        shape_units=tuple(shape.unit for shape in shapes),
+        grids=grids or tuple(shape.grid for shape in shapes),
+        free=free,
+    )
+
+
+def _log(load_n: FloatArray, record: BenchRecord, part: slice) -> Log:
+    """One session's loads as the truth that an effect acts on."""
+    warmth = record.temperature_degc
+    return Log(
+        experiment="weights",
+        channels=(record.channel,),
+        time_s=record.time_s[part],
+        readings=load_n[part, None],
+        known={} if warmth is None else {"temperature_degc": warmth[part]},
+        block=record.session[part],
+    )
+
+
+def power_term(degree: int) -> Term:
+    """``φ = x^degree``: the polynomial beyond the cubic of the table of effects."""
+
+    def phi(load_n: FloatArray, _record: BenchRecord, _shapes: FloatArray) -> FloatArray:
+        return np.asarray(load_n**degree)
+
+    exponent = str(degree - 1).translate(str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹"))
+    return Term("", f"power_{degree}", f"1/N{exponent}", phi)
+
+
+def polynomial(degree: int) -> Rung:
+    """Scale and bias with powers of the load up to `degree`."""
+    powers = [effect_term(NONLINEARITY), effect_term(NONLINEARITY_CUBIC)]
+    powers += [power_term(k) for k in range(4, degree + 1)]
+    return Rung(f"polynomial {degree}", tuple(powers[: degree - 1]))
+
+
+def hysteresis(full_scale_n: float) -> Rung:
+    """One play whose reach is searched."""
+    reaches = tuple(share * full_scale_n for share in _REACHES)
+    return Rung("hysteresis", (effect_term(HYSTERESIS, (reaches,)),))
+
+
+def hysteresis_stack(full_scale_n: float) -> Rung:
+    """Prandtl–Ishlinskii: plays of three fixed reaches side by side."""
+    return Rung(
+        "hysteresis, three plays",
+        tuple(
+            effect_term(HYSTERESIS, ((share * full_scale_n,),), owner, free=False)
+            for share, owner in zip(_STACK, ("", "_mid", "_wide"), strict=True)
+        ),
+    )
+
+
+def creep(record: BenchRecord, constants: int) -> Rung:
+    """Creep with one or two time constants between the sample interval and the longest session."""
+    longest = max(float(np.ptp(record.time_s[part])) for part in record.sessions())
+    gaps = np.diff(record.time_s)
+    shortest = max(2.0 * float(np.median(gaps[gaps > 0])) if np.any(gaps > 0) else 1.0, 1.0)
+    grid = tuple(np.geomspace(min(shortest, longest / 4.0), 2.0 * longest, _STEPS_OF_TIME))
+    owners = ("", "_slow")[:constants]
+    return Rung(
+        "creep" if constants == 1 else "creep, two time constants",
+        tuple(effect_term(CREEP, (grid,), owner) for owner in owners),
+        needs_time=True,
+    )
+
+
+def drift() -> Rung:
+    """A bias that moves steadily in time: what creep must be told from."""
+    return Rung("bias drift", (effect_term(BIAS_DRIFT),), needs_time=True)
+
+
+def temperature() -> tuple[Rung, Rung]:
+    """Temperature on the bias alone, and on bias and scale."""
+    bias, scale = effect_term(TEMPERATURE_BIAS), effect_term(TEMPERATURE_SCALE)
+    return (
+        Rung("temperature on bias", (bias,), needs_temperature=True),
+        Rung("temperature on bias and scale", (bias, scale), needs_temperature=True),
+    )
+
+
+def menu(record: BenchRecord, most_degree: int = 4) -> tuple[Rung, ...]:
+    """All rungs that a record could support, simple ones first.
+
+    A polynomial needs two more distinct loads than its degree has coefficients to bend.
+    """
+    loads = np.unique(np.round(record.load_n[record.known], 9)).size
+    degrees = range(2, min(most_degree, loads - 2) + 1)
+    scale = record.full_scale_n
+    rungs = (
+        *(polynomial(degree) for degree in degrees),
+        *temperature(),
+        hysteresis(scale),
+        hysteresis_stack(scale),
+        *((drift(), creep(record, 1), creep(record, 2)) if record.timed else ()),
+    )
+    return tuple(sorted((r for r in rungs if r.fits(record)), key=lambda rung: rung.cost))
