@@ -10,6 +10,7 @@ from __future__ import annotations
 import csv
 import gzip
 import hashlib
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
@@ -68,8 +69,6 @@ class Table:
 @cache
 def _registry() -> pint.UnitRegistry[float]:
     registry: pint.UnitRegistry[float] = pint.UnitRegistry()
-    registry.define("count = []")
-    registry.define("kgf = kilogram_force = kilogram_force")
     return registry
 
 
@@ -261,14 +260,24 @@ def _read_columns(
                 path, columns=list(names), pre_buffer=False
             ).to_pandas()
             return frame
-        return pd.read_csv(
-            path,
-            usecols=lambda name: name.strip() in names,
-            dtype=dict.fromkeys(as_text, str),
-            encoding="utf-8-sig",
-            skipinitialspace=True,
-            low_memory=False,
-        ).rename(columns=str.strip)
+        with warnings.catch_warnings():
+            # a row with more fields than the header (a decimal comma?) would lose its tail
+            warnings.simplefilter("error", pd.errors.ParserWarning)
+            frame = pd.read_csv(
+                path,
+                dtype=dict.fromkeys(as_text, str),
+                encoding="utf-8-sig",
+                skipinitialspace=True,
+                low_memory=False,
+                index_col=False,
+            )
+        return frame.rename(columns=str.strip)[list(names)]
+    except pd.errors.ParserWarning:
+        raise DataError(
+            "a row has more fields than the header (a decimal comma?)",
+            file=path,
+            remedy="write decimal points, or one field per column",
+        ) from None
     except (pa.ArrowInvalid, pd.errors.ParserError, OSError, EOFError) as error:
         first = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise DataError(

@@ -1,0 +1,140 @@
+"""Recipes refuse what they do not know; records cannot be misread."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from footcal_cli.core.parameters import Estimates, Status
+from footcal_cli.errors import UsageError
+from footcal_cli.recipe import read_recipe
+from footcal_cli.records import (
+    SCHEMAS,
+    ParametersRecord,
+    covariance_blocks,
+    parameter_records,
+    read_record,
+    write_record,
+)
+
+COMMANDS = {"offline_fit", "check"}
+
+
+def recipe_line(folder: Path, text: str) -> str:
+    path = folder / "r.toml"
+    path.write_text(text)
+    with pytest.raises(UsageError) as caught:
+        read_recipe(path, COMMANDS)
+    assert caught.value.exit_code == 2
+    return caught.value.line()
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("[robt]\nname='x'", ("robt", "did you mean 'robot'")),
+        ("[robot]\nmas_kg=5", ("robot.mas_kg", "did you mean 'mass_kg'")),
+        ("[robot.feet.left.cels]", ("cels", "did you mean 'cells'")),
+        ("[robot.feet.left.cells.fl]\nx_m=1\nym=2", ("robot.feet.left.cells.fl",)),
+        ("[columns]\nload_n={colum='a'}", ("columns.load_n",)),
+        ("[robot]\nmass_kg=-1", ("robot.mass_kg", "-1")),
+        ("[robot]\nmass_kg='five'", ("robot.mass_kg", "five")),
+        ("[robot]\nchannels=['a','b','a']", ("channel 'a' is named twice",)),
+        ("[robot\n", ("TOML",)),
+    ],
+)
+def test_a_faulty_recipe_is_one_line(tmp_path: Path, text: str, words: tuple[str, ...]) -> None:
+    line = recipe_line(tmp_path, text)
+    for word in words:
+        assert word in line, line
+
+
+def test_every_recipe_of_the_project_is_valid(repository: Path) -> None:
+    from footcal_cli.commands import option_tables
+
+    paths = sorted((repository / "recipes").glob("*.toml"))
+    assert paths
+    for path in paths:
+        read_recipe(path, option_tables())
+
+
+def test_data_paths_are_relative_to_the_recipe_and_patterns_must_match(tmp_path: Path) -> None:
+    (tmp_path / "a1.csv").touch()
+    (tmp_path / "a2.csv").touch()
+    path = tmp_path / "r.toml"
+    path.write_text("[data]\nweights='a*.csv'\nbody='b*.csv'\n")
+    recipe = read_recipe(path, COMMANDS)
+    assert [p.name for p in recipe.data_paths("weights")] == ["a1.csv", "a2.csv"]
+    assert recipe.data_paths("hang") == []
+    with pytest.raises(UsageError, match="matches no file"):
+        recipe.data_paths("body")
+
+
+def calibration() -> ParametersRecord:
+    estimates = Estimates(
+        ("a.scale", "a.bias", "b.scale"),
+        ("N/count", "N", "N/count"),
+        np.array([-2e-5, 190.0, 3e-5]),
+        np.array([[4e-14, 1e-8, 0.0], [1e-8, 0.04, 0.0], [0.0, 0.0, 0.0]]),
+        (Status.ESTIMATED, Status.ESTIMATED, Status.FIXED),
+    )
+    return ParametersRecord(
+        command="offline-fit",
+        created="2026-01-01T00:00:00+00:00",
+        robot="r",
+        gravity_mps2=9.80665,
+        sign_convention="s",
+        frame="f",
+        expressed_at="e",
+        parameters=parameter_records(estimates),
+        covariance=covariance_blocks(estimates),
+    )
+
+
+def test_a_calibration_reads_back_as_it_was_written(tmp_path: Path) -> None:
+    record = calibration()
+    write_record(record, tmp_path / "parameters.json")
+    again = read_record(ParametersRecord, tmp_path / "parameters.json")
+    assert again == record
+    np.testing.assert_allclose(
+        again.covariance_of(("a.bias", "a.scale")), [[0.04, 1e-8], [1e-8, 4e-14]]
+    )
+    assert again.parameters["b.scale"].sd is None
+    with pytest.raises(UsageError, match=r"did you mean 'a\.scale'"):
+        again.value("a.scal")
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"schema": "footcal.rmse"}, "schema is 'footcal.rmse'"),
+        ({"schema_version": 2}, "newer than this footcal"),
+        ({"paramters": {}}, "paramters"),
+        ({"gravity_mps2": "nine"}, "gravity_mps2"),
+    ],
+)
+def test_another_newer_or_edited_file_is_refused(
+    tmp_path: Path, change: dict[str, object], words: str
+) -> None:
+    content = json.loads(calibration().model_dump_json(by_alias=True)) | change
+    path = tmp_path / "parameters.json"
+    path.write_text(json.dumps(content))
+    with pytest.raises(UsageError, match=words):
+        read_record(ParametersRecord, path)
+
+
+def test_json_that_is_cut_off_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "parameters.json"
+    path.write_text('{"schema": ')
+    with pytest.raises(UsageError, match="not valid JSON"):
+        read_record(ParametersRecord, path)
+
+
+def test_every_record_has_a_schema_that_requires_its_name() -> None:
+    for model in SCHEMAS.values():
+        schema = model.model_json_schema(by_alias=True)
+        assert schema["properties"]["schema"]["const"].startswith("footcal.")
+        assert schema["additionalProperties"] is False

@@ -1,0 +1,142 @@
+"""Reading logs: units, foreign names, and one clear line for every fault."""
+
+from __future__ import annotations
+
+import gzip
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from footcal_cli.columns import Column, ForeignColumn, TableType, weights_table
+from footcal_cli.errors import DataError, FootcalError, UsageError
+from footcal_cli.tables import Table, read_table, unit_factor, write_parquet
+
+G = 9.80665
+GOOD = "channel,load_kg,counts\na,0,8300000\na,0.5,8200000\n"
+
+
+def read(path: Path, **columns: ForeignColumn) -> Table:
+    return read_table(path, weights_table(), columns, gravity_mps2=G)
+
+
+def written(folder: Path, text: str, name: str = "log.csv") -> Path:
+    path = folder / name
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+# NIST SP 811 (2008), appendix B: 1 kgf = 9.80665 N, 1 lbf = 4.4482216152605 N
+@pytest.mark.parametrize(
+    ("unit", "to", "one"),
+    [
+        ("kg", "N", 9.80665), ("g", "N", 9.80665e-3), ("kgf", "N", 9.80665),
+        ("lbf", "N", 4.4482216152605), ("mN", "N", 1e-3), ("mm", "m", 1e-3),
+        ("deg", "rad", np.pi / 180), ("ms", "s", 1e-3), ("lb", "N", 0.45359237 * 9.80665),
+    ],
+)  # fmt: skip
+def test_units_convert_as_nist_says(unit: str, to: str, one: float) -> None:
+    convert = unit_factor(unit, to, G)
+    np.testing.assert_allclose(convert(np.array([0.0, 1.0, 3.0])), [0.0, one, 3 * one], rtol=1e-12)
+
+
+def test_fahrenheit_has_an_offset() -> None:
+    converted = unit_factor("degF", "degC", G)(np.array([32.0, 212.0]))
+    np.testing.assert_allclose(converted, [0, 100], atol=1e-9)
+
+
+def test_a_unit_suffix_is_read_and_counts_stay_integers(tmp_path: Path) -> None:
+    table = read(written(tmp_path, GOOD))
+    np.testing.assert_allclose(table.number("load_n"), [0.0, 0.5 * G])
+    assert table.data["counts"].dtype == np.int64
+    assert table.source["load_n"] == "load_kg"
+
+
+def test_foreign_names_and_units_are_mapped(tmp_path: Path) -> None:
+    path = written(tmp_path, "Zelle,Masse,AD\na,0,1\na,500,2\n")
+    table = read(
+        path,
+        channel=ForeignColumn("Zelle"),
+        load_n=ForeignColumn("Masse", "g"),
+        counts=ForeignColumn("AD"),
+    )
+    np.testing.assert_allclose(table.number("load_n"), [0.0, 0.5 * G])
+
+
+def test_csv_gz_parquet_and_a_bom_read_the_same(tmp_path: Path) -> None:
+    plain = read(written(tmp_path, GOOD)).data
+    packed = tmp_path / "log.csv.gz"
+    packed.write_bytes(gzip.compress(GOOD.encode()))
+    marked = tmp_path / "bom.csv"
+    marked.write_bytes(b"\xef\xbb\xbf" + GOOD.encode())
+    parquet = tmp_path / "log.parquet"
+    write_parquet(pd.read_csv(tmp_path / "log.csv"), parquet)
+    for path in (packed, marked, parquet):
+        pd.testing.assert_frame_equal(read(path).data, plain)
+
+
+def test_the_same_table_is_written_as_the_same_bytes(tmp_path: Path) -> None:
+    data = pd.DataFrame({"time_s": [0.0, 0.1], "counts": [1, 2]})
+    for name in ("a.parquet", "b.parquet"):
+        write_parquet(data, tmp_path / name)
+    assert (tmp_path / "a.parquet").read_bytes() == (tmp_path / "b.parquet").read_bytes()
+
+
+FAULTS: dict[str, tuple[str, type[FootcalError], tuple[str, ...]]] = {
+    "empty file": ("", DataError, ("empty",)),
+    "header only": ("channel,load_kg,counts\n", DataError, ("no rows",)),
+    "text in a number": (GOOD + "a,1,oops\n", DataError, ("counts", "line 4", "'oops'")),
+    "NaN": (GOOD + "a,nan,5\n", DataError, ("load_kg", "line 4", "NaN")),
+    "empty cell": (GOOD + "a,1,\n", DataError, ("counts", "line 4")),
+    "infinite": (GOOD + "a,inf,5\n", DataError, ("load_kg", "line 4", "infinite")),
+    "missing column": ("channel,load_kg,count\na,0,1\n", DataError, ("counts", "'count'")),
+    "column twice": ("channel,load_kg,load_kg,counts\na,0,0,1\n", DataError, ("twice",)),
+    "decimal comma": ("channel,load_kg,counts\na,0,1\na,0,5,2\n", DataError, ("fields",)),
+    "decimal commas": ("channel,load_kg,counts\na,0,5,2\na,0,5,2\n", DataError, ("fields",)),
+}
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_every_fault_is_one_line_that_says_where(tmp_path: Path, name: str) -> None:
+    text, kind, words = FAULTS[name]
+    with pytest.raises(kind) as caught:
+        read(written(tmp_path, text))
+    line = caught.value.line()
+    assert "\n" not in line
+    assert "log.csv" in line
+    assert "Remedy:" in line
+    for word in words:
+        assert word in line, line
+
+
+def test_a_missing_file_an_unknown_unit_and_a_wrong_quantity_are_usage_errors(
+    tmp_path: Path,
+) -> None:
+    with pytest.raises(UsageError, match="no such file"):
+        read(tmp_path / "absent.csv")
+    path = written(tmp_path, "channel,w,counts\na,0,1\na,1,2\n")
+    with pytest.raises(UsageError, match="unknown unit 'kilo'"):
+        read(path, load_n=ForeignColumn("w", "kilo"))
+    with pytest.raises(UsageError, match="same quantity"):
+        read(path, load_n=ForeignColumn("w", "mm"))
+
+
+def test_a_truncated_parquet_file_and_a_cut_gzip_are_named(tmp_path: Path) -> None:
+    whole = tmp_path / "whole.parquet"
+    write_parquet(pd.DataFrame({"channel": ["a"] * 500, "load_n": 1.0, "counts": 1}), whole)
+    cut = tmp_path / "cut.parquet"
+    cut.write_bytes(whole.read_bytes()[:-40])
+    with pytest.raises(DataError, match=r"cut\.parquet.*truncated"):
+        read(cut)
+    packed = gzip.compress((GOOD * 400).encode())
+    (tmp_path / "cut.csv.gz").write_bytes(packed[: len(packed) // 2])
+    with pytest.raises(DataError, match=r"cut\.csv\.gz"):
+        read(tmp_path / "cut.csv.gz")
+
+
+def test_lost_samples_of_a_stream_are_kept_as_nan(tmp_path: Path) -> None:
+    stream = TableType("s", (Column("time_s", "t"), Column("a_counts", "a", missing="keep")))
+    path = written(tmp_path, "time_s,a_counts\n0.0,5\n0.1,\n0.2,7\n")
+    table = read_table(path, stream, gravity_mps2=G)
+    np.testing.assert_array_equal(table.number("a_counts"), [5.0, np.nan, 7.0])
