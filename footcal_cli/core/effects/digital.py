@@ -13,7 +13,7 @@ from footcal_cli.core.effects.contract import (
     Theta,
     on_readings,
 )
-from footcal_cli.core.effects.memory import elapsed
+from footcal_cli.core.effects.memory import elapsed, recording
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 
@@ -23,12 +23,13 @@ _WHOLE = 1e-12
 
 
 def _stick(x: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
-    origin, held = state or (None, x[0])
-    since, origin = elapsed(log.time_s, origin)
-    stuck = since[:, None] >= theta["stuck_time"]
+    clock, held = state or (None, x[0])
+    fresh = recording(log.time_s, clock[1] if clock else None).fresh
+    since, clock = elapsed(log.time_s, clock)
+    stuck = (since[:, None] >= theta["stuck_time"]) & ~fresh[:, None]
     last_free = np.maximum.accumulate(np.where(stuck, -1, np.arange(len(x))[:, None]), axis=0)
     shown = np.where(last_free < 0, held, np.take_along_axis(x, np.maximum(last_free, 0), axis=0))
-    return x + theta["channel_stuck"] * np.where(stuck, shown - x, 0.0), (origin, shown[-1])
+    return x + theta["channel_stuck"] * np.where(stuck, shown - x, 0.0), (clock, shown[-1])
 
 
 def _keep(y: FloatArray, _log: Log, _theta: Theta, state: State) -> tuple[FloatArray, State]:

@@ -39,15 +39,17 @@ def recording(time_s: FloatArray, last_s: float | None) -> Recording:
     return Recording(np.where(fresh, 0.0, time_s - before), fresh)
 
 
-def elapsed(time_s: FloatArray, start_s: float | None) -> tuple[FloatArray, float]:
-    """Time since each recording's first row (n,), and the start that the next chunk counts from."""
-    fresh = recording(time_s, start_s).fresh
-    origin = np.where(fresh, time_s, np.nan)
-    if start_s is not None and not fresh[0]:
-        origin[0] = start_s
-    last = np.maximum.accumulate(np.where(np.isnan(origin), -1, np.arange(time_s.size)))
-    since: FloatArray = time_s - origin[last]
-    return since, float(origin[last[-1]])
+ElapsedState = tuple[float, float]
+"""First and last stamp of the recording so far."""
+
+
+def elapsed(time_s: FloatArray, state: ElapsedState | None) -> tuple[FloatArray, ElapsedState]:
+    """Time since each recording's first row (n,), and what the next chunk goes on from."""
+    first, last = state or (np.nan, None)
+    fresh = recording(time_s, last).fresh
+    start = np.maximum.accumulate(np.where(fresh, np.arange(time_s.size), -1))
+    origin = np.where(start < 0, first, time_s[start])
+    return time_s - origin, (float(origin[-1]), float(time_s[-1]))
 
 
 def linear_recurrence(decay: FloatArray, drive: FloatArray, start: FloatArray) -> FloatArray:

@@ -1,0 +1,240 @@
+"""Every effect of the table keeps its promises: neutral, inverse, chunks, fields."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from time import perf_counter
+
+import numpy as np
+import pytest
+
+from footcal_cli.core.effects import TABLE, UnknownEffectError, effects_seen_by, find_effect
+from footcal_cli.core.effects.contract import Effect, Stage, is_neutral, units_of
+from footcal_cli.core.effects.memory import linear_recurrence, play
+from footcal_cli.core.effects.transport import REMEMBERED_ROWS
+from footcal_cli.core.log import Log
+from tests.contract.logs import CELLS, cell_log, difference, log_for, typical
+
+EXPERIMENTS = {"weights", "placements", "stand", "walk", "hang", "pose"}
+NAMES_OF_DESIGN = set(
+    """
+nonlinearity hysteresis creep crosstalk temperature_bias temperature_scale bias_drift bias_jump
+saturation quantisation channel_stuck channel_swap channel_duplicate sign_flip
+cell_position load_bypass hanging_plate slip delay lag clock_drift dropped_samples
+imu_tilt accel_bias mass com_offset angular_momentum wrong_weight wrong_hole wrong_unit
+offset_drift offset_change scale_matrix cross_coupling mount_rotation mount_translation axis_flip
+leg_weight leg_com cable_drag case_strain hang_tilt robot_weight body_tilt
+""".split()  # noqa: SIM905  (as the design lists them)
+)
+
+every_invertible_effect = pytest.mark.parametrize(
+    "effect", [e for e in TABLE.values() if e.invertible], ids=lambda effect: effect.name
+)
+every_effect = pytest.mark.parametrize("effect", TABLE.values(), ids=TABLE.keys())
+
+
+def neutral(effect: Effect, units: int) -> dict[str, np.ndarray]:
+    return {p.name: np.full(units, p.neutral) for p in effect.parameters}
+
+
+def units(effect: Effect, log: Log) -> int:
+    return len(units_of(effect.scope, log.channels))
+
+
+def test_every_name_of_the_design_is_in_the_table() -> None:
+    assert set(TABLE) >= NAMES_OF_DESIGN
+
+
+def test_the_table_runs_from_bench_to_transport() -> None:
+    stages = [effect.stage for effect in TABLE.values()]
+    assert stages == sorted(stages)
+    assert set(stages) == set(Stage)
+
+
+def test_parameter_names_are_unique_among_effects_of_one_scope() -> None:
+    names = [(e.scope, p.name) for e in TABLE.values() for p in e.parameters]
+    assert len(set(names)) == len(names)
+
+
+@every_effect
+def test_every_field_is_filled_and_consistent(effect: Effect) -> None:
+    for text in (effect.formula, effect.source, effect.remedy, effect.separates):
+        assert text.strip()
+        assert "\n" not in text
+    assert effect.experiments
+    assert set(effect.experiments) <= EXPERIMENTS
+    assert effect.mimics
+    assert set(effect.mimics) <= set(TABLE) - {effect.name}
+    assert effect.sizes[0] is effect.parameters[0]
+    for p in effect.parameters:
+        assert p.lower <= p.neutral <= p.upper
+        assert p.unit
+        assert p.prior_sd > 0
+        assert bool(p.grid) == p.shape
+        assert all(p.lower <= value <= p.upper for value in p.grid)
+
+
+@every_effect
+def test_neutral_parameters_change_nothing(effect: Effect) -> None:
+    log = log_for(effect)
+    theta = neutral(effect, units(effect, log))
+    assert is_neutral(effect, theta)
+    for transform in (effect.apply, effect.remove):
+        assert difference(log, transform(log, theta, None)[0]) < 1e-12
+
+
+@every_effect
+def test_typical_sizes_change_something(effect: Effect) -> None:
+    log = log_for(effect)
+    theta = typical(effect, units(effect, log))
+    assert difference(log, effect.apply(log, theta, None)[0]) > 1e-6
+
+
+@every_invertible_effect
+@pytest.mark.parametrize("seed", range(3))
+def test_remove_undoes_apply(effect: Effect, seed: int) -> None:
+    log = log_for(effect)
+    theta = typical(effect, units(effect, log), seed)
+    distorted, _ = effect.apply(log, theta, None)
+    restored, _ = effect.remove(distorted, theta, None)
+    assert difference(log, restored) <= effect.tolerance
+
+
+@every_effect
+def test_remove_of_what_has_no_inverse_is_no_worse_than_leaving_it(effect: Effect) -> None:
+    log = log_for(effect)
+    theta = typical(effect, units(effect, log))
+    distorted, _ = effect.apply(log, theta, None)
+    restored, _ = effect.remove(distorted, theta, None)
+    assert difference(log, restored) <= difference(log, distorted) * (1 + 1e-12)
+
+
+@every_effect
+@pytest.mark.parametrize("direction", ["apply", "remove"])
+def test_chunk_by_chunk_equals_whole(effect: Effect, direction: str) -> None:
+    log = log_for(effect)
+    theta = typical(effect, units(effect, log))
+    transform = getattr(effect, direction)
+    whole, _ = transform(log, theta, None)
+    state = None
+    parts = []
+    seams = [0, 1, 100, 430, 431, 900, len(log)]
+    for start, stop in pairwise(seams):
+        part, state = transform(log.rows(start, stop), theta, state)
+        parts.append(part)
+    known_at_seams = np.full(len(log), True)
+    if effect.anticipates:
+        # The last rows of a chunk are held until the next one comes.
+        for stop in seams[1:-1]:
+            known_at_seams[max(stop - 8, 0) : stop] = False
+    for name in (None, *log.known):
+        pieces = [p.readings if name is None else p.known[name] for p in parts]
+        chunked = np.concatenate(pieces)[known_at_seams]
+        at_once = (whole.readings if name is None else whole.known[name])[known_at_seams]
+        np.testing.assert_allclose(chunked, at_once, rtol=1e-10, atol=1e-10)
+
+
+def test_a_delay_reaches_back_across_a_seam_as_far_as_the_state_remembers() -> None:
+    effect = TABLE["delay"]
+    log = cell_log()
+    theta = {"delay": np.array([0.4])}
+    whole, _ = effect.apply(log, theta, None)
+    first, state = effect.apply(log.rows(0, 600), theta, None)
+    second, _ = effect.apply(log.rows(600, 1200), theta, state)
+    assert REMEMBERED_ROWS / 40.0 > 0.4
+    np.testing.assert_allclose(
+        np.concatenate([first.known["com_m"], second.known["com_m"]]),
+        whole.known["com_m"],
+        atol=1e-12,
+    )
+
+
+@pytest.mark.parametrize("effect", [e for e in TABLE.values() if e.name != "dropped_samples"])
+def test_recordings_in_one_log_share_no_memory(effect: Effect) -> None:
+    log = log_for(effect)
+    half = len(log) // 2
+    theta = typical(effect, units(effect, log))
+    first, second = log.rows(0, half), log.rows(half, len(log))
+    restarted = Log(
+        log.experiment,
+        log.channels,
+        np.concatenate([first.time_s, second.time_s - second.time_s[0]]),
+        log.readings,
+        log.known,
+        log.block,
+    )
+    together, _ = effect.apply(restarted, theta, None)
+    alone, _ = effect.apply(second, theta, None)
+    np.testing.assert_allclose(together.readings[half:], alone.readings, atol=1e-12)
+
+
+def test_play_follows_the_definition_row_by_row() -> None:
+    rng = np.random.default_rng(3)
+    x = np.cumsum(rng.normal(size=(500, 3)), axis=0)
+    radius = np.array([0.0, 0.7, 4.0])
+    fresh = np.zeros(500, dtype=bool)
+    fresh[[0, 200]] = True
+    z = np.zeros(3)
+    got = play(x, radius, np.zeros(3), fresh)
+    for k in range(500):
+        z = np.zeros(3) if fresh[k] else z
+        z = np.minimum(np.maximum(z, x[k] - radius), x[k] + radius)
+        np.testing.assert_array_equal(got[k], z)
+
+
+def test_recurrence_follows_the_definition_row_by_row() -> None:
+    rng = np.random.default_rng(4)
+    decay, drive = rng.uniform(-0.9, 0.99, (300, 2)), rng.normal(size=(300, 2))
+    s = start = np.array([5.0, -2.0])
+    got = linear_recurrence(decay, drive, start)
+    for k in range(300):
+        s = decay[k] * s + drive[k]
+        np.testing.assert_allclose(got[k], s, rtol=1e-10, atol=1e-10)
+
+
+def test_a_hysteresis_loop_is_as_wide_as_its_width() -> None:
+    load = np.concatenate([np.linspace(0, 20, 201), np.linspace(20, 0, 201)])
+    log = Log("weights", ("left_fl",), np.arange(402.0), load[:, None], {}, np.zeros(402, int))
+    theta = {"hysteresis_width": np.array([0.6]), "hysteresis_reach": np.array([2.0])}
+    shown, _ = TABLE["hysteresis"].apply(log, theta, None)
+    up, down = shown.readings[100, 0], shown.readings[301, 0]
+    assert load[100] == load[301] == 10.0
+    assert down - up == pytest.approx(0.6)
+
+
+def test_creep_ends_at_its_share_of_the_load() -> None:
+    log = Log("weights", ("left_fl",), np.arange(1000.0), np.full((1000, 1), 8.0), {},
+              np.zeros(1000, int))  # fmt: skip
+    theta = {"creep": np.array([0.05]), "creep_time": np.array([60.0])}
+    shown, _ = TABLE["creep"].apply(log, theta, None)
+    assert shown.readings[0, 0] == 8.0
+    assert shown.readings[60, 0] == pytest.approx(8.0 * (1 + 0.05 * (1 - np.exp(-1))), rel=1e-9)
+    assert shown.readings[-1, 0] == pytest.approx(8.4, rel=1e-6)
+
+
+def test_a_lag_of_a_ramp_is_a_delay() -> None:
+    t = np.arange(400) / 80.0
+    log = Log("walk", ("left_fl",), t, 3.0 * t[:, None], {}, np.zeros(400, int))
+    shown, _ = TABLE["sensor_lag"].apply(log, {"sensor_lag": np.array([0.05])}, None)
+    assert shown.readings[-1, 0] == pytest.approx(3.0 * (t[-1] - 0.05), rel=1e-9)
+
+
+def test_an_hour_of_hysteresis_and_its_inverse_take_two_seconds() -> None:
+    rows = 3600 * 80
+    t = np.arange(rows) / 80.0
+    load = 20.0 + 20.0 * np.sin(np.pi * t)[:, None] + np.zeros(len(CELLS))
+    log = Log("walk", CELLS, t, load, {}, np.zeros(rows, int))
+    theta = {"hysteresis_width": np.full(8, 0.5), "hysteresis_reach": np.full(8, 8.0)}
+    start = perf_counter()
+    distorted, _ = TABLE["hysteresis"].apply(log, theta, None)
+    restored, _ = TABLE["hysteresis"].remove(distorted, theta, None)
+    assert perf_counter() - start < 4.0
+    assert difference(log, restored) < 1e-12
+
+
+def test_a_misspelt_effect_names_the_nearest() -> None:
+    with pytest.raises(UnknownEffectError, match="did you mean hysteresis"):
+        find_effect("histeresis")
+    assert find_effect("creep").name == "creep"
+    assert TABLE["delay"] in effects_seen_by("walk")
+    assert TABLE["delay"] not in effects_seen_by("weights")
