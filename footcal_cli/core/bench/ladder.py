@@ -213,7 +213,8 @@ def _added_p(fit: ChannelFit, rung: Rung) -> float:
 
 def _same_family(one: Rung, other: Rung) -> bool:
     """Whether two rungs share a kind of term, so that both together would be redundant."""
-    return bool({term.size for term in one.terms} & {term.size for term in other.terms})
+    kinds = [{term.size.split("_")[0] for term in rung.terms} for rung in (one, other)]
+    return bool(kinds[0] & kinds[1])
 
 
 def _why(index: int, step: int, p: float, alpha: float) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from itertools import product
+from itertools import pairwise, product
 
 import numpy as np
 from scipy.optimize import minimize, minimize_scalar
@@ -92,7 +92,7 @@ def search_shapes(
     """Logarithms of the shapes that fit best, on the grids first where there is no start.
 
     Minimises ``(n/2) ln RSS`` of the regression with a free offset per session, plus a weak prior
-    about the middle of each grid and a wall between two shapes of the same name.
+    about the middle of each grid and a wall between two time constants of creep.
 
     Returns
     -------
@@ -146,13 +146,9 @@ def search_shapes(
 
 
 def _ordered(names: list[str], log_shapes: FloatArray) -> bool:
-    """Whether shapes of one name ascend and stay apart: a sum of two creeps is symmetric."""
-    return all(
-        later - earlier > _APART
-        for i, earlier in enumerate(log_shapes)
-        for j, later in enumerate(log_shapes)
-        if i < j and names[i] == names[j]
-    )
+    """Whether the times of creep ascend and stay apart: a sum of two creeps is symmetric."""
+    times = [z for z, name in zip(log_shapes, names, strict=True) if name.startswith("creep")]
+    return all(later - earlier > _APART for earlier, later in pairwise(times))
 
 
 def _within(rows: FloatArray, session: np.ndarray) -> FloatArray:

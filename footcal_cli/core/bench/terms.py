@@ -19,7 +19,7 @@ from footcal_cli.core.effects.cells import (
     TEMPERATURE_SCALE,
 )
 from footcal_cli.core.effects.contract import Effect
-from footcal_cli.core.effects.memory_effects import BIAS_DRIFT, CREEP, HYSTERESIS
+from footcal_cli.core.effects.memory_effects import BIAS_DRIFT, CREEP, CREEP_SLOW, HYSTERESIS
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 
@@ -39,7 +39,7 @@ class Term:
     Parameters
     ----------
     owner
-        Suffix to the channel's name where an effect occurs twice (``_slow``).
+        Suffix to the channel's name where an effect occurs more than once (``_wide``).
     size, unit
         Name and unit of the size.
     shapes, shape_units
@@ -183,10 +183,10 @@ def creep(record: BenchRecord, constants: int) -> Rung:
     gaps = np.diff(record.time_s)
     shortest = max(2.0 * float(np.median(gaps[gaps > 0])) if np.any(gaps > 0) else 1.0, 1.0)
     grid = tuple(np.geomspace(min(shortest, longest / 4.0), 2.0 * longest, _STEPS_OF_TIME))
-    owners = ("", "_slow")[:constants]
+    effects = (CREEP, CREEP_SLOW)[:constants]
     return Rung(
         "creep" if constants == 1 else "creep, two time constants",
-        tuple(effect_term(CREEP, (grid,), owner) for owner in owners),
+        tuple(effect_term(effect, (grid,)) for effect in effects),
         needs_time=True,
     )
 
@@ -205,10 +205,11 @@ def temperature() -> tuple[Rung, Rung]:
     )
 
 
-def menu(record: BenchRecord, most_degree: int = 4) -> tuple[Rung, ...]:
+def menu(record: BenchRecord, most_degree: int = 3) -> tuple[Rung, ...]:
     """All rungs that a record could support, simple ones first.
 
-    A polynomial needs two more distinct loads than its degree has coefficients to bend.
+    A polynomial needs two distinct loads more than its degree. Up to the third degree every rung is
+    in the table of effects, so that any command can use the model that was chosen.
     """
     loads = np.unique(np.round(record.load_n[record.known], 9)).size
     degrees = range(2, min(most_degree, loads - 2) + 1)

@@ -1,0 +1,145 @@
+"""Creep seen in single holds: exponential approach to a level, whatever load made it.
+
+``S_h(t) = level_h + Σ_j amplitude_hj exp(−(t − t_h)/τ_j)`` with time constants shared by all holds.
+Neither the true loads nor what happened between the holds enters, so that hands on the rig and an
+unknown past do not bias the time constants.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+from scipy.optimize import minimize
+
+from footcal_cli.core.bench.blocks import correlation_time, fit_blocks, whiten_autoregressive
+from footcal_cli.core.parameters import FloatArray, IntArray
+from footcal_cli.errors import FitError
+
+_GRID = 12
+_APART = 0.7
+_LOG_STEP = 1e-3
+
+
+@dataclass(frozen=True)
+class Relaxation:
+    """Time constants of creep and what is left to creep in each hold.
+
+    Parameters
+    ----------
+    tau_s, tau_ci95_s
+        Time constants ascending (k,) and their intervals (k, 2), symmetric in the logarithm.
+    log_tau_sd
+        Shape (k,).
+    level, level_sd
+        Reading after an infinite wait, shape (h,).
+    amplitude, amplitude_sd
+        Reading at the start of the hold minus `level`, per time constant, shape (h, k).
+    correlation_s
+        How long the scatter about the model persists.
+    rmse
+        Of the residual, in units of the reading.
+    bic
+        ``n ln(RSS/n) + p ln n`` of the whitened rows: compare numbers of time constants.
+    resolved
+        Whether each time constant lies inside the range that the holds can show, shape (k,).
+    """
+
+    tau_s: FloatArray
+    tau_ci95_s: FloatArray
+    log_tau_sd: FloatArray
+    level: FloatArray
+    level_sd: FloatArray
+    amplitude: FloatArray
+    amplitude_sd: FloatArray
+    correlation_s: float
+    rmse: float
+    bic: float
+    resolved: tuple[bool, ...]
+
+
+def fit_relaxation(
+    time_s: FloatArray, reading: FloatArray, hold: IntArray, constants: int = 1
+) -> Relaxation:
+    """Fit shared time constants to the settled samples of several holds.
+
+    Parameters
+    ----------
+    time_s, reading
+        Shape (n,).
+    hold
+        Index of the hold (or load) of each sample, −1 for samples to leave out, shape (n,).
+    constants
+        Number of time constants, 1 or 2.
+
+    Raises
+    ------
+    FitError
+        Fewer than ten settled samples per coefficient.
+    """
+    used = hold >= 0
+    t, y = time_s[used], reading[used]
+    names, index = np.unique(hold[used], return_inverse=True)
+    index = index.astype(np.int64)
+    count = names.size * (1 + constants) + constants
+    if t.size < 10 * count:
+        raise FitError(f"{t.size} settled samples cannot carry {count} coefficients of creep")
+    since = t - np.array([t[index == h].min() for h in range(names.size)])[index]
+    longest = float(since.max())
+    shortest = max(longest / 200.0, 2.0 * float(np.median(np.diff(t))))
+    bounds = np.log([shortest, 2.0 * longest])
+
+    def design(log_tau: FloatArray) -> FloatArray:
+        level = index[:, None] == np.arange(names.size)
+        decays = [level * np.exp(-since / tau)[:, None] for tau in np.exp(log_tau)]
+        return np.hstack([level.astype(float), *decays])
+
+    def rest(log_tau: FloatArray, correlation_s: float) -> FloatArray:
+        rows, target = whiten_autoregressive(design(log_tau), y, t, index, correlation_s)
+        return np.asarray(target - rows @ np.linalg.lstsq(rows, target, rcond=None)[0])
+
+    def cost(log_tau: FloatArray, correlation_s: float) -> float:
+        apart = bool(np.all(np.diff(log_tau) > _APART))
+        if not apart or log_tau[0] < bounds[0] or log_tau[-1] > bounds[1]:
+            return 1e12
+        residual = rest(log_tau, correlation_s)
+        return 0.5 * t.size * float(np.log(residual @ residual + 1e-300))
+
+    grid = np.linspace(float(bounds[0]), float(bounds[1]), _GRID)
+    pairs = [(a,) for a in grid] if constants == 1 else [(a, b) for a in grid for b in grid]
+    log_tau = min((np.array(p) for p in pairs), key=lambda p: cost(p, 0.0))
+    correlation_s = 0.0
+    for _ in range(2):  # the noise's persistence and the time constants depend on each other
+        found = minimize(cost, log_tau, args=(correlation_s,), method="Nelder-Mead")
+        log_tau = np.asarray(found.x, dtype=np.float64)
+        correlation_s = correlation_time(rest(log_tau, 0.0), t, index)
+    linear = design(log_tau)
+    rows, target = whiten_autoregressive(linear, y, t, index, correlation_s)
+    kept = np.asarray(np.linalg.lstsq(rows, target, rcond=None)[0], dtype=np.float64)
+    steps = np.eye(constants) * _LOG_STEP
+    bends = [(design(log_tau + s) - design(log_tau - s)) @ kept / (2 * _LOG_STEP) for s in steps]
+    full = np.column_stack([linear, *bends])
+    rows, target = whiten_autoregressive(full, y, t, index, correlation_s)
+    fit = fit_blocks(rows, target, np.zeros(t.size, dtype=np.int64))
+    sd, quantile = fit.sd, float(stats.t.ppf(0.975, fit.dof[0]))
+    log_sd = sd[-constants:]
+    tau = np.exp(log_tau)
+    white = rest(log_tau, correlation_s)
+    raw = y - linear @ kept
+    shape = (constants, names.size)
+    return Relaxation(
+        tau_s=tau,
+        tau_ci95_s=np.column_stack(
+            [tau * np.exp(-quantile * log_sd), tau * np.exp(quantile * log_sd)]
+        ),
+        log_tau_sd=log_sd,
+        level=kept[: names.size],
+        level_sd=sd[: names.size],
+        amplitude=kept[names.size :].reshape(shape).T,
+        amplitude_sd=sd[names.size : -constants].reshape(shape).T,
+        correlation_s=correlation_s,
+        rmse=float(np.sqrt(np.mean(raw**2))),
+        bic=float(t.size * np.log(np.mean(white**2)) + count * np.log(t.size)),
+        resolved=tuple(bool(shortest * 1.2 < v < 1.6 * longest) for v in tau),
+    )
