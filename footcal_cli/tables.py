@@ -122,7 +122,7 @@ def read_table(
         raise UsageError(
             "no such file", file=path, remedy="check the path in [data] or the command"
         )
-    header = _header(path)
+    header = column_names(path)
     found = {
         spec.name: located
         for spec in table.columns
@@ -154,7 +154,7 @@ def read_table(
 
 def has_columns(path: Path, table: TableType, columns: Mapping[str, ForeignColumn]) -> bool:
     """Whether a file has every required column of a table type."""
-    header = _header(path)
+    header = column_names(path)
     try:
         for spec in table.columns:
             _locate(spec, header, columns, path)
@@ -182,8 +182,14 @@ def _is_parquet(path: Path) -> bool:
     return path.suffix.lower() in {".parquet", ".pq"}
 
 
-def _header(path: Path) -> list[str]:
-    """Column names of a file, checked for repeats."""
+def column_names(path: Path) -> list[str]:
+    """Column names of a file, checked for repeats.
+
+    Raises
+    ------
+    DataError
+        Empty, truncated or not text, no header, or a name that stands twice.
+    """
     if path.stat().st_size == 0:
         raise DataError("the file is empty", file=path, remedy="record or export the log again")
     if _is_parquet(path):

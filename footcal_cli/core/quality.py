@@ -202,3 +202,95 @@ def check_duplicate_channels(readings: FloatArray, channels: Sequence[str]) -> l
                 )
             )  # fmt: skip
     return findings
+
+
+GAP_RATIO = 3.5
+"""An interval this many times the median one is a gap."""
+STUCK_SECONDS = 1.0
+"""A channel that shows one value for longer while others move is stuck."""
+
+
+def check_clock(time_s: FloatArray, stream: str) -> list[Finding]:
+    """Find stamps that go back or repeat, gaps, and an uneven rate.
+
+    Parameters
+    ----------
+    time_s
+        Stamps in order of the file, shape (n,).
+    """
+    if time_s.size < 3:
+        return []
+    steps = np.diff(time_s)
+    findings = []
+    if np.any(steps < 0):
+        at = int(np.argmax(steps < 0))
+        findings.append(
+            Finding(
+                "time_goes_back", "alarm", stream,
+                f"{int(np.sum(steps < 0))} stamps lie before their predecessor, the first at row "
+                f"{at + 2} ({time_s[at]:.6g} s, then {time_s[at + 1]:.6g} s)",
+                "sort the log by time, or split recordings that were joined",
+            )
+        )  # fmt: skip
+    if np.any(steps == 0):
+        findings.append(
+            Finding(
+                "duplicate_stamps", "warning", stream,
+                f"{int(np.sum(steps == 0))} of {time_s.size} stamps repeat",
+                "stamp at the sensor, not at the receiver; repeated stamps are used once",
+            )
+        )  # fmt: skip
+    typical = float(np.median(steps[steps > 0])) if np.any(steps > 0) else 0.0
+    gaps = steps > GAP_RATIO * typical
+    if typical > 0 and gaps.any():
+        findings.append(
+            Finding(
+                "gaps", "warning", stream,
+                f"{int(gaps.sum())} gaps, the longest {steps.max():.3g} s "
+                f"at {time_s[int(np.argmax(steps))]:.6g} s (usual interval {typical:.3g} s)",
+                "check the link or the logger's load; nothing is interpolated across a gap",
+            )
+        )  # fmt: skip
+    return findings
+
+
+def check_stream(
+    time_s: FloatArray, readings: FloatArray, channels: Sequence[str]
+) -> list[Finding]:
+    """Find lost samples, stuck and duplicated channels of a stream.
+
+    Parameters
+    ----------
+    readings
+        Shape (n, c); NaN where a sample was lost.
+    """
+    findings = check_duplicate_channels(readings, channels)
+    step_s = float(np.median(np.diff(time_s))) if time_s.size > 2 else np.nan
+    longest = np.array([_longest_run(readings[:, i]) for i in range(len(channels))])
+    for name, column, run in zip(channels, readings.T, longest, strict=True):
+        lost = int(np.sum(~np.isfinite(column)))
+        if lost:
+            findings.append(
+                Finding(
+                    "lost_samples", "warning" if lost > 0.01 * column.size else "note", name,
+                    f"{lost} of {column.size} samples are missing",
+                    "check the connection of the channel; lost samples are left out",
+                )
+            )  # fmt: skip
+        others = float(np.median(longest)) if longest.size > 1 else 0.0
+        if run * step_s > STUCK_SECONDS and run > 10 * max(others, 1.0):
+            findings.append(
+                Finding(
+                    "stuck_channel", "alarm", name,
+                    f"one value for {run * step_s:.3g} s ({run} samples) while others move",
+                    "check that the channel is connected and that its reading is refreshed",
+                )
+            )  # fmt: skip
+    return findings
+
+
+def _longest_run(values: FloatArray) -> int:
+    """Length of the longest run of equal values."""
+    changes = np.flatnonzero(np.diff(values) != 0)
+    edges = np.concatenate([[-1], changes, [values.size - 1]])
+    return int(np.max(np.diff(edges)))

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
 from footcal_cli.core.quality import (
+    check_clock,
+    check_stream,
     check_codes,
     check_duplicate_channels,
     check_load_unit,
@@ -73,3 +77,33 @@ def test_a_duplicated_stream_is_found_though_samples_are_lost() -> None:
     readings[5, 2] = np.nan
     (finding,) = check_duplicate_channels(readings, ["a", "b", "c"])
     assert finding.where == "a, c"
+
+
+def test_a_healthy_clock_is_quiet_and_faults_are_named() -> None:
+    time_s = np.linspace(0.0, 499 * 0.0125, 500) + 1e-4 * np.random.default_rng(0).standard_normal(
+        500
+    )
+    assert not check_clock(time_s, "cells")
+    back = time_s.copy()
+    back[200] = back[190]
+    assert "time_goes_back" in {f.code for f in check_clock(back, "cells")}
+    twice = time_s.copy()
+    twice[100] = twice[99]
+    assert "duplicate_stamps" in {f.code for f in check_clock(twice, "cells")}
+    (gap,) = check_clock(np.delete(time_s, slice(100, 140)), "cells")
+    assert gap.code == "gaps"
+    shown = re.search(r"longest ([\d.]+) s", gap.sentence)
+    assert shown is not None
+    assert float(shown[1]) == pytest.approx(41 * 0.0125, abs=1e-3)
+
+
+def test_a_stream_tells_lost_and_stuck_samples() -> None:
+    rng = np.random.default_rng(0)
+    time_s = np.linspace(0.0, 799 * 0.0125, 800)
+    readings = np.round(100 * rng.standard_normal((800, 4)))
+    names = ["a", "b", "c", "d"]
+    assert not check_stream(time_s, readings, names)
+    readings[300:500, 1] = readings[300, 1]
+    readings[10:40, 2] = np.nan
+    found = {(f.code, f.where) for f in check_stream(time_s, readings, names)}
+    assert found == {("stuck_channel", "b"), ("lost_samples", "c")}
