@@ -14,7 +14,6 @@ import pytest
 
 pytest.importorskip("mujoco")
 
-PHYSICS = Path(__file__).parents[2] / "sample_data" / "physics"
 MASS_KG = 5.3
 WEIGHT_N = MASS_KG * 9.80665
 
@@ -22,11 +21,7 @@ WEIGHT_N = MASS_KG * 9.80665
 @pytest.fixture(scope="module")
 def biped() -> Any:
     """Return the generator, which is a script outside the package."""
-    sys.path.insert(0, str(PHYSICS))
-    try:
-        return importlib.import_module("biped")
-    finally:
-        sys.path.remove(str(PHYSICS))
+    return importlib.import_module("biped")
 
 
 @pytest.fixture(scope="module")
