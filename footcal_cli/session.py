@@ -18,7 +18,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, Generic, TypeVar
+from typing import Generic, TypeVar
 
 from rich.console import Console
 from rich.progress import track
@@ -328,22 +328,3 @@ def _shown(path: Path) -> str:
 
 def _shown_or_none(path: Path | None) -> str | None:
     return None if path is None else _shown(path)
-
-
-def load_calibration(
-    session: Session[Any], needed: Iterable[str], made_by: str
-) -> ParametersRecord:
-    """The calibration given with ``--parameters``, checked for the parameters a command needs.
-
-    Raises
-    ------
-    UsageError
-        None was given, or it lacks one of the parameters.
-    """
-    if session.parameters is None:
-        raise UsageError(
-            "this command starts from a calibration", remedy=f"give --parameters from {made_by}"
-        )
-    for name in needed:
-        session.parameters.value(name)
-    return session.parameters

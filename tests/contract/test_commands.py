@@ -1,0 +1,88 @@
+"""What every command promises, looped over the app: a new command is tested by being listed."""
+
+from __future__ import annotations
+
+import inspect
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+from footcal_cli.app import app
+from footcal_cli.commands import option_tables
+from footcal_cli.recipe import CommandOptions
+from tests.conftest import Run
+
+COMMANDS = {str(command.name): command.callback for command in app.registered_commands}
+RUNS = sorted(
+    name
+    for name, callback in COMMANDS.items()
+    if callback is not None and "out" in inspect.signature(callback).parameters
+)
+"""Commands that leave a run folder."""
+
+
+def module_of(name: str) -> str:
+    return name.replace("-", "_")
+
+
+@pytest.mark.parametrize("name", sorted(COMMANDS))
+def test_one_spelling_for_command_module_and_function(name: str) -> None:
+    callback = COMMANDS[name]
+    assert callback is not None
+    assert callback.__module__ == f"footcal_cli.commands.{module_of(name)}"
+    assert callback.__name__ == module_of(name)
+
+
+def test_every_module_of_the_room_is_a_command() -> None:
+    assert {module_of(name) for name in COMMANDS} == option_tables()
+
+
+@pytest.mark.parametrize("name", sorted(COMMANDS))
+def test_help_says_in_one_sentence_what_it_does(run: Run, name: str) -> None:
+    answer = run(name, "--help")
+    assert answer.exit_code == 0
+    callback = COMMANDS[name]
+    assert callback is not None
+    first = (callback.__doc__ or "").strip().splitlines()[0]
+    assert first.endswith(".")
+    assert len(first) <= 100
+
+
+@pytest.mark.parametrize("name", RUNS)
+def test_options_are_a_frozen_model_of_their_own(name: str) -> None:
+    module = import_module(f"footcal_cli.commands.{module_of(name)}")
+    expected = "".join(word.capitalize() for word in name.split("-")) + "Options"
+    model = getattr(module, expected)
+    assert issubclass(model, CommandOptions)
+    assert model.__doc__
+
+
+@pytest.mark.parametrize("name", RUNS)
+def test_a_misspelt_option_in_a_recipe_is_named(run: Run, name: str, tmp_path: Path) -> None:
+    recipe = tmp_path / "r.toml"
+    recipe.write_text(f"[{module_of(name)}]\nno_such_option_zz = 1\n")
+    answer = run(name, "--recipe", recipe, "--out", tmp_path / "out")
+    assert answer.exit_code == 2
+    assert "no_such_option_zz" in answer.err
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("name", RUNS)
+def test_a_folder_in_use_is_refused(run: Run, name: str, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "notes.txt").write_text("mine")
+    answer = run(name, "--out", out)
+    assert answer.exit_code == 2
+    assert answer.err.count("\n") == 1
+    assert (out / "notes.txt").read_text() == "mine"
+
+
+@pytest.mark.parametrize("name", RUNS)
+def test_without_a_log_it_says_what_is_missing(run: Run, name: str, tmp_path: Path) -> None:
+    answer = run(name, "--out", tmp_path / "out")
+    assert answer.exit_code == 2
+    assert answer.err.startswith("footcal: error: ")
+    assert "Remedy:" in answer.err
+    assert not (tmp_path / "out").exists()
