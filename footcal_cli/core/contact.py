@@ -1,0 +1,210 @@
+"""Which foot stands, which is in the air, and why a sample may not count."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+from scipy.ndimage import binary_dilation
+
+from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
+from footcal_cli.core.signals import stretches
+
+_ROUNDING = np.array([1.0, 2.0, 3.0, 2.0, 1.0]) / 9.0
+"""What a 10 Hz zero-phase low-pass makes of a step at 80 Hz, nearly."""
+
+
+class Reason(StrEnum):
+    """Why a sample does not count, in the order in which reasons are given."""
+
+    DROPOUT = "dropout"
+    NO_CONTACT = "no contact"
+    TRANSITION = "transition"
+    LOW_IMU_CONFIDENCE = "low IMU confidence"
+    OUTLIER = "outlier"
+
+
+@dataclass(frozen=True)
+class Validity:
+    """Which samples count, and why the others do not.
+
+    Parameters
+    ----------
+    valid
+        Shape (n,).
+    reason
+        Index into `reasons` of the first reason that applies, −1 where valid, shape (n,).
+    """
+
+    valid: BoolArray
+    reason: IntArray
+    reasons: tuple[Reason, ...] = tuple(Reason)
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Samples rejected per reason."""
+        return {
+            str(name): int(np.sum(self.reason == i))
+            for i, name in enumerate(self.reasons)
+            if np.any(self.reason == i)
+        }
+
+    def words(self) -> list[str]:
+        """The reason of each sample, empty where valid."""
+        names = ["", *map(str, self.reasons)]
+        return [names[i + 1] for i in self.reason]
+
+
+def judge(failures: Mapping[Reason, BoolArray], n: int) -> Validity:
+    """Per-sample validity from what went wrong; earlier reasons win."""
+    reason = np.full(n, -1, dtype=np.int64)
+    for i, name in reversed(list(enumerate(Reason))):
+        if name in failures:
+            reason[failures[name]] = i
+    return Validity(reason < 0, reason)
+
+
+@dataclass(frozen=True)
+class ContactRule:
+    """Thresholds of contact detection on a foot's total vertical force.
+
+    Parameters
+    ----------
+    on_share, off_share
+        A foot lands when it carries more than this share of the body weight, and leaves when it
+        carries less. High enough that a cell whose bias jumped does not hold a foot down.
+    edge_share
+        Lift-off and touch-down are where the force leaves the level of that swing by this share
+        of the body weight: whatever the biases, the level is what the foot reads in the air.
+    settle_s
+        Half width of the stretch around a change that is neither stance nor swing.
+    min_phase_s
+        Phases shorter than this are flicker and take the state around them.
+    """
+
+    on_share: float = 0.12
+    off_share: float = 0.08
+    edge_share: float = 0.02
+    settle_s: float = 0.04
+    min_phase_s: float = 0.08
+
+
+def detect_contact(
+    foot_force_n: FloatArray, weight_n: float, rate_hz: float, rule: ContactRule | None = None
+) -> FloatArray:
+    """Contact of each foot with hysteresis: 1 stance, 0 swing, NaN in between.
+
+    Parameters
+    ----------
+    foot_force_n
+        Vertical force of each foot by the calibration believed so far, shape (n, feet); NaN where
+        samples were lost.
+    weight_n
+        Body weight.
+    rate_hz
+        Sampling rate.
+    rule
+        Thresholds.
+    """
+    rule = rule or ContactRule()
+    width = max(round(rule.settle_s * rate_hz), 1)
+    contact = np.empty(foot_force_n.shape)
+    for foot, force in enumerate(foot_force_n.T):
+        loaded = _hysteresis(force, rule.off_share * weight_n, rule.on_share * weight_n)
+        loaded = _without_flicker(loaded, max(round(rule.min_phase_s * rate_hz), 1))
+        loaded = _refined(loaded, force, rule.edge_share * weight_n)
+        state = loaded.astype(float)
+        change = np.flatnonzero(np.diff(state))
+        near = np.zeros(force.size, dtype=bool)
+        near[change] = near[np.minimum(change + 1, force.size - 1)] = True
+        if near.any():
+            near = binary_dilation(near, iterations=width)
+        state[near | ~np.isfinite(force)] = np.nan
+        contact[:, foot] = state
+    return contact
+
+
+def _refined(loaded: BoolArray, force: FloatArray, margin: float) -> BoolArray:
+    """Shrink each swing to where the force stays within `margin` of its level in the air."""
+    refined = loaded.copy()
+    for start, stop in stretches(~loaded):
+        quarter = (stop - start) // 4
+        core = force[start + quarter : stop - quarter]
+        if not np.isfinite(core).any():
+            continue
+        off = np.abs(force[start:stop] - np.nanmedian(core)) > margin
+        inside = np.flatnonzero(~off)
+        if inside.size and start > 0:
+            refined[start : start + inside[0]] = True
+        if inside.size and stop < force.size:
+            refined[start + inside[-1] + 1 : stop] = True
+    return refined
+
+
+def airborne(contact: FloatArray) -> FloatArray:
+    """How much of a foot's filtered reading is that of a foot in the air, 0 to 1, (n, feet).
+
+    A transition takes the state of the nearer end, since `detect_contact` puts the change in its
+    middle, and the step is rounded as the low-pass rounds the reading. A foot never seen in
+    contact or in the air counts as standing.
+    """
+    swinging = np.zeros(contact.shape)
+    rows = np.arange(len(contact))
+    for foot, state in enumerate(contact.T):
+        known = np.flatnonzero(np.isfinite(state))
+        if known.size:
+            after = np.clip(np.searchsorted(known, rows), 0, known.size - 1)
+            before = np.maximum(after - 1, 0)
+            nearer = np.where(
+                np.abs(known[after] - rows) <= np.abs(rows - known[before]), after, before
+            )
+            step = (state[known[nearer]] == 0.0).astype(float)
+            padded = np.pad(step, _ROUNDING.size // 2, mode="edge")
+            swinging[:, foot] = np.convolve(padded, _ROUNDING, mode="valid")
+    return swinging
+
+
+def _hysteresis(force: FloatArray, low: float, high: float) -> BoolArray:
+    """State of a Schmitt trigger, vectorised: the last threshold crossed decides."""
+    decided = np.where(force > high, 1, np.where(force < low, 0, -1))
+    known = decided >= 0
+    if not known.any():
+        return np.asarray(force > (low + high) / 2)
+    last = np.maximum.accumulate(np.where(known, np.arange(force.size), -1))
+    first = int(np.argmax(known))
+    last[:first] = first
+    return np.asarray(decided[last] == 1)
+
+
+def _without_flicker(state: BoolArray, shortest: int) -> BoolArray:
+    """Flip phases shorter than `shortest`, but for the first and the last."""
+    cleaned = state.copy()
+    for value in (False, True):
+        for start, stop in stretches(cleaned == value):
+            if stop - start < shortest and start > 0 and stop < state.size:
+                cleaned[start:stop] = not value
+    return cleaned
+
+
+def gait_cycles(contact: FloatArray, foot: int = 0) -> IntArray:
+    """Number of the gait cycle each sample belongs to, −1 before the first; shape (n,).
+
+    A cycle starts where a foot's swing ends.
+    """
+    known = np.isfinite(contact[:, foot])
+    last = np.maximum.accumulate(np.where(known, np.arange(len(contact)), -1))
+    state = np.where(last >= 0, contact[np.maximum(last, 0), foot], np.nan)
+    starts = np.zeros(len(contact), dtype=np.int64)
+    starts[1:] = (state[1:] == 1) & (state[:-1] == 0)
+    return np.cumsum(starts) - 1
+
+
+def robust_outliers(values: FloatArray, limit: float = 6.0) -> BoolArray:
+    """Samples further than `limit` robust sd from the median of their column, shape (n,)."""
+    middle = np.nanmedian(values, axis=0)
+    spread = 1.4826 * np.nanmedian(np.abs(values - middle), axis=0)
+    with np.errstate(invalid="ignore"):
+        far = np.abs(values - middle) > limit * np.maximum(spread, 1e-12)
+    return np.asarray(far.any(axis=-1)) if values.ndim > 1 else np.asarray(far)

@@ -1,0 +1,26 @@
+"""Quiet standing: the cells carry the weight, and their centre lies below the CoM.
+
+Seed 1, eqs. (12)(13), in the linear form ``Σ (pᵢ − c) fᵢ = 0``; a lifted foot reads zero.
+"""
+
+from __future__ import annotations
+
+from footcal_cli.core.effects.contract import is_six_axis
+from footcal_cli.core.experiments import walk
+from footcal_cli.core.experiments.contract import Balance, Experiment
+from footcal_cli.core.log import Log
+
+
+def balance(log: Log) -> Balance:
+    """Forces of a log whose distortions are removed against weight and projected CoM."""
+    if is_six_axis(log.channels):
+        return walk.six_axis_balance(log)
+    return walk.cell_balance(log, walk.reference_of(log, static=True))
+
+
+EXPERIMENT = Experiment(
+    name="stand",
+    known={key: walk.KNOWN[key] for key in walk.KNOWN},
+    balance=balance,
+    calibration=("scale_bias",),
+)

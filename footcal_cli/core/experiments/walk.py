@@ -1,0 +1,168 @@
+"""Walking: the ground must do what the motion of the body demands, and a foot in the air nothing.
+
+Cells: total vertical force and horizontal moments about the demanded CoP (seed 1, eqs. (9)–(11),
+in the linear form ``Σ (pᵢ − p_ref) fᵢ = 0``), and every cell of a swinging foot reads zero.
+Six-axis feet: total force and horizontal moments, and a swinging foot weighs what hangs below its
+transducer.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from footcal_cli.core.centroidal import MIN_FORCE_N, Reference, dynamic_reference, static_reference
+from footcal_cli.core.effects.contract import Scope, columns_of, is_six_axis, units_of
+from footcal_cli.core.experiments.contract import Balance, Experiment
+from footcal_cli.core.log import Log
+from footcal_cli.core.parameters import BoolArray, FloatArray
+
+CELL_TOTALS = ("fz", "mx", "my")
+SIX_AXIS_TOTALS = ("fx", "fy", "fz", "mx", "my")
+
+KNOWN: Mapping[str, str] = {
+    "com_m": "centre of mass in the world, height above the ground, m, (n, 3)",
+    "com_acc_mps2": "its acceleration, gravity not included, m/s², (n, 3)",
+    "angmom_rate_nm": "rate of angular momentum about it, x and y, Nm, (n, 2)",
+    "mass_kg": "mass that the feet carry, kg, (n,)",
+    "gravity_mps2": "m/s², (n,)",
+    "cell_pos_m": "believed positions of the cells in the world, m, (n, c, 2)",
+    "foot_yaw_rad": "heading of each foot, rad, (n, feet)",
+    "contact": "1 loaded, 0 in the air, NaN in transition, (n, feet)",
+}
+SIX_AXIS_KNOWN: Mapping[str, str] = {
+    "foot_rot_wt": "transducer to world, (n, feet, 3, 3)",
+    "foot_pos_m": "transducers in the world, height above the ground, m, (n, feet, 3)",
+    "foot_weight_n": "weight below each transducer, N, (n, feet)",
+    "foot_com_m": "its CoM in the transducer's frame, m, (n, feet, 3)",
+}
+
+
+def balance(log: Log) -> Balance:
+    """Forces of a log whose distortions are removed against what the motion demands."""
+    reference = reference_of(log)
+    if is_six_axis(log.channels):
+        return six_axis_balance(log)
+    return cell_balance(log, reference)
+
+
+def reference_of(log: Log, *, static: bool = False) -> Reference:
+    """Vertical force and CoP that the motion of a log demands; static: Han's assumption."""
+    known = log.known
+    if static:
+        return static_reference(known["com_m"], known["mass_kg"], known["gravity_mps2"])
+    return dynamic_reference(
+        known["com_m"],
+        known["com_acc_mps2"],
+        known["angmom_rate_nm"],
+        known["mass_kg"],
+        known["gravity_mps2"],
+    )
+
+
+def cell_balance(log: Log, reference: Reference) -> Balance:
+    """Vertical force (N), moments about the demanded CoP (Nm), swinging cells (N).
+
+    ``fz = Σ fᵢ − F_ref``, ``mx = Σ (yᵢ − p_refʸ) fᵢ``, ``my = −Σ (xᵢ − p_refˣ) fᵢ``.
+    """
+    arms = log.known["cell_pos_m"] - reference.cop_m[:, None]
+    forces = log.readings
+    totals = np.stack(
+        [
+            forces.sum(axis=1) - reference.fz_n,
+            np.einsum("nc,nc->n", arms[:, :, 1], forces),
+            -np.einsum("nc,nc->n", arms[:, :, 0], forces),
+        ],
+        axis=1,
+    )
+    error = np.concatenate([totals, forces], axis=1)
+    return Balance(
+        outputs=(*CELL_TOTALS, *log.channels),
+        units=("N", "Nm", "Nm", *["N"] * len(log.channels)),
+        error=np.where(np.isfinite(error), error, 0.0),
+        valid=_valid(log, error, totals.shape[1], reference.fz_n > MIN_FORCE_N),
+    )
+
+
+def six_axis_balance(log: Log) -> Balance:
+    """Total force and horizontal moments about the CoM, and wrenches of swinging feet.
+
+    ``Σ R f = m (c̈ + g) − Σ w``, ``Σ [(p − c) × R f + R τ] = L̇ − Σ (p_w − c) × w`` with w the
+    weight below each transducer; a swinging foot reads the wrench of w.
+    """
+    known = log.known
+    rot, pos = known["foot_rot_wt"], known["foot_pos_m"]
+    wrench = log.readings.reshape(len(log), -1, 6)
+    weight = np.zeros((*known["foot_weight_n"].shape, 3))
+    weight[..., 2] = -known["foot_weight_n"]
+    carried = applied_below(rot, known["foot_weight_n"], known["foot_com_m"])
+    below = wrench - carried
+    force = np.einsum("nkij,nkj->nki", rot, below[..., :3])
+    moment = np.einsum("nkij,nkj->nki", rot, below[..., 3:])
+    moment = moment + np.cross(pos - known["com_m"][:, None], force)
+    demanded = known["mass_kg"][:, None] * known["com_acc_mps2"]
+    demanded[:, 2] += known["mass_kg"] * known["gravity_mps2"]
+    totals = np.concatenate(
+        [
+            force.sum(axis=1) - demanded,
+            moment.sum(axis=1)[:, :2] - known["angmom_rate_nm"],
+        ],
+        axis=1,
+    )
+    error = np.concatenate([totals, below.reshape(len(log), -1)], axis=1)
+    axis_units = ["N", "N", "N", "Nm", "Nm", "Nm"] * wrench.shape[1]
+    return Balance(
+        outputs=(*SIX_AXIS_TOTALS, *log.channels),
+        units=("N", "N", "N", "Nm", "Nm", *axis_units),
+        error=np.where(np.isfinite(error), error, 0.0),
+        valid=_valid(log, error, totals.shape[1], np.ones(len(log), dtype=bool)),
+    )
+
+
+def applied_below(rot_wt: FloatArray, weight_n: FloatArray, com_t_m: FloatArray) -> FloatArray:
+    """Wrench that a weight hanging below a transducer puts on it, (n, feet, 6), its own frame.
+
+    Parameters
+    ----------
+    rot_wt
+        Transducer to world, shape (n, feet, 3, 3).
+    weight_n
+        Shape (n, feet).
+    com_t_m
+        Centre of the hanging mass in the transducer's frame, shape (n, feet, 3).
+    """
+    force = -rot_wt[:, :, 2, :] * weight_n[..., None]
+    return np.concatenate([force, np.cross(com_t_m, force)], axis=-1)
+
+
+def channel_contact(log: Log) -> FloatArray:
+    """Contact of the foot that each channel belongs to, shape (n, c)."""
+    scope = Scope.LEG if is_six_axis(log.channels) else Scope.FOOT
+    contact = np.empty(log.readings.shape)
+    for foot, columns in enumerate(columns_of(scope, log.channels)):
+        contact[:, columns] = log.known["contact"][:, foot : foot + 1]
+    return contact
+
+
+def feet_of(log: Log) -> tuple[str, ...]:
+    """Names of the feet, in the order of the known per-foot arrays."""
+    scope = Scope.LEG if is_six_axis(log.channels) else Scope.FOOT
+    return units_of(scope, log.channels)
+
+
+def _valid(log: Log, error: FloatArray, totals: int, carried: BoolArray) -> BoolArray:
+    """Totals count while some foot surely stands, a channel while its foot surely swings."""
+    valid = np.isfinite(error)
+    standing = (log.known["contact"] == 1.0).any(axis=1) & carried
+    valid[:, :totals] &= standing[:, None]
+    valid[:, totals:] &= channel_contact(log) == 0.0
+    return valid
+
+
+EXPERIMENT = Experiment(
+    name="walk",
+    known=KNOWN,
+    balance=balance,
+    calibration=("scale_bias",),
+)

@@ -1,0 +1,1 @@
+"""Self-calibration while walking: the paper's window and the estimator that remembers."""

@@ -1,0 +1,421 @@
+"""The estimator that remembers: a Kalman filter over gains, biases and what troubles the reference.
+
+State: z in units of its prior sd (random walks), and one first-order autoregressive error per
+total row, because the error of a demanded force or moment is correlated in time. Innovations are
+limited (Huber), an update that teaches nothing is left out, a jump of a bias is found by the
+generalised likelihood ratio of Willsky and Jones (IEEE TAC 21, 1976).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+
+from footcal_cli.core.online.jumps import Jump, JumpBank
+from footcal_cli.core.online.rows import Rows
+from footcal_cli.core.parameters import BoolArray, FloatArray
+
+_LOG_2PI = float(np.log(2.0 * np.pi))
+
+
+@dataclass(frozen=True)
+class Noise:
+    """Noise of the rows and of the random walks; every field a scalar or shape (settings,).
+
+    Parameters
+    ----------
+    force_n, moment_nm
+        White part of the totals' error, per block.
+    force_slow_n, moment_slow_nm
+        Stationary sd of its correlated part.
+    slow_s
+        Correlation time of the correlated part.
+    swing_n
+        White error of a swinging cell, per block.
+    swing_slow_n, swing_slow_s
+        Sd and correlation time of an error that a swinging cell keeps: an unloaded cell rests on
+        one step of its converter, so its rounding does not average out. 0: no such error.
+    gain_walk, bias_walk_n
+        Random walk of each gain (1/√s) and bias (N/√s).
+    state_walk
+        Random walk of every other state, in prior sd per √s.
+    """
+
+    force_n: FloatArray | float = 0.3
+    moment_nm: FloatArray | float = 0.03
+    force_slow_n: FloatArray | float = 0.2
+    moment_slow_nm: FloatArray | float = 0.08
+    slow_s: FloatArray | float = 0.15
+    swing_n: FloatArray | float = 0.15
+    swing_slow_n: FloatArray | float = 0.0
+    swing_slow_s: FloatArray | float = 3.0
+    gain_walk: FloatArray | float = 2e-4
+    bias_walk_n: FloatArray | float = 0.01
+    state_walk: FloatArray | float = 0.01
+
+    def stacked(self) -> FloatArray:
+        """All fields, shape (settings, fields)."""
+        values = np.broadcast_arrays(*[np.atleast_1d(getattr(self, f.name)) for f in fields(self)])
+        return np.stack(values, axis=-1)
+
+    @classmethod
+    def of(cls, stacked: FloatArray) -> Noise:
+        """The inverse of `stacked`; a single setting (fields,) gives scalars."""
+        names = [f.name for f in fields(cls)]
+        if stacked.ndim == 1:
+            return cls(**{n: float(v) for n, v in zip(names, stacked, strict=True)})
+        return cls(**dict(zip(names, stacked.T, strict=True)))
+
+
+@dataclass(frozen=True)
+class Guards:
+    """What keeps the filter sane.
+
+    Parameters
+    ----------
+    huber
+        Innovations beyond this many sd are weighed down to it; ``inf`` for none.
+    least_gain_nats
+        An update whose information about z is below this changes nothing.
+    jump_threshold
+        Twice the log likelihood ratio at which a bias jump is believed; ``inf`` for none.
+    least_jump_n
+        Smaller jumps are left to the random walk.
+    jump_memory_s
+        How far back the onset of a jump is looked for.
+    """
+
+    huber: float = 3.0
+    least_gain_nats: float = 1e-4
+    jump_threshold: float = 30.0
+    least_jump_n: float = 0.5
+    jump_memory_s: float = 2.0
+
+
+@dataclass(frozen=True)
+class Track:
+    """States along a walk.
+
+    Parameters
+    ----------
+    time_s
+        Shape (u,).
+    names, units
+        Of the unknowns z.
+    values, sd
+        In `units`, shape (u, p).
+    covariance
+        Of z in `units` at the end, shape (p, p).
+    nis, dof
+        Normalised innovation squared and number of rows of each update, shape (u,).
+    innovation, innovation_sd
+        Of each row, NaN where it did not count, shape (u, k).
+    gain_nats
+        Information each update brought about z; those below the gate were left out, shape (u,).
+    used
+        Whether the update changed anything, shape (u,).
+    log_likelihood
+        Of all innovations.
+    jumps
+        Bias jumps found.
+    history
+        What a smoother needs (None if it was not kept).
+    """
+
+    time_s: FloatArray
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    values: FloatArray
+    sd: FloatArray
+    covariance: FloatArray
+    nis: FloatArray
+    dof: FloatArray
+    innovation: FloatArray
+    innovation_sd: FloatArray
+    gain_nats: FloatArray
+    used: BoolArray
+    log_likelihood: float
+    jumps: tuple[Jump, ...]
+    history: History | None = None
+
+
+@dataclass(frozen=True)
+class History:
+    """Filtered moments of the whole state in scaled units, for `smooth`.
+
+    Parameters
+    ----------
+    mean, covariance
+        After each update, shape (u, s) and (u, s, s).
+    mean_ahead, covariance_ahead
+        Predicted before each update.
+    decay
+        Diagonal of the transition into each update, shape (u, s).
+    scale
+        Prior sd of z, shape (p,).
+    """
+
+    mean: FloatArray
+    covariance: FloatArray
+    mean_ahead: FloatArray
+    covariance_ahead: FloatArray
+    decay: FloatArray
+    scale: FloatArray
+
+
+@dataclass(frozen=True)
+class _Tuned:
+    """Noise of B settings spread over states and rows."""
+
+    walk: FloatArray  # variance rate of z per second, (B, p)
+    slow: FloatArray  # stationary variance of the correlated errors, (B, e)
+    slow_s: FloatArray  # their correlation times, (B, e)
+    white: FloatArray  # row variances, (B, k)
+
+
+def _spread(rows: Rows, noise: Noise, walk_factor: FloatArray | None) -> _Tuned:
+    """Give every state and row its noise."""
+    table = noise.stacked()
+    named = {f.name: table[:, i] for i, f in enumerate(fields(Noise))}
+    settings, totals = len(table), rows.totals
+    sd = np.empty((settings, len(rows.names)))
+    for i, name in enumerate(rows.names):
+        kind = name.rsplit(".", 1)[-1]
+        if kind in ("gain", "scale"):
+            sd[:, i] = named["gain_walk"] / rows.prior_sd[i]
+        elif kind == "bias" or kind.startswith("offset_f"):
+            sd[:, i] = named["bias_walk_n"] / rows.prior_sd[i]
+        else:
+            sd[:, i] = named["state_walk"]
+    if walk_factor is not None:
+        sd = sd * walk_factor
+    force = np.array([name.startswith("f") for name in rows.outputs[:totals]])
+    slow = np.where(force, named["force_slow_n"][:, None], named["moment_slow_nm"][:, None])
+    white = np.empty((settings, len(rows.outputs)))
+    white[:, :totals] = np.where(force, named["force_n"][:, None], named["moment_nm"][:, None])
+    white[:, totals:] = named["swing_n"][:, None] * rows.swing_sd_factor
+    slow_s = np.repeat(named["slow_s"][:, None], totals, axis=1)
+    if np.any(named["swing_slow_n"] > 0):
+        kept = named["swing_slow_n"][:, None] * rows.swing_sd_factor
+        slow = np.concatenate([slow, kept], axis=1)
+        slow_s = np.concatenate(
+            [slow_s, np.repeat(named["swing_slow_s"][:, None], kept.shape[1], axis=1)], axis=1
+        )
+    return _Tuned(sd**2, slow**2, slow_s, white**2)
+
+
+def run_filter(
+    rows: Rows,
+    noise: Noise,
+    guards: Guards | None = None,
+    *,
+    walk_factor: FloatArray | None = None,
+    known_jumps: Sequence[Jump] = (),
+    keep_history: bool = False,
+) -> Track:
+    """Filter a walk with one setting of the noise.
+
+    Parameters
+    ----------
+    rows
+        From `cell_rows` or `six_axis_rows`.
+    noise
+        Scalars.
+    guards
+        Limits; the defaults where None.
+    walk_factor
+        Multiplies the random walk of each unknown, shape (p,): a cell known to drift more.
+    known_jumps
+        Onsets at which a bias is opened, found in an earlier pass; no others are looked for.
+    keep_history
+        Keep what `footcal_cli.core.online.smoother` needs.
+    """
+    guards = guards or Guards()
+    tuned = _spread(rows, noise, walk_factor)
+    u, k = rows.error.shape
+    p, t = len(rows.names), tuned.slow.shape[1]
+    s = p + t
+    mean = np.zeros(s)
+    cov = np.zeros((s, s))
+    cov[:p, :p] = rows.prior_correlation
+    cov[p:, p:] = np.diag(tuned.slow[0])
+    h_all = np.zeros((u, k, s))
+    h_all[:, :, :p] = rows.h
+    h_all[:, np.arange(t), p + np.arange(t)] = 1.0
+    interval = np.diff(rows.time_s, prepend=rows.time_s[0])
+    decay = np.ones((u, s))
+    decay[:, p:] = np.exp(-interval[:, None] / tuned.slow_s[0])
+    drive = np.empty((u, s))
+    drive[:, :p] = tuned.walk[0] * interval[:, None]
+    drive[:, p:] = tuned.slow[0] * (1.0 - decay[:, p:] ** 2)
+
+    values, sd = np.empty((u, p)), np.empty((u, p))
+    nis, gain_nats = np.zeros(u), np.zeros(u)
+    innovation, innovation_sd = np.full((u, k), np.nan), np.full((u, k), np.nan)
+    used = np.zeros(u, dtype=bool)
+    log_likelihood = 0.0
+    _open_biases(drive, rows, known_jumps)
+    bank = None
+    if not known_jumps:
+        bank = JumpBank.start(
+            rows, s, guards.jump_threshold, guards.least_jump_n, guards.jump_memory_s
+        )
+    past = _Past.start(u, s) if keep_history else None
+    diagonal = np.arange(s)
+    for j in range(u):
+        mean *= decay[j]
+        cov *= decay[j][:, None] * decay[j]
+        cov[diagonal, diagonal] += drive[j]
+        if past is not None:
+            past.mean_ahead[j], past.covariance_ahead[j] = mean, cov
+        at = np.flatnonzero(rows.valid[j])
+        if at.size:
+            h = h_all[j, at]
+            nu = -(rows.error[j, at] + h @ mean)
+            ph = cov @ h.T
+            spread = h @ ph
+            noise_var = tuned.white[0, at]
+            variance = np.diag(spread) + noise_var
+            # Huber: a row further off than it should be gets the noise that would explain it
+            extra = np.maximum(nu**2 / guards.huber**2 - variance, 0.0)
+            total = spread + np.diag(noise_var + extra)
+            inverse = np.linalg.inv(total)
+            whitened = inverse @ nu
+            nis[j] = nu @ whitened
+            innovation[j, at], innovation_sd[j, at] = nu, np.sqrt(variance)
+            log_det = np.linalg.slogdet(total)[1]
+            log_likelihood -= 0.5 * (nis[j] + log_det + at.size * _LOG_2PI)
+            # what is left of the spread if z were known is not information about z
+            ht = h[:, p:]
+            rest = ht @ cov[p:, p:] @ ht.T + np.diag(noise_var + extra)
+            gain_nats[j] = 0.5 * (log_det - np.linalg.slogdet(rest)[1])
+            if gain_nats[j] > guards.least_gain_nats:
+                used[j] = True
+                gain = ph @ inverse
+                mean = mean + gain @ nu
+                cov = cov - gain @ ph.T
+                cov = 0.5 * (cov + cov.T)
+                if bank is not None:
+                    mean, cov = bank.update(j, h, gain, inverse, nu, decay[j], mean, cov)
+        values[j] = mean[:p]
+        sd[j] = cov[diagonal[:p], diagonal[:p]]
+        if past is not None:
+            past.mean[j], past.covariance[j] = mean, cov
+    history = None if past is None else past.history(decay, rows.prior_sd)
+    return Track(
+        time_s=rows.time_s,
+        names=rows.names,
+        units=rows.units,
+        values=values * rows.prior_sd,
+        sd=np.sqrt(np.clip(sd, 0.0, None)) * rows.prior_sd,
+        covariance=cov[:p, :p] * np.outer(rows.prior_sd, rows.prior_sd),
+        nis=nis,
+        dof=rows.valid.sum(axis=1).astype(float),
+        innovation=innovation,
+        innovation_sd=innovation_sd,
+        gain_nats=gain_nats,
+        used=used,
+        log_likelihood=float(log_likelihood),
+        jumps=() if bank is None else tuple(bank.found),
+        history=history,
+    )
+
+
+def _open_biases(drive: FloatArray, rows: Rows, jumps: Sequence[Jump]) -> None:
+    """Let each jumped bias move by the size of its jump at its onset, in place."""
+    for jump in jumps:
+        at = rows.names.index(jump.name)
+        update = int(np.clip(np.searchsorted(rows.time_s, jump.onset_s), 1, len(rows) - 1))
+        drive[update, at] += (jump.size**2 + jump.sd**2) / rows.prior_sd[at] ** 2
+
+
+@dataclass
+class _Past:
+    """Buffers that the filter fills for the smoother."""
+
+    mean: FloatArray
+    covariance: FloatArray
+    mean_ahead: FloatArray
+    covariance_ahead: FloatArray
+
+    @classmethod
+    def start(cls, u: int, s: int) -> _Past:
+        return cls(np.empty((u, s)), np.empty((u, s, s)), np.empty((u, s)), np.empty((u, s, s)))
+
+    def history(self, decay: FloatArray, scale: FloatArray) -> History:
+        return History(
+            self.mean, self.covariance, self.mean_ahead, self.covariance_ahead, decay, scale
+        )
+
+
+def run_settings(
+    rows: Rows, noise: Noise, guards: Guards | None = None
+) -> tuple[FloatArray, FloatArray]:
+    """Filter a walk with many settings of the noise in one pass, without jumps and gate.
+
+    Parameters
+    ----------
+    rows
+        As `run_filter`.
+    noise
+        Arrays of shape (settings,).
+    guards
+        Only `huber` is used.
+
+    Returns
+    -------
+    log_likelihood, shape (settings,), and z in `units`, shape (u, settings, p)
+    """
+    huber = (guards or Guards()).huber
+    tuned = _spread(rows, noise, None)
+    b = len(tuned.walk)
+    u, k = rows.error.shape
+    p, t = len(rows.names), tuned.slow.shape[1]
+    s = p + t
+    mean = np.zeros((b, s))
+    cov = np.zeros((b, s, s))
+    cov[:, :p, :p] = rows.prior_correlation
+    cov[:, p + np.arange(t), p + np.arange(t)] = tuned.slow
+    interval = np.diff(rows.time_s, prepend=rows.time_s[0])
+    values = np.empty((u, b, p))
+    log_likelihood = np.zeros(b)
+    diagonal = np.arange(s)
+    decay = np.ones((b, s))
+    drive = np.empty((b, s))
+    h_full = np.zeros((k, s))
+    h_full[np.arange(t), p + np.arange(t)] = 1.0
+    for j in range(u):
+        decay[:, p:] = np.exp(-interval[j] / tuned.slow_s)
+        drive[:, :p] = tuned.walk * interval[j]
+        drive[:, p:] = tuned.slow * (1.0 - decay[:, p:] ** 2)
+        mean = mean * decay
+        cov = cov * (decay[:, :, None] * decay[:, None, :])
+        cov[:, diagonal, diagonal] += drive
+        at = np.flatnonzero(rows.valid[j])
+        if at.size:
+            h_full[:, :p] = rows.h[j]
+            h = h_full[at]
+            nu = -(rows.error[j, at] + mean @ h.T)
+            ph = cov @ h.T
+            total = h @ ph
+            i = np.arange(at.size)
+            variance = total[:, i, i] + tuned.white[:, at]
+            total[:, i, i] = np.maximum(variance, nu**2 / huber**2)
+            inverse = np.linalg.inv(total)
+            whitened = np.einsum("bij,bj->bi", inverse, nu)
+            log_likelihood -= 0.5 * (
+                np.sum(nu * whitened, axis=1) + np.linalg.slogdet(total)[1] + at.size * _LOG_2PI
+            )
+            gain = ph @ inverse
+            mean = mean + np.einsum("bsi,bi->bs", gain, nu)
+            cov = cov - gain @ ph.transpose(0, 2, 1)
+            cov = 0.5 * (cov + cov.transpose(0, 2, 1))
+        values[j] = mean[:, :p]
+    return log_likelihood, values * rows.prior_sd
+
+
+def scaled_noise(noise: Noise, name: str, factors: FloatArray) -> Noise:
+    """The same noise with one field multiplied by each factor."""
+    return replace(noise, **{name: float(np.asarray(getattr(noise, name))) * factors})

@@ -1,0 +1,136 @@
+"""Jumps of a bias, found while filtering: when, which cell, how large.
+
+Generalised likelihood ratio (Willsky and Jones, IEEE Transactions on Automatic Control 21, 1976):
+for every onset in the last seconds and every bias, the innovations that a unit jump would have
+caused are carried along; the jump whose signature explains the innovations best is believed when
+twice its log likelihood ratio exceeds a threshold.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from footcal_cli.core.online.rows import Rows
+from footcal_cli.core.parameters import FloatArray, IntArray
+
+
+@dataclass(frozen=True)
+class Jump:
+    """A bias that left its interval at once.
+
+    Parameters
+    ----------
+    name
+        The parameter.
+    onset_s, found_s
+        Stamp of the first update that shows it, and of the update that proved it.
+    size, sd
+        In the parameter's unit.
+    evidence
+        Twice the log likelihood ratio.
+    """
+
+    name: str
+    onset_s: float
+    found_s: float
+    size: float
+    sd: float
+    evidence: float
+
+
+@dataclass
+class JumpBank:
+    """Hypotheses (onset, bias) of the last seconds.
+
+    Parameters
+    ----------
+    response
+        Deviation of truth from filter that a unit jump leaves, shape (s, onsets, biases).
+    score, information
+        Running sums of signature against innovations, shape (onsets, biases).
+    onset
+        Update of each hypothesis, −1 while empty.
+    """
+
+    rows: Rows
+    biases: IntArray
+    response: FloatArray
+    score: FloatArray
+    information: FloatArray
+    onset: IntArray
+    threshold: float
+    least: float
+    found: list[Jump] = field(default_factory=list)
+
+    @classmethod
+    def start(
+        cls, rows: Rows, states: int, threshold: float, least_n: float, memory_s: float
+    ) -> JumpBank | None:
+        """An empty bank; None where no jump is looked for."""
+        biases = np.array([i for i, name in enumerate(rows.names) if name.endswith(".bias")])
+        if not np.isfinite(threshold) or not biases.size or len(rows) < 2:
+            return None
+        interval = float(np.median(np.diff(rows.time_s)))
+        size = max(round(memory_s / interval), 1)
+        return cls(
+            rows,
+            biases,
+            np.zeros((states, size, biases.size)),
+            np.zeros((size, biases.size)),
+            np.zeros((size, biases.size)),
+            np.full(size, -1),
+            threshold,
+            least_n,
+        )
+
+    def update(
+        self,
+        j: int,
+        h: FloatArray,
+        gain: FloatArray,
+        inverse: FloatArray,
+        nu: FloatArray,
+        decay: FloatArray,
+        mean: FloatArray,
+        cov: FloatArray,
+    ) -> tuple[FloatArray, FloatArray]:
+        """Take in update j of the filter; correct its state where a jump is proved."""
+        s, size, count = self.response.shape
+        slot = j % size
+        self.response *= decay[:, None, None]
+        self.response[:, slot] = 0.0
+        self.response[self.biases, slot, np.arange(count)] = 1.0
+        self.score[slot] = self.information[slot] = 0.0
+        self.onset[slot] = j
+        flat = self.response.reshape(s, -1)
+        signature = h @ flat
+        whitened = inverse @ signature
+        self.score += (nu @ whitened).reshape(size, count)
+        self.information += np.sum(signature * whitened, axis=0).reshape(size, count)
+        flat -= gain @ signature
+        evidence = self.score**2 / np.maximum(self.information, 1e-12)
+        best = np.unravel_index(int(np.argmax(evidence)), evidence.shape)
+        if evidence[best] <= self.threshold:
+            return mean, cov
+        index = int(self.biases[best[1]])
+        unit = float(self.rows.prior_sd[index])
+        size_z = float(self.score[best] / self.information[best])
+        variance = float(1.0 / self.information[best])
+        if abs(size_z) * unit < self.least:
+            return mean, cov
+        self.found.append(
+            Jump(
+                name=self.rows.names[index],
+                onset_s=float(self.rows.time_s[self.onset[best[0]]]),
+                found_s=float(self.rows.time_s[j]),
+                size=size_z * unit,
+                sd=float(np.sqrt(variance)) * unit,
+                evidence=float(evidence[best]),
+            )
+        )
+        left = self.response[:, best[0], best[1]].copy()
+        self.response[:] = 0.0
+        self.score[:] = self.information[:] = 0.0
+        return mean + left * size_z, cov + np.outer(left, left) * variance

@@ -1,0 +1,375 @@
+"""The linear rows that every online estimator works on.
+
+With the calibration believed so far, a cell shows ``F⁰ = c⁰ S + d⁰``. What may be wrong with it is
+a relative gain γ and a bias β: ``F = (1 + γ) F⁰ + β``, hence ``c = c⁰ (1 + γ)`` and
+``d = d⁰ (1 + γ) + β``. In these centred units every balance of
+`footcal_cli.core.experiments.walk` is linear in the unknowns z (gains, biases, and what is wrong
+with the reference): ``error(z) = error(0) + H z``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from footcal_cli.core.centroidal import Reference
+from footcal_cli.core.contact import airborne
+from footcal_cli.core.effects.body import heading_rad
+from footcal_cli.core.effects.contract import Scope, columns_of
+from footcal_cli.core.effects.transport import DELAY
+from footcal_cli.core.experiments import walk
+from footcal_cli.core.log import Log
+from footcal_cli.core.parameters import BoolArray, Estimates, FloatArray, IntArray, Status
+
+GAIN_SD = 0.02
+BIAS_SD_N = 0.3
+"""A nameplate's promise where nothing was calibrated (METHODS: gain ± 2 %, bias ± 0.3 N)."""
+
+REFERENCE_STATES: Mapping[str, tuple[str, float]] = {
+    "robot.delay": ("s", 0.01),
+    "robot.com_correction_x": ("m", 0.004),
+    "robot.com_correction_y": ("m", 0.004),
+    "robot.angmom_loss": ("-", 0.2),
+}
+"""What may be wrong with the demanded force and CoP -> unit and prior sd; names as in effects."""
+PLATE_STATE = "plate_weight"
+PLATE_SD_N = 1.0
+_CHUNK_ROWS = 4096
+
+
+@dataclass(frozen=True)
+class Belief:
+    """What is believed of the cells before the walk.
+
+    Parameters
+    ----------
+    channels
+        Cells, in the log's order.
+    scale_n_per_count, bias_n
+        ``c⁰``, ``d⁰``, shape (c,).
+    covariance
+        Of (γ of every cell, β of every cell), shape (2c, 2c).
+    """
+
+    channels: tuple[str, ...]
+    scale_n_per_count: FloatArray
+    bias_n: FloatArray
+    covariance: FloatArray
+
+    @property
+    def gain_sd(self) -> FloatArray:
+        """Shape (c,)."""
+        return np.sqrt(np.diag(self.covariance)[: len(self.channels)])
+
+    @property
+    def bias_sd_n(self) -> FloatArray:
+        """Shape (c,)."""
+        return np.sqrt(np.diag(self.covariance)[len(self.channels) :])
+
+    def forces(self, counts: FloatArray) -> FloatArray:
+        """``F⁰ = c⁰ S + d⁰``, shape (n, c)."""
+        return counts * self.scale_n_per_count + self.bias_n
+
+    def estimates(
+        self,
+        gain: FloatArray,
+        bias_n: FloatArray,
+        covariance: FloatArray,
+        status: Sequence[Status],
+    ) -> Estimates:
+        """Gains and biases on top of the belief as ``<cell>.scale`` and ``<cell>.bias``.
+
+        Parameters
+        ----------
+        gain, bias_n
+            γ, β, shape (c,).
+        covariance
+            Of (γ, β), shape (2c, 2c).
+        status
+            Of the scales, then of the biases.
+        """
+        c = len(self.channels)
+        turn = np.zeros((2 * c, 2 * c))
+        turn[:c, :c] = np.diag(self.scale_n_per_count)
+        turn[c:, :c] = np.diag(self.bias_n)
+        turn[c:, c:] = np.eye(c)
+        return Estimates(
+            names=tuple(f"{name}.scale" for name in self.channels)
+            + tuple(f"{name}.bias" for name in self.channels),
+            units=("N/count",) * c + ("N",) * c,
+            values=np.concatenate(
+                [self.scale_n_per_count * (1 + gain), self.bias_n * (1 + gain) + bias_n]
+            ),
+            covariance=turn @ covariance @ turn.T,
+            status=tuple(status),
+        )
+
+
+def nameplate(
+    channels: Sequence[str],
+    scale_n_per_count: FloatArray,
+    bias_n: FloatArray,
+    gain_sd: float = GAIN_SD,
+    bias_sd_n: float = BIAS_SD_N,
+) -> Belief:
+    """A belief from a data sheet: gains and biases with the same independent sd for all cells."""
+    c = len(channels)
+    variance = np.concatenate([np.full(c, gain_sd**2), np.full(c, bias_sd_n**2)])
+    return Belief(tuple(channels), scale_n_per_count, bias_n, np.diag(variance))
+
+
+def belief_from(
+    estimates: Estimates,
+    channels: Sequence[str],
+    *,
+    least_gain_sd: float = 1e-4,
+    least_bias_sd_n: float = 1e-3,
+) -> Belief:
+    """A belief from an earlier calibration (`offline-fit`, `static-init`).
+
+    Parameters
+    ----------
+    estimates
+        With ``<cell>.scale`` and ``<cell>.bias`` of every channel.
+    least_gain_sd, least_bias_sd_n
+        Added in quadrature: a calibration of yesterday is not exact today.
+    """
+    at = [estimates.names.index(f"{name}.scale") for name in channels]
+    at += [estimates.names.index(f"{name}.bias") for name in channels]
+    c = len(channels)
+    scale, bias = estimates.values[at[:c]], estimates.values[at[c:]]
+    turn = np.zeros((2 * c, 2 * c))
+    turn[:c, :c] = np.diag(1.0 / scale)
+    turn[c:, :c] = np.diag(-bias / scale)
+    turn[c:, c:] = np.eye(c)
+    covariance = turn @ estimates.covariance[np.ix_(at, at)] @ turn.T
+    floor = np.concatenate([np.full(c, least_gain_sd**2), np.full(c, least_bias_sd_n**2)])
+    return Belief(tuple(channels), scale, bias, covariance + np.diag(floor))
+
+
+def advanced(log: Log, delay_s: float) -> Log:
+    """The log with its body stream moved earlier by a delay that was found."""
+    if delay_s == 0.0:
+        return log
+    moved, _ = DELAY.remove(log, {"delay": np.array([delay_s])}, None)
+    return moved
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Linear rows, one block per update.
+
+    Parameters
+    ----------
+    time_s
+        Stamp of the last sample of each block, shape (u,).
+    names, units
+        The unknowns z.
+    prior_sd
+        Shape (p,); the columns of `h` are in these units.
+    prior_correlation
+        Shape (p, p).
+    outputs
+        Names of the rows; the first `totals` are of the whole robot, the others of channels.
+    h
+        Shape (u, k, p): change of the error per prior sd of each unknown.
+    error
+        Error with z = 0, shape (u, k).
+    valid
+        Shape (u, k).
+    last_sample
+        Row of the log that ends each block, shape (u,).
+    swing_sd_factor
+        Noise of each channel's row against the first kind's, shape (k − totals,).
+    """
+
+    time_s: FloatArray
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    prior_sd: FloatArray
+    prior_correlation: FloatArray
+    outputs: tuple[str, ...]
+    totals: int
+    h: FloatArray
+    error: FloatArray
+    valid: BoolArray
+    last_sample: IntArray
+    swing_sd_factor: FloatArray
+
+    def __len__(self) -> int:
+        return self.time_s.size
+
+    def part(self, start: int, stop: int) -> Rows:
+        """Blocks ``start:stop``."""
+        cut = slice(start, stop)
+        return replace(
+            self,
+            time_s=self.time_s[cut],
+            h=self.h[cut],
+            error=self.error[cut],
+            valid=self.valid[cut],
+            last_sample=self.last_sample[cut],
+        )
+
+
+def cell_rows(
+    log: Log,
+    belief: Belief,
+    *,
+    samples_per_update: int = 4,
+    states: Sequence[str] = tuple(REFERENCE_STATES),
+    plate: bool = True,
+    swing: bool = True,
+    static: bool = False,
+    state_sd: Mapping[str, float] | None = None,
+) -> Rows:
+    """Rows of a walk with load cells, averaged over blocks of samples.
+
+    Parameters
+    ----------
+    log
+        Walk or stand with raw counts, filtered as wanted; rows that must not count are NaN.
+    belief
+        Prior of the cells.
+    samples_per_update
+        Samples averaged to one block (20 Hz from 80 Hz).
+    states
+        Names of `REFERENCE_STATES` to estimate along.
+    plate
+        Whether the weight of a plate hanging on each swinging foot is unknown.
+    swing
+        Whether the channels of swinging feet give rows.
+    static
+        Han's static assumption in place of seed 1, eqs. (9)–(11).
+    state_sd
+        Prior sd of states where they differ from the defaults; the key is the name or, for all
+        feet, ``plate_weight``.
+    """
+    sd = {name: spec[1] for name, spec in REFERENCE_STATES.items()} | dict(state_sd or {})
+    feet = walk.feet_of(log) if plate and swing else ()
+    c = len(log.channels)
+    names = (
+        *(f"{name}.gain" for name in log.channels),
+        *(f"{name}.bias" for name in log.channels),
+        *states,
+        *(f"{foot}.{PLATE_STATE}" for foot in feet),
+    )
+    units = ("-",) * c + ("N",) * c + tuple(REFERENCE_STATES[s][0] for s in states)
+    prior_sd = np.concatenate(
+        [
+            belief.gain_sd,
+            belief.bias_sd_n,
+            [sd[name] for name in states],
+            [sd.get(PLATE_STATE, PLATE_SD_N)] * len(feet),
+        ]
+    )
+    correlation = np.eye(len(names))
+    correlation[: 2 * c, : 2 * c] = belief.covariance / np.outer(
+        prior_sd[: 2 * c], prior_sd[: 2 * c]
+    )
+    reference = walk.reference_of(log, static=static)
+    slope = _slope(log.time_s, reference)
+    hanging = airborne(log.known["contact"])
+    blocks = len(log) // samples_per_update
+    if blocks == 0:
+        raise ValueError(f"{len(log)} samples are too few for one update")
+    chunk = max(_CHUNK_ROWS // samples_per_update, 1) * samples_per_update
+    parts = []
+    for start in range(0, blocks * samples_per_update, chunk):
+        stop = min(start + chunk, blocks * samples_per_update)
+        part = slice(start, stop)
+        error, valid, h = _sample_rows(
+            log.rows(start, stop).with_readings(belief.forces(log.readings[part])),
+            Reference(reference.fz_n[part], reference.cop_m[part]),
+            slope[part],
+            states,
+            hanging[part, : len(feet)],
+        )
+        if not swing:
+            valid[:, len(walk.CELL_TOTALS) :] = False
+        parts.append(_block_means(error, valid, h * prior_sd, samples_per_update))
+    last = np.arange(1, blocks + 1) * samples_per_update - 1
+    return Rows(
+        time_s=log.time_s[last],
+        names=names,
+        units=units + ("N",) * len(feet),
+        prior_sd=prior_sd,
+        prior_correlation=correlation,
+        outputs=(*walk.CELL_TOTALS, *log.channels),
+        totals=len(walk.CELL_TOTALS),
+        h=np.concatenate([p[0] for p in parts]),
+        error=np.concatenate([p[1] for p in parts]),
+        valid=np.concatenate([p[2] for p in parts]),
+        last_sample=last,
+        swing_sd_factor=np.ones(c),
+    )
+
+
+def _slope(time_s: FloatArray, reference: Reference) -> FloatArray:
+    """Time derivative of (Fz, pˣ, pʸ) of the reference, shape (n, 3); 0 where it breaks off."""
+    series = np.column_stack([reference.fz_n, reference.cop_m])
+    if len(series) < 2:
+        return np.zeros_like(series)
+    slope = np.gradient(series, time_s, axis=0)
+    return np.where(np.isfinite(slope), slope, 0.0)
+
+
+def _sample_rows(
+    log: Log,
+    reference: Reference,
+    slope: FloatArray,
+    states: Sequence[str],
+    hanging: FloatArray,
+) -> tuple[FloatArray, BoolArray, FloatArray]:
+    """Error (n, k), valid (n, k) and ``∂error/∂z`` (n, k, p) of a log in newtons, row by row."""
+    balance = walk.cell_balance(log, reference)
+    n, c = log.readings.shape
+    totals = len(walk.CELL_TOTALS)
+    h = np.zeros((n, totals + c, 2 * c + len(states) + hanging.shape[1]))
+    arms = log.known["cell_pos_m"] - reference.cop_m[:, None]
+    per_force = np.stack([np.ones((n, c)), arms[:, :, 1], -arms[:, :, 0]], axis=1)
+    h[:, :totals, :c] = per_force * log.readings[:, None]
+    h[:, :totals, c : 2 * c] = per_force
+    cells = np.arange(c)
+    h[:, totals + cells, cells] = log.readings
+    h[:, totals + cells, c + cells] = 1.0
+    yaw = heading_rad(log)
+    for i, name in enumerate(states):
+        h[:, :totals, 2 * c + i] = _state_column(name, log, reference.fz_n, slope, yaw)
+    for i, columns in enumerate(columns_of(Scope.FOOT, log.channels)[: hanging.shape[1]]):
+        hung = 2 * c + len(states) + i
+        h[:, totals + columns, hung] = 1.0 / len(columns)
+        h[:, :totals, hung] = per_force[:, :, columns].mean(axis=2) * hanging[:, i : i + 1]
+    finite: BoolArray = np.isfinite(h).all(axis=2)
+    return balance.error, balance.valid & finite, np.where(finite[..., None], h, 0.0)
+
+
+def _state_column(
+    name: str, log: Log, fz: FloatArray, slope: FloatArray, yaw: FloatArray
+) -> FloatArray:
+    """``∂(fz, mx, my)/∂state``, shape (n, 3): ``(−∂F, −Fz ∂pʸ, Fz ∂pˣ)`` of the reference."""
+    zero = np.zeros_like(fz)
+    if name == "robot.delay":
+        return np.stack([-slope[:, 0], -fz * slope[:, 2], fz * slope[:, 1]], axis=1)
+    if name == "robot.com_correction_x":
+        return np.stack([zero, -fz * np.sin(yaw), fz * np.cos(yaw)], axis=1)
+    if name == "robot.com_correction_y":
+        return np.stack([zero, -fz * np.cos(yaw), -fz * np.sin(yaw)], axis=1)
+    if name == "robot.angmom_loss":
+        return np.stack([zero, *(-log.known["angmom_rate_nm"]).T], axis=1)
+    raise KeyError(f"no state '{name}'; known are {', '.join(REFERENCE_STATES)}")
+
+
+def _block_means(
+    error: FloatArray, valid: BoolArray, h: FloatArray, size: int
+) -> tuple[FloatArray, FloatArray, BoolArray]:
+    """Means over the valid samples of each block; a block counts where at least half do."""
+    shape = (-1, size)
+    weight = valid.reshape(*shape, valid.shape[1]).astype(float)
+    count = weight.sum(axis=1)
+    share = weight / np.maximum(count, 1.0)[:, None]
+    mean_h = np.einsum("usk,uskp->ukp", share, h.reshape(*shape, *h.shape[1:]))
+    mean_error = np.einsum("usk,usk->uk", share, error.reshape(*shape, error.shape[1]))
+    return mean_h, mean_error, count >= size / 2

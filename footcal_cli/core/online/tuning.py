@@ -1,0 +1,113 @@
+"""How much the parameters wander and the rows are worth: learnt from the innovations.
+
+The likelihood of the filter's innovations is raised by steps in the logarithm of every noise, all
+trials of a round filtered in one batched pass. Process noise chosen by taste is either blind to a
+drifting cell or as nervous as the paper's window.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from footcal_cli.core.online.filter import Guards, Noise, run_settings
+from footcal_cli.core.online.rows import Rows
+from footcal_cli.core.parameters import FloatArray
+
+LEARNT = tuple(f.name for f in fields(Noise) if not f.name.startswith("swing_slow"))
+"""The error that a swinging cell keeps looks like its bias: it comes from the converter's step."""
+_FURTHEST = 6.0
+_PRIOR_SD_LOG = 1.5
+"""Weak prior on the logarithm of each noise about its start: a factor of 4.5 is one sd."""
+_FIRST_STEP = 0.7
+_LARGEST_STEP = 1.5
+
+
+@dataclass(frozen=True)
+class Tuning:
+    """Noise that makes the innovations most likely.
+
+    Parameters
+    ----------
+    noise
+        The optimum.
+    log_likelihood
+        Before and after.
+    sd_log
+        Sd of the logarithm of each learnt field from the curvature, shape (learnt,).
+    learnt
+        Names of the fields.
+    """
+
+    noise: Noise
+    log_likelihood: tuple[float, float]
+    sd_log: FloatArray
+    learnt: tuple[str, ...]
+
+
+def learn_noise(
+    rows: Rows,
+    start: Noise | None = None,
+    *,
+    learnt: Sequence[str] = LEARNT,
+    rounds: int = 5,
+    guards: Guards | None = None,
+) -> Tuning:
+    """Learn the noise of rows and random walks from the innovations.
+
+    Each round evaluates a step up and down in every coordinate, takes the Newton step of the
+    parabola through each three points, and halves it where the joint step does not help.
+
+    Parameters
+    ----------
+    rows
+        The walk.
+    start
+        Where to begin, and the centre of a weak prior.
+    learnt
+        Fields of `Noise` to move; the others are kept (a recipe's).
+    rounds
+        Newton rounds.
+    guards
+        Its Huber limit.
+    """
+    start = start or Noise()
+    names = [f.name for f in fields(Noise)]
+    at = np.array([names.index(name) for name in learnt])
+    with np.errstate(divide="ignore"):
+        origin = np.log(start.stacked()[0])
+    point = origin.copy()
+    step = np.full(at.size, _FIRST_STEP)
+
+    def score(points: FloatArray) -> FloatArray:
+        points = np.clip(points, origin - _FURTHEST, origin + _FURTHEST)
+        likelihood, _ = run_settings(rows, Noise.of(np.exp(points)), guards)
+        moved = (points - origin)[:, at] / _PRIOR_SD_LOG
+        return np.asarray(likelihood - 0.5 * np.sum(moved**2, axis=1))
+
+    first = best = float(score(point[None])[0])
+    curvature = np.full(at.size, 1.0 / _PRIOR_SD_LOG**2)
+    for _ in range(rounds):
+        trials = np.tile(point, (2 * at.size, 1))
+        trials[np.arange(at.size), at] += step
+        trials[at.size + np.arange(at.size), at] -= step
+        scores = score(trials)
+        up, down = scores[: at.size], scores[at.size :]
+        slope = (up - down) / (2 * step)
+        curvature = np.maximum((2 * best - up - down) / step**2, 1.0 / _PRIOR_SD_LOG**2)
+        move = np.clip(slope / curvature, -_LARGEST_STEP, _LARGEST_STEP)
+        shares = np.array([1.0, 0.6, 0.3, 0.1])
+        candidates = np.tile(point, (shares.size, 1))
+        candidates[:, at] += shares[:, None] * move
+        pool = np.concatenate([candidates, trials])
+        pool_scores = np.concatenate([score(candidates), scores])
+        winner = int(np.argmax(pool_scores))
+        gained = float(pool_scores[winner]) - best
+        if gained > 0:
+            point, best = pool[winner], float(pool_scores[winner])
+        step = np.clip(1.0 / np.sqrt(curvature), 0.1, _FIRST_STEP)
+        if gained < 0.2:
+            break
+    return Tuning(Noise.of(np.exp(point)), (first, best), 1.0 / np.sqrt(curvature), tuple(learnt))

@@ -1,0 +1,288 @@
+"""Seed 1's sliding window, eq. (14), and Han's static assumption in the same window.
+
+``min Σₖ ωF ((Fz(θ) − F_ref)/BW)² + ωP ‖(p(θ) − p_ref)/L_f‖² + ωS ‖θ − θ_prev‖²`` over 0.5 s,
+every 4 samples, five Gauss-Newton iterations with bounded steps, θ the gains and biases in
+centred units over their prior sd (see `footcal_cli.core.online.rows`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from footcal_cli.core.centroidal import MIN_FORCE_N
+from footcal_cli.core.experiments import walk
+from footcal_cli.core.log import Log
+from footcal_cli.core.online.rows import Belief
+from footcal_cli.core.parameters import FloatArray, IntArray
+
+
+@dataclass(frozen=True)
+class Weights:
+    """Weights of eq. (14); each a scalar or shape (settings,).
+
+    Parameters
+    ----------
+    force, cop
+        ``ωF = 1/δF²``, ``ωP = 1/δP²``.
+    smooth
+        ωS, θ in prior sd.
+    """
+
+    force: FloatArray | float
+    cop: FloatArray | float
+    smooth: FloatArray | float
+
+    def stacked(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Shape (settings,) each."""
+        force, cop, smooth = np.broadcast_arrays(
+            *[
+                np.atleast_1d(np.asarray(w, dtype=float))
+                for w in (self.force, self.cop, self.smooth)
+            ]
+        )
+        return force, cop, smooth
+
+
+@dataclass(frozen=True)
+class WindowRule:
+    """Shape of the window.
+
+    Parameters
+    ----------
+    samples
+        Length of the window (0.5 s at 80 Hz).
+    every
+        Samples between updates (20 Hz).
+    iterations
+        Gauss-Newton iterations per update.
+    largest_step
+        Bound on each unknown's step per iteration, in prior sd.
+    foot_length_m
+        L_f.
+    """
+
+    samples: int = 40
+    every: int = 4
+    iterations: int = 5
+    largest_step: float = 0.5
+    foot_length_m: float = 0.16
+
+
+@dataclass(frozen=True)
+class WindowTrack:
+    """Solutions of the window.
+
+    Parameters
+    ----------
+    time_s, last_sample
+        Of each update, shape (u,).
+    gain, bias_n
+        γ and β, shape (u, settings, c).
+    """
+
+    time_s: FloatArray
+    last_sample: IntArray
+    gain: FloatArray
+    bias_n: FloatArray
+
+
+def standing_weights(log: Log, belief: Belief, rule: WindowRule) -> Weights:
+    """``ωF = 1/δF²`` and ``ωP = 1/δP²`` from the scatter of quiet standing; ωS is left at 1.
+
+    Parameters
+    ----------
+    log
+        The quiet part of a log, raw counts.
+    belief
+        Calibration to read it with.
+    rule
+        For the foot length.
+    """
+    problem = _Problem.of(log, belief, static=False)
+    forces = belief.forces(log.readings)[problem.rows]
+    total = forces.sum(axis=1)
+    cop = np.einsum("nc,nck->nk", forces, problem.positions) / total[:, None]
+    force_sd = np.std((total - problem.fz) / problem.weight_n)
+    cop_sd = np.sqrt(np.mean(np.var((cop - problem.cop) / rule.foot_length_m, axis=0)))
+    return Weights(1.0 / max(force_sd, 1e-6) ** 2, 1.0 / max(cop_sd, 1e-6) ** 2, 1.0)
+
+
+@dataclass(frozen=True)
+class _Problem:
+    """The samples that count, by name."""
+
+    rows: IntArray
+    believed: FloatArray
+    positions: FloatArray
+    fz: FloatArray
+    cop: FloatArray
+    weight_n: float
+
+    @classmethod
+    def of(cls, log: Log, belief: Belief, *, static: bool) -> _Problem:
+        reference = walk.reference_of(log, static=static)
+        believed = belief.forces(log.readings)
+        balance = walk.cell_balance(log.with_readings(believed), reference)
+        rows = np.flatnonzero(balance.valid[:, : len(walk.CELL_TOTALS)].all(axis=1))
+        if rows.size == 0:
+            raise ValueError("no sample of this log counts: no foot is known to stand")
+        weight = float(np.mean(log.known["mass_kg"] * log.known["gravity_mps2"]))
+        return cls(
+            rows,
+            believed[rows],
+            log.known["cell_pos_m"][rows],
+            reference.fz_n[rows],
+            reference.cop_m[rows],
+            weight,
+        )
+
+
+def run_window(
+    log: Log,
+    belief: Belief,
+    weights: Weights,
+    rule: WindowRule | None = None,
+    *,
+    static: bool = False,
+) -> WindowTrack:
+    """The paper's estimator as printed, for one or many settings of its weights.
+
+    Parameters
+    ----------
+    log
+        Walk with raw counts, filtered as wanted.
+    belief
+        Start θ = 0, and the unit of θ.
+    weights
+        ωF, ωP, ωS.
+    static
+        Han's static assumption: CoP below the CoM, Fz = m g.
+    """
+    rule = rule or WindowRule()
+    problem = _Problem.of(log, belief, static=static)
+    force_w, cop_w, smooth_w = weights.stacked()
+    settings, c = force_w.size, len(log.channels)
+    unit = np.concatenate([belief.gain_sd, belief.bias_sd_n])
+    ends = np.arange(rule.every, len(log) + 1, rule.every)
+    first = np.searchsorted(problem.rows, ends - rule.samples)
+    stop = np.searchsorted(problem.rows, ends)
+    theta = np.zeros((settings, 2 * c))
+    solutions = np.empty((ends.size, settings, 2 * c))
+    to_force = np.sqrt(force_w) / problem.weight_n
+    to_cop = np.sqrt(cop_w) / rule.foot_length_m
+    identity = np.eye(2 * c)
+    for j in range(ends.size):
+        part = slice(first[j], stop[j])
+        n = part.stop - part.start
+        if n:
+            previous = theta
+            believed, positions = problem.believed[part], problem.positions[part]
+            features = np.concatenate([believed, np.ones((n, c))], axis=1) * unit
+            axes = np.concatenate([positions, positions], axis=1)
+            # the force row does not depend on θ: its normal matrix serves all iterations
+            force_normal = features.T @ features
+            for _ in range(rule.iterations):
+                total = believed.sum(axis=1) + theta @ features.T
+                moment = np.einsum("nc,nck->nk", believed, positions) + np.einsum(
+                    "bp,np,npk->bnk", theta, features, axes
+                )
+                carried = total > MIN_FORCE_N
+                safe = np.where(carried, total, 1.0)
+                cop = moment / safe[:, :, None]
+                slope = (axes[None] - cop[:, :, None, :]) * (features / safe[:, :, None])[..., None]
+                slope *= carried[:, :, None, None]
+                miss = (cop - problem.cop[part]) * carried[:, :, None]
+                force_miss = total - problem.fz[part]
+                normal = to_force[:, None, None] ** 2 * force_normal
+                normal = normal + to_cop[:, None, None] ** 2 * _gram(slope)
+                normal = normal + smooth_w[:, None, None] * identity
+                pull = (to_force**2)[:, None] * (force_miss @ features)
+                pull = pull + (to_cop**2)[:, None] * np.einsum("bnpk,bnk->bp", slope, miss)
+                pull = pull + smooth_w[:, None] * (theta - previous)
+                step = -np.linalg.solve(normal, pull[:, :, None])[:, :, 0]
+                theta = theta + np.clip(step, -rule.largest_step, rule.largest_step)
+        solutions[j] = theta
+    solutions = solutions * unit
+    return WindowTrack(log.time_s[ends - 1], ends - 1, solutions[:, :, :c], solutions[:, :, c:])
+
+
+def _gram(slope: FloatArray) -> FloatArray:
+    """``Σ slope slopeᵀ`` over samples and axes, (b, n, p, k) -> (b, p, p)."""
+    b, n, p, k = slope.shape
+    flat = slope.transpose(0, 2, 1, 3).reshape(b, p, n * k)
+    return np.asarray(flat @ flat.transpose(0, 2, 1))
+
+
+def run_window_fast(
+    log: Log,
+    belief: Belief,
+    weights: Weights,
+    rule: WindowRule | None = None,
+    *,
+    static: bool = False,
+) -> WindowTrack:
+    """The same window with moments in place of the ratio: quadratic, so its sums slide.
+
+    The CoP residual is weighed by the demanded Fz, ``(Σ pᵢ Fᵢ − p_ref Σ Fᵢ) / F_ref``, which makes
+    it linear in θ; one linear solve replaces the iterations.
+
+    Parameters
+    ----------
+    log, belief, weights, rule, static
+        As `run_window`.
+    """
+    rule = rule or WindowRule()
+    problem = _Problem.of(log, belief, static=static)
+    force_w, cop_w, smooth_w = weights.stacked()
+    c = len(log.channels)
+    unit = np.concatenate([belief.gain_sd, belief.bias_sd_n])
+    n, believed = problem.rows.size, problem.believed
+    features = np.concatenate([believed, np.ones((n, c))], axis=1) * unit
+    arms = (problem.positions - problem.cop[:, None]) / problem.fz[:, None, None]
+    axes = np.concatenate([arms, arms], axis=1)
+    moments = features[:, :, None] * axes
+    force_miss = believed.sum(axis=1) - problem.fz
+    moment_miss = np.einsum("nc,nck->nk", believed, arms)
+    # sums per block of samples between updates, then over the blocks of the window
+    blocks = len(log) // rule.every
+    block = problem.rows // rule.every
+    kept = block < blocks
+    edges = np.searchsorted(block[kept], np.arange(blocks))
+    length = max(rule.samples // rule.every, 1)
+
+    def slide(values: FloatArray) -> FloatArray:
+        per_block = np.zeros((blocks, *values.shape[1:]))
+        filled = np.diff(np.append(edges, int(kept.sum()))) > 0
+        if filled.any():
+            per_block[filled] = np.add.reduceat(values[kept], edges[filled], axis=0)
+        sums = np.cumsum(per_block, axis=0)
+        sums[length:] -= sums[:-length].copy()
+        return sums
+
+    force_normal = slide(features[:, :, None] * features[:, None, :])
+    cop_normal = slide(np.einsum("npk,nqk->npq", moments, moments))
+    force_pull = slide(features * force_miss[:, None])
+    cop_pull = slide(np.einsum("npk,nk->np", moments, moment_miss))
+    to_force = force_w / problem.weight_n**2
+    to_cop = cop_w / rule.foot_length_m**2
+    bound = rule.largest_step * rule.iterations
+    theta = np.zeros((force_w.size, 2 * c))
+    solutions = np.empty((blocks, force_w.size, 2 * c))
+    ridge = smooth_w[:, None, None] * np.eye(2 * c)
+    for j in range(blocks):
+        normal = (
+            to_force[:, None, None] * force_normal[j]
+            + to_cop[:, None, None] * cop_normal[j]
+            + ridge
+        )
+        pull = to_force[:, None] * (force_pull[j] + theta @ force_normal[j]) + to_cop[:, None] * (
+            cop_pull[j] + theta @ cop_normal[j]
+        )
+        step = -np.linalg.solve(normal, pull[:, :, None])[:, :, 0]
+        theta = theta + np.clip(step, -bound, bound)
+        solutions[j] = theta
+    solutions = solutions * unit
+    ends = np.arange(1, blocks + 1) * rule.every - 1
+    return WindowTrack(log.time_s[ends], ends, solutions[:, :, :c], solutions[:, :, c:])

@@ -1,0 +1,256 @@
+"""Streams on two clocks: merging, low-pass, delay, and how much a correlated series is worth."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.signal import butter, sosfilt, sosfilt_zi, sosfiltfilt
+
+from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
+
+CUTOFF_HZ = 10.0
+"""Low-pass of force and acceleration terms (seed 1, section 4.1)."""
+TELEMETRY_DELAY_S = 0.02
+"""Body stream behind the cells (seed 1, section 2.2: 20 ± 4 ms)."""
+_FILTER_ORDER = 2
+_GAP_PERIODS = 2.5
+
+
+@dataclass(frozen=True)
+class Clock:
+    """What is wrong with the stamps of a stream, counted.
+
+    Parameters
+    ----------
+    keep
+        Rows left after repeated and backward stamps are dropped.
+    period_s
+        Median interval of the kept rows.
+    duplicates, backward
+        Rows dropped because their stamp repeats or precedes the one before.
+    gaps, longest_gap_s, missing
+        Intervals longer than 2.5 periods, the longest, and the samples that would fill them.
+    """
+
+    keep: IntArray
+    period_s: float
+    duplicates: int
+    backward: int
+    gaps: int
+    longest_gap_s: float
+    missing: int
+
+
+def check_clock(time_s: FloatArray) -> Clock:
+    """Find repeated and backward stamps and gaps.
+
+    Parameters
+    ----------
+    time_s
+        Stamps as logged, shape (n,); not finite ones are dropped as backward.
+    """
+    highest = np.maximum.accumulate(np.where(np.isfinite(time_s), time_s, -np.inf))
+    before = np.concatenate([[-np.inf], highest[:-1]])
+    keep = np.flatnonzero(time_s > before)
+    duplicates = int(np.sum(time_s[1:] == before[1:]))
+    interval = np.diff(time_s[keep])
+    period = float(np.median(interval)) if interval.size else np.nan
+    long = interval[interval > _GAP_PERIODS * period]
+    return Clock(
+        keep=keep,
+        period_s=period,
+        duplicates=duplicates,
+        backward=int(time_s.size - keep.size - duplicates),
+        gaps=int(long.size),
+        longest_gap_s=float(interval.max()) if interval.size else 0.0,
+        missing=int(np.sum(np.round(long / period) - 1)) if long.size else 0,
+    )
+
+
+def interpolate_stream(
+    time_s: FloatArray, values: FloatArray, at_s: FloatArray, *, max_gap_s: float
+) -> tuple[FloatArray, BoolArray]:
+    """Linear interpolation onto another clock; nothing is invented over gaps or beyond the ends.
+
+    Parameters
+    ----------
+    time_s
+        Increasing stamps of the stream, shape (n,).
+    values
+        Shape (n, k); a NaN spoils only its own column's neighbours.
+    at_s
+        Stamps wanted, shape (m,).
+    max_gap_s
+        Longest interval to interpolate across.
+
+    Returns
+    -------
+    values, shape (m, k), and where they may be trusted, shape (m,)
+    """
+    after = np.clip(np.searchsorted(time_s, at_s), 1, max(time_s.size - 1, 1))
+    left, right = time_s[after - 1], time_s[after]
+    weight = np.clip((at_s - left) / (right - left), 0.0, 1.0)[:, None]
+    merged = values[after - 1] * (1.0 - weight) + values[after] * weight
+    # a weight of exactly 0 or 1 must not let the unused neighbour's NaN through
+    merged = np.where(weight == 0.0, values[after - 1], merged)
+    merged = np.where(weight == 1.0, values[after], merged)
+    inside = (at_s >= time_s[0]) & (at_s <= time_s[-1]) & (right - left <= max_gap_s)
+    return merged, inside & np.isfinite(merged).all(axis=1)
+
+
+def low_pass(
+    values: FloatArray, rate_hz: float, cutoff_hz: float = CUTOFF_HZ, *, causal: bool = False
+) -> FloatArray:
+    """Butterworth low-pass along the first axis.
+
+    Zero-phase: second order run forward and backward, −6 dB at the cut-off. Causal: second order
+    run forward once from steady state, group delay near ``0.22 / cutoff_hz``.
+
+    Parameters
+    ----------
+    values
+        Evenly sampled and finite, shape (n, ...).
+    rate_hz, cutoff_hz
+        Sampling rate and cut-off; above 0.45 of the rate nothing is done.
+    causal
+        True: use no sample from the future.
+    """
+    if cutoff_hz >= 0.45 * rate_hz or len(values) < 2:
+        return np.array(values, dtype=float)
+    sections = butter(_FILTER_ORDER, cutoff_hz, fs=rate_hz, output="sos")
+    if causal:
+        start = sosfilt_zi(sections).reshape(len(sections), 2, *(1,) * (values.ndim - 1))
+        filtered, _ = sosfilt(sections, values, axis=0, zi=np.swapaxes(start, 0, 0) * values[:1])
+        return np.asarray(filtered)
+    padding = min(len(values) - 1, int(3 * rate_hz / cutoff_hz))
+    return np.asarray(sosfiltfilt(sections, values, axis=0, padlen=padding))
+
+
+def low_pass_stretches(
+    values: FloatArray,
+    good: BoolArray,
+    rate_hz: float,
+    cutoff_hz: float = CUTOFF_HZ,
+    *,
+    causal: bool = False,
+) -> FloatArray:
+    """Low-pass each unbroken stretch of good rows on its own; rows that are not good become NaN.
+
+    Parameters
+    ----------
+    values
+        Shape (n, k).
+    good
+        Shape (n,).
+    """
+    filtered = np.full(values.shape, np.nan)
+    for start, stop in stretches(good):
+        filtered[start:stop] = low_pass(values[start:stop], rate_hz, cutoff_hz, causal=causal)
+    return filtered
+
+
+def stretches(flags: BoolArray) -> list[tuple[int, int]]:
+    """Runs of True as (start, stop)."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]]).astype(np.int8)))
+    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def autocorrelation_time(series: FloatArray) -> float:
+    """Integrated autocorrelation time in samples, ``τ = 1 + 2 Σ ρ_k`` with Sokal's window of 5 τ.
+
+    Parameters
+    ----------
+    series
+        Shape (n,), evenly sampled; its mean is taken off.
+    """
+    centred = series - series.mean()
+    n = centred.size
+    if n < 4 or not centred.any():
+        return 1.0
+    spectrum = np.abs(np.fft.rfft(centred, 2 * n)) ** 2
+    correlation = np.fft.irfft(spectrum)[:n]
+    tau = 2.0 * np.cumsum(correlation / correlation[0]) - 1.0
+    beyond = np.flatnonzero(np.arange(n) >= 5.0 * tau)
+    window = int(beyond[0]) if beyond.size else n - 1
+    return float(max(tau[window], 1.0))
+
+
+def effective_size(series: FloatArray) -> float:
+    """Independent samples that a correlated series is worth, ``n / τ``."""
+    return series.size / autocorrelation_time(series)
+
+
+@dataclass(frozen=True)
+class Delay:
+    """Delay of one stream behind another.
+
+    Parameters
+    ----------
+    delay_s, sd_s
+        Positive: the second stream shows events later than the first.
+    correlation
+        Of the two once aligned.
+    """
+
+    delay_s: float
+    sd_s: float
+    correlation: float
+
+
+def estimate_delay(
+    time_s: FloatArray,
+    first: FloatArray,
+    late_time_s: FloatArray,
+    late: FloatArray,
+    *,
+    largest_s: float = 0.2,
+) -> Delay:
+    """Delay of a stream behind another by least squares on shifted, interpolated copies.
+
+    Minimises ``Σ (first(t) − a − b·late(t + d))²`` over d on a grid of half a period, then by
+    Gauss-Newton. The sd follows from the slope of the late stream and the residual, corrected for
+    the residual's autocorrelation.
+
+    Parameters
+    ----------
+    time_s, first
+        The undelayed series, shape (n,).
+    late_time_s, late
+        The other, on its own clock, shape (m,).
+    largest_s
+        The delay is looked for within ± this.
+    """
+    period = float(np.median(np.diff(time_s)))
+    inside = (time_s >= late_time_s[0] + largest_s) & (time_s <= late_time_s[-1] - largest_s)
+    if inside.sum() < 20:
+        raise ValueError("the streams overlap too little to tell their delay")
+    at, target = time_s[inside], first[inside]
+
+    def fit(delay: float) -> tuple[FloatArray, float]:
+        shifted = np.interp(at + delay, late_time_s, late)
+        centred = shifted - shifted.mean()
+        gain = float(centred @ target / max(centred @ centred, 1e-300))
+        return target - target.mean() - gain * centred, gain
+
+    grid = np.arange(-largest_s, largest_s + period / 4, period / 2)
+    cost = [float(np.sum(fit(d)[0] ** 2)) for d in grid]
+    delay = float(grid[int(np.argmin(cost))])
+    slope_step = period / 2
+    for _ in range(8):
+        residual, gain = fit(delay)
+        ahead = np.interp(at + delay + slope_step, late_time_s, late)
+        behind = np.interp(at + delay - slope_step, late_time_s, late)
+        slope = gain * (ahead - behind) / (2 * slope_step)
+        slope = slope - slope.mean()
+        information = float(slope @ slope)
+        if information == 0:
+            raise ValueError("the series do not move: no delay can be told")
+        step = float(np.clip(slope @ residual / information, -period, period))
+        delay = float(np.clip(delay + step, -largest_s, largest_s))
+    residual, _ = fit(delay)
+    # the score slope·residual is what averages out; its correlation decides the sd
+    inflation = autocorrelation_time(slope * residual)
+    sd = float(np.sqrt(residual @ residual / residual.size * inflation / information))
+    spread = float(np.sqrt(1.0 - residual @ residual / np.sum((target - target.mean()) ** 2)))
+    return Delay(delay, sd, spread)
