@@ -1,0 +1,232 @@
+"""Corrections of the CoP: the paper's polynomial with forces, and the physics it stands for.
+
+Empirical (seed 1, eqs. (3)–(5)): ``Δ = Σ a_k φ_k(x, y) + Σ b_i F_i`` per axis, linear in a and b.
+Physical: a cell stands δ_i from where it is believed, and passes the share s_i of its reading to
+the total (crosstalk, gain): ``load = Σ s_i F_i + f``, ``load · hole = Σ q_i F_i + m``, linear too;
+the cell's effective position is ``q_i / s_i``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from footcal_cli.core.bench.placement_rows import PlacementRows
+from footcal_cli.core.parameters import FloatArray
+
+TERMS = {
+    "none": 0,
+    "affine": 3,
+    "quadratic": 6,
+    "full": 6,
+}
+"""Polynomial terms of the empirical corrections in the order 1, x, y, x², xy, y²."""
+
+
+@dataclass(frozen=True)
+class CopModel:
+    """One way of turning cell forces into CoP and vertical force.
+
+    Parameters
+    ----------
+    name
+        ``none affine quadratic full``, ``cell positions``, ``crosstalk and cell positions``,
+        ``crosstalk, cell positions and biases``.
+    physical
+        Whether it corrects cells instead of the CoP.
+    with_forces
+        Empirical: the forces enter (eq. (4), second part). Physical: the shares s_i are free.
+    with_bias
+        Physical: the offsets f and m are free.
+    """
+
+    name: str
+    physical: bool = False
+    with_forces: bool = False
+    with_bias: bool = False
+
+    @property
+    def needs_cells(self) -> bool:
+        """Whether it looks at the cells' forces and not at the CoP alone."""
+        return self.physical or self.with_forces
+
+    def coefficients(self, cells: int) -> int:
+        """How many numbers it fits."""
+        if not self.physical:
+            return 2 * (TERMS[self.name] + (cells if self.with_forces else 0))
+        return 2 * cells + (cells if self.with_forces else 0) + 3 * self.with_bias
+
+
+NONE = CopModel("none")
+AFFINE = CopModel("affine")
+QUADRATIC = CopModel("quadratic")
+FULL = CopModel("full", with_forces=True)
+POSITIONS = CopModel("cell positions", physical=True)
+CROSSTALK = CopModel("crosstalk and cell positions", physical=True, with_forces=True)
+BIASED = CopModel(
+    "crosstalk, cell positions and biases", physical=True, with_forces=True, with_bias=True
+)
+MODELS = (NONE, AFFINE, POSITIONS, QUADRATIC, CROSSTALK, BIASED, FULL)
+"""All alternatives, simple ones first (for a foot of four cells)."""
+
+
+@dataclass(frozen=True)
+class CopFit:
+    """A fitted correction.
+
+    Parameters
+    ----------
+    model
+        Which.
+    weights
+        Empirical: coefficients of the standardised features, shape (k, 2). Physical: shape
+        (c + 1, 3), what each cell (last row: the offset) adds to load, load·x, load·y.
+    centre, width
+        Standardisation of the empirical features, shape (k,).
+    ridge
+        Penalty on the standardised coefficients other than the constant's.
+    rank, condition
+        Of the standardised design (physical: of the forces).
+    """
+
+    model: CopModel
+    weights: FloatArray
+    centre: FloatArray
+    width: FloatArray
+    ridge: float
+    rank: int
+    condition: float
+
+    def cop_m(self, rows: PlacementRows) -> FloatArray:
+        """Corrected CoP, shape (n, 2); NaN where the total force is too small."""
+        raw = rows.raw_cop_m
+        if self.model.physical:
+            wrench = _with_offset(rows.forces_n) @ self.weights
+            corrected = np.full_like(raw, np.nan)
+            at = rows.valid & (wrench[:, 0] > 0.5 * rows.min_force_n)
+            corrected[at] = wrench[at, 1:] / wrench[at, :1]
+            return corrected
+        if self.model == NONE:
+            return raw
+        features = (_features(self.model, raw, rows.forces_n) - self.centre) / self.width
+        return np.asarray(raw + features @ self.weights)
+
+    def total_n(self, rows: PlacementRows) -> FloatArray:
+        """Vertical force, shape (n,)."""
+        if self.model.physical:
+            return np.asarray(_with_offset(rows.forces_n) @ self.weights[:, 0])
+        return rows.total_n
+
+    @property
+    def shares(self) -> FloatArray:
+        """s_i, what a newton read by each cell adds to the load, shape (c,)."""
+        return np.asarray(self.weights[:-1, 0])
+
+    @property
+    def crosstalk(self) -> FloatArray:
+        """κ_i of the table of effects that explains the shares of cells of known scale.
+
+        ``y_i = x_i + κ_i mean_{j≠i} x_j`` makes the total ``Σ s_i y_i`` with ``sᵀ M(κ) = 1ᵀ``,
+        linear in κ: ``s_j + Σ_{i≠j} s_i κ_i / (c − 1) = 1``. Shape (c,).
+        """
+        return np.asarray(np.linalg.solve(_others(self.shares.size) * self.shares, 1 - self.shares))
+
+    def corrections_m(self, cell_pos_m: FloatArray) -> FloatArray:
+        """True minus believed cell positions, shape (c, 2).
+
+        Lever arms q of the readings belong to the positions ``p = M(κ)ᵀ q``.
+        """
+        mixing = np.eye(self.shares.size) + self.crosstalk[:, None] * _others(self.shares.size)
+        return np.asarray(mixing.T @ self.weights[:-1, 1:] - cell_pos_m)
+
+
+def _others(cells: int) -> FloatArray:
+    """Each cell's mean over the other cells of the foot, shape (c, c)."""
+    return (1.0 - np.eye(cells)) / max(cells - 1, 1)
+
+
+def _with_offset(forces_n: FloatArray) -> FloatArray:
+    return np.column_stack([forces_n, np.ones(len(forces_n))])
+
+
+def _features(model: CopModel, raw: FloatArray, forces_n: FloatArray) -> FloatArray:
+    """Columns 1, x, y, x², xy, y², then the cell forces, shape (n, k)."""
+    x, y = raw.T
+    columns = [np.ones_like(x), x, y, x * x, x * y, y * y][: TERMS[model.name]]
+    return np.column_stack([*columns, forces_n] if model.with_forces else columns)
+
+
+def fit_cop(model: CopModel, rows: PlacementRows, ridge: float = 0.0) -> CopFit:
+    """Fit one correction by (ridge) least squares.
+
+    Parameters
+    ----------
+    model
+        Which.
+    rows
+        Placements; the empirical models use rows with a CoP, the physical ones all rows with a
+        known load, because moments are defined at the smallest weight.
+    ridge
+        Penalty relative to the number of rows; empirical models only.
+    """
+    if model.physical:
+        return _fit_physical(model, rows)
+    if model == NONE:
+        return CopFit(model, np.zeros((0, 2)), np.zeros(0), np.zeros(0), 0.0, 0, 1.0)
+    used = rows.valid
+    raw = rows.raw_cop_m[used]
+    features = _features(model, raw, rows.forces_n[used])
+    centre, width = features.mean(axis=0), features.std(axis=0)
+    centre[0], width[0] = 0.0, 1.0
+    width = np.where(width > 1e-12, width, 1.0)
+    design = (features - centre) / width
+    left, singular, right = np.linalg.svd(design, full_matrices=False)
+    rank = int(np.sum(singular > max(design.shape) * np.finfo(float).eps * singular[0]))
+    target = rows.hole_m[used] - raw
+    if ridge == 0.0:
+        inverse = np.where(np.arange(singular.size) < rank, 1.0 / np.maximum(singular, 1e-300), 0)
+        weights = right.T @ (inverse[:, None] * (left.T @ target))
+    else:
+        penalty = ridge * len(design) * np.eye(design.shape[1])
+        penalty[0, 0] = 0.0
+        weights = np.linalg.solve(design.T @ design + penalty, design.T @ target)
+    condition = float(singular[0] / singular[-1]) if singular[-1] > 0 else np.inf
+    return CopFit(model, np.asarray(weights), centre, width, ridge, rank, condition)
+
+
+def _fit_physical(model: CopModel, rows: PlacementRows) -> CopFit:
+    """Shares and lever arms of the cells from load and moment, all linear."""
+    loaded = np.isfinite(rows.load_n)
+    if not loaded.any():
+        # only the place is known: the total force stands in for the load, so no share is visible
+        loaded, load = np.isfinite(rows.total_n), rows.total_n
+    else:
+        load = rows.load_n
+    forces, load, hole = rows.forces_n[loaded], load[loaded], rows.hole_m[loaded]
+    cells = forces.shape[1]
+    weights = np.zeros((cells + 1, 3))
+    weights[:cells, 0] = 1.0
+    design = _with_offset(forces) if model.with_bias else forces
+    count = design.shape[1]
+    if model.with_forces:
+        prior = weights[:count, 0]
+        weights[:count, 0] = prior + _lstsq(design, load - design @ prior)
+        moment = load[:, None] * hole
+    else:
+        moment = forces.sum(axis=1)[:, None] * hole
+    arms = np.zeros((count, 2))
+    arms[:cells] = rows.cell_pos_m
+    weights[:count, 1:] = arms + _lstsq(design, moment - design @ arms)
+    singular = np.linalg.svd(design / np.linalg.norm(design, axis=0), compute_uv=False)
+    rank = int(np.sum(singular > max(design.shape) * np.finfo(float).eps * singular[0]))
+    condition = float(singular[0] / singular[-1]) if singular[-1] > 0 else np.inf
+    return CopFit(model, weights, np.zeros(0), np.zeros(0), 0.0, rank, condition)
+
+
+def _lstsq(design: FloatArray, target: FloatArray) -> FloatArray:
+    """Least squares with columns scaled to unit length; the smallest solution where rank lacks."""
+    norms = np.linalg.norm(design, axis=0)
+    norms = np.where(norms > 0, norms, 1.0)
+    found = np.linalg.lstsq(design / norms, target, rcond=None)[0]
+    return np.asarray((found.T / norms).T)

@@ -1,0 +1,165 @@
+"""Weights over known holes of one foot: the rows, their raw CoP, and what repeats say."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from footcal_cli.core.centroidal import MIN_FORCE_N, pressure
+from footcal_cli.core.log import Log
+from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
+
+
+@dataclass(frozen=True)
+class PlacementRows:
+    """Placements of one foot with calibrated cell forces.
+
+    Parameters
+    ----------
+    cells
+        Channel names, front left to rear right as logged.
+    forces_n
+        Shape (n, c).
+    cell_pos_m
+        Believed positions in the foot frame, shape (c, 2).
+    hole_m
+        Where the weight acts, shape (n, 2).
+    load_n
+        Weight, shape (n,); NaN where only the place is known.
+    placement
+        Index of the hole, shape (n,): the unit of evidence.
+    min_force_n
+        Below this total force there is no CoP.
+    given_cop_m
+        CoP reported by an instrument whose cells were not logged, shape (n, 2); `cells` is empty.
+    """
+
+    cells: tuple[str, ...]
+    forces_n: FloatArray
+    cell_pos_m: FloatArray
+    hole_m: FloatArray
+    load_n: FloatArray
+    placement: IntArray
+    min_force_n: float = MIN_FORCE_N
+    given_cop_m: FloatArray | None = None
+
+    def __len__(self) -> int:
+        return self.load_n.size
+
+    @property
+    def total_n(self) -> FloatArray:
+        """``Σ F_i``, shape (n,); NaN where the cells were not logged."""
+        if not self.cells:
+            return np.full(len(self), np.nan)
+        return np.asarray(self.forces_n.sum(axis=1))
+
+    @property
+    def valid(self) -> BoolArray:
+        """Rows with enough force for a CoP, shape (n,)."""
+        if self.given_cop_m is not None:
+            return np.asarray(np.isfinite(self.given_cop_m).all(axis=1))
+        return np.asarray(self.total_n > self.min_force_n)
+
+    @property
+    def raw_cop_m(self) -> FloatArray:
+        """Seed 1, eq. (8), shape (n, 2); NaN where there is none."""
+        if self.given_cop_m is not None:
+            return self.given_cop_m
+        points = np.broadcast_to(self.cell_pos_m, (len(self), *self.cell_pos_m.shape))
+        return pressure(self.forces_n, points, self.min_force_n).cop_m
+
+    def select(self, rows: BoolArray) -> PlacementRows:
+        """Some of the rows."""
+        return replace(
+            self,
+            forces_n=self.forces_n[rows],
+            hole_m=self.hole_m[rows],
+            load_n=self.load_n[rows],
+            placement=self.placement[rows],
+            given_cop_m=None if self.given_cop_m is None else self.given_cop_m[rows],
+        )
+
+
+def placement_rows(log: Log, min_force_n: float = MIN_FORCE_N) -> PlacementRows:
+    """Rows of a placements log whose readings are already in newtons.
+
+    Placements are told apart by the position of the hole, so that the same hole used again later
+    is not taken for new evidence.
+
+    Parameters
+    ----------
+    log
+        Experiment ``placements``, one foot.
+    min_force_n
+        Below this total force there is no CoP.
+    """
+    hole = log.known["hole_m"]
+    _, placement = np.unique(np.round(hole, 6), axis=0, return_inverse=True)
+    return PlacementRows(
+        cells=log.channels,
+        forces_n=log.readings,
+        cell_pos_m=log.known["cell_pos_m"][0],
+        hole_m=hole,
+        load_n=log.known["load_n"].reshape(len(log), -1).sum(axis=1),
+        placement=placement.reshape(-1).astype(np.int64),
+        min_force_n=min_force_n,
+    )
+
+
+@dataclass(frozen=True)
+class Repeats:
+    """Mean and scatter of the CoP per hole and load: seed 1, section 4.2.
+
+    Parameters
+    ----------
+    hole_m, load_n
+        Shape (k, 2) and (k,).
+    n
+        Repeats with a CoP, shape (k,).
+    mean_m, sd_m
+        Shape (k, 2); the sd is NaN for a single reading.
+    """
+
+    hole_m: FloatArray
+    load_n: FloatArray
+    n: IntArray
+    mean_m: FloatArray
+    sd_m: FloatArray
+
+    @property
+    def error_m(self) -> FloatArray:
+        """Mean minus hole, shape (k, 2)."""
+        return self.mean_m - self.hole_m
+
+    @property
+    def pooled_sd_m(self) -> FloatArray:
+        """Repeatability over all holes and loads per axis, shape (2,)."""
+        many = self.n > 1
+        dof = (self.n[many] - 1).astype(float)
+        if not many.any():
+            return np.full(2, np.nan)
+        return np.asarray(np.sqrt(dof @ self.sd_m[many] ** 2 / dof.sum()))
+
+
+def find_repeats(rows: PlacementRows, cop_m: FloatArray) -> Repeats:
+    """Summarise repeated placements.
+
+    Parameters
+    ----------
+    rows
+        Placements.
+    cop_m
+        Their CoP, raw or corrected, shape (n, 2).
+    """
+    used = rows.valid & np.isfinite(cop_m).all(axis=1)
+    key = np.column_stack([rows.hole_m, rows.load_n])[used]
+    names, index = np.unique(np.round(key, 6), axis=0, return_inverse=True)
+    index = index.reshape(-1)
+    n = np.bincount(index, minlength=len(names))
+    mean = np.column_stack([np.bincount(index, weights=c) / n for c in cop_m[used].T])
+    rest = (cop_m[used] - mean[index]) ** 2
+    total = np.column_stack([np.bincount(index, weights=c) for c in rest.T])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        sd = np.sqrt(total / np.where(n > 1, n - 1, np.nan)[:, None])
+    return Repeats(names[:, :2], names[:, 2], n.astype(np.int64), mean, sd)
