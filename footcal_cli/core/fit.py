@@ -74,6 +74,7 @@ def fit_map(
     loss: Loss = "linear",
     noise_known: bool = True,
     max_evaluations: int = 200,
+    start: FloatArray | None = None,
 ) -> Fit:
     """Fit the free parameters to residuals, keeping to their priors and bounds.
 
@@ -91,9 +92,12 @@ def fit_map(
         False: scale the covariance by the estimated noise (no absolute noise level is known).
     max_evaluations
         Bound on the optimiser's work.
+    start
+        Where the optimiser starts, all parameters (n,), inside the bounds; the prior means where
+        absent. Fixed parameters stay at their value.
     """
     free = parameters.free
-    start = parameters.values
+    centre = parameters.values
     chosen = [p for p in parameters if p.free]
     steps = np.array([p.step for p in chosen])
     prior_sd = np.array([p.sd for p in chosen])
@@ -102,8 +106,8 @@ def fit_map(
     upper = np.array([p.upper for p in chosen])
 
     def full(z: FloatArray) -> FloatArray:
-        theta = start.copy()
-        theta[free] = start[free] + steps * z
+        theta = centre.copy()
+        theta[free] = centre[free] + steps * z
         return theta
 
     def in_steps(z: FloatArray) -> FloatArray:
@@ -124,9 +128,9 @@ def fit_map(
 
     solution = least_squares(
         stacked,
-        np.zeros(len(chosen)),
+        np.zeros(len(chosen)) if start is None else (start - centre)[free] / steps,
         jac=stacked_jacobian,
-        bounds=((lower - start[free]) / steps, (upper - start[free]) / steps),
+        bounds=((lower - centre[free]) / steps, (upper - centre[free]) / steps),
         loss=loss,
         xtol=1e-12,
         ftol=1e-12,

@@ -22,7 +22,10 @@ _BASIS_SKEW = np.array(
 
 def skew(vector: FloatArray) -> FloatArray:
     """Matrix of the cross product, ``[v] a = v × a``: (..., 3) to (..., 3, 3)."""
-    matrix: FloatArray = np.tensordot(vector, _BASIS_SKEW, axes=(-1, 0))
+    matrix = np.zeros((*vector.shape, 3))
+    x, y, z = vector[..., 0], vector[..., 1], vector[..., 2]
+    matrix[..., 0, 1], matrix[..., 0, 2], matrix[..., 1, 2] = -z, y, -x
+    matrix[..., 1, 0], matrix[..., 2, 0], matrix[..., 2, 1] = z, -y, x
     return matrix
 
 

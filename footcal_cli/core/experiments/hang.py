@@ -1,0 +1,32 @@
+"""Hanging leg: no ground contact, so the transducer carries the leg's weight and nothing else."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from footcal_cli.core.experiments.contract import Balance, Experiment
+from footcal_cli.core.log import Log
+
+OUTPUTS = ("fx", "fy", "fz", "tx", "ty", "tz")
+UNITS = ("N", "N", "N", "Nm", "Nm", "Nm")
+
+
+def hang_balance(log: Log) -> Balance:
+    """Measured − demanded wrench, ``w − [m g u; r × m g u]`` (seed 2, eqs. (4)-(7)), (n, 6)."""
+    force_t = log.known["leg_weight_n"][:, None] * log.known["gravity_dir"]
+    demanded = np.hstack([force_t, np.cross(log.known["leg_com_m"], force_t)])
+    error = log.readings - demanded
+    return Balance(OUTPUTS, UNITS, error, np.isfinite(error))
+
+
+EXPERIMENT = Experiment(
+    name="hang",
+    known={
+        "phase_rad": "shaft angle, (n,), rad",
+        "gravity_dir": "unit direction of gravity in the transducer frame, (n, 3)",
+        "leg_weight_n": "weight of the leg, (n,), N",
+        "leg_com_m": "leg centre of mass in the transducer frame, (n, 3), m",
+    },
+    balance=hang_balance,
+    calibration=("offset_change", "leg_weight", "leg_com", "hang_tilt"),
+)

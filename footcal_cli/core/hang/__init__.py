@@ -1,0 +1,1 @@
+"""Six-axis transducers hanging in the air: offsets, weight, CoM, tilt (seed 2, III-A)."""

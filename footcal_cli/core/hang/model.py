@@ -1,0 +1,271 @@
+"""The wrench of a hanging leg, exact in the tilt, as coefficients of a few regressors.
+
+``w = offset + [m g u; r(φ) × m g u]`` with ``u = exp([s]) e``: e is the nominal direction of
+gravity in the transducer frame and s the small turn between nominal and true of that log
+(seed 2, eqs. (4)-(7), with the full rotation instead of ``I + [s]``). With
+``r(φ) = Σ_h r_h z_h(φ)``, z = (1, sin φ, cos φ, sin 2φ …), each log is linear in z.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+
+from footcal_cli.core.parameters import FloatArray, Parameter, ParameterSet
+from footcal_cli.core.spatial import left_jacobian, rotation_exp, skew, tangent_basis
+
+AXES = ("fx", "fy", "fz", "tx", "ty", "tz")
+AXIS_UNITS = ("N", "N", "N", "Nm", "Nm", "Nm")
+Tilt = Literal["per_log", "mount", "none"]
+
+_NEAR_AXIS = np.cos(np.deg2rad(30.0))
+_WEIGHT_SD_N = 100.0
+_OFFSET_SD = (1000.0, 1000.0, 1000.0, 100.0, 100.0, 100.0)
+_COM_SD_M = 1.0
+
+
+@dataclass(frozen=True)
+class HangModel:
+    """Which terms a leg's hanging wrench has.
+
+    Parameters
+    ----------
+    leg
+        Owner of the parameters.
+    nominal_dir_t
+        Nominal direction of gravity per log in the transducer frame, shape (L, 3).
+    order
+        Harmonics of the shaft angle in ``r(φ)``.
+    tilt
+        ``per_log``: every log hangs askew in its own way; ``mount``: one turn for all logs (a
+        sensor on a wrist whose orientations are known but for its own mounting); ``none``.
+    tilt_sd_rad
+        Prior sd of each component of s.
+    temperature, drift
+        Whether the six offsets follow temperature, and time.
+    """
+
+    leg: str
+    nominal_dir_t: FloatArray
+    order: int
+    tilt: Tilt = "per_log"
+    tilt_sd_rad: float = 0.2
+    temperature: bool = False
+    drift: bool = False
+
+    @property
+    def com_columns(self) -> int:
+        """Regressors of ``r(φ)``: the mean, then sine and cosine of each harmonic."""
+        return 1 + 2 * self.order
+
+    def regressors(
+        self, phase_rad: FloatArray, temperature_degc: FloatArray, time_s: FloatArray
+    ) -> FloatArray:
+        """The z of each sample, shape (n, d): 1, sin φ, cos φ, sin 2φ …, temperature, time."""
+        columns = fourier_columns(phase_rad, self.order)
+        columns += [temperature_degc] * self.temperature + [time_s] * self.drift
+        return np.stack(columns).T
+
+    @cached_property
+    def tilt_design(self) -> FloatArray:
+        """``ds/da``: turn of each log per tilt parameter, shape (L, 3, n_tilt)."""
+        logs = self.nominal_dir_t.shape[0]
+        if self.tilt == "none":
+            return np.zeros((logs, 3, 0))
+        if self.tilt == "mount":
+            return np.broadcast_to(np.eye(3), (logs, 3, 3)).copy()
+        design = np.zeros((logs, 3, logs, 2))
+        each = np.arange(logs)
+        design[each, :, each] = self.tilt_basis
+        return design.reshape(logs, 3, 2 * logs)
+
+    @cached_property
+    def tilt_basis(self) -> FloatArray:
+        """Two axes at right angles to each nominal direction, shape (L, 3, 2)."""
+        basis = tangent_basis(self.nominal_dir_t)
+        flip = np.sign(np.take_along_axis(basis, np.argmax(abs(basis), axis=1)[:, None], axis=1))
+        return np.asarray(basis * flip)
+
+    def tilt_names(self) -> tuple[str, ...]:
+        """Names of the tilt parameters without the owner."""
+        if self.tilt == "none":
+            return ()
+        if self.tilt == "mount":
+            return tuple(f"mount_rot_{axis}" for axis in "xyz")
+        names = []
+        for label, basis in zip(self.log_labels(), self.tilt_basis, strict=True):
+            axes = ["xyz"[i] for i in np.argmax(np.abs(basis), axis=0)]
+            axes = axes if axes[0] != axes[1] else ["a", "b"]
+            names += [f"hang_tilt_{label}_{axis}" for axis in axes]
+        return tuple(names)
+
+    def log_labels(self) -> tuple[str, ...]:
+        """``plus_x`` for a log with +x along gravity, ``log_7`` where no axis says it uniquely."""
+        axis = np.argmax(np.abs(self.nominal_dir_t), axis=1)
+        along = np.take_along_axis(self.nominal_dir_t, axis[:, None], axis=1)[:, 0]
+        labels = [
+            f"{'plus' if a > 0 else 'minus'}_{'xyz'[i]}" for i, a in zip(axis, along, strict=True)
+        ]
+        if min(np.abs(along), default=1.0) < _NEAR_AXIS or len(set(labels)) < len(labels):
+            return tuple(f"log_{i + 1}" for i in range(len(labels)))
+        return tuple(labels)
+
+    def com_names(self) -> tuple[str, ...]:
+        """Names of the CoM coefficients, axis by axis."""
+        harmonics = ["mean"]
+        for h in range(1, self.order + 1):
+            harmonics += [f"sin{h if h > 1 else ''}", f"cos{h if h > 1 else ''}"]
+        return tuple(f"com_{axis}_{harmonic}" for axis in "xyz" for harmonic in harmonics)
+
+    def parameters(self, weight_n: float) -> ParameterSet:
+        """Weight, offsets, CoM, temperature, drift, tilt, with priors that say almost nothing.
+
+        Parameters
+        ----------
+        weight_n
+            Believed weight of the leg, kept where no orientation shows it.
+        """
+        rows: list[tuple[str, str, float]] = [("weight", "N", _WEIGHT_SD_N)]
+        for suffix, unit, share in (
+            ("offset", "", 1.0),
+            ("temperature_bias", "/degC", 0.1 * self.temperature),
+            ("offset_drift", "/s", 0.01 * self.drift),
+        ):
+            if share > 0.0:
+                rows += [
+                    (f"{suffix}_{axis}", axis_unit + unit, share * sd)
+                    for axis, axis_unit, sd in zip(AXES, AXIS_UNITS, _OFFSET_SD, strict=True)
+                ]
+        rows += [(name, "m", _COM_SD_M) for name in self.com_names()]
+        rows += [(name, "rad", self.tilt_sd_rad) for name in self.tilt_names()]
+        return ParameterSet(
+            tuple(
+                Parameter(f"{self.leg}.{name}", unit, 0.0 if i else weight_n, sd)
+                for i, (name, unit, sd) in enumerate(rows)
+            )
+        )
+
+    @cached_property
+    def prior_sd(self) -> FloatArray:
+        """Prior sd of every parameter, shape (n,)."""
+        return np.array([parameter.sd for parameter in self.parameters(0.0)])
+
+    def split(self, theta: FloatArray) -> HangValues:
+        """Name the pieces of a parameter vector, shape (n,)."""
+        sizes = [1, 6, 6 * self.temperature, 6 * self.drift, 3 * self.com_columns]
+        weight, offset, temperature, drift, com, tilt = np.split(theta, np.cumsum(sizes))
+        return HangValues(
+            weight_n=float(weight[0]),
+            offset=offset,
+            temperature_bias=temperature,
+            offset_drift=drift,
+            com_m=com.reshape(3, self.com_columns),
+            turn_rad=self.tilt_design @ tilt,
+        )
+
+    def join(self, values: HangValues, tilt: FloatArray) -> FloatArray:
+        """The parameter vector of named pieces."""
+        return np.concatenate(
+            [
+                [values.weight_n],
+                values.offset,
+                values.temperature_bias,
+                values.offset_drift,
+                values.com_m.ravel(),
+                tilt,
+            ]
+        )
+
+    def gravity_dir_t(self, theta: FloatArray) -> FloatArray:
+        """True direction of gravity per log, ``exp([s]) e``, shape (L, 3)."""
+        turn = self.split(theta).turn_rad
+        return np.asarray((rotation_exp(turn) @ self.nominal_dir_t[..., None])[..., 0])
+
+    def coefficients(self, theta: FloatArray) -> FloatArray:
+        """Wrench per unit of each regressor, shape (L, 6, d)."""
+        values = self.split(theta)
+        down = values.weight_n * self.gravity_dir_t(theta)
+        columns = self.com_columns
+        table = np.zeros((down.shape[0], 6, columns + self.temperature + self.drift))
+        table[:, :, 0] = values.offset
+        table[:, :3, 0] += down
+        table[:, 3:, :columns] -= skew(down) @ values.com_m
+        if self.temperature:
+            table[:, :, columns] = values.temperature_bias
+        if self.drift:
+            table[:, :, -1] = values.offset_drift
+        return table
+
+    def coefficient_jacobian(self, theta: FloatArray) -> FloatArray:
+        """``d coefficients / dθ``, shape (L, 6, d, n)."""
+        values = self.split(theta)
+        unit = self.gravity_dir_t(theta)
+        logs, columns = unit.shape[0], self.com_columns
+        table = np.zeros((logs, 6, columns + self.temperature + self.drift, theta.size))
+        table[:, :3, 0, 0] = unit
+        table[:, 3:, :columns, 0] = -skew(unit) @ values.com_m
+        at = 1
+        each = np.arange(6)
+        for column, used in ((0, True), (columns, self.temperature), (-1, self.drift)):
+            if used:
+                table[:, each, column, at + each] = 1.0
+                at += 6
+        lever = np.broadcast_to(-skew(values.weight_n * unit)[:, :, None], (logs, 3, columns, 3))
+        own = np.arange(columns)
+        block = table[:, 3:, :columns, at : at + 3 * columns].reshape(logs, 3, columns, 3, columns)
+        block[:, :, own, :, own] = np.moveaxis(lever, 2, 0)
+        table[:, 3:, :columns, at : at + 3 * columns] = block.reshape(logs, 3, columns, -1)
+        at += 3 * columns
+        turn = -values.weight_n * skew(unit) @ left_jacobian(values.turn_rad) @ self.tilt_design
+        table[:, :3, 0, at:] = turn
+        table[:, 3:, :columns, at:] = np.einsum("cij,ljt->lict", skew(values.com_m.T), turn)
+        return table
+
+
+@dataclass(frozen=True)
+class HangValues:
+    """What a hanging leg is made of.
+
+    Parameters
+    ----------
+    weight_n
+        Weight of the leg, m g.
+    offset
+        Wrench shown without load, shape (6,), N and Nm.
+    temperature_bias, offset_drift
+        Change of the offset per degC and per s, shape (6,), or empty.
+    com_m
+        Coefficients of ``r(φ)`` in the transducer frame, shape (3, 1 + 2 order), m.
+    turn_rad
+        The turn s of each log, shape (L, 3).
+    """
+
+    weight_n: float
+    offset: FloatArray
+    temperature_bias: FloatArray
+    offset_drift: FloatArray
+    com_m: FloatArray
+    turn_rad: FloatArray
+
+
+def leg_com_t_m(com_m: FloatArray, phase_rad: FloatArray) -> FloatArray:
+    """Leg CoM ``r(φ)`` from its Fourier coefficients (3, 1 + 2 order), shape (..., 3), m."""
+    columns = fourier_columns(phase_rad, (com_m.shape[1] - 1) // 2)
+    return np.asarray(np.stack(columns, axis=-1) @ com_m.T)
+
+
+def fourier_columns(phase_rad: FloatArray, order: int) -> list[FloatArray]:
+    """1, sin φ, cos φ, sin 2φ, cos 2φ … of shaft angles of any shape."""
+    columns = [np.ones_like(phase_rad)]
+    sine, cosine = np.sin(phase_rad), np.cos(phase_rad)
+    turned_sine, turned_cosine = sine, cosine
+    for _ in range(order):
+        columns += [turned_sine, turned_cosine]
+        turned_sine, turned_cosine = (
+            turned_sine * cosine + turned_cosine * sine,
+            turned_cosine * cosine - turned_sine * sine,
+        )
+    return columns

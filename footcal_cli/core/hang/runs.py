@@ -1,0 +1,74 @@
+"""Hanging logs cut into runs of one orientation each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from footcal_cli.core.log import Log
+from footcal_cli.core.parameters import FloatArray
+
+
+@dataclass(frozen=True)
+class HangRun:
+    """Rows of one leg in one nominal orientation.
+
+    Parameters
+    ----------
+    nominal_dir_t
+        Nominal unit direction of gravity in the transducer frame, shape (3,).
+    wrench
+        Readings, shape (n, 6), N and Nm.
+    phase_rad, time_s, temperature_degc
+        Shape (n,); temperature is 0 where the log has none.
+    leg_weight_n
+        Believed weight of the leg.
+    """
+
+    nominal_dir_t: FloatArray
+    wrench: FloatArray
+    phase_rad: FloatArray
+    time_s: FloatArray
+    temperature_degc: FloatArray
+    leg_weight_n: float
+
+
+def hang_runs(logs: Sequence[Log]) -> tuple[tuple[HangRun, ...], str]:
+    """Consecutive rows of equal nominal direction, and the leg they all belong to.
+
+    Raises
+    ------
+    ValueError
+        Where the logs are of different legs, empty, or hold readings that are not numbers.
+    """
+    legs = {channel.split(".")[0] for log in logs for channel in log.channels}
+    if len(legs) != 1:
+        raise ValueError(f"hanging logs of one leg are needed, got {sorted(legs) or 'none'}")
+    runs = []
+    for log in logs:
+        if len(log) == 0:
+            continue
+        if not np.isfinite(log.readings).all():
+            raise ValueError("readings that are not numbers: drop those rows first")
+        direction = log.known["gravity_dir"]
+        breaks = np.flatnonzero((direction[1:] != direction[:-1]).any(axis=1)) + 1
+        edges = np.concatenate([[0], breaks, [len(log)]])
+        for start, stop in pairwise(edges):
+            part = slice(start, stop)
+            first = direction[start]
+            runs.append(
+                HangRun(
+                    first / np.linalg.norm(first),
+                    log.readings[part],
+                    log.known["phase_rad"][part],
+                    log.time_s[part],
+                    log.known.get("temperature_degc", np.zeros(len(log)))[part],
+                    float(log.known["leg_weight_n"][start]),
+                )
+            )
+    if not runs:
+        raise ValueError("no rows")
+    return tuple(runs), legs.pop()

@@ -1,0 +1,233 @@
+"""The paper's own procedure for hanging logs, step by step, and the naive one without tilt.
+
+Seed 2, sections III-A.2 to III-A.4: half-differences of a pair of opposite logs give the leg's
+weight and, through a Kalman smoother, its CoM; half-sums give the offsets. Kept for comparison:
+it treats the tilt as infinitesimal, and each step passes its error on to the next.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from footcal_cli.core.hang.runs import HangRun, hang_runs
+from footcal_cli.core.log import Log
+from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.spatial import skew
+
+COST_TOLERANCE = 1e-3
+SMOOTHER_VARIANCE = 0.01
+_OPPOSITE = -0.9
+_PARALLEL = 0.5
+
+
+@dataclass(frozen=True)
+class StepwiseFit:
+    """What the stepwise procedure says of one leg; it gives no intervals.
+
+    Parameters
+    ----------
+    leg
+        Owner.
+    weight_n
+        m g, mean of the pairs.
+    offset
+        Shape (6,), N and Nm, mean of the pairs.
+    com_m
+        ``mean, sin, cos`` per axis, shape (3, 3), m; y is constant.
+    mean_turn_rad, half_turn_rad
+        The paper's s⁺ and s⁻ per pair, shape (pairs, 3).
+    """
+
+    leg: str
+    weight_n: float
+    offset: FloatArray
+    com_m: FloatArray
+    mean_turn_rad: FloatArray
+    half_turn_rad: FloatArray
+
+    def parameters(self) -> dict[str, float]:
+        """The same by name: ``hl.weight``, ``hl.offset_fx``, ``hl.com_x_mean`` and so on."""
+        names = ["weight"]
+        names += [f"offset_{axis}" for axis in ("fx", "fy", "fz", "tx", "ty", "tz")]
+        names += [f"com_{axis}_{term}" for axis in "xyz" for term in ("mean", "sin", "cos")]
+        values = np.concatenate([[self.weight_n], self.offset, self.com_m.ravel()])
+        return {f"{self.leg}.{n}": float(v) for n, v in zip(names, values, strict=True)}
+
+
+@dataclass(frozen=True)
+class _Pair:
+    """Two opposite logs at the same shaft angles.
+
+    Parameters
+    ----------
+    axis_t
+        Nominal direction of gravity in the first log, shape (3,).
+    phase_rad
+        Shape (n,).
+    minus, plus
+        Half-difference and half-sum of the wrenches, shape (n, 6).
+    """
+
+    axis_t: FloatArray
+    phase_rad: FloatArray
+    minus: FloatArray
+    plus: FloatArray
+
+
+def fit_stepwise(logs: Sequence[Log], *, naive: bool = False) -> StepwiseFit:
+    """Fit one leg as the paper does, or naively.
+
+    Parameters
+    ----------
+    logs
+        Hanging logs of one leg in two pairs of opposite orientations.
+    naive
+        True: no tilt at all, s⁺ = s⁻ = 0 (the baseline of seed 2, Fig. 5).
+
+    Raises
+    ------
+    ValueError
+        Without two pairs of opposite orientations.
+    """
+    runs, leg = hang_runs(logs)
+    pairs = _pairs(runs)
+    turns = [np.zeros(3) if naive else _mean_turn(pair) for pair in pairs]
+    weights = [_weight_n(pair, turn) for pair, turn in zip(pairs, turns, strict=True)]
+    arms = [smooth_com(pair.minus[:, :3], pair.minus[:, 3:])[0] for pair in pairs]
+    com_samples = _merged_com_m(pairs, arms)
+    phase = pairs[0].phase_rad
+    com = _sine_fit(phase, com_samples)
+
+    offsets, halves = [], []
+    for pair, weight in zip(pairs, weights, strict=True):
+        arm = _com_at(com, pair.phase_rad)
+        down = weight * pair.axis_t
+        half = np.zeros(3) if naive else _half_turn(pair, arm, down)
+        leak = np.cross(half, down)
+        force = (pair.plus[:, :3] - leak).mean(axis=0)
+        torque = (pair.plus[:, 3:] - np.cross(arm, leak)).mean(axis=0)
+        offsets.append(np.concatenate([force, torque]))
+        halves.append(half)
+    return StepwiseFit(
+        leg,
+        float(np.mean(weights)),
+        np.mean(offsets, axis=0),
+        com,
+        np.array(turns),
+        np.array(halves),
+    )
+
+
+def _pairs(runs: Sequence[HangRun]) -> list[_Pair]:
+    """Opposite runs, the second interpolated onto the shaft angles of the first."""
+    pairs: list[_Pair] = []
+    for i, first in enumerate(runs):
+        for second in runs[i + 1 :]:
+            opposite = first.nominal_dir_t @ second.nominal_dir_t < _OPPOSITE
+            if opposite and all(
+                abs(pair.axis_t @ first.nominal_dir_t) < _PARALLEL for pair in pairs
+            ):
+                phase = pairs[0].phase_rad if pairs else first.phase_rad
+                w_first, w_second = _at_phase(first, phase), _at_phase(second, phase)
+                minus, plus = 0.5 * (w_first - w_second), 0.5 * (w_first + w_second)
+                pairs.append(_Pair(first.nominal_dir_t, phase, minus, plus))
+    if len(pairs) < 2:
+        raise ValueError("the stepwise method needs two pairs of opposite orientations (±x and ±z)")
+    return pairs[:2]
+
+
+def _at_phase(run: HangRun, phase_rad: FloatArray) -> FloatArray:
+    """Wrenches of a run at the shaft angles of another, matched along the slow turning."""
+    own = np.unwrap(run.phase_rad)
+    if own.size == phase_rad.size and np.abs(own - np.unwrap(phase_rad)).max() < 1e-3:
+        return run.wrench
+    order = np.argsort(own, kind="stable")
+    low, turns = own[order[0]], np.floor(np.ptp(own) / (2 * np.pi))
+    if turns < 1:
+        raise ValueError("the leg must turn at least once in every log")
+    wanted = low + np.mod(np.unwrap(phase_rad) - low, 2 * np.pi * turns)
+    return np.stack([np.interp(wanted, own[order], w[order]) for w in run.wrench.T], axis=1)
+
+
+def _mean_turn(pair: _Pair) -> FloatArray:
+    """s⁺ that turns the half-difference of force onto the axis (section III-A.2)."""
+    along = int(np.argmax(np.abs(pair.axis_t)))
+    across = [i for i in range(3) if i != along]
+
+    def cost(turn: FloatArray) -> FloatArray:
+        turned = np.linalg.solve(skew(turn) + np.eye(3), pair.minus[:, :3].T)
+        norms = np.sqrt(np.mean(turned[across] ** 2, axis=1))
+        return np.append(norms, turned[along].std())
+
+    return np.asarray(least_squares(cost, np.zeros(3), ftol=COST_TOLERANCE).x)
+
+
+def _weight_n(pair: _Pair, turn: FloatArray) -> float:
+    turned = np.linalg.solve(skew(turn) + np.eye(3), pair.minus[:, :3].T)
+    return float(np.mean(pair.axis_t @ turned))
+
+
+def smooth_com(force_n: FloatArray, torque_nm: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Leg CoM per sample (n, 3) and its covariance (n, 3, 3) by a Rauch-Tung-Striebel smoother.
+
+    State r, a random walk; observation ``τ⁻ = r × f⁻ = −[f⁻] r`` (section III-A.3). The component
+    along f⁻ is not observed and stays where it started.
+    """
+    rows = force_n.shape[0]
+    observe = -skew(force_n)
+    process = observation = SMOOTHER_VARIANCE * np.eye(3)
+    mean, variance = np.zeros(3), np.eye(3)
+    means, variances = np.empty((rows, 3)), np.empty((rows, 3, 3))
+    for i in range(rows):
+        predicted = variance + process
+        h = observe[i]
+        gain = np.linalg.solve(h @ predicted @ h.T + observation, h @ predicted).T
+        mean = mean + gain @ (torque_nm[i] - h @ mean)
+        variance = predicted - gain @ h @ predicted
+        means[i], variances[i] = mean, variance
+    for i in range(rows - 2, -1, -1):
+        predicted = variances[i] + process
+        back = np.linalg.solve(predicted, variances[i]).T
+        means[i] = means[i] + back @ (means[i + 1] - means[i])
+        variances[i] = variances[i] + back @ (variances[i + 1] - predicted) @ back.T
+    return means, variances
+
+
+def _merged_com_m(pairs: Sequence[_Pair], arms: Sequence[FloatArray]) -> FloatArray:
+    """Fill each pair's unseen direction from the other pair, and average (section III-A.3)."""
+    unit = [
+        pair.minus[:, :3] / np.linalg.norm(pair.minus[:, :3], axis=1, keepdims=True)
+        for pair in pairs
+    ]
+    matrix = np.stack([unit[0], -unit[1]], axis=2)
+    shift = np.linalg.pinv(matrix) @ (arms[1] - arms[0])[..., None]
+    first = arms[0] + shift[:, :1, 0] * unit[0]
+    second = arms[1] + shift[:, 1:, 0] * unit[1]
+    return np.asarray(0.5 * (first + second))
+
+
+def _sine_fit(phase_rad: FloatArray, com_samples_m: FloatArray) -> FloatArray:
+    """``A sin(φ + C) + D`` for x and z, a constant for y, as ``mean, sin, cos`` (3, 3)."""
+    z = np.stack([np.ones_like(phase_rad), np.sin(phase_rad), np.cos(phase_rad)], axis=1)
+    com = np.linalg.lstsq(z, com_samples_m, rcond=None)[0].T
+    com[1] = [com_samples_m[:, 1].mean(), 0.0, 0.0]
+    return np.asarray(com)
+
+
+def _com_at(com_m: FloatArray, phase_rad: FloatArray) -> FloatArray:
+    z = np.stack([np.ones_like(phase_rad), np.sin(phase_rad), np.cos(phase_rad)], axis=1)
+    return np.asarray(z @ com_m.T)
+
+
+def _half_turn(pair: _Pair, arm_m: FloatArray, down_n: FloatArray) -> FloatArray:
+    """s⁻ that makes the torque offset most nearly constant (section III-A.4)."""
+
+    def cost(turn: FloatArray) -> FloatArray:
+        torque = pair.plus[:, 3:] - np.cross(arm_m, np.cross(turn, down_n))
+        return np.asarray(torque.std(axis=0))
+
+    return np.asarray(least_squares(cost, np.zeros(3), ftol=COST_TOLERANCE).x)

@@ -1,0 +1,262 @@
+"""The joint hanging fit: truth, bound, coverage, order, drift, subsets of orientations."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from footcal_cli.core.experiments.hang import EXPERIMENT
+from footcal_cli.core.fit import numeric_jacobian
+from footcal_cli.core.hang.joint import HangFit, HangOptions, fit_hang
+from footcal_cli.core.hang.model import HangModel
+from footcal_cli.core.parameters import Status
+from tests.core.six_axis_data import (
+    AXES,
+    COM_M,
+    FOUR_WAYS,
+    LEGS,
+    TABLE_2,
+    WEIGHT_N,
+    Array,
+    Hanging,
+    com_m,
+    hang,
+)
+
+
+def truth(fit: HangFit, hanging: Hanging, leg: int, com: Array = COM_M) -> Array:
+    """True values in the order of the estimates."""
+    known = {f"offset_{axis}": value for axis, value in zip(AXES, TABLE_2[leg], strict=True)}
+    known["weight"] = WEIGHT_N[leg]
+    for axis, row in zip("xyz", com, strict=True):
+        known |= {
+            f"com_{axis}_{t}": v
+            for t, v in zip(("mean", "sin", "cos", "sin2", "cos2"), row, strict=False)
+        }
+    tilt = np.einsum("li,lij->lj", hanging.turn_rad, fit.model.tilt_basis).ravel()
+    known |= dict(zip(fit.model.tilt_names(), tilt, strict=True))
+    return np.array([known[name.split(".")[1]] for name in fit.estimates.names])
+
+
+@pytest.mark.parametrize("tilt", ["per_log", "mount", "none"])
+@pytest.mark.parametrize("extra", [False, True])
+def test_coefficient_jacobian_matches_finite_differences(tilt: str, extra: bool) -> None:
+    model = HangModel("hl", FOUR_WAYS, 2, tilt, temperature=extra, drift=extra)  # type: ignore[arg-type]  # parametrised literal
+    size = model.tilt_design.shape[2] + 7 + 12 * extra + 3 * model.com_columns
+    theta = np.random.default_rng(1).normal(size=size)
+    assert len(model.parameters(6.0)) == model.prior_sd.size == size
+    numeric = numeric_jacobian(lambda t: model.coefficients(t).ravel(), theta, np.full(size, 1e-6))
+    analytic = model.coefficient_jacobian(theta).reshape(numeric.shape)
+    np.testing.assert_allclose(analytic, numeric, atol=1e-7)
+
+
+def test_noiseless_logs_give_back_the_truth_exactly_at_large_tilt() -> None:
+    hanging = hang(
+        np.random.default_rng(2), tilt_rad=0.2, exact_tilt=True, force_sd=1e-9, torque_sd=1e-9
+    )
+    fit = fit_hang(hanging.logs, HangOptions(white=True))
+    np.testing.assert_allclose(fit.estimates.values, truth(fit, hanging, 0), atol=1e-9)
+
+
+@dataclass(frozen=True)
+class Study:
+    """Errors of many fits in parameter units and in units of their claimed sd."""
+
+    error: Array
+    standard: Array
+    bound: Array
+
+
+def study(seeds: int, memory_s: float, rows: int = 2000, *, white: bool = False) -> Study:
+    errors, standard, bounds = [], [], []
+    for seed in range(seeds):
+        leg = seed % 6
+        hanging = hang(np.random.default_rng([7, seed]), leg, rows=rows, memory_s=memory_s)
+        fit = fit_hang(hanging.logs, HangOptions(white=white, order=1 if white else None))
+        assert fit.model.order == 1, "evidence must find the true number of harmonics"
+        error = fit.estimates.values - truth(fit, hanging, leg)
+        errors.append(error)
+        standard.append(error / fit.estimates.sd)
+        bounds.append(cramer_rao_sd(hanging, fit, truth(fit, hanging, leg), memory_s))
+    return Study(np.array(errors), np.array(standard), np.array(bounds))
+
+
+def cramer_rao_sd(hanging: Hanging, fit: HangFit, theta: Array, memory_s: float) -> Array:
+    """``sqrt diag (Σ Jᵀ Γ⁻¹ J)⁻¹`` at the truth with the true noise, sample by sample."""
+    size = theta.size
+    information = np.zeros((size, size))
+    slopes = fit.model.coefficient_jacobian(theta)
+    rate_hz = 1.0 / (hanging.logs[0].time_s[1] - hanging.logs[0].time_s[0])
+    rho = np.exp(-1.0 / (rate_hz * memory_s)) if memory_s else 0.0
+    sd = np.array([0.1] * 3 + [0.01] * 3)
+    for log, slope in zip(hanging.logs, slopes, strict=True):
+        phase = log.known["phase_rad"]
+        z = np.stack([np.ones_like(phase), np.sin(phase), np.cos(phase)], axis=1)
+        seen = np.vstack([z[:1], (z[1:] - rho * z[:-1]) / np.sqrt(1.0 - rho**2)])
+        for channel in range(6):
+            j = seen @ slope[channel] / sd[channel]
+            information += j.T @ j
+    return np.asarray(np.sqrt(np.diag(np.linalg.inv(information))))
+
+
+@pytest.mark.parametrize("memory_s", [0.0, 2.0])
+def test_error_reaches_the_bound_and_intervals_cover(memory_s: float) -> None:
+    result = study(240, memory_s)
+    ratio = np.sqrt(np.mean((result.error / result.bound) ** 2, axis=0))
+    assert ratio.max() < 1.15, dict(enumerate(ratio.round(3)))
+    covered = np.mean(np.abs(result.standard) < 1.96)
+    assert 0.93 <= covered <= 0.97
+
+
+def test_counting_every_sample_as_independent_covers_too_little() -> None:
+    covered = np.mean(np.abs(study(40, 2.0, white=True).standard) < 1.96)
+    assert covered < 0.75
+
+
+def test_slow_noise_is_counted_by_its_memory() -> None:
+    hanging = hang(np.random.default_rng(3), rows=10_000, rate_hz=50.0, memory_s=2.0)
+    fit = fit_hang(hanging.logs)
+    np.testing.assert_allclose(fit.effective_samples, 4 * 200.0 / (2 * 2.0), rtol=0.35)
+
+
+def test_evidence_finds_a_second_harmonic_and_its_coefficients() -> None:
+    com = np.column_stack([COM_M, [[0.002, 0.0], [0.0, 0.001], [0.0, 0.003]]])
+    hanging = hang(np.random.default_rng(4), com=com)
+    fit = fit_hang(hanging.logs)
+    assert fit.model.order == 2
+    standard = (fit.estimates.values - truth(fit, hanging, 0, com)) / fit.estimates.sd
+    assert np.abs(standard).max() < 4.5
+    phase = np.linspace(0.0, 6.0, 9)
+    assert np.abs(fit.com_t_m(phase) - com_m(phase, com)).max() < 5 * fit.com_sd_m(phase).max()
+
+
+def test_wald_evidence_orders_like_refitting() -> None:
+    hanging = hang(np.random.default_rng(5), rows=300)
+    fit = fit_hang(hanging.logs)
+    refitted = {
+        order: (lambda f: f.fit.residuals @ f.fit.residuals)(
+            fit_hang(hanging.logs, HangOptions(order=order, noise_sd=None))
+        )
+        for order in (1, 2, 3)
+    }
+    n = np.log(fit.effective_samples.sum())
+    wald = fit.evidence[1] - fit.evidence[2] + 6 * n
+    assert wald >= 0.0
+    assert set(fit.evidence) == {0, 1, 2, 3}
+    assert refitted[3] > 0.0
+
+
+def test_temperature_and_drift_terms_are_found_and_needed() -> None:
+    hanging = hang(np.random.default_rng(6), temperature_slope=0.05)
+    plain = fit_hang(hanging.logs)
+    warm = fit_hang(hanging.logs, HangOptions(temperature=True))
+    slopes = warm.values.temperature_bias
+    sd = np.array([warm.estimates.sd_of(f"hl.temperature_bias_{axis}") for axis in AXES])
+    assert np.abs((slopes - 0.05) / sd).max() < 4.0
+    assert abs(warm.reference_temperature_degc - 25.5) < 1.0
+    error_plain = abs(plain.values.weight_n - WEIGHT_N[0])
+    assert abs(warm.values.weight_n - WEIGHT_N[0]) < 0.2 * error_plain
+
+    drifting = fit_hang(hang(np.random.default_rng(7)).logs, HangOptions(drift=True))
+    sd = np.array([drifting.estimates.sd_of(f"hl.offset_drift_{axis}") for axis in AXES])
+    assert np.abs(drifting.values.offset_drift / sd).max() < 4.0
+
+
+def test_one_pair_says_that_the_com_along_gravity_is_unknown() -> None:
+    hanging = hang(np.random.default_rng(8), directions=FOUR_WAYS[:2])
+    fit = fit_hang(hanging.logs, HangOptions(order=1))
+    assert any("CoM along x" in sentence and "second axis" in sentence for sentence in fit.gaps)
+    status = dict(zip(fit.estimates.names, fit.estimates.status, strict=True))
+    assert status["hl.com_x_mean"] is Status.PRIOR_KEPT
+    assert status["hl.com_y_sin"] is Status.ESTIMATED
+    assert fit.estimates.sd_of("hl.com_x_mean") > 20 * fit.estimates.sd_of("hl.com_y_sin")
+    assert abs(fit.values.weight_n - WEIGHT_N[0]) < 5 * fit.estimates.sd_of("hl.weight")
+
+
+def test_one_orientation_says_that_weight_and_offset_are_one() -> None:
+    hanging = hang(np.random.default_rng(9), directions=FOUR_WAYS[2:3])
+    fit = fit_hang(hanging.logs, HangOptions(order=1, tilt="none"))
+    assert any("one orientation only" in sentence for sentence in fit.gaps)
+    status = dict(zip(fit.estimates.names, fit.estimates.status, strict=True))
+    assert status["hl.weight"] is Status.PRIOR_KEPT
+    assert status["hl.offset_fz"] is Status.PRIOR_KEPT
+    assert status["hl.offset_fx"] is Status.ESTIMATED
+    assert any("weight" in s and "offset_fz" in s for s in fit.gaps if "not seen" in s)
+
+
+def test_four_ways_leave_no_gap() -> None:
+    assert fit_hang(hang(np.random.default_rng(10)).logs).gaps == ()
+
+
+def test_three_orientations_suffice_less_exactly() -> None:
+    rng = np.random.default_rng(11)
+    four = hang(rng)
+    fit_four = fit_hang(four.logs)
+    fit_three = fit_hang(four.logs[:3])
+    assert not any("not seen" in s for s in fit_three.gaps)
+    assert fit_three.estimates.sd_of("hl.weight") > fit_four.estimates.sd_of("hl.weight")
+    assert abs(fit_three.values.weight_n - 6.2) < 5 * fit_three.estimates.sd_of("hl.weight")
+
+
+def test_wrist_sensor_with_a_tool_in_many_orientations() -> None:
+    standard = []
+    for seed in range(20):
+        rng = np.random.default_rng([12, seed])
+        directions = rng.normal(size=(24, 3))
+        directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+        turn = np.tile(0.03 * rng.normal(size=3), (24, 1))
+        hanging = hang(rng, directions=directions, rows=5, cycles=0.0, turn_rad=turn)
+        fit = fit_hang(hanging.logs, HangOptions(tilt="mount"))
+        assert fit.model.order == 0
+        assert fit.model.tilt_names() == ("mount_rot_x", "mount_rot_y", "mount_rot_z")
+        assert fit.gaps == ()
+        arm = com_m(np.array([0.3]))[0]
+        expected = np.concatenate([[WEIGHT_N[0]], TABLE_2[0], arm, turn[0]])
+        standard.append((fit.estimates.values - expected) / fit.estimates.sd)
+    assert 0.88 < np.mean(np.abs(standard) < 1.96) < 0.99
+    assert 0.8 < np.sqrt(np.mean(np.square(standard))) < 1.2
+
+
+def test_single_rows_per_orientation_still_have_honest_intervals() -> None:
+    standard = []
+    for seed in range(40):
+        rng = np.random.default_rng([13, seed])
+        directions = rng.normal(size=(15, 3))
+        directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+        turn = np.zeros((15, 3))
+        hanging = hang(rng, directions=directions, rows=1, cycles=0.0, turn_rad=turn)
+        fit = fit_hang(hanging.logs, HangOptions(tilt="mount"))
+        expected = np.concatenate([[WEIGHT_N[0]], TABLE_2[0], com_m(np.array([0.3]))[0], [0] * 3])
+        standard.append((fit.estimates.values - expected) / fit.estimates.sd)
+    assert 0.88 < np.mean(np.abs(standard) < 1.96) < 0.99
+
+
+def test_the_experiments_balance_is_the_estimators_residual() -> None:
+    hanging = hang(np.random.default_rng(14))
+    fit = fit_hang(hanging.logs)
+    tables = fit.model.coefficients(fit.estimates.values)
+    for log, direction, table in zip(hanging.logs, fit.gravity_dir_t, tables, strict=True):
+        rows = len(log)
+        corrected = log.with_readings(log.readings - fit.values.offset).with_known(
+            gravity_dir=np.broadcast_to(direction, (rows, 3)),
+            leg_weight_n=np.full(rows, fit.values.weight_n),
+            leg_com_m=fit.com_t_m(log.known["phase_rad"]),
+        )
+        error = EXPERIMENT.balance(corrected).error
+        z = fit.model.regressors(log.known["phase_rad"], np.zeros(rows), np.zeros(rows))
+        np.testing.assert_allclose(error, log.readings - z @ table.T, atol=1e-12)
+        assert np.abs(error.mean(axis=0)).max() < 0.02
+
+
+def test_logs_of_different_legs_and_broken_readings_are_refused() -> None:
+    rng = np.random.default_rng(15)
+    with pytest.raises(ValueError, match="one leg"):
+        fit_hang([*hang(rng, 0, rows=50).logs, *hang(rng, 1, rows=50).logs])
+    log = hang(rng, rows=50).logs[0]
+    broken = log.readings.copy()
+    broken[3, 2] = np.nan
+    with pytest.raises(ValueError, match="not numbers"):
+        fit_hang([log.with_readings(broken)])
+    assert LEGS[0] == "hl"
