@@ -1,0 +1,107 @@
+"""What changed since an earlier calibration, in units of its own uncertainty."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+
+from footcal_cli.core.parameters import Estimates
+
+
+@dataclass(frozen=True)
+class Earlier:
+    """A parameter as an earlier calibration left it.
+
+    Parameters
+    ----------
+    value, sd
+        Estimate and standard deviation, in `unit`.
+    unit
+        Its unit.
+    """
+
+    value: float
+    sd: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class Change:
+    """One parameter then and now.
+
+    Parameters
+    ----------
+    name, unit
+        Of the parameter.
+    before, now
+        Values.
+    shift
+        now − before.
+    in_earlier_sd
+        Shift over the sd of the earlier estimate.
+    in_joint_sd
+        Shift over the sd of the shift, ``sqrt(sd_before² + sd_now²)``.
+    p_value
+        Two-sided chance of such a shift where nothing changed, corrected for the number of
+        parameters compared (Holm).
+    """
+
+    name: str
+    unit: str
+    before: float
+    now: float
+    shift: float
+    in_earlier_sd: float
+    in_joint_sd: float
+    p_value: float
+
+    def sentence(self, since: str) -> str:
+        """The change in the words of a log book: ``left_rr scale −3.1 sd since 12 May``."""
+        owner, _, parameter = self.name.partition(".")
+        sd = f"{self.in_earlier_sd:+.1f}".replace("-", "−")
+        return f"{owner} {parameter} {sd} sd since {since}"
+
+
+def find_changes(now: Estimates, before: Mapping[str, Earlier]) -> tuple[Change, ...]:
+    """Compare the parameters that both calibrations have, largest joint shift first.
+
+    Parameters
+    ----------
+    now
+        The new estimates.
+    before
+        The earlier ones by name; a parameter in another unit is another parameter.
+    """
+    common = [
+        (i, name)
+        for i, name in enumerate(now.names)
+        if name in before and before[name].unit == now.units[i]
+    ]
+    shifts = np.array([now.values[i] - before[name].value for i, name in common])
+    earlier = np.array([before[name].sd for _, name in common])
+    joint = np.hypot(earlier, now.sd[[i for i, _ in common]])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        in_earlier, in_joint = shifts / earlier, shifts / joint
+    p = 2.0 * stats.norm.sf(np.abs(in_joint))
+    order = np.argsort(-np.abs(in_joint), kind="stable")
+    held = np.empty(len(common))
+    # Holm: the smallest p counts k times, the next k − 1 times ..., never smaller than the last
+    factors = np.arange(len(common), 0, -1)
+    held[order] = np.minimum(np.maximum.accumulate(p[order] * factors), 1.0)
+    changes = [
+        Change(
+            name=name,
+            unit=now.units[i],
+            before=before[name].value,
+            now=float(now.values[i]),
+            shift=float(shifts[k]),
+            in_earlier_sd=float(in_earlier[k]),
+            in_joint_sd=float(in_joint[k]),
+            p_value=float(held[k]),
+        )
+        for k, (i, name) in enumerate(common)
+    ]
+    return tuple(changes[k] for k in order)

@@ -1,0 +1,256 @@
+"""Sensors whose channels are loaded together: a full matrix from readings to loads.
+
+``y = M S + b + ε``: crosstalk among the cells of a foot (y: load on each cell), or a sensor of c
+bridges against a known wrench (y: six axes). Linear in M and b; rows of one session or placement
+share an offset.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from footcal_cli.core.bench.blocks import fit_blocks
+from footcal_cli.core.bench.choice import Choice, HeldOut, choose, hold_out
+from footcal_cli.core.parameters import BoolArray, Estimates, FloatArray, IntArray, Status
+from footcal_cli.errors import FitError
+
+
+@dataclass(frozen=True)
+class MatrixFit:
+    """A matrix with everything's uncertainty.
+
+    Parameters
+    ----------
+    matrix, bias
+        M (k, c) and b (k,).
+    estimates
+        ``<output>.scale`` (its own reading, where outputs and channels have the same names),
+        ``<output>.scale_from_<channel>`` and ``<output>.bias``, row by row, joint covariance.
+    ci95
+        Shape (p, 2).
+    sd_within, sd_between
+        Scatter of rows and of the offsets of blocks per output, shape (k,).
+    noise
+        Correlation of the outputs' errors, shape (k, k).
+    rank, condition
+        Of the centred readings with columns scaled to unit sd: loads in too few directions show.
+    reading_low, reading_high
+        Range of the fitted readings, shape (c,).
+    diagonal
+        Whether off-diagonal elements were left at zero.
+    """
+
+    matrix: FloatArray
+    bias: FloatArray
+    estimates: Estimates
+    ci95: FloatArray
+    sd_within: FloatArray
+    sd_between: FloatArray
+    noise: FloatArray
+    rank: int
+    condition: float
+    reading_low: FloatArray
+    reading_high: FloatArray
+    diagonal: bool
+
+    def predict(self, readings: FloatArray) -> tuple[FloatArray, FloatArray, BoolArray]:
+        """Loads (n, k), their sd (n, k), and whether any reading is beyond the fit, (n,)."""
+        values = readings @ self.matrix.T + self.bias
+        outputs, channels = self.matrix.shape
+        design = np.column_stack([readings, np.ones(len(readings))])
+        sd = np.empty_like(values)
+        for i in range(outputs):
+            at = slice(i * (channels + 1), (i + 1) * (channels + 1))
+            block = self.estimates.covariance[at, at]
+            calibration = np.einsum("ij,jk,ik->i", design, block, design)
+            own = self.sd_within[i] ** 2 + self.sd_between[i] ** 2
+            sd[:, i] = np.sqrt(np.clip(calibration, 0.0, None) + own)
+        slack = 0.01 * (self.reading_high - self.reading_low)
+        low, high = self.reading_low - slack, self.reading_high + slack
+        return values, sd, np.any((readings < low) | (readings > high), axis=1)
+
+
+@dataclass(frozen=True)
+class MatrixStudy:
+    """Diagonal against full matrix on left-out groups.
+
+    Parameters
+    ----------
+    diagonal, full
+        The two fits; `diagonal` is None where outputs and channels are different things.
+    chosen
+        The one the evidence supports.
+    choice
+        One-standard-error rule over groups; None with one candidate.
+    held_out_rmse
+        Per candidate and output, shape (m, k), in the outputs' units.
+    """
+
+    diagonal: MatrixFit | None
+    full: MatrixFit
+    chosen: MatrixFit
+    choice: Choice | None
+    held_out_rmse: FloatArray
+
+
+def fit_matrix(
+    channels: Sequence[str],
+    readings: FloatArray,
+    outputs: Sequence[str],
+    loads: FloatArray,
+    block: IntArray,
+    *,
+    units: Sequence[str] | None = None,
+    diagonal: bool = False,
+) -> MatrixFit:
+    """Regress all loads on all readings.
+
+    Parameters
+    ----------
+    channels, readings
+        Names and raw readings, shape (n, c).
+    outputs, loads
+        Names and known loads, shape (n, k).
+    block
+        Session of each row, shape (n,).
+    units
+        Of the outputs; N where absent.
+    diagonal
+        Each output depends on the reading of its own place alone; needs k = c.
+
+    Raises
+    ------
+    FitError
+        Fewer rows than coefficients, or loads that leave a combination of readings unmoved.
+    """
+    count, wide = len(outputs), len(channels)
+    units = tuple(units) if units is not None else ("N",) * count
+    centre = readings.mean(axis=0)
+    width = readings.std(axis=0)
+    if np.any(width == 0):
+        stuck = channels[int(np.argmin(width))]
+        raise FitError("the reading never changes", column=stuck)
+    scaled = (readings - centre) / width
+    singular = np.linalg.svd(scaled, compute_uv=False)
+    rank = int(np.sum(singular > 1e-9 * singular[0]))
+    if not diagonal and (rank < wide or len(readings) <= wide + 1):
+        raise FitError(
+            f"the loads move only {rank} of {wide} combinations of readings",
+            remedy="load the channels one by one, or in as many combinations as there are channels",
+        )
+    parts, residuals = [], np.empty_like(loads)
+    for i in range(count):
+        columns = scaled[:, [i]] if diagonal else scaled
+        design = np.column_stack([columns, np.ones(len(columns))])
+        fit = fit_blocks(design, loads[:, i], block)
+        residuals[:, i] = loads[:, i] - design @ fit.coefficients
+        parts.append((fit, [i, wide] if diagonal else list(range(wide + 1))))
+    noise = np.atleast_2d(np.corrcoef(residuals.T)) if count > 1 else np.ones((1, 1))
+    noise = np.where(np.isfinite(noise), noise, np.eye(count))
+    size = wide + 1
+    values, roots = np.zeros(count * size), np.zeros((count * size, size))
+    quantiles = np.zeros(count * size)
+    # from scaled to raw readings: M = A / width, b = a₀ − M centre
+    back = np.eye(size)
+    back[:wide, :wide] = np.diag(1.0 / width)
+    back[wide, :wide] = -centre / width
+    for i, (fit, at) in enumerate(parts):
+        rows = slice(i * size, (i + 1) * size)
+        coefficients, covariance = np.zeros(size), np.zeros((size, size))
+        coefficients[at] = fit.coefficients
+        covariance[np.ix_(at, at)] = fit.covariance
+        values[rows] = back @ coefficients
+        low, vectors = np.linalg.eigh(covariance)
+        roots[rows] = back @ (vectors * np.sqrt(np.clip(low, 0.0, None)))
+        half = np.zeros(size)
+        half[at] = fit.half_width() / np.maximum(fit.sd, 1e-300)
+        quantiles[rows] = np.where(half > 0, half, 0.0)
+        quantiles[rows.stop - 1] = half[wide]
+    # outputs share the design and their noise is correlated: blocks L_i ρ_ij L_jᵀ
+    covariance = np.block(
+        [
+            [
+                noise[i, j] * roots[i * size : (i + 1) * size] @ roots[j * size : (j + 1) * size].T
+                for j in range(count)
+            ]
+            for i in range(count)
+        ]
+    )
+    table = values.reshape(count, size)
+    estimates = Estimates(
+        tuple(name for output in outputs for name in _names(output, channels)),
+        tuple(unit for u in units for unit in (*(f"{u}/count",) * wide, u)),
+        values,
+        covariance,
+        tuple(
+            Status.ESTIMATED if not diagonal or j in (i, wide) else Status.FIXED
+            for i in range(count)
+            for j in range(size)
+        ),
+    )
+    half_width = quantiles * estimates.sd
+    return MatrixFit(
+        matrix=table[:, :wide],
+        bias=table[:, wide],
+        estimates=estimates,
+        ci95=np.column_stack([values - half_width, values + half_width]),
+        sd_within=np.array([fit.sd_within for fit, _ in parts]),
+        sd_between=np.array([fit.sd_between for fit, _ in parts]),
+        noise=noise,
+        rank=rank,
+        condition=float(singular[0] / singular[-1]) if singular[-1] > 0 else np.inf,
+        reading_low=readings.min(axis=0),
+        reading_high=readings.max(axis=0),
+        diagonal=diagonal,
+    )
+
+
+def study_matrix(
+    channels: Sequence[str],
+    readings: FloatArray,
+    outputs: Sequence[str],
+    loads: FloatArray,
+    block: IntArray,
+    group: IntArray,
+    units: Sequence[str] | None = None,
+) -> MatrixStudy:
+    """Fit a full matrix and, where outputs are the channels, judge it against a diagonal one.
+
+    Parameters
+    ----------
+    channels, readings, outputs, loads, block, units
+        As `fit_matrix`.
+    group
+        Units of evidence, shape (n,): load cases or sessions, never rows.
+    """
+    same = tuple(channels) == tuple(outputs)
+    width = loads.std(axis=0)
+    candidates, errors = [], []
+    for diagonal in (True, False) if same else (False,):
+
+        def predict(out: BoolArray, diagonal: bool = diagonal) -> FloatArray:
+            part = fit_matrix(
+                channels, readings[~out], outputs, loads[~out], block[~out], diagonal=diagonal
+            )
+            return part.predict(readings)[0]
+
+        candidates.append(
+            fit_matrix(channels, readings, outputs, loads, block, units=units, diagonal=diagonal)
+        )
+        errors.append(hold_out(predict, loads, group, most=30).error)
+    scaled = [HeldOut(error / width, group) for error in errors]
+    choice = choose(scaled) if same else None
+    rmse = np.array([np.sqrt(np.mean(error**2, axis=0)) for error in errors])
+    chosen = candidates[choice.chosen if choice is not None else 0]
+    return MatrixStudy(candidates[0] if same else None, candidates[-1], chosen, choice, rmse)
+
+
+def _names(output: str, channels: Sequence[str]) -> list[str]:
+    own = [
+        f"{output}.scale" if channel == output else f"{output}.scale_from_{channel}"
+        for channel in channels
+    ]
+    return [*own, f"{output}.bias"]
