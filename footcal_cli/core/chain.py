@@ -81,10 +81,18 @@ class Chain:
         return chain_of((*self.links, extra))
 
     def parameters(self) -> ParameterSet:
-        """All parameters at neutral with the table's bounds and prior sd."""
+        """All parameters at neutral with the table's bounds and prior sd; shapes are not free."""
         return ParameterSet(
             tuple(
-                Parameter(f"{owner}.{p.name}", p.unit, p.neutral, p.prior_sd, p.lower, p.upper)
+                Parameter(
+                    f"{owner}.{p.name}",
+                    p.unit,
+                    p.neutral,
+                    p.prior_sd,
+                    p.lower,
+                    p.upper,
+                    free=not p.shape,
+                )
                 for item in self.links
                 for owner in item.owners
                 for p in item.effect.parameters

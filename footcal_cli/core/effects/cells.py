@@ -112,7 +112,8 @@ def _crosstalk(x: FloatArray, log: Log, theta: Theta, state: State) -> tuple[Flo
 
 
 def _uncrosstalk(y: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
-    return np.linalg.solve(_mixing(log, theta["crosstalk"]), y.T).T, state
+    own = np.linalg.solve(_mixing(log, theta["crosstalk"]), y.T).T
+    return np.asarray(own, dtype=np.float64), state
 
 
 def _warmth(log: Log) -> FloatArray:

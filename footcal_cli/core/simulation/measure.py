@@ -1,0 +1,73 @@
+"""From a plan to a log: truth by physics, noise by chance, distortion by the chain."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from footcal_cli.core.chain import Chain
+from footcal_cli.core.log import Log
+from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.simulation.noise import Noise, added_to_readings
+
+BELIEVED = frozenset(
+    {
+        "wrong_unit", "wrong_weight", "wrong_hole", "cell_position", "mass",
+        "leg_weight", "leg_com", "hang_tilt", "robot_weight", "body_tilt",
+    }
+)  # fmt: skip
+"""Effects on what a plan says: the plan is the belief, and the truth is off by the correction."""
+
+
+@dataclass(frozen=True)
+class Simulated:
+    """A log and everything that was true of it.
+
+    Parameters
+    ----------
+    truth
+        True loads and true known quantities, without noise.
+    log
+        What was logged: readings in counts (newtons where nothing is calibrated) and beliefs.
+    chain, values
+        The effects and their sizes by full parameter name.
+    """
+
+    truth: Log
+    log: Log
+    chain: Chain
+    values: Mapping[str, float]
+
+
+def measure(
+    planned: Log,
+    loads: Callable[[Log], FloatArray],
+    chain: Chain,
+    values: Mapping[str, float],
+    *,
+    force_noise: Noise,
+    torque_noise: Noise,
+    rng: np.random.Generator,
+) -> Simulated:
+    """Measure a plan with sensors that a chain distorts.
+
+    Parameters
+    ----------
+    planned
+        What the experimenter believes; its readings are not used.
+    loads
+        True loads (n, c) of a log whose known quantities are true.
+    """
+    beliefs = Chain(tuple(item for item in chain.links if item.effect.name in BELIEVED))
+    real, _ = beliefs.remove(planned, values)
+    truth = real.with_readings(loads(real))
+    noisy = added_to_readings(truth, force_noise, torque_noise, rng)
+    shown, _ = chain.apply(noisy, values)
+    return Simulated(truth, shown, chain, values)
+
+
+def as_counts(log: Log, adc_counts: int) -> Log:
+    """Readings as a converter gives them: whole counts within its range."""
+    return log.with_readings(np.clip(np.rint(log.readings), 0.0, adc_counts - 1.0))
