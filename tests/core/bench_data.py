@@ -93,3 +93,53 @@ def placements(
     true = HOLES + hole_sd_m * rng.normal(size=HOLES.shape)
     forces = foot.share_out(load, true[hole], rng)
     return load, HOLES[hole], foot.counts(forces, rng)
+
+
+@dataclass(frozen=True)
+class Staircase:
+    """A cell loaded step by step up and down, with everything that is true of it.
+
+    Defaults are a perfect affine cell; sizes are in N, 1/N, s, N/K and 1/K.
+    """
+
+    full_scale_n: float = 60.0
+    steps: int = 11
+    hold_s: float = 20.0
+    rows_per_hold: int = 1
+    sessions: int = 1
+    scale: float = -2.3e-4
+    bias: float = 1909.0
+    noise_n: float = 0.03
+    session_sd_n: float = 0.0
+    hysteresis_width: float = 0.0
+    hysteresis_reach: float = 3.0
+    creep: float = 0.0
+    creep_time: float = 60.0
+    quadratic: float = 0.0
+    temperature_bias: float = 0.0
+    temperature_scale: float = 0.0
+    temperature_span_k: float = 0.0
+
+    def record(self, rng: np.random.Generator) -> dict[str, Array]:
+        """load_n, counts, time_s, session, temperature_degc, each shape (n,)."""
+        up = np.linspace(0.0, self.full_scale_n, self.steps)
+        stairs = np.repeat(np.concatenate([up, up[-2::-1]]), self.rows_per_hold)
+        dt = self.hold_s / self.rows_per_hold
+        rows: list[tuple[float, ...]] = []
+        for session in range(self.sessions):
+            offset = self.session_sd_n * rng.normal()
+            base = self.temperature_span_k * rng.uniform(-0.5, 0.5)
+            play = crept = 0.0
+            for i, load in enumerate(stairs):
+                warm = base + self.temperature_span_k * i / stairs.size
+                play = min(max(play, load - self.hysteresis_reach), load + self.hysteresis_reach)
+                fading = np.exp(-dt / self.creep_time) if i else 1.0
+                crept = fading * crept + (1.0 - fading) * load
+                shown = load * (1.0 + self.temperature_scale * warm)
+                shown += self.temperature_bias * warm + self.quadratic * load**2
+                shown += 0.5 * self.hysteresis_width / self.hysteresis_reach * (play - load)
+                shown += self.creep * crept + offset + self.noise_n * rng.normal()
+                counts = np.rint((shown - self.bias) / self.scale)
+                rows.append((load, float(counts), i * dt, float(session), 25.0 + warm))
+        names = ("load_n", "counts", "time_s", "session", "temperature_degc")
+        return dict(zip(names, np.array(rows).T, strict=True))

@@ -248,9 +248,9 @@ def _leave_out(
         cop[out], total[out] = replica.cop_m(part), replica.total_n(part)
     used = rows.valid
     error = cop[used] - rows.hole_m[used]
-    # a fit that breaks down at a placement it has not seen counts with its distance to the hole
+    # a fit that breaks down at a placement it has not seen counts as one that knows only the middle
     broken = ~np.isfinite(error).all(axis=1)
-    error[broken] = rows.hole_m[used][broken] - rows.cell_pos_m.mean(axis=0)
+    error[broken] = (rows.hole_m[used] - rows.hole_m[used].mean(axis=0))[broken]
     return HeldOut(error, rows.placement[used]), (total - rows.load_n)[used], replicas
 
 

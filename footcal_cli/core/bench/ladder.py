@@ -155,7 +155,10 @@ def climb(
     taken: list[Rung] = []
     left = list(rungs)
     for _ in range(_MOST_STEPS):
-        tried = [item for item in (_try(record, taken, rung) for rung in left) if item is not None]
+        # on top of a rung, only what its own data call significant is worth the held-out fits
+        level = alpha if taken else 1.0
+        attempts = (_try(record, taken, rung, level) for rung in left)
+        tried = [item for item in attempts if item is not None]
         if not tried:
             break
         p_values = [_added_p(fit, rung) for rung, fit, _ in tried]
@@ -195,12 +198,14 @@ def climb(
 
 
 def _try(
-    record: BenchRecord, taken: list[Rung], rung: Rung
+    record: BenchRecord, taken: list[Rung], rung: Rung, level: float
 ) -> tuple[Rung, ChannelFit, HeldOut] | None:
-    """A rung on top of those taken; None where the record is too short for it."""
+    """A rung on top of those taken; None where the record is too short or p reaches `level`."""
     terms: tuple[Term, ...] = tuple(term for r in (*taken, rung) for term in r.terms)
     try:
         fit = fit_channel(record, terms)
+        if not _added_p(fit, rung) <= level:
+            return None
         return rung, fit, held_out_error(record, fit)
     except FitError:
         return None
