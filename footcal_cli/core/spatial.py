@@ -94,6 +94,8 @@ def rotation_log(rotation: FloatArray) -> FloatArray:
     small = sine_axis * np.where(angle < 1.0, 1.0 + sine**2 / 6.0, 1.0)[..., None]
     near_pi = (sine <= _SMALL_ANGLE_RAD) & (cosine < 0.0)
     rotvec = np.where((sine > _SMALL_ANGLE_RAD)[..., None], factor[..., None] * sine_axis, small)
+    if not near_pi.any():
+        return rotvec
     return np.where(near_pi[..., None], angle[..., None] * _half_turn_axis(rotation), rotvec)
 
 

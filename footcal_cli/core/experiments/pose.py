@@ -1,0 +1,52 @@
+"""Standing pose: the transducers together hold up the chassis, and nothing turns it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from footcal_cli.core.experiments.contract import Balance, Experiment
+from footcal_cli.core.log import Log
+
+OUTPUTS = ("fx", "fy", "fz", "mx", "my", "mz")
+UNITS = ("N", "N", "N", "Nm", "Nm", "Nm")
+
+
+def pose_balance(log: Log) -> Balance:
+    """Sum of the wrenches on the chassis in the body frame about its CoM, shape (n, 6).
+
+    ``Σ_k R_k f_k + (G − Σ_k m_k g) ĝ`` and ``Σ_k [R_k τ_k + (p_k − c) × R_k f_k]``: seed 2, eqs.
+    (8) and (9), in the exact form in which no leg CoM enters.
+    """
+    known = log.known
+    legs = len(log.channels) // 6
+    wrench = log.readings.reshape(len(log), legs, 6)
+    force = np.einsum("nkij,nkj->nki", known["hip_rot_bt"], wrench[..., :3])
+    torque = np.einsum("nkij,nkj->nki", known["hip_rot_bt"], wrench[..., 3:])
+    arm = known["hip_pos_b_m"] - known["chassis_com_b_m"][:, None]
+    chassis_n = known["robot_weight_n"] - known["leg_weight_n"].sum(axis=1)
+    gravity_b = -known["rot_wb"][:, 2, :]
+    error = np.concatenate(
+        [
+            force.sum(axis=1) + chassis_n[:, None] * gravity_b,
+            (torque + np.cross(arm, force)).sum(axis=1),
+        ],
+        axis=1,
+    )
+    return Balance(OUTPUTS, UNITS, error, np.isfinite(error))
+
+
+EXPERIMENT = Experiment(
+    name="pose",
+    known={
+        "phase_rad": "shaft angles, (n, K), rad",
+        "rot_wb": "rotation body to world, (n, 3, 3)",
+        "hip_rot_bt": "nominal rotation transducer to body, (n, K, 3, 3)",
+        "hip_pos_b_m": "nominal transducer origins in the body frame, (n, K, 3), m",
+        "chassis_com_b_m": "CoM of the robot without legs, body frame, (n, 3), m",
+        "robot_weight_n": "weight of the whole robot, (n,), N",
+        "leg_weight_n": "weight of each leg, (n, K), N",
+        "contact": "1 on the ground, 0 lifted, (n, K)",
+    },
+    balance=pose_balance,
+    calibration=("offset_change", "mount_rotation", "mount_translation"),
+)

@@ -1,0 +1,167 @@
+"""What the hanging logs already know of a robot that now stands: one Gaussian per leg.
+
+Offsets and weight go into the standing fit with their joint covariance. And because the whole
+robot hung at once, the directions of gravity that two transducers felt differ by their relative
+mounting: ``R_k u_kl = v_l`` for every leg k and log l, with the robot's attitude ``v_l`` unknown.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from footcal_cli.core.hang.joint import HangFit
+from footcal_cli.core.hang.model import HangModel
+from footcal_cli.core.parameters import Estimates, FloatArray
+from footcal_cli.core.pose.data import Geometry
+from footcal_cli.core.pose.model import Mounting
+from footcal_cli.core.spatial import left_jacobian, skew, tangent_basis
+
+_SAME_LOG = 0.95
+
+
+@dataclass(frozen=True)
+class LegKnowledge:
+    """Estimates of one leg that its hanging logs give.
+
+    Parameters
+    ----------
+    offset
+        Shape (6,).
+    weight_n
+        Weight of the leg.
+    gravity_dir_t
+        Direction of gravity per log in the true transducer frame, shape (L, 3).
+    nominal_dir_t
+        Nominal ones, shape (L, 3).
+    covariance
+        Of offset, weight, and the directions along `tangent_basis`, shape (7 + 2L, 7 + 2L).
+    com_m
+        Fourier coefficients of the leg's CoM, shape (3, 1 + 2 order).
+    """
+
+    offset: FloatArray
+    weight_n: float
+    gravity_dir_t: FloatArray
+    nominal_dir_t: FloatArray
+    covariance: FloatArray
+    com_m: FloatArray
+
+
+def leg_knowledge(fit: HangFit) -> LegKnowledge:
+    """What a standing fit takes over from a hanging fit."""
+    return knowledge_of(fit.model, fit.estimates)
+
+
+def knowledge_of(model: HangModel, estimates: Estimates) -> LegKnowledge:
+    """The same from stored estimates; `model` says how its parameters are laid out."""
+    values = model.split(estimates.values)
+    direction = model.gravity_dir_t(estimates.values)
+    logs, tilts = direction.shape[0], model.tilt_design.shape[2]
+    size = estimates.values.size
+    carry = np.zeros((7 + 2 * logs, size))
+    carry[np.arange(6), 1 + np.arange(6)] = 1.0
+    carry[6, 0] = 1.0
+    moves = -skew(direction) @ left_jacobian(values.turn_rad) @ model.tilt_design
+    leans = np.swapaxes(tangent_basis(direction), -1, -2) @ moves
+    carry[7:, size - tilts :] = leans.reshape(2 * logs, tilts)
+    return LegKnowledge(
+        values.offset,
+        values.weight_n,
+        direction,
+        model.nominal_dir_t,
+        carry @ estimates.covariance @ carry.T,
+        values.com_m,
+    )
+
+
+def known_offsets(
+    offset: FloatArray, offset_sd: FloatArray, weight_n: float, weight_sd_n: float
+) -> LegKnowledge:
+    """Knowledge without hanging logs: offsets and weight with their sd, no directions."""
+    none = np.zeros((0, 3))
+    covariance = np.diag(np.append(offset_sd, weight_sd_n) ** 2)
+    return LegKnowledge(offset, weight_n, none, none, covariance, np.zeros((3, 1)))
+
+
+@dataclass(frozen=True)
+class HangRows:
+    """Residual rows of all legs, ``L⁻¹ [o − ô; m g − m̂g; tangents of R_kᵀ v_l − u_kl]``.
+
+    Parameters
+    ----------
+    legs
+        Knowledge per leg.
+    log_of
+        Which hanging direction of the robot each leg's log belongs to, per leg (L_k,).
+    logs
+        Number of distinct hanging logs.
+    whiten
+        Inverse roots of the covariances.
+    bases
+        Two axes across each direction, transposed, per leg (L_k, 2, 3).
+    """
+
+    legs: tuple[LegKnowledge, ...]
+    log_of: tuple[tuple[int, ...], ...]
+    logs: int
+    whiten: tuple[FloatArray, ...]
+    bases: tuple[FloatArray, ...]
+
+    @classmethod
+    def of(cls, geometry: Geometry, legs: tuple[LegKnowledge, ...]) -> tuple[HangRows, FloatArray]:
+        """Match the legs' logs by the body axis along gravity; also those axes, shape (L, 3)."""
+        axes: list[FloatArray] = []
+        log_of = []
+        for rot, leg in zip(geometry.rot_bt, legs, strict=True):
+            own = []
+            for direction in leg.nominal_dir_t @ rot.T:
+                same = [i for i, axis in enumerate(axes) if axis @ direction > _SAME_LOG]
+                own.append(same[0] if same else len(axes))
+                if not same:
+                    axes.append(direction)
+            log_of.append(tuple(own))
+        whiten = tuple(_inverse_root(leg.covariance) for leg in legs)
+        directions = np.array(axes).reshape(-1, 3)
+        bases = tuple(np.swapaxes(tangent_basis(leg.gravity_dir_t), -1, -2) for leg in legs)
+        return cls(legs, tuple(log_of), len(axes), whiten, bases), directions
+
+    def rows(
+        self, geometry: Geometry, mounting: Mounting, tangent: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Whitened residual (m,) and its derivative by all unknowns (m, 13K + 1 + 2L)."""
+        count = len(self.legs)
+        residuals, slopes = [], []
+        for k, leg in enumerate(self.legs):
+            chosen = list(self.log_of[k])
+            rot = mounting.turn_b[k] @ geometry.rot_bt[k]
+            basis = self.bases[k]
+            felt = mounting.hang_dir_b[chosen] @ rot
+            lean = (basis @ felt[..., None])[..., 0].ravel()
+            residual = np.concatenate(
+                [
+                    mounting.offset[k] - leg.offset,
+                    [mounting.leg_weight_n[k] - leg.weight_n],
+                    lean,
+                ]
+            )
+            slope = np.zeros((residual.size, 13 * count + 1 + 2 * self.logs))
+            slope[:6, 6 * count + 6 * k : 6 * count + 6 * k + 6] = np.eye(6)
+            slope[6, 12 * count + k] = 1.0
+            turned = basis @ rot.T @ skew(mounting.hang_dir_b[chosen])
+            slope[7:, 3 * k : 3 * k + 3] = turned.reshape(-1, 3)
+            for i, log in enumerate(chosen):
+                at = 13 * count + 1 + 2 * log
+                slope[7 + 2 * i : 9 + 2 * i, at : at + 2] = basis[i] @ rot.T @ tangent[log]
+            residuals.append(self.whiten[k] @ residual)
+            slopes.append(self.whiten[k] @ slope)
+        return np.concatenate(residuals), np.concatenate(slopes)
+
+
+def _inverse_root(covariance: FloatArray) -> FloatArray:
+    """W with ``Wᵀ W = covariance⁻¹``; directions without variance count as nearly exact."""
+    scale = np.sqrt(np.maximum(np.diag(covariance), np.finfo(float).tiny))
+    values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
+    values = np.maximum(values, 1e-12)
+    return np.asarray((vectors / np.sqrt(values)).T / scale)

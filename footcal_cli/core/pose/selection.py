@@ -1,0 +1,134 @@
+"""Which mounting errors are there: five candidate models on the same poses (seed 2, IV-2).
+
+Two yardsticks side by side. The paper's: mean held-out squared error in its K-norm, and
+``BIC = P ln(RSS/P) + DOF ln P``, which counts P residuals although there are 6 P. And the one used
+here to choose: ``χ² + DOF ln(6 P)`` with each pose's error in units of the noise that the fitted
+mounting makes of the sensors' noise, and the hanging logs counted too.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from footcal_cli.core.parameters import FloatArray, IntArray
+from footcal_cli.core.pose.data import PoseData, PoseSummary, summarise
+from footcal_cli.core.pose.hanging import LegKnowledge
+from footcal_cli.core.pose.joint import PAPER_NORM, PoseFit, PoseOptions, fit_pose
+from footcal_cli.core.pose.model import Structure
+
+FOLDS = 5
+_MIN_DOF = 1
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One model of the mounting errors, and what the evidence says of it.
+
+    Parameters
+    ----------
+    fit
+        On all poses.
+    freedom
+        Degrees of freedom (36, 21, 21, 18 or 3 for six legs).
+    cv_error
+        Mean held-out squared error per pose in the paper's K-norm.
+    cv_chi2
+        Mean held-out squared error per pose in units of the noise; 6 if all is explained.
+    bic_paper
+        From `cv_error`, as Table I of seed 2.
+    bic
+        With the right counts; the lowest is chosen.
+    """
+
+    fit: PoseFit
+    freedom: int
+    cv_error: float
+    cv_chi2: float
+    bic_paper: float
+    bic: float
+
+    @property
+    def structure(self) -> Structure:
+        """Which errors were free."""
+        return self.fit.options.structure
+
+
+def bic_paper(mean_squared_error: float, freedom: int, poses: int) -> float:
+    """``P ln(RSS/P) + DOF ln P`` (seed 2, section IV-2)."""
+    return float(poses * np.log(mean_squared_error) + freedom * np.log(poses))
+
+
+def fold_of_block(block: IntArray, folds: int = FOLDS) -> IntArray:
+    """Fold per pose, whole blocks together, dealt out in order of appearance, shape (P,)."""
+    _, position = np.unique(block, return_inverse=True)
+    return np.asarray(position % folds, dtype=np.int64)
+
+
+def compare_structures(
+    data: PoseData,
+    legs: tuple[LegKnowledge, ...],
+    noise_sd: FloatArray,
+    options: PoseOptions | None = None,
+    folds: int = FOLDS,
+) -> tuple[Candidate, ...]:
+    """All five candidates, the chosen one first, then by evidence.
+
+    Parameters
+    ----------
+    data
+        Poses.
+    legs, noise_sd
+        As for `fit_pose`.
+    options
+        Priors and method; the structure is replaced by each candidate's.
+    folds
+        Number of held-out parts; poses of one block stay together.
+    """
+    asked = options or PoseOptions()
+    whole = summarise(data)
+    fold = fold_of_block(data.block, folds)
+    parts = [summarise(data, np.flatnonzero(fold == f)) for f in range(folds)]
+    parts = [part for part in parts if 0 < part.poses < whole.poses]
+    fits = [
+        fit_pose(whole, legs, noise_sd, replace(asked, structure=structure))
+        for structure in Structure
+    ]
+    richest = fits[list(Structure).index(Structure.FULL)]
+    scale = richest.chi2_poses / max(6 * whole.poses - richest.free, _MIN_DOF)
+    candidates = []
+    for fit in fits:
+        cv_error, cv_chi2 = _held_out(whole, parts, legs, noise_sd, fit.options)
+        freedom = fit.options.structure.freedom(len(legs))
+        evidence = (fit.chi2_poses + fit.chi2_hang) / max(scale, np.finfo(float).tiny)
+        candidates.append(
+            Candidate(
+                fit,
+                freedom,
+                cv_error,
+                cv_chi2,
+                bic_paper(cv_error, freedom, whole.poses),
+                float(evidence + freedom * np.log(6 * whole.poses)),
+            )
+        )
+    return tuple(sorted(candidates, key=lambda candidate: candidate.bic))
+
+
+def _held_out(
+    whole: PoseSummary,
+    parts: list[PoseSummary],
+    legs: tuple[LegKnowledge, ...],
+    noise_sd: FloatArray,
+    options: PoseOptions,
+) -> tuple[float, float]:
+    """Held-out squared error per pose, in the paper's norm and in units of the noise."""
+    paper, chi2 = 0.0, 0.0
+    noise = np.concatenate([np.square(noise_sd).ravel(), np.zeros(4)])
+    for part in parts:
+        matrix = fit_pose(whole.without(part), legs, noise_sd, options).matrix
+        error = matrix @ part.gram @ matrix.T
+        paper += float(PAPER_NORM @ np.diag(error))
+        chi2 += float(np.trace(np.linalg.solve((matrix * noise) @ matrix.T, error)))
+    tested = max(sum(part.poses for part in parts), 1)
+    return paper / tested, chi2 / tested

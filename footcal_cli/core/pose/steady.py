@@ -1,0 +1,141 @@
+"""Cutting a stand-still log into poses: the steady stretches (seed 2, section I-B).
+
+Steady is where the L2 norm of the derivative of the force (second-order Savitzky-Golay) stays
+below 1 N/s for more than 1.5 s; the median of the stretch represents the pose.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+from scipy.signal import savgol_filter
+
+from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
+
+
+class Verdict(StrEnum):
+    """What became of a stretch."""
+
+    KEPT = "kept"
+    MOVING = "moving"
+    TOO_SHORT = "too short"
+    LOST = "motion capture lost"
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Consecutive rows with one verdict.
+
+    Parameters
+    ----------
+    start, stop
+        Rows ``start:stop``.
+    verdict
+        Why it was kept or discarded.
+    duration_s
+        From the first to the last row.
+    """
+
+    start: int
+    stop: int
+    verdict: Verdict
+    duration_s: float
+
+    @property
+    def reason(self) -> str:
+        """The verdict in words, with the number behind it."""
+        return f"{self.verdict.value} ({self.duration_s:.2f} s)"
+
+
+@dataclass(frozen=True)
+class SteadyRule:
+    """When a robot stands still.
+
+    Parameters
+    ----------
+    rate_nps
+        Highest derivative of the force, L2 norm over all channels of a leg, worst leg, N/s.
+    duration_s
+        A pose must last longer than this.
+    window_s
+        Length of the Savitzky-Golay window; longer for noisier sensors.
+    """
+
+    rate_nps: float = 1.0
+    duration_s: float = 1.5
+    window_s: float = 0.5
+
+
+def force_rate_nps(time_s: FloatArray, force_n: FloatArray, window_s: float) -> FloatArray:
+    """Largest norm of the force derivative over the legs, shape (n,), N/s.
+
+    Parameters
+    ----------
+    time_s
+        Evenly sampled, shape (n,).
+    force_n
+        Shape (n, K, 3).
+    window_s
+        Savitzky-Golay window (second order).
+    """
+    step = float(np.median(np.diff(time_s)))
+    window = max(2 * round(window_s / step / 2) + 1, 5)
+    window = min(window, len(time_s) - (len(time_s) + 1) % 2)
+    rate = savgol_filter(force_n, window, 2, deriv=1, delta=step, axis=0)
+    return np.asarray(np.linalg.norm(rate, axis=-1).max(axis=-1))
+
+
+def steady_stretches(
+    time_s: FloatArray,
+    force_n: FloatArray,
+    rule: SteadyRule | None = None,
+    tracked: BoolArray | None = None,
+) -> tuple[Stretch, ...]:
+    """Every row of a log in one stretch, kept or discarded with its reason.
+
+    Parameters
+    ----------
+    time_s
+        Shape (n,), evenly sampled.
+    force_n
+        Forces of all legs, shape (n, K, 3), N.
+    rule
+        Thresholds.
+    tracked
+        Whether motion capture saw the body, shape (n,).
+    """
+    asked = rule or SteadyRule()
+    still = force_rate_nps(time_s, force_n, asked.window_s) < asked.rate_nps
+    edges = np.concatenate([[0], np.flatnonzero(still[1:] != still[:-1]) + 1, [still.size]])
+    stretches = []
+    for start, stop in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
+        duration = float(time_s[stop - 1] - time_s[start])
+        if not still[start]:
+            verdict = Verdict.MOVING
+        elif duration <= asked.duration_s:
+            verdict = Verdict.TOO_SHORT
+        elif tracked is not None and not tracked[start:stop].all():
+            verdict = Verdict.LOST
+        else:
+            verdict = Verdict.KEPT
+        stretches.append(Stretch(start, stop, verdict, duration))
+    return tuple(stretches)
+
+
+def medians(columns: FloatArray, stretches: tuple[Stretch, ...]) -> FloatArray:
+    """Median of each kept stretch, shape (P, …)."""
+    kept = [s for s in stretches if s.verdict is Verdict.KEPT]
+    return np.array([np.median(columns[s.start : s.stop], axis=0) for s in kept]).reshape(
+        len(kept), *columns.shape[1:]
+    )
+
+
+def pose_of_row(rows: int, stretches: tuple[Stretch, ...]) -> IntArray:
+    """Number of the pose that each row belongs to, −1 where discarded, shape (n,)."""
+    label = np.full(rows, -1, dtype=np.int64)
+    kept = [s for s in stretches if s.verdict is Verdict.KEPT]
+    for number, stretch in enumerate(kept):
+        label[stretch.start : stretch.stop] = number
+    return label
