@@ -87,7 +87,7 @@ class ContactRule:
     on_share: float = 0.12
     off_share: float = 0.08
     edge_share: float = 0.02
-    settle_s: float = 0.04
+    settle_s: float = 0.06
     min_phase_s: float = 0.08
 
 

@@ -254,3 +254,81 @@ def record(motion: Motion, errors: Errors, seed: int, cell_hz: float = 80.0) -> 
         at(motion.yaw, stamp), scale0, bias0, gain, bias, force, at(motion.cells, cell_time),
         contact, motion.mass,
     )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Standing:
+    """Quiet stances, rows in order, as sensors see them."""
+
+    time: Array
+    counts: Array
+    com: Array
+    cells: Array
+    yaw: Array
+    stance: NDArray[np.int64]
+    scale0: Array
+    bias0: Array
+    true_gain: Array
+    true_bias: Array
+    force: Array
+    contact: Array
+    mass: float
+
+
+def make_standing(
+    stances: int,
+    seed: int,
+    *,
+    replace: bool,
+    lift: bool = False,
+    gain_sd: float = 0.02,
+    bias_sd: float = 0.3,
+    white: float = 0.1,
+    com_sd: float = 0.001,
+    samples: int = 160,
+    mass: float = 5.4,
+) -> Standing:
+    """Stances of two seconds: weight shifted about, feet left in place or put elsewhere.
+
+    lift: every other stance is on one foot.
+    """
+    rng = np.random.default_rng(seed)
+    feet = np.array([[0.0, 0.05], [0.0, -0.05]])
+    yaw = np.zeros(2)
+    force, cells, coms, yaws, contacts = [], [], [], [], []
+    for k in range(stances):
+        if replace and k:
+            feet = np.array([[0.0, 0.05], [0.0, -0.05]]) + rng.uniform(-0.04, 0.04, (2, 2))
+            yaw = rng.uniform(-0.4, 0.4, 2)
+        share = 0.5 if k == 0 else rng.uniform(0.2, 0.8)
+        if lift and k % 2:
+            share = float(k % 4 == 1)
+        weight = mass * G
+        f, p = [], []
+        for foot, part in enumerate((share, 1 - share)):
+            u, v, w = (0, 0, 0) if k == 0 else rng.uniform(-0.6, 0.6, 3) * (1, 1, 0.5)
+            signs = np.array([[1, 1], [1, -1], [-1, 1], [-1, -1]])
+            cell = 1 + u * signs[:, 0] + v * signs[:, 1] + w * signs[:, 0] * signs[:, 1]
+            f.append(part * weight * cell / 4)
+            c, s = np.cos(yaw[foot]), np.sin(yaw[foot])
+            p.append(feet[foot] + CELLS_FOOT @ np.array([[c, s], [-s, c]]))
+        f_all, p_all = np.concatenate(f), np.concatenate(p)
+        cop = f_all @ p_all / f_all.sum()
+        com = np.array([*(cop + rng.normal(0, com_sd, 2)), 0.27])
+        force.append(np.tile(f_all, (samples, 1)))
+        cells.append(np.tile(p_all, (samples, 1, 1)))
+        coms.append(np.tile(com, (samples, 1)))
+        yaws.append(np.tile(yaw, (samples, 1)))
+        contacts.append(np.tile([float(share > 0), float(share < 1)], (samples, 1)))
+    n = stances * samples
+    scale0 = -rng.uniform(2.2e-6, 3.6e-6, 8)
+    bias0 = -scale0 * rng.uniform(8.31e6, 8.35e6, 8)
+    gain, bias = rng.normal(0, gain_sd, 8), rng.normal(0, bias_sd, 8)
+    true = np.concatenate(force)
+    seen = true + rng.normal(0, white, true.shape)
+    counts = ((seen - bias) / (1 + gain) - bias0) / scale0
+    return Standing(
+        np.arange(n) / 80.0, counts, np.concatenate(coms), np.concatenate(cells),
+        np.concatenate(yaws), np.repeat(np.arange(stances), samples), scale0, bias0, gain, bias,
+        true, np.concatenate(contacts), mass,
+    )  # fmt: skip

@@ -15,8 +15,9 @@ import numpy as np
 
 from footcal_cli.core.online.jumps import Jump, JumpBank
 from footcal_cli.core.online.rows import Rows
-from footcal_cli.core.parameters import BoolArray, FloatArray
+from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
+_LASTING_S = 1e4
 _LOG_2PI = float(np.log(2.0 * np.pi))
 
 
@@ -30,13 +31,15 @@ class Noise:
         White part of the totals' error, per block.
     force_slow_n, moment_slow_nm
         Stationary sd of its correlated part.
-    slow_s
-        Correlation time of the correlated part.
+    force_slow_s, moment_slow_s
+        Correlation times of the correlated part.
     swing_n
         White error of a swinging cell, per block.
     swing_slow_n, swing_slow_s
-        Sd and correlation time of an error that a swinging cell keeps: an unloaded cell rests on
-        one step of its converter, so its rounding does not average out. 0: no such error.
+        Sd and correlation time of the cell's own slow noise.
+    swing_fixed_n
+        Sd of an error that a swinging cell keeps for good: unloaded it rests on one step of its
+        converter, so its rounding does not average out.
     gain_walk, bias_walk_n
         Random walk of each gain (1/√s) and bias (N/√s).
     state_walk
@@ -47,10 +50,12 @@ class Noise:
     moment_nm: FloatArray | float = 0.03
     force_slow_n: FloatArray | float = 0.2
     moment_slow_nm: FloatArray | float = 0.08
-    slow_s: FloatArray | float = 0.15
-    swing_n: FloatArray | float = 0.15
-    swing_slow_n: FloatArray | float = 0.0
-    swing_slow_s: FloatArray | float = 3.0
+    force_slow_s: FloatArray | float = 0.3
+    moment_slow_s: FloatArray | float = 0.15
+    swing_n: FloatArray | float = 0.1
+    swing_slow_n: FloatArray | float = 0.05
+    swing_slow_s: FloatArray | float = 0.5
+    swing_fixed_n: FloatArray | float = 0.0
     gain_walk: FloatArray | float = 2e-4
     bias_walk_n: FloatArray | float = 0.01
     state_walk: FloatArray | float = 0.01
@@ -172,6 +177,7 @@ class _Tuned:
     walk: FloatArray  # variance rate of z per second, (B, p)
     slow: FloatArray  # stationary variance of the correlated errors, (B, e)
     slow_s: FloatArray  # their correlation times, (B, e)
+    of_row: IntArray  # the row each of them adds to, (e,)
     white: FloatArray  # row variances, (B, k)
 
 
@@ -196,14 +202,16 @@ def _spread(rows: Rows, noise: Noise, walk_factor: FloatArray | None) -> _Tuned:
     white = np.empty((settings, len(rows.outputs)))
     white[:, :totals] = np.where(force, named["force_n"][:, None], named["moment_nm"][:, None])
     white[:, totals:] = named["swing_n"][:, None] * rows.swing_sd_factor
-    slow_s = np.repeat(named["slow_s"][:, None], totals, axis=1)
-    if np.any(named["swing_slow_n"] > 0):
-        kept = named["swing_slow_n"][:, None] * rows.swing_sd_factor
-        slow = np.concatenate([slow, kept], axis=1)
-        slow_s = np.concatenate(
-            [slow_s, np.repeat(named["swing_slow_s"][:, None], kept.shape[1], axis=1)], axis=1
-        )
-    return _Tuned(sd**2, slow**2, slow_s, white**2)
+    slow_s = np.where(force, named["force_slow_s"][:, None], named["moment_slow_s"][:, None])
+    of_row = np.arange(totals)
+    lasting = np.full(settings, _LASTING_S)
+    for name, time_s in (("swing_slow_n", named["swing_slow_s"]), ("swing_fixed_n", lasting)):
+        if np.any(named[name] > 0):
+            kept = named[name][:, None] * rows.swing_sd_factor
+            slow = np.concatenate([slow, kept], axis=1)
+            slow_s = np.concatenate([slow_s, np.tile(time_s[:, None], kept.shape[1])], axis=1)
+            of_row = np.concatenate([of_row, np.arange(totals, len(rows.outputs))])
+    return _Tuned(sd**2, slow**2, slow_s, of_row, white**2)
 
 
 def run_filter(
@@ -243,7 +251,7 @@ def run_filter(
     cov[p:, p:] = np.diag(tuned.slow[0])
     h_all = np.zeros((u, k, s))
     h_all[:, :, :p] = rows.h
-    h_all[:, np.arange(t), p + np.arange(t)] = 1.0
+    h_all[:, tuned.of_row, p + np.arange(t)] = 1.0
     interval = np.diff(rows.time_s, prepend=rows.time_s[0])
     decay = np.ones((u, s))
     decay[:, p:] = np.exp(-interval[:, None] / tuned.slow_s[0])
@@ -385,7 +393,7 @@ def run_settings(
     decay = np.ones((b, s))
     drive = np.empty((b, s))
     h_full = np.zeros((k, s))
-    h_full[np.arange(t), p + np.arange(t)] = 1.0
+    h_full[tuned.of_row, p + np.arange(t)] = 1.0
     for j in range(u):
         decay[:, p:] = np.exp(-interval[j] / tuned.slow_s)
         drive[:, :p] = tuned.walk * interval[j]

@@ -289,7 +289,7 @@ def cell_rows(
         )
         if not swing:
             valid[:, len(walk.CELL_TOTALS) :] = False
-        parts.append(_block_means(error, valid, h * prior_sd, samples_per_update))
+        parts.append(block_means(error, valid, h * prior_sd, samples_per_update))
     last = np.arange(1, blocks + 1) * samples_per_update - 1
     return Rows(
         time_s=log.time_s[last],
@@ -342,7 +342,7 @@ def _sample_rows(
         hung = 2 * c + len(states) + i
         h[:, totals + columns, hung] = 1.0 / len(columns)
         h[:, :totals, hung] = per_force[:, :, columns].mean(axis=2) * hanging[:, i : i + 1]
-    finite: BoolArray = np.isfinite(h).all(axis=2)
+    finite = np.asarray(np.isfinite(h).all(axis=2))
     return balance.error, balance.valid & finite, np.where(finite[..., None], h, 0.0)
 
 
@@ -362,7 +362,7 @@ def _state_column(
     raise KeyError(f"no state '{name}'; known are {', '.join(REFERENCE_STATES)}")
 
 
-def _block_means(
+def block_means(
     error: FloatArray, valid: BoolArray, h: FloatArray, size: int
 ) -> tuple[FloatArray, FloatArray, BoolArray]:
     """Means over the valid samples of each block; a block counts where at least half do."""

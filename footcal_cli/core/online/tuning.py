@@ -16,8 +16,8 @@ from footcal_cli.core.online.filter import Guards, Noise, run_settings
 from footcal_cli.core.online.rows import Rows
 from footcal_cli.core.parameters import FloatArray
 
-LEARNT = tuple(f.name for f in fields(Noise) if not f.name.startswith("swing_slow"))
-"""The error that a swinging cell keeps looks like its bias: it comes from the converter's step."""
+LEARNT = tuple(f.name for f in fields(Noise) if f.name not in ("swing_slow_s", "swing_fixed_n"))
+"""An error that a swinging cell keeps looks like its bias: the converter's step tells it."""
 _FURTHEST = 6.0
 _PRIOR_SD_LOG = 1.5
 """Weak prior on the logarithm of each noise about its start: a factor of 4.5 is one sd."""

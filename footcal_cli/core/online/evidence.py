@@ -1,0 +1,276 @@
+"""Is it better, and does it last: the evidence that seed 1 asks for in its open points."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+
+from footcal_cli.core.online.filter import Track
+from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
+
+_STEADY_SHARE = 1.0 / 3.0
+_LEVEL = 0.95
+
+
+@dataclass(frozen=True)
+class Interval:
+    """A statistic with its bootstrap interval.
+
+    Parameters
+    ----------
+    value, low, high
+        Estimate and the ends of its 95 % interval.
+    n
+        Gait cycles (or other blocks) behind it.
+    """
+
+    value: float
+    low: float
+    high: float
+    n: int
+
+
+@dataclass(frozen=True)
+class Settling:
+    """How one parameter behaves along a walk.
+
+    Parameters
+    ----------
+    name, unit
+        Of the parameter.
+    converged_s
+        Time from the start until it stays in its final band, NaN where it never does.
+    steady_sd
+        Scatter about a straight line over the last third.
+    drift_per_hour, drift_sd
+        Change per hour from the first to the last third, with the filter's sd.
+    """
+
+    name: str
+    unit: str
+    converged_s: float
+    steady_sd: float
+    drift_per_hour: float
+    drift_sd: float
+
+
+def settle(track: Track, names: Sequence[str]) -> list[Settling]:
+    """Convergence time, steady-state scatter and drift per hour of parameters.
+
+    A parameter has converged when it stays within ± 2 sd (as stated at the end) of its mean over
+    the last third. Drift compares the means of the middle and the last third; its sd comes from
+    the states' sd at the middle of both, taken as independent.
+
+    Parameters
+    ----------
+    track
+        From the filter.
+    names
+        Which unknowns.
+    """
+    rows = []
+    u = track.time_s.size
+    tail = slice(int(u * (1 - _STEADY_SHARE)), u)
+    middle = slice(int(u * _STEADY_SHARE), tail.start)
+    time_s = track.time_s - track.time_s[0]
+    for name in names:
+        i = track.names.index(name)
+        series, sd = track.values[:, i], track.sd[:, i]
+        level = float(series[tail].mean())
+        band = 2.0 * float(sd[-1])
+        outside = np.flatnonzero(np.abs(series[: tail.stop] - level) > band)
+        inside_from = int(outside[-1]) + 1 if outside.size else 0
+        converged = float(time_s[inside_from]) if inside_from < tail.start else float("nan")
+        line = np.polynomial.Polynomial.fit(time_s[tail], series[tail], 1)
+        hours = float(time_s[tail].mean() - time_s[middle].mean()) / 3600.0
+        change = level - float(series[middle].mean())
+        change_sd = float(
+            np.hypot(sd[(tail.start + tail.stop) // 2], sd[(middle.start + middle.stop) // 2])
+        )
+        rows.append(
+            Settling(
+                name=name,
+                unit=track.units[i],
+                converged_s=converged,
+                steady_sd=float(np.std(series[tail] - line(time_s[tail]))),
+                drift_per_hour=change / hours if hours > 0 else float("nan"),
+                drift_sd=change_sd / hours if hours > 0 else float("nan"),
+            )
+        )
+    return rows
+
+
+def rms(values: FloatArray) -> float:
+    """Root mean square of the finite values, over vectors where there are two axes."""
+    squared = values**2 if values.ndim == 1 else np.sum(values**2, axis=1)
+    finite = squared[np.isfinite(squared)]
+    return float(np.sqrt(finite.mean())) if finite.size else float("nan")
+
+
+def rms_per_cycle(errors: FloatArray, cycle: IntArray, valid: BoolArray) -> FloatArray:
+    """RMS error of each gait cycle, shape (cycles,); NaN where none of its samples counts.
+
+    Parameters
+    ----------
+    errors
+        Shape (n,) or (n, k).
+    cycle
+        Number of the cycle of each sample, negative for none, shape (n,).
+    valid
+        Shape (n,).
+    """
+    squared = errors**2 if errors.ndim == 1 else np.sum(errors**2, axis=1)
+    use = valid & (cycle >= 0) & np.isfinite(squared)
+    count = int(cycle.max(initial=-1)) + 1
+    total = np.bincount(cycle[use], weights=squared[use], minlength=count)
+    size = np.bincount(cycle[use], minlength=count)
+    with np.errstate(invalid="ignore"):
+        return np.asarray(np.sqrt(total / np.where(size > 0, size, np.nan)))
+
+
+def bootstrap_mean(values: FloatArray, rng: np.random.Generator, resamples: int = 2000) -> Interval:
+    """Mean over cycles with a percentile interval from resampled cycles."""
+    values = values[np.isfinite(values)]
+    if values.size < 2:
+        value = float(values.mean()) if values.size else float("nan")
+        return Interval(value, float("nan"), float("nan"), values.size)
+    draws = values[rng.integers(0, values.size, (resamples, values.size))].mean(axis=1)
+    low, high = np.quantile(draws, [(1 - _LEVEL) / 2, (1 + _LEVEL) / 2])
+    return Interval(float(values.mean()), float(low), float(high), values.size)
+
+
+def bootstrap_ratio(
+    ours: FloatArray, theirs: FloatArray, rng: np.random.Generator, resamples: int = 2000
+) -> Interval:
+    """Ratio of RMS errors over the same cycles, cycles resampled in pairs.
+
+    Parameters
+    ----------
+    ours, theirs
+        RMS error per cycle, shape (cycles,).
+    """
+    both = np.isfinite(ours) & np.isfinite(theirs)
+    a, b = ours[both] ** 2, theirs[both] ** 2
+    if a.size < 2:
+        return Interval(float("nan"), float("nan"), float("nan"), a.size)
+    pick = rng.integers(0, a.size, (resamples, a.size))
+    draws = np.sqrt(a[pick].mean(axis=1) / b[pick].mean(axis=1))
+    low, high = np.quantile(draws, [(1 - _LEVEL) / 2, (1 + _LEVEL) / 2])
+    return Interval(float(np.sqrt(a.mean() / b.mean())), float(low), float(high), a.size)
+
+
+def paired_p(ours: FloatArray, theirs: FloatArray) -> float:
+    """Two-sided Wilcoxon signed-rank test of two methods over the same gait cycles."""
+    both = np.isfinite(ours) & np.isfinite(theirs)
+    difference = ours[both] - theirs[both]
+    if difference.size < 6 or not difference.any():
+        return float("nan")
+    return float(stats.wilcoxon(difference).pvalue)
+
+
+@dataclass(frozen=True)
+class Consistency:
+    """Do the innovations have the size the filter claims.
+
+    Parameters
+    ----------
+    ratio
+        Sum of the normalised innovations squared over their degrees of freedom; 1 when consistent.
+    low, high
+        95 % band of the ratio for independent innovations.
+    inside
+        Share of updates whose own value lies in its 95 % band.
+    whiteness
+        Lag-one autocorrelation of the normalised total-force innovation.
+    updates
+        How many.
+    """
+
+    ratio: float
+    low: float
+    high: float
+    inside: float
+    whiteness: float
+    updates: int
+
+
+def check_consistency(track: Track, *, skip_s: float = 2.0) -> Consistency:
+    """Compare normalised innovations with chi-squared.
+
+    Parameters
+    ----------
+    track
+        From the filter.
+    skip_s
+        Left out at the start.
+    """
+    use = (track.dof > 0) & (track.time_s - track.time_s[0] >= skip_s)
+    nis, dof = track.nis[use], track.dof[use]
+    total = float(dof.sum())
+    if total == 0:
+        nan = float("nan")
+        return Consistency(nan, nan, nan, nan, nan, 0)
+    low, high = (float(stats.chi2.ppf(q, total)) / total for q in (0.025, 0.975))
+    lowest, highest = (np.asarray(stats.chi2.ppf(q, dof)) for q in (0.025, 0.975))
+    normalised = (track.innovation / track.innovation_sd)[use, 0]
+    normalised = normalised[np.isfinite(normalised)]
+    lagged = float(np.corrcoef(normalised[1:], normalised[:-1])[0, 1])
+    return Consistency(
+        ratio=float(nis.sum() / total),
+        low=low,
+        high=high,
+        inside=float(np.mean((nis >= lowest) & (nis <= highest))),
+        whiteness=lagged,
+        updates=int(use.sum()),
+    )
+
+
+@dataclass(frozen=True)
+class Departure:
+    """A parameter that left the interval it was believed to lie in.
+
+    Parameters
+    ----------
+    name, unit
+        Of the parameter.
+    time_s
+        First update from which on it stays outside.
+    value, low, high
+        Its value at the end, and the interval.
+    """
+
+    name: str
+    unit: str
+    time_s: float
+    value: float
+    low: float
+    high: float
+
+
+def departures(track: Track, prior_sd: FloatArray, *, width: float = 3.0) -> list[Departure]:
+    """Parameters that end outside ± `width` prior sd by more than their own sd, and since when.
+
+    Parameters
+    ----------
+    track
+        On top of a belief (prior mean 0).
+    prior_sd
+        Shape (p,).
+    """
+    found = []
+    for i, name in enumerate(track.names):
+        limit = width * float(prior_sd[i])
+        outside = np.abs(track.values[:, i]) - track.sd[:, i] > limit
+        if outside.size and outside[-1]:
+            inside = np.flatnonzero(~outside)
+            since = int(inside[-1]) + 1 if inside.size else 0
+            found.append(
+                Departure(
+                    name, track.units[i], float(track.time_s[since]),
+                    float(track.values[-1, i]), -limit, limit,
+                )
+            )  # fmt: skip
+    return found

@@ -1,0 +1,408 @@
+"""A recorded walk replayed through every estimator, on the same log and in the same terms."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
+
+import numpy as np
+
+from footcal_cli.core.centroidal import MIN_FORCE_N, Pressure, Reference, pressure
+from footcal_cli.core.contact import airborne
+from footcal_cli.core.effects.contract import Scope, columns_of
+from footcal_cli.core.log import Log
+from footcal_cli.core.online.evidence import rms
+from footcal_cli.core.online.filter import Guards, Noise, Track, run_filter, run_settings
+from footcal_cli.core.online.rows import (
+    PLATE_STATE,
+    REFERENCE_STATES,
+    Belief,
+    Rows,
+    advanced,
+    cell_rows,
+)
+from footcal_cli.core.online.smoother import smooth
+from footcal_cli.core.online.tuning import Tuning, learn_noise
+from footcal_cli.core.online.window import (
+    Weights,
+    WindowRule,
+    WindowTrack,
+    run_window,
+    run_window_fast,
+)
+from footcal_cli.core.parameters import BoolArray, Estimates, FloatArray, IntArray, Status
+
+LEARNT_RATIO = 0.5
+"""A parameter counts as estimated where the walk at least halved its prior sd."""
+_DELAY_PASSES = 2
+_DELAY_SETTLED_S = 2e-4
+
+
+@dataclass(frozen=True)
+class Replayed:
+    """Forces and CoP of one method, sample by sample.
+
+    Parameters
+    ----------
+    method
+        ``before window han memory smoother``.
+    gain, bias_n
+        In force at each sample, shape (n, c).
+    forces_n
+        Corrected, shape (n, c).
+    total, feet
+        Vertical force and CoP of the robot and of each foot.
+    """
+
+    method: str
+    gain: FloatArray
+    bias_n: FloatArray
+    forces_n: FloatArray
+    total: Pressure
+    feet: tuple[Pressure, ...]
+
+
+@dataclass(frozen=True)
+class Memory:
+    """What the estimator that remembers found.
+
+    Parameters
+    ----------
+    rows
+        That it was given, the body stream moved by `delay_s`.
+    track, smoothed
+        Filter and smoother.
+    tuning
+        Noise learnt from the innovations; None where it was given.
+    noise
+        That was used.
+    delay_s, delay_sd_s
+        Of the body stream behind what the recipe compensated.
+    log
+        The log with the delay taken out: positions of the feet move with the body stream.
+    """
+
+    rows: Rows
+    track: Track
+    smoothed: Track | None
+    tuning: Tuning | None
+    noise: Noise
+    delay_s: float
+    delay_sd_s: float
+    log: Log
+
+
+@dataclass(frozen=True)
+class MemoryOptions:
+    """How `run_memory` works.
+
+    Parameters
+    ----------
+    states, plate, swing
+        What is estimated along (`footcal_cli.core.online.rows.cell_rows`).
+    noise
+        Start of the learning, or the noise itself where `learn` is off.
+    learn
+        Learn the noise from the innovations.
+    guards
+        Huber limit, information gate, jump threshold.
+    samples_per_update
+        Samples per block.
+    align
+        Find the delay in a first pass and rebuild the rows about it.
+    state_sd
+        Prior sd of single states.
+    """
+
+    states: tuple[str, ...] = tuple(REFERENCE_STATES)
+    plate: bool = True
+    swing: bool = True
+    noise: Noise = field(default_factory=Noise)
+    learn: bool = True
+    guards: Guards = field(default_factory=Guards)
+    samples_per_update: int = 4
+    align: bool = True
+    state_sd: Mapping[str, float] = field(default_factory=dict)
+
+
+def run_memory(log: Log, belief: Belief, options: MemoryOptions | None = None) -> Memory:
+    """Filter and smooth a walk; the reference is linearised about the delay that is found.
+
+    Parameters
+    ----------
+    log
+        Raw counts, filtered; rows that must not count are NaN.
+    belief
+        Prior of the cells.
+    options
+        Defaults where None.
+    """
+    options = options or MemoryOptions()
+
+    def rows_of(moved: Log) -> Rows:
+        return cell_rows(
+            moved,
+            belief,
+            samples_per_update=options.samples_per_update,
+            states=options.states,
+            plate=options.plate,
+            swing=options.swing,
+            state_sd=options.state_sd,
+        )
+
+    delay, moved = 0.0, log
+    rows = rows_of(moved)
+    if options.align and "robot.delay" in options.states:
+        at = rows.names.index("robot.delay")
+        for _ in range(_DELAY_PASSES):
+            first = run_filter(rows, options.noise, options.guards)
+            step = float(first.values[-1, at])
+            delay += step
+            moved = advanced(log, delay)
+            rows = rows_of(moved)
+            if abs(step) < _DELAY_SETTLED_S:
+                break
+    tuning = learn_noise(rows, options.noise, guards=options.guards) if options.learn else None
+    noise = tuning.noise if tuning else options.noise
+    track = run_filter(rows, noise, options.guards)
+    past = run_filter(
+        rows,
+        noise,
+        replace(options.guards, jump_threshold=np.inf),
+        known_jumps=track.jumps,
+        keep_history=True,
+    )
+    delay_sd = 0.0
+    if "robot.delay" in rows.names:
+        at = rows.names.index("robot.delay")
+        delay_sd = float(track.sd[-1, at])
+    return Memory(rows, track, smooth(past), tuning, noise, delay, delay_sd, moved)
+
+
+def held(last_sample: IntArray, values: FloatArray, n: int) -> FloatArray:
+    """Values of updates held until the next one, per sample; 0 (the belief) before the first.
+
+    Parameters
+    ----------
+    last_sample
+        Sample after which each update is known, shape (u,).
+    values
+        Shape (u, k).
+    """
+    update = np.searchsorted(last_sample, np.arange(n), side="right") - 1
+    return np.where((update >= 0)[:, None], values[np.maximum(update, 0)], 0.0)
+
+
+def corrected(
+    method: str,
+    log: Log,
+    belief: Belief,
+    gain: FloatArray,
+    bias_n: FloatArray,
+    plate_n: FloatArray | None = None,
+    min_force_n: float = MIN_FORCE_N,
+) -> Replayed:
+    """Forces and CoP with given gains and biases, ``F = (1 + γ) F⁰ + β`` and the plate taken off.
+
+    Parameters
+    ----------
+    gain, bias_n
+        Shape (n, c).
+    plate_n
+        Weight hanging on each swinging foot, shape (n, feet).
+    """
+    forces = (1.0 + gain) * belief.forces(log.readings) + bias_n
+    feet = columns_of(Scope.FOOT, log.channels)
+    if plate_n is not None:
+        hanging = airborne(log.known["contact"])
+        for foot, columns in enumerate(feet):
+            share = hanging[:, foot] * plate_n[:, foot] / columns.size
+            forces[:, columns] += share[:, None]
+    points = log.known["cell_pos_m"]
+    finite = np.asarray(np.isfinite(forces).all(axis=1))
+    total = _absent(pressure(np.nan_to_num(forces), points, min_force_n), finite)
+    single = tuple(
+        _absent(
+            pressure(np.nan_to_num(forces[:, columns]), points[:, columns], min_force_n),
+            finite & (log.known["contact"][:, foot] == 1.0),
+        )
+        for foot, columns in enumerate(feet)
+    )
+    return Replayed(method, gain, bias_n, forces, total, single)
+
+
+def _absent(found: Pressure, usable: BoolArray) -> Pressure:
+    """The pressure with samples that are not usable absent, never zero."""
+    valid = found.valid & usable & np.isfinite(found.cop_m).all(axis=1)
+    return Pressure(
+        np.where(usable, found.fz_n, np.nan), np.where(valid[:, None], found.cop_m, np.nan), valid
+    )
+
+
+def replay_track(method: str, memory: Memory, track: Track, belief: Belief) -> Replayed:
+    """Forces and CoP along a filter's or a smoother's track."""
+    n, c = len(memory.log), len(belief.channels)
+    values = held(memory.rows.last_sample, track.values, n)
+    plates = [i for i, name in enumerate(track.names) if name.endswith(PLATE_STATE)]
+    plate = values[:, plates] if plates else None
+    return corrected(method, memory.log, belief, values[:, :c], values[:, c : 2 * c], plate)
+
+
+def replay_window(
+    method: str, log: Log, belief: Belief, track: WindowTrack, setting: int = 0
+) -> Replayed:
+    """Forces and CoP along the paper's window."""
+    n = len(log)
+    gain = held(track.last_sample, track.gain[:, setting], n)
+    bias = held(track.last_sample, track.bias_n[:, setting], n)
+    return corrected(method, log, belief, gain, bias)
+
+
+def memory_estimates(memory: Memory, belief: Belief) -> Estimates:
+    """The last state as ``<cell>.scale`` and ``<cell>.bias``; unlearnt ones keep the prior."""
+    c = len(belief.channels)
+    cells = slice(0, 2 * c)
+    sd = memory.track.sd[-1, cells]
+    status = [
+        Status.ESTIMATED if now < LEARNT_RATIO * before else Status.PRIOR_KEPT
+        for now, before in zip(sd, memory.rows.prior_sd[cells], strict=True)
+    ]
+    values = memory.track.values[-1, cells]
+    return belief.estimates(values[:c], values[c:], memory.track.covariance[cells, cells], status)
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Errors of one method against a reference, per sample; NaN where either is absent.
+
+    Parameters
+    ----------
+    cop_m
+        Shape (n, 2).
+    vgrf_n
+        Shape (n,).
+    foot_cop_m
+        Shape (n, feet, 2).
+    """
+
+    cop_m: FloatArray
+    vgrf_n: FloatArray
+    foot_cop_m: FloatArray
+
+
+def errors_against(ours: Replayed, truth: Replayed | Reference) -> Errors:
+    """Ours minus the reference: another calibration, the truth, or what the motion demands."""
+    n, feet = ours.forces_n.shape[0], len(ours.feet)
+    if isinstance(truth, Reference):
+        per_foot = np.full((n, feet, 2), np.nan)
+        return Errors(ours.total.cop_m - truth.cop_m, ours.total.fz_n - truth.fz_n, per_foot)
+    per_foot = np.stack(
+        [a.cop_m - b.cop_m for a, b in zip(ours.feet, truth.feet, strict=True)], axis=1
+    )
+    return Errors(
+        ours.total.cop_m - truth.total.cop_m, ours.total.fz_n - truth.total.fz_n, per_foot
+    )
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """RMSE as one setting is scaled, all others kept.
+
+    Parameters
+    ----------
+    setting
+        Name of the weight or noise.
+    factors
+        Shape (f,).
+    cop_m, vgrf_n
+        RMSE, shape (f,).
+    """
+
+    setting: str
+    factors: FloatArray
+    cop_m: FloatArray
+    vgrf_n: FloatArray
+
+
+FACTORS = np.array([0.2, 0.5, 1.0, 2.0, 5.0])
+"""As in seed 1, section 3.3.2."""
+
+
+def memory_sensitivity(
+    memory: Memory,
+    belief: Belief,
+    truth: Replayed | Reference,
+    settings: Sequence[str] | None = None,
+    factors: FloatArray = FACTORS,
+) -> list[Sensitivity]:
+    """RMSE of the filter with each noise scaled, all in one batched pass."""
+    names = list(settings or (f.name for f in fields(Noise)))
+    base = {f.name: float(np.asarray(getattr(memory.noise, f.name))) for f in fields(Noise)}
+    size = len(names) * factors.size
+    table = {name: np.full(size, value) for name, value in base.items()}
+    for i, name in enumerate(names):
+        table[name][i * factors.size : (i + 1) * factors.size] *= factors
+    _, values = run_settings(memory.rows, Noise(**table))
+    scores = []
+    for b in range(size):
+        track = replace(memory.track, values=values[:, b])
+        error = errors_against(replay_track("memory", memory, track, belief), truth)
+        scores.append((rms(error.cop_m), rms(error.vgrf_n)))
+    return _curves(names, factors, np.array(scores))
+
+
+def window_sensitivity(
+    log: Log,
+    belief: Belief,
+    weights: Weights,
+    truth: Replayed | Reference,
+    rule: WindowRule | None = None,
+    factors: FloatArray = FACTORS,
+) -> list[Sensitivity]:
+    """RMSE of the paper's window with ωF, ωP, ωS scaled, all in one batched pass."""
+    names = ("force", "cop", "smooth")
+    table = {n: np.full(3 * factors.size, float(np.asarray(getattr(weights, n)))) for n in names}
+    for i, name in enumerate(names):
+        table[name][i * factors.size : (i + 1) * factors.size] *= factors
+    track = run_window_fast(log, belief, Weights(**table), rule)
+    scores = []
+    for b in range(3 * factors.size):
+        error = errors_against(replay_window("window", log, belief, track, b), truth)
+        scores.append((rms(error.cop_m), rms(error.vgrf_n)))
+    return _curves(["omega_f", "omega_p", "omega_s"], factors, np.array(scores))
+
+
+def _curves(names: Sequence[str], factors: FloatArray, scores: FloatArray) -> list[Sensitivity]:
+    f = factors.size
+    return [
+        Sensitivity(name, factors, scores[i * f : (i + 1) * f, 0], scores[i * f : (i + 1) * f, 1])
+        for i, name in enumerate(names)
+    ]
+
+
+def best_smoothing(
+    log: Log,
+    belief: Belief,
+    weights: Weights,
+    truth: Replayed | Reference,
+    candidates: FloatArray,
+    rule: WindowRule | None = None,
+    *,
+    static: bool = False,
+) -> tuple[float, WindowTrack]:
+    """The ωS with the least CoP error, and the paper's window run exactly with it.
+
+    Parameters
+    ----------
+    candidates
+        Values of ωS to try, in one batched pass of the fast window.
+    """
+    many = Weights(weights.force, weights.cop, candidates)
+    tried = run_window_fast(log, belief, many, rule, static=static)
+    scores = [
+        rms(errors_against(replay_window("window", log, belief, tried, b), truth).cop_m)
+        for b in range(candidates.size)
+    ]
+    best = float(candidates[int(np.argmin(scores))])
+    exact = run_window(log, belief, Weights(weights.force, weights.cop, best), rule, static=static)
+    return best, exact

@@ -1,0 +1,140 @@
+"""Rows of a walk on feet with six-axis transducers: offset and scale per axis.
+
+``w = (1 + γ) reading − offset`` per axis. Total force and horizontal moments about the CoM balance
+the motion of the body; a swinging foot weighs what hangs below its transducer.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from footcal_cli.core.effects.calibration import AXES
+from footcal_cli.core.experiments import walk
+from footcal_cli.core.log import Log
+from footcal_cli.core.online.rows import Rows, block_means
+from footcal_cli.core.parameters import FloatArray
+
+PRIOR_SD: Mapping[str, tuple[str, float]] = {
+    "offset_f": ("N", 30.0),
+    "offset_t": ("Nm", 5.0),
+    "scale": ("-", 0.03),
+    "mass_correction": ("kg", 2.0),
+    "com_correction": ("m", 0.02),
+    "weight": ("N", 3.0),
+}
+"""Kind of unknown -> unit and prior sd: transducers zeroed at an unknown time."""
+TORQUE_ARM_M = 0.05
+"""A torque row's noise over a force row's."""
+
+
+def six_axis_rows(
+    log: Log,
+    *,
+    samples_per_update: int = 2,
+    scales: bool = True,
+    prior_sd: Mapping[str, float] | None = None,
+) -> Rows:
+    """Rows of a walk with six-axis feet, averaged over blocks of samples.
+
+    Parameters
+    ----------
+    log
+        Walk with wrenches as logged and `footcal_cli.core.experiments.walk.SIX_AXIS_KNOWN`.
+    samples_per_update
+        Samples averaged to one block.
+    scales
+        Whether the scale of each axis is unknown; otherwise only offsets are.
+    prior_sd
+        Prior sd of kinds of unknowns where they differ from `PRIOR_SD`.
+    """
+    sd = {kind: spec[1] for kind, spec in PRIOR_SD.items()} | dict(prior_sd or {})
+    feet = walk.feet_of(log)
+    names, units, scale = [], [], []
+
+    def add(name: str, kind: str) -> None:
+        names.append(name)
+        units.append(PRIOR_SD[kind][0])
+        scale.append(sd[kind])
+
+    for foot in feet:
+        for axis in AXES:
+            add(f"{foot}.offset_{axis}", f"offset_{axis[0]}")
+    for foot in feet if scales else ():
+        for axis in AXES:
+            add(f"{foot}.scale_{axis}", "scale")
+    add("robot.mass_correction", "mass_correction")
+    add("robot.com_correction_x", "com_correction")
+    add("robot.com_correction_y", "com_correction")
+    for foot in feet:
+        add(f"{foot}.weight", "weight")
+    blocks = len(log) // samples_per_update
+    if blocks == 0:
+        raise ValueError(f"{len(log)} samples are too few for one update")
+    used = log.rows(0, blocks * samples_per_update)
+    balance = walk.six_axis_balance(used)
+    h = _columns(used, scales)
+    h, error, valid = block_means(
+        balance.error, balance.valid, h * np.array(scale), samples_per_update
+    )
+    last = np.arange(1, blocks + 1) * samples_per_update - 1
+    return Rows(
+        time_s=log.time_s[last],
+        names=tuple(names),
+        units=tuple(units),
+        prior_sd=np.array(scale),
+        prior_correlation=np.eye(len(names)),
+        outputs=balance.outputs,
+        totals=len(walk.SIX_AXIS_TOTALS),
+        h=h,
+        error=error,
+        valid=valid,
+        last_sample=last,
+        swing_sd_factor=np.tile([1.0, 1.0, 1.0] + [TORQUE_ARM_M] * 3, len(feet)),
+    )
+
+
+def _columns(log: Log, scales: bool) -> FloatArray:
+    """``∂error/∂unknown`` of every row, shape (n, k, p), in physical units."""
+    known = log.known
+    rot, pos = known["foot_rot_wt"], known["foot_pos_m"]
+    n, feet = rot.shape[:2]
+    wrench = log.readings.reshape(n, feet, 6)
+    arms = pos - known["com_m"][:, None]
+    totals = len(walk.SIX_AXIS_TOTALS)
+    carriers = 6 * feet * (2 if scales else 1)
+    h = np.zeros((n, totals + 6 * feet, carriers + 3 + feet))
+    for k in range(feet):
+        unit = _total_of_axes(rot[:, k], arms[:, k])
+        rows = totals + 6 * k + np.arange(6)
+        h[:, :totals, 6 * k : 6 * k + 6] = -unit
+        h[:, rows, 6 * k + np.arange(6)] = -1.0
+        if scales:
+            at = 6 * (feet + k) + np.arange(6)
+            h[:, :totals, at] = unit * wrench[:, None, k]
+            h[:, rows, at] = wrench[:, k]
+        # one newton more below the transducer is one newton less that it must be told of
+        hanging = walk.applied_below(
+            rot[:, k : k + 1], np.ones((n, 1)), known["foot_com_m"][:, k : k + 1]
+        )[:, 0]
+        at_weight = carriers + 3 + k
+        h[:, :totals, at_weight] = -np.einsum("nij,nj->ni", unit, hanging)
+        h[:, totals + 6 * k : totals + 6 * k + 6, at_weight] = -hanging
+    specific = known["com_acc_mps2"].copy()
+    specific[:, 2] += known["gravity_mps2"]
+    h[:, :3, carriers] = -specific
+    load = known["mass_kg"][:, None] * specific
+    h[:, 4, carriers + 1] = load[:, 2]
+    h[:, 3, carriers + 2] = -load[:, 2]
+    return np.nan_to_num(h)
+
+
+def _total_of_axes(rot: FloatArray, arm: FloatArray) -> FloatArray:
+    """What one unit on each axis adds to (fx, fy, fz, mx, my) in the world, shape (n, 5, 6)."""
+    total = np.zeros((len(rot), 5, 6))
+    total[:, :3, :3] = rot
+    total[:, 3:, 3:] = rot[:, :2]
+    turned = np.cross(arm[:, None, :], rot.transpose(0, 2, 1))
+    total[:, 3:, :3] = turned.transpose(0, 2, 1)[:, :2]
+    return total
