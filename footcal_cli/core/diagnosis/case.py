@@ -1,0 +1,252 @@
+"""A real experiment as rows of one residual: which rows, in which order, cut into which blocks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from footcal_cli.core.chain import Chain
+from footcal_cli.core.experiments.contract import Experiment
+from footcal_cli.core.log import Log
+from footcal_cli.core.parameters import FloatArray, IntArray, ParameterSet
+
+MOST_BLOCKS = 40
+"""Blocks are merged beyond this number: more would not sharpen a p-value."""
+BLOCK_TAUS = 10.0
+"""A block cut from one recording lasts at least this many autocorrelation times."""
+GAP_TAUS = 2.0
+_JUMP = 1.6
+_SHORTEST_SERIES = 20
+
+
+@dataclass(frozen=True)
+class Case:
+    """What is diagnosed.
+
+    Parameters
+    ----------
+    experiment
+        Its balance is the residual.
+    logs
+        Recordings; `Log.block` numbers the blocks within each.
+    chain, values
+        The model so far: calibration, and effects already accepted.
+    calibration
+        Parameters of the chain that the user calibrates anyway, with priors.
+    tolerance_n, tolerance_nm
+        Smallest RMS error that matters, of forces and of moments.
+    drifts
+        The calibration drifts along the recording: it is free in every block.
+    alike
+        Blocks are alike in content, so that they may be permuted.
+    stride
+        Every how many rows of a log the residual is judged (the chain sees all rows).
+    groups
+        Output -> name under which outputs are pooled (all swinging cells).
+    one_recording
+        Blocks were cut from one recording: conclusions hold for it only.
+    """
+
+    experiment: Experiment
+    logs: tuple[Log, ...]
+    chain: Chain
+    values: Mapping[str, float]
+    calibration: ParameterSet
+    tolerance_n: float
+    tolerance_nm: float
+    drifts: bool = False
+    alike: bool = True
+    stride: int = 1
+    groups: Mapping[str, str] | None = None
+    one_recording: bool = False
+
+    def extended(self, chain: Chain, values: Mapping[str, float]) -> Case:
+        """The same recordings with another model."""
+        return replace(self, chain=chain, values=dict(values))
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Which errors of the balance count, in the order of a problem's rows.
+
+    Parameters
+    ----------
+    log, row, column
+        Where each entry comes from, shape (m,).
+    block, output, sequence
+        As in `footcal_cli.core.diagnosis.problem.Problem`.
+    outputs, units
+        Pooled outputs.
+    noise
+        Robust sd of each output, in its unit, spread over the rows, shape (m,).
+    rate_hz
+        Sampling rate within sequences, 0 where rows are no series.
+    time_s
+        Stamp of each entry, shape (m,).
+    """
+
+    log: IntArray
+    row: IntArray
+    column: IntArray
+    block: IntArray
+    output: IntArray
+    sequence: IntArray
+    outputs: tuple[str, ...]
+    units: tuple[str, ...]
+    noise: FloatArray
+    rate_hz: float
+    time_s: FloatArray
+
+
+def errors(case: Case, values: Mapping[str, float], chain: Chain | None = None) -> list[FloatArray]:
+    """Balance errors of each log through the inverse chain, each (n, k)."""
+    used = chain or case.chain
+    return [case.experiment.balance(used.remove(log, values)[0]).error for log in case.logs]
+
+
+def residual(
+    case: Case, rows: Rows, values: Mapping[str, float], chain: Chain | None = None
+) -> FloatArray:
+    """The one residual of a case in units of noise, shape (m,)."""
+    found = errors(case, values, chain)
+    out = np.empty(rows.row.size)
+    for i, error in enumerate(found):
+        here = rows.log == i
+        out[here] = error[rows.row[here], rows.column[here]]
+    scaled = out / rows.noise
+    # an extreme trial value may leave the balance undefined; it then says nothing
+    return np.where(np.isfinite(scaled), scaled, 0.0)
+
+
+def rows_of(case: Case) -> Rows:
+    """Choose and order the rows of a case from its baseline."""
+    balances = [
+        case.experiment.balance(case.chain.remove(log, case.values)[0]) for log in case.logs
+    ]
+    groups = case.groups or {}
+    pooled = list(dict.fromkeys(groups.get(o, o) for b in balances for o in b.outputs))
+    units = {groups.get(o, o): u for b in balances for o, u in zip(b.outputs, b.units, strict=True)}
+    parts: list[tuple[IntArray, ...]] = []
+    stamps: list[FloatArray] = []
+    sequence = 0
+    for i, (log, balance) in enumerate(zip(case.logs, balances, strict=True)):
+        chosen = np.zeros(len(log), dtype=bool)
+        chosen[:: case.stride] = True
+        for k, name in enumerate(balance.outputs):
+            rows = np.flatnonzero(chosen & balance.valid[:, k] & (log.block >= 0))
+            if not rows.size:
+                continue
+            time = log.time_s[rows]
+            step = float(np.median(np.diff(log.time_s))) * case.stride if len(log) > 1 else 1.0
+            apart = np.diff(time, prepend=time[0] - 10 * step) > _JUMP * step
+            cut = apart | (np.diff(log.block[rows], prepend=-1) != 0)
+            numbers = sequence + np.cumsum(cut)
+            sequence = int(numbers[-1]) + 1
+            size = rows.size
+            parts.append(
+                (
+                    np.full(size, i), rows, np.full(size, k), log.block[rows],
+                    np.full(size, pooled.index(groups.get(name, name))), numbers,
+                )
+            )  # fmt: skip
+            stamps.append(time)
+    where = [np.concatenate(p).astype(np.int64) for p in zip(*parts, strict=True)]
+    time = np.concatenate(stamps)
+    pairs = np.stack([where[0], where[3]], axis=1)
+    _, block = np.unique(pairs, axis=0, return_inverse=True)
+    order = np.lexsort((np.arange(block.size), where[4], block))
+    where = [w[order] for w in where]
+    error = np.empty(order.size)
+    for i, balance in enumerate(balances):
+        here = where[0] == i
+        error[here] = balance.error[where[1][here], where[2][here]]
+    noise = np.ones(order.size)
+    for o in range(len(pooled)):
+        mine = where[4] == o
+        noise[mine] = _robust_sd(error[mine])
+    return Rows(
+        log=where[0], row=where[1], column=where[2],
+        block=_merged(np.asarray(block)[order]), output=where[4], sequence=_renumbered(where[5]),
+        outputs=tuple(pooled), units=tuple(units[p] for p in pooled), noise=noise,
+        rate_hz=_rate_hz(where[5], time[order]), time_s=time[order],
+    )  # fmt: skip
+
+
+def _robust_sd(values: FloatArray) -> float:
+    """Scale of an output, from the middle of its errors; its size where they are too few."""
+    if values.size == 0:
+        return 1.0
+    spread = 1.4826 * float(np.median(np.abs(values - np.median(values))))
+    return max(spread, 1e-3 * float(np.sqrt(np.mean(values**2))), 1e-12)
+
+
+def _renumbered(sequence: IntArray) -> IntArray:
+    """Sequences numbered in the order in which they stand."""
+    return np.asarray(np.cumsum(np.diff(sequence, prepend=sequence[:1] - 1) != 0) - 1)
+
+
+def _merged(block: IntArray) -> IntArray:
+    """Neighbouring blocks merged until there are at most `MOST_BLOCKS`."""
+    count = int(block.max()) + 1 if block.size else 0
+    if count <= MOST_BLOCKS:
+        return block
+    return np.asarray((block * MOST_BLOCKS) // count)
+
+
+def _rate_hz(sequence: IntArray, time_s: FloatArray) -> float:
+    """Rate of the rows where sequences are long enough to be series, else 0."""
+    starts = np.flatnonzero(np.diff(sequence, prepend=sequence[:1] - 1) != 0)
+    lengths = np.diff(np.append(starts, sequence.size))
+    if not lengths.size or np.median(lengths) < _SHORTEST_SERIES:
+        return 0.0
+    steps = np.diff(time_s)[np.diff(sequence) == 0]
+    steps = steps[steps > 0]
+    return 1.0 / float(np.median(steps)) if steps.size else 0.0
+
+
+def cut_blocks(
+    log: Log, cycle: IntArray, tau_s: float, *, gap_s: float | None = None
+) -> Log:
+    """Cut one recording into blocks of whole cycles, each at least `BLOCK_TAUS` τ long.
+
+    Parameters
+    ----------
+    log
+        One recording.
+    cycle
+        Number of the gait or leg cycle of each row, −1 outside, shape (n,).
+    tau_s
+        Autocorrelation time of the residual.
+    gap_s
+        Left out between blocks; 2 τ where None.
+    """
+    gap_s = GAP_TAUS * tau_s if gap_s is None else gap_s
+    valid = cycle >= 0
+    if not valid.any():
+        return log
+    count = int(cycle.max()) + 1
+    starts = np.array([log.time_s[np.argmax(cycle == c)] for c in range(count)])
+    span = float(log.time_s[valid][-1] - log.time_s[valid][0])
+    least = max(BLOCK_TAUS * tau_s, span / MOST_BLOCKS)
+    block = np.full(len(log), -1, dtype=np.int64)
+    number, begun = 0, starts[0]
+    for c in range(count):
+        if starts[c] - begun >= least:
+            number, begun = number + 1, starts[c]
+        block[cycle == c] = number
+    for b in range(1, number + 1):
+        first = log.time_s[block == b][0]
+        block[(block == b) & (log.time_s < first + gap_s)] = -1
+    return replace(log, block=block)
+
+
+def even_cycles(log: Log, length_s: float) -> IntArray:
+    """Stretches of equal length where there is no cycle, numbered from 0, shape (n,)."""
+    return np.asarray((log.time_s - log.time_s[0]) // length_s, dtype=np.int64)
+
+
+def channels_of(logs: Sequence[Log]) -> tuple[str, ...]:
+    """All channels in order of appearance."""
+    return tuple(dict.fromkeys(c for log in logs for c in log.channels))

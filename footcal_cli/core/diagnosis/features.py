@@ -1,0 +1,107 @@
+"""Columns that know no cause: bumps, lags and products of the recorded signals, per output."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from footcal_cli.core.diagnosis.problem import Problem
+from footcal_cli.core.parameters import FloatArray, IntArray
+
+BUMPS = 6
+"""Local bumps per recorded signal."""
+
+
+@dataclass(frozen=True)
+class Features:
+    """Flexible columns and the group each belongs to.
+
+    Parameters
+    ----------
+    columns
+        Shape (m, f), zero on the rows of other outputs, each of unit RMS there.
+    group
+        Index into `names`, shape (f,).
+    names
+        The recorded signal (or ``memory``) each group depends on.
+    output
+        Output each column acts on, shape (f,).
+    """
+
+    columns: FloatArray
+    group: IntArray
+    names: tuple[str, ...]
+    output: IntArray
+
+
+def features_of(problem: Problem) -> Features:
+    """Bumps in every regressor, and lagged differences of it as memory, for each output.
+
+    A function of a recorded signal is a sum of triangular bumps on its quantiles; what remembers
+    is a sum of exponentially forgotten copies of the signal.
+    """
+    parts: list[FloatArray] = []
+    group: list[int] = []
+    output: list[int] = []
+    names = [*problem.regressors, *([_MEMORY] if problem.rate_hz > 0 else [])]
+    for i, name in enumerate(names):
+        basis = _memories(problem) if name == _MEMORY else _bumps(problem.regressors[name])
+        for o in range(len(problem.outputs)):
+            rows = problem.output == o
+            local = np.where(rows[:, None], basis, 0.0)
+            rms = np.sqrt(np.sum(local**2, axis=0) / max(int(rows.sum()), 1))
+            used = rms > 1e-12
+            parts.append(local[:, used] / rms[used])
+            group += [i] * int(used.sum())
+            output += [o] * int(used.sum())
+    columns = np.hstack(parts) if parts else np.empty((problem.residual.size, 0))
+    return Features(columns, np.array(group, dtype=np.int64), tuple(names), np.array(output))
+
+
+_MEMORY = "memory"
+_FORGETTING_S = (0.1, 0.5, 2.0, 8.0)
+
+
+def _bumps(values: FloatArray) -> FloatArray:
+    """Triangular bumps that sum to one, on quantile knots; dummies where values are few."""
+    distinct = np.unique(np.round(values, 12))
+    if distinct.size < 2:
+        return np.empty((values.size, 0))
+    if distinct.size <= BUMPS:
+        return (values[:, None] == values[:, None]) * (
+            np.abs(values[:, None] - distinct[None]) <= 1e-9 + 1e-9 * np.abs(distinct[None])
+        ).astype(float)
+    knots = np.unique(np.quantile(values, np.linspace(0.0, 1.0, BUMPS)))
+    if knots.size < 2:
+        knots = np.array([values.min(), values.max()])
+    return np.stack(
+        [np.interp(values, knots, np.eye(knots.size)[i]) for i in range(knots.size)], axis=1
+    )
+
+
+def _memories(problem: Problem) -> FloatArray:
+    """Each regressor less its exponentially forgotten past, at several time constants."""
+    from scipy.signal import lfilter
+
+    starts = np.flatnonzero(np.diff(problem.sequence, prepend=problem.sequence[:1] - 1))
+    stops = np.append(starts[1:], problem.sequence.size)
+    sources = _moving(problem.regressors)
+    stack = np.stack(list(sources), axis=1) if sources else np.empty((problem.block.size, 0))
+    parts = []
+    for time_s in _FORGETTING_S:
+        keep = np.exp(-1.0 / (time_s * problem.rate_hz))
+        past = np.empty_like(stack)
+        for start, stop in zip(starts, stops, strict=True):
+            first = stack[start : start + 1]
+            past[start:stop] = lfilter(
+                [1.0 - keep], [1.0, -keep], stack[start:stop], axis=0, zi=keep * first
+            )[0]
+        parts.append(stack - past)
+    return np.hstack(parts)
+
+
+def _moving(regressors: Mapping[str, FloatArray]) -> list[FloatArray]:
+    """Signals whose past may matter: those that are not already rates or products."""
+    return [v for name, v in regressors.items() if not any(m in name for m in ("rate", "×"))]

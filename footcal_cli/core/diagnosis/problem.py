@@ -1,0 +1,186 @@
+"""The diagnosis problem in arrays: what is left, what calibration explains, what effects would do."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from footcal_cli.core.parameters import FloatArray, IntArray
+
+
+@dataclass(frozen=True)
+class Signature:
+    """One column of the library: an effect of unit size, in one place, with one shape.
+
+    Parameters
+    ----------
+    effect, parameter
+        Names in the table of effects.
+    where
+        Who carries it (``left_rr``, ``all cells``, ``left``, ``robot``).
+    unit
+        Unit of the size.
+    shape
+        Values of the shape parameters.
+    lower, upper
+        Physically allowed sizes.
+    owners
+        Owner -> units that share the size, as in a `footcal_cli.core.chain.Link`.
+    """
+
+    effect: str
+    parameter: str
+    where: str
+    unit: str
+    shape: tuple[tuple[str, float], ...] = ()
+    lower: float = -np.inf
+    upper: float = np.inf
+    owners: tuple[tuple[str, tuple[str, ...]], ...] = ()
+
+    @property
+    def cause(self) -> tuple[str, str, str]:
+        """Effect, parameter and place: what a size is given for; shapes are searched over."""
+        return self.effect, self.parameter, self.where
+
+
+@dataclass(frozen=True)
+class Excluded:
+    """An effect that this data cannot test, and why."""
+
+    effect: str
+    where: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Everything the engine needs; ``residual = calibration @ dθ + columns @ β + noise``.
+
+    Rows of one sequence (one output, one gap-free stretch of one block) stand together in the
+    order of time.
+
+    Parameters
+    ----------
+    residual
+        Measured − demanded at the fitted calibration, in units of the assumed noise, shape (m,).
+    calibration, calibration_names
+        Derivative of the residual by what the user calibrates anyway, shape (m, p).
+    columns, signatures
+        What each candidate of size one adds to the residual, shape (m, k), and what it is.
+    block, output, sequence
+        Of each row, shape (m,): 0 … B−1; index into `outputs`; number of the sequence.
+    outputs, units
+        Name and unit of the outputs.
+    noise
+        Assumed noise sd of each row in the output's unit, shape (m,).
+    tolerance
+        Smallest RMS error of each output that matters, in its unit, shape (outputs,).
+    regressors
+        Recorded signals that anything unknown might depend on, each (m,).
+    rate_hz
+        Sampling rate within a sequence; 0 where rows are no time series.
+    covariates
+        Block-level drivers (mean temperature, order of recording), each (B,).
+    excluded
+        Effects that were left out, with the reason.
+    alike
+        Blocks are alike in content: candidates that act between blocks are tested by permuting.
+    drifts
+        The calibration drifts: it is free in every block, and what shows only between blocks is
+        not testable.
+    """
+
+    residual: FloatArray
+    calibration: FloatArray
+    calibration_names: tuple[str, ...]
+    columns: FloatArray
+    signatures: tuple[Signature, ...]
+    block: IntArray
+    output: IntArray
+    sequence: IntArray
+    outputs: tuple[str, ...]
+    units: tuple[str, ...]
+    noise: FloatArray
+    tolerance: FloatArray
+    regressors: Mapping[str, FloatArray] = field(default_factory=dict)
+    rate_hz: float = 0.0
+    covariates: Mapping[str, FloatArray] = field(default_factory=dict)
+    excluded: tuple[Excluded, ...] = ()
+    alike: bool = True
+    drifts: bool = False
+
+    def __post_init__(self) -> None:
+        rows = self.residual.shape[0]
+        shapes = {
+            "calibration": (self.calibration.shape, (rows, len(self.calibration_names))),
+            "columns": (self.columns.shape, (rows, len(self.signatures))),
+            "block": (self.block.shape, (rows,)),
+            "output": (self.output.shape, (rows,)),
+            "sequence": (self.sequence.shape, (rows,)),
+            "noise": (self.noise.shape, (rows,)),
+            "tolerance": (self.tolerance.shape, (len(self.outputs),)),
+        }
+        for name, (found, expected) in shapes.items():
+            if found != expected:
+                raise ValueError(f"{name} has shape {found}, expected {expected}")
+        starts = np.flatnonzero(np.diff(self.sequence, prepend=self.sequence[:1] - 1))
+        if np.unique(self.sequence[starts]).size != starts.size:
+            raise ValueError("rows of one sequence must stand together")
+
+    @property
+    def blocks(self) -> int:
+        """Number of blocks."""
+        return int(self.block.max()) + 1 if self.block.size else 0
+
+    def without(self, *effects: str) -> Problem:
+        """The same problem with some effects taken out of the library."""
+        kept = [i for i, s in enumerate(self.signatures) if s.effect not in effects]
+        return replace(
+            self,
+            columns=self.columns[:, kept],
+            signatures=tuple(self.signatures[i] for i in kept),
+        )
+
+    def visible(self) -> FloatArray:
+        """Share of each candidate's RMS that calibration cannot absorb, shape (k,)."""
+        left = self.columns - self.calibration @ _solve(self.calibration, self.columns)
+        whole = np.sqrt(np.sum(self.columns**2, axis=0))
+        part = np.sqrt(np.sum(left**2, axis=0))
+        return np.divide(part, whole, out=np.zeros_like(part), where=whole > 0)
+
+    def smallest_sizes(self) -> FloatArray:
+        """Smallest size of each candidate that matters, shape (k,).
+
+        The size whose visible part changes some output by its tolerance (RMS over the blocks in
+        which it acts at all); infinite for a candidate without any influence.
+        """
+        left = self.columns - self.calibration @ _solve(self.calibration, self.columns)
+        physical = left * self.noise[:, None]
+        smallest = np.full(len(self.signatures), np.inf)
+        for i in range(len(self.outputs)):
+            rows = self.output == i
+            if not rows.any():
+                continue
+            rms = np.sqrt(np.mean(physical[rows] ** 2, axis=0))
+            size = np.divide(
+                self.tolerance[i], rms, out=np.full_like(rms, np.inf), where=rms > 1e-300
+            )
+            smallest = np.minimum(smallest, size)
+        return smallest
+
+    def isolability(self) -> FloatArray:
+        """``|cos|`` between the candidates' visible parts, shape (k, k)."""
+        left = self.columns - self.calibration @ _solve(self.calibration, self.columns)
+        norm = np.sqrt(np.sum(left**2, axis=0))
+        unit = np.divide(left, norm, out=np.zeros_like(left), where=norm > 0)
+        return np.asarray(np.abs(unit.T @ unit))
+
+
+def _solve(basis: FloatArray, target: FloatArray) -> FloatArray:
+    """Least squares with columns of `basis` scaled, rank-safe."""
+    scale = np.sqrt(np.sum(basis**2, axis=0))
+    scale = np.where(scale > 0, scale, 1.0)
+    coefficients = np.linalg.lstsq(basis / scale, target, rcond=1e-10)[0]
+    return np.asarray((coefficients.T / scale).T)

@@ -1,0 +1,178 @@
+"""Refit of the whole non-linear model with a named effect in it, iterated to convergence."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from footcal_cli.core.chain import Chain
+from footcal_cli.core.diagnosis.case import Case, Rows, residual
+from footcal_cli.core.diagnosis.problem import Problem, Signature
+from footcal_cli.core.diagnosis.scores import joint_sizes
+from footcal_cli.core.diagnosis.signatures import extended_chain
+from footcal_cli.core.diagnosis.whitening import whitened_grams
+from footcal_cli.core.effects.contract import Effect, EffectParameter
+from footcal_cli.core.evidence import Interval, jackknife_interval
+from footcal_cli.core.parameters import FloatArray
+
+MOST_ITERATIONS = 10
+CONVERGED = 0.02
+"""A step below this share of its own standard error ends the iteration."""
+_SHAPE_REACH = 2.0  # a shape moves at most by this factor per iteration
+
+
+@dataclass(frozen=True)
+class Freed:
+    """One number of the extended model that the refit moves."""
+
+    name: str
+    parameter: EffectParameter
+    step: float
+
+    @property
+    def is_shape(self) -> bool:
+        """Whether it only shapes the effect."""
+        return self.parameter.shape
+
+
+@dataclass(frozen=True)
+class Refit:
+    """The extended model at its optimum.
+
+    Parameters
+    ----------
+    chain, values
+        With the effects in.
+    names
+        Effect parameters that were fitted.
+    intervals
+        95 % intervals over blocks, one per name.
+    columns
+        Derivative of the residual by the fitted parameters, sign such that they add to the
+        calibration columns, shape (m, len(names)).
+    residual
+        At the optimum, with the calibration refitted by the caller's columns, shape (m,).
+    converged
+        Whether the iteration ended by itself.
+    """
+
+    chain: Chain
+    values: Mapping[str, float]
+    names: tuple[str, ...]
+    intervals: tuple[Interval, ...]
+    columns: FloatArray
+    residual: FloatArray
+    converged: bool
+
+
+def freed_of(effect: Effect, signature: Signature, *, shapes: bool = True) -> list[Freed]:
+    """Sizes (and shapes) of an accepted effect, by owner."""
+    freed = []
+    for owner, _ in signature.owners:
+        for p in effect.parameters:
+            graded = p.unit not in ("channel", "block")
+            if p.name == signature.parameter or (shapes and p.shape and graded):
+                step = 0.02 * p.prior_sd if not p.shape else 0.02 * abs(p.neutral)
+                freed.append(Freed(f"{owner}.{p.name}", p, step))
+    return freed
+
+
+def refit(
+    case: Case,
+    rows: Rows,
+    problem: Problem,
+    accepted: Sequence[tuple[Effect, Signature]],
+    start: Mapping[str, float],
+) -> Refit:
+    """Gauss–Newton on sizes and shapes, calibration refitted in every step.
+
+    Each step solves the generalised least squares of the diagnosis itself, so that slow noise and
+    wandering calibration weigh as they did when the effect was named.
+
+    Parameters
+    ----------
+    case, rows
+        The baseline (without the accepted effects).
+    problem
+        Built on the baseline; its residual and columns are replaced.
+    accepted
+        Effects with their places, in order.
+    start
+        Values of their parameters to start from.
+    """
+    chain = case.chain
+    freed: list[Freed] = []
+    for effect, signature in accepted:
+        chain = extended_chain(chain, effect, signature)
+        freed += freed_of(effect, signature)
+    names = tuple(f.name for f in freed)
+    values = {**case.values, **start}
+    converged = False
+    for _ in range(MOST_ITERATIONS):
+        at, columns = _linearised(case, rows, chain, values, freed)
+        sizes, without = _solve(problem, at, columns)
+        spread = np.sqrt((len(without) - 1) / len(without) * np.sum((without - sizes) ** 2, 0))
+        moved = 0.0
+        for i, item in enumerate(freed):
+            before = values[item.name]
+            values[item.name] = _bounded(before, float(sizes[i]), item)
+            if not item.is_shape:
+                moved = max(moved, abs(values[item.name] - before) / max(float(spread[i]), 1e-300))
+        if moved < CONVERGED:
+            converged = True
+            break
+    at, columns = _linearised(case, rows, chain, values, freed)
+    sizes, without = _solve(problem, at, columns)
+    intervals = tuple(
+        jackknife_interval(values[f.name], values[f.name] + without[:, i] - sizes[i])
+        for i, f in enumerate(freed)
+    )
+    return Refit(chain, values, names, intervals, columns, at, converged)
+
+
+def _linearised(
+    case: Case, rows: Rows, chain: Chain, values: Mapping[str, float], freed: Sequence[Freed]
+) -> tuple[FloatArray, FloatArray]:
+    """Residual at a point, and what a change of each freed parameter adds to it."""
+    at = residual(case, rows, values, chain)
+    columns = []
+    for item in freed:
+        value = values[item.name]
+        low = max(value - item.step, item.parameter.lower)
+        high = min(value + item.step, item.parameter.upper)
+        up = residual(case, rows, {**values, item.name: high}, chain)
+        down = residual(case, rows, {**values, item.name: low}, chain)
+        columns.append(-(up - down) / max(high - low, 1e-300))
+    return at, np.stack(columns, axis=1)
+
+
+def _solve(
+    problem: Problem, at: FloatArray, columns: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Generalised least squares of a residual on calibration and columns, and without each block."""
+    scale = np.sqrt(np.mean(columns**2, axis=0))
+    scale = np.where(scale > 0, scale, 1.0)
+    local = Problem(
+        residual=at, calibration=problem.calibration,
+        calibration_names=problem.calibration_names, columns=columns / scale,
+        signatures=tuple(Signature("", "", str(i), "") for i in range(columns.shape[1])),
+        block=problem.block, output=problem.output, sequence=problem.sequence,
+        outputs=problem.outputs, units=problem.units, noise=problem.noise,
+        tolerance=problem.tolerance, rate_hz=problem.rate_hz, alike=problem.alike,
+        drifts=problem.drifts,
+    )  # fmt: skip
+    grams, _ = whitened_grams(local, np.empty((at.size, 0)))
+    sizes, without = joint_sizes(grams, grams.calibration, grams.candidates)
+    return sizes / scale, without / scale
+
+
+def _bounded(before: float, step: float, item: Freed) -> float:
+    after = before + step
+    if item.is_shape:
+        low, high = sorted((before / _SHAPE_REACH, before * _SHAPE_REACH))
+        after = float(np.clip(after, low, high))
+    margin = item.step if np.isfinite(item.parameter.lower) else 0.0
+    low = item.parameter.lower + (margin if item.is_shape else 0.0)
+    return float(np.clip(after, low, item.parameter.upper))

@@ -1,0 +1,67 @@
+"""Every threshold of a diagnosis in one frozen place; printed in the footer of each report."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Rules:
+    """Thresholds; development seeds set them, sealed seeds are scored with them.
+
+    Parameters
+    ----------
+    alpha_name
+        Family-wise level of naming a cause; half each for effects seen within and between blocks.
+    alpha_unknown
+        Level of saying that something without a name is left.
+    alpha_rival
+        A rival is as good unless its loss is significantly larger at this level.
+    rival_share
+        Share of the best cause's gain that makes another one a rival at all.
+    smallest_gain
+        Held-out share of the squared error an accepted effect must remove.
+    most_effects
+        Effects accepted at most.
+    visible_floor, visible_warning
+        Visible fraction below which an effect is not testable, or barely.
+    alias, alias_warning
+        |cos| of visible signatures from which two effects are one (or nearly).
+    share_named, share_partly
+        Share of what can be explained that the named effects must explain: below `share_named`
+        the verdict is unknown, below `share_partly` too if something is left.
+    fewest_blocks
+        Blocks asked for.
+    between_share
+        An effect with less than this share of its information within blocks is tested between
+        blocks.
+    power
+        Power at which sizes that would have been found are stated.
+    """
+
+    alpha_name: float = 0.01
+    alpha_unknown: float = 0.02
+    alpha_rival: float = 0.05
+    rival_share: float = 0.3
+    smallest_gain: float = 0.01
+    most_effects: int = 4
+    visible_floor: float = 0.02
+    visible_warning: float = 0.2
+    alias: float = 0.95
+    alias_warning: float = 0.8
+    share_named: float = 0.5
+    share_partly: float = 0.7
+    fewest_blocks: int = 10
+    between_share: float = 0.3
+    power: float = 0.8
+
+    def sentence(self) -> str:
+        """All thresholds in one line."""
+        return (
+            f"α = {self.alpha_name:g} family-wise for a name, {self.alpha_unknown:g} for "
+            f"'unknown'; rivals: at least {self.rival_share:.0%} of the gain and loss difference "
+            f"p > {self.alpha_rival:g}; smallest gain {self.smallest_gain:.0%}; at most "
+            f"{self.most_effects} effects; visible at least {self.visible_floor:.0%}; alias at "
+            f"|cos| > {self.alias:g}; named share at least {self.share_named:g} "
+            f"({self.share_partly:g} with a leftover); {self.fewest_blocks} blocks or more asked."
+        )

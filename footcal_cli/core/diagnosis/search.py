@@ -1,0 +1,367 @@
+"""Which effect? Forward by held-out gain under family-wise control, rivals, then backward."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from footcal_cli.core.diagnosis.detection import block_calibrations
+from footcal_cli.core.diagnosis.problem import Problem
+from footcal_cli.core.diagnosis.rules import Rules
+from footcal_cli.core.diagnosis.scores import (
+    Scores,
+    cosines,
+    held_out_gains,
+    held_out_loss,
+    joint_sizes,
+    scores,
+)
+from footcal_cli.core.diagnosis.whitening import Grams
+from footcal_cli.core.evidence import (
+    effective_blocks,
+    permutation_max_t,
+    sign_flip_max_t,
+    sign_flip_mean,
+)
+from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
+
+
+@dataclass(frozen=True)
+class Library:
+    """Candidates by column, and the causes they are alternatives of.
+
+    Parameters
+    ----------
+    problem, grams
+        The data.
+    causes
+        (effect, parameter, where), in order of appearance.
+    columns
+        Gram columns of each cause (its shapes).
+    visible
+        Visible fraction of each candidate, shape (k,).
+    between
+        Which candidates are seen between blocks rather than within, shape (k,).
+    testable
+        Candidates with enough visible fraction, shape (k,).
+    """
+
+    problem: Problem
+    grams: Grams
+    causes: tuple[tuple[str, str, str], ...]
+    columns: tuple[IntArray, ...]
+    visible: FloatArray
+    between: BoolArray
+    testable: BoolArray
+
+    def index(self, column: int) -> int:
+        """Number of a Gram column among the candidates."""
+        return column - int(self.grams.candidates[0])
+
+
+def library(problem: Problem, grams: Grams, rules: Rules) -> Library:
+    """Sort the candidates into causes, within- and between-block ones, testable or not."""
+    groups: dict[tuple[str, str, str], list[int]] = {}
+    visible = problem.visible() if problem.signatures else np.empty(0)
+    whole = scores(grams.inner, grams.calibration, grams.candidates)
+    inside = scores(grams.within, grams.calibration, grams.candidates)
+    total = whole.information.sum(axis=0)
+    share = np.divide(
+        inside.information.sum(axis=0), total, out=np.zeros_like(total), where=total > 0
+    )
+    if problem.drifts:
+        calibrated = scores(grams.rows, grams.calibration, grams.candidates)
+        before = calibrated.information.sum(axis=0)
+        share = np.divide(total, before, out=np.zeros_like(total), where=before > 0)
+        visible = visible * np.sqrt(np.clip(share, 0.0, 1.0))
+    testable = (visible >= rules.visible_floor) & (whole.inside == 0)
+    for i, signature in enumerate(problem.signatures):
+        if testable[i]:
+            groups.setdefault(signature.cause, []).append(int(grams.candidates[i]))
+    return Library(
+        problem=problem,
+        grams=grams,
+        causes=tuple(groups),
+        columns=tuple(np.array(c, dtype=np.int64) for c in groups.values()),
+        visible=visible,
+        between=(share < rules.between_share) & problem.alike & (not problem.drifts),
+        testable=testable,
+    )
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What the residual says about every cause on top of a base.
+
+    Parameters
+    ----------
+    t, p
+        Best statistic and smallest family-wise p over each cause's shapes, shape (causes,).
+    gain, plain_gain
+        Held-out gain per block in the metric of the noise, and as the user counts it,
+        shape (B, causes).
+    best
+        Gram column of each cause's best shape on all blocks, shape (causes,).
+    size, size_without
+        Its size, and without each block, shapes (causes,), (B, causes).
+    informative
+        Effective number of informative blocks, shape (causes,).
+    null_max
+        Largest statistic of the within-block family under each sign pattern; the observed first.
+    """
+
+    t: FloatArray
+    p: FloatArray
+    gain: FloatArray
+    plain_gain: FloatArray
+    best: IntArray
+    size: FloatArray
+    size_without: FloatArray
+    informative: FloatArray
+    null_max: FloatArray
+
+
+def weigh(lib: Library, base: IntArray, signs: FloatArray, rules: Rules, seed: int) -> Evidence:
+    """Family-wise tests and held-out gains of all causes on top of a base."""
+    grams = lib.grams
+    found = scores(grams.inner, base, grams.candidates)
+    active = lib.testable & (found.inside == 0)
+    within = np.flatnonzero(active & ~lib.between)
+    between = np.flatnonzero(active & lib.between)
+    t = np.zeros(len(lib.problem.signatures))
+    p = np.ones(len(lib.problem.signatures))
+    split = 1.0 if not between.size or not within.size else 2.0
+    test = sign_flip_max_t(found.score[:, within], signs)
+    t[within], p[within] = test.t, np.minimum(split * test.p, 1.0)
+    if between.size and grams.blocks >= 4:
+        apart = _permuted(grams, base, grams.candidates[between], seed)
+        t[between], p[between] = apart[0], np.minimum(split * apart[1], 1.0)
+    gains = held_out_gains(grams.inner, grams.plain, base, lib.columns)
+    informative = effective_blocks(found.information)
+    count = len(lib.causes)
+    best = np.zeros(count, dtype=np.int64)
+    out_t, out_p, size, blocks = np.zeros(count), np.ones(count), np.zeros(count), np.zeros(count)
+    drop = found.size * found.score.sum(axis=0)
+    for c, columns in enumerate(lib.columns):
+        at = np.array([lib.index(int(x)) for x in columns])
+        top = int(at[np.argmax(drop[at])])
+        best[c] = int(grams.candidates[top])
+        out_t[c], out_p[c] = t[at].max(), p[at].min()
+        size[c], blocks[c] = found.size[top], informative[top]
+    return Evidence(
+        out_t, out_p, gains.white, gains.plain, best, size, gains.size, blocks, test.null_max
+    )
+
+
+def _permuted(
+    grams: Grams, base: IntArray, columns: IntArray, seed: int
+) -> tuple[FloatArray, FloatArray]:
+    """Two-stage test of candidates that act between blocks."""
+    response, drivers = block_calibrations(grams, base, columns)
+    test = permutation_max_t(response, drivers, seed)
+    return test.t, test.p
+
+
+@dataclass(frozen=True)
+class Step:
+    """One accepted effect.
+
+    Parameters
+    ----------
+    column
+        Gram column of the accepted candidate.
+    p, t
+        Family-wise p and statistic when it was accepted.
+    gain, loss
+        Held-out gain and loss per block when it was accepted, as the user counts them, shape (B,).
+    rivals
+        Gram columns of other effects that do as well.
+    places
+        Gram columns of the same effect elsewhere that do as well.
+    rejected
+        Sentences about candidates that were significant but not accepted before it.
+    """
+
+    column: int
+    p: float
+    t: float
+    gain: FloatArray
+    loss: FloatArray
+    rivals: tuple[int, ...]
+    places: tuple[int, ...]
+    rejected: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Search:
+    """What was accepted, in order, and the evidence first and last."""
+
+    steps: tuple[Step, ...]
+    first: Evidence
+    last: Evidence
+    base: IntArray
+    refused: tuple[str, ...]
+
+
+def search(
+    lib: Library, signs: FloatArray, rules: Rules, seed: int = 0, smallest: FloatArray | None = None
+) -> Search:
+    """Forward selection with rivals, then backward.
+
+    Parameters
+    ----------
+    lib
+        Candidates.
+    signs
+        Sign patterns of the blocks.
+    rules
+        Thresholds.
+    seed
+        Of permutations.
+    smallest
+        Smallest size of each candidate that matters, shape (k,).
+    """
+    grams = lib.grams
+    base = grams.calibration
+    steps: list[Step] = []
+    first = weigh(lib, base, signs, rules, seed)
+    evidence = first
+    refused: list[str] = []
+    while len(steps) < rules.most_effects:
+        step, why = _next_step(lib, evidence, base, signs, rules, smallest, steps)
+        refused += why
+        if step is None:
+            break
+        steps.append(step)
+        base = np.unique(np.concatenate([base, _occupied(lib, step)]))
+        evidence = weigh(lib, base, signs, rules, seed)
+    kept = _backward(lib, steps, signs)
+    if len(kept) < len(steps):
+        dropped = [s for s in steps if s not in kept]
+        refused += [f"{lib.problem.signatures[lib.index(s.column)].effect}: no longer needed once "
+                    "the others are in" for s in dropped]  # fmt: skip
+        base = np.unique(np.concatenate([grams.calibration, *(_occupied(lib, s) for s in kept)]))
+        evidence = weigh(lib, base, signs, rules, seed)
+    return Search(tuple(kept), first, evidence, base, tuple(refused))
+
+
+def _occupied(lib: Library, step: Step) -> IntArray:
+    """Columns that a step takes out of the contest: itself, its next shapes, its rivals."""
+    columns = [step.column, *step.rivals]
+    signatures = lib.problem.signatures
+    cause = signatures[lib.index(step.column)].cause
+    same = lib.columns[lib.causes.index(cause)]
+    at = int(np.flatnonzero(same == step.column)[0])
+    columns += [int(c) for c in same[max(at - 1, 0) : at + 2]]
+    return np.unique(np.array(columns, dtype=np.int64))
+
+
+def _next_step(
+    lib: Library,
+    evidence: Evidence,
+    base: IntArray,
+    signs: FloatArray,
+    rules: Rules,
+    smallest: FloatArray | None,
+    steps: Sequence[Step],
+) -> tuple[Step | None, list[str]]:
+    """The best cause that meets every condition, or none."""
+    grams, why = lib.grams, []
+    loss = held_out_loss(grams.inner, base, grams.plain)
+    total = evidence.gain.sum(axis=0)
+    order = np.argsort(-total)
+    taken = {lib.problem.signatures[lib.index(s.column)].cause for s in steps}
+    for c in order:
+        if not (evidence.p[c] < rules.alpha_name) or lib.causes[c] in taken:
+            continue
+        signature = lib.problem.signatures[lib.index(int(evidence.best[c]))]
+        name = f"{signature.effect} ({signature.where})"
+        # a size outside its physical range by more than its own error
+        spread = 2.0 * np.std(evidence.size_without[:, c]) * np.sqrt(max(grams.blocks - 1, 1))
+        size = evidence.size[c]
+        if size < signature.lower - spread or size > signature.upper + spread:
+            why.append(f"{name}: its size would be {size:.3g} {signature.unit}, not possible")
+            continue
+        needed = rules.smallest_gain * loss.sum()
+        plain = evidence.plain_gain[:, c]
+        earned = min(
+            sign_flip_mean(evidence.gain[:, c], signs), sign_flip_mean(plain, signs)
+        )
+        if plain.sum() <= needed or earned > rules.alpha_rival:
+            why.append(f"{name}: significant, but buys less than {rules.smallest_gain:.0%} on "
+                       "blocks it was not fitted to")  # fmt: skip
+            return None, why
+        if smallest is not None and abs(size) < smallest[lib.index(int(evidence.best[c]))]:
+            why.append(f"{name}: significant, but {abs(size):.3g} {signature.unit} is below the "
+                       "size that matters")  # fmt: skip
+            return None, why
+        rivals, places = _rivals(lib, evidence, base, int(c), signs, rules)
+        return Step(
+            int(evidence.best[c]), float(evidence.p[c]), float(evidence.t[c]),
+            plain, loss, rivals, places,
+        ), why  # fmt: skip
+    return None, why
+
+
+def _rivals(
+    lib: Library, evidence: Evidence, base: IntArray, best: int, signs: FloatArray, rules: Rules
+) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    """Causes that explain the same just as well, here or by design."""
+    grams = lib.grams
+    total = evidence.gain.sum(axis=0)
+    cos = np.abs(cosines(grams.inner, base, evidence.best))[best]
+    signatures = lib.problem.signatures
+    mine = signatures[lib.index(int(evidence.best[best]))]
+    rivals, places = [], []
+    for c in range(len(lib.causes)):
+        other = signatures[lib.index(int(evidence.best[c]))]
+        if c == best or (other.effect, other.where) == (mine.effect, mine.where):
+            continue
+        difference = evidence.gain[:, best] - evidence.gain[:, c]
+        as_good = (
+            total[c] >= rules.rival_share * total[best]
+            and sign_flip_mean(difference, signs) > rules.alpha_rival
+        )
+        alias = cos[c] > rules.alias
+        if not (as_good or alias):
+            continue
+        size = evidence.size[c]
+        spread = 2.0 * np.std(evidence.size_without[:, c]) * np.sqrt(max(grams.blocks - 1, 1))
+        if size < other.lower - spread or size > other.upper + spread:
+            continue
+        (places if other.effect == mine.effect else rivals).append(int(evidence.best[c]))
+    return tuple(rivals), tuple(places)
+
+
+def _backward(lib: Library, steps: Sequence[Step], signs: FloatArray) -> list[Step]:
+    """Steps that still earn their place given all the others."""
+    grams = lib.grams
+    kept = list(steps)
+    while len(kept) > 1:
+        worth = []
+        for step in kept:
+            others = [s.column for s in kept if s is not step]
+            base = np.concatenate([grams.calibration, np.array(others, dtype=np.int64)])
+            group = lib.columns[
+                lib.causes.index(lib.problem.signatures[lib.index(step.column)].cause)
+            ]
+            gain = held_out_gains(grams.inner, grams.plain, base, [group]).plain[:, 0]
+            worth.append((gain.sum(), sign_flip_mean(gain, signs)))
+        weakest = int(np.argmin([w[0] for w in worth]))
+        if worth[weakest][0] > 0 and worth[weakest][1] < 0.05:
+            break
+        kept.pop(weakest)
+    return kept
+
+
+def sizes_of(lib: Library, steps: Sequence[Step]) -> tuple[FloatArray, FloatArray]:
+    """Joint sizes of the accepted columns, and without each block."""
+    chosen = np.array([s.column for s in steps], dtype=np.int64)
+    return joint_sizes(lib.grams, lib.grams.calibration, chosen)
+
+
+def scores_of(lib: Library, base: IntArray) -> Scores:
+    """Scores of all candidates on top of a base."""
+    return scores(lib.grams.inner, base, lib.grams.candidates)

@@ -1,0 +1,204 @@
+"""Signatures by differentiating the chain that fits and simulates: one mechanism for all."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+
+from footcal_cli.core.chain import Chain, Link
+from footcal_cli.core.diagnosis.case import Case, Rows, channels_of, residual
+from footcal_cli.core.diagnosis.problem import Excluded, Signature
+from footcal_cli.core.effects.contract import Effect, EffectParameter, Scope, units_of
+from footcal_cli.core.parameters import FloatArray
+
+STEP = 0.02
+"""Finite-difference step of a size, in its prior sd."""
+ALIKE = 0.995
+"""|cos| from which two shapes of an effect count as one."""
+MOST_SHAPES = 30
+_CHOICES = frozenset({"channel_stuck", "channel_duplicate", "quantisation", "dropped_samples"})
+
+
+@dataclass(frozen=True)
+class Columns:
+    """Signatures with their columns, and what could not have one.
+
+    Parameters
+    ----------
+    columns
+        What size one adds to the residual, shape (m, k).
+    """
+
+    signatures: tuple[Signature, ...]
+    columns: FloatArray
+    excluded: tuple[Excluded, ...]
+
+
+def calibration_columns(case: Case, rows: Rows) -> FloatArray:
+    """``dr/dθ`` of the calibration by central differences, as independent columns, (m, rank).
+
+    Collinear parameters (scale and bias far from zero counts) are turned into independent
+    directions; directions that change nothing are dropped.
+    """
+    parts = []
+    for parameter in case.calibration:
+        step = 1e-4 * parameter.step
+        at = case.values.get(parameter.name, parameter.value)
+        up = residual(case, rows, {**case.values, parameter.name: at + step})
+        down = residual(case, rows, {**case.values, parameter.name: at - step})
+        parts.append((up - down) * (parameter.step / (2.0 * step)))
+    if not parts:
+        return np.empty((rows.row.size, 0))
+    raw = np.stack(parts, axis=1)
+    norm = np.sqrt(np.sum(raw**2, axis=0))
+    raw = raw[:, norm > 0] / norm[norm > 0]
+    left, singular, _ = np.linalg.svd(raw, full_matrices=False)
+    kept = singular > 1e-9 * singular.max(initial=0.0)
+    return np.asarray(left[:, kept] * np.sqrt(rows.row.size))
+
+
+def library_columns(case: Case, rows: Rows, effects: Iterable[Effect]) -> Columns:
+    """Signatures of all effects, for every place that may carry them and every shape."""
+    present = {item.effect.name for item in case.chain.links}
+    signatures: list[Signature] = []
+    columns: list[FloatArray] = []
+    excluded: list[Excluded] = []
+    known = set.intersection(*(set(log.known) for log in case.logs))
+    for effect in effects:
+        if effect.name in present or case.experiment.name not in effect.experiments:
+            continue
+        missing = [name for name in effect.needs if name not in known]
+        if missing:
+            excluded.append(Excluded(effect.name, "", f"{', '.join(missing)} was not recorded"))
+            continue
+        if effect.name in _CHOICES:
+            excluded.append(
+                Excluded(effect.name, "", "no graded signature; looked for among the raw data")
+            )
+            continue
+        found, made = effect_columns(case, rows, effect)
+        signatures += found
+        columns += made
+    stacked = np.stack(columns, axis=1) if columns else np.empty((rows.row.size, 0))
+    return Columns(tuple(signatures), stacked, tuple(excluded))
+
+
+def effect_columns(
+    case: Case, rows: Rows, effect: Effect
+) -> tuple[list[Signature], list[FloatArray]]:
+    """Columns of one effect; shapes that look alike are kept once."""
+    units = _units(case, effect)
+    shapes = _shapes(effect, len(channels_of(case.logs)))
+    signatures: list[Signature] = []
+    columns: list[FloatArray] = []
+    for size in effect.sizes:
+        kept: list[FloatArray] = []
+        for shape in shapes:
+            single = {u: derivative(case, rows, effect, size, {u: (u,)}, shape) for u in units}
+            shared = np.sum(list(single.values()), axis=0)
+            if any(_alike(shared, other) for other in kept) or not np.any(shared):
+                continue
+            kept.append(shared)
+            for where, owners, members in places(effect, units):
+                signatures.append(
+                    Signature(
+                        effect=effect.name, parameter=size.name, where=where, unit=size.unit,
+                        shape=tuple(shape.items()), lower=size.lower - size.neutral,
+                        upper=size.upper - size.neutral, owners=owners,
+                    )
+                )  # fmt: skip
+                columns.append(np.sum([single[m] for m in members], axis=0))
+        if not kept:
+            where, owners, _ = places(effect, units)[0]
+            signatures.append(
+                Signature(effect.name, size.name, where, size.unit, owners=owners)
+            )
+            columns.append(np.zeros(rows.row.size))
+    return signatures, columns
+
+
+def _alike(a: FloatArray, b: FloatArray) -> bool:
+    norm = np.sqrt((a @ a) * (b @ b))
+    return bool(norm > 0 and abs(a @ b) > ALIKE * norm)
+
+
+def _units(case: Case, effect: Effect) -> tuple[str, ...]:
+    return tuple(
+        dict.fromkeys(u for log in case.logs for u in units_of(effect.scope, log.channels))
+    )
+
+
+def places(
+    effect: Effect, units: Sequence[str]
+) -> list[tuple[str, tuple[tuple[str, tuple[str, ...]], ...], tuple[str, ...]]]:
+    """Who may carry an effect: everyone alike, one foot's cells, a single one.
+
+    Returns
+    -------
+    where, owners, members of each.
+    """
+    if effect.scope is Scope.ROBOT:
+        return [("robot", (("robot", ("robot",)),), ("robot",))]
+    noun = {Scope.CHANNEL: "cells", Scope.FOOT: "feet", Scope.LEG: "legs"}[effect.scope]
+    every = tuple(units)
+    found = []
+    if len(every) > 1:
+        found.append((f"all {noun}", (("all", every),), every))
+        feet = dict.fromkeys(u.split("_", 1)[0] for u in every)
+        if effect.scope is Scope.CHANNEL and 1 < len(feet) < len(every):
+            for foot in feet:
+                mine = tuple(u for u in every if u.split("_", 1)[0] == foot)
+                found.append((f"{foot} foot", ((foot, mine),), mine))
+    found += [(u, ((u, (u,)),), (u,)) for u in every]
+    return found
+
+
+def _shapes(effect: Effect, channels: int) -> list[dict[str, float]]:
+    """Grid of the shape parameters; pairs of channels without repeats."""
+    names = [s.name for s in effect.shapes]
+    grids = [
+        [v for v in s.grid if s.unit != "channel" or v < channels] or [s.neutral]
+        for s in effect.shapes
+    ]
+    shapes = [dict(zip(names, values, strict=True)) for values in product(*grids)]
+    if effect.name == "channel_swap":
+        first, second = names
+        shapes = [s for s in shapes if s[first] < s[second]]
+    return shapes[:MOST_SHAPES] if effect.name != "channel_swap" else shapes
+
+
+def derivative(
+    case: Case,
+    rows: Rows,
+    effect: Effect,
+    size: EffectParameter,
+    owners: Mapping[str, tuple[str, ...]],
+    shape: Mapping[str, float],
+    at: Mapping[str, float] | None = None,
+) -> FloatArray:
+    """What size one of an effect adds to the residual, shape (m,).
+
+    ``−dr/ds``: removing too little of an effect leaves it in. Central differences where the range
+    allows, one-sided at its edge.
+    """
+    chain = case.chain.with_link(Link(effect, dict(owners)))
+    step = STEP * size.prior_sd
+    values = {**case.values, **(at or {})}
+    for owner in owners:
+        values |= {f"{owner}.{name}": value for name, value in shape.items()}
+
+    def shifted(by: float) -> FloatArray:
+        moved = {f"{owner}.{size.name}": size.neutral + by for owner in owners}
+        return residual(case, rows, {**values, **moved}, chain)
+
+    low = -step if size.neutral - step >= size.lower else 0.0
+    high = step if size.neutral + step <= size.upper else 0.0
+    return np.asarray(-(shifted(high) - shifted(low)) / (high - low))
+
+
+def extended_chain(chain: Chain, effect: Effect, signature: Signature) -> Chain:
+    """The chain with a named effect in it."""
+    return chain.with_link(Link(effect, dict(signature.owners)))

@@ -1,0 +1,301 @@
+"""Noise as it is: autocorrelated within a block, with a calibration that differs between blocks.
+
+After whitening, everything the diagnosis needs is in one small Gram matrix per block.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import solve_toeplitz
+
+from footcal_cli.core.diagnosis.problem import Problem
+from footcal_cli.core.parameters import FloatArray, IntArray
+
+AR_ORDER = 5
+"""Autoregressive order of the noise model; AR(1) plus white noise needs more than one."""
+_ROWS_PER_ORDER = 20
+_EM_STEPS = 30
+_EM_STOP = 1e-3
+_FREE = 1e8
+_DROP = 1e-6
+
+
+@dataclass(frozen=True)
+class Grams:
+    """Inner products of all columns, block by block, in units of the noise.
+
+    Columns are [calibration | wandering | signatures | features | residual]; wandering ones are
+    the independent directions in which a block's own calibration may differ.
+
+    Parameters
+    ----------
+    inner
+        ``X_bᵀ V_b⁻¹ X_b``, shape (B, n, n).
+    within
+        The same for a calibration that is free in every block (infinite variance between blocks).
+    rows
+        ``X_bᵀ X_b`` after whitening the rows only.
+    plain
+        ``X_bᵀ X_b`` without any whitening: squared errors as the user counts them.
+    by_output
+        The same per output without the features, shape (outputs, B, n', n').
+    calibration, wandering, candidates, features
+        Column numbers of each part; the residual is the last column.
+    autocorrelation_time
+        Of the residual before whitening, in rows.
+    """
+
+    inner: FloatArray
+    within: FloatArray
+    rows: FloatArray
+    plain: FloatArray
+    by_output: FloatArray
+    calibration: IntArray
+    wandering: IntArray
+    candidates: IntArray
+    features: IntArray
+    autocorrelation_time: float
+
+    @property
+    def blocks(self) -> int:
+        """Number of blocks."""
+        return self.inner.shape[0]
+
+
+@dataclass(frozen=True)
+class RowWhitener:
+    """An autoregressive filter per output, applied within each sequence.
+
+    Parameters
+    ----------
+    coefficients
+        ``e_t = (x_t − Σ a_i x_{t−i}) / s``, shape (outputs, order).
+    sd
+        Innovation sd s of each output, shape (outputs,).
+    output, sequence
+        Of the rows.
+    """
+
+    coefficients: FloatArray
+    sd: FloatArray
+    output: IntArray
+    sequence: IntArray
+
+    @property
+    def kept(self) -> IntArray:
+        """Rows that have a full past in their sequence."""
+        order = self.coefficients.shape[1]
+        age = _age(self.sequence)
+        return np.flatnonzero(age >= order)
+
+    def __call__(self, columns: FloatArray) -> FloatArray:
+        """Whitened columns at the kept rows, shape (kept, k)."""
+        kept = self.kept
+        a = self.coefficients[self.output[kept]]
+        filtered = columns[kept].astype(float, copy=True)
+        for i in range(a.shape[1]):
+            if np.any(a[:, i]):
+                filtered -= a[:, i : i + 1] * columns[kept - i - 1]
+        return np.asarray(filtered / self.sd[self.output[kept]][:, None])
+
+
+def fit_row_whitener(problem: Problem) -> tuple[RowWhitener, float]:
+    """Fit the filter to the residual that no calibration of any block explains.
+
+    Returns
+    -------
+    whitener
+        Per output.
+    autocorrelation_time
+        Integrated, in rows, of the residual after one common calibration.
+    """
+    inside = residual_within_blocks(problem)
+    age = _age(problem.sequence)
+    outputs = len(problem.outputs)
+    lengths = np.diff(np.flatnonzero(np.append(age == 0, True)))
+    typical = float(np.median(lengths)) if lengths.size else 0.0
+    order = int(min(AR_ORDER, typical // _ROWS_PER_ORDER)) if problem.rate_hz > 0 else 0
+    coefficients = np.zeros((outputs, order))
+    sd = np.ones(outputs)
+    taus = []
+    for o in range(outputs):
+        rows = np.flatnonzero(problem.output == o)
+        if not rows.size:
+            continue
+        covariance = _autocovariance(inside, rows, age, order)
+        if order and covariance[0] > 0:
+            covariance[0] *= 1.0 + 1e-6
+            coefficients[o] = solve_toeplitz(covariance[:-1], covariance[1:])
+        innovation = covariance[0] - coefficients[o] @ covariance[1:] if order else covariance[0]
+        sd[o] = np.sqrt(max(innovation, 1e-12 * max(covariance[0], 1e-300)))
+        taus.append(autocorrelation_time(inside, rows, age, typical))
+    return RowWhitener(coefficients, sd, problem.output, problem.sequence), max(taus, default=1.0)
+
+
+def residual_within_blocks(problem: Problem) -> FloatArray:
+    """Residual after a calibration and output offsets of each block's own, shape (m,)."""
+    residual = problem.residual.copy()
+    offsets = np.eye(len(problem.outputs))[problem.output]
+    for b in range(problem.blocks):
+        rows = problem.block == b
+        basis = np.hstack([problem.calibration[rows], offsets[rows]])
+        scale = np.sqrt(np.sum(basis**2, axis=0))
+        basis = basis[:, scale > 0] / scale[scale > 0]
+        if basis.shape[0] <= 2 * basis.shape[1]:
+            continue
+        fitted = np.linalg.lstsq(basis, residual[rows], rcond=1e-8)[0]
+        residual[rows] -= basis @ fitted
+    return residual
+
+
+def _age(sequence: IntArray) -> IntArray:
+    """Rows since the start of the sequence, shape (m,)."""
+    index = np.arange(sequence.size)
+    fresh = np.diff(sequence, prepend=sequence[:1] - 1) != 0
+    return np.asarray(index - np.maximum.accumulate(np.where(fresh, index, 0)))
+
+
+def _autocovariance(values: FloatArray, rows: IntArray, age: IntArray, lags: int) -> FloatArray:
+    """Autocovariance at lags 0 … `lags` within sequences, shape (lags + 1,)."""
+    covariance = np.empty(lags + 1)
+    for lag in range(lags + 1):
+        late = rows[age[rows] >= lag]
+        # the biased estimate keeps the Toeplitz matrix positive definite
+        covariance[lag] = values[late] @ values[late - lag] / max(rows.size, 1)
+    return covariance
+
+
+def autocorrelation_time(
+    values: FloatArray, rows: IntArray, age: IntArray, typical: float
+) -> float:
+    """Integrated autocorrelation time ``1 + 2 Σ ρ_k`` up to the first ρ below 0.05, in rows."""
+    variance = float(values[rows] @ values[rows])
+    tau, lag = 1.0, 1
+    while variance > 0 and lag < typical / 4:
+        late = rows[age[rows] >= lag]
+        rho = float(values[late] @ values[late - lag]) / variance
+        if rho < 0.05:
+            break
+        tau += 2.0 * rho
+        lag += 1
+    return tau
+
+
+def whitened_grams(problem: Problem, features: FloatArray) -> tuple[Grams, RowWhitener]:
+    """Whiten rows, then account for a calibration that wanders from block to block.
+
+    ``V_b = I + Z_b D Z_bᵀ`` with Z the independent directions of the calibration and of offsets of
+    the outputs; D diagonal, its variances estimated by expectation maximisation from the data.
+
+    Parameters
+    ----------
+    problem
+        The arrays.
+    features
+        Further columns, shape (m, f): anything the residual may depend on.
+    """
+    whitener, tau = fit_row_whitener(problem)
+    kept = whitener.kept
+    turn = _directions(problem, whitener)
+    wandering = np.hstack([problem.calibration, _offsets(problem)]) @ turn
+    parts = (problem.calibration, wandering, problem.columns, features)
+    raw = np.hstack([*parts, problem.residual[:, None]])
+    edges = np.cumsum([0, *(part.shape[1] for part in parts)])
+    numbers = [np.arange(a, b) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+    plain = _block_grams(raw, problem.block, problem.blocks)
+    short = np.delete(raw, numbers[3], axis=1)
+    by_output = np.stack(
+        [
+            _block_grams(short[problem.output == o], problem.block[problem.output == o],
+                         problem.blocks)
+            for o in range(len(problem.outputs))
+        ]
+    )  # fmt: skip
+    rows = _block_grams(whitener(raw), problem.block[kept], problem.blocks)
+    within = _partial_out(rows, numbers[1], np.full(numbers[1].size, _FREE))
+    variance = _wandering_variance(rows, numbers[0], numbers[1])
+    return (
+        Grams(
+            inner=within if problem.drifts else _partial_out(rows, numbers[1], variance),
+            within=within,
+            rows=rows,
+            plain=plain,
+            by_output=by_output,
+            calibration=numbers[0],
+            wandering=numbers[1],
+            candidates=numbers[2],
+            features=numbers[3],
+            autocorrelation_time=tau,
+        ),
+        whitener,
+    )
+
+
+def _offsets(problem: Problem) -> FloatArray:
+    """One column of ones per output."""
+    return np.eye(len(problem.outputs))[problem.output]
+
+
+def _directions(problem: Problem, whitener: RowWhitener) -> FloatArray:
+    """Turn calibration and offsets into independent directions of unit information per block.
+
+    Combinations that change no output are dropped.
+    """
+    basis = np.hstack([problem.calibration, _offsets(problem)])
+    white = whitener(basis)
+    gram = white.T @ white / max(problem.blocks, 1)
+    scale = np.sqrt(np.clip(np.diag(gram), 1e-300, None))
+    values, vectors = np.linalg.eigh(gram / np.outer(scale, scale))
+    kept = values > _DROP * max(float(values.max(initial=0.0)), 1e-300)
+    return np.asarray(vectors[:, kept] / scale[:, None] / np.sqrt(values[kept]))
+
+
+def _block_grams(columns: FloatArray, block: IntArray, blocks: int) -> FloatArray:
+    """Inner products of the columns within each block, shape (B, n, n)."""
+    out = np.empty((blocks, columns.shape[1], columns.shape[1]))
+    for b in range(blocks):
+        part = columns[block == b]
+        out[b] = part.T @ part
+    return out
+
+
+def _partial_out(inner: FloatArray, wandering: IntArray, variance: FloatArray) -> FloatArray:
+    """``X'V⁻¹X`` by Woodbury: ``X'X − X'Z (D⁻¹ + Z'Z)⁻¹ Z'X``, block by block."""
+    active = wandering[variance > 0]
+    if not active.size:
+        return inner
+    precision = np.diag(1.0 / variance[variance > 0])
+    out = np.empty_like(inner)
+    for b, gram in enumerate(inner):
+        cross = gram[active]
+        middle = precision + gram[np.ix_(active, active)]
+        out[b] = gram - cross.T @ np.linalg.solve(middle, cross)
+    return out
+
+
+def _wandering_variance(rows: FloatArray, calibration: IntArray, wandering: IntArray) -> FloatArray:
+    """Variance between blocks of each wandering coefficient, by expectation maximisation."""
+    last = rows.shape[1] - 1
+    if rows.shape[0] < 3 or not wandering.size:
+        return np.zeros(wandering.size)
+    zz = rows[:, wandering[:, None], wandering[None, :]]
+    zr = rows[:, wandering, last]
+    zj = rows[:, wandering[:, None], calibration[None, :]]
+    used = np.concatenate([calibration, wandering, [last]])
+    small = rows[:, used[:, None], used[None, :]]
+    j = np.arange(calibration.size)
+    z = np.arange(calibration.size, used.size - 1)
+    variance = np.ones(wandering.size)
+    for _ in range(_EM_STEPS):
+        total = _partial_out(small, z, variance).sum(axis=0)
+        theta = np.linalg.pinv(total[np.ix_(j, j)], rcond=1e-10, hermitian=True) @ total[j, -1]
+        posterior = np.linalg.inv(np.diag(1.0 / variance)[None] + zz)
+        mean = np.einsum("bij,bj->bi", posterior, zr - zj @ theta)
+        updated = np.mean(mean**2 + np.einsum("bii->bi", posterior), axis=0)
+        change = np.abs(np.log(updated / variance)).max()
+        variance = updated
+        if change < _EM_STOP:
+            break
+    return variance

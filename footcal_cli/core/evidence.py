@@ -1,0 +1,197 @@
+"""Evidence from blocks: sign-flip and permutation tests, family-wise, and intervals.
+
+A block (session, gait cycle, placement, pose) is the unit of evidence, never the sample: within a
+block errors are correlated in ways that no lag window repairs (a gain that is a little off all the
+time), but under the null a block's score is as likely positive as negative.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+
+from footcal_cli.core.parameters import BoolArray, FloatArray
+
+EXACT_UP_TO = 13
+"""Number of blocks up to which all sign patterns are enumerated."""
+RANDOM_PATTERNS = 8191
+"""Sign patterns drawn beyond that, the observed one not counted."""
+_TIE = 1e-9
+
+
+def sign_patterns(blocks: int, seed: int = 0) -> FloatArray:
+    """Signs (k, blocks); the first row is all +1; the first block keeps its sign.
+
+    A statistic that ignores the overall sign takes the same value on a pattern and its negative,
+    so 2^(blocks − 1) patterns are all there are.
+    """
+    if blocks <= EXACT_UP_TO:
+        codes = np.arange(2 ** max(blocks - 1, 0))
+        bits = (codes[:, None] >> np.arange(max(blocks - 1, 0))) & 1
+        return np.hstack([np.ones((codes.size, 1)), 1.0 - 2.0 * bits])[:, :blocks]
+    rng = np.random.default_rng(seed)
+    signs = rng.choice([-1.0, 1.0], size=(RANDOM_PATTERNS + 1, blocks))
+    signs[0] = 1.0
+    return signs
+
+
+def effective_blocks(information: FloatArray) -> FloatArray:
+    """Number of informative blocks ``(Σ w)² / Σ w²``, shape (k,).
+
+    Parameters
+    ----------
+    information
+        What each block tells about each candidate, shape (blocks, k).
+    """
+    squares = np.sum(information**2, axis=0)
+    total = np.sum(information, axis=0)
+    return np.divide(total**2, squares, out=np.zeros_like(total), where=squares > 0)
+
+
+def smallest_p(blocks: FloatArray | float) -> FloatArray:
+    """Smallest two-sided p that sign flips of so many blocks can reach: ``2^(1 − blocks)``."""
+    return np.asarray(2.0 ** (1.0 - np.asarray(blocks, dtype=float)))
+
+
+def self_normalised(scores: FloatArray) -> FloatArray:
+    """``Σ_b s_b / √(Σ_b s_b²)``, shape (k,); at most √blocks.
+
+    Parameters
+    ----------
+    scores
+        Block scores, shape (blocks, k).
+    """
+    norm = np.sqrt(np.sum(scores**2, axis=0))
+    total = np.sum(scores, axis=0)
+    return np.divide(total, norm, out=np.zeros_like(total), where=norm > 0)
+
+
+@dataclass(frozen=True)
+class FamilyTest:
+    """A max-T test over a family of candidates.
+
+    Parameters
+    ----------
+    t
+        Statistic of each candidate, shape (k,).
+    p
+        Family-wise adjusted p-values, shape (k,).
+    null_max
+        Largest statistic of the family under each resampling, shape (n,); the first is observed.
+    """
+
+    t: FloatArray
+    p: FloatArray
+    null_max: FloatArray
+
+    def critical(self, alpha: float) -> float:
+        """Statistic that has to be exceeded at a family-wise level."""
+        if not self.null_max.size:
+            return np.inf
+        return float(np.quantile(self.null_max, 1.0 - alpha, method="higher"))
+
+
+def sign_flip_max_t(scores: FloatArray, signs: FloatArray) -> FamilyTest:
+    """Family-wise sign-flip test: ``p_k = P(max_j T*_j ≥ T_k)``, signs shared by all candidates.
+
+    Parameters
+    ----------
+    scores
+        Block scores of the candidates, shape (blocks, k).
+    signs
+        From `sign_patterns`, shape (n, blocks).
+    """
+    if scores.shape[1] == 0:
+        return FamilyTest(np.empty(0), np.empty(0), np.empty(0))
+    norm = np.sqrt(np.sum(scores**2, axis=0))
+    usable = norm > 0
+    flipped = np.abs(signs @ (scores[:, usable] / norm[usable]))
+    null_max = flipped.max(axis=1, initial=0.0)
+    t = np.abs(self_normalised(scores))
+    p = np.mean(null_max[:, None] >= t[None, :] - _TIE, axis=0)
+    return FamilyTest(t, np.where(usable, p, 1.0), null_max)
+
+
+def sign_flip_mean(values: FloatArray, signs: FloatArray) -> float:
+    """One-sided sign-flip p of ``mean(values) > 0``; values one per block."""
+    observed = values.sum()
+    flipped = signs @ values
+    # patterns cover one half of all; the other half are their negatives
+    return float(np.mean(np.concatenate([flipped, -flipped]) >= observed - _TIE * abs(observed)))
+
+
+def permutation_max_t(
+    responses: FloatArray, drivers: FloatArray, seed: int = 0, permutations: int = 1999
+) -> FamilyTest:
+    """Family-wise permutation test of block-level responses against block-level drivers.
+
+    ``T_k = |Σ_b d_bk · y_π(b)| / √(Σ_bc (d_bk · y_c)² / B)``, blocks of y permuted as wholes.
+
+    Parameters
+    ----------
+    responses
+        Shape (blocks, q), centred over the blocks.
+    drivers
+        What each candidate would have done to them, shape (blocks, q, k), centred likewise.
+    seed, permutations
+        Of the permutations drawn.
+    """
+    blocks, _, k = drivers.shape
+    if k == 0:
+        return FamilyTest(np.empty(0), np.empty(0), np.empty(0))
+    rng = np.random.default_rng(seed)
+    orders = np.array([np.arange(blocks), *(rng.permutation(blocks) for _ in range(permutations))])
+    # y permuted against d depends on the pair of blocks alone
+    pair = np.einsum("bqk,cq->bck", drivers, responses)
+    norm = np.sqrt(np.sum(pair**2, axis=(0, 1)) / blocks)
+    total = np.abs(pair[np.arange(blocks)[None, :], orders, :].sum(axis=1))
+    t_all = np.divide(total, norm, out=np.zeros_like(total), where=norm > 0)
+    null_max = t_all.max(axis=1)
+    p = np.mean(null_max[:, None] >= t_all[0][None, :] - _TIE, axis=0)
+    return FamilyTest(t_all[0], p, null_max)
+
+
+@dataclass(frozen=True)
+class Interval:
+    """A value with its 95 % interval."""
+
+    value: float
+    low: float
+    high: float
+
+
+def mean_interval(values: FloatArray, level: float = 0.95) -> Interval:
+    """Mean of block values with Student's interval on blocks − 1 degrees of freedom."""
+    mean = float(np.mean(values))
+    if values.size < 2:
+        return Interval(mean, -np.inf, np.inf)
+    half = stats.t.ppf(0.5 + level / 2, values.size - 1) * np.std(values, ddof=1)
+    half /= np.sqrt(values.size)
+    return Interval(mean, mean - float(half), mean + float(half))
+
+
+def jackknife_interval(value: float, without: FloatArray, level: float = 0.95) -> Interval:
+    """Interval of an estimate from its leave-one-block-out values (MacKinnon's CV3).
+
+    ``se² = (B − 1)/B Σ_b (β_(b) − β)²``, Student's t on B − 1 degrees of freedom.
+    """
+    blocks = without.size
+    if blocks < 2:
+        return Interval(value, -np.inf, np.inf)
+    se = np.sqrt((blocks - 1) / blocks * np.sum((without - value) ** 2))
+    half = float(stats.t.ppf(0.5 + level / 2, blocks - 1) * se)
+    return Interval(value, value - half, value + half)
+
+
+def combine_smallest(p_values: FloatArray) -> float:
+    """Family-wise p of several tests that must share one level (Šidák)."""
+    if p_values.size == 0:
+        return 1.0
+    return float(1.0 - (1.0 - np.min(p_values)) ** p_values.size)
+
+
+def exceeds(values: FloatArray, limit: float) -> BoolArray:
+    """Finite values above a limit."""
+    return np.asarray(np.isfinite(values) & (values > limit))
