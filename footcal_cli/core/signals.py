@@ -15,6 +15,7 @@ TELEMETRY_DELAY_S = 0.02
 """Body stream behind the cells (seed 1, section 2.2: 20 ± 4 ms)."""
 _FILTER_ORDER = 2
 _GAP_PERIODS = 2.5
+_ON_STAMP = 1e-9
 
 
 @dataclass(frozen=True)
@@ -92,9 +93,9 @@ def interpolate_stream(
     left, right = time_s[after - 1], time_s[after]
     weight = np.clip((at_s - left) / (right - left), 0.0, 1.0)[:, None]
     merged = values[after - 1] * (1.0 - weight) + values[after] * weight
-    # a weight of exactly 0 or 1 must not let the unused neighbour's NaN through
-    merged = np.where(weight == 0.0, values[after - 1], merged)
-    merged = np.where(weight == 1.0, values[after], merged)
+    # on a stamp the other neighbour's NaN must not come through
+    merged = np.where(weight < _ON_STAMP, values[after - 1], merged)
+    merged = np.where(weight > 1.0 - _ON_STAMP, values[after], merged)
     inside = (at_s >= time_s[0]) & (at_s <= time_s[-1]) & (right - left <= max_gap_s)
     return merged, inside & np.isfinite(merged).all(axis=1)
 

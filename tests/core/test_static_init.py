@@ -1,0 +1,177 @@
+import numpy as np
+import pytest
+
+from footcal_cli.core.centroidal import pressure
+from footcal_cli.core.contact import judge
+from footcal_cli.core.effects.contract import Scope, columns_of
+from footcal_cli.core.experiments import stand
+from footcal_cli.core.log import Log
+from footcal_cli.core.online.rows import belief_from
+from footcal_cli.core.parameters import FloatArray, Status
+from footcal_cli.core.static_init import (
+    QuietRule,
+    QuietSet,
+    StaticInit,
+    fit_static,
+    next_stances,
+    select_quiet,
+    stance_rows,
+)
+from footcal_cli.errors import FitError
+from tests.core.walk_data import Standing, make_standing
+from tests.core.walking import belief_of, stand_log
+
+AHEAD = 6
+"""Stances kept back to judge on."""
+
+
+def fit_first(
+    made: Standing, stances: int, calibration: StaticInit | None = None
+) -> tuple[StaticInit, Log, np.ndarray]:
+    """Fit on the first stances; the others are marked for judging."""
+    log = stand_log(made)
+    belief = (
+        belief_of(made) if calibration is None else belief_from(calibration.estimates, log.channels)
+    )
+    quiet = select_quiet(log, belief.forces(log.readings), rule=QuietRule(warm_s=0.0))
+    first = QuietSet(np.where(made.stance < stances, made.stance, -1), quiet.validity)
+    return fit_static(stance_rows(log, first, belief), belief), log, made.stance >= stances
+
+
+def cop_error_m(
+    made: Standing, log: Log, gain: FloatArray, bias: FloatArray, rows: np.ndarray
+) -> float:
+    forces = belief_of(made).forces(log.readings) * (1 + gain) + bias
+    ours = pressure(forces[rows], made.cells[rows]).cop_m
+    true = pressure(made.force[rows], made.cells[rows]).cop_m
+    return float(np.sqrt(np.mean(np.sum((ours - true) ** 2, axis=1))))
+
+
+@pytest.mark.parametrize(
+    ("stances", "replace", "rank"), [(1, False, 3), (10, False, 11), (10, True, 14), (20, True, 14)]
+)
+def test_the_rank_is_what_total_force_and_cop_can_show(
+    stances: int, replace: bool, rank: int
+) -> None:
+    fit, _, _ = fit_first(make_standing(stances, 5, replace=replace), stances)
+    assert fit.observability.rank == rank
+    assert set(fit.observability.weakest(2)) == {
+        "left foot: diagonal twist of the biases",
+        "right foot: diagonal twist of the biases",
+    }
+
+
+def test_a_lifted_foot_shows_the_twists_too() -> None:
+    fit, _, _ = fit_first(make_standing(12, 5, replace=True, lift=True), 12)
+    assert fit.observability.rank == 16
+
+
+def test_the_fit_is_never_worse_than_its_prior_and_least_squares_is() -> None:
+    for stances in (1, 2, 5, 10):
+        scores = []
+        for seed in range(12):
+            made = make_standing(stances + AHEAD, seed, replace=False)
+            fit, log, later = fit_first(made, stances)
+            scores.append(
+                [
+                    cop_error_m(made, log, np.zeros(8), np.zeros(8), later),
+                    cop_error_m(made, log, fit.gain, fit.bias_n, later),
+                    cop_error_m(made, log, fit.least_squares[:8], fit.least_squares[8:], later)
+                    if stances != 2  # its forces may sum to nothing: no CoP at all
+                    else np.inf,
+                ]
+            )
+        prior, posterior, plain = np.sqrt(np.mean(np.square(scores), axis=0))
+        assert posterior < 1.02 * prior
+        if stances < 10:
+            assert plain > 2.0 * posterior
+
+
+def test_errors_have_the_size_that_the_covariance_says() -> None:
+    squared = []
+    for seed in range(40):
+        made = make_standing(8, seed, replace=True, lift=True, com_sd=0.001)
+        log, belief = stand_log(made), belief_of(made)
+        quiet = QuietSet(made.stance, judge({}, len(log)))
+        rows = stance_rows(
+            log, quiet, belief, force_sd_n=0.01, moment_sd_nm=0.001 * 53.0, swing_sd_n=0.001
+        )
+        fit = fit_static(rows, belief)
+        error = np.concatenate([fit.gain - made.true_gain, fit.bias_n - made.true_bias])
+        squared.append(error @ np.linalg.solve(fit.covariance, error) / 16)
+    # chi-squared of 16 over 16, 40 seeds: 1 ± 0.056 (1 sd)
+    assert 0.8 < np.mean(squared) < 1.2
+
+
+def test_what_standing_did_not_show_is_not_called_estimated() -> None:
+    fit, _, _ = fit_first(make_standing(1, 0, replace=False), 1)
+    assert set(fit.estimates.status) == {Status.PRIOR_KEPT}
+    lifted, _, _ = fit_first(make_standing(16, 0, replace=True, lift=True), 16)
+    by_name = dict(zip(lifted.estimates.names, lifted.estimates.status, strict=True))
+    assert by_name["left_fl.bias"] is Status.ESTIMATED
+
+
+def test_estimates_are_scale_and_bias_of_the_raw_counts() -> None:
+    made = make_standing(6, 3, replace=True)
+    fit, log, _ = fit_first(made, 6)
+    scale = np.array([fit.estimates[f"{c}.scale"] for c in log.channels])
+    bias = np.array([fit.estimates[f"{c}.bias"] for c in log.channels])
+    by_gain = belief_of(made).forces(log.readings) * (1 + fit.gain) + fit.bias_n
+    np.testing.assert_allclose(log.readings * scale + bias, by_gain, atol=1e-9)
+    again = belief_from(fit.estimates, log.channels, least_gain_sd=1e-9, least_bias_sd_n=1e-9)
+    np.testing.assert_allclose(np.diag(again.covariance), np.diag(fit.covariance), rtol=0.1)
+
+
+def test_an_earlier_calibration_is_a_prior_that_standing_keeps_or_improves() -> None:
+    made = make_standing(20, 9, replace=True, lift=True)
+    first, _, _ = fit_first(made, 8)
+    second, _, _ = fit_first(made, 16, first)
+    assert (second.estimates.sd <= first.estimates.sd * 1.01).all()
+
+
+def test_the_next_stance_offered_is_the_one_that_teaches_most() -> None:
+    made = make_standing(1, 0, replace=False)
+    log = stand_log(made)
+    belief = belief_of(made)
+    quiet = select_quiet(log, belief.forces(log.readings))
+    rows = stance_rows(log, quiet, belief)
+    feet = [list(map(int, c)) for c in columns_of(Scope.FOOT, log.channels)]
+    menu = next_stances(rows, made.cells[0], feet, ("left", "right"), made.mass * 9.8, belief)
+    gains = [step.gain_nats for step in menu]
+    assert gains == sorted(gains, reverse=True)
+    assert menu[0].name.startswith("stand on the")
+    assert menu[-1].name == "squat"
+    assert menu[0].rank > menu[-1].rank
+    assert 0 < menu[0].sd_ratio < menu[-1].sd_ratio < 1
+
+
+def test_quiet_standing_leaves_out_warm_up_and_motion_and_counts_them() -> None:
+    made = make_standing(3, 1, replace=False)
+    log = stand_log(made)
+    moving = log.known["com_acc_mps2"].copy()
+    moving[160:250, 0] = 1.0
+    log = log.with_known(com_acc_mps2=moving)
+    forces = belief_of(made).forces(log.readings)
+    quiet = select_quiet(log, forces, rule=QuietRule(warm_s=0.5))
+    assert quiet.stances == 2
+    assert (quiet.stance[:40] == -1).all()
+    assert (quiet.stance[160:250] == -1).all()
+    assert quiet.validity.counts["transition"] == 40 + 90 + 40
+    assert quiet.validity.valid.sum() + 170 == len(log)
+
+
+def test_too_little_standing_says_how_much_is_missing() -> None:
+    made = make_standing(1, 1, replace=False, samples=60)
+    log = stand_log(made)
+    with pytest.raises(FitError, match="40 after 80 of warming are needed") as failure:
+        select_quiet(log, belief_of(made).forces(log.readings))
+    assert "60 samples" in str(failure.value) or "60 samples" in (failure.value.remedy or "")
+
+
+def test_the_stand_balance_is_zero_at_the_truth() -> None:
+    made = make_standing(4, 2, replace=True, lift=True, white=0.0, com_sd=0.0)
+    balance = stand.EXPERIMENT.balance(stand_log(made).with_readings(made.force))
+    assert balance.outputs[:3] == ("fz", "mx", "my")
+    assert np.abs(balance.error[balance.valid]).max() < 1e-12
+    airborne = made.contact == 0
+    assert balance.valid[:, 3:].sum() == 4 * airborne.sum()
