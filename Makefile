@@ -29,7 +29,7 @@ demo: $(VENV)/.installed  ## Calibrate the published weights of seed 1 and say w
 
 .PHONY: test
 test: $(VENV)/.installed-dev  ## Install what the tests need and run them.
-	$(BIN)/python -m pytest -n $(PYTEST_WORKERS) --dist loadgroup -m "not slow"
+	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n $(PYTEST_WORKERS) -m "not slow"
 
 .PHONY: check
 check: $(VENV)/.installed-dev  ## Lint, types and tests; before each commit.
