@@ -1,8 +1,9 @@
 """One channel's model: scale, bias and what the ladder added, with covariance and predictions.
 
-``scale·S + bias = x + Σ size_j φ_j(x; shape_j) + u_session + ε`` with x the true load. Linear in
-scale, bias and sizes once the shapes are given; the shapes are searched, then enter the covariance
-through their derivatives.
+``scale·S + bias = x + Σ size_j φ_j(x; shape_j) + u_session + ε`` with x the true load. The reading
+is regressed on the load and the φ, which are known exactly; the noise is the reading's. (The other
+way round a φ that resembles the load would explain the load by itself.) Linear once the shapes are
+given; these are searched, then enter the covariance through their derivatives.
 """
 
 from __future__ import annotations
@@ -32,6 +33,9 @@ from footcal_cli.core.bench.terms import Term
 from footcal_cli.core.fit import PRIOR_KEPT_RATIO
 from footcal_cli.core.parameters import BoolArray, Estimates, FloatArray, Status
 from footcal_cli.errors import FitError
+
+_WIDEST_LOG = 50.0
+"""An interval this wide in the logarithm of a shape says nothing at all."""
 
 
 @dataclass(frozen=True)
@@ -114,6 +118,11 @@ class ChannelFit:
         """Logarithms of the searched shapes, shape (k,)."""
         return np.log([self.estimates[n] for n in shape_names(self.channel, self.terms)])
 
+    def _wide_range(self) -> tuple[float, float]:
+        """The fitted loads with as much again on either side."""
+        low, high = self.load_range_n
+        return 2.0 * low - high, 2.0 * high - low
+
     def p_value_of(self, terms: range) -> float:
         """Wald test that the sizes of some terms are all zero, by the F distribution.
 
@@ -144,7 +153,7 @@ class ChannelFit:
         shapes = self.log_shapes
         sizes = self.linear[2 : 2 + len(self.terms)]
         target = self.linear[0] * centred + self.linear[1]
-        load, slope = invert(target, record, self.terms, sizes, shapes)
+        load, slope = invert(target, record, self.terms, sizes, shapes, self._wide_range())
         design = np.column_stack(
             [
                 centred,
@@ -206,7 +215,7 @@ def fit_channel(
     centre = float(record.reading[known].mean())
     shapes = search_shapes(record, drive, terms, start, 0.0)
     if correlation_s is None:
-        design, target = design_of(record, drive, terms, shapes), record.load_n[known]
+        design, target = design_of(record, drive, terms, shapes), record.reading[known] - centre
         residual = target - design @ np.linalg.lstsq(design, target, rcond=None)[0]
         time, session = record.time_s[known], record.session[known]
         correlation_s = correlation_time(residual, time, session) if record.timed else 0.0
@@ -226,17 +235,18 @@ def _finish(
     """Coefficients, covariance with the shapes' share, and everything a report needs."""
     known = record.known
     load, time, session = record.load_n[known], record.time_s[known], record.session[known]
+    reading = record.reading[known] - centre
 
     def solve(design: FloatArray) -> BlockFit:
         stacked = np.column_stack([design, np.ones(len(design))])
-        rows, target = whiten_autoregressive(stacked, load, time, session, correlation_s)
+        rows, target = whiten_autoregressive(stacked, reading, time, session, correlation_s)
         return fit_blocks(rows[:, :-1], target, session, rows[:, -1])
 
     design = design_of(record, drive, terms, shapes)
     fit = solve(design)
     affine = 2 + len(terms)
-    bends = -shape_columns(drive, record, terms, fit.coefficients[2:], shapes)[known]
-    seen = np.linalg.norm(bends, axis=0) > 1e-9 * np.linalg.norm(load - load.mean())
+    bends = shape_columns(drive, record, terms, fit.coefficients[2:], shapes)[known]
+    seen = np.linalg.norm(bends, axis=0) > 1e-9 * np.linalg.norm(reading)
     spread = solve(np.column_stack([design, bends[:, seen]])) if seen.any() else fit
     at = np.concatenate([np.arange(affine), affine + np.flatnonzero(seen)])
     covariance = np.zeros((affine + shapes.size, affine + shapes.size))
@@ -244,9 +254,12 @@ def _finish(
     covariance = _with_shape_prior(covariance, affine, seen)
     dof = np.full(len(covariance), float(spread.dof.max()))
     dof[at] = spread.dof
-    linear = np.concatenate([fit.coefficients, shapes])
+    linear, covariance = _as_loads(
+        np.concatenate([fit.coefficients, shapes]), covariance, affine, float(load.mean())
+    )
     estimates, ci95 = _estimates(record.channel, terms, linear, covariance, dof, centre)
-    residual = load - design @ fit.coefficients
+    newtons = abs(float(linear[0]))
+    residual = newtons * (reading - design @ fit.coefficients)
     warmth = record.temperature_degc
     return ChannelFit(
         channel=record.channel,
@@ -254,8 +267,8 @@ def _finish(
         estimates=estimates,
         ci95=ci95,
         dof=dof,
-        sd_within_n=fit.sd_within,
-        sd_between_n=fit.sd_between,
+        sd_within_n=newtons * fit.sd_within,
+        sd_between_n=newtons * fit.sd_between,
         correlation_s=correlation_s,
         load_range_n=_range(load),
         reading_range=_range(record.reading[known]),
@@ -268,6 +281,24 @@ def _finish(
         centre=centre,
         sessions=int(np.unique(session).size),
     )
+
+
+def _as_loads(
+    counts: FloatArray, covariance: FloatArray, affine: int, mean_load_n: float
+) -> tuple[FloatArray, FloatArray]:
+    """From ``S − S̄ = b (x − x̄) + a + Σ g φ`` to scale, load at S̄, and sizes, with covariance.
+
+    ``scale = 1/b``, ``load = x̄ − a/b``, ``size = g/b``; logarithms of shapes stay.
+    """
+    slope, level = counts[:2]
+    linear, jacobian = counts.copy(), np.eye(counts.size)
+    linear[0], linear[1] = 1.0 / slope, mean_load_n - level / slope
+    linear[2:affine] = counts[2:affine] / slope
+    jacobian[0, 0] = -1.0 / slope**2
+    jacobian[1, :2] = level / slope**2, -1.0 / slope
+    for i in range(2, affine):
+        jacobian[i, i], jacobian[i, 0] = 1.0 / slope, -counts[i] / slope**2
+    return linear, jacobian @ covariance @ jacobian.T
 
 
 def _with_shape_prior(covariance: FloatArray, affine: int, seen: BoolArray) -> FloatArray:
@@ -305,7 +336,7 @@ def _estimates(
     sd, log_sd = np.sqrt(np.diag(spread)), np.sqrt(np.diag(covariance))
     quantile = stats.t.ppf(0.975, dof)
     ci95 = np.column_stack([values - quantile * sd, values + quantile * sd])
-    reach = np.exp(quantile * log_sd)[affine:]
+    reach = np.exp(np.minimum(quantile * log_sd, _WIDEST_LOG))[affine:]
     ci95[affine:] = np.column_stack([values[affine:] / reach, values[affine:] * reach])
     status = [Status.ESTIMATED] * affine + [
         Status.PRIOR_KEPT if s > PRIOR_KEPT_RATIO * SHAPE_LOG_SD else Status.ESTIMATED

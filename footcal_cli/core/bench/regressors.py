@@ -17,7 +17,7 @@ SHAPE_LOG_SD = 1.5
 _LOG_STEP = 1e-3
 _MOST_ITERATIONS = 60
 _INVERSE_TOLERANCE = 1e-11
-_APART = 0.7
+_APART = 1.1
 """Two time constants nearer than this in logarithm are one."""
 
 
@@ -65,7 +65,7 @@ def shape_columns(
 def design_of(
     record: BenchRecord, drive: FloatArray, terms: tuple[Term, ...], log_shapes: FloatArray
 ) -> FloatArray:
-    """Rows ``[S − S̄, 1, −φ]`` of the known loads, shape (m, 2 + t).
+    """Rows ``[x − x̄, 1, φ]`` of the known loads, shape (m, 2 + t).
 
     Parameters
     ----------
@@ -77,9 +77,9 @@ def design_of(
         What is beyond scale and bias.
     """
     known = record.known
-    centred = record.reading[known] - record.reading[known].mean()
+    centred = record.load_n[known] - record.load_n[known].mean()
     bends = columns(drive, record, terms, log_shapes)[known]
-    return np.column_stack([centred, np.ones_like(centred), -bends])
+    return np.column_stack([centred, np.ones_like(centred), bends])
 
 
 def search_shapes(
@@ -106,13 +106,14 @@ def search_shapes(
     middle = np.array([0.5 * (grid[0] + grid[-1]) for grid in grids])
     known = record.known
     time, session = record.time_s[known], record.session[known]
+    mean = record.reading[known].mean()
 
     def cost(log_shapes: FloatArray) -> float:
         if not _ordered(names, log_shapes):
             return 1e12
         stacked = design_of(record, drive, terms, log_shapes)
         rows, target = whiten_autoregressive(
-            stacked, record.load_n[known], time, session, correlation_s
+            stacked, record.reading[known] - mean, time, session, correlation_s
         )
         rows, target = _within(rows, session), _within(target[:, None], session)[:, 0]
         scaled = rows / np.maximum(np.linalg.norm(rows, axis=0), 1e-300)
@@ -167,6 +168,7 @@ def invert(
     terms: tuple[Term, ...],
     sizes: FloatArray,
     log_shapes: FloatArray,
+    limits: tuple[float, float],
 ) -> tuple[FloatArray, FloatArray]:
     """Solve ``x + Σ size φ(x) = target`` for the loads x, in order of time.
 
@@ -181,15 +183,18 @@ def invert(
         Clock, sessions and temperatures.
     terms, sizes, log_shapes
         The model.
+    limits
+        Loads between which the answer is looked for: a polynomial bends back beyond its data.
 
     Returns
     -------
     load_n, slope
         x and dy/dx, shape (n,) each.
     """
-    load, slope = target.copy(), np.ones_like(target)
+    slope = np.ones_like(target)
     if not terms:
-        return load, slope
+        return target, slope
+    load = np.clip(target, *limits)
     span = max(float(np.ptp(target)), 1e-12)
 
     def forward(x: FloatArray) -> FloatArray:
@@ -199,7 +204,7 @@ def invert(
         step = 1e-4 * span
         slope = np.clip((forward(load + step) - forward(load - step)) / (2.0 * step), 0.2, 5.0)
         change = (forward(load) - target) / slope
-        load = load - change
-        if np.abs(change).max() <= _INVERSE_TOLERANCE * span:
+        before, load = load, np.clip(load - change, *limits)
+        if np.abs(load - before).max() <= _INVERSE_TOLERANCE * span:
             break
     return load, slope

@@ -1,0 +1,287 @@
+"""Everything the bench says about one channel, from its rows to the model to be used."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from footcal_cli.core.bench.channel import ChannelFit, Prediction
+from footcal_cli.core.bench.ladder import Ladder, climb
+from footcal_cli.core.bench.plateaus import PlateauOptions, Plateaus, SampleState, find_plateaus
+from footcal_cli.core.bench.record import BenchRecord, condense
+from footcal_cli.core.bench.regression import AffineFit, Method, fit_affine
+from footcal_cli.core.bench.relaxation import Relaxation, fit_relaxation
+from footcal_cli.core.bench.terms import menu
+from footcal_cli.core.bench.waiting import Waiting, study_waiting
+from footcal_cli.core.parameters import Estimates, FloatArray, IntArray, Status
+from footcal_cli.errors import DataError, FitError
+
+FEWEST_ROWS = 10
+"""Below this many rows nothing beyond scale and bias is looked for."""
+FEWEST_LOADS = 3
+ROWS_FOR_FITS = 400
+"""A running recording is condensed to about this many means."""
+_CREEP_BIC = 10.0
+"""A second time constant must lower the BIC by this much."""
+
+
+@dataclass(frozen=True)
+class Samples:
+    """A running recording of one channel and what each sample is good for.
+
+    Parameters
+    ----------
+    time_s, reading, load_n
+        Shape (n,); the load is NaN where it is not known.
+    state
+        `SampleState`, shape (n,).
+    hold
+        Index of the load that a settled sample belongs to, −1 elsewhere, shape (n,).
+    """
+
+    time_s: FloatArray
+    reading: FloatArray
+    load_n: FloatArray
+    state: IntArray
+    hold: IntArray
+
+    def rejected(self) -> dict[str, int]:
+        """Samples per reason for not being used."""
+        return {
+            state.reason: int(np.sum(self.state == state))
+            for state in SampleState
+            if state is not SampleState.SETTLED and np.any(self.state == state)
+        }
+
+
+@dataclass(frozen=True)
+class ChannelStudy:
+    """One channel: the affine fit, the ladder above it, and creep seen in its holds.
+
+    Parameters
+    ----------
+    channel
+        Its name.
+    record
+        Rows that were fitted.
+    affine
+        Regression of load on counts, as seed 1 has it.
+    ladder
+        None where the rows are too few for anything else.
+    samples
+        Of a running recording, else None.
+    relaxation, waiting
+        Creep within holds and what it does to the scale; None without long holds.
+    """
+
+    channel: str
+    record: BenchRecord
+    affine: AffineFit
+    ladder: Ladder | None
+    samples: Samples | None = None
+    relaxation: Relaxation | None = None
+    waiting: Waiting | None = None
+
+    @property
+    def fit(self) -> ChannelFit | None:
+        """The model the ladder chose, where it is more than a plain regression.
+
+        That is any rung, and the straight line too where sessions or persistent noise make the
+        rows dependent, because its intervals are then the honest ones.
+        """
+        if self.ladder is None:
+            return None
+        dependent = self.ladder.chosen.sessions > 1 or self.ladder.chosen.correlation_s > 0
+        return self.ladder.chosen if self.ladder.rungs or dependent else None
+
+    @property
+    def model(self) -> str:
+        """Name of the model in use."""
+        return "affine" if self.ladder is None else self.ladder.model
+
+    @property
+    def estimates(self) -> Estimates:
+        """Parameters to be written."""
+        return self.affine.estimates if self.fit is None else complete(self.fit)
+
+    def predict(self, record: BenchRecord) -> Prediction:
+        """Loads by the model in use."""
+        if self.ladder is not None:
+            return self.ladder.chosen.predict(record)
+        affine = self.affine
+        load = affine.scale_n_per_count * record.reading + affine.bias_n
+        centred = record.reading - affine.centre_counts
+        scale_sd, centre_sd = float(affine.estimates.sd[0]), affine.centre_sd_n
+        dof = max(affine.load_n.size - 2, 1)
+        noise = affine.rmse_n**2 * affine.load_n.size / dof
+        sd = np.sqrt((scale_sd * centred) ** 2 + centre_sd**2 + noise)
+        low, high = float(affine.load_n.min()), float(affine.load_n.max())
+        slack = 0.01 * (high - low)
+        beyond = (load < low - slack) | (load > high + slack)
+        return Prediction(load, sd, np.full(load.size, float(dof)), beyond)
+
+
+def complete(fit: ChannelFit) -> Estimates:
+    """A fit's parameters with the fixed shapes of its terms, so that an effect can be rebuilt."""
+    extra = [
+        (f"{fit.channel}{term.owner}.{shape}", unit, grid[0])
+        for term in fit.terms
+        if not term.free
+        for shape, unit, grid in zip(term.shapes, term.shape_units, term.grids, strict=True)
+    ]
+    found = fit.estimates
+    count, total = len(found.names), len(found.names) + len(extra)
+    covariance = np.zeros((total, total))
+    covariance[:count, :count] = found.covariance
+    return Estimates(
+        (*found.names, *(name for name, _, _ in extra)),
+        (*found.units, *(unit for _, unit, _ in extra)),
+        np.concatenate([found.values, [value for _, _, value in extra]]),
+        covariance,
+        (*found.status, *(Status.FIXED for _ in extra)),
+    )
+
+
+def study_rows(
+    record: BenchRecord, method: Method = "ordinary", *, extend: bool = True, most_degree: int = 3
+) -> ChannelStudy:
+    """Study a channel whose rows are readings of settled loads.
+
+    Parameters
+    ----------
+    record
+        One row per reading.
+    method
+        Regression of the affine fit.
+    extend
+        Whether to try more than scale and bias.
+    most_degree
+        Of the polynomials.
+    """
+    known = record.known
+    affine = fit_affine(record.channel, record.load_n[known], record.reading[known], method)
+    loads = np.unique(record.load_n[known]).size
+    ladder = None
+    if extend and known.sum() >= FEWEST_ROWS and loads >= FEWEST_LOADS:
+        ladder = climb(record, menu(record, most_degree))
+    return ChannelStudy(record.channel, record, affine, ladder)
+
+
+def study_samples(
+    record: BenchRecord,
+    method: Method = "ordinary",
+    *,
+    options: PlateauOptions | None = None,
+    loads_n: Sequence[float] = (),
+    extend: bool = True,
+    most_degree: int = 3,
+) -> ChannelStudy:
+    """Study a channel from a running recording: find holds, condense, climb, look for creep.
+
+    Parameters
+    ----------
+    record
+        Samples; where the load is recorded too, its standing still makes a sample settled.
+    method, extend, most_degree
+        As `study_rows`.
+    options
+        What counts as standing still.
+    loads_n
+        Loads in the order in which they were put on, where the recording does not have them.
+
+    Raises
+    ------
+    DataError
+        The number of loads found is not the number of loads given, or none is given at all.
+    """
+    samples = _find_loads(record, options or PlateauOptions(), loads_n)
+    settled = samples.hold >= 0
+    if not settled.any():
+        raise DataError(
+            "no settled sample", column=record.channel,
+            remedy="hold each load longer, or widen the tolerances in [offline_fit.plateaus]",
+        )  # fmt: skip
+    bad = samples.state >= SampleState.GLITCH
+    filtered = replace(
+        record,
+        load_n=np.where(settled, samples.load_n, np.nan),
+        reading=np.where(bad, np.nan, samples.reading),
+    )
+    span = float(sum(np.ptp(record.time_s[part]) for part in record.sessions()))
+    short = condense(filtered, max(span / ROWS_FOR_FITS, 1e-9))
+    study = study_rows(short, method, extend=extend, most_degree=most_degree)
+    relaxation, waiting = _creep_of(samples)
+    return replace(study, samples=samples, relaxation=relaxation, waiting=waiting)
+
+
+def _find_loads(record: BenchRecord, options: PlateauOptions, loads_n: Sequence[float]) -> Samples:
+    """State and load of every sample."""
+    state = np.empty(len(record), dtype=np.int64)
+    hold = np.full(len(record), -1, dtype=np.int64)
+    first = 0
+    for part in record.sessions():
+        own = find_plateaus(record.time_s[part], record.reading[part], options)
+        steady = own
+        if np.isfinite(record.load_n[part]).all():
+            steady = find_plateaus(record.time_s[part], record.load_n[part], options)
+        state[part] = np.where(own.state >= SampleState.GLITCH, own.state, steady.state)
+        hold[part] = _levels(steady, first)
+        first = int(hold.max()) + 1
+    usable = state == SampleState.SETTLED
+    hold = np.where(usable, hold, -1)
+    load = record.load_n.copy()
+    if len(loads_n):
+        found = np.unique(hold[hold >= 0])
+        if found.size != len(loads_n):
+            medians = [f"{np.median(record.reading[hold == h]):.6g}" for h in found[:12]]
+            raise DataError(
+                f"{found.size} loads stand still in the recording, {len(loads_n)} are given; "
+                f"readings of those found: {', '.join(medians)}",
+                column=record.channel,
+                remedy="correct loads_n or the tolerances in [offline_fit.plateaus]",
+            )
+        load[usable] = np.asarray(loads_n, dtype=float)[np.searchsorted(found, hold[usable])]
+    elif not np.isfinite(load[usable]).any():
+        raise DataError(
+            "the recording has no load column and no loads are given", column=record.channel,
+            remedy="give loads_n in [offline_fit.plateaus], one per load in order of time",
+        )  # fmt: skip
+    return Samples(record.time_s, record.reading, load, state, hold)
+
+
+def _levels(plateaus: Plateaus, first: int) -> IntArray:
+    """Index of the load under each sample, counted on from `first`."""
+    if not len(plateaus):
+        return np.full(plateaus.hold.size, -1, dtype=np.int64)
+    level = np.concatenate([plateaus.level + first, [-1]])
+    return np.asarray(level[plateaus.hold], dtype=np.int64)
+
+
+def _creep_of(samples: Samples) -> tuple[Relaxation | None, Waiting | None]:
+    """Time constants of the holds, one or two, and what waiting does to the scale."""
+    at = samples.hold >= 0
+    span = float(np.ptp(samples.time_s[at]))
+    dense = BenchRecord(
+        "hold",
+        np.where(at, samples.hold, np.nan).astype(float),
+        np.where(samples.state >= SampleState.GLITCH, np.nan, samples.reading),
+        samples.time_s,
+        np.zeros(samples.time_s.size, dtype=np.int64),
+    )
+    short = condense(dense, max(span / (2 * ROWS_FOR_FITS), 1e-9))
+    hold = np.where(short.known, np.nan_to_num(short.load_n, nan=-1.0), -1.0).astype(np.int64)
+    found: list[Relaxation] = []
+    for constants in (1, 2):
+        try:
+            found.append(fit_relaxation(short.time_s, short.reading, hold, constants))
+        except FitError:
+            break
+    relaxation = None
+    if found:
+        better = len(found) == 2 and found[1].bic < found[0].bic - _CREEP_BIC
+        relaxation = found[1] if better else found[0]
+    final = None if relaxation is None else relaxation.level
+    waiting = study_waiting(samples.time_s, samples.reading, samples.load_n, samples.hold, final)
+    return relaxation, waiting
