@@ -1,0 +1,153 @@
+"""The bench before anything is diagnosed: sizes as asked, nothing leaks, same seed same bytes."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.blind.hidden import CATALOGUE
+from tests.blind.ledger import open_ledger
+from tests.blind.noise import FAMILIES, draw_noise
+from tests.blind.trials import EXPERIMENTS, Cell, make_trial, plan_cells
+from tests.blind.world import Array
+from tests.blind.worlds import WORLDS
+from tests.blind.yardstick import size_for, yardstick
+
+
+def _bytes(folder: Path) -> dict[str, str]:
+    return {p.name: hashlib.sha256(p.read_bytes()).hexdigest() for p in folder.iterdir()}
+
+
+@pytest.mark.parametrize("experiment", EXPERIMENTS)
+def test_a_clean_world_balances_but_for_what_calibration_explains(experiment: str) -> None:
+    maker = WORLDS[experiment]
+    world = maker.draw(np.random.default_rng(5), {})
+    stick = yardstick(maker, world)
+    error = np.where(stick.valid, stick.clean_error, 0.0) / stick.noise
+    flat = error[stick.valid]
+    left = flat - stick.absorbed @ (stick.absorbed.T @ flat)
+    # interpolation of the body between its samples is all that may be left, far below the noise
+    assert np.sqrt(np.mean(left**2)) < 0.1
+
+
+@pytest.mark.parametrize("experiment", EXPERIMENTS)
+def test_hidden_effect_has_the_rho_asked_for_by_an_independent_projection(experiment: str) -> None:
+    maker = WORLDS[experiment]
+    world = maker.draw(np.random.default_rng(8), {})
+    stick = yardstick(maker, world)
+    item = next(i for i in CATALOGUE.values() if experiment in i.experiments and not i.switch)
+    size, hidden = size_for(
+        0.5, lambda s: item.act(world, s, np.random.default_rng(3)), stick, item.guess
+    )
+    # the same by plain least squares on the calibration directions, touched outputs only
+    clean, shifted = maker.error(world), maker.error(hidden)
+    valid = np.isfinite(clean)
+    change = np.where(valid, (shifted - clean) / stick.noise, 0.0)
+    columns = [
+        np.where(valid, (maker.error(moved) - clean) / stick.noise, 0.0)[valid]
+        for moved in maker.calibrations(world)
+    ]
+    design = np.stack(columns, axis=1)
+    design = design / np.linalg.norm(design, axis=0).clip(1e-300)
+    left = np.zeros_like(change)
+    left[valid] = change[valid] - design @ np.linalg.lstsq(design, change[valid], rcond=1e-9)[0]
+    touched = np.sqrt(np.mean(change**2, axis=0)) > 1e-3 * np.sqrt(np.mean(change**2, axis=0)).max()
+    rho = np.sqrt(np.mean(left[:, touched][valid[:, touched]] ** 2))
+    assert size > 0
+    assert rho == pytest.approx(0.5, rel=0.03)
+
+
+def test_a_pure_calibration_error_leaves_nothing() -> None:
+    for experiment in ("weights", "placements", "walk"):
+        maker = WORLDS[experiment]
+        world = maker.draw(np.random.default_rng(2), {})
+        stick = yardstick(maker, world)
+        rng = np.random.default_rng(4)
+        gain, bias = rng.normal(1, 0.05, world.shown.shape[1]), rng.normal(0, 1.0)
+        wrong = world.with_shown(world.shown * gain + bias)
+        assert stick.rho(wrong) < 1e-6 * np.abs(stick.influence(wrong)).max()
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_noise_families_have_their_sd_and_memory(family: str) -> None:
+    rng = np.random.default_rng(1)
+    block = np.repeat(np.arange(40), 500)
+    load = np.abs(rng.normal(10, 4, (block.size, 2)))
+    noise = draw_noise(rng, family, load, block, np.array([0.1, 2.0]), repeatability=0.0)
+    # 0.6² offset + 0.6² gain + 0.8² white where the gain wanders with the block
+    expected = np.sqrt(0.64 + 2 * 0.36) if family == "block_gain_offset" else 1.0
+    assert noise.std(axis=0) == pytest.approx(expected * np.array([0.1, 2.0]), rel=0.15)
+    inside = noise[:500, 0] - noise[:500, 0].mean()
+    lag_one = float(inside[1:] @ inside[:-1] / (inside @ inside))
+    wanted = {"ar90": 0.9, "ar98": 0.98}.get(family)
+    assert lag_one == (pytest.approx(wanted, abs=0.06) if wanted else pytest.approx(0, abs=0.3))
+
+
+def test_same_seed_same_bytes_and_another_seed_others(tmp_path: Path) -> None:
+    for experiment in EXPERIMENTS:
+        cell = Cell("null", experiment)
+        folders = [tmp_path / f"{experiment}{i}" for i in range(3)]
+        for folder, seed in zip(folders, (11, 11, 12), strict=True):
+            make_trial(cell, seed, folder)
+        assert _bytes(folders[0]) == _bytes(folders[1])
+        assert _bytes(folders[0]) != _bytes(folders[2])
+
+
+def test_a_hidden_effect_shows_in_the_data_and_nowhere_else(tmp_path: Path) -> None:
+    """Same files, same columns, same keys as a null: only numbers differ."""
+    for experiment in EXPERIMENTS:
+        item = next(i for i in CATALOGUE.values() if experiment in i.experiments and not i.switch)
+        words = {w for name in (*item.right, *item.key.split("/")) for w in (name, name.upper())}
+        null, hidden = tmp_path / f"n{experiment}", tmp_path / f"h{experiment}"
+        make_trial(Cell("null", experiment), 21, null)
+        make_trial(Cell("single", experiment, (item.key,), 0.5), 21, hidden)
+        assert {p.stem for p in null.iterdir()} == {p.stem for p in hidden.iterdir()}
+        assert _keys(null) == _keys(hidden)
+        text = b"".join(p.read_bytes() for p in hidden.iterdir() if p.suffix != ".parquet").decode()
+        assert not [w for w in words if w in text.replace("offset_m", "")]
+
+
+def _keys(folder: Path) -> list[str]:
+    lines = (folder / "recipe.toml").read_text(encoding="utf-8").splitlines()
+    return sorted(line.split("=")[0].strip() for line in lines)
+
+
+def test_development_and_sealed_seeds_never_meet(tmp_path: Path) -> None:
+    development = open_ledger(tmp_path / "d", "development")
+    sealed = open_ledger(tmp_path / "s", "sealed")
+    other = open_ledger(tmp_path / "t", "sealed")
+    numbers = range(20_000)
+    seeds = [{ledger.seed(n) for n in numbers} for ledger in (development, sealed, other)]
+    assert all(len(s) == len(numbers) for s in seeds)
+    assert not seeds[0] & seeds[1]
+    assert not seeds[1] & seeds[2]
+    assert open_ledger(tmp_path / "s", "sealed").seed(7) == sealed.seed(7)
+
+
+def test_at_least_half_of_the_hidden_effects_are_foreign() -> None:
+    cells = [c for c in plan_cells() if c.kind in ("single", "pair", "switch", "unseen")]
+    foreign = [all(CATALOGUE[key].foreign for key in cell.hidden) for cell in cells]
+    assert np.mean(foreign) > 0.5
+
+
+def test_memories_start_rested_with_every_block() -> None:
+    world = WORLDS["weights"].draw(np.random.default_rng(0), {})
+    for key in ("hysteresis/bouc_wen", "creep/two_stage"):
+        hidden = CATALOGUE[key].act(world, 0.1, np.random.default_rng(1))
+        change: Array = (hidden.shown - world.shown)[world.fresh]
+        assert np.abs(change).max() < 1e-12
+
+
+def test_switches_change_the_error_by_more_than_the_noise() -> None:
+    for item in CATALOGUE.values():
+        if not item.switch or item.right == ("mass",):
+            continue
+        for experiment in item.experiments:
+            maker = WORLDS[experiment]
+            world = maker.draw(np.random.default_rng(6), {})
+            hidden = item.act(replace(world), 1.0, np.random.default_rng(2))
+            assert yardstick(maker, world).rho(hidden) > 1.0, (item.key, experiment)

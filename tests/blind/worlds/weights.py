@@ -1,0 +1,127 @@
+"""Known weights on each cell alone: ladders up and down with holds, on several days."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from tests.blind.noise import FAMILIES, draw_noise
+from tests.blind.world import Array, Maker, Rng, World, draw_cells
+from tests.blind.worlds.files import write_log, write_recipe
+
+
+def draw(rng: Rng, options: Mapping[str, Any]) -> World:
+    """Ladders of 5–8 weights, up and down, holds at the top and at zero, on 10–14 days."""
+    cells = int(rng.choice([2, 3, 4]))
+    sessions = int(options.get("blocks") or rng.integers(12, 16))
+    full_n = float(rng.uniform(8.0, 60.0))
+    rungs = int(rng.integers(5, 9))
+    ladder = full_n * np.sort(np.concatenate([[0.0, 1.0], rng.uniform(0.06, 0.94, rungs - 1)]))
+    ladder = np.round(ladder, 2)
+    up_down = np.concatenate([ladder, ladder[-2::-1]])
+    hold_s = np.full(up_down.size, float(rng.uniform(15.0, 25.0)))
+    hold_s[[rungs, -1]] = rng.uniform(100.0, 180.0, 2)
+    step_s = float(rng.uniform(3.0, 6.0))
+    parts: dict[str, list[Array]] = {k: [] for k in ("time", "load", "session", "cell", "degc")}
+    for session in range(sessions):
+        clock, morning, warming = 0.0, rng.uniform(17.0, 31.0), rng.uniform(-3.0, 5.0)
+        for cell in rng.permutation(cells):
+            edges = clock + np.concatenate([[0.0], np.cumsum(hold_s)])
+            # the first reading once the weight has come to rest
+            time_s = np.arange(edges[0] + 2.0, edges[-1], step_s)
+            load = up_down[np.searchsorted(edges, time_s, side="right") - 1]
+            parts["time"].append(time_s)
+            parts["load"].append(load)
+            parts["session"].append(np.full(time_s.size, float(session)))
+            parts["cell"].append(np.full(time_s.size, float(cell)))
+            parts["degc"].append(morning + warming * (1 - np.exp(-time_s / 900.0)))
+            clock = edges[-1] + rng.uniform(20.0, 60.0)
+    row = {key: np.concatenate(values) for key, values in parts.items()}
+    session_cell = (row["session"] * cells + row["cell"]).astype(np.int64)
+    load = row["load"][:, None]
+    family = str(rng.choice(FAMILIES))
+    sd_n = full_n * float(rng.uniform(5e-4, 2e-3))
+    scale, zero = draw_cells(rng, cells)
+    return World(
+        experiment="weights",
+        channels=tuple(f"left_{name}" for name in ("fl", "fr", "rl", "rr")[:cells]),
+        time_s=row["time"],
+        block=session_cell,
+        shown=load.copy(),
+        noise=draw_noise(rng, family, load, session_cell, np.array([sd_n])),
+        row={
+            "load_n": row["load"],
+            "cell": row["cell"],
+            "session": row["session"],
+            "temperature_degc": row["degc"] + 0.02 * rng.normal(size=row["degc"].size),
+        },
+        robot={
+            "name": "bench",
+            "channels": [f"left_{n}" for n in ("fl", "fr", "rl", "rr")[:cells]],
+        },
+        scale=scale,
+        zero=zero,
+        quantum_n=float(rng.choice([0.0, 0.2 * sd_n, sd_n])),
+        facts={
+            "noise": family,
+            "sd_n": sd_n,
+            "sessions": sessions,
+            "full_n": full_n,
+            "rungs": rungs,
+        },
+    )
+
+
+def error(world: World) -> Array:
+    """Shown − label, one column per cell, shape (n, cells)."""
+    out = np.full((world.time_s.size, len(world.channels)), np.nan)
+    cell = world.row["cell"].astype(int)
+    out[np.arange(cell.size), cell] = world.shown[:, 0] - world.row["load_n"]
+    return out
+
+
+def calibrations(world: World) -> list[World]:
+    """Scale and bias of each cell."""
+    moved = []
+    for i in range(len(world.channels)):
+        mine = (world.row["cell"] == i)[:, None]
+        moved.append(world.with_shown(np.where(mine, 1.01 * world.shown, world.shown)))
+        moved.append(world.with_shown(np.where(mine, 0.1 + world.shown, world.shown)))
+    return moved
+
+
+def write(world: World, folder: Path, rng: Rng) -> None:
+    """The long table of all cells and days."""
+    cell = world.row["cell"].astype(int)
+    force = world.shown[:, 0] + world.noise[:, 0]
+    if world.quantum_n > 0:
+        force = np.round(force / world.quantum_n) * world.quantum_n
+    load = world.row["load_n"]
+    same = np.diff(world.block, prepend=-1) == 0
+    change = np.where(same, np.diff(load, prepend=0.0), 0.0)
+    frame = pd.DataFrame(
+        {
+            "channel": np.array(world.channels)[cell],
+            "load_n": np.round(load, 4),
+            "counts": np.round(world.zero[cell] + force / world.scale[cell]),
+            "time_s": np.round(world.time_s, 3),
+            "temperature_degc": np.round(world.row["temperature_degc"], 2),
+            "direction": _held_sign(change, ~same),
+            "session": [f"day {int(s) + 1}" for s in world.row["session"]],
+        }
+    )
+    write_recipe(folder, world.robot, {"weights": write_log(frame, folder, "weights", rng)})
+
+
+def _held_sign(change: Array, fresh: Array) -> Array:
+    """Sign of the last change of load, +1 at the start of a ladder."""
+    sign = np.where(fresh, 1.0, np.sign(change))
+    at = np.where(sign != 0, np.arange(sign.size), 0)
+    return np.asarray(sign[np.maximum.accumulate(at)])
+
+
+MAKER = Maker(draw, error, lambda world: iter(calibrations(world)), write)

@@ -1,0 +1,109 @@
+"""How large a hidden effect is: what calibration cannot absorb, over the noise."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tests.blind.world import Array, Maker, World
+
+TOUCHED = 1e-3
+"""Outputs that an effect changes by less than this share of the most changed one do not count."""
+TOLERANCE = 0.02
+MOST_STEPS = 25
+
+
+class UnreachableError(ValueError):
+    """No size of the effect reaches the wanted ρ in this world."""
+
+
+@dataclass(frozen=True)
+class Yardstick:
+    """Noise and calibration of one clean world.
+
+    Parameters
+    ----------
+    clean_error
+        Shape (n, k); NaN where nothing is demanded.
+    noise
+        RMS of the noise per output, shape (k,).
+    absorbed
+        Orthonormal basis of what calibration explains, over the valid errors, shape (m, p).
+    """
+
+    maker: Maker
+    clean_error: Array
+    noise: Array
+    absorbed: Array
+
+    @property
+    def valid(self) -> NDArray[np.bool_]:
+        """Errors that count, shape (n, k)."""
+        return np.isfinite(self.clean_error)
+
+    def influence(self, world: World) -> Array:
+        """Change of the error in units of noise, before anything is refitted, shape (n, k)."""
+        change = (self.maker.error(world) - self.clean_error) / self.noise
+        return np.asarray(np.where(self.valid & np.isfinite(change), change, 0.0))
+
+    def left(self, world: World) -> Array:
+        """What is left of it after the calibration parameters have been refitted, shape (n, k)."""
+        change = self.influence(world)
+        flat = change[self.valid]
+        out = np.zeros_like(change)
+        out[self.valid] = flat - self.absorbed @ (self.absorbed.T @ flat)
+        return out
+
+    def rho(self, world: World) -> float:
+        """RMS of what is left over RMS of the noise, over the outputs that the effect touches."""
+        whole = np.sqrt(np.mean(self.influence(world) ** 2, axis=0))
+        touched = whole > TOUCHED * max(float(whole.max()), 1e-300)
+        if not touched.any():
+            return 0.0
+        left = self.left(world)[:, touched][self.valid[:, touched]]
+        return float(np.sqrt(np.mean(left**2)))
+
+
+def yardstick(maker: Maker, world: World) -> Yardstick:
+    """Measure a clean world."""
+    clean = maker.error(world)
+    valid = np.isfinite(clean)
+    noise = np.sqrt(np.nanmean((maker.error(world.noisy()) - clean) ** 2, axis=0))
+    columns = []
+    for moved in maker.calibrations(world):
+        change = ((maker.error(moved) - clean) / noise)[valid]
+        size = float(np.sqrt(np.sum(change**2)))
+        if size > 0:
+            columns.append(change / size)
+    u, s, _ = np.linalg.svd(np.stack(columns, axis=1), full_matrices=False)
+    return Yardstick(maker, clean, noise, u[:, s > 1e-7 * s[0]])
+
+
+def size_for(
+    rho: float, act: Callable[[float], World], stick: Yardstick, guess: float
+) -> tuple[float, World]:
+    """Size at which an effect leaves `rho`, and the world that has it.
+
+    Raises
+    ------
+    UnreachableError
+        The effect stays hidden in the calibration, or saturates below `rho`.
+    """
+    size, below, above = guess, (0.0, 0.0), (np.inf, np.inf)
+    for step in range(MOST_STEPS):
+        world = act(size)
+        found = max(stick.rho(world), 1e-12)
+        if abs(np.log(found / rho)) < TOLERANCE:
+            return size, world
+        below, above = ((size, found), above) if found < rho else (below, (size, found))
+        if below[0] > 0 and np.isfinite(above[0]):
+            # a straight line in logarithms, every third time the middle
+            ends, values = np.log([below[0], above[0]]), np.log([below[1], above[1]])
+            share = 0.5 if step % 3 == 2 else (np.log(rho) - values[0]) / np.ptp(values)
+            size = float(np.exp(ends[0] + np.clip(share, 0.05, 0.95) * np.ptp(ends)))
+        else:
+            size *= float(np.clip(rho / found, 0.1, 10.0))
+    raise UnreachableError(f"rho {rho} not reached: {found:.3g} at size {size:.3g}")
