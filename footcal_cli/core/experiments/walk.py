@@ -152,9 +152,9 @@ def feet_of(log: Log) -> tuple[str, ...]:
 
 
 def _valid(log: Log, error: FloatArray, totals: int, carried: BoolArray) -> BoolArray:
-    """Totals count while some foot surely stands, a channel while its foot surely swings."""
+    """Totals count unless all feet are in the air, a channel while its foot surely swings."""
     valid = np.isfinite(error)
-    standing = (log.known["contact"] == 1.0).any(axis=1) & carried
+    standing = (log.known["contact"] != 0.0).any(axis=1) & carried
     valid[:, :totals] &= standing[:, None]
     valid[:, totals:] &= channel_contact(log) == 0.0
     return valid

@@ -93,7 +93,7 @@ class Guards:
     """
 
     huber: float = 3.0
-    least_gain_nats: float = 1e-4
+    least_gain_nats: float = 1e-3
     jump_threshold: float = 30.0
     least_jump_n: float = 0.5
     jump_memory_s: float = 2.0
@@ -295,13 +295,14 @@ def run_filter(
             innovation[j, at], innovation_sd[j, at] = nu, np.sqrt(variance)
             log_det = np.linalg.slogdet(total)[1]
             log_likelihood -= 0.5 * (nis[j] + log_det + at.size * _LOG_2PI)
-            # what is left of the spread if z were known is not information about z
-            ht = h[:, p:]
-            rest = ht @ cov[p:, p:] @ ht.T + np.diag(noise_var + extra)
-            gain_nats[j] = 0.5 * (log_det - np.linalg.slogdet(rest)[1])
+            gain = ph @ inverse
+            now = cov[:p, :p]
+            # information about z alone: how far the update would shrink its covariance
+            gain_nats[j] = 0.5 * (
+                np.linalg.slogdet(now)[1] - np.linalg.slogdet(now - gain[:p] @ ph[:p].T)[1]
+            )
             if gain_nats[j] > guards.least_gain_nats:
                 used[j] = True
-                gain = ph @ inverse
                 mean = mean + gain @ nu
                 cov = cov - gain @ ph.T
                 cov = 0.5 * (cov + cov.T)

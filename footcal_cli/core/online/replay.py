@@ -13,6 +13,7 @@ from footcal_cli.core.effects.contract import Scope, columns_of
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.evidence import rms
 from footcal_cli.core.online.filter import Guards, Noise, Track, run_filter, run_settings
+from footcal_cli.core.online.jumps import Jump
 from footcal_cli.core.online.rows import (
     PLATE_STATE,
     REFERENCE_STATES,
@@ -72,6 +73,8 @@ class Memory:
         That it was given, the body stream moved by `delay_s`.
     track, smoothed
         Filter and smoother.
+    jumps
+        Bias jumps alarmed while filtering, sized by the smoother.
     tuning
         Noise learnt from the innovations; None where it was given.
     noise
@@ -84,7 +87,8 @@ class Memory:
 
     rows: Rows
     track: Track
-    smoothed: Track | None
+    smoothed: Track
+    jumps: tuple[Jump, ...]
     tuning: Tuning | None
     noise: Noise
     delay_s: float
@@ -176,7 +180,20 @@ def run_memory(log: Log, belief: Belief, options: MemoryOptions | None = None) -
     if "robot.delay" in rows.names:
         at = rows.names.index("robot.delay")
         delay_sd = float(track.sd[-1, at])
-    return Memory(rows, track, smooth(past), tuning, noise, delay, delay_sd, moved)
+    smoothed = smooth(past)
+    jumps = tuple(_sized(jump, smoothed) for jump in track.jumps)
+    return Memory(rows, track, smoothed, jumps, tuning, noise, delay, delay_sd, moved)
+
+
+def _sized(jump: Jump, smoothed: Track) -> Jump:
+    """A jump with the size that the whole walk gives it; the proof saw only its beginning."""
+    at = smoothed.names.index(jump.name)
+    onset = int(
+        np.clip(np.searchsorted(smoothed.time_s, jump.onset_s), 1, len(smoothed.time_s) - 1)
+    )
+    after = min(onset + 1, len(smoothed.time_s) - 1)
+    size = float(smoothed.values[after, at] - smoothed.values[onset - 1, at])
+    return replace(jump, size=size, sd=float(np.hypot(*smoothed.sd[[onset - 1, after], at])))
 
 
 def held(last_sample: IntArray, values: FloatArray, n: int) -> FloatArray:

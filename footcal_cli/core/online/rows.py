@@ -337,7 +337,7 @@ def _sample_rows(
     h[:, totals + cells, c + cells] = 1.0
     yaw = heading_rad(log)
     for i, name in enumerate(states):
-        h[:, :totals, 2 * c + i] = _state_column(name, log, reference.fz_n, slope, yaw)
+        h[:, :totals, 2 * c + i] = _state_column(name, log, slope, yaw)
     for i, columns in enumerate(columns_of(Scope.FOOT, log.channels)[: hanging.shape[1]]):
         hung = 2 * c + len(states) + i
         h[:, totals + columns, hung] = 1.0 / len(columns)
@@ -346,10 +346,9 @@ def _sample_rows(
     return balance.error, balance.valid & finite, np.where(finite[..., None], h, 0.0)
 
 
-def _state_column(
-    name: str, log: Log, fz: FloatArray, slope: FloatArray, yaw: FloatArray
-) -> FloatArray:
-    """``∂(fz, mx, my)/∂state``, shape (n, 3): ``(−∂F, −Fz ∂pʸ, Fz ∂pˣ)`` of the reference."""
+def _state_column(name: str, log: Log, slope: FloatArray, yaw: FloatArray) -> FloatArray:
+    """``∂(fz, mx, my)/∂state``, shape (n, 3): ``(−∂F_ref, −Fz ∂pʸ, Fz ∂pˣ)``, Fz of the cells."""
+    fz = log.readings.sum(axis=1)
     zero = np.zeros_like(fz)
     if name == "robot.delay":
         return np.stack([-slope[:, 0], -fz * slope[:, 2], fz * slope[:, 1]], axis=1)

@@ -82,9 +82,10 @@ def learn_noise(
     step = np.full(at.size, _FIRST_STEP)
 
     def score(points: FloatArray) -> FloatArray:
-        points = np.clip(points, origin - _FURTHEST, origin + _FURTHEST)
+        points = points.copy()
+        points[:, at] = np.clip(points[:, at], origin[at] - _FURTHEST, origin[at] + _FURTHEST)
         likelihood, _ = run_settings(rows, Noise.of(np.exp(points)), guards)
-        moved = (points - origin)[:, at] / _PRIOR_SD_LOG
+        moved = (points[:, at] - origin[at]) / _PRIOR_SD_LOG
         return np.asarray(likelihood - 0.5 * np.sum(moved**2, axis=1))
 
     first = best = float(score(point[None])[0])

@@ -1,0 +1,117 @@
+"""The estimators' rows against the experiment's balance and the table of effects."""
+
+from collections.abc import Mapping
+
+import numpy as np
+import pytest
+
+from footcal_cli.core.effects import TABLE
+from footcal_cli.core.experiments import walk
+from footcal_cli.core.log import Log
+from footcal_cli.core.online.rows import Rows, cell_rows
+from footcal_cli.core.parameters import FloatArray
+from tests.core.walk_data import Errors, make_walk, record
+from tests.core.walking import belief_of, walk_log
+
+
+@pytest.fixture(scope="module")
+def made() -> tuple[Log, Log, Rows, FloatArray]:
+    """A short walk with raw counts, the same in believed newtons, its rows, and its yaw."""
+    recording = record(make_walk(0.1, 8.0, seed=2, turn=0.05), Errors(), seed=2)
+    log = walk_log(recording)
+    belief = belief_of(recording)
+    rows = cell_rows(log, belief, samples_per_update=1)
+    newtons = log.with_readings(belief.forces(log.readings))
+    return log, newtons, rows, belief.bias_sd_n
+
+
+def usable(rows: Rows) -> np.ndarray:
+    """Samples away from the ends, where slopes of the reference are two-sided."""
+    return (rows.time_s > 2.6) & (rows.time_s < 7.4)
+
+
+def test_with_nothing_wrong_the_rows_are_the_experiments_balance(
+    made: tuple[Log, Log, Rows, FloatArray],
+) -> None:
+    _, newtons, rows, _ = made
+    balance = walk.EXPERIMENT.balance(newtons)
+    assert rows.outputs == balance.outputs
+    assert rows.valid.sum() > 1000
+    np.testing.assert_array_equal(rows.valid, balance.valid)
+    np.testing.assert_allclose(rows.error[rows.valid], balance.error[balance.valid], atol=1e-10)
+
+
+def test_gains_and_biases_act_on_the_rows_as_on_the_readings(
+    made: tuple[Log, Log, Rows, FloatArray],
+) -> None:
+    _, newtons, rows, _ = made
+    rng = np.random.default_rng(0)
+    gain, bias = rng.normal(0, 0.02, 8), rng.normal(0, 0.3, 8)
+    z = np.zeros(len(rows.names))
+    z[:16] = np.concatenate([gain, bias]) / rows.prior_sd[:16]
+    corrected = walk.EXPERIMENT.balance(newtons.with_readings(newtons.readings * (1 + gain) + bias))
+    np.testing.assert_allclose(
+        (rows.error + rows.h @ z)[rows.valid], corrected.error[rows.valid], atol=1e-10
+    )
+
+
+@pytest.mark.parametrize(
+    ("effect", "theta", "state", "size", "tolerance"),
+    [
+        ("com_offset", {"com_correction_x": 0.004}, "robot.com_correction_x", 0.004, 1e-9),
+        ("com_offset", {"com_correction_y": -0.004}, "robot.com_correction_y", -0.004, 1e-9),
+        ("angular_momentum", {"angmom_loss": 0.01}, "robot.angmom_loss", 0.01, 2e-2),
+        ("hanging_plate", {"plate_weight": 1.5}, "left.plate_weight", 1.5, 1e-9),
+        ("delay", {"delay": 0.002}, "robot.delay", 0.002, 6e-2),
+    ],
+)
+def test_every_state_is_the_effect_of_that_name(
+    made: tuple[Log, Log, Rows, FloatArray],
+    effect: str,
+    theta: Mapping[str, float],
+    state: str,
+    size: float,
+    tolerance: float,
+) -> None:
+    _, newtons, rows, _ = made
+    row = TABLE[effect]
+    owners = 2 if effect == "hanging_plate" else 1
+    values = {p.name: np.full(owners, p.neutral) for p in row.parameters}
+    for name, value in theta.items():
+        values[name][0] = value
+    removed, _ = row.remove(newtons, values, None)
+    change = walk.EXPERIMENT.balance(removed).error - walk.EXPERIMENT.balance(newtons).error
+    z = np.zeros(len(rows.names))
+    z[rows.names.index(state)] = size / rows.prior_sd[rows.names.index(state)]
+    # the believed contact knows no transitions of the plate: judge away from them
+    settled = np.isfinite(newtons.known["contact"]).all(axis=1)
+    steady = np.convolve(settled, np.ones(7), mode="same") == 7
+    use = rows.valid & (usable(rows) & steady)[:, None]
+    expected = (rows.h @ z)[use]
+    worst = np.abs(change[use] - expected).max()
+    assert np.abs(expected).max() > 0
+    assert worst < tolerance * np.abs(expected).max() + 1e-12
+
+
+def test_a_block_is_the_mean_of_its_samples(made: tuple[Log, Log, Rows, FloatArray]) -> None:
+    log, _, single, _ = made
+    recording = record(make_walk(0.1, 8.0, seed=2, turn=0.05), Errors(), seed=2)
+    blocks = cell_rows(log, belief_of(recording), samples_per_update=4)
+    assert len(blocks) == len(single) // 4
+    j = 100
+    part = slice(4 * j, 4 * j + 4)
+    assert single.valid[part, 0].all()
+    np.testing.assert_allclose(blocks.error[j, 0], single.error[part, 0].mean())
+    np.testing.assert_allclose(blocks.h[j, 0], single.h[part, 0].mean(axis=0))
+    assert blocks.last_sample[j] == 4 * j + 3
+
+
+def test_rows_do_not_depend_on_how_the_log_is_cut_into_chunks(
+    monkeypatch: pytest.MonkeyPatch, made: tuple[Log, Log, Rows, FloatArray]
+) -> None:
+    log, _, whole, _ = made
+    recording = record(make_walk(0.1, 8.0, seed=2, turn=0.05), Errors(), seed=2)
+    monkeypatch.setattr("footcal_cli.core.online.rows._CHUNK_ROWS", 37)
+    cut = cell_rows(log, belief_of(recording), samples_per_update=1)
+    np.testing.assert_array_equal(cut.valid, whole.valid)
+    np.testing.assert_allclose(cut.h, whole.h, rtol=1e-12, atol=1e-15)
