@@ -174,7 +174,7 @@ HANGING_PLATE = Effect(
     parameters=(EffectParameter("plate_weight", "N", 0.0, -20.0, 20.0, 0.5),),
     apply=on_readings(_plate(-1.0)),
     remove=on_readings(_plate(1.0)),
-    experiments=("stand", "walk"),
+    experiments=("walk",),
     formula="y_i = x_i − W / cells while the foot is in the air: the loose sole hangs on the cells",
     source="seed 1's feet; a sole that rests on the floor in stance and hangs in swing",
     remedy="fix the sole to the cells' seats, or weigh it and give its weight to the recipe",

@@ -26,8 +26,8 @@ from footcal_cli.core.effects.memory import (
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import BoolArray, FloatArray
 
-MOVING = ("walk", "hang")
-"""Experiments in which loads change quickly enough for a lag of milliseconds."""
+MOVING = ("walk",)
+"""Experiments whose loads change quickly enough to show a lag of milliseconds."""
 
 
 def _hysteresis(x: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:

@@ -71,6 +71,7 @@ def weights_logs(
     *,
     seed: int,
     together: bool = False,
+    to_counts: bool = True,
 ) -> dict[str, Simulated]:
     """A staircase of weights on every cell.
 
@@ -79,13 +80,19 @@ def weights_logs(
     together
         One log with all channels, each loaded in turn while all are read (shows crosstalk);
         otherwise a log per channel.
+    to_counts
+        Round and clip to the converter's counts (the chain must hold the calibration).
     """
-    channels = robot.channels
-    if not together:
-        return {
-            channel: _weigh(robot, (channel,), plan, chain, values, seed) for channel in channels
-        }
-    return {"all": _weigh(robot, channels, plan, chain, values, seed)}
+    groups = {"all": robot.channels} if together else {c: (c,) for c in robot.channels}
+    logs = {
+        name: _weigh(robot, channels, plan, chain, values, seed)
+        for name, channels in groups.items()
+    }
+    return {name: _counted(done, robot) if to_counts else done for name, done in logs.items()}
+
+
+def _counted(done: Simulated, robot: Biped) -> Simulated:
+    return Simulated(done.truth, as_counts(done.log, robot.adc_counts), done.chain, done.values)
 
 
 def _weigh(
@@ -113,7 +120,7 @@ def _weigh(
         },
         np.tile(session, count),
     )
-    done = measure(
+    return measure(
         planned,
         lambda log: log.known["load_n"],
         chain,
@@ -122,7 +129,6 @@ def _weigh(
         torque_noise=QUIET,
         rng=stream(seed, f"weights {'+'.join(channels)}"),
     )
-    return Simulated(done.truth, as_counts(done.log, robot.adc_counts), chain, values)
 
 
 @dataclass(frozen=True)
@@ -158,6 +164,7 @@ def placements_log(
     values: Mapping[str, float],
     *,
     seed: int,
+    to_counts: bool = True,
 ) -> Simulated:
     """All placements on one foot; block: the placement (hole and weight)."""
     holes = plan.holes_m(robot, foot)
@@ -194,4 +201,4 @@ def placements_log(
         torque_noise=QUIET,
         rng=stream(seed, f"placements {foot}"),
     )
-    return Simulated(done.truth, as_counts(done.log, robot.adc_counts), chain, values)
+    return _counted(done, robot) if to_counts else done

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
+from footcal_cli.errors import UsageError
 
 _NEWTON_STEPS = 30
-_MARGIN = 1e-3
-"""Cells are asked for CoPs at most this far (of the foot's size) from the edge of their hull."""
+_TOLERANCE_M = 1e-6
 
 
 def shares(arms_m: FloatArray) -> FloatArray:
@@ -42,6 +42,13 @@ def shares(arms_m: FloatArray) -> FloatArray:
         step /= np.maximum(determinant, 1e-12)[:, None]
         length = np.linalg.norm(step, axis=1, keepdims=True)
         multiplier -= step * np.minimum(1.0, 3.0 / np.maximum(length, 1e-12))
+    missed_m = scale * np.abs(np.einsum("nc,nci->ni", weights, arms)).max(initial=0.0)
+    if missed_m > _TOLERANCE_M:
+        raise UsageError(
+            "the centre of pressure leaves the foot's cells",
+            value=round(1e3 * missed_m, 1), unit="mm beyond",
+            remedy="ask for smaller steps, a slower turn, less lean or smaller corrections",
+        )  # fmt: skip
     return weights
 
 

@@ -124,7 +124,7 @@ def _rolls(plan: WalkPlan) -> tuple[float, float]:
 
 
 def _cop_knots(robot: Biped, plan: WalkPlan, feet: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Stamps and points between which the planned CoP moves on straight lines."""
+    """Stamps and points between which the planned CoP moves, resting at each."""
     heel, toe = _rolls(plan)
     middle = np.array([robot.cells_m(foot).mean(axis=0)[0] for foot in robot.feet])
     start = plan.stand_s + plan.step_s * np.arange(plan.steps)
@@ -153,7 +153,7 @@ def _com_path(
     forward in time, one backward.
     """
     grid = np.arange(-2.0, end_s + 2.0, _GRID_S)
-    cop = np.stack([np.interp(grid, knot_s, knot_m[:, i]) for i in range(2)], axis=-1)
+    cop = _eased_path(grid, knot_s, knot_m)
     decay = np.exp(-omega * _GRID_S)
     slow = (1.0 - decay) / (omega * _GRID_S)
     numerator, denominator = [1.0 - slow, slow - decay], [1.0, -decay]
@@ -165,6 +165,14 @@ def _com_path(
 
     past, future = smoothed(cop), smoothed(cop[::-1])[::-1]
     return grid, 0.5 * (past + future), 0.5 * omega * (future - past)
+
+
+def _eased_path(t: FloatArray, knot_s: FloatArray, knot_m: FloatArray) -> FloatArray:
+    """Smooth path from point to point, at rest at each, shape (n, 2)."""
+    left = np.clip(np.searchsorted(knot_s, t, side="right") - 1, 0, len(knot_s) - 2)
+    u = (t - knot_s[left]) / (knot_s[left + 1] - knot_s[left])
+    path: FloatArray = knot_m[left] + _ease(u)[0][:, None] * (knot_m[left + 1] - knot_m[left])
+    return path
 
 
 def _hermite(t: FloatArray, grid: FloatArray, value: FloatArray, slope: FloatArray) -> FloatArray:
@@ -207,7 +215,7 @@ def walking(robot: Biped, plan: WalkPlan, time_s: FloatArray) -> Motion:
     omega = np.sqrt(robot.gravity_mps2 / robot.com_height_m)
     grid, path, speed = _com_path(knot_s, knot_m, omega, float(time_s[-1]))
     com_xy = _hermite(time_s, grid, path, speed)
-    cop = np.stack([np.interp(time_s, knot_s, knot_m[:, i]) for i in range(2)], axis=-1)
+    cop = _eased_path(time_s, knot_s, knot_m)
     on, on_dot, on_ddot = _envelope(time_s, plan)
     cycle = 2.0 * np.pi / plan.step_s
     phase = cycle * (time_s - plan.stand_s)

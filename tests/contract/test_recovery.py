@@ -1,0 +1,262 @@
+"""Simulate an effect, fit it through the experiment's balance: the error must match its sd."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from footcal_cli.core.chain import Chain, Link, chain_of, link
+from footcal_cli.core.effects import TABLE, effects_seen_by
+from footcal_cli.core.effects.contract import Effect, Scope
+from footcal_cli.core.experiments import hang, placements, pose, stand, walk, weights
+from footcal_cli.core.experiments.whitening import white_errors, whitening
+from footcal_cli.core.fit import fit_map, numeric_jacobian
+from footcal_cli.core.log import Log
+from footcal_cli.core.parameters import FloatArray, Parameter, ParameterSet
+from footcal_cli.core.simulation.bench_logs import (
+    PlacementsPlan,
+    WeightsPlan,
+    placements_log,
+    weights_logs,
+)
+from footcal_cli.core.simulation.biped_logs import StandPlan, Streams, biped_logs, standing
+from footcal_cli.core.simulation.gait import WalkPlan, walking
+from footcal_cli.core.simulation.hexapod_logs import HangPlan, PosePlan, hang_log, pose_log
+from footcal_cli.core.simulation.measure import Simulated
+from footcal_cli.core.simulation.noise import Noise
+from footcal_cli.core.simulation.robots import Biped, Hexapod
+
+BIPED, HEXAPOD = Biped(), Hexapod()
+FORCE_SD_N, TORQUE_SD_NM = 0.04, 0.004
+FORCE, TORQUE = Noise(white=FORCE_SD_N), Noise(white=TORQUE_SD_NM)
+SEEDS = 40
+VISIBLE = 5.0
+"""Signature per prior sd, in units of noise, from which on a log says something of a parameter."""
+SHAPES = {
+    "saturation_limit": 4.0, "hinge_load": 4.5, "dead_zone_width": 2.5, "label": 5.0, "placement": 3.0, "unit_block": 1.0,
+    "bypass_load": 10.0, "jump_time": 3.0, "change_time": 30.0, "slip_time": 3.0,
+    "creep_time": 10.0, "creep_slow_time": 30.0, "stuck_time": 5.0,
+}  # fmt: skip
+"""Shapes at which an effect shows on these short logs."""
+
+
+EXPERIMENTS = {
+    "weights": weights.EXPERIMENT,
+    "placements": placements.EXPERIMENT,
+    "stand": stand.EXPERIMENT,
+    "walk": walk.EXPERIMENT,
+    "hang": hang.EXPERIMENT,
+    "pose": pose.EXPERIMENT,
+}
+RESIZED = {
+    "bias_drift": 20.0, "offset_drift": 100.0, "clock_drift": 20.0, "temperature": 5.0,
+    "creep_slow": 10.0, "cubic": 5.0,
+    "hole_correction": 0.3,
+}  # fmt: skip
+"""How many times larger than in practice an effect must be to show within seconds."""
+Simulator = Callable[[Chain, dict[str, float], int], Simulated]
+
+
+def simulate_weights(chain: Chain, values: dict[str, float], seed: int) -> Simulated:
+    plan = WeightsPlan(
+        loads_n=(0.0, 2.0, 5.0, 10.0), hold_s=8.0, sample_s=2.0, sessions=2, pause_s=10.0,
+        warming_degc_per_s=0.01, noise=FORCE,
+    )  # fmt: skip
+    robot = Biped(feet={"left": BIPED.feet["left"]})
+    logs = weights_logs(robot, plan, chain, values, seed=seed, together=True, to_counts=False)
+    return logs["all"]
+
+
+def simulate_placements(chain: Chain, values: dict[str, float], seed: int) -> Simulated:
+    plan = PlacementsPlan(loads_n=(5.0, 20.0), repeats=2, noise=FORCE)
+    return placements_log(BIPED, "left", plan, chain, values, seed=seed, to_counts=False)
+
+
+def simulate_stand(chain: Chain, values: dict[str, float], seed: int) -> Simulated:
+    plan = StandPlan(stances=8, stance_s=2.0, sway_m=0.0)
+    streams = Streams(cell_rate_hz=10.0, cell_noise=FORCE, body_rate_hz=1.0)
+    return biped_logs(
+        "stand", BIPED, standing(BIPED, plan, 3), plan.duration_s, chain, values,
+        seed=seed, streams=streams, to_counts=False,
+    ).cells  # fmt: skip
+
+
+def simulate_walk(chain: Chain, values: dict[str, float], seed: int) -> Simulated:
+    plan = WalkPlan(duration_s=6.0, speed_mps=0.1, stand_s=0.6, turn_radps=0.1)
+    streams = Streams(cell_rate_hz=60.0, cell_noise=FORCE, body_rate_hz=1.0)
+    return biped_logs(
+        "walk", BIPED, lambda t: walking(BIPED, plan, t), plan.duration_s, chain, values,
+        seed=seed, streams=streams, to_counts=False,
+    ).cells  # fmt: skip
+
+
+def simulate_hang(chain: Chain, values: dict[str, float], seed: int) -> Simulated:
+    plan = HangPlan(cycles=1, cycle_s=10.0, rate_hz=6.0, force_noise=FORCE, torque_noise=TORQUE)
+    return hang_log(HEXAPOD, "ml", plan, chain, values, seed=seed)
+
+
+def simulate_pose(chain: Chain, values: dict[str, float], seed: int) -> Simulated:
+    plan = PosePlan(poses=30, tripods=6, force_noise=FORCE, torque_noise=TORQUE)
+    return pose_log(HEXAPOD, plan, chain, values, seed=seed)
+
+
+@dataclass(frozen=True)
+class Bench:
+    """An experiment, how its logs are simulated, and who may carry an effect in this test."""
+
+    simulate: Simulator
+    owners: dict[Scope, tuple[str, ...]]
+
+
+LEFT = tuple(c for c in BIPED.channels if c.startswith("left"))
+BENCHES = {
+    "weights": Bench(simulate_weights, {Scope.CHANNEL: LEFT}),
+    "placements": Bench(simulate_placements, {Scope.CHANNEL: LEFT, Scope.FOOT: ("left",)}),
+    "stand": Bench(simulate_stand, {Scope.CHANNEL: LEFT, Scope.FOOT: ("left", "right")}),
+    "walk": Bench(simulate_walk, {Scope.CHANNEL: LEFT, Scope.FOOT: ("left", "right")}),
+    "hang": Bench(simulate_hang, {Scope.CHANNEL: ("ml.fx", "ml.fz", "ml.ty"), Scope.LEG: ("ml",)}),
+    "pose": Bench(simulate_pose, {Scope.CHANNEL: ("fl.fz", "mr.fz"), Scope.LEG: ("hr",)}),
+}
+
+
+@cache
+def clean(experiment: str) -> Log:
+    return BENCHES[experiment].simulate(Chain(()), {}, 0).truth
+
+
+def whitener_of(experiment: str, log: Log) -> FloatArray:
+    sd = np.array([TORQUE_SD_NM if ".t" in channel else FORCE_SD_N for channel in log.channels])
+    return whitening(EXPERIMENTS[experiment], log, sd)
+
+
+def residual(
+    experiment: str, chain: Chain, log: Log, values: dict[str, float], white: FloatArray
+) -> FloatArray:
+    """The residual of the contract, with the correlations between the outputs taken out."""
+    undistorted, _ = chain.remove(log, values)
+    return white_errors(EXPERIMENTS[experiment].balance(undistorted), white)
+
+
+def case_link(effect: Effect, experiment: str) -> Link:
+    log = clean(experiment)
+    owners = {Scope.ROBOT: ("robot",), **BENCHES[experiment].owners}[effect.scope]
+    return link(effect, log.channels, owners)
+
+
+def in_its_log(parameters: ParameterSet) -> ParameterSet:
+    """Shapes and prior sds with which an effect shows on these short logs."""
+
+    def fitted(p: Parameter) -> Parameter:
+        name = p.name.rsplit(".", 1)[1]
+        if not p.free:
+            return replace(p, value=SHAPES.get(name, p.value))
+        factors = [factor for start, factor in RESIZED.items() if name.startswith(start)]
+        return replace(p, sd=p.sd * factors[0] if factors else p.sd)
+
+    return ParameterSet(tuple(fitted(p) for p in parameters))
+
+
+def signatures(chain: Chain, experiment: str, parameters: ParameterSet, step: float) -> FloatArray:
+    """Change of the residual per prior sd of each parameter, at neutral, (m, p)."""
+    log = clean(experiment)
+    white = whitener_of(experiment, log)
+
+    def error(theta: FloatArray) -> FloatArray:
+        values = dict(zip(parameters.names, theta, strict=True))
+        return residual(experiment, chain, log, values, white)
+
+    sizes = np.array([p.step for p in parameters])
+    steps = np.where(parameters.free, step * sizes, 1e-12)
+    return numeric_jacobian(error, parameters.values, steps) * np.where(parameters.free, sizes, 0)
+
+
+def visible(chain: Chain, experiment: str) -> ParameterSet:
+    """The parameters with those held at neutral that this log says next to nothing about."""
+    parameters = in_its_log(chain.parameters())
+    information = np.sum(signatures(chain, experiment, parameters, 1e-3) ** 2, axis=0)
+    return ParameterSet(
+        tuple(
+            replace(p, free=bool(p.free and seen > VISIBLE**2))
+            for p, seen in zip(parameters, information, strict=True)
+        )
+    )
+
+
+def drawn(parameters: ParameterSet, rng: np.random.Generator) -> dict[str, float]:
+    """True values: free ones from their prior (away from a one-sided bound)."""
+    values = {p.name: p.value for p in parameters}
+    for p in parameters:
+        if p.free and p.lower == p.value:
+            values[p.name] += p.sd * rng.uniform(0.5, 1.0)
+        elif p.free:
+            values[p.name] += p.sd * float(np.clip(rng.standard_normal(), -2.5, 2.5))
+    return values
+
+
+TRIED = [
+    (effect, experiment)
+    for effect in TABLE.values()
+    if effect.invertible
+    for experiment in effect.experiments
+    if not (effect.name == "offset" and experiment in ("stand", "walk"))  # six-axis feet
+]
+CASES = [pytest.param(*case, id=f"{case[0].name}-{case[1]}") for case in TRIED]
+
+
+def pulls(effect: Effect, experiment: str, seeds: int) -> FloatArray:
+    """Errors in units of their sd over many seeds: ``L⁻¹ (estimate − truth)``, covariance L Lᵀ."""
+    chain = chain_of([case_link(effect, experiment)])
+    parameters = visible(chain, experiment)
+    assert parameters.free.any(), "the experiment cannot see the effect"
+    found = []
+    first = 1000 * list(TABLE).index(effect.name)
+    for seed in range(first, first + max(seeds, -(-seeds * 4 // int(parameters.free.sum())))):
+        truth = drawn(parameters, np.random.default_rng(seed))
+        done = BENCHES[experiment].simulate(chain, truth, seed)
+        white = whitener_of(experiment, done.truth)
+
+        def error(theta: FloatArray, log: Log = done.log, white: FloatArray = white) -> FloatArray:
+            values = dict(zip(parameters.names, theta, strict=True))
+            return residual(experiment, chain, log, values, white)
+
+        fit = fit_map(error, parameters)
+        true = np.array([truth[name] for name in parameters.names])
+        free = np.flatnonzero(parameters.free)
+        factor = np.linalg.cholesky(fit.estimates.covariance[np.ix_(free, free)])
+        found.append(np.linalg.solve(factor, (fit.estimates.values - true)[free]))
+    return np.concatenate(found)
+
+
+def rms(values: FloatArray) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("effect", "experiment"), CASES)
+def test_error_matches_sd_over_forty_seeds(effect: Effect, experiment: str) -> None:
+    assert 0.85 <= rms(pulls(effect, experiment, SEEDS)) <= 1.15
+
+
+@pytest.mark.parametrize("experiment", EXPERIMENTS)
+def test_error_matches_sd(experiment: str) -> None:
+    """A few seeds per effect: none may be far off, and together they must match."""
+    seen = [effect for effect in effects_seen_by(experiment) if (effect, experiment) in TRIED]
+    found = {effect.name: pulls(effect, experiment, 2) for effect in seen}
+    far = {name: rms(values).__round__(2) for name, values in found.items() if rms(values) > 2.0}
+    assert not far
+    assert 0.85 <= rms(np.concatenate(list(found.values()))) <= 1.15
+
+
+@pytest.mark.parametrize(("effect", "experiment"), CASES)
+def test_the_balance_shows_the_effect_smoothly(effect: Effect, experiment: str) -> None:
+    """Signatures exist at neutral: differences of two widths agree, and are not zero."""
+    chain = chain_of([case_link(effect, experiment)])
+    parameters = visible(chain, experiment)
+    assert parameters.free.any()
+    coarse = signatures(chain, experiment, parameters, 1e-3)
+    fine = signatures(chain, experiment, parameters, 2.5e-4)
+    np.testing.assert_allclose(coarse, fine, atol=2e-3 * float(np.abs(fine).max()))
