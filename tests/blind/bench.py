@@ -70,8 +70,8 @@ def rules_digest() -> str:
     return code_digest(files)
 
 
-def hide(bench: Bench, cells: Sequence[Cell], first: int = 0, *, show: bool = True) -> None:
-    """Step 1: write the logs of trials `first` … and commit to their truths."""
+def hide(bench: Bench, cells: Sequence[Cell], *, show: bool = True) -> None:
+    """Step 1: write the logs of all trials of a plan, and commit to their truths."""
     content = bench.commitments() or {
         "stream": bench.ledger.stream,
         "sealed_at": datetime.now(UTC).isoformat(timespec="seconds"),
@@ -79,14 +79,15 @@ def hide(bench: Bench, cells: Sequence[Cell], first: int = 0, *, show: bool = Tr
         "trials": {},
         "unreachable": [],
     }
-    for number, cell in _shown(list(enumerate(cells, first)), "hiding", show):
-        name = bench.ledger.name(number)
+    for number, cell in _shown(list(enumerate(cells)), "hiding", show):
+        trial = f"{number} {cell}"
+        name = bench.ledger.name(trial)
         if name in content["trials"] or name in content["unreachable"]:
             continue
         folder = bench.root / "logs" / name
         shutil.rmtree(folder, ignore_errors=True)
         try:
-            truth = make_trial(cell, bench.ledger.seed(number), folder)
+            truth = make_trial(cell, bench.ledger.seed(trial), folder)
         except UnreachableError:
             content["unreachable"].append(name)
         else:
@@ -213,7 +214,8 @@ def opened(bench: Bench) -> tuple[list[Score], dict[str, Any]]:
         if path.is_file():
             record = json.loads(path.read_text("utf-8"))
             changed += record["rules_sha256"] != content["rules_sha256"]
-            scores.append(judge(truth, Verdict.read(record)))
+            seconds = record.get("seconds", 0.0)
+            scores.append(judge({**truth, "seconds": seconds}, Verdict.read(record)))
     return scores, {**content, "rules_changed": changed, "hidden": len(truths)}
 
 

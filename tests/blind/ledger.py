@@ -40,13 +40,13 @@ class Ledger:
     stream: Stream
     secret: bytes
 
-    def seed(self, number: int) -> int:
-        """Seed of a trial; the two streams never meet."""
-        return int.from_bytes(self._digest(f"seed {number}")[:8], "big")
+    def seed(self, trial: str) -> int:
+        """Seed of a trial of the plan; the two streams never meet."""
+        return int.from_bytes(self._digest(f"seed {trial}")[:8], "big")
 
-    def name(self, number: int) -> str:
+    def name(self, trial: str) -> str:
         """Name of a trial's folder; says nothing of its place in the plan."""
-        return self._digest(f"name {number}").hex()[:16]
+        return self._digest(f"name {trial}").hex()[:16]
 
     def commitment(self, truth: Mapping[str, Any]) -> str:
         """``SHA-256(secret + truth)`` as hexadecimal digits."""

@@ -121,11 +121,11 @@ def test_development_and_sealed_seeds_never_meet(tmp_path: Path) -> None:
     sealed = open_ledger(tmp_path / "s", "sealed")
     other = open_ledger(tmp_path / "t", "sealed")
     numbers = range(20_000)
-    seeds = [{ledger.seed(n) for n in numbers} for ledger in (development, sealed, other)]
+    seeds = [{ledger.seed(str(n)) for n in numbers} for ledger in (development, sealed, other)]
     assert all(len(s) == len(numbers) for s in seeds)
     assert not seeds[0] & seeds[1]
     assert not seeds[1] & seeds[2]
-    assert open_ledger(tmp_path / "s", "sealed").seed(7) == sealed.seed(7)
+    assert open_ledger(tmp_path / "s", "sealed").seed("7") == sealed.seed("7")
 
 
 def test_at_least_half_of_the_hidden_effects_are_foreign() -> None:

@@ -1,0 +1,146 @@
+"""What the bench must show, and how each figure is counted."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from tests.blind.scoring import Score, Share
+
+Chosen = Callable[[Score], bool]
+Flag = Callable[[Score], bool]
+
+
+@dataclass(frozen=True)
+class Demand:
+    """One required figure.
+
+    Parameters
+    ----------
+    trial, score
+        Words for the page.
+    chosen, flag
+        Which trials count, and what is counted in them.
+    bound
+        The share asked for.
+    sense
+        ``at_least`` or ``at_most``.
+    """
+
+    trial: str
+    score: str
+    chosen: Chosen
+    flag: Flag
+    bound: float
+    sense: Literal["at_least", "at_most"] = "at_least"
+
+    def share(self, scores: Sequence[Score]) -> Share:
+        """The figure as measured."""
+        return Share.of(self.flag(s) for s in scores if self.chosen(s))
+
+    def met(self, scores: Sequence[Score]) -> bool:
+        """Whether the measured share meets the bound (the point estimate, as the issue asks)."""
+        value = self.share(scores).value
+        return value >= self.bound if self.sense == "at_least" else value <= self.bound
+
+    def asked(self) -> str:
+        """The bound in words."""
+        return f"{'≥' if self.sense == 'at_least' else '≤'} {100 * self.bound:g} %"
+
+    def against(self, scores: Sequence[Score], most: int = 4) -> str:
+        """Which trials went the other way: what was hidden and what was said."""
+        bad = [
+            s for s in scores if self.chosen(s) and self.flag(s) is not (self.sense == "at_least")
+        ]
+        said = Counter(f"{_hidden(s)} → {_said(s)}" for s in bad)
+        parts = [f"{what} ({count})" for what, count in said.most_common(most)]
+        rest = len(bad) - sum(count for _, count in said.most_common(most))
+        return "; ".join(parts) + (f"; {rest} others" if rest else "")
+
+
+def _hidden(score: Score) -> str:
+    keys = [str(effect["key"]) for effect in score.truth["effects"]]
+    rho = score.truth["rho"]
+    return (" and ".join(keys) or "nothing") + (f" at ρ {rho:g}" if keys and rho else "")
+
+
+def _said(score: Score) -> str:
+    verdict = score.verdict
+    names = sorted(verdict.names) or sorted(set().union(*verdict.rivals))
+    return verdict.verdict + (f" {{{', '.join(names[:3])}}}" if names else "")
+
+
+def _kind(kind: str) -> Chosen:
+    return lambda s: s.truth["kind"] == kind
+
+
+def _single(rho: float) -> Chosen:
+    return lambda s: s.truth["kind"] == "single" and s.truth["rho"] == rho
+
+
+def _unaliased(rho: float) -> Chosen:
+    return lambda s: _single(rho)(s) and not s.truth["effects"][0]["alias"]
+
+
+def _aliased(s: Score) -> bool:
+    return s.truth["kind"] == "single" and bool(s.truth["effects"][0]["alias"])
+
+
+def _unseen(rho: float) -> Chosen:
+    return lambda s: s.truth["kind"] == "unseen" and s.truth["rho"] == rho
+
+
+def _foreign(s: Score) -> bool:
+    return _single(1.0)(s) and bool(s.truth["effects"][0]["foreign"])
+
+
+def _both_rivals(s: Score) -> bool:
+    """The rival set holds the effect and at least one of its aliases."""
+    effect = s.truth["effects"][0]
+    others = set(effect["alias"]) - set(effect["right"])
+    return any(set(effect["right"]) & group and others & group for group in s.verdict.rivals)
+
+
+EXACT = {0.3: 0.60, 0.5: 0.85, 1.0: 0.95}
+RIGHT = {0.3: 0.75, 0.5: 0.92, 1.0: 0.98}
+
+DEMANDS: tuple[Demand, ...] = (
+    Demand("null", "false name", _kind("null"), lambda s: s.wrong, 0.01, "at_most"),
+    Demand("null", "any alarm", _kind("null"), lambda s: s.alarm, 0.03, "at_most"),
+    *(
+        Demand(f"single, ρ {rho:g}", "exact name", _unaliased(rho), lambda s: s.exact, bound)
+        for rho, bound in EXACT.items()
+    ),
+    *(
+        Demand(f"single, ρ {rho:g}", "right answer", _single(rho), lambda s: s.right, bound)
+        for rho, bound in RIGHT.items()
+    ),
+    Demand("single, all ρ", "confident wrong name", _kind("single"), lambda s: s.wrong, 0.01,
+           "at_most"),
+    Demand("single, named", "95 % interval covers the size", lambda s: s.covered is not None,
+           lambda s: bool(s.covered), 0.90),
+    Demand("two effects, ρ 0.6", "both named", _kind("pair"), lambda s: s.exact, 0.75),
+    Demand("two effects, ρ 0.6", "right answer", _kind("pair"), lambda s: s.right, 0.90),
+    Demand("two effects, ρ 0.6", "wrong extra name", _kind("pair"), lambda s: s.wrong, 0.02,
+           "at_most"),
+    Demand("unseen, ρ 0.6", "unknown or flagged", _unseen(0.6), lambda s: s.right, 0.90),
+    Demand("unseen, ρ 1", "unknown or flagged", _unseen(1.0), lambda s: s.right, 0.98),
+    Demand("unseen, all ρ", "confident wrong name", _kind("unseen"), lambda s: s.wrong, 0.03,
+           "at_most"),
+    Demand("left out of the library, ρ 1", "confident wrong name", _kind("left_out"),
+           lambda s: s.wrong, 0.03, "at_most"),
+    Demand("designed alias, ρ ≥ 0.5", "both in the rival set",
+           lambda s: _aliased(s) and s.truth["rho"] >= 0.5, _both_rivals, 0.95),
+    Demand("wiring", "named or bad-data", _kind("switch"), lambda s: s.right, 0.98),
+    Demand("mass in a drifting walk", "not testable, no name", _kind("untestable"),
+           lambda s: s.right, 0.95),
+    Demand("too little data", "says underpowered", _kind("underpowered"), lambda s: s.right, 1.0),
+    Demand("too little data", "false name", _kind("underpowered"), lambda s: s.wrong, 0.0,
+           "at_most"),
+    Demand("below the size that matters", "named all the same", _kind("small"), lambda s: s.wrong,
+           0.02, "at_most"),
+    Demand("foreign implementation, ρ ≥ 1", "right answer", _foreign, lambda s: s.right, 0.90),
+)  # fmt: skip
+"""In the order of issue 8's table."""

@@ -1,0 +1,182 @@
+"""``docs/blind_bench.md``: every demanded figure beside the measured one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tests.blind.demands import DEMANDS
+from tests.blind.figures import draw_confusion, draw_power, draw_risk
+from tests.blind.hidden import CATALOGUE
+from tests.blind.scoring import Score, Share, rho_at_power
+
+GROUPS = ("weights", "placements", "walk", "walk, drifting", "hang", "pose", "stand")
+INTRO = """# The blind bench
+
+Effects are hidden in logs by generators that are not the inverse of footcal's code; `footcal
+diagnose` sees logs, recipe and the calibration of the ordinary command, and nothing else; the truth
+was sealed by SHA-256(secret + truth) before the run and opened after it. `make blind` repeats it;
+`tests/blind` is how. This page is generated.
+
+**ρ** is the RMS of what an effect leaves after the calibration parameters have been refitted, over
+the RMS of the noise, on the outputs that it touches: measured by the bench's own projection, not by
+footcal's. *Exact*: every hidden effect named and nothing else. *Right answer*: a rival set that
+holds it counts too. Brackets are 95 % intervals (Wilson); upper bounds are one-sided 95 %
+(Clopper–Pearson).
+"""
+
+
+def group_of(score: Score) -> str:
+    """The column of a trial: its experiment, drifting walks apart."""
+    drifting = score.truth["experiment"] == "walk" and score.truth.get("drift")
+    return "walk, drifting" if drifting else str(score.truth["experiment"])
+
+
+def write_page(scores: Sequence[Score], run: Mapping[str, Any], page: Path) -> None:
+    """Write the page, and its figures beside it."""
+    figures = page.parent / "figures"
+    figures.mkdir(parents=True, exist_ok=True)
+    draw_confusion(scores, figures / "blind_confusion.png")
+    draw_power(scores, figures / "blind_power.png")
+    draw_risk(scores, figures / "blind_risk.png")
+    parts = [
+        INTRO,
+        _provenance(scores, run),
+        "## Demanded and measured\n",
+        *_demands(scores),
+        "## What was hidden, what was said\n",
+        "![Confusion matrix](figures/blind_confusion.png)\n",
+        _wrong_names(scores),
+        "## Power\n",
+        "![Power curves](figures/blind_power.png)\n",
+        *_power(scores),
+        "## Risk against coverage\n",
+        "![Risk against coverage](figures/blind_risk.png)\n",
+        "## What is hidden\n",
+        *_catalogue(),
+    ]
+    page.write_text("\n".join(parts).rstrip() + "\n", encoding="utf-8")
+
+
+def _provenance(scores: Sequence[Score], run: Mapping[str, Any]) -> str:
+    seconds = [float(s.truth["seconds"]) for s in scores if s.truth.get("seconds")]
+    lines = [
+        f"- Seeds: **{run['stream']}**, sealed {run['sealed_at']}, opened "
+        f"{datetime.now(UTC).isoformat(timespec='seconds')}.",
+        "- Rules, procedure and table of effects when sealed: SHA-256 "
+        f"`{run['rules_sha256'][:16]}…`; "
+        f"{run['rules_changed']} of {len(scores)} verdicts were made after a change of them.",
+        f"- {len(scores)} of {run['hidden']} hidden trials have a verdict; "
+        f"{len(run['unreachable'])} planned trials were not made because the effect hides in the "
+        "calibration at any size.",
+    ]
+    if seconds:
+        lines.append(
+            f"- Calibration and diagnosis took {np.median(seconds):.1f} s per trial (median), "
+            f"{max(seconds):.0f} s at most, one core."
+        )
+    return "\n".join(lines) + "\n"
+
+
+def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
+    return "\n".join([*lines, *("| " + " | ".join(row) + " |" for row in rows)]) + "\n"
+
+
+def _brief(share: Share) -> str:
+    return f"{100 * share.value:.0f} ({share.trials})" if share.trials else "–"
+
+
+def _demands(scores: Sequence[Score]) -> list[str]:
+    groups = [g for g in GROUPS if any(group_of(s) == g for s in scores)]
+    rows, missed = [], []
+    for demand in DEMANDS:
+        share = demand.share(scores)
+        if not share.trials:
+            rows.append(
+                [demand.trial, demand.score, demand.asked(), "not run", *["–"] * len(groups)]
+            )
+            continue
+        met = demand.met(scores)
+        measured = str(share)
+        if demand.sense == "at_most":
+            measured += f", upper {100 * share.upper():.1f} %"
+        rows.append(
+            [
+                demand.trial,
+                demand.score,
+                demand.asked(),
+                measured if met else f"**{measured}**",
+                *(_brief(demand.share([s for s in scores if group_of(s) == g])) for g in groups),
+            ]
+        )
+        if not met:
+            missed.append(f"- *{demand.trial}, {demand.score}*: {demand.against(scores)}.")
+    out = [_table(["trial", "score", "demanded", "measured", *groups], rows)]
+    out.append("Columns of experiments: per cent (trials). Bold: demanded and not reached.\n")
+    if missed:
+        out += ["### Not reached, and on which trials\n", "\n".join(missed) + "\n"]
+    return out
+
+
+def _wrong_names(scores: Sequence[Score]) -> str:
+    wrong = [s for s in scores if s.wrong]
+    if not wrong:
+        return f"No wrong name in {len(scores)} trials.\n"
+    rows = [
+        [
+            group_of(s),
+            str(s.truth["kind"]),
+            " and ".join(str(e["key"]) for e in s.truth["effects"]) or "nothing",
+            f"{s.truth['rho']:g}",
+            ", ".join(sorted(s.verdict.names)),
+            s.verdict.verdict,
+        ]
+        for s in wrong
+    ]
+    return "Every wrong name:\n\n" + _table(
+        ["experiment", "trial", "hidden", "ρ", "named", "verdict"], rows
+    )
+
+
+def _power(scores: Sequence[Score]) -> list[str]:
+    singles = [s for s in scores if s.truth["kind"] == "single"]
+    rows = []
+    for key in dict.fromkeys((group_of(s), str(s.truth["effects"][0]["key"])) for s in singles):
+        mine = [s for s in singles if (group_of(s), s.truth["effects"][0]["key"]) == key]
+        rho, how = rho_at_power(mine)
+        words = {"below": f"< {rho:g}", "above": f"> {rho:g}"}.get(how, f"{rho:.2f}")
+        # sizes grow almost in proportion to ρ: the median size per ρ times the ρ found
+        per_rho = np.median([abs(s.truth["effects"][0]["size"]) / s.truth["rho"] for s in mine])
+        unit = str(mine[0].truth["effects"][0]["unit"])
+        size = (
+            f"{'' if how == 'interpolated' else words[0] + ' '}{per_rho * rho:.2g} {unit}".strip()
+        )
+        covered = Share.of(bool(s.covered) for s in mine if s.covered is not None)
+        rows.append([*key, words, size if unit else "–", _brief(covered), str(len(mine))])
+    rows.sort()
+    head = ["experiment", "hidden", "ρ at power 0.8", "that is", "interval covers, %", "trials"]
+    return [
+        "Size at which the right answer comes in four of five trials (pooled monotone curve "
+        "through the ρ tried), in ρ and in the effect's own unit (median over the robots drawn).\n",
+        _table(head, rows),
+    ]
+
+
+def _catalogue() -> list[str]:
+    rows = [
+        [
+            key,
+            ", ".join(item.right) or "none: must not be named",
+            ", ".join(item.experiments),
+            "foreign" if item.foreign else "footcal's table",
+            ", ".join(n for n in item.alias if n not in item.right) or "–",
+        ]
+        for key, item in CATALOGUE.items()
+    ]
+    head = ["hidden", "right names", "experiments", "implementation", "alias in that experiment"]
+    return [_table(head, rows)]

@@ -1,0 +1,99 @@
+"""The page from verdicts made by hand: each demand counted on its own trials."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.blind.demands import DEMANDS
+from tests.blind.hidden import CATALOGUE
+from tests.blind.page import write_page
+from tests.blind.scoring import Score, Verdict, judge
+from tests.blind.trials import Cell, plan_cells
+
+RUN = {
+    "stream": "development", "sealed_at": "2026-01-01T00:00:00+00:00", "rules_sha256": "0" * 64,
+    "rules_changed": 0, "hidden": 1000, "unreachable": [],
+}  # fmt: skip
+
+
+def _truth(cell: Cell) -> dict[str, Any]:
+    effects = [
+        {
+            "key": key, "right": list(CATALOGUE[key].right), "alias": list(CATALOGUE[key].alias),
+            "size": 1.0, "unit": "N", "parameter": CATALOGUE[key].parameter,
+            "foreign": CATALOGUE[key].foreign,
+        }
+        for key in cell.hidden
+    ]  # fmt: skip
+    return {
+        "kind": cell.kind, "experiment": cell.experiment, "drift": cell.drift, "rho": cell.rho,
+        "effects": effects, "seconds": 1.0,
+    }  # fmt: skip
+
+
+def _oracle(cell: Cell) -> dict[str, Any]:
+    """What a perfect diagnosis says."""
+    hidden = [CATALOGUE[key] for key in cell.hidden]
+    rows: list[dict[str, Any]] = []
+    if cell.kind in ("null", "small", "untestable"):
+        rows = [{"effect": i.right[0], "status": "not_testable"} for i in hidden]
+        return {"verdict": "none", "effects": rows}
+    if cell.kind == "underpowered":
+        return {"verdict": "underpowered"}
+    if cell.kind in ("unseen", "left_out"):
+        return {"verdict": "unknown"}
+    groups = [list(i.alias) for i in hidden if i.alias]
+    causes = [
+        {"effect": i.right[0], "size": 1.0, "ci95": [0.9, 1.1], "p": 1e-3}
+        for i in hidden
+        if not i.alias
+    ]
+    return {"verdict": "ambiguous" if groups else "named", "causes": causes, "rivals": groups}
+
+
+def test_a_perfect_diagnosis_meets_every_demand(tmp_path: Path) -> None:
+    scores = [judge(_truth(c), Verdict.read(_oracle(c))) for c in plan_cells()]
+    assert [d.score for d in DEMANDS if not d.share(scores).trials] == []
+    assert [(d.trial, d.score) for d in DEMANDS if not d.met(scores)] == []
+    write_page(scores, RUN, tmp_path / "page.md")
+    text = (tmp_path / "page.md").read_text(encoding="utf-8")
+    assert "Not reached" not in text
+    assert "No wrong name" in text
+    assert all((tmp_path / "figures" / f"blind_{n}.png").is_file() for n in ("power", "risk"))
+
+
+def _always(verdict: dict[str, Any]) -> list[Score]:
+    return [judge(_truth(c), Verdict.read(verdict)) for c in plan_cells()]
+
+
+@pytest.mark.parametrize(
+    ("verdict", "met"),
+    [
+        # silence is never wrong, and never right where something is there
+        ({"verdict": "none"}, {"false name", "any alarm", "confident wrong name",
+                               "wrong extra name", "named all the same"}),
+        ({"verdict": "unknown"}, {"false name", "confident wrong name", "wrong extra name",
+                                  "unknown or flagged", "named all the same"}),
+        ({"verdict": "named", "causes": [{"effect": "creep"}]}, set()),
+    ],
+)  # fmt: skip
+def test_a_blind_diagnosis_fails_what_it_should(verdict: dict[str, Any], met: set[str]) -> None:
+    scores = _always(verdict)
+    assert {d.score for d in DEMANDS if d.share(scores).trials and d.met(scores)} == met
+
+
+def test_random_verdicts_fill_every_panel(tmp_path: Path) -> None:
+    rng = np.random.default_rng(0)
+    cells = plan_cells()
+    scores = []
+    for cell in cells * 3:
+        other = cells[int(rng.integers(len(cells)))]
+        said = _oracle(cell if rng.random() < 0.3 + 0.6 * min(cell.rho, 1) else other)
+        scores.append(judge(_truth(cell), Verdict.read(said)))
+    write_page(scores, RUN, tmp_path / "page.md")
+    assert (tmp_path / "figures" / "blind_confusion.png").stat().st_size > 20_000
+    assert "Not reached, and on which trials" in (tmp_path / "page.md").read_text(encoding="utf-8")
