@@ -88,28 +88,19 @@ def fit_alternating(
         both = np.concatenate([total, moment.sum(axis=1)], axis=1)
         return np.asarray((norm * both).ravel())
 
-    q = np.zeros((legs, 3))
-    arm = geometry.hip_b_m - geometry.chassis_com_b_m
-    cost = np.inf
-    rounds = 0
-    for rounds in range(1, _MAX_ROUNDS + 1):
-        kept = arm
-        turned = least_squares(
-            lambda v, kept=kept: residual(cayley(v.reshape(legs, 3)), kept),
-            q.ravel(),
-            ftol=COST_TOLERANCE,
-        )
-        turn = cayley(turned.x.reshape(legs, 3))
-        shifted = least_squares(
-            lambda v, turn=turn: residual(turn, v.reshape(legs, 3)),
-            arm.ravel(),
-            ftol=COST_TOLERANCE,
-        )
-        change = max(
-            float(np.abs(turned.x - q.ravel()).max()), float(np.abs(shifted.x - arm.ravel()).max())
-        )
-        q, arm = turned.x.reshape(legs, 3), shifted.x.reshape(legs, 3)
-        cost = float(2.0 * shifted.cost)
-        if change < STEP_TOLERANCE:
-            break
-    return AlternatingFit(cayley(q), arm, rounds, cost)
+    def by_rotation(q: FloatArray, arm: FloatArray) -> FloatArray:
+        return residual(cayley(q.reshape(legs, 3)), arm.reshape(legs, 3))
+
+    def by_translation(arm: FloatArray, q: FloatArray) -> FloatArray:
+        return by_rotation(q, arm)
+
+    q = np.zeros(3 * legs)
+    arm = (geometry.hip_b_m - geometry.chassis_com_b_m).ravel()
+    rounds, change = 0, np.inf
+    while change >= STEP_TOLERANCE and rounds < _MAX_ROUNDS:
+        turned = least_squares(by_rotation, q, ftol=COST_TOLERANCE, args=(arm,)).x
+        shifted = least_squares(by_translation, arm, ftol=COST_TOLERANCE, args=(turned,)).x
+        change = float(np.abs(np.concatenate([turned - q, shifted - arm])).max())
+        q, arm, rounds = turned, shifted, rounds + 1
+    cost = float(np.sum(by_rotation(q, arm) ** 2))
+    return AlternatingFit(cayley(q.reshape(legs, 3)), arm.reshape(legs, 3), rounds, cost)

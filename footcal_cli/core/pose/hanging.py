@@ -19,6 +19,8 @@ from footcal_cli.core.pose.model import Mounting
 from footcal_cli.core.spatial import left_jacobian, skew, tangent_basis
 
 _SAME_LOG = 0.95
+_TWO_DIRECTIONS = 0.3
+_ALIGNING_ROUNDS = 3
 
 
 @dataclass(frozen=True)
@@ -101,6 +103,8 @@ class HangRows:
         Inverse roots of the covariances.
     bases
         Two axes across each direction, transposed, per leg (L_k, 2, 3).
+    fixed
+        Derivative of offset and weight rows, per leg (7 + 2 L_k, 13K + 1 + 2L).
     """
 
     legs: tuple[LegKnowledge, ...]
@@ -108,6 +112,7 @@ class HangRows:
     logs: int
     whiten: tuple[FloatArray, ...]
     bases: tuple[FloatArray, ...]
+    fixed: tuple[FloatArray, ...]
 
     @classmethod
     def of(cls, geometry: Geometry, legs: tuple[LegKnowledge, ...]) -> tuple[HangRows, FloatArray]:
@@ -125,35 +130,63 @@ class HangRows:
         whiten = tuple(_inverse_root(leg.covariance) for leg in legs)
         directions = np.array(axes).reshape(-1, 3)
         bases = tuple(np.swapaxes(tangent_basis(leg.gravity_dir_t), -1, -2) for leg in legs)
-        return cls(legs, tuple(log_of), len(axes), whiten, bases), directions
+        count, fixed = len(legs), []
+        for k, chosen in enumerate(log_of):
+            slope = np.zeros((7 + 2 * len(chosen), 13 * count + 1 + 2 * len(axes)))
+            slope[:6, 6 * count + 6 * k : 6 * count + 6 * k + 6] = np.eye(6)
+            slope[6, 12 * count + k] = 1.0
+            fixed.append(slope)
+        rows = cls(legs, tuple(log_of), len(axes), whiten, bases, tuple(fixed))
+        return rows, directions
+
+    def aligned(self, geometry: Geometry, direction_b: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Rotations that bring the legs' felt directions together, and those directions.
+
+        Alternates Wahba's problem per leg with the mean over legs; legs with fewer than two
+        different directions stay nominal. Shapes (K, 3, 3) and (L, 3).
+        """
+        turn = np.broadcast_to(np.eye(3), (len(self.legs), 3, 3)).copy()
+        felt = [
+            leg.gravity_dir_t @ rot.T for leg, rot in zip(self.legs, geometry.rot_bt, strict=True)
+        ]
+        for _ in range(_ALIGNING_ROUNDS if self.logs else 0):
+            total = np.zeros_like(direction_b)
+            for k, own in enumerate(felt):
+                chosen = list(self.log_of[k])
+                left, size, right = np.linalg.svd(direction_b[chosen].T @ own)
+                if size[1] > _TWO_DIRECTIONS:
+                    flip = np.diag([1.0, 1.0, np.linalg.det(left @ right)])
+                    turn[k] = left @ flip @ right
+                np.add.at(total, chosen, own @ turn[k].T)
+            direction_b = total / np.linalg.norm(total, axis=1, keepdims=True)
+        return turn, direction_b
 
     def rows(
         self, geometry: Geometry, mounting: Mounting, tangent: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """Whitened residual (m,) and its derivative by all unknowns (m, 13K + 1 + 2L)."""
         count = len(self.legs)
+        rot = mounting.turn_b @ geometry.rot_bt
+        levers = np.swapaxes(rot, -1, -2)[:, None] @ skew(mounting.hang_dir_b)[None]
+        leans = np.swapaxes(rot, -1, -2)[:, None] @ tangent[None]
         residuals, slopes = [], []
         for k, leg in enumerate(self.legs):
             chosen = list(self.log_of[k])
-            rot = mounting.turn_b[k] @ geometry.rot_bt[k]
             basis = self.bases[k]
-            felt = mounting.hang_dir_b[chosen] @ rot
-            lean = (basis @ felt[..., None])[..., 0].ravel()
-            residual = np.concatenate(
-                [
-                    mounting.offset[k] - leg.offset,
-                    [mounting.leg_weight_n[k] - leg.weight_n],
-                    lean,
-                ]
-            )
-            slope = np.zeros((residual.size, 13 * count + 1 + 2 * self.logs))
-            slope[:6, 6 * count + 6 * k : 6 * count + 6 * k + 6] = np.eye(6)
-            slope[6, 12 * count + k] = 1.0
-            turned = basis @ rot.T @ skew(mounting.hang_dir_b[chosen])
-            slope[7:, 3 * k : 3 * k + 3] = turned.reshape(-1, 3)
+            felt = mounting.hang_dir_b[chosen] @ rot[k]
+            residual = np.empty(7 + 2 * len(chosen))
+            residual[:6] = mounting.offset[k] - leg.offset
+            residual[6] = mounting.leg_weight_n[k] - leg.weight_n
+            residual[7:] = (basis @ felt[..., None])[..., 0].ravel()
+            slope = self.fixed[k].copy()
+            turned = (basis @ levers[k, chosen]).reshape(-1, 3)
+            # The directions follow the mean turn of all legs (see `model.moved`).
+            slope[7:, : 3 * count] = np.tile(-turned / count, count)
+            slope[7:, 3 * k : 3 * k + 3] += turned
+            own = basis @ leans[k, chosen]
             for i, log in enumerate(chosen):
-                at = 13 * count + 1 + 2 * log
-                slope[7 + 2 * i : 9 + 2 * i, at : at + 2] = basis[i] @ rot.T @ tangent[log]
+                at = slope.shape[1] - 2 * (self.logs - log)
+                slope[7 + 2 * i : 9 + 2 * i, at : at + 2] = own[i]
             residuals.append(self.whiten[k] @ residual)
             slopes.append(self.whiten[k] @ slope)
         return np.concatenate(residuals), np.concatenate(slopes)
@@ -162,6 +195,5 @@ class HangRows:
 def _inverse_root(covariance: FloatArray) -> FloatArray:
     """W with ``Wᵀ W = covariance⁻¹``; directions without variance count as nearly exact."""
     scale = np.sqrt(np.maximum(np.diag(covariance), np.finfo(float).tiny))
-    values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
-    values = np.maximum(values, 1e-12)
-    return np.asarray((vectors / np.sqrt(values)).T / scale)
+    ridged = covariance / np.outer(scale, scale) + 1e-12 * np.eye(scale.size)
+    return np.asarray(np.linalg.inv(np.linalg.cholesky(ridged)) / scale)

@@ -13,7 +13,7 @@ fit needs has the size of M.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -35,9 +35,12 @@ from footcal_cli.core.spatial import left_jacobian, rotation_log, skew, tangent_
 PAPER_NORM: FloatArray = np.array([1.0, 1.0, 1.0, 10.0, 10.0, 10.0])
 """The paper's K: squared errors in N and, ten times, in Nm."""
 _MAX_STEPS = 100
-_STEP_SD = 1e-4
-_FIRST_DAMPING = 1e-3
+_DECREMENT = 1e-7
+_FIRST_DAMPING = 1e-9
+_LEAST_RETRY = 1e-4
+_EASE = 0.01
 _GIVE_UP = 1e10
+_NEARLY = 1e-3
 _LEARNT = 0.95
 
 
@@ -176,7 +179,7 @@ class PoseFit:
 def start_mounting(
     geometry: Geometry, legs: tuple[LegKnowledge, ...], robot_weight_n: float
 ) -> tuple[Mounting, HangRows]:
-    """Nominal mounting with the offsets and weights of the hanging logs."""
+    """Nominal mounting with the offsets and weights of the hanging logs, and their rows."""
     rows, directions = HangRows.of(geometry, legs)
     count = len(legs)
     return Mounting(
@@ -210,9 +213,13 @@ def fit_pose(
     """
     asked = options or PoseOptions()
     problem = _Problem.of(summary, legs, noise_sd, asked)
+    begin = problem.start
+    if asked.structure.rotates:
+        turn, direction = problem.hang.aligned(summary.geometry, begin.hang_dir_b)
+        begin = replace(begin, turn_b=turn, hang_dir_b=direction)
     factor = 1.0
     for _ in range(1 if asked.noise_known else 3):
-        mounting, iterations, converged = problem.solve(factor)
+        mounting, iterations, converged = problem.solve(begin, factor)
         state = problem.at(mounting, factor)
         seen = max(6 * summary.poses - asked.structure.freedom(len(legs)), 1)
         ratio = float(np.sqrt(max(state.chi2_poses, 0.0) / seen))
@@ -395,9 +402,9 @@ class _Problem:
             ]
         )
 
-    def solve(self, factor: float) -> tuple[Mounting, int, bool]:
+    def solve(self, mounting: Mounting, factor: float) -> tuple[Mounting, int, bool]:
         """Levenberg-Marquardt; its work does not depend on the number of poses."""
-        mounting, damping = self.start, _FIRST_DAMPING
+        damping = _FIRST_DAMPING
         state = self.at(mounting, factor)
         for iteration in range(1, _MAX_STEPS + 1):
             metric = state.hessian()
@@ -405,17 +412,18 @@ class _Problem:
             scaled = metric * np.outer(scale, scale)
             damped = scaled + damping * np.eye(scale.size)
             step = -scale * np.linalg.solve(damped, scale * state.gradient)
+            promised = float(-0.5 * state.gradient @ step)
             tangent = tangent_basis(mounting.hang_dir_b)
             candidate = moved(mounting, self.columns @ step, tangent)
             tried = self.at(candidate, factor)
             if tried.cost <= state.cost * (1.0 + 1e-14):
-                mounting, state, damping = candidate, tried, 0.1 * damping
-                if np.abs(step / scale).max() < _STEP_SD:
+                mounting, state, damping = candidate, tried, _EASE * damping
+                if promised < _DECREMENT:
                     return mounting, iteration, True
             else:
-                damping *= 10.0
+                damping = max(10.0 * damping, _LEAST_RETRY)
                 if damping > _GIVE_UP:
-                    return mounting, iteration, bool(np.abs(step / scale).max() < _STEP_SD)
+                    return mounting, iteration, promised < _NEARLY
         return mounting, _MAX_STEPS, False
 
     def covariance(self, mounting: Mounting, state: _State) -> tuple[FloatArray, int, int]:

@@ -133,11 +133,16 @@ def balance_derivative(geometry: Geometry, mounting: Mounting, structure: Struct
 
 
 def moved(mounting: Mounting, step: FloatArray, tangent: FloatArray) -> Mounting:
-    """Move by a step of (13K + 1 + 2L,); the last 2L along the hanging directions' tangents."""
+    """Move by a step of (13K + 1 + 2L,); the last 2L along the hanging directions' tangents.
+
+    The hanging directions also follow the mean turn of all legs: a turn of the whole robot, which
+    hanging cannot see, then leaves what hanging does see exactly as it was.
+    """
     legs, logs = mounting.turn_b.shape[0], mounting.hang_dir_b.shape[0]
     sizes = np.cumsum([3 * legs, 3 * legs, 6 * legs, legs, 1])
     turn, shift, offset, leg_weight, weight, lean = np.split(step, sizes)
     direction = mounting.hang_dir_b + (tangent @ lean.reshape(logs, 2, 1))[..., 0]
+    direction = direction @ rotation_exp(turn.reshape(legs, 3).mean(axis=0)).T
     return replace(
         mounting,
         turn_b=rotation_exp(turn.reshape(legs, 3)) @ mounting.turn_b,

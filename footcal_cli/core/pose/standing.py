@@ -111,7 +111,6 @@ def fit_offsets(
     lifted = data.contact == 0.0
     each = wrench_transform(robot.rot_bt, robot.arm_b_m)
     joined = np.moveaxis(each, 0, 1).reshape(6, unknowns)
-    spread = (joined * np.square(noise_sd).ravel()) @ joined.T
 
     gravity_t = np.einsum("kji,pj->pki", robot.rot_bt, data.gravity_b)
     weight_t = robot.leg_weight_n[:, None] * gravity_t
@@ -126,9 +125,9 @@ def fit_offsets(
     squares = 0.0
     for i, up in enumerate(pattern):
         rows = np.flatnonzero(group.ravel() == i)
-        block = joined.copy().reshape(6, legs, 6)
-        block[:, up] = 0.0
-        block = block.reshape(6, unknowns)
+        if up.all():
+            continue
+        block = joined * np.repeat(~up, 6)
         shown = np.where(up[:, None], hanging[rows], data.wrench_t[rows]).reshape(rows.size, -1)
         demand = shown @ joined.T + chassis[rows]
         spread = (block * np.square(noise_sd).ravel()) @ block.T

@@ -1,0 +1,100 @@
+"""Cases shared by the tests of standing poses: a robot, its hanging logs, its poses."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from footcal_cli.core.hang.joint import fit_hang
+from footcal_cli.core.pose.data import PoseData, pose_data, summarise
+from footcal_cli.core.pose.hanging import LegKnowledge, known_offsets, leg_knowledge
+from footcal_cli.core.pose.joint import PoseFit, PoseOptions, fit_pose
+from footcal_cli.core.spatial import rotation_log
+from tests.core.six_axis_data import (
+    HIP_POS_M,
+    ROBOT_WEIGHT_N,
+    TABLE_2,
+    WEIGHT_N,
+    Array,
+    Robot,
+    Standing,
+    draw_robot,
+    hang_robot,
+    stand,
+)
+
+LOW = (0.02, 0.002)
+HIGH = (0.5, 0.15)
+
+
+@dataclass(frozen=True)
+class Case:
+    """A robot that hung and stood.
+
+    Parameters
+    ----------
+    legs
+        What hanging said.
+    noise_sd
+        True noise of a pose's wrench, shape (6, 6).
+    """
+
+    robot: Robot
+    standing: Standing
+    data: PoseData
+    legs: tuple[LegKnowledge, ...]
+    noise_sd: Array
+
+    def fit(self, options: PoseOptions | None = None) -> PoseFit:
+        """The joint fit."""
+        return fit_pose(summarise(self.data), self.legs, self.noise_sd, options)
+
+    @property
+    def arm_b_m(self) -> Array:
+        """True chassis CoM to hip."""
+        return np.asarray(HIP_POS_M + self.robot.shift_b_m - self.robot.chassis_com_b_m)
+
+    @property
+    def truth(self) -> Array:
+        """In the order of `PoseFit.estimates`."""
+        shift = self.robot.shift_b_m - self.robot.chassis_com_b_m
+        return np.concatenate(
+            [
+                rotation_log(self.robot.turn_b).ravel(),
+                shift.ravel(),
+                TABLE_2.ravel(),
+                WEIGHT_N,
+                [ROBOT_WEIGHT_N],
+            ]
+        )
+
+
+def case(
+    seed: int,
+    noise: tuple[float, float] = LOW,
+    *,
+    poses: int = 543,
+    robot: Robot | None = None,
+    hung: bool = True,
+    friction_n: float = 1.5,
+) -> Case:
+    """Draw a case; without `hung` the offsets and weights are known, the directions not."""
+    rng = np.random.default_rng([20, seed])
+    robot = robot or draw_robot(rng)
+    if hung:
+        logs = hang_robot(rng, robot, rows=1000, force_sd=0.05, torque_sd=0.005)
+        legs = tuple(leg_knowledge(fit_hang(log)) for log in logs)
+    else:
+        sd = np.array([1e-3] * 3 + [1e-4] * 3)
+        legs = tuple(known_offsets(o, sd, w, 1e-3) for o, w in zip(TABLE_2, WEIGHT_N, strict=True))
+    standing = stand(
+        rng, robot, poses, force_sd=noise[0], torque_sd=noise[1], friction_n=friction_n
+    )
+    noise_sd = np.tile([noise[0]] * 3 + [noise[1]] * 3, (6, 1))
+    return Case(robot, standing, pose_data(standing.log), legs, noise_sd)
+
+
+def rms(values: Array) -> float:
+    """Root of the mean square."""
+    return float(np.sqrt(np.mean(np.square(values))))

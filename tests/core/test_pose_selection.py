@@ -1,0 +1,65 @@
+"""Candidate models: Table I, and the true model chosen."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from footcal_cli.core.pose.model import Structure
+from footcal_cli.core.pose.selection import bic_paper, compare_structures, fold_of_block
+from tests.core.pose_cases import HIGH, case
+from tests.core.six_axis_data import HIP_POS_M, Robot, draw_robot
+
+
+@pytest.mark.parametrize(
+    ("error", "freedom", "printed"),
+    [(12, 36, 1580), (17, 21, 1674), (62, 18, 2352), (105, 3, 2546)],
+)
+def test_table_1_follows_from_its_own_cross_validation_errors(
+    error: float, freedom: int, printed: int
+) -> None:
+    """Errors are printed without decimals: half a unit of 12 is 23 of BIC."""
+    low, high = (bic_paper(error + d, freedom, 543) for d in (-0.5, 0.5))
+    assert low <= printed <= high
+    assert bic_paper(error, freedom, 543) == pytest.approx(printed, abs=5)
+
+
+def built(structure: Structure, rng: np.random.Generator) -> Robot:
+    """A robot with exactly the errors of one candidate, at the sizes of Table I."""
+    turn = 0.1 * structure.rotates
+    shift = 0.02 * structure.each_translates
+    robot = draw_robot(rng, turn, shift)
+    if structure is Structure.BODY_ROTATIONS:
+        moved = (robot.turn_b @ HIP_POS_M[..., None])[..., 0] - HIP_POS_M
+        return Robot(robot.turn_b, moved, robot.chassis_com_b_m)
+    return robot
+
+
+def test_the_true_model_is_chosen_at_the_papers_noise() -> None:
+    """The paper's error of about 12 per pose is the noise; every structure in turn is the truth."""
+    right = dict.fromkeys(Structure, 0)
+    rounds = 4
+    for structure in Structure:
+        for seed in range(rounds):
+            robot = built(structure, np.random.default_rng([40, seed]))
+            one = case(seed, HIGH, robot=robot, friction_n=3.0)
+            found = compare_structures(one.data, one.legs, one.noise_sd)
+            right[structure] += found[0].structure is structure
+            assert 9.0 < min(c.cv_error for c in found) < 14.0
+    assert sum(right.values()) >= 0.9 * rounds * len(right)
+    assert right[Structure.SINGLE] == rounds, "no structure where there is none"
+
+
+def test_folds_keep_blocks_together() -> None:
+    block = np.repeat(np.arange(20), 3)
+    fold = fold_of_block(block)
+    assert all(len(set(fold[block == b])) == 1 for b in range(20))
+    assert np.bincount(fold).tolist() == [12] * 5
+
+
+def test_full_explains_its_own_noise_and_single_does_not() -> None:
+    one = case(1)
+    found = {c.structure: c for c in compare_structures(one.data, one.legs, one.noise_sd)}
+    assert found[Structure.FULL].cv_chi2 == pytest.approx(6.0, rel=0.15)
+    assert found[Structure.SINGLE].cv_chi2 > 100.0
+    assert found[Structure.FULL].bic < found[Structure.HIP_ROTATIONS].bic

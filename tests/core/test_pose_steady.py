@@ -1,0 +1,81 @@
+"""Cutting poses out of a stand-still log."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+
+from footcal_cli.core.pose.steady import (
+    SteadyRule,
+    Verdict,
+    force_rate_nps,
+    medians,
+    pose_of_row,
+    steady_stretches,
+)
+from tests.core.six_axis_data import Array
+
+RATE_HZ = 100.0
+
+
+def staircase(hold_s: list[float], noise_n: float = 0.0) -> tuple[Array, Array]:
+    """Forces that hold a level, then move to the next within 0.5 s."""
+    level, pieces = 0.0, []
+    for duration in hold_s:
+        pieces.append(np.full(round(duration * RATE_HZ), level))
+        pieces.append(level + 5.0 * (1 - np.cos(np.linspace(0, np.pi, 50))) / 2)
+        level += 5.0
+    force = np.concatenate(pieces[:-1])
+    time_s = np.arange(force.size) / RATE_HZ
+    rng = np.random.default_rng(1)
+    both = np.zeros((force.size, 2, 3))
+    both[:, 0, 2] = force
+    return time_s, both + noise_n * rng.normal(size=both.shape)
+
+
+def test_derivative_of_a_ramp_is_its_slope() -> None:
+    time_s = np.arange(500) / RATE_HZ
+    force = np.zeros((500, 2, 3))
+    force[:, 1] = time_s[:, None] * np.array([1.0, 2.0, 2.0])
+    np.testing.assert_allclose(force_rate_nps(time_s, force, 0.5), 3.0)
+
+
+def test_keeps_holds_and_says_why_the_rest_goes() -> None:
+    time_s, force = staircase([3.0, 1.0, 2.5, 4.0], noise_n=0.01)
+    tracked = np.ones(time_s.size, dtype=bool)
+    tracked[-100] = False
+    stretches = steady_stretches(time_s, force, tracked=tracked)
+    still = [s for s in stretches if s.verdict is not Verdict.MOVING]
+    assert [s.verdict for s in still] == [
+        Verdict.KEPT,
+        Verdict.TOO_SHORT,
+        Verdict.KEPT,
+        Verdict.LOST,
+    ]
+    assert stretches[0].start == 0
+    assert stretches[-1].stop == time_s.size
+    assert all(a.stop == b.start for a, b in pairwise(stretches))
+    assert still[1].reason.startswith("too short (0.")
+
+
+def test_median_represents_the_pose_and_ignores_a_spike() -> None:
+    time_s, force = staircase([3.0, 3.0])
+    stretches = steady_stretches(time_s, force)
+    spiked = force.copy()
+    spiked[100, 0, 2] += 50.0
+    middle = medians(spiked, stretches)
+    np.testing.assert_allclose(middle[:, 0, 2], [0.0, 5.0], atol=0.05)
+    label = pose_of_row(time_s.size, stretches)
+    assert label[10] == 0
+    assert label[-10] == 1
+    assert (label == -1).any()
+
+
+def test_noisy_sensors_need_a_longer_window() -> None:
+    time_s, force = staircase([4.0, 4.0], noise_n=0.3)
+    kept = [
+        sum(s.verdict is Verdict.KEPT for s in steady_stretches(time_s, force, rule))
+        for rule in (SteadyRule(window_s=0.2), SteadyRule(window_s=1.2))
+    ]
+    assert kept == [0, 2]
