@@ -62,9 +62,10 @@ def make_world(rng: np.random.Generator, trials: int = 12, taps: bool = False) -
 
 def outputs_of(cells: FloatArray) -> FloatArray:
     """Total and moments of cell forces (..., 4), shape (..., 3), in comparable units."""
-    return np.stack(
-        [cells.sum(-1), (cells * CELL_Y_M).sum(-1), (cells * CELL_X_M).sum(-1)], axis=-1
-    ) / SCALES
+    return (
+        np.stack([cells.sum(-1), (cells * CELL_Y_M).sum(-1), (cells * CELL_X_M).sum(-1)], axis=-1)
+        / SCALES
+    )
 
 
 def _play(x: FloatArray, width: float) -> FloatArray:
@@ -88,12 +89,12 @@ def _late(x: FloatArray, seconds: float) -> FloatArray:
 
 def _slow(x: FloatArray, seconds: float) -> FloatArray:
     keep = np.exp(-1.0 / (RATE_HZ * seconds))
-    return np.asarray(
-        lfilter([1 - keep], [1, -keep], x, axis=1, zi=keep * x[:, :1])[0]
-    )
+    return np.asarray(lfilter([1 - keep], [1, -keep], x, axis=1, zi=keep * x[:, :1])[0])
 
 
-def library_effects(world: World) -> dict[str, list[tuple[tuple[tuple[str, float], ...], FloatArray]]]:
+def library_effects(
+    world: World,
+) -> dict[str, list[tuple[tuple[tuple[str, float], ...], FloatArray]]]:
     """Sixteen effects of the cells' readings, each with its shapes: changes (B, n, 3)."""
     x = world.cells
     total = x.sum(-1, keepdims=True)

@@ -12,8 +12,10 @@ from footcal_cli.core.experiments.contract import Experiment
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray, IntArray, ParameterSet
 
-MOST_BLOCKS = 40
+MOST_BLOCKS = 60
 """Blocks are merged beyond this number: more would not sharpen a p-value."""
+SHORTEST_BLOCK_S = 6.0
+"""A block cut from one recording is at least this long: shorter ones lose what effects show."""
 BLOCK_TAUS = 10.0
 """A block cut from one recording lasts at least this many autocorrelation times."""
 GAP_TAUS = 2.0
@@ -120,6 +122,41 @@ def residual(
     return np.where(np.isfinite(scaled), scaled, 0.0)
 
 
+def balanced(case: Case, values: Mapping[str, float], chain: Chain | None = None) -> Case:
+    """The same recordings as they would be had nothing been wrong and no noise been there.
+
+    ``F′ = F − Σ Aᵀ (A Σ Aᵀ)⁻¹ e``: the smallest change of the readings, in units of their noise,
+    that makes the balance hold; A is the balance's derivative by the readings. Signatures and
+    calibration columns are taken there. Taken at the noisy readings they would share their noise
+    with the residual: a free scale and a known load then explain every error away, and clean data
+    look like a gain error.
+    """
+    used = chain or case.chain
+    logs = []
+    for log in case.logs:
+        truth, _ = used.remove(log, values)
+        balance = case.experiment.balance(truth)
+        error = np.where(balance.valid, balance.error, 0.0)
+        spread = np.where(np.char.find(np.array(log.channels), ".t") >= 0, _TORQUE_SHARE, 1.0)
+        derivative = np.empty((*error.shape, len(log.channels)))
+        for c in range(len(log.channels)):
+            moved = truth.readings.copy()
+            moved[:, c] += spread[c]
+            change = case.experiment.balance(truth.with_readings(moved)).error - balance.error
+            derivative[:, :, c] = np.where(balance.valid, change, 0.0)
+        derivative = np.nan_to_num(derivative)
+        normal = derivative @ derivative.transpose(0, 2, 1)
+        trace = np.einsum("nii->n", normal)
+        normal += (1e-10 * trace + 1e-300)[:, None, None] * np.eye(error.shape[1])
+        pull = np.linalg.solve(normal, np.nan_to_num(error)[..., None])
+        change = np.einsum("nkc,nk->nc", derivative, pull[..., 0]) * spread
+        logs.append(used.apply(truth.with_readings(truth.readings - change), values)[0])
+    return replace(case, logs=tuple(logs))
+
+
+_TORQUE_SHARE = 0.1  # noise of a torque axis in Nm, per newton of noise of a force axis
+
+
 def rows_of(case: Case) -> Rows:
     """Choose and order the rows of a case from its baseline."""
     balances = [
@@ -199,16 +236,14 @@ def _rate_hz(sequence: IntArray, time_s: FloatArray) -> float:
     """Rate of the rows where sequences are long enough to be series, else 0."""
     starts = np.flatnonzero(np.diff(sequence, prepend=sequence[:1] - 1) != 0)
     lengths = np.diff(np.append(starts, sequence.size))
-    if not lengths.size or np.median(lengths) < _SHORTEST_SERIES:
+    if not lengths.size or np.median(np.repeat(lengths, lengths)) < _SHORTEST_SERIES:
         return 0.0
     steps = np.diff(time_s)[np.diff(sequence) == 0]
     steps = steps[steps > 0]
     return 1.0 / float(np.median(steps)) if steps.size else 0.0
 
 
-def cut_blocks(
-    log: Log, cycle: IntArray, tau_s: float, *, gap_s: float | None = None
-) -> Log:
+def cut_blocks(log: Log, cycle: IntArray, tau_s: float, *, gap_s: float | None = None) -> Log:
     """Cut one recording into blocks of whole cycles, each at least `BLOCK_TAUS` τ long.
 
     Parameters
@@ -229,7 +264,7 @@ def cut_blocks(
     count = int(cycle.max()) + 1
     starts = np.array([log.time_s[np.argmax(cycle == c)] for c in range(count)])
     span = float(log.time_s[valid][-1] - log.time_s[valid][0])
-    least = max(BLOCK_TAUS * tau_s, span / MOST_BLOCKS)
+    least = max(BLOCK_TAUS * tau_s, span / MOST_BLOCKS, SHORTEST_BLOCK_S)
     block = np.full(len(log), -1, dtype=np.int64)
     number, begun = 0, starts[0]
     for c in range(count):

@@ -203,7 +203,7 @@ def _line_test(
     extra = np.empty((problem.residual.size, 0)) if accepted is None else accepted
     kept = whitener.kept
     whole = whitener(
-        np.hstack([problem.calibration, extra, _own_shapes(problem), problem.residual[:, None]])
+        np.hstack([problem.fitted, extra, _own_shapes(problem), problem.residual[:, None]])
     )
     block, sequence, output = problem.block[kept], problem.sequence[kept], problem.output[kept]
     starts = np.flatnonzero(np.diff(sequence, prepend=sequence[:1] - 1))

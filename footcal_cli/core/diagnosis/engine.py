@@ -193,8 +193,9 @@ def diagnose(problem: Problem, rules: Rules | None = None, seed: int = 0) -> Dia
     features = features_of(problem)
     grams, whitener = whitened_grams(problem, features.columns)
     signs = sign_patterns(grams.blocks, seed)
-    lib = library(problem, grams, rules)
-    smallest = problem.smallest_sizes() if problem.signatures else np.empty(0)
+    left = problem.left()
+    lib = library(problem, grams, problem.visible(left), rules)
+    smallest = problem.smallest_sizes(left)
     before = detect(problem, grams, features, whitener, grams.calibration, signs)
     found = search(lib, signs, rules, seed, smallest)
     after = before
@@ -358,7 +359,9 @@ def _rows(
         at = lib.index(column)
         size = jackknife_interval(float(evidence.size[best]), evidence.size_without[:, best])
         se = (size.high - size.low) / 2.0 / max(_student(grams.blocks), 1e-9)
-        status, reason = _status(size, float(smallest[at]), float(evidence.informative[best]), rules)
+        status, reason = _status(
+            size, float(smallest[at]), float(evidence.informative[best]), rules
+        )
         if effect in rivals:
             status, reason = EffectStatus.UNDECIDED, f"explains as much as {rivals[effect]}"
         gain = evidence.plain_gain[:, best]

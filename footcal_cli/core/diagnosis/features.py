@@ -12,6 +12,8 @@ from footcal_cli.core.parameters import FloatArray, IntArray
 
 BUMPS = 6
 """Local bumps per recorded signal."""
+PHASE_BUMPS = 16
+"""Local bumps over a gait cycle."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +49,11 @@ def features_of(problem: Problem) -> Features:
     output: list[int] = []
     names = [*problem.regressors, *([_MEMORY] if problem.rate_hz > 0 else [])]
     for i, name in enumerate(names):
-        basis = _memories(problem) if name == _MEMORY else _bumps(problem.regressors[name])
+        basis = (
+            _memories(problem)
+            if name == _MEMORY
+            else _bumps(problem.regressors[name], PHASE_BUMPS if "phase" in name else BUMPS)
+        )
         for o in range(len(problem.outputs)):
             rows = problem.output == o
             local = np.where(rows[:, None], basis, 0.0)
@@ -64,16 +70,16 @@ _MEMORY = "memory"
 _FORGETTING_S = (0.1, 0.5, 2.0, 8.0)
 
 
-def _bumps(values: FloatArray) -> FloatArray:
+def _bumps(values: FloatArray, bumps: int) -> FloatArray:
     """Triangular bumps that sum to one, on quantile knots; dummies where values are few."""
     distinct = np.unique(np.round(values, 12))
     if distinct.size < 2:
         return np.empty((values.size, 0))
-    if distinct.size <= BUMPS:
+    if distinct.size <= bumps:
         return (values[:, None] == values[:, None]) * (
             np.abs(values[:, None] - distinct[None]) <= 1e-9 + 1e-9 * np.abs(distinct[None])
         ).astype(float)
-    knots = np.unique(np.quantile(values, np.linspace(0.0, 1.0, BUMPS)))
+    knots = np.unique(np.quantile(values, np.linspace(0.0, 1.0, bumps)))
     if knots.size < 2:
         knots = np.array([values.min(), values.max()])
     return np.stack(
@@ -89,8 +95,8 @@ def _memories(problem: Problem) -> FloatArray:
     stops = np.append(starts[1:], problem.sequence.size)
     sources = _moving(problem.regressors)
     stack = np.stack(list(sources), axis=1) if sources else np.empty((problem.block.size, 0))
-    parts = []
-    for time_s in _FORGETTING_S:
+    parts = [np.empty((problem.block.size, 0))]
+    for time_s in _FORGETTING_S if sources else ():
         keep = np.exp(-1.0 / (time_s * problem.rate_hz))
         past = np.empty_like(stack)
         for start, stop in zip(starts, stops, strict=True):
@@ -104,4 +110,6 @@ def _memories(problem: Problem) -> FloatArray:
 
 def _moving(regressors: Mapping[str, FloatArray]) -> list[FloatArray]:
     """Signals whose past may matter: those that are not already rates or products."""
-    return [v for name, v in regressors.items() if not any(m in name for m in ("rate", "×"))]
+    return [
+        v for name, v in regressors.items() if not any(m in name for m in ("rate", "×", "phase"))
+    ]

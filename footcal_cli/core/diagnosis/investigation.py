@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from footcal_cli.core.diagnosis.case import Case, Rows, residual, rows_of
+from footcal_cli.core.diagnosis.case import Case, Rows, balanced, residual, rows_of
 from footcal_cli.core.diagnosis.engine import (
     Cause,
     Diagnosis,
@@ -107,13 +107,12 @@ class Investigation:
     stable: float
 
 
-def problem_from(
-    case: Case, rows: Rows, effects: Iterable[Effect], describe: Describe
-) -> Problem:
+def problem_from(case: Case, rows: Rows, effects: Iterable[Effect], describe: Describe) -> Problem:
     """Arrays of a case: residual, calibration and library by differentiating its chain."""
-    library = library_columns(case, rows, effects)
-    regressors, covariates = describe(case, rows)
-    calibration = calibration_columns(case, rows)
+    ideal = balanced(case, case.values)
+    library = library_columns(ideal, rows, effects)
+    regressors, covariates = describe(ideal, rows)
+    calibration = calibration_columns(ideal, rows)
     tolerance = np.array(
         [case.tolerance_nm if unit == "Nm" else case.tolerance_n for unit in rows.units]
     )
@@ -209,9 +208,7 @@ def _extended(
             if parameter.name == newest.signature.parameter:
                 # the linear size may overshoot a bent effect; begin inside its range
                 inside = np.clip(newest.size.value, -3 * parameter.prior_sd, 3 * parameter.prior_sd)
-                value = float(
-                    np.clip(parameter.neutral + inside, parameter.lower, parameter.upper)
-                )
+                value = float(np.clip(parameter.neutral + inside, parameter.lower, parameter.upper))
             start.setdefault(f"{owner}.{parameter.name}", value)
     accepted = [(table[c.signature.effect], c.signature) for c in causes]
     return refit(case, rows, problem, accepted, start)
@@ -228,14 +225,7 @@ def _after(
     extra = np.stack([*model.columns.T, *rival_columns], axis=1)
     norm = np.sqrt(np.mean(extra**2, axis=0))
     extra = extra[:, norm > 0] / norm[norm > 0]
-    names = (*problem.calibration_names, *(f"effect {i + 1}" for i in range(extra.shape[1])))
-    reduced = problem.without(*taken)
-    return replace(
-        reduced,
-        residual=model.residual,
-        calibration=np.hstack([problem.calibration, extra]),
-        calibration_names=names,
-    )
+    return replace(problem.without(*taken), residual=model.residual, accepted=extra)
 
 
 def _found(causes: Sequence[Cause], model: Refit | None) -> tuple[Found, ...]:
@@ -287,9 +277,7 @@ def _gains(before: Problem, after: Problem) -> tuple[Gain, ...]:
         grams, _ = whitened_grams(bare, np.empty((problem.residual.size, 0)))
         base = grams.calibration
         losses.append(
-            np.stack(
-                [held_out_loss(grams.inner, base, own) for own in grams.by_output], axis=1
-            )
+            np.stack([held_out_loss(grams.inner, base, own) for own in grams.by_output], axis=1)
         )
     gains = []
     for o, (name, unit) in enumerate(zip(before.outputs, before.units, strict=True)):

@@ -85,6 +85,9 @@ class Problem:
         Block-level drivers (mean temperature, order of recording), each (B,).
     excluded
         Effects that were left out, with the reason.
+    accepted
+        Columns of effects already in the model, fitted with the calibration but common to all
+        blocks, shape (m, a).
     alike
         Blocks are alike in content: candidates that act between blocks are tested by permuting.
     drifts
@@ -108,6 +111,7 @@ class Problem:
     rate_hz: float = 0.0
     covariates: Mapping[str, FloatArray] = field(default_factory=dict)
     excluded: tuple[Excluded, ...] = ()
+    accepted: FloatArray | None = None
     alike: bool = True
     drifts: bool = False
 
@@ -143,20 +147,39 @@ class Problem:
             signatures=tuple(self.signatures[i] for i in kept),
         )
 
-    def visible(self) -> FloatArray:
+    @property
+    def fitted(self) -> FloatArray:
+        """Everything that is fitted: calibration and accepted effects, shape (m, p + a)."""
+        return self.calibration if self.accepted is None else np.hstack(
+            [self.calibration, self.accepted]
+        )
+
+    def left(self) -> FloatArray:
+        """What calibration and accepted effects cannot absorb of each candidate, shape (m, k)."""
+        fitted = self.fitted
+        if not self.drifts:
+            return np.asarray(self.columns - fitted @ _solve(fitted, self.columns))
+        left = self.columns.copy()
+        extra = np.empty((left.shape[0], 0)) if self.accepted is None else self.accepted.copy()
+        for b in range(self.blocks):
+            rows = self.block == b
+            basis = self.calibration[rows]
+            left[rows] -= basis @ _solve(basis, left[rows])
+            extra[rows] -= basis @ _solve(basis, extra[rows])
+        return np.asarray(left - extra @ _solve(extra, left)) if extra.shape[1] else left
+
+    def visible(self, left: FloatArray) -> FloatArray:
         """Share of each candidate's RMS that calibration cannot absorb, shape (k,)."""
-        left = self.columns - self.calibration @ _solve(self.calibration, self.columns)
         whole = np.sqrt(np.sum(self.columns**2, axis=0))
         part = np.sqrt(np.sum(left**2, axis=0))
         return np.divide(part, whole, out=np.zeros_like(part), where=whole > 0)
 
-    def smallest_sizes(self) -> FloatArray:
+    def smallest_sizes(self, left: FloatArray) -> FloatArray:
         """Smallest size of each candidate that matters, shape (k,).
 
-        The size whose visible part changes some output by its tolerance (RMS over the blocks in
-        which it acts at all); infinite for a candidate without any influence.
+        The size whose visible part changes some output by its tolerance (RMS); infinite for a
+        candidate without any influence.
         """
-        left = self.columns - self.calibration @ _solve(self.calibration, self.columns)
         physical = left * self.noise[:, None]
         smallest = np.full(len(self.signatures), np.inf)
         for i in range(len(self.outputs)):
@@ -170,17 +193,12 @@ class Problem:
             smallest = np.minimum(smallest, size)
         return smallest
 
-    def isolability(self) -> FloatArray:
-        """``|cos|`` between the candidates' visible parts, shape (k, k)."""
-        left = self.columns - self.calibration @ _solve(self.calibration, self.columns)
-        norm = np.sqrt(np.sum(left**2, axis=0))
-        unit = np.divide(left, norm, out=np.zeros_like(left), where=norm > 0)
-        return np.asarray(np.abs(unit.T @ unit))
-
 
 def _solve(basis: FloatArray, target: FloatArray) -> FloatArray:
     """Least squares with columns of `basis` scaled, rank-safe."""
     scale = np.sqrt(np.sum(basis**2, axis=0))
     scale = np.where(scale > 0, scale, 1.0)
-    coefficients = np.linalg.lstsq(basis / scale, target, rcond=1e-10)[0]
-    return np.asarray((coefficients.T / scale).T)
+    normed = basis / scale
+    # the normal equations serve here: columns are scaled and dependent ones dropped
+    inverse = np.linalg.pinv(normed.T @ normed, rcond=1e-10, hermitian=True)
+    return np.asarray((inverse @ (normed.T @ target)) / scale[:, None])

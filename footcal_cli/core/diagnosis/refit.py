@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from footcal_cli.core.chain import Chain
-from footcal_cli.core.diagnosis.case import Case, Rows, residual
+from footcal_cli.core.diagnosis.case import Case, Rows, balanced, residual
 from footcal_cli.core.diagnosis.problem import Problem, Signature
 from footcal_cli.core.diagnosis.scores import joint_sizes
 from footcal_cli.core.diagnosis.signatures import extended_chain
@@ -20,6 +20,7 @@ from footcal_cli.core.parameters import FloatArray
 MOST_ITERATIONS = 10
 CONVERGED = 0.02
 """A step below this share of its own standard error ends the iteration."""
+_SHAPE_SEEN = 0.2  # share of a shape's visible influence that no size can take over
 _SHAPE_REACH = 2.0  # a shape moves at most by this factor per iteration
 
 
@@ -107,8 +108,9 @@ def refit(
     for effect, signature in accepted:
         chain = extended_chain(chain, effect, signature)
         freed += freed_of(effect, signature)
-    names = tuple(f.name for f in freed)
     values = {**case.values, **start}
+    freed = _seen(freed, problem, _linearised(case, rows, chain, values, freed)[1])
+    names = tuple(f.name for f in freed)
     converged = False
     for _ in range(MOST_ITERATIONS):
         at, columns = _linearised(case, rows, chain, values, freed)
@@ -132,25 +134,42 @@ def refit(
     return Refit(chain, values, names, intervals, columns, at, converged)
 
 
+def _seen(freed: Sequence[Freed], problem: Problem, columns: FloatArray) -> list[Freed]:
+    """Sizes, and those shapes that these data tell from the sizes."""
+    basis = np.hstack([problem.calibration, columns[:, [not f.is_shape for f in freed]]])
+    norm = np.sqrt(np.sum(basis**2, axis=0))
+    basis = basis[:, norm > 0] / norm[norm > 0]
+    kept = []
+    for i, item in enumerate(freed):
+        if item.is_shape:
+            whole = columns[:, i]
+            calibrated = problem.calibration
+            alone = whole - calibrated @ np.linalg.lstsq(calibrated, whole, rcond=1e-9)[0]
+            left = whole - basis @ np.linalg.lstsq(basis, whole, rcond=1e-9)[0]
+            if left @ left < _SHAPE_SEEN**2 * (alone @ alone):
+                continue
+        kept.append(item)
+    return kept
+
+
 def _linearised(
     case: Case, rows: Rows, chain: Chain, values: Mapping[str, float], freed: Sequence[Freed]
 ) -> tuple[FloatArray, FloatArray]:
     """Residual at a point, and what a change of each freed parameter adds to it."""
     at = residual(case, rows, values, chain)
+    ideal = balanced(case, values, chain)
     columns = []
     for item in freed:
         value = values[item.name]
         low = max(value - item.step, item.parameter.lower)
         high = min(value + item.step, item.parameter.upper)
-        up = residual(case, rows, {**values, item.name: high}, chain)
-        down = residual(case, rows, {**values, item.name: low}, chain)
+        up = residual(ideal, rows, {**values, item.name: high}, chain)
+        down = residual(ideal, rows, {**values, item.name: low}, chain)
         columns.append(-(up - down) / max(high - low, 1e-300))
     return at, np.stack(columns, axis=1)
 
 
-def _solve(
-    problem: Problem, at: FloatArray, columns: FloatArray
-) -> tuple[FloatArray, FloatArray]:
+def _solve(problem: Problem, at: FloatArray, columns: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Generalised least squares of a residual on calibration and columns, and without each block."""
     scale = np.sqrt(np.mean(columns**2, axis=0))
     scale = np.where(scale > 0, scale, 1.0)

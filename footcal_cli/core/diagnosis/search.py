@@ -61,21 +61,15 @@ class Library:
         return column - int(self.grams.candidates[0])
 
 
-def library(problem: Problem, grams: Grams, rules: Rules) -> Library:
+def library(problem: Problem, grams: Grams, visible: FloatArray, rules: Rules) -> Library:
     """Sort the candidates into causes, within- and between-block ones, testable or not."""
     groups: dict[tuple[str, str, str], list[int]] = {}
-    visible = problem.visible() if problem.signatures else np.empty(0)
     whole = scores(grams.inner, grams.calibration, grams.candidates)
     inside = scores(grams.within, grams.calibration, grams.candidates)
     total = whole.information.sum(axis=0)
     share = np.divide(
         inside.information.sum(axis=0), total, out=np.zeros_like(total), where=total > 0
     )
-    if problem.drifts:
-        calibrated = scores(grams.rows, grams.calibration, grams.candidates)
-        before = calibrated.information.sum(axis=0)
-        share = np.divide(total, before, out=np.zeros_like(total), where=before > 0)
-        visible = visible * np.sqrt(np.clip(share, 0.0, 1.0))
     testable = (visible >= rules.visible_floor) & (whole.inside == 0)
     for i, signature in enumerate(problem.signatures):
         if testable[i]:
@@ -286,9 +280,7 @@ def _next_step(
             continue
         needed = rules.smallest_gain * loss.sum()
         plain = evidence.plain_gain[:, c]
-        earned = min(
-            sign_flip_mean(evidence.gain[:, c], signs), sign_flip_mean(plain, signs)
-        )
+        earned = min(sign_flip_mean(evidence.gain[:, c], signs), sign_flip_mean(plain, signs))
         if plain.sum() <= needed or earned > rules.alpha_rival:
             why.append(f"{name}: significant, but buys less than {rules.smallest_gain:.0%} on "
                        "blocks it was not fitted to")  # fmt: skip

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from footcal_cli.core.contact import gait_cycles
 from footcal_cli.core.diagnosis.case import Case, Rows
-from footcal_cli.core.effects.contract import is_six_axis
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 
@@ -39,7 +39,7 @@ def _signals(case: Case, log: Log) -> Mapping[str, FloatArray]:
             "load × hole x": load * hole[:, 0], "load × hole y": load * hole[:, 1],
         }  # fmt: skip
     if case.experiment.name in ("stand", "walk"):
-        return _balanced(case, log)
+        return _balanced(log)
     readings, _ = case.chain.remove(log, case.values)
     signals = {f"axis {c}": readings.readings[:, i] for i, c in enumerate(log.channels)}
     if len(log.channels) == 6:
@@ -69,29 +69,30 @@ def _weights(log: Log) -> dict[str, FloatArray]:
     }
 
 
-def _balanced(case: Case, log: Log) -> dict[str, FloatArray]:
-    """Demanded load, its rate and place, accelerations, loads of the feet."""
-    known = log.known
-    forces = case.chain.remove(log, case.values)[0].readings
-    load = known["mass_kg"] * (known["com_acc_mps2"][:, 2] + known["gravity_mps2"])
-    com, acc = known["com_m"], known["com_acc_mps2"]
-    signals = {"vertical force": load, "acceleration x": acc[:, 0], "acceleration y": acc[:, 1]}
-    if is_six_axis(log.channels):
-        return signals
-    middle = known["cell_pos_m"].mean(axis=1)
-    feet = dict.fromkeys(c.split("_", 1)[0] for c in log.channels)
-    for foot in feet:
-        mine = [i for i, c in enumerate(log.channels) if c.startswith(f"{foot}_")]
-        total = np.nansum(forces[:, mine], axis=1)
-        signals[f"load of foot {foot}"] = total
-        arms = known["cell_pos_m"][:, mine] - known["cell_pos_m"][:, mine].mean(1, keepdims=True)
-        yaw = known["foot_yaw_rad"][:, list(feet).index(foot)]
-        ahead = arms[..., 0] * np.cos(yaw)[:, None] + arms[..., 1] * np.sin(yaw)[:, None]
-        signals[f"pitch moment of foot {foot}"] = np.nansum(forces[:, mine] * ahead, axis=1)
-    signals["CoM ahead of the feet"] = com[:, 0] - middle[:, 0]
-    signals["CoM beside the feet"] = com[:, 1] - middle[:, 1]
-    if np.all(np.diff(log.time_s) > 0) and len(log) > 2:
-        signals["force rate"] = np.gradient(load, log.time_s)
+def _balanced(log: Log) -> dict[str, FloatArray]:
+    """Phase of the gait; how long ago each foot landed where there is no gait.
+
+    Measured forces and accelerations share their noise with the residual, so that a flexible
+    function of them would explain part of any clean log. The phase does not, and what a robot
+    does repeats with it.
+    """
+    cycle = gait_cycles(log.known["contact"])
+    phase = np.zeros(len(log))
+    for number in range(int(cycle.max(initial=-1)) + 1):
+        rows = np.flatnonzero(cycle == number)
+        if rows.size > 1:
+            phase[rows] = (log.time_s[rows] - log.time_s[rows[0]]) / (
+                log.time_s[rows[-1]] - log.time_s[rows[0]]
+            )
+    signals = {"gait phase": phase} if cycle.max(initial=-1) >= 3 else {}
+    com = log.known["com_m"]
+    middle = log.known["cell_pos_m"].mean(axis=1) if "cell_pos_m" in log.known else com[:, :2] * 0.0
+    if log.experiment == "stand":
+        signals |= {
+            "CoM ahead of the feet": com[:, 0] - middle[:, 0],
+            "CoM beside the feet": com[:, 1] - middle[:, 1],
+            "CoM height": com[:, 2],
+        }
     return signals
 
 

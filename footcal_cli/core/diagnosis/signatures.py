@@ -19,6 +19,7 @@ STEP = 0.02
 ALIKE = 0.995
 """|cos| from which two shapes of an effect count as one."""
 MOST_SHAPES = 30
+_NOTHING = 1e-6  # RMS change in noise units at a usual size: below it is rounding
 _CHOICES = frozenset({"channel_stuck", "channel_duplicate", "quantisation", "dropped_samples"})
 
 
@@ -99,7 +100,8 @@ def effect_columns(
         for shape in shapes:
             single = {u: derivative(case, rows, effect, size, {u: (u,)}, shape) for u in units}
             shared = np.sum(list(single.values()), axis=0)
-            if any(_alike(shared, other) for other in kept) or not np.any(shared):
+            largest = max(float(np.sqrt(np.mean(c**2))) for c in single.values())
+            if any(_alike(shared, other) for other in kept) or largest * size.prior_sd < _NOTHING:
                 continue
             kept.append(shared)
             for where, owners, members in places(effect, units):
@@ -113,9 +115,7 @@ def effect_columns(
                 columns.append(np.sum([single[m] for m in members], axis=0))
         if not kept:
             where, owners, _ = places(effect, units)[0]
-            signatures.append(
-                Signature(effect.name, size.name, where, size.unit, owners=owners)
-            )
+            signatures.append(Signature(effect.name, size.name, where, size.unit, owners=owners))
             columns.append(np.zeros(rows.row.size))
     return signatures, columns
 

@@ -19,6 +19,7 @@ _ROWS_PER_ORDER = 20
 _EM_STEPS = 30
 _EM_STOP = 1e-3
 _FREE = 1e8
+_FREE_RIDGE = 1e-6
 _DROP = 1e-6
 
 
@@ -26,7 +27,7 @@ _DROP = 1e-6
 class Grams:
     """Inner products of all columns, block by block, in units of the noise.
 
-    Columns are [calibration | wandering | signatures | features | residual]; wandering ones are
+    Columns are [calibration | accepted | wandering | signatures | features | residual]; wandering ones are
     the independent directions in which a block's own calibration may differ.
 
     Parameters
@@ -42,7 +43,8 @@ class Grams:
     by_output
         The same per output without the features, shape (outputs, B, n', n').
     calibration, wandering, candidates, features
-        Column numbers of each part; the residual is the last column.
+        Column numbers of each part; the residual is the last column. `calibration` is what all
+        blocks share: accepted effects too, and nothing but them where the calibration drifts.
     autocorrelation_time
         Of the residual before whitening, in rows.
     """
@@ -86,9 +88,9 @@ class RowWhitener:
     @property
     def kept(self) -> IntArray:
         """Rows that have a full past in their sequence."""
-        order = self.coefficients.shape[1]
-        age = _age(self.sequence)
-        return np.flatnonzero(age >= order)
+        used = self.coefficients != 0
+        order = np.where(used.any(axis=1), used.shape[1] - np.argmax(used[:, ::-1], axis=1), 0)
+        return np.flatnonzero(_age(self.sequence) >= order[self.output])
 
     def __call__(self, columns: FloatArray) -> FloatArray:
         """Whitened columns at the kept rows, shape (kept, k)."""
@@ -97,7 +99,8 @@ class RowWhitener:
         filtered = columns[kept].astype(float, copy=True)
         for i in range(a.shape[1]):
             if np.any(a[:, i]):
-                filtered -= a[:, i : i + 1] * columns[kept - i - 1]
+                # rows whose order is lower have a zero coefficient, whatever stands before them
+                filtered -= a[:, i : i + 1] * columns[np.maximum(kept - i - 1, 0)]
         return np.asarray(filtered / self.sd[self.output[kept]][:, None])
 
 
@@ -114,21 +117,21 @@ def fit_row_whitener(problem: Problem) -> tuple[RowWhitener, float]:
     inside = residual_within_blocks(problem)
     age = _age(problem.sequence)
     outputs = len(problem.outputs)
-    lengths = np.diff(np.flatnonzero(np.append(age == 0, True)))
-    typical = float(np.median(lengths)) if lengths.size else 0.0
-    order = int(min(AR_ORDER, typical // _ROWS_PER_ORDER)) if problem.rate_hz > 0 else 0
-    coefficients = np.zeros((outputs, order))
+    lengths = _lengths(problem.sequence)
+    coefficients = np.zeros((outputs, AR_ORDER))
     sd = np.ones(outputs)
     taus = []
     for o in range(outputs):
         rows = np.flatnonzero(problem.output == o)
         if not rows.size:
             continue
+        typical = float(np.median(lengths[rows]))
+        order = int(min(AR_ORDER, typical // _ROWS_PER_ORDER)) if problem.rate_hz > 0 else 0
         covariance = _autocovariance(inside, rows, age, order)
         if order and covariance[0] > 0:
             covariance[0] *= 1.0 + 1e-6
-            coefficients[o] = solve_toeplitz(covariance[:-1], covariance[1:])
-        innovation = covariance[0] - coefficients[o] @ covariance[1:] if order else covariance[0]
+            coefficients[o, :order] = solve_toeplitz(covariance[:-1], covariance[1:])
+        innovation = covariance[0] - coefficients[o, :order] @ covariance[1:]
         sd[o] = np.sqrt(max(innovation, 1e-12 * max(covariance[0], 1e-300)))
         taus.append(autocorrelation_time(inside, rows, age, typical))
     return RowWhitener(coefficients, sd, problem.output, problem.sequence), max(taus, default=1.0)
@@ -155,6 +158,13 @@ def _age(sequence: IntArray) -> IntArray:
     index = np.arange(sequence.size)
     fresh = np.diff(sequence, prepend=sequence[:1] - 1) != 0
     return np.asarray(index - np.maximum.accumulate(np.where(fresh, index, 0)))
+
+
+def _lengths(sequence: IntArray) -> IntArray:
+    """Length of the sequence that each row belongs to, shape (m,)."""
+    starts = np.flatnonzero(np.diff(sequence, prepend=sequence[:1] - 1) != 0)
+    sizes = np.diff(np.append(starts, sequence.size))
+    return np.asarray(np.repeat(sizes, sizes))
 
 
 def _autocovariance(values: FloatArray, rows: IntArray, age: IntArray, lags: int) -> FloatArray:
@@ -200,37 +210,64 @@ def whitened_grams(problem: Problem, features: FloatArray) -> tuple[Grams, RowWh
     kept = whitener.kept
     turn = _directions(problem, whitener)
     wandering = np.hstack([problem.calibration, _offsets(problem)]) @ turn
-    parts = (problem.calibration, wandering, problem.columns, features)
+    accepted = problem.fitted[:, problem.calibration.shape[1] :]
+    parts = (problem.calibration, accepted, wandering, problem.columns, features)
     raw = np.hstack([*parts, problem.residual[:, None]])
     edges = np.cumsum([0, *(part.shape[1] for part in parts)])
     numbers = [np.arange(a, b) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+    white = whitener(raw)
+    if problem.drifts:
+        raw, white = _free_in_every_block(raw, white, problem.block, kept, numbers[2])
     plain = _block_grams(raw, problem.block, problem.blocks)
-    short = np.delete(raw, numbers[3], axis=1)
+    short = np.delete(raw, numbers[4], axis=1)
     by_output = np.stack(
         [
-            _block_grams(short[problem.output == o], problem.block[problem.output == o],
-                         problem.blocks)
+            _block_grams(
+                short[problem.output == o], problem.block[problem.output == o], problem.blocks
+            )
             for o in range(len(problem.outputs))
         ]
-    )  # fmt: skip
-    rows = _block_grams(whitener(raw), problem.block[kept], problem.blocks)
-    within = _partial_out(rows, numbers[1], np.full(numbers[1].size, _FREE))
-    variance = _wandering_variance(rows, numbers[0], numbers[1])
+    )
+    rows = _block_grams(white, problem.block[kept], problem.blocks)
+    if problem.drifts:
+        inner = within = rows
+        base = numbers[1]
+    else:
+        base = np.concatenate([numbers[0], numbers[1]])
+        within = _partial_out(rows, numbers[2], np.full(numbers[2].size, _FREE))
+        inner = _partial_out(rows, numbers[2], _wandering_variance(rows, base, numbers[2]))
     return (
         Grams(
-            inner=within if problem.drifts else _partial_out(rows, numbers[1], variance),
+            inner=inner,
             within=within,
             rows=rows,
             plain=plain,
             by_output=by_output,
-            calibration=numbers[0],
-            wandering=numbers[1],
-            candidates=numbers[2],
-            features=numbers[3],
+            calibration=base,
+            wandering=numbers[2],
+            candidates=numbers[3],
+            features=numbers[4],
             autocorrelation_time=tau,
         ),
         whitener,
     )
+
+
+def _free_in_every_block(
+    raw: FloatArray, white: FloatArray, block: IntArray, kept: IntArray, free: IntArray
+) -> tuple[FloatArray, FloatArray]:
+    """Columns less what a block's own calibration absorbs of them, unwhitened and whitened."""
+    raw, white = raw.copy(), white.copy()
+    for b in range(int(block.max()) + 1):
+        mine = block[kept] == b
+        basis = white[np.ix_(mine, free)]
+        gram = basis.T @ basis
+        gram[np.diag_indices_from(gram)] += _FREE_RIDGE
+        coefficients = np.linalg.solve(gram, basis.T @ white[mine])
+        white[mine] -= basis @ coefficients
+        rows = block == b
+        raw[rows] -= raw[np.ix_(rows, free)] @ coefficients
+    return raw, white
 
 
 def _offsets(problem: Problem) -> FloatArray:
