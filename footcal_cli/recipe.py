@@ -37,10 +37,17 @@ class Cell(Frozen):
 
 
 class Foot(Frozen):
-    """A foot: load cells by name, or one six-axis transducer at the ankle."""
+    """A foot: load cells by name, or one six-axis transducer at the ankle.
+
+    `transducer_rotation_rpy_rad` turns the transducer's axes into those of the logged foot frame;
+    `weight_below_n` hangs below the transducer at `com_below_m` in its axes.
+    """
 
     cells: dict[str, Cell] = Field(default_factory=dict)
     transducer_position_m: tuple[float, float, float] | None = None
+    transducer_rotation_rpy_rad: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    weight_below_n: float = Field(default=0.0, ge=0)
+    com_below_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
     outline_m: tuple[tuple[float, float], ...] = ()
 
 
@@ -61,6 +68,7 @@ class Nameplate(Frozen):
     """What the data sheet promises of each cell; the prior where nothing was calibrated."""
 
     scale_n_per_count: float | None = None
+    zero_counts: float = 0.0
     scale_relative_sd: float = Field(default=0.02, gt=0)
     bias_sd_n: float = Field(default=0.3, gt=0)
     capacity_n: float | None = Field(default=None, gt=0)

@@ -111,9 +111,10 @@ def select_quiet(
     moving = np.linalg.norm(acceleration, axis=1) > rule.acceleration_mps2
     if gyro_radps is not None:
         moving |= np.linalg.norm(gyro_radps, axis=1) > rule.rate_radps
-    finite = np.asarray(
-        np.isfinite(forces_n).all(axis=1) & np.isfinite(log.known["com_m"]).all(axis=1)
-    )
+    finite = np.asarray(np.isfinite(forces_n).all(axis=1))
+    seen = np.isfinite(log.known["com_m"]).all(axis=1)
+    if seen.any():  # a stand without any body stream still has its weight
+        finite &= seen
     total = np.where(finite, forces_n.sum(axis=1), 0.0)
     loaded = total > rule.min_force_n
     period = float(np.median(np.diff(log.time_s))) if n > 1 else 1.0

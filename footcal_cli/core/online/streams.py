@@ -1,0 +1,360 @@
+"""Two streams on two clocks made one log: seed 1, sections 2.2 and 4.1."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import numpy as np
+
+from footcal_cli.core.centroidal import MIN_FORCE_N, points_in_world
+from footcal_cli.core.contact import ContactRule, Reason, Validity, detect_contact, judge
+from footcal_cli.core.log import Log
+from footcal_cli.core.online.rows import Belief
+from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
+from footcal_cli.core.signals import (
+    CUTOFF_HZ,
+    TELEMETRY_DELAY_S,
+    Clock,
+    check_clock,
+    interpolate_stream,
+    low_pass_stretches,
+)
+
+_LONGEST_BODY_GAP_PERIODS = 5.0
+_CELL_GAP_PERIODS = 2.5
+
+
+@dataclass(frozen=True)
+class SensorStream:
+    """What the feet show, on their clock.
+
+    Parameters
+    ----------
+    time_s
+        Shape (n,).
+    readings
+        Counts of cells, or newtons and newton metres of transducers, NaN where lost, shape (n, c).
+    channels
+        Names of the columns.
+    """
+
+    time_s: FloatArray
+    readings: FloatArray
+    channels: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class BodyStream:
+    """What the robot knows of itself, on its own clock.
+
+    Parameters
+    ----------
+    time_s
+        Shape (m,).
+    com_m, com_acc_mps2
+        Shape (m, 3); heights above the ground.
+    angmom_rate_nm
+        Shape (m, 2).
+    feet_m, feet_yaw_rad
+        Shape (m, feet, 3) and (m, feet).
+    feet_rot
+        Foot frame to world, shape (m, feet, 3, 3); only six-axis feet need it.
+    imu_acc_mps2, imu_gyro_radps
+        Shape (m, 3); None where the log has none.
+    """
+
+    time_s: FloatArray
+    com_m: FloatArray
+    com_acc_mps2: FloatArray
+    angmom_rate_nm: FloatArray
+    feet_m: FloatArray
+    feet_yaw_rad: FloatArray
+    feet_rot: FloatArray | None = None
+    imu_acc_mps2: FloatArray | None = None
+    imu_gyro_radps: FloatArray | None = None
+
+
+@dataclass(frozen=True)
+class MergeRule:
+    """How streams are merged.
+
+    Parameters
+    ----------
+    delay_s
+        Fixed delay of the body stream, compensated.
+    cutoff_hz, causal
+        Low-pass of forces, accelerations and angular momentum.
+    largest_acc_mps2
+        A CoM acceleration above this is not believed (saturation, impact).
+    min_force_n
+        ε of the CoP.
+    contact
+        Thresholds of contact detection.
+    """
+
+    delay_s: float = TELEMETRY_DELAY_S
+    cutoff_hz: float = CUTOFF_HZ
+    causal: bool = False
+    largest_acc_mps2: float = 8.0
+    min_force_n: float = MIN_FORCE_N
+    contact: ContactRule = field(default_factory=ContactRule)
+
+
+@dataclass(frozen=True)
+class Merged:
+    """One log, and what was wrong with its streams.
+
+    Parameters
+    ----------
+    log
+        Filtered readings on the sensors' clock; rows that must not count are NaN.
+    raw
+        The same rows unfiltered.
+    validity
+        Which samples may count, and why not.
+    sensor_clock, body_clock
+        Repeated stamps, gaps.
+    rate_hz
+        Of the sensors.
+    imu_acc_mps2, imu_gyro_radps
+        On the sensors' clock, unfiltered; None where the log has none.
+    """
+
+    log: Log
+    raw: FloatArray
+    validity: Validity
+    sensor_clock: Clock
+    body_clock: Clock
+    rate_hz: float
+    imu_acc_mps2: FloatArray | None
+    imu_gyro_radps: FloatArray | None
+
+
+def quantum(readings: FloatArray) -> FloatArray:
+    """The step of each channel's converter, shape (c,): the smallest change that occurs often.
+
+    The tenth percentile of the differences between neighbouring distinct readings, so that a
+    channel of real numbers has a step of nearly nothing.
+    """
+    steps = np.zeros(readings.shape[1])
+    for i, column in enumerate(readings.T):
+        distinct = np.unique(column[np.isfinite(column)])
+        if distinct.size > 2:
+            steps[i] = float(np.quantile(np.diff(distinct), 0.1))
+    return steps
+
+
+def merge_cells(
+    sensors: SensorStream,
+    body: BodyStream,
+    belief: Belief,
+    cells_foot_m: tuple[FloatArray, ...],
+    mass_kg: float,
+    gravity_mps2: float,
+    *,
+    experiment: str = "walk",
+    rule: MergeRule | None = None,
+) -> Merged:
+    """Merge load cells and body stream to the log of a walk or a stand.
+
+    Parameters
+    ----------
+    sensors
+        Channels foot by foot, in the order of `cells_foot_m`.
+    belief
+        Calibration by which contact is told.
+    cells_foot_m
+        Cell positions in each foot's frame, shape (cells, 2) each.
+    """
+    rule = rule or MergeRule()
+    at, clock, rate, whole = _sensor_rows(sensors)
+    readings = sensors.readings[at]
+    body_values, seen, body_clock = _body_on(body, sensors.time_s[at], rule)
+    good = whole & np.isfinite(readings).all(axis=1)
+    filtered = low_pass_stretches(readings, good, rate, rule.cutoff_hz, causal=rule.causal)
+    forces = belief.forces(filtered)
+    edges = np.cumsum([0, *(len(cells) for cells in cells_foot_m)])
+    per_foot = np.stack(
+        [forces[:, a:b].sum(axis=1) for a, b in pairwise(edges)], axis=1
+    )
+    weight = mass_kg * gravity_mps2
+    contact = detect_contact(per_foot, weight, rate, rule.contact)
+    positions = [
+        points_in_world(body_values["feet_m"][:, f, :2], body_values["feet_yaw_rad"][:, f], cells)
+        for f, cells in enumerate(cells_foot_m)
+    ]
+    acceleration = np.linalg.norm(body_values["com_acc_mps2"], axis=1)
+    doubtful = seen & (acceleration > rule.largest_acc_mps2)
+    total = np.where(good, per_foot.sum(axis=1), 0.0)
+    validity = judge(
+        {
+            Reason.DROPOUT: ~(good & seen),
+            Reason.NO_CONTACT: good & (total < rule.min_force_n),
+            Reason.TRANSITION: np.isnan(contact).all(axis=1) & good,
+            Reason.LOW_IMU_CONFIDENCE: doubtful,
+        },
+        at.size,
+    )
+    n = at.size
+    known = {
+        "com_m": body_values["com_m"],
+        "com_acc_mps2": np.where(doubtful[:, None], np.nan, body_values["com_acc_mps2"]),
+        "angmom_rate_nm": body_values["angmom_rate_nm"],
+        "mass_kg": np.full(n, mass_kg),
+        "gravity_mps2": np.full(n, gravity_mps2),
+        "cell_pos_m": np.concatenate(positions, axis=1),
+        "foot_yaw_rad": body_values["feet_yaw_rad"],
+        "contact": contact,
+    }
+    usable = np.where((good & seen)[:, None], filtered, np.nan)
+    log = Log(
+        experiment, sensors.channels, sensors.time_s[at], usable, known, np.zeros(n, dtype=np.int64)
+    )
+    return Merged(
+        log, readings, validity, clock, body_clock, rate,
+        body_values.get("imu_acc_mps2"), body_values.get("imu_gyro_radps"),
+    )  # fmt: skip
+
+
+def merge_six_axis(
+    sensors: SensorStream,
+    body: BodyStream,
+    sensor_in_foot: tuple[tuple[FloatArray, FloatArray], ...],
+    weight_below_n: FloatArray,
+    com_below_m: FloatArray,
+    mass_kg: float,
+    gravity_mps2: float,
+    *,
+    experiment: str = "walk",
+    rule: MergeRule | None = None,
+) -> Merged:
+    """Merge six-axis feet and body stream to the log of a walk or a stand.
+
+    Parameters
+    ----------
+    sensor_in_foot
+        Position (3,) and rotation (3, 3) of each transducer in its foot's frame.
+    weight_below_n
+        Weight below each transducer, shape (feet,).
+    com_below_m
+        Its CoM in the transducer's frame, shape (feet, 3).
+    """
+    rule = rule or MergeRule()
+    if body.feet_rot is None:
+        raise ValueError("six-axis feet need the orientation of the feet")
+    at, clock, rate, whole = _sensor_rows(sensors)
+    readings = sensors.readings[at]
+    values, seen, body_clock = _body_on(body, sensors.time_s[at], rule)
+    good = whole & np.isfinite(readings).all(axis=1)
+    filtered = low_pass_stretches(readings, good, rate, rule.cutoff_hz, causal=rule.causal)
+    feet_rot = _orthonormal(values["feet_rot"])
+    rot = np.stack(
+        [feet_rot[:, k] @ turned for k, (_, turned) in enumerate(sensor_in_foot)], axis=1
+    )
+    pos = np.stack(
+        [
+            values["feet_m"][:, k] + feet_rot[:, k] @ place
+            for k, (place, _) in enumerate(sensor_in_foot)
+        ],
+        axis=1,
+    )
+    n, feet = at.size, len(sensor_in_foot)
+    wrench = filtered.reshape(n, feet, 6)
+    vertical = np.einsum("nkj,nkj->nk", rot[:, :, 2, :], wrench[..., :3]) + weight_below_n
+    contact = detect_contact(vertical, mass_kg * gravity_mps2, rate, rule.contact)
+    validity = judge(
+        {
+            Reason.DROPOUT: ~(good & seen),
+            Reason.TRANSITION: np.isnan(contact).all(axis=1) & good,
+        },
+        n,
+    )
+    known = {
+        "com_m": values["com_m"],
+        "com_acc_mps2": values["com_acc_mps2"],
+        "angmom_rate_nm": values["angmom_rate_nm"],
+        "mass_kg": np.full(n, mass_kg),
+        "gravity_mps2": np.full(n, gravity_mps2),
+        "foot_yaw_rad": values["feet_yaw_rad"],
+        "contact": contact,
+        "foot_rot_wt": rot,
+        "foot_pos_m": pos,
+        "foot_weight_n": np.tile(weight_below_n, (n, 1)),
+        "foot_com_m": np.tile(com_below_m, (n, 1, 1)),
+    }
+    usable = np.where((good & seen)[:, None], filtered, np.nan)
+    log = Log(
+        experiment, sensors.channels, sensors.time_s[at], usable, known, np.zeros(n, dtype=np.int64)
+    )
+    return Merged(
+        log, readings, validity, clock, body_clock, rate,
+        values.get("imu_acc_mps2"), values.get("imu_gyro_radps"),
+    )  # fmt: skip
+
+
+def _sensor_rows(sensors: SensorStream) -> tuple[IntArray, Clock, float, BoolArray]:
+    """Rows kept, the clock, its rate, and which rows are not beside a gap."""
+    clock = check_clock(sensors.time_s)
+    if clock.keep.size < 4:
+        raise ValueError(f"{clock.keep.size} samples with increasing stamps are too few")
+    time_s = sensors.time_s[clock.keep]
+    whole = np.ones(time_s.size, dtype=bool)
+    broken = np.flatnonzero(np.diff(time_s) > _CELL_GAP_PERIODS * clock.period_s)
+    # the row after a gap starts a new stretch: leave it out so that filters do not reach across
+    whole[broken + 1] = False
+    return clock.keep, clock, 1.0 / clock.period_s, whole
+
+
+def _body_on(
+    body: BodyStream, at_s: FloatArray, rule: MergeRule
+) -> tuple[dict[str, FloatArray], BoolArray, Clock]:
+    """The body stream at the sensors' stamps, delay compensated, accelerations filtered."""
+    clock = check_clock(body.time_s)
+    keep = clock.keep
+    time_s = body.time_s[keep]
+    parts: dict[str, FloatArray] = {
+        "com_m": body.com_m[keep],
+        "com_acc_mps2": body.com_acc_mps2[keep],
+        "angmom_rate_nm": body.angmom_rate_nm[keep],
+        "feet_m": body.feet_m[keep],
+        "feet_yaw_rad": np.unwrap(body.feet_yaw_rad[keep], axis=0),
+    }
+    for name, optional in (
+        ("feet_rot", body.feet_rot),
+        ("imu_acc_mps2", body.imu_acc_mps2),
+        ("imu_gyro_radps", body.imu_gyro_radps),
+    ):
+        if optional is not None:
+            parts[name] = optional[keep]
+    for name in ("com_acc_mps2", "angmom_rate_nm"):
+        finite = np.asarray(np.isfinite(parts[name]).all(axis=1))
+        parts[name] = low_pass_stretches(
+            parts[name], finite, 1.0 / clock.period_s, rule.cutoff_hz, causal=rule.causal
+        )
+    required = [n for n in parts if not n.startswith("imu")]
+    stacked = np.concatenate([parts[n].reshape(keep.size, -1) for n in parts], axis=1)
+    longest = _LONGEST_BODY_GAP_PERIODS * clock.period_s
+    merged, _ = interpolate_stream(time_s - rule.delay_s, stacked, at_s, max_gap_s=longest)
+    _, covered = interpolate_stream(
+        time_s - rule.delay_s, np.zeros((keep.size, 1)), at_s, max_gap_s=longest
+    )
+    values, start = {}, 0
+    for name, part in parts.items():
+        width = int(np.prod(part.shape[1:]))
+        values[name] = merged[:, start : start + width].reshape(at_s.size, *part.shape[1:])
+        start += width
+    complete = np.stack(
+        [np.isfinite(values[n]).reshape(at_s.size, -1).all(axis=1) for n in required], axis=1
+    ).all(axis=1)
+    return values, np.asarray(covered & complete), clock
+
+
+def _orthonormal(rot: FloatArray) -> FloatArray:
+    """The rotations nearest to interpolated ones; NaN stays."""
+    flat = rot.reshape(-1, 3, 3)
+    finite = np.isfinite(flat).all(axis=(1, 2))
+    out = np.full(flat.shape, np.nan)
+    left, _, right = np.linalg.svd(flat[finite])
+    out[finite] = left @ right
+    return out.reshape(rot.shape)

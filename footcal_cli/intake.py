@@ -1,0 +1,275 @@
+"""Logs of standing and walking as the core wants them: tables and recipe to streams and beliefs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from footcal_cli.columns import body_table, cells_table, six_axis_feet_table
+from footcal_cli.core.effects.calibration import AXES
+from footcal_cli.core.online.rows import Belief, belief_from, nameplate
+from footcal_cli.core.online.streams import (
+    BodyStream,
+    Merged,
+    MergeRule,
+    SensorStream,
+    merge_cells,
+    merge_six_axis,
+)
+from footcal_cli.core.parameters import Estimates, FloatArray, Status
+from footcal_cli.errors import DataError, UsageError
+from footcal_cli.recipe import Robot
+from footcal_cli.records import ParametersRecord
+from footcal_cli.tables import Table
+
+if TYPE_CHECKING:
+    from footcal_cli.session import Session
+
+_AXIS_COLUMNS = ("fx_n", "fy_n", "fz_n", "tx_nm", "ty_nm", "tz_nm")
+
+
+@dataclass(frozen=True)
+class Recording:
+    """One log of standing or walking, read.
+
+    Parameters
+    ----------
+    merged
+        Streams as one log.
+    belief
+        Prior of the cells; None for six-axis feet.
+    feet
+        Names of the feet.
+    name
+        File name of the sensors' log.
+    no_body, no_angular_momentum
+        What the log came without.
+    """
+
+    merged: Merged
+    belief: Belief | None
+    feet: tuple[str, ...]
+    name: str
+    no_body: bool
+    no_angular_momentum: bool
+
+
+def is_six_axis_robot(robot: Robot) -> bool:
+    """Whether the feet stand on six-axis transducers."""
+    return bool(robot.feet) and all(not foot.cells for foot in robot.feet.values())
+
+
+def read_recordings(
+    session: Session[Any], rule: MergeRule, experiment: str, *, body_needed: bool = True
+) -> list[Recording]:
+    """Read every sensor log of a session with its body stream and merge them.
+
+    The body stream stands in the same file or, log by log in the same order, in files of its own.
+
+    Raises
+    ------
+    UsageError
+        The recipe lacks the feet or the mass, or nothing says what the cells' counts mean.
+    DataError
+        A log lacks its body stream.
+    """
+    robot = session.recipe.robot
+    if not robot.feet:
+        raise UsageError(
+            "the recipe names no feet", file=session.recipe.path,
+            remedy="describe them in [robot.feet.<name>]",
+        )  # fmt: skip
+    if robot.mass_kg is None:
+        raise UsageError(
+            "the recipe gives no mass", file=session.recipe.path,
+            remedy="give mass_kg in [robot], batteries and cables included",
+        )  # fmt: skip
+    feet = tuple(robot.feet)
+    six_axis = is_six_axis_robot(robot)
+    sensor_type = six_axis_feet_table(feet) if six_axis else cells_table(robot.cell_names)
+    sensors = session.read_required(sensor_type, role="cells")
+    bodies = session.read(body_table(feet), role="body")
+    if bodies and len(bodies) != len(sensors):
+        raise UsageError(
+            f"{len(sensors)} sensor logs but {len(bodies)} body logs",
+            remedy="name one body log per sensor log, in the same order",
+        )
+    if body_needed and not bodies:
+        raise DataError(
+            "no log has the body's columns (com_x_m …, left_foot_x_m …)", file=sensors[0].path,
+            remedy="name the body stream in [data] body, or map its columns",
+        )  # fmt: skip
+    found = []
+    for i, table in enumerate(sensors):
+        body = bodies[i] if bodies else None
+        channels = (
+            tuple(f"{foot}.{axis}" for foot in feet for axis in AXES)
+            if six_axis
+            else robot.cell_names
+        )
+        stream = _sensor_stream(table, channels, feet if six_axis else ())
+        motion = _body_stream(body, feet) if body is not None else _no_body(stream, len(feet))
+        if six_axis:
+            merged = _merge_six_axis(stream, motion, robot, rule, experiment)
+            belief = None
+        else:
+            belief = prior_belief(session.parameters, robot, channels)
+            merged = merge_cells(
+                stream, motion, belief, cells_in_feet(robot), robot.mass_kg, robot.gravity_mps2,
+                experiment=experiment, rule=rule,
+            )  # fmt: skip
+        found.append(
+            Recording(
+                merged, belief, feet, table.path.name, body is None,
+                body is None or "angmom_rate_x_nm" not in body,
+            )
+        )  # fmt: skip
+    return found
+
+
+def cells_in_feet(robot: Robot) -> tuple[FloatArray, ...]:
+    """Positions of the cells in each foot's frame, shape (cells, 2) each."""
+    return tuple(
+        np.array([(cell.x_m, cell.y_m) for cell in foot.cells.values()])
+        for foot in robot.feet.values()
+    )
+
+
+def estimates_of(record: ParametersRecord) -> Estimates:
+    """A calibration record as estimates."""
+    names = tuple(record.parameters)
+    return Estimates(
+        names=names,
+        units=tuple(p.unit for p in record.parameters.values()),
+        values=np.array([p.value for p in record.parameters.values()]),
+        covariance=record.covariance_of(names),
+        status=tuple(Status(p.status) for p in record.parameters.values()),
+    )
+
+
+def prior_belief(
+    record: ParametersRecord | None, robot: Robot, channels: tuple[str, ...]
+) -> Belief:
+    """What is believed of the cells: an earlier calibration, or the nameplate.
+
+    Yesterday's calibration is widened by the nameplate's bias sd: zeros move over night.
+    """
+    plate = robot.nameplate
+    if record is not None:
+        for channel in channels:
+            record.value(f"{channel}.scale")
+            record.value(f"{channel}.bias")
+        return belief_from(
+            estimates_of(record), channels,
+            least_gain_sd=plate.scale_relative_sd / 2.0, least_bias_sd_n=plate.bias_sd_n,
+        )  # fmt: skip
+    if plate.scale_n_per_count is None:
+        raise UsageError(
+            "nothing says what the counts mean",
+            remedy="give --parameters (from offline-fit), or scale_n_per_count and zero_counts in "
+            "[robot.nameplate]",
+        )
+    scale = np.full(len(channels), plate.scale_n_per_count)
+    return nameplate(
+        channels, scale, -scale * plate.zero_counts, plate.scale_relative_sd, plate.bias_sd_n
+    )
+
+
+def rotation(rpy_rad: tuple[float, float, float]) -> FloatArray:
+    """Roll about x, pitch about y, yaw about z, fixed axes, shape (3, 3)."""
+    return np.asarray(Rotation.from_euler("xyz", rpy_rad).as_matrix(), dtype=float)
+
+
+def _sensor_stream(table: Table, channels: tuple[str, ...], feet: tuple[str, ...]) -> SensorStream:
+    columns = (
+        [f"{foot}_{axis}" for foot in feet for axis in _AXIS_COLUMNS]
+        if feet
+        else [f"{channel}_counts" for channel in channels]
+    )
+    return SensorStream(table.number("time_s"), table.numbers(columns), channels)
+
+
+def _body_stream(table: Table, feet: tuple[str, ...]) -> BodyStream:
+    n = len(table)
+
+    def triple(pattern: str) -> FloatArray:
+        return table.numbers([pattern.format(axis) for axis in "xyz"])
+
+    rotations = []
+    yaws = []
+    for foot in feet:
+        if f"{foot}_foot_qw" in table:
+            quaternion = table.numbers([f"{foot}_foot_q{axis}" for axis in "xyzw"])
+            rot = _rotations(quaternion)
+        else:
+            yaw = (
+                table.number(f"{foot}_foot_yaw_rad")
+                if f"{foot}_foot_yaw_rad" in table
+                else np.zeros(n)
+            )
+            rot = _rotations(np.stack([0 * yaw, 0 * yaw, np.sin(yaw / 2), np.cos(yaw / 2)], axis=1))
+        rotations.append(rot)
+        yaws.append(np.arctan2(rot[:, 1, 0], rot[:, 0, 0]))
+    momentum = (
+        table.numbers(["angmom_rate_x_nm", "angmom_rate_y_nm"])
+        if "angmom_rate_x_nm" in table
+        else np.zeros((n, 2))
+    )
+    return BodyStream(
+        time_s=table.number("time_s"),
+        com_m=triple("com_{}_m"),
+        com_acc_mps2=triple("com_acc_{}_mps2"),
+        angmom_rate_nm=momentum,
+        feet_m=np.stack([triple(f"{foot}_foot_{{}}_m") for foot in feet], axis=1),
+        feet_yaw_rad=np.stack(yaws, axis=1),
+        feet_rot=np.stack(rotations, axis=1),
+        imu_acc_mps2=triple("imu_acc_{}_mps2") if "imu_acc_x_mps2" in table else None,
+        imu_gyro_radps=triple("imu_gyro_{}_radps") if "imu_gyro_x_radps" in table else None,
+    )
+
+
+def _rotations(quaternion: FloatArray) -> FloatArray:
+    """Rotation matrices of quaternions x y z w, NaN where one is lost, shape (n, 3, 3)."""
+    good = np.isfinite(quaternion).all(axis=1) & (np.linalg.norm(quaternion, axis=1) > 0.5)
+    matrices = np.full((len(quaternion), 3, 3), np.nan)
+    matrices[good] = Rotation.from_quat(quaternion[good]).as_matrix()
+    return matrices
+
+
+def _no_body(stream: SensorStream, feet: int) -> BodyStream:
+    """A robot that says nothing: its weight is known, its CoM is not."""
+    time_s = stream.time_s[np.isfinite(stream.time_s)]
+    ends = np.array([time_s.min() - 1.0, *np.unique(time_s), time_s.max() + 1.0])
+    n = ends.size
+    return BodyStream(
+        ends, np.zeros((n, 3)), np.zeros((n, 3)), np.zeros((n, 2)),
+        np.zeros((n, feet, 3)), np.zeros((n, feet)),
+    )  # fmt: skip
+
+
+def _merge_six_axis(
+    stream: SensorStream, body: BodyStream, robot: Robot, rule: MergeRule, experiment: str
+) -> Merged:
+    feet: Mapping[str, Any] = robot.feet
+    placed = tuple(
+        (
+            np.array(foot.transducer_position_m or (0.0, 0.0, 0.0)),
+            rotation(foot.transducer_rotation_rpy_rad),
+        )
+        for foot in feet.values()
+    )
+    return merge_six_axis(
+        stream,
+        body,
+        placed,
+        np.array([foot.weight_below_n for foot in feet.values()]),
+        np.array([foot.com_below_m for foot in feet.values()]),
+        float(robot.mass_kg or 0.0),
+        robot.gravity_mps2,
+        experiment=experiment,
+        rule=rule,
+    )
