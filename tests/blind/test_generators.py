@@ -14,7 +14,7 @@ from tests.blind.ledger import open_ledger
 from tests.blind.noise import FAMILIES, draw_noise
 from tests.blind.trials import EXPERIMENTS, Cell, make_trial, plan_cells
 from tests.blind.world import Array
-from tests.blind.worlds import WORLDS
+from tests.blind.worlds import WORLDS, walk
 from tests.blind.yardstick import size_for, yardstick
 
 
@@ -32,6 +32,17 @@ def test_a_clean_world_balances_but_for_what_calibration_explains(experiment: st
     left = flat - stick.absorbed @ (stick.absorbed.T @ flat)
     # interpolation of the body between its samples is all that may be left, far below the noise
     assert np.sqrt(np.mean(left**2)) < 0.1
+
+
+def test_walks_of_the_engine_balance_in_every_symmetry() -> None:
+    seen = 0
+    for seed in range(12):
+        world = WORLDS["walk"].draw(np.random.default_rng(seed), {})
+        if world.facts["engine"]:
+            seen += 1
+            error = walk.error(world)
+            assert np.nanmax(np.abs(error)) < 0.002 * world.facts["mass_kg"] * 9.81
+    assert 2 <= seen <= 10
 
 
 @pytest.mark.parametrize("experiment", EXPERIMENTS)

@@ -20,22 +20,36 @@ from tests.blind.world import (
     affine_calibrations,
     draw_cells,
 )
+from tests.blind.worlds.engine import RATE_HZ, engine_walk
 from tests.blind.worlds.files import write_bench_calibration, write_log, write_recipe
-from tests.blind.worlds.gait import FINE_HZ, Build, Motion, draw_build, walk
+from tests.blind.worlds.gait import PAUSE_S, Build, Motion, draw_build, walk
 
 FEET = ("left", "right")
 CELLS = ("fl", "fr", "rl", "rr")
+ENGINE_SHARE = 0.35
+"""Of the walks, how many come from the physics engine."""
 
 
 def draw(rng: Rng, options: Mapping[str, Any]) -> World:
     """A robot and a minute of its gait, logged."""
+    seconds = float(options.get("seconds") or rng.uniform(60.0, 80.0))
+    drift = bool(options.get("drift"))
+    if rng.random() < ENGINE_SHARE:
+        build, motion = engine_walk(rng, seconds)
+        return logged(rng, "walk", build, motion, drift, rate_hz=RATE_HZ)
     build = draw_build(rng)
-    motion = walk(rng, build, float(options.get("seconds") or rng.uniform(60.0, 80.0)))
-    return logged(rng, "walk", build, motion, bool(options.get("drift")))
+    return logged(rng, "walk", build, walk(rng, build, seconds), drift)
 
 
-def logged(rng: Rng, experiment: str, build: Build, motion: Motion, drift: bool) -> World:
-    """A motion as two loggers record it."""
+def logged(
+    rng: Rng,
+    experiment: str,
+    build: Build,
+    motion: Motion,
+    drift: bool,
+    rate_hz: float | None = None,
+) -> World:
+    """A motion as two loggers record it; on the motion's own stamps where a rate is given."""
     rate, body_rate = (
         float(rng.choice([60.0, 80.0, 100.0])),
         float(rng.choice([80.0, 100.0, 120.0])),
@@ -43,6 +57,10 @@ def logged(rng: Rng, experiment: str, build: Build, motion: Motion, drift: bool)
     last = motion.time_s[-1]
     time_s = np.arange(0.3, last - 0.3, 1.0 / rate)
     body_time_s = np.arange(rng.uniform(0.0, 0.01), last, 1.0 / body_rate)
+    if rate_hz is not None:
+        # touch-downs of an engine are too quick to be interpolated without error
+        rate = body_rate = rate_hz
+        time_s = body_time_s = motion.time_s
     # a stance robot pauses its loggers while it moves: no rows inside a gap of the motion
     time_s, body_time_s = (t[_recorded(motion.time_s, t)] for t in (time_s, body_time_s))
     shown = resampled(motion.time_s, motion.forces_n, time_s)
@@ -50,7 +68,7 @@ def logged(rng: Rng, experiment: str, build: Build, motion: Motion, drift: bool)
     cycle = resampled(motion.time_s, motion.cycle[:, None], time_s)[:, 0].astype(np.int64)
     family = str(rng.choice(FAMILIES))
     weight_n = build.mass_kg * GRAVITY_MPS2
-    sd_n = weight_n * float(rng.uniform(1e-3, 3e-3))
+    sd_n = weight_n * float(rng.uniform(2e-3, 8e-3))
     noise = draw_noise(rng, family, shown, cycle, np.full(8, sd_n), repeatability=0.15)
     scale, zero = draw_cells(rng, 8)
     whole = np.zeros(body_time_s.size, dtype=np.int64)
@@ -97,6 +115,7 @@ def logged(rng: Rng, experiment: str, build: Build, motion: Motion, drift: bool)
             "rate_hz": rate,
             "body_rate_hz": body_rate,
             "mass_kg": build.mass_kg,
+            "engine": rate_hz is not None,
             "drift": drift,
             "seconds": float(last),
         },
@@ -106,7 +125,7 @@ def logged(rng: Rng, experiment: str, build: Build, motion: Motion, drift: bool)
 def _recorded(then: Array, now: Array) -> NDArray[np.bool_]:
     """Rows between two samples of one stretch of the motion, shape (n,)."""
     after = np.clip(np.searchsorted(then, now), 1, then.size - 1)
-    return np.asarray(then[after] - then[after - 1] < 2.0 / FINE_HZ)
+    return np.asarray(then[after] - then[after - 1] < 0.5 * PAUSE_S)
 
 
 def resampled(then: Array, values: Array, now: Array) -> Array:
