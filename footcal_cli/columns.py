@@ -92,6 +92,45 @@ def weights_table() -> TableType:
     )
 
 
+def weights_stream_table(channels: Sequence[str]) -> TableType:
+    """A running recording while known weights are put on and taken off, one column per channel.
+
+    Parameters
+    ----------
+    channels
+        Names of the load cells.
+    """
+    return TableType(
+        "weights_stream",
+        (
+            Column("time_s", "time stamp"),
+            *(
+                Column(f"{name}_counts", f"raw reading of cell {name}", missing="keep")
+                for name in channels
+            ),
+            Column("load_n", "the known load at every sample", optional=True, missing="keep"),
+            Column("temperature_degc", "temperature at the cells", optional=True),
+            Column("session", "recording session", kind="text", optional=True),
+        ),
+    )
+
+
+def cop_points_table() -> TableType:
+    """Points of known position and the centre of pressure an instrument gave for them."""
+    return TableType(
+        "cop_points",
+        (
+            Column("placement", "name of the point", kind="text"),
+            Column("hole_x_m", "x of the point in the instrument's frame"),
+            Column("hole_y_m", "y of the point in the instrument's frame"),
+            Column("cop_x_m", "centre of pressure as reported"),
+            Column("cop_y_m", "centre of pressure as reported"),
+            Column("load_n", "total force", optional=True),
+            Column("time_s", "time stamp", optional=True),
+        ),
+    )
+
+
 def placements_table(cells: Sequence[str]) -> TableType:
     """A known weight put on known holes of one foot's top plate.
 
@@ -180,12 +219,35 @@ def hang_table() -> TableType:
     return TableType(
         "hang",
         (
-            Column("orientation", "transducer axis along gravity: +x -x +z -z", kind="text"),
+            Column("orientation", "axis along gravity (+x -x +z -z), or a name", kind="text"),
+            Column("time_s", "time stamp"),
+            Column("leg", "which leg", kind="text"),
+            Column("phase_rad", "shaft angle; absent where nothing turns", optional=True),
+            *(
+                Column(
+                    f"gravity_{a}",
+                    "known direction of gravity in the transducer frame",
+                    optional=True,
+                )
+                for a in "xyz"
+            ),
+            *(Column(axis, "transducer reading", missing="keep") for axis in _AXES),
+            Column("temperature_degc", "temperature at the transducer", optional=True),
+        ),
+    )
+
+
+def legs_table() -> TableType:
+    """A stream of a robot with hip transducers, long form (one row per leg and stamp)."""
+    return TableType(
+        "legs",
+        (
             Column("time_s", "time stamp"),
             Column("leg", "which leg", kind="text"),
             Column("phase_rad", "shaft angle"),
             *(Column(axis, "transducer reading", missing="keep") for axis in _AXES),
-            Column("temperature_degc", "temperature at the transducer", optional=True),
+            *(Column(f"body_q{a}", "body to world quaternion", missing="keep") for a in "xyzw"),
+            Column("contact", "1 where the leg touches the ground", optional=True),
         ),
     )
 

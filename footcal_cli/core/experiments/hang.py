@@ -28,5 +28,5 @@ EXPERIMENT = Experiment(
         "leg_com_m": "leg centre of mass in the transducer frame, (n, 3), m",
     },
     balance=hang_balance,
-    calibration=("offset_change", "leg_weight", "leg_com", "hang_tilt"),
+    calibration=("offset", "leg_weight", "leg_com", "hang_tilt"),
 )

@@ -48,5 +48,5 @@ EXPERIMENT = Experiment(
         "contact": "1 on the ground, 0 lifted, (n, K)",
     },
     balance=pose_balance,
-    calibration=("offset_change", "mount_rotation", "mount_translation"),
+    calibration=("offset", "mount_rotation", "mount_translation"),
 )

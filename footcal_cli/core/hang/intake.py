@@ -1,0 +1,103 @@
+"""Columns of a hanging log, in long form, to one log per leg."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footcal_cli.core.hang.model import AXES
+from footcal_cli.core.log import Log
+from footcal_cli.core.parameters import FloatArray
+
+Texts = NDArray[np.object_] | NDArray[Any]
+
+ORIENTATIONS = {
+    f"{sign}{axis}": (1.0 if sign == "+" else -1.0) * np.eye(3)[i]
+    for i, axis in enumerate("xyz")
+    for sign in "+-"
+}
+"""``+x -x +y -y +z -z``: which axis points along gravity."""
+
+
+def gravity_of_orientation(
+    orientation: Texts, rot_bt: FloatArray | None = None
+) -> tuple[FloatArray, tuple[str, ...]]:
+    """Nominal direction of gravity in the transducer frame (n, 3), and words nobody knows.
+
+    Parameters
+    ----------
+    orientation
+        Names of `ORIENTATIONS`, shape (n,).
+    rot_bt
+        Where the names mean *body* axes: the leg's nominal rotation transducer to body, (3, 3).
+        A transducer turned by π about z then reads −x where its neighbours read +x.
+    """
+    names, place = np.unique(orientation.astype(str), return_inverse=True)
+    unknown = tuple(name for name in names if name not in ORIENTATIONS)
+    axes = np.stack([ORIENTATIONS.get(name, np.full(3, np.nan)) for name in names])
+    if rot_bt is not None:
+        axes = axes @ rot_bt
+    return np.asarray(axes[place.ravel()]), unknown
+
+
+def hang_log(
+    leg: str,
+    time_s: FloatArray,
+    phase_rad: FloatArray,
+    wrench: FloatArray,
+    gravity_dir: FloatArray,
+    *,
+    leg_weight_n: float,
+    temperature_degc: FloatArray | None = None,
+) -> Log:
+    """One leg's hanging log, rows in the order given; a block per nominal orientation.
+
+    Parameters
+    ----------
+    leg
+        Its name.
+    time_s, phase_rad
+        Shape (n,).
+    wrench
+        Readings, shape (n, 6), N and Nm.
+    gravity_dir
+        Nominal direction of gravity in the transducer frame, shape (n, 3).
+    leg_weight_n
+        Believed weight.
+    temperature_degc
+        Shape (n,), where measured.
+    """
+    rows = time_s.shape[0]
+    changed = np.any(gravity_dir[1:] != gravity_dir[:-1], axis=1)
+    known = {
+        "phase_rad": phase_rad,
+        "gravity_dir": gravity_dir,
+        "leg_weight_n": np.full(rows, leg_weight_n),
+        "leg_com_m": np.zeros((rows, 3)),
+    }
+    if temperature_degc is not None:
+        known["temperature_degc"] = temperature_degc
+    return Log(
+        "hang",
+        tuple(f"{leg}.{axis}" for axis in AXES),
+        time_s,
+        wrench,
+        known,
+        np.concatenate([[0], np.cumsum(changed)]).astype(np.int64),
+    )
+
+
+def finite_rows(*columns: FloatArray) -> NDArray[np.bool_]:
+    """Rows in which every number is one, shape (n,)."""
+    return np.asarray(
+        np.logical_and.reduce([np.isfinite(c).reshape(c.shape[0], -1).all(axis=1) for c in columns])
+    )
+
+
+def legs_in_order(leg: Texts, wanted: Sequence[str] = ()) -> tuple[str, ...]:
+    """Legs of a log: those wanted that are there, else in order of appearance."""
+    present = tuple(dict.fromkeys(leg.astype(str).tolist()))
+    return tuple(name for name in wanted if name in present) or present

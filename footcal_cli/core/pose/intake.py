@@ -1,0 +1,145 @@
+"""Columns of standing logs, in long form (one row per leg), to arrays per pose or stamp."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footcal_cli.core.hang.model import AXES
+from footcal_cli.core.log import Log
+from footcal_cli.core.parameters import BoolArray, FloatArray
+from footcal_cli.core.pose.data import Geometry
+
+
+@dataclass(frozen=True)
+class Frames:
+    """Complete rows of a long table: every leg once per pose or stamp.
+
+    Parameters
+    ----------
+    keys
+        Pose name or stamp of each frame, shape (P,).
+    columns
+        Name -> shape (P, K, …).
+    incomplete
+        Frames that lacked a leg, or had one twice.
+    broken
+        Frames with a reading that is not a number.
+    """
+
+    keys: NDArray[Any]
+    columns: Mapping[str, FloatArray]
+    incomplete: int
+    broken: int
+
+
+def frames_of(
+    key: NDArray[Any],
+    leg: NDArray[Any],
+    legs: Sequence[str],
+    columns: Mapping[str, FloatArray],
+    may_miss: Sequence[str] = (),
+) -> Frames:
+    """Pivot a long table with one row per key and leg.
+
+    Parameters
+    ----------
+    key
+        Pose or stamp, shape (n,).
+    leg
+        Leg of each row, shape (n,).
+    legs
+        Order wanted, K names.
+    columns
+        Name -> values (n, …).
+    may_miss
+        Columns in which a missing number does not spoil the frame.
+    """
+    order, index = {name: i for i, name in enumerate(legs)}, leg.astype(str)
+    place = np.array([order.get(name, -1) for name in index])
+    used = np.flatnonzero(place >= 0)
+    _, first, frame = np.unique(key[used], return_index=True, return_inverse=True)
+    rank = np.empty(first.size, dtype=np.int64)
+    rank[np.argsort(first, kind="stable")] = np.arange(first.size)
+    frame = rank[frame.ravel()]
+    count = np.zeros((first.size, len(legs)), dtype=np.int64)
+    np.add.at(count, (frame, place[used]), 1)
+    whole = (count == 1).all(axis=1)
+    pivoted = {}
+    for name, values in columns.items():
+        out = np.full((first.size, len(legs), *values.shape[1:]), np.nan)
+        out[frame, place[used]] = values[used]
+        pivoted[name] = out
+    sound = whole.copy()
+    for name, values in pivoted.items():
+        if name not in may_miss:
+            sound &= np.isfinite(values).reshape(first.size, -1).all(axis=1)
+    keys = key[used][np.sort(first)]
+    return Frames(
+        keys[sound],
+        {name: values[sound] for name, values in pivoted.items()},
+        int((~whole).sum()),
+        int((whole & ~sound).sum()),
+    )
+
+
+def rotation_of_quaternion(quaternion: FloatArray) -> FloatArray:
+    """Rotation of quaternions x y z w of any length: (..., 4) to (..., 3, 3)."""
+    x, y, z, w = np.moveaxis(quaternion / np.linalg.norm(quaternion, axis=-1, keepdims=True), -1, 0)
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def rotation_of_rpy(rpy_rad: Sequence[float]) -> FloatArray:
+    """``Rz(yaw) Ry(pitch) Rx(roll)``, shape (3, 3)."""
+    (cr, cp, cy), (sr, sp, sy) = np.cos(rpy_rad), np.sin(rpy_rad)
+    return np.array(
+        [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ]
+    )
+
+
+def pose_log(
+    geometry: Geometry,
+    frames: Frames,
+    *,
+    robot_weight_n: float,
+    leg_weight_n: FloatArray,
+    time_s: FloatArray | None = None,
+) -> Log:
+    """A pose log (one row per frame) from `wrench`, `phase_rad`, `body_q` and `contact`."""
+    columns = frames.columns
+    poses, legs = columns["phase_rad"].shape
+    return Log(
+        "pose",
+        tuple(f"{leg}.{axis}" for leg in geometry.legs for axis in AXES),
+        np.arange(poses, dtype=float) if time_s is None else time_s,
+        columns["wrench"].reshape(poses, 6 * legs),
+        {
+            "phase_rad": columns["phase_rad"],
+            "rot_wb": rotation_of_quaternion(columns["body_q"][:, 0]),
+            "hip_rot_bt": np.broadcast_to(geometry.rot_bt, (poses, legs, 3, 3)),
+            "hip_pos_b_m": np.broadcast_to(geometry.hip_b_m, (poses, legs, 3)),
+            "chassis_com_b_m": np.broadcast_to(geometry.chassis_com_b_m, (poses, 3)),
+            "robot_weight_n": np.full(poses, robot_weight_n),
+            "leg_weight_n": np.broadcast_to(leg_weight_n, (poses, legs)),
+            "contact": columns.get("contact", np.full((poses, legs), np.nan)),
+        },
+        np.arange(poses, dtype=np.int64),
+    )
+
+
+def tracked_frames(body_q: FloatArray) -> BoolArray:
+    """Where motion capture gave an orientation for every leg's row, shape (n,)."""
+    return np.asarray(np.isfinite(body_q).all(axis=(1, 2)))
