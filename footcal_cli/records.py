@@ -198,11 +198,110 @@ class TruthRecord(Versioned):
     details: dict[str, Any] = Field(default_factory=dict)
 
 
+class CopCorrectionRecord(Record):
+    """The correction of one foot's CoP, seed 1, eqs. (3)–(5): raw CoP + Σ coefficient · term.
+
+    `terms` are ``1 x y x² xy y²`` of the raw CoP in m and cell forces in N; the coefficients give
+    metres. `left_out_rmse_m` is the error at placements left out of the fit.
+    """
+
+    model: str
+    terms: tuple[str, ...]
+    coefficients_x: tuple[float, ...]
+    coefficients_y: tuple[float, ...]
+    ridge: float
+    left_out_rmse_m: float
+    placements: int
+    chosen: bool
+
+
+class CopCorrectionsRecord(Versioned):
+    """``cop_correction.json``: the best polynomial correction of every foot."""
+
+    schema_name: Literal["footcal.cop_correction"] = Field(
+        default="footcal.cop_correction", alias="schema"
+    )
+    feet: dict[str, CopCorrectionRecord]
+
+
+class HeldOutGain(Record):
+    """What an effect buys on blocks the model was not fitted to."""
+
+    quantity: str
+    unit: str
+    before: float
+    after: float
+    ci95: tuple[float, float] | None
+    """Relative reduction of the RMS error."""
+
+
+class CauseRecord(Record):
+    """One named effect; `rivals` explain the same as well, `places` too, elsewhere."""
+
+    effect: str
+    where: str
+    parameter: str
+    size: float
+    sd: float | None
+    unit: str
+    ci95: tuple[float, float] | None
+    shape: dict[str, float] = Field(default_factory=dict)
+    p: float
+    held_out_gain: HeldOutGain | None
+    blocks_better: int
+    rivals: tuple[str, ...] = ()
+    places: tuple[str, ...] = ()
+
+
+class EffectRowRecord(Record):
+    """What can be said about one effect of the table."""
+
+    effect: str
+    where: str
+    parameter: str
+    unit: str
+    size: float | None
+    ci95: tuple[float, float] | None
+    smallest_that_matters: float | None
+    detectable: float | None
+    visible: float | None
+    p: float | None
+    gain: float | None
+    informative_blocks: float | None
+    status: Literal["present", "absent", "undecided", "not_testable"]
+    reason: str
+
+
+class DiagnosisRecord(Versioned):
+    """``diagnosis.json``: the verdict, its causes, rivals and the experiment to run next."""
+
+    schema_name: Literal["footcal.diagnosis"] = Field(default="footcal.diagnosis", alias="schema")
+    experiment_kind: str
+    verdict: Literal[
+        "none", "named", "ambiguous", "named+unknown", "unknown", "underpowered", "bad-data"
+    ]
+    sentence: str
+    causes: tuple[CauseRecord, ...] = ()
+    rivals: tuple[tuple[str, ...], ...] = ()
+    experiment: str = ""
+    findings: tuple[FindingRecord, ...] = ()
+    effects: tuple[EffectRowRecord, ...] = ()
+    blocks: int
+    rows: int
+    smallest_p: float
+    share_explained: float | None
+    leftover_p: float | None
+    evidence: dict[str, float] = Field(default_factory=dict)
+    seed: int
+    rules: str
+
+
 SCHEMAS: Mapping[str, type[Versioned]] = {
     "parameters": ParametersRecord,
     "rmse": RmseRecord,
     "run": RunRecord,
     "truth": TruthRecord,
+    "cop-correction": CopCorrectionsRecord,
 }
 """Name on the command line -> record."""
 

@@ -68,7 +68,8 @@ def test_the_run_folder_is_complete(run: Run, recipe: Path, tmp_path: Path) -> N
     run("offline-fit", "--recipe", recipe, "--out", out, "--quiet")
     names = {p.relative_to(out).as_posix() for p in out.rglob("*") if p.is_file()}
     assert names == {
-        "run.json", "parameters.json", "rmse.json", "rmse.csv", "report.html",
+        "run.json", "parameters.json", "predictions.parquet", "rmse.json", "rmse.csv",
+        "report.html",
         "figures/residuals.png", "figures/loads_against_counts.png", "figures/scales.png",
     }  # fmt: skip
     rmse = read_record(RmseRecord, out / "rmse.json")

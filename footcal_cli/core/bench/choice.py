@@ -45,6 +45,14 @@ class HeldOut:
         """Over all rows (and axes: root of the mean squared norm)."""
         return float(np.sqrt(np.mean(self._squared())))
 
+    @property
+    def rmse_sd(self) -> float:
+        """Standard error of `rmse` from the scatter of the groups' mean squares."""
+        groups = self.mse_by_group()
+        if groups.size < 2 or self.rmse == 0.0:
+            return float("nan")
+        return float(groups.std(ddof=1) / np.sqrt(groups.size) / (2.0 * self.rmse))
+
     def mse_by_group(self) -> FloatArray:
         """Mean squared error of each group, shape (g,)."""
         _, index = np.unique(self.group, return_inverse=True)

@@ -46,6 +46,11 @@ class CopModel:
     with_forces: bool = False
     with_bias: bool = False
 
+    def terms(self, cells: tuple[str, ...]) -> tuple[str, ...]:
+        """Names of the empirical terms in the order of the coefficients."""
+        names = ("1", "x", "y", "x²", "xy", "y²")[: TERMS.get(self.name, 0)]
+        return (*names, *(cells if self.with_forces else ()))
+
     @property
     def needs_cells(self) -> bool:
         """Whether it looks at the cells' forces and not at the CoP alone."""
@@ -118,6 +123,12 @@ class CopFit:
             return np.asarray(_with_offset(rows.forces_n) @ self.weights[:, 0])
         return rows.total_n
 
+    def coefficients(self) -> FloatArray:
+        """Empirical: coefficients of the terms as they are, not standardised, shape (k, 2)."""
+        found = self.weights / self.width[:, None]
+        found[0] -= self.centre[1:] @ found[1:]
+        return np.asarray(found)
+
     @property
     def shares(self) -> FloatArray:
         """s_i, what a newton read by each cell adds to the load, shape (c,)."""
@@ -131,6 +142,18 @@ class CopFit:
         linear in κ: ``s_j + Σ_{i≠j} s_i κ_i / (c − 1) = 1``. Shape (c,).
         """
         return np.asarray(np.linalg.solve(_others(self.shares.size) * self.shares, 1 - self.shares))
+
+    @property
+    def bias_corrections_n(self) -> FloatArray:
+        """Smallest changes of the cells' biases that add the offsets f and m, shape (c,).
+
+        Three offsets for c cells: the combination of biases that moves neither load nor moments
+        is not seen and stays as it was.
+        """
+        cells, offsets = self.weights[:-1], self.weights[-1]
+        if not offsets.any():
+            return np.zeros(len(cells))
+        return np.asarray(np.linalg.lstsq(cells.T, offsets, rcond=None)[0])
 
     def corrections_m(self, cell_pos_m: FloatArray) -> FloatArray:
         """True minus believed cell positions, shape (c, 2).

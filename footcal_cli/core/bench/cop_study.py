@@ -140,6 +140,50 @@ class CopStudy:
         return f"{physics} and {polynomial} cannot be told apart: {errors}"
 
 
+@dataclass(frozen=True)
+class FootStudy:
+    """Everything the placements say about one foot.
+
+    Parameters
+    ----------
+    foot
+        Its name.
+    rows
+        Placements that were fitted.
+    study
+        The corrections compared on them.
+    held_out
+        Placements kept apart from every fit, None where there are none.
+    before
+        All placements with the forces of an uncalibrated foot, None where nothing is known of it.
+    """
+
+    foot: str
+    rows: PlacementRows
+    study: CopStudy
+    held_out: PlacementRows | None = None
+    before: PlacementRows | None = None
+
+    @property
+    def estimates(self) -> Estimates | None:
+        """Corrections of the cells where a physical model was chosen."""
+        return self.study.chosen.parameters
+
+    def effects(self) -> tuple[str, ...]:
+        """Names of the effects that `estimates` are parameters of."""
+        model = self.study.chosen.fit.model
+        if not model.physical:
+            return ()
+        return ("cell_position", "crosstalk") if model.with_forces else ("cell_position",)
+
+    def bias_changes(self) -> dict[str, float]:
+        """What the chosen model adds to the cells' biases, N."""
+        fit = self.study.chosen.fit
+        if not fit.model.with_bias:
+            return {}
+        return dict(zip(self.rows.cells, fit.bias_corrections_n.tolist(), strict=True))
+
+
 def study_cop(rows: PlacementRows, models: tuple[CopModel, ...] = MODELS) -> CopStudy:
     """Fit and compare corrections by leaving out one placement after the other.
 

@@ -84,9 +84,6 @@ class PlacementRows:
 def placement_rows(log: Log, min_force_n: float = MIN_FORCE_N) -> PlacementRows:
     """Rows of a placements log whose readings are already in newtons.
 
-    Placements are told apart by the position of the hole, so that the same hole used again later
-    is not taken for new evidence.
-
     Parameters
     ----------
     log
@@ -95,16 +92,29 @@ def placement_rows(log: Log, min_force_n: float = MIN_FORCE_N) -> PlacementRows:
         Below this total force there is no CoP.
     """
     hole = log.known["hole_m"]
-    _, placement = np.unique(np.round(hole, 6), axis=0, return_inverse=True)
     return PlacementRows(
         cells=log.channels,
         forces_n=log.readings,
         cell_pos_m=log.known["cell_pos_m"][0],
         hole_m=hole,
         load_n=log.known["load_n"].reshape(len(log), -1).sum(axis=1),
-        placement=placement.reshape(-1).astype(np.int64),
+        placement=holes_of(hole),
         min_force_n=min_force_n,
     )
+
+
+def holes_of(hole_m: FloatArray) -> IntArray:
+    """Index of the hole of every row, shape (n,).
+
+    Told apart by position, so that a hole used again later is not taken for new evidence.
+
+    Parameters
+    ----------
+    hole_m
+        Shape (n, 2).
+    """
+    _, index = np.unique(np.round(hole_m, 6), axis=0, return_inverse=True)
+    return np.asarray(index.reshape(-1), dtype=np.int64)
 
 
 @dataclass(frozen=True)

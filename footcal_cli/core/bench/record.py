@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from footcal_cli.core.bench.plateaus import PlateauOptions, Plateaus, find_plateaus
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
@@ -135,7 +134,12 @@ def record_of(log: Log, channel: str | None = None) -> BenchRecord:
     load = log.known["load_n"]
     load = load if load.ndim == 1 else load[:, at]
     timed = bool(np.isfinite(log.time_s).all() and np.ptp(log.time_s) > 0)
-    order = np.lexsort((log.time_s, log.block)) if timed else np.argsort(log.block, kind="stable")
+    if timed:
+        order = np.lexsort((log.time_s, log.block))
+    elif "direction" in log.known:
+        order = order_by_direction(load, log.known["direction"], log.block)
+    else:
+        order = np.argsort(log.block, kind="stable")
     warmth = log.known.get("temperature_degc")
     return BenchRecord(
         channel=log.channels[at],
@@ -148,29 +152,20 @@ def record_of(log: Log, channel: str | None = None) -> BenchRecord:
     )
 
 
-def settle(
-    record: BenchRecord, options: PlateauOptions | None = None
-) -> tuple[BenchRecord, list[Plateaus]]:
-    """Withhold the loads of unsettled and bad samples of a dense recording, session by session.
-
-    Bad samples (glitches, dropouts) lose their reading too: it would drive the memory terms.
+def order_by_direction(load_n: FloatArray, direction: FloatArray, block: IntArray) -> IntArray:
+    """Order of a staircase that was logged without time: up by load, then down, per session.
 
     Parameters
     ----------
-    record
-        Samples, not means of holds.
-    options
-        Of `find_plateaus`.
+    load_n
+        Shape (n,).
+    direction
+        +1 loading, −1 unloading, 0 unknown (taken as loading), shape (n,).
+    block
+        Session of each row, shape (n,).
     """
-    load, reading = record.load_n.copy(), record.reading.copy()
-    found = []
-    for part in record.sessions():
-        plateaus = find_plateaus(record.time_s[part], record.reading[part], options)
-        unusable = plateaus.hold < 0
-        load[part] = np.where(unusable, np.nan, load[part])
-        reading[part] = np.where(plateaus.state >= 3, np.nan, reading[part])
-        found.append(plateaus)
-    return replace(record, load_n=load, reading=reading), found
+    down = direction < 0
+    return np.lexsort((np.where(down, -load_n, load_n), down, block)).astype(np.int64)
 
 
 def condense(record: BenchRecord, interval_s: float) -> BenchRecord:

@@ -17,6 +17,8 @@ SHAPE_LOG_SD = 1.5
 _LOG_STEP = 1e-3
 _MOST_ITERATIONS = 60
 _INVERSE_TOLERANCE = 1e-11
+_BEYOND_GRID = 0.2
+"""How far, in logarithm, a shape may leave its grid: creep faster than the rows is a mere scale."""
 _APART = 1.1
 """Two time constants nearer than this in logarithm are one."""
 
@@ -104,12 +106,13 @@ def search_shapes(
         return np.zeros(0)
     names = [shape for term in terms if term.free for shape in term.shapes]
     middle = np.array([0.5 * (grid[0] + grid[-1]) for grid in grids])
+    half = np.array([0.5 * (grid[-1] - grid[0]) for grid in grids]) + _BEYOND_GRID
     known = record.known
     time, session = record.time_s[known], record.session[known]
     mean = record.reading[known].mean()
 
     def cost(log_shapes: FloatArray) -> float:
-        if not _ordered(names, log_shapes):
+        if not _ordered(names, log_shapes) or np.any(np.abs(log_shapes - middle) > half):
             return 1e12
         stacked = design_of(record, drive, terms, log_shapes)
         rows, target = whiten_autoregressive(

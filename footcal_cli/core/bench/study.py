@@ -39,6 +39,10 @@ class Samples:
         `SampleState`, shape (n,).
     hold
         Index of the load that a settled sample belongs to, −1 elsewhere, shape (n,).
+    session, temperature_degc
+        Shape (n,); no temperature: None.
+    options
+        What counted as standing still.
     """
 
     time_s: FloatArray
@@ -46,6 +50,9 @@ class Samples:
     load_n: FloatArray
     state: IntArray
     hold: IntArray
+    session: IntArray
+    temperature_degc: FloatArray | None
+    options: PlateauOptions
 
     def rejected(self) -> dict[str, int]:
         """Samples per reason for not being used."""
@@ -144,6 +151,43 @@ def complete(fit: ChannelFit) -> Estimates:
     )
 
 
+def record_of_samples(study: ChannelStudy) -> BenchRecord:
+    """What a study began with: its rows, or all samples of a recording, bad ones blanked."""
+    samples = study.samples
+    if samples is None:
+        return study.record
+    bad = samples.state >= SampleState.GLITCH
+    return BenchRecord(
+        study.channel,
+        samples.load_n,
+        np.where(bad, np.nan, samples.reading),
+        samples.time_s,
+        samples.session,
+        samples.temperature_degc,
+    )
+
+
+def settled_like(study: ChannelStudy, record: BenchRecord) -> BenchRecord:
+    """Another record of the channel, made comparable: a recording loses its unsettled samples.
+
+    Parameters
+    ----------
+    study
+        Says whether the channel was studied from a recording, and how.
+    record
+        With known loads.
+    """
+    if study.samples is None:
+        return record
+    samples = _find_loads(record, study.samples.options, ())
+    filtered = replace(
+        record,
+        load_n=np.where(samples.hold >= 0, samples.load_n, np.nan),
+        reading=np.where(samples.state >= SampleState.GLITCH, np.nan, samples.reading),
+    )
+    return _condensed(filtered)
+
+
 def study_rows(
     record: BenchRecord, method: Method = "ordinary", *, extend: bool = True, most_degree: int = 3
 ) -> ChannelStudy:
@@ -209,11 +253,14 @@ def study_samples(
         load_n=np.where(settled, samples.load_n, np.nan),
         reading=np.where(bad, np.nan, samples.reading),
     )
-    span = float(sum(np.ptp(record.time_s[part]) for part in record.sessions()))
-    short = condense(filtered, max(span / ROWS_FOR_FITS, 1e-9))
-    study = study_rows(short, method, extend=extend, most_degree=most_degree)
+    study = study_rows(_condensed(filtered), method, extend=extend, most_degree=most_degree)
     relaxation, waiting = _creep_of(samples)
     return replace(study, samples=samples, relaxation=relaxation, waiting=waiting)
+
+
+def _condensed(record: BenchRecord) -> BenchRecord:
+    span = float(sum(np.ptp(record.time_s[part]) for part in record.sessions()))
+    return condense(record, max(span / ROWS_FOR_FITS, 1e-9))
 
 
 def _find_loads(record: BenchRecord, options: PlateauOptions, loads_n: Sequence[float]) -> Samples:
@@ -248,7 +295,16 @@ def _find_loads(record: BenchRecord, options: PlateauOptions, loads_n: Sequence[
             "the recording has no load column and no loads are given", column=record.channel,
             remedy="give loads_n in [offline_fit.plateaus], one per load in order of time",
         )  # fmt: skip
-    return Samples(record.time_s, record.reading, load, state, hold)
+    return Samples(
+        record.time_s,
+        record.reading,
+        load,
+        state,
+        hold,
+        record.session,
+        record.temperature_degc,
+        options,
+    )
 
 
 def _levels(plateaus: Plateaus, first: int) -> IntArray:

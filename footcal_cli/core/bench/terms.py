@@ -50,6 +50,8 @@ class Term:
         Whether the shapes are searched; else the first of each grid is used.
     phi
         ``φ(load (n,), record, shapes (k,))``, shape (n,).
+    effect
+        Name in the table of effects; empty for a term that has no row there.
     """
 
     owner: str
@@ -60,6 +62,7 @@ class Term:
     shape_units: tuple[str, ...] = ()
     grids: tuple[tuple[float, ...], ...] = ()
     free: bool = True
+    effect: str = ""
 
 
 @dataclass(frozen=True)
@@ -127,6 +130,7 @@ def effect_term(
         shape_units=tuple(shape.unit for shape in shapes),
         grids=grids or tuple(shape.grid for shape in shapes),
         free=free,
+        effect=effect.name,
     )
 
 

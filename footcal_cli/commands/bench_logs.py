@@ -1,0 +1,248 @@
+"""Bench logs as the core takes them: rows per channel, running recordings, placements per foot."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from footcal_cli.core.bench.cop_study import FootStudy
+    from footcal_cli.core.bench.placement_rows import PlacementRows
+    from footcal_cli.core.bench.record import BenchRecord
+    from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
+    from footcal_cli.recipe import Robot
+    from footcal_cli.tables import Table
+
+ROWS_OF_A_RECORDING = 20
+"""More rows than this per load and session, closer than a second, are samples of a recording."""
+
+
+def by_channel(tables: Sequence[Table]) -> list[tuple[str, FloatArray, FloatArray]]:
+    """Channel, loads (n,) and counts (n,) over all logs, channels in order of appearance."""
+    import numpy as np
+
+    channel = np.concatenate([table.text("channel") for table in tables])
+    load_n = np.concatenate([table.number("load_n") for table in tables])
+    counts = np.concatenate([table.number("counts") for table in tables])
+    names = list(dict.fromkeys(channel))
+    return [(str(name), load_n[channel == name], counts[channel == name]) for name in names]
+
+
+def records_of_rows(tables: Sequence[Table]) -> list[BenchRecord]:
+    """Long weights logs, one record per channel; every file and session is one of its sessions."""
+    import numpy as np
+
+    from footcal_cli.core.bench.record import record_of
+    from footcal_cli.core.log import Log
+
+    channel = np.concatenate([table.text("channel") for table in tables])
+    session = _sessions(tables)
+    columns = {
+        name: np.concatenate([_column(table, name) for table in tables])
+        for name in ("load_n", "counts", "time_s", "temperature_degc", "direction")
+    }
+    records = []
+    for name in dict.fromkeys(channel):
+        at = channel == name
+        known = {"load_n": columns["load_n"][at]}
+        for optional in ("temperature_degc", "direction"):
+            if np.isfinite(columns[optional][at]).all():
+                known[optional] = columns[optional][at]
+        log = Log(
+            experiment="weights",
+            channels=(str(name),),
+            time_s=columns["time_s"][at],
+            readings=columns["counts"][at, None],
+            known=known,
+            block=session[at],
+        )
+        records.append(record_of(log))
+    return records
+
+
+def is_recording(record: BenchRecord) -> bool:
+    """Whether rows are samples of a running recording rather than one reading per load."""
+    import numpy as np
+
+    if not record.timed:
+        return False
+    gaps = np.diff(record.time_s)
+    holds = 1 + int(np.sum(np.abs(np.diff(record.load_n)) > 0))
+    dense = len(record) / holds > ROWS_OF_A_RECORDING
+    return bool(dense and np.median(gaps[gaps > 0]) < 1.0)
+
+
+def records_of_streams(tables: Sequence[Table], channels: Sequence[str]) -> list[BenchRecord]:
+    """Running recordings with one column per channel."""
+    import numpy as np
+
+    from footcal_cli.core.bench.record import BenchRecord
+
+    session = _sessions(tables)
+    columns = {
+        name: np.concatenate([_column(table, name) for table in tables])
+        for name in ("time_s", "load_n", "temperature_degc")
+    }
+    order = np.lexsort((columns["time_s"], session))
+    warmth = columns["temperature_degc"]
+    return [
+        BenchRecord(
+            channel=channel,
+            load_n=columns["load_n"][order],
+            reading=np.concatenate([table.number(f"{channel}_counts") for table in tables])[order],
+            time_s=columns["time_s"][order],
+            session=session[order],
+            temperature_degc=warmth[order] if np.isfinite(warmth).all() else None,
+        )
+        for channel in channels
+    ]
+
+
+def _column(table: Table, name: str) -> FloatArray:
+    """A column, or NaN where the log does not have it."""
+    import numpy as np
+
+    return table.number(name) if name in table else np.full(len(table), np.nan)
+
+
+def _sessions(tables: Sequence[Table]) -> IntArray:
+    """Number of the session of every row: file by file, and within a file by its session column.
+
+    A log without one has repeats at most; each repeat of a ladder of weights is then a session.
+    """
+    import numpy as np
+
+    numbers, first = [], 0
+    for table in tables:
+        name = "session" if "session" in table else "repeat" if "repeat" in table else None
+        labels: Any = table.text(name) if name is not None else np.zeros(len(table), dtype=object)
+        _, index = np.unique(labels.astype(str), return_inverse=True)
+        numbers.append(index.astype(np.int64) + first)
+        first = int(numbers[-1].max()) + 1
+    return np.concatenate(numbers)
+
+
+@dataclass(frozen=True)
+class PlacementLog:
+    """The placements of one foot.
+
+    Parameters
+    ----------
+    rows
+        With calibrated cell forces.
+    names
+        Name of the placement of every row, shape (n,).
+    before
+        The same rows with nominal forces, None where no nameplate scale is known.
+    """
+
+    rows: PlacementRows
+    names: Any
+    before: PlacementRows | None = None
+
+
+def read_placements(
+    tables: Sequence[Table],
+    robot: Robot,
+    calibration: dict[str, tuple[float, float]],
+    min_force_n: float,
+) -> dict[str, PlacementLog]:
+    """Forces and holes of every foot in the logs.
+
+    Parameters
+    ----------
+    tables
+        Placements logs.
+    robot
+        Feet with their cells' positions; the nameplate for the forces before calibration.
+    calibration
+        Channel -> scale (N/count) and bias (N).
+    min_force_n
+        Below this total force there is no CoP.
+
+    Raises
+    ------
+    UsageError
+        A foot the recipe does not have, or a cell without a calibration.
+    """
+    import numpy as np
+
+    from footcal_cli.core.bench.placement_rows import PlacementRows, holes_of
+    from footcal_cli.errors import UsageError, nearest
+
+    found: dict[str, PlacementLog] = {}
+    foot_of_row = np.concatenate([table.text("foot") for table in tables])
+    for foot in dict.fromkeys(foot_of_row):
+        if foot not in robot.feet:
+            raise UsageError(
+                f"the recipe has no foot '{foot}'{nearest(str(foot), robot.feet)}",
+                file=tables[0].path, column="foot", remedy="describe it under [robot.feet]",
+            )  # fmt: skip
+        at = foot_of_row == foot
+        cells = tuple(robot.feet[foot].cells)
+        channels = tuple(f"{foot}_{cell}" for cell in cells)
+        missing = [channel for channel in channels if channel not in calibration]
+        if missing:
+            raise UsageError(
+                f"placements need calibrated cells; '{missing[0]}' has no scale and bias",
+                remedy="give its weights too, or an earlier calibration with --parameters",
+            )
+        columns = [f"{cell}_counts" for cell in cells]
+        counts = np.concatenate([table.numbers(columns) for table in tables])[at]
+        scale, bias = np.array([calibration[channel] for channel in channels]).T
+        position = np.array([[c.x_m, c.y_m] for c in robot.feet[foot].cells.values()])
+        hole = np.concatenate([table.numbers(["hole_x_m", "hole_y_m"]) for table in tables])[at]
+
+        load = np.concatenate([table.number("load_n") for table in tables])[at]
+        nominal, zero = robot.nameplate.scale_n_per_count, float(np.median(-bias / scale))
+        rows = PlacementRows(
+            cells=channels,
+            forces_n=counts * scale + bias,
+            cell_pos_m=position,
+            hole_m=hole,
+            load_n=load,
+            placement=holes_of(hole),
+            min_force_n=min_force_n,
+        )
+        # nameplate scale, common zero: what a foot reads before anyone calibrates it
+        before = None if nominal is None else replace(rows, forces_n=nominal * (counts - zero))
+        names = np.concatenate([table.text("placement") for table in tables])[at]
+        found[str(foot)] = PlacementLog(rows, names, before)
+    return found
+
+
+def read_cop_points(tables: Sequence[Table]) -> PlacementLog:
+    """Reported CoP at known points of an instrument whose cells were not logged."""
+    import numpy as np
+
+    from footcal_cli.core.bench.placement_rows import PlacementRows
+
+    names = np.concatenate([table.text("placement") for table in tables])
+    hole = np.concatenate([table.numbers(["hole_x_m", "hole_y_m"]) for table in tables])
+    cop = np.concatenate([table.numbers(["cop_x_m", "cop_y_m"]) for table in tables])
+    _, index = np.unique(names.astype(str), return_inverse=True)
+    n = len(names)
+    rows = PlacementRows(
+        cells=(),
+        forces_n=np.zeros((n, 0)),
+        cell_pos_m=np.zeros((0, 2)),
+        hole_m=hole,
+        load_n=np.full(n, np.nan),
+        placement=index.astype(np.int64),
+        given_cop_m=cop,
+    )
+    return PlacementLog(rows, names)
+
+
+def study_foot(foot: str, log: PlacementLog, held: BoolArray) -> FootStudy:
+    """Compare the corrections on the placements that are not held out."""
+    from footcal_cli.core.bench.cop_study import FootStudy, study_cop
+
+    return FootStudy(
+        foot=foot,
+        rows=log.rows.select(~held),
+        study=study_cop(log.rows.select(~held)),
+        held_out=log.rows.select(held) if held.any() else None,
+        before=log.before,
+    )

@@ -1,0 +1,118 @@
+"""Figures of the ladder: what each model leaves on unseen data, and staircases up and down."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from footcal_cli.core.bench.plateaus import SampleState, find_direction
+from footcal_cli.core.bench.study import ChannelStudy
+from footcal_cli.plots.style import AFTER, BAD, BEFORE, CELL_COLOURS, REFERENCE, new_figure, tidy
+
+_MOST_PANELS = 8
+
+
+def plot_ladder(studies: Sequence[ChannelStudy]) -> Figure:
+    """Held-out error of every model of the first step, per channel, the choice filled in."""
+    shown = [study for study in studies if study.ladder is not None]
+    names = list(dict.fromkeys(r.model for s in shown if s.ladder for r in s.ladder.rows))
+    names = [name for name in names if " + " not in name or _is_chosen(shown, name)]
+    figure = new_figure(0.34 * len(names) + 1.5)
+    axes = figure.add_subplot()
+    places = {name: -i for i, name in enumerate(names)}
+    for i, study in enumerate(shown):
+        if study.ladder is None:
+            continue
+        colour = CELL_COLOURS[i % len(CELL_COLOURS)]
+        for row in study.ladder.rows:
+            if row.model not in places:
+                continue
+            chosen = row.model == study.ladder.model
+            axes.plot(
+                row.held_out_rmse_n,
+                places[row.model] + 0.28 * (i / max(len(shown) - 1, 1) - 0.5),
+                "o",
+                color=colour,
+                markerfacecolor=colour if chosen else "white",
+                markersize=8 if chosen else 5,
+                label=study.channel if row.model == "affine" else None,
+            )
+    axes.set_yticks(list(places.values()), list(places))
+    axes.set_xscale("log")
+    tidy(axes, "Error on sessions or loads left out of the fit (filled: chosen)",
+         "held-out RMSE (N)", "")  # fmt: skip
+    axes.legend(fontsize=8, frameon=False, loc="center left", bbox_to_anchor=(1.0, 0.5))
+    return figure
+
+
+def _is_chosen(studies: Sequence[ChannelStudy], name: str) -> bool:
+    return any(study.ladder is not None and study.ladder.model == name for study in studies)
+
+
+def plot_staircases(studies: Sequence[ChannelStudy]) -> Figure:
+    """Error against load, loading and unloading apart: above the straight line, below the model."""
+    shown = list(studies)[:_MOST_PANELS]
+    across = min(4, len(shown))
+    blocks = int(np.ceil(len(shown) / across))
+    figure = new_figure(3.4 * blocks + 0.3, width_in=max(2.6 * across, 5.0))
+    grid = figure.add_gridspec(2 * blocks, across)
+    for i, study in enumerate(shown):
+        block, column = divmod(i, across)
+        record, ladder = study.record, study.ladder
+        if ladder is None:
+            continue
+        known = record.known
+        direction = find_direction(
+            record.load_n[known], record.time_s[known], record.session[known]
+        )
+        limit = 0.0
+        panels = []
+        for k, (fit, title) in enumerate(
+            ((ladder.affine, f"{study.channel}: affine"), (ladder.chosen, ladder.model))
+        ):
+            axes = figure.add_subplot(grid[2 * block + k, column])
+            error = (fit.predict(record).load_n - record.load_n)[known]
+            limit = max(limit, float(np.abs(error).max()))
+            for sign, colour, label in (
+                (1, AFTER, "loading"), (-1, BAD, "unloading"), (0, BEFORE, "first"),
+            ):  # fmt: skip
+                at = direction == sign
+                axes.plot(record.load_n[known][at], error[at], "o", color=colour, markersize=3,
+                          alpha=0.7, label=label if at.any() else None)  # fmt: skip
+            axes.axhline(0, color=REFERENCE, linewidth=0.7)
+            tidy(axes, title, "known load (N)" if k else "", "error (N)" if column == 0 else "")
+            panels.append(axes)
+        for axes in panels:
+            axes.set_ylim(-1.15 * limit, 1.15 * limit)
+        if i == 0:
+            panels[0].legend(fontsize=7, frameon=False)
+    return figure
+
+
+def plot_recordings(studies: Sequence[ChannelStudy]) -> Figure:
+    """Running recordings with what was used, what was not, and why."""
+    shown = [study for study in studies if study.samples is not None][:_MOST_PANELS]
+    figure = new_figure(2.3 * len(shown) + 0.4)
+    colours = {
+        SampleState.SETTLED: AFTER, SampleState.MOVING: BEFORE, SampleState.SHORT: "#E69F00",
+        SampleState.GLITCH: BAD, SampleState.DROPOUT: "#CC79A7",
+    }  # fmt: skip
+    for i, study in enumerate(shown):
+        axes = figure.add_subplot(len(shown), 1, i + 1)
+        samples = study.samples
+        if samples is None:
+            continue
+        step = max(len(samples.time_s) // 20_000, 1)
+        for state, colour in colours.items():
+            at = np.flatnonzero(samples.state == state)
+            at = at[::step] if state in (SampleState.SETTLED, SampleState.MOVING) else at
+            if at.size:
+                axes.plot(samples.time_s[at], samples.reading[at], ".", color=colour, markersize=2,
+                          label=state.reason)  # fmt: skip
+        tidy(axes, study.channel, "time (s)" if i == len(shown) - 1 else "", "reading (counts)")
+        if i == 0:
+            axes.legend(fontsize=7, frameon=False, markerscale=4, loc="center left",
+                        bbox_to_anchor=(1.0, 0.5))  # fmt: skip
+    return figure

@@ -1,0 +1,1 @@
+"""Sheets: results of the core as tables and sentences of a report."""

@@ -1,0 +1,284 @@
+"""What the ladder of channel models found, as tables, sentences and records."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from footcal_cli.core.bench.changes import Change
+from footcal_cli.core.bench.channel import ChannelFit
+from footcal_cli.core.bench.regression import Curvature
+from footcal_cli.core.bench.study import ChannelStudy
+from footcal_cli.records import EffectRecord, Range, RmseRow, VerdictRecord
+from footcal_cli.report import Sheet, number, with_sd
+from footcal_cli.sheets.weights import (
+    NEXT_RECORDING,
+    curvature_sentence,
+    force_row,
+    inadequate,
+    misfit_sentence,
+)
+
+_MOST_ROWS = 120
+NOTABLE_P = 0.01
+"""A change since the last calibration is named in the verdict below this corrected p-value."""
+
+
+def size_words(fit: ChannelFit) -> list[str]:
+    """Each term's size with sd, hysteresis in % of full scale too."""
+    words = []
+    full_scale = max(abs(fit.load_range_n[0]), abs(fit.load_range_n[1]))
+    for term in fit.terms:
+        name = f"{fit.channel}{term.owner}.{term.size}"
+        value, sd = fit.estimates[name], fit.estimates.sd_of(name)
+        text = f"{term.size.replace('_', ' ')} {with_sd(value, sd)} {term.unit}".rstrip(" -")
+        if term.size == "hysteresis_width":
+            text += f" ({100 * value / full_scale:.2f} % of full scale)"
+        for shape, unit in zip(term.shapes, term.shape_units, strict=True):
+            if term.free:
+                full = f"{fit.channel}{term.owner}.{shape}"
+                low, high = fit.ci95[fit.estimates.names.index(full)]
+                text += (
+                    f", {shape.replace('_', ' ')} {number(fit.estimates[full], 3)} {unit} "
+                    f"[{number(low, 3)}, {number(high, 3)}]"
+                )
+        words.append(text)
+    return words
+
+
+def study_sentence(study: ChannelStudy) -> str | None:
+    """What a channel is beyond scale and bias, and what that does to the affine scale."""
+    ladder = study.ladder
+    if ladder is None or not ladder.rungs:
+        return None
+    error = 100.0 * ladder.affine_scale_error
+    before, after = ladder.rows[0].held_out_rmse_n, ladder.held_out.rmse
+    return (
+        f"{study.channel}: {'; '.join(size_words(ladder.chosen))}. Held-out error "
+        f"{number(before, 3)} → {number(after, 3)} N; because of it the affine scale is off by "
+        f"{error:+.2f} %".replace("+-", "−").replace(" -", " −")
+        + f" and its reading at mid-range by {number(ladder.affine_bias_error_n, 2)} N."
+    )
+
+
+def weights_verdict(
+    studies: Sequence[ChannelStudy], curvature: Curvature | None, tolerance_n: float
+) -> VerdictRecord:
+    """Whether scale and bias describe the channels, and if not, what does."""
+    extended = [study for study in studies if study.ladder is not None and study.ladder.rungs]
+    plain = [study.affine for study in studies if study not in extended]
+    bad = inadequate(plain, tolerance_n)
+    details = [text for study in extended if (text := study_sentence(study))]
+    details += [misfit_sentence(fit) for fit in bad]
+    bent = curvature_sentence([study.affine for study in studies], curvature)
+    if extended:
+        kinds = ", ".join(
+            f"{model} in {sum(study.model == model for study in extended)}"
+            for model in dict.fromkeys(study.model for study in extended)
+        )
+        left = [s.ladder.held_out.rmse for s in extended if s.ladder is not None]
+        before = [s.ladder.rows[0].held_out_rmse_n for s in extended if s.ladder is not None]
+        good = not bad and max(left) <= tolerance_n
+        return VerdictRecord(
+            level="good" if good else "warning",
+            sentence=f"{len(extended)} of the {len(studies)} channels need more than a scale and a "
+            f"bias ({kinds}): error on unseen data {number(float(np.median(before)), 2)} → "
+            f"{number(float(np.median(left)), 2)} N.",
+            details=tuple(details),
+        )
+    if not bad:
+        worst = max((study.affine for study in studies), key=lambda fit: fit.worst_n)
+        return VerdictRecord(
+            level="good",
+            sentence=f"A scale and a bias describe all {len(studies)} channels: largest error "
+            f"{number(worst.worst_n, 2)} N ({worst.channel}).",
+        )
+    if bent is not None:
+        details.append(bent)
+    return VerdictRecord(
+        level="warning",
+        sentence=f"The affine model does not fit {len(bad)} of the {len(studies)} channels: errors "
+        f"up to {number(bad[0].worst_n, 2)} N ({bad[0].channel}).",
+        details=(*details, NEXT_RECORDING),
+    )
+
+
+def model_sheet(studies: Sequence[ChannelStudy]) -> Sheet:
+    """One row per channel: the model in use and what it is worth on data it has not seen."""
+    rows, greyed = [], set()
+    for i, study in enumerate(studies):
+        ladder = study.ladder
+        if ladder is None:
+            greyed.add(i)
+            rows.append((study.channel, "affine", "too few rows", "–", "–", "–", "–", "–"))
+            continue
+        chosen = ladder.chosen
+        rows.append(
+            (
+                study.channel,
+                ladder.model,
+                f"{ladder.groups} {'sessions' if ladder.by_session else 'loads'}",
+                number(ladder.rows[0].held_out_rmse_n, 3),
+                number(ladder.held_out.rmse, 3),
+                number(chosen.sd_within_n, 2),
+                number(chosen.sd_between_n, 2) if chosen.sessions > 1 else "–",
+                f"{100 * ladder.affine_scale_error:+.3f}".replace("-", "−"),
+            )
+        )
+    return Sheet(
+        "Model of each channel",
+        ("channel", "model", "left out in turn", "affine, held out (N)", "model, held out (N)",
+         "scatter (N)", "between sessions (N)", "affine scale off by (%)"),
+        rows,
+        note="A model is climbed to where it beats the simpler one by more than one standard error "
+        "on left-out sessions (three or more) or loads, and its sizes are not zero. With one "
+        "session nothing is known of changes from session to session, and intervals do not "
+        "contain them.",
+        greyed=frozenset(greyed),
+    )  # fmt: skip
+
+
+def tried_sheet(studies: Sequence[ChannelStudy]) -> Sheet | None:
+    """Every model tried on every channel."""
+    rows = [
+        (
+            study.channel,
+            row.model,
+            str(row.coefficients),
+            number(row.rmse_n, 3),
+            number(row.held_out_rmse_n, 3),
+            f"{number(row.gain_n2, 2)} ± {number(row.gain_sd_n2, 2)}",
+            number(row.p_value, 2),
+            row.why,
+        )
+        for study in studies
+        if study.ladder is not None
+        for row in study.ladder.rows
+    ]
+    if not rows:
+        return None
+    more = f" The first {_MOST_ROWS} of {len(rows)}." if len(rows) > _MOST_ROWS else ""
+    return Sheet(
+        "Models tried",
+        ("channel", "model", "numbers", "fitted (N)", "held out (N)", "gain (N²)", "p", "why"),
+        rows[:_MOST_ROWS],
+        note="Gain: mean squared held-out error of the model below it minus its own, ± one "
+        f"standard error over the groups left out.{more}",
+    )
+
+
+def creep_sheet(studies: Sequence[ChannelStudy]) -> Sheet | None:
+    """Time constants of holds and the scale after several waiting times."""
+    rows = []
+    for study in studies:
+        if study.relaxation is not None:
+            found = study.relaxation
+            for k, tau in enumerate(found.tau_s):
+                low, high = found.tau_ci95_s[k]
+                largest = int(np.argmax(np.abs(found.amplitude[:, k])))
+                amplitude = with_sd(
+                    float(found.amplitude[largest, k]), float(found.amplitude_sd[largest, k])
+                )
+                rows.append(
+                    (
+                        study.channel,
+                        f"time constant {k + 1}",
+                        f"{number(float(tau), 3)} s",
+                        f"[{number(float(low), 3)}, {number(float(high), 3)}] s"
+                        + ("" if found.resolved[k] else " (at the edge of what the holds show)"),
+                        f"largest amplitude {amplitude} counts",
+                    )
+                )
+        if study.waiting is not None:
+            for wait, scale, change in zip(
+                study.waiting.wait_s, study.waiting.scale, study.waiting.change, strict=True
+            ):
+                when = "level the creep tends to" if np.isinf(wait) else f"read after {wait:.0f} s"
+                rows.append(
+                    (
+                        study.channel,
+                        when,
+                        f"scale {number(float(scale), 5)} N/count",
+                        f"{100 * change:+.2f} %".replace("-", "−"),
+                        f"{study.waiting.loads} loads",
+                    )
+                )
+    if not rows:
+        return None
+    return Sheet(
+        "Creep",
+        ("channel", "what", "value", "95 % interval or change", "of"),
+        rows,
+        note="Time constants from the shape of each hold alone: neither the loads nor what "
+        "happened between them enter. The scale depends on how long one waits before reading.",
+    )
+
+
+def change_sheet(changes: Sequence[Change], since: str) -> Sheet:
+    """Parameters then and now."""
+    rows = [
+        (
+            change.name,
+            number(change.before, 6),
+            number(change.now, 6),
+            change.unit,
+            f"{change.in_earlier_sd:+.1f}".replace("-", "−"),
+            f"{change.in_joint_sd:+.1f}".replace("-", "−"),
+            number(change.p_value, 2),
+        )
+        for change in changes
+    ]
+    return Sheet(
+        f"Changes since {since}",
+        ("parameter", "then", "now", "unit", "in its earlier sd", "in sd of the change", "p"),
+        rows,
+        note="p: chance of such a shift where nothing changed, corrected for the number of "
+        "parameters (Holm).",
+    )
+
+
+def held_out_rows(studies: Sequence[ChannelStudy]) -> list[RmseRow]:
+    """Held-out errors of the straight line and of the chosen model."""
+    rows = []
+    for study in studies:
+        if study.ladder is None:
+            continue
+        out = study.ladder.held_out
+        affine = study.ladder.rows[0].held_out_rmse_n
+        rows.append(
+            RmseRow(
+                quantity=f"force {study.channel}", unit="N", stage="affine",
+                reference="known load", split="held_out", rmse=affine, n=out.error.size,
+            )
+        )  # fmt: skip
+        rows.append(force_row(study.channel, "after", out.error, "held_out"))
+    return rows
+
+
+def effect_records(studies: Sequence[ChannelStudy]) -> tuple[EffectRecord, ...]:
+    """The effects that the channels' models contain, for any command's chain."""
+    owners: dict[str, dict[str, tuple[str, ...]]] = {}
+    for study in studies:
+        for term in study.fit.terms if study.fit is not None else ():
+            if term.effect:
+                owner = f"{study.channel}{term.owner}"
+                owners.setdefault(term.effect, {})[owner] = (study.channel,)
+    return tuple(EffectRecord(effect=name, owners=carried) for name, carried in owners.items())
+
+
+def fitted_ranges(study: ChannelStudy) -> dict[str, Range]:
+    """Loads, readings and temperatures the model was fitted on."""
+    affine, fit = study.affine, study.fit
+    ranges = {
+        "load": Range(
+            lowest=float(affine.load_n.min()), highest=float(affine.load_n.max()), unit="N"
+        ),
+        "reading": Range(
+            lowest=float(affine.counts.min()), highest=float(affine.counts.max()), unit="count"
+        ),
+    }
+    if fit is not None and fit.temperature_range_degc is not None:
+        low, high = fit.temperature_range_degc
+        ranges["temperature"] = Range(lowest=low, highest=high, unit="degC")
+    return ranges

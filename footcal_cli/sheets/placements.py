@@ -1,0 +1,213 @@
+"""What placements of known weights say about a foot, as tables, sentences and error rows."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from footcal_cli.core.bench.cop_models import CopFit
+from footcal_cli.core.bench.cop_study import CopResult, FootStudy
+from footcal_cli.core.bench.placement_rows import PlacementRows, find_repeats
+from footcal_cli.core.parameters import FloatArray
+from footcal_cli.records import RmseRow
+from footcal_cli.report import Sheet, number, with_sd
+
+_MOST_ROWS = 120
+_MM = 1e3
+
+
+def cop_errors_m(cop_m: FloatArray, rows: PlacementRows) -> FloatArray:
+    """Distance vectors from the hole where there is a CoP, shape (m, 2)."""
+    error = cop_m - rows.hole_m
+    return np.asarray(error[np.isfinite(error).all(axis=1)])
+
+
+def rms_distance_m(error_m: FloatArray) -> float:
+    """Root mean squared length of error vectors."""
+    return float(np.sqrt(np.mean(np.sum(error_m**2, axis=1)))) if len(error_m) else float("nan")
+
+
+def foot_sentence(found: FootStudy) -> str:
+    """The errors before and after, and the verdict between physics and polynomial."""
+    chosen = found.study.chosen
+    raw = _before_m(found)
+    text = (
+        f"{found.foot}: CoP error {_MM * raw:.2f} → {_MM * chosen.left_out.rmse:.2f} mm on "
+        f"placements left out of the fit ({chosen.name})"
+    )
+    if found.held_out is not None:
+        error = rms_distance_m(cop_errors_m(chosen.fit.cop_m(found.held_out), found.held_out))
+        text += f", {_MM * error:.2f} mm on placements never used"
+    verdict = found.study.verdict()
+    return f"{text}. {verdict[0].upper()}{verdict[1:]}."
+
+
+def correction_sheet(found: FootStudy) -> Sheet:
+    """All corrections of one foot side by side."""
+    rows = []
+    for result in found.study.results:
+        held = found.held_out
+        error = "–" if held is None else f"{_MM * _held_out_m(result, held):.3f}"
+        sd = _MM * result.left_out.rmse_sd
+        rows.append(
+            (
+                ("→ " if result is found.study.chosen else "") + result.name,
+                str(result.fit.model.coefficients(len(found.rows.cells))),
+                str(result.fit.rank),
+                number(result.fit.condition, 3),
+                number(result.fit.ridge, 1) if result.fit.ridge else "–",
+                f"{_MM * result.cop_rmse_m:.3f}",
+                with_sd(_MM * result.left_out.rmse, sd),
+                error,
+                number(result.left_out_total.rmse, 3),
+            )
+        )
+    return Sheet(
+        f"CoP corrections of {found.foot}",
+        ("correction", "numbers", "rank", "condition", "ridge", "fitted (mm)", "left out (mm)",
+         "never used (mm)", "vGRF left out (N)"),
+        rows,
+        note="Root mean squared distance from the hole. Left out: each placement predicted by a "
+        "fit without it, ± one standard error over placements. → marks the choice: the simplest "
+        "within one standard error of the best, CoP and vGRF together. Crosstalk is what a share "
+        "of a cell's reading means when the cells were calibrated one by one; a wrong scale would "
+        "look the same.",
+    )  # fmt: skip
+
+
+def cell_sheet(found: FootStudy) -> Sheet | None:
+    """Corrections of the cells' positions and their crosstalk."""
+    physical = found.study.physical
+    if physical is None:
+        return None
+    result = found.study.results[physical]
+    if result.parameters is None:
+        return None
+    estimates = result.parameters
+    rows = []
+    for name, unit, value, sd in zip(
+        estimates.names, estimates.units, estimates.values, estimates.sd, strict=True
+    ):
+        factor, shown = (_MM, "mm") if unit == "m" else (100.0, "%")
+        rows.append(
+            (name, with_sd(factor * value, factor * sd), shown, f"{value / sd:+.1f}" if sd else "–")
+        )
+    return Sheet(
+        f"Cells of {found.foot} by their placements",
+        ("parameter", "value", "unit", "in its sd"),
+        rows,
+        note=f"Model: {result.name}; sd by leaving out one placement after the other (jackknife).",
+    )
+
+
+def repeat_sheet(found: FootStudy) -> Sheet:
+    """Mean and sd of the corrected CoP per hole and load: seed 1, section 4.2."""
+    fit = found.study.chosen.fit
+    repeats = find_repeats(found.rows, fit.cop_m(found.rows))
+    rows = [
+        (
+            f"({_MM * hole[0]:.0f}, {_MM * hole[1]:.0f})",
+            number(float(load), 4),
+            str(n),
+            *(
+                with_sd(_MM * float(error[k]), _MM * float(sd[k]))
+                if n > 1
+                else number(_MM * float(error[k]), 3)
+                for k in (0, 1)
+            ),
+        )
+        for hole, load, n, error, sd in zip(
+            repeats.hole_m, repeats.load_n, repeats.n, repeats.error_m, repeats.sd_m, strict=True
+        )
+    ]
+    pooled = _MM * repeats.pooled_sd_m
+    note = (
+        f"Repeatability over all holes and loads: {number(float(pooled[0]), 3)} mm in x, "
+        f"{number(float(pooled[1]), 3)} mm in y."
+        if np.isfinite(pooled).all()
+        else "No placement was repeated."
+    )
+    if len(rows) > _MOST_ROWS:
+        note += f" The first {_MOST_ROWS} of {len(rows)} combinations."
+    return Sheet(
+        f"Repeats on {found.foot} (corrected CoP minus hole)",
+        ("hole (mm)", "load (N)", "n", "x (mm)", "y (mm)"),
+        rows[:_MOST_ROWS],
+        note=note,
+    )
+
+
+def placement_errors(found: FootStudy) -> list[RmseRow]:
+    """CoP and vGRF errors before and after, on the fit, left out, and never used."""
+    rows: list[RmseRow] = []
+    if found.before is not None:
+        rows += _error_rows(found, "before", found.before, found.before.raw_cop_m, "all")
+    rows += _error_rows(found, "raw cop", found.rows, found.rows.raw_cop_m, "train")
+    for result in found.study.results:
+        stage = "after" if result is found.study.chosen else result.name
+        train, held = found.rows, found.held_out
+        rows += _error_rows(found, stage, train, result.fit.cop_m(train), "train", result.fit)
+        rows += _left_out_rows(found, stage, result)
+        if held is not None:
+            rows += _error_rows(
+                found, stage, held, result.fit.cop_m(held), "held_out", result.fit,
+                reference="placements never used",
+            )  # fmt: skip
+    return rows
+
+
+def _error_rows(
+    found: FootStudy,
+    stage: str,
+    rows: PlacementRows,
+    cop_m: FloatArray,
+    split: str,
+    fit: CopFit | None = None,
+    reference: str = "hole",
+) -> list[RmseRow]:
+    error = cop_errors_m(cop_m, rows)
+    total = (rows.total_n if fit is None else fit.total_n(rows)) - rows.load_n
+    made = [
+        _row(f"cop_{axis} {found.foot}", "m", stage, reference, split, error[:, i])
+        for i, axis in enumerate("xy")
+    ]
+    made.append(_row(f"cop {found.foot}", "m", stage, reference, split, np.hypot(*error.T)))
+    known = total[np.isfinite(total)]
+    if known.size:
+        made.append(_row(f"vgrf {found.foot}", "N", stage, "known load", split, known))
+    return [row for row in made if row.n]
+
+
+def _left_out_rows(found: FootStudy, stage: str, result: CopResult) -> list[RmseRow]:
+    reference = "hole, its placement left out of the fit"
+    error = result.left_out.error
+    total = result.left_out_total.error
+    made = [_row(f"cop {found.foot}", "m", stage, reference, "held_out", np.hypot(*error.T))]
+    if np.isfinite(total).all():
+        against = "known load, its placement left out of the fit"
+        made.append(_row(f"vgrf {found.foot}", "N", stage, against, "held_out", total))
+    return made
+
+
+def _row(
+    quantity: str, unit: str, stage: str, reference: str, split: str, errors: FloatArray
+) -> RmseRow:
+    return RmseRow.model_validate(
+        {
+            "quantity": quantity,
+            "unit": unit,
+            "stage": stage,
+            "reference": reference,
+            "split": split,
+            "rmse": float(np.sqrt(np.mean(errors**2))) if errors.size else 0.0,
+            "n": errors.size,
+        }
+    )
+
+
+def _before_m(found: FootStudy) -> float:
+    rows = found.before if found.before is not None else found.rows
+    return rms_distance_m(cop_errors_m(rows.raw_cop_m, rows))
+
+
+def _held_out_m(result: CopResult, rows: PlacementRows) -> float:
+    return rms_distance_m(cop_errors_m(result.fit.cop_m(rows), rows))

@@ -1,0 +1,182 @@
+"""Affine calibrations of load cells as tables, error rows and sentences."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from footcal_cli.core.bench.regression import AffineFit, Curvature, fit_affine
+from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.quality import Finding
+from footcal_cli.records import RmseRow
+from footcal_cli.report import Sheet, number, with_sd
+
+NEXT_RECORDING = (
+    "Record next: a ladder of at least six loads up to the intended load and down again, one hold "
+    "of five minutes at the top and one unloaded, the whole repeated three times, each cell alone."
+)
+LACK_OF_FIT_ALPHA = 0.01
+_MOST_ROWS = 200
+
+
+def inadequate(fits: Sequence[AffineFit], tolerance_n: float) -> list[AffineFit]:
+    """Channels that a scale and a bias do not describe, worst first."""
+    bad = [
+        fit
+        for fit in fits
+        if fit.worst_n > tolerance_n
+        or (fit.lack_of_fit is not None and fit.lack_of_fit.p < LACK_OF_FIT_ALPHA)
+    ]
+    return sorted(bad, key=lambda fit: -fit.worst_n)
+
+
+def misfit_sentence(fit: AffineFit) -> str:
+    """The largest residual of a channel, in N and percent of its load."""
+    at = int(np.argmax(np.abs(fit.residual_n)))
+    load = float(fit.load_n[at])
+    share = f" ({100 * abs(fit.residual_n[at]) / load:.0f} % of the load)" if load else ""
+    text = f"{fit.channel}: {number(fit.residual_n[at], 2)} N at {number(load, 3)} N{share}"
+    if fit.lack_of_fit is not None:
+        text += f", lack of fit p = {fit.lack_of_fit.p:.1g}"
+    return text
+
+
+def curvature_sentence(fits: Sequence[AffineFit], curvature: Curvature | None) -> str | None:
+    """What the channels' bends say together, None where they do not agree."""
+    if curvature is None or curvature.same_sign != len(curvature.bows):
+        return None
+    if any(fit.lack_of_fit is not None for fit in fits):
+        return (
+            f"The curvature has the same sign in all {len(curvature.bows)} channels "
+            f"(sign test p = {curvature.sign_p:.3f})."
+        )
+    return (
+        f"The curvature has the same sign in all {len(curvature.bows)} channels (sensitivity "
+        f"{'falls' if curvature.mean > 0 else 'rises'} with load; mean bow "
+        f"{100 * curvature.mean:.1f} % of the span, sign test p = {curvature.sign_p:.3f}): a "
+        "shared cause, not noise of single channels. Without repeated loads it cannot be told "
+        "whether that is nonlinearity, creep or the order of loading."
+    )
+
+
+def find_extrapolation(
+    fits: Sequence[AffineFit], intended_load_n: tuple[float, float] | None
+) -> list[Finding]:
+    """A finding where cells are meant to carry more than they were loaded with."""
+    if intended_load_n is None:
+        return []
+    highest = min(float(fit.load_n.max()) for fit in fits)
+    intended = intended_load_n[1]
+    if intended <= highest:
+        return []
+    return [
+        Finding(
+            "extrapolation", "warning", "all channels",
+            f"cells are meant to carry {intended:.4g} N but were loaded to {highest:.4g} N "
+            f"({intended / highest:.1f} times less)",
+            "add weights up to the intended load; above the fitted range errors are unknown",
+        )
+    ]  # fmt: skip
+
+
+def parameter_sheet(fits: Sequence[AffineFit]) -> Sheet:
+    """Scale, bias and errors of each channel."""
+    rows = [
+        (
+            fit.channel,
+            with_sd(1e6 * fit.scale_n_per_count, 1e6 * float(fit.estimates.sd[0])),
+            number(fit.bias_n, 7),
+            f"{fit.zero_counts:,.0f}",
+            number(fit.centre_sd_n, 2),
+            number(fit.rmse_n, 3),
+            number(fit.worst_n, 3),
+            number(1e6 * fit.resolution_n, 3),
+            number(fit.smallest_step_n, 3),
+            f"{number(float(fit.load_n.min()), 3)} … {number(float(fit.load_n.max()), 3)}",
+            str(fit.load_n.size),
+        )
+        for fit in fits
+    ]
+    return Sheet(
+        "Calibration",
+        ("channel", "scale (µN/count)", "bias (N)", "zero at (counts)", "sd at mid-load (N)",
+         "RMSE (N)", "worst (N)", "µN per count", "smallest step (N)", "loads (N)", "n"),
+        rows,
+        note="± is one standard deviation from the residuals of the fit; parameters.json has the "
+        "covariance of scale and bias, which are nearly collinear at these readings.",
+    )  # fmt: skip
+
+
+def residual_sheet(fits: Sequence[AffineFit]) -> Sheet:
+    """Error of the affine fit at every reading."""
+    rows = [
+        (fit.channel, number(load, 4), f"{counts:,.0f}", number(error, 3),
+         number(100 * error / load, 2) if load else "–")
+        for fit in fits
+        for load, counts, error in zip(fit.load_n, fit.counts, fit.residual_n, strict=True)
+    ]  # fmt: skip
+    shown = rows[:_MOST_ROWS]
+    more = f" The first {_MOST_ROWS} of {len(rows)} rows." if len(rows) > len(shown) else ""
+    return Sheet(
+        "Residuals",
+        ("channel", "load (N)", "counts", "measured − known (N)", "% of load"),
+        shown,
+        note=f"Residual of the affine fit.{more}",
+    )
+
+
+def method_sheet(fits: Sequence[AffineFit]) -> Sheet:
+    """Ordinary, weighted and robust scales side by side, and the tests of the straight line."""
+    rows = []
+    for fit in fits:
+        scales = [
+            fit_affine(fit.channel, fit.load_n, fit.counts, method).scale_n_per_count
+            for method in ("ordinary", "weighted", "robust")
+        ]
+        test = fit.lack_of_fit
+        rows.append(
+            (
+                fit.channel,
+                *(number(1e6 * scale, 6) for scale in scales),
+                f"{100 * fit.bow:.2f}",
+                number(test.f, 3) if test else "no repeats",
+                number(test.p, 2) if test else "–",
+            )
+        )
+    return Sheet(
+        "Checks of the model",
+        ("channel", "ordinary (µN/count)", "weighted", "robust", "bow (% of span)",
+         "lack of fit F", "p"),
+        rows,
+        note="Where ordinary, weighted and robust scales differ by more than their sd, single "
+        "readings drive the fit.",
+    )  # fmt: skip
+
+
+def force_row(channel: str, stage: str, errors: FloatArray, split: str = "all") -> RmseRow:
+    """Root mean square of a channel's force error."""
+    known = errors[np.isfinite(errors)]
+    return RmseRow.model_validate(
+        {
+            "quantity": f"force {channel}",
+            "unit": "N",
+            "stage": stage,
+            "reference": "known load",
+            "split": split,
+            "rmse": float(np.sqrt(np.mean(known**2))),
+            "n": known.size,
+        }
+    )
+
+
+def affine_rows(fits: Sequence[AffineFit], after: str = "after") -> list[RmseRow]:
+    """Errors before and after; before: all cells alike, each with its own zero reading."""
+    common = float(np.median([fit.scale_n_per_count for fit in fits]))
+    rows = []
+    for fit in fits:
+        unloaded = fit.counts[np.argmin(np.abs(fit.load_n))]
+        rows.append(force_row(fit.channel, "before", common * (fit.counts - unloaded) - fit.load_n))
+        rows.append(force_row(fit.channel, after, fit.residual_n))
+    rows.append(force_row("all", after, np.concatenate([fit.residual_n for fit in fits])))
+    return rows
