@@ -8,8 +8,11 @@ import traceback
 import typer
 
 from footcal_cli.commands.check import check
+from footcal_cli.commands.effects import effects
 from footcal_cli.commands.offline_fit import offline_fit
 from footcal_cli.commands.schema import schema
+from footcal_cli.commands.simulate import simulate
+from footcal_cli.commands.static_init import static_init
 from footcal_cli.errors import FootcalError
 
 EXIT_BUG = 70
@@ -23,6 +26,9 @@ app = typer.Typer(
 )
 app.command("offline-fit")(offline_fit)
 app.command("check")(check)
+app.command("static-init")(static_init)
+app.command("simulate")(simulate)
+app.command("effects")(effects)
 app.command("schema")(schema)
 
 

@@ -57,12 +57,14 @@ class Case:
 
     @property
     def truth(self) -> Array:
-        """In the order of `PoseFit.estimates`."""
+        """In the order of `PoseFit.estimates`: mounting along the nominal transducer's axes."""
+        nominal = self.robot.rot_nominal
+        turn = np.swapaxes(nominal, 1, 2) @ self.robot.turn_b @ nominal
         shift = self.robot.shift_b_m - self.robot.chassis_com_b_m
         return np.concatenate(
             [
-                rotation_log(self.robot.turn_b).ravel(),
-                shift.ravel(),
+                rotation_log(turn).ravel(),
+                np.einsum("kji,kj->ki", nominal, shift).ravel(),
                 TABLE_2.ravel(),
                 WEIGHT_N,
                 [ROBOT_WEIGHT_N],

@@ -213,7 +213,7 @@ def test_wrist_sensor_with_a_tool_in_many_orientations() -> None:
         assert fit.model.tilt_names() == ("mount_rot_x", "mount_rot_y", "mount_rot_z")
         assert fit.gaps == ()
         arm = com_m(np.array([0.3]))[0]
-        expected = np.concatenate([[WEIGHT_N[0]], TABLE_2[0], arm, turn[0]])
+        expected = np.concatenate([[WEIGHT_N[0]], TABLE_2[0], arm, -turn[0]])
         standard.append((fit.estimates.values - expected) / fit.estimates.sd)
     assert 0.88 < np.mean(np.abs(standard) < 1.96) < 0.99
     assert 0.8 < np.sqrt(np.mean(np.square(standard))) < 1.2

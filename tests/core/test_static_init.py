@@ -6,17 +6,11 @@ from footcal_cli.core.contact import judge
 from footcal_cli.core.effects.contract import Scope, columns_of
 from footcal_cli.core.experiments import stand
 from footcal_cli.core.log import Log
+from footcal_cli.core.next_stance import next_stances
 from footcal_cli.core.online.rows import belief_from
 from footcal_cli.core.parameters import FloatArray, Status
-from footcal_cli.core.static_init import (
-    QuietRule,
-    QuietSet,
-    StaticInit,
-    fit_static,
-    next_stances,
-    select_quiet,
-    stance_rows,
-)
+from footcal_cli.core.quiet import QuietRule, QuietSet, select_quiet
+from footcal_cli.core.static_init import StaticInit, fit_static, stance_errors, stance_rows
 from footcal_cli.errors import FitError
 from tests.core.walk_data import Standing, make_standing
 from tests.core.walking import belief_of, stand_log
@@ -175,3 +169,22 @@ def test_the_stand_balance_is_zero_at_the_truth() -> None:
     assert np.abs(balance.error[balance.valid]).max() < 1e-12
     airborne = made.contact == 0
     assert balance.valid[:, 3:].sum() == 4 * airborne.sum()
+
+
+def test_held_out_stances_are_predicted_better_than_by_the_prior() -> None:
+    made = make_standing(12, 4, replace=True)
+    log, belief = stand_log(made), belief_of(made)
+    quiet = QuietSet(made.stance, judge({}, len(log)))
+    rows = stance_rows(log, quiet, belief)
+    found = {(e.stage, e.held_out): e for e in stance_errors(rows, belief, made.mass * 9.80665)}
+
+    def rms(stage: str, held_out: bool) -> float:
+        return float(np.sqrt(np.mean(found[stage, held_out].cop_m ** 2)))
+
+    assert rms("after", False) < rms("after", True) < rms("before", True)
+    assert rms("before", False) == pytest.approx(rms("before", True))
+    # the CoP error of a stance is that of its mean force, against the CoM
+    forces = belief.forces(log.readings)
+    centre = pressure(forces, made.cells).cop_m - made.com[:, :2]
+    mean = np.array([centre[made.stance == k].mean(axis=0) for k in range(12)])
+    np.testing.assert_allclose(found["before", False].cop_m, mean, atol=1.5e-4)

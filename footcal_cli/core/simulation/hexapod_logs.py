@@ -154,7 +154,7 @@ def _phases(
 
 def feet_b_m(robot: Hexapod, phase_rad: FloatArray) -> FloatArray:
     """Foot positions in the body, shape (n, legs, 3): φ = 0 points down, φ > 0 moves back."""
-    side = robot.hip_rot_bt[:, 1, 1]
+    side = np.where(robot.hip_pos_b_m[:, 1] >= 0, 1.0, -1.0)
     reach = robot.foot_arm_m * np.sin(phase_rad)
     drop = robot.foot_arm_m * np.cos(phase_rad)
     out = np.broadcast_to(side * robot.foot_outward_m, phase_rad.shape)

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from footcal_cli.core.effects.calibration import AXES
 from footcal_cli.core.parameters import FloatArray
@@ -30,8 +31,6 @@ TABLE_II_OFFSETS: Mapping[str, tuple[float, ...]] = {
 TABLE_II_LEG_WEIGHTS_N: Mapping[str, float] = {
     "fl": 6.2, "ml": 6.2, "hl": 6.2, "fr": 6.4, "mr": 6.2, "hr": 6.1,
 }  # fmt: skip
-_LEFT = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-_RIGHT = ((-1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, 1.0))
 
 
 @dataclass(frozen=True)
@@ -103,9 +102,9 @@ class HexapodLeg:
     rotation_bt: tuple[tuple[float, float, float], ...]
     offset: tuple[float, ...]
     weight_n: float
-    com_sin_m: tuple[float, float, float] = (-0.03, 0.0, 0.0)
-    com_cos_m: tuple[float, float, float] = (0.0, 0.0, -0.03)
-    com_mean_m: tuple[float, float, float] = (0.004, 0.07, 0.005)
+    com_sin_m: tuple[float, float, float]
+    com_cos_m: tuple[float, float, float]
+    com_mean_m: tuple[float, float, float]
 
     def com_m(self, phase_rad: FloatArray) -> FloatArray:
         """Leg CoM in the transducer frame, shape (n, 3)."""
@@ -115,16 +114,50 @@ class HexapodLeg:
         return com
 
 
-def _leg(name: str, position_m: tuple[float, float, float]) -> HexapodLeg:
-    right = name.endswith("r")
-    turn = -1.0 if right else 1.0
+def leg_at(
+    name: str, position_m: tuple[float, float, float], rpy_rad: tuple[float, float, float]
+) -> HexapodLeg:
+    """A leg whose transducer sits at a nominal place, turned by roll, pitch, yaw.
+
+    Table II's offset and weight where the leg has one of its names.
+    """
+    rotation = Rotation.from_euler("xyz", rpy_rad).as_matrix()
+    outward = 1.0 if position_m[1] >= 0 else -1.0
+    forward_t = np.round(rotation.T @ np.array([1.0, 0.0, 0.0]), 12)
+    sideways_t = np.round(rotation.T @ np.array([0.0, outward, 0.0]), 12)
+    up_t = np.round(rotation.T @ np.array([0.0, 0.0, 1.0]), 12)
     return HexapodLeg(
         position_m,
-        _RIGHT if right else _LEFT,
-        TABLE_II_OFFSETS[name],
-        TABLE_II_LEG_WEIGHTS_N[name],
-        com_sin_m=(-0.03 * turn, 0.0, 0.0),
+        tuple(_triple(row) for row in rotation),
+        TABLE_II_OFFSETS.get(name, (0.0,) * 6),
+        TABLE_II_LEG_WEIGHTS_N.get(name, 6.2),
+        com_sin_m=_triple(-0.03 * forward_t),
+        com_cos_m=_triple(-0.03 * up_t),
+        com_mean_m=_triple(0.004 * forward_t + 0.07 * sideways_t + 0.005 * up_t),
     )
+
+
+def _triple(values: FloatArray) -> tuple[float, float, float]:
+    x, y, z = (float(value) for value in values)
+    return x, y, z
+
+
+_HIPS = {
+    "fl": (0.22, 0.14, 0.0),
+    "ml": (0.0, 0.16, 0.0),
+    "hl": (-0.22, 0.14, 0.0),
+    "fr": (0.22, -0.14, 0.0),
+    "mr": (0.0, -0.16, 0.0),
+    "hr": (-0.22, -0.14, 0.0),
+}
+
+
+def _bigant_legs() -> dict[str, HexapodLeg]:
+    """Six modules; those on the right are turned by π about z."""
+    return {
+        name: leg_at(name, place, (0.0, 0.0, np.pi if name.endswith("r") else 0.0))
+        for name, place in _HIPS.items()
+    }
 
 
 @dataclass(frozen=True)
@@ -143,16 +176,7 @@ class Hexapod:
         Crank length and sideways distance of the foot from the hip: φ = 0 points down.
     """
 
-    legs: Mapping[str, HexapodLeg] = field(
-        default_factory=lambda: {
-            "fl": _leg("fl", (0.22, 0.14, 0.0)),
-            "ml": _leg("ml", (0.0, 0.16, 0.0)),
-            "hl": _leg("hl", (-0.22, 0.14, 0.0)),
-            "fr": _leg("fr", (0.22, -0.14, 0.0)),
-            "mr": _leg("mr", (0.0, -0.16, 0.0)),
-            "hr": _leg("hr", (-0.22, -0.14, 0.0)),
-        }
-    )
+    legs: Mapping[str, HexapodLeg] = field(default_factory=_bigant_legs)
     mass_kg: float = 8.18
     gravity_mps2: float = GRAVITY_MPS2
     chassis_com_b_m: tuple[float, float, float] = (0.004, -0.002, 0.01)

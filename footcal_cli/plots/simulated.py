@@ -1,0 +1,44 @@
+"""Figures of simulated logs: what was shown over what was true."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from footcal_cli.core.chain import Chain
+from footcal_cli.core.effects.contract import Stage
+from footcal_cli.core.log import Log
+from footcal_cli.plots.style import CELL_COLOURS, REFERENCE, new_figure, tidy
+
+SHOWN_ROWS = 1600
+"""Rows of a picture: twenty seconds of cells."""
+
+
+def plot_shown_and_true(
+    shown: Log, truth: Log, chain: Chain, values: Mapping[str, float]
+) -> Figure:
+    """Readings under the true calibration over the true loads, and their difference."""
+    calibration = Chain(
+        tuple(item for item in chain.links if item.effect.stage is Stage.CALIBRATION)
+    )
+    believed, _ = calibration.remove(shown, values)
+    rows = slice(0, min(SHOWN_ROWS, len(shown)))
+    by_time = bool(np.all(np.diff(shown.time_s[rows]) > 0))
+    x = shown.time_s[rows] if by_time else np.arange(rows.stop)
+    count = min(len(shown.channels), len(CELL_COLOURS))
+    figure = new_figure(5.4)
+    upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=[1.6, 1.0])
+    for i in range(count):
+        upper.plot(x, believed.readings[rows, i], color=CELL_COLOURS[i], linewidth=0.9,
+                   label=shown.channels[i])  # fmt: skip
+        upper.plot(x, truth.readings[rows, i], color=REFERENCE, linewidth=0.5)
+        lower.plot(
+            x, believed.readings[rows, i] - truth.readings[rows, i],
+            color=CELL_COLOURS[i], linewidth=0.7,
+        )  # fmt: skip
+    tidy(upper, "Shown (colour) and true (black)", "", "load (N; Nm on torque axes)")
+    upper.legend(fontsize=8, frameon=False, loc="center left", bbox_to_anchor=(1.0, 0.5))
+    tidy(lower, "Shown − true", "time (s)" if by_time else "row", "difference (N; Nm)")
+    return figure
