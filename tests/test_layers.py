@@ -21,9 +21,10 @@ ALLOWED: dict[str, set[str]] = {
     "report": {"records", "core"},
     "sheets": {"sheets", "report", "core", "records"},
     "session": {"columns", "tables", "recipe", "records", "report", "core", "errors"},
+    "intake": {"intake", "columns", "tables", "recipe", "records", "session", "core", "errors"},
     "commands": {
-        "commands", "columns", "tables", "recipe", "records", "report", "session", "plots",
-        "sheets", "core", "errors",
+        "commands", "columns", "tables", "recipe", "records", "report", "session", "intake",
+        "plots", "sheets", "core", "errors",
     },
     "app": {"commands", "errors"},
     "__main__": {"app"},
