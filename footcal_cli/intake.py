@@ -246,7 +246,7 @@ def _no_body(stream: SensorStream, feet: int) -> BodyStream:
     ends = np.array([time_s.min() - 1.0, *np.unique(time_s), time_s.max() + 1.0])
     n = ends.size
     return BodyStream(
-        ends, np.zeros((n, 3)), np.zeros((n, 3)), np.zeros((n, 2)),
+        ends, np.full((n, 3), np.nan), np.zeros((n, 3)), np.zeros((n, 2)),
         np.zeros((n, feet, 3)), np.zeros((n, feet)),
     )  # fmt: skip
 

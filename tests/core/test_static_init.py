@@ -140,7 +140,7 @@ def test_the_next_stance_offered_is_the_one_that_teaches_most() -> None:
 
 
 def test_quiet_standing_leaves_out_warm_up_and_motion_and_counts_them() -> None:
-    made = make_standing(3, 1, replace=False)
+    made = make_standing(1, 1, replace=False, samples=480)
     log = stand_log(made)
     moving = log.known["com_acc_mps2"].copy()
     moving[160:250, 0] = 1.0
@@ -152,6 +152,15 @@ def test_quiet_standing_leaves_out_warm_up_and_motion_and_counts_them() -> None:
     assert (quiet.stance[160:250] == -1).all()
     assert quiet.validity.counts["transition"] == 40 + 90 + 40
     assert quiet.validity.valid.sum() + 170 == len(log)
+
+
+def test_a_shift_of_weight_without_haste_makes_another_stance() -> None:
+    made = make_standing(3, 1, replace=False)
+    log = stand_log(made)
+    quiet = select_quiet(log, belief_of(made).forces(log.readings), rule=QuietRule(warm_s=0.25))
+    assert quiet.stances == 3
+    for number in range(3):
+        assert set(made.stance[quiet.stance == number]) == {number}
 
 
 def test_too_little_standing_says_how_much_is_missing() -> None:

@@ -175,9 +175,7 @@ def merge_cells(
     filtered = low_pass_stretches(readings, good, rate, rule.cutoff_hz, causal=rule.causal)
     forces = belief.forces(filtered)
     edges = np.cumsum([0, *(len(cells) for cells in cells_foot_m)])
-    per_foot = np.stack(
-        [forces[:, a:b].sum(axis=1) for a, b in pairwise(edges)], axis=1
-    )
+    per_foot = np.stack([forces[:, a:b].sum(axis=1) for a, b in pairwise(edges)], axis=1)
     weight = mass_kg * gravity_mps2
     contact = detect_contact(per_foot, weight, rate, rule.contact)
     positions = [
@@ -332,7 +330,8 @@ def _body_on(
         parts[name] = low_pass_stretches(
             parts[name], finite, 1.0 / clock.period_s, rule.cutoff_hz, causal=rule.causal
         )
-    required = [n for n in parts if not n.startswith("imu")]
+    # what a stream never has (the CoM of a robot that says nothing) spoils no sample
+    required = [n for n in parts if not n.startswith("imu") and np.isfinite(parts[n]).any()]
     stacked = np.concatenate([parts[n].reshape(keep.size, -1) for n in parts], axis=1)
     longest = _LONGEST_BODY_GAP_PERIODS * clock.period_s
     merged, _ = interpolate_stream(time_s - rule.delay_s, stacked, at_s, max_gap_s=longest)

@@ -1,0 +1,162 @@
+"""Quiet standing: which samples of a log show it, stance by stance (seed 1, section 3.3.1)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from footcal_cli.core.centroidal import MIN_FORCE_N
+from footcal_cli.core.contact import Reason, Validity, judge
+from footcal_cli.core.log import Log
+from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
+from footcal_cli.core.signals import stretches
+from footcal_cli.errors import FitError
+
+_STANCE_M, _MOMENT_S = 0.005, 0.2
+"""A CoM or a foot that moves this far within this time makes another stance."""
+
+
+@dataclass(frozen=True)
+class QuietRule:
+    """When standing counts as quiet (seed 1, section 3.3.1).
+
+    Parameters
+    ----------
+    warm_s
+        Discarded at the start of each stance, T_warm.
+    acceleration_mps2, rate_radps
+        Thresholds on ‖a‖ (gravity removed) and ‖ω‖.
+    min_force_n
+        ε on the vertical force.
+    least_samples
+        Samples a stance needs.
+    """
+
+    warm_s: float = 1.0
+    acceleration_mps2: float = 0.3
+    rate_radps: float = 0.1
+    min_force_n: float = MIN_FORCE_N
+    least_samples: int = 40
+
+
+@dataclass(frozen=True)
+class QuietSet:
+    """Samples of quiet standing.
+
+    Parameters
+    ----------
+    stance
+        Number of the stance each sample belongs to, −1 where it does not count, shape (n,).
+    validity
+        Why samples do not count.
+    """
+
+    stance: IntArray
+    validity: Validity
+
+    @property
+    def stances(self) -> int:
+        """How many stances there are."""
+        return int(self.stance.max(initial=-1)) + 1
+
+
+def select_quiet(
+    log: Log,
+    forces_n: FloatArray,
+    *,
+    acceleration_mps2: FloatArray | None = None,
+    gyro_radps: FloatArray | None = None,
+    rule: QuietRule | None = None,
+) -> QuietSet:
+    """Choose the samples of quiet standing and cut them into stances.
+
+    A stance ends where the robot moves for longer than `warm_s`.
+
+    Parameters
+    ----------
+    log
+        Standing, raw counts.
+    forces_n
+        Forces by the believed calibration, shape (n, c).
+    acceleration_mps2
+        Of the IMU without gravity, shape (n, 3); the CoM's where None.
+    gyro_radps
+        Shape (n, 3); not judged where None.
+    rule
+        Thresholds.
+
+    Raises
+    ------
+    FitError
+        Too few samples; says how many more are needed.
+    """
+    rule = rule or QuietRule()
+    n = len(log)
+    acceleration = log.known["com_acc_mps2"] if acceleration_mps2 is None else acceleration_mps2
+    moving = np.linalg.norm(acceleration, axis=1) > rule.acceleration_mps2
+    if gyro_radps is not None:
+        moving |= np.linalg.norm(gyro_radps, axis=1) > rule.rate_radps
+    finite = np.asarray(np.isfinite(forces_n).all(axis=1))
+    seen = np.isfinite(log.known["com_m"]).all(axis=1)
+    if seen.any():  # a stand without any body stream still has its weight
+        finite &= seen
+    total = np.where(finite, forces_n.sum(axis=1), 0.0)
+    loaded = total > rule.min_force_n
+    period = float(np.median(np.diff(log.time_s))) if n > 1 else 1.0
+    warm = max(round(rule.warm_s / period), 1)
+    still = finite & loaded & ~moving & ~np.isnan(log.known["contact"]).any(axis=1)
+    still = _bridged(still, warm) & finite & loaded & ~_displaced(log, period)
+    warming = np.zeros(n, dtype=bool)
+    stance = np.full(n, -1, dtype=np.int64)
+    count = 0
+    for start, stop in stretches(still):
+        warming[start : min(start + warm, stop)] = True
+        body = slice(start + warm, stop)
+        good = np.zeros(n, dtype=bool)
+        good[body] = ~moving[body]
+        if int(good.sum()) >= rule.least_samples:
+            stance[good] = count
+            count += 1
+    validity = judge(
+        {
+            Reason.DROPOUT: ~finite,
+            Reason.NO_CONTACT: finite & ~loaded,
+            Reason.TRANSITION: (stance < 0) & finite & loaded,
+        },
+        n,
+    )
+    if count == 0:
+        longest = max((b - a for a, b in stretches(still)), default=0)
+        missing = rule.least_samples + warm - longest
+        raise FitError(
+            f"no quiet standing: the longest still stretch has {longest} samples, "
+            f"{rule.least_samples} after {warm} of warming are needed",
+            remedy=f"stand still for at least {missing * period:.1f} s longer ({missing} samples)",
+        )
+    return QuietSet(stance, validity)
+
+
+def _displaced(log: Log, period_s: float) -> BoolArray:
+    """Where the CoM or a cell moves by more than `_STANCE_M` within a moment: another stance."""
+    place = (
+        np.concatenate(
+            [log.known["com_m"][:, :2], log.known["cell_pos_m"].reshape(len(log), -1)], axis=1
+        )
+        if "cell_pos_m" in log.known
+        else log.known["com_m"][:, :2]
+    )
+    half = max(round(_MOMENT_S / 2 / period_s), 1)
+    moved = np.zeros(len(log), dtype=bool)
+    step = np.abs(place[2 * half :] - place[: -2 * half])
+    moved[half : len(log) - half] = (np.nan_to_num(step) > _STANCE_M).any(axis=1)
+    return moved
+
+
+def _bridged(flags: BoolArray, longest: int) -> BoolArray:
+    """Fill inner gaps shorter than `longest`."""
+    filled = flags.copy()
+    for start, stop in stretches(~flags):
+        if start > 0 and stop < flags.size and stop - start < longest:
+            filled[start:stop] = True
+    return filled

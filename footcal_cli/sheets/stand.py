@@ -1,0 +1,192 @@
+"""Tables and verdict of `static-init`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from footcal_cli.core.observability import NextStep, Observability
+from footcal_cli.core.parameters import FloatArray, Status
+from footcal_cli.core.quiet import QuietSet
+from footcal_cli.core.static_init import StanceErrors, StanceRows, StaticInit
+from footcal_cli.records import RmseRecord, RmseRow, VerdictRecord
+from footcal_cli.report import Sheet, number, with_sd
+
+
+def beliefs_sheet(
+    names: Sequence[str],
+    units: Sequence[str],
+    value: FloatArray,
+    sd: FloatArray,
+    prior_sd: FloatArray,
+    status: Sequence[Status],
+    note: str,
+) -> Sheet:
+    """Every unknown on top of its prior: change, sd, sd before, and whether the log taught it."""
+    rows = []
+    for name, unit, v, s, before in zip(names, units, value, sd, prior_sd, strict=True):
+        factor, shown = (100.0, "%") if unit == "-" else (1.0, unit)
+        rows.append(
+            (name, with_sd(factor * float(v), factor * float(s)), shown,
+             number(factor * float(before), 3), str(status[len(rows)]))
+        )  # fmt: skip
+    return Sheet(
+        "Calibration",
+        ("unknown", "change ± sd", "unit", "sd before", "status"),
+        rows,
+        note=note,
+        greyed=frozenset(i for i, one in enumerate(status) if one is not Status.ESTIMATED),
+    )
+
+
+def stances_sheet(errors: Sequence[StanceErrors], effective: FloatArray) -> Sheet:
+    """Errors of each stance by stage."""
+    rows = []
+    for e in errors:
+        for k in range(e.vgrf_n.size):
+            rows.append(
+                (
+                    str(k + 1),
+                    e.stage,
+                    "predicted from the others" if e.held_out else "fitted",
+                    number(float(e.vgrf_n[k]), 3),
+                    number(1e3 * float(e.cop_m[k, 0]), 3),
+                    number(1e3 * float(e.cop_m[k, 1]), 3),
+                    number(float(effective[k]), 3),
+                )
+            )
+    return Sheet(
+        "Stances",
+        ("stance", "stage", "how", "force error (N)", "CoP x (mm)", "CoP y (mm)",
+         "independent samples"),
+        rows[:300],
+        note="Against weight and projected CoM. Least squares is eq. (13) of seed 1 as printed, "
+        "without a prior.",
+    )  # fmt: skip
+
+
+def directions_sheet(found: Observability) -> Sheet:
+    """Rank, singular values, and what is not seen in words."""
+    values = ", ".join(number(float(v), 3) for v in found.singular_values)
+    unseen = found.weakest(6)
+    label = "not seen" if found.rank < found.unknowns else "seen worst"
+    rows = [
+        ("rank", f"{found.rank} of {found.unknowns}"),
+        ("singular values", values),
+        *((f"{label} {i + 1}", words) for i, words in enumerate(unseen)),
+    ]
+    return Sheet("What these stances can tell", ("", ""), rows)
+
+
+def menu_sheet(menu: Sequence[NextStep]) -> Sheet:
+    """Which stance to add next."""
+    rows = [
+        (
+            step.name,
+            number(step.gain_nats, 3),
+            f"{100 * (1 - step.sd_ratio):.0f} %",
+            str(step.rank),
+            step.direction,
+        )
+        for step in menu
+    ]
+    return Sheet(
+        "Stand next",
+        ("stance", "expected gain (nats)", "best direction's sd falls by", "rank then",
+         "that direction"),
+        rows,
+        note="Expected from the geometry of the last stance; a squat only repeats what is known "
+        "(it tells a CoM offset from a tilted IMU, not one cell from another).",
+    )  # fmt: skip
+
+
+def root_mean_square(values: FloatArray) -> float:
+    """RMS of the finite values."""
+    finite = values[np.isfinite(values)]
+    return float(np.sqrt(np.mean(finite**2))) if finite.size else float("nan")
+
+
+def verdict_of(
+    fit: StaticInit, errors: Sequence[StanceErrors], menu: Sequence[NextStep]
+) -> VerdictRecord:
+    """The first sentence and what it rests on."""
+    stances = errors[0].vgrf_n.size
+    known = sum(status == "estimated" for status in fit.estimates.status)
+    seen = fit.observability
+    held = any(e.held_out for e in errors)
+    by_stage = {e.stage: e for e in errors if e.held_out == held}
+    cop_mm = {k: 1e3 * root_mean_square(e.cop_m) * 2**0.5 for k, e in by_stage.items()}
+    force_n = {k: root_mean_square(e.vgrf_n) for k, e in by_stage.items()}
+    has_cop = cop_mm["before"] == cop_mm["before"]
+    shown = (
+        f"CoP error {number(cop_mm['before'], 2)} → {number(cop_mm['after'], 2)} mm"
+        if has_cop
+        else f"total force error {number(force_n['before'], 2)} → {number(force_n['after'], 2)} N"
+    )
+    details = [
+        f"{known} of {seen.unknowns} parameters estimated; the others keep their prior and say so.",
+        f"Not seen: {'; '.join(seen.weakest(3))}."
+        if seen.rank < seen.unknowns
+        else f"Seen worst: {'; '.join(seen.weakest(2))}.",
+    ]
+    if has_cop and held:
+        details.append(
+            "Plain least squares of eq. (13), without a prior, would put the CoP of a stance it "
+            f"has not seen off by {number(cop_mm['least squares'], 2)} mm."
+        )
+    if menu:
+        best = menu[0]
+        details.append(
+            f"Stand next: {best.name} (+{number(best.gain_nats, 2)} nats, rank {best.rank})."
+        )
+    how = "on stances it has not seen" if held else "on the fitted stance"
+    return VerdictRecord(
+        level="good" if known == seen.unknowns else "warning",
+        sentence=f"{stances} stance{'s' if stances > 1 else ''} show {seen.rank} of "
+        f"{seen.unknowns} directions; {shown} {how}.",
+        details=tuple(details),
+    )
+
+
+def rmse_of(errors: Sequence[StanceErrors], quiet: Sequence[QuietSet]) -> RmseRecord:
+    """Errors of the stances as ``rmse.json`` has them."""
+    rows: list[RmseRow] = []
+    for e in errors:
+        series = {"vgrf": e.vgrf_n, "cop_x": e.cop_m[:, 0], "cop_y": e.cop_m[:, 1]}
+        for quantity, values in series.items():
+            if np.isfinite(values).any():
+                rows.append(
+                    RmseRow(
+                        quantity=quantity, unit="N" if quantity == "vgrf" else "m",
+                        stage=e.stage.replace(" ", "_"), reference="weight and projected CoM",
+                        split="held_out" if e.held_out else "all",
+                        rmse=root_mean_square(values), n=int(np.isfinite(values).sum()),
+                    )
+                )  # fmt: skip
+    return RmseRecord(rows=tuple(rows), rejected=_rejected(quiet))
+
+
+def offset_rmse_of(rows: StanceRows, values: FloatArray, quiet: Sequence[QuietSet]) -> RmseRecord:
+    """Errors of six-axis feet per row as ``rmse.json`` has them."""
+    after = rows.error + rows.h @ (values / rows.prior_sd)
+    output = np.array(rows.output)
+    found = []
+    for name in dict.fromkeys(rows.output):
+        for stage, left in (("before", rows.error), ("after", after)):
+            found.append(
+                RmseRow(
+                    quantity=name, unit="Nm" if name.split(".")[-1][0] in "mt" else "N",
+                    stage=stage, reference="weight and CoM", split="all",
+                    rmse=root_mean_square(left[output == name]), n=int(np.sum(output == name)),
+                )
+            )  # fmt: skip
+    return RmseRecord(rows=tuple(found), rejected=_rejected(quiet))
+
+
+def _rejected(quiet: Sequence[QuietSet]) -> dict[str, int]:
+    rejected: dict[str, int] = {}
+    for one in quiet:
+        for reason, count in one.validity.counts.items():
+            rejected[reason] = rejected.get(reason, 0) + count
+    return rejected

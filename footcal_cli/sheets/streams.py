@@ -1,0 +1,44 @@
+"""What was wrong with the streams of standing and walking, as findings."""
+
+from __future__ import annotations
+
+from footcal_cli.intake import Recording
+from footcal_cli.records import FindingRecord
+
+
+def stream_findings(recording: Recording) -> list[FindingRecord]:
+    """Gaps, repeated and backward stamps of both clocks, a missing angular momentum."""
+    found = []
+    merged = recording.merged
+    for stream, clock in (("cells", merged.sensor_clock), ("body", merged.body_clock)):
+        if recording.no_body and stream == "body":
+            continue
+        where = f"{recording.name} ({stream})"
+        if clock.duplicates or clock.backward:
+            found.append(
+                FindingRecord(
+                    code="stamps", severity="note", where=where,
+                    sentence=f"{clock.duplicates} repeated and {clock.backward} backward stamps "
+                    "were dropped",
+                    remedy="stamp samples where they are taken",
+                )
+            )  # fmt: skip
+        if clock.gaps:
+            found.append(
+                FindingRecord(
+                    code="gaps", severity="warning", where=where,
+                    sentence=f"{clock.gaps} gaps, the longest {clock.longest_gap_s:.3g} s, about "
+                    f"{clock.missing} samples missing",
+                    remedy="nothing was interpolated across long gaps; look at the logger's load",
+                )
+            )  # fmt: skip
+    if recording.no_angular_momentum and not recording.no_body:
+        found.append(
+            FindingRecord(
+                code="no_angular_momentum", severity="note", where=recording.name,
+                sentence="the log has no angular momentum rate: it is taken as zero, which biases "
+                "scales by 10–30 % while walking",
+                remedy="log angmom_rate_x_nm and angmom_rate_y_nm from the robot's model",
+            )
+        )  # fmt: skip
+    return found
