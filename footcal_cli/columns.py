@@ -172,6 +172,17 @@ def cells_table(channels: Sequence[str]) -> TableType:
     )
 
 
+def truth_table(channels: Sequence[str]) -> TableType:
+    """True forces on the cells, where a simulation or a reference instrument knows them."""
+    return TableType(
+        "truth",
+        (
+            Column("time_s", "time stamp"),
+            *(Column(f"{name}_n", f"true load on {name}", missing="keep") for name in channels),
+        ),
+    )
+
+
 def six_axis_feet_table(feet: Sequence[str]) -> TableType:
     """A stream of six-axis transducers at the ankles while standing or walking."""
     return TableType(
