@@ -161,6 +161,7 @@ def _hide(
                 ),
                 stick,
                 item.guess,
+                item.most,
             )
             rho = stick.rho(alone)
         world = item.act(world, sign * size, np.random.default_rng(place))

@@ -83,20 +83,25 @@ def yardstick(maker: Maker, world: World) -> Yardstick:
 
 
 def size_for(
-    rho: float, act: Callable[[float], World], stick: Yardstick, guess: float
+    rho: float,
+    act: Callable[[float], World],
+    stick: Yardstick,
+    guess: float,
+    most: float = np.inf,
 ) -> tuple[float, World]:
     """Size at which an effect leaves `rho`, and the world that has it.
 
     Raises
     ------
     UnreachableError
-        The effect stays hidden in the calibration, or saturates below `rho`.
+        The effect stays hidden in the calibration, saturates below `rho`, or would be larger than
+        `most`.
     """
     size, below, above = guess, (0.0, 0.0), (np.inf, np.inf)
     for step in range(MOST_STEPS):
         world = act(size)
         found = max(stick.rho(world), 1e-12)
-        if abs(np.log(found / rho)) < TOLERANCE:
+        if abs(np.log(found / rho)) < TOLERANCE and size <= most:
             return size, world
         below, above = ((size, found), above) if found < rho else (below, (size, found))
         if below[0] > 0 and np.isfinite(above[0]):

@@ -37,6 +37,8 @@ class Injection:
         set is the right answer, and a lone name is right by luck only.
     foreign
         Not footcal's implementation.
+    most
+        Largest size met in practice; a world that needs more for its ρ is drawn again.
     switch
         It is there or not: its size is one and no ρ is set.
     """
@@ -52,6 +54,7 @@ class Injection:
     foreign: bool = True
     switch: bool = False
     signed: bool = True
+    most: float = np.inf
 
     @property
     def right(self) -> tuple[str, ...]:

@@ -68,7 +68,7 @@ def logged(
     cycle = resampled(motion.time_s, motion.cycle[:, None], time_s)[:, 0].astype(np.int64)
     family = str(rng.choice(FAMILIES))
     weight_n = build.mass_kg * GRAVITY_MPS2
-    sd_n = weight_n * float(rng.uniform(2e-3, 8e-3))
+    sd_n = weight_n * float(rng.uniform(1e-3, 4e-3))
     noise = draw_noise(rng, family, shown, cycle, np.full(8, sd_n), repeatability=0.15)
     scale, zero = draw_cells(rng, 8)
     whole = np.zeros(body_time_s.size, dtype=np.int64)
