@@ -9,6 +9,7 @@ import typer
 
 from footcal_cli.commands.check import check
 from footcal_cli.commands.effects import effects
+from footcal_cli.commands.diagnose import diagnose
 from footcal_cli.commands.offline_fit import offline_fit
 from footcal_cli.commands.schema import schema
 from footcal_cli.commands.simulate import simulate
@@ -26,6 +27,7 @@ app = typer.Typer(
 )
 app.command("offline-fit")(offline_fit)
 app.command("check")(check)
+app.command("diagnose")(diagnose)
 app.command("static-init")(static_init)
 app.command("simulate")(simulate)
 app.command("effects")(effects)

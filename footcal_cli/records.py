@@ -301,6 +301,7 @@ SCHEMAS: Mapping[str, type[Versioned]] = {
     "rmse": RmseRecord,
     "run": RunRecord,
     "truth": TruthRecord,
+    "diagnosis": DiagnosisRecord,
     "cop-correction": CopCorrectionsRecord,
 }
 """Name on the command line -> record."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pkgutil import iter_modules
 
-_NOT_COMMANDS = frozenset({"options", "bench_logs", "bench_report", "bench_outcome"})
+_NOT_COMMANDS = frozenset({"options", "bench_logs", "bench_report", "bench_outcome", "diagnose_cases"})
 
 
 def option_tables() -> frozenset[str]:

@@ -120,7 +120,7 @@ def library_effects(
         "hinge": [((("load", h),), outputs_of(np.maximum(x - h, 0))) for h in (3.0, 6.0, 9.0)],
         "hysteresis": [((("width", w),), outputs_of(_play(x, w))) for w in (0.3, 0.8, 2.0)],
         "creep": [((("tau", s),), outputs_of(_slow(x, s))) for s in (3.0, 8.0)],
-        "lag": both((_slow(x, 0.05) - x)),
+        "lag": both(_slow(x, 0.05) - x),
         "delay": both(_late(x, 0.02) - x),
         "crosstalk": both(mean - x) if False else both(np.roll(x, 1, axis=-1)),
         "bypass": [((("load", h),), outputs_of(x / np.maximum(total, 1e-9) * np.maximum(total - h, 0)))

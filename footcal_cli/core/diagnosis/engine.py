@@ -13,7 +13,7 @@ from footcal_cli.core.diagnosis.detection import Detection, detect
 from footcal_cli.core.diagnosis.features import Features, features_of
 from footcal_cli.core.diagnosis.problem import Problem, Signature
 from footcal_cli.core.diagnosis.rules import Rules
-from footcal_cli.core.diagnosis.scores import held_out_gains, held_out_loss
+from footcal_cli.core.diagnosis.scores import coefficients, held_out_gains, held_out_loss
 from footcal_cli.core.diagnosis.search import (
     Evidence,
     Library,
@@ -318,7 +318,7 @@ def _heterogeneity(lib: Library, steps: Sequence[Step], which: int) -> float:
     information, score = reduced[:, 0, 0], reduced[:, 0, 1]
     size = score.sum() / max(information.sum(), 1e-300)
     spread = np.sum((score - information * size) ** 2 / np.maximum(information, 1e-300))
-    noise = max(float((reduced[:, 1, 1].sum() - size * score.sum())), 1e-300)
+    noise = max(float(reduced[:, 1, 1].sum() - size * score.sum()), 1e-300)
     rows = max(float(grams.rows.shape[0]), 2.0)
     del noise
     return float(np.clip(1.0 - (rows - 1.0) / max(spread, 1e-300), 0.0, 1.0))
@@ -345,7 +345,11 @@ def _rows(
     }
     rows: list[EffectRow] = []
     for effect in dict.fromkeys(s.effect for s in problem.signatures):
-        causes = [c for c, cause in enumerate(lib.causes) if cause[0] == effect]
+        causes = [
+            c
+            for c, cause in enumerate(lib.causes)
+            if cause[0] == effect and any(lib.testable[lib.index(int(x))] for x in lib.columns[c])
+        ]
         if not causes:
             rows.append(_untestable(problem, lib, effect, smallest))
             continue
@@ -354,6 +358,9 @@ def _rows(
         if step is not None:
             rows.append(_accepted_row(lib, found, step, smallest, critical))
             continue
+        # where too few blocks know of it nothing can be said; look where something can
+        known = [c for c in causes if smallest_p(evidence.informative[c]) <= rules.alpha_name]
+        causes = known or causes
         best = causes[int(np.argmax(evidence.gain.sum(axis=0)[causes]))]
         column = int(evidence.best[best])
         at = lib.index(column)
@@ -455,9 +462,10 @@ def _untestable(problem: Problem, lib: Library, effect: str, smallest: FloatArra
     at = members[int(np.argmax(lib.visible[members]))]
     acts = bool(np.any(problem.columns[:, at]))
     reason = (
-        f"only {lib.visible[at]:.1%} of it is visible beside the calibration" if acts
+        f"only {lib.visible[at]:.1%} of it is visible beside the calibration"
+        if acts
         else "its driver did not move"
-    )  # fmt: skip
+    )
     nothing = Interval(0.0, -np.inf, np.inf)
     return EffectRow(
         problem.signatures[at], nothing, float(smallest[at]), np.inf, float(lib.visible[at]),
@@ -500,10 +508,7 @@ def _nested(lib: Library, steps: Sequence[Step]) -> tuple[Interval, FloatArray, 
 
 
 def _fit(gram: FloatArray, base: IntArray) -> FloatArray:
-    square = gram[np.ix_(base, base)]
-    scale = np.sqrt(np.clip(np.diag(square), 1e-300, None))
-    inverse = np.linalg.pinv(square / np.outer(scale, scale), rcond=1e-9, hermitian=True)
-    return np.asarray(inverse @ (gram[base, -1] / scale) / scale)
+    return coefficients(gram, base, np.array([gram.shape[0] - 1]))[:, 0]
 
 
 def _selected(lib: Library, blocks: IntArray, steps: int) -> IntArray:

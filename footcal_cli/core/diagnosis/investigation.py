@@ -112,7 +112,7 @@ def problem_from(case: Case, rows: Rows, effects: Iterable[Effect], describe: De
     ideal = balanced(case, case.values)
     library = library_columns(ideal, rows, effects)
     regressors, covariates = describe(ideal, rows)
-    calibration = calibration_columns(ideal, rows)
+    calibration, turn = calibration_columns(ideal, rows)
     tolerance = np.array(
         [case.tolerance_nm if unit == "Nm" else case.tolerance_n for unit in rows.units]
     )
@@ -133,6 +133,7 @@ def problem_from(case: Case, rows: Rows, effects: Iterable[Effect], describe: De
         rate_hz=rows.rate_hz,
         covariates=covariates,
         excluded=library.excluded,
+        calibration_turn=turn,
         alike=case.alike,
         drifts=case.drifts,
     )

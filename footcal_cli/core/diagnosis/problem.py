@@ -85,6 +85,8 @@ class Problem:
         Block-level drivers (mean temperature, order of recording), each (B,).
     excluded
         Effects that were left out, with the reason.
+    calibration_turn
+        Change of each parameter per unit of each calibration column, shape (parameters, p).
     accepted
         Columns of effects already in the model, fitted with the calibration but common to all
         blocks, shape (m, a).
@@ -111,6 +113,7 @@ class Problem:
     rate_hz: float = 0.0
     covariates: Mapping[str, FloatArray] = field(default_factory=dict)
     excluded: tuple[Excluded, ...] = ()
+    calibration_turn: FloatArray | None = None
     accepted: FloatArray | None = None
     alike: bool = True
     drifts: bool = False
@@ -150,8 +153,10 @@ class Problem:
     @property
     def fitted(self) -> FloatArray:
         """Everything that is fitted: calibration and accepted effects, shape (m, p + a)."""
-        return self.calibration if self.accepted is None else np.hstack(
-            [self.calibration, self.accepted]
+        return (
+            self.calibration
+            if self.accepted is None
+            else np.hstack([self.calibration, self.accepted])
         )
 
     def left(self) -> FloatArray:

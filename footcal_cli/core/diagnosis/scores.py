@@ -12,6 +12,7 @@ from footcal_cli.core.parameters import FloatArray, IntArray
 
 _RCOND = 1e-9
 _INSIDE = 1e-7
+_EMPTY = 1e-14
 """A column whose visible part is below this share of itself lies within the base."""
 
 
@@ -57,7 +58,7 @@ def scores(inner: FloatArray, base: IntArray, columns: IntArray) -> Scores:
     last = inner.shape[1] - 1
     total = inner.sum(axis=0)
     wanted = np.append(columns, last)
-    gamma = _coefficients(total, base, wanted)
+    gamma = coefficients(total, base, wanted)
     left = inner[:, wanted[:, None], wanted[None, :]][:, :, -1]
     base_base = inner[:, base[:, None], base[None, :]]
     base_wanted = inner[:, base[:, None], wanted[None, :]]
@@ -77,12 +78,14 @@ def scores(inner: FloatArray, base: IntArray, columns: IntArray) -> Scores:
     return Scores(score[:, :-1] * keep, information * keep, inside.astype(float))
 
 
-def _coefficients(gram: FloatArray, base: IntArray, columns: IntArray) -> FloatArray:
+def coefficients(gram: FloatArray, base: IntArray, columns: IntArray) -> FloatArray:
     """Regression of columns on the base, shape (base, columns); rank-safe."""
     if not base.size:
         return np.empty((0, columns.size))
     square = gram[np.ix_(base, base)]
-    scale = np.sqrt(np.clip(np.diag(square), 1e-300, None))
+    own = np.diag(square)
+    # a parameter that only the left-out block knows has nothing to be fitted to
+    scale = np.sqrt(np.where(own > _EMPTY * own.max(initial=0.0), own, np.inf))
     normed = square / np.outer(scale, scale)
     inverse = np.linalg.pinv(normed, rcond=_RCOND, hermitian=True)
     return np.asarray((inverse @ (gram[np.ix_(base, columns)] / scale[:, None])) / scale[:, None])
@@ -107,7 +110,7 @@ def held_out_loss(
     total = inner.sum(axis=0)
     loss = np.empty(inner.shape[0])
     for b, gram in enumerate(inner):
-        fitted = _coefficients(total - gram, base, np.array([last]))[:, 0]
+        fitted = coefficients(total - gram, base, np.array([last]))[:, 0]
         weights = np.append(-fitted, 1.0)
         own = gram if judged is None else judged[b]
         used = np.append(base, own.shape[0] - 1)
@@ -165,7 +168,7 @@ def held_out_gains(
         rest = total - gram
         drop, beta, gamma = _one_extra(rest, base, columns)
         chosen = _best_of(drop, starts)
-        theta = _coefficients(rest, base, np.array([last]))[:, 0]
+        theta = coefficients(rest, base, np.array([last]))[:, 0]
         moved = gamma[:, chosen] * beta[chosen]
         white[b] = _gain(gram, base, columns[chosen], theta, moved, beta[chosen])
         counted[b] = _gain(plain[b], base, columns[chosen], theta, moved, beta[chosen])
@@ -197,7 +200,7 @@ def _one_extra(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Drop in squared error, size, and base coefficients of each column added alone."""
     last = gram.shape[0] - 1
-    gamma = _coefficients(gram, base, columns)
+    gamma = coefficients(gram, base, columns)
     visible = gram[columns, columns] - np.einsum("ik,ik->k", gamma, gram[np.ix_(base, columns)])
     score = gram[columns, last] - gamma.T @ gram[base, last]
     seen = visible > _INSIDE**2 * np.maximum(gram[columns, columns], 1e-300)
@@ -216,7 +219,7 @@ def _best_of(values: FloatArray, starts: IntArray) -> IntArray:
 def cosines(inner: FloatArray, base: IntArray, columns: IntArray) -> FloatArray:
     """Cosines between the visible parts of columns, in the metric of the noise, shape (k, k)."""
     total = inner.sum(axis=0)
-    gamma = _coefficients(total, base, columns)
+    gamma = coefficients(total, base, columns)
     visible = total[np.ix_(columns, columns)] - gamma.T @ total[np.ix_(base, columns)]
     own = np.diag(visible)
     seen = own > _INSIDE**2 * np.maximum(total[columns, columns], 1e-300)
@@ -230,8 +233,8 @@ def joint_sizes(grams: Grams, base: IntArray, chosen: IntArray) -> tuple[FloatAr
     last = np.array([inner.shape[1] - 1])
     total = inner.sum(axis=0)
     together = np.concatenate([base, chosen])
-    value = _coefficients(total, together, last)[base.size :, 0]
+    value = coefficients(total, together, last)[base.size :, 0]
     without = np.stack(
-        [_coefficients(total - gram, together, last)[base.size :, 0] for gram in inner]
+        [coefficients(total - gram, together, last)[base.size :, 0] for gram in inner]
     )
     return value, without

@@ -72,7 +72,8 @@ def library(problem: Problem, grams: Grams, visible: FloatArray, rules: Rules) -
     )
     testable = (visible >= rules.visible_floor) & (whole.inside == 0)
     for i, signature in enumerate(problem.signatures):
-        if testable[i]:
+        if whole.inside[i] == 0:
+            # what is barely visible is never named, but may be a rival of what is
             groups.setdefault(signature.cause, []).append(int(grams.candidates[i]))
     return Library(
         problem=problem,

@@ -38,27 +38,37 @@ class Columns:
     excluded: tuple[Excluded, ...]
 
 
-def calibration_columns(case: Case, rows: Rows) -> FloatArray:
-    """``dr/dθ`` of the calibration by central differences, as independent columns, (m, rank).
+def calibration_columns(case: Case, rows: Rows) -> tuple[FloatArray, FloatArray]:
+    """``dr/dθ`` of the calibration by central differences, as independent columns.
 
     Collinear parameters (scale and bias far from zero counts) are turned into independent
     directions; directions that change nothing are dropped.
+
+    Returns
+    -------
+    columns
+        Shape (m, rank).
+    turn
+        Change of each parameter of `Case.calibration` per unit of each column, shape (p, rank).
     """
-    parts = []
+    parts, steps = [], []
     for parameter in case.calibration:
         step = 1e-4 * parameter.step
         at = case.values.get(parameter.name, parameter.value)
         up = residual(case, rows, {**case.values, parameter.name: at + step})
         down = residual(case, rows, {**case.values, parameter.name: at - step})
         parts.append((up - down) * (parameter.step / (2.0 * step)))
+        steps.append(parameter.step)
     if not parts:
-        return np.empty((rows.row.size, 0))
+        return np.empty((rows.row.size, 0)), np.empty((0, 0))
     raw = np.stack(parts, axis=1)
     norm = np.sqrt(np.sum(raw**2, axis=0))
-    raw = raw[:, norm > 0] / norm[norm > 0]
-    left, singular, _ = np.linalg.svd(raw, full_matrices=False)
+    norm = np.where(norm > 0, norm, np.inf)
+    left, singular, right = np.linalg.svd(raw / norm, full_matrices=False)
     kept = singular > 1e-9 * singular.max(initial=0.0)
-    return np.asarray(left[:, kept] * np.sqrt(rows.row.size))
+    size = np.sqrt(rows.row.size)
+    turn = (right[kept].T / singular[kept]) * (np.array(steps) / norm)[:, None] * size
+    return np.asarray(left[:, kept] * size), np.asarray(turn)
 
 
 def library_columns(case: Case, rows: Rows, effects: Iterable[Effect]) -> Columns:

@@ -1,0 +1,75 @@
+"""What the calibration does when an effect enters the model, in units of its own uncertainty."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from footcal_cli.core.diagnosis.case import Case
+from footcal_cli.core.diagnosis.problem import Problem
+from footcal_cli.core.diagnosis.whitening import whitened_grams
+from footcal_cli.core.parameters import FloatArray
+
+
+@dataclass(frozen=True)
+class Movement:
+    """One calibration parameter before and after.
+
+    Parameters
+    ----------
+    name, unit
+        Of the parameter.
+    before, after
+        Refitted without and with the effects.
+    sd
+        Standard deviation without the effects.
+    """
+
+    name: str
+    unit: str
+    before: float
+    after: float
+    sd: float
+
+    @property
+    def in_sd(self) -> float:
+        """How far it moved in units of its own sd."""
+        return (self.after - self.before) / self.sd if self.sd > 0 else 0.0
+
+
+def movements(case: Case, before: Problem, after: Problem) -> tuple[Movement, ...]:
+    """Generalised least squares of the calibration on both models; none where it drifts."""
+    if case.drifts or before.calibration_turn is None:
+        return ()
+    first, cov = _calibrated(before)
+    second, _ = _calibrated(after)
+    turn = before.calibration_turn
+    old, new = -turn @ first, -turn @ second
+    sd = np.sqrt(np.clip(np.einsum("ij,jk,ik->i", turn, cov, turn), 0.0, None))
+    found = []
+    for i, parameter in enumerate(case.calibration):
+        at = case.values.get(parameter.name, parameter.value)
+        found.append(
+            Movement(
+                parameter.name, parameter.unit, at + float(old[i]), at + float(new[i]), float(sd[i])
+            )
+        )
+    return tuple(found)
+
+
+def _calibrated(problem: Problem) -> tuple[FloatArray, FloatArray]:
+    """Coefficients of the calibration columns and their covariance."""
+    bare = replace(problem, columns=problem.columns[:, :0], signatures=())
+    grams, _ = whitened_grams(bare, np.empty((problem.residual.size, 0)))
+    total = grams.inner.sum(axis=0)
+    base = grams.calibration
+    inverse = np.linalg.pinv(total[np.ix_(base, base)], rcond=1e-12, hermitian=True)
+    p = problem.calibration.shape[1]
+    return np.asarray(inverse @ total[base, -1])[:p], inverse[:p, :p]
+
+
+def moved_values(movement: tuple[Movement, ...], values: Mapping[str, float]) -> dict[str, float]:
+    """Values with the calibration as refitted beside the effects."""
+    return {**values, **{m.name: m.after for m in movement}}
