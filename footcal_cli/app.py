@@ -8,8 +8,9 @@ import traceback
 import typer
 
 from footcal_cli.commands.check import check
-from footcal_cli.commands.effects import effects
 from footcal_cli.commands.diagnose import diagnose
+from footcal_cli.commands.effects import effects
+from footcal_cli.commands.hang_calib import hang_calib
 from footcal_cli.commands.offline_fit import offline_fit
 from footcal_cli.commands.schema import schema
 from footcal_cli.commands.simulate import simulate
@@ -29,6 +30,7 @@ app.command("offline-fit")(offline_fit)
 app.command("check")(check)
 app.command("diagnose")(diagnose)
 app.command("static-init")(static_init)
+app.command("hang-calib")(hang_calib)
 app.command("simulate")(simulate)
 app.command("effects")(effects)
 app.command("schema")(schema)

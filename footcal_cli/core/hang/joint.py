@@ -14,7 +14,7 @@ import numpy as np
 from footcal_cli.core.fit import Fit, fit_map
 from footcal_cli.core.hang.model import HangModel, HangValues, Tilt, leg_com_t_m
 from footcal_cli.core.hang.noise import MAX_LAGS, ChannelNoise, fit_noise
-from footcal_cli.core.hang.runs import hang_runs
+from footcal_cli.core.hang.runs import HangRun, hang_runs
 from footcal_cli.core.hang.words import hang_gaps, with_unseen
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import Estimates, FloatArray
@@ -105,6 +105,20 @@ class HangFit:
     def gravity_dir_t(self) -> FloatArray:
         """Direction of gravity per log in the true transducer frame, shape (L, 3)."""
         return self.model.gravity_dir_t(self.estimates.values)
+
+    def residuals(self, runs: Sequence[HangRun]) -> list[FloatArray]:
+        """Measured − model per run, shape (n, 6), N and Nm."""
+        tables = self.model.coefficients(self.estimates.values)
+        return [
+            run.wrench
+            - self.model.regressors(
+                run.phase_rad,
+                run.temperature_degc - self.reference_temperature_degc,
+                run.time_s - self.reference_time_s,
+            )
+            @ table.T
+            for run, table in zip(runs, tables, strict=True)
+        ]
 
     def com_t_m(self, phase_rad: FloatArray) -> FloatArray:
         """Leg CoM at shaft angles (...,), shape (..., 3)."""

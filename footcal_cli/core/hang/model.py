@@ -76,7 +76,7 @@ class HangModel:
         if self.tilt == "none":
             return np.zeros((logs, 3, 0))
         if self.tilt == "mount":
-            return np.broadcast_to(np.eye(3), (logs, 3, 3)).copy()
+            return np.broadcast_to(-np.eye(3), (logs, 3, 3)).copy()
         design = np.zeros((logs, 3, logs, 2))
         each = np.arange(logs)
         design[each, :, each] = self.tilt_basis
@@ -240,7 +240,8 @@ class HangValues:
     com_m
         Coefficients of ``r(φ)`` in the transducer frame, shape (3, 1 + 2 order), m.
     turn_rad
-        The turn s of each log, shape (L, 3).
+        The turn s of each log, shape (L, 3); minus the mounting rotation where that is fitted
+        (a sensor turned by R feels ``Rᵀ e``).
     """
 
     weight_n: float

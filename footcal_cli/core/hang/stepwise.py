@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import least_squares
 
+from footcal_cli.core.hang.model import leg_com_t_m
 from footcal_cli.core.hang.runs import HangRun, hang_runs
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
@@ -40,6 +41,8 @@ class StepwiseFit:
         ``mean, sin, cos`` per axis, shape (3, 3), m; y is constant.
     mean_turn_rad, half_turn_rad
         The paper's s⁺ and s⁻ per pair, shape (pairs, 3).
+    turn_rad
+        s of every orientation, in the order of `hang_runs`, shape (L, 3); zero outside the pairs.
     """
 
     leg: str
@@ -48,6 +51,18 @@ class StepwiseFit:
     com_m: FloatArray
     mean_turn_rad: FloatArray
     half_turn_rad: FloatArray
+    turn_rad: FloatArray
+
+    def residuals(self, runs: Sequence[HangRun]) -> list[FloatArray]:
+        """What is left of each run's readings, ``(I + [s]) m g e`` taken for the force, (n, 6)."""
+        left = []
+        for run, turn in zip(runs, self.turn_rad, strict=True):
+            force = self.weight_n * (run.nominal_dir_t + np.cross(turn, run.nominal_dir_t))
+            arm = leg_com_t_m(self.com_m, run.phase_rad)
+            torque = np.cross(arm, force)
+            applied = np.column_stack([np.broadcast_to(force, torque.shape), torque])
+            left.append(run.wrench - self.offset - applied)
+        return left
 
     def parameters(self) -> dict[str, float]:
         """The same by name: ``hl.weight``, ``hl.offset_fx``, ``hl.com_x_mean`` and so on."""
@@ -64,6 +79,8 @@ class _Pair:
 
     Parameters
     ----------
+    first, second
+        Numbers of the runs.
     axis_t
         Nominal direction of gravity in the first log, shape (3,).
     phase_rad
@@ -72,6 +89,8 @@ class _Pair:
         Half-difference and half-sum of the wrenches, shape (n, 6).
     """
 
+    first: int
+    second: int
     axis_t: FloatArray
     phase_rad: FloatArray
     minus: FloatArray
@@ -103,10 +122,12 @@ def fit_stepwise(logs: Sequence[Log], *, naive: bool = False) -> StepwiseFit:
     com = _sine_fit(phase, com_samples)
 
     offsets, halves = [], []
-    for pair, weight in zip(pairs, weights, strict=True):
-        arm = _com_at(com, pair.phase_rad)
+    turn_of_run = np.zeros((len(runs), 3))
+    for pair, weight, turn in zip(pairs, weights, turns, strict=True):
+        arm = leg_com_t_m(com, pair.phase_rad)
         down = weight * pair.axis_t
         half = np.zeros(3) if naive else _half_turn(pair, arm, down)
+        turn_of_run[pair.first], turn_of_run[pair.second] = turn + half, turn - half
         leak = np.cross(half, down)
         force = (pair.plus[:, :3] - leak).mean(axis=0)
         torque = (pair.plus[:, 3:] - np.cross(arm, leak)).mean(axis=0)
@@ -119,6 +140,7 @@ def fit_stepwise(logs: Sequence[Log], *, naive: bool = False) -> StepwiseFit:
         com,
         np.array(turns),
         np.array(halves),
+        turn_of_run,
     )
 
 
@@ -126,7 +148,7 @@ def _pairs(runs: Sequence[HangRun]) -> list[_Pair]:
     """Opposite runs, the second interpolated onto the shaft angles of the first."""
     pairs: list[_Pair] = []
     for i, first in enumerate(runs):
-        for second in runs[i + 1 :]:
+        for j, second in enumerate(runs[i + 1 :], start=i + 1):
             opposite = first.nominal_dir_t @ second.nominal_dir_t < _OPPOSITE
             if opposite and all(
                 abs(pair.axis_t @ first.nominal_dir_t) < _PARALLEL for pair in pairs
@@ -134,7 +156,7 @@ def _pairs(runs: Sequence[HangRun]) -> list[_Pair]:
                 phase = pairs[0].phase_rad if pairs else first.phase_rad
                 w_first, w_second = _at_phase(first, phase), _at_phase(second, phase)
                 minus, plus = 0.5 * (w_first - w_second), 0.5 * (w_first + w_second)
-                pairs.append(_Pair(first.nominal_dir_t, phase, minus, plus))
+                pairs.append(_Pair(i, j, first.nominal_dir_t, phase, minus, plus))
     if len(pairs) < 2:
         raise ValueError("the stepwise method needs two pairs of opposite orientations (±x and ±z)")
     return pairs[:2]
@@ -216,11 +238,6 @@ def _sine_fit(phase_rad: FloatArray, com_samples_m: FloatArray) -> FloatArray:
     com = np.linalg.lstsq(z, com_samples_m, rcond=None)[0].T
     com[1] = [com_samples_m[:, 1].mean(), 0.0, 0.0]
     return np.asarray(com)
-
-
-def _com_at(com_m: FloatArray, phase_rad: FloatArray) -> FloatArray:
-    z = np.stack([np.ones_like(phase_rad), np.sin(phase_rad), np.cos(phase_rad)], axis=1)
-    return np.asarray(z @ com_m.T)
 
 
 def _half_turn(pair: _Pair, arm_m: FloatArray, down_n: FloatArray) -> FloatArray:

@@ -7,13 +7,15 @@ mounting: ``R_k u_kl = v_l`` for every leg k and log l, with the robot's attitud
 
 from __future__ import annotations
 
+import re
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from footcal_cli.core.hang.joint import HangFit
 from footcal_cli.core.hang.model import HangModel
-from footcal_cli.core.parameters import Estimates, FloatArray
+from footcal_cli.core.parameters import Estimates, FloatArray, Status
 from footcal_cli.core.pose.data import Geometry
 from footcal_cli.core.pose.model import Mounting
 from footcal_cli.core.spatial import left_jacobian, skew, tangent_basis
@@ -76,6 +78,44 @@ def knowledge_of(model: HangModel, estimates: Estimates) -> LegKnowledge:
         carry @ estimates.covariance @ carry.T,
         values.com_m,
     )
+
+
+def stored_knowledge(
+    leg: str,
+    values: Mapping[str, float],
+    covariance_of: Callable[[tuple[str, ...]], FloatArray],
+) -> LegKnowledge:
+    """Knowledge from stored parameters ``<leg>.<name>``, as `hang-calib` names them.
+
+    Orientations whose names do not say a direction (``log_3``) contribute no direction.
+
+    Raises
+    ------
+    KeyError
+        Where offset, weight or CoM are missing; names the parameter.
+    """
+    order = 0
+    while f"{leg}.com_x_sin{order + 1 if order else ''}" in values:
+        order += 1
+    pattern = re.compile(rf"{re.escape(leg)}\.hang_tilt_(plus|minus)_([xyz])_[xyz]")
+    labels = dict.fromkeys(m.groups() for name in values if (m := pattern.fullmatch(name)))
+    axes = [(1.0 if sign == "plus" else -1.0) * np.eye(3)["xyz".index(a)] for sign, a in labels]
+    model = HangModel(
+        leg,
+        np.array(axes).reshape(-1, 3),
+        order,
+        temperature=f"{leg}.temperature_bias_fx" in values,
+        drift=f"{leg}.offset_drift_fx" in values,
+    )
+    names = model.parameters(0.0).names
+    stored = Estimates(
+        names,
+        ("",) * len(names),
+        np.array([values[name] for name in names]),
+        covariance_of(names),
+        (Status.ESTIMATED,) * len(names),
+    )
+    return knowledge_of(model, stored)
 
 
 def known_offsets(

@@ -133,7 +133,8 @@ class PoseFit:
     def estimates(self) -> Estimates:
         """Named parameters with covariance.
 
-        ``<leg>.mount_rot_*`` is a rotation vector in body axes, left of the nominal rotation.
+        Both mounting errors are given along the *nominal transducer's* axes, as the effects
+        ``mount_rotation`` and ``mount_translation`` have them: ``R_bt = R_nominal exp[mount_rot]``.
         ``<leg>.mount_pos_*`` is the hip's translation *minus* that of the chassis CoM: their sum
         with p_BC is all that standing can show (seed 2: p̃ + p_BC).
         """
@@ -144,14 +145,18 @@ class PoseFit:
         carry = np.eye(13 * legs + 1)
         for k in range(legs):
             at = slice(3 * k, 3 * k + 3)
-            carry[at, at] = np.linalg.inv(left_jacobian(rotvec[k]))
+            back = geometry.rot_bt[k].T
+            carry[at, at] = back @ np.linalg.inv(left_jacobian(rotvec[k]))
+            own = slice(3 * legs + 3 * k, 3 * legs + 3 * k + 3)
+            carry[own, own] = back
             if self.options.structure is Structure.BODY_ROTATIONS:
                 hip = mounting.turn_b[k] @ geometry.hip_b_m[k]
-                carry[3 * legs + 3 * k : 3 * legs + 3 * k + 3, at] = -skew(hip)
+                carry[own, at] = -back @ skew(hip)
+        nominal = geometry.rot_bt
         values = np.concatenate(
             [
-                rotvec.ravel(),
-                shift.ravel(),
+                np.einsum("kji,kj->ki", nominal, rotvec).ravel(),
+                np.einsum("kji,kj->ki", nominal, shift).ravel(),
                 mounting.offset.ravel(),
                 mounting.leg_weight_n,
                 [mounting.robot_weight_n],

@@ -1,0 +1,307 @@
+"""``footcal hang-calib``: offsets, leg weight and leg CoM of hanging legs (seed 2, III-A)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+from pydantic import Field
+
+from footcal_cli.commands.options import Logs, Out, Overwrite, Quiet, RecipeFile, Seed, begin
+from footcal_cli.recipe import CommandOptions
+
+if TYPE_CHECKING:
+    from footcal_cli.core.hang.joint import HangFit
+    from footcal_cli.core.hang.runs import HangRun
+    from footcal_cli.core.hang.stepwise import StepwiseFit
+    from footcal_cli.core.log import Log
+    from footcal_cli.core.parameters import Estimates, FloatArray
+    from footcal_cli.records import ParametersRecord
+    from footcal_cli.report import Picture
+    from footcal_cli.session import Outcome, Session
+    from footcal_cli.tables import Table
+
+
+class HangCalibOptions(CommandOptions):
+    """``[hang_calib]`` of a recipe.
+
+    `orientation_of` says whose axis the log's orientation names: the transducer's own, or the
+    body's (a transducer turned by π about z then reads −x in a log called ``+x``).
+    """
+
+    method: Literal["joint", "stepwise", "naive"] = "joint"
+    order: int | None = Field(default=None, ge=0, le=8)
+    max_order: int = Field(default=3, ge=0, le=8)
+    tilt: Literal["per_log", "mount", "none"] = "per_log"
+    tilt_sd_rad: float = Field(default=0.2, gt=0)
+    orientation_of: Literal["transducer", "body"] = "transducer"
+    leg_weight_n: float = Field(default=0.0, ge=0)
+    temperature: bool = False
+    drift: bool = False
+    white: bool = False
+    compare: bool = True
+    max_force_rmse_n: float | None = Field(default=None, gt=0)
+
+
+def hang_calib(
+    logs: Logs = None,
+    recipe: RecipeFile = None,
+    method: Annotated[
+        str | None, typer.Option("--method", help="joint, or the paper's stepwise, or naive.")
+    ] = None,
+    tilt: Annotated[
+        str | None, typer.Option("--tilt", help="per_log, mount (a sensor on a wrist) or none.")
+    ] = None,
+    max_force_rmse_n: Annotated[
+        float | None, typer.Option("--max-force-rmse-n", help="Gate: exit 1 above this RMSE.")
+    ] = None,
+    out: Out = Path("out/hang-calib"),
+    overwrite: Overwrite = False,
+    seed: Seed = 0,
+    quiet: Quiet = False,
+) -> None:
+    """Fit offsets, leg weight and leg CoM of six-axis transducers hanging in the air."""
+    session = begin(
+        "hang-calib",
+        HangCalibOptions,
+        logs=logs,
+        recipe=recipe,
+        out=out,
+        overwrite=overwrite,
+        seed=seed,
+        quiet=quiet,
+        method=method,
+        tilt=tilt,
+        max_force_rmse_n=max_force_rmse_n,
+    )
+    raise typer.Exit(session.finish(_calibrate(session)))
+
+
+def _calibrate(session: Session[HangCalibOptions]) -> Outcome:
+    from footcal_cli.columns import hang_table
+    from footcal_cli.core.hang.runs import hang_runs
+    from footcal_cli.records import RmseRecord
+    from footcal_cli.report import Report
+    from footcal_cli.session import Outcome
+    from footcal_cli.sheets import hang as sheets
+
+    options = session.options
+    with session.step("read"):
+        logs, rejected = _logs(session, session.read_required(hang_table()))
+        runs = {leg: hang_runs(log)[0] for leg, log in logs.items()}
+    with session.step("fit"):
+        fits = _joint(session, logs)
+    others: dict[str, dict[str, StepwiseFit]] = {}
+    if options.compare or options.method != "joint":
+        with session.step("compare"):
+            others = _others(session, logs)
+    residuals = sheets.residuals_by_stage(fits, others, runs, options.method)
+    with session.step("draw"):
+        pictures = _pictures(fits, runs, residuals)
+    rmse = RmseRecord(rows=sheets.rmse_rows(residuals), rejected=rejected)
+    chosen: Mapping[str, Estimates] = (
+        {leg: fit.estimates for leg, fit in fits.items()}
+        if options.method == "joint"
+        else {leg: sheets.without_intervals(other) for leg, other in others[options.method].items()}
+    )
+    return Outcome(
+        report=Report(
+            title=f"Hanging calibration of {session.recipe.robot.name}",
+            verdict=sheets.verdict(fits, residuals),
+            pictures=pictures,
+            sheets=(
+                sheets.parameter_sheet(fits),
+                sheets.com_sheet(fits),
+                *sheets.method_sheets(fits, others),
+                sheets.noise_sheet(fits),
+            ),
+            findings=sheets.findings(fits),
+            footer=sheets.footer(options.method),
+        ),
+        rmse=rmse,
+        parameters=_parameters(session, chosen, logs),
+        gates_missed=sheets.gates(rmse, options.max_force_rmse_n),
+        usable=all(fit.fit.converged for fit in fits.values()),
+    )
+
+
+def _logs(
+    session: Session[HangCalibOptions], tables: Sequence[Table]
+) -> tuple[dict[str, list[Log]], dict[str, int]]:
+    """Logs per leg, and rejected rows by reason."""
+    import numpy as np
+
+    from footcal_cli.core.hang.intake import (
+        finite_rows,
+        gravity_of_orientation,
+        hang_log,
+        legs_in_order,
+    )
+    from footcal_cli.core.hang.model import AXES
+    from footcal_cli.core.pose.intake import rotation_of_rpy
+    from footcal_cli.errors import DataError, UsageError
+
+    robot, options = session.recipe.robot, session.options
+    units = ("n", "n", "n", "nm", "nm", "nm")
+    logs: dict[str, list[Log]] = {}
+    broken = 0
+    for table in tables:
+        whose = table.text("leg")
+        for leg in legs_in_order(whose, tuple(robot.legs)):
+            part = np.flatnonzero(whose == leg)
+            wrench = table.numbers([f"{a}_{u}" for a, u in zip(AXES, units, strict=True)])[part]
+            phase = table.number("phase_rad")[part] if "phase_rad" in table else np.zeros(part.size)
+            if "gravity_x" in table:
+                gravity = table.numbers(["gravity_x", "gravity_y", "gravity_z"])[part]
+            else:
+                rot = None
+                if options.orientation_of == "body":
+                    if leg not in robot.legs:
+                        raise UsageError(
+                            f"orientation_of = 'body' needs the mounting of leg '{leg}'",
+                            file=session.recipe.path, remedy=f"add [robot.legs.{leg}]",
+                        )  # fmt: skip
+                    rot = rotation_of_rpy(robot.legs[leg].rotation_rpy_rad)
+                gravity, unknown = gravity_of_orientation(table.text("orientation")[part], rot)
+                if unknown:
+                    raise DataError(
+                        f"orientation '{unknown[0]}' is none of +x −x +y −y +z −z",
+                        file=table.path, column="orientation",
+                        remedy="name the axis along gravity, or give gravity_x gravity_y gravity_z",
+                    )  # fmt: skip
+            sound = finite_rows(wrench, phase, gravity)
+            broken += int((~sound).sum())
+            if not sound.any():
+                raise DataError(f"leg {leg} has no complete row", file=table.path)
+            warmth = table.number("temperature_degc")[part] if "temperature_degc" in table else None
+            logs.setdefault(leg, []).append(
+                hang_log(
+                    leg,
+                    table.number("time_s")[part][sound],
+                    phase[sound],
+                    wrench[sound],
+                    gravity[sound],
+                    leg_weight_n=options.leg_weight_n,
+                    temperature_degc=None if warmth is None else warmth[sound],
+                )
+            )
+    return logs, {"reading is not a number": broken} if broken else {}
+
+
+def _joint(session: Session[HangCalibOptions], logs: Mapping[str, list[Log]]) -> dict[str, HangFit]:
+    from footcal_cli.core.hang.joint import HangOptions, fit_hang
+
+    options = session.options
+    asked = HangOptions(
+        order=options.order,
+        max_order=options.max_order,
+        tilt=options.tilt,
+        tilt_sd_rad=options.tilt_sd_rad,
+        temperature=options.temperature,
+        drift=options.drift,
+        white=options.white,
+    )
+    return {leg: fit_hang(log, asked) for leg, log in logs.items()}
+
+
+def _others(
+    session: Session[HangCalibOptions], logs: Mapping[str, list[Log]]
+) -> dict[str, dict[str, StepwiseFit]]:
+    """Stepwise and naive fits, empty where the orientations do not come in two opposite pairs."""
+    from footcal_cli.core.hang.stepwise import fit_stepwise
+    from footcal_cli.errors import FitError
+
+    try:
+        return {
+            name: {leg: fit_stepwise(log, naive=name == "naive") for leg, log in logs.items()}
+            for name in ("naive", "stepwise")
+        }
+    except ValueError as error:
+        if session.options.method == "joint":
+            return {}
+        raise FitError(str(error), remedy="use --method joint") from None
+
+
+def _pictures(
+    fits: Mapping[str, HangFit],
+    runs: Mapping[str, Sequence[HangRun]],
+    residuals: Mapping[str, Mapping[str, FloatArray]],
+) -> tuple[Picture, ...]:
+    from footcal_cli.core.hang.binned import binned_com
+    from footcal_cli.plots.hang import plot_com, plot_residuals, plot_tilts
+    from footcal_cli.report import Picture
+
+    pictures = [
+        Picture(
+            "residuals", plot_residuals(residuals),
+            "What is left of the readings after offset and leg weight are taken off: one violin "
+            "per leg and axis. A good fit is one narrow hump around zero.",
+        ),
+    ]  # fmt: skip
+    if any(fit.model.order > 0 for fit in fits.values()):
+        binned = {leg: binned_com(fit, runs[leg]) for leg, fit in fits.items()}
+        pictures.append(
+            Picture(
+                "leg_com", plot_com(fits, binned),
+                "Leg CoM in the transducer frame against the shaft angle: dots are medians over "
+                "cycles with quartiles, the line is the fitted series, its band 95 %.",
+            )
+        )  # fmt: skip
+    if any(fit.model.tilt != "none" for fit in fits.values()):
+        pictures.append(
+            Picture(
+                "orientations", plot_tilts(fits),
+                "How far gravity really was from the named axis in each orientation, with 95 % "
+                "intervals: legs of one robot that hung at once should agree.",
+            )
+        )  # fmt: skip
+    return tuple(pictures)
+
+
+def _parameters(
+    session: Session[HangCalibOptions],
+    chosen: Mapping[str, Estimates],
+    logs: Mapping[str, Sequence[Log]],
+) -> ParametersRecord:
+    import numpy as np
+
+    from footcal_cli.records import (
+        ParameterRecord,
+        ParametersRecord,
+        Range,
+        covariance_blocks,
+        parameter_records,
+    )
+
+    parameters: dict[str, ParameterRecord] = {}
+    ranges: dict[str, dict[str, Range]] = {}
+    for leg, estimates in chosen.items():
+        parameters |= parameter_records(estimates)
+        force = np.concatenate([np.linalg.norm(log.readings[:, :3], axis=1) for log in logs[leg]])
+        ranges[leg] = {
+            "force": Range(lowest=float(force.min()), highest=float(force.max()), unit="N")
+        }
+        warmth = [w for log in logs[leg] if (w := log.known.get("temperature_degc")) is not None]
+        if warmth:
+            all_of = np.concatenate(warmth)
+            ranges[leg]["temperature"] = Range(
+                lowest=float(all_of.min()), highest=float(all_of.max()), unit="degC"
+            )
+    return ParametersRecord(
+        command="hang-calib",
+        created=session.created(),
+        robot=session.recipe.robot.name,
+        gravity_mps2=session.recipe.robot.gravity_mps2,
+        sign_convention="reading = applied + offset; applied by leg and ground on the transducer, "
+        "[fx fy fz tx ty tz]; leg CoM = mean + sin · sin φ + cos · cos φ",
+        frame="each transducer's own axes",
+        expressed_at="the transducer's origin",
+        parameters=parameters,
+        covariance=covariance_blocks(
+            *(e for e in chosen.values() if session.options.method == "joint")
+        ),
+        fitted_range=ranges,
+        inputs=session.inputs,
+    )

@@ -1,0 +1,55 @@
+"""Which leg a leftover comes from: the residual that each leg's own readings foretell."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import f as f_distribution
+
+from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.pose.data import PoseData
+from footcal_cli.core.pose.joint import PoseFit
+
+
+@dataclass(frozen=True)
+class LegMap:
+    """Residual of the balance by leg and pose.
+
+    Parameters
+    ----------
+    foretold
+        Size of the residual that leg k's readings foretell in pose p, in units of the noise,
+        shape (K, P). A wrong gain, a twisted axis or a dead channel lights up its leg's row.
+    share
+        Part of the residual's square that each leg foretells, shape (K,).
+    p
+        Chance of such a share without any fault, shape (K,).
+    """
+
+    foretold: FloatArray
+    share: FloatArray
+    p: FloatArray
+
+
+def leg_map(data: PoseData, fit: PoseFit, noise_sd: FloatArray) -> LegMap:
+    """Regress the whitened balance error on each leg's six readings."""
+    matrix = fit.matrix
+    noise = np.concatenate([np.square(noise_sd).ravel(), np.zeros(4)])
+    root = np.linalg.cholesky(np.linalg.inv((matrix * noise) @ matrix.T)).T
+    error = data.features() @ matrix.T @ root.T
+    poses, legs = data.wrench_t.shape[:2]
+    error = error - error.mean(axis=0)
+    total = float(np.sum(error**2))
+    foretold, share, chance = [], [], []
+    for k in range(legs):
+        reading = data.wrench_t[:, k] - data.wrench_t[:, k].mean(axis=0)
+        slope = np.linalg.lstsq(reading, error, rcond=1e-9)[0]
+        own = reading @ slope
+        part = float(np.sum(own**2)) / total if total > 0 else 0.0
+        foretold.append(np.linalg.norm(own, axis=1))
+        share.append(part)
+        freedom = 36, max(6 * poses - 42, 1)
+        ratio = part / freedom[0] / max((1.0 - part) / freedom[1], np.finfo(float).tiny)
+        chance.append(float(f_distribution.sf(ratio, *freedom)))
+    return LegMap(np.array(foretold), np.array(share), np.array(chance))
