@@ -34,7 +34,9 @@ def outcome_of(
     from footcal_cli.sheets.ladder import change_sheet
 
     changes, since = _changes(session, studies, feet)
-    sheets = [sheet for part in parts for sheet in part.sheets]
+    # placements are what weights are for: they come first
+    ordered = list(reversed(parts))
+    sheets = [sheet for part in ordered for sheet in part.sheets]
     if changes:
         sheets.insert(1, change_sheet(changes, since))
     rejected: dict[str, int] = {}
@@ -44,8 +46,8 @@ def outcome_of(
     return Outcome(
         report=Report(
             title=f"Offline calibration of {session.recipe.robot.name}",
-            verdict=_verdict(parts, changes, since),
-            pictures=tuple(picture for part in parts for picture in part.pictures),
+            verdict=_verdict(ordered, changes, since),
+            pictures=tuple(picture for part in ordered for picture in part.pictures),
             sheets=tuple(sheets),
             findings=tuple(FindingRecord.of(f) for part in parts for f in part.findings),
             footer=tuple(line for part in parts for line in part.footer),
@@ -69,11 +71,11 @@ def _write_frame(frame: pd.DataFrame, path: Path) -> None:
 
 
 def _verdict(parts: Sequence[Part], changes: Sequence[Change], since: str) -> VerdictRecord:
-    """The last part first (placements are what weights are for), then what changed."""
+    """The first part's sentence, the other parts as details, then what changed."""
     from footcal_cli.records import VerdictRecord
     from footcal_cli.sheets.ladder import NOTABLE_P
 
-    ordered = [part.verdict for part in reversed(parts)]
+    ordered = [part.verdict for part in parts]
     order = ("good", "warning", "bad")
     level = max((verdict.level for verdict in ordered), key=order.index)
     details = list(ordered[0].details)

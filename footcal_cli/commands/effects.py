@@ -30,7 +30,7 @@ def effects(
     if name is not None:
         if name not in TABLE:
             raise UsageError(
-                f"no effect named '{name}'{nearest(name, TABLE)}",
+                f"no effect named '{name}'{nearest(name, list(TABLE))}",
                 remedy="footcal effects lists them",
             )
         typer.echo(explained(TABLE[name]))

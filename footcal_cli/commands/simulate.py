@@ -168,7 +168,7 @@ def parse_effect(text: str) -> EffectRequest:
     owner, dot, name = full_name.strip().rpartition(".")
     if name not in TABLE:
         raise UsageError(
-            f"no effect named '{name}'{nearest(name, TABLE)}", remedy="footcal effects lists them"
+            f"no effect named '{name}'{nearest(name, list(TABLE))}", remedy="footcal effects lists them"
         )
     effect = TABLE[name]
     values = {effect.size.name: _number(size, head) if given else _usual_size(name)}

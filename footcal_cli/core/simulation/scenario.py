@@ -1,0 +1,305 @@
+"""One simulated recording session: a robot, an experiment, the effects asked for, a seed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Literal
+
+import numpy as np
+
+from footcal_cli.core.chain import Chain, chain_of, link
+from footcal_cli.core.effects import TABLE
+from footcal_cli.core.effects.contract import Effect, units_of
+from footcal_cli.core.effects.six_axis_beliefs import TILTS
+from footcal_cli.core.log import Log
+from footcal_cli.core.simulation.bench_logs import (
+    PlacementsPlan,
+    WeightsPlan,
+    placements_log,
+    weights_logs,
+)
+from footcal_cli.core.simulation.biped_logs import (
+    BipedLogs,
+    MotionAt,
+    StandPlan,
+    Streams,
+    biped_logs,
+    standing,
+)
+from footcal_cli.core.simulation.columns import (
+    Columns,
+    body_columns,
+    cells_columns,
+    hang_columns,
+    loads_columns,
+    placements_columns,
+    poses_columns,
+    weights_columns,
+)
+from footcal_cli.core.simulation.gait import WalkPlan, walking
+from footcal_cli.core.simulation.hexapod_logs import (
+    HangPlan,
+    PosePlan,
+    hang_log,
+    offset_values,
+    pose_log,
+)
+from footcal_cli.core.simulation.measure import Simulated
+from footcal_cli.core.simulation.noise import stream
+from footcal_cli.core.simulation.robots import Biped, Hexapod
+from footcal_cli.errors import UsageError
+
+ExperimentName = Literal["weights", "placements", "stand", "walk", "hang", "pose"]
+ON_CELLS = ("weights", "placements", "stand", "walk")
+
+
+@dataclass(frozen=True)
+class EffectRequest:
+    """An effect to put into a simulation.
+
+    Parameters
+    ----------
+    effect
+        The row of the table.
+    owner
+        The channel, foot or leg that carries it; None: every one of them alike.
+    values
+        Values by the parameter's short name; the others stay at neutral.
+    """
+
+    effect: Effect
+    owner: str | None
+    values: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Spread:
+    """How far the simulated robot is from its nameplate and design, before any effect.
+
+    Parameters
+    ----------
+    scale, bias_n
+        Sd of the cells' scales (relative) and biases.
+    hang_tilt_rad
+        Sd of the tilt of each hanging, about each axis across gravity.
+    mount_rotation_rad, mount_translation_m
+        Sd of the transducers' mounting errors, per axis.
+    """
+
+    scale: float = 0.02
+    bias_n: float = 0.3
+    hang_tilt_rad: float = 0.035
+    mount_rotation_rad: float = 0.02
+    mount_translation_m: float = 0.003
+
+
+@dataclass(frozen=True)
+class Plans:
+    """What is done in each experiment, and how the streams are sampled."""
+
+    weights: WeightsPlan = field(default_factory=WeightsPlan)
+    placements: PlacementsPlan = field(default_factory=PlacementsPlan)
+    stand: StandPlan = field(default_factory=StandPlan)
+    walk: WalkPlan = field(default_factory=WalkPlan)
+    hang: HangPlan = field(default_factory=HangPlan)
+    pose: PosePlan = field(default_factory=PosePlan)
+    streams: Streams = field(default_factory=Streams)
+
+    def with_noise(self, factor: float) -> Plans:
+        """The same plans with all noise larger or smaller."""
+        s = self.streams
+        return replace(
+            self,
+            weights=replace(self.weights, noise=self.weights.noise.scaled(factor)),
+            placements=replace(self.placements, noise=self.placements.noise.scaled(factor)),
+            hang=replace(
+                self.hang,
+                force_noise=self.hang.force_noise.scaled(factor),
+                torque_noise=self.hang.torque_noise.scaled(factor),
+            ),
+            pose=replace(
+                self.pose,
+                force_noise=self.pose.force_noise.scaled(factor),
+                torque_noise=self.pose.torque_noise.scaled(factor),
+            ),
+            streams=replace(
+                s,
+                cell_noise=s.cell_noise.scaled(factor),
+                com_noise_m=s.com_noise_m * factor,
+                acc_noise_mps2=s.acc_noise_mps2 * factor,
+                angmom_noise_nm=s.angmom_noise_nm * factor,
+            ),
+        )
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """The logs of a simulated session, ready to be written, and everything that was true.
+
+    Parameters
+    ----------
+    files
+        File stem -> canonical columns.
+    chain, values
+        The effects and all their values by full parameter name.
+    shown, truth
+        One log as it was recorded and as it was, for pictures: readings in counts or N.
+    """
+
+    files: Mapping[str, Columns]
+    chain: Chain
+    values: Mapping[str, float]
+    shown: Log
+    truth: Log
+
+
+def calibration(
+    robot: Biped, spread: Spread, seed: int, given: Mapping[str, float] | None = None
+) -> tuple[Chain, dict[str, float]]:
+    """Scales and biases of the simulated cells: drawn around the nameplate, or as given."""
+    rng = stream(seed, "calibration")
+    values: dict[str, float] = {}
+    for channel in robot.channels:
+        scale = robot.scale_n_per_count * (1.0 + spread.scale * rng.standard_normal())
+        bias = -scale * robot.zero_counts + spread.bias_n * rng.standard_normal()
+        values[f"{channel}.scale"], values[f"{channel}.bias"] = float(scale), float(bias)
+    for name, value in (given or {}).items():
+        if name in values:
+            values[name] = value
+    return chain_of([link(TABLE["scale_bias"], robot.channels)]), values
+
+
+def mounting(robot: Hexapod, spread: Spread, seed: int) -> tuple[Chain, dict[str, float]]:
+    """Offsets, mounting errors and hanging tilts of the simulated transducers."""
+    rng = stream(seed, "mounting")
+    values = offset_values(robot)
+    for leg in robot.legs:
+        for name, sd in (
+            *((f"mount_rot_{axis}", spread.mount_rotation_rad) for axis in "xyz"),
+            *((f"mount_pos_{axis}", spread.mount_translation_m) for axis in "xyz"),
+            *((tilt, spread.hang_tilt_rad) for tilt in TILTS),
+        ):
+            values[f"{leg}.{name}"] = float(sd * rng.standard_normal())
+    names = ("hang_tilt", "mount_translation", "mount_rotation", "offset")
+    return chain_of([link(TABLE[name], robot.channels) for name in names]), values
+
+
+def with_effects(
+    chain: Chain,
+    values: Mapping[str, float],
+    requests: Sequence[EffectRequest],
+    channels: Sequence[str],
+) -> tuple[Chain, dict[str, float]]:
+    """A chain and its values extended by the effects asked for.
+
+    Raises
+    ------
+    UsageError
+        No such owner on this robot, a value out of bounds, or the effect named twice for one.
+    """
+    all_values = dict(values)
+    for request in requests:
+        effect = request.effect
+        units = units_of(effect.scope, channels)
+        owners = units if request.owner is None else (request.owner,)
+        if request.owner is not None and request.owner not in units:
+            raise UsageError(
+                f"{effect.name}: no {effect.scope.value} named '{request.owner}'",
+                remedy=f"name one of {', '.join(units)}",
+            )
+        if any(
+            item.effect.name == effect.name and set(owners) & set(item.owners)
+            for item in chain.links
+        ):
+            raise UsageError(f"{effect.name} is in the simulation twice", remedy="name it once")
+        for p in effect.parameters:
+            value = request.values.get(p.name, p.neutral)
+            if not p.lower <= value <= p.upper:
+                raise UsageError(
+                    f"{effect.name}: {p.name} must lie between {p.lower:g} and {p.upper:g}",
+                    value=value, unit=p.unit,
+                )  # fmt: skip
+            all_values |= {f"{owner}.{p.name}": value for owner in owners}
+        chain = chain.with_link(link(effect, channels, owners))
+    return chain, all_values
+
+
+def simulate(
+    experiment: ExperimentName,
+    robot: Biped | Hexapod,
+    plans: Plans,
+    requests: Sequence[EffectRequest],
+    *,
+    seed: int,
+    spread: Spread | None = None,
+    given: Mapping[str, float] | None = None,
+) -> Scenario:
+    """Simulate one session of an experiment.
+
+    Parameters
+    ----------
+    given
+        Scales and biases to use instead of drawn ones, by full parameter name.
+    """
+    spread = spread or Spread()
+    if isinstance(robot, Hexapod):
+        chain, values = with_effects(*mounting(robot, spread, seed), requests, robot.channels)
+        return _on_hips(experiment, robot, plans, chain, values, seed)
+    chain, values = calibration(robot, spread, seed, given)
+    chain, values = with_effects(chain, values, requests, robot.channels)
+    if experiment == "weights":
+        logs = list(weights_logs(robot, plans.weights, chain, values, seed=seed).values())
+        return _scenario({"weights": weights_columns(logs)}, logs[0], chain, values)
+    if experiment == "placements":
+        logs = [
+            placements_log(robot, foot, plans.placements, chain, values, seed=seed)
+            for foot in robot.feet
+        ]
+        return _scenario({"placements": placements_columns(logs)}, logs[0], chain, values)
+    if experiment == "stand":
+        motion_at, duration_s = standing(robot, plans.stand, seed), plans.stand.duration_s
+    else:
+        motion_at, duration_s = _walk(robot, plans.walk), plans.walk.duration_s
+    both = biped_logs(
+        experiment, robot, motion_at, duration_s, chain, values, seed=seed, streams=plans.streams
+    )
+    return biped_scenario(robot, both)
+
+
+def _walk(robot: Biped, plan: WalkPlan) -> MotionAt:
+    return lambda time_s: walking(robot, plan, time_s)
+
+
+def biped_scenario(robot: Biped, both: BipedLogs) -> Scenario:
+    """The files of a standing or walking biped."""
+    files = {
+        "cells": cells_columns(both),
+        "body": body_columns(both, list(robot.feet)),
+        "true_loads": loads_columns(both.cells.truth),
+    }
+    return _scenario(files, both.cells, both.cells.chain, both.cells.values)
+
+
+def _on_hips(
+    experiment: str,
+    robot: Hexapod,
+    plans: Plans,
+    chain: Chain,
+    values: Mapping[str, float],
+    seed: int,
+) -> Scenario:
+    if experiment == "hang":
+        logs = {
+            leg: hang_log(robot, leg, plans.hang, chain, values, seed=seed) for leg in robot.legs
+        }
+        return _scenario({"hang": hang_columns(logs)}, next(iter(logs.values())), chain, values)
+    done = pose_log(robot, plans.pose, chain, values, seed=seed)
+    return _scenario({"poses": poses_columns(done, list(robot.legs))}, done, chain, values)
+
+
+def _scenario(
+    files: Mapping[str, Columns], done: Simulated, chain: Chain, values: Mapping[str, float]
+) -> Scenario:
+    plain = {name: np.asarray(value).item() for name, value in values.items()}
+    return Scenario(files, chain, plain, done.log, done.truth)
