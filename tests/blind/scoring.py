@@ -61,7 +61,8 @@ class Verdict:
         ps = [float(c["p"]) for c in causes if c.get("p") is not None]
         return cls(
             verdict=verdict,
-            names=named - together,
+            # an unknown may come with candidates; they are not given as names
+            names=(named - together) if verdict in (*NAMING, "ambiguous") else frozenset(),
             rivals=rivals,
             sizes=sizes,
             statuses=statuses,

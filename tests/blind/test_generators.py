@@ -109,7 +109,7 @@ def test_same_seed_same_bytes_and_another_seed_others(tmp_path: Path) -> None:
 
 
 def test_a_hidden_effect_shows_in_the_data_and_nowhere_else(tmp_path: Path) -> None:
-    """Same files, same columns, same keys as a null: only numbers differ."""
+    """Same files and keys as a null of the same seed: only numbers differ."""
     for experiment in EXPERIMENTS:
         item = next(i for i in CATALOGUE.values() if experiment in i.experiments and not i.switch)
         words = {w for name in (*item.right, *item.key.split("/")) for w in (name, name.upper())}

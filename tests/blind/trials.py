@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 
 from tests.blind.hidden import CATALOGUE, Injection, hidden_in
-from tests.blind.world import World
+from tests.blind.world import GRAVITY_MPS2, World
 from tests.blind.worlds import WORLDS
 from tests.blind.yardstick import UnreachableError, Yardstick, size_for, yardstick
 
@@ -21,7 +21,9 @@ EXPERIMENTS = ("weights", "placements", "walk", "hang", "pose", "stand")
 SINGLE_RHO = (0.3, 0.5, 1.0)
 UNSEEN_RHO = (0.6, 1.0)
 PAIR_RHO = 0.6
-SMALL_RHO = 0.03
+MATTERS = 0.15
+"""The tolerance given in the recipe, as a share of the noise: ρ 0.3 is twice what matters."""
+SMALL_RHO = 0.05
 FEW = {"weights": 5, "placements": 1, "walk": 0, "hang": 1, "pose": 12, "stand": 4}
 """Blocks of a trial with too little data; a walk has seconds instead."""
 FEW_SECONDS = 6.0
@@ -122,6 +124,7 @@ def make_trial(cell: Cell, seed: int, folder: Path) -> dict[str, Any]:
             continue
         folder.mkdir(parents=True)
         maker.write(world, folder, rng)
+        _add_tolerance(folder / "recipe.toml", clean, stick)
         return {
             "kind": cell.kind,
             "experiment": cell.experiment,
@@ -133,6 +136,36 @@ def make_trial(cell: Cell, seed: int, folder: Path) -> dict[str, Any]:
             "facts": {k: v for k, v in clean.facts.items() if k != "legs"},
         }
     raise UnreachableError(f"{cell}: not reached in {MOST_DRAWS} worlds")
+
+
+def _add_tolerance(recipe: Path, clean: World, stick: Yardstick) -> None:
+    """The smallest errors that matter: a fixed share of the noise, in N and in mm of CoP."""
+    torque = np.array([name.endswith("m") for name in _output_units(clean)])
+    force_n = MATTERS * float(np.median(stick.noise[~torque]))
+    lines = ["[diagnose]", f"tolerance_n = {force_n:.4g}"]
+    if torque.any():
+        moment_nm = MATTERS * float(np.median(stick.noise[torque]))
+        lines.append(f"tolerance_mm = {1000.0 * moment_nm / _carried_n(clean):.4g}")
+    with recipe.open("a", encoding="utf-8") as stream:
+        stream.write("\n".join(lines) + "\n")
+
+
+def _output_units(world: World) -> list[str]:
+    if world.experiment == "weights":
+        return ["N"] * len(world.channels)
+    if world.experiment in ("hang", "pose"):
+        legs = len(world.robot["legs"]) if world.experiment == "hang" else 1
+        return ["N", "N", "N", "Nm", "Nm", "Nm"] * legs
+    return ["N", "Nm", "Nm"] + ["N"] * (8 if world.experiment != "placements" else 0)
+
+
+def _carried_n(world: World) -> float:
+    """The load whose centre the tolerance in mm is meant for."""
+    if world.experiment == "placements":
+        return float(world.row["load_n"].max())
+    if world.experiment == "hang":
+        return float(world.row["weight_n"].mean())
+    return float(world.robot["mass_kg"]) * GRAVITY_MPS2
 
 
 def _options(cell: Cell) -> dict[str, Any]:

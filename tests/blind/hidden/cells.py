@@ -189,6 +189,7 @@ INJECTIONS = (
         "1/N",
         "quadratic",
         foreign=False,
+        most=0.008,
     ),
     Injection(
         "hysteresis/table",
@@ -200,6 +201,7 @@ INJECTIONS = (
         "hysteresis_width",
         foreign=False,
         signed=False,
+        most=1.4,
     ),
     Injection(
         "creep/table",
@@ -241,6 +243,7 @@ INJECTIONS = (
         "-",
         "crosstalk",
         foreign=False,
+        most=0.35,
     ),
     Injection(
         "load_bypass/table",
@@ -252,6 +255,7 @@ INJECTIONS = (
         "load_bypass",
         foreign=False,
         signed=False,
+        most=0.5,
     ),
     # beliefs: the log says something else than what was
     Injection("wrong_weight/label", "wrong_weight", "weights placements", _relabelled, 0.3, "N"),
@@ -264,10 +268,17 @@ INJECTIONS = (
         2e-3,
         "m",
         signed=False,
+        most=0.03,
     ),
     # foreign implementations
     Injection(
-        "nonlinearity/exponential", _CURVES, "weights placements walk", _cellwise(_bend), 0.2, "N"
+        "nonlinearity/exponential",
+        _CURVES,
+        "weights placements walk",
+        _cellwise(_bend),
+        0.2,
+        "N",
+        most=5.0,
     ),
     Injection(
         "saturation/tanh",
@@ -286,6 +297,7 @@ INJECTIONS = (
         "N",
         "hysteresis_width",
         signed=False,
+        most=1.4,
     ),
     Injection(
         "hysteresis/preisach",
@@ -308,8 +320,10 @@ INJECTIONS = (
         "N/K",
         "temperature_bias",
     ),
-    Injection("crosstalk/neighbour", "crosstalk", "placements walk", _crosstalk, 0.02),
-    Injection("load_bypass/soft", "load_bypass", "placements walk", _bypass, 0.05, signed=False),
+    Injection("crosstalk/neighbour", "crosstalk", "placements walk", _crosstalk, 0.02, most=0.3),
+    Injection(
+        "load_bypass/soft", "load_bypass", "placements walk", _bypass, 0.05, signed=False, most=0.5
+    ),
     Injection(
         "hanging_plate/uneven",
         "hanging_plate",
@@ -319,6 +333,7 @@ INJECTIONS = (
         "N",
         "plate_weight",
         signed=False,
+        most=6.0,
     ),
     # wiring: there or not
     Injection("channel_swap/wires", "channel_swap", "placements walk", _swap, 1.0, switch=True),
@@ -341,7 +356,9 @@ INJECTIONS = (
         0.3,
         signed=False,
     ),
-    Injection("unseen/ringing", "", "walk", _cellwise(_ring), 0.1, signed=False),
+    Injection("unseen/ringing", "", "walk", _cellwise(_ring), 0.1, signed=False, most=1.5),
     Injection("unseen/cable_tug", "", "weights walk placements", _added(_tug), 0.1),
-    Injection("unseen/edge_contact", "", "placements walk stand", _edge, 0.05, signed=False),
+    Injection(
+        "unseen/edge_contact", "", "placements walk stand", _edge, 0.05, signed=False, most=1.0
+    ),
 )
