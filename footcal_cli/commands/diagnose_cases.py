@@ -181,8 +181,6 @@ def _placements(session: Session[DiagnoseOptions]) -> CaseRead:
 
 def _balanced(session: Session[DiagnoseOptions]) -> CaseRead:
     """Standing and walking: merged streams, blocks of whole gait cycles or stances."""
-    from dataclasses import replace
-
     import numpy as np
 
     from footcal_cli.core.contact import gait_cycles
@@ -234,11 +232,13 @@ def _balanced(session: Session[DiagnoseOptions]) -> CaseRead:
         tolerance_nm=session.options.tolerance_mm / 1000.0 * weight / 10.0,
         drifts=True,
         alike=False,
-        stride=max(int(round(rate / 20.0)), 1),
+        stride=max(round(rate / 20.0), 1),
         groups=dict.fromkeys(channels, "swing"),
         one_recording=len(logs) == 1,
+        directions=gain_and_bias(channels, values),
+        demand_noisy=True,
     )
-    return CaseRead(replace(case, directions=gain_and_bias(channels, values)), findings, {})
+    return CaseRead(case, findings, {})
 
 
 def _rows(log: Any, good: Any) -> Any:

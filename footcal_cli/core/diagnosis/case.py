@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from footcal_cli.core.chain import Chain
-from footcal_cli.core.experiments.contract import Experiment
+from footcal_cli.core.diagnosis.tracking import Direction
+from footcal_cli.core.experiments.contract import Balance, Experiment
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray, IntArray, ParameterSet
 
@@ -49,6 +50,10 @@ class Case:
         Output -> name under which outputs are pooled (all swinging cells).
     one_recording
         Blocks were cut from one recording: conclusions hold for it only.
+    directions
+        Ways in which a drifting calibration wanders; it is free in every block where empty.
+    demand_noisy
+        What the experiment demands is measured too (a moving body) and shares the error.
     """
 
     experiment: Experiment
@@ -63,6 +68,8 @@ class Case:
     stride: int = 1
     groups: Mapping[str, str] | None = None
     one_recording: bool = False
+    directions: tuple[Direction, ...] = ()
+    demand_noisy: bool = False
 
     def extended(self, chain: Chain, values: Mapping[str, float]) -> Case:
         """The same recordings with another model."""
@@ -145,13 +152,62 @@ def balanced(case: Case, values: Mapping[str, float], chain: Chain | None = None
             change = case.experiment.balance(truth.with_readings(moved)).error - balance.error
             derivative[:, :, c] = np.where(balance.valid, change, 0.0)
         derivative = np.nan_to_num(derivative)
+        error = np.nan_to_num(error)
+        share = np.ones(error.shape[1])
+        if case.demand_noisy:
+            share = _reading_share(balance, derivative, case.stride)
         normal = derivative @ derivative.transpose(0, 2, 1)
         trace = np.einsum("nii->n", normal)
         normal += (1e-10 * trace + 1e-300)[:, None, None] * np.eye(error.shape[1])
-        pull = np.linalg.solve(normal, np.nan_to_num(error)[..., None])
+        pull = np.linalg.solve(normal, (share * error)[..., None])
         change = np.einsum("nkc,nk->nc", derivative, pull[..., 0]) * spread
-        logs.append(used.apply(truth.with_readings(truth.readings - change), values)[0])
+        ideal = truth.with_readings(truth.readings - change)
+        if case.demand_noisy:
+            ideal = _demand_moved(ideal, case.experiment.balance(ideal))
+        logs.append(used.apply(ideal, values)[0])
     return replace(case, logs=tuple(logs))
+
+
+def _reading_share(balance: Balance, derivative: FloatArray, stride: int) -> FloatArray:
+    """Share of each output's noise that comes from the readings, shape (k,).
+
+    The noise of single channels is seen where they must read zero (swing); noise is what changes
+    from one judged row to the next.
+    """
+    noise = np.zeros(len(balance.outputs))
+    for k in range(noise.size):
+        both = balance.valid[stride:, k] & balance.valid[:-stride, k]
+        steps = (balance.error[stride:, k] - balance.error[:-stride, k])[both]
+        noise[k] = np.median(np.abs(steps)) ** 2 * 1.4826**2 / 2.0 if steps.size > 10 else np.nan
+    single = np.array([np.max(np.count_nonzero(d, axis=1), initial=0) == 1 for d in
+                       derivative.transpose(1, 0, 2)])  # fmt: skip
+    share = np.ones(noise.size)
+    if not np.isfinite(noise[single]).any():
+        return share
+    of_reading = float(np.nanmedian(noise[single]))
+    for k in np.flatnonzero(~single & np.isfinite(noise)):
+        lever = float(np.mean(np.sum(derivative[balance.valid[:, k], k] ** 2, axis=1)))
+        share[k] = np.clip(of_reading * lever / max(noise[k], 1e-300), 0.0, 1.0)
+    return share
+
+
+def _demand_moved(log: Log, balance: Balance) -> Log:
+    """A standing or walking log whose body moves as the readings demand, where both are noisy.
+
+    Vertical acceleration takes the rest of fz, the horizontal place of the CoM that of the
+    moments; both enter the demand one to one (seed 1, eqs. (9)–(11)).
+    """
+    at = {name: i for i, name in enumerate(balance.outputs)}
+    if not {"fz", "mx", "my"} <= set(at):
+        return log
+    rest = {n: np.where(balance.valid[:, at[n]], balance.error[:, at[n]], 0.0) for n in
+            ("fz", "mx", "my")}  # fmt: skip
+    total = np.maximum(log.readings.sum(axis=1), 1.0)
+    acc, com = log.known["com_acc_mps2"].copy(), log.known["com_m"].copy()
+    acc[:, 2] += rest["fz"] / log.known["mass_kg"]
+    com[:, 0] -= rest["my"] / total
+    com[:, 1] += rest["mx"] / total
+    return log.with_known(com_acc_mps2=acc, com_m=com)
 
 
 _TORQUE_SHARE = 0.1  # noise of a torque axis in Nm, per newton of noise of a force axis

@@ -147,11 +147,8 @@ class Diagnosis:
     search, library, grams, features
         The working, for figures.
     nested
-        Held-out share of squared error removed when the selection is repeated in every fold, with
-        the interval over blocks; per output in `nested_rmse`.
-    nested_rmse
-        Held-out RMS error per output before and after, in its unit, shape (outputs, 2), and per
-        block in `nested_blocks`, shape (B, outputs, 2).
+        Held-out share of the RMS error removed when the selection is repeated in every fold, with
+        the interval over blocks.
     rules
         Thresholds.
     """
@@ -167,8 +164,6 @@ class Diagnosis:
     grams: Grams
     features: Features
     nested: Interval
-    nested_rmse: FloatArray
-    nested_blocks: FloatArray
     rules: Rules
 
     @property
@@ -193,9 +188,8 @@ def diagnose(problem: Problem, rules: Rules | None = None, seed: int = 0) -> Dia
     features = features_of(problem)
     grams, whitener = whitened_grams(problem, features.columns)
     signs = sign_patterns(grams.blocks, seed)
-    left = problem.left()
-    lib = library(problem, grams, problem.visible(left), rules)
-    smallest = problem.smallest_sizes(left)
+    visible, smallest = _yardsticks(problem, grams)
+    lib = library(problem, grams, visible, rules)
     before = detect(problem, grams, features, whitener, grams.calibration, signs)
     found = search(lib, signs, rules, seed, smallest)
     after = before
@@ -204,7 +198,6 @@ def diagnose(problem: Problem, rules: Rules | None = None, seed: int = 0) -> Dia
         after = detect(problem, grams, features, whitener, found.base, signs, accepted)
     share = _share(grams, found, after)
     causes = _causes(lib, found)
-    nested, nested_rmse, nested_blocks = _nested(lib, found.steps)
     return Diagnosis(
         verdict=_verdict(grams, lib, found, before, after, share, rules),
         causes=causes,
@@ -216,11 +209,25 @@ def diagnose(problem: Problem, rules: Rules | None = None, seed: int = 0) -> Dia
         library=lib,
         grams=grams,
         features=features,
-        nested=nested,
-        nested_rmse=nested_rmse,
-        nested_blocks=nested_blocks,
+        nested=_nested(lib, found.steps),
         rules=rules,
     )
+
+
+def _yardsticks(problem: Problem, grams: Grams) -> tuple[FloatArray, FloatArray]:
+    """Visible fraction and smallest size that matters of each candidate."""
+    if problem.tracking is None:
+        left = problem.left()
+        return problem.visible(left), problem.smallest_sizes(left)
+    smallest = np.full(len(problem.signatures), np.inf)
+    for o in range(len(problem.outputs)):
+        rows = problem.output == o
+        if not rows.any():
+            continue
+        rms = np.sqrt(grams.energy[o, grams.candidates] / rows.sum()) * problem.noise[rows][0]
+        with np.errstate(divide="ignore"):
+            smallest = np.minimum(smallest, problem.tolerance[o] / rms)
+    return grams.visible[grams.candidates], smallest
 
 
 def leftover(detection: Detection, rules: Rules) -> bool:
@@ -473,38 +480,21 @@ def _untestable(problem: Problem, lib: Library, effect: str, smallest: FloatArra
     )  # fmt: skip
 
 
-def _nested(lib: Library, steps: Sequence[Step]) -> tuple[Interval, FloatArray, FloatArray]:
+def _nested(lib: Library, steps: Sequence[Step]) -> Interval:
     """Repeat the selection in every fold: the gain that a new recording may expect."""
-    grams, problem = lib.grams, lib.problem
-    blocks, outputs = grams.blocks, len(problem.outputs)
-    errors = np.zeros((blocks, outputs, 2))
-    counts = np.zeros((blocks, outputs))
-    noise = np.ones(outputs)
-    for o in range(outputs):
-        rows = problem.output == o
-        counts[:, o] = np.bincount(problem.block[rows], minlength=blocks)
-        noise[o] = float(np.sqrt(np.mean(problem.noise[rows] ** 2))) if rows.any() else 1.0
-    for b in range(blocks):
-        others = np.delete(np.arange(blocks), b)
-        base = grams.calibration
-        for stage in (0, 1):
-            if stage and steps:
-                base = _selected(lib, others, len(steps))
+    grams = lib.grams
+    errors = np.zeros((grams.blocks, 2))
+    if not steps:
+        return mean_interval(np.zeros(grams.blocks))
+    for b in range(grams.blocks):
+        others = np.delete(np.arange(grams.blocks), b)
+        for stage, base in enumerate((grams.calibration, _selected(lib, others, len(steps)))):
             fitted = _fit(grams.inner[others].sum(axis=0), base)
-            for o in range(outputs):
-                own = grams.by_output[o, b]
-                used = np.append(base, own.shape[0] - 1)
-                w = np.append(-fitted, 1.0)
-                errors[b, o, stage] = w @ own[np.ix_(used, used)] @ w
-    total = errors.sum(axis=1)
-    if steps:
-        interval = _rms_gain(total[:, 0], total[:, 0] - total[:, 1])
-    else:
-        interval = mean_interval(np.zeros(blocks))
-    with np.errstate(invalid="ignore", divide="ignore"):
-        pooled = np.sqrt(errors.sum(axis=0) / counts.sum(axis=0)[:, None]) * noise[:, None]
-        per_block = np.sqrt(errors / counts[:, :, None]) * noise[None, :, None]
-    return interval, np.nan_to_num(pooled), np.nan_to_num(per_block)
+            own = grams.plain[b]
+            used = np.append(base, own.shape[0] - 1)
+            w = np.append(-fitted, 1.0)
+            errors[b, stage] = w @ own[np.ix_(used, used)] @ w
+    return _rms_gain(errors[:, 0], errors[:, 0] - errors[:, 1])
 
 
 def _fit(gram: FloatArray, base: IntArray) -> FloatArray:

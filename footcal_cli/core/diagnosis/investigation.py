@@ -20,7 +20,12 @@ from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.refit import Refit, refit
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.scores import held_out_loss
-from footcal_cli.core.diagnosis.signatures import calibration_columns, library_columns
+from footcal_cli.core.diagnosis.signatures import (
+    calibration_columns,
+    direction_columns,
+    library_columns,
+)
+from footcal_cli.core.diagnosis.tracking import Tracking
 from footcal_cli.core.diagnosis.whitening import whitened_grams
 from footcal_cli.core.effects.contract import Effect
 from footcal_cli.core.evidence import Interval, jackknife_interval, smallest_p
@@ -112,7 +117,13 @@ def problem_from(case: Case, rows: Rows, effects: Iterable[Effect], describe: De
     ideal = balanced(case, case.values)
     library = library_columns(ideal, rows, effects)
     regressors, covariates = describe(ideal, rows)
-    calibration, turn = calibration_columns(ideal, rows)
+    tracking, turn = None, None
+    if case.drifts and case.directions:
+        calibration = direction_columns(ideal, rows)
+        _, kind = np.unique([d.kind for d in case.directions], return_inverse=True)
+        tracking = Tracking(rows.time_s, rows.log, kind.astype(np.int64))
+    else:
+        calibration, turn = calibration_columns(ideal, rows)
     tolerance = np.array(
         [case.tolerance_nm if unit == "Nm" else case.tolerance_n for unit in rows.units]
     )
@@ -134,6 +145,7 @@ def problem_from(case: Case, rows: Rows, effects: Iterable[Effect], describe: De
         covariates=covariates,
         excluded=library.excluded,
         calibration_turn=turn,
+        tracking=tracking,
         alike=case.alike,
         drifts=case.drifts,
     )

@@ -1,4 +1,4 @@
-"""The diagnosis problem in arrays: what is left, what calibration explains, what effects would do."""
+"""The diagnosis problem in arrays: what is left, what calibration explains, what effects do."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from footcal_cli.core.diagnosis.tracking import Tracking
 from footcal_cli.core.parameters import FloatArray, IntArray
 
 
@@ -90,6 +91,9 @@ class Problem:
     accepted
         Columns of effects already in the model, fitted with the calibration but common to all
         blocks, shape (m, a).
+    tracking
+        How the calibration wanders, where it drifts and is tracked; without it a drifting
+        calibration is free in every block.
     alike
         Blocks are alike in content: candidates that act between blocks are tested by permuting.
     drifts
@@ -115,6 +119,7 @@ class Problem:
     excluded: tuple[Excluded, ...] = ()
     calibration_turn: FloatArray | None = None
     accepted: FloatArray | None = None
+    tracking: Tracking | None = None
     alike: bool = True
     drifts: bool = False
 

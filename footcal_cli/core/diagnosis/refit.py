@@ -179,7 +179,7 @@ def _solve(problem: Problem, at: FloatArray, columns: FloatArray) -> tuple[Float
         signatures=tuple(Signature("", "", str(i), "") for i in range(columns.shape[1])),
         block=problem.block, output=problem.output, sequence=problem.sequence,
         outputs=problem.outputs, units=problem.units, noise=problem.noise,
-        tolerance=problem.tolerance, rate_hz=problem.rate_hz, alike=problem.alike,
+        tolerance=problem.tolerance, rate_hz=problem.rate_hz, tracking=problem.tracking, alike=problem.alike,
         drifts=problem.drifts,
     )  # fmt: skip
     grams, _ = whitened_grams(local, np.empty((at.size, 0)))

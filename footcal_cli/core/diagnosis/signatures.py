@@ -71,6 +71,20 @@ def calibration_columns(case: Case, rows: Rows) -> tuple[FloatArray, FloatArray]
     return np.asarray(left[:, kept] * size), np.asarray(turn)
 
 
+def direction_columns(case: Case, rows: Rows) -> FloatArray:
+    """What one prior sd of each way of drifting adds to the residual, shape (m, p)."""
+    columns = []
+    for direction in case.directions:
+        ends = []
+        for sign in (1.0, -1.0):
+            moved = dict(case.values)
+            for name, change in direction.changes.items():
+                moved[name] += 0.01 * sign * change
+            ends.append(residual(case, rows, moved))
+        columns.append((ends[0] - ends[1]) / 0.02)
+    return np.stack(columns, axis=1)
+
+
 def library_columns(case: Case, rows: Rows, effects: Iterable[Effect]) -> Columns:
     """Signatures of all effects, for every place that may carry them and every shape."""
     present = {item.effect.name for item in case.chain.links}

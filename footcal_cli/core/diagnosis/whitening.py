@@ -5,12 +5,20 @@ After whitening, everything the diagnosis needs is in one small Gram matrix per 
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import solve_toeplitz
 
 from footcal_cli.core.diagnosis.problem import Problem
+from footcal_cli.core.diagnosis.tracking import (
+    PART_S,
+    Tracking,
+    innovations,
+    parts_of,
+    walk_variance,
+)
 from footcal_cli.core.parameters import FloatArray, IntArray
 
 AR_ORDER = 5
@@ -27,8 +35,8 @@ _DROP = 1e-6
 class Grams:
     """Inner products of all columns, block by block, in units of the noise.
 
-    Columns are [calibration | accepted | wandering | signatures | features | residual]; wandering ones are
-    the independent directions in which a block's own calibration may differ.
+    Columns are [calibration | accepted | wandering | signatures | features | residual]; wandering
+    ones are the independent directions in which a block's own calibration may differ.
 
     Parameters
     ----------
@@ -41,7 +49,12 @@ class Grams:
     plain
         ``X_bᵀ X_b`` without any whitening: squared errors as the user counts them.
     by_output
-        The same per output without the features, shape (outputs, B, n', n').
+        The same per output for what is fitted and the residual, shape (outputs, B, n', n').
+    energy
+        Sum of squares of every column on each output, without whitening, less what a drifting
+        calibration takes, shape (outputs, n).
+    visible
+        Share of every column's RMS that a drifting calibration leaves, shape (n,).
     calibration, wandering, candidates, features
         Column numbers of each part; the residual is the last column. `calibration` is what all
         blocks share: accepted effects too, and nothing but them where the calibration drifts.
@@ -54,6 +67,8 @@ class Grams:
     rows: FloatArray
     plain: FloatArray
     by_output: FloatArray
+    energy: FloatArray
+    visible: FloatArray
     calibration: IntArray
     wandering: IntArray
     candidates: IntArray
@@ -208,27 +223,29 @@ def whitened_grams(problem: Problem, features: FloatArray) -> tuple[Grams, RowWh
     """
     whitener, tau = fit_row_whitener(problem)
     kept = whitener.kept
+    tracked = problem.tracking is not None
     turn = _directions(problem, whitener)
-    wandering = np.hstack([problem.calibration, _offsets(problem)]) @ turn
+    loose = np.hstack([problem.calibration, _offsets(problem)]) @ turn
+    wandering = loose[:, :0] if tracked else loose
     accepted = problem.fitted[:, problem.calibration.shape[1] :]
     parts = (problem.calibration, accepted, wandering, problem.columns, features)
     raw = np.hstack([*parts, problem.residual[:, None]])
     edges = np.cumsum([0, *(part.shape[1] for part in parts)])
-    numbers = [np.arange(a, b) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+    numbers = [np.arange(a, b) for a, b in itertools.pairwise(edges)]
     white = whitener(raw)
-    if problem.drifts:
+    norm = np.sum(white**2, axis=0)
+    rows = np.zeros((0, 0, 0))
+    if tracked:
+        rows, raw = _tracked(problem, white, raw, kept, numbers[0])
+    elif problem.drifts:
         raw, white = _free_in_every_block(raw, white, problem.block, kept, numbers[2])
+    if not tracked:
+        rows = _block_grams(white, problem.block[kept], problem.blocks)
     plain = _block_grams(raw, problem.block, problem.blocks)
-    short = np.delete(raw, numbers[4], axis=1)
-    by_output = np.stack(
-        [
-            _block_grams(
-                short[problem.output == o], problem.block[problem.output == o], problem.blocks
-            )
-            for o in range(len(problem.outputs))
-        ]
-    )
-    rows = _block_grams(white, problem.block[kept], problem.blocks)
+    short = np.delete(raw, np.concatenate(numbers[2:]), axis=1)
+    of = [problem.output == o for o in range(len(problem.outputs))]
+    by_output = np.stack([_block_grams(short[m], problem.block[m], problem.blocks) for m in of])
+    energy = np.stack([np.sum(raw[m] ** 2, axis=0) for m in of])
     if problem.drifts:
         inner = within = rows
         base = numbers[1]
@@ -243,6 +260,12 @@ def whitened_grams(problem: Problem, features: FloatArray) -> tuple[Grams, RowWh
             rows=rows,
             plain=plain,
             by_output=by_output,
+            energy=energy,
+            visible=np.sqrt(
+                np.divide(
+                    np.einsum("bii->i", inner), norm, out=np.zeros_like(norm), where=norm > 0
+                )
+            ),
             calibration=base,
             wandering=numbers[2],
             candidates=numbers[3],
@@ -251,6 +274,37 @@ def whitened_grams(problem: Problem, features: FloatArray) -> tuple[Grams, RowWh
         ),
         whitener,
     )
+
+
+def _tracked(
+    problem: Problem, white: FloatArray, raw: FloatArray, kept: IntArray, calibration: IntArray
+) -> tuple[FloatArray, FloatArray]:
+    """Gram matrices of the whitened innovations per block, and unpredicted raw columns."""
+    tracking = problem.tracking
+    assert tracking is not None
+    there = Tracking(tracking.time_s[kept], tracking.recording[kept], tracking.kind)
+    stretches = parts_of(there, problem.block[kept])
+    variance = walk_variance(white, calibration, stretches, there)
+    # raw rows without a whitened partner (starts of sequences) go with their stretch in time
+    whole = parts_of(tracking, problem.block)
+    partner = {int(problem.block[r[0]]) * 10**6 + _number(tracking, problem, r): r for r in whole}
+
+    def raw_rows(rows: IntArray) -> IntArray:
+        first = kept[rows]
+        key = int(problem.block[first[0]]) * 10**6 + _number(tracking, problem, first)
+        return partner.pop(key, first[:0])
+
+    raw, found = innovations(white, raw, calibration, stretches, raw_rows, variance, there)
+    grams = np.zeros((problem.blocks, white.shape[1], white.shape[1]))
+    for rows, gram in found:
+        grams[problem.block[kept[rows[0]]]] += gram
+    return grams, raw
+
+
+def _number(tracking: Tracking, problem: Problem, rows: IntArray) -> int:
+    """Number of a stretch within its block."""
+    start = tracking.time_s[problem.block == problem.block[rows[0]]].min()
+    return int((np.median(tracking.time_s[rows]) - start) // PART_S)
 
 
 def _free_in_every_block(

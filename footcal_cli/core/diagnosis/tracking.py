@@ -1,0 +1,203 @@
+"""A calibration that drifts: tracked by a Kalman filter that every column passes through.
+
+The residual and every signature go through the same random-walk filter; what the filter could not
+predict (the whitened innovation) is what evidence is made of. The speed of the walk is estimated
+from the innovations of the residual, never assumed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from footcal_cli.core.parameters import FloatArray, IntArray
+
+PART_S = 2.0
+"""Length over which the calibration is taken as constant."""
+GAIN_SD, BIAS_SD_N = 0.02, 0.3
+"""What is believed of a calibration before the walk (METHODS: gain ± 2 %, bias ± 0.3 N)."""
+WALK_VARIANCES = 10.0 ** np.arange(-8.0, 0.1, 0.5)
+"""Variances of the random walk per second that are tried, in units of the prior variance."""
+_SWEEPS = 2
+
+
+@dataclass(frozen=True)
+class Direction:
+    """One way in which a calibration may differ: parameter changes per prior sd."""
+
+    name: str
+    kind: str
+    changes: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Tracking:
+    """How the calibration columns of a problem may wander; columns are in units of their prior sd.
+
+    Parameters
+    ----------
+    time_s, recording
+        Of each row, shape (m,).
+    kind
+        Which columns share a speed of the walk, shape (p,).
+    """
+
+    time_s: FloatArray
+    recording: IntArray
+    kind: IntArray
+
+
+def gain_and_bias(channels: Sequence[str], values: Mapping[str, float]) -> tuple[Direction, ...]:
+    """Relative gain and bias of each cell: ``F = (1 + γ) F⁰ + β``."""
+    found = []
+    for channel in channels:
+        scale, bias = values[f"{channel}.scale"], values[f"{channel}.bias"]
+        gain = {f"{channel}.scale": GAIN_SD * scale, f"{channel}.bias": GAIN_SD * bias}
+        found.append(Direction(f"{channel}.gain", "gain", gain))
+        found.append(Direction(f"{channel}.bias", "bias", {f"{channel}.bias": BIAS_SD_N}))
+    return tuple(found)
+
+
+def parts_of(tracking: Tracking, block: IntArray) -> list[IntArray]:
+    """Rows of each stretch of at most `PART_S` within a block, in the order of time."""
+    start = np.array([tracking.time_s[block == b].min() for b in range(int(block.max()) + 1)])
+    part = np.floor((tracking.time_s - start[block]) / PART_S)
+    order = np.lexsort((part, block))
+    keys = np.stack([block[order], part[order]], axis=1)
+    cuts = np.flatnonzero(np.any(np.diff(keys, axis=0) != 0, axis=1)) + 1
+    parts = np.split(order, cuts)
+    return sorted(
+        parts, key=lambda rows: (tracking.recording[rows[0]], tracking.time_s[rows].min())
+    )
+
+
+@dataclass(frozen=True)
+class _Part:
+    """Inner products of the calibration columns and the residual over one stretch."""
+
+    jj: FloatArray
+    jr: FloatArray
+    rr: float
+    interval_s: float
+    fresh: bool
+
+
+def walk_variance(
+    white: FloatArray, calibration: IntArray, parts: Sequence[IntArray], tracking: Tracking
+) -> FloatArray:
+    """Variance of the walk per second of each calibration column that makes the data likeliest.
+
+    Parameters
+    ----------
+    white
+        Whitened columns, the residual last, shape (m, n).
+    calibration
+        Column numbers.
+    parts
+        From `parts_of`.
+    """
+    last = white.shape[1] - 1
+    small = []
+    before: IntArray | None = None
+    for rows in parts:
+        j, r = white[np.ix_(rows, calibration)], white[rows, last]
+        fresh = before is None or tracking.recording[before[0]] != tracking.recording[rows[0]]
+        gap = 0.0 if fresh or before is None else _middle(tracking, rows) - _middle(
+            tracking, before
+        )  # fmt: skip
+        small.append(_Part(j.T @ j, j.T @ r, float(r @ r), gap, fresh))
+        before = rows
+    kinds = np.unique(tracking.kind)
+    best = np.full(kinds.size, 1e-4)
+
+    def score(variances: FloatArray) -> float:
+        return _log_likelihood(small, variances[np.searchsorted(kinds, tracking.kind)])
+
+    for _ in range(_SWEEPS):
+        for k in range(kinds.size):
+            tried = np.tile(best, (WALK_VARIANCES.size, 1))
+            tried[:, k] = WALK_VARIANCES
+            best = tried[int(np.argmax([score(t) for t in tried]))]
+    return np.asarray(best[np.searchsorted(kinds, tracking.kind)])
+
+
+def _middle(tracking: Tracking, rows: IntArray) -> float:
+    return float(np.mean(tracking.time_s[rows]))
+
+
+def _log_likelihood(parts: Sequence[_Part], variance: FloatArray) -> float:
+    """Of the residual's innovations under a random walk with these variances per second."""
+    p = variance.size
+    mean, cov = np.zeros(p), np.eye(p)
+    total = 0.0
+    for part in parts:
+        if part.fresh:
+            mean, cov = np.zeros(p), np.eye(p)
+        cov = cov + np.diag(variance * part.interval_s)
+        j_d = part.jr - part.jj @ mean
+        d_d = part.rr - 2.0 * mean @ part.jr + mean @ part.jj @ mean
+        posterior = np.linalg.inv(np.linalg.inv(cov) + part.jj)
+        total -= 0.5 * (d_d - j_d @ posterior @ j_d)
+        total -= 0.5 * float(np.linalg.slogdet(np.eye(p) + cov @ part.jj)[1])
+        mean = mean + posterior @ j_d
+        cov = 0.5 * (posterior + posterior.T)
+    return total
+
+
+def innovations(
+    white: FloatArray,
+    raw: FloatArray,
+    calibration: IntArray,
+    parts: Sequence[IntArray],
+    raw_rows: Callable[[IntArray], IntArray],
+    variance: FloatArray,
+    tracking: Tracking,
+) -> tuple[FloatArray, list[tuple[IntArray, FloatArray]]]:
+    """Pass all columns through the filter.
+
+    Parameters
+    ----------
+    white, raw
+        Columns with and without row whitening; `raw` is changed in place into what the filter did
+        not predict.
+    calibration
+        Column numbers of what is tracked.
+    parts
+        Rows of `white` of each stretch.
+    raw_rows
+        Rows of `raw` that belong to a stretch of `white`.
+    variance
+        Of the walk, per second, shape (p,).
+
+    Returns
+    -------
+    raw
+        Unpredicted columns.
+    grams
+        Rows and ``X' S⁻¹ X`` of the innovations of each stretch.
+    """
+    p, n = calibration.size, white.shape[1]
+    mean, cov = np.zeros((p, n)), np.eye(p)
+    found = []
+    before: IntArray | None = None
+    for rows in parts:
+        fresh = before is None or tracking.recording[before[0]] != tracking.recording[rows[0]]
+        if fresh or before is None:
+            mean, cov = np.zeros((p, n)), np.eye(p)
+        else:
+            gap = _middle(tracking, rows) - _middle(tracking, before)
+            cov = cov + np.diag(variance * gap)
+        before = rows
+        part = white[rows]
+        j = part[:, calibration]
+        left = part - j @ mean
+        j_left = j.T @ left
+        posterior = np.linalg.inv(np.linalg.inv(cov) + j.T @ j)
+        found.append((rows, left.T @ left - j_left.T @ posterior @ j_left))
+        own = raw_rows(rows)
+        raw[own] -= raw[np.ix_(own, calibration)] @ mean
+        mean = mean + posterior @ j_left
+        cov = 0.5 * (posterior + posterior.T)
+    return raw, found
