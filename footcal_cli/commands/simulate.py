@@ -38,7 +38,7 @@ class SimulateOptions(CommandOptions):
     experiment: Kind | None = None
     effects: tuple[str, ...] = ()
     duration_s: float = Field(default=60.0, gt=0, le=86_400)
-    speed_mps: float = Field(default=0.04, ge=0, le=1)
+    speed_mps: float = Field(default=0.04, ge=0, le=0.3)
     turn_radps: float = Field(default=0.0, ge=-1, le=1)
     com_height_m: float = Field(default=0.26, gt=0)
     stances: int = Field(default=10, ge=1, le=10_000)
@@ -168,7 +168,8 @@ def parse_effect(text: str) -> EffectRequest:
     owner, dot, name = full_name.strip().rpartition(".")
     if name not in TABLE:
         raise UsageError(
-            f"no effect named '{name}'{nearest(name, list(TABLE))}", remedy="footcal effects lists them"
+            f"no effect named '{name}'{nearest(name, list(TABLE))}",
+            remedy="footcal effects lists them",
         )
     effect = TABLE[name]
     values = {effect.size.name: _number(size, head) if given else _usual_size(name)}
@@ -334,7 +335,7 @@ def _verdict(kind: str, scenario: Scenario, requests: Sequence[EffectRequest]) -
     carried = (
         "with " + ", ".join(f"{r.effect.name} ({_who(r)})" for r in requests)
         if requests
-        else "without any effect beyond calibration and noise"
+        else "with calibration, mounting and noise only"
     )
     main = next(iter(rows))
     return VerdictRecord(

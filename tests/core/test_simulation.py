@@ -38,6 +38,7 @@ from footcal_cli.core.simulation.hexapod_logs import (
 )
 from footcal_cli.core.simulation.noise import Noise, stream
 from footcal_cli.core.simulation.robots import TABLE_II_OFFSETS, Biped, Hexapod
+from footcal_cli.errors import UsageError
 
 BIPED, HEXAPOD = Biped(), Hexapod()
 CELLS = chain_of([link(TABLE["scale_bias"], BIPED.channels)])
@@ -222,6 +223,12 @@ def test_shares_are_bilinear_on_a_rectangle_and_exact_on_any_foot() -> None:
     got = shares(pentagon - cop[:, None])
     np.testing.assert_allclose(got @ pentagon, cop, atol=1e-9)
     assert got.min() > 0.0
+
+
+def test_a_cop_beyond_the_cells_is_refused() -> None:
+    rectangle = np.array([[1.0, 0.5], [1.0, -0.5], [-1.0, 0.5], [-1.0, -0.5]])
+    with pytest.raises(UsageError, match="centre of pressure leaves"):
+        shares((rectangle - np.array([1.1, 0.0]))[None])
 
 
 def test_two_feet_share_a_cop_exactly_and_a_swinging_foot_takes_nothing() -> None:
