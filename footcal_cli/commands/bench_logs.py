@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 ROWS_OF_A_RECORDING = 20
 """More rows than this per load and session, closer than a second, are samples of a recording."""
 
+FRAMES_OF_A_POINT = 50
+"""With more rows than this per point they are frames of a recording, condensed to medians."""
+
 
 def by_channel(tables: Sequence[Table]) -> list[tuple[str, FloatArray, FloatArray]]:
     """Channel, loads (n,) and counts (n,) over all logs, channels in order of appearance."""
@@ -216,7 +219,7 @@ def read_cop_points(tables: Sequence[Table]) -> PlacementLog:
     """Reported CoP at known points of an instrument whose cells were not logged."""
     import numpy as np
 
-    from footcal_cli.core.bench.placement_rows import PlacementRows
+    from footcal_cli.core.bench.placement_rows import PlacementRows, condense_points
 
     names = np.concatenate([table.text("placement") for table in tables])
     hole = np.concatenate([table.numbers(["hole_x_m", "hole_y_m"]) for table in tables])
@@ -232,7 +235,10 @@ def read_cop_points(tables: Sequence[Table]) -> PlacementLog:
         placement=index.astype(np.int64),
         given_cop_m=cop,
     )
-    return PlacementLog(rows, names)
+    labels = np.unique(names.astype(str))
+    if n > FRAMES_OF_A_POINT * len(labels):
+        rows = condense_points(rows)
+    return PlacementLog(rows, labels[rows.placement])
 
 
 def study_foot(foot: str, log: PlacementLog, held: BoolArray) -> FootStudy:

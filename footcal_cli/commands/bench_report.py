@@ -252,13 +252,9 @@ def feet_part(feet: Sequence[FootStudy], robot: Robot) -> Part:
         cell = sheets.cell_sheet(found)
         tables += [sheets.correction_sheet(found), *([cell] if cell is not None else [])]
         tables.append(sheets.repeat_sheet(found))
-    worst = max(feet, key=lambda found: found.study.chosen.left_out.rmse)
-    chosen = worst.study.chosen
     verdict = VerdictRecord(
         level="good",
-        sentence=f"The CoP of a placement left out of the fit is right to "
-        f"{1e3 * chosen.left_out.rmse:.2f} mm ({worst.foot}, {chosen.name}; "
-        f"{worst.study.results[0].name}: {1e3 * worst.study.results[0].left_out.rmse:.2f} mm).",
+        sentence=sheets.feet_headline(feet),
         details=tuple(sheets.foot_sentence(found) for found in feet),
     )
     light = sum(int(np.sum(~found.rows.valid)) for found in feet)

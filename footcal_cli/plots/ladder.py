@@ -9,7 +9,16 @@ from matplotlib.figure import Figure
 
 from footcal_cli.core.bench.plateaus import SampleState, find_direction
 from footcal_cli.core.bench.study import ChannelStudy
-from footcal_cli.plots.style import AFTER, BAD, BEFORE, CELL_COLOURS, REFERENCE, new_figure, tidy
+from footcal_cli.plots.style import (
+    AFTER,
+    BAD,
+    BEFORE,
+    CELL_COLOURS,
+    REFERENCE,
+    log_axis,
+    new_figure,
+    tidy,
+)
 
 _MOST_PANELS = 8
 
@@ -40,7 +49,7 @@ def plot_ladder(studies: Sequence[ChannelStudy]) -> Figure:
                 label=study.channel if row.model == "affine" else None,
             )
     axes.set_yticks(list(places.values()), list(places))
-    axes.set_xscale("log")
+    log_axis(axes)
     tidy(axes, "Error on sessions or loads left out of the fit (filled: chosen)",
          "held-out RMSE (N)", "")  # fmt: skip
     axes.legend(fontsize=8, frameon=False, loc="center left", bbox_to_anchor=(1.0, 0.5))
@@ -87,7 +96,8 @@ def plot_staircases(studies: Sequence[ChannelStudy]) -> Figure:
         for axes in panels:
             axes.set_ylim(-1.15 * limit, 1.15 * limit)
         if i == 0:
-            panels[0].legend(fontsize=7, frameon=False)
+            figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center",
+                          ncols=3, fontsize=8, frameon=False)  # fmt: skip
     return figure
 
 

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from footcal_cli.core.bench.cop_study import FootStudy
 from footcal_cli.core.bench.placement_rows import PlacementRows, find_repeats
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.plots.style import AFTER, BAD, BEFORE, REFERENCE, new_figure, tidy
+from footcal_cli.plots.style import AFTER, BAD, BEFORE, REFERENCE, log_axis, new_figure, tidy
 
 _MM = 1e3
 
@@ -87,7 +87,7 @@ def plot_corrections(found: FootStudy) -> Figure:
             axes.plot(_MM * float(np.sqrt(np.mean(np.sum(error**2, axis=1)))), -i, "x", color=BAD,
                       markersize=7, label="never used" if i == 0 else None)  # fmt: skip
     axes.set_yticks([-i for i in range(len(results))], [result.name for result in results])
-    axes.set_xscale("log")
+    log_axis(axes)
     tidy(axes, f"CoP error of {found.foot} by correction (diamond: chosen)", "RMSE (mm)", "")
     axes.legend(fontsize=8, frameon=False, loc="center left", bbox_to_anchor=(1.0, 0.5))
     return figure

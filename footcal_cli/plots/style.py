@@ -5,6 +5,7 @@ from __future__ import annotations
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator
 
 CELL_COLOURS = (
     "#0072B2", "#E69F00", "#009E73", "#D55E00", "#56B4E9", "#CC79A7", "#7A5C00", "#000000",
@@ -31,3 +32,13 @@ def tidy(axes: Axes, title: str = "", x: str = "", y: str = "") -> None:
     axes.set_axisbelow(True)
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)
+
+
+def log_axis(axes: Axes) -> None:
+    """A logarithmic x axis with plain numbers: 0.04, not 4 × 10⁻²."""
+    axes.set_xscale("log")
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.xaxis.set_minor_locator(LogLocator(subs=(2.0, 3.0, 5.0)))
+    low, high = axes.get_xlim()
+    named = high < 30.0 * low  # over more decades the powers of ten are enough
+    axes.xaxis.set_minor_formatter(FuncFormatter(lambda value, _: f"{value:g}" if named else ""))

@@ -52,14 +52,50 @@ def study_sentence(study: ChannelStudy) -> str | None:
     ladder = study.ladder
     if ladder is None or not ladder.rungs:
         return None
-    error = 100.0 * ladder.affine_scale_error
     before, after = ladder.rows[0].held_out_rmse_n, ladder.held_out.rmse
-    return (
+    text = (
         f"{study.channel}: {'; '.join(size_words(ladder.chosen))}. Held-out error "
-        f"{number(before, 3)} → {number(after, 3)} N; because of it the affine scale is off by "
-        f"{error:+.2f} %".replace("+-", "−").replace(" -", " −")
-        + f" and its reading at mid-range by {number(ladder.affine_bias_error_n, 2)} N."
+        f"{number(before, 3)} → {number(after, 3)} N"
     )
+    if is_curved(study):
+        return f"{text}; a straight line bows by {100 * study.affine.bow:.1f} % of the span."
+    error = f"{100 * ladder.affine_scale_error:+.2f}".replace("-", "−")
+    return (
+        f"{text}; because of it the affine scale is off by {error} % and its reading at mid-range "
+        f"by {number(ladder.affine_bias_error_n, 2)} N."
+    )
+
+
+def is_curved(study: ChannelStudy) -> bool:
+    """Whether the chosen model is curved: its scale is then the slope at no load."""
+    fit = study.fit
+    powers = ("quadratic", "cubic", "power_4", "power_5", "power_6")
+    return fit is not None and any(term.size in powers for term in fit.terms)
+
+
+def creep_sentence(study: ChannelStudy) -> str | None:
+    """Time constants of creep seen in the holds and what waiting does to the scale."""
+    found, waiting = study.relaxation, study.waiting
+    if found is None or not np.any(np.abs(found.amplitude) > 3.0 * found.amplitude_sd):
+        return None
+    times = " and ".join(
+        f"{tau:.0f} s [{low:.0f}, {high:.0f}]"
+        for tau, (low, high) in zip(found.tau_s, found.tau_ci95_s, strict=True)
+    )
+    text = f"{study.channel}: creeps within its holds, time constant {times} (95 %)"
+    if waiting is None:
+        return f"{text}."
+    finite = np.flatnonzero(np.isfinite(waiting.wait_s))
+    last = finite[-1]
+    change = f"{100 * waiting.change[last]:+.2f}".replace("-", "−")
+    text += (
+        f"; reading every load after {waiting.wait_s[last]:.0f} s instead of "
+        f"{waiting.wait_s[0]:.0f} s changes the scale by {change} %"
+    )
+    if np.isinf(waiting.wait_s[-1]):
+        final = f"{100 * waiting.change[-1]:+.2f}".replace("-", "−")
+        text += f", waiting for ever by {final} %"
+    return f"{text}."
 
 
 def weights_verdict(
@@ -71,6 +107,7 @@ def weights_verdict(
     bad = inadequate(plain, tolerance_n)
     details = [text for study in extended if (text := study_sentence(study))]
     details += [misfit_sentence(fit) for fit in bad]
+    details += [text for study in studies if (text := creep_sentence(study))]
     bent = curvature_sentence([study.affine for study in studies], curvature)
     if extended:
         kinds = ", ".join(
@@ -93,6 +130,7 @@ def weights_verdict(
             level="good",
             sentence=f"A scale and a bias describe all {len(studies)} channels: largest error "
             f"{number(worst.worst_n, 2)} N ({worst.channel}).",
+            details=tuple(details),
         )
     if bent is not None:
         details.append(bent)
@@ -123,7 +161,9 @@ def model_sheet(studies: Sequence[ChannelStudy]) -> Sheet:
                 number(ladder.held_out.rmse, 3),
                 number(chosen.sd_within_n, 2),
                 number(chosen.sd_between_n, 2) if chosen.sessions > 1 else "–",
-                f"{100 * ladder.affine_scale_error:+.3f}".replace("-", "−"),
+                "curved"
+                if is_curved(study)
+                else f"{100 * ladder.affine_scale_error:+.3f}".replace("-", "−"),
             )
         )
     return Sheet(

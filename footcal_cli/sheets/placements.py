@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from footcal_cli.core.bench.cop_models import CopFit
@@ -24,6 +26,23 @@ def cop_errors_m(cop_m: FloatArray, rows: PlacementRows) -> FloatArray:
 def rms_distance_m(error_m: FloatArray) -> float:
     """Root mean squared length of error vectors."""
     return float(np.sqrt(np.mean(np.sum(error_m**2, axis=1)))) if len(error_m) else float("nan")
+
+
+def feet_headline(feet: Sequence[FootStudy]) -> str:
+    """The foot with the largest remaining error, in one sentence."""
+    worst = max(feet, key=lambda found: found.study.chosen.left_out.rmse)
+    study, chosen = worst.study, worst.study.chosen
+    error = with_sd(_MM * chosen.left_out.rmse, _MM * chosen.left_out.rmse_sd)
+    if chosen.name == "none":
+        best = study.results[study.choice.best]
+        other = with_sd(_MM * best.left_out.rmse, _MM * best.left_out.rmse_sd)
+        rival = "" if best is chosen else f"; the best correction, {best.name}, leaves {other} mm"
+        return f"No correction of the CoP pays on unseen placements: {error} mm as it is{rival}."
+    raw = _MM * study.results[0].left_out.rmse
+    return (
+        f"At placements left out of the fit the CoP is right to {error} mm ({worst.foot}, "
+        f"{chosen.name}); uncorrected {raw:.2f} mm."
+    )
 
 
 def foot_sentence(found: FootStudy) -> str:
@@ -141,17 +160,17 @@ def placement_errors(found: FootStudy) -> list[RmseRow]:
     rows: list[RmseRow] = []
     if found.before is not None:
         rows += _error_rows(found, "before", found.before, found.before.raw_cop_m, "all")
-    rows += _error_rows(found, "raw cop", found.rows, found.rows.raw_cop_m, "train")
     for result in found.study.results:
-        stage = "after" if result is found.study.chosen else result.name
-        train, held = found.rows, found.held_out
-        rows += _error_rows(found, stage, train, result.fit.cop_m(train), "train", result.fit)
+        chosen = result is found.study.chosen
+        stage = "after" if chosen else result.name
+        fit = result.fit
+        if chosen:
+            rows += _error_rows(found, stage, found.rows, fit.cop_m(found.rows), "train", fit)
         rows += _left_out_rows(found, stage, result)
-        if held is not None:
+        if found.held_out is not None:
             rows += _error_rows(
-                found, stage, held, result.fit.cop_m(held), "held_out", result.fit,
-                reference="placements never used",
-            )  # fmt: skip
+                found, stage, found.held_out, fit.cop_m(found.held_out), "held_out", fit
+            )
     return rows
 
 
@@ -162,19 +181,21 @@ def _error_rows(
     cop_m: FloatArray,
     split: str,
     fit: CopFit | None = None,
-    reference: str = "hole",
 ) -> list[RmseRow]:
     error = cop_errors_m(cop_m, rows)
     total = (rows.total_n if fit is None else fit.total_n(rows)) - rows.load_n
-    made = [
-        _row(f"cop_{axis} {found.foot}", "m", stage, reference, split, error[:, i])
+    apart = ", placement never used" if split == "held_out" else ""
+    distance = _row(f"cop {found.foot}", "m", stage, f"hole{apart}", split, np.hypot(*error.T))
+    axes = [
+        _row(f"cop_{axis} {found.foot}", "m", stage, f"hole{apart}", split, error[:, i])
         for i, axis in enumerate("xy")
     ]
-    made.append(_row(f"cop {found.foot}", "m", stage, reference, split, np.hypot(*error.T)))
-    known = total[np.isfinite(total)]
-    if known.size:
-        made.append(_row(f"vgrf {found.foot}", "N", stage, "known load", split, known))
-    return [row for row in made if row.n]
+    force = _row(
+        f"vgrf {found.foot}", "N", stage, f"known load{apart}", split, total[np.isfinite(total)]
+    )
+    # the axes of every correction that was not chosen would bury the rest
+    parts = [*axes, distance, force] if stage in ("before", "after") else [distance, force]
+    return [row for row in parts if row.n]
 
 
 def _left_out_rows(found: FootStudy, stage: str, result: CopResult) -> list[RmseRow]:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from footcal_cli.core.bench.record import load_levels
 from footcal_cli.core.bench.regression import AffineFit, Curvature, fit_affine
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.quality import Finding
@@ -18,6 +19,7 @@ NEXT_RECORDING = (
 )
 LACK_OF_FIT_ALPHA = 0.01
 _MOST_ROWS = 200
+_MOST_READINGS = 60
 
 
 def inadequate(fits: Sequence[AffineFit], tolerance_n: float) -> list[AffineFit]:
@@ -109,20 +111,43 @@ def parameter_sheet(fits: Sequence[AffineFit]) -> Sheet:
 
 
 def residual_sheet(fits: Sequence[AffineFit]) -> Sheet:
-    """Error of the affine fit at every reading."""
+    """Error of the affine fit at every reading, or per load where loads repeat a lot."""
+    if sum(fit.load_n.size for fit in fits) > _MOST_READINGS:
+        return _residuals_by_load(fits)
     rows = [
         (fit.channel, number(load, 4), f"{counts:,.0f}", number(error, 3),
          number(100 * error / load, 2) if load else "–")
         for fit in fits
         for load, counts, error in zip(fit.load_n, fit.counts, fit.residual_n, strict=True)
     ]  # fmt: skip
-    shown = rows[:_MOST_ROWS]
-    more = f" The first {_MOST_ROWS} of {len(rows)} rows." if len(rows) > len(shown) else ""
     return Sheet(
         "Residuals",
         ("channel", "load (N)", "counts", "measured − known (N)", "% of load"),
-        shown,
-        note=f"Residual of the affine fit.{more}",
+        rows,
+        note="Residual of the affine fit.",
+    )
+
+
+def _residuals_by_load(fits: Sequence[AffineFit]) -> Sheet:
+    rows = []
+    for fit in fits:
+        level = load_levels(fit.load_n)
+        for k in range(int(level.max()) + 1):
+            at = level == k
+            if not at.any():
+                continue
+            load, error = float(fit.load_n[at].mean()), fit.residual_n[at]
+            spread = float(error.std(ddof=1)) if error.size > 1 else float("nan")
+            rows.append(
+                (fit.channel, number(load, 4), str(error.size), number(float(error.mean()), 3),
+                 number(spread, 2), number(100 * float(error.mean()) / load, 2) if load else "–")
+            )  # fmt: skip
+    more = f" The first {_MOST_ROWS} of {len(rows)} rows." if len(rows) > _MOST_ROWS else ""
+    return Sheet(
+        "Residuals by load",
+        ("channel", "load (N)", "n", "mean (N)", "sd (N)", "mean, % of load"),
+        rows[:_MOST_ROWS],
+        note=f"Residual of the affine fit, measured − known.{more}",
     )
 
 

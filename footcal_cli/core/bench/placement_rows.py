@@ -163,13 +163,48 @@ def find_repeats(rows: PlacementRows, cop_m: FloatArray) -> Repeats:
         Their CoP, raw or corrected, shape (n, 2).
     """
     used = rows.valid & np.isfinite(cop_m).all(axis=1)
-    key = np.column_stack([rows.hole_m, rows.load_n])[used]
-    names, index = np.unique(np.round(key, 6), axis=0, return_inverse=True)
+    load = np.where(np.isfinite(rows.load_n), rows.load_n, 0.0)[used]
+    key = np.column_stack([rows.placement[used], np.round(load, 6)])
+    _, index = np.unique(key, axis=0, return_inverse=True)
     index = index.reshape(-1)
-    n = np.bincount(index, minlength=len(names))
-    mean = np.column_stack([np.bincount(index, weights=c) / n for c in cop_m[used].T])
-    rest = (cop_m[used] - mean[index]) ** 2
-    total = np.column_stack([np.bincount(index, weights=c) for c in rest.T])
+    n = np.bincount(index)
+
+    def mean_of(values: FloatArray) -> FloatArray:
+        sums = [np.bincount(index, weights=column) for column in values.reshape(used.sum(), -1).T]
+        return np.asarray(np.column_stack(sums) / n[:, None])
+
+    error = cop_m[used] - rows.hole_m[used]
+    mean_error = mean_of(error)
+    spread = mean_of((error - mean_error[index]) ** 2)
     with np.errstate(divide="ignore", invalid="ignore"):
-        sd = np.sqrt(total / np.where(n > 1, n - 1, np.nan)[:, None])
-    return Repeats(names[:, :2], names[:, 2], n.astype(np.int64), mean, sd)
+        sd = np.sqrt(spread * (n / np.where(n > 1, n - 1.0, np.nan))[:, None])
+    hole = mean_of(rows.hole_m[used])
+    return Repeats(hole, mean_of(load)[:, 0], n.astype(np.int64), hole + mean_error, sd)
+
+
+def condense_points(rows: PlacementRows, most: int = 30) -> PlacementRows:
+    """Medians of consecutive rows, at most so many per placement: frames of a video are no repeats.
+
+    Parameters
+    ----------
+    rows
+        In order of time within each placement.
+    most
+        Rows to keep of each placement.
+    """
+    parts = [np.flatnonzero((rows.placement == p) & rows.valid) for p in np.unique(rows.placement)]
+    pieces = [piece for part in parts for piece in np.array_split(part, min(most, part.size))]
+
+    def medians(values: FloatArray) -> FloatArray:
+        return np.array([np.median(values[piece], axis=0) for piece in pieces])
+
+    first = np.array([piece[0] for piece in pieces])
+    given = rows.given_cop_m
+    return replace(
+        rows,
+        forces_n=medians(rows.forces_n) if rows.cells else np.zeros((len(pieces), 0)),
+        hole_m=medians(rows.hole_m),
+        load_n=rows.load_n[first],
+        placement=rows.placement[first],
+        given_cop_m=None if given is None else medians(given),
+    )
