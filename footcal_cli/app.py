@@ -12,6 +12,8 @@ from footcal_cli.commands.diagnose import diagnose
 from footcal_cli.commands.effects import effects
 from footcal_cli.commands.hang_calib import hang_calib
 from footcal_cli.commands.offline_fit import offline_fit
+from footcal_cli.commands.online_replay import online_replay
+from footcal_cli.commands.pose_calib import pose_calib
 from footcal_cli.commands.schema import schema
 from footcal_cli.commands.simulate import simulate
 from footcal_cli.commands.static_init import static_init
@@ -31,8 +33,10 @@ app.command("check")(check)
 app.command("diagnose")(diagnose)
 app.command("static-init")(static_init)
 app.command("hang-calib")(hang_calib)
+app.command("pose-calib")(pose_calib)
 app.command("simulate")(simulate)
 app.command("effects")(effects)
+app.command("online-replay")(online_replay)
 app.command("schema")(schema)
 
 

@@ -4,7 +4,17 @@ from __future__ import annotations
 
 from pkgutil import iter_modules
 
-_NOT_COMMANDS = frozenset({"options", "bench_logs", "bench_report", "bench_outcome", "diagnose_cases"})
+_NOT_COMMANDS = frozenset(
+    {
+        "options",
+        "bench_logs",
+        "bench_report",
+        "bench_outcome",
+        "diagnose_cases",
+        "six_axis_logs",
+        "pose_outcome",
+    }
+)
 
 
 def option_tables() -> frozenset[str]:

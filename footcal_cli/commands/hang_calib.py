@@ -253,8 +253,8 @@ def _pictures(
         pictures.append(
             Picture(
                 "orientations", plot_tilts(fits),
-                "How far gravity really was from the named axis in each orientation, with 95 % "
-                "intervals: legs of one robot that hung at once should agree.",
+                "Where gravity really pointed in each orientation, seen along the named axis: what "
+                "all legs share is the robot's tilt, where they differ it is the mounting.",
             )
         )  # fmt: skip
     return tuple(pictures)

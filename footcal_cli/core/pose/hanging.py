@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -51,6 +51,13 @@ class LegKnowledge:
     nominal_dir_t: FloatArray
     covariance: FloatArray
     com_m: FloatArray
+
+    def without_directions(self) -> LegKnowledge:
+        """The same without what the directions of gravity say."""
+        none = np.zeros((0, 3))
+        return replace(
+            self, gravity_dir_t=none, nominal_dir_t=none, covariance=self.covariance[:7, :7]
+        )
 
 
 def leg_knowledge(fit: HangFit) -> LegKnowledge:

@@ -42,6 +42,7 @@ _EASE = 0.01
 _GIVE_UP = 1e10
 _NEARLY = 1e-3
 _LEARNT = 0.95
+_DISAGREEING = 6.0
 
 
 @dataclass(frozen=True)
@@ -247,6 +248,18 @@ def fit_pose(
         rank,
         free,
     )
+
+
+def directions_agree(fit: PoseFit, legs: tuple[LegKnowledge, ...]) -> bool:
+    """Whether the legs' directions of gravity fit one rigid robot that hung in each log.
+
+    The hanging residual against its degrees of freedom: two per leg and log, minus two per log
+    (the robot's attitude) and three per leg but one (relative mounting).
+    """
+    felt = sum(2 * leg.gravity_dir_t.shape[0] for leg in legs)
+    attitudes = 2 * fit.mounting.hang_dir_b.shape[0]
+    freedom = felt - attitudes - 3 * (len(legs) - 1)
+    return bool(freedom <= 0 or fit.chi2_hang < freedom * _DISAGREEING)
 
 
 @dataclass(frozen=True)

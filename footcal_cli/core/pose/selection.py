@@ -32,8 +32,8 @@ class Candidate:
         On all poses.
     freedom
         Degrees of freedom (36, 21, 21, 18 or 3 for six legs).
-    cv_error
-        Mean held-out squared error per pose in the paper's K-norm.
+    cv_square
+        Mean held-out squared error per pose by axis, body frame, shape (6,), N² and (Nm)².
     cv_chi2
         Mean held-out squared error per pose in units of the noise; 6 if all is explained.
     bic_paper
@@ -44,10 +44,15 @@ class Candidate:
 
     fit: PoseFit
     freedom: int
-    cv_error: float
+    cv_square: FloatArray
     cv_chi2: float
     bic_paper: float
     bic: float
+
+    @property
+    def cv_error(self) -> float:
+        """Mean held-out squared error per pose in the paper's K-norm."""
+        return float(PAPER_NORM @ self.cv_square)
 
     @property
     def structure(self) -> Structure:
@@ -99,16 +104,16 @@ def compare_structures(
     scale = richest.chi2_poses / max(6 * whole.poses - richest.free, _MIN_DOF)
     candidates = []
     for fit in fits:
-        cv_error, cv_chi2 = _held_out(whole, parts, legs, noise_sd, fit.options)
+        cv_square, cv_chi2 = _held_out(whole, parts, legs, noise_sd, fit.options)
         freedom = fit.options.structure.freedom(len(legs))
         evidence = (fit.chi2_poses + fit.chi2_hang) / max(scale, np.finfo(float).tiny)
         candidates.append(
             Candidate(
                 fit,
                 freedom,
-                cv_error,
+                cv_square,
                 cv_chi2,
-                bic_paper(cv_error, freedom, whole.poses),
+                bic_paper(float(PAPER_NORM @ cv_square), freedom, whole.poses),
                 float(evidence + freedom * np.log(6 * whole.poses)),
             )
         )
@@ -121,14 +126,14 @@ def _held_out(
     legs: tuple[LegKnowledge, ...],
     noise_sd: FloatArray,
     options: PoseOptions,
-) -> tuple[float, float]:
-    """Held-out squared error per pose, in the paper's norm and in units of the noise."""
-    paper, chi2 = 0.0, 0.0
+) -> tuple[FloatArray, float]:
+    """Held-out squared error per pose, by axis (6,) and summed in units of the noise."""
+    square, chi2 = np.zeros(6), 0.0
     noise = np.concatenate([np.square(noise_sd).ravel(), np.zeros(4)])
     for part in parts:
         matrix = fit_pose(whole.without(part), legs, noise_sd, options).matrix
         error = matrix @ part.gram @ matrix.T
-        paper += float(PAPER_NORM @ np.diag(error))
+        square += np.diag(error)
         chi2 += float(np.trace(np.linalg.solve((matrix * noise) @ matrix.T, error)))
     tested = max(sum(part.poses for part in parts), 1)
-    return paper / tested, chi2 / tested
+    return square / tested, chi2 / tested

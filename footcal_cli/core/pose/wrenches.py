@@ -40,10 +40,10 @@ class FootCalibration:
     leg_com_m: tuple[FloatArray, ...]
     origin_b_m: FloatArray
 
-    def leg_com_t_m(self, phase_rad: FloatArray) -> FloatArray:
-        """Leg CoM in the transducer frames at shaft angles (P, K), shape (P, K, 3)."""
-        each = [leg_com_t_m(c, phase_rad[:, k]) for k, c in enumerate(self.leg_com_m)]
-        return np.stack(each, axis=1)
+
+def leg_coms_t_m(leg_com_m: tuple[FloatArray, ...], phase_rad: FloatArray) -> FloatArray:
+    """Leg CoMs in the transducer frames at shaft angles (P, K), shape (P, K, 3), m."""
+    return np.stack([leg_com_t_m(c, phase_rad[:, k]) for k, c in enumerate(leg_com_m)], axis=1)
 
 
 def floating_from_body(rot_wb: FloatArray) -> FloatArray:
@@ -67,7 +67,7 @@ def foot_wrenches(data: PoseData, calibration: FootCalibration) -> FloatArray:
     force = np.einsum("kij,pkj->pki", rot, applied[..., :3])
     torque = np.einsum("kij,pkj->pki", rot, applied[..., 3:]) + np.cross(arm, force)
     weight = calibration.leg_weight_n[:, None] * data.gravity_b[:, None]
-    com = arm + np.einsum("kij,pkj->pki", rot, calibration.leg_com_t_m(data.phase_rad))
+    com = arm + np.einsum("kij,pkj->pki", rot, leg_coms_t_m(calibration.leg_com_m, data.phase_rad))
     turn = floating_from_body(data.rot_wb)[:, None]
     return np.concatenate(
         [
@@ -94,3 +94,31 @@ def naive_wrenches(data: PoseData, tare: FloatArray, origin_b_m: FloatArray) -> 
         origin_b_m,
     )
     return foot_wrenches(data, calibration)
+
+
+def reference_com_b_m(
+    rot_bt: FloatArray,
+    hip_b_m: FloatArray,
+    leg_weight_n: FloatArray,
+    robot_weight_n: float,
+    leg_com_m: tuple[FloatArray, ...],
+    chassis_com_b_m: FloatArray,
+) -> FloatArray:
+    """CoM of the whole robot with every shaft at 0: origin of the floating base, shape (3,), m."""
+    com_t = np.stack([leg_com_t_m(c, np.zeros(())) for c in leg_com_m])
+    legs = hip_b_m + np.einsum("kij,kj->ki", rot_bt, com_t)
+    chassis_n = robot_weight_n - leg_weight_n.sum()
+    total = chassis_n * chassis_com_b_m + leg_weight_n @ legs
+    return np.asarray(total / robot_weight_n)
+
+
+def tare_in_the_air(
+    rot_bt: FloatArray,
+    offset: FloatArray,
+    leg_weight_n: FloatArray,
+    leg_com_m: tuple[FloatArray, ...],
+) -> FloatArray:
+    """What a level robot with all feet in the air and shafts at 0 would be tared with, (K, 6)."""
+    down_t = leg_weight_n[:, None] * (rot_bt.swapaxes(1, 2) @ np.array([0.0, 0.0, -1.0]))
+    com_t = np.stack([leg_com_t_m(c, np.zeros(())) for c in leg_com_m])
+    return np.asarray(offset + np.concatenate([down_t, np.cross(com_t, down_t)], axis=1))

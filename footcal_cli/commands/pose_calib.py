@@ -1,0 +1,307 @@
+"""``footcal pose-calib``: mounting of hip transducers from standing poses (seed 2, III-B)."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+from pydantic import Field
+
+from footcal_cli.commands.options import (
+    Logs,
+    Out,
+    Overwrite,
+    ParametersFile,
+    Quiet,
+    RecipeFile,
+    Seed,
+    begin,
+)
+from footcal_cli.recipe import CommandOptions
+
+if TYPE_CHECKING:
+    from footcal_cli.core.parameters import FloatArray
+    from footcal_cli.core.pose.data import PoseData
+    from footcal_cli.core.pose.hanging import LegKnowledge
+    from footcal_cli.core.pose.joint import PoseOptions
+    from footcal_cli.records import FindingRecord
+    from footcal_cli.session import Outcome, Session
+
+Vector = tuple[float, float, float]
+
+
+class PoseCalibOptions(CommandOptions):
+    """``[pose_calib]`` of a recipe.
+
+    `force_sd_n` and `torque_sd_nm` are the noise of one pose's reading; without them their level
+    is estimated. `translation_sd_m` and `com_sd_m` are priors on each hip and on the chassis CoM.
+    `structure` names the free mounting errors; ``auto`` lets the evidence choose.
+    """
+
+    fit: Literal["mounting", "offsets"] = "mounting"
+    method: Literal["joint", "alternating"] = "joint"
+    balance: Literal["exact", "printed"] = "exact"
+    structure: Literal[
+        "auto", "full", "body_rotations", "hip_rotations", "translations", "single"
+    ] = "auto"
+    errors_in_variables: bool = True
+    force_sd_n: float | None = Field(default=None, gt=0)
+    torque_sd_nm: float | None = Field(default=None, gt=0)
+    translation_sd_m: float | None = Field(default=0.005, gt=0)
+    com_sd_m: float = Field(default=0.05, gt=0)
+    rotation_sd_rad: float | None = Field(default=None, gt=0)
+    robot_weight_sd_n: float = Field(default=0.05, gt=0)
+    chassis_com_m: Vector = (0.0, 0.0, 0.0)
+    hang_directions: Literal["auto", "use", "ignore"] = "auto"
+    folds: int = Field(default=5, ge=2)
+    steady_rate_nps: float = Field(default=1.0, gt=0)
+    steady_duration_s: float = Field(default=1.5, gt=0)
+    steady_window_s: float = Field(default=0.5, gt=0)
+    wanted_force_sd_n: float = Field(default=0.1, gt=0)
+    wanted_torque_sd_nm: float = Field(default=0.01, gt=0)
+    max_force_rmse_n: float | None = Field(default=None, gt=0)
+
+
+def pose_calib(
+    logs: Logs = None,
+    recipe: RecipeFile = None,
+    parameters: ParametersFile = None,
+    fit: Annotated[
+        str | None, typer.Option("--fit", help="mounting, or offsets (again, from tripod stances).")
+    ] = None,
+    method: Annotated[
+        str | None, typer.Option("--method", help="joint, or the paper's alternating scheme.")
+    ] = None,
+    balance: Annotated[
+        str | None,
+        typer.Option("--balance", help="exact, or as printed in seed 2 (alternating only)."),
+    ] = None,
+    structure: Annotated[
+        str | None,
+        typer.Option(
+            "--structure", help="auto, full, body_rotations, hip_rotations, translations, single."
+        ),
+    ] = None,
+    max_force_rmse_n: Annotated[
+        float | None, typer.Option("--max-force-rmse-n", help="Gate: exit 1 above this RMSE.")
+    ] = None,
+    out: Out = Path("out/pose-calib"),
+    overwrite: Overwrite = False,
+    seed: Seed = 0,
+    quiet: Quiet = False,
+) -> None:
+    """Fit how hip transducers are mounted, or their offsets again, from standing poses."""
+    session = begin(
+        "pose-calib",
+        PoseCalibOptions,
+        logs=logs,
+        recipe=recipe,
+        parameters=parameters,
+        out=out,
+        overwrite=overwrite,
+        seed=seed,
+        quiet=quiet,
+        fit=fit,
+        method=method,
+        balance=balance,
+        structure=structure,
+        max_force_rmse_n=max_force_rmse_n,
+    )
+    if session.options.fit == "offsets":
+        raise typer.Exit(session.finish(_offsets(session)))
+    raise typer.Exit(session.finish(_mounting(session)))
+
+
+def _read(
+    session: Session[PoseCalibOptions],
+) -> tuple[PoseData, tuple[LegKnowledge, ...], dict[str, int]]:
+    """Poses, what hanging knows, and rejected poses by reason."""
+    import numpy as np
+
+    from footcal_cli.columns import legs_table, poses_table
+    from footcal_cli.commands.six_axis_logs import frames_of_tables, geometry_of, steady_frames
+    from footcal_cli.core.pose.data import pose_data
+    from footcal_cli.core.pose.hanging import stored_knowledge
+    from footcal_cli.core.pose.intake import pose_log
+    from footcal_cli.errors import DataError, UsageError
+
+    robot, options = session.recipe.robot, session.options
+    if session.parameters is None:
+        raise UsageError(
+            "pose-calib starts from a hanging calibration",
+            remedy="give --parameters FILE of footcal hang-calib",
+        )
+    if robot.weight_n is None or not robot.legs:
+        raise UsageError(
+            "pose-calib needs the robot's mass and the nominal mounting of its legs",
+            file=session.recipe.path, remedy="add mass_kg and [robot.legs.…] to the recipe",
+        )  # fmt: skip
+    values = {name: record.value for name, record in session.parameters.parameters.items()}
+    try:
+        legs = tuple(
+            stored_knowledge(leg, values, session.parameters.covariance_of) for leg in robot.legs
+        )
+    except KeyError as error:
+        raise UsageError(
+            f"the calibration has no parameter {error}", file=session.request.parameters,
+            remedy="calibrate every leg of the recipe with hang-calib first",
+        ) from None  # fmt: skip
+    geometry = geometry_of(robot.legs, options.chassis_com_m)
+    role = "tripod" if options.fit == "offsets" and session.recipe.data.get("tripod") else None
+    tables = session.read(poses_table(), role)
+    rejected: dict[str, int] = {}
+    if tables:
+        frames = frames_of_tables(tables, geometry.legs, "pose")
+    else:
+        streams = session.read(legs_table(), "still")
+        if not streams:
+            session.read_required(poses_table(), role)
+        frames, rejected = steady_frames(
+            streams,
+            geometry.legs,
+            (options.steady_rate_nps, options.steady_duration_s, options.steady_window_s),
+        )
+    for reason, count in (
+        ("a leg is missing or there twice", frames.incomplete),
+        ("reading is not a number", frames.broken),
+    ):
+        if count:
+            rejected[reason] = rejected.get(reason, 0) + count
+    if len(frames.keys) == 0:
+        why = ", ".join(f"{n} × {reason}" for reason, n in rejected.items())
+        raise DataError(f"no usable pose ({why or 'no rows'})", remedy="stand still longer")
+    log = pose_log(
+        geometry,
+        frames,
+        robot_weight_n=robot.weight_n,
+        leg_weight_n=np.array([leg.weight_n for leg in legs]),
+    )
+    return pose_data(log), legs, rejected
+
+
+def _noise_sd(options: PoseCalibOptions, legs: int) -> tuple[FloatArray, bool]:
+    """Noise per leg and channel (K, 6), and whether its level is known."""
+    import numpy as np
+
+    force = options.force_sd_n or 0.05
+    torque = options.torque_sd_nm or 0.1 * force
+    known = options.force_sd_n is not None and options.torque_sd_nm is not None
+    return np.tile([force] * 3 + [torque] * 3, (legs, 1)), known
+
+
+def _with_directions(
+    options: PoseCalibOptions,
+    data: PoseData,
+    legs: tuple[LegKnowledge, ...],
+    noise_sd: FloatArray,
+    free: PoseOptions,
+) -> tuple[tuple[LegKnowledge, ...], tuple[FindingRecord, ...]]:
+    """Hanging directions kept where they agree with each other, dropped with a finding else."""
+    from footcal_cli.core.pose.data import summarise
+    from footcal_cli.core.pose.joint import directions_agree, fit_pose
+    from footcal_cli.sheets.pose import disagreeing_directions
+
+    if options.hang_directions == "use" or not any(leg.gravity_dir_t.size for leg in legs):
+        return legs, ()
+    without = tuple(leg.without_directions() for leg in legs)
+    if options.hang_directions == "ignore":
+        return without, ()
+    fit = fit_pose(summarise(data), legs, noise_sd, free)
+    if directions_agree(fit, legs):
+        return legs, ()
+    return without, (disagreeing_directions(fit),)
+
+
+def _mounting(session: Session[PoseCalibOptions]) -> Outcome:
+    import numpy as np
+
+    from footcal_cli.commands.pose_outcome import Found, mounting_outcome
+    from footcal_cli.core.pose.data import summarise
+    from footcal_cli.core.pose.joint import PoseOptions, fit_pose
+    from footcal_cli.core.pose.leg_map import leg_map
+    from footcal_cli.core.pose.model import Structure
+    from footcal_cli.core.pose.selection import compare_structures
+    from footcal_cli.core.pose.stages import alternated, error_of, naive_error, offset_error
+    from footcal_cli.errors import UsageError
+
+    options = session.options
+    if options.balance == "printed" and options.method == "joint":
+        raise UsageError(
+            "the printed balance is only kept for the paper's own scheme",
+            remedy="give --method alternating too",
+        )
+    with session.step("read"):
+        data, legs, rejected = _read(session)
+    noise_sd, noise_known = _noise_sd(options, len(legs))
+    free = PoseOptions(
+        errors_in_variables=options.errors_in_variables,
+        com_sd_m=options.com_sd_m,
+        rotation_sd_rad=options.rotation_sd_rad or np.inf,
+        robot_weight_sd_n=options.robot_weight_sd_n,
+        noise_known=noise_known,
+    )
+    with session.step("fit"):
+        legs, findings = _with_directions(options, data, legs, noise_sd, free)
+        candidates = compare_structures(data, legs, noise_sd, free, options.folds)
+        chosen = candidates[0].structure
+        if options.structure != "auto":
+            chosen = Structure[options.structure.upper()]
+        prior = options.translation_sd_m or np.inf
+        fit = fit_pose(
+            summarise(data),
+            legs,
+            noise_sd,
+            replace(free, structure=chosen, translation_sd_m=prior),
+        )
+    stages = {"before": naive_error(data, legs), "offsets only": offset_error(data, legs)}
+    if options.method == "alternating":
+        with session.step("alternate"):
+            stages["joint"] = error_of(data, fit)
+            fit = alternated(data, legs, fit, printed=options.balance == "printed")
+    stages["after"] = error_of(data, fit)
+    scaled = noise_sd * (1.0 if noise_known else fit.noise_factor)
+    with session.step("map"):
+        mapped = leg_map(data, fit, scaled)
+    held_out = next(c for c in candidates if c.structure is chosen)
+    return mounting_outcome(
+        session,
+        Found(data, legs, fit, candidates, held_out, stages, mapped, findings, rejected),
+    )
+
+
+def _offsets(session: Session[PoseCalibOptions]) -> Outcome:
+    import numpy as np
+
+    from footcal_cli.commands.pose_outcome import offset_outcome, stored_mounting
+    from footcal_cli.core.pose.standing import StandingRobot, fit_offsets
+    from footcal_cli.core.pose.wrenches import leg_coms_t_m
+    from footcal_cli.errors import DataError
+
+    options = session.options
+    with session.step("read"):
+        data, legs, rejected = _read(session)
+    if np.isnan(data.contact).any():
+        raise DataError(
+            "which feet were down is not known",
+            remedy="add the column contact (1 on the ground, 0 lifted)",
+        )
+    mounted = stored_mounting(session, data.geometry)
+    weights = np.array([leg.weight_n for leg in legs])
+    robot = StandingRobot(
+        mounted.rot_bt,
+        mounted.arm_b_m,
+        weights,
+        data.robot_weight_n - weights.sum(),
+        leg_coms_t_m(tuple(leg.com_m for leg in legs), data.phase_rad),
+        np.stack([leg.offset for leg in legs]),
+        np.stack([np.sqrt(np.diag(leg.covariance)[:6]) for leg in legs]),
+    )
+    noise_sd, noise_known = _noise_sd(options, len(legs))
+    wanted = (options.wanted_force_sd_n, options.wanted_torque_sd_nm)
+    with session.step("fit"):
+        found = fit_offsets(data, robot, noise_sd, wanted)
+        if not noise_known and found.accepted:
+            found = fit_offsets(data, robot, noise_sd * found.noise_factor, wanted)
+    return offset_outcome(session, data, legs, mounted, found, rejected)

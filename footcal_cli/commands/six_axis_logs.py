@@ -1,0 +1,98 @@
+"""Tables of a robot with hip transducers, as the arrays the core takes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from footcal_cli.core.hang.model import AXES
+from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.pose.data import Geometry
+from footcal_cli.core.pose.intake import Frames, frames_of, rotation_of_rpy
+from footcal_cli.core.pose.steady import (
+    SteadyRule,
+    Verdict,
+    medians,
+    steady_stretches,
+)
+from footcal_cli.errors import DataError
+
+if TYPE_CHECKING:
+    from footcal_cli.recipe import Leg
+    from footcal_cli.tables import Table
+
+WRENCH_COLUMNS = tuple(f"{a}_{'n' if a.startswith('f') else 'nm'}" for a in AXES)
+QUATERNION_COLUMNS = tuple(f"body_q{a}" for a in "xyzw")
+_EVEN = 0.5
+
+
+def geometry_of(legs: Mapping[str, Leg], chassis_com_b_m: Sequence[float]) -> Geometry:
+    """The recipe's nominal mounting."""
+    return Geometry(
+        tuple(legs),
+        np.stack([rotation_of_rpy(leg.rotation_rpy_rad) for leg in legs.values()]),
+        np.array([leg.position_m for leg in legs.values()]),
+        np.array(chassis_com_b_m, dtype=float),
+    )
+
+
+def frames_of_tables(tables: Sequence[Table], legs: Sequence[str], key: str) -> Frames:
+    """Whole poses or stamps of long tables; equal keys of different files stay apart."""
+    names: list[object] = []
+    for number, table in enumerate(tables):
+        keys = table.number(key) if key == "time_s" else table.text(key)
+        names += [(number, value) for value in keys.tolist()]
+    index: dict[object, int] = {}
+    codes = np.array([index.setdefault(name, len(index)) for name in names])
+
+    def stacked(columns: Sequence[str]) -> FloatArray:
+        return np.concatenate([table.numbers(columns) for table in tables])
+
+    columns = {
+        "wrench": stacked(WRENCH_COLUMNS),
+        "phase_rad": stacked(["phase_rad"])[:, 0],
+        "body_q": stacked(QUATERNION_COLUMNS),
+    }
+    if key == "time_s":
+        columns["time_s"] = stacked(["time_s"])[:, 0]
+    if all("contact" in table for table in tables):
+        columns["contact"] = stacked(["contact"])[:, 0]
+    leg = np.concatenate([table.text("leg") for table in tables])
+    missing = [name for name in legs if not np.any(leg == name)]
+    if missing:
+        raise DataError(
+            f"leg '{missing[0]}' of the recipe is not in the log", file=tables[0].path,
+            column="leg", remedy="correct the recipe's [robot.legs] or the log",
+        )  # fmt: skip
+    return frames_of(codes, leg, legs, columns, may_miss=("contact",))
+
+
+def steady_frames(
+    tables: Sequence[Table], legs: Sequence[str], rule: tuple[float, float, float]
+) -> tuple[Frames, dict[str, int]]:
+    """Poses cut from stand-still streams, and discarded stretches by reason."""
+    kept: list[dict[str, FloatArray]] = []
+    rejected: dict[str, int] = {}
+    incomplete = broken = 0
+    for table in tables:
+        frames = frames_of_tables([table], legs, "time_s")
+        incomplete, broken = incomplete + frames.incomplete, broken + frames.broken
+        if len(frames.keys) < 3:
+            continue
+        columns = frames.columns
+        time_s = columns["time_s"][:, 0]
+        step = np.diff(time_s)
+        if step.min() <= 0 or np.ptp(step) > _EVEN * np.median(step) * len(step):
+            raise DataError("time stamps do not increase", file=table.path, column="time_s")
+        stretches = steady_stretches(time_s, columns["wrench"][..., :3], SteadyRule(*rule))
+        for stretch in stretches:
+            if stretch.verdict is not Verdict.KEPT:
+                name = f"stretch discarded: {stretch.verdict.value}"
+                rejected[name] = rejected.get(name, 0) + 1
+        kept.append({name: medians(values, stretches) for name, values in columns.items()})
+    if not kept:
+        return Frames(np.zeros(0), {}, incomplete, broken), rejected
+    joined = {name: np.concatenate([part[name] for part in kept]) for name in kept[0]}
+    return Frames(np.arange(len(joined["phase_rad"])), joined, incomplete, broken), rejected

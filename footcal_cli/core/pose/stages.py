@@ -1,0 +1,67 @@
+"""How far standing poses are from balance, step by step of the calibration."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.pose.alternating import fit_alternating
+from footcal_cli.core.pose.data import PoseData
+from footcal_cli.core.pose.hanging import LegKnowledge
+from footcal_cli.core.pose.joint import PoseFit, start_mounting
+from footcal_cli.core.pose.model import Structure, arms_b_m, balance_matrix
+from footcal_cli.core.pose.wrenches import leg_coms_t_m, tare_in_the_air
+
+
+def error_of(data: PoseData, fit: PoseFit) -> FloatArray:
+    """Chassis balance error of a fit, body frame about the chassis CoM, shape (P, 6)."""
+    return data.features() @ fit.matrix.T
+
+
+def offset_error(data: PoseData, legs: tuple[LegKnowledge, ...]) -> FloatArray:
+    """The same with offsets and weights from hanging and the nominal mounting."""
+    mounting, _ = start_mounting(data.geometry, legs, data.robot_weight_n)
+    return data.features() @ balance_matrix(data.geometry, mounting, Structure.FULL).T
+
+
+def naive_error(data: PoseData, legs: tuple[LegKnowledge, ...]) -> FloatArray:
+    """The same with a tare taken in the air and the nominal mounting (seed 2, I-B and Fig. 2).
+
+    The tare holds the legs' weight, so that the feet carry the whole robot.
+    """
+    mounting, _ = start_mounting(data.geometry, legs, data.robot_weight_n)
+    tare = tare_in_the_air(
+        data.geometry.rot_bt,
+        mounting.offset,
+        mounting.leg_weight_n,
+        tuple(leg.com_m for leg in legs),
+    )
+    tared = replace(mounting, offset=tare, leg_weight_n=np.zeros(len(legs)))
+    return data.features() @ balance_matrix(data.geometry, tared, Structure.FULL).T
+
+
+def alternated(
+    data: PoseData, legs: tuple[LegKnowledge, ...], joint: PoseFit, *, printed: bool
+) -> PoseFit:
+    """The paper's alternating solution in the place of the joint one; it has no covariance."""
+    offset = np.stack([leg.offset for leg in legs])
+    weight = np.array([leg.weight_n for leg in legs])
+    com = leg_coms_t_m(tuple(leg.com_m for leg in legs), data.phase_rad)
+    found = fit_alternating(data, offset, weight, com, printed=printed)
+    options = replace(joint.options, structure=Structure.FULL)
+    nominal = replace(
+        joint.mounting,
+        turn_b=found.turn_b,
+        shift_b_m=np.zeros_like(found.arm_b_m),
+        offset=offset,
+        leg_weight_n=weight,
+    )
+    shift = found.arm_b_m - arms_b_m(data.geometry, nominal, Structure.FULL)
+    return replace(
+        joint,
+        options=options,
+        mounting=replace(nominal, shift_b_m=shift),
+        covariance=np.full_like(joint.covariance, np.nan),
+    )

@@ -1,0 +1,165 @@
+"""Figures of standing poses: balance violins, mounting sketch, leg map, coverage."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.patches import Ellipse
+
+from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.pose.data import PoseData
+from footcal_cli.core.pose.joint import PoseFit
+from footcal_cli.core.pose.leg_map import LegMap
+from footcal_cli.core.pose.standing import OffsetFit
+from footcal_cli.core.spatial import rotation_exp, rotation_log
+from footcal_cli.plots.hang import draw_violins
+from footcal_cli.plots.style import AFTER, BEFORE, CELL_COLOURS, REFERENCE, new_figure, tidy
+
+_CHI2_95_2D = 5.991
+_AXES = ("fx", "fy", "fz", "tx", "ty", "tz")
+_MOST_POSES = 600
+
+
+def plot_balance(stages: Mapping[str, FloatArray]) -> Figure:
+    """Violins of the sum of forces and of moments, stage by stage (seed 2, Figs. 2 and 6)."""
+    figure = new_figure(3.6)
+    grid = figure.subplots(1, 2)
+    width = 0.8 / len(stages)
+    colours = {"before": BEFORE, "after": AFTER}
+    spare = iter(("#E69F00", "#009E73", "#CC79A7"))
+    for k, (stage, error) in enumerate(stages.items()):
+        colour = colours.get(stage) or next(spare)
+        places = np.arange(3.0) + (k - 0.5 * (len(stages) - 1)) * width
+        for half, axes in enumerate(grid):
+            samples = [error[:, 3 * half + i] for i in range(3)]
+            draw_violins(axes, samples, places, colour, 0.95 * width)
+        grid[0].plot([], [], color=colour, linewidth=6, alpha=0.75, label=stage)
+    for axes, names, title, unit in (
+        (grid[0], "x y z", "Sum of forces − chassis weight", "N"),
+        (grid[1], "x y z", "Sum of moments about the chassis CoM", "Nm"),
+    ):
+        axes.axhline(0.0, color=REFERENCE, linewidth=0.7)
+        axes.set_xticks(range(3), names.split())
+        tidy(axes, title, "body axis", f"error ({unit})")
+    figure.legend(*grid[0].get_legend_handles_labels(), loc="outside lower center", ncols=4,
+                  frameon=False, fontsize=9)  # fmt: skip
+    return figure
+
+
+def plot_mounting(fit: PoseFit) -> Figure:
+    """Hips from above, nominal and calibrated, errors enlarged; turns with intervals beside."""
+    legs, geometry = fit.geometry.legs, fit.geometry
+    shift = fit.arm_b_m - (geometry.hip_b_m - geometry.chassis_com_b_m)
+    common = shift.mean(axis=0)
+    own = shift - common
+    largest = float(np.abs(own[:, :2]).max()) or 1e-4
+    enlarge = 10.0 ** np.floor(np.log10(0.06 / largest)) if largest < 0.06 else 1.0
+    enlarge = float(np.clip(enlarge, 1.0, 100.0))
+    figure = new_figure(4.6, width_in=9.5)
+    sketch, turns = figure.subplots(1, 2, width_ratios=[1.25, 1.0])
+    rotvec = rotation_log(fit.mounting.turn_b)
+    turn_scale = float(np.clip(0.3 / max(float(np.abs(rotvec).max()), 1e-4), 1.0, 10.0))
+    for k, leg in enumerate(legs):
+        x, y = geometry.hip_b_m[k, :2]
+        sketch.plot(-y, x, "s", color=BEFORE, markersize=7)
+        sketch.plot([0, -y], [0, x], color="#d5d9de", linewidth=3, zorder=0)
+        moved = geometry.hip_b_m[k, :2] + enlarge * own[k, :2]
+        rows = 3 * len(legs) + 3 * k + np.arange(2)
+        values, vectors = np.linalg.eigh(fit.covariance[np.ix_(rows, rows)])
+        if np.isfinite(values).all():
+            size = 2 * enlarge * np.sqrt(_CHI2_95_2D * np.clip(values, 0, None))
+            angle = np.rad2deg(np.arctan2(vectors[0, 0], -vectors[1, 0]))
+            sketch.add_patch(
+                Ellipse((-moved[1], moved[0]), size[0], size[1], angle=float(angle),
+                        facecolor=AFTER, alpha=0.2)
+            )  # fmt: skip
+        turned = rotation_exp(turn_scale * rotvec[k])
+        for axis, colour in ((0, "#D55E00"), (1, "#009E73")):
+            arrow = 0.05 * turned[:2, axis]
+            sketch.annotate(
+                "", (-(moved[1] + arrow[1]), moved[0] + arrow[0]), (-moved[1], moved[0]),
+                arrowprops={"arrowstyle": "->", "color": colour, "linewidth": 1.4},
+            )  # fmt: skip
+        sketch.plot(-moved[1], moved[0], "o", color=AFTER, markersize=5)
+        sketch.annotate(leg.upper(), (-y, x), xytext=(8, -12), textcoords="offset points",
+                        fontsize=9)  # fmt: skip
+    sketch.set_aspect("equal")
+    sketch.margins(0.18)
+    sketch.set_xticks([])
+    tidy(sketch, f"From above; shifts × {enlarge:g}, turns × {turn_scale:.2g}",
+         "all hips together: " + " ".join(f"{1e3 * c:+.1f}" for c in common) + " mm",
+         "x forward (m)")  # fmt: skip
+    sd = np.sqrt(np.clip(np.diag(fit.covariance)[: 3 * len(legs)], 0, None)).reshape(-1, 3)
+    places = np.arange(len(legs))[::-1]
+    for a, name in enumerate("xyz"):
+        at = places + 0.22 * (1 - a)
+        turns.errorbar(
+            np.rad2deg(rotvec[:, a]), at, xerr=1.96 * np.rad2deg(np.nan_to_num(sd[:, a])),
+            fmt="o", color=CELL_COLOURS[a], markersize=4, linewidth=1.4, label=f"about {name}",
+        )  # fmt: skip
+    turns.axvline(0, color=REFERENCE, linewidth=0.7)
+    turns.set_yticks(places, [leg.upper() for leg in legs])
+    tidy(turns, "Mounting rotation with 95 % interval", "body axes (°)", "")
+    turns.legend(fontsize=8, frameon=False)
+    return figure
+
+
+def plot_leg_map(mapped: LegMap, legs: Sequence[str]) -> Figure:
+    """Leg by pose: the residual that the leg's own readings foretell."""
+    figure = new_figure(0.36 * len(legs) + 1.6)
+    axes, bars = figure.subplots(1, 2, width_ratios=[4, 1], sharey=True)
+    poses = mapped.foretold.shape[1]
+    step = max(int(np.ceil(poses / _MOST_POSES)), 1)
+    image = axes.imshow(
+        mapped.foretold[:, ::step], aspect="auto", cmap="viridis", vmin=0.0,
+        vmax=max(float(mapped.foretold.max()), 2.0), extent=(0, poses, len(legs) - 0.5, -0.5),
+        interpolation="nearest",
+    )  # fmt: skip
+    axes.set_yticks(range(len(legs)), [leg.upper() for leg in legs])
+    tidy(axes, "Residual foretold by each leg's readings", "pose", "")
+    axes.grid(False)
+    figure.colorbar(image, ax=axes, label="in units of the noise", pad=0.01)
+    bars.barh(range(len(legs)), 100 * mapped.share, color=AFTER)
+    tidy(bars, "Share", "% of the residual", "")
+    bars.set_xlim(0, max(100 * float(mapped.share.max()) * 1.1, 10.0))
+    return figure
+
+
+def plot_coverage(data: PoseData) -> Figure:
+    """Shaft angles per leg, and tilt of the body."""
+    figure = new_figure(3.2)
+    shafts, tilts = figure.subplots(1, 2)
+    legs = data.geometry.legs
+    for k in range(len(legs)):
+        jitter = 0.3 * (np.arange(len(data)) % 17 / 17 - 0.5)
+        shafts.plot(np.rad2deg(data.phase_rad[:, k]), k + jitter, ".", markersize=2,
+                    color=CELL_COLOURS[k % len(CELL_COLOURS)])  # fmt: skip
+    shafts.set_yticks(range(len(legs)), [leg.upper() for leg in legs])
+    shafts.invert_yaxis()
+    tidy(shafts, f"Shaft angles of {len(data)} poses", "φ (°)", "")
+    lean = np.rad2deg(np.arcsin(np.clip(data.gravity_b[:, :2], -1, 1)))
+    tilts.plot(lean[:, 0], lean[:, 1], ".", color=AFTER, markersize=3)
+    tilts.set_aspect("equal", adjustable="datalim")
+    tilts.axhline(0, color=REFERENCE, linewidth=0.6)
+    tilts.axvline(0, color=REFERENCE, linewidth=0.6)
+    tidy(tilts, "Tilt of the body", "gravity towards x (°)", "gravity towards y (°)")
+    return figure
+
+
+def plot_offset_change(found: OffsetFit, legs: Sequence[str]) -> Figure:
+    """Change of each offset since the last calibration, with 95 % intervals."""
+    figure = new_figure(3.8)
+    grid = figure.subplots(2, 3, sharey=True)
+    places = np.arange(len(legs))[::-1]
+    for i, axis in enumerate(_AXES):
+        axes = grid[i // 3][i % 3]
+        axes.errorbar(
+            found.change[:, i], places, xerr=1.96 * found.change_sd[:, i], fmt="o", color=AFTER,
+            markersize=4, linewidth=1.4,
+        )  # fmt: skip
+        axes.axvline(0, color=REFERENCE, linewidth=0.7)
+        axes.set_yticks(places, [leg.upper() for leg in legs])
+        tidy(axes, axis, f"change ({'N' if i < 3 else 'Nm'})", "")
+    return figure
