@@ -7,6 +7,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from footcal_cli.core.parameters import Status
+from footcal_cli.records import CovarianceBlock, ParameterRecord, ParametersRecord, write_record
 from tests.core.walk_data import CELLS, CELLS_FOOT, CHANNELS, Array, Recording, Standing
 
 FEET = ("left", "right")
@@ -30,8 +32,6 @@ def write_recipe(folder: Path, made: Recording | Standing, extra: str = "") -> P
 
 def write_belief(folder: Path, made: Recording | Standing) -> Path:
     """The nameplate as an offline calibration."""
-    from footcal_cli.records import ParameterRecord, ParametersRecord, write_record
-
     parameters = {}
     for i, channel in enumerate(CHANNELS):
         for name, value, sd, unit in (
@@ -39,11 +39,9 @@ def write_belief(folder: Path, made: Recording | Standing) -> Path:
             ("bias", made.bias0[i], np.hypot(0.3, 0.02 * made.bias0[i]), "N"),
         ):
             parameters[f"{channel}.{name}"] = ParameterRecord(
-                value=float(value), sd=float(sd), unit=unit, status="estimated"
+                value=float(value), sd=float(sd), unit=unit, status=Status.ESTIMATED
             )
     covariance = []
-    from footcal_cli.records import CovarianceBlock
-
     for i, channel in enumerate(CHANNELS):
         scale, bias = made.scale0[i], made.bias0[i]
         covariance.append(

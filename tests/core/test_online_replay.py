@@ -15,13 +15,12 @@ from footcal_cli.core.online.replay import (
     corrected,
     errors_against,
     memory_estimates,
-    memory_sensitivity,
     replay_track,
     replay_window,
     run_memory,
-    window_sensitivity,
 )
 from footcal_cli.core.online.rows import Belief
+from footcal_cli.core.online.sensitivity import memory_sensitivity, window_sensitivity
 from footcal_cli.core.online.window import Weights, WindowRule, run_window_fast, standing_weights
 from footcal_cli.core.parameters import Status
 from tests.core.walk_data import Errors, Recording, make_walk, record

@@ -50,8 +50,8 @@ class Noise:
     moment_nm: FloatArray | float = 0.03
     force_slow_n: FloatArray | float = 0.2
     moment_slow_nm: FloatArray | float = 0.08
-    force_slow_s: FloatArray | float = 0.3
-    moment_slow_s: FloatArray | float = 0.15
+    force_slow_s: FloatArray | float = 0.2
+    moment_slow_s: FloatArray | float = 0.2
     swing_n: FloatArray | float = 0.1
     swing_slow_n: FloatArray | float = 0.05
     swing_slow_s: FloatArray | float = 0.5

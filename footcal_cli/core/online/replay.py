@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from footcal_cli.core.centroidal import MIN_FORCE_N, Pressure, Reference, pressure
 from footcal_cli.core.contact import airborne
+from footcal_cli.core.effects.body import heading_rad
 from footcal_cli.core.effects.contract import Scope, columns_of
+from footcal_cli.core.experiments import walk
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.evidence import rms
-from footcal_cli.core.online.filter import Guards, Noise, Track, run_filter, run_settings
+from footcal_cli.core.online.filter import Guards, Noise, Track, run_filter
 from footcal_cli.core.online.jumps import Jump
 from footcal_cli.core.online.rows import (
     PLATE_STATE,
@@ -23,7 +25,7 @@ from footcal_cli.core.online.rows import (
     cell_rows,
 )
 from footcal_cli.core.online.smoother import smooth
-from footcal_cli.core.online.tuning import Tuning, learn_noise
+from footcal_cli.core.online.tuning import LEARNT, Tuning, learn_noise
 from footcal_cli.core.online.window import (
     Weights,
     WindowRule,
@@ -35,6 +37,10 @@ from footcal_cli.core.parameters import BoolArray, Estimates, FloatArray, IntArr
 
 LEARNT_RATIO = 0.5
 """A parameter counts as estimated where the walk at least halved its prior sd."""
+_PLATE_EVIDENCE_NATS = 5.0
+"""Gain in log likelihood from which plates hanging on the feet are believed in."""
+_JUMP_BLOCKS = 5
+"""Updates to either side of an onset between which a jump is measured."""
 _DELAY_PASSES = 2
 _DELAY_SETTLED_S = 2e-4
 
@@ -105,9 +111,9 @@ class MemoryOptions:
     states, plate, swing
         What is estimated along (`footcal_cli.core.online.rows.cell_rows`).
     noise
-        Start of the learning, or the noise itself where `learn` is off.
-    learn
-        Learn the noise from the innovations.
+        Start of the learning, and the noise itself where it is not learnt.
+    learnt
+        Names of the noises to learn from the innovations; empty: `noise` is what it is.
     guards
         Huber limit, information gate, jump threshold.
     samples_per_update
@@ -122,7 +128,7 @@ class MemoryOptions:
     plate: bool = True
     swing: bool = True
     noise: Noise = field(default_factory=Noise)
-    learn: bool = True
+    learnt: tuple[str, ...] = LEARNT
     guards: Guards = field(default_factory=Guards)
     samples_per_update: int = 4
     align: bool = True
@@ -166,8 +172,11 @@ def run_memory(log: Log, belief: Belief, options: MemoryOptions | None = None) -
             rows = rows_of(moved)
             if abs(step) < _DELAY_SETTLED_S:
                 break
-    tuning = learn_noise(rows, options.noise, guards=options.guards) if options.learn else None
+    tuning = None
+    if options.learnt:
+        tuning = learn_noise(rows, options.noise, learnt=options.learnt, guards=options.guards)
     noise = tuning.noise if tuning else options.noise
+    rows = _without_unseen_plates(rows, noise, options.guards)
     track = run_filter(rows, noise, options.guards)
     past = run_filter(
         rows,
@@ -185,15 +194,30 @@ def run_memory(log: Log, belief: Belief, options: MemoryOptions | None = None) -
     return Memory(rows, track, smoothed, jumps, tuning, noise, delay, delay_sd, moved)
 
 
+def _without_unseen_plates(rows: Rows, noise: Noise, guards: Guards) -> Rows:
+    """The rows without the plates' weights, unless the innovations speak for plates.
+
+    A weight that is not there is only one more way for a bias to be wrong.
+    """
+    plates = np.array([name.endswith(PLATE_STATE) for name in rows.names])
+    if not plates.any():
+        return rows
+    bare = rows.without(plates)
+    with_plates = run_filter(rows, noise, replace(guards, jump_threshold=np.inf)).log_likelihood
+    without = run_filter(bare, noise, replace(guards, jump_threshold=np.inf)).log_likelihood
+    return rows if with_plates > without + _PLATE_EVIDENCE_NATS else bare
+
+
 def _sized(jump: Jump, smoothed: Track) -> Jump:
     """A jump with the size that the whole walk gives it; the proof saw only its beginning."""
     at = smoothed.names.index(jump.name)
     onset = int(
         np.clip(np.searchsorted(smoothed.time_s, jump.onset_s), 1, len(smoothed.time_s) - 1)
     )
-    after = min(onset + 1, len(smoothed.time_s) - 1)
-    size = float(smoothed.values[after, at] - smoothed.values[onset - 1, at])
-    return replace(jump, size=size, sd=float(np.hypot(*smoothed.sd[[onset - 1, after], at])))
+    last = len(smoothed.time_s) - 1
+    before, after = max(onset - _JUMP_BLOCKS, 0), min(onset + _JUMP_BLOCKS, last)
+    size = float(smoothed.values[after, at] - smoothed.values[before, at])
+    return replace(jump, size=size, sd=float(np.hypot(*smoothed.sd[[before, after], at])))
 
 
 def held(last_sample: IntArray, values: FloatArray, n: int) -> FloatArray:
@@ -275,6 +299,24 @@ def replay_window(
     return corrected(method, log, belief, gain, bias)
 
 
+def memory_reference(memory: Memory) -> Reference:
+    """What the motion demands once the delay, CoM offset and L̇ that were found are taken out."""
+    log, track = memory.log, memory.smoothed
+    values = held(memory.rows.last_sample, track.values, len(log))
+    state = {name: values[:, i] for i, name in enumerate(track.names)}
+    none = np.zeros(len(log))
+    if "robot.delay" in state:
+        log = advanced(log, float(track.values[-1, track.names.index("robot.delay")]))
+    yaw = heading_rad(log)
+    dx, dy = (state.get(f"robot.com_correction_{axis}", none) for axis in "xy")
+    com = log.known["com_m"].copy()
+    com[:, 0] += np.cos(yaw) * dx - np.sin(yaw) * dy
+    com[:, 1] += np.sin(yaw) * dx + np.cos(yaw) * dy
+    regained = 1.0 + state.get("robot.angmom_loss", none)
+    rate = log.known["angmom_rate_nm"] * regained[:, None]
+    return walk.reference_of(log.with_known(com_m=com, angmom_rate_nm=rate))
+
+
 def memory_estimates(memory: Memory, belief: Belief) -> Estimates:
     """The last state as ``<cell>.scale`` and ``<cell>.bias``; unlearnt ones keep the prior."""
     c = len(belief.channels)
@@ -319,82 +361,6 @@ def errors_against(ours: Replayed, truth: Replayed | Reference) -> Errors:
     return Errors(
         ours.total.cop_m - truth.total.cop_m, ours.total.fz_n - truth.total.fz_n, per_foot
     )
-
-
-@dataclass(frozen=True)
-class Sensitivity:
-    """RMSE as one setting is scaled, all others kept.
-
-    Parameters
-    ----------
-    setting
-        Name of the weight or noise.
-    factors
-        Shape (f,).
-    cop_m, vgrf_n
-        RMSE, shape (f,).
-    """
-
-    setting: str
-    factors: FloatArray
-    cop_m: FloatArray
-    vgrf_n: FloatArray
-
-
-FACTORS = np.array([0.2, 0.5, 1.0, 2.0, 5.0])
-"""As in seed 1, section 3.3.2."""
-
-
-def memory_sensitivity(
-    memory: Memory,
-    belief: Belief,
-    truth: Replayed | Reference,
-    settings: Sequence[str] | None = None,
-    factors: FloatArray = FACTORS,
-) -> list[Sensitivity]:
-    """RMSE of the filter with each noise scaled, all in one batched pass."""
-    names = list(settings or (f.name for f in fields(Noise)))
-    base = {f.name: float(np.asarray(getattr(memory.noise, f.name))) for f in fields(Noise)}
-    size = len(names) * factors.size
-    table = {name: np.full(size, value) for name, value in base.items()}
-    for i, name in enumerate(names):
-        table[name][i * factors.size : (i + 1) * factors.size] *= factors
-    _, values = run_settings(memory.rows, Noise(**table))
-    scores = []
-    for b in range(size):
-        track = replace(memory.track, values=values[:, b])
-        error = errors_against(replay_track("memory", memory, track, belief), truth)
-        scores.append((rms(error.cop_m), rms(error.vgrf_n)))
-    return _curves(names, factors, np.array(scores))
-
-
-def window_sensitivity(
-    log: Log,
-    belief: Belief,
-    weights: Weights,
-    truth: Replayed | Reference,
-    rule: WindowRule | None = None,
-    factors: FloatArray = FACTORS,
-) -> list[Sensitivity]:
-    """RMSE of the paper's window with ωF, ωP, ωS scaled, all in one batched pass."""
-    names = ("force", "cop", "smooth")
-    table = {n: np.full(3 * factors.size, float(np.asarray(getattr(weights, n)))) for n in names}
-    for i, name in enumerate(names):
-        table[name][i * factors.size : (i + 1) * factors.size] *= factors
-    track = run_window_fast(log, belief, Weights(**table), rule)
-    scores = []
-    for b in range(3 * factors.size):
-        error = errors_against(replay_window("window", log, belief, track, b), truth)
-        scores.append((rms(error.cop_m), rms(error.vgrf_n)))
-    return _curves(["omega_f", "omega_p", "omega_s"], factors, np.array(scores))
-
-
-def _curves(names: Sequence[str], factors: FloatArray, scores: FloatArray) -> list[Sensitivity]:
-    f = factors.size
-    return [
-        Sensitivity(name, factors, scores[i * f : (i + 1) * f, 0], scores[i * f : (i + 1) * f, 1])
-        for i, name in enumerate(names)
-    ]
 
 
 def best_smoothing(

@@ -201,6 +201,18 @@ class Rows:
     def __len__(self) -> int:
         return self.time_s.size
 
+    def without(self, unknowns: BoolArray) -> Rows:
+        """The same rows with some unknowns, shape (p,), taken to be zero."""
+        kept = ~unknowns
+        return replace(
+            self,
+            names=tuple(n for n, keep in zip(self.names, kept, strict=True) if keep),
+            units=tuple(u for u, keep in zip(self.units, kept, strict=True) if keep),
+            prior_sd=self.prior_sd[kept],
+            prior_correlation=self.prior_correlation[np.ix_(kept, kept)],
+            h=self.h[:, :, kept],
+        )
+
     def part(self, start: int, stop: int) -> Rows:
         """Blocks ``start:stop``."""
         cut = slice(start, stop)

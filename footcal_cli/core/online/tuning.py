@@ -19,8 +19,12 @@ from footcal_cli.core.parameters import FloatArray
 LEARNT = tuple(f.name for f in fields(Noise) if f.name not in ("swing_slow_s", "swing_fixed_n"))
 """An error that a swinging cell keeps looks like its bias: the converter's step tells it."""
 _FURTHEST = 6.0
-_PRIOR_SD_LOG = 1.5
-"""Weak prior on the logarithm of each noise about its start: a factor of 4.5 is one sd."""
+_PRIOR_SD_LOG, _PRIOR_SD_LOG_TIME = 1.5, 0.5
+"""Prior on the logarithm of each noise about its start: a factor of 4.5 is one sd.
+
+Of correlation times only 1.6: an error of the demanded force that lasts for many steps would take
+the place of the gains.
+"""
 _FIRST_STEP = 0.7
 _LARGEST_STEP = 1.5
 
@@ -79,17 +83,23 @@ def learn_noise(
     with np.errstate(divide="ignore"):
         origin = np.log(start.stacked()[0])
     point = origin.copy()
+    prior_sd = np.array(
+        [_PRIOR_SD_LOG_TIME if name.endswith("_s") else _PRIOR_SD_LOG for name in learnt]
+    )
+    prior_sd = np.array(
+        [_PRIOR_SD_LOG_TIME if name.endswith("_s") else _PRIOR_SD_LOG for name in learnt]
+    )
     step = np.full(at.size, _FIRST_STEP)
 
     def score(points: FloatArray) -> FloatArray:
         points = points.copy()
         points[:, at] = np.clip(points[:, at], origin[at] - _FURTHEST, origin[at] + _FURTHEST)
         likelihood, _ = run_settings(rows, Noise.of(np.exp(points)), guards)
-        moved = (points[:, at] - origin[at]) / _PRIOR_SD_LOG
+        moved = (points[:, at] - origin[at]) / prior_sd
         return np.asarray(likelihood - 0.5 * np.sum(moved**2, axis=1))
 
     first = best = float(score(point[None])[0])
-    curvature = np.full(at.size, 1.0 / _PRIOR_SD_LOG**2)
+    curvature = 1.0 / prior_sd**2
     for _ in range(rounds):
         trials = np.tile(point, (2 * at.size, 1))
         trials[np.arange(at.size), at] += step
@@ -97,7 +107,7 @@ def learn_noise(
         scores = score(trials)
         up, down = scores[: at.size], scores[at.size :]
         slope = (up - down) / (2 * step)
-        curvature = np.maximum((2 * best - up - down) / step**2, 1.0 / _PRIOR_SD_LOG**2)
+        curvature = np.maximum((2 * best - up - down) / step**2, 1.0 / prior_sd**2)
         move = np.clip(slope / curvature, -_LARGEST_STEP, _LARGEST_STEP)
         shares = np.array([1.0, 0.6, 0.3, 0.1])
         candidates = np.tile(point, (shares.size, 1))

@@ -1,0 +1,363 @@
+"""``footcal online-replay``: self-calibration along a recorded walk (seed 1, 3.3.2)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+from pydantic import Field
+
+from footcal_cli.commands.options import (
+    Logs,
+    Out,
+    Overwrite,
+    ParametersFile,
+    Quiet,
+    RecipeFile,
+    Seed,
+    begin,
+)
+from footcal_cli.recipe import CommandOptions, Frozen
+
+if TYPE_CHECKING:
+    from footcal_cli.core.online.comparison import Comparison
+    from footcal_cli.core.online.filter import Noise
+    from footcal_cli.core.parameters import Estimates, FloatArray
+    from footcal_cli.intake import Recording
+    from footcal_cli.records import ParametersRecord, RmseRecord
+    from footcal_cli.session import Outcome, Session
+
+Method = Literal["memory", "window", "han"]
+
+
+class NoiseOptions(Frozen):
+    """``[online_replay.noise]``: what the innovations need not tell; absent ones are learnt."""
+
+    force_n: float | None = Field(default=None, gt=0)
+    moment_nm: float | None = Field(default=None, gt=0)
+    force_slow_n: float | None = Field(default=None, gt=0)
+    moment_slow_nm: float | None = Field(default=None, gt=0)
+    force_slow_s: float | None = Field(default=None, gt=0)
+    moment_slow_s: float | None = Field(default=None, gt=0)
+    swing_n: float | None = Field(default=None, gt=0)
+    swing_slow_n: float | None = Field(default=None, gt=0)
+    swing_slow_s: float | None = Field(default=None, gt=0)
+    swing_fixed_n: float | None = Field(default=None, ge=0)
+    gain_walk: float | None = Field(default=None, gt=0)
+    bias_walk_n: float | None = Field(default=None, gt=0)
+    state_walk: float | None = Field(default=None, gt=0)
+
+
+class OnlineReplayOptions(CommandOptions):
+    """``[online_replay]`` of a recipe."""
+
+    method: Method = "memory"
+    delay_s: float = 0.02
+    cutoff_hz: float = Field(default=10.0, gt=0)
+    causal: bool = False
+    min_force_n: float = Field(default=5.0, gt=0)
+    largest_acceleration_mps2: float = Field(default=8.0, gt=0)
+    update_hz: float = Field(default=20.0, gt=0)
+    window_s: float = Field(default=0.5, gt=0)
+    foot_length_m: float = Field(default=0.16, gt=0)
+    smooth_weight: float | None = Field(default=None, gt=0)
+    states: tuple[str, ...] = (
+        "robot.delay",
+        "robot.com_correction_x",
+        "robot.com_correction_y",
+        "robot.angmom_loss",
+    )
+    hanging_plate: bool = True
+    swing_rows: bool = True
+    align_delay: bool = True
+    scales: bool = True
+    noise: NoiseOptions = NoiseOptions()
+    sensitivity: bool = True
+    baseline: str | None = None
+    max_cop_rmse_mm: float | None = Field(default=None, gt=0)
+    max_vgrf_rmse_n: float | None = Field(default=None, gt=0)
+
+
+def online_replay(
+    logs: Logs = None,
+    recipe: RecipeFile = None,
+    parameters: ParametersFile = None,
+    method: Annotated[
+        str | None,
+        typer.Option("--method", help="memory (ours), window (seed 1) or han (static assumption)."),
+    ] = None,
+    delay_s: Annotated[
+        float | None, typer.Option("--delay-s", help="Delay of the body stream to compensate.")
+    ] = None,
+    causal: Annotated[
+        bool | None, typer.Option("--causal", help="Filter as a live run must, without future.")
+    ] = None,
+    baseline: Annotated[
+        str | None,
+        typer.Option("--baseline", metavar="FILE.json", help="Calibration to compare with."),
+    ] = None,
+    max_cop_rmse_mm: Annotated[
+        float | None,
+        typer.Option("--max-cop-rmse-mm", help="Gate: exit 1 above this CoP error."),
+    ] = None,
+    max_vgrf_rmse_n: Annotated[
+        float | None,
+        typer.Option("--max-vgrf-rmse-n", help="Gate: exit 1 above this force error."),
+    ] = None,
+    out: Out = Path("out/online-replay"),
+    overwrite: Overwrite = False,
+    seed: Seed = 0,
+    quiet: Quiet = False,
+) -> None:
+    """Track scales and biases of foot sensors along a recorded walk."""
+    session = begin(
+        "online-replay",
+        OnlineReplayOptions,
+        logs=logs,
+        recipe=recipe,
+        parameters=parameters,
+        out=out,
+        overwrite=overwrite,
+        seed=seed,
+        quiet=quiet,
+        method=method,
+        delay_s=delay_s,
+        causal=causal,
+        baseline=baseline,
+        max_cop_rmse_mm=max_cop_rmse_mm,
+        max_vgrf_rmse_n=max_vgrf_rmse_n,
+    )
+    raise typer.Exit(session.finish(_replay(session)))
+
+
+def _replay(session: Session[OnlineReplayOptions]) -> Outcome:
+    from footcal_cli.core.online.streams import MergeRule
+    from footcal_cli.errors import UsageError
+    from footcal_cli.intake import read_recordings
+
+    options = session.options
+    rule = MergeRule(
+        delay_s=options.delay_s,
+        cutoff_hz=options.cutoff_hz,
+        causal=options.causal,
+        largest_acc_mps2=options.largest_acceleration_mps2,
+        min_force_n=options.min_force_n,
+    )
+    with session.step("read"):
+        recordings = read_recordings(session, rule, "walk")
+    if len(recordings) > 1:
+        raise UsageError(
+            f"{len(recordings)} walks given, one is replayed at a time",
+            remedy="name one sensor log and its body log, or use batch for many",
+        )
+    if recordings[0].belief is None:
+        if options.method != "memory":
+            raise UsageError(
+                f"method '{options.method}' knows load cells only", remedy="use --method memory"
+            )
+        return _six_axis(session, recordings[0])
+    return _cells(session, recordings[0])
+
+
+def _cells(session: Session[OnlineReplayOptions], recording: Recording) -> Outcome:
+    import numpy as np
+
+    from footcal_cli.core.online.comparison import Settings, compare
+    from footcal_cli.core.online.replay import MemoryOptions, memory_estimates
+    from footcal_cli.core.online.window import WindowRule
+    from footcal_cli.errors import DataError
+    from footcal_cli.records import FindingRecord
+    from footcal_cli.report import Report
+    from footcal_cli.session import Outcome
+    from footcal_cli.sheets import walk as sheets
+    from footcal_cli.sheets.streams import stream_findings
+    from footcal_cli.tables import write_parquet
+
+    options, merged, belief = session.options, recording.merged, recording.belief
+    assert belief is not None
+    noise, learn = _noise(options, merged.raw, belief.scale_n_per_count)
+    every = max(round(merged.rate_hz / options.update_hz), 1)
+    settings = Settings(
+        memory=MemoryOptions(
+            states=options.states,
+            plate=options.hanging_plate,
+            swing=options.swing_rows,
+            noise=noise,
+            learnt=learn,
+            samples_per_update=every,
+            align=options.align_delay,
+        ),
+        window=WindowRule(
+            samples=max(round(options.window_s * merged.rate_hz), every),
+            every=every,
+            foot_length_m=options.foot_length_m,
+        ),
+        smooth_weight=options.smooth_weight,
+        min_force_n=options.min_force_n,
+    )
+    truth_n, baseline = _truth(session, merged.log.time_s, belief.channels), _baseline(session)
+    with session.step("replay"):
+        try:
+            found: Comparison = compare(
+                merged, belief, settings, truth_n=truth_n, baseline=baseline,
+                rng=np.random.default_rng(session.request.seed),
+            )  # fmt: skip
+        except ValueError as error:
+            raise DataError(
+                f"this log cannot be replayed: {error}",
+                remedy="check contact, mass and units (footcal check), or record a longer walk",
+            ) from error
+    with session.step("evidence"):
+        curves = found.sensitivity() if options.sensitivity else []
+    with session.step("draw"):
+        pictures = sheets.pictures_of(found, curves, session.recipe.robot)
+    rmse = sheets.rmse_of(found, options.method)
+    estimates = (
+        memory_estimates(found.memory, belief)
+        if options.method == "memory"
+        else found.window_estimates(options.method)
+    )
+    findings = [*stream_findings(recording), *map(FindingRecord.of, found.findings())]
+    return Outcome(
+        report=Report(
+            title=f"Walking calibration of {session.recipe.robot.name}, {recording.name}",
+            verdict=sheets.verdict_of(found, options.method),
+            pictures=pictures,
+            sheets=sheets.sheets_of(found),
+            findings=tuple(findings),
+            footer=sheets.footer_of(found, options.delay_s),
+        ),
+        rmse=rmse,
+        parameters=_parameters(session, estimates),
+        files={"replay.parquet": lambda path: write_parquet(sheets.frame_of(found), path)},
+        gates_missed=_gates(options, rmse),
+    )
+
+
+def _six_axis(session: Session[OnlineReplayOptions], recording: Recording) -> Outcome:
+    import numpy as np
+
+    from footcal_cli.core.online.six_axis_replay import replay_six_axis
+    from footcal_cli.report import Report
+    from footcal_cli.session import Outcome
+    from footcal_cli.sheets import six_axis_walk as sheets
+    from footcal_cli.sheets.streams import stream_findings
+    from footcal_cli.tables import write_parquet
+
+    options, merged = session.options, recording.merged
+    with session.step("replay"):
+        found = replay_six_axis(
+            merged,
+            samples_per_update=max(round(merged.rate_hz / options.update_hz), 1),
+            scales=options.scales,
+            rng=np.random.default_rng(session.request.seed),
+        )
+    with session.step("draw"):
+        pictures = sheets.pictures_of(found)
+    return Outcome(
+        report=Report(
+            title=f"Walking calibration of {session.recipe.robot.name}, {recording.name}",
+            verdict=sheets.verdict_of(found),
+            pictures=pictures,
+            sheets=sheets.sheets_of(found),
+            findings=(*stream_findings(recording), *sheets.findings_of(found)),
+            footer=sheets.footer_of(found),
+        ),
+        rmse=sheets.rmse_of(found),
+        parameters=_parameters(session, found.estimates),
+        files={"replay.parquet": lambda path: write_parquet(sheets.frame_of(found), path)},
+    )
+
+
+def _noise(
+    options: OnlineReplayOptions, raw: FloatArray, scale: FloatArray
+) -> tuple[Noise, tuple[str, ...]]:
+    """The recipe's noise where it gives one, and the names of what is to be learnt."""
+    from dataclasses import fields, replace
+
+    import numpy as np
+
+    from footcal_cli.core.online.filter import Noise
+    from footcal_cli.core.online.streams import quantum
+    from footcal_cli.core.online.tuning import LEARNT
+
+    given = {k: v for k, v in options.noise.model_dump().items() if v is not None}
+    step_n = float(np.median(quantum(raw) * np.abs(scale)))
+    noise = replace(Noise(), **{"swing_fixed_n": step_n / np.sqrt(12.0), **given})
+    return noise, tuple(f.name for f in fields(Noise) if f.name in LEARNT and f.name not in given)
+
+
+def _truth(
+    session: Session[OnlineReplayOptions], time_s: FloatArray, channels: tuple[str, ...]
+) -> FloatArray | None:
+    """True cell forces at the samples, from ``[data] truth``; None where there are none."""
+    import numpy as np
+
+    from footcal_cli.columns import truth_table
+    from footcal_cli.core.signals import interpolate_stream
+
+    if not session.recipe.data.get("truth"):
+        return None
+    from footcal_cli.tables import read_table
+
+    path = session.recipe.data_paths("truth")[0]
+    table = read_table(
+        path, truth_table(channels), {}, gravity_mps2=session.recipe.robot.gravity_mps2
+    )
+    session.inputs[path.name] = table.digest
+    stamps = table.number("time_s")
+    values = table.numbers([f"{channel}_n" for channel in channels])
+    longest = 5.0 * float(np.median(np.diff(stamps)))
+    merged, good = interpolate_stream(stamps, values, time_s, max_gap_s=longest)
+    return np.where(good[:, None], merged, np.nan)
+
+
+def _baseline(session: Session[OnlineReplayOptions]) -> Estimates | None:
+    from footcal_cli.intake import estimates_of
+    from footcal_cli.records import ParametersRecord, read_record
+
+    if session.options.baseline is None:
+        return None
+    path = Path(session.options.baseline)
+    if not path.is_absolute() and session.recipe.path is not None and not path.is_file():
+        path = session.recipe.path.parent / path
+    return estimates_of(read_record(ParametersRecord, path))
+
+
+def _gates(options: OnlineReplayOptions, rmse: RmseRecord) -> tuple[str, ...]:
+    limits = {
+        "cop": (options.max_cop_rmse_mm, 1e3, "mm"),
+        "vgrf": (options.max_vgrf_rmse_n, 1.0, "N"),
+    }
+    missed = []
+    best = "truth" if any(r.reference == "truth" for r in rmse.rows) else "motion"
+    for row in rmse.rows:
+        limit, factor, unit = limits.get(row.quantity, (None, 1.0, ""))
+        judged = row.stage == options.method and row.reference == best
+        if limit is not None and judged and factor * row.rmse > limit:
+            missed.append(f"{row.quantity}: RMSE {factor * row.rmse:.3g} {unit} > {limit:g} {unit}")
+    return tuple(missed)
+
+
+def _parameters(session: Session[OnlineReplayOptions], estimates: Estimates) -> ParametersRecord:
+    from footcal_cli.records import ParametersRecord, covariance_blocks, parameter_records
+
+    robot = session.recipe.robot
+    six_axis = not any(foot.cells for foot in robot.feet.values())
+    return ParametersRecord(
+        command="online-replay",
+        created=session.created(),
+        robot=robot.name,
+        gravity_mps2=robot.gravity_mps2,
+        sign_convention=(
+            "applied wrench = (1 + scale) * reading - offset"
+            if six_axis
+            else "force = scale * counts + bias, positive when the cell is pressed"
+        ),
+        frame="each transducer's axes" if six_axis else "each cell's own axis",
+        expressed_at="the transducer" if six_axis else "the cell",
+        parameters=parameter_records(estimates),
+        covariance=covariance_blocks(estimates),
+        inputs=session.inputs,
+    )

@@ -1,0 +1,372 @@
+"""All methods on one walk, judged alike: against the truth, a baseline, or the body's motion."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from footcal_cli.core.centroidal import MIN_FORCE_N, Reference
+from footcal_cli.core.contact import Reason, Validity, gait_cycles, judge
+from footcal_cli.core.experiments import walk
+from footcal_cli.core.log import Log
+from footcal_cli.core.online.evidence import (
+    Consistency,
+    Departure,
+    Interval,
+    Settling,
+    bootstrap_mean,
+    bootstrap_ratio,
+    check_consistency,
+    departures,
+    paired_p,
+    rms_per_cycle,
+    settle,
+)
+from footcal_cli.core.online.replay import (
+    Errors,
+    Memory,
+    MemoryOptions,
+    Replayed,
+    best_smoothing,
+    corrected,
+    errors_against,
+    memory_reference,
+    replay_track,
+    replay_window,
+    run_memory,
+)
+from footcal_cli.core.online.rows import Belief
+from footcal_cli.core.online.sensitivity import Sensitivity, memory_sensitivity, window_sensitivity
+from footcal_cli.core.online.streams import Merged
+from footcal_cli.core.online.window import Weights, WindowRule, run_window, standing_weights
+from footcal_cli.core.parameters import BoolArray, Estimates, FloatArray, IntArray, Status
+from footcal_cli.core.quality import Finding
+from footcal_cli.core.signals import low_pass_stretches
+
+SMOOTH_CANDIDATES = np.geomspace(1e1, 1e6, 11)
+SETTLING_S = 5.0
+"""Left out of the comparison: every method starts from the same belief."""
+_OUTLIER_SD = 6.0
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How a walk is replayed.
+
+    Parameters
+    ----------
+    memory, window
+        Of the two estimators.
+    smooth_weight
+        ωS; None: the one whose held parameters predict the motion's demand best.
+    min_force_n
+        ε of the CoP.
+    """
+
+    memory: MemoryOptions = field(default_factory=MemoryOptions)
+    window: WindowRule = field(default_factory=WindowRule)
+    smooth_weight: float | None = None
+    min_force_n: float = MIN_FORCE_N
+
+
+@dataclass(frozen=True)
+class Judged:
+    """One method against one reference.
+
+    Parameters
+    ----------
+    method, reference
+        Who, against what (``truth``, ``baseline``, ``motion``).
+    errors
+        Per sample, NaN while settling.
+    cop, foot_cop, vgrf
+        RMS error per gait cycle, shape (cycles,).
+    """
+
+    method: str
+    reference: str
+    errors: Errors
+    cop: FloatArray
+    foot_cop: FloatArray
+    vgrf: FloatArray
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """What came out of a walk.
+
+    Parameters
+    ----------
+    merged, belief
+        What went in.
+    memory
+        The estimator that remembers.
+    weights
+        ωF, ωP and the ωS used.
+    replayed
+        Method -> forces and CoP: ``before window han memory smoother`` and, where there is a
+        truth, ``true``; ``baseline`` where one was given.
+    reference
+        What the motion demands once the delay and offsets that memory found are taken out.
+    cycle
+        Gait cycle of each sample.
+    judged
+        Every method against every reference.
+    ratios
+        (method, reference, quantity) -> ratio of memory to that method over paired cycles, and p.
+    per_cycle
+        (method, reference, quantity) -> mean over cycles.
+    validity
+        Samples used for calibration, with reasons for the others.
+    consistency, settling, departures
+        Of the filter.
+    """
+
+    merged: Merged
+    belief: Belief
+    memory: Memory
+    weights: Weights
+    rule: WindowRule
+    replayed: Mapping[str, Replayed]
+    reference: Reference
+    cycle: IntArray
+    judged: tuple[Judged, ...]
+    ratios: Mapping[tuple[str, str, str], tuple[Interval, float]]
+    per_cycle: Mapping[tuple[str, str, str], Interval]
+    validity: Validity
+    consistency: Consistency
+    settling: tuple[Settling, ...]
+    departures: tuple[Departure, ...]
+
+    @property
+    def best_reference(self) -> str:
+        """The reference that deserves most trust."""
+        have = {j.reference for j in self.judged}
+        return next(r for r in ("truth", "baseline", "motion") if r in have)
+
+    def of(self, method: str, reference: str) -> Judged:
+        """One method against one reference."""
+        return next(j for j in self.judged if (j.method, j.reference) == (method, reference))
+
+    def sensitivity(self) -> list[tuple[str, Sensitivity]]:
+        """RMSE of both estimators as each of their settings is scaled."""
+        against: Replayed | Reference = self.reference
+        if self.best_reference == "truth":
+            against = self.replayed["true"]
+        elif self.best_reference == "baseline":
+            against = self.replayed["baseline"]
+        ours = memory_sensitivity(self.memory, self.belief, against)
+        paper = window_sensitivity(self.merged.log, self.belief, self.weights, against, self.rule)
+        return [("memory", s) for s in ours] + [("window", s) for s in paper]
+
+    def window_estimates(self, method: str) -> Estimates:
+        """The last solution of the window; it has no covariance of its own."""
+        last = self.replayed[method]
+        c = len(self.belief.channels)
+        return self.belief.estimates(
+            last.gain[-1], last.bias_n[-1], self.belief.covariance, [Status.PRIOR_KEPT] * (2 * c)
+        )
+
+    def findings(self) -> list[Finding]:
+        """Jumps, parameters that left their interval, inconsistent innovations."""
+        found = [
+            Finding(
+                "bias_jump",
+                "alarm",
+                jump.name.removesuffix(".bias"),
+                f"the bias jumped by {jump.size:.2f} ± {jump.sd:.2f} N at {jump.onset_s:.2f} s "
+                f"(proved {jump.found_s - jump.onset_s:.2f} s later)",
+                "check the cell's cable and seat; before and after are calibrated apart",
+            )
+            for jump in self.memory.jumps
+        ]
+        found += [
+            Finding(
+                "left_interval",
+                "warning",
+                d.name,
+                f"since {d.time_s:.1f} s outside [{d.low:.3g}, {d.high:.3g}] {d.unit}, now "
+                f"{d.value:.3g}",
+                "calibrate offline again, or widen the prior if the data sheet allows it",
+            )
+            for d in self.departures
+        ]
+        ratio = self.consistency.ratio
+        if not 0.8 < ratio < 1.25:
+            found.append(
+                Finding(
+                    "inconsistent_innovations",
+                    "warning",
+                    "filter",
+                    f"innovations are {ratio**0.5:.2f} times as large as claimed",
+                    "run diagnose on this log: an effect is missing from the chain",
+                )
+            )
+        return found
+
+
+def compare(
+    merged: Merged,
+    belief: Belief,
+    settings: Settings,
+    *,
+    truth_n: FloatArray | None = None,
+    baseline: Estimates | None = None,
+    rng: np.random.Generator,
+) -> Comparison:
+    """Run every method on a walk and judge it.
+
+    Parameters
+    ----------
+    merged
+        Streams of the walk as one log.
+    belief
+        Prior of the cells.
+    truth_n
+        True cell forces, shape (n, c), NaN where unknown; low-passed here as the cells are.
+    baseline
+        An offline calibration to compare with, as seed 1 does.
+    rng
+        For the bootstrap.
+    """
+    log = merged.log
+    n, c = log.readings.shape
+    memory = run_memory(log, belief, settings.memory)
+    reference = memory_reference(memory)
+    weights, window = _window(log, belief, settings, walk.reference_of(log))
+    static = run_window(log, belief, weights, settings.window, static=True)
+    replayed = {
+        "before": corrected("before", log, belief, np.zeros((n, c)), np.zeros((n, c))),
+        "han": replay_window("han", log, belief, static),
+        "window": window,
+        "memory": replay_track("memory", memory, memory.track, belief),
+        "smoother": replay_track("smoother", memory, memory.smoothed, belief),
+    }
+    references: dict[str, Replayed | Reference] = {}
+    if truth_n is not None:
+        replayed["true"] = _true(memory, merged, belief, truth_n)
+        references["truth"] = replayed["true"]
+    if baseline is not None:
+        replayed["baseline"] = _by_estimates(merged, belief, baseline)
+        references["baseline"] = replayed["baseline"]
+    references["motion"] = reference
+    cycle = gait_cycles(log.known["contact"])
+    settled = log.time_s - log.time_s[0] > SETTLING_S
+    judged = tuple(
+        _judge(method, name, one, against, cycle, settled)
+        for name, against in references.items()
+        for method, one in replayed.items()
+        if one is not against
+    )
+    per_cycle, ratios = _statistics(judged, rng)
+    names = [f"{channel}.{kind}" for kind in ("gain", "bias") for channel in belief.channels]
+    return Comparison(
+        merged, belief, memory, weights, settings.window, replayed, reference, cycle, judged,
+        ratios, per_cycle, _used(merged, memory), check_consistency(memory.track),
+        tuple(settle(memory.track, names)),
+        tuple(departures(memory.track, memory.rows.prior_sd)),
+    )  # fmt: skip
+
+
+def _window(
+    log: Log, belief: Belief, settings: Settings, reference: Reference
+) -> tuple[Weights, Replayed]:
+    """The paper's window with weights from quiet standing, or its first samples."""
+    standing = log.rows(*_quiet_start(log))
+    base = standing_weights(standing, belief, settings.window)
+    if settings.smooth_weight is None:
+        smooth, track = best_smoothing(
+            log, belief, base, reference, SMOOTH_CANDIDATES, settings.window
+        )
+    else:
+        smooth = settings.smooth_weight
+        track = run_window(log, belief, Weights(base.force, base.cop, smooth), settings.window)
+    return Weights(base.force, base.cop, smooth), replay_window("window", log, belief, track)
+
+
+def _quiet_start(log: Log) -> tuple[int, int]:
+    """Rows before the first swing, or the whole log where it is shorter than half a second."""
+    contact = log.known["contact"]
+    moving = np.flatnonzero((contact != 1.0).any(axis=1))
+    usable = np.isfinite(log.readings).all(axis=1)
+    first = int(np.argmax(usable))
+    inner = moving[moving > first + 40]
+    stop = int(inner[0]) if inner.size else len(log)
+    return (first, stop) if stop - first >= 40 else (0, len(log))
+
+
+def _true(memory: Memory, merged: Merged, belief: Belief, truth_n: FloatArray) -> Replayed:
+    """The true forces in the band of the cells, as if a calibration had produced them."""
+    log = memory.log
+    good = np.asarray(np.isfinite(truth_n).all(axis=1))
+    filtered = low_pass_stretches(truth_n, good, merged.rate_hz)
+    believed = belief.forces(log.readings)
+    return corrected("true", log, belief, np.zeros(truth_n.shape), filtered - believed)
+
+
+def _by_estimates(merged: Merged, belief: Belief, estimates: Estimates) -> Replayed:
+    scale = np.array([estimates[f"{name}.scale"] for name in belief.channels])
+    bias = np.array([estimates[f"{name}.bias"] for name in belief.channels])
+    gain = scale / belief.scale_n_per_count - 1.0
+    shape = merged.log.readings.shape
+    return corrected(
+        "baseline", merged.log, belief, np.broadcast_to(gain, shape),
+        np.broadcast_to(bias - belief.bias_n * (1.0 + gain), shape),
+    )  # fmt: skip
+
+
+def _judge(
+    method: str, name: str, ours: Replayed, against: Replayed | Reference, cycle: IntArray,
+    settled: BoolArray,
+) -> Judged:  # fmt: skip
+    found = errors_against(ours, against)
+    blank = np.where(settled, 1.0, np.nan)
+    errors = Errors(
+        found.cop_m * blank[:, None], found.vgrf_n * blank, found.foot_cop_m * blank[:, None, None]
+    )
+    per_foot = np.concatenate([errors.foot_cop_m[:, f] for f in range(found.foot_cop_m.shape[1])])
+    twice = np.tile(cycle, found.foot_cop_m.shape[1])
+    every = np.ones(settled.size, dtype=bool)
+    return Judged(
+        method, name, errors, rms_per_cycle(errors.cop_m, cycle, every),
+        rms_per_cycle(per_foot, twice, np.ones(twice.size, dtype=bool)),
+        rms_per_cycle(errors.vgrf_n, cycle, every),
+    )  # fmt: skip
+
+
+def _statistics(
+    judged: tuple[Judged, ...], rng: np.random.Generator
+) -> tuple[
+    dict[tuple[str, str, str], Interval], dict[tuple[str, str, str], tuple[Interval, float]]
+]:
+    per_cycle, ratios = {}, {}
+    for one in judged:
+        ours = next(j for j in judged if j.method == "memory" and j.reference == one.reference)
+        for quantity in ("cop", "foot_cop", "vgrf"):
+            series = getattr(one, quantity)
+            if not np.isfinite(series).any():
+                continue
+            key = (one.method, one.reference, quantity)
+            per_cycle[key] = bootstrap_mean(series, rng)
+            if one.method != "memory":
+                mine = getattr(ours, quantity)
+                ratios[key] = (bootstrap_ratio(mine, series, rng), paired_p(mine, series))
+    return per_cycle, ratios
+
+
+def _used(merged: Merged, memory: Memory) -> Validity:
+    """Validity of the samples, outliers of the filter added."""
+    track = memory.track
+    with np.errstate(invalid="ignore"):
+        far = np.asarray(np.abs(track.innovation) > _OUTLIER_SD * track.innovation_sd)
+    block = np.searchsorted(memory.rows.last_sample, np.arange(len(merged.log)))
+    inside = block < len(memory.rows)
+    outlier = np.zeros(len(merged.log), dtype=bool)
+    outlier[inside] = np.asarray(far.any(axis=1))[block[inside]]
+    failures = {
+        reason: merged.validity.reason == i for i, reason in enumerate(merged.validity.reasons)
+    }
+    failures[Reason.OUTLIER] = outlier
+    return judge(failures, len(merged.log))

@@ -1,0 +1,240 @@
+"""Figures of `online-replay`: seed 1's Figs. 10–15, and the evidence it asks for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from footcal_cli.core.online.comparison import Comparison
+from footcal_cli.core.online.filter import Track
+from footcal_cli.core.online.jumps import Jump
+from footcal_cli.core.online.replay import Replayed
+from footcal_cli.core.online.sensitivity import Sensitivity
+from footcal_cli.core.parameters import BoolArray, FloatArray
+from footcal_cli.plots.style import (
+    AFTER,
+    BAD,
+    BEFORE,
+    CELL_COLOURS,
+    REFERENCE,
+    new_figure,
+    tidy,
+)
+
+METHOD_COLOURS = {
+    "before": BEFORE,
+    "han": "#E69F00",
+    "window": BAD,
+    "memory": AFTER,
+    "smoother": "#009E73",
+    "baseline": "#CC79A7",
+}
+_SHOWN_S = 6.0
+
+
+def _excerpt(found: Comparison) -> BoolArray:
+    """The last seconds, where every method has settled."""
+    time_s = found.merged.log.time_s
+    return np.asarray((time_s >= time_s[-1] - _SHOWN_S - 1.0) & (time_s <= time_s[-1] - 1.0))
+
+
+def plot_cop(found: Comparison, methods: Sequence[str], truth: Replayed | None) -> Figure:
+    """CoP x and y over the last seconds, as seed 1's Figs. 10, 12, 14."""
+    figure = new_figure(4.2)
+    rows = _excerpt(found)
+    time_s = found.merged.log.time_s[rows]
+    reference = found.reference.cop_m if truth is None else truth.total.cop_m
+    for axes, axis, name in zip(figure.subplots(2, 1, sharex=True), (0, 1), "xy", strict=True):
+        label = "demanded by the motion" if truth is None else "truth"
+        axes.plot(time_s, 1e3 * reference[rows, axis], color=REFERENCE, linewidth=2.2, label=label)
+        for method in methods:
+            cop = 1e3 * found.replayed[method].total.cop_m[rows, axis]
+            axes.plot(time_s, cop, color=METHOD_COLOURS[method], linewidth=1.0, label=method)
+        tidy(axes, f"CoP {name}", "time (s)" if name == "y" else "", "mm")
+    figure.axes[0].legend(fontsize=8, frameon=False, ncols=4, loc="upper left")
+    return figure
+
+
+def plot_vgrf(found: Comparison, methods: Sequence[str], truth: Replayed | None) -> Figure:
+    """Total vertical force over the last seconds, as seed 1's Figs. 11, 13, 15."""
+    figure = new_figure(3.0)
+    axes = figure.subplots()
+    rows = _excerpt(found)
+    time_s = found.merged.log.time_s[rows]
+    reference = found.reference.fz_n if truth is None else truth.total.fz_n
+    label = "demanded by the motion" if truth is None else "truth"
+    axes.plot(time_s, reference[rows], color=REFERENCE, linewidth=2.2, label=label)
+    for method in methods:
+        force = found.replayed[method].total.fz_n[rows]
+        axes.plot(time_s, force, color=METHOD_COLOURS[method], linewidth=1.0, label=method)
+    tidy(axes, "Vertical ground reaction force", "time (s)", "N")
+    axes.legend(fontsize=8, frameon=False, ncols=4, loc="upper left")
+    return figure
+
+
+def plot_path(
+    found: Comparison,
+    method: str,
+    feet_m: Mapping[str, tuple[FloatArray, Sequence[tuple[float, float]]]],
+) -> Figure:
+    """CoP under both feet in the foot frames, with the support outline and the cells.
+
+    Parameters
+    ----------
+    feet_m
+        Foot -> positions of its cells (cells, 2) and its outline, in the foot frame.
+    """
+    log = found.merged.log
+    figure = new_figure(4.2)
+    panels = figure.subplots(1, len(feet_m), squeeze=False, sharey=True)[0]
+    for k, (axes, (name, (cells, outline))) in enumerate(zip(panels, feet_m.items(), strict=True)):
+        first = next(i for i, c in enumerate(log.channels) if c.startswith(f"{name}_"))
+        yaw = log.known["foot_yaw_rad"][:, k]
+        to_first = _turned(np.broadcast_to(cells[0], (len(yaw), 2)), -yaw)
+        origin = log.known["cell_pos_m"][:, first] - to_first
+        local = 1e3 * _turned(found.replayed[method].feet[k].cop_m - origin, yaw)
+        axes.plot(-local[:, 1], local[:, 0], ".", markersize=1.0, color=AFTER)
+        axes.plot(-1e3 * cells[:, 1], 1e3 * cells[:, 0], "s", color=REFERENCE, markersize=5)
+        if len(outline):
+            closed = 1e3 * np.array([*outline, outline[0]])
+            axes.plot(-closed[:, 1], closed[:, 0], color=BEFORE, linewidth=1.2)
+        axes.set_aspect("equal")
+        tidy(axes, f"{name} foot", "to the right (mm)", "forward (mm)" if k == 0 else "")
+    return figure
+
+
+def _turned(vector: FloatArray, yaw: FloatArray) -> FloatArray:
+    """World vectors (n, 2) in a foot's frame."""
+    cos, sin = np.cos(yaw), np.sin(yaw)
+    return np.stack(
+        [cos * vector[:, 0] + sin * vector[:, 1], -sin * vector[:, 0] + cos * vector[:, 1]], axis=1
+    )
+
+
+def plot_parameters(track: Track, jumps: Sequence[Jump], kinds: Sequence[str]) -> Figure:
+    """Unknowns over time with ± 2 sd, a panel per kind; jumps as vertical lines."""
+    chosen = {
+        kind: [i for i, n in enumerate(track.names) if n.rsplit(".", 1)[-1].startswith(kind)]
+        for kind in kinds
+    }
+    chosen = {kind: at for kind, at in chosen.items() if at}
+    figure = new_figure(2.5 * len(chosen))
+    panels = figure.subplots(len(chosen), 1, sharex=True, squeeze=False)[:, 0]
+    for axes, (kind, at) in zip(panels, chosen.items(), strict=True):
+        percent = 100.0 if track.units[at[0]] == "-" else 1.0
+        unit = "%" if track.units[at[0]] == "-" else track.units[at[0]]
+        for colour, i in zip((*CELL_COLOURS, *CELL_COLOURS), at, strict=False):
+            value, sd = percent * track.values[:, i], percent * track.sd[:, i]
+            axes.plot(
+                track.time_s, value, color=colour, linewidth=1.1, label=_owner(track.names[i])
+            )
+            axes.fill_between(
+                track.time_s, value - 2 * sd, value + 2 * sd, color=colour, alpha=0.12, linewidth=0
+            )
+        for jump in jumps:
+            if kind == "bias":
+                axes.axvline(jump.onset_s, color=BAD, linewidth=1.0, linestyle="--")
+        tidy(axes, f"{kind} on top of the prior, ± 2 sd", "", unit)
+        axes.legend(fontsize=7, frameon=False, ncols=4, loc="upper left")
+    panels[-1].set_xlabel("time (s)", fontsize=9)
+    return figure
+
+
+def _owner(name: str) -> str:
+    owner, _, kind = name.rpartition(".")
+    return owner if kind in ("gain", "bias") else name
+
+
+def plot_states(
+    track: Track, names: Sequence[str], scale: Mapping[str, tuple[float, str]]
+) -> Figure:
+    """What was wrong with the reference, over time with ± 2 sd."""
+    figure = new_figure(1.5 * len(names) + 0.4)
+    panels = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
+    for axes, name in zip(panels, names, strict=True):
+        i = track.names.index(name)
+        factor, unit = scale.get(name, (1.0, track.units[i]))
+        value, sd = factor * track.values[:, i], factor * track.sd[:, i]
+        axes.plot(track.time_s, value, color=AFTER, linewidth=1.1)
+        axes.fill_between(track.time_s, value - 2 * sd, value + 2 * sd, color=AFTER, alpha=0.15)
+        axes.axhline(0.0, color=REFERENCE, linewidth=0.6)
+        tidy(axes, name, "", unit)
+    panels[-1].set_xlabel("time (s)", fontsize=9)
+    return figure
+
+
+def plot_innovations(track: Track, outputs: Sequence[str]) -> Figure:
+    """Normalised innovations of the totals: they should fill ± 2 and show no pattern."""
+    figure = new_figure(1.3 * len(outputs) + 0.5)
+    panels = figure.subplots(len(outputs), 1, sharex=True, squeeze=False)[:, 0]
+    with np.errstate(invalid="ignore"):
+        normalised = track.innovation / track.innovation_sd
+    for k, (axes, name) in enumerate(zip(panels, outputs, strict=True)):
+        axes.axhspan(-2.0, 2.0, color="#eef1f4")
+        axes.plot(track.time_s, normalised[:, k], ".", markersize=1.5, color=AFTER)
+        axes.set_ylim(-5.5, 5.5)
+        tidy(axes, "", "", f"{name} (sd)")
+    tidy(panels[0], "Innovations over their claimed sd", "", f"{outputs[0]} (sd)")
+    panels[-1].set_xlabel("time (s)", fontsize=9)
+    return figure
+
+
+def plot_sensitivity(curves: Sequence[tuple[str, Sensitivity]]) -> Figure:
+    """CoP error as one setting is scaled by 0.2 … 5, all others kept."""
+    figure = new_figure(3.0)
+    left, right = figure.subplots(1, 2)
+    for axes, method in ((left, "window"), (right, "memory")):
+        chosen = [c for m, c in curves if m == method]
+        for colour, curve in zip((*CELL_COLOURS, *CELL_COLOURS), chosen, strict=False):
+            axes.plot(
+                curve.factors, 1e3 * curve.cop_m, "o-", color=colour, markersize=3, linewidth=1.0,
+                label=curve.setting,
+            )  # fmt: skip
+        axes.set_xscale("log")
+        axes.set_xticks([0.2, 0.5, 1.0, 2.0, 5.0], ["0.2", "0.5", "1", "2", "5"])
+        axes.minorticks_off()
+        axes.set_ylim(bottom=0.0)
+        tidy(axes, f"{method}: each setting scaled", "factor", "CoP RMSE (mm)")
+        axes.legend(fontsize=6.5, frameon=False, ncols=2)
+    return figure
+
+
+def plot_cycles(found: Comparison, methods: Sequence[str]) -> Figure:
+    """Error of each gait cycle as violins, one per method."""
+    reference = found.best_reference
+    figure = new_figure(3.0)
+    panels = figure.subplots(1, 3)
+    for axes, (quantity, title, factor, unit) in zip(
+        panels,
+        (("cop", "CoP", 1e3, "mm"), ("foot_cop", "CoP of each foot", 1e3, "mm"),
+         ("vgrf", "vertical force", 1.0, "N")),
+        strict=True,
+    ):  # fmt: skip
+        series = {}
+        for method in methods:
+            values = getattr(found.of(method, reference), quantity)
+            values = factor * values[np.isfinite(values)]
+            if values.size > 2:
+                series[method] = values
+        if series:
+            _violins(axes, series)
+        tidy(axes, f"{title}, per gait cycle", "", f"RMSE ({unit})")
+    return figure
+
+
+def _violins(axes: Axes, series: Mapping[str, FloatArray]) -> None:
+    place = np.arange(len(series)) + 1
+    drawn = axes.violinplot(list(series.values()), positions=place, showmedians=True, widths=0.8)
+    bodies: Any = drawn["bodies"]
+    for body, method in zip(bodies, series, strict=True):
+        body.set_facecolor(METHOD_COLOURS[method])
+        body.set_alpha(0.6)
+    for part in ("cbars", "cmins", "cmaxes", "cmedians"):
+        drawn[part].set_color(REFERENCE)
+        drawn[part].set_linewidth(0.8)
+    axes.set_xticks(place, list(series))
+    axes.set_yscale("log")

@@ -1,0 +1,206 @@
+"""Verdict, tables and figures of `online-replay` on six-axis feet."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+
+from footcal_cli.core.online.replay import held
+from footcal_cli.core.online.six_axis_replay import SixAxisReplay
+from footcal_cli.core.parameters import FloatArray, Status
+from footcal_cli.plots import six_axis_walk as plots
+from footcal_cli.plots.walk import plot_innovations
+from footcal_cli.records import FindingRecord, RmseRecord, RmseRow, VerdictRecord
+from footcal_cli.report import Picture, Sheet, number, with_sd
+from footcal_cli.sheets.stand import beliefs_sheet, root_mean_square
+
+_SURPRISING_SHARE = 0.02
+
+
+def _column(found: SixAxisReplay, name: str) -> tuple[float, float]:
+    """Value and sd of one estimate at the end."""
+    return found.estimates[name], found.estimates.sd_of(name)
+
+
+def feet_of(found: SixAxisReplay) -> tuple[str, ...]:
+    """Names of the feet."""
+    return tuple(dict.fromkeys(n.split(".")[0] for n in found.rows.outputs[found.rows.totals :]))
+
+
+def verdict_of(found: SixAxisReplay) -> VerdictRecord:
+    """The first sentence and what it rests on."""
+    before, after = (root_mean_square(e[:, 2]) for e in (found.before, found.after))
+    details = []
+    for foot in feet_of(found):
+        offsets = [_column(found, f"{foot}.offset_{axis}") for axis in ("fx", "fy", "fz")]
+        text = ", ".join(
+            f"{axis} {with_sd(*value)}"
+            for axis, value in zip(("fx", "fy", "fz"), offsets, strict=True)
+        )
+        at = [i for i, n in enumerate(found.rows.outputs) if n.startswith(f"{foot}.f")]
+        residual = [root_mean_square(e[:, at]) for e in (found.before, found.after)]
+        details.append(
+            f"{foot}: offsets {text} N; in the air its force is off by {number(residual[0], 3)} → "
+            f"{number(residual[1], 2)} N."
+        )
+    mass, sd = _column(found, "robot.mass_correction")
+    details.append(
+        f"The feet carry {with_sd(mass, sd)} kg more than the model's "
+        f"{found.merged.log.known['mass_kg'][0]:.4g} kg."
+    )
+    known = sum(s is Status.ESTIMATED for s in found.estimates.status)
+    consistent = 0.8 < found.consistency.ratio < 1.25
+    return VerdictRecord(
+        level="good" if consistent and after < before else "warning",
+        sentence=f"Total vertical force off by {number(before, 3)} → {number(after, 3)} N; "
+        f"{known} of {len(found.estimates.names)} unknowns of the feet estimated.",
+        details=tuple(details),
+    )
+
+
+def sheets_of(found: SixAxisReplay) -> tuple[Sheet, ...]:
+    """All tables."""
+    e = found.estimates
+    rows = []
+    for i, name in enumerate(found.rows.outputs):
+        unit = "Nm" if name.split(".")[-1][0] in "mt" else "N"
+        errors = [found.before[:, i], found.after[:, i]]
+        rows.append(
+            (name, unit, str(int(np.isfinite(errors[0]).sum())),
+             *(number(float(np.nanmean(x)), 3) for x in errors),
+             *(number(root_mean_square(x), 3) for x in errors))
+        )  # fmt: skip
+    return (
+        beliefs_sheet(
+            e.names, e.units, e.values, e.sd, found.rows.prior_sd, e.status,
+            "Offsets are subtracted from the readings, scales in per cent of them; masses, weights "
+            "and CoM on top of the recipe's. Estimated: the walk at least halved the sd.",
+        ),
+        Sheet(
+            "Balance before and after",
+            ("row", "unit", "samples", "mean before", "mean after", "RMS before", "RMS after"),
+            rows,
+            note="Totals against the motion of the body; single axes against the weight below the "
+            "transducer while that foot is in the air.",
+        ),
+    )  # fmt: skip
+
+
+def findings_of(found: SixAxisReplay) -> list[FindingRecord]:
+    """What does not fit this robot's model."""
+    findings = []
+
+    def add(code: str, where: str, sentence: str, remedy: str) -> None:
+        findings.append(
+            FindingRecord(
+                code=code, severity="warning", where=where, sentence=sentence, remedy=remedy
+            )
+        )
+
+    model = float(found.merged.log.known["mass_kg"][0])
+    mass, sd = _column(found, "robot.mass_correction")
+    if abs(mass) > max(_SURPRISING_SHARE * model, 3 * sd):
+        add(
+            "mass_differs", "robot",
+            f"the feet carry {model + mass:.1f} ± {sd:.1f} kg, the model has {model:.1f} kg "
+            f"({100 * mass / model:+.1f} %), unless both vertical scales are off together",
+            "weigh the robot with battery and payload",
+        )  # fmt: skip
+    for axis in "xy":
+        value, sd = _column(found, f"robot.com_correction_{axis}")
+        if abs(value) > max(0.005, 3 * sd):
+            add(
+                "com_differs", "robot",
+                f"the CoM lies {1e3 * value:+.0f} ± {1e3 * sd:.0f} mm in {axis} from the model's",
+                "correct the masses in the model, or level the IMU: they look alike here",
+            )  # fmt: skip
+    for name, value, sd in zip(
+        found.estimates.names, found.estimates.values, found.estimates.sd, strict=True
+    ):
+        kind = name.rsplit(".", 1)[-1]
+        if kind.startswith("scale_") and abs(value) > max(0.03, 3 * sd):
+            add(
+                "scale_off", name,
+                f"reads {100 * value:+.1f} ± {100 * sd:.1f} % too little",
+                "check the transducer's calibration matrix and its axes",
+            )  # fmt: skip
+    ratio = found.consistency.ratio
+    if not 0.8 < ratio < 1.25:
+        add(
+            "inconsistent_innovations", "filter",
+            f"innovations are {ratio**0.5:.2f} times as large as claimed",
+            "an effect is missing from the chain; run diagnose on this log",
+        )  # fmt: skip
+    return findings
+
+
+def rmse_of(found: SixAxisReplay) -> RmseRecord:
+    """Errors before and after of every row of the balance."""
+    rows = []
+    for i, name in enumerate(found.rows.outputs):
+        reference = "motion" if i < found.rows.totals else "weight below the transducer"
+        for stage, errors in (("before", found.before), ("memory", found.after)):
+            n = int(np.isfinite(errors[:, i]).sum())
+            if n:
+                rows.append(
+                    RmseRow(
+                        quantity="vgrf" if name == "fz" else name,
+                        unit="Nm" if name.split(".")[-1][0] in "mt" else "N",
+                        stage=stage, reference=reference, split="all",
+                        rmse=root_mean_square(errors[:, i]), n=n,
+                    )
+                )  # fmt: skip
+    return RmseRecord(rows=tuple(rows), rejected=found.merged.validity.counts)
+
+
+def pictures_of(found: SixAxisReplay) -> tuple[Picture, ...]:
+    """All figures."""
+    return (
+        Picture("vertical", plots.plot_vertical(found),
+                "Total vertical force: what both feet read and what the body's motion demands."),
+        Picture("swing", plots.plot_swing(found),
+                "A foot in the air should read only what hangs below its transducer."),
+        Picture("offsets", plots.plot_offsets(found.track, found.smoothed, feet_of(found)),
+                "Offsets along the walk: band ± 2 sd as known then, line with hindsight."),
+        Picture("innovations", plot_innovations(found.track, found.rows.outputs[:5]),
+                "What each update did not expect, over its claimed sd."),
+    )  # fmt: skip
+
+
+def footer_of(found: SixAxisReplay) -> tuple[str, ...]:
+    """What was assumed."""
+    c = found.consistency
+    return (
+        f"Normalised innovation squared {c.ratio:.3f}, {100 * c.inside:.0f} % of {c.updates} "
+        "updates inside their own 95 % band.",
+        "Model: applied wrench = (1 + scale) · reading − offset per axis; totals balance the "
+        "motion of the body, a foot in the air carries the weight below its transducer.",
+    )
+
+
+def frame_of(found: SixAxisReplay) -> pd.DataFrame:
+    """``replay.parquet``: calibrated wrenches, estimates, sd, validity and reason per sample."""
+    log = found.merged.log
+    n = len(log)
+    frame: dict[str, object] = {"time_s": log.time_s}
+    values = held(found.rows.last_sample, found.track.values, n)
+    sd: FloatArray = held(found.rows.last_sample, found.track.sd, n)
+    column = {name: i for i, name in enumerate(found.track.names)}
+    for j, channel in enumerate(log.channels):
+        foot, axis = channel.split(".")
+        scale = (
+            values[:, column[f"{foot}.scale_{axis}"]] if f"{foot}.scale_{axis}" in column else 0.0
+        )
+        offset = values[:, column[f"{foot}.offset_{axis}"]]
+        unit = "n" if axis[0] == "f" else "nm"
+        frame[f"{foot}_{axis}_{unit}"] = (1.0 + scale) * log.readings[:, j] - offset
+    for k, foot in enumerate(feet_of(found)):
+        frame[f"{foot}_contact"] = log.known["contact"][:, k]
+    frame["vgrf_n"] = found.vertical_n[:, 1]
+    frame["reference_vgrf_n"] = found.vertical_n[:, 2]
+    for name, i in column.items():
+        frame[name.replace(".", "_")] = values[:, i]
+        frame[f"{name.replace('.', '_')}_sd"] = sd[:, i]
+    frame["used"] = found.merged.validity.valid
+    frame["reason"] = found.merged.validity.words()
+    return pd.DataFrame(frame)

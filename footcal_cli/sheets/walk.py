@@ -1,0 +1,339 @@
+"""Verdict, tables and figures of `online-replay` on load cells."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import fields
+
+import numpy as np
+import pandas as pd
+
+from footcal_cli.core.online.comparison import Comparison
+from footcal_cli.core.online.evidence import Interval, rms
+from footcal_cli.core.online.filter import Noise
+from footcal_cli.core.online.replay import LEARNT_RATIO
+from footcal_cli.core.online.sensitivity import Sensitivity
+from footcal_cli.core.parameters import FloatArray, Status
+from footcal_cli.intake import cells_in_feet
+from footcal_cli.plots import walk as plots
+from footcal_cli.recipe import Robot
+from footcal_cli.records import RmseRecord, RmseRow, VerdictRecord
+from footcal_cli.report import Picture, Sheet, number, with_sd
+from footcal_cli.sheets.stand import beliefs_sheet
+
+_QUANTITIES = (("cop", "m", 1e3, "mm"), ("foot_cop", "m", 1e3, "mm"), ("vgrf", "N", 1.0, "N"))
+_TITLES = {"cop": "CoP", "foot_cop": "CoP of each foot", "vgrf": "vertical force"}
+_AGAINST = {
+    "truth": "the truth",
+    "baseline": "the offline baseline",
+    "motion": "what the motion demands, its delay and offsets taken out",
+}
+SHOWN = ("before", "han", "window", "memory", "smoother")
+STATE_UNITS = {
+    "robot.delay": (1e3, "ms"),
+    "robot.com_correction_x": (1e3, "mm"),
+    "robot.com_correction_y": (1e3, "mm"),
+    "robot.angmom_loss": (100.0, "%"),
+}
+
+
+def verdict_of(found: Comparison, method: str) -> VerdictRecord:
+    """The first sentence and what it rests on."""
+    reference = found.best_reference
+    before, after = (found.of(m, reference).errors for m in ("before", method))
+    cop = [1e3 * rms(e.cop_m) for e in (before, after)]
+    force = [rms(e.vgrf_n) for e in (before, after)]
+    alarms = len(found.memory.jumps)
+    details = []
+    for other in ("window", "han"):
+        if other == method or (other, reference, "cop") not in found.ratios:
+            continue
+        ratio, p = found.ratios[other, reference, "cop"]
+        details.append(
+            f"CoP error {_interval(ratio)} × that of {_METHODS[other]} over {ratio.n} gait cycles "
+            f"(Wilcoxon p {_p(p)})."
+            if method == "memory"
+            else f"The estimator that remembers has {_interval(ratio)} × the CoP error of "
+            f"{_METHODS[other]} on this walk."
+        )
+    states = found.memory.track
+    told = []
+    if "robot.delay" in states.names:
+        told.append(
+            f"body stream {with_sd(1e3 * found.memory.delay_s, 1e3 * found.memory.delay_sd_s)} ms "
+            "later than compensated"
+        )
+    for axis in "xy":
+        name = f"robot.com_correction_{axis}"
+        if name in states.names:
+            i = states.names.index(name)
+            value, sd = 1e3 * states.values[-1, i], 1e3 * states.sd[-1, i]
+            told.append(f"CoM {axis} off by {with_sd(float(value), float(sd))} mm")
+    if told:
+        details.append(f"Found along the way: {'; '.join(told)}.")
+    details += [
+        f"{jump.name.removesuffix('.bias')}: bias jumped by {number(jump.size, 2)} N at "
+        f"{jump.onset_s:.2f} s."
+        for jump in found.memory.jumps
+    ]
+    worse = cop[1] > cop[0]
+    consistent = 0.8 < found.consistency.ratio < 1.25
+    return VerdictRecord(
+        level="bad" if worse else "good" if consistent and not alarms else "warning",
+        sentence=f"{method}: CoP error {number(cop[0], 3)} → {number(cop[1], 3)} mm, vertical "
+        f"force {number(force[0], 3)} → {number(force[1], 3)} N against {_AGAINST[reference]}.",
+        details=tuple(details),
+    )
+
+
+_METHODS = {"window": "seed 1's window", "han": "Han's static assumption"}
+
+
+def _interval(interval: Interval) -> str:
+    return f"{interval.value:.2f} [{interval.low:.2f}, {interval.high:.2f}]"
+
+
+def _p(p: float) -> str:
+    return "–" if p != p else "< 0.001" if p < 0.001 else f"= {p:.3f}"
+
+
+def sheets_of(found: Comparison) -> tuple[Sheet, ...]:
+    """All tables."""
+    return (
+        _methods_sheet(found),
+        _calibration_sheet(found),
+        _states_sheet(found),
+        _settling_sheet(found),
+        _noise_sheet(found),
+    )
+
+
+def _methods_sheet(found: Comparison) -> Sheet:
+    rows = []
+    for reference in dict.fromkeys(j.reference for j in found.judged):
+        for one in (j for j in found.judged if j.reference == reference):
+            cells = [one.method, _AGAINST[reference]]
+            for quantity, _, factor, _ in _QUANTITIES:
+                key = (one.method, reference, quantity)
+                if key not in found.per_cycle:
+                    cells.append("–")
+                    continue
+                mean = found.per_cycle[key]
+                spread = float(np.nanstd(getattr(one, quantity)))
+                cells.append(f"{number(factor * mean.value, 3)} ± {number(factor * spread, 2)}")
+            key = (one.method, reference, "cop")
+            ratio, p = found.ratios.get(key, (None, float("nan")))
+            cells.append(_interval(ratio) if ratio is not None else "1")
+            cells.append(_p(p))
+            rows.append(cells)
+    return Sheet(
+        "Methods",
+        ("method", "against", "CoP (mm)", "each foot's CoP (mm)", "vertical force (N)",
+         "memory / method, CoP", "p"),
+        rows,
+        note="RMS error per gait cycle, mean ± sd over cycles, the first 5 s left out. Ratios of "
+        "RMS errors with 95 % bootstrap intervals over paired cycles; p: Wilcoxon signed-rank. "
+        "The smoother knows the whole walk. Truth and cells are in the same 10 Hz band. The "
+        "demand of the motion is taken with the delay, CoM offset and L̇ that memory found: it "
+        "judges scatter, not who is right about them.",
+    )  # fmt: skip
+
+
+def _calibration_sheet(found: Comparison) -> Sheet:
+    track, rows = found.memory.track, found.memory.rows
+    c = 2 * len(found.belief.channels)
+    status = [
+        Status.ESTIMATED if now < LEARNT_RATIO * before else Status.PRIOR_KEPT
+        for now, before in zip(track.sd[-1, :c], rows.prior_sd[:c], strict=True)
+    ]
+    return beliefs_sheet(
+        track.names[:c], track.units[:c], track.values[-1, :c], track.sd[-1, :c], rows.prior_sd[:c],
+        status,
+        "State of memory at the end of the walk, on top of the prior; parameters.json has scale "
+        "and bias of the raw counts. Estimated: the walk at least halved the sd.",
+    )  # fmt: skip
+
+
+def _states_sheet(found: Comparison) -> Sheet:
+    track, prior = found.memory.track, found.memory.rows.prior_sd
+    c = 2 * len(found.belief.channels)
+    rows = []
+    for i in range(c, len(track.names)):
+        factor, unit = STATE_UNITS.get(track.names[i], (1.0, track.units[i]))
+        value, sd = factor * track.values[-1, i], factor * track.sd[-1, i]
+        if track.names[i] == "robot.delay":
+            value += 1e3 * found.memory.delay_s
+        rows.append(
+            (track.names[i], with_sd(float(value), float(sd)), unit,
+             number(factor * float(prior[i]), 3))
+        )  # fmt: skip
+    return Sheet(
+        "What was wrong with the reference",
+        ("state", "at the end ± sd", "unit", "prior sd"),
+        rows,
+        note="CoM offset, a tilted IMU, accelerometer bias and floor slope look alike while "
+        "walking straight: the CoM correction stands for all of them.",
+    )
+
+
+def _settling_sheet(found: Comparison) -> Sheet:
+    rows = []
+    for s in found.settling:
+        factor, unit = (100.0, "%") if s.unit == "-" else (1.0, s.unit)
+        rows.append(
+            (
+                s.name,
+                number(s.converged_s, 3),
+                number(factor * s.steady_sd, 2),
+                with_sd(factor * s.drift_per_hour, factor * s.drift_sd),
+                unit,
+            )
+        )
+    return Sheet(
+        "Convergence and drift",
+        ("unknown", "converged after (s)", "steady sd", "drift per hour", "unit"),
+        rows,
+        note="Converged: stays within ± 2 sd of the mean of the last third. Steady sd: scatter "
+        "about a line over the last third. Drift: middle to last third, with the filter's sd.",
+    )
+
+
+def _noise_sheet(found: Comparison) -> Sheet:
+    memory = found.memory
+    learnt = {}
+    if memory.tuning is not None:
+        learnt = dict(zip(memory.tuning.learnt, memory.tuning.sd_log, strict=True))
+    rows = [
+        (
+            f.name,
+            number(float(np.asarray(getattr(memory.noise, f.name))), 3),
+            f"learnt, × or / {np.exp(min(learnt[f.name], 3.0)):.2f}"
+            if f.name in learnt
+            else "given",
+        )
+        for f in fields(Noise)
+    ]
+    rows += [
+        ("omega_f", number(float(np.asarray(found.weights.force)), 3), "quiet standing"),
+        ("omega_p", number(float(np.asarray(found.weights.cop)), 3), "quiet standing"),
+        (
+            "omega_s",
+            number(float(np.asarray(found.weights.smooth)), 3),
+            "best prediction, or given",
+        ),
+    ]
+    return Sheet("Noise and weights", ("setting", "value", "from"), rows)
+
+
+def footer_of(found: Comparison, delay_s: float) -> tuple[str, ...]:
+    """What was assumed, for who wants to repeat it."""
+    c = found.consistency
+    return (
+        f"Normalised innovation squared {c.ratio:.3f} (95 % band for independent innovations "
+        f"[{c.low:.3f}, {c.high:.3f}]), {100 * c.inside:.0f} % of {c.updates} updates inside their "
+        f"own band, lag-one correlation of the force innovation {c.whiteness:.2f}.",
+        f"{int(found.memory.track.used.sum())} of {found.memory.track.used.size} updates taught "
+        "something; the others changed nothing.",
+        f"Delay compensated {1e3 * delay_s:g} ms; window {found.rule.samples} samples every "
+        f"{found.rule.every}, {found.rule.iterations} Gauss-Newton iterations (seed 1, eq. 14).",
+    )
+
+
+def rmse_of(found: Comparison, method: str) -> RmseRecord:
+    """Errors of every method against every reference, per axis and for the vector."""
+    rows = []
+    for one in found.judged:
+        series: dict[str, tuple[str, FloatArray]] = {
+            "cop": ("m", one.errors.cop_m),
+            "cop_x": ("m", one.errors.cop_m[:, 0]),
+            "cop_y": ("m", one.errors.cop_m[:, 1]),
+            "foot_cop": ("m", one.errors.foot_cop_m.reshape(-1, 2)),
+            "vgrf": ("N", one.errors.vgrf_n),
+        }
+        for quantity, (unit, values) in series.items():
+            n = int(np.isfinite(values.reshape(len(values), -1)).all(axis=1).sum())
+            if n:
+                rows.append(
+                    RmseRow(
+                        quantity=quantity, unit=unit, stage=one.method, reference=one.reference,
+                        split="all", rmse=rms(values), n=n,
+                    )
+                )  # fmt: skip
+    del method
+    return RmseRecord(rows=tuple(rows), rejected=found.validity.counts)
+
+
+def pictures_of(
+    found: Comparison, curves: Sequence[tuple[str, Sensitivity]], robot: Robot
+) -> tuple[Picture, ...]:
+    """All figures."""
+    truth = found.replayed.get("true")
+    track, memory = found.memory.track, found.memory
+    outlines = {name: foot.outline_m for name, foot in robot.feet.items()}
+    feet = {
+        name: (cells, outlines[name])
+        for name, cells in zip(robot.feet, cells_in_feet(robot), strict=True)
+    }
+    states = [n for n in STATE_UNITS if n in track.names]
+    states += [n for n in track.names if n.endswith("plate_weight")]
+    pictures = [
+        Picture("cop", plots.plot_cop(found, ("han", "window", "memory"), truth),
+                "Centre of pressure over the last seconds of the walk (as seed 1's Figs. 10, 12, "
+                "14)."),
+        Picture("vgrf", plots.plot_vgrf(found, ("han", "window", "memory"), truth),
+                "Vertical force over the same seconds (as seed 1's Figs. 11, 13, 15)."),
+        Picture("cycles", plots.plot_cycles(found, SHOWN),
+                f"Error of every gait cycle against {_AGAINST[found.best_reference]}."),
+        Picture("path", plots.plot_path(found, "memory", feet),
+                "CoP under each foot with its cells and outline; where there is no contact there "
+                "is no point."),
+        Picture("parameters", plots.plot_parameters(track, memory.jumps, ("bias", "gain")),
+                "Every cell's bias and gain on top of the prior with ± 2 sd; dashed: a jump."),
+        Picture("innovations", plots.plot_innovations(track, ("fz", "mx", "my")),
+                "What each update did not expect, over its claimed sd."),
+    ]  # fmt: skip
+    if states:
+        pictures.append(
+            Picture("states", plots.plot_states(track, states, STATE_UNITS),
+                    "What was wrong with the body stream and the feet; the delay is on top of "
+                    f"{1e3 * memory.delay_s:.1f} ms found first.")
+        )  # fmt: skip
+    if curves:
+        pictures.append(
+            Picture("sensitivity", plots.plot_sensitivity(curves),
+                    "How much each weight and noise matters (seed 1, section 3.3.2).")
+        )  # fmt: skip
+    return tuple(pictures)
+
+
+def frame_of(found: Comparison) -> pd.DataFrame:
+    """``replay.parquet``: per sample forces, CoP, parameters, sd, validity and reason."""
+    log, ours = found.memory.log, found.replayed["memory"]
+    n = len(log)
+    frame: dict[str, object] = {"time_s": log.time_s, "gait_cycle": found.cycle}
+    for i, channel in enumerate(log.channels):
+        frame[f"{channel}_n"] = ours.forces_n[:, i]
+    for method in ("memory", "window", "han", "smoother"):
+        one = found.replayed[method].total
+        suffix = "" if method == "memory" else f"_{method}"
+        frame[f"vgrf{suffix}_n"] = one.fz_n
+        frame[f"cop{suffix}_x_m"], frame[f"cop{suffix}_y_m"] = one.cop_m.T
+    for name, pressure in zip(_feet_names(log.channels), ours.feet, strict=True):
+        frame[f"{name}_cop_x_m"], frame[f"{name}_cop_y_m"] = pressure.cop_m.T
+    for k, name in enumerate(_feet_names(log.channels)):
+        frame[f"{name}_contact"] = log.known["contact"][:, k]
+    frame["reference_vgrf_n"] = found.reference.fz_n
+    frame["reference_cop_x_m"], frame["reference_cop_y_m"] = found.reference.cop_m.T
+    track, last = found.memory.track, found.memory.rows.last_sample
+    update = np.clip(np.searchsorted(last, np.arange(n), side="right") - 1, 0, None)
+    for i, name in enumerate(track.names):
+        frame[name.replace(".", "_")] = track.values[update, i]
+        frame[f"{name.replace('.', '_')}_sd"] = track.sd[update, i]
+    frame["cop_valid"] = ours.total.valid
+    frame["used"] = found.validity.valid
+    frame["reason"] = found.validity.words()
+    return pd.DataFrame(frame)
+
+
+def _feet_names(channels: Sequence[str]) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(channel.split("_", 1)[0] for channel in channels))
