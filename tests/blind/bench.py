@@ -20,6 +20,7 @@ from typing import Any
 from rich.progress import track
 
 from footcal_cli.app import main
+from footcal_cli.commands import diagnose as diagnose_command
 from tests.blind.ledger import Ledger, code_digest
 from tests.blind.scoring import Score, Verdict, judge
 from tests.blind.trials import Cell, make_trial
@@ -186,10 +187,21 @@ def _one(folder: Path, stem: str) -> Path:
     return next(folder.glob(f"{stem}.[cp]*"))
 
 
+@contextlib.contextmanager
+def _undrawn() -> Iterator[None]:
+    """Commands without their figures, which take longer than the diagnosis."""
+    kept = diagnose_command._pictures
+    diagnose_command._pictures = lambda *_: ()
+    try:
+        yield
+    finally:
+        diagnose_command._pictures = kept
+
+
 def _footcal(arguments: Sequence[str | Path]) -> tuple[int, str]:
     """Run footcal as the shell does, quietly; exit code and what it said."""
     said = io.StringIO()
-    with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
+    with _undrawn(), contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
         try:
             main([*(str(a) for a in arguments), "--quiet"])
         except SystemExit as end:

@@ -124,7 +124,7 @@ def make_trial(cell: Cell, seed: int, folder: Path) -> dict[str, Any]:
             continue
         folder.mkdir(parents=True)
         maker.write(world, folder, rng)
-        _add_tolerance(folder / "recipe.toml", clean, stick)
+        _add_options(folder / "recipe.toml", clean, stick)
         return {
             "kind": cell.kind,
             "experiment": cell.experiment,
@@ -138,11 +138,14 @@ def make_trial(cell: Cell, seed: int, folder: Path) -> dict[str, Any]:
     raise UnreachableError(f"{cell}: not reached in {MOST_DRAWS} worlds")
 
 
-def _add_tolerance(recipe: Path, clean: World, stick: Yardstick) -> None:
-    """The smallest errors that matter: a fixed share of the noise, in N and in mm of CoP."""
+def _add_options(recipe: Path, clean: World, stick: Yardstick) -> None:
+    """The smallest errors that matter: a fixed share of the noise, in N and in mm of CoP.
+
+    The calibration to start from is scale and bias: what a bench without suspicion makes.
+    """
     torque = np.array([name.endswith("m") for name in _output_units(clean)])
     force_n = MATTERS * float(np.median(stick.noise[~torque]))
-    lines = ["[diagnose]", f"tolerance_n = {force_n:.4g}"]
+    lines = ["[offline_fit]", 'models = "affine"', "", "[diagnose]", f"tolerance_n = {force_n:.4g}"]
     if torque.any():
         moment_nm = MATTERS * float(np.median(stick.noise[torque]))
         lines.append(f"tolerance_mm = {1000.0 * moment_nm / _carried_n(clean):.4g}")
