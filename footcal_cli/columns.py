@@ -75,6 +75,9 @@ class ForeignColumn:
     unit: str | None = None
 
 
+_AXES = ("fx_n", "fy_n", "fz_n", "tx_nm", "ty_nm", "tz_nm")
+
+
 def weights_table() -> TableType:
     """Known weights on one channel at a time, long form."""
     return TableType(
@@ -110,6 +113,30 @@ def weights_stream_table(channels: Sequence[str]) -> TableType:
             ),
             Column("load_n", "the known load at every sample", optional=True, missing="keep"),
             Column("temperature_degc", "temperature at the cells", optional=True),
+            Column("session", "recording session", kind="text", optional=True),
+        ),
+    )
+
+
+def weights_together_table(channels: Sequence[str], *, known_wrench: bool = False) -> TableType:
+    """Known loads on several cells at once, or a known wrench on a sensor of several bridges.
+
+    Parameters
+    ----------
+    channels
+        Names of the cells or bridges.
+    known_wrench
+        The six components of a wrench are known, not a load per channel.
+    """
+    known = [f"known_{axis}" for axis in _AXES]
+    if not known_wrench:
+        known = [f"{name}_load_n" for name in channels]
+    return TableType(
+        "weights_together",
+        (
+            *(Column(f"{name}_counts", f"raw reading of {name}") for name in channels),
+            *(Column(name, "the known load") for name in known),
+            Column("case", "name of the load case", kind="text", optional=True),
             Column("session", "recording session", kind="text", optional=True),
         ),
     )
@@ -152,9 +179,6 @@ def placements_table(cells: Sequence[str]) -> TableType:
             Column("time_s", "time stamp", optional=True),
         ),
     )
-
-
-_AXES = ("fx_n", "fy_n", "fz_n", "tx_nm", "ty_nm", "tz_nm")
 
 
 def cells_table(channels: Sequence[str]) -> TableType:

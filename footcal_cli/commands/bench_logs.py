@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from footcal_cli.core.bench.cop_study import FootStudy
+    from footcal_cli.core.bench.matrix import MatrixStudy
     from footcal_cli.core.bench.placement_rows import PlacementRows
     from footcal_cli.core.bench.record import BenchRecord
     from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
@@ -143,6 +144,33 @@ class PlacementLog:
     rows: PlacementRows
     names: Any
     before: PlacementRows | None = None
+
+
+def study_together(
+    tables: Sequence[Table], channels: Sequence[str], *, known_wrench: bool
+) -> tuple[tuple[str, ...], MatrixStudy]:
+    """Names of the known loads and the matrices that give them."""
+    import numpy as np
+
+    from footcal_cli.core.bench.matrix import study_matrix
+    from footcal_cli.core.experiments.weights import AXES
+
+    readings = np.concatenate([t.numbers([f"{c}_counts" for c in channels]) for t in tables])
+    if known_wrench:
+        outputs, units = tuple(name for name, _ in AXES), tuple(unit for _, unit in AXES)
+        names = [f"known_{axis}_{unit.lower()}" for axis, unit in AXES]
+    else:
+        outputs, units = tuple(channels), ("N",) * len(channels)
+        names = [f"{channel}_load_n" for channel in channels]
+    loads = np.concatenate([table.numbers(names) for table in tables])
+    session = _sessions(tables)
+    if all("case" in table for table in tables):
+        labels: Any = np.concatenate([table.text("case") for table in tables]).astype(str)
+        _, case = np.unique(labels, return_inverse=True)
+    else:
+        _, case = np.unique(np.round(loads, 6), axis=0, return_inverse=True)
+    group = case.reshape(-1).astype(np.int64)
+    return outputs, study_matrix(channels, readings, outputs, loads, session, group, units)
 
 
 def read_placements(

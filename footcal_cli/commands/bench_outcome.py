@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from footcal_cli.core.bench.changes import Change
     from footcal_cli.core.bench.cop_study import FootStudy
     from footcal_cli.core.bench.study import ChannelStudy
+    from footcal_cli.core.parameters import Estimates
     from footcal_cli.records import CopCorrectionsRecord, ParametersRecord, VerdictRecord
     from footcal_cli.session import Outcome, Session
 
@@ -22,6 +23,7 @@ def outcome_of(
     session: Session[OfflineFitOptions],
     parts: Sequence[Part],
     studies: Sequence[ChannelStudy],
+    estimates: Sequence[Estimates],
     feet: Sequence[FootStudy],
     gates_missed: tuple[str, ...],
 ) -> Outcome:
@@ -33,7 +35,7 @@ def outcome_of(
     from footcal_cli.session import Outcome
     from footcal_cli.sheets.ladder import change_sheet
 
-    changes, since = _changes(session, studies, feet)
+    changes, since = _changes(session, estimates, feet)
     # placements are what weights are for: they come first
     ordered = list(reversed(parts))
     sheets = [sheet for part in ordered for sheet in part.sheets]
@@ -53,7 +55,7 @@ def outcome_of(
             footer=tuple(line for part in parts for line in part.footer),
         ),
         rmse=RmseRecord(rows=tuple(r for part in parts for r in part.rows), rejected=rejected),
-        parameters=_parameters(session, studies, feet),
+        parameters=_parameters(session, studies, estimates, feet),
         records={} if corrections is None else {"cop_correction.json": corrections},
         files={
             name: partial(_write_frame, frame)
@@ -91,7 +93,7 @@ def _verdict(parts: Sequence[Part], changes: Sequence[Change], since: str) -> Ve
 
 def _changes(
     session: Session[OfflineFitOptions],
-    studies: Sequence[ChannelStudy],
+    estimates: Sequence[Estimates],
     feet: Sequence[FootStudy],
 ) -> tuple[tuple[Change, ...], str]:
     """Parameters against those of --parameters, with the date of the earlier calibration."""
@@ -105,7 +107,7 @@ def _changes(
         for name, p in before.parameters.items()
         if p.sd is not None and p.sd > 0
     }
-    groups = [study.estimates for study in studies]
+    groups = list(estimates)
     groups += [e for found in feet if (e := found.estimates) is not None]
     found = [change for group in groups for change in find_changes(group, known)]
     found.sort(key=lambda change: change.p_value)
@@ -139,6 +141,7 @@ def _corrections(feet: Sequence[FootStudy]) -> CopCorrectionsRecord | None:
 def _parameters(
     session: Session[OfflineFitOptions],
     studies: Sequence[ChannelStudy],
+    estimates: Sequence[Estimates],
     feet: Sequence[FootStudy],
 ) -> ParametersRecord | None:
     """Channels and, where physics was chosen, the corrections of cells by their placements."""
@@ -156,20 +159,20 @@ def _parameters(
     ranges: dict[str, dict[str, Range]] = {}
     earlier = session.parameters
     effects = list(effect_records(studies))
-    if not studies and earlier is not None:
+    if not estimates and earlier is not None:
         parameters |= earlier.parameters
         ranges |= earlier.fitted_range
         effects += list(earlier.effects)
+    for group in estimates:
+        parameters |= parameter_records(group)
     for study in studies:
-        parameters |= parameter_records(study.estimates)
         ranges[study.channel] = fitted_ranges(study)
-    groups = [study.estimates for study in studies]
+    groups = list(estimates)
     for found in feet:
-        estimates = found.estimates
-        if estimates is None:
+        if found.estimates is None:
             continue
-        parameters |= parameter_records(estimates)
-        groups.append(estimates)
+        parameters |= parameter_records(found.estimates)
+        groups.append(found.estimates)
         for channel, change in found.bias_changes().items():
             name = f"{channel}.bias"
             old = parameters[name]

@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from footcal_cli.core.bench.cop_study import FootStudy
+    from footcal_cli.core.bench.matrix import MatrixStudy
     from footcal_cli.core.bench.record import BenchRecord
     from footcal_cli.core.bench.study import ChannelStudy
     from footcal_cli.core.quality import Finding
@@ -114,12 +115,8 @@ def _weights_pictures(
     from footcal_cli.report import Picture
 
     fits = [study.affine for study in studies]
+    recorded = any(study.samples is not None for study in studies)
     pictures = [
-        Picture(
-            "residuals", plot_residuals(fits, tolerance_n),
-            "Error left at each known load, one line per cell; lines that bend together share a "
-            "cause. The blue band is what was asked.",
-        ),
         Picture(
             "loads_against_counts", plot_loads_against_counts(fits, tolerance_n),
             "Known load against raw reading with the fitted line, and the error below it; orange "
@@ -127,6 +124,15 @@ def _weights_pictures(
         ),
         Picture("scales", plot_scales(fits), "Cells of one type should have scales that agree."),
     ]  # fmt: skip
+    if not recorded:
+        pictures.insert(
+            0,
+            Picture(
+                "residuals", plot_residuals(fits, tolerance_n),
+                "Error left at each known load, one line per cell; lines that bend together share "
+                "a cause. The blue band is what was asked.",
+            ),
+        )  # fmt: skip
     if climbed:
         pictures[:0] = [
             Picture(
@@ -140,7 +146,7 @@ def _weights_pictures(
                 "better, the filled one is in use.",
             ),
         ]  # fmt: skip
-    if any(study.samples is not None for study in studies):
+    if recorded:
         pictures.insert(
             0,
             Picture(
@@ -221,6 +227,33 @@ def _predictions(
             )
         )
     return pd.concat(frames, ignore_index=True)
+
+
+def together_part(channels: Sequence[str], outputs: Sequence[str], study: MatrixStudy) -> Part:
+    """Cells loaded together, or a sensor of several bridges against a known wrench."""
+    from footcal_cli.plots.matrix import plot_matrix
+    from footcal_cli.records import VerdictRecord
+    from footcal_cli.report import Picture
+    from footcal_cli.sheets import matrix as sheets
+
+    return Part(
+        verdict=VerdictRecord(
+            level="good",
+            sentence=sheets.matrix_headline(channels, outputs, study),
+            details=sheets.matrix_details(study),
+        ),
+        pictures=(
+            Picture(
+                "matrix", plot_matrix(channels, outputs, study.full),
+                "What each reading adds to each load, relative to the largest of its row, with "
+                "95 % intervals; grey ones could be zero.",
+            ),
+        ),
+        sheets=(sheets.matrix_sheet(channels, outputs, study), sheets.error_sheet(outputs, study)),
+        rows=tuple(sheets.matrix_rows(outputs, study)),
+        inadequate="matrix_inadequate",
+        footer=("Loads = matrix · counts + bias, all loads regressed on all readings.",),
+    )  # fmt: skip
 
 
 def feet_part(feet: Sequence[FootStudy], robot: Robot) -> Part:

@@ -27,6 +27,7 @@ from footcal_cli.recipe import CommandOptions, Frozen
 if TYPE_CHECKING:
     from footcal_cli.commands.bench_report import Part
     from footcal_cli.core.bench.cop_study import FootStudy
+    from footcal_cli.core.bench.matrix import MatrixStudy
     from footcal_cli.core.bench.record import BenchRecord
     from footcal_cli.core.bench.study import ChannelStudy
     from footcal_cli.core.quality import Finding
@@ -59,6 +60,7 @@ class OfflineFitOptions(CommandOptions):
     most_degree: int = Field(default=3, ge=1, le=6)
     samples: bool | None = None
     plateaus: PlateauSettings = PlateauSettings()
+    known_wrench: bool = False
     held_out_placements: tuple[str, ...] = ()
     min_force_n: float = Field(default=5.0, gt=0)
     intended_load_n: tuple[float, float] | None = None
@@ -114,14 +116,15 @@ def offline_fit(
 def _calibrate(session: Session[OfflineFitOptions]) -> Outcome:
     """Weights first, then the placements that need their calibration."""
     from footcal_cli.commands.bench_outcome import outcome_of
-    from footcal_cli.commands.bench_report import feet_part, weights_part
+    from footcal_cli.commands.bench_report import feet_part, together_part, weights_part
 
     with session.step("read"):
         logs = _read(session)
     with session.step("fit"):
         studies = [_study(record, session.options) for record in logs.records]
+        together = _together(session)
         feet = _feet(session, studies)
-    if not studies and not feet:
+    if not studies and not feet and together is None:
         session.read_required(weights_table())
     with session.step("draw"):
         parts = []
@@ -136,9 +139,14 @@ def _calibrate(session: Session[OfflineFitOptions]) -> Outcome:
                     method=session.options.method,
                 )
             )
+        if together is not None:
+            parts.append(together_part(session.recipe.robot.cell_names, *together))
         if feet:
             parts.append(feet_part(feet, session.recipe.robot))
-    return outcome_of(session, parts, studies, feet, _gates(session.options, parts))
+    estimates = [study.estimates for study in studies]
+    if together is not None:
+        estimates.append(together[1].chosen.estimates)
+    return outcome_of(session, parts, studies, estimates, feet, _gates(session.options, parts))
 
 
 @dataclass(frozen=True)
@@ -188,6 +196,18 @@ def _study(record: BenchRecord, options: OfflineFitOptions) -> ChannelStudy:
         extend=extend,
         most_degree=options.most_degree,
     )
+
+
+def _together(session: Session[OfflineFitOptions]) -> tuple[tuple[str, ...], MatrixStudy] | None:
+    """Matrices of cells loaded together, None without such a log."""
+    from footcal_cli.columns import weights_together_table
+    from footcal_cli.commands.bench_logs import study_together
+
+    channels, wrench = session.recipe.robot.cell_names, session.options.known_wrench
+    if not channels:
+        return None
+    tables = session.read(weights_together_table(channels, known_wrench=wrench))
+    return study_together(tables, channels, known_wrench=wrench) if tables else None
 
 
 def _feet(session: Session[OfflineFitOptions], studies: Sequence[ChannelStudy]) -> list[FootStudy]:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from footcal_cli.core.bench.blocks import fit_blocks
+from footcal_cli.core.bench.blocks import BlockFit, fit_blocks
 from footcal_cli.core.bench.choice import Choice, HeldOut, choose, hold_out
 from footcal_cli.core.parameters import BoolArray, Estimates, FloatArray, IntArray, Status
 from footcal_cli.errors import FitError
@@ -87,6 +87,8 @@ class MatrixStudy:
         One-standard-error rule over groups; None with one candidate.
     held_out_rmse
         Per candidate and output, shape (m, k), in the outputs' units.
+    rows
+        Rows behind it.
     """
 
     diagonal: MatrixFit | None
@@ -94,6 +96,7 @@ class MatrixStudy:
     chosen: MatrixFit
     choice: Choice | None
     held_out_rmse: FloatArray
+    rows: int
 
 
 def fit_matrix(
@@ -141,45 +144,16 @@ def fit_matrix(
             f"the loads move only {rank} of {wide} combinations of readings",
             remedy="load the channels one by one, or in as many combinations as there are channels",
         )
-    parts, residuals = [], np.empty_like(loads)
+    fits, residuals = [], np.empty_like(loads)
     for i in range(count):
         columns = scaled[:, [i]] if diagonal else scaled
         design = np.column_stack([columns, np.ones(len(columns))])
-        fit = fit_blocks(design, loads[:, i], block)
-        residuals[:, i] = loads[:, i] - design @ fit.coefficients
-        parts.append((fit, [i, wide] if diagonal else list(range(wide + 1))))
+        fits.append(fit_blocks(design, loads[:, i], block))
+        residuals[:, i] = loads[:, i] - design @ fits[-1].coefficients
     noise = np.atleast_2d(np.corrcoef(residuals.T)) if count > 1 else np.ones((1, 1))
     noise = np.where(np.isfinite(noise), noise, np.eye(count))
+    values, covariance, quantile = _joint(fits, centre, width, noise, diagonal=diagonal)
     size = wide + 1
-    values, roots = np.zeros(count * size), np.zeros((count * size, size))
-    quantiles = np.zeros(count * size)
-    # from scaled to raw readings: M = A / width, b = a₀ − M centre
-    back = np.eye(size)
-    back[:wide, :wide] = np.diag(1.0 / width)
-    back[wide, :wide] = -centre / width
-    for i, (fit, at) in enumerate(parts):
-        rows = slice(i * size, (i + 1) * size)
-        coefficients, covariance = np.zeros(size), np.zeros((size, size))
-        coefficients[at] = fit.coefficients
-        covariance[np.ix_(at, at)] = fit.covariance
-        values[rows] = back @ coefficients
-        low, vectors = np.linalg.eigh(covariance)
-        roots[rows] = back @ (vectors * np.sqrt(np.clip(low, 0.0, None)))
-        half = np.zeros(size)
-        half[at] = fit.half_width() / np.maximum(fit.sd, 1e-300)
-        quantiles[rows] = np.where(half > 0, half, 0.0)
-        quantiles[rows.stop - 1] = half[wide]
-    # outputs share the design and their noise is correlated: blocks L_i ρ_ij L_jᵀ
-    covariance = np.block(
-        [
-            [
-                noise[i, j] * roots[i * size : (i + 1) * size] @ roots[j * size : (j + 1) * size].T
-                for j in range(count)
-            ]
-            for i in range(count)
-        ]
-    )
-    table = values.reshape(count, size)
     estimates = Estimates(
         tuple(name for output in outputs for name in _names(output, channels)),
         tuple(unit for u in units for unit in (*(f"{u}/count",) * wide, u)),
@@ -191,14 +165,15 @@ def fit_matrix(
             for j in range(size)
         ),
     )
-    half_width = quantiles * estimates.sd
+    half_width = quantile * estimates.sd
+    table = values.reshape(count, size)
     return MatrixFit(
         matrix=table[:, :wide],
         bias=table[:, wide],
         estimates=estimates,
         ci95=np.column_stack([values - half_width, values + half_width]),
-        sd_within=np.array([fit.sd_within for fit, _ in parts]),
-        sd_between=np.array([fit.sd_between for fit, _ in parts]),
+        sd_within=np.array([fit.sd_within for fit in fits]),
+        sd_between=np.array([fit.sd_between for fit in fits]),
         noise=noise,
         rank=rank,
         condition=float(singular[0] / singular[-1]) if singular[-1] > 0 else np.inf,
@@ -206,6 +181,40 @@ def fit_matrix(
         reading_high=readings.max(axis=0),
         diagonal=diagonal,
     )
+
+
+def _joint(
+    fits: Sequence[BlockFit],
+    centre: FloatArray,
+    width: FloatArray,
+    noise: FloatArray,
+    *,
+    diagonal: bool,
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Values, joint covariance and t quantiles in terms of raw readings, row by row of M and b.
+
+    ``M = A / width, b = a₀ − M centre``. Outputs share the design and their noise is correlated:
+    the blocks of the covariance are ``L_i ρ_ij L_jᵀ``, which keeps it positive.
+    """
+    count, wide = len(fits), centre.size
+    size = wide + 1
+    back = np.eye(size)
+    back[:wide, :wide] = np.diag(1.0 / width)
+    back[wide, :wide] = -centre / width
+    values, quantiles = np.zeros((count, size)), np.zeros((count, size))
+    roots = np.zeros((count, size, size))
+    for i, fit in enumerate(fits):
+        at = [i, wide] if diagonal else list(range(size))
+        coefficients, own = np.zeros(size), np.zeros((size, size))
+        coefficients[at] = fit.coefficients
+        own[np.ix_(at, at)] = fit.covariance
+        values[i] = back @ coefficients
+        low, vectors = np.linalg.eigh(own)
+        roots[i] = back @ (vectors * np.sqrt(np.clip(low, 0.0, None)))
+        quantiles[i, at] = fit.half_width() / np.maximum(fit.sd, 1e-300)
+    blocks = np.einsum("ij,iab,jcb->iajc", noise, roots, roots)
+    total = count * size
+    return values.ravel(), blocks.reshape(total, total), quantiles.ravel()
 
 
 def study_matrix(
@@ -245,7 +254,8 @@ def study_matrix(
     choice = choose(scaled) if same else None
     rmse = np.array([np.sqrt(np.mean(error**2, axis=0)) for error in errors])
     chosen = candidates[choice.chosen if choice is not None else 0]
-    return MatrixStudy(candidates[0] if same else None, candidates[-1], chosen, choice, rmse)
+    diagonal_fit = candidates[0] if same else None
+    return MatrixStudy(diagonal_fit, candidates[-1], chosen, choice, rmse, len(readings))
 
 
 def _names(output: str, channels: Sequence[str]) -> list[str]:

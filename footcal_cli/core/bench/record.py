@@ -193,9 +193,10 @@ def condense(record: BenchRecord, interval_s: float) -> BenchRecord:
         return np.asarray(np.bincount(index, weights=values) / size, dtype=np.float64)
 
     warmth = record.temperature_degc
+    load, first = mean(record.load_n), record.load_n[new]
     return replace(
         record,
-        load_n=mean(record.load_n),
+        load_n=np.where(np.isclose(load, first, rtol=1e-12), first, load),
         reading=mean(record.reading),
         time_s=mean(record.time_s),
         session=record.session[new],

@@ -255,7 +255,14 @@ def study_samples(
     )
     study = study_rows(_condensed(filtered), method, extend=extend, most_degree=most_degree)
     relaxation, waiting = _creep_of(samples)
-    return replace(study, samples=samples, relaxation=relaxation, waiting=waiting)
+    return replace(
+        study,
+        # means of neighbouring samples are no repeats: their scatter is no pure error
+        affine=replace(study.affine, lack_of_fit=None),
+        samples=samples,
+        relaxation=relaxation,
+        waiting=waiting,
+    )
 
 
 def _condensed(record: BenchRecord) -> BenchRecord:

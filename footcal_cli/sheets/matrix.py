@@ -1,0 +1,109 @@
+"""Matrices of channels loaded together, as tables and sentences."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from footcal_cli.core.bench.matrix import MatrixFit, MatrixStudy
+from footcal_cli.core.parameters import FloatArray
+from footcal_cli.records import RmseRow
+from footcal_cli.report import Sheet, number, with_sd
+
+
+def shares_of_row(fit: MatrixFit) -> FloatArray:
+    """What each reading's range adds to each load, over the largest of its row, shape (k, c)."""
+    moved = fit.matrix * (fit.reading_high - fit.reading_low)
+    return np.asarray(moved / np.abs(moved).max(axis=1, keepdims=True))
+
+
+def matrix_headline(channels: Sequence[str], outputs: Sequence[str], study: MatrixStudy) -> str:
+    """Whether channels talk to each other, and what taking it in buys."""
+    error = study.held_out_rmse.mean(axis=1)
+    if study.diagonal is None:
+        return (
+            f"{len(channels)} readings give {len(outputs)} loads; error on load cases left out: "
+            + ", ".join(
+                f"{name} {number(float(rmse), 2)}"
+                for name, rmse in zip(outputs, study.held_out_rmse[-1], strict=True)
+            )
+            + "."
+        )
+    off = np.abs(shares_of_row(study.full) * (1.0 - np.eye(len(channels))))
+    row, column = divmod(int(np.argmax(off)), len(channels))
+    largest, load, reading = 100.0 * off[row, column], outputs[row], channels[column]
+    if study.chosen is study.full:
+        return (
+            f"The cells talk to each other: {load} takes {largest:.1f} % of "
+            f"{reading}. The full matrix leaves {number(float(error[-1]), 2)} N instead of "
+            f"{number(float(error[0]), 2)} N on load cases left out."
+        )
+    return (
+        f"No crosstalk beyond noise: a matrix would take at most {largest:.2f} % "
+        f"({load} from {reading}) and predict no better "
+        f"({number(float(error[-1]), 2)} against {number(float(error[0]), 2)} N)."
+    )
+
+
+def matrix_details(study: MatrixStudy) -> tuple[str, ...]:
+    """Health of the design, in words."""
+    fit = study.full
+    return (
+        f"The loads move {fit.rank} of {fit.matrix.shape[1]} combinations of readings, condition "
+        f"number {number(fit.condition, 3)}"
+        + (": load the channels in more different combinations." if fit.condition > 30 else "."),
+    )
+
+
+def matrix_sheet(channels: Sequence[str], outputs: Sequence[str], study: MatrixStudy) -> Sheet:
+    """The chosen matrix with sd, in load per million counts."""
+    fit = study.chosen
+    sd = fit.estimates.sd.reshape(len(outputs), len(channels) + 1)
+    rows = []
+    for i, output in enumerate(outputs):
+        cells = [
+            with_sd(1e6 * float(fit.matrix[i, j]), 1e6 * float(sd[i, j])) if sd[i, j] > 0 else "0"
+            for j in range(len(channels))
+        ]
+        rows.append((output, *cells, with_sd(float(fit.bias[i]), float(sd[i, -1]))))
+    kind = "diagonal" if fit.diagonal else "full"
+    return Sheet(
+        f"Matrix ({kind})",
+        ("load", *(f"{channel} (per 10⁶ counts)" for channel in channels), "bias"),
+        rows,
+        note="± one standard deviation; parameters.json has the joint covariance.",
+    )
+
+
+def error_sheet(outputs: Sequence[str], study: MatrixStudy) -> Sheet:
+    """Held-out errors of the candidates."""
+    names = ["full"] if study.diagonal is None else ["diagonal", "full"]
+    return Sheet(
+        "Error on load cases left out",
+        ("matrix", *outputs),
+        [
+            (name, *(number(float(value), 3) for value in row))
+            for name, row in zip(names, study.held_out_rmse, strict=True)
+        ],
+    )
+
+
+def matrix_rows(outputs: Sequence[str], study: MatrixStudy) -> list[RmseRow]:
+    """Held-out errors as rows of rmse.json."""
+    names = ["full"] if study.diagonal is None else ["diagonal", "full"]
+    chosen = "diagonal" if study.chosen.diagonal else "full"
+    units = study.full.estimates.units[study.full.matrix.shape[1] :: study.full.matrix.shape[1] + 1]
+    return [
+        RmseRow(
+            quantity=f"force {output}" if unit == "N" else f"torque {output}",
+            unit=unit,
+            stage="after" if name == chosen else name,
+            reference="known load, its load case left out of the fit",
+            split="held_out",
+            rmse=float(value),
+            n=study.rows,
+        )
+        for name, errors in zip(names, study.held_out_rmse, strict=True)
+        for output, unit, value in zip(outputs, units, errors, strict=True)
+    ]
