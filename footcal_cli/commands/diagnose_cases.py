@@ -275,9 +275,14 @@ def _sessions(tables: Sequence[Table]) -> Any:
 
 
 def _needed(session: Session[DiagnoseOptions]) -> ParametersRecord:
-    from footcal_cli.session import load_calibration
+    from footcal_cli.errors import UsageError
 
-    return load_calibration(session, (), "offline-fit")
+    if session.parameters is None:
+        raise UsageError(
+            "diagnosis of placements starts from a calibration",
+            remedy="give --parameters from offline-fit",
+        )
+    return session.parameters
 
 
 def chain_of(

@@ -16,11 +16,12 @@ from footcal_cli.core.diagnosis.engine import (
     diagnose,
     leftover,
 )
-from footcal_cli.core.diagnosis.problem import Problem
+from footcal_cli.core.diagnosis.problem import Problem, Signature
 from footcal_cli.core.diagnosis.refit import Refit, refit
 from footcal_cli.core.diagnosis.rules import Rules
-from footcal_cli.core.diagnosis.scores import held_out_loss
+from footcal_cli.core.diagnosis.scores import cosines, held_out_loss
 from footcal_cli.core.diagnosis.signatures import (
+    SWITCHES,
     calibration_columns,
     direction_columns,
     library_columns,
@@ -28,7 +29,13 @@ from footcal_cli.core.diagnosis.signatures import (
 from footcal_cli.core.diagnosis.tracking import Tracking
 from footcal_cli.core.diagnosis.whitening import whitened_grams
 from footcal_cli.core.effects.contract import Effect
-from footcal_cli.core.evidence import Interval, jackknife_interval, smallest_p
+from footcal_cli.core.evidence import (
+    Interval,
+    jackknife_interval,
+    sign_flip_mean,
+    sign_patterns,
+    smallest_p,
+)
 from footcal_cli.core.parameters import FloatArray
 
 Describe = Callable[[Case, Rows], tuple[Mapping[str, FloatArray], Mapping[str, FloatArray]]]
@@ -183,10 +190,9 @@ def investigate(
         rounds.append(answer)
         if not answer.causes or len(causes) == rules.most_effects:
             break
-        cause = answer.causes[0]
+        cause, model = _decided(case, rows, problem, table, causes, model, answer, seed)
         causes.append(cause)
-        model = _extended(case, rows, problem, table, causes, model)
-        current = _after(problem, model, causes, table)
+        current = _after(problem, model, causes)
     found, stable = _found(causes, model), _stability(rounds)
     return Investigation(
         verdict=_verdict(rounds, causes, rules),
@@ -200,6 +206,78 @@ def investigate(
         final=current,
         stable=stable,
     )
+
+
+LOOK_ALIKE = 0.8
+"""|cos| from which a cause that explains nearly as much is refitted in full too."""
+NEARLY = 0.5
+MOST_CONTENDERS = 3
+
+
+def _decided(
+    case: Case,
+    rows: Rows,
+    problem: Problem,
+    table: Mapping[str, Effect],
+    causes: Sequence[Cause],
+    model: Refit | None,
+    answer: Diagnosis,
+    seed: int,
+) -> tuple[Cause, Refit]:
+    """The named cause against its look-alikes, each in its own full non-linear refit.
+
+    A linear proxy may prefer the wrong one of two look-alikes when the effect is large.
+    """
+    first = answer.causes[0]
+    rules = answer.rules
+    tried: list[tuple[Cause, Refit, FloatArray]] = []
+    for signature, size in _contenders(answer):
+        cause = replace(first, signature=signature, size=size, rivals=(), places=first.places)
+        if signature.effect != first.signature.effect:
+            cause = replace(cause, places=())
+        fitted = _extended(case, rows, problem, table, [*causes, cause], model)
+        tried.append((cause, fitted, _white_loss(_after(problem, fitted, [*causes, cause]))))
+    best = int(np.argmin([loss.sum() for _, _, loss in tried]))
+    chosen, fitted, loss = tried[best]
+    signs = sign_patterns(loss.size, seed)
+    worse = {
+        cause.signature.effect
+        for cause, _, other in tried
+        if sign_flip_mean(other - loss, signs) < rules.alpha_rival
+    }
+    rivals = [s for s in first.rivals if s.effect not in worse]
+    rivals += [cause.signature for cause, _, _ in tried if cause.signature.effect not in worse]
+    if first.signature.effect in worse:
+        rivals = [s for s in rivals if s.effect != first.signature.effect]
+    kept = tuple(dict.fromkeys(s for s in rivals if s.effect != chosen.signature.effect))
+    return replace(chosen, rivals=kept), fitted
+
+
+def _contenders(answer: Diagnosis) -> list[tuple[Signature, Interval]]:
+    """The named cause and the effects that look like it and explain nearly as much."""
+    evidence, lib = answer.search.first, answer.library
+    first = answer.causes[0]
+    signatures = lib.problem.signatures
+    mine = lib.causes.index(first.signature.cause)
+    gain = evidence.gain.sum(axis=0)
+    cos = np.abs(cosines(answer.grams.inner, answer.grams.calibration, evidence.best))[mine]
+    found = {first.signature.effect: (first.signature, first.size)}
+    for c in np.argsort(-gain):
+        signature = signatures[lib.index(int(evidence.best[c]))]
+        if len(found) == MOST_CONTENDERS or gain[c] < NEARLY * gain[mine]:
+            break
+        possible = signature.lower <= evidence.size[c] <= signature.upper
+        if signature.effect not in found and cos[c] > LOOK_ALIKE and possible:
+            size = jackknife_interval(float(evidence.size[c]), evidence.size_without[:, c])
+            found[signature.effect] = (signature, size)
+    return list(found.values())
+
+
+def _white_loss(problem: Problem) -> FloatArray:
+    """Held-out squared error of each block in the metric of the noise, shape (B,)."""
+    bare = replace(problem, columns=problem.columns[:, :0], signatures=())
+    grams, _ = whitened_grams(bare, np.empty((problem.residual.size, 0)))
+    return held_out_loss(grams.inner, grams.calibration)
 
 
 def _extended(
@@ -222,16 +300,14 @@ def _extended(
                 # the linear size may overshoot a bent effect; begin inside its range
                 inside = np.clip(newest.size.value, -3 * parameter.prior_sd, 3 * parameter.prior_sd)
                 value = float(np.clip(parameter.neutral + inside, parameter.lower, parameter.upper))
+                value = 1.0 if effect.name in SWITCHES else value
             start.setdefault(f"{owner}.{parameter.name}", value)
     accepted = [(table[c.signature.effect], c.signature) for c in causes]
     return refit(case, rows, problem, accepted, start)
 
 
-def _after(
-    problem: Problem, model: Refit, causes: Sequence[Cause], table: Mapping[str, Effect]
-) -> Problem:
+def _after(problem: Problem, model: Refit, causes: Sequence[Cause]) -> Problem:
     """The problem on the extended model: its effects and their rivals are calibration now."""
-    del table
     taken = {c.signature.effect for c in causes}
     rivals = {s for c in causes for s in (*c.rivals, *c.places)}
     rival_columns = [problem.columns[:, i] for i, s in enumerate(problem.signatures) if s in rivals]
@@ -296,12 +372,12 @@ def _gains(before: Problem, after: Problem) -> tuple[Gain, ...]:
     for o, (name, unit) in enumerate(zip(before.outputs, before.units, strict=True)):
         rows = before.output == o
         count = np.bincount(before.block[rows], minlength=before.blocks)
-        used = count > 0
+        used = (count > 0) & (losses[0][:, o] > 0)
         if not used.any():
             continue
         noise = float(before.noise[rows][0])
         old, new = losses[0][used, o], losses[1][used, o]
-        whole = [float(np.sqrt(x.sum() / count.sum())) * noise for x in (old, new)]
+        whole = [float(np.sqrt(x.sum() / count[used].sum())) * noise for x in (old, new)]
         share = np.array(
             [
                 1.0 - np.sqrt((new.sum() - n) / max(old.sum() - a, 1e-300))

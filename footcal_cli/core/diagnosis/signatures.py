@@ -20,6 +20,8 @@ ALIKE = 0.995
 """|cos| from which two shapes of an effect count as one."""
 MOST_SHAPES = 30
 _NOTHING = 1e-6  # RMS change in noise units at a usual size: below it is rounding
+SWITCHES = frozenset({"channel_swap"})
+"""Effects that are on or off: differentiated at the swapped readings, a whole one looks like −1."""
 _CHOICES = frozenset({"channel_stuck", "channel_duplicate", "quantisation", "dropped_samples"})
 
 
@@ -132,7 +134,7 @@ def effect_columns(
                 signatures.append(
                     Signature(
                         effect=effect.name, parameter=size.name, where=where, unit=size.unit,
-                        shape=tuple(shape.items()), lower=size.lower - size.neutral,
+                        shape=tuple(shape.items()), lower=(-1.3 if effect.name in SWITCHES else size.lower) - size.neutral,
                         upper=size.upper - size.neutral, owners=owners,
                     )
                 )  # fmt: skip

@@ -16,8 +16,9 @@ from footcal_cli.core.parameters import FloatArray, IntArray
 
 PART_S = 2.0
 """Length over which the calibration is taken as constant."""
-GAIN_SD, BIAS_SD_N = 0.02, 0.3
-"""What is believed of a calibration before the walk (METHODS: gain ± 2 %, bias ± 0.3 N)."""
+GAIN_SD, BIAS_SD_N = 0.2, 3.0
+"""What is believed of a calibration before the walk: ten times a nameplate's promise (METHODS: gain
+± 2 %, bias ± 0.3 N), so that evidence comes from the walk and not from that promise."""
 WALK_VARIANCES = 10.0 ** np.arange(-8.0, 0.1, 0.5)
 """Variances of the random walk per second that are tried, in units of the prior variance."""
 _SWEEPS = 2

@@ -295,9 +295,16 @@ def _tracked(
         return partner.pop(key, first[:0])
 
     raw, found = innovations(white, raw, calibration, stretches, raw_rows, variance, there)
+    # while the filter still learns where the calibration stands, what it cannot predict says so
+    # and nothing else: the first block of each recording is no evidence
+    learning = {int(problem.block[tracking.recording == r].min()) for r in
+                np.unique(tracking.recording)}  # fmt: skip
     grams = np.zeros((problem.blocks, white.shape[1], white.shape[1]))
     for rows, gram in found:
-        grams[problem.block[kept[rows[0]]]] += gram
+        block = int(problem.block[kept[rows[0]]])
+        if block not in learning:
+            grams[block] += gram
+    raw[np.isin(problem.block, list(learning))] = 0.0
     return grams, raw
 
 
