@@ -7,6 +7,7 @@ import traceback
 
 import typer
 
+from footcal_cli.commands.apply import apply
 from footcal_cli.commands.check import check
 from footcal_cli.commands.diagnose import diagnose
 from footcal_cli.commands.effects import effects
@@ -29,6 +30,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 app.command("offline-fit")(offline_fit)
+app.command("apply")(apply)
 app.command("check")(check)
 app.command("diagnose")(diagnose)
 app.command("static-init")(static_init)

@@ -13,6 +13,8 @@ _NOT_COMMANDS = frozenset(
         "diagnose_cases",
         "six_axis_logs",
         "pose_outcome",
+        "apply_legs",
+        "apply_cells",
     }
 )
 

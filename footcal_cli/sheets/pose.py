@@ -27,7 +27,7 @@ _NOISY = 1.5
 def rmse_rows(stages: Mapping[str, FloatArray], held_out: Candidate) -> tuple[RmseRow, ...]:
     """Per stage: sum of forces and of moments, per axis RMS; held-out errors of the fit."""
     rows = [
-        _row(quantity, unit, stage, "all", part)
+        _row(quantity, unit, stage, part)
         for stage, error in stages.items()
         for quantity, unit, part in (
             ("sum of forces", "N", error[:, :3]),
@@ -41,18 +41,22 @@ def rmse_rows(stages: Mapping[str, FloatArray], held_out: Candidate) -> tuple[Rm
     ):
         rows.append(
             RmseRow(
-                quantity=quantity, unit=unit, stage="after", reference="chassis weight",
-                split="held_out", rmse=float(np.sqrt(square.mean())), n=samples,
+                quantity=quantity,
+                unit=unit,
+                stage="joint" if "joint" in stages else "after",
+                reference="chassis weight",
+                split="held_out",
+                rmse=float(np.sqrt(square.mean())),
+                n=samples,
             )
-        )  # fmt: skip
+        )
     return tuple(rows)
 
 
-def _row(quantity: str, unit: str, stage: str, split: str, error: FloatArray) -> RmseRow:
+def _row(quantity: str, unit: str, stage: str, error: FloatArray) -> RmseRow:
     return RmseRow(
-        quantity=quantity, unit=unit, stage=stage, reference="chassis weight",
-        split="held_out" if split == "held_out" else "all",
-        rmse=float(np.sqrt(np.mean(error**2))), n=int(error.size),
+        quantity=quantity, unit=unit, stage=stage, reference="chassis weight", split="all",
+        rmse=_rms(error), n=int(error.size),
     )  # fmt: skip
 
 
@@ -65,13 +69,15 @@ def verdict(
 ) -> VerdictRecord:
     """One sentence: what the sum of forces was off by, and is now on poses not used."""
     before = _rms(stages["before"][:, :3])
-    after = float(np.sqrt(held_out.cv_square[:3].mean()))
+    alternated = bool(np.isnan(fit.covariance).any())
+    after = _rms(stages["after"][:, :3]) if alternated else _held_out(held_out, 0)
+    moment = _rms(stages["after"][:, 3:]) if alternated else _held_out(held_out, 3)
     turn = np.rad2deg(np.linalg.norm(rotation_log(fit.mounting.turn_b), axis=1))
     details = [
         f"Mounting errors found: {fit.options.structure.value}; rotations up to "
         f"{number(float(turn.max()), 2)}° ({fit.geometry.legs[int(turn.argmax())]}).",
         f"Moments: {number(_rms(stages['before'][:, 3:]), 2)} Nm before, "
-        f"{number(float(np.sqrt(held_out.cv_square[3:].mean())), 2)} Nm now.",
+        f"{number(moment, 2)} Nm now.",
         *common_words(fit),
     ]
     suspects = suspect_legs(mapped, fit.geometry.legs)
@@ -80,8 +86,9 @@ def verdict(
             level="bad", sentence="The fit did not converge.", details=tuple(details)
         )
     sentence = (
-        f"The sum of forces on {fit.poses} poses is off by {number(after, 2)} N per axis on poses "
-        f"not used for the fit ({number(before, 2)} N with a tare in the air)."
+        f"The sum of forces on {fit.poses} poses is off by {number(after, 2)} N per axis"
+        f"{'' if alternated else ' on poses not used for the fit'} ({number(before, 2)} N with a "
+        "tare in the air)."
     )
     if suspects:
         return VerdictRecord(
@@ -100,9 +107,16 @@ def verdict(
     )
 
 
+def _held_out(candidate: Candidate, first: int) -> float:
+    """Held-out error per axis of the forces (0) or the moments (3)."""
+    return float(np.sqrt(candidate.cv_square[first : first + 3].mean()))
+
+
 def common_words(fit: PoseFit) -> tuple[str, ...]:
     """What all legs share is seen worst: a common yaw and a common height."""
     yaw, height = _common_sd(fit, 2), _common_sd(fit, 3 * len(fit.geometry.legs) + 2)
+    if np.isnan(yaw):
+        return ("This method gives no intervals.",)
     words = []
     if fit.options.structure.rotates:
         words.append(f"A yaw common to all transducers is known to ± {np.rad2deg(yaw):.2g}°")
@@ -313,8 +327,8 @@ def offset_rmse(
     chassis_n = data.robot_weight_n - sum(leg.weight_n for leg in legs)
     total[:, :3] += chassis_n * data.gravity_b
     return (
-        _row("sum of forces", "N", stage, "all", total[:, :3]),
-        _row("sum of moments", "Nm", stage, "all", total[:, 3:]),
+        _row("sum of forces", "N", stage, total[:, :3]),
+        _row("sum of moments", "Nm", stage, total[:, 3:]),
     )
 
 

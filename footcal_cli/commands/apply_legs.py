@@ -1,0 +1,117 @@
+"""`apply` for a robot with hip transducers: ground wrenches per foot (seed 2, Figs. 8 and 9)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from footcal_cli.columns import legs_table
+from footcal_cli.commands.pose_outcome import WRENCH_COLUMNS, calibration_of, mounting_of
+from footcal_cli.commands.six_axis_logs import frames_of_tables, geometry_of
+from footcal_cli.core.pose.data import pose_data
+from footcal_cli.core.pose.hanging import stored_knowledge
+from footcal_cli.core.pose.intake import pose_log
+from footcal_cli.core.pose.wrenches import foot_wrenches, naive_wrenches, tare_in_the_air
+from footcal_cli.errors import DataError, UsageError
+from footcal_cli.plots.feet import plot_feet
+from footcal_cli.records import RmseRecord
+from footcal_cli.report import Picture, Report
+from footcal_cli.session import Outcome
+from footcal_cli.sheets import feet as sheets
+
+if TYPE_CHECKING:
+    from footcal_cli.commands.apply import ApplyOptions
+    from footcal_cli.session import Session
+
+
+def apply_legs(session: Session[ApplyOptions]) -> Outcome:
+    """Readings of hip transducers to wrenches of the ground on the feet, before and after."""
+    record, robot = session.parameters, session.recipe.robot
+    assert record is not None, "checked by the caller"
+    if robot.weight_n is None:
+        raise UsageError("the robot's mass is needed", file=session.recipe.path,
+                         remedy="add mass_kg to [robot]")  # fmt: skip
+    values = {name: parameter.value for name, parameter in record.parameters.items()}
+    try:
+        legs = tuple(stored_knowledge(leg, values, record.covariance_of) for leg in robot.legs)
+    except KeyError as error:
+        raise UsageError(
+            f"the calibration has no parameter {error}", file=session.request.parameters,
+            remedy="calibrate every leg of the recipe with hang-calib first",
+        ) from None  # fmt: skip
+    com_names = [f"robot.chassis_com_{axis}" for axis in "xyz"]
+    com = [values.get(n, v) for n, v in zip(com_names, session.options.chassis_com_m, strict=True)]
+    geometry = geometry_of(robot.legs, com)
+    with session.step("read"):
+        tables = session.read_required(legs_table())
+        frames = frames_of_tables(tables, geometry.legs, "time_s")
+    if len(frames.keys) == 0:
+        raise DataError("no stamp at which every leg was read", file=tables[0].path)
+    with session.step("apply"):
+        weight = np.array([leg.weight_n for leg in legs])
+        time_s = frames.columns["time_s"][:, 0]
+        data = pose_data(
+            pose_log(
+                geometry, frames, robot_weight_n=robot.weight_n, leg_weight_n=weight, time_s=time_s
+            )
+        )
+        offset = np.stack([leg.offset for leg in legs])
+        calibration = calibration_of(data, mounting_of(record, geometry), offset, legs)
+        after = foot_wrenches(data, calibration)
+        coms = tuple(leg.com_m for leg in legs)
+        tare = tare_in_the_air(geometry.rot_bt, offset, weight, coms)
+        before = naive_wrenches(data, tare, calibration.origin_b_m)
+    with session.step("draw"):
+        picture = Picture(
+            "foot_wrenches",
+            plot_feet(time_s, before, after, geometry.legs),
+            "Wrench of the ground on each foot in the floating-base frame: grey with a tare in "
+            "the air and the nominal mounting, blue calibrated. A lifted foot must show zero.",
+        )
+    rejected = {
+        reason: count
+        for reason, count in (
+            ("a leg is missing or there twice", frames.incomplete),
+            ("reading is not a number", frames.broken),
+        )
+        if count
+    }
+    stages = {"before": before, "after": after}
+    mounted = f"{geometry.legs[0]}.mount_rot_x" in values
+
+    def write(path: Path) -> None:
+        import pandas as pd
+
+        from footcal_cli.tables import write_parquet
+
+        stamps, count = after.shape[:2]
+        table = pd.DataFrame(
+            {
+                "time_s": np.repeat(time_s, count),
+                "leg": np.tile(geometry.legs, stamps),
+                "phase_rad": data.phase_rad.ravel(),
+            }
+        )
+        for i, name in enumerate(WRENCH_COLUMNS):
+            table[name] = after[..., i].ravel()
+        for i, name in enumerate(WRENCH_COLUMNS):
+            table[f"tared_{name}"] = before[..., i].ravel()
+        write_parquet(table, path)
+
+    return Outcome(
+        report=Report(
+            title=f"Foot wrenches of {robot.name}",
+            verdict=sheets.verdict(stages, data, mounted),
+            pictures=(picture,),
+            sheets=(sheets.foot_sheet(stages, data),),
+            footer=(
+                "Floating base: origin fixed in the body at the robot's CoM with all shafts at 0 "
+                f"({', '.join(f'{1e3 * x:.1f}' for x in calibration.origin_b_m)} mm in the body "
+                "frame), z up, x along the heading (seed 2, eq. (3)).",
+            ),
+        ),
+        rmse=RmseRecord(rows=sheets.rmse_rows(stages, data), rejected=rejected),
+        files={"calibrated.parquet": write},
+    )
