@@ -71,7 +71,7 @@ class OnlineReplayOptions(CommandOptions):
     hanging_plate: bool = True
     swing_rows: bool = True
     align_delay: bool = True
-    scales: bool = True
+    scales: bool | None = None
     noise: NoiseOptions = NoiseOptions()
     sensitivity: bool = True
     baseline: str | None = None
@@ -236,8 +236,6 @@ def _cells(session: Session[OnlineReplayOptions], recording: Recording) -> Outco
 
 
 def _six_axis(session: Session[OnlineReplayOptions], recording: Recording) -> Outcome:
-    import numpy as np
-
     from footcal_cli.core.online.six_axis_replay import replay_six_axis
     from footcal_cli.report import Report
     from footcal_cli.session import Outcome
@@ -251,7 +249,6 @@ def _six_axis(session: Session[OnlineReplayOptions], recording: Recording) -> Ou
             merged,
             samples_per_update=max(round(merged.rate_hz / options.update_hz), 1),
             scales=options.scales,
-            rng=np.random.default_rng(session.request.seed),
         )
     with session.step("draw"):
         pictures = sheets.pictures_of(found)

@@ -97,6 +97,13 @@ def findings_of(found: SixAxisReplay) -> list[FindingRecord]:
             )
         )
 
+    if not any(".scale_" in name for name in found.estimates.names):
+        add(
+            "scales_left_alone", "feet",
+            f"the motion of the body tells the force to {found.demand_sd_n:.0f} N only: scales "
+            "were left at 1, a regression on so poor a demand would pull them to zero",
+            "log the CoM from a better model, or an IMU; or set scales = true",
+        )  # fmt: skip
     model = float(found.merged.log.known["mass_kg"][0])
     mass, sd = _column(found, "robot.mass_correction")
     if abs(mass) > max(_SURPRISING_SHARE * model, 3 * sd):

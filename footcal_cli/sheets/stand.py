@@ -24,7 +24,7 @@ def beliefs_sheet(
     note: str,
 ) -> Sheet:
     """Every unknown on top of its prior: change, sd, sd before, and whether the log taught it."""
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for name, unit, v, s, before in zip(names, units, value, sd, prior_sd, strict=True):
         factor, shown = (100.0, "%") if unit == "-" else (1.0, unit)
         rows.append(

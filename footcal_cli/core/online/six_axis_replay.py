@@ -17,9 +17,10 @@ from footcal_cli.core.online.rows import Rows
 from footcal_cli.core.online.six_axis import six_axis_rows
 from footcal_cli.core.online.smoother import smooth
 from footcal_cli.core.online.streams import Merged
-from footcal_cli.core.online.tuning import Tuning, learn_noise
+from footcal_cli.core.online.tuning import LEARNT, Tuning, learn_noise
 from footcal_cli.core.parameters import Estimates, FloatArray, Status
 
+_GOOD_DEMAND = 0.02
 START = Noise(
     force_n=5.0,
     moment_nm=2.0,
@@ -30,9 +31,9 @@ START = Noise(
     swing_n=2.0,
     swing_slow_n=4.0,
     swing_slow_s=0.3,
-    gain_walk=2e-4,
+    gain_walk=1e-5,
     bias_walk_n=0.05,
-    state_walk=2e-3,
+    state_walk=1e-4,
 )
 """A humanoid of 70 kg; the innovations say the rest."""
 
@@ -56,6 +57,8 @@ class SixAxisReplay:
         Total vertical force before and after, and what the motion demands, shape (n, 3).
     consistency
         Of the innovations.
+    demand_sd_n
+        How well the motion of the body tells the force, as the innovations have it.
     """
 
     merged: Merged
@@ -68,10 +71,11 @@ class SixAxisReplay:
     after: FloatArray
     vertical_n: FloatArray
     consistency: Consistency
+    demand_sd_n: float
 
 
 def replay_six_axis(
-    merged: Merged, *, samples_per_update: int, scales: bool, rng: np.random.Generator
+    merged: Merged, *, samples_per_update: int, scales: bool | None = None
 ) -> SixAxisReplay:
     """Filter and smooth a walk on six-axis feet.
 
@@ -82,13 +86,22 @@ def replay_six_axis(
     samples_per_update
         Samples averaged to one block.
     scales
-        Whether each axis has an unknown scale.
+        Whether each axis has an unknown scale; None: where the motion's demand is good to 2 % of
+        the weight. Regressing good readings on a poor demand would pull every scale to zero.
     """
-    del rng
     log = merged.log
-    rows = six_axis_rows(log, samples_per_update=samples_per_update, scales=scales)
     guards = Guards(jump_threshold=np.inf)
-    tuning = learn_noise(rows, START, guards=guards)
+    # with free scales the likeliest noise is none: readings times zero balance weights of zero
+    fixed = six_axis_rows(log, samples_per_update=samples_per_update, scales=False)
+    learnt = tuple(name for name in LEARNT if name not in ("gain_walk", "state_walk"))
+    tuning = learn_noise(fixed, START, learnt=learnt, guards=guards)
+    demand_sd = float(np.hypot(tuning.noise.force_n, tuning.noise.force_slow_n))
+    weight_n = float(np.mean(log.known["mass_kg"] * log.known["gravity_mps2"]))
+    if scales is None:
+        scales = demand_sd < _GOOD_DEMAND * weight_n
+    rows = fixed
+    if scales:
+        rows = six_axis_rows(log, samples_per_update=samples_per_update, scales=True)
     track = run_filter(rows, tuning.noise, guards, keep_history=True)
     smoothed = smooth(track)
     status = [
@@ -105,7 +118,7 @@ def replay_six_axis(
     vertical = np.stack([before[:, 2] + weight, after[:, 2] + weight, weight], axis=1)
     return SixAxisReplay(
         merged, rows, replace(track, history=None), smoothed, tuning, estimates, before, after,
-        vertical, check_consistency(track),
+        vertical, check_consistency(track), demand_sd,
     )  # fmt: skip
 
 
