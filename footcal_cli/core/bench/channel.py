@@ -28,6 +28,7 @@ from footcal_cli.core.bench.regressors import (
     search_shapes,
     shape_columns,
     shape_names,
+    within,
 )
 from footcal_cli.core.bench.terms import Term
 from footcal_cli.core.fit import PRIOR_KEPT_RATIO
@@ -216,8 +217,10 @@ def fit_channel(
     shapes = search_shapes(record, drive, terms, start, 0.0)
     if correlation_s is None:
         design, target = design_of(record, drive, terms, shapes), record.reading[known] - centre
-        residual = target - design @ np.linalg.lstsq(design, target, rcond=None)[0]
         time, session = record.time_s[known], record.session[known]
+        # an offset of a session is not noise that persists in time: it is taken out first
+        design, target = within(design, session), within(target[:, None], session)[:, 0]
+        residual = target - design @ np.linalg.lstsq(design, target, rcond=None)[0]
         correlation_s = correlation_time(residual, time, session) if record.timed else 0.0
     if searched and correlation_s > 0:
         shapes = search_shapes(record, drive, terms, shapes, correlation_s)

@@ -10,7 +10,7 @@ from scipy.optimize import minimize, minimize_scalar
 from footcal_cli.core.bench.blocks import whiten_autoregressive
 from footcal_cli.core.bench.record import BenchRecord
 from footcal_cli.core.bench.terms import Term
-from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.parameters import FloatArray, IntArray
 
 SHAPE_LOG_SD = 1.5
 """Prior sd of the logarithm of a shape: a factor of 4.5 either way from the middle of its grid."""
@@ -118,7 +118,7 @@ def search_shapes(
         rows, target = whiten_autoregressive(
             stacked, record.reading[known] - mean, time, session, correlation_s
         )
-        rows, target = _within(rows, session), _within(target[:, None], session)[:, 0]
+        rows, target = within(rows, session), within(target[:, None], session)[:, 0]
         scaled = rows / np.maximum(np.linalg.norm(rows, axis=0), 1e-300)
         rest = target - scaled @ np.linalg.lstsq(scaled, target, rcond=None)[0]
         prior = 0.5 * float(np.sum(((log_shapes - middle) / SHAPE_LOG_SD) ** 2))
@@ -155,8 +155,14 @@ def _ordered(names: list[str], log_shapes: FloatArray) -> bool:
     return all(later - earlier > _APART for earlier, later in pairwise(times))
 
 
-def _within(rows: FloatArray, session: np.ndarray) -> FloatArray:
-    """Rows without their session's mean where there are several sessions."""
+def within(rows: FloatArray, session: IntArray) -> FloatArray:
+    """Rows without their session's mean where there are several sessions.
+
+    Parameters
+    ----------
+    rows, session
+        Shape (n, p) and (n,).
+    """
     names, index = np.unique(session, return_inverse=True)
     if names.size == 1:
         return rows
