@@ -111,7 +111,7 @@ def read_recordings(
             if six_axis
             else robot.cell_names
         )
-        stream = _sensor_stream(table, channels, feet if six_axis else ())
+        stream = _sensor_stream(table, channels, feet if six_axis else (), robot.adc.lost_reading)
         motion = _body_stream(body, feet) if body is not None else _no_body(stream, len(feet))
         if six_axis:
             merged = _merge_six_axis(stream, motion, robot, rule, experiment)
@@ -184,13 +184,18 @@ def rotation(rpy_rad: tuple[float, float, float]) -> FloatArray:
     return np.asarray(Rotation.from_euler("xyz", rpy_rad).as_matrix(), dtype=float)
 
 
-def _sensor_stream(table: Table, channels: tuple[str, ...], feet: tuple[str, ...]) -> SensorStream:
+def _sensor_stream(
+    table: Table, channels: tuple[str, ...], feet: tuple[str, ...], lost: float | None
+) -> SensorStream:
     columns = (
         [f"{foot}_{axis}" for foot in feet for axis in _AXIS_COLUMNS]
         if feet
         else [f"{channel}_counts" for channel in channels]
     )
-    return SensorStream(table.number("time_s"), table.numbers(columns), channels)
+    readings = table.numbers(columns)
+    if lost is not None:
+        readings = np.where(readings == lost, np.nan, readings)
+    return SensorStream(table.number("time_s"), readings, channels)
 
 
 def _body_stream(table: Table, feet: tuple[str, ...]) -> BodyStream:

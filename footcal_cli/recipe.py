@@ -59,9 +59,13 @@ class Leg(Frozen):
 
 
 class Adc(Frozen):
-    """The converter behind the cells (HX711: 24 bits)."""
+    """The converter behind the cells (HX711: 24 bits).
+
+    `lost_reading` is what its logger writes where a sample was lost.
+    """
 
     bits: int = Field(default=24, ge=8, le=32)
+    lost_reading: float | None = None
 
 
 class Nameplate(Frozen):

@@ -106,7 +106,8 @@ def select_quiet(
     period = float(np.median(np.diff(log.time_s))) if n > 1 else 1.0
     warm = max(round(rule.warm_s / period), 1)
     still = finite & loaded & ~moving & ~np.isnan(log.known["contact"]).any(axis=1)
-    still = _bridged(still, warm) & finite & loaded & ~_displaced(log, period)
+    # single lost samples do not end a stance, they are only left out of it
+    still = _bridged(still, warm) & ~_displaced(log, period)
     warming = np.zeros(n, dtype=bool)
     stance = np.full(n, -1, dtype=np.int64)
     count = 0
@@ -114,7 +115,7 @@ def select_quiet(
         warming[start : min(start + warm, stop)] = True
         body = slice(start + warm, stop)
         good = np.zeros(n, dtype=bool)
-        good[body] = ~moving[body]
+        good[body] = (finite & loaded & ~moving)[body]
         if int(good.sum()) >= rule.least_samples:
             stance[good] = count
             count += 1

@@ -50,11 +50,13 @@ def plot_cop(found: Comparison, methods: Sequence[str], truth: Replayed | None) 
     reference = found.reference.cop_m if truth is None else truth.total.cop_m
     for axes, axis, name in zip(figure.subplots(2, 1, sharex=True), (0, 1), "xy", strict=True):
         label = "demanded by the motion" if truth is None else "truth"
-        axes.plot(time_s, 1e3 * reference[rows, axis], color=REFERENCE, linewidth=2.2, label=label)
+        com = found.merged.log.known["com_m"][rows, axis]
+        shown = 1e3 * (reference[rows, axis] - com)
+        axes.plot(time_s, shown, color=REFERENCE, linewidth=2.2, label=label)
         for method in methods:
-            cop = 1e3 * found.replayed[method].total.cop_m[rows, axis]
+            cop = 1e3 * (found.replayed[method].total.cop_m[rows, axis] - com)
             axes.plot(time_s, cop, color=METHOD_COLOURS[method], linewidth=1.0, label=method)
-        tidy(axes, f"CoP {name}", "time (s)" if name == "y" else "", "mm")
+        tidy(axes, f"CoP {name}, from below the CoM", "time (s)" if name == "y" else "", "mm")
     figure.axes[0].legend(fontsize=8, frameon=False, ncols=4, loc="upper left")
     return figure
 
@@ -236,5 +238,5 @@ def _violins(axes: Axes, series: Mapping[str, FloatArray]) -> None:
     for part in ("cbars", "cmins", "cmaxes", "cmedians"):
         drawn[part].set_color(REFERENCE)
         drawn[part].set_linewidth(0.8)
-    axes.set_xticks(place, list(series))
+    axes.set_xticks(place, list(series), rotation=30)
     axes.set_yscale("log")
