@@ -210,13 +210,14 @@ def _others(
     session: Session[HangCalibOptions], logs: Mapping[str, list[Log]]
 ) -> dict[str, dict[str, StepwiseFit]]:
     """Stepwise and naive fits, empty where the orientations do not come in two opposite pairs."""
-    from footcal_cli.core.hang.stepwise import fit_stepwise
+    from footcal_cli.core.hang.stepwise import fit_stepwise_and_naive
     from footcal_cli.errors import FitError
 
     try:
+        both = {leg: fit_stepwise_and_naive(log) for leg, log in logs.items()}
         return {
-            name: {leg: fit_stepwise(log, naive=name == "naive") for leg, log in logs.items()}
-            for name in ("naive", "stepwise")
+            "naive": {leg: naive for leg, (_, naive) in both.items()},
+            "stepwise": {leg: stepwise for leg, (stepwise, _) in both.items()},
         }
     except ValueError as error:
         if session.options.method == "joint":

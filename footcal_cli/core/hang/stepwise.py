@@ -112,11 +112,35 @@ def fit_stepwise(logs: Sequence[Log], *, naive: bool = False) -> StepwiseFit:
     ValueError
         Without two pairs of opposite orientations.
     """
+    return _steps(*_smoothed(logs), naive=naive)
+
+
+def fit_stepwise_and_naive(logs: Sequence[Log]) -> tuple[StepwiseFit, StepwiseFit]:
+    """Both, the smoother run once for the two."""
+    smoothed = _smoothed(logs)
+    return _steps(*smoothed, naive=False), _steps(*smoothed, naive=True)
+
+
+def _smoothed(
+    logs: Sequence[Log],
+) -> tuple[str, tuple[HangRun, ...], list[_Pair], list[FloatArray]]:
+    """Leg, runs, pairs, and the CoM each pair gives sample by sample."""
     runs, leg = hang_runs(logs)
     pairs = _pairs(runs)
+    arms = [smooth_com(pair.minus[:, :3], pair.minus[:, 3:])[0] for pair in pairs]
+    return leg, runs, pairs, arms
+
+
+def _steps(
+    leg: str,
+    runs: Sequence[HangRun],
+    pairs: Sequence[_Pair],
+    arms: Sequence[FloatArray],
+    *,
+    naive: bool,
+) -> StepwiseFit:
     turns = [np.zeros(3) if naive else _mean_turn(pair) for pair in pairs]
     weights = [_weight_n(pair, turn) for pair, turn in zip(pairs, turns, strict=True)]
-    arms = [smooth_com(pair.minus[:, :3], pair.minus[:, 3:])[0] for pair in pairs]
     com_samples = _merged_com_m(pairs, arms)
     phase = pairs[0].phase_rad
     com = _sine_fit(phase, com_samples)
