@@ -116,7 +116,7 @@ def _simulate(session: Session[SimulateOptions]) -> Outcome:
         )  # fmt: skip
     robot = _robot(session, options.experiment)
     requests = [parse_effect(text) for text in options.effects]
-    plans = _plans(options)
+    plans = _plans(options, session.request.seed)
     with session.step("simulate"):
         scenario = simulate(
             options.experiment,
@@ -252,7 +252,7 @@ def _robot(session: Session[SimulateOptions], experiment: Kind) -> Biped | Hexap
     )
 
 
-def _plans(options: SimulateOptions) -> Plans:
+def _plans(options: SimulateOptions, seed: int) -> Plans:
     from footcal_cli.core.simulation.bench_logs import PlacementsPlan, WeightsPlan
     from footcal_cli.core.simulation.biped_logs import StandPlan
     from footcal_cli.core.simulation.gait import WalkPlan
@@ -267,6 +267,7 @@ def _plans(options: SimulateOptions) -> Plans:
             duration_s=options.duration_s,
             speed_mps=options.speed_mps,
             turn_radps=options.turn_radps,
+            variation_seed=seed,
         ),
         hang=HangPlan(cycles=options.cycles),
         pose=PosePlan(poses=options.poses, tripods=options.tripods),

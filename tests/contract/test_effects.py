@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from itertools import pairwise
+from pathlib import Path
 from time import perf_counter
 
 import numpy as np
@@ -12,6 +14,7 @@ from footcal_cli.core.effects import TABLE, UnknownEffectError, effects_seen_by,
 from footcal_cli.core.effects.contract import Effect, Stage, is_neutral, units_of
 from footcal_cli.core.effects.memory import linear_recurrence, play
 from footcal_cli.core.effects.transport import REMEMBERED_ROWS
+from footcal_cli.core.experiments.contract import Experiment
 from footcal_cli.core.log import Log
 from tests.contract.logs import CELLS, cell_log, difference, log_for, typical
 
@@ -238,3 +241,20 @@ def test_a_misspelt_effect_names_the_nearest() -> None:
     assert find_effect("creep").name == "creep"
     assert TABLE["delay"] in effects_seen_by("walk")
     assert TABLE["delay"] not in effects_seen_by("weights")
+
+
+@pytest.mark.parametrize("name", sorted(EXPERIMENTS))
+def test_what_an_experiment_calibrates_is_in_the_table_and_seen_by_it(name: str) -> None:
+    experiment: Experiment = import_module(f"footcal_cli.core.experiments.{name}").EXPERIMENT
+    assert experiment.name == name
+    assert experiment.calibration
+    for effect in experiment.calibration:
+        assert name in find_effect(effect).experiments
+
+
+def test_the_page_of_effects_is_that_of_the_table(repository: Path) -> None:
+    page = (repository / "docs/effects.md").read_text(encoding="utf-8")
+    for effect in TABLE.values():
+        assert f"### {effect.name}\n\n{effect.formula}\n" in page, "run make effects-page"
+        assert effect.remedy in page
+        assert (repository / f"docs/figures/effects/{effect.name}.png").is_file()

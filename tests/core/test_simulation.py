@@ -10,8 +10,11 @@ import pytest
 
 from footcal_cli.core.chain import Chain, chain_of, link
 from footcal_cli.core.effects import TABLE
-from footcal_cli.core.experiments import hang, placements, stand, walk, weights
+from footcal_cli.core.experiments import hang, placements, pose, stand, walk, weights
 from footcal_cli.core.experiments.contract import Balance
+from footcal_cli.core.hang.joint import fit_hang
+from footcal_cli.core.hang.runs import hang_runs
+from footcal_cli.core.hang.stepwise import fit_stepwise
 from footcal_cli.core.log import Log
 from footcal_cli.core.simulation.bench_logs import (
     PlacementsPlan,
@@ -38,6 +41,7 @@ from footcal_cli.core.simulation.hexapod_logs import (
 )
 from footcal_cli.core.simulation.noise import Noise, stream
 from footcal_cli.core.simulation.robots import TABLE_II_OFFSETS, Biped, Hexapod
+from footcal_cli.core.simulation.scenario import Spread, mounting
 from footcal_cli.errors import UsageError
 
 BIPED, HEXAPOD = Biped(), Hexapod()
@@ -249,3 +253,39 @@ def test_an_empty_chain_logs_newtons() -> None:
         seed=1, streams=Streams(cell_noise=Noise()), to_counts=False,
     )  # fmt: skip
     np.testing.assert_array_equal(logs.cells.log.readings, logs.cells.truth.readings)
+
+
+def test_hanging_residuals_have_several_peaks_without_tilt_and_one_with_it() -> None:
+    """Seed 2, Fig. 5: what is left per orientation, against the spread within each."""
+    chain, values = mounting(HEXAPOD, Spread(), seed=4)
+    several = 0
+    for leg in HEXAPOD.legs:
+        log = hang_log(HEXAPOD, leg, HangPlan(cycles=2), chain, values, seed=4).log
+        fits = fit_stepwise([log], naive=True), fit_hang([log])
+        runs, _ = hang_runs([log])
+        naive, joint = ([part[:, :3] for part in fit.residuals(runs)] for fit in fits)
+        apart = [np.ptp([part.mean(axis=0) for part in parts], axis=0) for parts in (naive, joint)]
+        within = np.mean([part.std(axis=0) for part in joint], axis=0)
+        several += int(np.sum(apart[0] > 4.0 * within))
+        assert np.all(apart[1] < within)
+    assert several >= 6, "of 18 force axes"
+
+
+def test_naive_taring_misses_the_balance_by_much_more_than_the_noise() -> None:
+    """Seed 2, Fig. 2: offsets tared in the air hold the legs' weight, whose torque then moves."""
+    chain, values = mounting(HEXAPOD, Spread(), seed=4)
+    done = pose_log(HEXAPOD, PosePlan(poses=60), chain, values, seed=4)
+    calibrated, _ = chain.remove(done.log, values)
+    exact = pose.EXPERIMENT.balance(calibrated).error
+    legs = np.arange(6)
+    tare = np.array([leg.offset for leg in HEXAPOD.legs.values()])
+    for k, leg in zip(legs, HEXAPOD.legs.values(), strict=True):
+        down = np.array([0.0, 0.0, -leg.weight_n])
+        com = leg.com_m(np.zeros(1))[0]
+        tare[k] += np.concatenate([down, np.cross(com, down)])
+    tared = done.log.with_readings(done.log.readings - tare.ravel())
+    naive = pose.EXPERIMENT.balance(
+        tared.with_known(leg_weight_n=np.zeros_like(done.log.known["leg_weight_n"]))
+    ).error
+    rms = [np.sqrt(np.mean(error[:, 3:5] ** 2, axis=0)) for error in (naive, exact)]
+    assert np.all(rms[0] > 4.0 * rms[1])

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
+from footcal_cli.core.simulation.noise import stream
 from footcal_cli.core.simulation.robots import Biped
 
 _GRID_S = 0.0025
@@ -34,6 +35,8 @@ class WalkPlan:
         Rise and fall of the CoM with each step.
     angmom_rate_nm
         Size of L̇ from the swinging legs.
+    variation_m, variation_seed
+        Sd by which each step misses its place, forward and sideways; which steps they are.
     """
 
     duration_s: float = 60.0
@@ -44,6 +47,8 @@ class WalkPlan:
     turn_radps: float = 0.0
     bob_m: float = 0.004
     angmom_rate_nm: float = 0.25
+    variation_m: float = 0.003
+    variation_seed: int = 0
 
     @property
     def steps(self) -> int:
@@ -114,7 +119,19 @@ def _footprints(robot: Biped, plan: WalkPlan) -> FloatArray:
     chord = path * np.sinc(half / np.pi)
     centre = np.stack([chord * np.cos(half), chord * np.sin(half)], axis=-1)
     side = np.array([robot.half_width_m, -robot.half_width_m])
-    return np.concatenate([centre + turned(0.0, side, yaw), yaw[..., None]], axis=-1)
+    missed = _misses(plan)
+    place = centre + turned(missed[..., 0], side + missed[..., 1], yaw)
+    return np.concatenate([place, yaw[..., None]], axis=-1)
+
+
+def _misses(plan: WalkPlan) -> FloatArray:
+    """How far each foot stands from its planned place, ahead and to the left, (steps + 1, 2, 2)."""
+    done = np.arange(plan.steps + 1)
+    taken = np.stack([(done + 1) // 2, done // 2], axis=-1)
+    rng = stream(plan.variation_seed, "footsteps")
+    each = plan.variation_m * np.clip(rng.standard_normal((plan.steps // 2 + 2, 2, 2)), -2.0, 2.0)
+    each[0] = 0.0
+    return np.stack([each[taken[:, 0], 0], each[taken[:, 1], 1]], axis=1)
 
 
 def _rolls(plan: WalkPlan) -> tuple[float, float]:

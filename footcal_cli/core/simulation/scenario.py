@@ -11,7 +11,7 @@ import numpy as np
 from footcal_cli.core.chain import Chain, chain_of, link
 from footcal_cli.core.effects import TABLE
 from footcal_cli.core.effects.contract import Effect, units_of
-from footcal_cli.core.effects.six_axis_beliefs import TILTS
+from footcal_cli.core.effects.six_axis_beliefs import HANGINGS
 from footcal_cli.core.log import Log
 from footcal_cli.core.simulation.bench_logs import (
     PlacementsPlan,
@@ -47,7 +47,7 @@ from footcal_cli.core.simulation.hexapod_logs import (
 )
 from footcal_cli.core.simulation.measure import Simulated
 from footcal_cli.core.simulation.noise import stream
-from footcal_cli.core.simulation.robots import Biped, Hexapod
+from footcal_cli.core.simulation.robots import Biped, Hexapod, HexapodLeg
 from footcal_cli.errors import UsageError
 
 ExperimentName = Literal["weights", "placements", "stand", "walk", "hang", "pose"]
@@ -174,15 +174,33 @@ def mounting(robot: Hexapod, spread: Spread, seed: int) -> tuple[Chain, dict[str
     """Offsets, mounting errors and hanging tilts of the simulated transducers."""
     rng = stream(seed, "mounting")
     values = offset_values(robot)
-    for leg in robot.legs:
-        for name, sd in (
-            *((f"mount_rot_{axis}", spread.mount_rotation_rad) for axis in "xyz"),
-            *((f"mount_pos_{axis}", spread.mount_translation_m) for axis in "xyz"),
-            *((tilt, spread.hang_tilt_rad) for tilt in TILTS),
-        ):
-            values[f"{leg}.{name}"] = float(sd * rng.standard_normal())
+    for name, leg in robot.legs.items():
+        for axis in "xyz":
+            values[f"{name}.mount_rot_{axis}"] = spread.mount_rotation_rad * rng.standard_normal()
+            values[f"{name}.mount_pos_{axis}"] = spread.mount_translation_m * rng.standard_normal()
+        values |= hang_tilts(name, leg, spread.hang_tilt_rad, seed)
     names = ("hang_tilt", "mount_translation", "mount_rotation", "offset")
     return chain_of([link(TABLE[name], robot.channels) for name in names]), values
+
+
+def hang_tilts(name: str, leg: HexapodLeg, sd_rad: float, seed: int) -> dict[str, float]:
+    """Tilts of a leg's hangings: the robot hangs as one, so all legs share the body's tilt.
+
+    For a body axis b along gravity the robot turns by a small vector across b; the leg sees it
+    in its own nominal axes.
+    """
+    rotation = np.array(leg.rotation_bt)
+    tilts: dict[str, float] = {}
+    for way, axis_t in HANGINGS.items():
+        axis_b = np.round(rotation @ np.array(axis_t, dtype=float), 6) + 0.0
+        turn_b = sd_rad * stream(seed, f"hanging {axis_b.tolist()}").standard_normal(3)
+        turn_t = rotation.T @ (turn_b - (turn_b @ axis_b) * axis_b)
+        tilts |= {
+            f"{name}.tilt_{way}_{axis}": float(turn_t[i])
+            for i, axis in enumerate("xyz")
+            if axis != way[1]
+        }
+    return tilts
 
 
 def with_effects(
