@@ -187,7 +187,9 @@ def fit_map(
 
 def _unseen(scaled_jacobian: FloatArray, has_prior: np.ndarray) -> np.ndarray:
     """Parameters without a prior that take part in a direction the data cannot see."""
-    _, singular_values, right = np.linalg.svd(scaled_jacobian, full_matrices=True)
+    # The triangular factor has the same right singular vectors and no row per sample.
+    triangle = np.linalg.qr(scaled_jacobian, mode="r")
+    _, singular_values, right = np.linalg.svd(triangle, full_matrices=True)
     tolerance = max(scaled_jacobian.shape) * np.finfo(float).eps * max(singular_values, default=0.0)
     null = right[int(np.sum(singular_values > tolerance)) :]
     return np.asarray((np.abs(null) > 1e-6).any(axis=0) & ~has_prior)

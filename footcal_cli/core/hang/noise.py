@@ -81,14 +81,14 @@ def fit_noise(
     lags = int(min(max_lags, shortest // _SAMPLES_PER_LAG))
     total = sum(residual.shape[0] for residual in residuals)
     count = np.array([sum(r.shape[0] - k for r in residuals) for k in range(lags + 1)])
-    products = sum((_lag_products(r, lags) for r in residuals), start=np.zeros(()))
+    products = _lag_products(residuals, lags)
     taken = sum(z.shape[1] for z in regressors)
-    white = np.asarray(products) / count[:, None] * (total / max(total - taken, 1))
+    white = products / count[:, None] * (total / max(total - taken, 1))
     first = [_levinson(gamma, total) for gamma in white.T]
     coloured = any(ar.size for ar, _ in first)
     shares = [_RegressorShare.of(z, lags) for z in regressors] if coloured else []
     channels = []
-    for raw, gamma, (ar, variance) in zip(np.asarray(products).T, white.T, first, strict=True):
+    for raw, gamma, (ar, variance) in zip(products.T, white.T, first, strict=True):
         for _ in range(_ROUNDS if ar.size else 0):
             gamma = (raw + sum(share.taken(ar, variance) for share in shares)) / count
             ar, variance = _levinson(gamma, total)
@@ -96,12 +96,15 @@ def fit_noise(
     return tuple(channels)
 
 
-def _lag_products(columns: FloatArray, lags: int) -> FloatArray:
-    """``Σ_i e_i e_{i+k}`` for k = 0 … lags, shape (lags + 1, c)."""
+def _lag_products(records: Sequence[FloatArray], lags: int) -> FloatArray:
+    """``Σ_i e_i e_{i+k}`` over records (n, c) for k = 0 … lags, shape (lags + 1, c)."""
     if lags == 0:
-        return np.asarray(np.sum(columns**2, axis=0, keepdims=True))
-    length = next_fast_len(columns.shape[0] + lags, real=True)
-    power = np.abs(rfft(columns.T, length)) ** 2
+        return np.asarray(sum(np.sum(r**2, axis=0, keepdims=True) for r in records))
+    length = next_fast_len(max(r.shape[0] for r in records) + lags, real=True)
+    power = np.zeros((records[0].shape[1], length // 2 + 1))
+    for record in records:
+        seen = rfft(record.T, length)
+        power += seen.real**2 + seen.imag**2
     return np.asarray(irfft(power, length)[:, : lags + 1].T)
 
 
@@ -147,7 +150,7 @@ class _RegressorShare:
         basis, rows = np.linalg.qr(regressors)[0], regressors.shape[0]
         spectrum = np.abs(np.fft.rfft(basis, axis=0)) ** 2
         spectrum[1 : (rows + 1) // 2] *= 2.0
-        return cls(rows, spectrum, _lag_products(basis, lags))
+        return cls(rows, spectrum, _lag_products([basis], lags))
 
     def taken(self, ar: FloatArray, variance: float) -> FloatArray:
         """``Σ_a S_a c_a(k)``, shape (lags + 1,)."""
