@@ -16,11 +16,13 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
+from unittest import mock
 
 from rich.progress import track
 
 from footcal_cli.app import main
 from footcal_cli.commands import diagnose as diagnose_command
+from footcal_cli.report import Picture
 from tests.blind.ledger import Ledger, code_digest
 from tests.blind.scoring import Score, Verdict, judge
 from tests.blind.trials import Cell, make_trial
@@ -189,13 +191,12 @@ def _one(folder: Path, stem: str) -> Path:
 
 @contextlib.contextmanager
 def _undrawn() -> Iterator[None]:
-    """Commands without their figures, which take longer than the diagnosis."""
-    kept = diagnose_command._pictures
-    diagnose_command._pictures = lambda *_: ()
-    try:
+    """Commands without their figures, which take longer than the diagnosis itself."""
+    with (
+        mock.patch.object(diagnose_command, "_pictures", return_value=()),
+        mock.patch.object(Picture, "png", return_value=b""),
+    ):
         yield
-    finally:
-        diagnose_command._pictures = kept
 
 
 def _footcal(arguments: Sequence[str | Path]) -> tuple[int, str]:

@@ -76,7 +76,7 @@ def walk(rng: Rng, build: Build, seconds: float) -> Motion:
     left_share = np.full(n, 0.5)
     roll = np.zeros(n)
     start, side, heading, here = 2.0, 1, 0.0, np.zeros(2)
-    while start < seconds - step_s:
+    while round((start + step_s) * FINE_HZ) < n:
         a, b, c = (round(t * FINE_HZ) for t in (start, start + double_s, start + step_s))
         heading += turn * step_s
         here = here + speed * step_s * np.array([np.cos(heading), np.sin(heading)])
