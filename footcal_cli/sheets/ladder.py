@@ -10,6 +10,7 @@ from footcal_cli.core.bench.changes import Change
 from footcal_cli.core.bench.channel import ChannelFit
 from footcal_cli.core.bench.regression import Curvature
 from footcal_cli.core.bench.study import ChannelStudy
+from footcal_cli.core.effects import TABLE
 from footcal_cli.records import EffectRecord, Range, RmseRow, VerdictRecord
 from footcal_cli.report import Sheet, number, with_sd
 from footcal_cli.sheets.weights import (
@@ -57,6 +58,8 @@ def study_sentence(study: ChannelStudy) -> str | None:
         f"{study.channel}: {'; '.join(size_words(ladder.chosen))}. Held-out error "
         f"{number(before, 3)} → {number(after, 3)} N"
     )
+    if ladder.rivals:
+        text += f" ({' or '.join(ladder.rivals)} would explain it as well{_separating(study)})"
     if is_curved(study):
         return f"{text}; a straight line bows by {100 * study.affine.bow:.1f} % of the span."
     error = f"{100 * ladder.affine_scale_error:+.2f}".replace("-", "−")
@@ -64,6 +67,13 @@ def study_sentence(study: ChannelStudy) -> str | None:
         f"{text}; because of it the affine scale is off by {error} % and its reading at mid-range "
         f"by {number(ladder.affine_bias_error_n, 2)} N."
     )
+
+
+def _separating(study: ChannelStudy) -> str:
+    """The experiment that tells the first term from its rivals, by the table of effects."""
+    terms = study.fit.terms if study.fit is not None else ()
+    effect = TABLE.get(terms[0].effect) if terms else None
+    return f"; {effect.separates} would tell" if effect is not None and effect.separates else ""
 
 
 def is_curved(study: ChannelStudy) -> bool:

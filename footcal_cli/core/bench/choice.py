@@ -9,6 +9,9 @@ import numpy as np
 
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
+TIE = 0.01
+"""A share of the mean squared error (half of it in rmse) that is not worth a more complex model."""
+
 
 def folds(group: IntArray, most: int = 10) -> Iterator[BoolArray]:
     """Held-out masks: whole groups, shared out over at most `most` folds in order.
@@ -111,7 +114,7 @@ def choose(candidates: Sequence[HeldOut], order: Sequence[float] | None = None) 
     """The simplest model within one standard error of the best (Breiman et al. 1984).
 
     The standard error is that of the difference between the two models group by group, so that
-    groups which are hard for both do not blur the comparison.
+    groups which are hard for both do not blur the comparison; differences below `TIE` are ties.
 
     Parameters
     ----------
@@ -127,7 +130,7 @@ def choose(candidates: Sequence[HeldOut], order: Sequence[float] | None = None) 
     groups = table.shape[1]
     excess_sd = difference.std(axis=1, ddof=1) / np.sqrt(groups) if groups > 1 else loss * 0.0
     rank = np.arange(len(candidates)) if order is None else np.asarray(order)
-    tie = 1e-12 * loss[best]
+    tie = TIE * loss[best]
     within = difference.mean(axis=1) <= excess_sd + tie
     chosen = min(np.flatnonzero(within), key=lambda i: (rank[i], loss[i]))
     return Choice(int(chosen), best, loss, difference.mean(axis=1), np.asarray(excess_sd))

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from footcal_cli.core.bench.channel import ChannelFit, fit_channel
-from footcal_cli.core.bench.choice import HeldOut, choose, hold_out
+from footcal_cli.core.bench.choice import TIE, HeldOut, choose, hold_out
 from footcal_cli.core.bench.record import BenchRecord
 from footcal_cli.core.bench.terms import Rung, Term, menu
 from footcal_cli.core.parameters import BoolArray, FloatArray
@@ -73,6 +73,9 @@ class Ladder:
         The straight line, and the model the evidence supports.
     rungs
         Names of the rungs of `chosen`; empty for the affine model.
+    rivals
+        Rungs with no more numbers than the first one climbed that predict as well: another cause
+        that these data cannot exclude.
     groups
         Units of evidence: number of sessions or loads.
     by_session
@@ -86,6 +89,7 @@ class Ladder:
     affine: ChannelFit
     chosen: ChannelFit
     rungs: tuple[str, ...]
+    rivals: tuple[str, ...]
     groups: int
     by_session: bool
     held_out: HeldOut
@@ -153,6 +157,7 @@ def climb(
     here, here_out = affine, held_out_error(record, affine)
     rows = [_row("affine", affine, here_out, None, True, "the start")]
     taken: list[Rung] = []
+    rivals: tuple[str, ...] = ()
     left = list(rungs)
     for _ in range(_MOST_STEPS):
         # on top of a rung, only what its own data call significant is worth the held-out fits
@@ -163,9 +168,12 @@ def climb(
             break
         p_values = [_added_p(fit, rung) for rung, fit, _ in tried]
         significant = [i for i, p in enumerate(p_values) if p < alpha]
+        # of rivals with as many numbers the better fit is the simpler explanation: with few groups
+        # it says more than their nearly equal held-out errors
+        by_fit = np.argsort(np.argsort([fit.rmse_n for _, fit, _ in tried])) / (len(tried) + 1)
         choice = choose(
             [here_out, *(tried[i][2] for i in significant)],
-            [0, *(tried[i][0].cost for i in significant)],
+            [0.0, *(float(tried[i][0].cost + by_fit[i]) for i in significant)],
         )
         step = significant[choice.chosen - 1] if choice.chosen > 0 else -1
         rows += [
@@ -182,6 +190,8 @@ def climb(
         ]
         if step < 0:
             break
+        if not taken:
+            rivals = _rivals(tried, significant, step)
         rung, here, here_out = tried[step]
         taken.append(rung)
         left = [other for other in left if not _same_family(other, rung)]
@@ -191,10 +201,28 @@ def climb(
         affine=affine,
         chosen=here,
         rungs=tuple(rung.name for rung in taken),
+        rivals=rivals,
         groups=int(np.unique(record.groups()[record.known]).size),
         by_session=bool(np.unique(record.session).size >= 3),
         held_out=here_out,
     )
+
+
+def _rivals(
+    tried: list[tuple[Rung, ChannelFit, HeldOut]], significant: list[int], step: int
+) -> tuple[str, ...]:
+    """Significant rungs of another kind, no more complex, within one standard error or a tie."""
+    chosen, _, chosen_out = tried[step]
+    found = []
+    for i in significant:
+        rung, _, out = tried[i]
+        if i == step or rung.cost > chosen.cost or _same_family(rung, chosen):
+            continue
+        difference = out.mse_by_group() - chosen_out.mse_by_group()
+        spread = float(difference.std(ddof=1)) / np.sqrt(difference.size)
+        if difference.mean() <= max(spread, TIE * float(chosen_out.mse_by_group().mean())):
+            found.append(rung.name)
+    return tuple(found)
 
 
 def _try(
