@@ -13,6 +13,7 @@ _NOT_COMMANDS = frozenset(
         "diagnose_cases",
         "six_axis_logs",
         "pose_outcome",
+        "pose_series",
         "apply_legs",
         "apply_cells",
     }

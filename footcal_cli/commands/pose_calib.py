@@ -37,10 +37,11 @@ class PoseCalibOptions(CommandOptions):
 
     `force_sd_n` and `torque_sd_nm` are the noise of one pose's reading; without them their level
     is estimated. `translation_sd_m` and `com_sd_m` are priors on each hip and on the chassis CoM.
-    `structure` names the free mounting errors; ``auto`` lets the evidence choose.
+    `structure` names the free mounting errors; ``auto`` lets the evidence choose. `series` lists
+    pairs of transducers on one stiff leg, for `fit` ``series``: nothing else is known of them.
     """
 
-    fit: Literal["mounting", "offsets"] = "mounting"
+    fit: Literal["mounting", "offsets", "series"] = "mounting"
     method: Literal["joint", "alternating"] = "joint"
     balance: Literal["exact", "printed"] = "exact"
     structure: Literal[
@@ -61,6 +62,9 @@ class PoseCalibOptions(CommandOptions):
     steady_window_s: float = Field(default=0.5, gt=0)
     wanted_force_sd_n: float = Field(default=0.1, gt=0)
     wanted_torque_sd_nm: float = Field(default=0.01, gt=0)
+    series: tuple[tuple[str, str], ...] = ()
+    quiet_s: float = Field(default=10.0, gt=0)
+    block_s: float = Field(default=0.5, gt=0)
     max_force_rmse_n: float | None = Field(default=None, gt=0)
 
 
@@ -69,7 +73,8 @@ def pose_calib(
     recipe: RecipeFile = None,
     parameters: ParametersFile = None,
     fit: Annotated[
-        str | None, typer.Option("--fit", help="mounting, or offsets (again, from tripod stances).")
+        str | None,
+        typer.Option("--fit", help="mounting, offsets (again, from tripods), or series (pairs)."),
     ] = None,
     method: Annotated[
         str | None, typer.Option("--method", help="joint, or the paper's alternating scheme.")
@@ -109,6 +114,10 @@ def pose_calib(
         structure=structure,
         max_force_rmse_n=max_force_rmse_n,
     )
+    if session.options.fit == "series":
+        from footcal_cli.commands.pose_series import series_outcome
+
+        raise typer.Exit(session.finish(series_outcome(session)))
     if session.options.fit == "offsets":
         raise typer.Exit(session.finish(_offsets(session)))
     raise typer.Exit(session.finish(_mounting(session)))

@@ -12,6 +12,7 @@ from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.pose.data import PoseData
 from footcal_cli.core.pose.joint import PoseFit
 from footcal_cli.core.pose.leg_map import LegMap
+from footcal_cli.core.pose.series import SeriesFit
 from footcal_cli.core.pose.standing import OffsetFit
 from footcal_cli.core.spatial import rotation_exp, rotation_log
 from footcal_cli.plots.hang import draw_violins
@@ -162,4 +163,17 @@ def plot_offset_change(found: OffsetFit, legs: Sequence[str]) -> Figure:
         axes.axvline(0, color=REFERENCE, linewidth=0.7)
         axes.set_yticks(places, [leg.upper() for leg in legs])
         tidy(axes, axis, f"change ({'N' if i < 3 else 'Nm'})", "")
+    return figure
+
+
+def plot_series(fits: Sequence[SeriesFit]) -> Figure:
+    """Unexplained force of the second transducer of each pair, block by block."""
+    figure = new_figure(1.9 * len(fits) + 0.6)
+    grid = figure.subplots(len(fits), 1, sharex=True, squeeze=False)
+    for row, fit in zip(grid, fits, strict=True):
+        for a, name in enumerate("xyz"):
+            row[0].plot(fit.left[:, a], color=CELL_COLOURS[a], linewidth=1.0, label=f"f{name}")
+        row[0].axhline(0, color=REFERENCE, linewidth=0.6)
+        tidy(row[0], f"{fit.first} → {fit.second}", "block", "unexplained (N)")
+    grid[0][0].legend(fontsize=8, frameon=False, ncols=3)
     return figure
