@@ -19,15 +19,27 @@ import numpy as np
 import pandas as pd
 
 from footcal_cli.commands.simulate import parse_effect
+from footcal_cli.core.simulation.bench_logs import WeightsPlan
 from footcal_cli.core.simulation.biped_logs import Streams, biped_logs
+from footcal_cli.core.simulation.noise import CELL_NOISE
 from footcal_cli.core.simulation.recorded import recorded
 from footcal_cli.core.simulation.robots import Biped
-from footcal_cli.core.simulation.scenario import Spread, biped_scenario, calibration, with_effects
+from footcal_cli.core.simulation.scenario import (
+    Plans,
+    Scenario,
+    Spread,
+    biped_scenario,
+    calibration,
+    simulate,
+    with_effects,
+)
 from footcal_cli.records import EffectRecord, TruthRecord, write_record
 from footcal_cli.tables import write_parquet
 
 HERE = Path(__file__).resolve().parent
 CALIBRATION_SEED = 11
+#: What mounting did to the cells after the bench: relative sd of the scales, sd of the biases (N).
+MOUNTED_SCALE, MOUNTED_BIAS_N = 0.02, 0.3
 #: Log -> motion, experiment, seed of its noise, effects. One robot: the calibration is the same.
 PLAN = {
     "stand": ("stand", "stand", 1, ()),
@@ -41,11 +53,48 @@ DECIMALS = {"com_acc": 4, "com_": 6, "angmom": 5, "left_foot": 6, "right_foot": 
 
 def rounded(name: str, values: np.ndarray) -> np.ndarray:
     """Digits that mean something, as float32 where six decimals fit; stamps stay float64."""
+    if values.dtype.kind == "U":
+        return values
     if values.dtype.kind in "iu":
         return values.astype(np.int32)
     decimals = next((d for start, d in DECIMALS.items() if name.startswith(start)), 4)
     short = np.round(values, decimals)
     return short if name == "time_s" else short.astype(np.float32)
+
+
+def mounted(robot: Biped, bench: dict[str, float]) -> dict[str, float]:
+    """Scales and biases in the feet: those of the bench, changed by mounting the cells."""
+    rng = np.random.default_rng(CALIBRATION_SEED)
+    values = {}
+    for channel in robot.channels:
+        scale, bias = bench[f"{channel}.scale"], bench[f"{channel}.bias"]
+        at_zero_n = bias + scale * robot.zero_counts + MOUNTED_BIAS_N * rng.standard_normal()
+        scale *= 1.0 + MOUNTED_SCALE * rng.standard_normal()
+        values |= {
+            f"{channel}.scale": float(scale),
+            f"{channel}.bias": float(at_zero_n - scale * robot.zero_counts),
+        }
+    return values
+
+
+def write_log(
+    folder: Path, log: str, scenario: Scenario, robot: Biped, truth: dict[str, object]
+) -> None:
+    """The files of one log and what is true of it."""
+    for stem, content in scenario.files.items():
+        short = {name: rounded(name, np.asarray(v)) for name, v in content.items()}
+        name = stem if stem == log else f"{log}_{stem}"
+        write_parquet(pd.DataFrame(short), folder / f"{name}.parquet")
+    record = TruthRecord(
+        robot=asdict(robot),
+        parameters=dict(scenario.values),
+        effects=tuple(
+            EffectRecord(effect=item.effect.name, owners=dict(item.owners))
+            for item in scenario.chain.links
+        ),
+        **truth,
+    )
+    write_record(record, folder / f"{log}_truth.json")
 
 
 def main() -> None:
@@ -56,37 +105,30 @@ def main() -> None:
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
     robot = Biped()
+    chain, bench = calibration(robot, Spread(), CALIBRATION_SEED)
+    plans = Plans(weights=WeightsPlan(sessions=3))
+    noise = {name: float(value) for name, value in asdict(CELL_NOISE).items()}
+    weighed = simulate("weights", robot, plans, (), seed=CALIBRATION_SEED, given=bench)
+    told = {"experiment": "weights", "seed": CALIBRATION_SEED, "noise": noise}
+    write_log(options.out, "weights", weighed, robot, told)
     for log, (motion, experiment, seed, effects) in PLAN.items():
         table = pd.read_parquet(options.motion / f"motion_{motion}.parquet")
         columns = {name: table[name].to_numpy(float) for name in table}
         columns["time_s"] = columns["time_s"] - columns["time_s"][0]
         motion_at, loads_at = recorded(robot, columns)
-        chain, values = calibration(robot, Spread(), CALIBRATION_SEED)
         requests = [parse_effect(text) for text in effects]
-        chain, values = with_effects(chain, values, requests, robot.channels)
-        streams = Streams()
+        whole, values = with_effects(chain, mounted(robot, bench), requests, robot.channels)
         both = biped_logs(
-            experiment, robot, motion_at, float(columns["time_s"][-1]), chain, values,
-            seed=seed, streams=streams, loads_at=loads_at,
+            experiment, robot, motion_at, float(columns["time_s"][-1]), whole, values,
+            seed=seed, loads_at=loads_at,
         )  # fmt: skip
-        scenario = biped_scenario(robot, both)
-        for stem, content in scenario.files.items():
-            short = {name: rounded(name, np.asarray(v)) for name, v in content.items()}
-            write_parquet(pd.DataFrame(short), options.out / f"{log}_{stem}.parquet")
-        noise = asdict(streams.cell_noise)
-        truth = TruthRecord(
-            experiment=experiment,
-            seed=seed,
-            robot=asdict(robot),
-            parameters=dict(scenario.values),
-            effects=tuple(
-                EffectRecord(effect=item.effect.name, owners=dict(item.owners))
-                for item in chain.links
-            ),
-            noise={name: float(value) for name, value in noise.items()},
-            details={"motion": motion, "body_delay_s": streams.body_delay_s},
-        )
-        write_record(truth, options.out / f"{log}_truth.json")
+        told = {
+            "experiment": experiment,
+            "seed": seed,
+            "noise": noise,
+            "details": {"motion": motion, "body_delay_s": Streams().body_delay_s},
+        }
+        write_log(options.out, log, biped_scenario(robot, both), robot, told)
 
 
 if __name__ == "__main__":

@@ -21,6 +21,6 @@ def test_the_biped_logs_can_be_made_again(repository: Path, tmp_path: Path) -> N
     ):
         subprocess.run([sys.executable, script, *map(str, arguments)], check=True, cwd=repository)
     committed = sorted((folder / "biped").glob("*.parquet"))
-    assert len(committed) == 15
+    assert len(committed) == 16
     for path in committed:
         pd.testing.assert_frame_equal(pd.read_parquet(path), pd.read_parquet(made / path.name))

@@ -22,6 +22,10 @@ MotionAt = Callable[[FloatArray], Motion]
 """The motion at any stamps."""
 
 
+_PACKET_S = 5e-4
+"""Shortest time between two stamps of the body's telemetry."""
+
+
 @dataclass(frozen=True)
 class Streams:
     """How the two streams of a biped are sampled.
@@ -206,8 +210,9 @@ def _body_stream(
     rows = int(duration_s * streams.body_rate_hz)
     taken = (np.arange(float(rows)) + 0.37) / streams.body_rate_hz
     late = streams.body_delay_s + streams.body_jitter_s * rng.standard_normal(rows)
-    stamped = np.maximum.accumulate(taken + np.maximum(late, 0.0))
-    stamped += 1e-9 * np.arange(rows)
+    # Samples arrive in order, one packet after the other.
+    queue = _PACKET_S * np.arange(float(rows))
+    stamped = np.maximum.accumulate(taken + np.maximum(late, 0.0) - queue) + queue
     motion = motion_at(taken)
     known = _known(robot, motion)
     for name, sd in (

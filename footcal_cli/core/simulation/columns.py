@@ -44,6 +44,7 @@ def weights_columns(logs: Sequence[Simulated]) -> Columns:
             "temperature_degc": np.round(done.log.known["temperature_degc"], 3),
             "direction": done.log.known["direction"].astype(np.int64),
             "repeat": done.log.block,
+            "session": (done.log.block + 1).astype(str),
         }
         for done in logs
     ]
