@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from footcal_cli.core.parameters import BoolArray, FloatArray
+from footcal_cli.core.parameters import FloatArray
 
 EXACT_UP_TO = 13
 """Number of blocks up to which all sign patterns are enumerated."""
@@ -183,15 +183,3 @@ def jackknife_interval(value: float, without: FloatArray, level: float = 0.95) -
     se = np.sqrt((blocks - 1) / blocks * np.sum((without - value) ** 2))
     half = float(stats.t.ppf(0.5 + level / 2, blocks - 1) * se)
     return Interval(value, value - half, value + half)
-
-
-def combine_smallest(p_values: FloatArray) -> float:
-    """Family-wise p of several tests that must share one level (Šidák)."""
-    if p_values.size == 0:
-        return 1.0
-    return float(1.0 - (1.0 - np.min(p_values)) ** p_values.size)
-
-
-def exceeds(values: FloatArray, limit: float) -> BoolArray:
-    """Finite values above a limit."""
-    return np.asarray(np.isfinite(values) & (values > limit))

@@ -15,8 +15,8 @@ from footcal_cli.core.parameters import FloatArray, IntArray, ParameterSet
 
 MOST_BLOCKS = 60
 """Blocks are merged beyond this number: more would not sharpen a p-value."""
-SHORTEST_BLOCK_S = 6.0
-"""A block cut from one recording is at least this long: shorter ones lose what effects show."""
+SHORTEST_BLOCK_S = 3.0
+"""A block cut from one recording is at least this long."""
 BLOCK_TAUS = 10.0
 """A block cut from one recording lasts at least this many autocorrelation times."""
 GAP_TAUS = 2.0

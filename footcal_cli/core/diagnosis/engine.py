@@ -9,7 +9,7 @@ from enum import StrEnum
 import numpy as np
 from scipy import stats
 
-from footcal_cli.core.diagnosis.detection import Detection, detect
+from footcal_cli.core.diagnosis.detection import LEVEL_SHARE, Detection, detect
 from footcal_cli.core.diagnosis.features import Features, features_of
 from footcal_cli.core.diagnosis.problem import Problem, Signature
 from footcal_cli.core.diagnosis.rules import Rules
@@ -231,8 +231,17 @@ def _yardsticks(problem: Problem, grams: Grams) -> tuple[FloatArray, FloatArray]
 
 
 def leftover(detection: Detection, rules: Rules) -> bool:
-    """Whether a library-free test finds something at the level of 'unknown'."""
-    return detection.p < rules.alpha_unknown
+    """Whether something is left that a name should exist for.
+
+    A dependence on the recorded signals must be worth something on blocks it was not fitted to;
+    in long recordings the slightest imperfection is significant.
+    """
+    if detection.p >= rules.alpha_unknown:
+        return False
+    apart = min(
+        detection.line_p / LEVEL_SHARE["line"], detection.between_p / LEVEL_SHARE["between"]
+    )
+    return apart < rules.alpha_unknown or detection.ceiling >= rules.smallest_gain
 
 
 def _share(grams: Grams, found: Search, after: Detection) -> float:

@@ -10,8 +10,9 @@ import numpy as np
 from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.parameters import FloatArray, IntArray
 
-BUMPS = 6
-"""Local bumps per recorded signal."""
+KNOTS = (0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0)
+"""Quantiles of a recorded signal at which its local bumps stand; what is rare has its own."""
+BUMPS = len(KNOTS)
 PHASE_BUMPS = 16
 """Local bumps over a gait cycle."""
 
@@ -67,7 +68,7 @@ def features_of(problem: Problem) -> Features:
 
 
 _MEMORY = "memory"
-_FORGETTING_S = (0.1, 0.5, 2.0, 8.0)
+_FORGETTING_S = (0.1, 0.6, 4.0)
 
 
 def _bumps(values: FloatArray, bumps: int) -> FloatArray:
@@ -79,7 +80,8 @@ def _bumps(values: FloatArray, bumps: int) -> FloatArray:
         return (values[:, None] == values[:, None]) * (
             np.abs(values[:, None] - distinct[None]) <= 1e-9 + 1e-9 * np.abs(distinct[None])
         ).astype(float)
-    knots = np.unique(np.quantile(values, np.linspace(0.0, 1.0, bumps)))
+    at = KNOTS if bumps == BUMPS else np.linspace(0.0, 1.0, bumps)
+    knots = np.unique(np.quantile(values, at))
     if knots.size < 2:
         knots = np.array([values.min(), values.max()])
     return np.stack(

@@ -39,7 +39,7 @@ class Rules:
         Power at which sizes that would have been found are stated.
     """
 
-    alpha_name: float = 0.01
+    alpha_name: float = 0.005
     alpha_unknown: float = 0.02
     alpha_rival: float = 0.05
     rival_share: float = 0.3

@@ -262,9 +262,7 @@ def whitened_grams(problem: Problem, features: FloatArray) -> tuple[Grams, RowWh
             by_output=by_output,
             energy=energy,
             visible=np.sqrt(
-                np.divide(
-                    np.einsum("bii->i", inner), norm, out=np.zeros_like(norm), where=norm > 0
-                )
+                np.divide(np.einsum("bii->i", inner), norm, out=np.zeros_like(norm), where=norm > 0)
             ),
             calibration=base,
             wandering=numbers[2],

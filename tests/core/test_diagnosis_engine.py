@@ -1,0 +1,201 @@
+"""The engine on a world with hidden effects: nulls, names, rivals, unseen effects, invariances."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from footcal_cli.core.diagnosis.engine import Diagnosis, EffectStatus, diagnose
+from footcal_cli.core.diagnosis.features import features_of
+from footcal_cli.core.diagnosis.rules import Rules
+from footcal_cli.core.diagnosis.scores import scores
+from footcal_cli.core.diagnosis.search import library, weigh
+from footcal_cli.core.diagnosis.whitening import whitened_grams
+from footcal_cli.core.evidence import sign_patterns
+from tests.core.diagnosis_world import (
+    NOISES,
+    library_effects,
+    make_world,
+    noise_of,
+    problem_of,
+    sized,
+    unseen_effects,
+)
+
+EFFECTS = tuple(library_effects(make_world(np.random.default_rng(0), 2)))
+SIGNED = {"lag", "delay", "creep"}
+
+
+def run(
+    seed: int,
+    hidden: list[tuple[str, float]],
+    noise: str = "gain_offset",
+    trials: int = 12,
+    without: tuple[str, ...] = (),
+    taps: bool = False,
+) -> Diagnosis:
+    rng = np.random.default_rng(seed)
+    world = make_world(rng, trials, taps)
+    residual = noise_of(world, noise, rng)
+    for name, rho in hidden:
+        library = library_effects(world)
+        if name in library:
+            change = library[name][int(rng.integers(len(library[name])))][1]
+        else:
+            change = unseen_effects(world, rng)[name]
+        sign = 1.0 if name in SIGNED else float(rng.choice([-1.0, 1.0]))
+        residual = residual + sign * sized(world, change, rho)
+    return diagnose(problem_of(world, residual).without(*without))
+
+
+def names(answer: Diagnosis) -> set[str]:
+    return {cause.signature.effect for cause in answer.causes}
+
+
+def with_rivals(answer: Diagnosis) -> set[str]:
+    return names(answer) | {r.effect for c in answer.causes for r in c.rivals}
+
+
+@pytest.mark.parametrize("noise", NOISES)
+def test_clean_data_name_nothing(noise: str) -> None:
+    answer = run(500, [], noise)
+    assert answer.verdict == "none"
+    assert all(row.status != EffectStatus.PRESENT for row in answer.effects)
+
+
+@pytest.mark.parametrize("effect", EFFECTS[1::2])
+def test_a_hidden_effect_is_named_or_among_its_rivals(effect: str) -> None:
+    answer = run(700 + EFFECTS.index(effect), [(effect, 1.0)])
+    assert answer.verdict in ("named", "ambiguous", "named+unknown")
+    assert effect in with_rivals(answer)
+    assert answer.verdict == "ambiguous" or names(answer) == {effect}
+    assert answer.nested.low > 0 or answer.nested.value > 0
+
+
+@pytest.mark.parametrize("effect", ["hum", "sticking", "edge"])
+def test_an_effect_without_a_name_is_not_given_one(effect: str) -> None:
+    answer = run(800, [(effect, 1.0)])
+    assert answer.verdict in ("unknown", "named+unknown", "ambiguous")
+
+
+def test_an_effect_taken_out_of_the_library_is_no_confident_other_name() -> None:
+    answer = run(810, [("hysteresis", 1.0)], without=("hysteresis",))
+    assert answer.verdict in ("unknown", "named+unknown", "ambiguous")
+
+
+def test_look_alikes_are_both_kept() -> None:
+    answer = run(820, [("quadratic", 0.5)])
+    assert {"quadratic", "cubic"} <= with_rivals(answer)
+    assert answer.verdict == "ambiguous"
+
+
+def test_six_trials_are_called_underpowered_however_large_the_effect() -> None:
+    for hidden in ([], [("hysteresis", 2.0)]):
+        answer = run(830, hidden, trials=6)
+        assert answer.verdict == "underpowered"
+    assert answer.smallest_p == pytest.approx(2.0**-5)
+
+
+def test_two_effects_are_found_one_after_the_other() -> None:
+    answer = run(840, [("hysteresis", 0.8), ("shear", 0.8)])
+    assert names(answer) == {"hysteresis", "shear"}
+    assert answer.verdict == "named"
+
+
+def test_an_effect_smaller_than_what_matters_is_not_reported() -> None:
+    rng = np.random.default_rng(850)
+    world = make_world(rng)
+    change = sized(world, library_effects(world)["shear"][0][1], 0.3)
+    answer = diagnose(problem_of(world, noise_of(world, "ar9", rng) + change, tolerance=2.0))
+    assert answer.verdict == "none"
+    row = next(r for r in answer.effects if r.signature.effect == "shear")
+    assert row.status == EffectStatus.ABSENT
+
+
+def test_a_driver_that_did_not_move_is_not_testable() -> None:
+    rng = np.random.default_rng(860)
+    world = make_world(rng)
+    still = replace(world, temperature=np.full_like(world.temperature, 30.0))
+    answer = diagnose(problem_of(still, noise_of(still, "ar9", rng)))
+    row = next(r for r in answer.effects if r.signature.effect == "temperature_bias")
+    assert row.status == EffectStatus.NOT_TESTABLE
+    assert "visible" in row.reason
+
+
+def test_sizes_that_would_have_been_found_are_found() -> None:
+    clean = run(870, [], "ar9")
+    row = next(r for r in clean.effects if r.signature.effect == "shear")
+    found = 0
+    for seed in range(8):
+        rng = np.random.default_rng(880 + seed)
+        world = make_world(rng)
+        change = row.detectable * library_effects(world)["shear"][0][1]
+        problem = problem_of(world, noise_of(world, "ar9", rng) + change)
+        grams, _ = whitened_grams(problem, problem.columns[:, :0])
+        lib = library(problem, grams, problem.visible(problem.left()), Rules())
+        evidence = weigh(lib, grams.calibration, sign_patterns(12), Rules(), 0)
+        found += bool(evidence.p[lib.causes.index(("shear", "shear", "all cells"))] < 0.005)
+    assert found >= 5
+
+
+def test_what_calibration_could_have_changed_changes_no_p_value() -> None:
+    rng = np.random.default_rng(890)
+    world = make_world(rng)
+    problem = problem_of(world, noise_of(world, "gain_offset", rng))
+    moved = replace(
+        problem, residual=problem.residual + problem.calibration @ rng.normal(0, 3.0, 8)
+    )
+    before, after = diagnose(problem), diagnose(moved)
+    np.testing.assert_allclose(after.search.first.t, before.search.first.t, atol=1e-5)
+    np.testing.assert_allclose(after.search.first.p, before.search.first.p, atol=2e-3)
+    assert after.before.bump_p == pytest.approx(before.before.bump_p, abs=2e-3)
+
+
+def test_units_and_names_of_candidates_change_nothing() -> None:
+    rng = np.random.default_rng(900)
+    world = make_world(rng)
+    change = sized(world, library_effects(world)["bypass"][0][1], 0.6)
+    problem = problem_of(world, noise_of(world, "ar9", rng) + change)
+    scale = rng.lognormal(0.0, 3.0, len(problem.signatures))
+    other = replace(problem, columns=problem.columns * scale)
+    first, second = diagnose(problem), diagnose(other)
+    np.testing.assert_allclose(first.search.first.p, second.search.first.p, atol=1e-9)
+    assert names(first) == names(second) == {"bypass"}
+
+
+def test_scores_are_blind_to_the_base_and_know_the_size() -> None:
+    rng = np.random.default_rng(910)
+    world = make_world(rng)
+    problem = problem_of(world, noise_of(world, "white", rng))
+    exact = replace(problem, residual=1.7 * problem.columns[:, 3] + problem.calibration[:, 2])
+    grams, _ = whitened_grams(exact, features_of(problem).columns[:, :1])
+    found = scores(grams.inner, grams.calibration, grams.candidates)
+    assert found.size[3] == pytest.approx(1.7, rel=1e-6)
+    inside = scores(grams.inner, grams.calibration, grams.calibration)
+    np.testing.assert_allclose(inside.information, 0.0, atol=1e-9)
+
+
+@pytest.mark.slow
+def test_study_of_names_and_silence() -> None:
+    """DIAGNOSIS.md 3.2: nulls, singles at three sizes, unseen, hidden, pairs, too few trials."""
+    null = Counter(str(run(20_000 + i, [], NOISES[i % 5]).verdict) for i in range(200))
+    named = sum(null[v] for v in ("named", "ambiguous", "named+unknown"))
+    assert named <= 4
+    assert 200 - null["none"] <= 8
+    for rho, exact_asked, right_asked in ((0.3, 0.6, 0.75), (0.5, 0.8, 0.92), (1.0, 0.8, 0.95)):
+        exact = right = wrong = 0
+        for i in range(96):
+            effect = EFFECTS[i % len(EFFECTS)]
+            answer = run(30_000 + i, [(effect, rho)])
+            confident = answer.verdict == "named"
+            exact += confident and names(answer) == {effect}
+            right += answer.verdict != "unknown" and effect in with_rivals(answer)
+            wrong += confident and names(answer) != {effect}
+        assert wrong <= 2
+        assert right >= right_asked * 96 - 3
+        assert exact >= exact_asked * 96 - 10
+    too_few = [str(run(40_000 + i, [("delay", 1.0)], trials=6).verdict) for i in range(30)]
+    assert set(too_few) == {"underpowered"}

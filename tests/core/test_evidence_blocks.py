@@ -1,0 +1,102 @@
+"""Sign flips, permutations and intervals over blocks: sizes under the null, exactness, scaling."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from footcal_cli.core.evidence import (
+    effective_blocks,
+    jackknife_interval,
+    mean_interval,
+    permutation_max_t,
+    sign_flip_max_t,
+    sign_flip_mean,
+    sign_patterns,
+    smallest_p,
+)
+
+
+def test_all_sign_patterns_are_enumerated_once_for_few_blocks() -> None:
+    signs = sign_patterns(5)
+    assert signs.shape == (16, 5)
+    assert np.unique(signs, axis=0).shape == (16, 5)
+    assert (signs[0] == 1).all()
+    assert (signs[:, 0] == 1).all()
+
+
+def test_a_score_of_one_sign_in_every_block_reaches_the_smallest_p() -> None:
+    rng = np.random.default_rng(0)
+    scores = np.abs(rng.standard_normal((9, 1)))
+    test = sign_flip_max_t(scores, sign_patterns(9))
+    assert test.p[0] == pytest.approx(float(smallest_p(9.0)))
+
+
+def test_blocks_without_information_do_not_count() -> None:
+    information = np.array([[1.0, 4.0], [1.0, 0.0], [1.0, 0.0], [1.0, 0.0]])
+    np.testing.assert_allclose(effective_blocks(information), [4.0, 1.0])
+
+
+def test_family_wise_p_is_uniform_under_the_null_with_heavy_tails_and_unequal_blocks() -> None:
+    rng = np.random.default_rng(1)
+    signs = sign_patterns(10)
+    smallest = []
+    for _ in range(400):
+        size = rng.lognormal(0.0, 1.0, (10, 1))
+        common = rng.standard_t(3, (10, 1))
+        scores = size * (rng.standard_t(3, (10, 6)) + common)
+        smallest.append(sign_flip_max_t(scores, signs).p.min())
+    assert 0.02 < np.mean(np.array(smallest) <= 0.05) < 0.085
+    assert stats.kstest(smallest, "uniform").pvalue > 0.005
+
+
+def test_units_of_a_candidate_change_no_p_value() -> None:
+    rng = np.random.default_rng(2)
+    scores = rng.standard_normal((8, 4)) + 0.5
+    signs = sign_patterns(8)
+    np.testing.assert_allclose(
+        sign_flip_max_t(scores, signs).p,
+        sign_flip_max_t(scores * np.array([1e-6, 1.0, 9.80665, 1e6]), signs).p,
+    )
+
+
+def test_mean_test_is_one_sided_and_exact() -> None:
+    signs = sign_patterns(6)
+    assert sign_flip_mean(np.ones(6), signs) == pytest.approx(1 / 64)
+    assert sign_flip_mean(-np.ones(6), signs) == pytest.approx(1.0)
+
+
+def test_permutations_find_a_driver_that_moves_blocks_and_keep_their_size() -> None:
+    rng = np.random.default_rng(3)
+    driver = rng.standard_normal(12)
+    driver -= driver.mean()
+    found, false = [], []
+    for _ in range(60):
+        noise = rng.standard_normal((12, 2))
+        drivers = np.zeros((12, 2, 2))
+        drivers[:, 0, 0] = driver
+        drivers[:, 1, 1] = driver
+        false.append(permutation_max_t(noise - noise.mean(0), drivers, permutations=399).p.min())
+        moved = noise + np.outer(2.0 * driver, [1.0, 0.0])
+        found.append(permutation_max_t(moved - moved.mean(0), drivers, permutations=399).p[0])
+    assert np.mean(np.array(found) < 0.01) > 0.85
+    assert np.mean(np.array(false) < 0.05) < 0.15
+
+
+def test_interval_of_a_mean_covers_and_tightens_with_more_blocks() -> None:
+    rng = np.random.default_rng(4)
+    few = [mean_interval(rng.normal(1.0, 2.0, 10)) for _ in range(400)]
+    many = [mean_interval(rng.normal(1.0, 2.0, 20)) for _ in range(400)]
+    covered = np.mean([i.low < 1.0 < i.high for i in few])
+    assert 0.92 < covered < 0.98
+    ratio = np.mean([i.high - i.low for i in few]) / np.mean([i.high - i.low for i in many])
+    assert ratio == pytest.approx(np.sqrt(2.0), rel=0.12)
+
+
+def test_jackknife_of_a_mean_is_students_interval() -> None:
+    values = np.random.default_rng(5).standard_normal(11)
+    without = (values.sum() - values) / 10
+    ours, students = jackknife_interval(float(values.mean()), without), mean_interval(values)
+    assert ours.low == pytest.approx(students.low)
+    assert ours.high == pytest.approx(students.high)
