@@ -176,7 +176,8 @@ def _cells(session: Session[OnlineReplayOptions], recording: Recording) -> Outco
 
     options, merged, belief = session.options, recording.merged, recording.belief
     assert belief is not None
-    noise, learn = _noise(options, merged.raw, belief.scale_n_per_count)
+    weight_n = session.recipe.robot.weight_n or 53.0
+    noise, learn = _noise(options, merged.raw, belief.scale_n_per_count, weight_n)
     every = max(round(merged.rate_hz / options.update_hz), 1)
     settings = Settings(
         memory=MemoryOptions(
@@ -268,7 +269,7 @@ def _six_axis(session: Session[OnlineReplayOptions], recording: Recording) -> Ou
 
 
 def _noise(
-    options: OnlineReplayOptions, raw: FloatArray, scale: FloatArray
+    options: OnlineReplayOptions, raw: FloatArray, scale: FloatArray, weight_n: float
 ) -> tuple[Noise, tuple[str, ...]]:
     """The recipe's noise where it gives one, and the names of what is to be learnt."""
     from dataclasses import fields, replace
@@ -281,7 +282,9 @@ def _noise(
 
     given = {k: v for k, v in options.noise.model_dump().items() if v is not None}
     step_n = float(np.median(quantum(raw) * np.abs(scale)))
-    noise = replace(Noise(), **{"swing_fixed_n": step_n / np.sqrt(12.0), **given})
+    noise = replace(
+        Noise().for_weight(weight_n), **{"swing_fixed_n": step_n / np.sqrt(12.0), **given}
+    )
     return noise, tuple(f.name for f in fields(Noise) if f.name in LEARNT and f.name not in given)
 
 

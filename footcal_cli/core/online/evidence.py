@@ -145,7 +145,7 @@ def bootstrap_mean(values: FloatArray, rng: np.random.Generator, resamples: int 
 def bootstrap_ratio(
     ours: FloatArray, theirs: FloatArray, rng: np.random.Generator, resamples: int = 2000
 ) -> Interval:
-    """Ratio of RMS errors over the same cycles, cycles resampled in pairs.
+    """Ratio of RMS errors over the same cycles, cycles resampled in pairs; NaN over no error.
 
     Parameters
     ----------
@@ -154,7 +154,7 @@ def bootstrap_ratio(
     """
     both = np.isfinite(ours) & np.isfinite(theirs)
     a, b = ours[both] ** 2, theirs[both] ** 2
-    if a.size < 2:
+    if a.size < 2 or not b.any():
         return Interval(float("nan"), float("nan"), float("nan"), a.size)
     pick = rng.integers(0, a.size, (resamples, a.size))
     draws = np.sqrt(a[pick].mean(axis=1) / b[pick].mean(axis=1))

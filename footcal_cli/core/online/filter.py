@@ -18,6 +18,8 @@ from footcal_cli.core.online.rows import Rows
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
 _LASTING_S = 1e4
+_DEFAULT_WEIGHT_N = 53.0
+"""Body weight of the robot that the default noise is meant for (seed 1's NAO)."""
 _LOG_2PI = float(np.log(2.0 * np.pi))
 
 
@@ -64,6 +66,12 @@ class Noise:
         """All fields, shape (settings, fields)."""
         values = np.broadcast_arrays(*[np.atleast_1d(getattr(self, f.name)) for f in fields(self)])
         return np.stack(values, axis=-1)
+
+    def for_weight(self, weight_n: float) -> Noise:
+        """The same noise for a robot of another weight, forces and moments in proportion."""
+        factor = weight_n / _DEFAULT_WEIGHT_N
+        scaled = [f.name for f in fields(self) if f.name.endswith(("_n", "_nm"))]
+        return replace(self, **{n: np.asarray(getattr(self, n)) * factor for n in scaled})
 
     @classmethod
     def of(cls, stacked: FloatArray) -> Noise:
@@ -360,7 +368,11 @@ class _Past:
 
 
 def run_settings(
-    rows: Rows, noise: Noise, guards: Guards | None = None
+    rows: Rows,
+    noise: Noise,
+    guards: Guards | None = None,
+    *,
+    known_jumps: Sequence[Jump] = (),
 ) -> tuple[FloatArray, FloatArray]:
     """Filter a walk with many settings of the noise in one pass, without jumps and gate.
 
@@ -372,6 +384,8 @@ def run_settings(
         Arrays of shape (settings,).
     guards
         Only `huber` is used.
+    known_jumps
+        Onsets at which a bias is opened.
 
     Returns
     -------
@@ -393,11 +407,14 @@ def run_settings(
     diagonal = np.arange(s)
     decay = np.ones((b, s))
     drive = np.empty((b, s))
+    opened = np.zeros((u, p))
+    _open_biases(opened, rows, known_jumps)
     h_full = np.zeros((k, s))
     h_full[tuned.of_row, p + np.arange(t)] = 1.0
     for j in range(u):
         decay[:, p:] = np.exp(-interval[j] / tuned.slow_s)
         drive[:, :p] = tuned.walk * interval[j]
+        drive[:, :p] += opened[j]
         drive[:, p:] = tuned.slow * (1.0 - decay[:, p:] ** 2)
         mean = mean * decay
         cov = cov * (decay[:, :, None] * decay[:, None, :])

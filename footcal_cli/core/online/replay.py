@@ -39,8 +39,8 @@ LEARNT_RATIO = 0.5
 """A parameter counts as estimated where the walk at least halved its prior sd."""
 _PLATE_EVIDENCE_NATS = 5.0
 """Gain in log likelihood from which plates hanging on the feet are believed in."""
-_JUMP_BLOCKS = 5
-"""Updates to either side of an onset between which a jump is measured."""
+_BEFORE_JUMP, _AFTER_JUMP = 5, 25
+"""Updates before and after an onset between which a jump is measured: the foot has swung again."""
 _DELAY_PASSES = 2
 _DELAY_SETTLED_S = 2e-4
 
@@ -174,7 +174,14 @@ def run_memory(log: Log, belief: Belief, options: MemoryOptions | None = None) -
                 break
     tuning = None
     if options.learnt:
-        tuning = learn_noise(rows, options.noise, learnt=options.learnt, guards=options.guards)
+        first = run_filter(rows, options.noise, options.guards)
+        tuning = learn_noise(
+            rows,
+            options.noise,
+            learnt=options.learnt,
+            guards=options.guards,
+            known_jumps=first.jumps,
+        )
     noise = tuning.noise if tuning else options.noise
     rows = _without_unseen_plates(rows, noise, options.guards)
     track = run_filter(rows, noise, options.guards)
@@ -215,7 +222,7 @@ def _sized(jump: Jump, smoothed: Track) -> Jump:
         np.clip(np.searchsorted(smoothed.time_s, jump.onset_s), 1, len(smoothed.time_s) - 1)
     )
     last = len(smoothed.time_s) - 1
-    before, after = max(onset - _JUMP_BLOCKS, 0), min(onset + _JUMP_BLOCKS, last)
+    before, after = max(onset - _BEFORE_JUMP, 0), min(onset + _AFTER_JUMP, last)
     size = float(smoothed.values[after, at] - smoothed.values[before, at])
     return replace(jump, size=size, sd=float(np.hypot(*smoothed.sd[[before, after], at])))
 

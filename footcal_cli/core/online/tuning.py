@@ -13,6 +13,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from footcal_cli.core.online.filter import Guards, Noise, run_settings
+from footcal_cli.core.online.jumps import Jump
 from footcal_cli.core.online.rows import Rows
 from footcal_cli.core.parameters import FloatArray
 
@@ -58,6 +59,7 @@ def learn_noise(
     learnt: Sequence[str] = LEARNT,
     rounds: int = 5,
     guards: Guards | None = None,
+    known_jumps: Sequence[Jump] = (),
 ) -> Tuning:
     """Learn the noise of rows and random walks from the innovations.
 
@@ -76,6 +78,8 @@ def learn_noise(
         Newton rounds.
     guards
         Its Huber limit.
+    known_jumps
+        Bias jumps found before: left closed, one jump would be learnt as wandering or as noise.
     """
     start = start or Noise()
     names = [f.name for f in fields(Noise)]
@@ -94,7 +98,9 @@ def learn_noise(
     def score(points: FloatArray) -> FloatArray:
         points = points.copy()
         points[:, at] = np.clip(points[:, at], origin[at] - _FURTHEST, origin[at] + _FURTHEST)
-        likelihood, _ = run_settings(rows, Noise.of(np.exp(points)), guards)
+        likelihood, _ = run_settings(
+            rows, Noise.of(np.exp(points)), guards, known_jumps=known_jumps
+        )
         moved = (points[:, at] - origin[at]) / prior_sd
         return np.asarray(likelihood - 0.5 * np.sum(moved**2, axis=1))
 

@@ -1,0 +1,182 @@
+"""``footcal online-replay`` on walks whose truth is known, as the shell runs it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from footcal_cli.records import ParametersRecord, RmseRecord, RunRecord, read_record
+from tests.cli.walk_files import write_belief, write_walk
+from tests.conftest import Answer, Run
+from tests.core.walk_data import CHANNELS, Errors, Recording, make_walk, record
+
+ERRORS = Errors(
+    bias_walk=0.03, gain_walk=4e-4, quantum=0.25, delay=0.024, com_offset=(0.003, -0.002),
+    jumps=((2, 15.0, 2.0),),
+)  # fmt: skip
+"""20 ms of the delay are known to the recipe; 4 ms, a CoM offset, a jump and drift are not."""
+
+
+@pytest.fixture(scope="module")
+def walk() -> Recording:
+    return record(make_walk(0.04, 25.0, seed=3), ERRORS, seed=3)
+
+
+@pytest.fixture(scope="module")
+def brief() -> Recording:
+    return record(make_walk(0.04, 10.0, seed=3), Errors(quantum=0.25), seed=3)
+
+
+@pytest.fixture
+def replayed(run: Run, walk: Recording, tmp_path: Path) -> tuple[Answer, Path]:
+    recipe = write_walk(tmp_path, walk, "[online_replay]\nsensitivity = false")
+    belief = write_belief(tmp_path, walk)
+    out = tmp_path / "out"
+    return run("online-replay", "--recipe", recipe, "--parameters", belief, "--out", out), out
+
+
+def rmse(record: RmseRecord, stage: str, quantity: str, reference: str = "truth") -> float:
+    return next(
+        r.rmse
+        for r in record.rows
+        if (r.stage, r.quantity, r.reference) == (stage, quantity, reference)
+    )
+
+
+def test_the_walk_is_calibrated_and_everything_is_told(
+    replayed: tuple[Answer, Path], walk: Recording
+) -> None:
+    answer, out = replayed
+    assert answer.exit_code == 0, answer.err
+    errors = read_record(RmseRecord, out / "rmse.json")
+    for quantity, ratio in (("cop", 0.65), ("foot_cop", 0.6)):
+        assert rmse(errors, "memory", quantity) < ratio * rmse(errors, "window", quantity)
+    assert rmse(errors, "memory", "cop") < 1e-3
+    assert rmse(errors, "han", "cop") > 3 * rmse(errors, "window", "cop")
+    sentence = answer.out.splitlines()[0]
+    assert sentence.startswith("VERDICT  memory: CoP error")
+    assert sentence.endswith("against the truth.")
+    assert "left_rl: the bias jumped by" in answer.out.replace("\n", " ")
+    run_record = read_record(RunRecord, out / "run.json")
+    jump = next(f for f in run_record.findings if f.code == "bias_jump")
+    assert (jump.severity, jump.where) == ("alarm", "left_rl")
+    assert {p.stem for p in (out / "figures").glob("*.png")} == {
+        "cop", "vgrf", "cycles", "path", "parameters", "innovations", "states",
+    }  # fmt: skip
+
+    record = read_record(ParametersRecord, out / "parameters.json")
+    last = walk.true_gain[-1], walk.true_bias[-1]
+    for i, channel in enumerate(CHANNELS):
+        bias = record.parameters[f"{channel}.bias"]
+        scale = record.parameters[f"{channel}.scale"]
+        counts_at_20_n = (20.0 - walk.bias0[i]) / walk.scale0[i]
+        ours = scale.value * counts_at_20_n + bias.value
+        true = 20.0 * (1 + last[0][i]) + last[1][i]
+        assert ours == pytest.approx(true, abs=0.9)
+        assert bias.status == "estimated"
+
+    frame = pd.read_parquet(out / "replay.parquet")
+    assert len(frame) == len(walk.cell_time)
+    assert frame.cop_x_m.isna().equals(~frame.cop_valid)
+    in_the_air = frame.left_contact == 0
+    assert in_the_air.sum() > 100
+    assert frame.left_cop_x_m[in_the_air].isna().all()
+    assert (frame.left_fl_bias_sd > 0).all()
+    assert set(frame.reason[~frame.used]) <= {"dropout", "outlier", "transition", "no contact"}
+    assert (frame.reason[frame.used] == "").all()
+    true_cop = _true_cop(walk)
+    late = (frame.time_s > 6) & frame.cop_valid
+    off = np.hypot(frame.cop_x_m - true_cop[:, 0], frame.cop_y_m - true_cop[:, 1])[late]
+    assert np.sqrt(np.mean(off**2)) < 2.5e-3
+
+
+def _true_cop(walk: Recording) -> np.ndarray:
+    total = walk.force.sum(axis=1, keepdims=True)
+    return np.asarray(np.einsum("nc,nck->nk", walk.force, walk.cells) / total)
+
+
+def test_losing_samples_costs_only_those_samples(run: Run, walk: Recording, tmp_path: Path) -> None:
+    counts = walk.counts.copy()
+    counts[800:820, 3] = np.nan
+    keep = np.ones(len(walk.cell_time), dtype=bool)
+    keep[1000:1060] = False
+    shorter = replace(
+        walk, cell_time=walk.cell_time[keep], counts=counts[keep], force=walk.force[keep]
+    )
+    recipe = write_walk(tmp_path, shorter, "[online_replay]\nsensitivity = false")
+    belief = write_belief(tmp_path, walk)
+    out = tmp_path / "out"
+    answer = run("online-replay", "--recipe", recipe, "--parameters", belief, "--out", out)
+    assert answer.exit_code == 0, answer.err
+    assert "1 gaps, the longest 0.76" in answer.out.replace("\n", " ")
+    rejected = read_record(RmseRecord, out / "rmse.json").rejected
+    assert rejected["dropout"] == 20 + 1
+    frame = pd.read_parquet(out / "replay.parquet")
+    assert (frame.reason == "dropout").sum() == rejected["dropout"]
+    assert frame.vgrf_n[frame.reason == "dropout"].isna().all()
+
+
+@pytest.mark.parametrize("method", ["window", "han"])
+def test_the_papers_methods_run_by_name_and_gates_judge_them(
+    run: Run, brief: Recording, tmp_path: Path, method: str
+) -> None:
+    recipe = write_walk(tmp_path, brief, "[online_replay]\nsensitivity = false")
+    belief = write_belief(tmp_path, brief)
+    answer = run(
+        "online-replay", "--recipe", recipe, "--parameters", belief, "--method", method,
+        "--max-cop-rmse-mm", "0.05", "--out", tmp_path / "out",
+    )  # fmt: skip
+    assert answer.exit_code == 1
+    assert answer.out.startswith(f"VERDICT  {method}:")
+    assert "GATE NOT MET  cop: RMSE" in answer.err
+
+
+def test_the_offline_baseline_is_compared_with_as_in_the_paper(
+    run: Run, brief: Recording, tmp_path: Path
+) -> None:
+    recipe = write_walk(tmp_path, brief, "[online_replay]\nsensitivity = false")
+    belief = write_belief(tmp_path, brief)
+    answer = run(
+        "online-replay", "--recipe", recipe, "--parameters", belief, "--baseline", belief,
+        "--out", tmp_path / "out",
+    )  # fmt: skip
+    assert answer.exit_code == 0, answer.err
+    errors = read_record(RmseRecord, tmp_path / "out/rmse.json")
+    # the baseline is the belief itself: nothing was changed before
+    assert rmse(errors, "before", "cop", "baseline") < 1e-12
+    assert rmse(errors, "memory", "cop", "baseline") > 1e-4
+
+
+def test_counts_without_a_meaning_are_refused(run: Run, walk: Recording, tmp_path: Path) -> None:
+    recipe = write_walk(tmp_path, walk)
+    answer = run("online-replay", "--recipe", recipe, "--out", tmp_path / "out")
+    assert answer.exit_code == 2
+    assert "--parameters" in answer.err
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_walk_without_its_body_is_refused_in_one_line(
+    run: Run, walk: Recording, tmp_path: Path
+) -> None:
+    recipe = write_walk(tmp_path, walk)
+    recipe.write_text(recipe.read_text().replace('body = "body.parquet"\n', ""))
+    belief = write_belief(tmp_path, walk)
+    answer = run(
+        "online-replay", "--recipe", recipe, "--parameters", belief, "--out", tmp_path / "out"
+    )
+    assert answer.exit_code == 3
+    assert answer.err.count("\n") == 1
+    assert "body" in answer.err
+
+
+def test_the_same_log_gives_the_same_bytes(run: Run, brief: Recording, tmp_path: Path) -> None:
+    recipe = write_walk(tmp_path, brief, "[online_replay]\nsensitivity = false")
+    belief = write_belief(tmp_path, brief)
+    for name in ("a", "b"):
+        run("online-replay", "--recipe", recipe, "--parameters", belief, "--out", tmp_path / name)
+    for file in ("replay.parquet", "rmse.csv", "figures/cop.png"):
+        assert (tmp_path / "a" / file).read_bytes() == (tmp_path / "b" / file).read_bytes()

@@ -1,0 +1,70 @@
+"""``footcal static-init`` on stances whose truth is known, as the shell runs it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from footcal_cli.records import ParametersRecord, RmseRecord, read_record
+from tests.cli.walk_files import write_belief, write_stand
+from tests.conftest import Run
+from tests.core.walk_data import CHANNELS, make_standing
+
+OPTIONS = "[static_init]\ndelay_s = 0.0\nwarm_s = 0.25"
+
+
+def test_one_stance_teaches_sums_and_says_so(run: Run, tmp_path: Path) -> None:
+    made = make_standing(1, 3, replace=False)
+    recipe, belief = write_stand(tmp_path, made, OPTIONS), write_belief(tmp_path, made)
+    out = tmp_path / "out"
+    answer = run("static-init", "--recipe", recipe, "--parameters", belief, "--out", out)
+    assert answer.exit_code == 0, answer.err
+    text = answer.out.replace("\n", " ")
+    assert "1 stance show 3 of 16 directions" in text
+    assert "0 of 16 parameters estimated" in text
+    assert "diagonal twist of the biases" in text
+    assert "Stand next: stand on the" in text
+    record = read_record(ParametersRecord, out / "parameters.json")
+    assert {p.status for p in record.parameters.values()} == {"prior kept: not observable"}
+
+
+def test_ten_stances_with_lifted_feet_calibrate_the_biases(run: Run, tmp_path: Path) -> None:
+    made = make_standing(16, 3, replace=True, lift=True)
+    recipe, belief = write_stand(tmp_path, made, OPTIONS), write_belief(tmp_path, made)
+    out = tmp_path / "out"
+    answer = run("static-init", "--recipe", recipe, "--parameters", belief, "--out", out)
+    assert answer.exit_code == 0, answer.err
+    assert "16 stances show 16 of 16 directions" in answer.out.replace("\n", " ")
+    record = read_record(ParametersRecord, out / "parameters.json")
+    for i, channel in enumerate(CHANNELS):
+        scale, bias = (record.parameters[f"{channel}.{n}"] for n in ("scale", "bias"))
+        assert bias.status == "estimated"
+        zero = -made.bias0[i] / made.scale0[i]
+        assert scale.value * zero + bias.value == pytest.approx(made.true_bias[i], abs=0.3)
+    errors = read_record(RmseRecord, out / "rmse.json")
+    held = {(r.stage, r.quantity): r.rmse for r in errors.rows if r.split == "held_out"}
+    assert held["after", "vgrf"] < held["before", "vgrf"]
+    assert {p.stem for p in (out / "figures").glob("*.png")} == {"stances", "directions", "beliefs"}
+
+
+def test_a_gate_on_the_cop_is_judged_on_stances_not_seen(run: Run, tmp_path: Path) -> None:
+    made = make_standing(4, 3, replace=True)
+    recipe, belief = write_stand(tmp_path, made, OPTIONS), write_belief(tmp_path, made)
+    answer = run(
+        "static-init", "--recipe", recipe, "--parameters", belief, "--max-cop-rmse-mm", "0.001",
+        "--out", tmp_path / "out",
+    )  # fmt: skip
+    assert answer.exit_code == 1
+    assert "GATE NOT MET  cop_x" in answer.err
+
+
+def test_a_robot_that_never_stands_still_is_told_how_long_to(run: Run, tmp_path: Path) -> None:
+    made = make_standing(1, 3, replace=False, samples=50)
+    recipe, belief = write_stand(tmp_path, made, OPTIONS), write_belief(tmp_path, made)
+    answer = run(
+        "static-init", "--recipe", recipe, "--parameters", belief, "--out", tmp_path / "out"
+    )
+    assert answer.exit_code == 3
+    assert "stand still for at least" in answer.err
+    assert answer.err.count("\n") == 1

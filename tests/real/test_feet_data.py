@@ -1,0 +1,90 @@
+"""Measured feet of others: a walking humanoid on six-axis ankles, a person on insoles."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from footcal_cli.records import ParametersRecord, RmseRecord, RunRecord, read_record
+from tests.conftest import Run
+
+TRIALS = ("14_1", "14_2", "14_3", "14_4", "16_1", "16_2", "16_3", "16_4")
+
+
+def rmse(path: Path, quantity: str, stage: str) -> float:
+    rows = read_record(RmseRecord, path / "rmse.json").rows
+    return next(r.rmse for r in rows if (r.quantity, r.stage) == (quantity, stage))
+
+
+@pytest.mark.parametrize(
+    "trials", [TRIALS[::4], pytest.param(TRIALS, marks=pytest.mark.slow)], ids=["two", "eight"]
+)
+def test_walks_of_a_humanoid_agree_on_its_ankles(
+    run: Run, real_data: Path, repository: Path, tmp_path: Path, trials: tuple[str, ...]
+) -> None:
+    recipe = repository / "recipes/reemc_walking.toml"
+    offsets, masses = [], []
+    for trial in trials:
+        out = tmp_path / trial
+        answer = run(
+            "online-replay", real_data / f"reemc-walking/{trial}.csv", "--recipe", recipe,
+            "--out", out,
+        )  # fmt: skip
+        assert answer.exit_code == 0, answer.err
+        record = read_record(ParametersRecord, out / "parameters.json")
+        names = [
+            f"{foot}.offset_{axis}" for foot in ("left", "right") for axis in ("fx", "fy", "fz")
+        ]
+        assert all(record.parameters[name].status == "estimated" for name in names)
+        offsets.append([record.parameters[name].value for name in names])
+        sd = record.parameters["left.offset_fx"].sd
+        assert sd is not None
+        assert 0.3 < sd < 3.0
+        masses.append(record.parameters["robot.mass_correction"].value)
+        assert rmse(out, "vgrf", "memory") < rmse(out, "vgrf", "before")
+        for foot in ("left", "right"):
+            assert rmse(out, f"{foot}.fz", "memory") < 0.35 * rmse(out, f"{foot}.fz", "before")
+    # two sessions within minutes: the offsets of both ankles repeat to a few newtons
+    assert np.std(offsets, axis=0).max() < 4.0
+    assert np.mean(offsets, axis=0)[[2, 5]] == pytest.approx([-38.0, -21.0], abs=4.5)
+    # the publishers' model has 68.6 kg; both feet carried 75.5 kg in every trial
+    assert np.mean(masses) == pytest.approx(6.9, abs=0.6)
+    assert np.std(masses) < 0.5
+    findings = {f.code for f in read_record(RunRecord, out / "run.json").findings}
+    assert {"mass_differs", "scales_left_alone"} <= findings
+
+
+def test_a_second_of_standing_tells_sums_of_the_ankles_only(
+    run: Run, real_data: Path, repository: Path, tmp_path: Path
+) -> None:
+    answer = run(
+        "static-init", real_data / "reemc-walking/14_1.csv", "--recipe",
+        repository / "recipes/reemc_walking.toml", "--until-s", "1.0", "--out", tmp_path / "out",
+    )  # fmt: skip
+    assert answer.exit_code == 0, answer.err
+    text = answer.out.replace("\n", " ")
+    assert "show 5 of 17 unknowns" in text
+    assert "lift each foot once" in text
+    record = read_record(ParametersRecord, tmp_path / "out/parameters.json")
+    assert record.parameters["left.offset_fz"].status == "prior kept: not observable"
+
+
+def test_three_zones_per_foot_are_what_the_recipe_says(
+    run: Run, real_data: Path, repository: Path, tmp_path: Path
+) -> None:
+    log = real_data / "loadsol-insoles/test_poids_loadsol.csv"
+    answer = run(
+        "static-init", log, "--recipe", repository / "recipes/loadsol_insoles.toml",
+        "--out", tmp_path / "out",
+    )  # fmt: skip
+    assert answer.exit_code == 0, answer.err
+    assert "1 stance show 1 of 12 directions" in answer.out.replace("\n", " ")
+    assert rmse(tmp_path / "out", "vgrf", "before") < 5.0
+    lost = read_record(RmseRecord, tmp_path / "out/rmse.json").rejected["dropout"]
+    data = pd.read_csv(log)
+    zones = [c for c in map(str, data) if c.endswith("_N") and "total" not in c]
+    expected = int((data[zones] == -1).any(axis=1).sum())
+    assert lost == pytest.approx(expected, abs=20)
