@@ -39,6 +39,7 @@ class PoseCalibOptions(CommandOptions):
     is estimated. `translation_sd_m` and `com_sd_m` are priors on each hip and on the chassis CoM.
     `structure` names the free mounting errors; ``auto`` lets the evidence choose. `series` lists
     pairs of transducers on one stiff leg, for `fit` ``series``: nothing else is known of them.
+    With ``auto`` and a prior on translations, every hip may shift within its prior.
     """
 
     fit: Literal["mounting", "offsets", "series"] = "mounting"
@@ -231,7 +232,7 @@ def _mounting(session: Session[PoseCalibOptions]) -> Outcome:
     from footcal_cli.core.pose.joint import PoseOptions, fit_pose
     from footcal_cli.core.pose.leg_map import leg_map
     from footcal_cli.core.pose.model import Structure
-    from footcal_cli.core.pose.selection import compare_structures
+    from footcal_cli.core.pose.selection import compare_structures, cross_validated
     from footcal_cli.core.pose.stages import alternated, error_of, naive_error, offset_error
     from footcal_cli.errors import UsageError
 
@@ -254,16 +255,15 @@ def _mounting(session: Session[PoseCalibOptions]) -> Outcome:
     with session.step("fit"):
         legs, findings = _with_directions(options, data, legs, noise_sd, free)
         candidates = compare_structures(data, legs, noise_sd, free, options.folds)
-        chosen = candidates[0].structure
+        structure, prior = candidates[0].structure, options.translation_sd_m or np.inf
         if options.structure != "auto":
-            chosen = Structure[options.structure.upper()]
-        prior = options.translation_sd_m or np.inf
-        fit = fit_pose(
-            summarise(data),
-            legs,
-            noise_sd,
-            replace(free, structure=chosen, translation_sd_m=prior),
-        )
+            structure = Structure[options.structure.upper()]
+        elif np.isfinite(prior):
+            # Hips are never exactly in place: what the evidence does not demand keeps its prior.
+            structure = structure.with_translations
+        final = replace(free, structure=structure, translation_sd_m=prior)
+        fit = fit_pose(summarise(data), legs, noise_sd, final)
+        held_out = cross_validated(data, legs, noise_sd, fit, options.folds)
     stages = {"before": naive_error(data, legs), "offsets only": offset_error(data, legs)}
     if options.method == "alternating":
         with session.step("alternate"):
@@ -273,7 +273,6 @@ def _mounting(session: Session[PoseCalibOptions]) -> Outcome:
     scaled = noise_sd * (1.0 if noise_known else fit.noise_factor)
     with session.step("map"):
         mapped = leg_map(data, fit, scaled)
-    held_out = next(c for c in candidates if c.structure is chosen)
     return mounting_outcome(
         session,
         Found(data, legs, fit, candidates, held_out, stages, mapped, findings, rejected),

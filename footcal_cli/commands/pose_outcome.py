@@ -52,7 +52,7 @@ class Found:
     Parameters
     ----------
     held_out
-        The candidate whose structure was taken.
+        The fit judged on poses it was not made with.
     stages
         Balance errors (P, 6) by stage: before, offsets only, …, after.
     """
@@ -162,11 +162,13 @@ def mounting_outcome(session: Session[PoseCalibOptions], found: Found) -> Outcom
     return Outcome(
         report=Report(
             title=f"Standing calibration of {session.recipe.robot.name}",
-            verdict=sheets.verdict(found.fit, found.stages, found.mapped, found.held_out),
+            verdict=sheets.verdict(
+                found.fit, found.stages, found.mapped, found.held_out, found.candidates[0]
+            ),
             pictures=pictures,
             sheets=(
                 sheets.mounting_sheet(found.fit),
-                sheets.candidate_sheet(found.candidates, found.held_out),
+                sheets.candidate_sheet(found.candidates),
                 sheets.common_sheet(found.fit),
                 sheets.prior_sheet(found.fit, found.legs),
             ),

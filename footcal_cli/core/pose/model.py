@@ -41,6 +41,11 @@ class Structure(StrEnum):
         """Whether each transducer may be shifted on its own."""
         return self in (Structure.FULL, Structure.TRANSLATIONS)
 
+    @property
+    def with_translations(self) -> Structure:
+        """The same rotations, every hip free to shift."""
+        return Structure.FULL if self.rotates else Structure.TRANSLATIONS
+
     def freedom(self, legs: int) -> int:
         """Degrees of freedom (36, 21, 21, 18, 3 for six legs)."""
         return 3 * legs * self.rotates + (3 * legs if self.each_translates else 3)

@@ -92,32 +92,57 @@ def compare_structures(
         Number of held-out parts; poses of one block stay together.
     """
     asked = options or PoseOptions()
-    whole = summarise(data)
-    fold = fold_of_block(data.block, folds)
-    parts = [summarise(data, np.flatnonzero(fold == f)) for f in range(folds)]
-    parts = [part for part in parts if 0 < part.poses < whole.poses]
+    whole, parts = _parts(data, folds)
     fits = [
         fit_pose(whole, legs, noise_sd, replace(asked, structure=structure))
         for structure in Structure
     ]
     richest = fits[list(Structure).index(Structure.FULL)]
     scale = richest.chi2_poses / max(6 * whole.poses - richest.free, _MIN_DOF)
-    candidates = []
-    for fit in fits:
-        cv_square, cv_chi2 = _held_out(whole, parts, legs, noise_sd, fit.options)
-        freedom = fit.options.structure.freedom(len(legs))
-        evidence = (fit.chi2_poses + fit.chi2_hang) / max(scale, np.finfo(float).tiny)
-        candidates.append(
-            Candidate(
-                fit,
-                freedom,
-                cv_square,
-                cv_chi2,
-                bic_paper(float(PAPER_NORM @ cv_square), freedom, whole.poses),
-                float(evidence + freedom * np.log(6 * whole.poses)),
-            )
-        )
+    candidates = [_judged(fit, whole, parts, legs, noise_sd, scale) for fit in fits]
     return tuple(sorted(candidates, key=lambda candidate: candidate.bic))
+
+
+def cross_validated(
+    data: PoseData,
+    legs: tuple[LegKnowledge, ...],
+    noise_sd: FloatArray,
+    fit: PoseFit,
+    folds: int = FOLDS,
+) -> Candidate:
+    """One fit, with the priors it was made with, judged like the candidates."""
+    whole, parts = _parts(data, folds)
+    scale = fit.chi2_poses / max(6 * whole.poses - fit.free, _MIN_DOF)
+    return _judged(fit, whole, parts, legs, noise_sd, scale)
+
+
+def _parts(data: PoseData, folds: int) -> tuple[PoseSummary, list[PoseSummary]]:
+    """All poses, and the held-out parts."""
+    whole = summarise(data)
+    fold = fold_of_block(data.block, folds)
+    parts = [summarise(data, np.flatnonzero(fold == f)) for f in range(folds)]
+    return whole, [part for part in parts if 0 < part.poses < whole.poses]
+
+
+def _judged(
+    fit: PoseFit,
+    whole: PoseSummary,
+    parts: list[PoseSummary],
+    legs: tuple[LegKnowledge, ...],
+    noise_sd: FloatArray,
+    scale: float,
+) -> Candidate:
+    cv_square, cv_chi2 = _held_out(whole, parts, legs, noise_sd, fit.options)
+    freedom = fit.options.structure.freedom(len(legs))
+    evidence = (fit.chi2_poses + fit.chi2_hang) / max(scale, np.finfo(float).tiny)
+    return Candidate(
+        fit,
+        freedom,
+        cv_square,
+        cv_chi2,
+        bic_paper(float(PAPER_NORM @ cv_square), freedom, whole.poses),
+        float(evidence + freedom * np.log(6 * whole.poses)),
+    )
 
 
 def _held_out(
