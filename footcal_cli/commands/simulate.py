@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
@@ -23,10 +23,11 @@ from footcal_cli.commands.options import (
 from footcal_cli.recipe import CommandOptions
 
 if TYPE_CHECKING:
+    from footcal_cli.core.parameters import FloatArray
     from footcal_cli.core.simulation.robots import Biped, Hexapod
     from footcal_cli.core.simulation.scenario import EffectRequest, Plans, Scenario
-    from footcal_cli.records import TruthRecord, VerdictRecord
-    from footcal_cli.report import Picture, Sheet
+    from footcal_cli.records import TruthRecord
+    from footcal_cli.report import Picture
     from footcal_cli.session import Outcome, Session
 
 Kind = Literal["weights", "placements", "stand", "walk", "hang", "pose"]
@@ -56,6 +57,13 @@ class SimulateOptions(CommandOptions):
 
 
 def simulate(
+    logs: Annotated[
+        list[Path] | None,
+        typer.Argument(
+            metavar="[MOTION]",
+            help="A recorded stand or walk with its true cell loads, in place of the planned one.",
+        ),
+    ] = None,
     experiment: Annotated[
         str | None, typer.Option("--experiment", help=", ".join(get_args(Kind)) + ".")
     ] = None,
@@ -86,7 +94,7 @@ def simulate(
     session = begin(
         "simulate",
         SimulateOptions,
-        logs=None,
+        logs=logs,
         recipe=recipe,
         parameters=parameters,
         out=out,
@@ -107,6 +115,7 @@ def _simulate(session: Session[SimulateOptions]) -> Outcome:
     from footcal_cli.errors import UsageError
     from footcal_cli.report import Report
     from footcal_cli.session import Outcome
+    from footcal_cli.sheets import simulated as sheets
 
     options = session.options
     if options.experiment is None:
@@ -117,6 +126,7 @@ def _simulate(session: Session[SimulateOptions]) -> Outcome:
     robot = _robot(session, options.experiment)
     requests = [parse_effect(text) for text in options.effects]
     plans = _plans(options, session.request.seed)
+    motion = _motion(session, robot)
     with session.step("simulate"):
         scenario = simulate(
             options.experiment,
@@ -124,6 +134,7 @@ def _simulate(session: Session[SimulateOptions]) -> Outcome:
             plans,
             requests,
             seed=session.request.seed,
+            motion=motion,
             spread=Spread(
                 options.scale_sd,
                 options.bias_sd_n,
@@ -138,9 +149,9 @@ def _simulate(session: Session[SimulateOptions]) -> Outcome:
     return Outcome(
         report=Report(
             title=f"Simulated {options.experiment} of {session.recipe.robot.name}",
-            verdict=_verdict(options.experiment, scenario, requests),
+            verdict=sheets.verdict(options.experiment, scenario, requests),
             pictures=pictures,
-            sheets=(_file_sheet(scenario), _effect_sheet(requests)),
+            sheets=(sheets.file_sheet(scenario), sheets.effect_sheet(requests)),
             footer=(
                 "The logs hold what the sensors showed; truth.json holds every parameter they were "
                 "distorted with. The same recipe, effects and seed give the same bytes.",
@@ -274,6 +285,31 @@ def _plans(options: SimulateOptions, seed: int) -> Plans:
     ).with_noise(options.noise)
 
 
+def _motion(
+    session: Session[SimulateOptions], robot: Biped | Hexapod
+) -> dict[str, FloatArray] | None:
+    """The columns of a recorded motion, None where the motion is planned."""
+    from footcal_cli.columns import Column, TableType
+    from footcal_cli.core.simulation.recorded import motion_columns
+    from footcal_cli.core.simulation.robots import Biped
+    from footcal_cli.errors import UsageError
+
+    if not session.paths("motion"):
+        return None
+    if not isinstance(robot, Biped) or session.options.experiment not in ("stand", "walk"):
+        raise UsageError(
+            "a recorded motion serves the experiments stand and walk only",
+            remedy="leave the motion out, or add --experiment walk",
+        )
+    names = motion_columns(robot)
+    table = TableType("motion", tuple(Column(name, "motion and true loads") for name in names))
+    (read, *more) = session.read_required(table, role="motion")
+    if more:
+        raise UsageError("one recorded motion at a time", remedy="name one file")
+    columns = {name: read.number(name) for name in names}
+    return columns | {"time_s": columns["time_s"] - columns["time_s"][0]}
+
+
 def _given(session: Session[SimulateOptions]) -> dict[str, float] | None:
     if session.parameters is None:
         return None
@@ -327,57 +363,6 @@ def _truth(
 
 def _flat(sizes: Mapping[str, float]) -> dict[str, float]:
     return {name: float(value) for name, value in sizes.items()}
-
-
-def _verdict(kind: str, scenario: Scenario, requests: Sequence[EffectRequest]) -> VerdictRecord:
-    from footcal_cli.records import VerdictRecord
-
-    rows = {stem: len(next(iter(columns.values()))) for stem, columns in scenario.files.items()}
-    carried = (
-        "with " + ", ".join(f"{r.effect.name} ({_who(r)})" for r in requests)
-        if requests
-        else "with calibration, mounting and noise only"
-    )
-    main = next(iter(rows))
-    return VerdictRecord(
-        level="good", sentence=f"Simulated {kind}: {rows[main]} rows of {main} {carried}."
-    )
-
-
-def _who(request: EffectRequest) -> str:
-    from footcal_cli.core.effects.contract import Scope
-
-    if request.owner is not None:
-        return request.owner
-    return "robot" if request.effect.scope is Scope.ROBOT else f"every {request.effect.scope.value}"
-
-
-def _file_sheet(scenario: Scenario) -> Sheet:
-    from footcal_cli.report import Sheet
-
-    return Sheet(
-        "Files",
-        ("file", "rows", "columns"),
-        [
-            (f"{stem}.parquet", str(len(next(iter(columns.values())))), ", ".join(columns))
-            for stem, columns in scenario.files.items()
-        ],
-    )
-
-
-def _effect_sheet(requests: Sequence[EffectRequest]) -> Sheet:
-    from footcal_cli.report import Sheet, number
-
-    return Sheet(
-        "Effects asked for",
-        ("effect", "carried by", "parameter", "value", "unit", "what it does"),
-        [
-            (r.effect.name, _who(r), p.name, number(r.values.get(p.name, p.neutral)), p.unit,
-             r.effect.formula)
-            for r in requests
-            for p in r.effect.parameters
-        ],
-    )  # fmt: skip
 
 
 def _pictures(scenario: Scenario) -> tuple[Picture, ...]:

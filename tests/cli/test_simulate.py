@@ -19,9 +19,13 @@ from footcal_cli.columns import (
     weights_table,
 )
 from footcal_cli.core.effects import TABLE
+from footcal_cli.core.simulation.biped_logs import Streams
+from footcal_cli.core.simulation.gait import WalkPlan, walking
+from footcal_cli.core.simulation.robots import Biped
 from footcal_cli.records import TruthRecord, read_record
 from footcal_cli.tables import read_table
 from tests.conftest import Run
+from tests.core.test_simulation import walk_logs
 
 CELLS = tuple(f"{foot}_{cell}" for foot in ("left", "right") for cell in ("fl", "fr", "rl", "rr"))
 QUICK = {
@@ -98,6 +102,36 @@ def test_a_calibration_can_be_given(run: Run, tmp_path: Path, repository: Path) 
     fitted = json.loads((tmp_path / "fit/parameters.json").read_text())["parameters"]
     truth = read_record(TruthRecord, tmp_path / "out/truth.json")
     assert truth.parameters["left_fl.scale"] == fitted["left_fl.scale"]["value"]
+
+
+def test_a_recorded_motion_brings_its_own_loads(run: Run, tmp_path: Path) -> None:
+    """A planned walk, its truth written as a motion, comes back with the loads it brought."""
+    plan = WalkPlan(duration_s=10.0)
+    planned = walk_logs(plan, streams=Streams(cell_rate_hz=100.0)).cells.truth
+    motion = walking(Biped(), plan, planned.time_s)
+    columns = {"time_s": planned.time_s}
+    columns |= {f"{c}_n": planned.readings[:, i] for i, c in enumerate(planned.channels)}
+    for i, axis in enumerate("xyz"):
+        columns[f"com_{axis}_m"] = motion.com_m[:, i]
+        columns[f"com_acc_{axis}_mps2"] = motion.com_acc_mps2[:, i]
+        for k, foot in enumerate(("left", "right")):
+            columns[f"{foot}_foot_{axis}_m"] = motion.foot_m[:, k, i]
+            columns[f"{foot}_foot_yaw_rad"] = motion.foot_yaw_rad[:, k]
+    columns |= {f"angmom_rate_{a}_nm": motion.angmom_rate_nm[:, i] for i, a in enumerate("xy")}
+    pd.DataFrame(columns).to_parquet(tmp_path / "motion.parquet")
+    answer = run(
+        "simulate", tmp_path / "motion.parquet", "--experiment", "walk", "--out", tmp_path / "out"
+    )
+    assert answer.exit_code == 0, answer.err
+    loads = pd.read_parquet(tmp_path / "out/true_loads.parquet")
+    for i, channel in enumerate(CELLS):
+        brought = np.interp(loads["time_s"], planned.time_s, planned.readings[:, i])
+        np.testing.assert_allclose(loads[f"{channel}_n"], brought, atol=1e-9)
+    refused = run(
+        "simulate", tmp_path / "motion.parquet", "--experiment", "hang", "--out", tmp_path / "no"
+    )
+    assert refused.exit_code == 2
+    assert "stand and walk only" in refused.err
 
 
 @pytest.mark.parametrize("recipe", ["nao_simulated", "hexapod_simulated"])

@@ -13,6 +13,7 @@ from footcal_cli.core.effects import TABLE
 from footcal_cli.core.effects.contract import Effect, units_of
 from footcal_cli.core.effects.six_axis_beliefs import HANGINGS
 from footcal_cli.core.log import Log
+from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.simulation.bench_logs import (
     PlacementsPlan,
     WeightsPlan,
@@ -47,6 +48,7 @@ from footcal_cli.core.simulation.hexapod_logs import (
 )
 from footcal_cli.core.simulation.measure import Simulated
 from footcal_cli.core.simulation.noise import stream
+from footcal_cli.core.simulation.recorded import recorded
 from footcal_cli.core.simulation.robots import Biped, Hexapod, HexapodLeg
 from footcal_cli.errors import UsageError
 
@@ -252,6 +254,7 @@ def simulate(
     seed: int,
     spread: Spread | None = None,
     given: Mapping[str, float] | None = None,
+    motion: Mapping[str, FloatArray] | None = None,
 ) -> Scenario:
     """Simulate one session of an experiment.
 
@@ -259,6 +262,8 @@ def simulate(
     ----------
     given
         Scales and biases to use instead of drawn ones, by full parameter name.
+    motion
+        Columns of a recorded stand or walk (`motion_columns`) in place of the planned one.
     """
     spread = spread or Spread()
     if isinstance(robot, Hexapod):
@@ -275,12 +280,24 @@ def simulate(
             for foot in robot.feet
         ]
         return _scenario({"placements": placements_columns(logs)}, logs[0], chain, values)
-    if experiment == "stand":
+    loads_at = None
+    if motion is not None:
+        motion_at, loads_at = recorded(robot, motion)
+        duration_s = float(motion["time_s"][-1])
+    elif experiment == "stand":
         motion_at, duration_s = standing(robot, plans.stand, seed), plans.stand.duration_s
     else:
         motion_at, duration_s = _walk(robot, plans.walk), plans.walk.duration_s
     both = biped_logs(
-        experiment, robot, motion_at, duration_s, chain, values, seed=seed, streams=plans.streams
+        experiment,
+        robot,
+        motion_at,
+        duration_s,
+        chain,
+        values,
+        seed=seed,
+        streams=plans.streams,
+        loads_at=loads_at,
     )
     return biped_scenario(robot, both)
 
