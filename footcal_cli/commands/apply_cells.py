@@ -8,8 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from footcal_cli.columns import cells_table
+from footcal_cli.core.chain import Chain, Link, link
+from footcal_cli.core.effects import find_effect
+from footcal_cli.core.log import Log
+from footcal_cli.core.parameters import FloatArray
 from footcal_cli.errors import UsageError
-from footcal_cli.records import RmseRecord, VerdictRecord
+from footcal_cli.records import ParametersRecord, RmseRecord, VerdictRecord
 from footcal_cli.report import Report, Sheet, number
 from footcal_cli.session import Outcome
 
@@ -18,24 +22,39 @@ if TYPE_CHECKING:
     from footcal_cli.session import Session
 
 
+def _removed(log: Log, record: ParametersRecord) -> FloatArray:
+    """Forces (n, c): counts through the inverse of everything the calibration contains."""
+    chain = Chain((link(find_effect("scale_bias"), log.channels),))
+    for item in record.effects:
+        effect = find_effect(item.effect)
+        if effect.name == "scale_bias":
+            continue
+        lacking = [name for name in effect.needs if name not in log.known]
+        if lacking:
+            raise UsageError(
+                f"the calibration contains {effect.name}, which needs {', '.join(lacking)}",
+                remedy="use online-replay, which knows them",
+            )
+        chain = chain.with_link(Link(effect, dict(item.owners)))
+    truth, _ = chain.remove(log, {name: p.value for name, p in record.parameters.items()})
+    return truth.readings
+
+
 def apply_cells(session: Session[ApplyOptions]) -> Outcome:
-    """Counts to newtons by ``F = scale · S + bias``, and the centre of pressure of each foot."""
+    """Counts to newtons by ``F = scale · S + bias``, effects of the calibration undone, and CoP."""
     record, robot = session.parameters, session.recipe.robot
     assert record is not None, "checked by the caller"
-    if record.effects:
-        names = ", ".join(effect.effect for effect in record.effects)
-        raise UsageError(
-            f"the calibration also contains {names}, which apply does not undo yet",
-            file=session.request.parameters, remedy="use online-replay, which does",
-        )  # fmt: skip
     cells = robot.cell_names
     with session.step("read"):
         tables = session.read_required(cells_table(cells))
     time_s = np.concatenate([table.number("time_s") for table in tables])
     counts = np.concatenate([table.numbers([f"{c}_counts" for c in cells]) for table in tables])
-    scale = np.array([record.value(f"{cell}.scale") for cell in cells])
-    bias = np.array([record.value(f"{cell}.bias") for cell in cells])
-    force_n = scale * counts + bias
+    for cell in cells:
+        record.value(f"{cell}.scale")
+    warmth = [t.number("temperature_degc") for t in tables if "temperature_degc" in t]
+    known = {"temperature_degc": np.concatenate(warmth)} if len(warmth) == len(tables) else {}
+    log = Log("walk", cells, time_s, counts, known, np.zeros(time_s.size, dtype=np.int64))
+    force_n = _removed(log, record)
     columns = {"time_s": time_s} | {f"{c}_n": force_n[:, i] for i, c in enumerate(cells)}
     rows = []
     for foot, spec in robot.feet.items():

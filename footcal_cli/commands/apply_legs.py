@@ -9,7 +9,7 @@ import numpy as np
 
 from footcal_cli.columns import legs_table
 from footcal_cli.commands.pose_outcome import WRENCH_COLUMNS, calibration_of, mounting_of
-from footcal_cli.commands.six_axis_logs import frames_of_tables, geometry_of
+from footcal_cli.commands.six_axis_logs import frames_of_tables, geometry_of, without_effects
 from footcal_cli.core.pose.data import pose_data
 from footcal_cli.core.pose.hanging import stored_knowledge
 from footcal_cli.core.pose.intake import pose_log
@@ -52,11 +52,10 @@ def apply_legs(session: Session[ApplyOptions]) -> Outcome:
     with session.step("apply"):
         weight = np.array([leg.weight_n for leg in legs])
         time_s = frames.columns["time_s"][:, 0]
-        data = pose_data(
-            pose_log(
-                geometry, frames, robot_weight_n=robot.weight_n, leg_weight_n=weight, time_s=time_s
-            )
+        log = pose_log(
+            geometry, frames, robot_weight_n=robot.weight_n, leg_weight_n=weight, time_s=time_s
         )
+        data = pose_data(without_effects(log, record))
         offset = np.stack([leg.offset for leg in legs])
         calibration = calibration_of(data, mounting_of(record, geometry), offset, legs)
         after = foot_wrenches(data, calibration)

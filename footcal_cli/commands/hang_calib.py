@@ -9,7 +9,16 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 from pydantic import Field
 
-from footcal_cli.commands.options import Logs, Out, Overwrite, Quiet, RecipeFile, Seed, begin
+from footcal_cli.commands.options import (
+    Logs,
+    Out,
+    Overwrite,
+    ParametersFile,
+    Quiet,
+    RecipeFile,
+    Seed,
+    begin,
+)
 from footcal_cli.recipe import CommandOptions
 
 if TYPE_CHECKING:
@@ -48,6 +57,7 @@ class HangCalibOptions(CommandOptions):
 def hang_calib(
     logs: Logs = None,
     recipe: RecipeFile = None,
+    parameters: ParametersFile = None,
     method: Annotated[
         str | None, typer.Option("--method", help="joint, or the paper's stepwise, or naive.")
     ] = None,
@@ -68,6 +78,7 @@ def hang_calib(
         HangCalibOptions,
         logs=logs,
         recipe=recipe,
+        parameters=parameters,
         out=out,
         overwrite=overwrite,
         seed=seed,
@@ -133,6 +144,7 @@ def _logs(
     """Logs per leg, and rejected rows by reason."""
     import numpy as np
 
+    from footcal_cli.commands.six_axis_logs import without_effects
     from footcal_cli.core.hang.intake import (
         finite_rows,
         gravity_of_orientation,
@@ -176,17 +188,16 @@ def _logs(
             if not sound.any():
                 raise DataError(f"leg {leg} has no complete row", file=table.path)
             warmth = table.number("temperature_degc")[part] if "temperature_degc" in table else None
-            logs.setdefault(leg, []).append(
-                hang_log(
-                    leg,
-                    table.number("time_s")[part][sound],
-                    phase[sound],
-                    wrench[sound],
-                    gravity[sound],
-                    leg_weight_n=options.leg_weight_n,
-                    temperature_degc=None if warmth is None else warmth[sound],
-                )
+            log = hang_log(
+                leg,
+                table.number("time_s")[part][sound],
+                phase[sound],
+                wrench[sound],
+                gravity[sound],
+                leg_weight_n=options.leg_weight_n,
+                temperature_degc=None if warmth is None else warmth[sound],
             )
+            logs.setdefault(leg, []).append(without_effects(log, session.parameters))
     return logs, {"reading is not a number": broken} if broken else {}
 
 
@@ -290,6 +301,10 @@ def _parameters(
             ranges[leg]["temperature"] = Range(
                 lowest=float(all_of.min()), highest=float(all_of.max()), unit="degC"
             )
+    effects = session.parameters.effects if session.parameters is not None else ()
+    if session.parameters is not None and effects:
+        kept = session.parameters.parameters
+        parameters = {**{n: p for n, p in kept.items() if n not in parameters}, **parameters}
     return ParametersRecord(
         command="hang-calib",
         created=session.created(),
@@ -304,5 +319,6 @@ def _parameters(
             *(e for e in chosen.values() if session.options.method == "joint")
         ),
         fitted_range=ranges,
+        effects=effects,
         inputs=session.inputs,
     )

@@ -131,7 +131,12 @@ def _read(
     import numpy as np
 
     from footcal_cli.columns import legs_table, poses_table
-    from footcal_cli.commands.six_axis_logs import frames_of_tables, geometry_of, steady_frames
+    from footcal_cli.commands.six_axis_logs import (
+        frames_of_tables,
+        geometry_of,
+        steady_frames,
+        without_effects,
+    )
     from footcal_cli.core.pose.data import pose_data
     from footcal_cli.core.pose.hanging import stored_knowledge
     from footcal_cli.core.pose.intake import pose_log
@@ -188,7 +193,7 @@ def _read(
         robot_weight_n=robot.weight_n,
         leg_weight_n=np.array([leg.weight_n for leg in legs]),
     )
-    return pose_data(log), legs, rejected
+    return pose_data(without_effects(log, session.parameters)), legs, rejected
 
 
 def _noise_sd(options: PoseCalibOptions, legs: int) -> tuple[FloatArray, bool]:

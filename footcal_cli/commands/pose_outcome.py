@@ -276,6 +276,7 @@ def _parameters(
         parameters={**{name: kept[name] for name in names}, **believed, **new},
         covariance=tuple(blocks),
         fitted_range=old.fitted_range,
+        effects=old.effects,
         inputs={**old.inputs, **session.inputs},
     )
 

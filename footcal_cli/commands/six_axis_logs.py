@@ -7,7 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from footcal_cli.core.chain import Chain, Link, link
+from footcal_cli.core.effects import find_effect
 from footcal_cli.core.hang.model import AXES
+from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.pose.data import Geometry
 from footcal_cli.core.pose.intake import Frames, frames_of, rotation_of_rpy
@@ -17,10 +20,11 @@ from footcal_cli.core.pose.steady import (
     medians,
     steady_stretches,
 )
-from footcal_cli.errors import DataError
+from footcal_cli.errors import DataError, UsageError
 
 if TYPE_CHECKING:
     from footcal_cli.recipe import Leg
+    from footcal_cli.records import ParametersRecord
     from footcal_cli.tables import Table
 
 WRENCH_COLUMNS = tuple(f"{a}_{'n' if a.startswith('f') else 'nm'}" for a in AXES)
@@ -96,3 +100,39 @@ def steady_frames(
         return Frames(np.zeros(0), {}, incomplete, broken), rejected
     joined = {name: np.concatenate([part[name] for part in kept]) for name in kept[0]}
     return Frames(np.arange(len(joined["phase_rad"])), joined, incomplete, broken), rejected
+
+
+_OWN = frozenset({"offset", "mount_rotation", "mount_translation", "leg_weight", "leg_com"})
+"""Effects that hang-calib and pose-calib estimate themselves."""
+
+
+def without_effects(log: Log, record: ParametersRecord | None) -> Log:
+    """A log with the effects of an extended calibration undone; its offsets stay in.
+
+    Raises
+    ------
+    UsageError
+        Where an effect needs something the log does not have.
+    """
+    extra = [] if record is None else [e for e in record.effects if e.effect not in _OWN]
+    if record is None or not extra:
+        return log
+    chain = Chain((link(find_effect("offset"), log.channels),))
+    for item in extra:
+        effect = find_effect(item.effect)
+        lacking = [name for name in effect.needs if name not in log.known]
+        if lacking:
+            raise UsageError(
+                f"the calibration contains {item.effect}, which needs {', '.join(lacking)}",
+                remedy="record it too, or use the calibration without that effect",
+            )
+        chain = chain.with_link(Link(effect, dict(item.owners)))
+    values = {name: parameter.value for name, parameter in record.parameters.items()}
+    truth, _ = chain.remove(log, values)
+    offset = [values.get(f"{leg}.offset_{axis}", 0.0) for leg, axis in _split(log.channels)]
+    return truth.with_readings(truth.readings + np.array(offset))
+
+
+def _split(channels: Sequence[str]) -> list[tuple[str, str]]:
+    """``fl.fx`` to leg and axis."""
+    return [(leg, axis) for leg, _, axis in (channel.partition(".") for channel in channels)]

@@ -175,8 +175,7 @@ def candidate_sheet(candidates: Sequence[Candidate]) -> Sheet:
     best = min(candidate.bic for candidate in candidates)
     return Sheet(
         "Which mounting errors are there",
-        ("free", "parameters", "held-out error (paper's norm)", "held-out χ² per pose (6 = noise)",
-         "BIC as printed", "BIC above the best"),
+        ("free", "DOF", "held-out error", "held-out χ²", "BIC as printed", "BIC above best"),
         [
             (
                 candidate.structure.value,
@@ -188,7 +187,8 @@ def candidate_sheet(candidates: Sequence[Candidate]) -> Sheet:
             )
             for candidate in candidates
         ],
-        note="Five-fold cross-validation by pose block. The printed BIC counts P residuals though "
+        note="Cross-validation by pose block, squared error per pose: in the paper's norm, and in "
+        "units of the noise (6 if all is explained). The printed BIC counts P residuals though "
         "there are 6 P; the last one counts all, in units of the noise, hanging logs included. The "
         "evidence decides on rotations; translations it does not demand keep their prior.",
     )  # fmt: skip

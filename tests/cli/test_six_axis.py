@@ -9,7 +9,15 @@ import pandas as pd
 import pytest
 
 from footcal_cli.app import main
-from footcal_cli.records import RmseRecord, RunRecord, read_record
+from footcal_cli.core.parameters import Status
+from footcal_cli.records import (
+    EffectRecord,
+    ParameterRecord,
+    RmseRecord,
+    RunRecord,
+    read_record,
+    write_record,
+)
 from footcal_cli.tables import write_parquet
 from tests.cli.six_axis import AXES, LEGS, calibration, stored_mounting, true_mounting, truth_of
 from tests.conftest import REPOSITORY, Run
@@ -269,6 +277,39 @@ def test_apply_gives_the_engines_ground_wrenches(run: Run, stood: Path, tmp_path
     assert np.sqrt(np.median(moment**2)) < 0.02
     lifted = rmse(tmp_path / "out", "force on lifted feet", "after")
     assert lifted < rmse(tmp_path / "out", "force on lifted feet", "before")
+
+
+def test_effects_of_an_extended_calibration_are_undone(
+    run: Run, hung: Path, tmp_path: Path
+) -> None:
+    """A gain error of one leg, known to the calibration, must not show in the mounting."""
+    gain = 0.08
+    table = pd.read_parquet(REPOSITORY / "sample_data/hexapod/poses.parquet")
+    bad = table["leg"] == "mr"
+    offset = truth_of(REPOSITORY)["legs"]["mr"]["offset"][2]
+    table.loc[bad, "fz_n"] = offset + (1.0 + gain) * (table.loc[bad, "fz_n"] - offset)
+    log = tmp_path / "gain.parquet"
+    write_parquet(table, log)
+    record = calibration(hung)
+    extended = record.model_copy(
+        update={
+            "effects": (EffectRecord(effect="scale_matrix", owners={"mr": ("mr",)}),),
+            "parameters": {
+                **record.parameters,
+                "mr.gain_fz": ParameterRecord(
+                    value=gain, sd=0.001, unit="-", status=Status.ESTIMATED
+                ),
+            },
+        }
+    )
+    path = tmp_path / "extended.json"
+    write_record(extended, path)
+    for name, parameters in (("plain", hung / "parameters.json"), ("extended", path)):
+        run("pose-calib", log, "--recipe", RECIPE, "--parameters", parameters,
+            "--out", tmp_path / name)  # fmt: skip
+    plain = rmse(tmp_path / "plain", "sum of forces", "after", "held_out")
+    assert rmse(tmp_path / "extended", "sum of forces", "after", "held_out") < 0.2 * plain
+    assert calibration(tmp_path / "extended").effects == extended.effects
 
 
 def test_apply_on_load_cells(run: Run, tmp_path: Path) -> None:
