@@ -37,10 +37,15 @@ def file_sheet(scenario: Scenario) -> Sheet:
         "Files",
         ("file", "rows", "columns"),
         [
-            (f"{stem}.parquet", str(len(next(iter(columns.values())))), ", ".join(columns))
+            (f"{stem}.parquet", str(len(next(iter(columns.values())))), _named(tuple(columns)))
             for stem, columns in scenario.files.items()
         ],
     )
+
+
+def _named(columns: tuple[str, ...]) -> str:
+    """The first columns by name, and how many there are."""
+    return f"{', '.join(columns[:3])} … ({len(columns)})"
 
 
 def effect_sheet(requests: Sequence[EffectRequest]) -> Sheet:

@@ -102,6 +102,12 @@ def test_a_calibration_can_be_given(run: Run, tmp_path: Path, repository: Path) 
     fitted = json.loads((tmp_path / "fit/parameters.json").read_text())["parameters"]
     truth = read_record(TruthRecord, tmp_path / "out/truth.json")
     assert truth.parameters["left_fl.scale"] == fitted["left_fl.scale"]["value"]
+    useless = run(
+        "simulate", "--experiment", "hang", "--parameters", tmp_path / "fit/parameters.json",
+        "--out", tmp_path / "no",
+    )  # fmt: skip
+    assert useless.exit_code == 2
+    assert "no parameter of this robot" in useless.err
 
 
 def test_a_recorded_motion_brings_its_own_loads(run: Run, tmp_path: Path) -> None:

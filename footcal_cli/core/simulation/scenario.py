@@ -156,19 +156,14 @@ class Scenario:
     truth: Log
 
 
-def calibration(
-    robot: Biped, spread: Spread, seed: int, given: Mapping[str, float] | None = None
-) -> tuple[Chain, dict[str, float]]:
-    """Scales and biases of the simulated cells: drawn around the nameplate, or as given."""
+def calibration(robot: Biped, spread: Spread, seed: int) -> tuple[Chain, dict[str, float]]:
+    """Scales and biases of the simulated cells, drawn around the nameplate."""
     rng = stream(seed, "calibration")
     values: dict[str, float] = {}
     for channel in robot.channels:
         scale = robot.scale_n_per_count * (1.0 + spread.scale * rng.standard_normal())
         bias = -scale * robot.zero_counts + spread.bias_n * rng.standard_normal()
         values[f"{channel}.scale"], values[f"{channel}.bias"] = float(scale), float(bias)
-    for name, value in (given or {}).items():
-        if name in values:
-            values[name] = value
     return chain_of([link(TABLE["scale_bias"], robot.channels)]), values
 
 
@@ -261,15 +256,18 @@ def simulate(
     Parameters
     ----------
     given
-        Scales and biases to use instead of drawn ones, by full parameter name.
+        Scales, biases and offsets to use instead of drawn ones, by full parameter name.
     motion
         Columns of a recorded stand or walk (`motion_columns`) in place of the planned one.
     """
     spread = spread or Spread()
     if isinstance(robot, Hexapod):
-        chain, values = with_effects(*mounting(robot, spread, seed), requests, robot.channels)
+        chain, values = mounting(robot, spread, seed)
+        values = _as_given(values, given, ".offset_")
+        chain, values = with_effects(chain, values, requests, robot.channels)
         return _on_hips(experiment, robot, plans, chain, values, seed)
-    chain, values = calibration(robot, spread, seed, given)
+    chain, values = calibration(robot, spread, seed)
+    values = _as_given(values, given, ".")
     chain, values = with_effects(chain, values, requests, robot.channels)
     if experiment == "weights":
         logs = list(weights_logs(robot, plans.weights, chain, values, seed=seed).values())
@@ -300,6 +298,21 @@ def simulate(
         loads_at=loads_at,
     )
     return biped_scenario(robot, both)
+
+
+def _as_given(
+    drawn: Mapping[str, float], given: Mapping[str, float] | None, kind: str
+) -> dict[str, float]:
+    """Drawn values with those replaced that were given (names that contain `kind`)."""
+    if given is None:
+        return dict(drawn)
+    taken = {name: given[name] for name in drawn if kind in name and name in given}
+    if not taken:
+        raise UsageError(
+            "the calibration holds no parameter of this robot",
+            remedy=f"it should have names like {next(n for n in drawn if kind in n)}",
+        )
+    return {**drawn, **taken}
 
 
 def _walk(robot: Biped, plan: WalkPlan) -> MotionAt:
