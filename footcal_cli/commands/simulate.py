@@ -43,6 +43,7 @@ class SimulateOptions(CommandOptions):
     turn_radps: float = Field(default=0.0, ge=-1, le=1)
     com_height_m: float = Field(default=0.26, gt=0)
     stances: int = Field(default=10, ge=1, le=10_000)
+    one_foot_stances: int = Field(default=0, ge=0, le=10_000)
     sessions: int = Field(default=3, ge=1, le=1000)
     repeats: int = Field(default=20, ge=1, le=10_000)
     cycles: int = Field(default=10, ge=1, le=1000)
@@ -273,7 +274,7 @@ def _plans(options: SimulateOptions, seed: int) -> Plans:
     return Plans(
         weights=WeightsPlan(sessions=options.sessions),
         placements=PlacementsPlan(repeats=options.repeats),
-        stand=StandPlan(stances=options.stances),
+        stand=StandPlan(stances=options.stances, one_foot=options.one_foot_stances),
         walk=WalkPlan(
             duration_s=options.duration_s,
             speed_mps=options.speed_mps,

@@ -113,6 +113,16 @@ def test_a_stand_obeys_newton_and_euler_in_every_stance() -> None:
         assert set(truth.block) == set(range(10))
 
 
+def test_a_stance_on_one_foot_leaves_the_other_in_the_air() -> None:
+    for seed in range(5):
+        truth = stand_logs(StandPlan(stances=2, one_foot=4, stance_s=2.0), seed).cells.truth
+        assert largest(walk.balance, truth) < 1e-9
+        on = np.stack([truth.readings[:, :4].sum(axis=1), truth.readings[:, 4:].sum(axis=1)], -1)
+        np.testing.assert_array_equal(on > 1.0, truth.known["contact"] == 1.0)
+        alone = (truth.known["contact"] == 0.0).any(axis=1)
+        np.testing.assert_array_equal(alone, truth.block >= 2)
+
+
 def test_weights_and_placements_carry_what_they_say() -> None:
     for done in weights_logs(BIPED, WeightsPlan(sessions=2), CELLS, NAMEPLATE, seed=1).values():
         assert largest(weights.balance, done.truth) == 0.0

@@ -237,6 +237,9 @@ def _body_stream(
     return body, body.known["foot_pos_m"], body.known["foot_yaw_rad"]
 
 
+_LEAN_ON_ONE_FOOT, _LIFTED_M = 0.4, 0.02
+
+
 @dataclass(frozen=True)
 class StandPlan:
     """Quiet standing in several stances.
@@ -244,7 +247,9 @@ class StandPlan:
     Parameters
     ----------
     stances, stance_s
-        How many, and how long each is logged.
+        How many on both feet, and how long each is logged.
+    one_foot
+        How many further stances on one foot, left and right in turn, the other foot lifted.
     replaced
         Whether the feet are put down anew in each stance.
     lean_m, squat_m
@@ -255,6 +260,7 @@ class StandPlan:
 
     stances: int = 10
     stance_s: float = 6.0
+    one_foot: int = 0
     replaced: bool = True
     lean_m: tuple[float, float] = (0.02, 0.03)
     squat_m: float = 0.04
@@ -264,13 +270,13 @@ class StandPlan:
     @property
     def duration_s(self) -> float:
         """Length of the log."""
-        return self.stances * self.stance_s
+        return (self.stances + self.one_foot) * self.stance_s
 
 
 def standing(robot: Biped, plan: StandPlan, seed: int) -> MotionAt:
     """The motion of quiet standing: one stance after the other, a small sway in each."""
     rng = stream(seed, "stances")
-    n = plan.stances
+    n = plan.stances + plan.one_foot
     side = np.array([robot.half_width_m, -robot.half_width_m])
     moved = plan.replaced * np.array([0.03, 0.02]) * rng.uniform(-1.0, 1.0, (n, 2, 2))
     moved[..., 1] = np.abs(moved[..., 1]) * np.sign(side)
@@ -279,6 +285,11 @@ def standing(robot: Biped, plan: StandPlan, seed: int) -> MotionAt:
     middle = np.array([robot.cells_m(foot).mean(axis=0) for foot in robot.feet])
     ref = foot_xy + turned(middle[:, 0], middle[:, 1], yaw)
     lean = np.array(plan.lean_m) * rng.uniform(-1.0, 1.0, (n, 2))
+    middle_m, contact = ref.mean(axis=1) + lean, np.ones((n, 2))
+    alone = np.arange(plan.stances, n)
+    standing_foot = (alone - plan.stances) % 2
+    contact[alone, 1 - standing_foot] = 0.0
+    middle_m[alone] = ref[alone, standing_foot] + _LEAN_ON_ONE_FOOT * lean[alone]
     height = robot.com_height_m - plan.squat_m * (np.arange(n) % plan.heights) / max(
         plan.heights - 1, 1
     )
@@ -289,8 +300,9 @@ def standing(robot: Biped, plan: StandPlan, seed: int) -> MotionAt:
     def motion_at(time_s: FloatArray) -> Motion:
         stance = np.clip((time_s / plan.stance_s).astype(int), 0, n - 1)
         angle = rate[stance] * time_s[:, None, None] + phase[stance]
-        centre = np.column_stack([ref.mean(axis=1) + lean, height])
-        foot_m = np.concatenate([foot_xy, np.zeros((n, 2, 1))], axis=-1)
+        centre = np.column_stack([middle_m, height])
+        lifted_m = _LIFTED_M * (1.0 - contact)
+        foot_m = np.concatenate([foot_xy, lifted_m[..., None]], axis=-1)
         return Motion(
             time_s=time_s,
             com_m=centre[stance] + (size * np.sin(angle)).sum(axis=-1),
@@ -299,7 +311,7 @@ def standing(robot: Biped, plan: StandPlan, seed: int) -> MotionAt:
             foot_m=foot_m[stance],
             foot_yaw_rad=yaw[stance],
             foot_ref_m=ref[stance],
-            contact=np.ones((len(time_s), 2)),
+            contact=contact[stance],
             block=stance,
         )
 
