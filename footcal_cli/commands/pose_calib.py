@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from footcal_cli.core.parameters import FloatArray
     from footcal_cli.core.pose.data import PoseData
     from footcal_cli.core.pose.hanging import LegKnowledge
-    from footcal_cli.core.pose.joint import PoseOptions
+    from footcal_cli.core.pose.problem import PoseOptions
     from footcal_cli.records import FindingRecord
     from footcal_cli.session import Outcome, Session
 
@@ -234,9 +234,10 @@ def _mounting(session: Session[PoseCalibOptions]) -> Outcome:
 
     from footcal_cli.commands.pose_outcome import Found, mounting_outcome
     from footcal_cli.core.pose.data import summarise
-    from footcal_cli.core.pose.joint import PoseOptions, fit_pose
+    from footcal_cli.core.pose.joint import fit_pose
     from footcal_cli.core.pose.leg_map import leg_map
     from footcal_cli.core.pose.model import Structure
+    from footcal_cli.core.pose.problem import PoseOptions
     from footcal_cli.core.pose.selection import compare_structures, cross_validated
     from footcal_cli.core.pose.stages import alternated, error_of, naive_error, offset_error
     from footcal_cli.errors import UsageError

@@ -9,7 +9,8 @@ import numpy as np
 from footcal_cli.core.hang.joint import fit_hang
 from footcal_cli.core.pose.data import PoseData, pose_data, summarise
 from footcal_cli.core.pose.hanging import LegKnowledge, known_offsets, leg_knowledge
-from footcal_cli.core.pose.joint import PoseFit, PoseOptions, fit_pose
+from footcal_cli.core.pose.joint import PoseFit, fit_pose
+from footcal_cli.core.pose.problem import PoseOptions
 from footcal_cli.core.spatial import rotation_log
 from tests.core.six_axis_data import (
     HIP_POS_M,

@@ -13,7 +13,7 @@ from footcal_cli.core.parameters import Status
 from footcal_cli.core.pose.alternating import fit_alternating
 from footcal_cli.core.pose.data import pose_data, summarise
 from footcal_cli.core.pose.hanging import HangRows
-from footcal_cli.core.pose.joint import PoseOptions, fit_pose
+from footcal_cli.core.pose.joint import fit_pose
 from footcal_cli.core.pose.model import (
     Mounting,
     Structure,
@@ -22,6 +22,7 @@ from footcal_cli.core.pose.model import (
     free_columns,
     moved,
 )
+from footcal_cli.core.pose.problem import PoseOptions
 from footcal_cli.core.pose.wrenches import FootCalibration, foot_wrenches, naive_wrenches
 from footcal_cli.core.spatial import angle_between_rad, tangent_basis
 from tests.core.pose_cases import HIGH, LOW, Case, case, rms

@@ -15,8 +15,9 @@ import numpy as np
 from footcal_cli.core.parameters import FloatArray, IntArray
 from footcal_cli.core.pose.data import PoseData, PoseSummary, summarise
 from footcal_cli.core.pose.hanging import LegKnowledge
-from footcal_cli.core.pose.joint import PAPER_NORM, PoseFit, PoseOptions, fit_pose
+from footcal_cli.core.pose.joint import PAPER_NORM, PoseFit, fit_pose
 from footcal_cli.core.pose.model import Structure
+from footcal_cli.core.pose.problem import PoseOptions
 
 FOLDS = 5
 _MIN_DOF = 1

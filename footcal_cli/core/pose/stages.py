@@ -10,8 +10,9 @@ from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.pose.alternating import fit_alternating
 from footcal_cli.core.pose.data import PoseData
 from footcal_cli.core.pose.hanging import LegKnowledge
-from footcal_cli.core.pose.joint import PoseFit, start_mounting
+from footcal_cli.core.pose.joint import PoseFit
 from footcal_cli.core.pose.model import Structure, arms_b_m, balance_matrix
+from footcal_cli.core.pose.problem import start_mounting
 from footcal_cli.core.pose.wrenches import leg_coms_t_m, tare_in_the_air
 
 

@@ -1,0 +1,280 @@
+"""The cost of a mounting on the Gram matrix of the poses, its derivatives and its minimum.
+
+With ``S = Σ x xᵀ`` the cost is ``½ tr(W M S Mᵀ)`` plus priors, its gradient ``⟨dM, W M S Fᵀ⟩``
+with ``F = I − N Mᵀ W M``; everything has the size of M, whatever the number of poses.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.pose.data import Geometry, PoseSummary
+from footcal_cli.core.pose.hanging import HangRows, LegKnowledge
+from footcal_cli.core.pose.model import (
+    Mounting,
+    Structure,
+    balance_derivative,
+    balance_matrix,
+    free_columns,
+    moved,
+    transforms,
+)
+from footcal_cli.core.spatial import rotation_log, tangent_basis
+
+_MAX_STEPS = 100
+_DECREMENT = 1e-7
+_FIRST_DAMPING = 1e-9
+_LEAST_RETRY = 1e-4
+_EASE = 0.01
+_GIVE_UP = 1e10
+_NEARLY = 1e-3
+
+
+@dataclass(frozen=True)
+class PoseOptions:
+    """What may be asked of a standing fit.
+
+    Parameters
+    ----------
+    structure
+        Which mounting errors are free.
+    errors_in_variables
+        False: plain least squares with the weights of the nominal mounting, for comparison.
+    translation_sd_m
+        Prior sd of each hip's own translation; ``inf``: none.
+    com_sd_m
+        Prior sd of the chassis CoM (shared by all hips).
+    rotation_sd_rad
+        Prior sd of each mounting rotation; ``inf``: none.
+    robot_weight_sd_n
+        Of the scale that weighed the robot.
+    noise_known
+        False: the sensors' noise is only known up to a factor, which the fit estimates.
+    """
+
+    structure: Structure = Structure.FULL
+    errors_in_variables: bool = True
+    translation_sd_m: float = np.inf
+    com_sd_m: float = np.inf
+    rotation_sd_rad: float = np.inf
+    robot_weight_sd_n: float = 0.05
+    noise_known: bool = True
+
+
+def start_mounting(
+    geometry: Geometry, legs: tuple[LegKnowledge, ...], robot_weight_n: float
+) -> tuple[Mounting, HangRows]:
+    """Nominal mounting with the offsets and weights of the hanging logs, and their rows."""
+    rows, directions = HangRows.of(geometry, legs)
+    count = len(legs)
+    return Mounting(
+        np.broadcast_to(np.eye(3), (count, 3, 3)).copy(),
+        np.zeros((count, 3)),
+        np.stack([leg.offset for leg in legs]),
+        np.array([leg.weight_n for leg in legs]),
+        robot_weight_n,
+        directions,
+    ), rows
+
+
+@dataclass(frozen=True)
+class State:
+    """Cost and gradient by the free unknowns at one mounting, and what curvature is made of.
+
+    Parameters
+    ----------
+    cost, chi2_poses, chi2_hang, gradient
+        As their names say.
+    slopes
+        ``W^½ dM/dθ`` of the free unknowns, shape (n, 6, 6K + 4).
+    seen, own
+        Gram matrix of the wrenches closest to the measured ones that balance, with and without
+        the part that is noise.
+    prior
+        Curvature of priors and hanging rows.
+    """
+
+    cost: float
+    chi2_poses: float
+    chi2_hang: float
+    gradient: FloatArray
+    slopes: FloatArray
+    seen: FloatArray
+    own: FloatArray
+    prior: FloatArray
+
+    def score(self) -> FloatArray:
+        """Covariance of the gradient's noise."""
+        return self._metric(self.seen) + self.prior
+
+    def hessian(self) -> FloatArray:
+        """Expected curvature; that of the noisy wrenches where noise leaves it indefinite."""
+        wanted = self._metric(self.own) + self.prior
+        try:
+            np.linalg.cholesky(wanted)
+        except np.linalg.LinAlgError:
+            return self.score()
+        return wanted
+
+    def _metric(self, middle: FloatArray) -> FloatArray:
+        count = self.slopes.shape[0]
+        right = (self.slopes.reshape(-1, middle.shape[0]) @ middle).reshape(count, -1)
+        return np.asarray(self.slopes.reshape(count, -1) @ right.T)
+
+
+@dataclass(frozen=True)
+class Problem:
+    """The cost over the free unknowns.
+
+    `noise` is the block-diagonal covariance N of the features (6K + 4,), as its diagonal;
+    `precision` the prior over all unknowns (13K + 1 + 2L,) squared; `centre` the start.
+    """
+
+    summary: PoseSummary
+    hang: HangRows
+    start: Mounting
+    noise: FloatArray
+    precision: FloatArray
+    columns: FloatArray
+    options: PoseOptions
+
+    @classmethod
+    def of(
+        cls,
+        summary: PoseSummary,
+        legs: tuple[LegKnowledge, ...],
+        noise_sd: FloatArray,
+        options: PoseOptions,
+    ) -> Problem:
+        """Set up priors, hanging rows and the free unknowns."""
+        start, hang = start_mounting(summary.geometry, legs, summary.robot_weight_n)
+        count = len(legs)
+        noise = np.concatenate([np.square(noise_sd).ravel(), np.zeros(4)])
+        total = 13 * count + 1 + 2 * hang.logs
+        precision = np.zeros((total, total))
+        turns = np.arange(3 * count)
+        precision[turns, turns] = options.rotation_sd_rad**-2
+        shifts = slice(3 * count, 6 * count)
+        if np.isfinite(options.translation_sd_m):
+            together = np.kron(np.ones((count, count)), np.eye(3))
+            # The shared CoM without a prior of its own: wide enough to say nothing.
+            common = min(options.com_sd_m, 10.0)
+            variance = options.translation_sd_m**2 * np.eye(3 * count) + common**2 * together
+            precision[shifts, shifts] = np.linalg.inv(variance)
+        precision[13 * count, 13 * count] = options.robot_weight_sd_n**-2
+        columns = free_columns(options.structure, count, 2 * hang.logs)
+        return cls(summary, hang, start, noise, precision, columns, options)
+
+    def prior_sd(self) -> FloatArray:
+        """Sd of every unknown before the poses, shape (13K + 1,)."""
+        count = self.start.turn_b.shape[0]
+        sd = np.full(13 * count + 1, np.inf)
+        sd[: 3 * count] = self.options.rotation_sd_rad
+        sd[3 * count : 6 * count] = np.hypot(self.options.translation_sd_m, self.options.com_sd_m)
+        for k, leg in enumerate(self.hang.legs):
+            own = np.sqrt(np.diag(leg.covariance))
+            sd[6 * count + 6 * k : 6 * count + 6 * k + 6] = own[:6]
+            sd[12 * count + k] = own[6]
+        sd[-1] = self.options.robot_weight_sd_n
+        return sd
+
+    def at(self, mounting: Mounting, factor: float) -> State:
+        """Everything at one mounting, the sensors' noise scaled by `factor`."""
+        geometry, structure = self.summary.geometry, self.options.structure
+        count = mounting.turn_b.shape[0]
+        matrix = balance_matrix(geometry, mounting, structure)
+        noise = factor**2 * self.noise
+        weigh = matrix
+        if not self.options.errors_in_variables:
+            weigh = np.zeros_like(matrix)
+            nominal = transforms(geometry, self.start, structure)
+            weigh[:, : 6 * count] = np.moveaxis(nominal, 0, 1).reshape(6, -1)
+        weight = np.linalg.inv((weigh * noise) @ weigh.T)
+        gram, poses = self.summary.gram, self.summary.poses
+        weighed = weight @ matrix @ gram
+        chi2_poses = float(np.sum(weighed * matrix))
+        seen = own = gram
+        if self.options.errors_in_variables:
+            spread = matrix.T @ weight @ matrix
+            clean = np.eye(noise.size) - noise[:, None] * spread
+            weighed = weighed @ clean.T
+            seen = clean @ gram @ clean.T
+            own = seen - poses * (np.diag(noise) - noise[:, None] * spread * noise)
+        derivative = balance_derivative(geometry, mounting, structure)
+        unknowns, features = derivative.shape[0], derivative.shape[2]
+        gradient = np.zeros(self.columns.shape[0])
+        gradient[:unknowns] = derivative.reshape(unknowns, -1) @ weighed.ravel()
+        root = np.linalg.cholesky(weight).T
+        free = self.columns[:unknowns].T @ (root @ derivative).reshape(unknowns, -1)
+
+        rows, slope = self.hang.rows(geometry, mounting, tangent_basis(mounting.hang_dir_b))
+        away = self._away(mounting)
+        gradient += slope.T @ rows + self.precision @ away
+        prior = slope.T @ slope + self.precision
+        chi2_hang = float(rows @ rows)
+        return State(
+            0.5 * (chi2_poses + chi2_hang + float(away @ self.precision @ away)),
+            chi2_poses,
+            chi2_hang,
+            self.columns.T @ gradient,
+            free.reshape(-1, 6, features),
+            seen,
+            own,
+            self.columns.T @ prior @ self.columns,
+        )
+
+    def _away(self, mounting: Mounting) -> FloatArray:
+        """Distance from the start in the prior's coordinates."""
+        start = self.start
+        return np.concatenate(
+            [
+                rotation_log(mounting.turn_b).ravel(),
+                (mounting.shift_b_m - start.shift_b_m).ravel(),
+                np.zeros(mounting.offset.size + mounting.leg_weight_n.size),
+                [mounting.robot_weight_n - start.robot_weight_n],
+                np.zeros(2 * self.hang.logs),
+            ]
+        )
+
+    def solve(self, mounting: Mounting, factor: float) -> tuple[Mounting, int, bool]:
+        """Levenberg-Marquardt; its work does not depend on the number of poses."""
+        damping = _FIRST_DAMPING
+        state = self.at(mounting, factor)
+        for iteration in range(1, _MAX_STEPS + 1):
+            metric = state.hessian()
+            scale = 1.0 / np.sqrt(np.maximum(np.diag(metric), np.finfo(float).tiny))
+            scaled = metric * np.outer(scale, scale)
+            damped = scaled + damping * np.eye(scale.size)
+            step = -scale * np.linalg.solve(damped, scale * state.gradient)
+            promised = float(-0.5 * state.gradient @ step)
+            tangent = tangent_basis(mounting.hang_dir_b)
+            candidate = moved(mounting, self.columns @ step, tangent)
+            tried = self.at(candidate, factor)
+            if tried.cost <= state.cost * (1.0 + 1e-14):
+                mounting, state, damping = candidate, tried, _EASE * damping
+                if promised < _DECREMENT:
+                    return mounting, iteration, True
+            else:
+                damping = max(10.0 * damping, _LEAST_RETRY)
+                if damping > _GIVE_UP:
+                    return mounting, iteration, promised < _NEARLY
+        return mounting, _MAX_STEPS, False
+
+    def covariance(self, mounting: Mounting, state: State) -> tuple[FloatArray, int, int]:
+        """Sandwich ``H⁻¹ B H⁻¹``: curvature from the true wrenches, score with their noise."""
+        hessian, score = state.hessian(), state.score()
+        scale = 1.0 / np.sqrt(np.maximum(np.diag(hessian), np.finfo(float).tiny))
+        scaled = hessian * np.outer(scale, scale)
+        inverse = np.linalg.pinv(scaled, hermitian=True, rcond=1e-14) * np.outer(scale, scale)
+        middle = inverse @ score @ inverse
+        full = self.columns @ middle @ self.columns.T
+        size = 13 * mounting.turn_b.shape[0] + 1
+        free = self.options.structure.freedom(mounting.turn_b.shape[0])
+        part = (score - state.prior)[:free, :free]
+        unit = 1.0 / np.sqrt(np.maximum(np.diag(part), np.finfo(float).tiny))
+        values = np.linalg.eigvalsh(part * np.outer(unit, unit))
+        rank = int(np.sum(values > 1e-10 * values[-1]))
+        return full[:size, :size], rank, free
