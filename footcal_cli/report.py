@@ -58,7 +58,10 @@ class Sheet:
 
 @dataclass(frozen=True)
 class Report:
-    """What a command has to say, in the order in which it is shown."""
+    """What a command has to say, in the order in which it is shown.
+
+    `lead_sheets` stand before the pictures, `sheets` behind them.
+    """
 
     title: str
     verdict: VerdictRecord
@@ -66,6 +69,7 @@ class Report:
     sheets: tuple[Sheet, ...] = ()
     findings: tuple[FindingRecord, ...] = ()
     footer: tuple[str, ...] = field(default=())
+    lead_sheets: tuple[Sheet, ...] = ()
 
 
 def number(value: float | None, digits: int = 4) -> str:
@@ -140,7 +144,7 @@ def print_text(report: Report, console: Console) -> None:
             f"{_plain(finding.where)}: {_plain(finding.sentence)}. → {_plain(finding.remedy)}",
             soft_wrap=True,
         )
-    for sheet in report.sheets[:1]:
+    for sheet in (*report.lead_sheets, *report.sheets)[:1]:
         drawn = RichTable(*[_plain(c) for c in sheet.columns], title=_plain(sheet.title))
         for row in sheet.rows:
             drawn.add_row(*[_plain(cell) for cell in row])

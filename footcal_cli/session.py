@@ -254,6 +254,7 @@ def _write(folder: Path, run: RunRecord, outcome: Outcome) -> None:
             (*report.sheets, rmse_sheet(outcome.rmse)),
             report.findings,
             report.footer,
+            report.lead_sheets,
         )
     for name, record in outcome.records.items():
         write_record(record, folder / name)

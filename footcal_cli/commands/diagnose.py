@@ -157,8 +157,8 @@ def _diagnose(session: Session[DiagnoseOptions]) -> Outcome:
             title=f"Diagnosis of {session.recipe.robot.name}: {read.case.experiment.name}",
             verdict=answer.verdict,
             pictures=pictures,
+            lead_sheets=(sheets.evidence_sheet(found, read.untested),),
             sheets=(
-                sheets.evidence_sheet(found, read.untested),
                 *sheets.gain_sheets(found),
                 *sheets.menu_sheets(answer),
                 *sheets.card_sheets(found),

@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     from footcal_cli.commands.diagnose import DiagnoseOptions
     from footcal_cli.core.chain import Chain
     from footcal_cli.core.diagnosis.case import Case
+    from footcal_cli.core.log import Log
     from footcal_cli.core.parameters import FloatArray, Parameter
     from footcal_cli.core.quality import Finding
     from footcal_cli.records import ParametersRecord
@@ -17,7 +18,8 @@ if TYPE_CHECKING:
 
 TIMED = ("creep", "creep_slow", "sensor_lag", "bias_drift", "bias_jump")
 """Effects that need time stamps."""
-REPEATED = "readings_repeat_across_channels"
+RECORDING_TAU_S = 2.0
+"""Autocorrelation time assumed when one recording is cut into blocks."""
 
 
 class CaseRead:
@@ -62,10 +64,46 @@ def _weights(session: Session[DiagnoseOptions]) -> CaseRead:
     from footcal_cli.commands.check import weights_findings
     from footcal_cli.core.diagnosis.case import Case
     from footcal_cli.core.experiments.weights import EXPERIMENT
-    from footcal_cli.core.log import Log
     from footcal_cli.core.parameters import ParameterSet
 
-    tables = session.read_required(weights_table())
+    findings: list[Finding] = []
+    streams = _running(session)
+    if streams:
+        logs, timed = _stream_logs(streams, session.recipe.robot.cell_names), True
+    else:
+        tables = session.read_required(weights_table())
+        findings = weights_findings(tables, session.recipe, None)
+        logs, timed = _row_logs(tables)
+    channels = tuple(log.channels[0] for log in logs)
+    chain, values = chain_of(session.parameters, channels, ("scale_bias",))
+    values |= _affine_start(logs, values)
+    largest = max(float(np.nanmax(np.abs(log.known["load_n"]))) for log in logs)
+    tolerance = session.options.tolerance_n or 0.002 * largest
+    case = Case(
+        experiment=EXPERIMENT,
+        logs=tuple(logs),
+        chain=chain,
+        values=values,
+        calibration=ParameterSet(affine_parameters(channels, values)),
+        tolerance_n=tolerance,
+        tolerance_nm=session.options.tolerance_mm / 1000.0 * largest,
+        # with one session per channel nothing but the session itself says what its calibration is
+        drifts=max(int(log.block.max()) for log in logs) == 0,
+        alike=min(len(log) for log in logs) >= 8 and not streams,
+        stride=_stride(logs),
+        one_recording=bool(streams),
+        groups=dict.fromkeys(channels, "force"),
+    )
+    untested = {} if timed else dict.fromkeys(TIMED, "the rows have no time stamps")
+    return CaseRead(case, findings, untested)
+
+
+def _row_logs(tables: Sequence[Table]) -> tuple[list[Log], bool]:
+    """One log per channel of long tables, and whether rows have time stamps."""
+    import numpy as np
+
+    from footcal_cli.core.log import Log
+
     channel = np.concatenate([t.text("channel") for t in tables])
     block = _sessions(tables)
     columns = {
@@ -88,26 +126,40 @@ def _weights(session: Session[DiagnoseOptions]) -> CaseRead:
             Log("weights", (str(name),), stamps, columns["counts"][at, None], known,
                 own.astype(np.int64))
         )  # fmt: skip
-    channels = tuple(log.channels[0] for log in logs)
-    chain, values = chain_of(session.parameters, channels, ("scale_bias",))
-    values |= _affine_start(logs, values)
-    largest = max(float(np.nanmax(np.abs(log.known["load_n"]))) for log in logs)
-    tolerance = session.options.tolerance_n or 0.002 * largest
-    case = Case(
-        experiment=EXPERIMENT,
-        logs=tuple(logs),
-        chain=chain,
-        values=values,
-        calibration=ParameterSet(affine_parameters(channels, values)),
-        tolerance_n=tolerance,
-        tolerance_nm=session.options.tolerance_mm / 1000.0 * largest,
-        # with one session per channel nothing but the session itself says what its calibration is
-        drifts=max(int(log.block.max()) for log in logs) == 0,
-        alike=min(len(log) for log in logs) >= 8,
-        groups=dict.fromkeys(channels, "force"),
-    )
-    untested = {} if timed else dict.fromkeys(TIMED, "the rows have no time stamps")
-    return CaseRead(case, weights_findings(tables, session.recipe, None), untested)
+    return logs, timed
+
+
+def _running(session: Session[DiagnoseOptions]) -> list[Table]:
+    """Running recordings with a known load at every sample, if any."""
+    from footcal_cli.columns import weights_stream_table
+
+    channels = session.recipe.robot.cell_names
+    if not channels:
+        return []
+    tables = session.read(weights_stream_table(channels))
+    return [t for t in tables if "load_n" in t]
+
+
+def _stream_logs(tables: Sequence[Table], channels: Sequence[str]) -> list[Log]:
+    """One log per channel of running recordings, cut into blocks."""
+    import numpy as np
+
+    from footcal_cli.core.diagnosis.case import cut_blocks, even_cycles
+    from footcal_cli.core.log import Log
+
+    logs = []
+    for channel in channels:
+        for table in tables:
+            counts, load = table.number(f"{channel}_counts"), table.number("load_n")
+            good = np.isfinite(counts) & np.isfinite(load)
+            time_s = table.number("time_s")[good]
+            log = Log(
+                "weights", (channel,), time_s, counts[good, None], {"load_n": load[good, None]},
+                np.zeros(int(good.sum()), dtype=np.int64),
+            )  # fmt: skip
+            # neighbouring samples of a reference that moves slowly tell the same
+            logs.append(cut_blocks(log, even_cycles(log, 1.0), RECORDING_TAU_S))
+    return logs
 
 
 def _placements(session: Session[DiagnoseOptions]) -> CaseRead:
@@ -184,7 +236,7 @@ def _balanced(session: Session[DiagnoseOptions]) -> CaseRead:
     import numpy as np
 
     from footcal_cli.core.contact import gait_cycles
-    from footcal_cli.core.diagnosis.case import Case, cut_blocks, even_cycles
+    from footcal_cli.core.diagnosis.case import Case, block_means, cut_blocks, even_cycles
     from footcal_cli.core.diagnosis.tracking import gain_and_bias
     from footcal_cli.core.experiments import stand, walk
     from footcal_cli.core.online.streams import MergeRule
@@ -212,7 +264,8 @@ def _balanced(session: Session[DiagnoseOptions]) -> CaseRead:
         cycle = gait_cycles(log.known["contact"])
         if kind == "stand" or cycle.max(initial=-1) < 10:
             cycle = even_cycles(log, 0.5)
-        logs.append(cut_blocks(log, cycle, 0.3))
+        cut = cut_blocks(log, cycle, 0.3)
+        logs.append(block_means(cut) if kind == "stand" else cut)
     channels = logs[0].channels
     chain, values = chain_of(session.parameters, channels, ("scale_bias",))
     belief = recordings[0].belief
@@ -230,15 +283,20 @@ def _balanced(session: Session[DiagnoseOptions]) -> CaseRead:
         calibration=ParameterSet(affine_parameters(channels, values)),
         tolerance_n=session.options.tolerance_n or 0.001 * weight,
         tolerance_nm=session.options.tolerance_mm / 1000.0 * weight / 10.0,
-        drifts=True,
+        drifts=kind == "walk",
         alike=False,
         stride=max(round(rate / 20.0), 1),
         groups=dict.fromkeys(channels, "swing"),
         one_recording=len(logs) == 1,
-        directions=gain_and_bias(channels, values),
-        demand_noisy=True,
+        directions=gain_and_bias(channels, values) if kind == "walk" else (),
+        demand_noisy=kind == "walk",
     )
     return CaseRead(case, findings, {})
+
+
+def _stride(logs: Sequence[Log]) -> int:
+    """Every how many rows are judged, so that all logs together stay below 30 000."""
+    return max(sum(len(log) for log in logs) // 30_000, 1)
 
 
 def _rows(log: Any, good: Any) -> Any:

@@ -47,7 +47,7 @@ def effective_blocks(information: FloatArray) -> FloatArray:
     """
     squares = np.sum(information**2, axis=0)
     total = np.sum(information, axis=0)
-    return np.divide(total**2, squares, out=np.zeros_like(total), where=squares > 0)
+    return np.asarray(np.divide(total**2, squares, out=np.zeros_like(total), where=squares > 0))
 
 
 def smallest_p(blocks: FloatArray | float) -> FloatArray:
@@ -65,7 +65,7 @@ def self_normalised(scores: FloatArray) -> FloatArray:
     """
     norm = np.sqrt(np.sum(scores**2, axis=0))
     total = np.sum(scores, axis=0)
-    return np.divide(total, norm, out=np.zeros_like(total), where=norm > 0)
+    return np.asarray(np.divide(total, norm, out=np.zeros_like(total), where=norm > 0))
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -12,7 +13,7 @@ from matplotlib.patches import Rectangle
 from footcal_cli.core.diagnosis.engine import EffectStatus
 from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.core.diagnosis.movement import Movement
-from footcal_cli.core.diagnosis.problem import Problem
+from footcal_cli.core.diagnosis.problem import Problem, Signature
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.plots.style import AFTER, BAD, BEFORE, CELL_COLOURS, REFERENCE, new_figure, tidy
 
@@ -69,13 +70,7 @@ def _left(problem: Problem) -> FloatArray:
     return bare.left()[:, 0]
 
 
-def _one() -> tuple[object, ...]:
-    from footcal_cli.core.diagnosis.problem import Signature
-
-    return (Signature("residual", "", "", ""),)
-
-
-_ONE = _one()
+_ONE = (Signature("residual", "", "", ""),)
 
 
 def _binned(
@@ -89,7 +84,7 @@ def _binned(
         edges = np.unique(np.quantile(x, np.linspace(0, 1, _BINS + 1)))
         edges[-1] = np.inf
     middle, mean, half = [], [], []
-    for low, high in zip(edges[:-1], edges[1:], strict=True):
+    for low, high in pairwise(edges):
         inside = (x >= low) & (x < high)
         if not inside.any():
             continue
@@ -104,8 +99,7 @@ def _binned(
 
 def _main_output(found: Investigation) -> int:
     """The output whose residual depends most on the driver."""
-    name, driver = _driver(found)
-    del name
+    _, driver = _driver(found)
     problem = found.problem
     left = _left(problem)
     score = []
@@ -220,8 +214,6 @@ def plot_gains(found: Investigation) -> Figure:
 
 def plot_ladder(found: Investigation) -> Figure:
     """Error from the baseline to the noise floor; each effect first and last."""
-    from footcal_cli.core.diagnosis.scores import held_out_loss
-
     steps = [("baseline", _rms(found.rounds[0].before.loss, found.problem), BEFORE)]
     for i, item in enumerate(found.found):
         loss = found.rounds[i + 1].before.loss if i + 1 < len(found.rounds) else None
@@ -233,17 +225,14 @@ def plot_ladder(found: Investigation) -> Figure:
     steps.append(
         ("any function of\nthe signals", _rms(np.array([floor]), found.problem), "#009E73")
     )
-    white = held_out_loss(last.grams.within, last.grams.calibration, last.grams.plain)
     if not found.case.drifts and found.problem.blocks > 2:
         free = _free_rms(found)
         steps.append(("calibration free\nin every block", free, "#7A5C00"))
-    del white
     figure = new_figure(3.2)
     axes = figure.add_subplot()
-    for i, (label, value, colour) in enumerate(steps):
+    for i, (_, value, colour) in enumerate(steps):
         axes.bar(i, value, color=colour, width=0.6)
         axes.text(i, value, f"{value:.3g}", ha="center", va="bottom", fontsize=8)
-        del label
     axes.set_xticks(range(len(steps)), [s[0] for s in steps], fontsize=8)
     tidy(axes, "Held-out error over all outputs", "", "RMS error (noise sd of the baseline)")
     axes.tick_params(axis="x", labelsize=8)

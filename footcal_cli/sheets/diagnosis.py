@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from footcal_cli.core.diagnosis.detection import Detection
 from footcal_cli.core.diagnosis.engine import EffectRow, EffectStatus, Verdict, leftover
 from footcal_cli.core.diagnosis.investigation import Found, Gain, Investigation
 from footcal_cli.core.diagnosis.menu import Prospect, advice, prospects
@@ -318,7 +319,6 @@ def _stopped(
             details.append(f"These readings cannot separate {what} {repeats}.")
             rivals = rivals or (("nonlinearity", "creep", "hysteresis"),)
     details.append(f"Run: {LADDER_AGAIN}.")
-    del untested
     return Answer(
         Verdict.BAD_DATA,
         VerdictRecord(level="bad", sentence=sentence, details=tuple(details)),
@@ -415,7 +415,8 @@ def _cosine_now(found: Investigation) -> float:
 
 def evidence_sheet(found: Investigation, untested: Mapping[str, str]) -> Sheet:
     """One row per effect of the table, by gain; greyed: not testable, and why."""
-    rows, greyed = [], set()
+    rows: list[tuple[str, ...]] = []
+    greyed = set()
     for row in _table_rows(found):
         if row.status is EffectStatus.NOT_TESTABLE:
             greyed.add(len(rows))
@@ -531,8 +532,7 @@ def card_sheets(found: Investigation) -> tuple[Sheet, ...]:
     order = np.argsort(detection.group_p)[:3]
     rows = [
         ("output most touched", _outputs(found)),
-        ("depends on", ", ".join(f"{detection.groups[i]} (p = {number(float(detection.group_p[i]), 2)})"
-                                 for i in order) or "–"),
+        ("depends on", ", ".join(_group_words(detection, int(i)) for i in order) or "–"),
         ("line", f"{number(detection.line[1], 3)} Hz in {detection.line[0]}, "
                  f"p = {number(detection.line_p, 2)}" if detection.line[0] else "–"),
         ("between blocks", f"{detection.driver or 'no driver'}, p = "
@@ -547,12 +547,19 @@ def card_sheets(found: Investigation) -> tuple[Sheet, ...]:
     return (Sheet("Signature card of what has no name", ("what", "value"), rows),)
 
 
+def _group_words(detection: Detection, group: int) -> str:
+    return f"{detection.groups[group]} (p = {number(float(detection.group_p[group]), 2)})"
+
+
 def movement_sheets(moved: Sequence[Movement]) -> tuple[Sheet, ...]:
     """Calibration before and after."""
     if not moved:
         return ()
     rows = [
-        (m.name, number(m.before, 7), number(m.after, 7), m.unit, f"{m.in_sd:+.1f}".replace("-", "−"))
+        (
+            m.name, number(m.before, 7), number(m.after, 7), m.unit,
+            f"{m.in_sd:+.1f}".replace("-", "−"),
+        )
         for m in moved
     ]  # fmt: skip
     return (

@@ -62,10 +62,8 @@ def make_world(rng: np.random.Generator, trials: int = 12, taps: bool = False) -
 
 def outputs_of(cells: FloatArray) -> FloatArray:
     """Total and moments of cell forces (..., 4), shape (..., 3), in comparable units."""
-    return (
-        np.stack([cells.sum(-1), (cells * CELL_Y_M).sum(-1), (cells * CELL_X_M).sum(-1)], axis=-1)
-        / SCALES
-    )
+    parts = [cells.sum(-1), (cells * CELL_Y_M).sum(-1), (cells * CELL_X_M).sum(-1)]
+    return np.asarray(np.stack(parts, axis=-1) / SCALES)
 
 
 def _play(x: FloatArray, width: float) -> FloatArray:
@@ -98,7 +96,6 @@ def library_effects(
     """Sixteen effects of the cells' readings, each with its shapes: changes (B, n, 3)."""
     x = world.cells
     total = x.sum(-1, keepdims=True)
-    mean = x.mean(-1, keepdims=True)
     warm = (world.temperature - 24.0)[..., None]
     trial_time = (world.time_s - world.time_s[:, :1])[..., None]
     session = (world.time_s / world.time_s.max())[..., None]
@@ -122,9 +119,11 @@ def library_effects(
         "creep": [((("tau", s),), outputs_of(_slow(x, s))) for s in (3.0, 8.0)],
         "lag": both(_slow(x, 0.05) - x),
         "delay": both(_late(x, 0.02) - x),
-        "crosstalk": both(mean - x) if False else both(np.roll(x, 1, axis=-1)),
-        "bypass": [((("load", h),), outputs_of(x / np.maximum(total, 1e-9) * np.maximum(total - h, 0)))
-                   for h in (8.0, 16.0)],
+        "crosstalk": both(np.roll(x, 1, axis=-1)),
+        "bypass": [
+            ((("load", h),), outputs_of(x / np.maximum(total, 1e-9) * np.maximum(total - h, 0)))
+            for h in (8.0, 16.0)
+        ],
         "compliance": [((), compliance)],
         "shear": [((), shear)],
         "shear_moment": [((), tilt)],

@@ -185,9 +185,10 @@ def _reading_share(balance: Balance, derivative: FloatArray, stride: int) -> Flo
     if not np.isfinite(noise[single]).any():
         return share
     of_reading = float(np.nanmedian(noise[single]))
-    for k in np.flatnonzero(~single & np.isfinite(noise)):
-        lever = float(np.mean(np.sum(derivative[balance.valid[:, k], k] ** 2, axis=1)))
-        share[k] = np.clip(of_reading * lever / max(noise[k], 1e-300), 0.0, 1.0)
+    for k in range(noise.size):
+        if not single[k] and np.isfinite(noise[k]):
+            lever = float(np.mean(np.sum(derivative[balance.valid[:, k], k] ** 2, axis=1)))
+            share[k] = np.clip(of_reading * lever / max(noise[k], 1e-300), 0.0, 1.0)
     return share
 
 
@@ -331,6 +332,25 @@ def cut_blocks(log: Log, cycle: IntArray, tau_s: float, *, gap_s: float | None =
         first = log.time_s[block == b][0]
         block[(block == b) & (log.time_s < first + gap_s)] = -1
     return replace(log, block=block)
+
+
+def block_means(log: Log) -> Log:
+    """One row per block: its means, for quantities that should stand still within it.
+
+    A stance of quiet standing is one observation; sway within it is no evidence about cells.
+    """
+    blocks = [np.flatnonzero(log.block == b) for b in np.unique(log.block[log.block >= 0])]
+
+    def mean(values: FloatArray) -> FloatArray:
+        return np.stack([values[rows].mean(axis=0) for rows in blocks])
+
+    return replace(
+        log,
+        time_s=mean(log.time_s),
+        readings=mean(log.readings),
+        known={name: mean(array) for name, array in log.known.items()},
+        block=np.arange(len(blocks)),
+    )
 
 
 def even_cycles(log: Log, length_s: float) -> IntArray:

@@ -77,9 +77,8 @@ def _bumps(values: FloatArray, bumps: int) -> FloatArray:
     if distinct.size < 2:
         return np.empty((values.size, 0))
     if distinct.size <= bumps:
-        return (values[:, None] == values[:, None]) * (
-            np.abs(values[:, None] - distinct[None]) <= 1e-9 + 1e-9 * np.abs(distinct[None])
-        ).astype(float)
+        near = np.abs(values[:, None] - distinct[None]) <= 1e-9 + 1e-9 * np.abs(distinct[None])
+        return near.astype(float)
     at = KNOTS if bumps == BUMPS else np.linspace(0.0, 1.0, bumps)
     knots = np.unique(np.quantile(values, at))
     if knots.size < 2:

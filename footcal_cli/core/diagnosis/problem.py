@@ -182,7 +182,7 @@ class Problem:
         """Share of each candidate's RMS that calibration cannot absorb, shape (k,)."""
         whole = np.sqrt(np.sum(self.columns**2, axis=0))
         part = np.sqrt(np.sum(left**2, axis=0))
-        return np.divide(part, whole, out=np.zeros_like(part), where=whole > 0)
+        return np.asarray(np.divide(part, whole, out=np.zeros_like(part), where=whole > 0))
 
     def smallest_sizes(self, left: FloatArray) -> FloatArray:
         """Smallest size of each candidate that matters, shape (k,).

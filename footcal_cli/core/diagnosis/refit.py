@@ -170,7 +170,7 @@ def _linearised(
 
 
 def _solve(problem: Problem, at: FloatArray, columns: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Generalised least squares of a residual on calibration and columns, and without each block."""
+    """Generalised least squares on calibration and columns, and without each block."""
     scale = np.sqrt(np.mean(columns**2, axis=0))
     scale = np.where(scale > 0, scale, 1.0)
     local = Problem(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -38,9 +39,10 @@ class Scores:
     def size(self) -> FloatArray:
         """Expected size ``Σ s / Σ |g̃|²``, shape (k,)."""
         total = self.information.sum(axis=0)
-        return np.divide(
+        found: FloatArray = np.divide(
             self.score.sum(axis=0), total, out=np.zeros_like(total), where=self.inside == 0
         )
+        return found
 
 
 def scores(inner: FloatArray, base: IntArray, columns: IntArray) -> Scores:
@@ -211,7 +213,7 @@ def _one_extra(
 def _best_of(values: FloatArray, starts: IntArray) -> IntArray:
     """Index of the largest value of each group."""
     return np.array(
-        [a + int(np.argmax(values[a:b])) for a, b in zip(starts[:-1], starts[1:], strict=True)],
+        [a + int(np.argmax(values[a:b])) for a, b in pairwise(starts)],
         dtype=np.int64,
     )
 

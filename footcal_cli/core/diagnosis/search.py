@@ -307,7 +307,8 @@ def _rivals(
     cos = np.abs(cosines(grams.inner, base, evidence.best))[best]
     signatures = lib.problem.signatures
     mine = signatures[lib.index(int(evidence.best[best]))]
-    rivals, places = [], []
+    rivals: list[int] = []
+    places: list[int] = []
     for c in range(len(lib.causes)):
         other = signatures[lib.index(int(evidence.best[c]))]
         if c == best or (other.effect, other.where) == (mine.effect, mine.where):

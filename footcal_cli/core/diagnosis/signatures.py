@@ -122,6 +122,7 @@ def effect_columns(
     signatures: list[Signature] = []
     columns: list[FloatArray] = []
     for size in effect.sizes:
+        lower = -1.3 if effect.name in SWITCHES else size.lower
         kept: list[FloatArray] = []
         for shape in shapes:
             single = {u: derivative(case, rows, effect, size, {u: (u,)}, shape) for u in units}
@@ -134,7 +135,7 @@ def effect_columns(
                 signatures.append(
                     Signature(
                         effect=effect.name, parameter=size.name, where=where, unit=size.unit,
-                        shape=tuple(shape.items()), lower=(-1.3 if effect.name in SWITCHES else size.lower) - size.neutral,
+                        shape=tuple(shape.items()), lower=lower - size.neutral,
                         upper=size.upper - size.neutral, owners=owners,
                     )
                 )  # fmt: skip
@@ -157,9 +158,11 @@ def _units(case: Case, effect: Effect) -> tuple[str, ...]:
     )
 
 
-def places(
-    effect: Effect, units: Sequence[str]
-) -> list[tuple[str, tuple[tuple[str, tuple[str, ...]], ...], tuple[str, ...]]]:
+Place = tuple[str, tuple[tuple[str, tuple[str, ...]], ...], tuple[str, ...]]
+"""Where in words, owners as in a link, and the units that share the size."""
+
+
+def places(effect: Effect, units: Sequence[str]) -> list[Place]:
     """Who may carry an effect: everyone alike, one foot's cells, a single one.
 
     Returns
@@ -167,10 +170,11 @@ def places(
     where, owners, members of each.
     """
     if effect.scope is Scope.ROBOT:
-        return [("robot", (("robot", ("robot",)),), ("robot",))]
+        alone = (("robot", ("robot",)),)
+        return [("robot", alone, ("robot",))]
     noun = {Scope.CHANNEL: "cells", Scope.FOOT: "feet", Scope.LEG: "legs"}[effect.scope]
     every = tuple(units)
-    found = []
+    found: list[Place] = []
     if len(every) > 1:
         found.append((f"all {noun}", (("all", every),), every))
         feet = dict.fromkeys(u.split("_", 1)[0] for u in every)

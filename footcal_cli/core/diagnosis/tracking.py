@@ -140,7 +140,7 @@ def _log_likelihood(parts: Sequence[_Part], variance: FloatArray) -> float:
         j_d = part.jr - part.jj @ mean
         d_d = part.rr - 2.0 * mean @ part.jr + mean @ part.jj @ mean
         posterior = np.linalg.inv(np.linalg.inv(cov) + part.jj)
-        total -= 0.5 * (d_d - j_d @ posterior @ j_d)
+        total -= 0.5 * float(d_d - j_d @ posterior @ j_d)
         total -= 0.5 * float(np.linalg.slogdet(np.eye(p) + cov @ part.jj)[1])
         mean = mean + posterior @ j_d
         cov = 0.5 * (posterior + posterior.T)

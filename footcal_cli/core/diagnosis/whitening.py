@@ -78,7 +78,7 @@ class Grams:
     @property
     def blocks(self) -> int:
         """Number of blocks."""
-        return self.inner.shape[0]
+        return int(self.inner.shape[0])
 
 
 @dataclass(frozen=True)
