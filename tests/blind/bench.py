@@ -35,7 +35,6 @@ DECIDING = (
     "footcal_cli/core/effects",
 )
 """What a sealed run freezes: thresholds, procedure, table of effects."""
-LEG_EXPERIMENTS = ("hang", "pose")
 
 
 @dataclass(frozen=True)
@@ -138,9 +137,10 @@ def diagnosed(folder: Path, run: Path) -> dict[str, Any]:
     """
     ask = json.loads((folder / "ask.json").read_text("utf-8"))
     recipe = folder / "recipe.toml"
+    shutil.rmtree(run, ignore_errors=True)  # what an interrupted run left
     began = time.monotonic()
     parameters = run / "calibration" / "parameters.json"
-    steps = [_calibration(ask["experiment"], folder, recipe, run / "calibration")]
+    steps = _calibrations(ask["experiment"], folder, run)
     diagnosis = [
         "diagnose",
         *_logs(folder, ask["experiment"]),
@@ -173,11 +173,21 @@ def diagnosed(folder: Path, run: Path) -> dict[str, Any]:
     return record
 
 
-def _calibration(experiment: str, folder: Path, recipe: Path, out: Path) -> list[str | Path]:
-    if experiment in LEG_EXPERIMENTS:
-        return ["hang-calib", _one(folder, "hang"), "--recipe", recipe, "--out", out]
+def _calibrations(experiment: str, folder: Path, run: Path) -> list[list[str | Path]]:
+    """The ordinary commands that make the calibration to start from; the last one's counts."""
+    recipe: list[str | Path] = ["--recipe", folder / "recipe.toml"]
+    out: list[str | Path] = ["--out", run / "calibration"]
+    if experiment == "hang":
+        return [["hang-calib", _one(folder, "hang"), *recipe, *out]]
+    if experiment == "pose":
+        hung = run / "hang"
+        given: list[str | Path] = ["--parameters", hung / "parameters.json"]
+        return [
+            ["hang-calib", _one(folder, "hang"), *recipe, "--out", hung],
+            ["pose-calib", _one(folder, "poses"), *recipe, *given, *out],
+        ]
     log = _one(folder, "weights" if experiment == "weights" else "bench")
-    return ["offline-fit", log, "--recipe", recipe, "--out", out]
+    return [["offline-fit", log, *recipe, *out]]
 
 
 def _logs(folder: Path, experiment: str) -> list[Path]:

@@ -151,17 +151,23 @@ def mains_hum(rng: Rng, time_s: Array, size_n: float, channels: int) -> Array:
     return np.asarray(size_n * strength * np.sin(2 * np.pi * frequency * time_s[:, None] + phase))
 
 
-def sticking(x: Array, fresh: Flags, friction_n: float, slip_share: float = 0.9) -> Array:
-    """A cell on a dry guide: it holds its reading until the force exceeds friction, then jumps."""
+def sticking(rng: Rng, x: Array, fresh: Flags, friction_n: float) -> Array:
+    """A cell whose guide jams now and then: it holds its reading until the force breaks it loose.
+
+    Always jammed would be the play of a hysteresis; this one jams in spells of random length.
+    """
     y = x.copy()
-    for j in range(x.shape[1]):
-        held = x[0, j]
-        for i, value in enumerate(x[:, j]):
-            if fresh[i]:
-                held = value
-            if abs(value - held) > friction_n:
-                held += slip_share * (value - held)
-            y[i, j] = held
+    jammed = np.zeros(len(x), dtype=bool)
+    at = 0
+    while at < len(x):
+        free, stuck = int(rng.integers(10, 120)), int(rng.integers(10, 120))
+        jammed[at + free : at + free + stuck] = True
+        at += free + stuck
+    held = x[0]
+    for i in range(1, len(x)):
+        loose = fresh[i] or not jammed[i] or not jammed[i - 1]
+        held = np.where(loose | (np.abs(x[i] - held) > friction_n), x[i], held)
+        y[i] = held
     return y
 
 

@@ -134,7 +134,9 @@ def judge(truth: Mapping[str, Any], verdict: Verdict) -> Score:
     named = [bool(names & verdict.names) for names in hidden]
     held = [any(names & group for group in verdict.rivals) for names in hidden]
     found = bool(hidden) and all(n or h for n, h in zip(named, held, strict=True))
-    exact = bool(hidden) and all(named) and not wrong
+    # a rival set that holds nothing of what was hidden is a wrong suspicion, though not a name
+    astray = any(not group & allowed for group in verdict.rivals)
+    exact = bool(hidden) and all(named) and not wrong and not astray
     flagged = verdict.verdict in FLAGGING
     right = {
         "null": not alarm,
@@ -144,7 +146,7 @@ def judge(truth: Mapping[str, Any], verdict: Verdict) -> Score:
         "untestable": not verdict.names and _not_testable(hidden, verdict),
         "underpowered": verdict.verdict == "underpowered" and not verdict.names,
         "small": not verdict.names,
-    }.get(kind, found and not wrong)
+    }.get(kind, found and not wrong and not astray)
     if kind in ("null", "underpowered", "small", "untestable"):
         wrong = bool(verdict.names)
     return Score(

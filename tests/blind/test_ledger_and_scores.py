@@ -107,6 +107,10 @@ def test_a_changed_truth_breaks_the_seal(tmp_path: Path) -> None:
         ),
         (_truth("single", "lag"), _said("ambiguous", rivals=(("mass", "tilt"),)),
          False, False, False),
+        (
+            _truth("single", "creep"), _said("ambiguous", "creep", rivals=(("hinge", "lag"),)),
+            False, False, False,
+        ),
         (_truth("pair", "creep", "lag"), _said("named", "creep", "lag"), True, True, False),
         (_truth("pair", "creep", "lag"), _said("named", "creep"), False, False, False),
         (

@@ -352,7 +352,7 @@ INJECTIONS = (
         "unseen/sticking_cell",
         "",
         "walk",
-        _cellwise(lambda w, s, r: foreign.sticking(w.shown, w.fresh, s)),
+        _cellwise(lambda w, s, r: foreign.sticking(r, w.shown, w.fresh, s)),
         0.3,
         signed=False,
     ),

@@ -21,7 +21,7 @@ def draw(rng: Rng, options: Mapping[str, Any]) -> World:
     half_x, half_y = rng.uniform(0.035, 0.08), rng.uniform(0.02, 0.045)
     cells = np.array([[1, 1], [1, -1], [-1, 1], [-1, -1]]) * [half_x, half_y]
     cells = cells + rng.normal(0, 0.002, (4, 2)) + [rng.uniform(-0.01, 0.02), 0.0]
-    across = int(rng.integers(4, 7))
+    across = int(options.get("blocks") or rng.integers(4, 7))
     grid = np.stack(
         np.meshgrid(np.linspace(-0.55, 0.55, across), np.linspace(-0.42, 0.42, 3), indexing="ij"),
         -1,
@@ -35,9 +35,11 @@ def draw(rng: Rng, options: Mapping[str, Any]) -> World:
         ),
         2,
     )
-    rounds = int(options.get("blocks") or rng.integers(4, 6))
-    order = np.array(
-        [(r, h, w) for r in range(rounds) for h in range(len(holes)) for w in range(len(weights))]
+    rounds = int(rng.integers(4, 6))
+    visits = np.array([(h, w) for h in range(len(holes)) for w in range(len(weights))])
+    # every round in an order of its own, or drift and place could not be told apart
+    order = np.concatenate(
+        [np.column_stack([np.full(len(visits), r), rng.permutation(visits)]) for r in range(rounds)]
     )
     hole, load = holes[order[:, 1]], weights[order[:, 2]]
     time_s = np.cumsum(rng.uniform(12.0, 25.0, len(order)))

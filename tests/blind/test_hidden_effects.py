@@ -1,0 +1,83 @@
+"""A few blind trials in every test run: hidden effects are found, or honestly not found.
+
+The whole bench is ``make blind``; these are development seeds, a few seconds each. Nothing but the
+logs, the recipe and the kind of experiment reaches the diagnosis.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.blind.bench import diagnosed
+from tests.blind.scoring import Score, Verdict, judge
+from tests.blind.trials import Cell, make_trial
+
+
+def _score(cell: Cell, seed: int, folder: Path) -> Score:
+    truth = make_trial(cell, seed, folder / "logs")
+    ask = {"experiment": cell.experiment, "left_out": cell.left_out}
+    (folder / "logs" / "ask.json").write_text(json.dumps(ask), encoding="utf-8")
+    record = diagnosed(folder / "logs", folder / "run")
+    if "not available yet" in str(record.get("said")):
+        pytest.skip(f"no diagnosis of {cell.experiment}")
+    assert record["verdict"] != "error", record["said"]
+    return judge(truth, Verdict.read(record))
+
+
+@pytest.mark.parametrize(
+    ("experiment", "seed"), [("weights", 1), ("placements", 2), ("walk", 3), ("stand", 4)]
+)
+def test_clean_logs_get_no_name(experiment: str, seed: int, tmp_path: Path) -> None:
+    score = _score(Cell("null", experiment, drift=experiment == "walk"), seed, tmp_path)
+    assert not score.wrong, score.verdict
+    assert score.verdict.verdict in ("none", "underpowered"), score.verdict
+
+
+@pytest.mark.parametrize(
+    ("experiment", "hidden", "rho", "seed"),
+    [
+        ("weights", "hysteresis/bouc_wen", 1.0, 11),
+        ("weights", "creep/two_stage", 1.0, 12),
+        ("placements", "cell_position/belief", 2.0, 13),
+        ("walk", "delay/jittered", 1.0, 14),
+        ("stand", "com_offset/belief", 2.0, 15),
+        ("hang", "offset_drift/linear", 1.0, 16),
+        ("pose", "scale_matrix/axis", 2.0, 17),
+    ],
+)
+def test_a_hidden_effect_is_named_or_among_its_rivals(
+    experiment: str, hidden: str, rho: float, seed: int, tmp_path: Path
+) -> None:
+    score = _score(Cell("single", experiment, (hidden,), rho), seed, tmp_path)
+    assert score.right, score.verdict
+
+
+def test_two_hidden_effects_are_both_found(tmp_path: Path) -> None:
+    cell = Cell("pair", "weights", ("hysteresis/bouc_wen", "temperature_bias/table"), 1.0)
+    score = _score(cell, 21, tmp_path)
+    assert score.right, score.verdict
+
+
+@pytest.mark.parametrize(
+    ("experiment", "hidden", "seed"),
+    [("walk", "unseen/mains_hum", 31), ("placements", "unseen/edge_contact", 32)],
+)
+def test_what_is_not_in_the_library_gets_no_name(
+    experiment: str, hidden: str, seed: int, tmp_path: Path
+) -> None:
+    score = _score(Cell("unseen", experiment, (hidden,), 1.5), seed, tmp_path)
+    assert not score.wrong, score.verdict
+
+
+def test_an_effect_left_out_of_the_library_is_called_nothing_else(tmp_path: Path) -> None:
+    cell = Cell("left_out", "weights", ("hysteresis/bouc_wen",), 1.0, left_out="hysteresis")
+    score = _score(cell, 41, tmp_path)
+    assert not score.wrong, score.verdict
+
+
+def test_too_little_data_says_so(tmp_path: Path) -> None:
+    score = _score(Cell("underpowered", "weights", ("hysteresis/table",), 1.0), 51, tmp_path)
+    assert score.right, score.verdict
