@@ -34,6 +34,7 @@ def plot_matrix(channels: Sequence[str], outputs: Sequence[str], fit: MatrixFit)
     for j, channel in enumerate(channels):
         axes.plot([], [], "o", color=CELL_COLOURS[j % len(CELL_COLOURS)], label=channel)
     axes.axvline(0, color=AFTER, linewidth=0.8)
+    axes.set_ylim(-count + 0.4, 0.6)
     axes.set_yticks([-i for i in range(count)], list(outputs))
     tidy(axes, "What each reading adds to each load besides the main one",
          "% of the row's largest element", "")  # fmt: skip
