@@ -76,7 +76,8 @@ def plans() -> tuple[Plan, ...]:
 
     def holds(loads: FloatArray, hold_s: float, step_s: float) -> tuple[FloatArray, FloatArray]:
         each = max(int(hold_s / step_s), 1)
-        return np.arange(loads.size * each) * step_s, np.repeat(loads, each)
+        time_s = np.arange(float(loads.size * each)) * step_s
+        return np.asarray(time_s, dtype=float), np.asarray(np.repeat(loads, each))
 
     mixed = rng.permutation(np.tile(ladder, 2))
     taps = np.tile(np.concatenate([np.zeros(20), np.ones(5)]), 20)
@@ -90,13 +91,13 @@ def plans() -> tuple[Plan, ...]:
         Plan("weights in random order, each twice, 10 s each", *holds(mixed, 10.0, 1.0)),
         Plan("weights up and down in eight steps, 60 s each", *holds(up_down, 60.0, 4.0)),
         Plan("the largest weight for 5 minutes, then 5 minutes unloaded",
-             np.arange(300) * 2.0, cool_down),
+             np.arange(0.0, 600.0, 2.0), cool_down),
         Plan("20 quick taps with the largest weight, sampled at 80 Hz",
-             np.arange(taps.size) / 80.0, taps),
+             np.linspace(0.0, taps.size / 80.0, taps.size), taps),
         Plan("one slow ramp up and down (1 min) and two fast ones (3 s)",
-             np.arange(ramps.size) / 10.0, ramps),
+             np.linspace(0.0, ramps.size / 10.0, ramps.size), ramps),
         Plan("warming up by 5 K with the largest weight on and off every 20 s",
-             np.arange(warm.size) * 2.0, warm, 5.0),
+             np.linspace(0.0, 2.0 * warm.size, warm.size), warm, 5.0),
     )  # fmt: skip
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -173,15 +173,12 @@ def _solve(problem: Problem, at: FloatArray, columns: FloatArray) -> tuple[Float
     """Generalised least squares on calibration and columns, and without each block."""
     scale = np.sqrt(np.mean(columns**2, axis=0))
     scale = np.where(scale > 0, scale, 1.0)
-    local = Problem(
-        residual=at, calibration=problem.calibration,
-        calibration_names=problem.calibration_names, columns=columns / scale,
+    local = replace(
+        problem,
+        residual=at,
+        columns=columns / scale,
         signatures=tuple(Signature("", "", str(i), "") for i in range(columns.shape[1])),
-        block=problem.block, output=problem.output, sequence=problem.sequence,
-        outputs=problem.outputs, units=problem.units, noise=problem.noise,
-        tolerance=problem.tolerance, rate_hz=problem.rate_hz, tracking=problem.tracking, alike=problem.alike,
-        drifts=problem.drifts,
-    )  # fmt: skip
+    )
     grams, _ = whitened_grams(local, np.empty((at.size, 0)))
     sizes, without = joint_sizes(grams, grams.calibration, grams.candidates)
     return sizes / scale, without / scale

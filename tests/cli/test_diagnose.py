@@ -1,0 +1,178 @@
+"""``footcal diagnose`` as the shell runs it, on data with an effect hidden by foreign code."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from footcal_cli.records import DiagnosisRecord, ParametersRecord, read_record
+from tests.conftest import Run
+
+CELLS = ("left_fl", "left_fr", "left_rl")
+STEPS = np.array([0.0, 1.0, 3.0, 6.0, 10.0, 15.0, 20.0, 15.0, 10.0, 6.0, 3.0, 1.0, 0.0])
+
+
+def lagging(load: np.ndarray, width: float) -> np.ndarray:
+    """A cell that stays behind by half a width, more so after turning (play with friction)."""
+    state, shown = 0.0, np.empty_like(load)
+    for i, x in enumerate(load):
+        state = min(max(state, x - 4.0), x + 4.0)
+        shown[i] = x + width / 8.0 * (state - x)
+    return shown
+
+
+def write_weights(path: Path, seed: int, width: float, sessions: int = 6) -> None:
+    """Ladders up and down on three cells and several days, with noise and a gain of each day."""
+    rng = np.random.default_rng(seed)
+    load = np.repeat(STEPS, 6)
+    rows = []
+    for cell in CELLS:
+        scale = -3.4e-5 * (1 + 0.02 * rng.standard_normal())
+        for day in range(sessions):
+            force = lagging(load, width) * (1 + 0.001 * rng.standard_normal())
+            force = force + 0.01 * rng.standard_normal() + 0.03 * rng.standard_normal(load.size)
+            rows.append(
+                pd.DataFrame(
+                    {
+                        "channel": cell,
+                        "load_n": load,
+                        "counts": np.rint(8.3e6 + force / scale),
+                        "time_s": 3.0 * np.arange(load.size),
+                        "session": f"day {day + 1}",
+                    }
+                )
+            )
+    pd.concat(rows).to_csv(path, index=False)
+
+
+def diagnosed(run: Run, log: Path, out: Path, *more: object) -> DiagnosisRecord:
+    answer = run(
+        "diagnose", log, "--experiment", "weights", "--tolerance-n", "0.02", "--out", out, *more
+    )
+    assert answer.exit_code == 0, answer.err
+    return read_record(DiagnosisRecord, out / "diagnosis.json")
+
+
+def test_hidden_hysteresis_is_named_sized_and_worth_something(run: Run, tmp_path: Path) -> None:
+    write_weights(tmp_path / "weights.csv", 1, width=0.5)
+    record = diagnosed(run, tmp_path / "weights.csv", tmp_path / "out")
+    assert record.verdict == "named"
+    (cause,) = record.causes
+    assert (cause.effect, cause.where) == ("hysteresis", "all cells")
+    assert cause.sd is not None
+    assert abs(cause.size - 0.5) < 4 * cause.sd < 0.1
+    assert cause.held_out_gain is not None
+    assert cause.held_out_gain.ci95 is not None
+    assert cause.held_out_gain.ci95[0] > 0
+    status = {row.effect: row.status for row in record.effects}
+    assert status["hysteresis"] == "present"
+    assert status["temperature_bias"] == "not_testable"
+    report = (tmp_path / "out/report.html").read_text("utf-8")
+    assert report.index("Evidence") < report.index("data:image/png")
+    assert "hysteresis" in record.sentence
+
+
+def test_the_extended_model_is_read_and_leaves_nothing(run: Run, tmp_path: Path) -> None:
+    write_weights(tmp_path / "weights.csv", 2, width=0.5)
+    diagnosed(run, tmp_path / "weights.csv", tmp_path / "first")
+    extended = tmp_path / "first/parameters_extended.json"
+    parameters = read_record(ParametersRecord, extended)
+    assert [e.effect for e in parameters.effects] == ["hysteresis"]
+    assert parameters.parameters["all.hysteresis_width"].value == pytest.approx(0.5, abs=0.06)
+    again = diagnosed(run, tmp_path / "weights.csv", tmp_path / "second", "--parameters", extended)
+    assert again.verdict == "none"
+
+
+def test_clean_weights_name_nothing_and_say_what_would_have_shown(run: Run, tmp_path: Path) -> None:
+    write_weights(tmp_path / "weights.csv", 3, width=0.0)
+    record = diagnosed(run, tmp_path / "weights.csv", tmp_path / "out")
+    assert record.verdict == "none"
+    assert not record.causes
+    hysteresis = next(row for row in record.effects if row.effect == "hysteresis")
+    assert hysteresis.detectable is not None
+    assert hysteresis.detectable < 0.2
+    verdict = json.loads((tmp_path / "out/run.json").read_text("utf-8"))["verdict"]
+    assert any("would have shown" in line for line in verdict["details"])
+    assert any("could NOT" in line for line in verdict["details"])
+
+
+def test_an_effect_left_out_of_the_table_gets_no_confident_other_name(
+    run: Run, tmp_path: Path
+) -> None:
+    write_weights(tmp_path / "weights.csv", 4, width=0.5)
+    record = diagnosed(run, tmp_path / "weights.csv", tmp_path / "out", "--without", "hysteresis")
+    assert record.verdict in ("unknown", "ambiguous", "named+unknown")
+    assert all(row.effect != "hysteresis" for row in record.effects)
+
+
+def test_too_few_sessions_are_called_so(run: Run, tmp_path: Path) -> None:
+    write_weights(tmp_path / "weights.csv", 5, width=0.5, sessions=2)
+    record = diagnosed(run, tmp_path / "weights.csv", tmp_path / "out")
+    assert record.verdict == "underpowered"
+    assert "Record at least 4 more" in record.sentence
+
+
+def test_table_2_of_seed_1(run: Run, repository: Path, tmp_path: Path) -> None:
+    answer = run(
+        "diagnose", "--recipe", repository / "recipes/seed1_table2.toml",
+        "--experiment", "weights", "--out", tmp_path / "out",
+    )  # fmt: skip
+    assert answer.exit_code == 0, answer.err
+    record = read_record(DiagnosisRecord, tmp_path / "out/diagnosis.json")
+    assert record.verdict == "bad-data"
+    assert not record.causes
+    details: list[str] = json.loads((tmp_path / "out/run.json").read_text("utf-8"))["verdict"][
+        "details"
+    ]
+    said = " ".join(details)
+    assert "Affine inadequate" in said
+    assert "Shared compressive curve: 8 of 8" in said
+    assert "cannot separate nonlinearity from creep or the order of loading" in said
+    assert "four unrepeated points" in said
+    assert "up and down" in record.experiment
+    assert {"readings_repeat_across_channels"} <= {f.code for f in record.findings}
+
+
+def test_a_walk_of_the_physics_engine_with_a_faulty_cell(
+    run: Run, repository: Path, tmp_path: Path
+) -> None:
+    samples = repository / "sample_data/biped"
+    recipe = tmp_path / "nao.toml"
+    text = (repository / "recipes/nao_simulated.toml").read_text("utf-8")
+    if "zero_counts" not in text:
+        text = text.replace("[robot.nameplate]", "[robot.nameplate]\nzero_counts = 8320000.0")
+    recipe.write_text(text, "utf-8")
+
+    def verdict(name: str) -> DiagnosisRecord:
+        answer = run(
+            "diagnose", samples / f"{name}_cells.parquet", samples / f"{name}_body.parquet",
+            "--recipe", recipe, "--experiment", "walk", "--out", tmp_path / name,
+        )  # fmt: skip
+        assert answer.exit_code == 0, answer.err
+        return read_record(DiagnosisRecord, tmp_path / name / "diagnosis.json")
+
+    faulty = verdict("walk_004_faulty")
+    named = {c.effect for c in faulty.causes} | {n for group in faulty.rivals for n in group}
+    assert "hysteresis" in named
+    assert faulty.verdict in ("named", "ambiguous")
+    assert verdict("walk_004").verdict == "none"
+
+
+def test_explain_and_refusals(run: Run, tmp_path: Path) -> None:
+    told = run("diagnose", "--explain", "hysteresis")
+    assert told.exit_code == 0
+    assert "looks like" in told.out
+    misspelt = run("diagnose", "--explain", "hysteresys")
+    assert misspelt.exit_code == 2
+    assert "hysteresis" in misspelt.err
+    write_weights(tmp_path / "weights.csv", 6, width=0.0, sessions=1)
+    unknown: Any = run(
+        "diagnose", tmp_path / "weights.csv", "--without", "gremlins", "--out", tmp_path / "out"
+    )
+    assert unknown.exit_code == 2
+    assert "gremlins" in unknown.err
