@@ -163,6 +163,19 @@ def test_the_paper_solved_as_the_linear_problem_it_is() -> None:
     np.testing.assert_allclose(fit.cop_m(used), used.raw_cop_m + design @ normal, atol=1e-9)
 
 
+def test_written_coefficients_give_the_corrected_cop() -> None:
+    _, _, rows, _ = bench(3, position_m=0.004, repeats=2)
+    rows = rows.select(rows.valid)
+    for model in (AFFINE, FULL):
+        fit = fit_cop(model, rows)
+        x, y = rows.raw_cop_m.T
+        known = {"1": np.ones_like(x), "x": x, "y": y, "x²": x * x, "xy": x * y, "y²": y * y}
+        known |= dict(zip(CELLS, rows.forces_n.T, strict=True))
+        terms = np.column_stack([known[name] for name in model.terms(CELLS)])
+        corrected = rows.raw_cop_m + terms @ fit.coefficients()
+        np.testing.assert_allclose(corrected, fit.cop_m(rows), atol=1e-12)
+
+
 def test_one_weight_leaves_the_forces_collinear_and_ridge_keeps_it_useful() -> None:
     """With one load the cell forces sum to a constant: eq. (4) as printed is nearly singular."""
     rng = np.random.default_rng(5)
