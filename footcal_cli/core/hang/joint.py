@@ -164,10 +164,16 @@ def fit_hang(logs: Sequence[Log], options: HangOptions | None = None) -> HangFit
         )
         for run in runs
     ]
-    model, designs = _seen_harmonics(model, designs)
+    grams = [z.T @ z for z in designs]
     wrenches = [run.wrench for run in runs]
     weight_n = runs[0].leg_weight_n
-    triangles = [triangle(z, w) for z, w in zip(designs, wrenches, strict=True)]
+    order = _seen_order(model, grams)
+    if order < model.order:
+        kept = np.r_[: 1 + 2 * order, model.com_columns : designs[0].shape[1]]
+        model = replace(model, order=order)
+        designs = [z[:, kept] for z in designs]
+        grams = [gram[np.ix_(kept, kept)] for gram in grams]
+    triangles = [triangle(*each) for each in zip(designs, wrenches, grams, strict=True)]
     if asked.noise_sd is None and samples - sum(z.shape[1] for z in designs) >= _MIN_NOISE_DOF:
         residuals = [
             w - z @ np.linalg.lstsq(*triangle, rcond=SEEN)[0]
@@ -198,24 +204,15 @@ def _of_order(full: HangModel, lower: HangModel, theta: FloatArray) -> FloatArra
     return lower.join(fewer, theta[theta.size - tilts :])
 
 
-def _seen_harmonics(
-    model: HangModel, designs: Sequence[FloatArray]
-) -> tuple[HangModel, list[FloatArray]]:
-    """Drop the harmonics that the shaft angles cannot tell apart (a leg that does not turn)."""
+def _seen_order(model: HangModel, grams: Sequence[FloatArray]) -> int:
+    """Harmonics that the shaft angles can tell apart; 0 for a leg that does not turn."""
     columns = model.com_columns
-    gram = np.zeros((columns, columns))
-    for z in designs:
-        gram += z[:, :columns].T @ z[:, :columns]
-    order = model.order
-    while order > 0:
+    gram = np.sum([g[:columns, :columns] for g in grams], axis=0)
+    for order in range(model.order, 0, -1):
         kept = 1 + 2 * order
         if np.linalg.eigvalsh(gram[:kept, :kept] / gram[0, 0])[0] > _PHASE_CONDITION:
-            break
-        order -= 1
-    if order == model.order:
-        return model, list(designs)
-    others = np.r_[: 1 + 2 * order, columns : designs[0].shape[1]]
-    return replace(model, order=order), [z[:, others] for z in designs]
+            return order
+    return 0
 
 
 def _noise_from_fit(

@@ -51,10 +51,13 @@ def hang_runs(logs: Sequence[Log]) -> tuple[tuple[HangRun, ...], str]:
     for log in logs:
         if len(log) == 0:
             continue
-        if not np.isfinite(log.readings).all():
+        # One sum instead of a mask: it is a number only if every reading is.
+        if not np.isfinite(log.readings.sum()):
             raise ValueError("readings that are not numbers: drop those rows first")
         direction = log.known["gravity_dir"]
-        breaks = np.flatnonzero((direction[1:] != direction[:-1]).any(axis=1)) + 1
+        x, y, z = direction.T
+        turned = (x[1:] != x[:-1]) | (y[1:] != y[:-1]) | (z[1:] != z[:-1])
+        breaks = np.flatnonzero(turned) + 1
         edges = np.concatenate([[0], breaks, [len(log)]])
         for start, stop in pairwise(edges):
             part = slice(start, stop)

@@ -19,7 +19,7 @@ from footcal_cli.core.parameters import FloatArray
 
 _MAX_STEPS = 30
 _FIRST_DAMPING = 1e-4
-_STEP_SD = 1e-3
+_DECREMENT = 1e-6
 SEEN = 1e-7
 """Singular values below this share of the largest count as none."""
 
@@ -89,7 +89,7 @@ class Summary:
                 damping = max(10.0 * damping, _FIRST_DAMPING)
                 continue
             theta, left, cost, damping = theta + step, tried, tried_cost, 0.1 * damping
-            if np.abs(step / scale).max() < _STEP_SD:
+            if gradient @ step < _DECREMENT:
                 break
         return theta
 
@@ -173,9 +173,14 @@ class Summary:
         return theta
 
 
-def triangle(z: FloatArray, w: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """R (d, d) and y (d, c) with ``‖R c − y‖²`` equal to ``‖z c − w‖²`` but for a constant."""
-    eigenvalues, vectors = np.linalg.eigh(z.T @ z)
+def triangle(
+    z: FloatArray, w: FloatArray, gram: FloatArray | None = None
+) -> tuple[FloatArray, FloatArray]:
+    """R (d, d) and y (d, c) with ``‖R c − y‖²`` equal to ``‖z c − w‖²`` but for a constant.
+
+    `gram` is ``zᵀ z`` where it is known already.
+    """
+    eigenvalues, vectors = np.linalg.eigh(z.T @ z if gram is None else gram)
     root = np.sqrt(np.clip(eigenvalues, 0.0, None))
     seen = root > SEEN * root[-1]
     factor = np.where(seen, root, 0.0)[:, None] * vectors.T
