@@ -156,13 +156,15 @@ def plot_offset_change(found: OffsetFit, legs: Sequence[str]) -> Figure:
     places = np.arange(len(legs))[::-1]
     for i, axis in enumerate(_AXES):
         axes = grid[i // 3][i % 3]
+        unit = 1.0 if i < 3 else 1e3
         axes.errorbar(
-            found.change[:, i], places, xerr=1.96 * found.change_sd[:, i], fmt="o", color=AFTER,
-            markersize=4, linewidth=1.4,
+            unit * found.change[:, i], places, xerr=1.96 * unit * found.change_sd[:, i], fmt="o",
+            color=AFTER, markersize=4, linewidth=1.4,
         )  # fmt: skip
         axes.axvline(0, color=REFERENCE, linewidth=0.7)
         axes.set_yticks(places, [leg.upper() for leg in legs])
-        tidy(axes, axis, f"change ({'N' if i < 3 else 'Nm'})", "")
+        axes.locator_params(axis="x", nbins=4)
+        tidy(axes, axis, f"change ({'N' if i < 3 else 'mNm'})", "")
     return figure
 
 

@@ -132,25 +132,27 @@ def parameter_sheet(fits: Mapping[str, HangFit]) -> Sheet:
         rows.append(
             (
                 leg,
-                *(_shown(estimates, f"{leg}.{name}") for name in names),
-                f"{fit.model.order}",
+                *(
+                    _shown(estimates, f"{leg}.{name}", 1e3 if "_t" in name else 1.0)
+                    for name in names
+                ),
             )
         )
     return Sheet(
         "Offsets and leg weight",
-        ("leg", "weight (N)", "fx (N)", "fy (N)", "fz (N)", "tx (Nm)", "ty (Nm)", "tz (Nm)",
-         "harmonics"),
+        ("leg", "weight (N)", "fx (N)", "fy (N)", "fz (N)", "tx (mNm)", "ty (mNm)",
+         "tz (mNm)"),
         rows,
         note="± one standard deviation, autocorrelation of the noise counted. A dash in place of "
         "the sd: not observable from these orientations. Seed 2, Table II.",
     )  # fmt: skip
 
 
-def _shown(estimates: Estimates, name: str) -> str:
+def _shown(estimates: Estimates, name: str, factor: float) -> str:
     status = estimates.status[estimates.names.index(name)]
     if status is not Status.ESTIMATED:
         return "– not seen"
-    return with_sd(estimates[name], estimates.sd_of(name))
+    return with_sd(factor * estimates[name], factor * estimates.sd_of(name))
 
 
 def com_sheet(fits: Mapping[str, HangFit]) -> Sheet:

@@ -299,14 +299,14 @@ def offset_sheet(found: OffsetFit, legs: Sequence[str]) -> Sheet:
     rows = []
     for k, leg in enumerate(legs):
         rows.append(
-            (leg, "offset", *(_maybe(found.offset[k, i], found.offset_sd[k, i]) for i in range(6)))
+            (leg, "offset", *(_maybe(found.offset, found.offset_sd, k, i) for i in range(6)))
         )
         rows.append(
-            (leg, "change", *(_maybe(found.change[k, i], found.change_sd[k, i]) for i in range(6)))
+            (leg, "change", *(_maybe(found.change, found.change_sd, k, i) for i in range(6)))
         )
     return Sheet(
         "Offsets from standing",
-        ("leg", "", "fx (N)", "fy (N)", "fz (N)", "tx (Nm)", "ty (Nm)", "tz (Nm)"),
+        ("leg", "", "fx (N)", "fy (N)", "fz (N)", "tx (mNm)", "ty (mNm)", "tz (mNm)"),
         rows,
         note="± one standard deviation; lifted in "
         + ", ".join(f"{leg} {int(n)}" for leg, n in zip(legs, found.lifted, strict=True))
@@ -314,8 +314,12 @@ def offset_sheet(found: OffsetFit, legs: Sequence[str]) -> Sheet:
     )
 
 
-def _maybe(value: float, sd: float) -> str:
-    return "–" if np.isnan(value) else with_sd(float(value), float(sd))
+def _maybe(values: FloatArray, sd: FloatArray, leg: int, axis: int) -> str:
+    """A force in N or a torque in mNm with its sd; a dash where it is not seen."""
+    if np.isnan(values[leg, axis]):
+        return "–"
+    factor = 1.0 if axis < 3 else 1e3
+    return with_sd(factor * float(values[leg, axis]), factor * float(sd[leg, axis]))
 
 
 def offset_rmse(
