@@ -156,7 +156,7 @@ def prior_belief(
 ) -> Belief:
     """What is believed of the cells: an earlier calibration, or the nameplate.
 
-    Yesterday's calibration is widened by the nameplate's bias sd: zeros move over night.
+    A bench calibration is widened by the nameplate's spread: mounting a cell moves scale and zero.
     """
     plate = robot.nameplate
     if record is not None:
@@ -165,7 +165,7 @@ def prior_belief(
             record.value(f"{channel}.bias")
         return belief_from(
             estimates_of(record), channels,
-            least_gain_sd=plate.scale_relative_sd / 2.0, least_bias_sd_n=plate.bias_sd_n,
+            least_gain_sd=plate.scale_relative_sd, least_bias_sd_n=plate.bias_sd_n,
         )  # fmt: skip
     if plate.scale_n_per_count is None:
         raise UsageError(

@@ -44,6 +44,7 @@ class NoiseOptions(Frozen):
     swing_slow_n: float | None = Field(default=None, gt=0)
     swing_slow_s: float | None = Field(default=None, gt=0)
     swing_fixed_n: float | None = Field(default=None, ge=0)
+    swing_fixed_s: float | None = Field(default=None, gt=0)
     gain_walk: float | None = Field(default=None, gt=0)
     bias_walk_n: float | None = Field(default=None, gt=0)
     state_walk: float | None = Field(default=None, gt=0)
@@ -75,6 +76,7 @@ class OnlineReplayOptions(CommandOptions):
     noise: NoiseOptions = NoiseOptions()
     sensitivity: bool = True
     baseline: str | None = None
+    truth: str | None = None
     max_cop_rmse_mm: float | None = Field(default=None, gt=0)
     max_vgrf_rmse_n: float | None = Field(default=None, gt=0)
 
@@ -96,6 +98,10 @@ def online_replay(
     baseline: Annotated[
         str | None,
         typer.Option("--baseline", metavar="FILE.json", help="Calibration to compare with."),
+    ] = None,
+    truth: Annotated[
+        str | None,
+        typer.Option("--truth", metavar="FILE", help="True cell forces, to compare with."),
     ] = None,
     max_cop_rmse_mm: Annotated[
         float | None,
@@ -125,6 +131,7 @@ def online_replay(
         delay_s=delay_s,
         causal=causal,
         baseline=baseline,
+        truth=truth,
         max_cop_rmse_mm=max_cop_rmse_mm,
         max_vgrf_rmse_n=max_vgrf_rmse_n,
     )
@@ -291,17 +298,17 @@ def _noise(
 def _truth(
     session: Session[OnlineReplayOptions], time_s: FloatArray, channels: tuple[str, ...]
 ) -> FloatArray | None:
-    """True cell forces at the samples, from ``[data] truth``; None where there are none."""
+    """True cell forces at the samples, from --truth or ``[data]``; None where there are none."""
     import numpy as np
 
     from footcal_cli.columns import truth_table
     from footcal_cli.core.signals import interpolate_stream
-
-    if not session.recipe.data.get("truth"):
-        return None
     from footcal_cli.tables import read_table
 
-    path = session.recipe.data_paths("truth")[0]
+    given = session.options.truth
+    if given is None and not (session.recipe.data.get("truth") and not session.request.logs):
+        return None
+    path = Path(given) if given is not None else session.recipe.data_paths("truth")[0]
     table = read_table(
         path, truth_table(channels), {}, gravity_mps2=session.recipe.robot.gravity_mps2
     )

@@ -14,7 +14,7 @@ CUTOFF_HZ = 10.0
 TELEMETRY_DELAY_S = 0.02
 """Body stream behind the cells (seed 1, section 2.2: 20 ± 4 ms)."""
 _FILTER_ORDER = 2
-_GAP_PERIODS = 2.5
+_GAP_PERIODS = 3.5
 _ON_STAMP = 1e-9
 
 
@@ -31,7 +31,7 @@ class Clock:
     duplicates, backward
         Rows dropped because their stamp repeats or precedes the one before.
     gaps, longest_gap_s, missing
-        Intervals longer than 2.5 periods, the longest, and the samples that would fill them.
+        Intervals longer than 3.5 periods, the longest, and the samples that would fill them.
     """
 
     keep: IntArray

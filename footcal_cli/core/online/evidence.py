@@ -13,6 +13,7 @@ from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
 _STEADY_SHARE = 1.0 / 3.0
 _LEVEL = 0.95
+_PHASES, _LEAST_CYCLES = 24, 5
 
 
 @dataclass(frozen=True)
@@ -226,6 +227,34 @@ def check_consistency(track: Track, *, skip_s: float = 2.0) -> Consistency:
         whiteness=lagged,
         updates=int(use.sum()),
     )
+
+
+def repetition(track: Track, phase: FloatArray, totals: int, *, skip_s: float = 5.0) -> float:
+    """How much of the totals' error comes back in every gait cycle, as a factor of variance.
+
+    chi² over degrees of freedom of the innovations' means at each phase of the gait, averaged over
+    the totals; at least 1. An error that repeats is counted anew by every cycle though it teaches
+    nothing new: n cycles of it are worth one, which is what this factor takes back.
+
+    Parameters
+    ----------
+    phase
+        Share of the gait cycle of each update, NaN where unknown, shape (u,).
+    totals
+        Number of rows of the whole robot.
+    """
+    use = np.isfinite(phase) & (track.time_s - track.time_s[0] > skip_s)
+    values = []
+    for k in range(totals):
+        normalised = track.innovation[:, k] / track.innovation_sd[:, k]
+        good = use & np.isfinite(normalised)
+        place = np.floor(phase[good] * _PHASES).astype(int)
+        count = np.bincount(place, minlength=_PHASES)
+        total = np.bincount(place, weights=normalised[good], minlength=_PHASES)
+        filled = count >= _LEAST_CYCLES
+        if filled.any():
+            values.append(float(np.mean(total[filled] ** 2 / count[filled])))
+    return max(float(np.mean(values)), 1.0) if values else 1.0
 
 
 @dataclass(frozen=True)

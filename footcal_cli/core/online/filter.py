@@ -17,7 +17,6 @@ from footcal_cli.core.online.jumps import Jump, JumpBank
 from footcal_cli.core.online.rows import Rows
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
-_LASTING_S = 1e4
 _DEFAULT_WEIGHT_N = 53.0
 """Body weight of the robot that the default noise is meant for (seed 1's NAO)."""
 _LOG_2PI = float(np.log(2.0 * np.pi))
@@ -39,9 +38,9 @@ class Noise:
         White error of a swinging cell, per block.
     swing_slow_n, swing_slow_s
         Sd and correlation time of the cell's own slow noise.
-    swing_fixed_n
-        Sd of an error that a swinging cell keeps for good: unloaded it rests on one step of its
-        converter, so its rounding does not average out.
+    swing_fixed_n, swing_fixed_s
+        Sd of an error that a swinging cell keeps from swing to swing: unloaded it rests on one
+        step of its converter, so its rounding does not average out until its bias has drifted on.
     gain_walk, bias_walk_n
         Random walk of each gain (1/√s) and bias (N/√s).
     state_walk
@@ -58,6 +57,7 @@ class Noise:
     swing_slow_n: FloatArray | float = 0.05
     swing_slow_s: FloatArray | float = 0.5
     swing_fixed_n: FloatArray | float = 0.0
+    swing_fixed_s: FloatArray | float = 15.0
     gain_walk: FloatArray | float = 2e-4
     bias_walk_n: FloatArray | float = 0.01
     state_walk: FloatArray | float = 0.01
@@ -153,6 +153,10 @@ class Track:
     jumps: tuple[Jump, ...]
     history: History | None = None
 
+    def inflated(self, factor: float) -> Track:
+        """The same states with all their covariances multiplied; the innovations stay."""
+        return replace(self, sd=self.sd * np.sqrt(factor), covariance=self.covariance * factor)
+
 
 @dataclass(frozen=True)
 class History:
@@ -212,8 +216,8 @@ def _spread(rows: Rows, noise: Noise, walk_factor: FloatArray | None) -> _Tuned:
     white[:, totals:] = named["swing_n"][:, None] * rows.swing_sd_factor
     slow_s = np.where(force, named["force_slow_s"][:, None], named["moment_slow_s"][:, None])
     of_row = np.arange(totals)
-    lasting = np.full(settings, _LASTING_S)
-    for name, time_s in (("swing_slow_n", named["swing_slow_s"]), ("swing_fixed_n", lasting)):
+    for name in ("swing_slow_n", "swing_fixed_n"):
+        time_s = named[name.removesuffix("n") + "s"]
         if np.any(named[name] > 0):
             kept = named[name][:, None] * rows.swing_sd_factor
             slow = np.concatenate([slow, kept], axis=1)

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 
 import numpy as np
 
 from footcal_cli.core.centroidal import MIN_FORCE_N, Pressure, Reference, pressure
-from footcal_cli.core.contact import airborne
+from footcal_cli.core.contact import airborne, gait_cycles
 from footcal_cli.core.effects.body import heading_rad
 from footcal_cli.core.effects.contract import Scope, columns_of
 from footcal_cli.core.experiments import walk
 from footcal_cli.core.log import Log
-from footcal_cli.core.online.evidence import rms
+from footcal_cli.core.online.evidence import repetition, rms
 from footcal_cli.core.online.filter import Guards, Noise, Track, run_filter
 from footcal_cli.core.online.jumps import Jump
 from footcal_cli.core.online.rows import (
@@ -85,6 +86,8 @@ class Memory:
         Noise learnt from the innovations; None where it was given.
     noise
         That was used.
+    repeated
+        Factor on all covariances for errors that repeat in every gait cycle (`repetition`).
     delay_s, delay_sd_s
         Of the body stream behind what the recipe compensated.
     log
@@ -97,6 +100,7 @@ class Memory:
     jumps: tuple[Jump, ...]
     tuning: Tuning | None
     noise: Noise
+    repeated: float
     delay_s: float
     delay_sd_s: float
     log: Log
@@ -196,9 +200,11 @@ def run_memory(log: Log, belief: Belief, options: MemoryOptions | None = None) -
     if "robot.delay" in rows.names:
         at = rows.names.index("robot.delay")
         delay_sd = float(track.sd[-1, at])
-    smoothed = smooth(past)
+    repeated = repetition(track, gait_phase(moved, rows), rows.totals)
+    track = track.inflated(repeated)
+    smoothed = smooth(past).inflated(repeated)
     jumps = tuple(_sized(jump, smoothed) for jump in track.jumps)
-    return Memory(rows, track, smoothed, jumps, tuning, noise, delay, delay_sd, moved)
+    return Memory(rows, track, smoothed, jumps, tuning, noise, repeated, delay, delay_sd, moved)
 
 
 def _without_unseen_plates(rows: Rows, noise: Noise, guards: Guards) -> Rows:
@@ -213,6 +219,16 @@ def _without_unseen_plates(rows: Rows, noise: Noise, guards: Guards) -> Rows:
     with_plates = run_filter(rows, noise, replace(guards, jump_threshold=np.inf)).log_likelihood
     without = run_filter(bare, noise, replace(guards, jump_threshold=np.inf)).log_likelihood
     return rows if with_plates > without + _PLATE_EVIDENCE_NATS else bare
+
+
+def gait_phase(log: Log, rows: Rows) -> FloatArray:
+    """Share of its gait cycle that each update has come to, NaN outside of whole cycles, (u,)."""
+    cycle = gait_cycles(log.known["contact"])
+    phase = np.full(len(log), np.nan)
+    starts = np.flatnonzero(np.diff(cycle) > 0) + 1
+    for start, stop in pairwise(starts):
+        phase[start:stop] = np.arange(stop - start) / (stop - start)
+    return phase[rows.last_sample]
 
 
 def _sized(jump: Jump, smoothed: Track) -> Jump:

@@ -22,7 +22,7 @@ from footcal_cli.core.signals import (
 )
 
 _LONGEST_BODY_GAP_PERIODS = 5.0
-_CELL_GAP_PERIODS = 2.5
+_CELL_GAP_PERIODS = 3.5
 
 
 @dataclass(frozen=True)

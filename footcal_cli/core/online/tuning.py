@@ -17,9 +17,11 @@ from footcal_cli.core.online.jumps import Jump
 from footcal_cli.core.online.rows import Rows
 from footcal_cli.core.parameters import FloatArray
 
-LEARNT = tuple(f.name for f in fields(Noise) if f.name not in ("swing_slow_s", "swing_fixed_n"))
+_GIVEN = ("swing_slow_s", "swing_fixed_n", "swing_fixed_s")
+LEARNT = tuple(f.name for f in fields(Noise) if f.name not in _GIVEN)
 """An error that a swinging cell keeps looks like its bias: the converter's step tells it."""
 _FURTHEST = 6.0
+_MOST_CAUTION = 1.1
 _PRIOR_SD_LOG, _PRIOR_SD_LOG_TIME = 1.5, 0.5
 """Prior on the logarithm of each noise about its start: a factor of 4.5 is one sd.
 
@@ -37,7 +39,7 @@ class Tuning:
     Parameters
     ----------
     noise
-        The optimum.
+        The optimum, random walks one sd above it.
     log_likelihood
         Before and after.
     sd_log
@@ -127,4 +129,9 @@ def learn_noise(
         step = np.clip(1.0 / np.sqrt(curvature), 0.1, _FIRST_STEP)
         if gained < 0.2:
             break
-    return Tuning(Noise.of(np.exp(point)), (first, best), 1.0 / np.sqrt(curvature), tuple(learnt))
+    sd_log = 1.0 / np.sqrt(curvature)
+    # walks at the upper end of what the innovations allow: too small a walk is blind to drift and
+    # sure of itself, one too large costs next to nothing
+    walks = np.array([name.endswith(("_walk", "_walk_n")) for name in learnt], dtype=bool)
+    point[at[walks]] += np.minimum(sd_log[walks], _MOST_CAUTION)
+    return Tuning(Noise.of(np.exp(point)), (first, best), sd_log, tuple(learnt))
