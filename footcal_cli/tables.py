@@ -163,8 +163,9 @@ def has_columns(path: Path, table: TableType, columns: Mapping[str, ForeignColum
     return True
 
 
-def write_parquet(data: pd.DataFrame, path: Path) -> None:
-    """Write a table as Parquet: zstd, no index, the same bytes for the same data."""
+def write_parquet(columns: pd.DataFrame | Mapping[str, object], path: Path) -> None:
+    """Write a table, or columns (n,) by name, as Parquet: zstd, no index, repeatable bytes."""
+    data = columns if isinstance(columns, pd.DataFrame) else pd.DataFrame(dict(columns))
     pq.write_table(
         pa.Table.from_pandas(data, preserve_index=False).replace_schema_metadata(None),
         path,

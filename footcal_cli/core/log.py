@@ -47,7 +47,7 @@ class Log:
                 raise ValueError(f"{name} has {array.shape[:1]} rows, expected {rows}")
 
     def __len__(self) -> int:
-        return self.time_s.shape[0]
+        return int(self.time_s.size)
 
     def with_readings(self, readings: FloatArray) -> Log:
         """The same recording with other readings."""

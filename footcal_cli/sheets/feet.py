@@ -73,10 +73,10 @@ def verdict(stages: Mapping[str, FloatArray], data: PoseData, mounted: bool) -> 
             f"({number(lifted['before'], 2)} N with a tare); it should be zero.",
             details=tuple(details),
         )
-    error = float(np.sqrt(np.mean(_weight_error(stages["after"], data) ** 2)))
+    off = float(np.sqrt(np.mean(_weight_error(stages["after"], data) ** 2)))
     return VerdictRecord(
         level="good" if mounted else "warning",
-        sentence=f"The feet carry the robot's weight to {number(error, 2)} N RMS.",
+        sentence=f"The feet carry the robot's weight to {number(off, 2)} N RMS.",
         details=tuple(details),
     )
 
