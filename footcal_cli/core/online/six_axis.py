@@ -25,6 +25,7 @@ PRIOR_SD: Mapping[str, tuple[str, float]] = {
     "weight": ("N", 3.0),
 }
 """Kind of unknown -> unit and prior sd: transducers zeroed at an unknown time."""
+_KNOWN_MASS = 0.002
 TORQUE_ARM_M = 0.05
 """A torque row's noise over a force row's."""
 
@@ -45,11 +46,14 @@ def six_axis_rows(
     samples_per_update
         Samples averaged to one block.
     scales
-        Whether the scale of each axis is unknown; otherwise only offsets are.
+        Whether the scale of each axis is unknown; otherwise only offsets are. With free scales
+        the mass is taken as known.
     prior_sd
         Prior sd of kinds of unknowns where they differ from `PRIOR_SD`.
     """
     sd = {kind: spec[1] for kind, spec in PRIOR_SD.items()} | dict(prior_sd or {})
+    if scales:  # a common scale and the mass are the same thing: one of them must be known
+        sd["mass_correction"] = _KNOWN_MASS * float(np.mean(log.known["mass_kg"]))
     feet = walk.feet_of(log)
     names, units, scale = [], [], []
 
