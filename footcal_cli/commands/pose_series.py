@@ -116,6 +116,6 @@ def _pair_sheet(fits: list[SeriesFit]) -> Sheet:
             for fit in fits
         ],
         note="Offset of the second minus that of the first carried over, in N and Nm, with the "
-        "weight of the segment between them in it. ± is the scatter in quiet standing; one degree of "
-        "error in the turn moves the forces by 1.7 % of the load as well.",
+        "weight of the segment between them in it. ± is the scatter in quiet standing; one degree "
+        "of error in the turn moves the forces by 1.7 % of the load as well.",
     )  # fmt: skip
