@@ -23,9 +23,27 @@ $(VENV)/.installed-dev: $(VENV)/.installed
 .PHONY: install
 install: $(VENV)/.installed  ## Create the environment and install footcal.
 
+FOOTCAL := $(BIN)/footcal
+BIPED := sample_data/biped
+
 .PHONY: demo
-demo: $(VENV)/.installed  ## Calibrate the published weights of seed 1 and say where the report is.
-	$(BIN)/footcal offline-fit --recipe recipes/seed1_table2.toml --out $(OUT)/seed1_table2 --overwrite
+demo: $(VENV)/.installed  ## Install, run every command on sample data, say where the reports are.
+	$(FOOTCAL) check --recipe recipes/seed1_table2.toml --out $(OUT)/check --overwrite --quiet
+	$(FOOTCAL) offline-fit --recipe recipes/bench_foot.toml --out $(OUT)/bench_foot --overwrite --quiet
+	$(FOOTCAL) offline-fit --recipe recipes/nao_walk.toml --out $(OUT)/cells --overwrite --quiet
+	$(FOOTCAL) static-init $(BIPED)/stand_cells.parquet $(BIPED)/stand_body.parquet \
+		--recipe recipes/nao_walk.toml --parameters $(OUT)/cells/parameters.json \
+		--out $(OUT)/stand --overwrite --quiet
+	$(FOOTCAL) online-replay --recipe recipes/nao_walk.toml \
+		--parameters $(OUT)/cells/parameters.json --out $(OUT)/walk --overwrite --quiet
+	$(FOOTCAL) hang-calib --recipe recipes/hexapod.toml --out $(OUT)/hang --overwrite --quiet
+	$(FOOTCAL) pose-calib --recipe recipes/hexapod.toml \
+		--parameters $(OUT)/hang/parameters.json --out $(OUT)/pose --overwrite --quiet
+	$(FOOTCAL) simulate --recipe recipes/nao_simulated.toml --out $(OUT)/simulated --overwrite --quiet
+	$(FOOTCAL) diagnose --experiment weights --recipe recipes/bench_foot.toml \
+		--parameters $(OUT)/bench_foot/parameters.json --out $(OUT)/diagnosis --overwrite
+	$(FOOTCAL) offline-fit --recipe recipes/seed1_table2.toml --out $(OUT)/seed1_table2 --overwrite
+	@echo; echo "Reports of the demo:"; ls $(OUT)/*/report.html
 
 .PHONY: test
 test: $(VENV)/.installed-dev  ## Install what the tests need and run them.
@@ -37,6 +55,23 @@ check: $(VENV)/.installed-dev  ## Lint, types and tests; before each commit.
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(MAKE) test
+
+.PHONY: studies
+studies: $(VENV)/.installed-dev  ## Slow studies: coverage, bounds, seeds; figures to $(OUT)/studies.txt.
+	@mkdir -p $(OUT)
+	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -m slow -s | tee $(OUT)/studies.txt
+
+.PHONY: blind
+blind: $(VENV)/.installed-dev  ## The sealed blind bench; resumable; writes docs/blind_bench.md.
+	OMP_NUM_THREADS=1 $(BIN)/python -m tests.blind --out $(OUT)/blind --ledger $(OUT)/blind-ledger
+
+.PHONY: samples
+samples: $(VENV)/.installed-dev  ## Rebuild sample_data/ from the physics engine.
+	$(BIN)/python sample_data/make_samples.py
+
+.PHONY: effects-page
+effects-page: $(VENV)/.installed-dev  ## Rebuild docs/effects.md and its figures.
+	$(BIN)/python docs/make_effects_page.py
 
 .PHONY: bench
 bench: $(VENV)/.installed-dev  ## Benchmarks: ratios measured in one run.
