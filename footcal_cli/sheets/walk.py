@@ -232,6 +232,7 @@ def footer_of(found: Comparison, delay_s: float) -> tuple[str, ...]:
         f"Normalised innovation squared {c.ratio:.3f} (95 % band for independent innovations "
         f"[{c.low:.3f}, {c.high:.3f}]), {100 * c.inside:.0f} % of {c.updates} updates inside their "
         f"own band, lag-one correlation of the force innovation {c.whiteness:.2f}.",
+        f"Covariances × {found.memory.repeated:.2f} for errors that come back in every gait cycle.",
         f"{int(found.memory.track.used.sum())} of {found.memory.track.used.size} updates taught "
         "something; the others changed nothing.",
         f"Delay compensated {1e3 * delay_s:g} ms; window {found.rule.samples} samples every "
