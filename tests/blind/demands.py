@@ -121,6 +121,8 @@ DEMANDS: tuple[Demand, ...] = (
            "at_most"),
     Demand("single, named", "95 % interval covers the size", lambda s: s.covered is not None,
            lambda s: bool(s.covered), 0.90),
+    Demand("single, named", "95 % interval covers the gain (weights)",
+           lambda s: s.gain_covered is not None, lambda s: bool(s.gain_covered), 0.90),
     Demand("two effects, ρ 0.6", "both named", _kind("pair"), lambda s: s.exact, 0.75),
     Demand("two effects, ρ 0.6", "right answer", _kind("pair"), lambda s: s.right, 0.90),
     Demand("two effects, ρ 0.6", "wrong extra name", _kind("pair"), lambda s: s.wrong, 0.02,

@@ -157,9 +157,14 @@ def _power(scores: Sequence[Score]) -> list[str]:
             f"{'' if how == 'interpolated' else words[0] + ' '}{per_rho * rho:.2g} {unit}".strip()
         )
         covered = Share.of(bool(s.covered) for s in mine if s.covered is not None)
-        rows.append([*key, words, size if unit else "–", _brief(covered), str(len(mine))])
+        sets = [len(g) for s in mine for g in s.verdict.rivals if s.right]
+        rivals = f"{np.median(sets):.0f} in {len(sets)}" if sets else "–"
+        rows.append([*key, words, size if unit else "–", _brief(covered), rivals, str(len(mine))])
     rows.sort()
-    head = ["experiment", "hidden", "ρ at power 0.8", "that is", "interval covers, %", "trials"]
+    head = [
+        "experiment", "hidden", "ρ at power 0.8", "that is", "interval covers, %",
+        "names in right rival sets (median)", "trials",
+    ]  # fmt: skip
     return [
         "Size at which the right answer comes in four of five trials (pooled monotone curve "
         "through the ρ tried), in ρ and in the effect's own unit (median over the robots drawn).\n",

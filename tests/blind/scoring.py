@@ -30,6 +30,8 @@ class Verdict:
         Effect -> (size, lowest, highest) of the 95 % interval.
     statuses
         Effect -> statuses of its rows.
+    gains
+        Effect -> (quantity, lowest, highest) of the held-out gain's 95 % interval.
     confidence
         Larger is surer: −log10 of the largest p of the named causes.
     """
@@ -39,6 +41,7 @@ class Verdict:
     rivals: tuple[frozenset[str], ...] = ()
     sizes: Mapping[str, tuple[float, float, float]] | None = None
     statuses: Mapping[str, tuple[str, ...]] | None = None
+    gains: Mapping[str, tuple[str, float, float]] | None = None
     confidence: float = 0.0
 
     @classmethod
@@ -58,6 +61,11 @@ class Verdict:
             for c in causes
             if c.get("ci95") is not None and c.get("size") is not None
         }
+        claims = {str(c["effect"]): c["held_out_gain"] for c in causes if c.get("held_out_gain")}
+        gains = {
+            name: (str(claim["quantity"]), float(claim["ci95"][0]), float(claim["ci95"][1]))
+            for name, claim in claims.items()
+        }
         ps = [float(c["p"]) for c in causes if c.get("p") is not None]
         return cls(
             verdict=verdict,
@@ -66,6 +74,7 @@ class Verdict:
             rivals=rivals,
             sizes=sizes,
             statuses=statuses,
+            gains=gains,
             confidence=float(-np.log10(max(max(ps), 1e-12))) if ps else 0.0,
         )
 
@@ -93,6 +102,8 @@ class Score:
         Column of the confusion matrix.
     covered
         Whether the 95 % interval of a comparable size held the truth; None where not comparable.
+    gain_covered
+        The same of the held-out gain.
     """
 
     truth: Mapping[str, Any]
@@ -103,6 +114,7 @@ class Score:
     alarm: bool
     column: str
     covered: bool | None
+    gain_covered: bool | None = None
 
     @property
     def row(self) -> str:
@@ -158,6 +170,7 @@ def judge(truth: Mapping[str, Any], verdict: Verdict) -> Score:
         alarm,
         _column(verdict, allowed, held),
         _covered(truth, verdict),
+        _gain_covered(truth, verdict),
     )
 
 
@@ -185,6 +198,18 @@ def _covered(truth: Mapping[str, Any], verdict: Verdict) -> bool | None:
     _, low, high = verdict.sizes[effect["right"][0]]
     # the size of a belief or an operator may be counted with the other sign
     return any(low <= sign * effect["size"] <= high for sign in (1.0, -1.0))
+
+
+def _gain_covered(truth: Mapping[str, Any], verdict: Verdict) -> bool | None:
+    """Whether the interval holds the gain that removing the one hidden effect must bring."""
+    if len(truth["effects"]) != 1 or not verdict.gains or len(verdict.names) != 1:
+        return None
+    name = next(iter(verdict.names))
+    if name not in truth["effects"][0]["right"] or name not in verdict.gains:
+        return None
+    quantity, low, high = verdict.gains[name]
+    gain = truth.get("gain", {}).get(quantity)
+    return None if gain is None else bool(low <= gain <= high)
 
 
 @dataclass(frozen=True)

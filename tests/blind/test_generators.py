@@ -72,6 +72,27 @@ def test_hidden_effect_has_the_rho_asked_for_by_an_independent_projection(experi
     assert rho == pytest.approx(0.5, rel=0.03)
 
 
+def test_the_true_gain_is_what_removing_the_effect_brings(tmp_path: Path) -> None:
+    cell = Cell("single", "weights", ("creep/two_stage",), 1.0)
+    truth = make_trial(cell, 33, tmp_path / "t")
+    maker, rng = WORLDS["weights"], np.random.default_rng(33)
+    clean = maker.draw(rng, {"drift": False})
+    sign_free = CATALOGUE["creep/two_stage"]
+    place = int(rng.integers(2**63))
+    hidden = sign_free.act(clean, truth["effects"][0]["size"], np.random.default_rng(place))
+    rms = []
+    for world in (clean, hidden):
+        error, left = maker.error(world.noisy()), 0.0
+        for column in error.T:
+            own = np.isfinite(column)
+            reading = world.noisy().shown[own, 0]
+            design = np.column_stack([np.ones(own.sum()), reading])
+            fitted = np.linalg.lstsq(design, column[own], rcond=None)[0]
+            left += float(np.sum((column[own] - design @ fitted) ** 2))
+        rms.append(np.sqrt(left))
+    assert truth["gain"]["force"] == pytest.approx(1 - rms[0] / rms[1], abs=0.03)
+
+
 def test_a_pure_calibration_error_leaves_nothing() -> None:
     for experiment in ("weights", "placements", "walk"):
         maker = WORLDS[experiment]

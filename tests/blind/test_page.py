@@ -31,7 +31,7 @@ def _truth(cell: Cell) -> dict[str, Any]:
     ]  # fmt: skip
     return {
         "kind": cell.kind, "experiment": cell.experiment, "drift": cell.drift, "rho": cell.rho,
-        "effects": effects, "seconds": 1.0,
+        "effects": effects, "seconds": 1.0, "gain": {"force": 0.3},
     }  # fmt: skip
 
 
@@ -48,10 +48,13 @@ def _oracle(cell: Cell) -> dict[str, Any]:
         return {"verdict": "unknown"}
     groups = [list(i.alias) for i in hidden if i.alias]
     causes = [
-        {"effect": i.right[0], "size": 1.0, "ci95": [0.9, 1.1], "p": 1e-3}
+        {
+            "effect": i.right[0], "size": 1.0, "ci95": [0.9, 1.1], "p": 1e-3,
+            "held_out_gain": {"quantity": "force", "ci95": [0.2, 0.4]},
+        }
         for i in hidden
         if not i.alias
-    ]
+    ]  # fmt: skip
     return {"verdict": "ambiguous" if groups else "named", "causes": causes, "rivals": groups}
 
 

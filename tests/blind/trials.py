@@ -129,6 +129,7 @@ def make_trial(cell: Cell, seed: int, folder: Path) -> dict[str, Any]:
             world, effects = _hide(cell, clean, stick, rng)
         except UnreachableError:
             continue
+        gain = _true_gain(world, stick)
         folder.mkdir(parents=True)
         maker.write(world, folder, rng)
         _add_options(folder / "recipe.toml", clean, stick)
@@ -140,9 +141,24 @@ def make_trial(cell: Cell, seed: int, folder: Path) -> dict[str, Any]:
             "rho": cell.rho,
             "left_out": cell.left_out,
             "effects": effects,
+            "gain": gain,
             "facts": {k: v for k, v in clean.facts.items() if k != "legs"},
         }
     raise UnreachableError(f"{cell}: not reached in {MOST_DRAWS} worlds")
+
+
+def _true_gain(world: World, stick: Yardstick) -> dict[str, float]:
+    """Share of the RMS error that goes when what was hidden is removed, by quantity.
+
+    Only for weights: streams are filtered and placements averaged before they are judged, so that
+    their noise is not the generator's.
+    """
+    if world.experiment != "weights":
+        return {}
+    rows = np.maximum(stick.valid.sum(axis=0), 1)
+    noise = float(np.sum(rows * stick.noise**2))
+    left = float(np.sum((stick.left(world) * stick.noise) ** 2))
+    return {"force": 1.0 - float(np.sqrt(noise / (noise + left)))}
 
 
 def _add_options(recipe: Path, clean: World, stick: Yardstick) -> None:
