@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import traceback
 
@@ -62,6 +63,9 @@ def options(
 
 def main(arguments: list[str] | None = None) -> None:
     """Run the command line; every error leaves as one line and an exit code."""
+    # matrices are small here: threads of the linear algebra cost more than they bring
+    os.environ.setdefault("OMP_NUM_THREADS", "1")
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     given = sys.argv[1:] if arguments is None else list(arguments)
     debug = "--debug" in given
     # --debug works before and behind the command alike

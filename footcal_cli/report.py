@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import io
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from importlib import resources
@@ -110,10 +110,16 @@ def rmse_sheet(rmse: RmseRecord) -> Sheet:
     )  # fmt: skip
 
 
-def render_html(report: Report, run: RunRecord, recipe_text: str) -> str:
-    """One self-contained HTML file."""
+def render_html(
+    report: Report, run: RunRecord, recipe_text: str, images: Mapping[str, bytes]
+) -> str:
+    """One self-contained HTML file; `images` holds each picture's PNG by name."""
     pictures = [
-        {"name": p.name, "caption": p.caption, "data": base64.b64encode(p.png()).decode("ascii")}
+        {
+            "name": p.name,
+            "caption": p.caption,
+            "data": base64.b64encode(images[p.name]).decode("ascii"),
+        }
         for p in report.pictures
     ]
     return _template().render(report=report, run=run, pictures=pictures, recipe_text=recipe_text)

@@ -34,7 +34,7 @@ from footcal_cli.records import (
     read_record,
     write_record,
 )
-from footcal_cli.report import Picture, Report, print_text, render_html, rmse_sheet
+from footcal_cli.report import Report, print_text, render_html, rmse_sheet
 from footcal_cli.tables import Table, digest, has_columns, read_table
 
 _PIPE_WIDTH = 160  # columns of a table that no terminal limits
@@ -260,9 +260,14 @@ def _write(folder: Path, run: RunRecord, outcome: Outcome) -> None:
         write_record(record, folder / name)
     for name, write in outcome.files.items():
         write(folder / name)
-    _write_figures(report.pictures, folder / "figures")
+    images = {picture.name: picture.png() for picture in report.pictures}
+    (folder / "figures").mkdir()
+    for name, image in images.items():
+        (folder / "figures" / f"{name}.png").write_bytes(image)
     recipe_text = json.dumps({**run.recipe, run.command: run.options}, indent=2, ensure_ascii=False)
-    (folder / "report.html").write_text(render_html(report, run, recipe_text), encoding="utf-8")
+    (folder / "report.html").write_text(
+        render_html(report, run, recipe_text, images), encoding="utf-8"
+    )
 
 
 def _write_rmse_csv(rmse: RmseRecord, path: Path) -> None:
@@ -271,12 +276,6 @@ def _write_rmse_csv(rmse: RmseRecord, path: Path) -> None:
         writer = csv.DictWriter(stream, names)
         writer.writeheader()
         writer.writerows(row.model_dump() for row in rmse.rows)
-
-
-def _write_figures(pictures: Iterable[Picture], folder: Path) -> None:
-    folder.mkdir()
-    for picture in pictures:
-        (folder / f"{picture.name}.png").write_bytes(picture.png())
 
 
 def _refuse_nonempty(out: Path, overwrite: bool) -> None:
