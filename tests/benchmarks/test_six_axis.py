@@ -1,10 +1,10 @@
-"""How fast six-axis calibrations are, each against its paper's method in the same run."""
+"""How long six-axis calibrations take, each beside its paper's method in the same run."""
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -19,43 +19,30 @@ from footcal_cli.core.pose.joint import fit_pose
 from tests.core.pose_cases import Case, case
 from tests.core.six_axis_data import TABLE_2, WEIGHT_N, com_m, hang
 
-Record = Callable[[str, object], None]
 
-
-def seconds(call: Callable[[], object], repeats: int = 3) -> float:
-    """Best of some repeats."""
-    best = np.inf
-    for _ in range(repeats):
-        began = time.perf_counter()
-        call()
-        best = min(best, time.perf_counter() - began)
-    return float(best)
-
-
-@pytest.mark.slow
-def test_joint_hanging_fit_of_six_legs_against_the_stepwise_method(
-    record_property: Record,
-) -> None:
-    """Four logs × 6 legs × 10⁴ samples."""
+@pytest.mark.benchmark(group="hanging: 4 logs, 6 legs, 10 000 samples")
+@pytest.mark.parametrize("method", ["joint", "stepwise"])
+def test_hanging(benchmark: Any, method: str) -> None:
+    fit: Callable[[Any], object] = fit_hang if method == "joint" else fit_stepwise
     logs = [
         hang(np.random.default_rng(leg), leg, rows=10_000, rate_hz=50.0).logs for leg in range(6)
     ]
-    joint = seconds(lambda: [fit_hang(log) for log in logs])
-    stepwise = seconds(lambda: [fit_stepwise(log) for log in logs], 1)
-    record_property("joint_s", joint)
-    record_property("stepwise_s", stepwise)
-    assert joint < stepwise / 25.0
+    benchmark.pedantic(lambda: [fit(log) for log in logs], rounds=3)
 
 
-@pytest.mark.slow
-def test_joint_standing_fit_against_the_alternating_scheme(record_property: Record) -> None:
+@pytest.mark.benchmark(group="standing: 543 poses")
+@pytest.mark.parametrize("method", ["joint", "alternating as printed", "alternating, exact"])
+def test_standing(benchmark: Any, method: str) -> None:
     one = case(1, friction_n=3.0)
     com = np.stack([com_m(one.data.phase_rad[:, k]) for k in range(6)], axis=1)
-    joint = seconds(lambda: fit_pose(summarise(one.data), one.legs, one.noise_sd), 5)
-    printed = seconds(lambda: fit_alternating(one.data, TABLE_2, WEIGHT_N, com, printed=True), 1)
-    record_property("joint_s", joint)
-    record_property("as_printed_s", printed)
-    assert joint < printed / 60.0
+
+    def fit() -> object:
+        if method == "joint":
+            return fit_pose(summarise(one.data), one.legs, one.noise_sd)
+        printed = method == "alternating as printed"
+        return fit_alternating(one.data, TABLE_2, WEIGHT_N, com, printed=printed)
+
+    benchmark.pedantic(fit, rounds=3)
 
 
 def written(one: Case, poses: int, path: Path) -> None:
@@ -67,12 +54,13 @@ def written(one: Case, poses: int, path: Path) -> None:
     pd.DataFrame(table).to_parquet(path)
 
 
-def test_fifty_thousand_poses_in_under_a_second_with_reading(tmp_path: Path) -> None:
+@pytest.mark.benchmark(group="standing: 50 000 poses, reading included")
+def test_fifty_thousand_poses(benchmark: Any, tmp_path: Path) -> None:
     one = case(2, poses=2000)
     path, poses = tmp_path / "poses.parquet", 50_000
     written(one, poses, path)
 
-    def whole() -> None:
+    def whole() -> bool:
         table = pq.read_table(path)
         columns = np.stack([column.to_numpy() for column in table.columns], axis=1)
         data = PoseData(
@@ -86,10 +74,9 @@ def test_fifty_thousand_poses_in_under_a_second_with_reading(tmp_path: Path) -> 
             one.data.leg_weight_n,
             np.arange(poses),
         )
-        assert fit_pose(summarise(data), one.legs, one.noise_sd).converged
+        return fit_pose(summarise(data), one.legs, one.noise_sd).converged
 
-    took = seconds(whole, 2)
-    assert took < 1.0
+    assert benchmark.pedantic(whole, rounds=3)
 
 
 def test_work_of_the_iterations_does_not_depend_on_the_number_of_poses() -> None:
