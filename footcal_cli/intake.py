@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from footcal_cli.columns import body_table, cells_table, six_axis_feet_table
 from footcal_cli.core.effects.calibration import AXES
@@ -21,6 +20,7 @@ from footcal_cli.core.online.streams import (
     merge_six_axis,
 )
 from footcal_cli.core.parameters import Estimates, FloatArray, Status
+from footcal_cli.core.spatial import rotation_of_quaternion, rotation_of_rpy
 from footcal_cli.errors import DataError, UsageError
 from footcal_cli.recipe import Robot
 from footcal_cli.records import ParametersRecord
@@ -179,11 +179,6 @@ def prior_belief(
     )
 
 
-def rotation(rpy_rad: tuple[float, float, float]) -> FloatArray:
-    """Roll about x, pitch about y, yaw about z, fixed axes, shape (3, 3)."""
-    return np.asarray(Rotation.from_euler("xyz", rpy_rad).as_matrix(), dtype=float)
-
-
 def _sensor_stream(
     table: Table, channels: tuple[str, ...], feet: tuple[str, ...], lost: float | None
 ) -> SensorStream:
@@ -241,7 +236,7 @@ def _rotations(quaternion: FloatArray) -> FloatArray:
     """Rotation matrices of quaternions x y z w, NaN where one is lost, shape (n, 3, 3)."""
     good = np.isfinite(quaternion).all(axis=1) & (np.linalg.norm(quaternion, axis=1) > 0.5)
     matrices = np.full((len(quaternion), 3, 3), np.nan)
-    matrices[good] = Rotation.from_quat(quaternion[good]).as_matrix()
+    matrices[good] = rotation_of_quaternion(quaternion[good])
     return matrices
 
 
@@ -263,7 +258,7 @@ def _merge_six_axis(
     placed = tuple(
         (
             np.array(foot.transducer_position_m or (0.0, 0.0, 0.0)),
-            rotation(foot.transducer_rotation_rpy_rad),
+            rotation_of_rpy(foot.transducer_rotation_rpy_rad),
         )
         for foot in feet.values()
     )

@@ -19,7 +19,7 @@ ALLOWED: dict[str, set[str]] = {
     "records": {"core", "errors"},
     "plots": {"plots", "core", "records"},
     "report": {"records", "core"},
-    "sheets": {"sheets", "report", "core", "records"},
+    "sheets": {"sheets", "plots", "report", "intake", "recipe", "core", "records"},
     "session": {"columns", "tables", "recipe", "records", "report", "core", "errors"},
     "intake": {"intake", "columns", "tables", "recipe", "records", "session", "core", "errors"},
     "commands": {

@@ -152,7 +152,7 @@ def _logs(
         legs_in_order,
     )
     from footcal_cli.core.hang.model import AXES
-    from footcal_cli.core.pose.intake import rotation_of_rpy
+    from footcal_cli.core.spatial import rotation_of_rpy
     from footcal_cli.errors import DataError, UsageError
 
     robot, options = session.recipe.robot, session.options

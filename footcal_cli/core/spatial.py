@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
@@ -157,3 +159,26 @@ def angle_between_rad(rotation_1: FloatArray, rotation_2: FloatArray) -> FloatAr
     relative = np.swapaxes(rotation_1, -1, -2) @ rotation_2
     angle: FloatArray = np.linalg.norm(rotation_log(relative), axis=-1)
     return angle
+
+
+def rotation_of_quaternion(quaternion: FloatArray) -> FloatArray:
+    """Rotation of quaternions x y z w of any length: (..., 4) to (..., 3, 3)."""
+    x, y, z, w = np.moveaxis(quaternion / np.linalg.norm(quaternion, axis=-1, keepdims=True), -1, 0)
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def rotation_of_rpy(rpy_rad: Sequence[float]) -> FloatArray:
+    """``Rz(yaw) Ry(pitch) Rx(roll)``, shape (3, 3)."""
+    (cr, cp, cy), (sr, sp, sy) = np.cos(rpy_rad), np.sin(rpy_rad)
+    return np.array(
+        [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ]
+    )

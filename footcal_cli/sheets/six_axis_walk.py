@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import pandas as pd
 
 from footcal_cli.core.online.replay import held
 from footcal_cli.core.online.six_axis_replay import SixAxisReplay
@@ -185,7 +184,7 @@ def footer_of(found: SixAxisReplay) -> tuple[str, ...]:
     )
 
 
-def frame_of(found: SixAxisReplay) -> pd.DataFrame:
+def frame_of(found: SixAxisReplay) -> dict[str, object]:
     """``replay.parquet``: calibrated wrenches, estimates, sd, validity and reason per sample."""
     log = found.merged.log
     n = len(log)
@@ -210,4 +209,4 @@ def frame_of(found: SixAxisReplay) -> pd.DataFrame:
         frame[f"{name.replace('.', '_')}_sd"] = sd[:, i]
     frame["used"] = found.merged.validity.valid
     frame["reason"] = found.merged.validity.words()
-    return pd.DataFrame(frame)
+    return frame

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import fields
 
 import numpy as np
-import pandas as pd
 
 from footcal_cli.core.online.comparison import Comparison
 from footcal_cli.core.online.evidence import Interval, rms
@@ -307,7 +306,7 @@ def pictures_of(
     return tuple(pictures)
 
 
-def frame_of(found: Comparison) -> pd.DataFrame:
+def frame_of(found: Comparison) -> dict[str, object]:
     """``replay.parquet``: per sample forces, CoP, parameters, sd, validity and reason."""
     log, ours = found.memory.log, found.replayed["memory"]
     n = len(log)
@@ -333,7 +332,7 @@ def frame_of(found: Comparison) -> pd.DataFrame:
     frame["cop_valid"] = ours.total.valid
     frame["used"] = found.validity.valid
     frame["reason"] = found.validity.words()
-    return pd.DataFrame(frame)
+    return frame
 
 
 def _feet_names(channels: Sequence[str]) -> tuple[str, ...]:

@@ -6,7 +6,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from footcal_cli.core.hang.intake import gravity_of_orientation, legs_in_order
-from footcal_cli.core.pose.intake import frames_of, rotation_of_quaternion, rotation_of_rpy
+from footcal_cli.core.pose.intake import frames_of
+from footcal_cli.core.spatial import rotation_of_quaternion, rotation_of_rpy
 
 
 def test_frames_keep_the_order_of_legs_and_drop_what_is_not_whole() -> None:
