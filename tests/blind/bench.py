@@ -157,7 +157,7 @@ def diagnosed(folder: Path, run: Path) -> dict[str, Any]:
         diagnosis += ["--without", left_out]
     steps.append(diagnosis)
     for step in steps:
-        code, said = _footcal(step)
+        code, said = footcal(step)
         if code not in (0, 1, 3):
             return {
                 "verdict": "error",
@@ -209,7 +209,7 @@ def _undrawn() -> Iterator[None]:
         yield
 
 
-def _footcal(arguments: Sequence[str | Path]) -> tuple[int, str]:
+def footcal(arguments: Sequence[str | Path]) -> tuple[int, str]:
     """Run footcal as the shell does, quietly; exit code and what it said."""
     said = io.StringIO()
     with _undrawn(), contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):

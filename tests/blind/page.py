@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
@@ -74,12 +75,31 @@ def _provenance(scores: Sequence[Score], run: Mapping[str, Any]) -> str:
         f"{len(run['unreachable'])} planned trials were not made because the effect hides in the "
         "calibration at any size.",
     ]
+    lines.append(_enough(scores))
     if seconds:
         lines.append(
             f"- Calibration and diagnosis took {np.median(seconds):.1f} s per trial (median), "
             f"{max(seconds):.0f} s at most, one core."
         )
     return "\n".join(lines) + "\n"
+
+
+def _enough(scores: Sequence[Score]) -> str:
+    """Whether there are as many trials as the demands ask for."""
+    nulls = sum(s.truth["kind"] == "null" for s in scores)
+    cells = Counter(
+        (group_of(s), s.truth["effects"][0]["key"], s.truth["rho"])
+        for s in scores
+        if s.truth["kind"] == "single"
+    )
+    fewest = min(cells.values(), default=0)
+    ending = (
+        "" if nulls >= 200 and fewest >= 30 else ": **too few to judge by, read the intervals**"
+    )
+    return (
+        f"- {nulls} nulls (200 asked); {fewest} to {max(cells.values(), default=0)} trials per "
+        f"effect, size and experiment that was reached at all (30 asked){ending}."
+    )
 
 
 def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
