@@ -96,6 +96,11 @@ def _foreign(s: Score) -> bool:
     return _single(1.0)(s) and bool(s.truth["effects"][0]["foreign"])
 
 
+def _sized(*, foreign: bool) -> Chosen:
+    """A foreign implementation is another model: its size is comparable, its interval less so."""
+    return lambda s: s.covered is not None and s.truth["effects"][0]["foreign"] is foreign
+
+
 def _both_rivals(s: Score) -> bool:
     """The rival set holds the effect and at least one of its aliases."""
     effect = s.truth["effects"][0]
@@ -119,7 +124,9 @@ DEMANDS: tuple[Demand, ...] = (
     ),
     Demand("single, all ρ", "confident wrong name", _kind("single"), lambda s: s.wrong, 0.01,
            "at_most"),
-    Demand("single, named", "95 % interval covers the size", lambda s: s.covered is not None,
+    Demand("single, named", "95 % interval covers the size", _sized(foreign=False),
+           lambda s: bool(s.covered), 0.90),
+    Demand("single, foreign, named", "95 % interval covers the size", _sized(foreign=True),
            lambda s: bool(s.covered), 0.90),
     Demand("single, named", "95 % interval covers the gain (weights)",
            lambda s: s.gain_covered is not None, lambda s: bool(s.gain_covered), 0.90),
