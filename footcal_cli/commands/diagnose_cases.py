@@ -190,30 +190,32 @@ def _placements(session: Session[DiagnoseOptions]) -> CaseRead:
     logs = []
     for name in dict.fromkeys(foot):
         mine = np.flatnonzero(foot == name)
+        if timed:
+            mine = mine[np.argsort(stamps[mine], kind="stable")]
+        # readings in a row with the same weight in the same hole are one placement; a weight put
+        # there again later is another, and all that lies on a hole in one go is one block
         key = np.column_stack([hole[mine].round(6), load[mine].round(6)])
-        _, placement = np.unique(key, axis=0, return_inverse=True)
-        placement = placement.ravel()
+        placement = np.cumsum(np.any(np.diff(key, axis=0, prepend=key[:1]) != 0, axis=1))
         number = int(placement.max()) + 1
 
         def mean(values: FloatArray, at: Any = mine, of: Any = placement, n: int = number) -> Any:
             return np.stack([values[at][of == p].mean(axis=0) for p in range(n)])
 
         place = mean(hole)
-        _, block = np.unique(place.round(6), axis=0, return_inverse=True)
+        moved = np.any(np.diff(place.round(6), axis=0, prepend=place[:1].round(6)) != 0, axis=1)
+        block = np.cumsum(moved)
         when = mean(stamps) if timed else np.arange(float(number))
-        order = np.lexsort((when, block.ravel()))
         position = np.array([[c.x_m, c.y_m] for c in robot.feet[str(name)].cells.values()])
         known = {
-            "load_n": mean(load)[order],
-            "hole_m": place[order],
+            "load_n": mean(load),
+            "hole_m": place,
             "cell_pos_m": np.tile(position, (number, 1, 1)),
         }
         channels = tuple(f"{name}_{cell}" for cell in cells)
-        logs.append(
-            Log("placements", channels, when[order], mean(counts)[order], known,
-                block.ravel()[order].astype(np.int64))
-        )  # fmt: skip
-    channels = tuple(c for log in logs for c in log.channels)
+        whole = Log("placements", channels, when, mean(counts), known, block.astype(np.int64))
+        rounds = _round_of(np.column_stack([place, mean(load)]).round(6))
+        logs += [_rows(whole, rounds == r) for r in np.unique(rounds)]
+    channels = tuple(dict.fromkeys(c for log in logs for c in log.channels))
     chain, values = chain_of(_needed(session), channels, ("scale_bias",))
     largest = float(np.max(np.abs(load)))
     case = Case(
@@ -225,10 +227,24 @@ def _placements(session: Session[DiagnoseOptions]) -> CaseRead:
         tolerance_n=session.options.tolerance_n or 0.005 * largest,
         tolerance_nm=session.options.tolerance_mm / 1000.0 * largest,
         alike=False,
+        calibration_per_log=True,
         groups={f"{foot}.{o}": o for foot in robot.feet for o in ("fz", "moment_x", "moment_y")},
     )
     untested = {} if timed else dict.fromkeys((*TIMED, "slip"), "the rows have no time stamps")
     return CaseRead(case, [], untested)
+
+
+def _round_of(placement: FloatArray) -> Any:
+    """How often the same weight had been put into the same hole before, shape (n,)."""
+    import numpy as np
+
+    _, kind = np.unique(placement, axis=0, return_inverse=True)
+    seen: dict[int, int] = {}
+    rounds = np.empty(len(placement), dtype=np.int64)
+    for i, k in enumerate(kind.ravel().tolist()):
+        rounds[i] = seen.get(k, 0)
+        seen[k] = rounds[i] + 1
+    return rounds
 
 
 def _balanced(session: Session[DiagnoseOptions]) -> CaseRead:

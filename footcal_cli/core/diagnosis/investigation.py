@@ -208,10 +208,10 @@ def investigate(
     )
 
 
-LOOK_ALIKE = 0.8
+LOOK_ALIKE = 0.6
 """|cos| from which a cause that explains nearly as much is refitted in full too."""
 NEARLY = 0.5
-MOST_CONTENDERS = 3
+MOST_CONTENDERS = 4
 
 
 def _decided(

@@ -64,12 +64,17 @@ def calibration_columns(case: Case, rows: Rows) -> tuple[FloatArray, FloatArray]
     if not parts:
         return np.empty((rows.row.size, 0)), np.empty((0, 0))
     raw = np.stack(parts, axis=1)
+    change = np.diag(steps)
+    if case.calibration_per_log:
+        logs = np.unique(rows.log)
+        raw = np.hstack([np.where((rows.log == i)[:, None], raw, 0.0) for i in logs])
+        change = np.tile(change / logs.size, (1, logs.size))
     norm = np.sqrt(np.sum(raw**2, axis=0))
     norm = np.where(norm > 0, norm, np.inf)
     left, singular, right = np.linalg.svd(raw / norm, full_matrices=False)
     kept = singular > 1e-9 * singular.max(initial=0.0)
     size = np.sqrt(rows.row.size)
-    turn = (right[kept].T / singular[kept]) * (np.array(steps) / norm)[:, None] * size
+    turn = change @ ((right[kept].T / singular[kept]) / norm[:, None]) * size
     return np.asarray(left[:, kept] * size), np.asarray(turn)
 
 
@@ -122,7 +127,9 @@ def effect_columns(
     signatures: list[Signature] = []
     columns: list[FloatArray] = []
     for size in effect.sizes:
-        lower = -1.3 if effect.name in SWITCHES else size.lower
+        # seen from swapped readings a whole swap is −1; half a swap there is not
+        switch = effect.name in SWITCHES
+        lower, upper = (-1.3, -0.7) if switch else (size.lower, size.upper)
         kept: list[FloatArray] = []
         for shape in shapes:
             single = {u: derivative(case, rows, effect, size, {u: (u,)}, shape) for u in units}
@@ -136,7 +143,7 @@ def effect_columns(
                     Signature(
                         effect=effect.name, parameter=size.name, where=where, unit=size.unit,
                         shape=tuple(shape.items()), lower=lower - size.neutral,
-                        upper=size.upper - size.neutral, owners=owners,
+                        upper=upper - size.neutral, owners=owners,
                     )
                 )  # fmt: skip
                 columns.append(np.sum([single[m] for m in members], axis=0))
