@@ -32,7 +32,7 @@ Hidden = tuple[str, dict[str, tuple[str, ...]], dict[str, float]]
 
 def calibrated(seed: int) -> dict[str, float]:
     rng = np.random.default_rng(seed)
-    values = {}
+    values: dict[str, float] = {}
     for channel in ROBOT.channels:
         scale = ROBOT.scale_n_per_count * (1 + 0.02 * rng.standard_normal())
         values |= {f"{channel}.scale": scale, f"{channel}.bias": -scale * ROBOT.zero_counts}
