@@ -4,20 +4,7 @@ from __future__ import annotations
 
 from pkgutil import iter_modules
 
-_NOT_COMMANDS = frozenset(
-    {
-        "options",
-        "bench_logs",
-        "bench_report",
-        "bench_outcome",
-        "diagnose_cases",
-        "six_axis_logs",
-        "pose_outcome",
-        "pose_series",
-        "apply_legs",
-        "apply_cells",
-    }
-)
+_NOT_COMMANDS = frozenset({"options", "parts"})
 
 
 def option_tables() -> frozenset[str]:

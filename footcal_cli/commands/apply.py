@@ -66,11 +66,11 @@ def _applied(session: Session[ApplyOptions]) -> Outcome:
     if session.parameters is None:
         raise UsageError("no calibration given", remedy="give --parameters FILE.json")
     if robot.legs:
-        from footcal_cli.commands.apply_legs import apply_legs
+        from footcal_cli.commands.parts.apply_legs import apply_legs
 
         return apply_legs(session)
     if robot.cell_names:
-        from footcal_cli.commands.apply_cells import apply_cells
+        from footcal_cli.commands.parts.apply_cells import apply_cells
 
         return apply_cells(session)
     raise UsageError(

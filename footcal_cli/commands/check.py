@@ -180,7 +180,7 @@ def weights_findings(
     """All findings on weights logs."""
     import numpy as np
 
-    from footcal_cli.commands.bench_logs import by_channel
+    from footcal_cli.commands.parts.bench_logs import by_channel
     from footcal_cli.core.quality import (
         check_codes,
         check_load_unit,

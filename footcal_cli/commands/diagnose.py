@@ -21,7 +21,7 @@ from footcal_cli.commands.options import (
 from footcal_cli.recipe import CommandOptions
 
 if TYPE_CHECKING:
-    from footcal_cli.commands.diagnose_cases import CaseRead
+    from footcal_cli.commands.parts.diagnose_cases import CaseRead
     from footcal_cli.core.diagnosis.investigation import Investigation
     from footcal_cli.core.diagnosis.movement import Movement
     from footcal_cli.core.effects.contract import Effect
@@ -131,7 +131,7 @@ def _table(session: Session[DiagnoseOptions]) -> dict[str, Effect]:
 
 
 def _diagnose(session: Session[DiagnoseOptions]) -> Outcome:
-    from footcal_cli.commands.diagnose_cases import read_case
+    from footcal_cli.commands.parts.diagnose_cases import read_case
     from footcal_cli.core.diagnosis.investigation import investigate
     from footcal_cli.core.diagnosis.movement import movements
     from footcal_cli.core.diagnosis.rules import Rules

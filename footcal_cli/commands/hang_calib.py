@@ -144,7 +144,7 @@ def _logs(
     """Logs per leg, and rejected rows by reason."""
     import numpy as np
 
-    from footcal_cli.commands.six_axis_logs import without_effects
+    from footcal_cli.commands.parts.six_axis_logs import without_effects
     from footcal_cli.core.hang.intake import (
         finite_rows,
         gravity_of_orientation,

@@ -25,7 +25,7 @@ from footcal_cli.commands.options import (
 from footcal_cli.recipe import CommandOptions, Frozen
 
 if TYPE_CHECKING:
-    from footcal_cli.commands.bench_report import Part
+    from footcal_cli.commands.parts.bench_report import Part
     from footcal_cli.core.bench.cop_study import FootStudy
     from footcal_cli.core.bench.matrix import MatrixStudy
     from footcal_cli.core.bench.record import BenchRecord
@@ -115,8 +115,8 @@ def offline_fit(
 
 def _calibrate(session: Session[OfflineFitOptions]) -> Outcome:
     """Weights first, then the placements that need their calibration."""
-    from footcal_cli.commands.bench_outcome import outcome_of
-    from footcal_cli.commands.bench_report import feet_part, together_part, weights_part
+    from footcal_cli.commands.parts.bench_outcome import outcome_of
+    from footcal_cli.commands.parts.bench_report import feet_part, together_part, weights_part
 
     with session.step("read"):
         logs = _read(session)
@@ -160,7 +160,7 @@ class _WeightsLogs:
 
 def _read(session: Session[OfflineFitOptions]) -> _WeightsLogs:
     from footcal_cli.columns import weights_stream_table
-    from footcal_cli.commands.bench_logs import records_of_rows, records_of_streams
+    from footcal_cli.commands.parts.bench_logs import records_of_rows, records_of_streams
 
     channels = session.recipe.robot.cell_names
     tables = session.read(weights_table())
@@ -179,7 +179,7 @@ def _read(session: Session[OfflineFitOptions]) -> _WeightsLogs:
 
 
 def _study(record: BenchRecord, options: OfflineFitOptions) -> ChannelStudy:
-    from footcal_cli.commands.bench_logs import is_recording
+    from footcal_cli.commands.parts.bench_logs import is_recording
     from footcal_cli.core.bench.plateaus import PlateauOptions
     from footcal_cli.core.bench.study import study_rows, study_samples
 
@@ -201,7 +201,7 @@ def _study(record: BenchRecord, options: OfflineFitOptions) -> ChannelStudy:
 def _together(session: Session[OfflineFitOptions]) -> tuple[tuple[str, ...], MatrixStudy] | None:
     """Matrices of cells loaded together, None without such a log."""
     from footcal_cli.columns import weights_together_table
-    from footcal_cli.commands.bench_logs import study_together
+    from footcal_cli.commands.parts.bench_logs import study_together
 
     channels, wrench = session.recipe.robot.cell_names, session.options.known_wrench
     if not channels:
@@ -215,7 +215,7 @@ def _feet(session: Session[OfflineFitOptions], studies: Sequence[ChannelStudy]) 
     import numpy as np
 
     from footcal_cli.columns import cop_points_table, placements_table
-    from footcal_cli.commands.bench_logs import read_cop_points, read_placements, study_foot
+    from footcal_cli.commands.parts.bench_logs import read_cop_points, read_placements, study_foot
     from footcal_cli.errors import UsageError, nearest
 
     robot, options = session.recipe.robot, session.options

@@ -116,7 +116,7 @@ def pose_calib(
         max_force_rmse_n=max_force_rmse_n,
     )
     if session.options.fit == "series":
-        from footcal_cli.commands.pose_series import series_outcome
+        from footcal_cli.commands.parts.pose_series import series_outcome
 
         raise typer.Exit(session.finish(series_outcome(session)))
     if session.options.fit == "offsets":
@@ -131,7 +131,7 @@ def _read(
     import numpy as np
 
     from footcal_cli.columns import legs_table, poses_table
-    from footcal_cli.commands.six_axis_logs import (
+    from footcal_cli.commands.parts.six_axis_logs import (
         frames_of_tables,
         geometry_of,
         steady_frames,
@@ -232,7 +232,7 @@ def _with_directions(
 def _mounting(session: Session[PoseCalibOptions]) -> Outcome:
     import numpy as np
 
-    from footcal_cli.commands.pose_outcome import Found, mounting_outcome
+    from footcal_cli.commands.parts.pose_outcome import Found, mounting_outcome
     from footcal_cli.core.pose.data import summarise
     from footcal_cli.core.pose.joint import fit_pose
     from footcal_cli.core.pose.leg_map import leg_map
@@ -288,7 +288,7 @@ def _mounting(session: Session[PoseCalibOptions]) -> Outcome:
 def _offsets(session: Session[PoseCalibOptions]) -> Outcome:
     import numpy as np
 
-    from footcal_cli.commands.pose_outcome import offset_outcome, stored_mounting
+    from footcal_cli.commands.parts.pose_outcome import offset_outcome, stored_mounting
     from footcal_cli.core.pose.standing import StandingRobot, fit_offsets
     from footcal_cli.core.pose.wrenches import leg_coms_t_m
     from footcal_cli.errors import DataError

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from footcal_cli.columns import legs_table
-from footcal_cli.commands.pose_outcome import WRENCH_COLUMNS, calibration_of, mounting_of
-from footcal_cli.commands.six_axis_logs import frames_of_tables, geometry_of, without_effects
+from footcal_cli.commands.parts.pose_outcome import WRENCH_COLUMNS, calibration_of, mounting_of
+from footcal_cli.commands.parts.six_axis_logs import frames_of_tables, geometry_of, without_effects
 from footcal_cli.core.pose.data import pose_data
 from footcal_cli.core.pose.hanging import stored_knowledge
 from footcal_cli.core.pose.intake import pose_log

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     import pandas as pd
 
-    from footcal_cli.commands.bench_report import Part
     from footcal_cli.commands.offline_fit import OfflineFitOptions
+    from footcal_cli.commands.parts.bench_report import Part
     from footcal_cli.core.bench.changes import Change
     from footcal_cli.core.bench.cop_study import FootStudy
     from footcal_cli.core.bench.study import ChannelStudy

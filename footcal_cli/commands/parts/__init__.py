@@ -1,0 +1,1 @@
+"""What a command that outgrows its file keeps beside it; only commands import from here."""
