@@ -301,8 +301,7 @@ def _balanced(session: Session[DiagnoseOptions]) -> CaseRead:
         tolerance_nm=session.options.tolerance_mm / 1000.0 * weight / 10.0,
         drifts=kind == "walk",
         alike=False,
-        # ten-minute walks are judged at 10 Hz: more rows are no more evidence
-        stride=max(round(rate / 20.0), sum(len(log) for log in logs) // 6000, 1),
+        stride=max(round(rate / 20.0), 1),
         groups=dict.fromkeys(channels, "swing"),
         one_recording=len(logs) == 1,
         directions=gain_and_bias(channels, values) if kind == "walk" else (),
