@@ -40,8 +40,9 @@ demo: $(VENV)/.installed  ## Install, run every command on sample data, say wher
 	$(FOOTCAL) pose-calib --recipe recipes/hexapod.toml \
 		--parameters $(OUT)/hang/parameters.json --out $(OUT)/pose --overwrite --quiet
 	$(FOOTCAL) simulate --recipe recipes/nao_simulated.toml --out $(OUT)/simulated --overwrite --quiet
-	$(FOOTCAL) diagnose --experiment weights --recipe recipes/bench_foot.toml \
-		--parameters $(OUT)/bench_foot/parameters.json --out $(OUT)/diagnosis --overwrite
+	$(FOOTCAL) diagnose $(BIPED)/walk_004_faulty_cells.parquet $(BIPED)/walk_004_faulty_body.parquet \
+		--experiment walk --recipe recipes/nao_walk.toml \
+		--parameters $(OUT)/cells/parameters.json --out $(OUT)/diagnosis --overwrite
 	$(FOOTCAL) offline-fit --recipe recipes/seed1_table2.toml --out $(OUT)/seed1_table2 --overwrite
 	@echo; echo "Reports of the demo:"; ls $(OUT)/*/report.html
 

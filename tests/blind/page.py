@@ -76,6 +76,7 @@ def _provenance(scores: Sequence[Score], run: Mapping[str, Any]) -> str:
         "calibration at any size.",
     ]
     lines.append(_enough(scores))
+    lines += [f"- {note}" for note in run.get("notes", ())]  # how a run departed from the plan
     if seconds:
         lines.append(
             f"- Calibration and diagnosis took {np.median(seconds):.1f} s per trial (median), "
