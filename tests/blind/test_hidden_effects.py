@@ -15,7 +15,6 @@ from tests.blind.bench import diagnosed, footcal
 from tests.blind.scoring import Score, Verdict, judge
 from tests.blind.trials import Cell, make_trial
 
-
 PLACEMENTS_ARE_WEAK = pytest.mark.xfail(
     strict=True,
     reason="placements: another cause is named beside or instead of the true one "
