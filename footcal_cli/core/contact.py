@@ -199,12 +199,3 @@ def gait_cycles(contact: FloatArray, foot: int = 0) -> IntArray:
     starts = np.zeros(len(contact), dtype=np.int64)
     starts[1:] = (state[1:] == 1) & (state[:-1] == 0)
     return np.cumsum(starts) - 1
-
-
-def robust_outliers(values: FloatArray, limit: float = 6.0) -> BoolArray:
-    """Samples further than `limit` robust sd from the median of their column, shape (n,)."""
-    middle = np.nanmedian(values, axis=0)
-    spread = 1.4826 * np.nanmedian(np.abs(values - middle), axis=0)
-    with np.errstate(invalid="ignore"):
-        far = np.abs(values - middle) > limit * np.maximum(spread, 1e-12)
-    return np.asarray(far.any(axis=-1)) if values.ndim > 1 else np.asarray(far)

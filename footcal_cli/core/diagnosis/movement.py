@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -68,8 +67,3 @@ def _calibrated(problem: Problem) -> tuple[FloatArray, FloatArray]:
     inverse = np.linalg.pinv(total[np.ix_(base, base)], rcond=1e-12, hermitian=True)
     p = problem.calibration.shape[1]
     return np.asarray(inverse @ total[base, -1])[:p], inverse[:p, :p]
-
-
-def moved_values(movement: tuple[Movement, ...], values: Mapping[str, float]) -> dict[str, float]:
-    """Values with the calibration as refitted beside the effects."""
-    return {**values, **{m.name: m.after for m in movement}}

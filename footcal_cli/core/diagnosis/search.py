@@ -11,7 +11,6 @@ from footcal_cli.core.diagnosis.detection import block_calibrations
 from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.scores import (
-    Scores,
     cosines,
     held_out_gains,
     held_out_loss,
@@ -354,8 +353,3 @@ def sizes_of(lib: Library, steps: Sequence[Step]) -> tuple[FloatArray, FloatArra
     """Joint sizes of the accepted columns, and without each block."""
     chosen = np.array([s.column for s in steps], dtype=np.int64)
     return joint_sizes(lib.grams, lib.grams.calibration, chosen)
-
-
-def scores_of(lib: Library, base: IntArray) -> Scores:
-    """Scores of all candidates on top of a base."""
-    return scores(lib.grams.inner, base, lib.grams.candidates)

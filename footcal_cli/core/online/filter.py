@@ -359,8 +359,3 @@ def run_settings(
             cov = 0.5 * (cov + cov.transpose(0, 2, 1))
         values[j] = mean[:, :p]
     return log_likelihood, values * rows.prior_sd
-
-
-def scaled_noise(noise: Noise, name: str, factors: FloatArray) -> Noise:
-    """The same noise with one field multiplied by each factor."""
-    return replace(noise, **{name: float(np.asarray(getattr(noise, name))) * factors})

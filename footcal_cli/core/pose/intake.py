@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from footcal_cli.core.hang.model import AXES
 from footcal_cli.core.log import Log
-from footcal_cli.core.parameters import BoolArray, FloatArray
+from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.pose.data import Geometry
 from footcal_cli.core.spatial import rotation_of_quaternion
 
@@ -116,8 +116,3 @@ def pose_log(
         },
         np.arange(poses, dtype=np.int64),
     )
-
-
-def tracked_frames(body_q: FloatArray) -> BoolArray:
-    """Where motion capture gave an orientation for every leg's row, shape (n,)."""
-    return np.asarray(np.isfinite(body_q).all(axis=(1, 2)))
