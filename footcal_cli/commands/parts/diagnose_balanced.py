@@ -1,0 +1,80 @@
+"""Standing and walking on load cells as the case that `diagnose` takes."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from footcal_cli.commands.diagnose import DiagnoseOptions
+    from footcal_cli.commands.parts.diagnose_cases import CaseRead
+    from footcal_cli.core.quality import Finding
+    from footcal_cli.session import Session
+
+
+def read_balanced(session: Session[DiagnoseOptions]) -> CaseRead:
+    """Standing and walking: merged streams, blocks of whole gait cycles or stances."""
+    import numpy as np
+
+    from footcal_cli.commands.parts.diagnose_cases import (
+        CaseRead,
+        affine_parameters,
+        chain_of,
+        rows_where,
+    )
+    from footcal_cli.core.contact import gait_cycles
+    from footcal_cli.core.diagnosis.case import Case, block_means, cut_blocks, even_cycles
+    from footcal_cli.core.diagnosis.tracking import gain_and_bias
+    from footcal_cli.core.experiments import stand, walk
+    from footcal_cli.core.online.streams import MergeRule
+    from footcal_cli.core.parameters import ParameterSet
+    from footcal_cli.errors import UsageError
+    from footcal_cli.intake import read_recordings
+
+    kind = session.options.experiment
+    experiment = walk.EXPERIMENT if kind == "walk" else stand.EXPERIMENT
+    recordings = read_recordings(session, MergeRule(), kind)
+    if any(r.belief is None for r in recordings):
+        raise UsageError(
+            "diagnosis of six-axis feet is not available yet", remedy="use load cells, or 'hang'"
+        )
+    findings: list[Finding] = []
+    logs = []
+    for recording in recordings:
+        log = recording.merged.log
+        good = np.isfinite(log.readings).all(axis=1)
+        for name in experiment.known:
+            if name != "contact" and name in log.known:
+                array = log.known[name].reshape(len(log), -1)
+                good &= np.isfinite(array).all(axis=1)
+        log = rows_where(log, good)
+        cycle = gait_cycles(log.known["contact"])
+        if kind == "stand" or cycle.max(initial=-1) < 10:
+            cycle = even_cycles(log, 0.5)
+        cut = cut_blocks(log, cycle, 0.3)
+        logs.append(block_means(cut) if kind == "stand" else cut)
+    channels = logs[0].channels
+    chain, values = chain_of(session.parameters, channels, ("scale_bias",))
+    belief = recordings[0].belief
+    if belief is not None:
+        for i, channel in enumerate(channels):
+            values.setdefault(f"{channel}.scale", float(belief.scale_n_per_count[i]))
+            values.setdefault(f"{channel}.bias", float(belief.bias_n[i]))
+    weight = session.recipe.robot.weight_n or 50.0
+    rate = 1.0 / float(np.median(np.diff(logs[0].time_s)))
+    case = Case(
+        experiment=experiment,
+        logs=tuple(logs),
+        chain=chain,
+        values=values,
+        calibration=ParameterSet(affine_parameters(channels, values)),
+        tolerance_n=session.options.tolerance_n or 0.001 * weight,
+        tolerance_nm=session.options.tolerance_mm / 1000.0 * weight / 10.0,
+        drifts=kind == "walk",
+        alike=False,
+        stride=max(round(rate / 20.0), 1),
+        groups=dict.fromkeys(channels, "swing"),
+        one_recording=len(logs) == 1,
+        directions=gain_and_bias(channels, values) if kind == "walk" else (),
+        demand_noisy=kind == "walk",
+    )
+    return CaseRead(case, findings, {})

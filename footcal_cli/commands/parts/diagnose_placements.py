@@ -1,0 +1,116 @@
+"""Weights on the holes of a plate as the case that `diagnose` takes."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from footcal_cli.commands.diagnose import DiagnoseOptions
+    from footcal_cli.commands.parts.diagnose_cases import CaseRead
+    from footcal_cli.core.parameters import FloatArray
+    from footcal_cli.records import ParametersRecord
+    from footcal_cli.session import Session
+
+
+def read_placements(session: Session[DiagnoseOptions]) -> CaseRead:
+    """One log per foot, a row per placement and weight; blocks are holes."""
+    import numpy as np
+
+    from footcal_cli.columns import placements_table
+    from footcal_cli.commands.parts.diagnose_cases import (
+        TIMED,
+        CaseRead,
+        affine_parameters,
+        chain_of,
+        optional_column,
+        rows_where,
+    )
+    from footcal_cli.core.diagnosis.case import Case
+    from footcal_cli.core.experiments.placements import EXPERIMENT
+    from footcal_cli.core.log import Log
+    from footcal_cli.core.parameters import ParameterSet
+    from footcal_cli.errors import UsageError
+
+    robot = session.recipe.robot
+    cells = next((tuple(f.cells) for f in robot.feet.values() if f.cells), ())
+    if not cells:
+        raise UsageError(
+            "the recipe names no cells of a foot", file=session.recipe.path,
+            remedy="describe them in [robot.feet.<name>.cells]",
+        )  # fmt: skip
+    tables = session.read_required(placements_table(cells))
+    foot = np.concatenate([t.text("foot") for t in tables])
+    hole = np.concatenate([t.numbers(["hole_x_m", "hole_y_m"]) for t in tables])
+    load = np.concatenate([t.number("load_n") for t in tables])
+    counts = np.concatenate([t.numbers([f"{c}_counts" for c in cells]) for t in tables])
+    stamps = np.concatenate([optional_column(t, "time_s") for t in tables])
+    timed = bool(np.isfinite(stamps).all())
+    logs = []
+    for name in dict.fromkeys(foot):
+        mine = np.flatnonzero(foot == name)
+        if timed:
+            mine = mine[np.argsort(stamps[mine], kind="stable")]
+        # readings in a row with the same weight in the same hole are one placement; a weight put
+        # there again later is another, and all that lies on a hole in one go is one block
+        key = np.column_stack([hole[mine].round(6), load[mine].round(6)])
+        placement = np.cumsum(np.any(np.diff(key, axis=0, prepend=key[:1]) != 0, axis=1))
+        number = int(placement.max()) + 1
+
+        def mean(values: FloatArray, at: Any = mine, of: Any = placement, n: int = number) -> Any:
+            return np.stack([values[at][of == p].mean(axis=0) for p in range(n)])
+
+        place = mean(hole)
+        moved = np.any(np.diff(place.round(6), axis=0, prepend=place[:1].round(6)) != 0, axis=1)
+        block = np.cumsum(moved)
+        when = mean(stamps) if timed else np.arange(float(number))
+        position = np.array([[c.x_m, c.y_m] for c in robot.feet[str(name)].cells.values()])
+        known = {
+            "load_n": mean(load),
+            "hole_m": place,
+            "cell_pos_m": np.tile(position, (number, 1, 1)),
+        }
+        channels = tuple(f"{name}_{cell}" for cell in cells)
+        whole = Log("placements", channels, when, mean(counts), known, block.astype(np.int64))
+        rounds = _round_of(np.column_stack([place, mean(load)]).round(6))
+        logs += [rows_where(whole, rounds == r) for r in np.unique(rounds)]
+    channels = tuple(dict.fromkeys(c for log in logs for c in log.channels))
+    chain, values = chain_of(_needed(session), channels, ("scale_bias",))
+    largest = float(np.max(np.abs(load)))
+    case = Case(
+        experiment=EXPERIMENT,
+        logs=tuple(logs),
+        chain=chain,
+        values=values,
+        calibration=ParameterSet(affine_parameters(channels, values)),
+        tolerance_n=session.options.tolerance_n or 0.005 * largest,
+        tolerance_nm=session.options.tolerance_mm / 1000.0 * largest,
+        alike=False,
+        calibration_per_log=True,
+        groups={f"{foot}.{o}": o for foot in robot.feet for o in ("fz", "moment_x", "moment_y")},
+    )
+    untested = {} if timed else dict.fromkeys((*TIMED, "slip"), "the rows have no time stamps")
+    return CaseRead(case, [], untested)
+
+
+def _round_of(placement: FloatArray) -> Any:
+    """How often the same weight had been put into the same hole before, shape (n,)."""
+    import numpy as np
+
+    _, kind = np.unique(placement, axis=0, return_inverse=True)
+    seen: dict[int, int] = {}
+    rounds = np.empty(len(placement), dtype=np.int64)
+    for i, k in enumerate(kind.ravel().tolist()):
+        rounds[i] = seen.get(k, 0)
+        seen[k] = rounds[i] + 1
+    return rounds
+
+
+def _needed(session: Session[DiagnoseOptions]) -> ParametersRecord:
+    from footcal_cli.errors import UsageError
+
+    if session.parameters is None:
+        raise UsageError(
+            "diagnosis of placements starts from a calibration",
+            remedy="give --parameters from offline-fit",
+        )
+    return session.parameters

@@ -1,0 +1,167 @@
+"""Known weights on single channels as the case that `diagnose` takes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from footcal_cli.commands.diagnose import DiagnoseOptions
+    from footcal_cli.commands.parts.diagnose_cases import CaseRead
+    from footcal_cli.core.log import Log
+    from footcal_cli.core.quality import Finding
+    from footcal_cli.session import Session
+    from footcal_cli.tables import Table
+
+RECORDING_TAU_S = 2.0
+"""Autocorrelation time assumed when one recording is cut into blocks."""
+
+
+def read_weights(session: Session[DiagnoseOptions]) -> CaseRead:
+    """One log per channel; blocks are sessions of a channel."""
+    import numpy as np
+
+    from footcal_cli.columns import weights_table
+    from footcal_cli.commands.check import weights_findings
+    from footcal_cli.commands.parts.diagnose_cases import (
+        TIMED,
+        CaseRead,
+        affine_parameters,
+        chain_of,
+    )
+    from footcal_cli.core.diagnosis.case import Case
+    from footcal_cli.core.experiments.weights import EXPERIMENT
+    from footcal_cli.core.parameters import ParameterSet
+
+    findings: list[Finding] = []
+    streams = _running(session)
+    if streams:
+        logs, timed = _stream_logs(streams, session.recipe.robot.cell_names), True
+    else:
+        tables = session.read_required(weights_table())
+        findings = weights_findings(tables, session.recipe, None)
+        logs, timed = _row_logs(tables)
+    channels = tuple(log.channels[0] for log in logs)
+    chain, values = chain_of(session.parameters, channels, ("scale_bias",))
+    values |= _affine_start(logs, values)
+    largest = max(float(np.nanmax(np.abs(log.known["load_n"]))) for log in logs)
+    tolerance = session.options.tolerance_n or 0.002 * largest
+    case = Case(
+        experiment=EXPERIMENT,
+        logs=tuple(logs),
+        chain=chain,
+        values=values,
+        calibration=ParameterSet(affine_parameters(channels, values)),
+        tolerance_n=tolerance,
+        tolerance_nm=session.options.tolerance_mm / 1000.0 * largest,
+        # with one session per channel nothing but the session itself says what its calibration is
+        drifts=max(int(log.block.max()) for log in logs) == 0,
+        alike=min(len(log) for log in logs) >= 8 and not streams,
+        stride=_stride(logs),
+        one_recording=bool(streams),
+        groups=dict.fromkeys(channels, "force"),
+    )
+    untested = {} if timed else dict.fromkeys(TIMED, "the rows have no time stamps")
+    return CaseRead(case, findings, untested)
+
+
+def _row_logs(tables: Sequence[Table]) -> tuple[list[Log], bool]:
+    """One log per channel of long tables, and whether rows have time stamps."""
+    import numpy as np
+
+    from footcal_cli.commands.parts.diagnose_cases import optional_column
+    from footcal_cli.core.log import Log
+
+    channel = np.concatenate([t.text("channel") for t in tables])
+    block = _sessions(tables)
+    columns = {
+        name: np.concatenate([optional_column(t, name) for t in tables])
+        for name in ("load_n", "counts", "time_s", "temperature_degc")
+    }
+    timed = bool(np.isfinite(columns["time_s"]).all())
+    known_temperature = bool(np.isfinite(columns["temperature_degc"]).all())
+    logs = []
+    for name in dict.fromkeys(channel):
+        at = np.flatnonzero((channel == name) & np.isfinite(columns["counts"]))
+        stamps = columns["time_s"][at] if timed else np.arange(float(at.size))
+        order = np.lexsort((stamps, block[at]))
+        at, stamps = at[order], stamps[order]
+        known = {"load_n": columns["load_n"][at, None]}
+        if known_temperature:
+            known["temperature_degc"] = columns["temperature_degc"][at]
+        _, own = np.unique(block[at], return_inverse=True)
+        logs.append(
+            Log("weights", (str(name),), stamps, columns["counts"][at, None], known,
+                own.astype(np.int64))
+        )  # fmt: skip
+    return logs, timed
+
+
+def _running(session: Session[DiagnoseOptions]) -> list[Table]:
+    """Running recordings with a known load at every sample, if any."""
+    from footcal_cli.columns import weights_stream_table
+
+    channels = session.recipe.robot.cell_names
+    if not channels:
+        return []
+    tables = session.read(weights_stream_table(channels))
+    return [t for t in tables if "load_n" in t]
+
+
+def _stream_logs(tables: Sequence[Table], channels: Sequence[str]) -> list[Log]:
+    """One log per channel of running recordings, cut into blocks."""
+    import numpy as np
+
+    from footcal_cli.core.diagnosis.case import cut_blocks, even_cycles
+    from footcal_cli.core.log import Log
+
+    logs = []
+    for channel in channels:
+        for table in tables:
+            counts, load = table.number(f"{channel}_counts"), table.number("load_n")
+            good = np.isfinite(counts) & np.isfinite(load)
+            time_s = table.number("time_s")[good]
+            log = Log(
+                "weights", (channel,), time_s, counts[good, None], {"load_n": load[good, None]},
+                np.zeros(int(good.sum()), dtype=np.int64),
+            )  # fmt: skip
+            # neighbouring samples of a reference that moves slowly tell the same
+            logs.append(cut_blocks(log, even_cycles(log, 1.0), RECORDING_TAU_S))
+    return logs
+
+
+def _sessions(tables: Sequence[Table]) -> Any:
+    """Session number of each row: by file, and within it by its session or repeat column."""
+    import numpy as np
+
+    numbers, first = [], 0
+    for table in tables:
+        name = "session" if "session" in table else "repeat" if "repeat" in table else None
+        labels: Any = table.text(name) if name else np.zeros(len(table), dtype=object)
+        _, index = np.unique(labels.astype(str), return_inverse=True)
+        numbers.append(index.astype(np.int64) + first)
+        first = int(numbers[-1].max()) + 1
+    return np.concatenate(numbers)
+
+
+def _stride(logs: Sequence[Log]) -> int:
+    """Every how many rows are judged, so that all logs together stay below 30 000."""
+    return max(sum(len(log) for log in logs) // 30_000, 1)
+
+
+def _affine_start(logs: Sequence[Any], values: dict[str, float]) -> dict[str, float]:
+    """Scale and bias by regression for channels that no calibration covers."""
+    import numpy as np
+
+    from footcal_cli.core.bench.regression import fit_affine
+
+    start = {}
+    for log in logs:
+        channel = log.channels[0]
+        if f"{channel}.scale" not in values:
+            load = log.known["load_n"][:, 0]
+            known = np.isfinite(load)
+            fit = fit_affine(channel, load[known], log.readings[known, 0])
+            start[f"{channel}.scale"] = fit.scale_n_per_count
+            start[f"{channel}.bias"] = fit.bias_n
+    return start
