@@ -139,7 +139,12 @@ def _diagnose(session: Session[DiagnoseOptions]) -> Outcome:
     from footcal_cli.records import FindingRecord
     from footcal_cli.report import Report
     from footcal_cli.session import Outcome
-    from footcal_cli.sheets import diagnosis as sheets
+    from footcal_cli.sheets.diagnosis.answer import answer_of
+    from footcal_cli.sheets.diagnosis.evidence import evidence_sheet, untested_sheet
+    from footcal_cli.sheets.diagnosis.experiment import menu_sheets
+    from footcal_cli.sheets.diagnosis.gains import gain_sheets, method_note, movement_sheets
+    from footcal_cli.sheets.diagnosis.record import record_of
+    from footcal_cli.sheets.diagnosis.unknown import card_sheets
 
     table = _table(session)
     rules = Rules(most_effects=session.options.most_effects)
@@ -149,7 +154,7 @@ def _diagnose(session: Session[DiagnoseOptions]) -> Outcome:
     with session.step("diagnose"):
         found = investigate(read.case, usable, describe, rules, session.request.seed)
         moved = movements(read.case, found.problem, found.final)
-    answer = sheets.answer_of(found, table, read.findings, read.untested)
+    answer = answer_of(found, table, read.findings, read.untested)
     with session.step("draw"):
         pictures = _pictures(found, moved, session.request.seed)
     return Outcome(
@@ -157,39 +162,49 @@ def _diagnose(session: Session[DiagnoseOptions]) -> Outcome:
             title=f"Diagnosis of {session.recipe.robot.name}: {read.case.experiment.name}",
             verdict=answer.verdict,
             pictures=pictures,
-            lead_sheets=(sheets.evidence_sheet(found, read.untested),),
+            lead_sheets=(evidence_sheet(found, read.untested),),
             sheets=(
-                *sheets.gain_sheets(found),
-                *sheets.menu_sheets(answer),
-                *sheets.card_sheets(found),
-                *sheets.movement_sheets(moved),
-                sheets.untested_sheet(found, read.untested),
+                *gain_sheets(found),
+                *menu_sheets(answer),
+                *card_sheets(found),
+                *movement_sheets(moved),
+                untested_sheet(found, read.untested),
             ),
             findings=tuple(FindingRecord.of(f) for f in read.findings),
-            footer=(rules.sentence(), sheets.method_note(found, session.request.seed)),
+            footer=(rules.sentence(), method_note(found, session.request.seed)),
         ),
         rmse=_rmse(found),
         records={
-            "diagnosis.json": sheets.record_of(found, answer, read, rules, session.request.seed),
+            "diagnosis.json": record_of(found, answer, read, rules, session.request.seed),
             "parameters_extended.json": _extended(session, found, moved, read),
         },
     )
 
 
 def _pictures(found: Investigation, moved: tuple[Movement, ...], seed: int) -> tuple[Picture, ...]:
-    from footcal_cli.plots import diagnosis as plots
+    from footcal_cli.plots.diagnosis import (
+        gains,
+        isolability,
+        ladder,
+        line_up,
+        movement,
+        null,
+        residuals,
+    )
     from footcal_cli.report import Picture
 
     drawn = [
-        Picture("residual_against_driver", plots.plot_driver(found), plots.DRIVER_CAPTION),
-        Picture("line_up", plots.plot_line_up(found, seed), plots.LINE_UP_CAPTION),
-        Picture("gain_per_block", plots.plot_gains(found), plots.GAINS_CAPTION),
-        Picture("ladder", plots.plot_ladder(found), plots.LADDER_CAPTION),
-        Picture("isolability", plots.plot_isolability(found), plots.ISOLABILITY_CAPTION),
+        Picture("residual_against_driver", residuals.plot_driver(found), residuals.DRIVER_CAPTION),
+        Picture("line_up", line_up.plot_line_up(found, seed), line_up.LINE_UP_CAPTION),
+        Picture("gain_per_block", gains.plot_gains(found), gains.GAINS_CAPTION),
+        Picture("ladder", ladder.plot_ladder(found), ladder.LADDER_CAPTION),
+        Picture(
+            "isolability", isolability.plot_isolability(found), isolability.ISOLABILITY_CAPTION
+        ),
     ]
     if moved and found.found:
-        drawn.append(Picture("movement", plots.plot_movement(moved), plots.MOVEMENT_CAPTION))
-    drawn.append(Picture("null_gallery", plots.plot_null(found), plots.NULL_CAPTION))
+        drawn.append(Picture("movement", movement.plot_movement(moved), movement.MOVEMENT_CAPTION))
+    drawn.append(Picture("null_gallery", null.plot_null(found), null.NULL_CAPTION))
     return tuple(drawn)
 
 

@@ -1,0 +1,33 @@
+"""The largest statistic under random signs of blocks."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from footcal_cli.core.diagnosis.investigation import Investigation
+from footcal_cli.plots.style import BAD, REFERENCE, new_figure, tidy
+
+NULL_CAPTION = (
+    "The largest statistic over the whole table when whole blocks change sign at random, and the "
+    "one of the data."
+)
+
+
+def plot_null(found: Investigation) -> Figure:
+    """Null distribution of the largest statistic and the observed one."""
+    evidence = found.rounds[0].search.first
+    figure = new_figure(2.8)
+    axes = figure.add_subplot()
+    null = evidence.null_max
+    if null.size:
+        axes.hist(null, bins=40, color="#c9ced6")
+        axes.axvline(null[0], color=BAD, linewidth=2, label="the data")
+        axes.axvline(
+            np.quantile(null, 0.99), color=REFERENCE, linewidth=1, linestyle=":",
+            label="1 % by chance",
+        )  # fmt: skip
+        axes.legend(fontsize=8, frameon=False)
+    tidy(axes, "Largest statistic over the table under random signs of blocks", "max |T|",
+         "sign patterns")  # fmt: skip
+    return figure

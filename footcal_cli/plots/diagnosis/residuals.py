@@ -1,0 +1,141 @@
+"""What is left against the signal that tells it best, before and after."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from footcal_cli.core.diagnosis.investigation import Investigation
+from footcal_cli.core.diagnosis.problem import Problem, Signature
+from footcal_cli.core.parameters import FloatArray
+from footcal_cli.plots.style import AFTER, BAD, CELL_COLOURS, REFERENCE, new_figure, tidy
+
+_MOST_POINTS = 3000
+
+
+_BINS = 12
+
+
+_ONE = (Signature("residual", "", "", ""),)
+
+
+def left_over(problem: Problem) -> FloatArray:
+    """Residual after the calibration (and accepted effects), in units of noise, shape (m,)."""
+    bare = replace(problem, columns=problem.residual[:, None], signatures=_ONE)
+    return bare.left()[:, 0]
+
+
+def binned(
+    x: FloatArray, y: FloatArray, block: np.ndarray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Middle, mean and half width of the 95 % interval over blocks of each bin of x."""
+    distinct = np.unique(x)
+    if distinct.size <= _BINS:
+        edges = np.append(distinct, np.inf)
+    else:
+        edges = np.unique(np.quantile(x, np.linspace(0, 1, _BINS + 1)))
+        edges[-1] = np.inf
+    middle, mean, half = [], [], []
+    for low, high in pairwise(edges):
+        inside = (x >= low) & (x < high)
+        if not inside.any():
+            continue
+        sums = np.bincount(block[inside], weights=y[inside])
+        count = np.bincount(block[inside])
+        each = sums[count > 0] / count[count > 0]
+        middle.append(float(np.mean(x[inside])))
+        mean.append(float(np.mean(y[inside])))
+        half.append(1.96 * float(np.std(each)) / np.sqrt(max(each.size, 1)))
+    return np.array(middle), np.array(mean), np.array(half)
+
+
+def _bin_variance(problem: Problem, name: str) -> float:
+    """How much of the residual the means over bins of a signal carry."""
+    left = left_over(problem)
+    _, mean, _ = binned(problem.regressors[name], left, problem.block)
+    return float(np.nanvar(mean)) if mean.size else 0.0
+
+
+def driver_of(found: Investigation) -> tuple[str, FloatArray]:
+    """The recorded signal that tells most about the first residual."""
+    problem, detection = found.problem, found.rounds[0].before
+    names = [n for n in detection.groups if n in problem.regressors]
+    if not names:
+        return "row", np.arange(float(problem.residual.size))
+    p = {n: detection.group_p[detection.groups.index(n)] for n in names}
+    best = min(names, key=lambda n: (p[n], -_bin_variance(problem, n)))
+    return best, problem.regressors[best]
+
+
+def main_output(found: Investigation) -> int:
+    """The output whose residual depends most on the driver."""
+    _, driver = driver_of(found)
+    problem = found.problem
+    left = left_over(problem)
+    score = []
+    for o in range(len(problem.outputs)):
+        rows = problem.output == o
+        if rows.sum() < 5:
+            score.append(0.0)
+            continue
+        _, mean, _ = binned(driver[rows], left[rows], problem.block[rows])
+        score.append(float(np.nanvar(mean)))
+    return int(np.argmax(score))
+
+
+DRIVER_CAPTION = (
+    "What is left against the signal that tells it best, before and after the named effect; "
+    "points are rows, the thick line their mean with its 95 % band over blocks. It should be flat."
+)
+
+
+def plot_driver(found: Investigation) -> Figure:
+    """Residual against its driver, before (fitted effect drawn through) and after."""
+    name, driver = driver_of(found)
+    output = main_output(found)
+    panels = [("before", found.problem)]
+    if found.found:
+        panels.append(("after", found.final))
+    figure = new_figure(3.6)
+    shared = None
+    unit = found.problem.units[output]
+    for i, (stage, problem) in enumerate(panels):
+        axes = figure.add_subplot(1, len(panels), i + 1, sharey=shared)
+        shared = axes
+        rows = np.flatnonzero(problem.output == output)
+        left = (left_over(problem) * problem.noise)[rows]
+        x = driver[rows]
+        thin = np.arange(rows.size)[:: max(rows.size // _MOST_POINTS, 1)]
+        axes.scatter(
+            x[thin], left[thin], s=4, alpha=0.35, linewidths=0,
+            c=[CELL_COLOURS[b % len(CELL_COLOURS)] for b in problem.block[rows][thin]],
+        )  # fmt: skip
+        middle, mean, half = binned(x, left, problem.block[rows])
+        axes.fill_between(middle, mean - half, mean + half, color=AFTER, alpha=0.25, linewidth=0)
+        axes.plot(middle, mean, color=AFTER, linewidth=2.2, label="mean, 95 % over blocks")
+        if stage == "before" and found.found and found.model is not None:
+            fitted = _fitted_effect(found)[rows] * problem.noise[rows]
+            xs, ys, _ = binned(x, fitted, problem.block[rows])
+            axes.plot(xs, ys, "--", color=BAD, linewidth=1.8, label="fitted effect")
+        axes.axhline(0, color=REFERENCE, linewidth=0.8)
+        title = "Before: should be flat" if stage == "before" else "After: should be flat"
+        tidy(axes, title, name, f"left in {problem.outputs[output]} ({unit})" if i == 0 else "")
+        axes.legend(fontsize=7.5, frameon=False)
+        spread = np.quantile(np.abs(left), 0.99) if left.size else 1.0
+        if i == 0:
+            axes.set_ylim(-1.3 * spread, 1.3 * spread)
+    return figure
+
+
+def _fitted_effect(found: Investigation) -> FloatArray:
+    """What the named effects add to the residual, beside the calibration, shape (m,)."""
+    before, after = left_over(found.problem), _left_plain(found)
+    return before - after
+
+
+def _left_plain(found: Investigation) -> FloatArray:
+    """Residual of the extended model after the calibration alone."""
+    return left_over(replace(found.problem, residual=found.final.residual))

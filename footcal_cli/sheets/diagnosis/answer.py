@@ -1,0 +1,61 @@
+"""The verdict of a diagnosis in words, and what to do next."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from footcal_cli.core.diagnosis.answer import Verdict
+from footcal_cli.core.diagnosis.investigation import Investigation
+from footcal_cli.core.effects.contract import Effect
+from footcal_cli.core.quality import Finding
+from footcal_cli.records import (
+    VerdictRecord,
+)
+from footcal_cli.sheets.diagnosis.contract import Answer
+from footcal_cli.sheets.diagnosis.experiment import menu_of, next_experiment
+from footcal_cli.sheets.diagnosis.sentences import (
+    ambiguous,
+    named,
+    none_found,
+    partly_named,
+    underpowered,
+)
+from footcal_cli.sheets.diagnosis.stopped import stopped
+from footcal_cli.sheets.diagnosis.unknown import unknown
+from footcal_cli.sheets.diagnosis.words import rival_groups
+
+STOPPING = frozenset({"readings_repeat_across_channels"})
+"""Findings that make blocks no independent evidence; alarms stop a diagnosis too."""
+
+
+def answer_of(
+    found: Investigation,
+    table: Mapping[str, Effect],
+    findings: Sequence[Finding],
+    untested: Mapping[str, str],
+) -> Answer:
+    """Turn an investigation into its sentence."""
+    stop = [f for f in findings if f.severity == "alarm" or f.code in STOPPING]
+    rivals = rival_groups(found)
+    menu = menu_of(found, table)
+    experiment = next_experiment(found, table, menu)
+    kind = Verdict.BAD_DATA if stop else found.verdict
+    if stop:
+        return stopped(found, stop, rivals, menu, untested)
+    speak = {
+        Verdict.NONE: none_found,
+        Verdict.NAMED: named,
+        Verdict.AMBIGUOUS: ambiguous,
+        Verdict.NAMED_UNKNOWN: partly_named,
+        Verdict.UNKNOWN: unknown,
+        Verdict.UNDERPOWERED: underpowered,
+    }[kind]
+    sentence, details = speak(found, experiment)
+    level = "good" if kind is Verdict.NONE else "warning"
+    return Answer(
+        kind,
+        VerdictRecord(level=level, sentence=sentence, details=tuple(details)),  # type: ignore[arg-type]  # a literal by construction
+        rivals,
+        experiment,
+        menu,
+    )

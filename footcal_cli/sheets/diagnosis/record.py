@@ -1,0 +1,137 @@
+"""``diagnosis.json``."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from footcal_cli.core.diagnosis.answer import EffectRow, EffectStatus, Verdict
+from footcal_cli.core.diagnosis.investigation import Found, Investigation
+from footcal_cli.core.diagnosis.problem import Signature
+from footcal_cli.core.diagnosis.rules import Rules
+from footcal_cli.core.evidence import Interval
+from footcal_cli.records import (
+    CauseRecord,
+    DiagnosisRecord,
+    EffectRowRecord,
+    FindingRecord,
+    HeldOutGain,
+)
+from footcal_cli.sheets.diagnosis.contract import Answer
+from footcal_cli.sheets.diagnosis.evidence import table_rows
+from footcal_cli.sheets.diagnosis.words import main_gain
+
+
+def record_of(
+    found: Investigation, answer: Answer, read: Any, rules: Rules, seed: int
+) -> DiagnosisRecord:
+    """``diagnosis.json``."""
+    last = found.rounds[-1].before
+    first = found.rounds[0].before
+    causes = () if answer.kind is Verdict.BAD_DATA else tuple(
+        _cause_record(found, item) for item in found.found
+    )  # fmt: skip
+    if answer.kind is Verdict.UNKNOWN:
+        causes = ()
+    rows = [_row_record(row) for row in table_rows(found)]
+    rows += [
+        _absent_record(name, reason)
+        for name, reason in [
+            *((e.effect, e.reason) for e in found.problem.excluded),
+            *read.untested.items(),
+        ]
+    ]
+    return DiagnosisRecord(
+        experiment_kind=found.case.experiment.name,
+        verdict=answer.kind.value,
+        sentence=answer.verdict.sentence,
+        causes=causes,
+        rivals=answer.rivals if causes or answer.kind is Verdict.BAD_DATA else (),
+        experiment=answer.experiment,
+        findings=tuple(FindingRecord.of(f) for f in read.findings),
+        effects=tuple(rows),
+        blocks=found.problem.blocks,
+        rows=int(found.problem.residual.size),
+        smallest_p=found.rounds[0].smallest_p,
+        share_explained=None if not found.found else 1.0 - last.ceiling,
+        leftover_p=last.p,
+        evidence={
+            "signals_p": first.bump_p,
+            "flexible_p": first.flexible_p,
+            "line_p": first.line_p,
+            "between_p": first.between_p,
+            "ceiling": first.ceiling,
+        },
+        seed=seed,
+        rules=rules.sentence(),
+    )
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None
+
+
+def _pair(interval: Interval) -> tuple[float, float] | None:
+    if not np.isfinite(interval.low) or not np.isfinite(interval.high):
+        return None
+    return interval.low, interval.high
+
+
+def _cause_record(found: Investigation, item: Found) -> CauseRecord:
+    cause, signature = item.cause, item.cause.signature
+    gain = main_gain(found)
+    shape = {
+        name.rsplit(".", 1)[1]: interval.value
+        for name, interval in zip(item.parameter_names, item.intervals, strict=True)
+        if not name.endswith(f".{signature.parameter}")
+    }
+    return CauseRecord(
+        effect=signature.effect,
+        where=signature.where,
+        parameter=signature.parameter,
+        size=cause.size.value,
+        sd=_finite((cause.size.high - cause.size.low) / 4.0),
+        unit=signature.unit,
+        ci95=_pair(cause.size),
+        shape=shape,
+        p=cause.p,
+        held_out_gain=None
+        if gain is None
+        else HeldOutGain(
+            quantity=gain.output, unit=gain.unit, before=gain.before, after=gain.after,
+            ci95=_pair(gain.change),
+        ),
+        blocks_better=cause.blocks_better,
+        rivals=tuple(dict.fromkeys(r.effect for r in cause.rivals)),
+        places=tuple(dict.fromkeys(s.where for s in cause.places)),
+    )  # fmt: skip
+
+
+def _row_record(row: EffectRow) -> EffectRowRecord:
+    signature: Signature = row.signature
+    tested = row.status is not EffectStatus.NOT_TESTABLE
+    return EffectRowRecord(
+        effect=signature.effect,
+        where=signature.where,
+        parameter=signature.parameter,
+        unit=signature.unit,
+        size=_finite(row.size.value) if tested else None,
+        ci95=_pair(row.size) if tested else None,
+        smallest_that_matters=_finite(row.smallest),
+        detectable=_finite(row.detectable),
+        visible=row.visible,
+        p=row.p if tested else None,
+        gain=row.gain if tested else None,
+        informative_blocks=row.informative,
+        status=row.status.value,
+        reason=row.reason,
+    )
+
+
+def _absent_record(name: str, reason: str) -> EffectRowRecord:
+    return EffectRowRecord(
+        effect=name, where="", parameter="", unit="", size=None, ci95=None,
+        smallest_that_matters=None, detectable=None, visible=None, p=None, gain=None,
+        informative_blocks=None, status="not_testable", reason=reason,
+    )  # fmt: skip

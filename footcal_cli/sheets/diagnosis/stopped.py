@@ -1,0 +1,82 @@
+"""Bad data: what stopped the diagnosis, and what can be said all the same."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from footcal_cli.core.diagnosis.answer import Verdict
+from footcal_cli.core.diagnosis.investigation import Investigation
+from footcal_cli.core.diagnosis.menu import Prospect
+from footcal_cli.core.quality import Finding
+from footcal_cli.records import (
+    VerdictRecord,
+)
+from footcal_cli.report import number
+from footcal_cli.sheets.diagnosis.contract import Answer
+
+LADDER_AGAIN = (
+    "a ladder of at least six weights up and down, two holds of five minutes, each cell alone, "
+    "three times"
+)
+
+
+def stopped(
+    found: Investigation,
+    stop: Sequence[Finding],
+    rivals: tuple[tuple[str, ...], ...],
+    menu: tuple[Prospect, ...],
+    untested: Mapping[str, str],
+) -> Answer:
+    """Bad data: say so, and what can be said all the same."""
+    sentence = f"Stopped: {stop[0].sentence.split(':')[0]}; diagnosing would be meaningless."
+    details = []
+    if found.case.experiment.name == "weights":
+        bent = _curvature(found)
+        if bent:
+            details += bent
+            what = "nonlinearity from creep or the order of loading"
+            repeats = "with four unrepeated points" if _unrepeated(found) else "here"
+            details.append(f"These readings cannot separate {what} {repeats}.")
+            rivals = rivals or (("nonlinearity", "creep", "hysteresis"),)
+    details.append(f"Run: {LADDER_AGAIN}.")
+    return Answer(
+        Verdict.BAD_DATA,
+        VerdictRecord(level="bad", sentence=sentence, details=tuple(details)),
+        rivals,
+        LADDER_AGAIN,
+        menu,
+    )
+
+
+def _unrepeated(found: Investigation) -> bool:
+    return all(np.unique(log.known["load_n"]).size == len(log) == 4 for log in found.case.logs)
+
+
+def _curvature(found: Investigation) -> list[str]:
+    """Whether scale and bias are inadequate, and whether all channels bend alike."""
+    from footcal_cli.core.bench.regression import fit_affine, pooled_curvature
+
+    fits = []
+    for log in found.case.logs:
+        load = log.known["load_n"].reshape(len(log), -1)[:, 0]
+        known = np.isfinite(load)
+        fits.append(fit_affine(log.channels[0], load[known], log.readings[known, 0]))
+    worst = max(fits, key=lambda f: f.worst_n)
+    largest = max(float(np.abs(f.load_n).max()) for f in fits)
+    if worst.worst_n < 0.01 * largest:
+        return []
+    curvature = pooled_curvature(fits)
+    lines = [
+        f"Affine inadequate: errors up to {number(worst.worst_n, 2)} N ({worst.channel}) of "
+        f"{number(largest, 3)} N."
+    ]
+    if curvature is not None:
+        shape = "compressive" if curvature.mean > 0 else "expansive"
+        lines.append(
+            f"Shared {shape} curve: {curvature.same_sign} of {len(curvature.bows)} channels bend "
+            f"the same way (mean bow {100 * abs(curvature.mean):.1f} % of the span, sign test p = "
+            f"{number(curvature.sign_p, 2)} were the channels independent)."
+        )
+    return lines
