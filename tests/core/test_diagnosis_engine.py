@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from footcal_cli.core.diagnosis.engine import Diagnosis, EffectStatus, diagnose
+from footcal_cli.core.diagnosis.answer import Diagnosis, EffectStatus
+from footcal_cli.core.diagnosis.engine import diagnose
 from footcal_cli.core.diagnosis.features import features_of
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.scores import scores

@@ -1,0 +1,151 @@
+"""What a diagnosis answers: verdict, named causes, and one row per effect."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+from footcal_cli.core.diagnosis.detection import Detection
+from footcal_cli.core.diagnosis.features import Features
+from footcal_cli.core.diagnosis.problem import Signature
+from footcal_cli.core.diagnosis.rules import Rules
+from footcal_cli.core.diagnosis.search import Library, Search
+from footcal_cli.core.diagnosis.whitening import Grams
+from footcal_cli.core.evidence import Interval, smallest_p
+
+
+class Verdict(StrEnum):
+    """What a diagnosis ends with; exactly one."""
+
+    NONE = "none"
+    NAMED = "named"
+    AMBIGUOUS = "ambiguous"
+    NAMED_UNKNOWN = "named+unknown"
+    UNKNOWN = "unknown"
+    UNDERPOWERED = "underpowered"
+    BAD_DATA = "bad-data"
+
+
+class EffectStatus(StrEnum):
+    """What can be said about one effect."""
+
+    PRESENT = "present"
+    ABSENT = "absent"
+    UNDECIDED = "undecided"
+    NOT_TESTABLE = "not_testable"
+
+
+@dataclass(frozen=True)
+class Cause:
+    """A named effect.
+
+    Parameters
+    ----------
+    signature
+        Effect, place, parameter, shape.
+    size
+        With its 95 % interval over blocks.
+    p
+        Family-wise p when it was accepted.
+    gain
+        Held-out reduction of the RMS error when it was accepted, as a share of the RMS before,
+        with the interval over blocks.
+    blocks_better
+        Number of held-out blocks it improves.
+    heterogeneity
+        I²: share of the scatter of its size over blocks that is not noise.
+    rivals, places
+        Other effects that do as well; the same effect elsewhere.
+    """
+
+    signature: Signature
+    size: Interval
+    p: float
+    gain: Interval
+    blocks_better: int
+    heterogeneity: float
+    rivals: tuple[Signature, ...]
+    places: tuple[Signature, ...]
+
+
+@dataclass(frozen=True)
+class EffectRow:
+    """One line of the evidence table.
+
+    Parameters
+    ----------
+    signature
+        The effect where and in the shape in which it explains most.
+    size
+        With its 95 % interval; on top of what was named.
+    smallest
+        Smallest size that matters, in the effect's unit.
+    detectable
+        Size that would have been found with the wanted power, in the effect's unit.
+    visible
+        Share of the effect that calibration cannot absorb.
+    p, gain
+        Family-wise p, and held-out reduction of the squared error as a share.
+    informative
+        Effective number of informative blocks.
+    blocks_better
+        Held-out blocks it improves.
+    status, reason
+        What can be said and why.
+    """
+
+    signature: Signature
+    size: Interval
+    smallest: float
+    detectable: float
+    visible: float
+    p: float
+    gain: float
+    informative: float
+    blocks_better: int
+    status: EffectStatus
+    reason: str
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """The answer of the engine.
+
+    Parameters
+    ----------
+    verdict
+        One word.
+    causes
+        Named effects in the order in which they were accepted.
+    effects
+        One row per effect of the library, by gain.
+    before, after
+        Library-free evidence on the baseline and on the extended model.
+    share
+        Named gain over named gain plus what could still be explained.
+    search, library, grams, features
+        The working, for figures.
+    nested
+        Held-out share of the RMS error removed when the selection is repeated in every fold, with
+        the interval over blocks.
+    rules
+        Thresholds.
+    """
+
+    verdict: Verdict
+    causes: tuple[Cause, ...]
+    effects: tuple[EffectRow, ...]
+    before: Detection
+    after: Detection
+    share: float
+    search: Search
+    library: Library
+    grams: Grams
+    features: Features
+    nested: Interval
+    rules: Rules
+
+    @property
+    def smallest_p(self) -> float:
+        """Smallest p that so many blocks can reach."""
+        return float(smallest_p(float(self.grams.blocks)))

@@ -1,0 +1,129 @@
+"""The named cause against its look-alikes, each in its own full refit."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from footcal_cli.core.diagnosis.answer import Cause, Diagnosis
+from footcal_cli.core.diagnosis.case import Case, Rows
+from footcal_cli.core.diagnosis.problem import Problem, Signature
+from footcal_cli.core.diagnosis.refit import Refit, refit
+from footcal_cli.core.diagnosis.scores import cosines, held_out_loss
+from footcal_cli.core.diagnosis.signatures import SWITCHES
+from footcal_cli.core.diagnosis.whitening import whitened_grams
+from footcal_cli.core.effects.contract import Effect
+from footcal_cli.core.evidence import Interval, jackknife_interval, sign_flip_mean, sign_patterns
+from footcal_cli.core.parameters import FloatArray
+
+LOOK_ALIKE = 0.6
+"""|cos| from which a cause that explains nearly as much is refitted in full too."""
+NEARLY = 0.5
+MOST_CONTENDERS = 4
+
+
+def decided(
+    case: Case,
+    rows: Rows,
+    problem: Problem,
+    table: Mapping[str, Effect],
+    causes: Sequence[Cause],
+    model: Refit | None,
+    answer: Diagnosis,
+    seed: int,
+) -> tuple[Cause, Refit]:
+    """The named cause against its look-alikes, each in its own full non-linear refit.
+
+    A linear proxy may prefer the wrong one of two look-alikes when the effect is large.
+    """
+    first = answer.causes[0]
+    rules = answer.rules
+    tried: list[tuple[Cause, Refit, FloatArray]] = []
+    for signature, size in _contenders(answer):
+        cause = replace(first, signature=signature, size=size, rivals=(), places=first.places)
+        if signature.effect != first.signature.effect:
+            cause = replace(cause, places=())
+        fitted = _extended(case, rows, problem, table, [*causes, cause], model)
+        tried.append(
+            (cause, fitted, _white_loss(extended_problem(problem, fitted, [*causes, cause])))
+        )
+    best = int(np.argmin([loss.sum() for _, _, loss in tried]))
+    chosen, fitted, loss = tried[best]
+    signs = sign_patterns(loss.size, seed)
+    worse = {
+        cause.signature.effect
+        for cause, _, other in tried
+        if sign_flip_mean(other - loss, signs) < rules.alpha_rival
+    }
+    rivals = [s for s in first.rivals if s.effect not in worse]
+    rivals += [cause.signature for cause, _, _ in tried if cause.signature.effect not in worse]
+    if first.signature.effect in worse:
+        rivals = [s for s in rivals if s.effect != first.signature.effect]
+    kept = tuple(dict.fromkeys(s for s in rivals if s.effect != chosen.signature.effect))
+    return replace(chosen, rivals=kept), fitted
+
+
+def _contenders(answer: Diagnosis) -> list[tuple[Signature, Interval]]:
+    """The named cause and the effects that look like it and explain nearly as much."""
+    evidence, lib = answer.search.first, answer.library
+    first = answer.causes[0]
+    signatures = lib.problem.signatures
+    mine = lib.causes.index(first.signature.cause)
+    gain = evidence.gain.sum(axis=0)
+    cos = np.abs(cosines(answer.grams.inner, answer.grams.calibration, evidence.best))[mine]
+    found = {first.signature.effect: (first.signature, first.size)}
+    for c in np.argsort(-gain):
+        signature = signatures[lib.index(int(evidence.best[c]))]
+        if len(found) == MOST_CONTENDERS or gain[c] < NEARLY * gain[mine]:
+            break
+        possible = signature.lower <= evidence.size[c] <= signature.upper
+        if signature.effect not in found and cos[c] > LOOK_ALIKE and possible:
+            size = jackknife_interval(float(evidence.size[c]), evidence.size_without[:, c])
+            found[signature.effect] = (signature, size)
+    return list(found.values())
+
+
+def _white_loss(problem: Problem) -> FloatArray:
+    """Held-out squared error of each block in the metric of the noise, shape (B,)."""
+    bare = replace(problem, columns=problem.columns[:, :0], signatures=())
+    grams, _ = whitened_grams(bare, np.empty((problem.residual.size, 0)))
+    return held_out_loss(grams.inner, grams.calibration)
+
+
+def _extended(
+    case: Case,
+    rows: Rows,
+    problem: Problem,
+    table: Mapping[str, Effect],
+    causes: Sequence[Cause],
+    model: Refit | None,
+) -> Refit:
+    """All accepted effects refitted together, starting from the last model."""
+    start: dict[str, float] = {} if model is None else {n: model.values[n] for n in model.names}
+    newest = causes[-1]
+    effect = table[newest.signature.effect]
+    shapes = dict(newest.signature.shape)
+    for owner, _ in newest.signature.owners:
+        for parameter in effect.parameters:
+            value = shapes.get(parameter.name, parameter.neutral)
+            if parameter.name == newest.signature.parameter:
+                # the linear size may overshoot a bent effect; begin inside its range
+                inside = np.clip(newest.size.value, -3 * parameter.prior_sd, 3 * parameter.prior_sd)
+                value = float(np.clip(parameter.neutral + inside, parameter.lower, parameter.upper))
+                value = 1.0 if effect.name in SWITCHES else value
+            start.setdefault(f"{owner}.{parameter.name}", value)
+    accepted = [(table[c.signature.effect], c.signature) for c in causes]
+    return refit(case, rows, problem, accepted, start)
+
+
+def extended_problem(problem: Problem, model: Refit, causes: Sequence[Cause]) -> Problem:
+    """The problem on the extended model: its effects and their rivals are calibration now."""
+    taken = {c.signature.effect for c in causes}
+    rivals = {s for c in causes for s in (*c.rivals, *c.places)}
+    rival_columns = [problem.columns[:, i] for i, s in enumerate(problem.signatures) if s in rivals]
+    extra = np.stack([*model.columns.T, *rival_columns], axis=1)
+    norm = np.sqrt(np.mean(extra**2, axis=0))
+    extra = extra[:, norm > 0] / norm[norm > 0]
+    return replace(problem.without(*taken), residual=model.residual, accepted=extra)
