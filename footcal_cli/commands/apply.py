@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from pydantic import Field
@@ -28,17 +28,25 @@ class ApplyOptions(CommandOptions):
     """``[apply]`` of a recipe.
 
     `chassis_com_m` is used where the calibration does not say which chassis CoM it means;
-    `least_force_n` is the load below which a foot has no centre of pressure.
+    `least_force_n` is the load below which a foot has no centre of pressure; `cop_correction` is a
+    ``cop_correction.json`` of offline-fit.
     """
 
     chassis_com_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
     least_force_n: float = Field(default=5.0, gt=0)
+    cop_correction: str | None = None
 
 
 def apply(
     logs: Logs = None,
     recipe: RecipeFile = None,
     parameters: ParametersFile = None,
+    cop_correction: Annotated[
+        Path | None,
+        typer.Option(
+            "--cop-correction", metavar="FILE", help="cop_correction.json of offline-fit."
+        ),
+    ] = None,
     out: Out = Path("out/apply"),
     overwrite: Overwrite = False,
     seed: Seed = 0,
@@ -55,6 +63,7 @@ def apply(
         overwrite=overwrite,
         seed=seed,
         quiet=quiet,
+        cop_correction=None if cop_correction is None else str(cop_correction),
     )
     raise typer.Exit(session.finish(_applied(session)))
 

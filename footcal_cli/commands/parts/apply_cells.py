@@ -8,12 +8,21 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from footcal_cli.columns import cells_table
+from footcal_cli.core.bench.cop_models import corrected_cop_m
+from footcal_cli.core.bench.matrix import bias_of, mixing_of
 from footcal_cli.core.chain import Chain, Link, link
 from footcal_cli.core.effects import find_effect
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.errors import UsageError
-from footcal_cli.records import ParametersRecord, RmseRecord, VerdictRecord
+from footcal_cli.records import (
+    CopCorrectionRecord,
+    CopCorrectionsRecord,
+    ParametersRecord,
+    RmseRecord,
+    VerdictRecord,
+    read_record,
+)
 from footcal_cli.report import Report, Sheet, number
 from footcal_cli.session import Outcome
 
@@ -22,9 +31,15 @@ if TYPE_CHECKING:
     from footcal_cli.session import Session
 
 
-def _removed(log: Log, record: ParametersRecord) -> FloatArray:
-    """Forces (n, c): counts through the inverse of everything the calibration contains."""
-    chain = Chain((link(find_effect("scale_bias"), log.channels),))
+def _forces(log: Log, record: ParametersRecord) -> tuple[FloatArray, FloatArray]:
+    """Counts through the inverse of the calibration: forces (n, c), cell positions (n, c, 2)."""
+    values = {name: p.value for name, p in record.parameters.items()}
+    mixing = mixing_of(values, log.channels)
+    chain = Chain(())
+    if mixing is None:
+        chain = Chain((link(find_effect("scale_bias"), log.channels),))
+    else:
+        log = log.with_readings(log.readings @ mixing.T + bias_of(values, log.channels))
     for item in record.effects:
         effect = find_effect(item.effect)
         if effect.name == "scale_bias":
@@ -36,8 +51,27 @@ def _removed(log: Log, record: ParametersRecord) -> FloatArray:
                 remedy="use online-replay, which knows them",
             )
         chain = chain.with_link(Link(effect, dict(item.owners)))
-    truth, _ = chain.remove(log, {name: p.value for name, p in record.parameters.items()})
-    return truth.readings
+    truth, _ = chain.remove(log, values)
+    return truth.readings, truth.known["cell_pos_m"]
+
+
+def _correction(
+    session: Session[ApplyOptions], record: ParametersRecord
+) -> dict[str, CopCorrectionRecord]:
+    """Polynomials of ``cop_correction.json`` by foot; refused where cells are corrected already."""
+    given = session.options.cop_correction
+    if given is None:
+        return {}
+    feet = read_record(CopCorrectionsRecord, Path(given)).feet
+    moved = [item for item in record.effects if item.effect == "cell_position"]
+    for foot in feet:
+        if any(owner.startswith(f"{foot}_") for item in moved for owner in item.owners):
+            raise UsageError(
+                f"the calibration moves the cells of foot '{foot}', which corrects its CoP already",
+                file=given,
+                remedy="leave out --cop-correction",
+            )
+    return feet
 
 
 def apply_cells(session: Session[ApplyOptions]) -> Outcome:
@@ -51,21 +85,35 @@ def apply_cells(session: Session[ApplyOptions]) -> Outcome:
     counts = np.concatenate([table.numbers([f"{c}_counts" for c in cells]) for table in tables])
     for cell in cells:
         record.value(f"{cell}.scale")
+    corrections = _correction(session, record)
     warmth = [t.number("temperature_degc") for t in tables if "temperature_degc" in t]
-    known = {"temperature_degc": np.concatenate(warmth)} if len(warmth) == len(tables) else {}
+    places = {
+        f"{foot}_{cell}": (at.x_m, at.y_m)
+        for foot, spec in robot.feet.items()
+        for cell, at in spec.cells.items()
+    }
+    where = np.array([places.get(cell, (np.nan, np.nan)) for cell in cells])
+    known = {"cell_pos_m": np.tile(where, (time_s.size, 1, 1))}
+    if len(warmth) == len(tables):
+        known["temperature_degc"] = np.concatenate(warmth)
     log = Log("walk", cells, time_s, counts, known, np.zeros(time_s.size, dtype=np.int64))
-    force_n = _removed(log, record)
+    force_n, cell_pos_m = _forces(log, record)
     columns = {"time_s": time_s} | {f"{c}_n": force_n[:, i] for i, c in enumerate(cells)}
     rows = []
     for foot, spec in robot.feet.items():
         own_cells = [f"{foot}_{cell}" for cell in spec.cells]
         if not own_cells or any(cell not in cells for cell in own_cells):
             continue
-        own = force_n[:, [cells.index(cell) for cell in own_cells]]
+        at = [cells.index(cell) for cell in own_cells]
+        own = force_n[:, at]
         total = own.sum(axis=1)
         loaded = total > session.options.least_force_n
-        where = np.array([[cell.x_m, cell.y_m] for cell in spec.cells.values()])
-        cop = np.where(loaded[:, None], own @ where / np.where(loaded, total, 1.0)[:, None], np.nan)
+        moment = np.einsum("nc,nck->nk", own, cell_pos_m[:, at])
+        cop = np.where(loaded[:, None], moment / np.where(loaded, total, 1.0)[:, None], np.nan)
+        if foot in corrections:
+            found = corrections[foot]
+            both = np.column_stack([found.coefficients_x, found.coefficients_y])
+            cop = corrected_cop_m(found.terms, both, cop, own, own_cells)
         columns |= {
             f"{foot}_fz_n": total,
             f"{foot}_cop_x_m": cop[:, 0],

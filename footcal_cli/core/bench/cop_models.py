@@ -8,6 +8,7 @@ the cell's effective position is ``q_i / s_i``.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -178,6 +179,35 @@ def _features(model: CopModel, raw: FloatArray, forces_n: FloatArray) -> FloatAr
     x, y = raw.T
     columns = [np.ones_like(x), x, y, x * x, x * y, y * y][: TERMS[model.name]]
     return np.column_stack([*columns, forces_n] if model.with_forces else columns)
+
+
+def corrected_cop_m(
+    terms: Sequence[str],
+    coefficients: FloatArray,
+    raw_cop_m: FloatArray,
+    forces_n: FloatArray,
+    cells: Sequence[str],
+) -> FloatArray:
+    """``CoP + Σ a_k φ_k(x, y) + Σ b_i F_i`` with the terms named (seed 1, eqs. (3)–(5)).
+
+    Parameters
+    ----------
+    terms
+        Of ``1, x, y, x², xy, y²`` and names of cells.
+    coefficients
+        Of each term for x and y, as `CopFit.coefficients` gives them, shape (k, 2).
+    raw_cop_m, forces_n, cells
+        CoP (n, 2), forces (n, c) and the names of their columns.
+
+    Returns
+    -------
+    FloatArray
+        Corrected CoP, shape (n, 2).
+    """
+    x, y = raw_cop_m.T
+    columns = {"1": np.ones_like(x), "x": x, "y": y, "x²": x * x, "xy": x * y, "y²": y * y}
+    columns |= {cell: forces_n[:, i] for i, cell in enumerate(cells)}
+    return np.asarray(raw_cop_m + np.column_stack([columns[t] for t in terms]) @ coefficients)
 
 
 def fit_cop(model: CopModel, rows: PlacementRows, ridge: float = 0.0) -> CopFit:

@@ -7,7 +7,7 @@ share an offset.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -264,3 +264,19 @@ def _names(output: str, channels: Sequence[str]) -> list[str]:
         for channel in channels
     ]
     return [*own, f"{output}.bias"]
+
+
+def mixing_of(values: Mapping[str, float], channels: Sequence[str]) -> FloatArray | None:
+    """The matrix of ``F = M S + b`` as named in `MatrixFit.estimates`, shape (c, c).
+
+    None where no name speaks of one channel's share in another's load.
+    """
+    names = [_names(output, channels)[:-1] for output in channels]
+    if not any(name in values for row in names for name in row if ".scale_from_" in name):
+        return None
+    return np.array([[values.get(name, 0.0) for name in row] for row in names])
+
+
+def bias_of(values: Mapping[str, float], channels: Sequence[str]) -> FloatArray:
+    """Biases of the channels, shape (c,)."""
+    return np.array([values.get(f"{channel}.bias", 0.0) for channel in channels])
