@@ -1,8 +1,32 @@
 """Which experiment next? A menu of feasible ones, judged by how far they push rivals apart.
 
-For load cells the menu is simulated: each rival's signature is differentiated on the planned
-loads, what calibration or the other rival can absorb is projected off, and what is left over the
-noise gives the separation. Other rivals come with the table's own advice.
+Each plan is simulated: what an effect would do to the planned log at its fitted size, what of it
+neither the refitted calibration nor the refitted rival can absorb, over the noise of this data.
+
+The plans by id, and the kind of log that `diagnose` then reads:
+
+``weights`` (ladders on each cell alone, several sessions)
+    ``up_down`` eight steps up and down, 5 s each; ``random_order`` the same weights shuffled, each
+    twice, 10 s; ``up_down_60s`` eight steps up and down, 60 s each; ``fine_ladder`` 24 steps up
+    and down, 5 s each; ``push_pull`` eight steps up and down, then the same weights pulling;
+    ``hold_5min`` the largest weight for 5 minutes, 5 minutes unloaded; ``ramps`` a slow load up
+    and down (1 min) and two fast ones (3 s); ``taps`` 20 quick taps sampled at 80 Hz; ``warm_up``
+    the largest weight on and off every 20 s while warming by 5 K.
+``placements``
+    ``holes`` one weight on 18 holes of each foot, at five sizes.
+``stand``
+    ``stand_turned`` quiet stances at three heights, facing four ways.
+``walk`` (body and cells as streams)
+    ``bounce`` on both feet: bouncing and swaying, tempo rising from 0.5 to 4 Hz;
+    ``turn_and_bounce`` the same at three heights of the hips, facing four ways in turn;
+    ``walk_turning`` walking a circle each way; ``walk_slow_fast`` steps of 1.2 s, then of 0.5 s.
+``hang``
+    ``hang`` hanging in two opposite pairs of orientations, legs turning slowly.
+``pose``
+    ``pose_tilted`` poses with the body tilted up to 15° and turned; ``pose_tripods`` poses on
+    three legs in turn.
+
+What no log can show (a spirit level, a scale) has no id; the table's own advice stands then.
 """
 
 from __future__ import annotations
