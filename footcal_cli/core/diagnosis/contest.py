@@ -7,11 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from footcal_cli.core.diagnosis.aliases import aliases
 from footcal_cli.core.diagnosis.answer import Cause, Diagnosis
 from footcal_cli.core.diagnosis.case import Case, Rows
 from footcal_cli.core.diagnosis.problem import Problem, Signature
 from footcal_cli.core.diagnosis.refit import Refit, refit
-from footcal_cli.core.diagnosis.scores import cosines, held_out_loss
+from footcal_cli.core.diagnosis.scores import held_out_loss
 from footcal_cli.core.diagnosis.signatures import SWITCHES
 from footcal_cli.core.diagnosis.whitening import whitened_grams
 from footcal_cli.core.effects.contract import Effect
@@ -21,7 +22,9 @@ from footcal_cli.core.parameters import FloatArray
 LOOK_ALIKE = 0.6
 """|cos| from which a cause that explains nearly as much is refitted in full too."""
 NEARLY = 0.5
-MOST_CONTENDERS = 4
+MOST_CONTENDERS = 6
+ONE_AND_THE_SAME = 0.99
+"""|cos| from which no comparison of losses separates two effects: models are never so exact."""
 
 
 def decided(
@@ -57,12 +60,26 @@ def decided(
         for cause, _, other in tried
         if sign_flip_mean(other - loss, signs) < rules.alpha_rival
     }
-    rivals = [s for s in first.rivals if s.effect not in worse]
-    rivals += [cause.signature for cause, _, _ in tried if cause.signature.effect not in worse]
-    if first.signature.effect in worse:
-        rivals = [s for s in rivals if s.effect != first.signature.effect]
-    kept = tuple(dict.fromkeys(s for s in rivals if s.effect != chosen.signature.effect))
-    return replace(chosen, rivals=kept), fitted
+    near = {s.effect: (s, cos) for s, cos in _aliases_of(answer, chosen, fitted, rules.alias)}
+    worse -= {name for name, (_, cos) in near.items() if cos > ONE_AND_THE_SAME}
+    rivals = [*first.rivals, first.signature, *(cause.signature for cause, _, _ in tried)]
+    rivals += [s for s, _ in near.values()]
+    by_effect = {s.effect: s for s in rivals if s.effect not in worse | {chosen.signature.effect}}
+    return replace(chosen, rivals=tuple(by_effect.values())), fitted
+
+
+def _aliases_of(
+    answer: Diagnosis, chosen: Cause, fitted: Refit, least: float
+) -> list[tuple[Signature, float]]:
+    """Effects that can copy the chosen one as it was fitted, with |cos|."""
+    owner = chosen.signature.owners[0][0]
+    sizes = {
+        name.rsplit(".", 1)[1]: fitted.values[name]
+        for name in fitted.names
+        if name.rsplit(".", 1)[0] == owner
+    }
+    found = aliases(answer.library, chosen.signature, sizes)
+    return [(signature, cos) for signature, _, cos in found if cos > least]
 
 
 def _contenders(answer: Diagnosis) -> list[tuple[Signature, Interval]]:
@@ -72,14 +89,15 @@ def _contenders(answer: Diagnosis) -> list[tuple[Signature, Interval]]:
     signatures = lib.problem.signatures
     mine = lib.causes.index(first.signature.cause)
     gain = evidence.gain.sum(axis=0)
-    cos = np.abs(cosines(answer.grams.inner, answer.grams.calibration, evidence.best))[mine]
+    near = aliases(lib, first.signature, {first.signature.parameter: first.size.value})
+    alike = {signature.effect for signature, _, cos in near if cos > LOOK_ALIKE}
     found = {first.signature.effect: (first.signature, first.size)}
-    for c in np.argsort(-gain):
+    for c in np.argsort(-gain, kind="stable"):
         signature = signatures[lib.index(int(evidence.best[c]))]
         if len(found) == MOST_CONTENDERS or gain[c] < NEARLY * gain[mine]:
             break
         possible = signature.lower <= evidence.size[c] <= signature.upper
-        if signature.effect not in found and cos[c] > LOOK_ALIKE and possible:
+        if signature.effect not in found and signature.effect in alike and possible:
             size = jackknife_interval(float(evidence.size[c]), evidence.size_without[:, c])
             found[signature.effect] = (signature, size)
     return list(found.values())
@@ -101,7 +119,9 @@ def _extended(
     model: Refit | None,
 ) -> Refit:
     """All accepted effects refitted together, starting from the last model."""
-    start: dict[str, float] = {} if model is None else {n: model.values[n] for n in model.names}
+    start: dict[str, float] = {}
+    if model is not None:
+        start = {n: v for n, v in model.values.items() if n not in case.values}
     newest = causes[-1]
     effect = table[newest.signature.effect]
     shapes = dict(newest.signature.shape)

@@ -132,7 +132,7 @@ def _found(causes: Sequence[Cause], model: Refit | None) -> tuple[Found, ...]:
         owners = [owner for owner, _ in cause.signature.owners]
         mine = [
             i for i, name in enumerate(model.names) if name.rsplit(".", 1)[0] in owners
-            and name.rsplit(".", 1)[1] in _parameters(cause)
+            and name.rsplit(".", 1)[1] in _parameters(cause, model)
         ]  # fmt: skip
         size = next(
             model.intervals[i] for i in mine if model.names[i].endswith(cause.signature.parameter)
@@ -147,8 +147,10 @@ def _found(causes: Sequence[Cause], model: Refit | None) -> tuple[Found, ...]:
     return tuple(found)
 
 
-def _parameters(cause: Cause) -> set[str]:
-    return {cause.signature.parameter, *(name for name, _ in cause.signature.shape)}
+def _parameters(cause: Cause, model: Refit) -> set[str]:
+    effects = [item.effect for item in model.chain.links]
+    mine = next(e for e in effects if e.name == cause.signature.effect)
+    return {p.name for p in mine.parameters}
 
 
 def _stability(rounds: Sequence[Diagnosis]) -> float:

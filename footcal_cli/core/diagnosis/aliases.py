@@ -1,0 +1,83 @@
+"""Effects that these data cannot tell from an accepted one, known before any residual is seen."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from footcal_cli.core.diagnosis.problem import Signature
+from footcal_cli.core.diagnosis.scores import coefficients
+from footcal_cli.core.diagnosis.search import Library
+from footcal_cli.core.parameters import FloatArray, IntArray
+
+
+def aliases(
+    lib: Library, signature: Signature, sizes: Mapping[str, float]
+) -> list[tuple[Signature, float, float]]:
+    """Other effects whose visible part can copy that of a fitted effect, the nearest first.
+
+    ``cos = |P_j g̃| / |g̃|``: g̃ what the fitted effect leaves after calibration, P_j the projection
+    on what another effect leaves, all its axes together. An offset in any direction is compared
+    with an offset in any direction.
+
+    Parameters
+    ----------
+    lib
+        All candidates; its calibration holds what was accepted before.
+    signature
+        The fitted effect.
+    sizes
+        Fitted value of each of its size parameters.
+
+    Returns
+    -------
+    signature, size and cos of each effect where it comes nearest; copies of impossible size are
+    left out.
+    """
+    groups = _groups(lib)
+    inner = lib.grams.inner.sum(axis=0)
+    base, columns = lib.grams.calibration, lib.grams.candidates
+    gamma = coefficients(inner, base, columns)
+    visible = inner[np.ix_(columns, columns)] - gamma.T @ inner[np.ix_(base, columns)]
+    mine = groups[_place(signature)]
+    weights = np.array([sizes.get(lib.problem.signatures[i].parameter, 0.0) for i in mine])
+    own = float(weights @ visible[np.ix_(mine, mine)] @ weights)
+    best: dict[str, tuple[Signature, float, float]] = {}
+    for members in groups.values():
+        other = lib.problem.signatures[members[0]]
+        if other.effect == signature.effect or own <= 0:
+            continue
+        cross = visible[np.ix_(members, mine)] @ weights
+        needed = _solved(visible[np.ix_(members, members)], cross)
+        cos = float(np.sqrt(np.clip(cross @ needed / own, 0.0, 1.0)))
+        possible = all(
+            lib.problem.signatures[i].lower <= size <= lib.problem.signatures[i].upper
+            for i, size in zip(members, needed, strict=True)
+        )
+        if possible and cos > best.get(other.effect, (other, 0.0, 0.0))[2]:
+            largest = int(np.argmax(np.abs(needed) * np.sqrt(np.diag(visible)[members])))
+            best[other.effect] = (
+                lib.problem.signatures[members[largest]], float(needed[largest]), cos,
+            )  # fmt: skip
+    return sorted(best.values(), key=lambda item: -item[2])
+
+
+def _place(signature: Signature) -> tuple[object, ...]:
+    return signature.effect, signature.where, signature.shape
+
+
+def _groups(lib: Library) -> dict[tuple[object, ...], IntArray]:
+    """Testable candidates of one effect, place and shape: the axes of one offset."""
+    found: dict[tuple[object, ...], list[int]] = {}
+    for i, signature in enumerate(lib.problem.signatures):
+        if lib.testable[i]:
+            found.setdefault(_place(signature), []).append(i)
+    return {key: np.array(members, dtype=np.int64) for key, members in found.items()}
+
+
+def _solved(square: FloatArray, target: FloatArray) -> FloatArray:
+    """Least squares of scaled columns; an axis that hardly shows is not used."""
+    scale = np.sqrt(np.clip(np.diag(square), 1e-300, None))
+    inverse = np.linalg.pinv(square / np.outer(scale, scale), rcond=1e-6, hermitian=True)
+    return np.asarray((inverse @ (target / scale)) / scale)
