@@ -38,6 +38,7 @@ class DiagnoseOptions(CommandOptions):
     tolerance_mm: float = Field(default=1.0, gt=0)
     without: tuple[str, ...] = ()
     most_effects: int = Field(default=4, ge=1, le=4)
+    delay_s: float = 0.02
 
 
 def diagnose(

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from footcal_cli.core.effects.calibration import AXES
-from footcal_cli.core.effects.contract import Effect
+from footcal_cli.core.effects.contract import Effect, can_carry
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 
@@ -87,10 +87,12 @@ def six_axis_log(experiment: str = "pose", rows: int = 1200) -> Log:
 
 def log_for(effect: Effect) -> Log:
     """A log on which an effect acts."""
-    six_axis = {"hang", "pose"} & set(effect.experiments) and not {"weights", "walk"} & set(
-        effect.experiments
-    )
-    return six_axis_log() if six_axis or effect.name == "offset" else cell_log()
+    return cell_log() if can_carry(CELLS, effect) and not only_on_hips(effect) else six_axis_log()
+
+
+def only_on_hips(effect: Effect) -> bool:
+    """Whether no log of cells knows what the effect needs."""
+    return set(effect.experiments) <= {"hang", "pose"}
 
 
 def typical(effect: Effect, units: int, seed: int = 0) -> Mapping[str, FloatArray]:

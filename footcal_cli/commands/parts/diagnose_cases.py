@@ -41,15 +41,22 @@ class CaseRead:
 def read_case(session: Session[DiagnoseOptions]) -> CaseRead:
     """Read the logs of the asked experiment."""
     from footcal_cli.commands.parts.diagnose_balanced import read_balanced
+    from footcal_cli.commands.parts.diagnose_hang import read_hang
     from footcal_cli.commands.parts.diagnose_placements import read_placements
+    from footcal_cli.commands.parts.diagnose_pose import read_pose
+    from footcal_cli.commands.parts.diagnose_six_axis_feet import read_six_axis_feet
     from footcal_cli.commands.parts.diagnose_weights import read_weights
     from footcal_cli.errors import UsageError
+    from footcal_cli.intake import is_six_axis_robot
 
+    on_feet = read_six_axis_feet if is_six_axis_robot(session.recipe.robot) else read_balanced
     builders = {
         "weights": read_weights,
         "placements": read_placements,
-        "walk": read_balanced,
-        "stand": read_balanced,
+        "walk": on_feet,
+        "stand": on_feet,
+        "hang": read_hang,
+        "pose": read_pose,
     }
     kind = session.options.experiment
     if kind not in builders:

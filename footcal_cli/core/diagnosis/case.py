@@ -56,6 +56,10 @@ class Case:
         Every log (a round of placements) has a calibration of its own.
     demand_noisy
         What the experiment demands is measured too (a moving body) and shares the error.
+    shared_blocks
+        Blocks of the same number in different logs are one block (legs that hang together).
+    settings
+        Key of `Log.known` that numbers settings-up (hangings) whose offsets and gains differ.
     """
 
     experiment: Experiment
@@ -73,6 +77,8 @@ class Case:
     directions: tuple[Direction, ...] = ()
     calibration_per_log: bool = False
     demand_noisy: bool = False
+    shared_blocks: bool = False
+    settings: str = ""
 
     def extended(self, chain: Chain, values: Mapping[str, float]) -> Case:
         """The same recordings with another model."""
@@ -112,20 +118,19 @@ class Rows:
     time_s: FloatArray
 
 
-def errors(case: Case, values: Mapping[str, float], chain: Chain | None = None) -> list[FloatArray]:
-    """Balance errors of each log through the inverse chain, each (n, k)."""
-    used = chain or case.chain
-    return [case.experiment.balance(used.remove(log, values)[0]).error for log in case.logs]
-
-
 def residual(
-    case: Case, rows: Rows, values: Mapping[str, float], chain: Chain | None = None
+    case: Case,
+    rows: Rows,
+    values: Mapping[str, float],
+    chain: Chain | None = None,
+    only: Sequence[int] | None = None,
 ) -> FloatArray:
-    """The one residual of a case in units of noise, shape (m,)."""
-    found = errors(case, values, chain)
-    out = np.empty(rows.row.size)
-    for i, error in enumerate(found):
+    """The one residual of a case in units of noise, shape (m,); zero on logs not among `only`."""
+    used = chain or case.chain
+    out = np.zeros(rows.row.size)
+    for i in range(len(case.logs)) if only is None else only:
         here = rows.log == i
+        error = case.experiment.balance(used.remove(case.logs[i], values)[0]).error
         out[here] = error[rows.row[here], rows.column[here]]
     scaled = out / rows.noise
     # an extreme trial value may leave the balance undefined; it then says nothing
@@ -198,19 +203,24 @@ def _reading_share(balance: Balance, derivative: FloatArray, stride: int) -> Flo
 def _demand_moved(log: Log, balance: Balance) -> Log:
     """A standing or walking log whose body moves as the readings demand, where both are noisy.
 
-    Vertical acceleration takes the rest of fz, the horizontal place of the CoM that of the
+    Acceleration takes the rest of the forces, the horizontal place of the CoM that of the
     moments; both enter the demand one to one (seed 1, eqs. (9)–(11)).
     """
     at = {name: i for i, name in enumerate(balance.outputs)}
     if not {"fz", "mx", "my"} <= set(at):
         return log
-    rest = {n: np.where(balance.valid[:, at[n]], balance.error[:, at[n]], 0.0) for n in
-            ("fz", "mx", "my")}  # fmt: skip
-    total = np.maximum(log.readings.sum(axis=1), 1.0)
+
+    def rest(name: str) -> FloatArray:
+        return np.where(balance.valid[:, at[name]], balance.error[:, at[name]], 0.0)
+
+    mass = log.known["mass_kg"]
     acc, com = log.known["com_acc_mps2"].copy(), log.known["com_m"].copy()
-    acc[:, 2] += rest["fz"] / log.known["mass_kg"]
-    com[:, 0] -= rest["my"] / total
-    com[:, 1] += rest["mx"] / total
+    for axis, name in enumerate(("fx", "fy", "fz")):
+        if name in at:
+            acc[:, axis] += rest(name) / mass
+    total = np.maximum(mass * (acc[:, 2] + log.known["gravity_mps2"]), 1.0)
+    com[:, 0] -= rest("my") / total
+    com[:, 1] += rest("mx") / total
     return log.with_known(com_acc_mps2=acc, com_m=com)
 
 
@@ -251,7 +261,7 @@ def rows_of(case: Case) -> Rows:
             stamps.append(time)
     where = [np.concatenate(p).astype(np.int64) for p in zip(*parts, strict=True)]
     time = np.concatenate(stamps)
-    pairs = np.stack([where[0], where[3]], axis=1)
+    pairs = np.stack([where[0] * (not case.shared_blocks), where[3]], axis=1)
     _, block = np.unique(pairs, axis=0, return_inverse=True)
     order = np.lexsort((np.arange(block.size), where[4], block))
     where = [w[order] for w in where]

@@ -4,21 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import product
 
 import numpy as np
 
 from footcal_cli.core.chain import Chain, Link
 from footcal_cli.core.diagnosis.case import Case, Rows, channels_of, residual
 from footcal_cli.core.diagnosis.problem import Excluded, Signature
-from footcal_cli.core.effects.contract import Effect, EffectParameter, Scope, units_of
+from footcal_cli.core.diagnosis.shapes import shapes_of
+from footcal_cli.core.effects.contract import (
+    Effect,
+    EffectParameter,
+    Scope,
+    can_carry,
+    units_of,
+)
 from footcal_cli.core.parameters import FloatArray
 
 STEP = 0.02
 """Finite-difference step of a size, in its prior sd."""
 ALIKE = 0.995
 """|cos| from which two shapes of an effect count as one."""
-MOST_SHAPES = 30
 _NOTHING = 1e-6  # RMS change in noise units at a usual size: below it is rounding
 SWITCHES = frozenset({"channel_swap"})
 """Effects that are on or off: differentiated at the swapped readings, a whole one looks like −1."""
@@ -102,6 +107,8 @@ def library_columns(case: Case, rows: Rows, effects: Iterable[Effect]) -> Column
     for effect in effects:
         if effect.name in present or case.experiment.name not in effect.experiments:
             continue
+        if not can_carry(channels_of(case.logs), effect):
+            continue
         missing = [name for name in effect.needs if name not in known]
         if missing:
             excluded.append(Excluded(effect.name, "", f"{', '.join(missing)} was not recorded"))
@@ -123,7 +130,7 @@ def effect_columns(
 ) -> tuple[list[Signature], list[FloatArray]]:
     """Columns of one effect; shapes that look alike are kept once."""
     units = _units(case, effect)
-    shapes = _shapes(effect, len(channels_of(case.logs)))
+    shapes = shapes_of(case, effect)
     signatures: list[Signature] = []
     columns: list[FloatArray] = []
     for size in effect.sizes:
@@ -193,20 +200,6 @@ def places(effect: Effect, units: Sequence[str]) -> list[Place]:
     return found
 
 
-def _shapes(effect: Effect, channels: int) -> list[dict[str, float]]:
-    """Grid of the shape parameters; pairs of channels without repeats."""
-    names = [s.name for s in effect.shapes]
-    grids = [
-        [v for v in s.grid if s.unit != "channel" or v < channels] or [s.neutral]
-        for s in effect.shapes
-    ]
-    shapes = [dict(zip(names, values, strict=True)) for values in product(*grids)]
-    if effect.name == "channel_swap":
-        first, second = names
-        shapes = [s for s in shapes if s[first] < s[second]]
-    return shapes[:MOST_SHAPES] if effect.name != "channel_swap" else shapes
-
-
 def derivative(
     case: Case,
     rows: Rows,
@@ -227,9 +220,15 @@ def derivative(
     for owner in owners:
         values |= {f"{owner}.{name}": value for name, value in shape.items()}
 
+    members = {member for group in owners.values() for member in group}
+    touched = [
+        i for i, log in enumerate(case.logs)
+        if not members.isdisjoint(units_of(effect.scope, log.channels))
+    ]  # fmt: skip
+
     def shifted(by: float) -> FloatArray:
         moved = {f"{owner}.{size.name}": size.neutral + by for owner in owners}
-        return residual(case, rows, {**values, **moved}, chain)
+        return residual(case, rows, {**values, **moved}, chain, touched)
 
     low = -step if size.neutral - step >= size.lower else 0.0
     high = step if size.neutral + step <= size.upper else 0.0

@@ -63,7 +63,8 @@ def gain_and_bias(channels: Sequence[str], values: Mapping[str, float]) -> tuple
 
 def parts_of(tracking: Tracking, block: IntArray) -> list[IntArray]:
     """Rows of each stretch of at most `PART_S` within a block, in the order of time."""
-    start = np.array([tracking.time_s[block == b].min() for b in range(int(block.max()) + 1)])
+    start = np.full(int(block.max()) + 1, np.inf)
+    np.minimum.at(start, block, tracking.time_s)
     part = np.floor((tracking.time_s - start[block]) / PART_S)
     order = np.lexsort((part, block))
     keys = np.stack([block[order], part[order]], axis=1)

@@ -121,7 +121,7 @@ MASS = Effect(
     source="seed 1, eq. (9)",
     remedy="weigh the robot as it walks, battery and cables included",
     needs=("mass_kg",),
-    mimics=("scale_bias", "load_bypass"),
+    mimics=("scale_bias", "load_bypass", "scale_matrix"),
     separates="a certified weight put on the standing robot",
 )
 

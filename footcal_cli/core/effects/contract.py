@@ -73,6 +73,19 @@ def is_six_axis(channels: Sequence[str]) -> bool:
     return bool(channels) and all("." in channel for channel in channels)
 
 
+class GridOf(StrEnum):
+    """What the values of a shape's grid are shares of, or where they come from."""
+
+    ITSELF = ""
+    LOAD = "largest load"
+    LABEL = "weights in use"
+    HOLE = "holes in use"
+
+
+OF_THE_LOGS = (GridOf.LABEL, GridOf.HOLE)
+"""Grids that the logs bring: which weight, which hole; nothing lies between two of them."""
+
+
 @dataclass(frozen=True)
 class EffectParameter:
     """One number of an effect.
@@ -93,6 +106,8 @@ class EffectParameter:
         value taken where none is given.
     grid
         Values worth trying for a shape parameter.
+    grid_of
+        The grid is in shares of the largest load in the logs, or the logs bring their own.
     """
 
     name: str
@@ -103,6 +118,15 @@ class EffectParameter:
     prior_sd: float
     shape: bool = False
     grid: tuple[float, ...] = ()
+    grid_of: GridOf = GridOf.ITSELF
+
+    @property
+    def tried(self) -> str:
+        """Where a shape is tried, in words."""
+        if self.grid_of in OF_THE_LOGS:
+            return f"all {self.grid_of}"
+        of = f" of the {self.grid_of}" if self.grid_of else ""
+        return ", ".join(f"{value:g}" for value in self.grid) + of
 
 
 @dataclass(frozen=True)
@@ -207,6 +231,14 @@ def on_wrenches(transform: ArrayTransform) -> Transform:
         return log.with_readings(wrenches.reshape(log.readings.shape)), state
 
     return lifted
+
+
+def can_carry(channels: Sequence[str], effect: Effect) -> bool:
+    """Whether sensors of this kind, six-axis transducers or cells, can have an effect."""
+    if is_six_axis(channels):
+        of_robot = effect.stage in (Stage.BODY, Stage.TRANSPORT)
+        return of_robot or bool({"hang", "pose"} & set(effect.experiments))
+    return effect.scope is not Scope.LEG
 
 
 def is_neutral(effect: Effect, theta: Theta) -> bool:

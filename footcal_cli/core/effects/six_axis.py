@@ -27,6 +27,8 @@ from footcal_cli.core.parameters import FloatArray
 COUPLINGS = tuple(f"{g}{a}_{g}{b}" for g in "ft" for a in "xyz" for b in "xyz" if a != b)
 """``fx_fz``: what of fz shows up in fx."""
 HUNG_OR_STOOD = ("hang", "pose")
+HIPS_AND_ANKLES = (*HUNG_OR_STOOD, "stand", "walk")
+"""A transducer under load: hanging and posing on hips, standing and walking on ankles."""
 
 
 def leg_phase(log: Log) -> FloatArray:
@@ -154,7 +156,7 @@ MOUNT_TRANSLATION = Effect(
     ),
     apply=on_wrenches(_about(-1.0)),
     remove=on_wrenches(_about(1.0)),
-    experiments=("pose",),
+    experiments=("pose", "stand", "walk"),
     formula="τ_measured = τ − p̃ × f: true origin = nominal origin + p̃, in nominal transducer axes",
     source="seed 2, eqs. (8)(9)",
     remedy="calibrate: pose-calib; check the hip's screws and spacers",
@@ -171,7 +173,7 @@ MOUNT_ROTATION = Effect(
     ),
     apply=on_wrenches(_mount),
     remove=on_wrenches(_unmount),
-    experiments=HUNG_OR_STOOD,
+    experiments=HIPS_AND_ANKLES,
     formula="w_measured = R̃ᵀ w, force and torque alike; R̃ turns by the vector mount_rot",
     source="seed 2, eqs. (8)(9), about the hip (METHODS: fifth model)",
     remedy="calibrate: pose-calib; check the mounting screws of that leg",
@@ -186,11 +188,11 @@ SCALE_MATRIX = Effect(
     parameters=tuple(EffectParameter(f"gain_{axis}", "-", 0.0, -0.9, 3.0, 0.02) for axis in AXES),
     apply=on_wrenches(_gain),
     remove=on_wrenches(_ungain),
-    experiments=HUNG_OR_STOOD,
+    experiments=HIPS_AND_ANKLES,
     formula="w_measured = (1 + γ) w, axis by axis",
     source="seed 2, section I-C (in-situ calibration matrices)",
     remedy="send the transducer to be recalibrated, or keep the gains",
-    mimics=("cross_coupling", "leg_weight", "robot_weight"),
+    mimics=("cross_coupling", "leg_weight", "robot_weight", "mass"),
     separates="a known weight on the toe of that leg",
 )
 
@@ -203,7 +205,7 @@ CROSS_COUPLING = Effect(
     ),
     apply=on_wrenches(_couple),
     remove=on_wrenches(_uncouple),
-    experiments=HUNG_OR_STOOD,
+    experiments=HIPS_AND_ANKLES,
     formula="w_measured = C w, ones on the diagonal, forces into forces and torques into torques",
     source="six-axis data sheets (crosstalk); seed 2, section I-C",
     remedy="send the transducer to be recalibrated, or keep the matrix",
@@ -218,7 +220,7 @@ AXIS_FLIP = Effect(
     parameters=tuple(EffectParameter(f"flip_{axis}", "-", 0.0, 0.0, 1.0, 0.3) for axis in AXES),
     apply=on_wrenches(_flip),
     remove=on_wrenches(_unflip),
-    experiments=HUNG_OR_STOOD,
+    experiments=HIPS_AND_ANKLES,
     formula="w_measured = (1 − 2 s) w, s = 1 for a flipped axis",
     source="METHODS: transducers mounted turned by π about z read −x where others read +x",
     remedy="correct that leg's axes in the recipe",
@@ -270,7 +272,7 @@ OFFSET_DRIFT = Effect(
     parameters=per_axis("offset_drift", 2e-4, 2e-5, 1.0, "/s"),
     apply=on_wrenches(_drift(1.0)),
     remove=on_wrenches(_drift(-1.0)),
-    experiments=HUNG_OR_STOOD,
+    experiments=HIPS_AND_ANKLES,
     formula="w_measured = w + k (t − t₀)",
     source="seed 2, section V: offsets moved by up to 10 N in six months",
     remedy="let the electronics warm up for 20 minutes; calibrate offsets before each use",
@@ -290,7 +292,7 @@ OFFSET_CHANGE = Effect(
     ),
     apply=on_wrenches(_change(1.0)),
     remove=on_wrenches(_change(-1.0)),
-    experiments=HUNG_OR_STOOD,
+    experiments=HIPS_AND_ANKLES,
     formula="w_measured = w + Δ for t − t₀ ≥ t_Δ",
     source="seed 2, section V; a blow, a tightened screw, a cable caught",
     remedy="repeat hang-calib after whatever happened then",

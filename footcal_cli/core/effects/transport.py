@@ -26,6 +26,7 @@ BODY_STREAM = (
     "angmom_rate_nm",
     "foot_yaw_rad",
     "foot_pos_m",
+    "foot_rot_wt",
     "cell_pos_m",
 )
 """Known quantities that come by the body's telemetry, where a log has them."""

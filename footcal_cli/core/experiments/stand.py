@@ -5,6 +5,8 @@ Seed 1, eqs. (12)(13), in the linear form ``Σ (pᵢ − c) fᵢ = 0``; a lifted
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from footcal_cli.core.effects.contract import is_six_axis
 from footcal_cli.core.experiments import walk
 from footcal_cli.core.experiments.contract import Balance, Experiment
@@ -24,3 +26,6 @@ EXPERIMENT = Experiment(
     balance=balance,
     calibration=("scale_bias",),
 )
+
+ON_SIX_AXIS = replace(walk.ON_SIX_AXIS, name="stand", balance=balance)
+"""The same on feet with six-axis transducers."""

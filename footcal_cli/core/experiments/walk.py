@@ -9,6 +9,7 @@ transducer.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -37,6 +38,7 @@ SIX_AXIS_KNOWN: Mapping[str, str] = {
     "foot_weight_n": "weight below each transducer, N, (n, feet)",
     "foot_com_m": "its CoM in the transducer's frame, m, (n, feet, 3)",
 }
+"""What six-axis feet need beside `KNOWN`, in place of the cells' positions."""
 
 
 def balance(log: Log) -> Balance:
@@ -166,3 +168,10 @@ EXPERIMENT = Experiment(
     balance=balance,
     calibration=("scale_bias",),
 )
+
+ON_SIX_AXIS = replace(
+    EXPERIMENT,
+    known={**{k: v for k, v in KNOWN.items() if k != "cell_pos_m"}, **SIX_AXIS_KNOWN},
+    calibration=("offset",),
+)
+"""The same on feet with six-axis transducers."""
