@@ -4,6 +4,8 @@ VENV := .venv
 BIN := $(VENV)/bin
 OUT ?= out
 PYTEST_WORKERS ?= 2
+BLIND_ROUNDS ?= 30
+BLIND_WORKERS ?= 2
 
 .DEFAULT_GOAL := help
 
@@ -64,7 +66,9 @@ studies: $(VENV)/.installed-dev  ## Slow studies: coverage, bounds, seeds; figur
 
 .PHONY: blind
 blind: $(VENV)/.installed-dev  ## The sealed blind bench; resumable; writes docs/blind_bench.md.
-	OMP_NUM_THREADS=1 $(BIN)/python -m tests.blind --out $(OUT)/blind --ledger $(OUT)/blind-ledger
+	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.blind \
+		--rounds $(BLIND_ROUNDS) --workers $(BLIND_WORKERS) \
+		--out $(OUT)/blind --ledger $(OUT)/blind-ledger
 
 .PHONY: samples
 samples: $(VENV)/.installed-dev  ## Rebuild sample_data/ from the physics engine.

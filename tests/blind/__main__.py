@@ -3,40 +3,51 @@
 from __future__ import annotations
 
 import argparse
-import random
+import json
+import sys
 from pathlib import Path
 
-from tests.blind.bench import Bench, diagnose_all, hide, opened
+from tests.blind.bench import Bench, diagnose_all, follow, hide, opened
 from tests.blind.ledger import open_ledger
 from tests.blind.page import write_page
-from tests.blind.trials import EXPERIMENTS, Kind, plan_cells
+from tests.blind.plan import EXPERIMENTS, ROUNDS, Kind, Planned, planned
+
+SECONDS = {"weights": 2.0, "placements": 2.5, "walk": 4.0, "hang": 3.0, "pose": 3.0, "stand": 3.0}
+"""One trial on one core of a current laptop, for the forecast."""
 
 
 def run(arguments: list[str] | None = None) -> None:
-    """Hide, diagnose, open, write the page."""
+    """Hide, diagnose, carry out what was proposed, open, write the page."""
     parser = argparse.ArgumentParser(prog="python -m tests.blind", description=__doc__)
     parser.add_argument("--out", type=Path, default=Path("out/blind"), help="logs and verdicts")
     parser.add_argument("--ledger", type=Path, default=Path("out/blind-ledger"), help="the truth")
     parser.add_argument("--stream", choices=("development", "sealed"), default="sealed")
-    parser.add_argument("--rounds", type=int, default=30, help="trials per line of the plan")
+    parser.add_argument("--rounds", type=int, default=ROUNDS, help=f"{ROUNDS}: a full run")
+    parser.add_argument("--first-round", type=int, default=0)
     parser.add_argument("--experiments", nargs="+", choices=EXPERIMENTS, default=EXPERIMENTS)
-    parser.add_argument("--kinds", nargs="+", help=f"of {Kind}")
+    parser.add_argument("--kinds", nargs="+", help=f"of {Kind}", default=())
+    parser.add_argument("--workers", type=int, default=2, help="processes that diagnose")
     parser.add_argument("--minutes", type=float, default=0.0, help="stop diagnosing after so long")
+    parser.add_argument("--notes", type=Path, help="JSON list of sentences for the page")
     parser.add_argument("--page", type=Path, default=Path("docs/blind_bench.md"))
     given = parser.parse_args(arguments)
+    trials = planned(given.rounds, given.experiments, given.kinds, given.first_round)
+    sys.stdout.write(forecast(trials, given.workers) + "\n")
     given.out.mkdir(parents=True, exist_ok=True)
     bench = Bench(given.out, open_ledger(given.ledger, given.stream))
-    cells = [c for c in plan_cells(given.experiments) if not given.kinds or c.kind in given.kinds]
-    # every round in an order of its own, so that an interrupted run is no worse for the last lines
-    shuffled = []
-    for number in range(given.rounds):
-        order = list(cells)
-        random.Random(number).shuffle(order)
-        shuffled += order
-    hide(bench, shuffled)
-    diagnose_all(bench, until_s=60.0 * given.minutes)
+    hide(bench, trials)
+    diagnose_all(bench, workers=given.workers, until_s=60.0 * given.minutes)
+    if follow(bench):
+        diagnose_all(bench, workers=given.workers, until_s=60.0 * given.minutes)
     scores, content = opened(bench)
-    write_page(scores, content, given.page)
+    notes = json.loads(given.notes.read_text("utf-8")) if given.notes else []
+    write_page(scores, {**content, "notes": notes}, given.page)
+
+
+def forecast(trials: tuple[Planned, ...], workers: int) -> str:
+    """How many trials are planned, and how long they take."""
+    seconds = sum(SECONDS[t.choices[0].experiment] for t in trials) / workers
+    return f"{len(trials)} trials, about {seconds / 60.0:.0f} min on {workers} cores"
 
 
 if __name__ == "__main__":

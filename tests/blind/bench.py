@@ -1,40 +1,36 @@
-"""Hide, diagnose, open: a run of the bench in three steps that meet only through files.
+"""Hide, diagnose, follow up, open: the steps of a run, which meet only through files.
 
 ``root/logs/<name>`` holds logs and recipe, ``root/commitments.json`` what was sealed, and
-``root/verdicts/<name>.json`` what footcal said. The truth is in the ledger's own folder.
+``root/verdicts/<name>.json`` what footcal said. The truth is in the ledger's own folder, whose
+place the processes that diagnose are never told.
 """
 
 from __future__ import annotations
 
-import contextlib
-import io
 import json
+import random
 import shutil
+import subprocess
+import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
-from unittest import mock
 
-from rich.progress import track
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from footcal_cli.app import main
-from footcal_cli.commands import diagnose as diagnose_command
-from footcal_cli.report import Picture
-from tests.blind.ledger import Ledger, code_digest
-from tests.blind.scoring import Score, Verdict, judge
-from tests.blind.trials import Cell, make_trial
+from tests.blind.diagnosing import REPOSITORY, rules_digest
+from tests.blind.followup import make_followup, wants_followup
+from tests.blind.ledger import Ledger
+from tests.blind.plan import Planned
+from tests.blind.scoring import Score, Verdict, judge, judge_followup
+from tests.blind.trials import make_trial
+from tests.blind.worker import work
 from tests.blind.yardstick import UnreachableError
 
-REPOSITORY = Path(__file__).resolve().parents[2]
-DECIDING = (
-    "footcal_cli/core/diagnosis",
-    "footcal_cli/core/evidence.py",
-    "footcal_cli/core/effects",
-)
-"""What a sealed run freezes: thresholds, procedure, table of effects."""
+LOOK_EVERY_S = 1.0
 
 
 @dataclass(frozen=True)
@@ -55,195 +51,182 @@ class Bench:
         return self.root / "commitments.json"
 
     def commitments(self) -> dict[str, Any]:
-        """Content of the commitments, empty before the first trial is hidden."""
-        if not self.commitments_file.is_file():
-            return {}
-        content: dict[str, Any] = json.loads(self.commitments_file.read_text(encoding="utf-8"))
-        return content
+        """Content of the commitments, those of an empty run before the first trial is hidden."""
+        if self.commitments_file.is_file():
+            content: dict[str, Any] = json.loads(self.commitments_file.read_text(encoding="utf-8"))
+            return content
+        return {
+            "stream": self.ledger.stream,
+            "sealed_at": datetime.now(UTC).isoformat(timespec="seconds"),
+            "rules_sha256": rules_digest(),
+            "trials": {},
+            "unreachable": [],
+            "followups": {},
+        }
+
+    def keep(self, content: Mapping[str, Any]) -> None:
+        """Write the commitments, and the names alone as the queue of the workers."""
+        text = json.dumps(content, indent=1)
+        partial = self.root / ".commitments.part"
+        partial.write_text(text, "utf-8")
+        partial.rename(self.commitments_file)
+        queue = [*content["trials"], *content["followups"].values()]
+        (self.root / "queue.json").write_text(json.dumps(queue), "utf-8")
+
+    def verdict(self, name: str) -> dict[str, Any] | None:
+        """What was said of a trial, None while it waits."""
+        path = self.root / "verdicts" / f"{name}.json"
+        if not path.is_file():
+            return None
+        record: dict[str, Any] = json.loads(path.read_text("utf-8"))
+        return record
 
 
-def rules_digest() -> str:
-    """Digest of every file that decides a diagnosis."""
-    files: dict[str, Path] = {}
-    for place in DECIDING:
-        path = REPOSITORY / place
-        for file in [path] if path.is_file() else sorted(path.rglob("*.py")):
-            files[file.relative_to(REPOSITORY).as_posix()] = file
-    return code_digest(files)
+def hide(bench: Bench, trials: Sequence[Planned], *, show: bool = True) -> None:
+    """Step 1: write the logs of all trials of a plan, and commit to their truths.
 
-
-def hide(bench: Bench, cells: Sequence[Cell], *, show: bool = True) -> None:
-    """Step 1: write the logs of all trials of a plan, and commit to their truths."""
-    content = bench.commitments() or {
-        "stream": bench.ledger.stream,
-        "sealed_at": datetime.now(UTC).isoformat(timespec="seconds"),
-        "rules_sha256": rules_digest(),
-        "trials": {},
-        "unreachable": [],
-    }
-    for number, cell in _shown(list(enumerate(cells)), "hiding", show):
-        trial = f"{number} {cell}"
-        name = bench.ledger.name(trial)
+    Neighbours change places by the ledger's secret, so that the order tells nothing.
+    """
+    content = bench.commitments()
+    order = list(trials)
+    near = 40
+    for start in range(0, len(order), near):
+        part = order[start : start + near]
+        random.Random(bench.ledger.seed(f"order {start}")).shuffle(part)
+        order[start : start + near] = part
+    for number, planned in enumerate(_shown(order, "hiding", show)):
+        name = bench.ledger.name(planned.trial)
         if name in content["trials"] or name in content["unreachable"]:
             continue
-        folder = bench.root / "logs" / name
+        _hide_one(bench, content, name, planned)
+        if number % near == 0:
+            bench.keep(content)
+    bench.keep(content)
+
+
+def _hide_one(bench: Bench, content: dict[str, Any], name: str, planned: Planned) -> None:
+    """The first of the choices that some robot can hold."""
+    folder = bench.root / "logs" / name
+    for number, cell in enumerate(planned.choices):
         shutil.rmtree(folder, ignore_errors=True)
         try:
-            truth = make_trial(cell, bench.ledger.seed(trial), folder)
+            truth = make_trial(cell, bench.ledger.seed(f"{planned.trial} {number}"), folder)
         except UnreachableError:
-            content["unreachable"].append(name)
-        else:
-            (folder / "ask.json").write_text(
-                json.dumps({"experiment": cell.experiment, "left_out": cell.left_out}), "utf-8"
-            )
-            content["trials"][name] = bench.ledger.write(name, truth)
-        bench.commitments_file.write_text(json.dumps(content, indent=1, sort_keys=True), "utf-8")
+            continue
+        ask(folder, cell.experiment, cell.left_out)
+        content["trials"][name] = bench.ledger.write(name, truth)
+        return
+    content["unreachable"].append(name)
+
+
+def ask(folder: Path, experiment: str, left_out: str = "") -> None:
+    """What a worker is told beside the logs."""
+    question = {"experiment": experiment, "left_out": left_out}
+    (folder / "ask.json").write_text(json.dumps(question), "utf-8")
+
+
+def follow(bench: Bench) -> int:
+    """Step 3: carry out the experiments that were proposed for designed aliases; how many."""
+    content = bench.commitments()
+    made = 0
+    for name in list(content["trials"]):
+        said = bench.verdict(name)
+        if said is None or name in content["followups"]:
+            continue
+        truth = json.loads((bench.ledger.folder / f"{name}.json").read_bytes())
+        if not wants_followup(truth, said):
+            continue
+        after = bench.ledger.name(f"after {name}")
+        folder = bench.root / "logs" / after
+        shutil.rmtree(folder, ignore_errors=True)
+        proposal = said["next_experiment"]
+        ask(make_followup(truth, proposal, bench.ledger.seed(f"after {name}"), folder),
+            proposal["kind"])  # fmt: skip
+        content["followups"][name] = after
+        made += 1
+    bench.keep(content)
+    return made
 
 
 def diagnose_all(
-    bench: Bench, *, show: bool = True, keep_logs: bool = False, until_s: float = 0.0
-) -> int:
-    """Step 2: diagnose what has no verdict yet; returns how many were done.
+    bench: Bench,
+    *,
+    workers: int = 1,
+    show: bool = True,
+    until_s: float = 0.0,
+    keep_logs: bool = False,
+) -> None:
+    """Step 2: diagnose what has no verdict yet, until it is done or the time is over.
 
-    Trials are taken in the order of their names, which is random; `until_s` > 0 stops after so
-    many seconds, and the next call goes on from there.
+    One worker runs here, more run as processes of their own.
     """
-    verdicts = bench.root / "verdicts"
-    verdicts.mkdir(exist_ok=True)
-    waiting = [
-        n for n in sorted(bench.commitments()["trials"]) if not (verdicts / f"{n}.json").is_file()
+    (bench.root / "verdicts").mkdir(exist_ok=True)
+    # what an interrupted run was at is begun anew
+    shutil.rmtree(bench.root / "claims", ignore_errors=True)
+    (bench.root / "claims").mkdir()
+    if workers == 1 and not show:
+        work(bench.root, until_s=until_s, keep_logs=keep_logs)
+        return
+    command = [sys.executable, "-m", "tests.blind.worker", str(bench.root.resolve())]
+    running = [
+        subprocess.Popen([*command, "--seconds", str(until_s)], cwd=REPOSITORY)
+        for _ in range(workers)
     ]
-    began, done = time.monotonic(), 0
-    for name in _shown(waiting, "diagnosing", show):
-        if 0 < until_s < time.monotonic() - began:
-            break
-        folder = bench.root / "logs" / name
-        record = diagnosed(folder, bench.root / "runs" / name)
-        record["rules_sha256"] = rules_digest()
-        partial = verdicts / f".{name}.part"
-        partial.write_text(json.dumps(record), "utf-8")
-        partial.rename(verdicts / f"{name}.json")
-        done += 1
-        if not keep_logs:
-            shutil.rmtree(folder, ignore_errors=True)
-        shutil.rmtree(bench.root / "runs" / name, ignore_errors=True)
-    return done
+    try:
+        _watch(bench, running, show)
+    finally:
+        for process in running:
+            process.terminate()
+            process.wait()
 
 
-def diagnosed(folder: Path, run: Path) -> dict[str, Any]:
-    """Calibrate with the ordinary command, diagnose with the public one; what came out.
-
-    The code under test sees the logs, the recipe and the kind of experiment, nothing else.
-    """
-    ask = json.loads((folder / "ask.json").read_text("utf-8"))
-    recipe = folder / "recipe.toml"
-    shutil.rmtree(run, ignore_errors=True)  # what an interrupted run left
-    began = time.monotonic()
-    parameters = run / "calibration" / "parameters.json"
-    steps = _calibrations(ask["experiment"], folder, run)
-    diagnosis = [
-        "diagnose",
-        *_logs(folder, ask["experiment"]),
-        "--experiment",
-        ask["experiment"],
-        "--recipe",
-        recipe,
-        "--parameters",
-        parameters,
-        "--out",
-        run / "diagnosis",
-    ]
-    for left_out in ask["left_out"].split():
-        diagnosis += ["--without", left_out]
-    steps.append(diagnosis)
-    for step in steps:
-        code, said = footcal(step)
-        if code not in (0, 1, 3):
-            return {
-                "verdict": "error",
-                "exit_code": code,
-                "said": said[-2000:],
-                "step": str(step[0]),
-            }
-    path = run / "diagnosis" / "diagnosis.json"
-    if not path.is_file():
-        return {"verdict": "error", "exit_code": code, "said": said[-2000:], "step": "diagnose"}
-    record: dict[str, Any] = json.loads(path.read_text("utf-8"))
-    record["seconds"] = time.monotonic() - began
-    return record
-
-
-def _calibrations(experiment: str, folder: Path, run: Path) -> list[list[str | Path]]:
-    """The ordinary commands that make the calibration to start from; the last one's counts."""
-    recipe: list[str | Path] = ["--recipe", folder / "recipe.toml"]
-    out: list[str | Path] = ["--out", run / "calibration"]
-    if experiment == "hang":
-        return [["hang-calib", _one(folder, "hang"), *recipe, *out]]
-    if experiment == "pose":
-        hung = run / "hang"
-        given: list[str | Path] = ["--parameters", hung / "parameters.json"]
-        return [
-            ["hang-calib", _one(folder, "hang"), *recipe, "--out", hung],
-            ["pose-calib", _one(folder, "poses"), *recipe, *given, *out],
-        ]
-    log = _one(folder, "weights" if experiment == "weights" else "bench")
-    return [["offline-fit", log, *recipe, *out]]
-
-
-def _logs(folder: Path, experiment: str) -> list[Path]:
-    roles = {"walk": ("cells", "body"), "stand": ("cells", "body"), "pose": ("poses",)}
-    return [_one(folder, role) for role in roles.get(experiment, (experiment,))]
-
-
-def _one(folder: Path, stem: str) -> Path:
-    return next(folder.glob(f"{stem}.[cp]*"))
-
-
-@contextlib.contextmanager
-def _undrawn() -> Iterator[None]:
-    """Commands without their figures, which take longer than the diagnosis itself."""
-    with (
-        mock.patch.object(diagnose_command, "_pictures", return_value=()),
-        mock.patch.object(Picture, "png", return_value=b""),
-    ):
-        yield
-
-
-def footcal(arguments: Sequence[str | Path]) -> tuple[int, str]:
-    """Run footcal as the shell does, quietly; exit code and what it said."""
-    said = io.StringIO()
-    with _undrawn(), contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
-        try:
-            main([*(str(a) for a in arguments), "--quiet"])
-        except SystemExit as end:
-            return end.code if isinstance(end.code, int) else 1, said.getvalue()
-    return 0, said.getvalue()
+def _watch(bench: Bench, running: Sequence[subprocess.Popen[bytes]], show: bool) -> None:
+    content = bench.commitments()
+    total = len(content["trials"]) + len(content["followups"])
+    with _bar(show) as bar:
+        task = bar.add_task("diagnosing", total=total)
+        while any(process.poll() is None for process in running):
+            time.sleep(LOOK_EVERY_S)
+            done = sum(1 for _ in (bench.root / "verdicts").glob("*.json"))
+            bar.update(task, completed=done)
 
 
 def opened(bench: Bench) -> tuple[list[Score], dict[str, Any]]:
-    """Step 3: open the ledger, check it against the commitments, judge every verdict.
+    """Step 4: open the ledger, check it against the commitments, judge every verdict.
 
     Raises
     ------
     BrokenSealError
-        A truth was changed, or the rules changed between sealing and diagnosing a sealed run.
+        A truth was changed.
     """
     content = bench.commitments()
     truths = bench.ledger.open(content["trials"])
     scores = []
-    changed = 0
-    for name, truth in sorted(truths.items()):
-        path = bench.root / "verdicts" / f"{name}.json"
-        if path.is_file():
-            record = json.loads(path.read_text("utf-8"))
-            changed += record["rules_sha256"] != content["rules_sha256"]
-            seconds = record.get("seconds", 0.0)
-            scores.append(judge({**truth, "seconds": seconds}, Verdict.read(record)))
-    return scores, {**content, "rules_changed": changed, "hidden": len(truths)}
+    changed = unavailable = 0
+    for name, truth in truths.items():
+        record = bench.verdict(name)
+        if record is None:
+            continue
+        if record["verdict"] == "not available":
+            unavailable += 1
+            continue
+        changed += record["rules_sha256"] != content["rules_sha256"]
+        verdict = Verdict.read(record)
+        after = bench.verdict(content["followups"].get(name, "none"))
+        resolved = None if after is None else judge_followup(truth, verdict, Verdict.read(after))
+        seconds = record.get("seconds", 0.0)
+        scores.append(judge({**truth, "seconds": seconds, "resolved": resolved}, verdict))
+    counts = {"rules_changed": changed, "hidden": len(truths), "unavailable": unavailable}
+    return scores, {**content, **counts}
+
+
+def _bar(show: bool) -> Progress:
+    return Progress(
+        TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(),
+        TimeRemainingColumn(), disable=not show,
+    )  # fmt: skip
 
 
 def _shown(items: Sequence[Any], what: str, show: bool) -> Iterator[Any]:
-    if not show:
-        yield from items
-        return
-    yield from track(items, what)
+    with _bar(show) as bar:
+        yield from bar.track(items, description=what)

@@ -77,15 +77,13 @@ def _kind(kind: str) -> Chosen:
 
 
 def _single(rho: float) -> Chosen:
-    return lambda s: s.truth["kind"] == "single" and s.truth["rho"] == rho
+    """One effect that matters and has no alias in its experiment."""
+    return lambda s: s.truth["kind"] == "single" and s.truth["rho"] == rho and s.matters
 
 
-def _unaliased(rho: float) -> Chosen:
-    return lambda s: _single(rho)(s) and not s.truth["effects"][0]["alias"]
-
-
-def _aliased(s: Score) -> bool:
-    return s.truth["kind"] == "single" and bool(s.truth["effects"][0]["alias"])
+def _one(rho: float) -> Chosen:
+    """One effect that matters, alone in its look or not."""
+    return lambda s: s.truth["kind"] in ("single", "alias") and s.truth["rho"] == rho and s.matters
 
 
 def _unseen(rho: float) -> Chosen:
@@ -93,7 +91,7 @@ def _unseen(rho: float) -> Chosen:
 
 
 def _foreign(s: Score) -> bool:
-    return _single(1.0)(s) and bool(s.truth["effects"][0]["foreign"])
+    return _one(1.0)(s) and bool(s.truth["effects"][0]["foreign"])
 
 
 def _sized(*, foreign: bool) -> Chosen:
@@ -115,15 +113,15 @@ DEMANDS: tuple[Demand, ...] = (
     Demand("null", "false name", _kind("null"), lambda s: s.wrong, 0.01, "at_most"),
     Demand("null", "any alarm", _kind("null"), lambda s: s.alarm, 0.03, "at_most"),
     *(
-        Demand(f"single, ρ {rho:g}", "exact name", _unaliased(rho), lambda s: s.exact, bound)
+        Demand(f"single, ρ {rho:g}", "exact name", _single(rho), lambda s: s.exact, bound)
         for rho, bound in EXACT.items()
     ),
     *(
-        Demand(f"single, ρ {rho:g}", "right answer", _single(rho), lambda s: s.right, bound)
+        Demand(f"single, ρ {rho:g}", "right answer", _one(rho), lambda s: s.right, bound)
         for rho, bound in RIGHT.items()
     ),
-    Demand("single, all ρ", "confident wrong name", _kind("single"), lambda s: s.wrong, 0.01,
-           "at_most"),
+    Demand("single, all ρ", "confident wrong name",
+           lambda s: s.truth["kind"] in ("single", "alias"), lambda s: s.wrong, 0.01, "at_most"),
     Demand("single, named", "95 % interval covers the size", _sized(foreign=False),
            lambda s: bool(s.covered), 0.90),
     Demand("single, foreign, named", "95 % interval covers the size", _sized(foreign=True),
@@ -140,10 +138,11 @@ DEMANDS: tuple[Demand, ...] = (
            "at_most"),
     Demand("left out of the library, ρ 1", "confident wrong name", _kind("left_out"),
            lambda s: s.wrong, 0.03, "at_most"),
-    Demand("designed alias, ρ ≥ 0.5", "both in the rival set",
-           lambda s: _aliased(s) and s.truth["rho"] >= 0.5, _both_rivals, 0.95),
+    Demand("designed alias, ρ ≥ 0.5", "both in the rival set", _kind("alias"), _both_rivals, 0.95),
+    Demand("designed alias", "resolved by the proposed experiment",
+           lambda s: s.resolved is not None, lambda s: bool(s.resolved), 0.90),
     Demand("wiring", "named or bad-data", _kind("switch"), lambda s: s.right, 0.98),
-    Demand("mass in a drifting walk", "not testable, no name", _kind("untestable"),
+    Demand("hidden in the calibration itself", "not testable, no name", _kind("untestable"),
            lambda s: s.right, 0.95),
     Demand("too little data", "says underpowered", _kind("underpowered"), lambda s: s.right, 1.0),
     Demand("too little data", "false name", _kind("underpowered"), lambda s: s.wrong, 0.0,

@@ -44,10 +44,8 @@ def draw_confusion(scores: Sequence[Score], path: Path) -> None:
 
 def draw_power(scores: Sequence[Score], path: Path) -> None:
     """Right answers against ρ, one panel per hidden effect, with Wilson bands."""
-    singles = [s for s in scores if s.truth["kind"] == "single"]
-    keys = sorted(
-        {(str(s.truth["experiment"]), str(s.truth["effects"][0]["key"])) for s in singles}
-    )
+    singles = [s for s in scores if s.truth["kind"] in ("single", "alias")]
+    keys = sorted({(s.group, str(s.truth["effects"][0]["key"])) for s in singles})
     if not keys:
         return
     across = 5
@@ -63,11 +61,7 @@ def draw_power(scores: Sequence[Score], path: Path) -> None:
     for panel in panels[len(keys) :]:
         panel.set_visible(False)
     for panel, (experiment, key) in zip(panels, keys, strict=False):
-        mine = [
-            s
-            for s in singles
-            if s.truth["experiment"] == experiment and s.truth["effects"][0]["key"] == key
-        ]
+        mine = [s for s in singles if s.group == experiment and s.truth["effects"][0]["key"] == key]
         rhos = sorted({float(s.truth["rho"]) for s in mine})
         for flag, colour in (("right", AFTER), ("exact", REFERENCE)):
             shares = [Share.of(getattr(s, flag) for s in mine if s.truth["rho"] == r) for r in rhos]

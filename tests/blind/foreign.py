@@ -90,6 +90,17 @@ def exponential_bend(x: Array, size_n: float, load_n: float) -> Array:
     return np.asarray(x + size_n * (1.0 - np.exp(-np.clip(x, 0.0, None) / load_n)))
 
 
+def soft_dead_zone(x: Array, share: float, width_n: float) -> Array:
+    """A cell that is deaf to small loads: ``x − s w tanh(x / w)``."""
+    return np.asarray(x - share * width_n * np.tanh(x / width_n))
+
+
+def soft_hinge(x: Array, share: float, load_n: float) -> Array:
+    """A second spring comes to bear beyond a load, softly: ``x + s d log(1 + exp((x − l)/d))``."""
+    width_n = 0.08 * load_n
+    return np.asarray(x + share * width_n * np.logaddexp(0.0, (x - load_n) / width_n))
+
+
 def neighbour_crosstalk(x: Array, share: float, feet: list[list[int]]) -> Array:
     """Each cell hears the next cell round the foot, and only that one."""
     y = x.copy()

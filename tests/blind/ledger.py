@@ -95,11 +95,3 @@ def open_ledger(folder: Path, stream: Stream) -> Ledger:
 def canonical(truth: Mapping[str, Any]) -> bytes:
     """One spelling of a truth as bytes."""
     return json.dumps(truth, sort_keys=True, ensure_ascii=False, allow_nan=False).encode()
-
-
-def code_digest(files: Mapping[str, Path]) -> str:
-    """SHA-256 over the names and contents of the files that decide a diagnosis."""
-    total = hashlib.sha256()
-    for name in sorted(files):
-        total.update(name.encode() + b"\0" + files[name].read_bytes() + b"\0")
-    return total.hexdigest()

@@ -31,12 +31,6 @@ holds it counts too. Brackets are 95 % intervals (Wilson); upper bounds are one-
 """
 
 
-def group_of(score: Score) -> str:
-    """The column of a trial: its experiment, drifting walks apart."""
-    drifting = score.truth["experiment"] == "walk" and score.truth.get("drift")
-    return "walk, drifting" if drifting else str(score.truth["experiment"])
-
-
 def write_page(scores: Sequence[Score], run: Mapping[str, Any], page: Path) -> None:
     """Write the page, and its figures beside it."""
     figures = page.parent / "figures"
@@ -88,18 +82,14 @@ def _provenance(scores: Sequence[Score], run: Mapping[str, Any]) -> str:
 def _enough(scores: Sequence[Score]) -> str:
     """Whether there are as many trials as the demands ask for."""
     nulls = sum(s.truth["kind"] == "null" for s in scores)
-    cells = Counter(
-        (group_of(s), s.truth["effects"][0]["key"], s.truth["rho"])
-        for s in scores
-        if s.truth["kind"] == "single"
-    )
+    cells = Counter((s.group, s.truth["rho"]) for s in scores if s.truth["kind"] == "single")
     fewest = min(cells.values(), default=0)
     ending = (
         "" if nulls >= 200 and fewest >= 30 else ": **too few to judge by, read the intervals**"
     )
     return (
-        f"- {nulls} nulls (200 asked); {fewest} to {max(cells.values(), default=0)} trials per "
-        f"effect, size and experiment that was reached at all (30 asked){ending}."
+        f"- {nulls} nulls (200 asked); {fewest} to {max(cells.values(), default=0)} single effects "
+        f"per size and experiment (30 asked){ending}."
     )
 
 
@@ -113,7 +103,7 @@ def _brief(share: Share) -> str:
 
 
 def _demands(scores: Sequence[Score]) -> list[str]:
-    groups = [g for g in GROUPS if any(group_of(s) == g for s in scores)]
+    groups = [g for g in GROUPS if any(s.group == g for s in scores)]
     rows, missed = [], []
     for demand in DEMANDS:
         share = demand.share(scores)
@@ -132,7 +122,7 @@ def _demands(scores: Sequence[Score]) -> list[str]:
                 demand.score,
                 demand.asked(),
                 measured if met else f"**{measured}**",
-                *(_brief(demand.share([s for s in scores if group_of(s) == g])) for g in groups),
+                *(_brief(demand.share([s for s in scores if s.group == g])) for g in groups),
             ]
         )
         if not met:
@@ -150,7 +140,7 @@ def _wrong_names(scores: Sequence[Score]) -> str:
         return f"No wrong name in {len(scores)} trials.\n"
     rows = [
         [
-            group_of(s),
+            s.group,
             str(s.truth["kind"]),
             " and ".join(str(e["key"]) for e in s.truth["effects"]) or "nothing",
             f"{s.truth['rho']:g}",
@@ -165,10 +155,10 @@ def _wrong_names(scores: Sequence[Score]) -> str:
 
 
 def _power(scores: Sequence[Score]) -> list[str]:
-    singles = [s for s in scores if s.truth["kind"] == "single"]
+    singles = [s for s in scores if s.truth["kind"] in ("single", "alias")]
     rows = []
-    for key in dict.fromkeys((group_of(s), str(s.truth["effects"][0]["key"])) for s in singles):
-        mine = [s for s in singles if (group_of(s), s.truth["effects"][0]["key"]) == key]
+    for key in dict.fromkeys((s.group, str(s.truth["effects"][0]["key"])) for s in singles):
+        mine = [s for s in singles if (s.group, s.truth["effects"][0]["key"]) == key]
         rho, how = rho_at_power(mine)
         words = {"below": f"< {rho:g}", "above": f"> {rho:g}"}.get(how, f"{rho:.2f}")
         # sizes grow almost in proportion to ρ: the median size per ρ times the ρ found

@@ -104,6 +104,11 @@ class Score:
         Whether the 95 % interval of a comparable size held the truth; None where not comparable.
     gain_covered
         The same of the held-out gain.
+    matters
+        Whether some hidden effect is larger than the smallest error that matters.
+    resolved
+        Whether a designed alias was told apart after the proposed experiment; None where none was
+        made.
     """
 
     truth: Mapping[str, Any]
@@ -115,6 +120,14 @@ class Score:
     column: str
     covered: bool | None
     gain_covered: bool | None = None
+    matters: bool = True
+    resolved: bool | None = None
+
+    @property
+    def group(self) -> str:
+        """The column of a trial: its experiment, drifting walks apart."""
+        drifting = self.truth["experiment"] == "walk" and self.truth.get("drift")
+        return "walk, drifting" if drifting else str(self.truth["experiment"])
 
     @property
     def row(self) -> str:
@@ -132,9 +145,11 @@ class Score:
 def judge(truth: Mapping[str, Any], verdict: Verdict) -> Score:
     """Judge a verdict.
 
-    Right is: for a null, ``none`` (or ``underpowered``); unseen or left out, any flag without a
-    wrong name; wiring, a name or ``bad-data``; untestable, no name and the status
-    ``not_testable``; too little data, ``underpowered``; below the size that matters, no name.
+    A rival set that holds the effect is a right answer; a name given beside it must be right too.
+    An effect smaller than what matters may be named or not. Otherwise right is: for a null,
+    ``none`` (or ``underpowered``); unseen or left out, any flag without a wrong name; wiring, a
+    name or ``bad-data``; untestable, no name and the status ``not_testable``; too little data,
+    ``underpowered``; below the size that matters, no name.
     """
     kind = str(truth["kind"])
     hidden = [frozenset(effect["right"]) for effect in truth["effects"]]
@@ -150,6 +165,9 @@ def judge(truth: Mapping[str, Any], verdict: Verdict) -> Score:
     astray = any(not group & allowed for group in verdict.rivals)
     exact = bool(hidden) and all(named) and not wrong and not astray
     flagged = verdict.verdict in FLAGGING
+    sizes = [effect.get("matters") for effect in truth["effects"]]
+    matters = not sizes or any(size is None or size >= 1.0 for size in sizes)
+    answered = found and not wrong and not astray
     right = {
         "null": not alarm,
         "unseen": flagged and not wrong,
@@ -158,7 +176,7 @@ def judge(truth: Mapping[str, Any], verdict: Verdict) -> Score:
         "untestable": not verdict.names and _not_testable(hidden, verdict),
         "underpowered": verdict.verdict == "underpowered" and not verdict.names,
         "small": not verdict.names,
-    }.get(kind, found and not wrong and not astray)
+    }.get(kind, answered or (not matters and not alarm))
     if kind in ("null", "underpowered", "small", "untestable"):
         wrong = bool(verdict.names)
     return Score(
@@ -171,7 +189,24 @@ def judge(truth: Mapping[str, Any], verdict: Verdict) -> Score:
         _column(verdict, allowed, held),
         _covered(truth, verdict),
         _gain_covered(truth, verdict),
+        matters,
+        truth.get("resolved"),
     )
+
+
+def judge_followup(truth: Mapping[str, Any], first: Verdict, second: Verdict) -> bool:
+    """Whether two experiments together leave the hidden effect alone.
+
+    Of the first rival set those survive that the second answer names; where it names none of them,
+    those that it could not rule out.
+    """
+    right = frozenset(truth["effects"][0]["right"])
+    suspected = next((g for g in first.rivals if g & right), frozenset())
+    named = second.names | frozenset().union(*second.rivals, frozenset())
+    statuses = second.statuses or {}
+    open_still = {n for n in suspected if "absent" not in statuses.get(n, ())}
+    survivors = suspected & named or open_still
+    return bool(survivors) and survivors <= right
 
 
 def _not_testable(hidden: Sequence[frozenset[str]], verdict: Verdict) -> bool:

@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import hashlib
+from collections import Counter
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from tests.blind.hidden import CATALOGUE
+from tests.blind.hidden import CATALOGUE, switches_in
 from tests.blind.ledger import open_ledger
 from tests.blind.noise import FAMILIES, draw_noise
-from tests.blind.trials import EXPERIMENTS, Cell, make_trial, plan_cells
-from tests.blind.world import Array
+from tests.blind.plan import EXPERIMENTS, ROUNDS, Cell, lines, planned
+from tests.blind.trials import make_trial
+from tests.blind.world import Array, World
 from tests.blind.worlds import WORLDS, walk
-from tests.blind.yardstick import size_for, yardstick
+from tests.blind.worlds.proposed import proposed
+from tests.blind.yardstick import Yardstick, size_for, yardstick
 
 
 def _bytes(folder: Path) -> dict[str, str]:
@@ -161,7 +164,12 @@ def test_development_and_sealed_seeds_never_meet(tmp_path: Path) -> None:
 
 
 def test_at_least_half_of_the_hidden_effects_are_foreign() -> None:
-    cells = [c for c in plan_cells() if c.kind in ("single", "pair", "switch", "unseen")]
+    cells = [
+        c
+        for line in lines()
+        for c in line.cells
+        if c.kind in ("single", "pair", "switch", "unseen")
+    ]
     foreign = [all(CATALOGUE[key].foreign for key in cell.hidden) for cell in cells]
     assert np.mean(foreign) > 0.5
 
@@ -176,10 +184,104 @@ def test_memories_start_rested_with_every_block() -> None:
 
 def test_switches_change_the_error_by_more_than_the_noise() -> None:
     for item in CATALOGUE.values():
-        if not item.switch or item.right == ("mass",):
+        if not item.switch or item.untestable:
             continue
         for experiment in item.experiments:
             maker = WORLDS[experiment]
             world = maker.draw(np.random.default_rng(6), {})
-            hidden = item.act(replace(world), 1.0, np.random.default_rng(2))
+            hidden = item.act(replace(world), item.guess, np.random.default_rng(2))
             assert yardstick(maker, world).rho(hidden) > 1.0, (item.key, experiment)
+
+
+def _left_by(item: str, stick: Yardstick, world: World, place: int) -> Array:
+    """What an effect at ρ 0.5 leaves, as one vector."""
+    entry = CATALOGUE[item]
+    _, hidden = size_for(
+        0.5,
+        lambda s: entry.act(world, s, np.random.default_rng(place)),
+        stick,
+        entry.guess,
+        entry.most,
+    )
+    return stick.left(hidden).ravel()
+
+
+@pytest.mark.parametrize(
+    ("experiment", "first", "second", "places"),
+    [
+        ("weights", "dead_zone/soft", "hinge/soft", 12),
+        ("walk", "delay/jittered", "lag/butterworth", 1),
+        ("walk", "imu_tilt/belief", "accel_bias/belief", 20),
+        ("walk", "accel_bias/belief", "com_offset/belief", 20),
+        ("pose", "robot_weight/belief", "leg_weight/shoe", 1),
+        ("pose", "case_strain/vertical", "scale_matrix/standing", 60),
+    ],
+)
+def test_designed_aliases_leave_the_same_behind(
+    experiment: str, first: str, second: str, places: int
+) -> None:
+    """|cos| > 0.95 at the best of some directions or shapes: such data do not separate them."""
+    maker = WORLDS[experiment]
+    world = maker.draw(np.random.default_rng(101), {"straight": True})
+    stick = yardstick(maker, world)
+    mine = _left_by(first, stick, world, 2)
+    others = [_left_by(second, stick, world, place) for place in range(places)]
+    cosines = [abs(mine @ o) / np.sqrt((mine @ mine) * (o @ o)) for o in others]
+    assert max(cosines) > 0.95
+
+
+def test_a_wandering_calibration_takes_in_what_a_walk_cannot_show() -> None:
+    for seed in range(3):
+        world = WORLDS["walk"].draw(np.random.default_rng(seed), {"drift": True})
+        stick = yardstick(WORLDS["walk"], world)
+        assert stick.follows is not None
+        for item in switches_in("walk", untestable=True):
+            hidden = item.act(world, item.guess, np.random.default_rng(1))
+            assert np.abs(stick.influence(hidden)).max() > 0.1
+            assert stick.rho(hidden) < 0.1
+
+
+def test_following_the_calibration_absorbs_more_than_a_constant_one_does() -> None:
+    world = WORLDS["walk"].draw(np.random.default_rng(3), {"drift": True})
+    following = yardstick(WORLDS["walk"], world)
+    constant = yardstick(WORLDS["walk"], replace(world, drift_per_root_s=(0.0, 0.0)))
+    tug = CATALOGUE["unseen/cable_tug"].act(world, 0.15, np.random.default_rng(1))
+    jitter = CATALOGUE["delay/jittered"].act(world, 0.004, np.random.default_rng(1))
+    assert following.rho(tug) < 0.7 * constant.rho(tug)
+    assert following.rho(jitter) == pytest.approx(constant.rho(jitter), rel=0.1)
+
+
+@pytest.mark.parametrize("plan", ["fine_ladder", "taps"])
+def test_a_proposed_bench_experiment_is_of_the_same_cells(plan: str) -> None:
+    before = WORLDS["weights"].draw(np.random.default_rng(1), {})
+    world = proposed(np.random.default_rng(2), plan, before, 3)
+    assert world.channels == before.channels
+    assert np.array_equal(world.scale, before.scale)
+    assert world.row["load_n"].max() == pytest.approx(before.facts["full_n"], rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    "plan", ["bounce", "turn_and_bounce", "walk_turning", "walk_slow_fast", "stand_turned"]
+)
+def test_a_proposed_motion_of_the_same_robot_balances(plan: str) -> None:
+    before = WORLDS["walk"].draw(np.random.default_rng(4), {})
+    world = proposed(np.random.default_rng(2), plan, before, 1)
+    assert world.facts["mass_kg"] == before.facts["mass_kg"]
+    assert np.array_equal(world.zero, before.zero)
+    stick = yardstick(WORLDS[world.experiment], world)
+    error = np.where(stick.valid, stick.clean_error, 0.0) / stick.noise
+    assert np.sqrt(np.mean(error**2)) < 0.15
+
+
+def test_every_injection_is_planned_and_a_full_run_hits_its_counts() -> None:
+    whole = planned(ROUNDS)
+    assert len({p.trial for p in whole}) == len(whole)
+    first = Counter((p.choices[0].kind, p.choices[0].experiment, p.choices[0].rho) for p in whole)
+    assert sum(n for (kind, _, _), n in first.items() if kind == "null") >= 200
+    singles = [n for (kind, _, _), n in first.items() if kind == "single"]
+    assert min(singles) >= 30
+    keys = {key for p in whole for cell in p.choices for key in cell.hidden}
+    assert keys == set(CATALOGUE)
+    # a run in two parts is the run in one
+    parts = {p.trial for p in (*planned(10), *planned(20, first_round=10))}
+    assert parts == {p.trial for p in whole}

@@ -11,10 +11,13 @@ import pytest
 
 from tests.blind.bench import Bench, hide, opened
 from tests.blind.ledger import BrokenSealError, canonical, open_ledger
+from tests.blind.plan import Cell, Planned
 from tests.blind.scoring import Share, Verdict, judge, rho_at_power, risk_coverage
-from tests.blind.trials import Cell
 
-CELLS = [Cell("null", "placements"), Cell("single", "weights", ("creep/two_stage",), 0.5)]
+CELLS = [
+    Planned("first", (Cell("null", "placements"),)),
+    Planned("second", (Cell("single", "weights", ("creep/two_stage",), 0.5),)),
+]
 
 
 def _bench(folder: Path) -> Bench:

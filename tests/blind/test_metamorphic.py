@@ -11,8 +11,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from tests.blind.bench import diagnosed
-from tests.blind.trials import Cell, make_trial
+from tests.blind.diagnosing import diagnosed
+from tests.blind.plan import Cell
+from tests.blind.trials import make_trial
 
 SEED = 49
 """Two cells and few rows: seconds per diagnosis."""

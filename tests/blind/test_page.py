@@ -11,8 +11,8 @@ import pytest
 from tests.blind.demands import DEMANDS
 from tests.blind.hidden import CATALOGUE
 from tests.blind.page import write_page
+from tests.blind.plan import Cell, lines
 from tests.blind.scoring import Score, Verdict, judge
-from tests.blind.trials import Cell, plan_cells
 
 RUN = {
     "stream": "development", "sealed_at": "2026-01-01T00:00:00+00:00", "rules_sha256": "0" * 64,
@@ -20,18 +20,24 @@ RUN = {
 }  # fmt: skip
 
 
-def _truth(cell: Cell) -> dict[str, Any]:
+def plan_cells() -> list[Cell]:
+    """Every cell of every line once."""
+    return [cell for line in lines() for cell in line.cells]
+
+
+def _truth(cell: Cell, *, resolved: bool = False) -> dict[str, Any]:
     effects = [
         {
             "key": key, "right": list(CATALOGUE[key].right), "alias": list(CATALOGUE[key].alias),
             "size": 1.0, "unit": "N", "parameter": CATALOGUE[key].parameter,
-            "foreign": CATALOGUE[key].foreign,
+            "foreign": CATALOGUE[key].foreign, "matters": 3.0,
         }
         for key in cell.hidden
     ]  # fmt: skip
     return {
         "kind": cell.kind, "experiment": cell.experiment, "drift": cell.drift, "rho": cell.rho,
         "effects": effects, "seconds": 1.0, "gain": {"force": 0.3},
+        "resolved": resolved if cell.kind == "alias" else None,
     }  # fmt: skip
 
 
@@ -59,7 +65,7 @@ def _oracle(cell: Cell) -> dict[str, Any]:
 
 
 def test_a_perfect_diagnosis_meets_every_demand(tmp_path: Path) -> None:
-    scores = [judge(_truth(c), Verdict.read(_oracle(c))) for c in plan_cells()]
+    scores = [judge(_truth(c, resolved=True), Verdict.read(_oracle(c))) for c in plan_cells()]
     assert [d.score for d in DEMANDS if not d.share(scores).trials] == []
     assert [(d.trial, d.score) for d in DEMANDS if not d.met(scores)] == []
     write_page(scores, RUN, tmp_path / "page.md")

@@ -1,117 +1,48 @@
-"""The plan of a bench: which effects, how large, how often; and making one trial of it."""
+"""Making one trial of the plan: a world drawn, effects hidden at their sizes, logs written."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
-from tests.blind.hidden import CATALOGUE, Injection, hidden_in
-from tests.blind.world import GRAVITY_MPS2, World
+from tests.blind.hidden import CATALOGUE
+from tests.blind.plan import Cell
+from tests.blind.world import GRAVITY_MPS2, Array, World
 from tests.blind.worlds import WORLDS
 from tests.blind.yardstick import UnreachableError, Yardstick, size_for, yardstick
 
-Kind = Literal[
-    "null", "single", "switch", "pair", "unseen", "left_out", "small", "underpowered", "untestable"
-]
-EXPERIMENTS = ("weights", "placements", "walk", "hang", "pose", "stand")
-SINGLE_RHO = (0.3, 0.5, 1.0)
-UNSEEN_RHO = (0.6, 1.0)
-PAIR_RHO = 0.6
 MATTERS = 0.15
 """The tolerance given in the recipe, as a share of the noise: ρ 0.3 is twice what matters."""
-SMALL_RHO = 0.05
 FEW = {"weights": 2, "placements": 2, "walk": 0, "hang": 1, "pose": 12, "stand": 4}
 """Days, rows of holes, turns, poses, stances with too little data; a walk has seconds instead."""
 FEW_SECONDS = 6.0
 MOST_DRAWS = 12
-CURVES = ("nonlinearity", "nonlinearity_cubic", "saturation", "hinge", "dead_zone")
-"""Names of one curve, more or less well described."""
 
 
 @dataclass(frozen=True)
-class Cell:
-    """One line of the plan.
+class Drawn:
+    """A hidden world, and the clean one it came from.
 
     Parameters
     ----------
-    kind
-        What is asked of the diagnosis.
-    experiment
-        Where.
-    hidden
-        Keys of `CATALOGUE`.
-    rho
-        Wanted size of each; 0 for a switch.
-    drift
-        Whether a walk's calibration wanders.
-    left_out
-        Effect taken out of the library before the diagnosis.
+    effects
+        What was hidden, for the ledger.
+    rng
+        Where its stream of random numbers stands.
     """
 
-    kind: Kind
-    experiment: str
-    hidden: tuple[str, ...] = ()
-    rho: float = 0.0
-    drift: bool = False
-    left_out: str = ""
+    clean: World
+    world: World
+    stick: Yardstick
+    effects: list[dict[str, Any]]
+    rng: np.random.Generator
 
 
-def plan_cells(experiments: Sequence[str] = EXPERIMENTS) -> tuple[Cell, ...]:
-    """Every line of the bench; a run repeats the whole list."""
-    cells: list[Cell] = []
-    for experiment in experiments:
-        seen = hidden_in(experiment, unseen=False)
-        drifts = (False, True) if experiment == "walk" else (False,)
-        for drift in drifts:
-            # nulls are needed by the hundred: as many as a tenth of the singles in each round
-            cells += [Cell("null", experiment, drift=drift)] * 4
-            cells += [
-                Cell("single", experiment, (item.key,), rho, drift)
-                for item in seen
-                for rho in SINGLE_RHO
-            ]
-            cells += [
-                Cell("unseen", experiment, (item.key,), rho, drift)
-                for item in hidden_in(experiment, unseen=True)
-                for rho in UNSEEN_RHO
-            ]
-        for item in CATALOGUE.values():
-            if item.switch and experiment in item.experiments:
-                # a mass hides in the drifting scales of a walk; wiring does not
-                kind: Kind = "untestable" if item.right == ("mass",) else "switch"
-                cells.append(Cell(kind, experiment, (item.key,), drift=experiment == "walk"))
-        cells += [
-            Cell("left_out", experiment, (item.key,), 1.0, left_out=_family(item)) for item in seen
-        ]
-        cells += [Cell("pair", experiment, pair, PAIR_RHO) for pair in _pairs(seen)]
-        cells.append(Cell("small", experiment, (seen[0].key,), SMALL_RHO))
-        cells += [Cell("underpowered", experiment, hidden, 1.0) for hidden in ((), (seen[0].key,))]
-    return tuple(cells)
-
-
-def _family(item: Injection) -> str:
-    """The names that must be taken out with an effect: a cubic is no wrong name for a curve."""
-    curve = "nonlinearity" in item.right
-    return " ".join(dict.fromkeys((*item.right, *(CURVES if curve else ()))))
-
-
-def _pairs(seen: Sequence[Injection]) -> Iterator[tuple[str, str]]:
-    """Each effect with the next one of another name that does not share its alias group."""
-    for i, first in enumerate(seen):
-        for second in (*seen[i + 1 :], *seen[:i]):
-            if not set(first.right) & set(second.right) and not set(first.alias) & set(
-                second.right
-            ):
-                yield first.key, second.key
-                break
-
-
-def make_trial(cell: Cell, seed: int, folder: Path) -> dict[str, Any]:
-    """Write the logs of one trial; returns its truth.
+def drawn(cell: Cell, seed: int) -> Drawn:
+    """Draw the hidden world of one trial.
 
     A world in which an effect cannot reach its ρ (it hides in the calibration) is drawn again.
 
@@ -129,22 +60,33 @@ def make_trial(cell: Cell, seed: int, folder: Path) -> dict[str, Any]:
             world, effects = _hide(cell, clean, stick, rng)
         except UnreachableError:
             continue
-        gain = _true_gain(world, stick)
-        folder.mkdir(parents=True)
-        maker.write(world, folder, rng)
-        _add_options(folder / "recipe.toml", clean, stick)
-        return {
-            "kind": cell.kind,
-            "experiment": cell.experiment,
-            "drift": cell.drift,
-            "seed": seed,
-            "rho": cell.rho,
-            "left_out": cell.left_out,
-            "effects": effects,
-            "gain": gain,
-            "facts": {k: v for k, v in clean.facts.items() if k != "legs"},
-        }
+        return Drawn(clean, world, stick, effects, rng)
     raise UnreachableError(f"{cell}: not reached in {MOST_DRAWS} worlds")
+
+
+def make_trial(cell: Cell, seed: int, folder: Path) -> dict[str, Any]:
+    """Write the logs of one trial; returns its truth.
+
+    Raises
+    ------
+    UnreachableError
+        No world of a dozen could hold the effect.
+    """
+    found = drawn(cell, seed)
+    folder.mkdir(parents=True)
+    WORLDS[cell.experiment].write(found.world, folder, found.rng)
+    add_options(folder / "recipe.toml", found.clean, found.stick)
+    return {
+        "kind": cell.kind,
+        "experiment": cell.experiment,
+        "drift": cell.drift,
+        "seed": seed,
+        "rho": cell.rho,
+        "left_out": cell.left_out,
+        "effects": found.effects,
+        "gain": _true_gain(found.world, found.stick),
+        "facts": {k: v for k, v in found.clean.facts.items() if k not in ("legs", "build")},
+    }
 
 
 def _true_gain(world: World, stick: Yardstick) -> dict[str, float]:
@@ -161,19 +103,30 @@ def _true_gain(world: World, stick: Yardstick) -> dict[str, float]:
     return {"force": 1.0 - float(np.sqrt(noise / (noise + left)))}
 
 
-def _add_options(recipe: Path, clean: World, stick: Yardstick) -> None:
+def add_options(recipe: Path, clean: World, stick: Yardstick) -> None:
     """The smallest errors that matter: a fixed share of the noise, in N and in mm of CoP.
 
     The calibration to start from is scale and bias: what a bench without suspicion makes.
     """
     torque = np.array([name.endswith("m") for name in _output_units(clean)])
-    force_n = MATTERS * float(np.median(stick.noise[~torque]))
+    smallest = _smallest(clean, stick)
+    force_n = float(smallest[~torque][0])
     lines = ["[offline_fit]", 'models = "affine"', "", "[diagnose]", f"tolerance_n = {force_n:.4g}"]
     if torque.any():
-        moment_nm = MATTERS * float(np.median(stick.noise[torque]))
-        lines.append(f"tolerance_mm = {1000.0 * moment_nm / _carried_n(clean):.4g}")
+        lines.append(f"tolerance_mm = {1000.0 * smallest[torque][0] / _carried_n(clean):.4g}")
+    if "delay_s" in clean.facts:
+        lines.append(f"delay_s = {clean.facts['delay_s']:.4g}")
     with recipe.open("a", encoding="utf-8") as stream:
         stream.write("\n".join(lines) + "\n")
+
+
+def _smallest(clean: World, stick: Yardstick) -> Array:
+    """The smallest error that matters, per output, N or Nm, shape (k,)."""
+    torque = np.array([name.endswith("m") for name in _output_units(clean)])
+    out = np.full(torque.size, MATTERS * float(np.median(stick.noise[~torque])))
+    if torque.any():
+        out[torque] = MATTERS * float(np.median(stick.noise[torque]))
+    return out
 
 
 def _output_units(world: World) -> list[str]:
@@ -195,7 +148,8 @@ def _carried_n(world: World) -> float:
 
 
 def _options(cell: Cell) -> dict[str, Any]:
-    options: dict[str, Any] = {"drift": cell.drift}
+    # level and late streams are aliases where nothing turns
+    options: dict[str, Any] = {"drift": cell.drift, "straight": cell.kind == "alias"}
     if cell.kind == "underpowered":
         options["blocks"] = FEW[cell.experiment]
         options["seconds"] = FEW_SECONDS
@@ -211,7 +165,7 @@ def _hide(
         item = CATALOGUE[key]
         sign = float(rng.choice([-1.0, 1.0])) if item.signed else 1.0
         place = int(rng.integers(2**63))
-        size, rho = item.guess, float("nan")
+        size, rho, matters = item.guess, float("nan"), float("nan")
         if not item.switch:
             size, alone = size_for(
                 cell.rho,
@@ -222,7 +176,7 @@ def _hide(
                 item.guess,
                 item.most,
             )
-            rho = stick.rho(alone)
+            rho, matters = stick.rho(alone), stick.matters(alone, _smallest(clean, stick))
         world = item.act(world, sign * size, np.random.default_rng(place))
         effects.append(
             {
@@ -233,7 +187,9 @@ def _hide(
                 "unit": item.unit,
                 "parameter": item.parameter,
                 "foreign": item.foreign,
+                "place": place,
                 "rho": None if item.switch else rho,
+                "matters": None if item.switch else matters,
             }
         )
     return world, effects

@@ -19,6 +19,8 @@ Ints = NDArray[np.int64]
 Rng = np.random.Generator
 
 GRAVITY_MPS2 = 9.80665
+SCALE_STEP, BIAS_STEP_N = 0.01, 0.1
+"""How far a calibration is moved to see what it does."""
 
 
 @dataclass(frozen=True)
@@ -45,6 +47,8 @@ class World:
         Step of the converter, N.
     drift
         Wandering of scales and biases, N, shape (n, c); not counted as noise where sizes are set.
+    drift_per_root_s
+        Random walk of each channel's scale (share) and bias (N) per √s, from which `drift` comes.
     robot
         The recipe's ``[robot]`` table.
     facts
@@ -63,6 +67,7 @@ class World:
     zero: Array
     quantum_n: float = 0.0
     drift: Array | None = None
+    drift_per_root_s: tuple[float, float] = (0.0, 0.0)
     body_time_s: Array = field(default_factory=lambda: np.zeros(0))
     body: Mapping[str, Array] = field(default_factory=dict)
     body_noise: Mapping[str, Array] = field(default_factory=dict)
@@ -72,6 +77,11 @@ class World:
     def fresh(self) -> NDArray[np.bool_]:
         """First row of every block: memories start rested, shape (n,)."""
         return np.asarray(np.diff(self.block, prepend=self.block[:1] - 1) != 0)
+
+    @property
+    def span_n(self) -> float:
+        """The load that shapes of effects are shares of, N."""
+        return float(self.facts.get("span_n", np.percentile(np.abs(self.shown), 99))) or 1.0
 
     def noisy(self) -> World:
         """The same experiment as the logger saw it, before conversion to counts."""
@@ -124,7 +134,7 @@ class Maker:
 def affine_calibrations(world: World) -> Iterator[World]:
     """Scale, then bias of every channel moved a little."""
     for i in range(len(world.channels)):
-        for factor, shift in ((1.01, 0.0), (1.0, 0.1)):
+        for factor, shift in ((1.0 + SCALE_STEP, 0.0), (1.0, BIAS_STEP_N)):
             shown = world.shown.copy()
             shown[:, i] = factor * shown[:, i] + shift
             yield world.with_shown(shown)

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.blind.world import Array, Maker, World
+from tests.blind.wandering import Wandering, wandering
+from tests.blind.world import BIAS_STEP_N, SCALE_STEP, Array, Maker, World
 
 TOUCHED = 1e-3
 """Outputs that an effect changes by less than this share of the most changed one do not count."""
@@ -32,12 +33,15 @@ class Yardstick:
         RMS of the noise per output, shape (k,).
     absorbed
         Orthonormal basis of what calibration explains, over the valid errors, shape (m, p).
+    follows
+        Where the calibration wanders: what following it explains, constants included.
     """
 
     maker: Maker
     clean_error: Array
     noise: Array
     absorbed: Array
+    follows: Wandering | None = None
 
     @property
     def valid(self) -> NDArray[np.bool_]:
@@ -50,11 +54,14 @@ class Yardstick:
         return np.asarray(np.where(self.valid & np.isfinite(change), change, 0.0))
 
     def left(self, world: World) -> Array:
-        """What is left of it after the calibration parameters have been refitted, shape (n, k)."""
+        """What is left of it after the calibration was refitted, or followed, shape (n, k)."""
         change = self.influence(world)
         flat = change[self.valid]
         out = np.zeros_like(change)
-        out[self.valid] = flat - self.absorbed @ (self.absorbed.T @ flat)
+        if self.follows is None:
+            out[self.valid] = flat - self.absorbed @ (self.absorbed.T @ flat)
+        else:
+            out[self.valid] = self.follows.left(flat)
         return out
 
     def rho(self, world: World) -> float:
@@ -66,6 +73,18 @@ class Yardstick:
         left = self.left(world)[:, touched][self.valid[:, touched]]
         return float(np.sqrt(np.mean(left**2)))
 
+    def matters(self, world: World, smallest: Array) -> float:
+        """What is left over the smallest error that matters, the output where it is largest.
+
+        Parameters
+        ----------
+        smallest
+            Per output, N or Nm, shape (k,).
+        """
+        rows = np.maximum(self.valid.sum(axis=0), 1)
+        rms = self.noise * np.sqrt(np.sum(self.left(world) ** 2, axis=0) / rows)
+        return float(np.max(rms / smallest))
+
 
 def yardstick(maker: Maker, world: World) -> Yardstick:
     """Measure a clean world."""
@@ -75,13 +94,16 @@ def yardstick(maker: Maker, world: World) -> Yardstick:
     rows = valid.sum(axis=0)
     # an output that never counts (no foot was lifted) has no noise of its own
     noise = np.where(rows > 0, np.sqrt(np.sum(shake**2, axis=0) / np.maximum(rows, 1)), 1.0)
-    columns = []
-    for moved in maker.calibrations(world):
-        change = ((maker.error(moved) - clean) / noise)[valid]
-        size = float(np.sqrt(np.sum(change**2)))
-        if size > 0:
-            columns.append(change / size)
-    u, s, _ = np.linalg.svd(np.stack(columns, axis=1), full_matrices=False)
+    changes = [(maker.error(moved) - clean) / noise for moved in maker.calibrations(world)]
+    if any(world.drift_per_root_s):
+        steps = np.array(world.drift_per_root_s) / [SCALE_STEP, BIAS_STEP_N]
+        rates = np.tile(steps, len(world.channels))
+        follows = wandering(world.time_s, changes, rates.tolist(), valid)
+        return Yardstick(maker, clean, noise, np.zeros((int(valid.sum()), 0)), follows)
+    columns = [change[valid] for change in changes]
+    sizes = [float(np.sqrt(np.sum(column**2))) for column in columns]
+    kept = [column / size for column, size in zip(columns, sizes, strict=True) if size > 0]
+    u, s, _ = np.linalg.svd(np.stack(kept, axis=1), full_matrices=False)
     return Yardstick(maker, clean, noise, u[:, s > 1e-7 * s[0]])
 
 

@@ -77,7 +77,7 @@ def read_balanced(session: Session[DiagnoseOptions]) -> CaseRead:
         values=values,
         calibration=ParameterSet(affine_parameters(channels, values)),
         tolerance_n=session.options.tolerance_n or 0.001 * weight,
-        tolerance_nm=session.options.tolerance_mm / 1000.0 * weight / 10.0,
+        tolerance_nm=session.options.tolerance_mm / 1000.0 * weight,
         drifts=kind == "walk",
         alike=False,
         stride=max(round(rate / 20.0), 1),

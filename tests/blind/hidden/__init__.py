@@ -19,7 +19,7 @@ CATALOGUE: Mapping[str, Injection] = {
 
 
 def hidden_in(experiment: str, *, unseen: bool) -> tuple[Injection, ...]:
-    """Effects of the bench in an experiment, those of the library or those outside it."""
+    """Effects with a size in an experiment: those of the library, or those outside it."""
     return tuple(
         item
         for item in CATALOGUE.values()
@@ -27,4 +27,13 @@ def hidden_in(experiment: str, *, unseen: bool) -> tuple[Injection, ...]:
     )
 
 
-__all__ = ["CATALOGUE", "Injection", "hidden_in"]
+def switches_in(experiment: str, *, untestable: bool) -> tuple[Injection, ...]:
+    """Effects of one size in an experiment: wiring, or what no such data can show."""
+    return tuple(
+        item
+        for item in CATALOGUE.values()
+        if item.switch and item.untestable == untestable and experiment in item.experiments
+    )
+
+
+__all__ = ["CATALOGUE", "Injection", "hidden_in", "switches_in"]

@@ -31,10 +31,6 @@ def _feet(world: World) -> list[list[int]]:
     return [[i for i, n in enumerate(names) if n == foot] for foot in dict.fromkeys(names)]
 
 
-def _span(world: World) -> float:
-    return float(np.percentile(np.abs(world.shown), 99)) or 1.0
-
-
 def _table(effect: str, parameter: str, **shapes: float) -> Act:
     """An effect of footcal's table; a shape above zero is a share of the span, else as it is."""
 
@@ -42,7 +38,7 @@ def _table(effect: str, parameter: str, **shapes: float) -> Act:
         mask = _somewhere(world, rng)
         values = {
             name: (
-                value * _span(world)
+                value * world.span_n
                 if name.endswith(("reach", "load", "limit", "width"))
                 else value
             )
@@ -66,7 +62,7 @@ def _added(signal: Callable[[World, float, Rng], Array]) -> Act:
 
 
 def _bouc_wen(world: World, size: float, rng: Rng) -> Array:
-    reach = rng.uniform(0.08, 0.2) * _span(world)
+    reach = rng.uniform(0.08, 0.2) * world.span_n
     return foreign.bouc_wen(world.shown, world.fresh, size, reach)
 
 
@@ -76,7 +72,7 @@ def _two_stage(world: World, size: float, rng: Rng) -> Array:
 
 
 def _bend(world: World, size: float, rng: Rng) -> Array:
-    return foreign.exponential_bend(world.shown, size, rng.uniform(0.3, 0.6) * _span(world))
+    return foreign.exponential_bend(world.shown, size, rng.uniform(0.3, 0.6) * world.span_n)
 
 
 def _warm(world: World, size: float, rng: Rng) -> Array:
@@ -176,7 +172,20 @@ def _edge(world: World, size: float, rng: Rng) -> World:
     )
 
 
+def _reach_n(world: World, rng: Rng) -> float:
+    return float(rng.uniform(0.3, 0.6) * world.span_n)
+
+
+def _deaf(world: World, size: float, rng: Rng) -> Array:
+    return foreign.soft_dead_zone(world.shown, size, _reach_n(world, rng))
+
+
+def _kinked(world: World, size: float, rng: Rng) -> Array:
+    return foreign.soft_hinge(world.shown, size, _reach_n(world, rng))
+
+
 _CURVES = "nonlinearity nonlinearity_cubic saturation"
+_BROKEN = ("dead_zone", "hinge", "saturation")
 
 INJECTIONS = (
     # footcal's own implementation
@@ -284,7 +293,7 @@ INJECTIONS = (
         "saturation/tanh",
         _CURVES,
         "weights placements",
-        _cellwise(lambda w, s, r: foreign.tanh_saturation(w.shown, _span(w) / s)),
+        _cellwise(lambda w, s, r: foreign.tanh_saturation(w.shown, w.span_n / s)),
         0.3,
         signed=False,
     ),
@@ -323,6 +332,42 @@ INJECTIONS = (
     Injection("crosstalk/neighbour", "crosstalk", "placements walk", _crosstalk, 0.02, most=0.3),
     Injection(
         "load_bypass/soft", "load_bypass", "placements walk", _bypass, 0.05, signed=False, most=0.5
+    ),
+    # designed aliases: loads that only press cannot tell a broken line's two ends apart
+    Injection(
+        "dead_zone/soft",
+        "dead_zone",
+        "weights",
+        _cellwise(_deaf),
+        0.03,
+        alias=_BROKEN,
+        signed=False,
+        most=0.8,
+    ),
+    Injection(
+        "hinge/soft", "hinge", "weights", _cellwise(_kinked), 0.03, alias=_BROKEN, signed=False
+    ),
+    # real, but the wandering calibration of a walk takes them in
+    Injection(
+        "creep/walking",
+        "creep creep_slow",
+        "walk",
+        _cellwise(_two_stage),
+        0.02,
+        "-",
+        signed=False,
+        switch=True,
+        untestable=True,
+    ),
+    Injection(
+        "temperature_bias/walking",
+        "temperature_bias",
+        "walk",
+        _added(_warm),
+        0.02,
+        "N/K",
+        switch=True,
+        untestable=True,
     ),
     Injection(
         "hanging_plate/uneven",

@@ -40,7 +40,9 @@ class Injection:
     most
         Largest size met in practice; a world that needs more for its ρ is drawn again.
     switch
-        It is there or not: its size is one and no ρ is set.
+        It is there or not: its size is `guess` and no ρ is set.
+    untestable
+        No data of its experiments can show it (METHODS.md): the right answer is *not testable*.
     """
 
     key: str
@@ -53,6 +55,7 @@ class Injection:
     alias: tuple[str, ...] = ()
     foreign: bool = True
     switch: bool = False
+    untestable: bool = False
     signed: bool = True
     most: float = np.inf
 

@@ -23,9 +23,9 @@ LIFTED_N = 0.02
 MIRRORED_CELLS = np.array([5, 4, 7, 6, 1, 0, 3, 2])
 
 
-def engine_walk(rng: Rng, seconds: float) -> tuple[Build, Motion]:
+def engine_walk(rng: Rng, seconds: float, *, straight: bool = False) -> tuple[Build, Motion]:
     """One of the engine's walks, changed by symmetries that mechanics has."""
-    names = sorted(p.name for p in FOLDER.glob("*.npz"))
+    names = sorted(p.name for p in FOLDER.glob("straight.npz" if straight else "[st]*.npz"))
     data = dict(_load(names[int(rng.integers(len(names)))]))
     rows = min(int(seconds * RATE_HZ), len(data["forces_n"]))
     start = int(rng.integers(0, len(data["forces_n"]) - rows + 1))

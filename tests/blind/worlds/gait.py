@@ -6,7 +6,8 @@ in the frequency domain; the ground forces are then what the finished motion dem
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from scipy.signal import lfilter
@@ -63,11 +64,19 @@ def draw_build(rng: Rng) -> Build:
     )
 
 
-def walk(rng: Rng, build: Build, seconds: float) -> Motion:
-    """Two seconds of standing, then steps to the end, perhaps in a curve."""
-    step_s = rng.uniform(0.5, 0.75)
+def walk(
+    rng: Rng,
+    build: Build,
+    seconds: float,
+    *,
+    step_s: float | None = None,
+    turn_radps: float | None = None,
+) -> Motion:
+    """Two seconds of standing, then steps to the end, perhaps in a curve; drawn if not given."""
+    step_s = rng.uniform(0.5, 0.75) if step_s is None else step_s
     double_s = step_s * rng.uniform(0.25, 0.35)
     speed, turn = rng.uniform(0.02, 0.1), rng.choice([0.0, rng.uniform(-0.12, 0.12)])
+    turn = turn if turn_radps is None else turn_radps
     n = int(seconds * FINE_HZ)
     time_s = np.arange(n) / FINE_HZ
     feet = np.zeros((n, 2, 3))
@@ -114,8 +123,13 @@ def walk(rng: Rng, build: Build, seconds: float) -> Motion:
     )
 
 
-def stances(rng: Rng, build: Build, count: int, seconds_each: float) -> Motion:
-    """Quiet stances: weight shifted about, heights changed, feet put down anew between them."""
+def stances(
+    rng: Rng, build: Build, count: int, seconds_each: float, *, facing_ways: int = 1
+) -> Motion:
+    """Quiet stances: weight shifted about, heights changed, feet put down anew between them.
+
+    With `facing_ways` the robot turns on the spot between them.
+    """
     n_each = int(seconds_each * FINE_HZ)
     n = count * n_each
     feet, yaw, swing = np.zeros((n, 2, 3)), np.zeros((n, 2)), np.zeros((n, 2))
@@ -124,8 +138,9 @@ def stances(rng: Rng, build: Build, count: int, seconds_each: float) -> Motion:
     for i in range(count):
         part = slice(i * n_each, (i + 1) * n_each)
         place = np.array([[0, build.hip_m], [0, -build.hip_m]]) + rng.normal(0, 0.01, (2, 2))
-        feet[part, :, :2] = place
-        yaw[part] = rng.normal(0, 0.06, 2)
+        facing = 2 * np.pi * (i % facing_ways) / facing_ways
+        feet[part, :, :2] = turned(place, facing)
+        yaw[part] = facing + rng.normal(0, 0.06, 2)
         kind = i % 5
         share[part] = (0.5, 0.75, 0.25, 1.0, 0.0)[kind] + (
             rng.uniform(-0.1, 0.1) if kind < 3 else 0
@@ -148,6 +163,57 @@ def stances(rng: Rng, build: Build, count: int, seconds_each: float) -> Motion:
     )
     time_s = time_s + PAUSE_S * cycle
     return Motion(time_s, com, np.zeros((n, 3)), zeros, feet, yaw, forces, swing, cycle)
+
+
+def bounces(
+    rng: Rng, build: Build, *, stretches: int, seconds_each: float, facing_ways: int, heights: int
+) -> Motion:
+    """On both feet, bouncing and swaying at a tempo that rises from 0.5 to 4 Hz in each stretch.
+
+    Between stretches the robot turns and bends its knees, unlogged.
+    """
+    n = int(seconds_each * FINE_HZ)
+    time_s = np.arange(n) / FINE_HZ
+    tempo = 2 * np.pi * (0.5 * time_s + 1.75 * time_s**2 / seconds_each)
+    ramp = np.clip(np.minimum(time_s, seconds_each - time_s), 0.0, 1.0)
+    parts = []
+    for i in range(stretches):
+        facing = 2 * np.pi * (i % facing_ways) / facing_ways
+        bent = 1.0 - 0.1 * (i // facing_ways % heights)
+        feet = np.zeros((n, 2, 3))
+        place = np.array([[0, build.hip_m], [0, -build.hip_m]]) + rng.normal(0, 0.004, (2, 2))
+        feet[:, :, :2] = turned(place, facing)
+        yaw = facing + np.broadcast_to(rng.normal(0, 0.03, 2), (n, 2))
+        rate = 2 * np.pi * (0.5 + 3.5 * time_s / seconds_each)
+        up = np.minimum(1.5 / rate**2, 0.015) * np.sin(tempo + rng.uniform(0, 6))
+        share = 0.5 + 0.3 * ramp * np.sin(0.5 * tempo + rng.uniform(0, 6))
+        roll = 0.02 * ramp * np.sin(0.5 * tempo + rng.uniform(0, 6))
+        zmp = _planned(feet, yaw, share, build, roll)
+        standing = np.zeros((n, 2))
+        parts.append(
+            _balanced(
+                rng, build, time_s, zmp, bent * build.height_m + ramp * up, standing, feet, yaw,
+                share, standing, np.full(n, float(i)),
+            )
+        )  # fmt: skip
+    return joined(parts)
+
+
+def joined(parts: Sequence[Motion]) -> Motion:
+    """Motions one after the other, with nothing logged between them."""
+    start, shifted = 0.0, []
+    for part in parts:
+        shifted.append(replace(part, time_s=part.time_s + start))
+        start += float(part.time_s[-1]) + PAUSE_S
+    return Motion(
+        **{f.name: np.concatenate([getattr(p, f.name) for p in shifted]) for f in fields(Motion)}
+    )
+
+
+def turned(places: Array, angle_rad: float) -> Array:
+    """Points (k, 2) turned about the origin."""
+    cos, sin = np.cos(angle_rad), np.sin(angle_rad)
+    return np.asarray(places @ np.array([[cos, sin], [-sin, cos]]))
 
 
 def _smooth_step(phase: Array) -> Array:

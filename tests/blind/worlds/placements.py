@@ -68,7 +68,6 @@ def draw(rng: Rng, options: Mapping[str, Any]) -> World:
         },
         robot={
             "name": "plate",
-            "nameplate": {"capacity_n": round(2 * full_n, 1)},
             "feet": {"left": {"cells": {n: {"x_m": 0.0, "y_m": 0.0} for n in NAMES}}},
         },
         scale=scale,

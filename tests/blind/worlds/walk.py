@@ -26,21 +26,22 @@ from tests.blind.worlds.gait import PAUSE_S, Build, Motion, draw_build, walk
 
 FEET = ("left", "right")
 CELLS = ("fl", "fr", "rl", "rr")
-TELEMETRY_DELAY_S = 0.02
-"""The body stream comes late by what seed 1 names; the command compensates it as its default."""
+LONGEST_DELAY_S = 0.04
+"""The body stream comes late by up to twice what seed 1 names; the recipe says by how much."""
 ENGINE_SHARE = 0.35
 """Of the walks, how many come from the physics engine."""
 
 
 def draw(rng: Rng, options: Mapping[str, Any]) -> World:
-    """A robot and a minute of its gait, logged."""
+    """A robot and a minute of its gait, logged; `straight` forbids turning."""
     seconds = float(options.get("seconds") or rng.uniform(60.0, 80.0))
-    drift = bool(options.get("drift"))
+    drift, straight = bool(options.get("drift")), bool(options.get("straight"))
     if rng.random() < ENGINE_SHARE:
-        build, motion = engine_walk(rng, seconds)
+        build, motion = engine_walk(rng, seconds, straight=straight)
         return logged(rng, "walk", build, motion, drift, rate_hz=RATE_HZ)
     build = draw_build(rng)
-    return logged(rng, "walk", build, walk(rng, build, seconds), drift)
+    motion = walk(rng, build, seconds, turn_radps=0.0 if straight else None)
+    return logged(rng, "walk", build, motion, drift)
 
 
 def logged(
@@ -50,8 +51,12 @@ def logged(
     motion: Motion,
     drift: bool,
     rate_hz: float | None = None,
+    like: World | None = None,
 ) -> World:
-    """A motion as two loggers record it; on the motion's own stamps where a rate is given."""
+    """A motion as two loggers record it; on the motion's own stamps where a rate is given.
+
+    `like` is another log of the same robot: its converters and its noise are this one's too.
+    """
     rate, body_rate = (
         float(rng.choice([60.0, 80.0, 100.0])),
         float(rng.choice([80.0, 100.0, 120.0])),
@@ -71,18 +76,23 @@ def logged(
     family = str(rng.choice(FAMILIES))
     weight_n = build.mass_kg * GRAVITY_MPS2
     sd_n = weight_n * float(rng.uniform(1e-3, 4e-3))
-    noise = draw_noise(rng, family, shown, cycle, np.full(8, sd_n), repeatability=0.15)
+    delay_s = round(float(rng.uniform(0.0, LONGEST_DELAY_S)), 3)
     scale, zero = draw_cells(rng, 8)
+    if like is not None:
+        family, sd_n, delay_s = (like.facts[k] for k in ("noise", "sd_n", "delay_s"))
+        scale, zero = like.scale, like.zero
+    noise = draw_noise(rng, family, shown, cycle, np.full(8, sd_n), repeatability=0.15)
     whole = np.zeros(body_time_s.size, dtype=np.int64)
 
     def jitter(columns: int, sd: float) -> Array:
         return sd * autoregressive(rng.normal(size=(body_time_s.size, columns)), whole, 0.7)
 
     still = 0.1 if experiment == "stand" else 1.0
-    wander = None
+    wander, rates = None, (0.0, 0.0)
     if drift:
-        per_root_s = 2e-3 * weight_n / 4
-        wander = wandering(rng, time_s, 1e-3, 8) * shown + wandering(rng, time_s, per_root_s, 8)
+        rates = (1e-3, 2e-3 * weight_n / 4)
+        scales, biases = (wandering(rng, time_s, rate, 8) for rate in rates)
+        wander = scales * shown + biases
     warm = rng.uniform(18, 30) + rng.uniform(-3, 6) * (time_s / last) + 0.3 * np.sin(time_s / 7.0)
     return World(
         experiment=experiment,
@@ -101,6 +111,7 @@ def logged(
         zero=zero,
         quantum_n=float(rng.choice([0.0, sd_n, 3 * sd_n])),
         drift=wander,
+        drift_per_root_s=rates,
         body_time_s=body_time_s,
         body={
             name: resampled(motion.time_s, getattr(motion, name), body_time_s)
@@ -120,6 +131,8 @@ def logged(
             "engine": rate_hz is not None,
             "drift": drift,
             "seconds": float(last),
+            "delay_s": delay_s,
+            "build": build,
         },
     )
 
@@ -167,7 +180,7 @@ def write(world: World, folder: Path, rng: Rng) -> None:
         }
     )
     seen = world.noisy().body
-    body: dict[str, Array] = {"time_s": np.round(world.body_time_s + TELEMETRY_DELAY_S, 5)}
+    body: dict[str, Array] = {"time_s": np.round(world.body_time_s + world.facts["delay_s"], 5)}
     for i, axis in enumerate("xyz"):
         body[f"com_{axis}_m"] = seen["com_m"][:, i]
         body[f"com_acc_{axis}_mps2"] = seen["com_acc_mps2"][:, i]

@@ -1,0 +1,116 @@
+"""The side of the bench that sees logs only: calibrate, diagnose, keep what was said.
+
+Nothing here knows the plan or the ledger; a worker process imports this module and footcal.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import io
+import json
+import shutil
+import time
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+from unittest import mock
+
+from footcal_cli.app import main
+from footcal_cli.commands import diagnose as diagnose_command
+from footcal_cli.report import Picture
+
+REPOSITORY = Path(__file__).resolve().parents[2]
+FINE = (0, 1, 3)
+"""Exit codes of a command that did its work: done, found something, cannot tell."""
+
+
+def rules_digest() -> str:
+    """SHA-256 over the names and contents of footcal's modules: what a sealed run freezes."""
+    total = hashlib.sha256()
+    for file in sorted((REPOSITORY / "footcal_cli").rglob("*.py")):
+        name = file.relative_to(REPOSITORY).as_posix()
+        total.update(name.encode() + b"\0" + file.read_bytes() + b"\0")
+    return total.hexdigest()
+
+
+def diagnosed(folder: Path, run: Path) -> dict[str, Any]:
+    """Calibrate with the ordinary command, diagnose with the public one; what came out.
+
+    The code under test sees the logs, the recipe and the kind of experiment, nothing else.
+    """
+    ask = json.loads((folder / "ask.json").read_text("utf-8"))
+    shutil.rmtree(run, ignore_errors=True)  # what an interrupted run left
+    began = time.monotonic()
+    code, said, step = 0, "", ""
+    for command in _commands(ask, folder, run):
+        step = str(command[0])
+        code, said = footcal(command)
+        if code not in FINE:
+            break
+    path = run / "diagnosis" / "diagnosis.json"
+    record: dict[str, Any] = {"verdict": "error", "exit_code": code, "said": said[-2000:]}
+    if code in FINE and path.is_file():
+        record = json.loads(path.read_text("utf-8"))
+    elif "not available" in said:
+        record["verdict"] = "not available"
+    return {**record, "step": step, "seconds": time.monotonic() - began}
+
+
+def _commands(ask: dict[str, str], folder: Path, run: Path) -> list[list[str | Path]]:
+    """The calibration to start from, then the diagnosis."""
+    experiment = ask["experiment"]
+    diagnosis: list[str | Path] = ["diagnose", *_logs(folder, experiment)]
+    diagnosis += ["--experiment", experiment, "--recipe", folder / "recipe.toml"]
+    diagnosis += ["--parameters", run / "calibration" / "parameters.json"]
+    diagnosis += ["--out", run / "diagnosis"]
+    for left_out in ask["left_out"].split():
+        diagnosis += ["--without", left_out]
+    return [*_calibrations(experiment, folder, run), diagnosis]
+
+
+def _calibrations(experiment: str, folder: Path, run: Path) -> list[list[str | Path]]:
+    """The ordinary commands that make the calibration to start from; the last one's counts."""
+    recipe: list[str | Path] = ["--recipe", folder / "recipe.toml"]
+    out: list[str | Path] = ["--out", run / "calibration"]
+    if experiment == "hang":
+        return [["hang-calib", _one(folder, "hang"), *recipe, *out]]
+    if experiment == "pose":
+        hung = run / "hang"
+        given: list[str | Path] = ["--parameters", hung / "parameters.json"]
+        return [
+            ["hang-calib", _one(folder, "hang"), *recipe, "--out", hung],
+            ["pose-calib", _one(folder, "poses"), *recipe, *given, *out],
+        ]
+    log = _one(folder, "weights" if experiment == "weights" else "bench")
+    return [["offline-fit", log, *recipe, *out]]
+
+
+def _logs(folder: Path, experiment: str) -> list[Path]:
+    roles = {"walk": ("cells", "body"), "stand": ("cells", "body"), "pose": ("poses",)}
+    return [_one(folder, role) for role in roles.get(experiment, (experiment,))]
+
+
+def _one(folder: Path, stem: str) -> Path:
+    return next(folder.glob(f"{stem}.[cp]*"))
+
+
+@contextlib.contextmanager
+def _undrawn() -> Iterator[None]:
+    """Commands without their figures, which take longer than the diagnosis itself."""
+    with (
+        mock.patch.object(diagnose_command, "_pictures", return_value=()),
+        mock.patch.object(Picture, "png", return_value=b""),
+    ):
+        yield
+
+
+def footcal(arguments: Sequence[str | Path]) -> tuple[int, str]:
+    """Run footcal as the shell does, quietly; exit code and what it said."""
+    said = io.StringIO()
+    with _undrawn(), contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
+        try:
+            main([*(str(a) for a in arguments), "--quiet"])
+        except SystemExit as end:
+            return end.code if isinstance(end.code, int) else 1, said.getvalue()
+    return 0, said.getvalue()

@@ -1,0 +1,48 @@
+"""The experiment that a diagnosis proposed, made with the same robot and the same hidden effect."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tests.blind.hidden import CATALOGUE
+from tests.blind.plan import Cell
+from tests.blind.trials import add_options, drawn
+from tests.blind.worlds import WORLDS
+from tests.blind.worlds.proposed import can_make, proposed
+from tests.blind.yardstick import yardstick
+
+
+def wants_followup(truth: Mapping[str, Any], said: Mapping[str, Any]) -> bool:
+    """Whether a designed alias was answered with rivals and an experiment that can be made."""
+    proposal = said.get("next_experiment") or {}
+    return (
+        truth["kind"] == "alias"
+        and bool(said.get("rivals"))
+        and can_make(str(proposal.get("id", "")))
+    )
+
+
+def make_followup(
+    truth: Mapping[str, Any], proposal: Mapping[str, Any], seed: int, folder: Path
+) -> Path:
+    """Write the logs of the proposed experiment; returns their folder."""
+    keys = tuple(str(effect["key"]) for effect in truth["effects"])
+    cell = Cell(truth["kind"], truth["experiment"], keys, truth["rho"], truth["drift"])
+    before = drawn(cell, int(truth["seed"]))
+    rng = np.random.default_rng(seed)
+    clean = proposed(rng, str(proposal["id"]), before.clean, int(proposal.get("repeats") or 1))
+    # shapes stay what they are, however far the new loads reach
+    clean = replace(clean, facts={**clean.facts, "span_n": before.clean.span_n})
+    world = clean
+    for key, effect in zip(keys, truth["effects"], strict=True):
+        world = CATALOGUE[key].act(world, effect["size"], np.random.default_rng(effect["place"]))
+    maker = WORLDS[clean.experiment]
+    folder.mkdir(parents=True)
+    maker.write(world, folder, rng)
+    add_options(folder / "recipe.toml", clean, yardstick(maker, clean))
+    return folder
