@@ -22,7 +22,7 @@ from footcal_cli.recipe import CommandOptions, Frozen
 
 if TYPE_CHECKING:
     from footcal_cli.core.online.comparison import Comparison
-    from footcal_cli.core.online.filter import Noise
+    from footcal_cli.core.online.noise import Noise
     from footcal_cli.core.parameters import Estimates, FloatArray
     from footcal_cli.intake import Recording
     from footcal_cli.records import ParametersRecord, RmseRecord
@@ -40,6 +40,7 @@ class NoiseOptions(Frozen):
     moment_slow_nm: float | None = Field(default=None, gt=0)
     force_slow_s: float | None = Field(default=None, gt=0)
     moment_slow_s: float | None = Field(default=None, gt=0)
+    jitter_s: float | None = Field(default=None, gt=0)
     swing_n: float | None = Field(default=None, gt=0)
     swing_slow_n: float | None = Field(default=None, gt=0)
     swing_slow_s: float | None = Field(default=None, gt=0)
@@ -170,7 +171,9 @@ def _replay(session: Session[OnlineReplayOptions]) -> Outcome:
 def _cells(session: Session[OnlineReplayOptions], recording: Recording) -> Outcome:
     import numpy as np
 
+    from footcal_cli.core.experiments.walk import channel_contact
     from footcal_cli.core.online.comparison import Settings, compare
+    from footcal_cli.core.online.noise import starting_noise
     from footcal_cli.core.online.replay import MemoryOptions, memory_estimates
     from footcal_cli.core.online.window import WindowRule
     from footcal_cli.errors import DataError
@@ -184,7 +187,9 @@ def _cells(session: Session[OnlineReplayOptions], recording: Recording) -> Outco
     options, merged, belief = session.options, recording.merged, recording.belief
     assert belief is not None
     weight_n = session.recipe.robot.weight_n or 53.0
-    noise, learn = _noise(options, merged.raw, belief.scale_n_per_count, weight_n)
+    idle = channel_contact(merged.log) == 0.0
+    start = starting_noise(merged.raw * np.abs(belief.scale_n_per_count), idle, weight_n)
+    noise, learn = _noise(options, start)
     every = max(round(merged.rate_hz / options.update_hz), 1)
     settings = Settings(
         memory=MemoryOptions(
@@ -275,24 +280,14 @@ def _six_axis(session: Session[OnlineReplayOptions], recording: Recording) -> Ou
     )
 
 
-def _noise(
-    options: OnlineReplayOptions, raw: FloatArray, scale: FloatArray, weight_n: float
-) -> tuple[Noise, tuple[str, ...]]:
+def _noise(options: OnlineReplayOptions, start: Noise) -> tuple[Noise, tuple[str, ...]]:
     """The recipe's noise where it gives one, and the names of what is to be learnt."""
-    from dataclasses import fields, replace
+    from dataclasses import replace
 
-    import numpy as np
-
-    from footcal_cli.core.online.filter import Noise
-    from footcal_cli.core.online.streams import quantum
     from footcal_cli.core.online.tuning import LEARNT
 
     given = {k: v for k, v in options.noise.model_dump().items() if v is not None}
-    step_n = float(np.median(quantum(raw) * np.abs(scale)))
-    noise = replace(
-        Noise().for_weight(weight_n), **{"swing_fixed_n": step_n / np.sqrt(12.0), **given}
-    )
-    return noise, tuple(f.name for f in fields(Noise) if f.name in LEARNT and f.name not in given)
+    return replace(start, **given), tuple(name for name in LEARNT if name not in given)
 
 
 def _truth(

@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
+from footcal_cli.core.experiments.walk import channel_contact
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.evidence import check_consistency, rms
-from footcal_cli.core.online.filter import Noise
+from footcal_cli.core.online.noise import starting_noise
 from footcal_cli.core.online.replay import (
     Memory,
     MemoryOptions,
@@ -22,12 +23,18 @@ from footcal_cli.core.online.replay import (
     run_memory,
 )
 from footcal_cli.core.online.rows import Belief
-from footcal_cli.core.online.streams import quantum
 from footcal_cli.core.online.window import Weights, WindowRule, run_window_fast, standing_weights
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.signals import low_pass
-from tests.core.physics_walks import DRIFTING, SPEEDS, TELEMETRY_S, physics_walk, with_body_errors
-from tests.core.walk_data import Errors, Recording
+from tests.core.physics_walks import (
+    DRIFTING,
+    MASS_KG,
+    SPEEDS,
+    TELEMETRY_S,
+    physics_walk,
+    with_body_errors,
+)
+from tests.core.walk_data import Errors, G, Recording
 from tests.core.walking import belief_of, walk_log
 
 SETTLED_S = 5.0
@@ -52,8 +59,9 @@ def study(recording: Recording, plate: float = 0.0) -> Outcome:
     belief: Belief = belief_of(recording)
     filtered = low_pass(recording.force, 80.0)
     nothing = np.zeros(filtered.shape)
-    step_n = float(np.median(quantum(recording.counts) * np.abs(belief.scale_n_per_count)))
-    memory = run_memory(log, belief, MemoryOptions(noise=Noise(swing_fixed_n=step_n / 12**0.5)))
+    raw_n = recording.counts * np.abs(belief.scale_n_per_count)
+    noise = starting_noise(raw_n, channel_contact(log) == 0.0, MASS_KG * G)
+    memory = run_memory(log, belief, MemoryOptions(noise=noise))
     truth = corrected("truth", memory.log, belief, nothing, filtered - belief.forces(log.readings))
     late = recording.cell_time > SETTLED_S
 

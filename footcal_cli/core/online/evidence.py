@@ -10,6 +10,7 @@ from scipy import stats
 
 from footcal_cli.core.online.filter import Track
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
+from footcal_cli.core.signals import autocorrelation_time
 
 _STEADY_SHARE = 1.0 / 3.0
 _LEVEL = 0.95
@@ -181,7 +182,9 @@ class Consistency:
     ratio
         Sum of the normalised innovations squared over their degrees of freedom; 1 when consistent.
     low, high
-        95 % band of the ratio for independent innovations.
+        95 % band of the ratio, chi-squared with as many degrees of freedom as the updates are
+        worth (`footcal_cli.core.signals.autocorrelation_time` of their normalised innovations
+        squared).
     inside
         Share of updates whose own value lies in its 95 % band.
     whiteness
@@ -214,7 +217,8 @@ def check_consistency(track: Track, *, skip_s: float = 2.0) -> Consistency:
     if total == 0:
         nan = float("nan")
         return Consistency(nan, nan, nan, nan, nan, 0)
-    low, high = (float(stats.chi2.ppf(q, total)) / total for q in (0.025, 0.975))
+    worth = total / autocorrelation_time(nis / dof - 1.0)
+    low, high = (float(stats.chi2.ppf(q, worth)) / worth for q in (0.025, 0.975))
     lowest, highest = (np.asarray(stats.chi2.ppf(q, dof)) for q in (0.025, 0.975))
     normalised = (track.innovation / track.innovation_sd)[use, 0]
     normalised = normalised[np.isfinite(normalised)]
@@ -232,9 +236,10 @@ def check_consistency(track: Track, *, skip_s: float = 2.0) -> Consistency:
 def repetition(track: Track, phase: FloatArray, totals: int, *, skip_s: float = 5.0) -> float:
     """How much of the totals' error comes back in every gait cycle, as a factor of variance.
 
-    chi² over degrees of freedom of the innovations' means at each phase of the gait, averaged over
-    the totals; at least 1. An error that repeats is counted anew by every cycle though it teaches
-    nothing new: n cycles of it are worth one, which is what this factor takes back.
+    chi² over degrees of freedom of the innovations' means at each phase of the gait, all totals
+    together; 1 where that is no more than chance (95 %). An error that repeats is counted anew by
+    every cycle though it teaches nothing new: n cycles of it are worth one, which is what this
+    factor takes back.
 
     Parameters
     ----------
@@ -244,7 +249,7 @@ def repetition(track: Track, phase: FloatArray, totals: int, *, skip_s: float = 
         Number of rows of the whole robot.
     """
     use = np.isfinite(phase) & (track.time_s - track.time_s[0] > skip_s)
-    values = []
+    values: list[float] = []
     for k in range(totals):
         normalised = track.innovation[:, k] / track.innovation_sd[:, k]
         good = use & np.isfinite(normalised)
@@ -253,8 +258,10 @@ def repetition(track: Track, phase: FloatArray, totals: int, *, skip_s: float = 
         total = np.bincount(place, weights=normalised[good], minlength=_PHASES)
         filled = count >= _LEAST_CYCLES
         if filled.any():
-            values.append(float(np.mean(total[filled] ** 2 / count[filled])))
-    return max(float(np.mean(values)), 1.0) if values else 1.0
+            values.extend(total[filled] ** 2 / count[filled])
+    found = float(np.mean(values)) if values else 1.0
+    by_chance = float(stats.chi2.ppf(_LEVEL, len(values))) / len(values) if values else 1.0
+    return found if found > by_chance else 1.0
 
 
 @dataclass(frozen=True)

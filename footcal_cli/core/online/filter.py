@@ -20,6 +20,8 @@ from footcal_cli.core.online.rows import Rows
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
 _LOG_2PI = float(np.log(2.0 * np.pi))
+_LEAST_SHARE = 0.1
+"""A correlated error of a cell below this share of its white noise is not worth a state."""
 
 
 @dataclass(frozen=True)
@@ -104,8 +106,17 @@ class _Tuned:
     walk: FloatArray  # variance rate of z per second, (B, p)
     slow: FloatArray  # stationary variance of the correlated errors, (B, e)
     slow_s: FloatArray  # their correlation times, (B, e)
-    of_row: IntArray  # the row each of them adds to, (e,)
+    columns: FloatArray  # how each of them adds to the rows, (u, k, e)
     white: FloatArray  # row variances, (B, k)
+    shared: FloatArray  # variances of what several rows share, (B, 2): cells, stamps
+    sharing: FloatArray  # its covariance per variance, (2, u, k, k)
+
+    def noise(self, update: int, at: IntArray) -> FloatArray:
+        """Covariance of the rows' white noise, shape (B, rows, rows)."""
+        i = np.arange(at.size)
+        total = np.tensordot(self.shared, self.sharing[:, update][:, at[:, None], at], axes=1)
+        total[:, i, i] += self.white[:, at]
+        return np.asarray(total)
 
 
 def _spread(rows: Rows, noise: Noise, walk_factor: FloatArray | None) -> _Tuned:
@@ -130,15 +141,32 @@ def _spread(rows: Rows, noise: Noise, walk_factor: FloatArray | None) -> _Tuned:
     white[:, :totals] = np.where(force, named["force_n"][:, None], named["moment_nm"][:, None])
     white[:, totals:] = named["swing_n"][:, None] * rows.swing_sd_factor
     slow_s = np.where(force, named["force_slow_s"][:, None], named["moment_slow_s"][:, None])
-    of_row = np.arange(totals)
-    for name in ("swing_slow_n", "swing_fixed_n"):
+    u, k = rows.error.shape
+    unit = np.broadcast_to(np.eye(k), (u, k, k))
+    own = (
+        unit[:, :, totals:]
+        if rows.own is None
+        else rows.h[:, :, rows.own] / rows.prior_sd[rows.own]
+    )
+    columns = [unit[:, :, :totals]]
+    for name, adds in (("swing_slow_n", own), ("swing_fixed_n", unit[:, :, totals:])):
         time_s = named[name.removesuffix("n") + "s"]
-        if np.any(named[name] > 0):
+        if np.any(named[name] > _LEAST_SHARE * named["swing_n"]):
             kept = named[name][:, None] * rows.swing_sd_factor
             slow = np.concatenate([slow, kept], axis=1)
             slow_s = np.concatenate([slow_s, np.tile(time_s[:, None], kept.shape[1])], axis=1)
-            of_row = np.concatenate([of_row, np.arange(totals, len(rows.outputs))])
-    return _Tuned(sd**2, slow**2, slow_s, of_row, white**2)
+            columns.append(adds)
+    sharing = np.zeros((2, u, k, k))
+    if rows.own is not None:
+        white[:, totals:] = 0.0
+        sharing[0] = own @ own.transpose(0, 2, 1)
+    if rows.per_stamp_s is not None:
+        stamps = rows.per_stamp_s
+        sharing[1, :, :totals, :totals] = stamps[:, :, None] * stamps[:, None, :]
+    shared = np.stack([named["swing_n"], named["jitter_s"]], axis=1)
+    return _Tuned(
+        sd**2, slow**2, slow_s, np.concatenate(columns, axis=2), white**2, shared**2, sharing
+    )
 
 
 def run_filter(
@@ -178,7 +206,7 @@ def run_filter(
     cov[p:, p:] = np.diag(tuned.slow[0])
     h_all = np.zeros((u, k, s))
     h_all[:, :, :p] = rows.h
-    h_all[:, tuned.of_row, p + np.arange(t)] = 1.0
+    h_all[:, :, p:] = tuned.columns
     interval = np.diff(rows.time_s, prepend=rows.time_s[0])
     decay = np.ones((u, s))
     decay[:, p:] = np.exp(-interval[:, None] / tuned.slow_s[0])
@@ -210,12 +238,11 @@ def run_filter(
             h = h_all[j, at]
             nu = -(rows.error[j, at] + h @ mean)
             ph = cov @ h.T
-            spread = h @ ph
-            noise_var = tuned.white[0, at]
-            variance = np.diag(spread) + noise_var
+            total = h @ ph + tuned.noise(j, at)[0]
+            variance = np.diag(total).copy()
             # Huber: a row further off than it should be gets the noise that would explain it
             extra = np.maximum(nu**2 / guards.huber**2 - variance, 0.0)
-            total = spread + np.diag(noise_var + extra)
+            total += np.diag(extra)
             inverse = np.linalg.inv(total)
             whitened = inverse @ nu
             nis[j] = nu @ whitened
@@ -329,7 +356,6 @@ def run_settings(
     opened = np.zeros((u, p))
     _open_biases(opened, rows, known_jumps)
     h_full = np.zeros((k, s))
-    h_full[tuned.of_row, p + np.arange(t)] = 1.0
     for j in range(u):
         decay[:, p:] = np.exp(-interval[j] / tuned.slow_s)
         drive[:, :p] = tuned.walk * interval[j]
@@ -340,14 +366,13 @@ def run_settings(
         cov[:, diagonal, diagonal] += drive
         at = np.flatnonzero(rows.valid[j])
         if at.size:
-            h_full[:, :p] = rows.h[j]
+            h_full[:, :p], h_full[:, p:] = rows.h[j], tuned.columns[j]
             h = h_full[at]
             nu = -(rows.error[j, at] + mean @ h.T)
             ph = cov @ h.T
-            total = h @ ph
+            total = h @ ph + tuned.noise(j, at)
             i = np.arange(at.size)
-            variance = total[:, i, i] + tuned.white[:, at]
-            total[:, i, i] = np.maximum(variance, nu**2 / huber**2)
+            total[:, i, i] = np.maximum(total[:, i, i], nu**2 / huber**2)
             inverse = np.linalg.inv(total)
             whitened = np.einsum("bij,bj->bi", inverse, nu)
             log_likelihood -= 0.5 * (

@@ -6,10 +6,11 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.parameters import BoolArray, FloatArray
 
 _DEFAULT_WEIGHT_N = 53.0
 """Body weight of the robot that the default noise is meant for (seed 1's NAO)."""
+_HARMONICS = np.arange(1, 200)
 
 
 @dataclass(frozen=True)
@@ -19,18 +20,19 @@ class Noise:
     Parameters
     ----------
     force_n, moment_nm
-        White part of the totals' error, per block.
+        White part of the totals' error, per block, beside the cells' own noise.
     force_slow_n, moment_slow_nm
         Stationary sd of its correlated part.
     force_slow_s, moment_slow_s
         Correlation times of the correlated part.
+    jitter_s
+        Sd of what the stamps of the body stream are wrong by, per block.
     swing_n
-        White error of a swinging cell, per block.
+        White noise of each cell, per block; seen in swing, and in the totals all the time.
     swing_slow_n, swing_slow_s
-        Sd and correlation time of the cell's own slow noise.
+        Sd and correlation time of the cell's own slow noise, likewise.
     swing_fixed_n, swing_fixed_s
-        Sd of an error that a swinging cell keeps from swing to swing: unloaded it rests on one
-        step of its converter, so its rounding does not average out until its bias has drifted on.
+        Sd of an error that a swinging cell keeps from swing to swing (`kept_rounding_n`).
     gain_walk, bias_walk_n
         Random walk of each gain (1/√s) and bias (N/√s).
     state_walk
@@ -43,6 +45,7 @@ class Noise:
     moment_slow_nm: FloatArray | float = 0.08
     force_slow_s: FloatArray | float = 0.2
     moment_slow_s: FloatArray | float = 0.2
+    jitter_s: FloatArray | float = 1e-3
     swing_n: FloatArray | float = 0.1
     swing_slow_n: FloatArray | float = 0.05
     swing_slow_s: FloatArray | float = 0.5
@@ -95,3 +98,63 @@ class Guards:
     jump_threshold: float = 30.0
     least_jump_n: float = 0.5
     jump_memory_s: float = 2.0
+
+
+def starting_noise(raw_n: FloatArray, idle: BoolArray, weight_n: float) -> Noise:
+    """Where learning begins: the default for the robot's weight, and the converter's rounding.
+
+    Parameters
+    ----------
+    raw_n
+        Readings in newtons, not filtered, shape (n, c).
+    idle
+        Where the foot of each cell is in the air, shape (n, c).
+    weight_n
+        Body weight.
+    """
+    return replace(Noise().for_weight(weight_n), swing_fixed_n=kept_rounding_n(raw_n, idle))
+
+
+def kept_rounding_n(raw_n: FloatArray, idle: BoolArray) -> float:
+    """Sd of the rounding error that an unloaded cell keeps until its bias has drifted on.
+
+    A cell at rest shows one step of its converter and errs by up to half of it; noise of a
+    fraction of a step averages most of that out: the mean error at a place φ within the step q is
+    ``q/π Σ (−1)ᵏ/k exp(−2 π² k² σ²/q²) sin 2πkφ`` (Widrow and Kollár, Quantization Noise, 2008),
+    rms over φ ``q/π √(½ Σ exp(−4 π² k² σ²/q²)/k²)``, q/√12 without noise. σ is told by the
+    differences of neighbouring readings of idle cells, less the rounding's own q²/12.
+
+    Parameters
+    ----------
+    raw_n, idle
+        As `starting_noise`.
+
+    Returns
+    -------
+    Median over cells, N
+    """
+    step = quantum(raw_n)
+    kept = np.zeros(step.size)
+    for i in np.flatnonzero(step > 0):
+        both = idle[1:, i] & idle[:-1, i]
+        change = np.diff(raw_n[:, i])[both]
+        change = change[np.isfinite(change)]
+        variance = float(np.mean(change**2)) / 2.0 if change.size else 0.0
+        sigma = np.sqrt(max(variance - step[i] ** 2 / 12.0, 0.0)) / step[i]
+        share = np.sum(np.exp(-4.0 * (np.pi * _HARMONICS * sigma) ** 2) / _HARMONICS**2)
+        kept[i] = step[i] / np.pi * np.sqrt(0.5 * share)
+    return float(np.median(kept)) if kept.size else 0.0
+
+
+def quantum(readings: FloatArray) -> FloatArray:
+    """The step of each channel's converter, shape (c,): the smallest change that occurs often.
+
+    The tenth percentile of the differences between neighbouring distinct readings, so that a
+    channel of real numbers has a step of nearly nothing.
+    """
+    steps = np.zeros(readings.shape[1])
+    for i, column in enumerate(readings.T):
+        distinct = np.unique(column[np.isfinite(column)])
+        if distinct.size > 2:
+            steps[i] = float(np.quantile(np.diff(distinct), 0.1))
+    return steps

@@ -183,6 +183,12 @@ class Rows:
         Row of the log that ends each block, shape (u,).
     swing_sd_factor
         Noise of each channel's row against the first kind's, shape (k − totals,).
+    per_stamp_s
+        Change of the totals' error per second that the body's stamps are wrong, (u, totals): where
+        the body moves fast, jitter of its stamps is noise. None where stamps are exact.
+    own
+        The unknown that each channel's noise adds to all rows like, its bias, shape (k − totals,);
+        None where a channel's noise is negligible in the totals.
     """
 
     time_s: FloatArray
@@ -197,6 +203,8 @@ class Rows:
     valid: BoolArray
     last_sample: IntArray
     swing_sd_factor: FloatArray
+    per_stamp_s: FloatArray | None = None
+    own: IntArray | None = None
 
     def __len__(self) -> int:
         return self.time_s.size
@@ -223,6 +231,7 @@ class Rows:
             error=self.error[cut],
             valid=self.valid[cut],
             last_sample=self.last_sample[cut],
+            per_stamp_s=None if self.per_stamp_s is None else self.per_stamp_s[cut],
         )
 
 
@@ -301,7 +310,8 @@ def cell_rows(
         )
         if not swing:
             valid[:, len(walk.CELL_TOTALS) :] = False
-        parts.append(block_means(error, valid, h * prior_sd, samples_per_update))
+        h[:, :, :-1] *= prior_sd
+        parts.append(block_means(error, valid, h, samples_per_update))
     last = np.arange(1, blocks + 1) * samples_per_update - 1
     return Rows(
         time_s=log.time_s[last],
@@ -311,11 +321,13 @@ def cell_rows(
         prior_correlation=correlation,
         outputs=(*walk.CELL_TOTALS, *log.channels),
         totals=len(walk.CELL_TOTALS),
-        h=np.concatenate([p[0] for p in parts]),
+        h=np.concatenate([p[0][:, :, :-1] for p in parts]),
         error=np.concatenate([p[1] for p in parts]),
         valid=np.concatenate([p[2] for p in parts]),
         last_sample=last,
         swing_sd_factor=np.ones(c),
+        per_stamp_s=np.concatenate([p[0][:, : len(walk.CELL_TOTALS), -1] for p in parts]),
+        own=np.arange(c, 2 * c),
     )
 
 
@@ -335,11 +347,12 @@ def _sample_rows(
     states: Sequence[str],
     hanging: FloatArray,
 ) -> tuple[FloatArray, BoolArray, FloatArray]:
-    """Error (n, k), valid (n, k) and ``∂error/∂z`` (n, k, p) of a log in newtons, row by row."""
+    """Error (n, k), valid (n, k) and ``∂error/∂(z, delay)`` (n, k, p + 1) of a log in newtons."""
     balance = walk.cell_balance(log, reference)
     n, c = log.readings.shape
     totals = len(walk.CELL_TOTALS)
-    h = np.zeros((n, totals + c, 2 * c + len(states) + hanging.shape[1]))
+    h = np.zeros((n, totals + c, 2 * c + len(states) + hanging.shape[1] + 1))
+    h[:, :totals, -1] = _state_column("robot.delay", log, slope, heading_rad(log))
     arms = log.known["cell_pos_m"] - reference.cop_m[:, None]
     per_force = np.stack([np.ones((n, c)), arms[:, :, 1], -arms[:, :, 0]], axis=1)
     h[:, :totals, :c] = per_force * log.readings[:, None]

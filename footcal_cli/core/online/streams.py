@@ -131,20 +131,6 @@ class Merged:
     imu_gyro_radps: FloatArray | None
 
 
-def quantum(readings: FloatArray) -> FloatArray:
-    """The step of each channel's converter, shape (c,): the smallest change that occurs often.
-
-    The tenth percentile of the differences between neighbouring distinct readings, so that a
-    channel of real numbers has a step of nearly nothing.
-    """
-    steps = np.zeros(readings.shape[1])
-    for i, column in enumerate(readings.T):
-        distinct = np.unique(column[np.isfinite(column)])
-        if distinct.size > 2:
-            steps[i] = float(np.quantile(np.diff(distinct), 0.1))
-    return steps
-
-
 def merge_cells(
     sensors: SensorStream,
     body: BodyStream,

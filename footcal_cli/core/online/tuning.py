@@ -28,6 +28,7 @@ _PRIOR_SD_LOG, _PRIOR_SD_LOG_TIME = 1.5, 0.5
 Of correlation times only 1.6: an error of the demanded force that lasts for many steps would take
 the place of the gains.
 """
+_CORRELATION_TIMES = ("force_slow_s", "moment_slow_s")
 _FIRST_STEP = 0.7
 _LARGEST_STEP = 1.5
 
@@ -84,16 +85,15 @@ def learn_noise(
         Bias jumps found before: left closed, one jump would be learnt as wandering or as noise.
     """
     start = start or Noise()
+    if rows.per_stamp_s is None:
+        learnt = [name for name in learnt if name != "jitter_s"]
     names = [f.name for f in fields(Noise)]
     at = np.array([names.index(name) for name in learnt])
     with np.errstate(divide="ignore"):
         origin = np.log(start.stacked()[0])
     point = origin.copy()
     prior_sd = np.array(
-        [_PRIOR_SD_LOG_TIME if name.endswith("_s") else _PRIOR_SD_LOG for name in learnt]
-    )
-    prior_sd = np.array(
-        [_PRIOR_SD_LOG_TIME if name.endswith("_s") else _PRIOR_SD_LOG for name in learnt]
+        [_PRIOR_SD_LOG_TIME if name in _CORRELATION_TIMES else _PRIOR_SD_LOG for name in learnt]
     )
     step = np.full(at.size, _FIRST_STEP)
 
