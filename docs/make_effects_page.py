@@ -74,18 +74,14 @@ def clean_logs() -> dict[str, Log]:
 
 def usual(p: EffectParameter) -> str:
     """Usual size of a parameter, or the values at which a shape is tried."""
-    return f"shape: {', '.join(f'{v:g}' for v in p.grid)}" if p.shape else f"{p.prior_sd:g}"
+    return f"shape: {p.tried}" if p.shape else f"{p.prior_sd:g}"
 
 
 def section(effect: Effect, experiment: str, sizes: str, quantity: str) -> str:
     """One effect's part of the page."""
     rows = "\n".join(
         f"| `{p.name}` | {p.unit} | {p.neutral:g} | {p.lower:g} … {p.upper:g} | "
-        + (
-            f"shape, tried at {', '.join(f'{v:g}' for v in p.grid)}"
-            if p.shape
-            else f"{p.prior_sd:g}"
-        )
+        + (f"shape, tried at {p.tried}" if p.shape else f"{p.prior_sd:g}")
         + " |"
         for p in effect.parameters
     )

@@ -95,6 +95,6 @@ def explained(effect: Effect) -> str:
     ]
     for p in effect.parameters:
         bounds = f"[{p.lower:g}, {p.upper:g}]"
-        usual = f"shape: {', '.join(f'{v:g}' for v in p.grid)}" if p.shape else f"{p.prior_sd:g}"
+        usual = f"shape: {p.tried}" if p.shape else f"{p.prior_sd:g}"
         lines.append(f"{p.name:<25} {p.unit:<9} {p.neutral:<10g} {bounds:<20} {usual}")
     return "\n".join(lines)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from footcal_cli.core.effects import TABLE, UnknownEffectError, effects_seen_by, find_effect
-from footcal_cli.core.effects.contract import Effect, Stage, is_neutral, units_of
+from footcal_cli.core.effects.contract import Effect, GridOf, Stage, is_neutral, units_of
 from footcal_cli.core.effects.memory import linear_recurrence, play
 from footcal_cli.core.effects.transport import REMEMBERED_ROWS
 from footcal_cli.core.experiments.contract import Experiment
@@ -74,7 +74,8 @@ def test_every_field_is_filled_and_consistent(effect: Effect) -> None:
         assert p.unit
         assert p.prior_sd > 0
         assert bool(p.grid) == p.shape
-        assert all(p.lower <= value <= p.upper for value in p.grid)
+        bounds = (0.0, 1.0) if p.grid_of is GridOf.LOAD else (p.lower, p.upper)
+        assert all(bounds[0] <= value <= bounds[1] for value in p.grid)
 
 
 @every_effect

@@ -23,7 +23,6 @@ def read_placements(session: Session[DiagnoseOptions]) -> CaseRead:
         affine_parameters,
         chain_of,
         optional_column,
-        rows_where,
     )
     from footcal_cli.core.diagnosis.case import Case
     from footcal_cli.core.experiments.placements import EXPERIMENT
@@ -67,12 +66,12 @@ def read_placements(session: Session[DiagnoseOptions]) -> CaseRead:
         known = {
             "load_n": mean(load),
             "hole_m": place,
+            "hole": np.unique(place.round(6), axis=0, return_inverse=True)[1].ravel(),
             "cell_pos_m": np.tile(position, (number, 1, 1)),
         }
         channels = tuple(f"{name}_{cell}" for cell in cells)
-        whole = Log("placements", channels, when, mean(counts), known, block.astype(np.int64))
-        rounds = _round_of(np.column_stack([place, mean(load)]).round(6))
-        logs += [rows_where(whole, rounds == r) for r in np.unique(rounds)]
+        known["round"] = _round_of(np.column_stack([place, mean(load)]).round(6))
+        logs.append(Log("placements", channels, when, mean(counts), known, block.astype(np.int64)))
     channels = tuple(dict.fromkeys(c for log in logs for c in log.channels))
     chain, values = chain_of(_needed(session), channels, ("scale_bias",))
     largest = float(np.max(np.abs(load)))
@@ -85,7 +84,7 @@ def read_placements(session: Session[DiagnoseOptions]) -> CaseRead:
         tolerance_n=session.options.tolerance_n or 0.005 * largest,
         tolerance_nm=session.options.tolerance_mm / 1000.0 * largest,
         alike=False,
-        calibration_per_log=True,
+        settings="round",
         groups={f"{foot}.{o}": o for foot in robot.feet for o in ("fz", "moment_x", "moment_y")},
     )
     untested = {} if timed else dict.fromkeys((*TIMED, "slip"), "the rows have no time stamps")
@@ -98,7 +97,7 @@ def _round_of(placement: FloatArray) -> Any:
 
     _, kind = np.unique(placement, axis=0, return_inverse=True)
     seen: dict[int, int] = {}
-    rounds = np.empty(len(placement), dtype=np.int64)
+    rounds = np.empty(len(placement))
     for i, k in enumerate(kind.ravel().tolist()):
         rounds[i] = seen.get(k, 0)
         seen[k] = rounds[i] + 1

@@ -6,8 +6,9 @@ from collections.abc import Callable, Iterable, Mapping
 
 import numpy as np
 
-from footcal_cli.core.diagnosis.case import Case, Rows, balanced, residual
+from footcal_cli.core.diagnosis.case import Case, Rows, balanced, channels_of, residual
 from footcal_cli.core.diagnosis.problem import Problem
+from footcal_cli.core.diagnosis.settings import Settings
 from footcal_cli.core.diagnosis.signatures import (
     calibration_columns,
     direction_columns,
@@ -19,6 +20,7 @@ from footcal_cli.core.parameters import FloatArray
 
 Describe = Callable[[Case, Rows], tuple[Mapping[str, FloatArray], Mapping[str, FloatArray]]]
 """Regressors (m,) and block-level covariates (B,) of a case."""
+_MORE = 1.01
 
 
 def problem_from(case: Case, rows: Rows, effects: Iterable[Effect], describe: Describe) -> Problem:
@@ -57,4 +59,52 @@ def problem_from(case: Case, rows: Rows, effects: Iterable[Effect], describe: De
         tracking=tracking,
         alike=case.alike,
         drifts=case.drifts,
+        settings=_settings(ideal, rows) if case.settings else None,
     )
+
+
+def _settings(ideal: Case, rows: Rows) -> Settings:
+    """What may differ between settings-up: offset and gain of every sensor."""
+    number = np.zeros((2, rows.row.size), dtype=np.int64)
+    for i, log in enumerate(ideal.logs):
+        here = rows.log == i
+        number[0, here] = i
+        number[1, here] = log.known[ideal.settings][rows.row[here]]
+    _, setting = np.unique(number, axis=1, return_inverse=True)
+    of = _of_each_cell if ideal.experiment.name == "placements" else _of_each_output
+    columns, kind = of(ideal, rows)
+    _, numbered = np.unique(kind, return_inverse=True)
+    return Settings(np.asarray(setting).ravel(), np.stack(columns, axis=1), np.asarray(numbered))
+
+
+def _of_each_cell(ideal: Case, rows: Rows) -> tuple[list[FloatArray], list[str]]:
+    """Gain and offset of every cell, where an output is a sum over cells."""
+    columns, kind = [], []
+    still = residual(ideal, rows, ideal.values)
+    for channel in channels_of(ideal.logs):
+        scale, bias = f"{channel}.scale", f"{channel}.bias"
+        values = ideal.values
+        gain = {scale: _MORE * values[scale], bias: _MORE * values[bias]}
+        for name, moved in (("gain", gain), ("offset", {bias: values[bias] + _MORE - 1.0})):
+            column = residual(ideal, rows, {**values, **moved}) - still
+            columns.append(column / max(float(np.sqrt(np.mean(column**2))), 1e-300))
+            kind.append(name)
+    return columns, kind
+
+
+def _of_each_output(ideal: Case, rows: Rows) -> tuple[list[FloatArray], list[int]]:
+    """Offset and gain of every output, where outputs are axes of one sensor."""
+    truths = [ideal.chain.remove(log, ideal.values)[0] for log in ideal.logs]
+    reading = np.zeros(rows.row.size)
+    for i, truth in enumerate(truths):
+        here = rows.log == i
+        reading[here] = truth.readings[rows.row[here], rows.column[here]]
+    columns, kind = [], []
+    for o, unit in enumerate(rows.units):
+        own = rows.output == o
+        for at, part in enumerate((np.ones(reading.size), reading)):
+            column = np.where(own, part, 0.0)
+            size = float(np.sqrt(np.mean(column[own] ** 2)))
+            columns.append(column / max(size, 1e-300))
+            kind.append(2 * at + (unit == "Nm"))
+    return columns, kind

@@ -52,8 +52,6 @@ class Case:
         Blocks were cut from one recording: conclusions hold for it only.
     directions
         Ways in which a drifting calibration wanders; it is free in every block where empty.
-    calibration_per_log
-        Every log (a round of placements) has a calibration of its own.
     demand_noisy
         What the experiment demands is measured too (a moving body) and shares the error.
     shared_blocks
@@ -75,7 +73,6 @@ class Case:
     groups: Mapping[str, str] | None = None
     one_recording: bool = False
     directions: tuple[Direction, ...] = ()
-    calibration_per_log: bool = False
     demand_noisy: bool = False
     shared_blocks: bool = False
     settings: str = ""

@@ -13,7 +13,7 @@ from footcal_cli.core.diagnosis.problem import Problem, Signature
 from footcal_cli.core.diagnosis.scores import joint_sizes
 from footcal_cli.core.diagnosis.signatures import extended_chain
 from footcal_cli.core.diagnosis.whitening import whitened_grams
-from footcal_cli.core.effects.contract import Effect, EffectParameter
+from footcal_cli.core.effects.contract import OF_THE_LOGS, Effect, EffectParameter
 from footcal_cli.core.evidence import Interval, jackknife_interval
 from footcal_cli.core.parameters import FloatArray
 
@@ -21,16 +21,18 @@ MOST_ITERATIONS = 10
 CONVERGED = 0.02
 """A step below this share of its own standard error ends the iteration."""
 _SHAPE_SEEN = 0.2  # share of a shape's visible influence that no size can take over
+_AXIS_SEEN = 0.2  # visible fraction from which a component that was not named is fitted too
 _SHAPE_REACH = 2.0  # a shape moves at most by this factor per iteration
 
 
 @dataclass(frozen=True)
 class Freed:
-    """One number of the extended model that the refit moves."""
+    """One number of the extended model that the refit moves; `named` is what was accepted."""
 
     name: str
     parameter: EffectParameter
     step: float
+    named: bool
 
     @property
     def is_shape(self) -> bool:
@@ -68,15 +70,18 @@ class Refit:
     converged: bool
 
 
-def freed_of(effect: Effect, signature: Signature, *, shapes: bool = True) -> list[Freed]:
-    """Sizes (and shapes) of an accepted effect, by owner."""
+def freed_of(effect: Effect, signature: Signature) -> list[Freed]:
+    """Sizes and shapes of an accepted effect, by owner.
+
+    An offset has no reason to lie along one axis: all its components are freed.
+    """
     freed = []
     for owner, _ in signature.owners:
         for p in effect.parameters:
-            graded = p.unit not in ("channel", "block")
-            if p.name == signature.parameter or (shapes and p.shape and graded):
+            if p.unit not in ("channel", "block") and p.grid_of not in OF_THE_LOGS:
                 step = 0.02 * p.prior_sd if not p.shape else 0.02 * abs(p.neutral)
-                freed.append(Freed(f"{owner}.{p.name}", p, step))
+                named = p.name == signature.parameter
+                freed.append(Freed(f"{owner}.{p.name}", p, step, named))
     return freed
 
 
@@ -135,12 +140,22 @@ def refit(
 
 
 def _seen(freed: Sequence[Freed], problem: Problem, columns: FloatArray) -> list[Freed]:
-    """Sizes, and those shapes that these data tell from the sizes."""
-    basis = np.hstack([problem.calibration, columns[:, [not f.is_shape for f in freed]]])
+    """Named sizes, their other axes where visible, and shapes that data tell from the sizes."""
+    left = replace(problem, columns=columns, signatures=_numbered(columns), accepted=None).left()
+    shown = np.sqrt(np.sum(left**2, axis=0))
+    visible = shown / np.maximum(np.sqrt(np.sum(columns**2, axis=0)), 1e-300)
+    freed = list(freed)
+    # an axis that carries nothing but noise would be given the gain that makes its noise small
+    usual = np.array([f.parameter.prior_sd for f in freed])
+    told = (visible > _AXIS_SEEN) & (shown * usual > _AXIS_TOLD)
+    sizes = [not f.is_shape and bool(f.named or told[i]) for i, f in enumerate(freed)]
+    basis = np.hstack([problem.calibration, columns[:, sizes]])
     norm = np.sqrt(np.sum(basis**2, axis=0))
     basis = basis[:, norm > 0] / norm[norm > 0]
     kept = []
     for i, item in enumerate(freed):
+        if not item.is_shape and not sizes[i]:
+            continue
         if item.is_shape:
             whole = columns[:, i]
             calibrated = problem.calibration
@@ -177,11 +192,15 @@ def _solve(problem: Problem, at: FloatArray, columns: FloatArray) -> tuple[Float
         problem,
         residual=at,
         columns=columns / scale,
-        signatures=tuple(Signature("", "", str(i), "") for i in range(columns.shape[1])),
+        signatures=_numbered(columns),
     )
     grams, _ = whitened_grams(local, np.empty((at.size, 0)))
     sizes, without = joint_sizes(grams, grams.calibration, grams.candidates)
     return sizes / scale, without / scale
+
+
+def _numbered(columns: FloatArray) -> tuple[Signature, ...]:
+    return tuple(Signature("", "", str(i), "") for i in range(columns.shape[1]))
 
 
 def _bounded(before: float, step: float, item: Freed) -> float:

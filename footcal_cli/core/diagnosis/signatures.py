@@ -70,10 +70,6 @@ def calibration_columns(case: Case, rows: Rows) -> tuple[FloatArray, FloatArray]
         return np.empty((rows.row.size, 0)), np.empty((0, 0))
     raw = np.stack(parts, axis=1)
     change = np.diag(steps)
-    if case.calibration_per_log:
-        logs = np.unique(rows.log)
-        raw = np.hstack([np.where((rows.log == i)[:, None], raw, 0.0) for i in logs])
-        change = np.tile(change / logs.size, (1, logs.size))
     norm = np.sqrt(np.sum(raw**2, axis=0))
     norm = np.where(norm > 0, norm, np.inf)
     left, singular, right = np.linalg.svd(raw / norm, full_matrices=False)

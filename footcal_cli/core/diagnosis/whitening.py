@@ -12,6 +12,7 @@ import numpy as np
 from scipy.linalg import solve_toeplitz
 
 from footcal_cli.core.diagnosis.problem import Problem
+from footcal_cli.core.diagnosis.settings import repeated
 from footcal_cli.core.diagnosis.tracking import (
     PART_S,
     Tracking,
@@ -27,6 +28,7 @@ _ROWS_PER_ORDER = 20
 _EM_STEPS = 30
 _EM_STOP = 1e-3
 _FREE = 1e8
+_LEAST_ROWS = 1.5  # rows of a block per direction in which its calibration may differ
 _FREE_RIDGE = 1e-6
 _DROP = 1e-6
 
@@ -119,6 +121,47 @@ class RowWhitener:
         return np.asarray(filtered / self.sd[self.output[kept]][:, None])
 
 
+@dataclass(frozen=True)
+class Noise:
+    """What the noise of a problem is like; losses are comparable in one and the same noise only.
+
+    Parameters
+    ----------
+    whitener
+        Of the rows.
+    autocorrelation_time
+        Of the residual before whitening, in rows.
+    walk
+        Variance per second with which each calibration column wanders where it is tracked.
+    """
+
+    whitener: RowWhitener
+    autocorrelation_time: float
+    walk: FloatArray | None = None
+
+    @property
+    def level(self) -> float:
+        """Sum of the log innovation sd over all rows: what a likelihood charges for noise."""
+        kept = self.whitener.kept
+        return float(np.sum(np.log(self.whitener.sd[self.whitener.output[kept]])))
+
+
+def noise_of(problem: Problem) -> Noise:
+    """Estimate the noise from the residual."""
+    whitener, tau = fit_row_whitener(problem)
+    if problem.tracking is None:
+        return Noise(whitener, tau)
+    white = whitener(np.column_stack([problem.calibration, problem.residual]))
+    calibration = np.arange(problem.calibration.shape[1])
+    there = _kept_tracking(problem.tracking, whitener.kept)
+    stretches = parts_of(there, problem.block[whitener.kept])
+    return Noise(whitener, tau, walk_variance(white, calibration, stretches, there))
+
+
+def _kept_tracking(tracking: Tracking, kept: IntArray) -> Tracking:
+    return Tracking(tracking.time_s[kept], tracking.recording[kept], tracking.kind)
+
+
 def fit_row_whitener(problem: Problem) -> tuple[RowWhitener, float]:
     """Fit the filter to the residual that no calibration of any block explains.
 
@@ -208,7 +251,9 @@ def autocorrelation_time(
     return tau
 
 
-def whitened_grams(problem: Problem, features: FloatArray) -> tuple[Grams, RowWhitener]:
+def whitened_grams(
+    problem: Problem, features: FloatArray, noise: Noise | None = None
+) -> tuple[Grams, RowWhitener]:
     """Whiten rows, then account for a calibration that wanders from block to block.
 
     ``V_b = I + Z_b D Z_bᵀ`` with Z the independent directions of the calibration and of offsets of
@@ -220,23 +265,31 @@ def whitened_grams(problem: Problem, features: FloatArray) -> tuple[Grams, RowWh
         The arrays.
     features
         Further columns, shape (m, f): anything the residual may depend on.
+    noise
+        Estimated from the problem's own residual where None.
     """
-    whitener, tau = fit_row_whitener(problem)
+    noise = noise or noise_of(problem)
+    whitener, tau = noise.whitener, noise.autocorrelation_time
     kept = whitener.kept
     tracked = problem.tracking is not None
     turn = _directions(problem, whitener)
     loose = np.hstack([problem.calibration, _offsets(problem)]) @ turn
-    wandering = loose[:, :0] if tracked else loose
+    wandering = loose if not tracked and _has_its_own(problem, turn) else loose[:, :0]
     accepted = problem.fitted[:, problem.calibration.shape[1] :]
     parts = (problem.calibration, accepted, wandering, problem.columns, features)
     raw = np.hstack([*parts, problem.residual[:, None]])
     edges = np.cumsum([0, *(part.shape[1] for part in parts)])
     numbers = [np.arange(a, b) for a, b in itertools.pairwise(edges)]
     white = whitener(raw)
+    if problem.settings is not None:
+        shared = white[:, : edges[2]]
+        z = whitener(problem.settings.columns)
+        groups = problem.settings.rows(kept)
+        white = repeated(white, shared, z, white[:, -1], groups, problem.settings.kind)
     norm = np.sum(white**2, axis=0)
     rows = np.zeros((0, 0, 0))
     if tracked:
-        rows, raw = _tracked(problem, white, raw, kept, numbers[0])
+        rows, raw = _tracked(problem, white, raw, kept, numbers[0], noise.walk)
     elif problem.drifts:
         raw, white = _free_in_every_block(raw, white, problem.block, kept, numbers[2])
     if not tracked:
@@ -275,14 +328,19 @@ def whitened_grams(problem: Problem, features: FloatArray) -> tuple[Grams, RowWh
 
 
 def _tracked(
-    problem: Problem, white: FloatArray, raw: FloatArray, kept: IntArray, calibration: IntArray
+    problem: Problem,
+    white: FloatArray,
+    raw: FloatArray,
+    kept: IntArray,
+    calibration: IntArray,
+    walk: FloatArray | None,
 ) -> tuple[FloatArray, FloatArray]:
     """Gram matrices of the whitened innovations per block, and unpredicted raw columns."""
     tracking = problem.tracking
     assert tracking is not None
-    there = Tracking(tracking.time_s[kept], tracking.recording[kept], tracking.kind)
+    assert walk is not None
+    there = _kept_tracking(tracking, kept)
     stretches = parts_of(there, problem.block[kept])
-    variance = walk_variance(white, calibration, stretches, there)
     # raw rows without a whitened partner (starts of sequences) go with their stretch in time
     whole = parts_of(tracking, problem.block)
     partner = {int(problem.block[r[0]]) * 10**6 + _number(tracking, problem, r): r for r in whole}
@@ -292,7 +350,7 @@ def _tracked(
         key = int(problem.block[first[0]]) * 10**6 + _number(tracking, problem, first)
         return partner.pop(key, first[:0])
 
-    raw, found = innovations(white, raw, calibration, stretches, raw_rows, variance, there)
+    raw, found = innovations(white, raw, calibration, stretches, raw_rows, walk, there)
     # while the filter still learns where the calibration stands, what it cannot predict says so
     # and nothing else: the first block of each recording is no evidence
     learning = {int(problem.block[tracking.recording == r].min()) for r in
@@ -327,6 +385,11 @@ def _free_in_every_block(
         rows = block == b
         raw[rows] -= raw[np.ix_(rows, free)] @ coefficients
     return raw, white
+
+
+def _has_its_own(problem: Problem, turn: FloatArray) -> bool:
+    """Whether a block has rows enough to show a calibration of its own."""
+    return bool(problem.residual.size > _LEAST_ROWS * turn.shape[1] * problem.blocks)
 
 
 def _offsets(problem: Problem) -> FloatArray:

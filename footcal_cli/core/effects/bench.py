@@ -10,6 +10,7 @@ import numpy as np
 from footcal_cli.core.effects.contract import (
     Effect,
     EffectParameter,
+    GridOf,
     Scope,
     Stage,
     State,
@@ -19,28 +20,31 @@ from footcal_cli.core.effects.contract import (
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import BoolArray, FloatArray
 
-LABEL_TOLERANCE = 0.1
-"""Loads within this share of a label were loaded with that weight."""
+SAME_LABEL = 3e-3
+"""Written loads that differ by less than this share of a label carry it."""
 _EVERY_BLOCK = -1.0
 
 
-def _labelled(load: FloatArray, theta: Theta) -> BoolArray:
-    label = theta["label"][0]
-    found: BoolArray = np.abs(load - label) <= LABEL_TOLERANCE * abs(label)
+def _carries(load: FloatArray, label: float) -> BoolArray:
+    found: BoolArray = np.abs(load - label) <= SAME_LABEL * abs(label)
     return found
 
 
 def _mislabel(load: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
-    return load - theta["label_correction"][0] * _labelled(load, theta), state
+    """A weight that truly weighs the label, or the label and its error, is written without it."""
+    label, wrong = theta["label"][0], theta["label_correction"][0]
+    return load - wrong * (_carries(load, label) | _carries(load, label + wrong)), state
 
 
 def _relabel(load: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
-    return load + theta["label_correction"][0] * _labelled(load, theta), state
+    label, wrong = theta["label"][0], theta["label_correction"][0]
+    return load + wrong * (_carries(load, label) | _carries(load, label - wrong)), state
 
 
 def _hole_shift(log: Log, theta: Theta) -> FloatArray:
     shift = np.array([theta["hole_correction_x"][0], theta["hole_correction_y"][0]])
-    there: FloatArray = (log.block == int(theta["placement"][0]))[:, None] * shift
+    number = log.known.get("hole", log.block)
+    there: FloatArray = (number == int(theta["hole"][0]))[:, None] * shift
     return there
 
 
@@ -73,7 +77,17 @@ WRONG_WEIGHT = Effect(
     scope=Scope.ROBOT,
     parameters=(
         EffectParameter("label_correction", "N", 0.0, -20.0, 20.0, 0.1),
-        EffectParameter("label", "N", 5.0, 1e-3, 1e4, 5.0, True, (0.5, 1.0, 2.0, 5.0, 10.0, 20.0)),
+        EffectParameter(
+            "label",
+            "N",
+            5.0,
+            1e-3,
+            1e4,
+            5.0,
+            True,
+            (0.5, 1.0, 2.0, 5.0, 10.0, 20.0),
+            GridOf.LABEL,
+        ),
     ),
     apply=on_known("load_n", _mislabel),
     remove=on_known("load_n", _relabel),
@@ -94,13 +108,21 @@ WRONG_HOLE = Effect(
         EffectParameter("hole_correction_x", "m", 0.0, -0.3, 0.3, 0.01),
         EffectParameter("hole_correction_y", "m", 0.0, -0.3, 0.3, 0.01),
         EffectParameter(
-            "placement", "block", 0.0, 0.0, 1e6, 1.0, True, tuple(float(i) for i in range(18))
+            "hole",
+            "block",
+            0.0,
+            0.0,
+            1e6,
+            1.0,
+            True,
+            tuple(float(i) for i in range(18)),
+            GridOf.HOLE,
         ),
     ),
     apply=on_known("hole_m", _misplace),
     remove=on_known("hole_m", _replace),
     experiments=("placements",),
-    formula="true position = written position + δ for one placement",
+    formula="true position = written position + δ for one hole",
     source="weight hung into the neighbouring hole of the 20 mm grid",
     remedy="repeat that placement",
     needs=("hole_m",),

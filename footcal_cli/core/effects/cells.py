@@ -10,6 +10,7 @@ import numpy as np
 from footcal_cli.core.effects.contract import (
     Effect,
     EffectParameter,
+    GridOf,
     Scope,
     Stage,
     State,
@@ -200,7 +201,9 @@ DEAD_ZONE = Effect(
     scope=Scope.CHANNEL,
     parameters=(
         EffectParameter("dead_zone", "-", 0.0, -0.9, 0.95, 0.1),
-        EffectParameter("dead_zone_width", "N", 4.0, 0.05, 200.0, 4.0, True, (1.0, 2.0, 4.0, 8.0)),
+        EffectParameter(
+            "dead_zone_width", "N", 4.0, 0.05, 200.0, 4.0, True, (0.05, 0.1, 0.2, 0.4), GridOf.LOAD
+        ),
     ),
     apply=on_readings(_deaden),
     remove=on_readings(_undeaden),
@@ -219,7 +222,7 @@ HINGE = Effect(
     parameters=(
         EffectParameter("hinge", "-", 0.0, -0.9, 3.0, 0.1),
         EffectParameter(
-            "hinge_load", "N", 8.0, 0.05, 500.0, 8.0, True, (2.0, 4.0, 8.0, 12.0, 16.0)
+            "hinge_load", "N", 8.0, 0.05, 500.0, 8.0, True, (0.1, 0.2, 0.4, 0.6, 0.8), GridOf.LOAD
         ),
     ),
     apply=on_readings(_hinge),
@@ -286,7 +289,15 @@ SATURATION = Effect(
     parameters=(
         EffectParameter("saturation", "-", 0.0, 0.0, 1.0, 0.3),
         EffectParameter(
-            "saturation_limit", "N", 20.0, 0.05, 1e4, 20.0, True, (5.0, 10.0, 15.0, 20.0, 30.0)
+            "saturation_limit",
+            "N",
+            20.0,
+            0.05,
+            1e4,
+            20.0,
+            True,
+            (0.25, 0.5, 0.7, 0.85, 0.95),
+            GridOf.LOAD,
         ),
     ),
     apply=on_readings(_saturate),

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from footcal_cli.core.contact import airborne
 from footcal_cli.core.effects.contract import (
     ArrayTransform,
     Effect,
     EffectParameter,
+    GridOf,
     Scope,
     Stage,
     State,
@@ -99,9 +101,12 @@ def _plate(sign: float) -> ArrayTransform:
     def hung(x: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
         y = x.copy()
         if "contact" in log.known:
+            contact = log.known["contact"]
+            # detected contact leaves transitions open, over which a filtered reading changes
+            hanging = airborne(contact) if np.isnan(contact).any() else contact == 0.0
             for i, cells in enumerate(_feet(log)):
-                airborne = log.known["contact"][:, i : i + 1] == 0.0
-                y[:, cells] += sign * theta["plate_weight"][i] / len(cells) * airborne
+                share = theta["plate_weight"][i] / len(cells)
+                y[:, cells] += sign * share * hanging[:, i : i + 1]
         return y, state
 
     return hung
@@ -155,7 +160,9 @@ LOAD_BYPASS = Effect(
     scope=Scope.FOOT,
     parameters=(
         EffectParameter("load_bypass", "-", 0.0, -0.5, 0.9, 0.05),
-        EffectParameter("bypass_load", "N", 20.0, 0.0, 1e4, 20.0, True, (0.0, 10.0, 20.0, 30.0)),
+        EffectParameter(
+            "bypass_load", "N", 20.0, 0.0, 1e4, 20.0, True, (0.0, 0.2, 0.4, 0.6, 0.8), GridOf.LOAD
+        ),
     ),
     apply=on_readings(_bypass),
     remove=on_readings(_unbypass),

@@ -8,6 +8,7 @@ from footcal_cli.core.effects.contract import (
     ArrayTransform,
     Effect,
     EffectParameter,
+    GridOf,
     Scope,
     Stage,
     State,
@@ -110,7 +111,15 @@ HYSTERESIS = Effect(
     parameters=(
         EffectParameter("hysteresis_width", "N", 0.0, -1.5, 1.5, 0.3),
         EffectParameter(
-            "hysteresis_reach", "N", 4.0, 0.8, 500.0, 4.0, True, (1.0, 2.0, 4.0, 8.0, 16.0)
+            "hysteresis_reach",
+            "N",
+            4.0,
+            0.8,
+            500.0,
+            4.0,
+            True,
+            (0.05, 0.1, 0.2, 0.4, 0.8),
+            GridOf.LOAD,
         ),
     ),
     apply=on_readings(_hysteresis),

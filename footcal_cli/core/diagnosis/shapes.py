@@ -1,0 +1,87 @@
+"""Which shapes of an effect are tried: the table's grid, in the units of these very logs."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+
+from footcal_cli.core.diagnosis.case import Case, channels_of
+from footcal_cli.core.effects.contract import (
+    OF_THE_LOGS,
+    Effect,
+    EffectParameter,
+    GridOf,
+    Scope,
+    columns_of,
+    is_six_axis,
+)
+from footcal_cli.core.log import Log
+
+MOST_SHAPES = 30
+"""Shapes tried of an effect whose grid is its own; labels and holes are all tried."""
+MOST_LABELS = 40
+"""More distinct loads than this are no set of weights but a running reference."""
+SAME_LABEL = 1e-3
+"""Written loads that differ by less than this share are one weight."""
+_LARGEST = 0.99
+
+
+def shapes_of(case: Case, effect: Effect) -> list[dict[str, float]]:
+    """Every combination of the shape parameters worth trying on these logs.
+
+    Empty where the logs offer none (no set of weights whose label could be wrong).
+    """
+    names = [s.name for s in effect.shapes]
+    shapes = [
+        dict(zip(names, values, strict=True))
+        for values in product(*(_grid(case, effect, s) for s in effect.shapes))
+    ]
+    if effect.name == "channel_swap":
+        first, second = names
+        return [s for s in shapes if s[first] < s[second]]
+    own = any(s.grid_of in OF_THE_LOGS for s in effect.shapes)
+    return shapes if own else shapes[:MOST_SHAPES]
+
+
+def _grid(case: Case, effect: Effect, shape: EffectParameter) -> list[float]:
+    if shape.grid_of is GridOf.LABEL:
+        return labels_of(case)
+    if shape.grid_of is GridOf.HOLE:
+        return [float(h) for h in holes_of(case)]
+    if shape.grid_of is GridOf.LOAD and not is_six_axis(channels_of(case.logs)):
+        largest = max(_largest(case, log, effect.scope) for log in case.logs)
+        return [float(np.clip(v * largest, shape.lower, shape.upper)) for v in shape.grid]
+    if shape.unit == "channel":
+        return [v for v in shape.grid if v < len(channels_of(case.logs))] or [shape.neutral]
+    return list(shape.grid)
+
+
+def _largest(case: Case, log: Log, scope: Scope) -> float:
+    """Largest load of a cell, or of a foot for what acts on its sum, without outliers."""
+    force = np.abs(case.chain.remove(log, case.values)[0].readings)
+    if scope is Scope.FOOT:
+        force = np.stack([force[:, c].sum(axis=1) for c in columns_of(scope, log.channels)], 1)
+    return max(float(np.nanquantile(force, _LARGEST, axis=0).max()), 1e-6)
+
+
+def labels_of(case: Case) -> list[float]:
+    """Distinct written loads but zero, smallest first; none where the load runs freely."""
+    written = np.concatenate([log.known["load_n"].ravel() for log in case.logs])
+    written = np.unique(written[np.isfinite(written)])
+    if not written.size:
+        return []
+    least = SAME_LABEL * float(np.abs(written).max())
+    written = written[np.abs(written) > least]
+    labels: list[float] = []
+    for load in written:
+        if not labels or abs(load - labels[-1]) > SAME_LABEL * abs(load):
+            labels.append(float(load))
+    return labels if len(labels) <= MOST_LABELS else []
+
+
+def holes_of(case: Case) -> list[int]:
+    """Numbers of the holes in use."""
+    numbers = [log.known["hole"] if "hole" in log.known else log.block.astype(float)
+               for log in case.logs]  # fmt: skip
+    return [int(n) for n in np.unique(np.concatenate(numbers)) if n >= 0]
