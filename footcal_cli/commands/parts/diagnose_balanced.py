@@ -35,7 +35,7 @@ def read_balanced(session: Session[DiagnoseOptions]) -> CaseRead:
         chain_of,
         rows_where,
     )
-    from footcal_cli.core.contact import gait_cycles
+    from footcal_cli.core.contact import airborne, gait_cycles
     from footcal_cli.core.diagnosis.case import Case, block_means, cut_blocks, even_cycles
     from footcal_cli.core.diagnosis.tracking import gain_and_bias
     from footcal_cli.core.experiments import stand, walk
@@ -55,6 +55,7 @@ def read_balanced(session: Session[DiagnoseOptions]) -> CaseRead:
             if name != "contact" and name in log.known:
                 array = log.known[name].reshape(len(log), -1)
                 good &= np.isfinite(array).all(axis=1)
+        log = log.with_known(airborne=airborne(log.known["contact"]))
         log = rows_where(log, good)
         cycle = gait_cycles(log.known["contact"])
         if kind == "stand" or cycle.max(initial=-1) < 10:

@@ -14,7 +14,7 @@ from footcal_cli.core.diagnosis.problem import Problem, Signature
 from footcal_cli.core.diagnosis.refit import Refit, refit
 from footcal_cli.core.diagnosis.scores import held_out_loss
 from footcal_cli.core.diagnosis.signatures import SWITCHES
-from footcal_cli.core.diagnosis.whitening import whitened_grams
+from footcal_cli.core.diagnosis.whitening import Noise, noise_of, whitened_grams
 from footcal_cli.core.effects.contract import Effect
 from footcal_cli.core.evidence import Interval, jackknife_interval, sign_flip_mean, sign_patterns
 from footcal_cli.core.parameters import FloatArray
@@ -43,15 +43,16 @@ def decided(
     """
     first = answer.causes[0]
     rules = answer.rules
-    tried: list[tuple[Cause, Refit, FloatArray]] = []
+    fits: list[tuple[Cause, Refit, Problem]] = []
     for signature, size in _contenders(answer):
         cause = replace(first, signature=signature, size=size, rivals=(), places=first.places)
         if signature.effect != first.signature.effect:
             cause = replace(cause, places=())
         fitted = _extended(case, rows, problem, table, [*causes, cause], model)
-        tried.append(
-            (cause, fitted, _white_loss(extended_problem(problem, fitted, [*causes, cause])))
-        )
+        fits.append((cause, fitted, extended_problem(problem, fitted, [*causes, cause])))
+    # in noise of their own all models would fit alike: judged in that of the one that leaves least
+    noise = min((noise_of(extended) for _, _, extended in fits), key=lambda n: n.level)
+    tried = [(cause, fitted, _white_loss(extended, noise)) for cause, fitted, extended in fits]
     best = int(np.argmin([loss.sum() for _, _, loss in tried]))
     chosen, fitted, loss = tried[best]
     signs = sign_patterns(loss.size, seed)
@@ -103,10 +104,10 @@ def _contenders(answer: Diagnosis) -> list[tuple[Signature, Interval]]:
     return list(found.values())
 
 
-def _white_loss(problem: Problem) -> FloatArray:
+def _white_loss(problem: Problem, noise: Noise) -> FloatArray:
     """Held-out squared error of each block in the metric of the noise, shape (B,)."""
     bare = replace(problem, columns=problem.columns[:, :0], signatures=())
-    grams, _ = whitened_grams(bare, np.empty((problem.residual.size, 0)))
+    grams, _ = whitened_grams(bare, np.empty((problem.residual.size, 0)), noise)
     return held_out_loss(grams.inner, grams.calibration)
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from footcal_cli.core.contact import airborne
 from footcal_cli.core.effects.contract import (
     ArrayTransform,
     Effect,
@@ -101,9 +100,8 @@ def _plate(sign: float) -> ArrayTransform:
     def hung(x: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
         y = x.copy()
         if "contact" in log.known:
-            contact = log.known["contact"]
-            # detected contact leaves transitions open, over which a filtered reading changes
-            hanging = airborne(contact) if np.isnan(contact).any() else contact == 0.0
+            # a filtered reading changes over a transition, which detected contact leaves open
+            hanging = log.known.get("airborne", log.known["contact"] == 0.0)
             for i, cells in enumerate(_feet(log)):
                 share = theta["plate_weight"][i] / len(cells)
                 y[:, cells] += sign * share * hanging[:, i : i + 1]
