@@ -272,6 +272,35 @@ class EffectRowRecord(Record):
     reason: str
 
 
+class NextExperimentRecord(Record):
+    """What to run next, and what it promises.
+
+    `id` names a plan of the menu, empty where no log can tell; `kind` is the experiment whose log
+    `diagnose` then reads. Cosines are of what the rivals leave visible beside the calibration, now
+    and then; separations in noise sd of one run.
+    """
+
+    id: str
+    kind: str
+    words: str
+    between: tuple[str, ...] = ()
+    cosine_now: float | None = None
+    cosine_after: float | None = None
+    separation_now: float | None = None
+    separation: float | None = None
+    repeats: int | None = None
+    minutes: float | None = None
+
+
+class PlanRecord(Versioned):
+    """``plan.json``: the experiment that tells effects apart, and the menu it was chosen from."""
+
+    schema_name: Literal["footcal.plan"] = Field(default="footcal.plan", alias="schema")
+    between: tuple[str, ...]
+    next_experiment: NextExperimentRecord
+    menu: tuple[NextExperimentRecord, ...] = ()
+
+
 class DiagnosisRecord(Versioned):
     """``diagnosis.json``: the verdict, its causes, rivals and the experiment to run next."""
 
@@ -284,6 +313,7 @@ class DiagnosisRecord(Versioned):
     causes: tuple[CauseRecord, ...] = ()
     rivals: tuple[tuple[str, ...], ...] = ()
     experiment: str = ""
+    next_experiment: NextExperimentRecord | None = None
     findings: tuple[FindingRecord, ...] = ()
     effects: tuple[EffectRowRecord, ...] = ()
     blocks: int
@@ -302,6 +332,7 @@ SCHEMAS: Mapping[str, type[Versioned]] = {
     "run": RunRecord,
     "truth": TruthRecord,
     "diagnosis": DiagnosisRecord,
+    "plan": PlanRecord,
     "cop-correction": CopCorrectionsRecord,
 }
 """Name on the command line -> record."""

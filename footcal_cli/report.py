@@ -47,6 +47,8 @@ class Sheet:
         A sentence under the table.
     greyed
         Numbers of the rows to print in grey.
+    folded_after
+        Rows from this number on are folded away; 0: none.
     """
 
     title: str
@@ -54,6 +56,7 @@ class Sheet:
     rows: Sequence[Sequence[str]]
     note: str = ""
     greyed: frozenset[int] = frozenset()
+    folded_after: int = 0
 
 
 @dataclass(frozen=True)

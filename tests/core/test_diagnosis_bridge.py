@@ -12,8 +12,6 @@ from footcal_cli.core.chain import Chain, Link, link
 from footcal_cli.core.contact import gait_cycles
 from footcal_cli.core.diagnosis.case import Case, balanced, cut_blocks, residual, rows_of
 from footcal_cli.core.diagnosis.investigation import Investigation, investigate
-from footcal_cli.core.diagnosis.menu import prospects
-from footcal_cli.core.diagnosis.problem import Signature
 from footcal_cli.core.diagnosis.signals import describe
 from footcal_cli.core.diagnosis.signatures import derivative
 from footcal_cli.core.diagnosis.tracking import gain_and_bias
@@ -174,18 +172,6 @@ def test_tilt_while_walking_is_named_as_its_alias_group() -> None:
     found = investigate(tilted, TABLE, describe)
     assert found.verdict == "ambiguous"
     assert {"imu_tilt", "com_offset", "accel_bias", "floor_slope"} <= with_rivals(found)
-
-
-def test_the_menu_separates_what_it_can_and_says_what_it_cannot() -> None:
-    def at(name: str) -> Signature:
-        return Signature(name, TABLE[name].size.name, "all cells", "")
-
-    curve_or_creep = prospects(at("nonlinearity"), at("creep"), TABLE, 5e-4, 0.05, 30.0)
-    assert curve_or_creep[0].separation > 5
-    assert curve_or_creep[0].repeats == 1
-    hold = next(p for p in curve_or_creep if "5 minutes" in p.words)
-    assert hold.separation < 1e-6
-    assert prospects(at("nonlinearity"), at("delay"), TABLE, 5e-4, 0.05, 30.0) == ()
 
 
 @pytest.mark.slow

@@ -37,172 +37,138 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from footcal_cli.core.chain import Chain
-from footcal_cli.core.diagnosis.case import Case, rows_of
-from footcal_cli.core.diagnosis.problem import Signature
-from footcal_cli.core.diagnosis.signatures import derivative
-from footcal_cli.core.effects.contract import Effect, Scope
-from footcal_cli.core.experiments import weights
-from footcal_cli.core.log import Log
-from footcal_cli.core.parameters import FloatArray, ParameterSet
+from footcal_cli.core.diagnosis.plans import PLANS, Plan
+from footcal_cli.core.diagnosis.rehearsal import Comparison, Contender, Rehearsal, rehearsed
+from footcal_cli.core.diagnosis.rig import Rig
+from footcal_cli.core.effects.contract import Effect
 
-_CELL = "cell"
-
-
-@dataclass(frozen=True)
-class Plan:
-    """A feasible experiment on one cell.
-
-    Parameters
-    ----------
-    words
-        What to do, for the experimenter.
-    time_s, share
-        Stamps and loads as shares of the largest load, shape (n,).
-    warming_k
-        Temperature rise over the experiment.
-    """
-
-    words: str
-    time_s: FloatArray
-    share: FloatArray
-    warming_k: float = 0.0
+HOPELESS = 10**4
+"""Runs from which an experiment is not worth naming."""
+_FEWEST_BLOCKS = 10
+_TRUST = 1.0 / 3.0
+"""Share of a predicted separation that is counted on: what does not repeat between runs and is not
+white takes the rest."""
+_NOT_TOLD = 2.0
+"""Separation that data have at most which could not tell two effects apart at α = 0.05."""
 
 
 @dataclass(frozen=True)
 class Prospect:
-    """What an experiment would do for a pair of rivals.
+    """What an experiment would do for a set of rivals.
 
     Parameters
     ----------
-    words
+    plan
         The experiment.
     cosine
-        |cos| of the rivals' visible signatures there.
+        Largest |cos| between what the first and another rival leave visible there.
     separation
-        What of the named effect, at its fitted size, no size of the rival absorbs, over the noise
-        of one run.
+        What no size of the nearest rival absorbs of the first, over the noise of one run.
     repeats
         Runs for a power of 0.8 at α = 0.01.
+    both
+        Whether every rival shows there, so that each would be named.
     """
 
-    words: str
+    plan: Plan
     cosine: float
     separation: float
     repeats: int
+    both: bool
+
+    @property
+    def minutes(self) -> float:
+        """What all the runs take."""
+        return self.repeats * self.plan.minutes
 
 
-def plans() -> tuple[Plan, ...]:
-    """The menu for load cells."""
-    ladder = np.array([0.0, 0.1, 0.25, 0.4, 0.55, 0.7, 0.85, 1.0])
-    up_down = np.concatenate([ladder, ladder[-2::-1]])
-    rng = np.random.default_rng(0)
-
-    def holds(loads: FloatArray, hold_s: float, step_s: float) -> tuple[FloatArray, FloatArray]:
-        each = max(int(hold_s / step_s), 1)
-        time_s = np.arange(float(loads.size * each)) * step_s
-        return np.asarray(time_s, dtype=float), np.asarray(np.repeat(loads, each))
-
-    mixed = rng.permutation(np.tile(ladder, 2))
-    taps = np.tile(np.concatenate([np.zeros(20), np.ones(5)]), 20)
-    slow = np.concatenate([np.linspace(0, 1, 300), np.linspace(1, 0, 300)])
-    fast = np.concatenate([np.linspace(0, 1, 15), np.linspace(1, 0, 15)])
-    ramps = np.concatenate([slow, fast, fast, fast, fast])
-    warm = np.tile(np.repeat([0.0, 1.0], 10), 20)
-    cool_down = np.concatenate([np.ones(150), np.zeros(150)])
-    return (
-        Plan("weights up and down in eight steps, 5 s each", *holds(up_down, 5.0, 0.5)),
-        Plan("weights in random order, each twice, 10 s each", *holds(mixed, 10.0, 1.0)),
-        Plan("weights up and down in eight steps, 60 s each", *holds(up_down, 60.0, 4.0)),
-        Plan("the largest weight for 5 minutes, then 5 minutes unloaded",
-             np.arange(0.0, 600.0, 2.0), cool_down),
-        Plan("20 quick taps with the largest weight, sampled at 80 Hz",
-             np.linspace(0.0, taps.size / 80.0, taps.size), taps),
-        Plan("one slow ramp up and down (1 min) and two fast ones (3 s)",
-             np.linspace(0.0, ramps.size / 10.0, ramps.size), ramps),
-        Plan("warming up by 5 K with the largest weight on and off every 20 s",
-             np.linspace(0.0, 2.0 * warm.size, warm.size), warm, 5.0),
-    )  # fmt: skip
-
-
-def prospects(
-    first: Signature,
-    second: Signature,
-    table: Mapping[str, Effect],
-    size: float,
-    noise_n: float,
-    full_load_n: float,
-) -> tuple[Prospect, ...]:
-    """The menu for two rival cell effects, best separation first; empty for other effects.
+@dataclass(frozen=True)
+class Menu:
+    """The experiments judged for a set of rivals.
 
     Parameters
     ----------
-    first, second
-        The named effect and its rival.
+    rivals
+        The named effect, then those that explain as much.
+    now
+        How far the present data keep the nearest two apart; None without data.
+    prospects
+        Those that show every rival first, then the least work; hopeless ones are left out.
+    """
+
+    rivals: tuple[Contender, ...]
+    now: Comparison | None
+    prospects: tuple[Prospect, ...]
+
+    @property
+    def best(self) -> Prospect | None:
+        """What to run next."""
+        return self.prospects[0] if self.prospects else None
+
+
+def menu_for(
+    rivals: Sequence[Contender],
+    table: Mapping[str, Effect],
+    rig: Rig,
+    at_hand: Rehearsal | None = None,
+) -> Menu:
+    """Judge every feasible plan for a set of rivals.
+
+    Separations are predicted from white noise; the data at hand tell how optimistic that is: they
+    could not tell the rivals apart, whatever separation is predicted for them.
+
+    Parameters
+    ----------
+    rivals
+        The named effect, then those that explain as much.
     table
         Effects by name.
-    size
-        Size of the named effect.
-    noise_n, full_load_n
-        Noise sd of one reading and the largest load.
+    rig
+        Robot, loads and noise.
+    at_hand
+        The present data, which could not tell.
     """
-    effects = [table[s.effect] for s in (first, second)]
-    if any(e.scope is not Scope.CHANNEL for e in effects):
-        return ()
+    now = _nearest(at_hand, rivals, table) if at_hand is not None else None
+    share = _TRUST if now is None else min(_TRUST, _NOT_TOLD / max(now.separation, 1e-12))
+    names = [r.signature.effect for r in rivals]
     found = []
-    for plan in plans():
-        g, h, j = _signatures(plan, (first, second), effects, full_load_n)
-        g, h = (x - j @ np.linalg.lstsq(j, x, rcond=1e-9)[0] for x in (g, h))
-        norms = np.sqrt((g @ g) * (h @ h))
-        cosine = float(abs(g @ h) / norms) if norms > 0 else 0.0
-        alone = g - h * ((g @ h) / (h @ h) if h @ h > 0 else 0.0)
-        separation = float(np.sqrt(alone @ alone) * abs(size) / noise_n)
-        found.append(Prospect(plan.words, cosine, separation, repeats_for(separation)))
-    return tuple(sorted(found, key=lambda p: -p.separation))
+    for plan in PLANS:
+        kind = plan.experiment.name
+        seen = any(kind in table[name].experiments for name in names)
+        if kind not in rig.kinds or not seen:
+            continue
+        there = _nearest(rehearsed(plan, rig, [r.signature.effect for r in rivals]), rivals, table)
+        separation = share * there.separation
+        repeats = repeats_for(separation, plan.blocks)
+        if repeats < HOPELESS:
+            found.append(Prospect(plan, there.cosine, separation, repeats, there.both))
+    found.sort(key=lambda p: (not p.both, p.minutes, -p.separation))
+    return Menu(tuple(rivals), now, tuple(found))
 
 
-def repeats_for(separation: float, alpha: float = 0.01, power: float = 0.8) -> int:
-    """Runs whose pooled separation reaches ``z_{1−α/2} + z_power``; at least 10 blocks' worth."""
+def _nearest(
+    where: Rehearsal, rivals: Sequence[Contender], table: Mapping[str, Effect]
+) -> Comparison:
+    """The first contender against the one that comes nearest to it."""
+    first, *others = rivals
+    found = [where.compared(first, other, table) for other in others]
+    return Comparison(
+        max(c.cosine for c in found), min(c.separation for c in found), all(c.both for c in found)
+    )
+
+
+def repeats_for(
+    separation: float, blocks: int = _FEWEST_BLOCKS, alpha: float = 0.01, power: float = 0.8
+) -> int:
+    """Runs whose pooled separation reaches ``z_{1−α/2} + z_power``, and ten blocks together."""
     if separation <= 0:
         return 10**6
     needed = float(stats.norm.ppf(1 - alpha / 2) + stats.norm.ppf(power))
-    return max(int(np.ceil((needed / separation) ** 2)), 1)
-
-
-def _signatures(
-    plan: Plan, pair: Sequence[Signature], effects: Sequence[Effect], full_load_n: float
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Signatures of both rivals on a plan, and the calibration columns of one cell."""
-    load = full_load_n * plan.share
-    n = load.size
-    log = Log(
-        "weights",
-        (_CELL,),
-        plan.time_s,
-        load[:, None],
-        {
-            "load_n": load[:, None],
-            "temperature_degc": 25.0 + plan.warming_k * np.linspace(0, 1, n),
-        },
-        np.zeros(n, dtype=np.int64),
-    )
-    case = Case(weights.EXPERIMENT, (log,), Chain(()), {}, ParameterSet(()), 1.0, 1.0)
-    rows = rows_of(case)
-    unit = rows.noise
-    columns = []
-    for signature, effect in zip(pair, effects, strict=True):
-        size = next(p for p in effect.parameters if p.name == signature.parameter)
-        columns.append(
-            unit * derivative(case, rows, effect, size, {_CELL: (_CELL,)}, dict(signature.shape))
-        )
-    order = rows.row
-    return columns[0], columns[1], np.column_stack([np.ones(n), load])[order]
+    fewest = int(np.ceil(_FEWEST_BLOCKS / blocks))
+    return max(int(np.ceil((needed / separation) ** 2)), fewest)
 
 
 def advice(effects: Sequence[Effect]) -> str:
     """The table's own words on what separates these effects."""
     words = dict.fromkeys(e.separates for e in effects if e.separates)
     return "; or ".join(words)
-
-
-__all__ = ["Plan", "Prospect", "advice", "plans", "prospects", "repeats_for"]

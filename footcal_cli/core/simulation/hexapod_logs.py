@@ -123,12 +123,15 @@ class PosePlan:
         How many further poses stand on three legs, the others lifted.
     friction_n, uneven
         Sd of the sideways ground forces; relative sd of the shares of the load.
+    tilt_rad
+        Largest slope of the floor, another one in every pose.
     """
 
     poses: int = 120
     tripods: int = 0
     friction_n: float = 1.5
     uneven: float = 0.25
+    tilt_rad: float = 0.0
     force_noise: Noise = FORCE_NOISE
     torque_noise: Noise = TORQUE_NOISE
 
@@ -162,10 +165,12 @@ def feet_b_m(robot: Hexapod, phase_rad: FloatArray) -> FloatArray:
     return feet
 
 
-def _attitude(feet: FloatArray, standing: BoolArray, rng: np.random.Generator) -> FloatArray:
+def _attitude(
+    feet: FloatArray, standing: BoolArray, tilt_rad: float, rng: np.random.Generator
+) -> FloatArray:
     """Body-to-world rotation that puts the standing feet on the floor, shape (n, 3, 3).
 
-    Least-squares plane through the feet, and any yaw.
+    Least-squares plane through the feet, some yaw, and the slope of the floor.
     """
     weight = standing[..., None].astype(float)
     centre = (feet * weight).sum(axis=1, keepdims=True) / weight.sum(axis=1, keepdims=True)
@@ -179,6 +184,11 @@ def _attitude(feet: FloatArray, standing: BoolArray, rng: np.random.Generator) -
         0.3 * rng.standard_normal((len(feet), 1)) * np.array([0.0, 0.0, 1.0])
     ).as_matrix()
     turned: FloatArray = yaw @ level
+    if tilt_rad:
+        slope = np.column_stack(
+            [rng.uniform(-tilt_rad, tilt_rad, (len(feet), 2)), 0.0 * yaw[:, 0, 0]]
+        )
+        turned = Rotation.from_rotvec(slope).as_matrix() @ turned
     return turned
 
 
@@ -224,7 +234,7 @@ def pose_log(
     rng = stream(seed, "poses")
     phase, standing = _phases(robot, plan, rng)
     feet = feet_b_m(robot, phase)
-    rot_wb = _attitude(feet, standing, rng)
+    rot_wb = _attitude(feet, standing, plan.tilt_rad, rng)
     rows, legs = phase.shape
     planned = Log(
         "pose",

@@ -1,39 +1,84 @@
-"""Which effects look alike in these data."""
+"""Which effects look alike in these data, and would after the proposed experiment."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from footcal_cli.core.diagnosis.answer import EffectStatus
 from footcal_cli.core.diagnosis.investigation import Investigation
+from footcal_cli.core.diagnosis.menu import Menu
+from footcal_cli.core.diagnosis.next_experiment import likeness_after
+from footcal_cli.core.effects.contract import Effect
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.plots.style import BAD, new_figure
 
 ISOLABILITY_CAPTION = (
-    "Which effects look alike in these data beside the calibration: |cos| of what stays visible of "
-    "them. Outlined: pairs that no analysis of these data can separate."
+    "Which effects look alike beside the calibration: 0 (white) not at all, 1 (dark) the same. "
+    "Framed: groups that no analysis of these data can separate."
 )
+AFTER_CAPTION = (
+    "Which effects look alike beside the calibration: 0 (white) not at all, 1 (dark) the same; "
+    "left in these data, right after the proposed experiment. Framed: groups that cannot be "
+    "separated. Hatched: not visible there."
+)
+_SAME = 0.95
+_CELL_IN = 0.17
 
 
-def plot_isolability(found: Investigation) -> Figure:
-    """|cos| of the visible signatures, one row per effect where it explains most."""
-    problem = found.problem
-    chosen, labels = [], []
-    index = {s: i for i, s in enumerate(problem.signatures)}
-    for row in found.rounds[0].effects:
-        if row.status is EffectStatus.NOT_TESTABLE and row.visible < 0.02:
-            continue
-        if row.signature in index:
-            chosen.append(index[row.signature])
-            labels.append(row.signature.effect.replace("_", " "))
-    if not chosen:
-        figure = new_figure(1.2)
+def caption(menu: Menu | None) -> str:
+    """What the picture shows, with or without a proposed experiment."""
+    return ISOLABILITY_CAPTION if menu is None or menu.best is None else AFTER_CAPTION
+
+
+def plot_isolability(
+    found: Investigation, table: Mapping[str, Effect], menu: Menu | None
+) -> Figure:
+    """|cos| of the visible signatures, one row per effect where it explains most; now and then."""
+    labels, now = _now(found)
+    if not labels:
+        figure = new_figure(0.9)
         figure.text(0.5, 0.5, "No effect is visible in these data.", ha="center")
         return figure
+    order = _clustered(now)
+    names = [labels[i] for i in order]
+    panels = [("in these data", now[np.ix_(order, order)])]
+    if menu is not None and menu.best is not None:
+        then = likeness_after(found, table, menu.best.plan, names)
+        panels.append((f"after '{menu.best.plan.id.replace('_', ' ')}'", then))
+    side = _CELL_IN * len(names)
+    margin = 1.35
+    width = margin + len(panels) * (side + 0.25) + 0.6
+    height = side + margin + 0.45
+    figure = new_figure(height, width_in=width)
+    figure.set_layout_engine("none")
+    for i, (title, cos) in enumerate(panels):
+        left = margin + i * (side + 0.25)
+        axes = figure.add_axes((left / width, margin / height, side / width, side / height))
+        _draw(axes, cos, names, title, named=i == 0)
+    bar = figure.add_axes(
+        ((margin + len(panels) * (side + 0.25)) / width, margin / height, 0.09 / width,
+         min(side, 1.8) / height)
+    )  # fmt: skip
+    figure.colorbar(figure.axes[0].images[0], cax=bar).ax.tick_params(labelsize=6.5)
+    return figure
+
+
+def _now(found: Investigation) -> tuple[list[str], FloatArray]:
+    """Effects that these data show, and |cos| between them."""
+    problem = found.problem
+    index = {s: i for i, s in enumerate(problem.signatures)}
+    rows = [
+        r for r in found.rounds[0].effects
+        if r.signature in index
+        and not (r.status is EffectStatus.NOT_TESTABLE and r.visible < 0.02)
+    ]  # fmt: skip
+    chosen = [index[r.signature] for r in rows]
     part = replace(
         problem,
         columns=problem.columns[:, chosen],
@@ -42,24 +87,44 @@ def plot_isolability(found: Investigation) -> Figure:
     left = part.left()
     norm = np.sqrt(np.sum(left**2, axis=0))
     unit = left / np.where(norm > 0, norm, 1.0)
-    cos = np.abs(unit.T @ unit)
-    order = _clustered(cos)
-    cos, labels = cos[np.ix_(order, order)], [labels[i] for i in order]
-    k = len(labels)
-    figure = new_figure(0.27 * k + 1.8, width_in=min(0.27 * k + 3.4, 8.5))
-    axes = figure.add_subplot()
-    image = axes.imshow(cos, cmap="Blues", vmin=0, vmax=1)
-    for i in range(k):
-        for j in range(k):
-            if i != j and cos[i, j] > 0.95:
-                axes.add_patch(
-                    Rectangle((j - 0.5, i - 0.5), 1, 1, fill=False, edgecolor=BAD, linewidth=1.4)
-                )
-    axes.set_xticks(range(k), labels, rotation=90, fontsize=7)
-    axes.set_yticks(range(k), labels, fontsize=7)
-    axes.set_title("|cos| of visible signatures; outlined above 0.95", loc="left", fontsize=10)
-    figure.colorbar(image, ax=axes, shrink=0.7).ax.tick_params(labelsize=7)
-    return figure
+    return [r.signature.effect for r in rows], np.abs(unit.T @ unit)
+
+
+def _draw(axes: Axes, cos: FloatArray, names: Sequence[str], title: str, *, named: bool) -> None:
+    k = len(names)
+    axes.imshow(cos, cmap="Blues", vmin=0, vmax=1)
+    for i in np.flatnonzero(np.diag(cos) == 0):
+        for x, y, width, height in ((-0.5, i - 0.5, k, 1), (i - 0.5, -0.5, 1, k)):
+            axes.add_patch(
+                Rectangle((x, y), width, height, fill=False, hatch="/////", linewidth=0,
+                          edgecolor="#d5d9df")
+            )  # fmt: skip
+    for first, last in _runs(cos):
+        side = last - first + 1
+        axes.add_patch(
+            Rectangle(
+                (first - 0.5, first - 0.5), side, side, fill=False, edgecolor=BAD, linewidth=1.8
+            )
+        )
+    words = [name.replace("_", " ") for name in names]
+    axes.set_xticks(range(k), words, rotation=90, fontsize=6.5)
+    axes.set_yticks(range(k), words if named else [], fontsize=6.5)
+    axes.tick_params(length=0)
+    axes.set_title(title, loc="left", fontsize=9)
+    for side_name in ("top", "right", "left", "bottom"):
+        axes.spines[side_name].set_color("#c9ced6")
+
+
+def _runs(cos: FloatArray) -> list[tuple[int, int]]:
+    """Neighbouring effects each of which looks like the next: first and last of every group."""
+    runs = []
+    start = 0
+    for i in range(1, len(cos) + 1):
+        if i == len(cos) or cos[i - 1, i] <= _SAME:
+            if i - start > 1:
+                runs.append((start, i - 1))
+            start = i
+    return runs
 
 
 def _clustered(cos: FloatArray) -> list[int]:

@@ -2,45 +2,82 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from footcal_cli.core.diagnosis.attribution import Attribution, attributions
 from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.core.diagnosis.problem import Problem
+from footcal_cli.core.diagnosis.whitening import residual_within_blocks
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.plots.style import AFTER, BEFORE, new_figure, tidy
+from footcal_cli.plots.style import AFTER, BAD, BEFORE, REFERENCE, new_figure, tidy
 
 LADDER_CAPTION = (
-    "How the held-out error falls: each effect added first and added last, down to what any "
-    "function of the recorded signals could reach."
+    "How far the error on unseen blocks falls: as it was, with what was named, with any function "
+    "of the recorded signals (the ceiling no cause can beat), and with a calibration of its own in "
+    "every block (how well the blocks repeat at all). Several effects: each added first, added "
+    "last, and on average over all orders (dot); only the dots add up."
 )
+_CEILING, _FLOOR = "#009E73", "#7A5C00"
 
 
 def plot_ladder(found: Investigation) -> Figure:
     """Error from the baseline to the noise floor; each effect first and last."""
-    steps = [("baseline", _rms(found.rounds[0].before.loss, found.problem), BEFORE)]
-    for i, item in enumerate(found.found):
-        loss = found.rounds[i + 1].before.loss if i + 1 < len(found.rounds) else None
-        if loss is not None:
-            label = f"+ {item.cause.signature.effect}".replace("_", " ")
-            steps.append((label, _rms(loss, found.problem), AFTER))
-    last = found.rounds[-1]
-    floor = last.before.loss.sum() - max(float(last.before.flexible_gain.sum()), 0.0)
-    steps.append(
-        ("any function of\nthe signals", _rms(np.array([floor]), found.problem), "#009E73")
-    )
-    if not found.case.drifts and found.problem.blocks > 2:
-        free = _free_rms(found)
-        steps.append(("calibration free\nin every block", free, "#7A5C00"))
-    figure = new_figure(3.2)
-    axes = figure.add_subplot()
-    for i, (_, value, colour) in enumerate(steps):
-        axes.bar(i, value, color=colour, width=0.6)
-        axes.text(i, value, f"{value:.3g}", ha="center", va="bottom", fontsize=8)
-    axes.set_xticks(range(len(steps)), [s[0] for s in steps], fontsize=8)
-    tidy(axes, "Held-out error over all outputs", "", "RMS error (noise sd of the baseline)")
-    axes.tick_params(axis="x", labelsize=8)
+    parts = attributions(found) if len(found.found) > 1 else ()
+    steps = _steps(found)
+    figure = new_figure(0.42 * max(len(steps), 1.6 * len(parts)) + 1.1)
+    axes = figure.add_subplot(1, 2 if parts else 1, 1)
+    _draw_steps(axes, steps)
+    if parts:
+        _draw_parts(figure.add_subplot(1, 2, 2), parts)
     return figure
+
+
+def _steps(found: Investigation) -> list[tuple[str, float, str]]:
+    """Label, RMS error and colour of each rung."""
+    first, last = found.rounds[0].before, found.rounds[-1].before
+    steps = [("without any effect", _rms(first.loss, found.problem), BEFORE)]
+    if found.found:
+        names = " + ".join(f.cause.signature.effect.replace("_", " ") for f in found.found)
+        steps.append((f"with {names}", _rms(last.loss, found.problem), AFTER))
+    best = last.loss.sum() - max(float(last.flexible_gain.sum()), 0.0)
+    ceiling = _rms(np.array([best]), found.problem)
+    steps.append(("any function of\nthe signals beside", ceiling, _CEILING))
+    if not found.case.drifts and found.problem.blocks > 2:
+        steps.append(("calibration free\nin every block", _free_rms(found), _FLOOR))
+    return steps
+
+
+def _draw_steps(axes: Axes, steps: Sequence[tuple[str, float, str]]) -> None:
+    places = np.arange(len(steps))[::-1]
+    axes.barh(places, [s[1] for s in steps], color=[s[2] for s in steps], height=0.62)
+    for place, (_, value, _) in zip(places, steps, strict=True):
+        axes.text(value, place, f" {value:.3g}", va="center", fontsize=8.5)
+    axes.axvline(1.0, color=REFERENCE, linewidth=0.8, linestyle=":")
+    tidy(axes, "Error on unseen blocks, all outputs", "RMS error (1 = noise assumed)", "")
+    axes.set_yticks(places, [s[0] for s in steps])
+    axes.set_xlim(0, 1.15 * max(s[1] for s in steps))
+    axes.grid(visible=False, axis="y")
+
+
+def _draw_parts(axes: Axes, parts: Sequence[Attribution]) -> None:
+    places = np.arange(len(parts))[::-1].astype(float)
+    for values, by, colour, label in (
+        ([100 * p.first for p in parts], 0.19, BEFORE, "added first"),
+        ([100 * p.last for p in parts], -0.19, AFTER, "added last"),
+    ):
+        axes.barh(places + by, values, height=0.34, color=colour, label=label)
+    axes.plot(
+        [100 * p.mean for p in parts], places, "o", color=BAD, markersize=6, label="on average"
+    )
+    axes.axvline(0, color=REFERENCE, linewidth=0.8)
+    tidy(axes, "What each effect takes away", "share of the squared error (%)", "")
+    axes.set_yticks(places, [p.effect.replace("_", " ") for p in parts])
+    axes.grid(visible=False, axis="y")
+    axes.legend(fontsize=7.5, frameon=False)
 
 
 def _rms(loss: FloatArray, problem: Problem) -> float:
@@ -49,7 +86,4 @@ def _rms(loss: FloatArray, problem: Problem) -> float:
 
 def _free_rms(found: Investigation) -> float:
     """Repeatability floor: what is left when every block has a calibration of its own."""
-    from footcal_cli.core.diagnosis.whitening import residual_within_blocks
-
-    left = residual_within_blocks(found.final)
-    return float(np.sqrt(np.mean(left**2)))
+    return float(np.sqrt(np.mean(residual_within_blocks(found.final) ** 2)))

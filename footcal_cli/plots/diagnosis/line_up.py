@@ -6,7 +6,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from footcal_cli.core.diagnosis.investigation import Investigation
-from footcal_cli.plots.diagnosis.residuals import binned, driver_of, left_over, main_output
+from footcal_cli.core.diagnosis.leftovers import left_over
+from footcal_cli.plots.diagnosis.residuals import binned, driver_of, main_output
 from footcal_cli.plots.style import AFTER, REFERENCE, new_figure, tidy
 
 LINE_UP_CAPTION = (

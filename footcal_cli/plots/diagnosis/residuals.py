@@ -9,23 +9,13 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from footcal_cli.core.diagnosis.investigation import Investigation
-from footcal_cli.core.diagnosis.problem import Problem, Signature
+from footcal_cli.core.diagnosis.leftovers import left_over
+from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.plots.style import AFTER, BAD, CELL_COLOURS, REFERENCE, new_figure, tidy
 
 _MOST_POINTS = 3000
-
-
 _BINS = 12
-
-
-_ONE = (Signature("residual", "", "", ""),)
-
-
-def left_over(problem: Problem) -> FloatArray:
-    """Residual after the calibration (and accepted effects), in units of noise, shape (m,)."""
-    bare = replace(problem, columns=problem.residual[:, None], signatures=_ONE)
-    return bare.left()[:, 0]
 
 
 def binned(

@@ -6,13 +6,12 @@ from collections.abc import Mapping, Sequence
 
 from footcal_cli.core.diagnosis.answer import Verdict
 from footcal_cli.core.diagnosis.investigation import Investigation
+from footcal_cli.core.diagnosis.next_experiment import next_menu
 from footcal_cli.core.effects.contract import Effect
 from footcal_cli.core.quality import Finding
-from footcal_cli.records import (
-    VerdictRecord,
-)
+from footcal_cli.records import VerdictRecord
 from footcal_cli.sheets.diagnosis.contract import Answer
-from footcal_cli.sheets.diagnosis.experiment import menu_of, next_experiment
+from footcal_cli.sheets.diagnosis.experiment import experiment_words, next_experiment
 from footcal_cli.sheets.diagnosis.sentences import (
     ambiguous,
     named,
@@ -26,6 +25,8 @@ from footcal_cli.sheets.diagnosis.words import rival_groups
 
 STOPPING = frozenset({"readings_repeat_across_channels"})
 """Findings that make blocks no independent evidence; alarms stop a diagnosis too."""
+_ASKS = (Verdict.AMBIGUOUS, Verdict.UNKNOWN, Verdict.NAMED_UNKNOWN)
+"""Verdicts that an experiment would sharpen."""
 
 
 def answer_of(
@@ -37,11 +38,11 @@ def answer_of(
     """Turn an investigation into its sentence."""
     stop = [f for f in findings if f.severity == "alarm" or f.code in STOPPING]
     rivals = rival_groups(found)
-    menu = menu_of(found, table)
-    experiment = next_experiment(found, table, menu)
-    kind = Verdict.BAD_DATA if stop else found.verdict
     if stop:
-        return stopped(found, stop, rivals, menu, untested)
+        return stopped(found, stop, rivals)
+    kind = found.verdict
+    menu = next_menu(found, table) if kind in _ASKS else None
+    experiment = next_experiment(found, table, menu)
     speak = {
         Verdict.NONE: none_found,
         Verdict.NAMED: named,
@@ -50,11 +51,17 @@ def answer_of(
         Verdict.UNKNOWN: unknown,
         Verdict.UNDERPOWERED: underpowered,
     }[kind]
-    sentence, details = speak(found, experiment)
-    level = "good" if kind is Verdict.NONE else "warning"
+    sentence, details = speak(found, untested)
+    if experiment is not None and kind is not Verdict.UNDERPOWERED:
+        asked = "Run next" if kind is Verdict.AMBIGUOUS else "What would sharpen it"
+        details.insert(0, f"{asked}: {experiment_words(experiment)}.")
     return Answer(
         kind,
-        VerdictRecord(level=level, sentence=sentence, details=tuple(details)),  # type: ignore[arg-type]  # a literal by construction
+        VerdictRecord(
+            level="good" if kind is Verdict.NONE else "warning",
+            sentence=sentence,
+            details=tuple(details),
+        ),
         rivals,
         experiment,
         menu,

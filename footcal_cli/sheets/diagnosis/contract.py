@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from footcal_cli.core.diagnosis.answer import Verdict
-from footcal_cli.core.diagnosis.menu import Prospect
-from footcal_cli.records import VerdictRecord
+from footcal_cli.core.diagnosis.menu import Menu
+from footcal_cli.records import NextExperimentRecord, VerdictRecord
 
 
 @dataclass(frozen=True)
@@ -24,11 +24,11 @@ class Answer:
     experiment
         What to run next.
     menu
-        The menu judged for the first pair of rivals.
+        The menu judged for the first group of rivals, or for what comes nearest to the unknown.
     """
 
     kind: Verdict
     verdict: VerdictRecord
-    rivals: tuple[tuple[str, ...], ...]
-    experiment: str
-    menu: tuple[Prospect, ...]
+    rivals: tuple[tuple[str, ...], ...] = ()
+    experiment: NextExperimentRecord | None = None
+    menu: Menu | None = None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,30 +12,39 @@ from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.report import Sheet, number
 from footcal_cli.sheets.diagnosis.words import with_interval, words
 
+_MOST_ROWS = 20
+_LEFT_OVER_NOTE = (
+    "How to read it: 'found from' is the size that this data would have shown 4 times in 5, "
+    "'matters from' the size whose visible part changes an output by the tolerance. Visible: share "
+    "of the effect that the calibration cannot absorb. By chance: probability that shuffling the "
+    "signs of whole blocks makes any effect of the table look this strong. Gain: share of the "
+    "squared error that goes on blocks the effect was not fitted to."
+)
+
 
 def evidence_sheet(found: Investigation, untested: Mapping[str, str]) -> Sheet:
     """One row per effect of the table, by gain; greyed: not testable, and why."""
-    rows: list[tuple[str, ...]] = []
-    greyed = set()
-    for row in table_rows(found):
-        if row.status is EffectStatus.NOT_TESTABLE:
-            greyed.add(len(rows))
-        rows.append(_evidence_row(row))
-    for effect, reason in [(e.effect, e.reason) for e in found.problem.excluded] + list(
-        untested.items()
-    ):
-        greyed.add(len(rows))
-        rows.append((words(effect), "–", "–", "–", "–", "–", "–", "not testable", reason))
+    rows = [_evidence_row(row, found.problem.blocks) for row in table_rows(found)]
+    tested = sum(r.status is not EffectStatus.NOT_TESTABLE for r in table_rows(found))
+    rows += [
+        (words(effect), "–", "–", "–", "–", "–", "–", "–", "–", "not testable", reason)
+        for effect, reason in _not_looked_for(found, untested)
+    ]
     return Sheet(
-        "Evidence",
-        ("effect", "where", "size [95 %]", "matters from", "visible", "p", "held-out gain",
-         "status", "why"),
+        "Evidence: every effect looked for",
+        ("effect", "where", "size [95 %]", "matters from", "found from", "visible", "by chance",
+         "gain", "blocks better", "status", "why"),
         rows,
-        note="Gain: reduction of the squared error on blocks the effect was not fitted to. "
-        "Visible: share of the effect that the calibration cannot absorb. p: family-wise over the "
-        "whole table, from sign flips of whole blocks.",
-        greyed=frozenset(greyed),
+        note=_LEFT_OVER_NOTE,
+        greyed=frozenset(range(tested, len(rows))),
+        folded_after=max(min(tested, _MOST_ROWS), 1) if len(rows) > _MOST_ROWS else 0,
     )  # fmt: skip
+
+
+def _not_looked_for(found: Investigation, untested: Mapping[str, str]) -> list[tuple[str, str]]:
+    """Effects without a row of their own, each once, with the reason."""
+    reasons = {e.effect: e.reason for e in found.problem.excluded} | dict(untested)
+    return list(reasons.items())
 
 
 def table_rows(found: Investigation) -> list[EffectRow]:
@@ -46,8 +56,6 @@ def table_rows(found: Investigation) -> list[EffectRow]:
         for row in diagnosis.effects:
             name = row.signature.effect
             if name in named and name not in seen and row.signature == named[name].cause.signature:
-                from dataclasses import replace
-
                 rows.append(replace(row, size=named[name].cause.size))
                 seen.add(name)
     rivals = {r.effect for f in found.found for r in f.cause.rivals}
@@ -59,29 +67,36 @@ def table_rows(found: Investigation) -> list[EffectRow]:
     return sorted(rows, key=lambda r: (r.status is EffectStatus.NOT_TESTABLE, -r.gain))
 
 
-def _evidence_row(row: EffectRow) -> tuple[str, ...]:
+def _evidence_row(row: EffectRow, blocks: int) -> tuple[str, ...]:
     tested = row.status is not EffectStatus.NOT_TESTABLE
     unit = row.signature.unit
     return (
         words(row.signature.effect),
-        row.signature.where,
-        with_interval(row.size, unit) if np.isfinite(row.size.low) else "–",
-        f"{number(row.smallest, 2)} {unit}".rstrip(" -") if np.isfinite(row.smallest) else "–",
+        words(row.signature.where),
+        with_interval(row.size, unit) if np.isfinite(row.size.low) and tested else "–",
+        _size(row.smallest, unit),
+        _size(row.detectable, unit) if tested else "–",
         f"{100 * row.visible:.0f} %",
         number(row.p, 2) if tested else "–",
         f"{100 * row.gain:+.1f} %".replace("-", "−") if tested else "–",
+        f"{row.blocks_better} of {blocks}" if tested else "–",
         str(row.status).replace("_", " "),
         row.reason,
     )
 
 
+def _size(value: float, unit: str) -> str:
+    return f"{number(value, 2)} {unit}".rstrip(" -") if np.isfinite(value) else "–"
+
+
 def untested_sheet(found: Investigation, untested: Mapping[str, str]) -> Sheet:
     """What could not be tested, and why."""
     rows = [
-        (words(r.signature.effect), r.reason, "")
+        (words(r.signature.effect), r.reason)
         for r in found.rounds[-1].effects
         if r.status is EffectStatus.NOT_TESTABLE
     ]
-    rows += [(words(e.effect), e.reason, "") for e in found.problem.excluded]
-    rows += [(words(name), reason, "") for name, reason in untested.items()]
-    return Sheet("What could not be tested", ("effect", "why", ""), rows or [("–", "–", "")])
+    rows += [(words(effect), reason) for effect, reason in _not_looked_for(found, untested)]
+    return Sheet(
+        "What could not be tested", ("effect", "why"), rows or [("–", "–")], folded_after=12
+    )

@@ -1,91 +1,102 @@
-"""Which experiment next, in words and as a table."""
+"""Which experiment next, in words, as a table and as a record."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-
-import numpy as np
+from collections.abc import Mapping
 
 from footcal_cli.core.diagnosis.answer import Verdict
 from footcal_cli.core.diagnosis.investigation import Investigation
-from footcal_cli.core.diagnosis.menu import Prospect, advice, prospects
+from footcal_cli.core.diagnosis.menu import Menu, Prospect, advice
 from footcal_cli.core.effects.contract import Effect
+from footcal_cli.records import NextExperimentRecord
 from footcal_cli.report import Sheet, number
-from footcal_cli.sheets.diagnosis.contract import Answer
-
-
-def menu_of(found: Investigation, table: Mapping[str, Effect]) -> tuple[Prospect, ...]:
-    """The menu judged for the first pair of rivals; empty where there is none."""
-    for item in found.found:
-        if not item.cause.rivals:
-            continue
-        rival = item.cause.rivals[0]
-        if found.case.experiment.name not in ("weights", "placements"):
-            return ()
-        load = max(float(np.nanmax(np.abs(log.known["load_n"]))) for log in found.case.logs)
-        problem = found.problem
-        noise = float(np.median(problem.noise[problem.output == 0]))
-        return prospects(item.cause.signature, rival, table, item.cause.size.value, noise, load)
-    return ()
+from footcal_cli.sheets.diagnosis.words import words
 
 
 def next_experiment(
-    found: Investigation, table: Mapping[str, Effect], menu: Sequence[Prospect]
-) -> str:
-    """What to run next: the best of the menu, else the table's advice."""
-    if menu and menu[0].repeats < 10**6:
-        best = menu[0]
-        times = f", {best.repeats} times" if best.repeats > 1 else ""
-        now = _cosine_now(found)
-        return (
-            f"{best.words}{times} (|cos| of the rivals {now:.4f} here, {best.cosine:.4f} then; "
-            f"predicted separation {number(best.separation, 2)} noise sd)"
-        )
+    found: Investigation, table: Mapping[str, Effect], menu: Menu | None
+) -> NextExperimentRecord | None:
+    """What to run next: the best of the menu, else the table's advice; None where nothing is."""
+    if found.verdict is Verdict.UNDERPOWERED:
+        more = max(10 - found.problem.blocks, 1)
+        kind = found.case.experiment.name
+        return NextExperimentRecord(
+            id="", kind=kind, words=f"at least {more} more recordings of the same kind",
+            repeats=more,
+        )  # fmt: skip
+    if menu is not None and menu.best is not None:
+        return experiment_record(menu)
     for item in found.found:
         if item.cause.rivals:
             names = [item.cause.signature.effect, *(r.effect for r in item.cause.rivals)]
-            return advice([table[n] for n in dict.fromkeys(names) if n in table])
-    if found.verdict is Verdict.UNDERPOWERED:
-        return f"at least {max(10 - found.problem.blocks, 1)} more recordings of the same kind"
-    return ""
+            said = advice([table[n] for n in dict.fromkeys(names) if n in table])
+            return NextExperimentRecord(id="", kind="", words=said) if said else None
+    return None
 
 
-def _cosine_now(found: Investigation) -> float:
-    """|cos| of the first pair of rivals on these data."""
-    cause = next(f.cause for f in found.found if f.cause.rivals)
-    problem = found.problem
-    index = {s: i for i, s in enumerate(problem.signatures)}
-    pair = [index[s] for s in (cause.signature, cause.rivals[0]) if s in index]
-    if len(pair) < 2:
-        return 1.0
-    from dataclasses import replace
-
-    left = replace(
-        problem, columns=problem.columns[:, pair], signatures=tuple(problem.signatures[i]
-                                                                    for i in pair)
-    ).left()  # fmt: skip
-    norms = np.sqrt(np.sum(left**2, axis=0))
-    return float(abs(left[:, 0] @ left[:, 1]) / max(norms[0] * norms[1], 1e-300))
+def experiment_record(menu: Menu) -> NextExperimentRecord | None:
+    """The best plan of a menu, with what it promises."""
+    return None if menu.best is None else prospect_record(menu, menu.best)
 
 
-def menu_sheets(answer: Answer) -> tuple[Sheet, ...]:
+def prospect_record(menu: Menu, prospect: Prospect) -> NextExperimentRecord:
+    """One plan of a menu, with what it promises."""
+    return NextExperimentRecord(
+        id=prospect.plan.id,
+        kind=prospect.plan.experiment.name,
+        words=prospect.plan.words,
+        between=tuple(dict.fromkeys(r.signature.effect for r in menu.rivals)),
+        cosine_now=None if menu.now is None else menu.now.cosine,
+        cosine_after=prospect.cosine,
+        separation_now=None if menu.now is None else menu.now.separation,
+        separation=prospect.separation,
+        repeats=prospect.repeats,
+        minutes=prospect.minutes,
+    )
+
+
+def experiment_words(record: NextExperimentRecord | None) -> str:
+    """The experiment as a clause: what, how often, what for."""
+    if record is None:
+        return ""
+    times = f", {record.repeats} times" if record.id and (record.repeats or 1) > 1 else ""
+    if record.cosine_after is None:
+        return record.words + times
+    now = "" if record.cosine_now is None else f"{record.cosine_now:.3f} here, "
+    minutes = f", about {record.minutes:.0f} min" if record.minutes else ""
+    return (
+        f"{record.words}{times} (`{record.kind}`{minutes}; likeness of the rivals, 1 being "
+        f"identical: {now}{record.cosine_after:.3f} then)"
+    )
+
+
+def menu_sheets(menu: Menu | None) -> tuple[Sheet, ...]:
     """The menu of experiments, judged."""
-    if not answer.menu:
+    if menu is None or not menu.prospects:
         return ()
     rows = [
         (
-            p.words, f"{p.cosine:.3f}", number(p.separation, 3),
-            str(p.repeats) if p.repeats < 10**4 else "hopeless",
+            p.plan.words, p.plan.experiment.name, f"{p.cosine:.3f}", number(p.separation, 3),
+            str(p.repeats), f"{p.minutes:.0f}",
         )
-        for p in answer.menu
+        for p in menu.prospects
     ]  # fmt: skip
+    names = " and ".join(words(n) for n in dict.fromkeys(r.signature.effect for r in menu.rivals))
+    now = ""
+    if menu.now is not None:
+        now = (
+            f" In the present data the likeness is {menu.now.cosine:.3f}; predictions are scaled "
+            "down by how far these data fell short of theirs."
+        )
     return (
         Sheet(
-            "Which experiment would tell the rivals apart",
-            ("experiment on one cell", "|cos| of the rivals", "separation (noise sd)",
-             "runs for power 0.8"),
+            f"Which experiment would tell {names} apart",
+            ("experiment", "kind", "likeness then", "separation (noise sd)", "runs", "minutes"),
             rows,
-            note="Predicted by simulating each experiment with the fitted size and this data's "
-            "noise, calibration and rival refitted.",
+            note="Every experiment is simulated with the fitted sizes and this data's noise, "
+            "calibration and rival refitted; a third of the predicted separation is counted on. "
+            "Likeness is |cos| of what stays visible, runs are for a power of 0.8. First what "
+            f"shows every rival, then the least work.{now}",
+            folded_after=8,
         ),
-    )  # fmt: skip
+    )

@@ -20,6 +20,7 @@ from footcal_cli.records import (
 )
 from footcal_cli.sheets.diagnosis.contract import Answer
 from footcal_cli.sheets.diagnosis.evidence import table_rows
+from footcal_cli.sheets.diagnosis.experiment import experiment_words
 from footcal_cli.sheets.diagnosis.words import main_gain
 
 
@@ -48,7 +49,8 @@ def record_of(
         sentence=answer.verdict.sentence,
         causes=causes,
         rivals=answer.rivals if causes or answer.kind is Verdict.BAD_DATA else (),
-        experiment=answer.experiment,
+        experiment=experiment_words(answer.experiment),
+        next_experiment=answer.experiment,
         findings=tuple(FindingRecord.of(f) for f in read.findings),
         effects=tuple(rows),
         blocks=found.problem.blocks,

@@ -1,105 +1,118 @@
-"""One sentence per verdict, and the lines below it."""
+"""One sentence per verdict, and the lines below it: plain words first, numbers with units."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
-from footcal_cli.core.diagnosis.answer import EffectStatus
+from footcal_cli.core.diagnosis.answer import EffectRow, EffectStatus
 from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.report import number
+from footcal_cli.sheets.diagnosis.rivals import against_rivals, next_best
 from footcal_cli.sheets.diagnosis.unknown import depends_on
-from footcal_cli.sheets.diagnosis.words import causes_words, could_not, gain_words, words
+from footcal_cli.sheets.diagnosis.words import (
+    causes_words,
+    could_not,
+    gain_words,
+    place_words,
+    size_words,
+    together,
+    words,
+)
+
+_MOST_LISTED = 12
 
 
-def none_found(found: Investigation, _experiment: str) -> tuple[str, list[str]]:
+def none_found(found: Investigation, untested: Mapping[str, str]) -> tuple[str, list[str]]:
     """Nothing found: what would have shown and what could not have."""
-    shown = [
-        f"{words(r.signature.effect)} > {number(r.detectable, 2)} {r.signature.unit}".rstrip(" -")
-        for r in found.rounds[0].effects
-        if r.status is not EffectStatus.NOT_TESTABLE and np.isfinite(r.detectable)
-    ]
     details = []
+    shown = [_at_least(r) for r in found.rounds[0].effects if _would_show(r)]
     if shown:
-        details.append("This data would have shown (power 0.8): " + ", ".join(shown) + ".")
-    missing = could_not(found)
+        more = len(shown) - _MOST_LISTED
+        rest = f" and {more} more (column 'found from' below)" if more > 0 else ""
+        details.append(
+            f"This data would have shown (4 times in 5): {', '.join(shown[:_MOST_LISTED])}{rest}."
+        )
+    missing = could_not(found, untested)
     if missing:
         details.append(f"It could NOT have shown: {missing}.")
     details += [f"Set aside: {text}." for text in found.rounds[0].search.refused]
+    details += _scope_lines(found)
     details.append("Not found does not mean not there; the table says what was looked for.")
-    return "No unmodelled effect found.", details
+    return "No unmodelled effect found: what is left looks like noise.", details
 
 
-def named(found: Investigation, _experiment: str) -> tuple[str, list[str]]:
+def _would_show(row: EffectRow) -> bool:
+    return row.status is not EffectStatus.NOT_TESTABLE and bool(np.isfinite(row.detectable))
+
+
+def _at_least(row: EffectRow) -> str:
+    size = f"{number(row.detectable, 2)} {row.signature.unit}".rstrip(" -")
+    return f"{words(row.signature.effect)} from {size}"
+
+
+def named(found: Investigation, untested: Mapping[str, str]) -> tuple[str, list[str]]:
     """One name or several, and nothing else."""
+    sentence = f"Cause: {causes_words(found)}. {gain_words(found)}. Nothing else is missing."
     last = found.rounds[-1].before
-    sentence = f"Cause: {causes_words(found)}. {gain_words(found)}. Nothing else left."
-    return sentence, [
-        f"Left: nothing found (p = {number(last.p, 2)}).",
-        *detail_lines(found),
-    ]
+    other = next_best(found)
+    lines = [] if other is None else [other]
+    lines += _detail_lines(found)
+    lines.append(
+        f"With this in the model nothing else stands out (p = {number(last.p, 2)}); any function "
+        f"of the recorded signals would explain {100 * last.ceiling:.1f} % more."
+    )
+    return sentence, [*lines, *_cannot_lines(found, untested)]
 
 
-def detail_lines(found: Investigation) -> list[str]:
-    """Place, p, agreement between blocks, stability of the choice."""
-    lines = []
-    for item in found.found:
-        cause = item.cause
-        if cause.places:
-            places = ", ".join(dict.fromkeys(s.where for s in cause.places))
-            lines.append(
-                f"Where: {words(cause.signature.effect)} in {cause.signature.where} cannot be told "
-                f"from {places}."
-            )
-        lines.append(
-            f"{words(cause.signature.effect)}: p = {number(cause.p, 2)} family-wise, size differs "
-            f"between blocks by I² = {100 * cause.heterogeneity:.0f} %."
-        )
-    if found.case.one_recording:
-        lines.append(
-            "Repeatability between recordings is unknown: all this holds for this recording only."
-        )
-    if len(found.rounds) > 1 and found.stable < 1.0:
-        lines.append(
-            f"Leaving out single blocks keeps the first choice in {100 * found.stable:.0f} % of "
-            "the cases."
-        )
-    return lines
-
-
-def ambiguous(found: Investigation, experiment: str) -> tuple[str, list[str]]:
-    """A set of rivals."""
+def ambiguous(found: Investigation, untested: Mapping[str, str]) -> tuple[str, list[str]]:
+    """Sets of rivals."""
     groups = [
-        ", ".join(words(name) for name in dict.fromkeys(
-            [f.cause.signature.effect, *(r.effect for r in f.cause.rivals)]
-        ))
-        for f in found.found if f.cause.rivals
-    ]  # fmt: skip
+        together(
+            (words(n) for n in [f.cause.signature.effect, *(r.effect for r in f.cause.rivals)]),
+            "or",
+        )
+        for f in found.found
+        if f.cause.rivals
+    ]
     certain = [f for f in found.found if not f.cause.rivals]
-    sentence = "One of {" + "}, and one of {".join(groups) + "}"
+    sentence = f"Either {', and either '.join(groups)}: these data cannot tell them apart"
     if certain:
-        sentence += " beside " + ", ".join(words(f.cause.signature.effect) for f in certain)
-    sentence += ": these data cannot tell them apart."
-    return sentence, [
-        f"Run: {experiment}.",
-        f"As {causes_words(found)}.",
+        sure = together(words(f.cause.signature.effect) for f in certain)
+        sentence += f" (beside {sure}, which is certain)"
+    lines = [
+        f"Were it {words(f.cause.signature.effect)}{place_words(f.cause.signature.where)}: "
+        f"{size_words(f)}."
+        for f in found.found
+        if f.cause.rivals
+    ]
+    lines += against_rivals(found)
+    return f"{sentence}.", [
+        *lines,
         f"{gain_words(found)}.",
-        *detail_lines(found),
+        *_detail_lines(found),
+        *_cannot_lines(found, untested),
     ]
 
 
-def partly_named(found: Investigation, _experiment: str) -> tuple[str, list[str]]:
+def partly_named(found: Investigation, untested: Mapping[str, str]) -> tuple[str, list[str]]:
     """A name that explains a part."""
     last = found.rounds[-1].before
     first = found.rounds[0].before
     share = 1.0 - last.ceiling / max(first.ceiling, 1e-9) if first.ceiling > 0 else 1.0
     sentence = (
-        f"{causes_words(found)} explains {100 * np.clip(share, 0, 1):.0f} % of what can be "
-        f"explained; the rest {depends_on(found)} and has no name in the library."
+        f"{causes_words(found)}: explains {100 * np.clip(share, 0, 1):.0f} % of what can be "
+        f"explained; the rest {depends_on(found)} and has no name."
     )
-    return sentence, [f"{gain_words(found)}.", *detail_lines(found)]
+    return sentence[0].upper() + sentence[1:], [
+        f"{gain_words(found)}.",
+        *_detail_lines(found),
+        *_cannot_lines(found, untested),
+    ]
 
 
-def underpowered(found: Investigation, _experiment: str) -> tuple[str, list[str]]:
+def underpowered(found: Investigation, untested: Mapping[str, str]) -> tuple[str, list[str]]:
     """Too few blocks."""
     blocks = found.problem.blocks
     rules = found.rounds[0].rules
@@ -110,3 +123,38 @@ def underpowered(found: Investigation, _experiment: str) -> tuple[str, list[str]
         ["Blocks are recordings, sessions or remounts, alike in content; more samples in the same "
          "block do not help."],
     )  # fmt: skip
+
+
+def _detail_lines(found: Investigation) -> list[str]:
+    """Place, p, agreement between blocks, stability of the choice."""
+    lines = []
+    for item in found.found:
+        cause = item.cause
+        name = words(cause.signature.effect)
+        if cause.places:
+            places = together((words(s.where) for s in cause.places), "or")
+            lines.append(f"Where it sits is open: {words(cause.signature.where)} or {places}.")
+        agree = "its size is the same in all blocks"
+        if cause.heterogeneity > 0.3:
+            share = 100 * cause.heterogeneity
+            agree = f"{share:.0f} % of the scatter of its size between blocks is more than noise"
+        lines.append(
+            f"{name[0].upper()}{name[1:]} by chance: p = {number(cause.p, 2)}, all effects looked "
+            f"for counted; {agree}."
+        )
+    if len(found.rounds) > 1 and found.stable < 1.0:
+        lines.append(
+            f"Leaving out single blocks keeps the choice in {100 * found.stable:.0f} % of cases."
+        )
+    return lines + _scope_lines(found)
+
+
+def _scope_lines(found: Investigation) -> list[str]:
+    if not found.case.one_recording:
+        return []
+    return ["All from one recording: how well it repeats is unknown, and this holds for it only."]
+
+
+def _cannot_lines(found: Investigation, untested: Mapping[str, str]) -> list[str]:
+    missing = could_not(found, untested)
+    return [f"Could not be tested: {missing}."] if missing else []

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from footcal_cli.core.diagnosis.answer import Verdict
 from footcal_cli.core.diagnosis.investigation import Investigation
-from footcal_cli.core.diagnosis.menu import Prospect
 from footcal_cli.core.quality import Finding
-from footcal_cli.records import (
-    VerdictRecord,
-)
+from footcal_cli.records import NextExperimentRecord, VerdictRecord
 from footcal_cli.report import number
 from footcal_cli.sheets.diagnosis.contract import Answer
 
@@ -23,15 +20,12 @@ LADDER_AGAIN = (
 
 
 def stopped(
-    found: Investigation,
-    stop: Sequence[Finding],
-    rivals: tuple[tuple[str, ...], ...],
-    menu: tuple[Prospect, ...],
-    untested: Mapping[str, str],
+    found: Investigation, stop: Sequence[Finding], rivals: tuple[tuple[str, ...], ...]
 ) -> Answer:
     """Bad data: say so, and what can be said all the same."""
     sentence = f"Stopped: {stop[0].sentence.split(':')[0]}; diagnosing would be meaningless."
-    details = []
+    details = [f"Look at this first: {stop[0].remedy}."] if stop[0].remedy else []
+    experiment = None
     if found.case.experiment.name == "weights":
         bent = _curvature(found)
         if bent:
@@ -40,13 +34,13 @@ def stopped(
             repeats = "with four unrepeated points" if _unrepeated(found) else "here"
             details.append(f"These readings cannot separate {what} {repeats}.")
             rivals = rivals or (("nonlinearity", "creep", "hysteresis"),)
-    details.append(f"Run: {LADDER_AGAIN}.")
+        experiment = NextExperimentRecord(id="up_down", kind="weights", words=LADDER_AGAIN)
+        details.append(f"Run next: {LADDER_AGAIN}.")
     return Answer(
         Verdict.BAD_DATA,
         VerdictRecord(level="bad", sentence=sentence, details=tuple(details)),
         rivals,
-        LADDER_AGAIN,
-        menu,
+        experiment,
     )
 
 

@@ -2,26 +2,44 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from footcal_cli.core.diagnosis.detection import Detection
 from footcal_cli.core.diagnosis.engine import leftover
 from footcal_cli.core.diagnosis.investigation import Investigation
+from footcal_cli.core.diagnosis.leftovers import Leftover, leftover_of
+from footcal_cli.core.diagnosis.menu import Menu
 from footcal_cli.report import Sheet, number
-from footcal_cli.sheets.diagnosis.words import causes_words, words
+from footcal_cli.sheets.diagnosis.words import (
+    causes_words,
+    could_not,
+    output_words,
+    place_words,
+    together,
+    words,
+)
+
+_SHARPENED_BY = 2
 
 
-def unknown(found: Investigation, _experiment: str) -> tuple[str, list[str]]:
+def unknown(found: Investigation, untested: Mapping[str, str]) -> tuple[str, list[str]]:
     """Something without a name."""
+    left = leftover_of(found)
     sentence = (
-        f"Something is missing and no library effect explains it. Signature: {depends_on(found)}, "
-        f"in {most_touched(found)}."
+        f"Something is missing that no effect of the table explains. It {depends_on(found)}, in "
+        f"the {output_words(left.output)}{_cells(left)}, in {left.blocks} of "
+        f"{found.problem.blocks} blocks."
     )
-    details = [f"Considered and refused: {text}." for r in found.rounds for text in
-               r.search.refused]  # fmt: skip
+    details = []
     if found.found:
-        details.insert(0, f"Nearest: {causes_words(found)}, but too much is left beside it.")
-    return sentence, details
+        details.append(f"Nearest: {causes_words(found)}, but too much is left beside it.")
+    details += [
+        f"Considered and refused: {text}." for r in found.rounds for text in r.search.refused
+    ]
+    missing = could_not(found, untested)
+    return sentence, [*details, *([f"Could not be tested: {missing}."] if missing else [])]
 
 
 def depends_on(found: Investigation) -> str:
@@ -29,47 +47,53 @@ def depends_on(found: Investigation) -> str:
     detection = found.rounds[-1].before
     if detection.line_p < 0.01:
         name, frequency = detection.line
-        return f"is a line at {number(frequency, 3)} Hz in {name}"
+        return f"is a line at {number(frequency, 3)} Hz in the {output_words(name)}"
     if detection.between_p < 0.01:
         return f"moves with {detection.driver} from block to block"
-    if detection.groups:
-        best = int(np.argmin(detection.group_p))
-        return f"depends on {detection.groups[best]}"
-    return "repeats from block to block"
+    left = leftover_of(found)
+    return f"{left.direction} {left.driver}" if left.driver else "repeats from block to block"
 
 
-def most_touched(found: Investigation) -> str:
-    """The output with the largest leftover."""
-    problem = found.final
-    energy = [
-        float(np.mean(problem.residual[problem.output == o] ** 2))
-        if np.any(problem.output == o) else 0.0
-        for o in range(len(problem.outputs))
-    ]  # fmt: skip
-    return problem.outputs[int(np.argmax(energy))]
+def _cells(left: Leftover) -> str:
+    if not left.channels or len(left.channels) > 3:
+        return ""
+    return f" of {together(words(c) for c in left.channels)}"
 
 
-def card_sheets(found: Investigation) -> tuple[Sheet, ...]:
+def card_sheets(found: Investigation, menu: Menu | None) -> tuple[Sheet, ...]:
     """The signature card of what has no name."""
     detection = found.rounds[-1].before
     if not leftover(detection, found.rounds[-1].rules):
         return ()
-    order = np.argsort(detection.group_p)[:3]
+    left = leftover_of(found)
+    order = np.argsort(detection.group_p, kind="stable")[:3]
+    blocks = found.problem.blocks
     rows = [
-        ("output most touched", most_touched(found)),
+        ("output most touched", output_words(left.output)),
+        ("cells or axes", ", ".join(words(c) for c in left.channels) or "all alike"),
         ("depends on", ", ".join(_group_words(detection, int(i)) for i in order) or "–"),
-        ("line", f"{number(detection.line[1], 3)} Hz in {detection.line[0]}, "
-                 f"p = {number(detection.line_p, 2)}" if detection.line[0] else "–"),
+        ("direction", f"{left.direction} {left.driver}" if left.driver else "–"),
+        ("strongest line", f"{number(detection.line[1], 3)} Hz in the "
+                           f"{output_words(detection.line[0])}, p = {number(detection.line_p, 2)}"
+         if detection.line[0] else "–"),
         ("between blocks", f"{detection.driver or 'no driver'}, p = "
                            f"{number(detection.between_p, 2)}"),
-        ("share any function explains", f"{100 * detection.ceiling:.1f} %"),
-        ("blocks in which it repeats",
-         f"{int(np.sum(detection.flexible_gain > 0))} of {detection.flexible_gain.size}"),
-        ("nearest library effects", ", ".join(
-            f"{words(r.signature.effect)} ({r.signature.where})"
-            for r in found.rounds[-1].effects[:3]) or "–"),
+        ("begins", left.onset),
+        ("share of the squared error that any function of the signals explains",
+         f"{100 * detection.ceiling:.1f} %"),
+        ("blocks in which it repeats", f"{left.blocks} of {blocks}"),
+        ("nearest effects of the table (likeness, 1 being identical)", ", ".join(
+            f"{words(name)}{place_words(where)} {cosine:.2f}" for name, where, cosine in
+            left.nearest) or "–"),
+        ("what would sharpen it", "; ".join(_sharpening(menu)) or "the same again, another day"),
     ]  # fmt: skip
     return (Sheet("Signature card of what has no name", ("what", "value"), rows),)
+
+
+def _sharpening(menu: Menu | None) -> list[str]:
+    if menu is None:
+        return []
+    return [p.plan.words for p in menu.prospects[:_SHARPENED_BY]]
 
 
 def _group_words(detection: Detection, group: int) -> str:

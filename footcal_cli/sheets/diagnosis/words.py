@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
+
 import numpy as np
 
 from footcal_cli.core.diagnosis.answer import EffectStatus
@@ -10,10 +12,47 @@ from footcal_cli.core.diagnosis.investigation import Found, Investigation
 from footcal_cli.core.evidence import Interval
 from footcal_cli.report import number
 
+OUTPUTS = {
+    "fz": "vertical force",
+    "fx": "force along x",
+    "fy": "force along y",
+    "mx": "moment about x",
+    "my": "moment about y",
+    "mz": "moment about z",
+    "tx": "torque about x",
+    "ty": "torque about y",
+    "tz": "torque about z",
+    "moment_x": "moment along x",
+    "moment_y": "moment along y",
+    "force": "force",
+    "swing": "force of unloaded cells",
+}
+"""Outputs of the balances, for people."""
+
 
 def words(name: str) -> str:
     """An effect's name for a sentence."""
     return name.replace("_", " ")
+
+
+def output_words(name: str) -> str:
+    """An output's name for a sentence."""
+    owner, _, plain = name.rpartition(".")
+    said = OUTPUTS.get(plain, words(plain))
+    return f"{said} ({words(owner)})" if owner else said
+
+
+def place_words(where: str) -> str:
+    """`` in cell left rr``, `` in all cells``; nothing for the robot as a whole."""
+    if where in ("", "robot"):
+        return ""
+    return f" in {words(where)}"
+
+
+def together(names: Iterable[str], last: str = "and") -> str:
+    """``a, b and c``."""
+    items = list(dict.fromkeys(names))
+    return items[0] if len(items) == 1 else f"{', '.join(items[:-1])} {last} {items[-1]}"
 
 
 def with_interval(interval: Interval, unit: str) -> str:
@@ -36,7 +75,9 @@ def size_words(item: Found) -> str:
     for name, interval in zip(item.parameter_names, item.intervals, strict=True):
         parameter = name.rsplit(".", 1)[1]
         unit = signature.unit if parameter == signature.parameter else ""
-        parts.append(f"{words(parameter)} {with_interval(interval, unit)}")
+        said = words(parameter.removeprefix(f"{signature.effect}_"))
+        said = "" if parameter == signature.effect else f"{said} "
+        parts.append(f"{said}{with_interval(interval, unit)}")
     return ", ".join(parts)
 
 
@@ -46,25 +87,18 @@ def main_gain(found: Investigation) -> Gain | None:
 
 
 def gain_words(found: Investigation) -> str:
-    """``Held-out error of fz falls 19 % [14, 24], 0.41 to 0.33 N.``."""
+    """What the error falls by on data that no fit has seen."""
     gain = main_gain(found)
     if gain is None:
         return ""
     low, value, high = (100 * x for x in (gain.change.low, gain.change.value, gain.change.high))
     better = int(np.sum(gain.per_block[:, 1] < gain.per_block[:, 0]))
     return (
-        f"Held-out error of {gain.output} falls {value:.0f} % [{low:.0f}, {high:.0f}], "
-        f"{number(gain.before, 3)} to {number(gain.after, 3)} {gain.unit}, better in {better} of "
-        f"{len(gain.per_block)} blocks"
-    )
-
-
-def causes_words(found: Investigation) -> str:
-    """All named effects with place and sizes."""
-    return "; ".join(
-        f"{words(f.cause.signature.effect)} in {f.cause.signature.where}, {size_words(f)}"
-        for f in found.found
-    )
+        f"With it in the model the {output_words(gain.output)} is wrong by "
+        f"{number(gain.after, 3)} instead of {number(gain.before, 3)} {gain.unit} on data the fit "
+        f"had not seen (−{value:.0f} % [{low:.0f}, {high:.0f}]; better in {better} of "
+        f"{len(gain.per_block)} blocks)"
+    ).replace("−-", "+")
 
 
 def rival_groups(found: Investigation) -> tuple[tuple[str, ...], ...]:
@@ -78,12 +112,34 @@ def rival_groups(found: Investigation) -> tuple[tuple[str, ...], ...]:
     return tuple(groups)
 
 
-def could_not(found: Investigation) -> str:
-    """Every effect that these data cannot test, with its reason."""
-    rows = [
-        f"{words(r.signature.effect)} ({r.reason})"
-        for r in found.rounds[0].effects
-        if r.status is EffectStatus.NOT_TESTABLE
-    ]
-    rows += [f"{words(e.effect)} ({e.reason})" for e in found.problem.excluded]
-    return "; ".join(rows)
+def cause_words(item: Found) -> str:
+    """One effect with place and sizes."""
+    signature = item.cause.signature
+    return f"{words(signature.effect)}{place_words(signature.where)}, {size_words(item)}"
+
+
+def causes_words(found: Investigation) -> str:
+    """All named effects with place and sizes."""
+    return "; ".join(cause_words(item) for item in found.found)
+
+
+def could_not(found: Investigation, untested: Mapping[str, str]) -> str:
+    """Every effect that these data cannot test, those with one reason together."""
+    reasons: dict[str, list[str]] = {}
+    for row in found.rounds[0].effects:
+        if row.status is EffectStatus.NOT_TESTABLE:
+            reasons.setdefault(_plain(row.reason), []).append(words(row.signature.effect))
+    for item in found.problem.excluded:
+        reasons.setdefault(item.reason, []).append(words(item.effect))
+    for name, reason in untested.items():
+        reasons.setdefault(reason, []).append(words(name))
+    return "; ".join(f"{', '.join(names)} ({reason})" for reason, names in reasons.items())
+
+
+def _plain(reason: str) -> str:
+    """A reason without its number, so that like ones stand together."""
+    if "visible beside the calibration" in reason:
+        return "the calibration absorbs nearly all of it"
+    if "informative blocks" in reason:
+        return "too few blocks know of it"
+    return reason

@@ -1,0 +1,213 @@
+"""What ``diagnose`` writes: report, records, the extended calibration."""
+
+from __future__ import annotations
+
+import shlex
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from footcal_cli.commands.diagnose import DiagnoseOptions
+    from footcal_cli.commands.parts.diagnose_cases import CaseRead
+    from footcal_cli.core.diagnosis.investigation import Investigation
+    from footcal_cli.core.diagnosis.menu import Menu
+    from footcal_cli.core.diagnosis.movement import Movement
+    from footcal_cli.core.diagnosis.rules import Rules
+    from footcal_cli.core.effects.contract import Effect
+    from footcal_cli.records import ParametersRecord, RmseRecord
+    from footcal_cli.report import Picture
+    from footcal_cli.session import Outcome, Session
+
+
+def outcome_of(
+    session: Session[DiagnoseOptions],
+    read: CaseRead,
+    found: Investigation,
+    table: Mapping[str, Effect],
+    rules: Rules,
+) -> Outcome:
+    """An investigation as everything that people and programs read of it."""
+    from footcal_cli.core.diagnosis.movement import movements
+    from footcal_cli.records import FindingRecord
+    from footcal_cli.report import Report
+    from footcal_cli.session import Outcome
+    from footcal_cli.sheets.diagnosis.answer import answer_of
+    from footcal_cli.sheets.diagnosis.evidence import evidence_sheet, untested_sheet
+    from footcal_cli.sheets.diagnosis.experiment import menu_sheets
+    from footcal_cli.sheets.diagnosis.gains import gain_sheets, method_note, movement_sheets
+    from footcal_cli.sheets.diagnosis.record import record_of
+    from footcal_cli.sheets.diagnosis.unknown import card_sheets
+
+    seed = session.request.seed
+    with session.step("plan"):
+        moved = movements(read.case, found.problem, found.final)
+        answer = answer_of(found, table, read.findings, read.untested)
+    with session.step("draw"):
+        pictures: tuple[Picture, ...] = ()
+        if session.options.pictures:
+            pictures = _pictures(found, table, moved, answer.menu, seed)
+    return Outcome(
+        report=Report(
+            title=f"Diagnosis of {session.recipe.robot.name}: {read.case.experiment.name}",
+            verdict=answer.verdict,
+            pictures=pictures,
+            lead_sheets=(
+                evidence_sheet(found, read.untested),
+                *card_sheets(found, answer.menu),
+                *menu_sheets(answer.menu),
+            ),
+            sheets=(
+                *gain_sheets(found),
+                *movement_sheets(moved),
+                untested_sheet(found, read.untested),
+            ),
+            findings=tuple(FindingRecord.of(f) for f in read.findings),
+            footer=(
+                f"To reproduce: {command_line(session)}",
+                rules.sentence(),
+                method_note(found, seed),
+            ),
+        ),
+        rmse=_rmse(found),
+        records={
+            "diagnosis.json": record_of(found, answer, read, rules, seed),
+            "parameters_extended.json": _extended(session, found, moved, read),
+        },
+    )
+
+
+def command_line(session: Session[DiagnoseOptions]) -> str:
+    """The command that gives this report again."""
+    request = session.request
+    words = ["footcal", request.command, *(path.as_posix() for path in request.logs)]
+    if request.recipe is not None:
+        words += ["--recipe", request.recipe.as_posix()]
+    if request.parameters is not None:
+        words += ["--parameters", request.parameters.as_posix()]
+    for name, value in request.overrides.items():
+        option = f"--{name.replace('_', '-')}"
+        if value is None:
+            continue
+        if value is False:
+            words.append(f"--no-{name}")
+        elif isinstance(value, tuple):
+            words += [part for item in value for part in (option, str(item))]
+        else:
+            words += [option, str(value)]
+    words += ["--seed", str(request.seed), "--out", request.out.as_posix()]
+    return shlex.join(words)
+
+
+def _pictures(
+    found: Investigation,
+    table: Mapping[str, Effect],
+    moved: tuple[Movement, ...],
+    menu: Menu | None,
+    seed: int,
+) -> tuple[Picture, ...]:
+    from footcal_cli.plots.diagnosis import (
+        gains,
+        isolability,
+        ladder,
+        line_up,
+        movement,
+        null,
+        residuals,
+    )
+    from footcal_cli.report import Picture
+
+    drawn = [
+        Picture("residual_against_driver", residuals.plot_driver(found), residuals.DRIVER_CAPTION),
+        Picture("line_up", line_up.plot_line_up(found, seed), line_up.LINE_UP_CAPTION),
+        Picture("gain_per_block", gains.plot_gains(found), gains.GAINS_CAPTION),
+        Picture("ladder", ladder.plot_ladder(found), ladder.LADDER_CAPTION),
+        Picture(
+            "isolability",
+            isolability.plot_isolability(found, table, menu),
+            isolability.caption(menu),
+        ),
+    ]
+    if moved and found.found:
+        drawn.append(Picture("movement", movement.plot_movement(moved), movement.MOVEMENT_CAPTION))
+    drawn.append(Picture("null_gallery", null.plot_null(found), null.NULL_CAPTION))
+    return tuple(drawn)
+
+
+def _rmse(found: Investigation) -> RmseRecord:
+    """Held-out errors of the baseline and of the extended model, per output."""
+    from footcal_cli.records import RmseRecord, RmseRow
+
+    rows = []
+    for gain in found.gains:
+        n = int((found.problem.output == found.problem.outputs.index(gain.output)).sum())
+        for stage, value in (("before", gain.before), ("after", gain.after)):
+            rows.append(
+                RmseRow(
+                    quantity=gain.output, unit=gain.unit, stage=stage, reference="the balance",
+                    split="held_out", rmse=value, n=n,
+                )
+            )  # fmt: skip
+    return RmseRecord(rows=tuple(rows))
+
+
+def _extended(
+    session: Session[DiagnoseOptions],
+    found: Investigation,
+    moved: tuple[Movement, ...],
+    read: CaseRead,
+) -> ParametersRecord:
+    """The calibration with the named effects in it."""
+    from footcal_cli.core.parameters import Status
+    from footcal_cli.records import EffectRecord, ParameterRecord, ParametersRecord
+
+    given = session.parameters
+    parameters = dict(given.parameters) if given is not None else {}
+    after = {m.name: (m.after, m.sd) for m in moved}
+    for parameter in read.case.calibration:
+        value, sd = after.get(
+            parameter.name, (read.case.values.get(parameter.name, parameter.value), None)
+        )
+        if parameter.name in after or parameter.name not in parameters:
+            parameters[parameter.name] = ParameterRecord(
+                value=value, sd=sd, unit=parameter.unit, status=Status.ESTIMATED
+            )
+    effects = list(given.effects) if given is not None else []
+    if found.model is not None and found.verdict in ("named", "named+unknown", "ambiguous"):
+        units = {
+            f"{owner}.{p.name}": p.unit
+            for link in found.model.chain.links
+            for owner in link.owners
+            for p in link.effect.parameters
+        }
+        sd_of = {
+            name: (interval.high - interval.low) / 4.0
+            for name, interval in zip(found.model.names, found.model.intervals, strict=True)
+        }
+        for item in found.found:
+            signature = item.cause.signature
+            effects.append(EffectRecord(effect=signature.effect, owners=dict(signature.owners)))
+        for name, unit in units.items():
+            if name in found.model.values and name not in parameters:
+                parameters[name] = ParameterRecord(
+                    value=float(found.model.values[name]),
+                    sd=sd_of.get(name),
+                    unit=unit,
+                    status=Status.ESTIMATED if name in sd_of else Status.FIXED,
+                )
+    return ParametersRecord(
+        command="diagnose",
+        created=session.created(),
+        robot=session.recipe.robot.name,
+        gravity_mps2=session.recipe.robot.gravity_mps2,
+        sign_convention=given.sign_convention
+        if given is not None
+        else "force = scale * counts + bias, positive when the cell is pressed",
+        frame=given.frame if given is not None else "each cell's own axis",
+        expressed_at=given.expressed_at if given is not None else "the cell",
+        parameters=parameters,
+        covariance=given.covariance if given is not None and not moved else (),
+        fitted_range=given.fitted_range if given is not None else {},
+        effects=tuple(effects),
+        inputs=session.inputs,
+    )

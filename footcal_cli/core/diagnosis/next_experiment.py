@@ -1,0 +1,98 @@
+"""What to run next, from what a diagnosis could not tell apart."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from footcal_cli.core.diagnosis.answer import EffectRow
+from footcal_cli.core.diagnosis.investigation import Found, Investigation
+from footcal_cli.core.diagnosis.menu import Menu, menu_for
+from footcal_cli.core.diagnosis.plans import Plan
+from footcal_cli.core.diagnosis.problem import Signature
+from footcal_cli.core.diagnosis.rehearsal import Contender, present, rehearsed
+from footcal_cli.core.diagnosis.rig import Rig, rig_of
+from footcal_cli.core.diagnosis.signatures import SWITCHES
+from footcal_cli.core.effects.contract import Effect
+from footcal_cli.core.parameters import FloatArray
+
+_NEAREST = 3
+
+
+def rig_at(found: Investigation) -> Rig:
+    """Robot, loads and noise of a diagnosis."""
+    return rig_of(found.case, found.problem, found.rounds[0].grams.autocorrelation_time)
+
+
+def ambiguity(found: Investigation, table: Mapping[str, Effect]) -> tuple[Contender, ...]:
+    """The first named effect that has rivals, then these; empty where there is none."""
+    for i, item in enumerate(found.found):
+        if not item.cause.rivals:
+            continue
+        rows = found.rounds[i].effects
+        rivals = {item.cause.signature.effect: _named(found, item)}
+        for signature in item.cause.rivals:
+            rivals.setdefault(signature.effect, _fitted(signature, rows, table))
+        return tuple(rivals.values())
+    return ()
+
+
+def nearest_effects(found: Investigation, table: Mapping[str, Effect]) -> tuple[Contender, ...]:
+    """The effects that explain most of what has no name, best first."""
+    rows = [r for r in found.rounds[-1].effects if r.size.value and r.gain > 0]
+    return tuple(_fitted(r.signature, rows, table) for r in rows[:_NEAREST])
+
+
+def next_menu(found: Investigation, table: Mapping[str, Effect]) -> Menu | None:
+    """The menu for what could not be told apart, or for what comes nearest to the unknown."""
+    rivals = ambiguity(found, table)
+    asked = rivals or nearest_effects(found, table)
+    if len(asked) < 2 or any(r.signature.effect in SWITCHES for r in asked):
+        return None
+    rig = rig_at(found)
+    return menu_for(asked, table, rig, present(found.case, rig) if rivals else None)
+
+
+def likeness_after(
+    found: Investigation, table: Mapping[str, Effect], plan: Plan, names: Sequence[str]
+) -> FloatArray:
+    """|cos| between effects in a planned experiment, shape (k, k); a row of zeros hides there."""
+    rig = rig_at(found)
+    where = rehearsed(plan, rig)
+    rows = found.rounds[0].effects
+    columns = []
+    for name in names:
+        row = next(r for r in rows if r.signature.effect == name)
+        effect = table[name]
+        size = next(p for p in effect.sizes if p.name == row.signature.parameter)
+        value = float(np.clip(size.neutral + size.prior_sd, size.lower, size.upper))
+        values = {**dict(row.signature.shape), size.name: value}
+        columns.append(where.shown(effect, row.signature, values))
+    shown = np.stack(columns, axis=1)
+    norm = np.sqrt(np.sum(shown**2, axis=0))
+    unit = np.divide(shown, norm, out=np.zeros_like(shown), where=norm > 0)
+    return np.asarray(np.abs(unit.T @ unit))
+
+
+def _named(found: Investigation, item: Found) -> Contender:
+    signature = item.cause.signature
+    values = {
+        name.rsplit(".", 1)[1]: interval.value
+        for name, interval in zip(item.parameter_names, item.intervals, strict=True)
+    }
+    return Contender(signature, {**dict(signature.shape), **values})
+
+
+def _fitted(
+    signature: Signature, rows: list[EffectRow] | tuple[EffectRow, ...], table: Mapping[str, Effect]
+) -> Contender:
+    """A rival with the size that the evidence gives it; its usual one where there is none."""
+    size = next(p for p in table[signature.effect].sizes if p.name == signature.parameter)
+    row = next((r for r in rows if r.signature.effect == signature.effect), None)
+    by = size.prior_sd
+    if row is not None and row.size.value:
+        signature, by = row.signature, row.size.value
+        size = next(p for p in table[signature.effect].sizes if p.name == signature.parameter)
+    value = min(max(size.neutral + by, size.lower), size.upper)
+    return Contender(signature, {**dict(signature.shape), signature.parameter: value})

@@ -1,0 +1,179 @@
+"""Planned recordings of a whole robot: standing, bouncing, turning, walking, hanging, posing."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from footcal_cli.core.chain import Chain
+from footcal_cli.core.diagnosis.rig import Rig
+from footcal_cli.core.log import Log
+from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.simulation.biped_logs import Streams, biped_logs
+from footcal_cli.core.simulation.gait import Motion, WalkPlan, turned, walking
+from footcal_cli.core.simulation.hexapod_logs import HangPlan, PosePlan, hang_log, pose_log
+from footcal_cli.core.simulation.robots import Biped
+
+Logs = tuple[Log, ...]
+FACING_RAD = (0.0, 0.5 * np.pi, np.pi, 1.5 * np.pi)
+SQUATS_M = (0.0, 0.04, 0.08)
+TEMPO_HZ = (0.5, 4.0)
+BOUNCE_MPS2 = 3.0
+"""Peak vertical acceleration of a bounce."""
+_RATE_HZ = 40.0
+_SWAY_M = 0.015
+_STRETCH_S = 12.0
+_NOTHING = Chain(())
+
+
+def bounce(rig: Rig) -> Logs:
+    """On both feet, one facing, one height."""
+    return (_in_place(rig, FACING_RAD[:1], SQUATS_M[:1], 3.0 * _STRETCH_S, still=False),)
+
+
+def turn_and_bounce(rig: Rig) -> Logs:
+    """The same facing four ways, at three heights each."""
+    return (_in_place(rig, FACING_RAD, SQUATS_M, _STRETCH_S, still=False),)
+
+
+def stand_turned(rig: Rig) -> Logs:
+    """Quiet stances facing four ways at three heights."""
+    return (_in_place(rig, FACING_RAD, SQUATS_M, 4.0, still=True),)
+
+
+def walk_turning(rig: Rig) -> Logs:
+    """A full circle each way."""
+    circle_s = 30.0
+    turn = 2.0 * np.pi / circle_s
+    plan = WalkPlan(duration_s=circle_s + 6.0)
+    return tuple(_walked(rig, replace(plan, turn_radps=sign * turn)) for sign in (1.0, -1.0))
+
+
+def walk_slow_fast(rig: Rig) -> Logs:
+    """Thirty seconds of slow steps, thirty of fast ones."""
+    plan = WalkPlan(duration_s=36.0)
+    return tuple(_walked(rig, replace(plan, step_s=step)) for step in (1.2, 0.5))
+
+
+def hang(rig: Rig) -> Logs:
+    """Every leg in two opposite pairs of orientations."""
+    robot = rig.hexapod
+    plan = HangPlan(cycles=3, rate_hz=5.0)
+    return tuple(hang_log(robot, leg, plan, _NOTHING, {}, seed=0).truth for leg in robot.legs)
+
+
+def pose_tilted(rig: Rig) -> Logs:
+    """Sixty poses on a floor that is tilted by up to 15°."""
+    plan = PosePlan(poses=60, tripods=30, tilt_rad=np.deg2rad(15.0))
+    return (pose_log(rig.hexapod, plan, _NOTHING, {}, seed=0).truth,)
+
+
+def pose_tripods(rig: Rig) -> Logs:
+    """Ninety poses on three legs in turn."""
+    plan = PosePlan(poses=0, tripods=90)
+    return (pose_log(rig.hexapod, plan, _NOTHING, {}, seed=0).truth,)
+
+
+def _walked(rig: Rig, plan: WalkPlan) -> Log:
+    robot = rig.biped
+    done = biped_logs(
+        "walk", robot, lambda time_s: walking(robot, plan, time_s), plan.duration_s, _NOTHING, {},
+        seed=0, streams=Streams(cell_rate_hz=_RATE_HZ), to_counts=False,
+    )  # fmt: skip
+    return done.cells.truth
+
+
+def _in_place(
+    rig: Rig,
+    facing_rad: tuple[float, ...],
+    squats_m: tuple[float, ...],
+    stretch_s: float,
+    *,
+    still: bool,
+) -> Log:
+    """Both feet down: a stretch for each facing and height, moving or quiet."""
+    robot = rig.biped
+    stretches = list(product(facing_rad, squats_m))
+
+    def motion_at(time_s: FloatArray) -> Motion:
+        which = np.clip((time_s / stretch_s).astype(int), 0, len(stretches) - 1)
+        facing, squat = np.array(stretches)[which].T
+        local, acc = _moved(robot, time_s - which * stretch_s, stretch_s, still=still)
+        lean = 0.01 * np.column_stack([np.cos(2.4 * which), np.sin(2.4 * which)])
+        return _both_feet_down(robot, time_s, facing, squat, local + lean_z(lean), acc, which)
+
+    kind = "stand" if still else "walk"
+    done = biped_logs(
+        kind, robot, motion_at, len(stretches) * stretch_s, _NOTHING, {}, seed=0,
+        streams=Streams(cell_rate_hz=1.0 if still else _RATE_HZ), to_counts=False,
+    )  # fmt: skip
+    return done.cells.truth
+
+
+def lean_z(lean_m: FloatArray) -> FloatArray:
+    """A lean in the plane as a shift in space, shape (n, 3)."""
+    return np.column_stack([lean_m, np.zeros(len(lean_m))])
+
+
+def _moved(
+    robot: Biped, since_s: FloatArray, stretch_s: float, *, still: bool
+) -> tuple[FloatArray, FloatArray]:
+    """Shift of the CoM and its acceleration in body axes while the tempo rises, (n, 3) each.
+
+    Up and down so that the acceleration's peak stays the same, sideways and ahead so that the CoP
+    does.
+    """
+    if still:
+        return np.zeros((since_s.size, 3)), np.zeros((since_s.size, 3))
+    grid = np.arange(-0.5, stretch_s + 0.5, 1e-3)
+    u = np.clip(grid, 0.0, stretch_s)
+    slow, fast = TEMPO_HZ
+    tempo = 2.0 * np.pi * (slow + (fast - slow) * u / stretch_s)
+    phase = 2.0 * np.pi * (slow * u + 0.5 * (fast - slow) * u**2 / stretch_s)
+    ramp = np.clip(np.minimum(u, stretch_s - u), 0.0, 1.0)
+    ramp = ramp**2 * (3.0 - 2.0 * ramp)
+    up = np.minimum(BOUNCE_MPS2 / tempo**2, 0.02) * np.sin(phase)
+    reach = _SWAY_M / (1.0 + (0.5 * tempo) ** 2 * robot.com_height_m / robot.gravity_mps2)
+    ahead, aside = reach * np.sin(0.5 * phase), reach * np.cos(0.5 * phase + 0.3)
+    path = CubicSpline(grid, ramp[:, None] * np.column_stack([ahead, aside, up]))
+    return np.asarray(path(since_s)), np.asarray(path(since_s, 2))
+
+
+def _both_feet_down(
+    robot: Biped,
+    time_s: FloatArray,
+    facing_rad: FloatArray,
+    squat_m: FloatArray,
+    moved_m: FloatArray,
+    acc_mps2: FloatArray,
+    block: FloatArray,
+) -> Motion:
+    """Feet side by side facing a way, the CoM over their middle and moved from there."""
+    n = time_s.size
+    side = np.array([robot.half_width_m, -robot.half_width_m])
+    yaw = np.repeat(facing_rad[:, None], 2, axis=1)
+    foot = turned(np.zeros((n, 2)), np.broadcast_to(side, (n, 2)), yaw)
+    middle = np.array([robot.cells_m(name).mean(axis=0) for name in robot.feet])
+    ref = foot + turned(
+        np.broadcast_to(middle[:, 0], (n, 2)), np.broadcast_to(middle[:, 1], (n, 2)), yaw
+    )
+    com, acc = (
+        np.column_stack([turned(v[:, 0], v[:, 1], facing_rad), v[:, 2]])
+        for v in (moved_m, acc_mps2)
+    )
+    com[:, :2] += ref.mean(axis=1)
+    com[:, 2] += robot.com_height_m - squat_m
+    return Motion(
+        time_s=time_s,
+        com_m=com,
+        com_acc_mps2=acc,
+        angmom_rate_nm=np.zeros((n, 2)),
+        foot_m=np.concatenate([foot, np.zeros((n, 2, 1))], axis=-1),
+        foot_yaw_rad=yaw,
+        foot_ref_m=ref,
+        contact=np.ones((n, 2)),
+        block=block.astype(np.int64),
+    )

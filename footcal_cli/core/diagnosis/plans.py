@@ -1,0 +1,89 @@
+"""The feasible experiments, by id."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from footcal_cli.core.diagnosis import planned_bench as bench
+from footcal_cli.core.diagnosis import planned_robot as robot
+from footcal_cli.core.diagnosis.rig import Rig
+from footcal_cli.core.experiments import hang, placements, pose, stand, walk, weights
+from footcal_cli.core.experiments.contract import Experiment
+from footcal_cli.core.log import Log
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A feasible experiment.
+
+    Parameters
+    ----------
+    id
+        Its name in ``diagnosis.json``.
+    experiment
+        What `diagnose` judges the log by.
+    words
+        What to do, for the experimenter.
+    minutes
+        What one run takes, set-up included.
+    blocks
+        Blocks of evidence that one run gives.
+    make
+        The planned recordings: true loads, no noise, no effect.
+    """
+
+    id: str
+    experiment: Experiment
+    words: str
+    minutes: float
+    blocks: int
+    make: Callable[[Rig], tuple[Log, ...]]
+
+
+_WEIGHTS, _WALK = weights.EXPERIMENT, walk.EXPERIMENT
+
+PLANS: tuple[Plan, ...] = (
+    Plan("up_down", _WEIGHTS, "weights up and down in eight steps on each cell, 5 s each",
+         3.0, 1, bench.up_down),
+    Plan("random_order", _WEIGHTS, "weights in random order on each cell, each twice, 10 s each",
+         4.0, 1, bench.random_order),
+    Plan("fine_ladder", _WEIGHTS, "weights up and down in 24 small steps on each cell, 5 s each",
+         6.0, 1, bench.fine_ladder),
+    Plan("push_pull", _WEIGHTS, "weights up and down in eight steps on each cell, then the same "
+         "weights pulling at it", 8.0, 1, bench.push_pull),
+    Plan("up_down_60s", _WEIGHTS, "weights up and down in eight steps on each cell, 60 s each",
+         17.0, 1, bench.up_down_60s),
+    Plan("hold_5min", _WEIGHTS, "the largest weight on each cell for 5 minutes, then 5 minutes "
+         "unloaded", 11.0, 1, bench.hold_5min),
+    Plan("ramps", _WEIGHTS, "on each cell a load that rises and falls slowly (1 min), then twice "
+         "fast (3 s)", 4.0, 1, bench.ramps),
+    Plan("taps", _WEIGHTS, "20 quick taps on each cell with the largest weight, read at 80 Hz",
+         2.0, 1, bench.taps),
+    Plan("warm_up", _WEIGHTS, "the largest weight on and off each cell every 20 s while it warms "
+         "by 5 K, with a thermometer", 16.0, 1, bench.warm_up),
+    Plan("holes", placements.EXPERIMENT, "five weights on the 18 holes of each foot",
+         45.0, 18, bench.holes),
+    Plan("stand_turned", stand.EXPERIMENT, "quiet standing facing four ways, at three heights "
+         "each, the CoM leaning a little further every time", 6.0, 12, robot.stand_turned),
+    Plan("bounce", _WALK, "bouncing and swaying on both feet for 36 s, tempo rising from 0.5 to "
+         "4 Hz", 2.0, 12, robot.bounce),
+    Plan("turn_and_bounce", _WALK, "bouncing and swaying on both feet, tempo rising from 0.5 to "
+         "4 Hz in 12 s, at three heights of the hips, facing four ways in turn",
+         6.0, 12, robot.turn_and_bounce),
+    Plan("walk_turning", _WALK, "walking a full circle to the left, then one to the right",
+         3.0, 12, robot.walk_turning),
+    Plan("walk_slow_fast", _WALK, "walking 30 s with slow steps (1.2 s), then 30 s with fast ones "
+         "(0.5 s)", 3.0, 12, robot.walk_slow_fast),
+    Plan("hang", hang.EXPERIMENT, "hanging the robot in two opposite pairs of orientations, legs "
+         "turning slowly", 30.0, 40, robot.hang),
+    Plan("pose_tilted", pose.EXPERIMENT, "90 poses, some on three legs, on a board tilted by up "
+         "to 15°, another way every time", 25.0, 15, robot.pose_tilted),
+    Plan("pose_tripods", pose.EXPERIMENT, "90 poses on three legs in turn",
+         20.0, 15, robot.pose_tripods),
+)  # fmt: skip
+
+
+def plan_of(name: str) -> Plan:
+    """The plan with an id."""
+    return next(plan for plan in PLANS if plan.id == name)

@@ -1,0 +1,269 @@
+"""A planned experiment played through: what effects would show there beside the calibration."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from footcal_cli.core.chain import Chain, Link
+from footcal_cli.core.diagnosis.case import Case, balanced
+from footcal_cli.core.diagnosis.plans import Plan
+from footcal_cli.core.diagnosis.problem import Signature
+from footcal_cli.core.diagnosis.rig import Rig
+from footcal_cli.core.effects import TABLE
+from footcal_cli.core.effects.contract import Effect, units_of
+from footcal_cli.core.experiments.contract import Experiment
+from footcal_cli.core.log import Log
+from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
+
+Basis = tuple[BoolArray, FloatArray]
+"""Rows, and orthonormal columns on them."""
+
+_RIVAL_SIZES = np.array([-2.0, -1.0, -0.3, 0.3, 0.6, 0.8, 0.9, 1.0, 1.1, 1.25, 1.6, 2.5])
+"""Sizes of a rival tried, as shares of its fitted one."""
+_SEEN = 0.02
+"""Share of an effect that the calibration must leave for it to be visible in a plan."""
+_STEP = 0.1  # of a calibration parameter, in its prior sd
+
+
+@dataclass(frozen=True)
+class Contender:
+    """An effect with the values that explain the present data.
+
+    Parameters
+    ----------
+    signature
+        Effect and who carries it.
+    values
+        Its parameters by short name; what is missing stays neutral.
+    """
+
+    signature: Signature
+    values: Mapping[str, float]
+
+    def scaled(self, effect: Effect, share: float) -> Mapping[str, float]:
+        """Its values with another size."""
+        moved = dict(self.values)
+        for size in effect.sizes:
+            if size.name in moved:
+                value = size.neutral + share * (moved[size.name] - size.neutral)
+                moved[size.name] = float(np.clip(value, size.lower, size.upper))
+        return moved
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """How far an experiment keeps two contenders apart.
+
+    Parameters
+    ----------
+    cosine
+        |cos| of what the calibration leaves visible of them; 0 where only one is visible.
+    separation
+        What no size of the second absorbs of the first, in noise sd.
+    both
+        Whether both are visible; where only one is, the other shows by its absence.
+    """
+
+    cosine: float
+    separation: float
+    both: bool = True
+
+
+class Rehearsal:
+    """Recordings on which effects are shown, beside what calibration absorbs.
+
+    Parameters
+    ----------
+    experiment
+        Its balance judges the recordings.
+    logs
+        True loads, nothing wrong.
+    rig
+        Noise.
+    asked
+        Effects in question: a calibration that is one of them is not refitted.
+    judged
+        Which rows of each log count, shape (n,) each; all where absent.
+    free_in_blocks
+        Whether every block has a calibration of its own.
+    """
+
+    def __init__(
+        self,
+        experiment: Experiment,
+        logs: Sequence[Log],
+        rig: Rig,
+        *,
+        asked: Sequence[str] = (),
+        judged: Sequence[BoolArray] | None = None,
+        free_in_blocks: bool = False,
+    ) -> None:
+        self._experiment, self._logs = experiment, tuple(logs)
+        balances = [experiment.balance(log) for log in self._logs]
+        self._errors = [b.error for b in balances]
+        self._valid = [b.valid for b in balances]
+        if judged is not None:
+            self._valid = [v & rows[:, None] for v, rows in zip(self._valid, judged, strict=True)]
+        self._noise = [
+            np.array([rig.noise_of(o, u) for o, u in zip(b.outputs, b.units, strict=True)])
+            for b in balances
+        ]
+        self._weight = np.sqrt(min(rig.independent_hz / self._rate_hz(), 1.0))
+        block = self._blocks() if free_in_blocks else np.zeros(self._size(), dtype=np.int64)
+        self._bases = self._calibration(
+            [n for n in experiment.calibration if n not in asked], block
+        )
+
+    def compared(
+        self, first: Contender, second: Contender, table: Mapping[str, Effect]
+    ) -> Comparison:
+        """How far apart two contenders are here."""
+        one, two = table[first.signature.effect], table[second.signature.effect]
+        target = self.shown(one, first.signature, first.values)
+        size = float(np.sqrt(target @ target))
+        if len(two.sizes) > 1:
+            axes = self._axes(second, two)
+            if size == 0.0 or not axes.any():
+                return _seen_or_not(size, float(np.sqrt(np.sum(axes**2))))
+            inside = _orthonormal(axes)
+            copied = float(np.sqrt(np.sum((inside.T @ target) ** 2)))
+            return Comparison(copied / size, float(np.sqrt(max(size**2 - copied**2, 0.0))))
+        other = self.shown(two, second.signature, second.values)
+        other_size = float(np.sqrt(other @ other))
+        if size == 0.0 or other_size == 0.0:
+            return _seen_or_not(size, other_size)
+        cosine = float(abs(target @ other)) / (size * other_size)
+        return Comparison(cosine, min(size, self._distance(target, second, two)))
+
+    def shown(
+        self, effect: Effect, signature: Signature, values: Mapping[str, float]
+    ) -> FloatArray:
+        """What an effect adds beside the calibration, in noise sd; zero where it hides."""
+        whole = self._response(effect, self._owners(signature, effect), values)
+        left = self._left(whole)
+        if left @ left <= _SEEN**2 * (whole @ whole):
+            return np.zeros_like(left)
+        return np.asarray(left * self._weight)
+
+    def _axes(self, rival: Contender, effect: Effect) -> FloatArray:
+        """What each size of an effect adds at its usual value, shape (m, sizes)."""
+        shapes = {p.name: rival.values[p.name] for p in effect.shapes if p.name in rival.values}
+        return np.stack(
+            [
+                self.shown(effect, rival.signature, {**shapes, s.name: s.neutral + s.prior_sd})
+                for s in effect.sizes
+            ],
+            axis=1,
+        )
+
+    def _distance(self, target: FloatArray, rival: Contender, effect: Effect) -> float:
+        """Smallest distance of a target from a rival of any size."""
+        squared = np.array(
+            [
+                np.sum((target - self.shown(effect, rival.signature, scaled)) ** 2)
+                for scaled in (rival.scaled(effect, share) for share in _RIVAL_SIZES)
+            ]
+        )
+        at = int(np.clip(np.argmin(squared), 1, squared.size - 2))
+        near = slice(at - 1, at + 2)
+        a, b, c = np.polyfit(_RIVAL_SIZES[near], squared[near], 2)
+        lowest = c - b * b / (4.0 * a) if a > 0 else np.inf
+        return float(np.sqrt(max(min(lowest, squared.min()), 0.0)))
+
+    def _left(self, columns: FloatArray) -> FloatArray:
+        left = columns.copy()
+        for rows, basis in self._bases:
+            left[rows] -= basis @ (basis.T @ columns[rows])
+        return left
+
+    def _owners(self, signature: Signature, effect: Effect) -> dict[str, tuple[str, ...]]:
+        """Who carries an effect on the planned channels; one planned cell stands for any."""
+        units = self._units(effect)
+        owners = {
+            owner: tuple(m for m in members if m in units) for owner, members in signature.owners
+        }
+        owners = {owner: members for owner, members in owners.items() if members}
+        return owners or {"all": units}
+
+    def _units(self, effect: Effect) -> tuple[str, ...]:
+        return tuple(
+            dict.fromkeys(u for g in self._logs for u in units_of(effect.scope, g.channels))
+        )
+
+    def _response(
+        self, effect: Effect, owners: Mapping[str, tuple[str, ...]], values: Mapping[str, float]
+    ) -> FloatArray:
+        """What an effect adds to the balance of the planned logs, in noise sd, shape (m,)."""
+        parts = []
+        named = {f"{owner}.{name}": value for owner in owners for name, value in values.items()}
+        acts = self._experiment.name in effect.experiments
+        for log, error, valid, noise in zip(
+            self._logs, self._errors, self._valid, self._noise, strict=True
+        ):
+            change = np.zeros_like(error)
+            if acts and all(name in log.known for name in effect.needs):
+                shown, _ = Chain((Link(effect, owners),)).apply(log, named)
+                balance = self._experiment.balance(shown)
+                change = np.where(balance.valid, balance.error - error, 0.0)
+            parts.append((np.nan_to_num(change) / noise)[valid])
+        return np.concatenate(parts)
+
+    def _calibration(self, names: Sequence[str], block: IntArray) -> list[Basis]:
+        """Orthonormal columns of everything the user of this experiment calibrates, by block."""
+        columns = [np.zeros((block.size, 0))]
+        for name in names:
+            effect = TABLE[name]
+            for unit in self._units(effect):
+                for size in effect.sizes:
+                    value = {size.name: size.neutral + _STEP * size.prior_sd}
+                    columns.append(self._response(effect, {unit: (unit,)}, value)[:, None])
+        raw = np.hstack(columns)
+        return [(block == b, _orthonormal(raw[block == b])) for b in np.unique(block)]
+
+    def _size(self) -> int:
+        return int(sum(valid.sum() for valid in self._valid))
+
+    def _blocks(self) -> IntArray:
+        """Block of each judged entry, shape (m,)."""
+        parts = [
+            np.broadcast_to(log.block[:, None], valid.shape)[valid] + 10**6 * i
+            for i, (log, valid) in enumerate(zip(self._logs, self._valid, strict=True))
+        ]
+        return np.concatenate(parts)
+
+    def _rate_hz(self) -> float:
+        """Judged rows per second."""
+        steps = [
+            np.diff(log.time_s[valid.any(axis=1)])
+            for log, valid in zip(self._logs, self._valid, strict=True)
+        ]
+        every = np.concatenate(steps)
+        return 1.0 / max(float(np.median(every[every > 0])), 1e-9) if (every > 0).any() else 1.0
+
+
+def _seen_or_not(first: float, second: float) -> Comparison:
+    """Whether an effect is seen is the whole answer; one that is there has its present size."""
+    return Comparison(0.0 if first or second else 1.0, max(first, second), both=False)
+
+
+def _orthonormal(columns: FloatArray) -> FloatArray:
+    norm = np.sqrt(np.sum(columns**2, axis=0))
+    scaled = columns[:, norm > 0] / norm[norm > 0]
+    left, singular, _ = np.linalg.svd(scaled, full_matrices=False)
+    return np.asarray(left[:, singular > 1e-6 * singular.max(initial=0.0)])
+
+
+def rehearsed(plan: Plan, rig: Rig, asked: Sequence[str] = ()) -> Rehearsal:
+    """A plan played through."""
+    return Rehearsal(plan.experiment, plan.make(rig), rig, asked=asked)
+
+
+def present(case: Case, rig: Rig) -> Rehearsal:
+    """The recordings at hand, as they would be had nothing been wrong and no noise been there."""
+    ideal = balanced(case, case.values)
+    logs = [case.chain.remove(log, case.values)[0] for log in ideal.logs]
+    judged = [(log.block >= 0) & (np.arange(len(log)) % case.stride == 0) for log in logs]
+    return Rehearsal(case.experiment, logs, rig, judged=judged, free_in_blocks=case.drifts)

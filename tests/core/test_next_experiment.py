@@ -1,0 +1,108 @@
+"""The menu of experiments: what is predicted, against closed forms and against diagnoses."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from footcal_cli.core.diagnosis.menu import menu_for, repeats_for
+from footcal_cli.core.diagnosis.plans import PLANS, plan_of
+from footcal_cli.core.diagnosis.problem import Signature
+from footcal_cli.core.diagnosis.rehearsal import Contender, rehearsed
+from footcal_cli.core.diagnosis.rig import Rig
+from footcal_cli.core.effects import TABLE
+
+BENCH = Rig(noise_n=0.05, full_load_n=30.0, kinds=("weights",))
+WALKER = Rig(noise={"fz": 0.2, "mx": 0.02, "my": 0.02}, independent_hz=10.0)
+
+
+def contender(name: str, **values: float) -> Contender:
+    size = next(iter(values), TABLE[name].size.name)
+    shapes = {p.name: p.neutral for p in TABLE[name].shapes}
+    usual = {size: TABLE[name].size.neutral + TABLE[name].size.prior_sd}
+    return Contender(Signature(name, size, "all cells", ""), {**shapes, **usual, **values})
+
+
+def test_every_plan_is_balanced_by_itself() -> None:
+    """Nothing wrong, nothing left: planned loads obey the physics the experiment is judged by."""
+    for plan in PLANS:
+        for log in plan.make(Rig()):
+            balance = plan.experiment.balance(log)
+            assert np.abs(balance.error[balance.valid]).max() < 1e-6, plan.id
+
+
+def test_ids_are_unique_and_told_in_the_menu() -> None:
+    import footcal_cli.core.diagnosis.menu as menu
+
+    ids = [plan.id for plan in PLANS]
+    assert len(set(ids)) == len(ids)
+    assert menu.__doc__ is not None
+    assert all(f"``{name}``" in menu.__doc__ for name in ids)
+
+
+def test_a_quadratic_beside_scale_and_bias_by_hand() -> None:
+    """What is left of ``q F²`` is its residual on 1 and F."""
+    rehearsal = rehearsed(plan_of("up_down"), BENCH)
+    curve = contender("nonlinearity", quadratic=1e-3)
+    load = plan_of("up_down").make(BENCH)[0].readings[:, 0]
+    basis = np.column_stack([np.ones_like(load), load])
+    left = 1e-3 * load**2
+    left -= basis @ np.linalg.lstsq(basis, left, rcond=None)[0]
+    shown = rehearsal.shown(TABLE["nonlinearity"], curve.signature, curve.values)
+    np.testing.assert_allclose(shown, left / BENCH.noise_n, atol=1e-6)
+
+
+def test_the_menu_separates_what_it_can_and_says_what_it_cannot() -> None:
+    curve_or_creep = menu_for([contender("nonlinearity"), contender("creep")], TABLE, BENCH)
+    assert curve_or_creep.best is not None
+    assert curve_or_creep.best.both
+    assert curve_or_creep.best.separation > 3
+    # two loads cannot show a curve
+    assert not next(p for p in curve_or_creep.prospects if p.plan.id == "hold_5min").both
+    # delays of the body's telemetry are not seen on a bench
+    none = menu_for([contender("delay"), contender("lag")], TABLE, BENCH)
+    assert none.prospects == ()
+
+
+def test_dead_zone_and_hinge_are_one_until_the_cell_is_pulled() -> None:
+    """``min(F, 4)`` is a scale change plus ``max(F − 4, 0)``: the same curve while F ≥ 0."""
+    rivals = [
+        contender("dead_zone", dead_zone=0.1, dead_zone_width=4.0),
+        contender("hinge", hinge=0.1, hinge_load=4.0),
+    ]
+    menu = menu_for(rivals, TABLE, BENCH)
+    assert [p.plan.id for p in menu.prospects] == ["push_pull"]
+    assert menu.prospects[0].cosine < 0.9
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "expected"),
+    [
+        (
+            contender("imu_tilt", imu_pitch=0.0175),
+            contender("floor_slope", floor_pitch=0.0175),
+            {"walk_turning", "turn_and_bounce"},
+        ),
+        (
+            contender("imu_tilt", imu_pitch=0.0175),
+            contender("com_offset", com_correction_x=0.004),
+            {"turn_and_bounce"},
+        ),
+        (contender("leg_weight"), contender("robot_weight"), {"hang"}),
+    ],
+)
+def test_aliases_of_a_robot_find_their_experiment(
+    first: Contender, second: Contender, expected: set[str]
+) -> None:
+    menu = menu_for([first, second], TABLE, WALKER)
+    assert menu.prospects
+    clearest = min(menu.prospects, key=lambda p: p.cosine)
+    assert clearest.plan.id in expected
+
+
+def test_repeats_are_the_textbook_number() -> None:
+    """``n = ((z_{.995} + z_{.8}) / d)²``: 12 runs at d = 1 (Cohen 1988); ten blocks at least."""
+    assert repeats_for(1.0) == 12
+    assert repeats_for(10.0) == 1
+    assert repeats_for(10.0, blocks=1) == 10
+    assert repeats_for(0.0) > 10**5
