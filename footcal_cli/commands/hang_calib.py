@@ -22,7 +22,7 @@ from footcal_cli.commands.options import (
 from footcal_cli.recipe import CommandOptions
 
 if TYPE_CHECKING:
-    from footcal_cli.core.hang.joint import HangFit
+    from footcal_cli.core.hang.joint import HangFit, HangOptions
     from footcal_cli.core.hang.runs import HangRun
     from footcal_cli.core.hang.stepwise import StepwiseFit
     from footcal_cli.core.log import Log
@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from footcal_cli.records import ParametersRecord
     from footcal_cli.report import Picture
     from footcal_cli.session import Outcome, Session
-    from footcal_cli.tables import Table
 
 
 class HangCalibOptions(CommandOptions):
@@ -92,6 +91,7 @@ def hang_calib(
 
 def _calibrate(session: Session[HangCalibOptions]) -> Outcome:
     from footcal_cli.columns import hang_table
+    from footcal_cli.commands.parts.hang_logs import leg_logs
     from footcal_cli.core.hang.runs import hang_runs
     from footcal_cli.records import RmseRecord
     from footcal_cli.report import Report
@@ -100,7 +100,13 @@ def _calibrate(session: Session[HangCalibOptions]) -> Outcome:
 
     options = session.options
     with session.step("read"):
-        logs, rejected = _logs(session, session.read_required(hang_table()))
+        logs, rejected = leg_logs(
+            session.read_required(hang_table()),
+            session.recipe,
+            options.orientation_of,
+            options.leg_weight_n,
+            session.parameters,
+        )
         runs = {leg: hang_runs(log)[0] for leg, log in logs.items()}
     with session.step("fit"):
         fits = _joint(session, logs)
@@ -138,74 +144,18 @@ def _calibrate(session: Session[HangCalibOptions]) -> Outcome:
     )
 
 
-def _logs(
-    session: Session[HangCalibOptions], tables: Sequence[Table]
-) -> tuple[dict[str, list[Log]], dict[str, int]]:
-    """Logs per leg, and rejected rows by reason."""
-    import numpy as np
-
-    from footcal_cli.commands.parts.six_axis_logs import without_effects
-    from footcal_cli.core.hang.intake import (
-        finite_rows,
-        gravity_of_orientation,
-        hang_log,
-        legs_in_order,
-    )
-    from footcal_cli.core.hang.model import AXES
-    from footcal_cli.core.spatial import rotation_of_rpy
-    from footcal_cli.errors import DataError, UsageError
-
-    robot, options = session.recipe.robot, session.options
-    units = ("n", "n", "n", "nm", "nm", "nm")
-    logs: dict[str, list[Log]] = {}
-    broken = 0
-    for table in tables:
-        whose = table.text("leg")
-        for leg in legs_in_order(whose, tuple(robot.legs)):
-            part = np.flatnonzero(whose == leg)
-            wrench = table.numbers([f"{a}_{u}" for a, u in zip(AXES, units, strict=True)])[part]
-            phase = table.number("phase_rad")[part] if "phase_rad" in table else np.zeros(part.size)
-            if "gravity_x" in table:
-                gravity = table.numbers(["gravity_x", "gravity_y", "gravity_z"])[part]
-            else:
-                rot = None
-                if options.orientation_of == "body":
-                    if leg not in robot.legs:
-                        raise UsageError(
-                            f"orientation_of = 'body' needs the mounting of leg '{leg}'",
-                            file=session.recipe.path, remedy=f"add [robot.legs.{leg}]",
-                        )  # fmt: skip
-                    rot = rotation_of_rpy(robot.legs[leg].rotation_rpy_rad)
-                gravity, unknown = gravity_of_orientation(table.text("orientation")[part], rot)
-                if unknown:
-                    raise DataError(
-                        f"orientation '{unknown[0]}' is none of +x −x +y −y +z −z",
-                        file=table.path, column="orientation",
-                        remedy="name the axis along gravity, or give gravity_x gravity_y gravity_z",
-                    )  # fmt: skip
-            sound = finite_rows(wrench, phase, gravity)
-            broken += int((~sound).sum())
-            if not sound.any():
-                raise DataError(f"leg {leg} has no complete row", file=table.path)
-            warmth = table.number("temperature_degc")[part] if "temperature_degc" in table else None
-            log = hang_log(
-                leg,
-                table.number("time_s")[part][sound],
-                phase[sound],
-                wrench[sound],
-                gravity[sound],
-                leg_weight_n=options.leg_weight_n,
-                temperature_degc=None if warmth is None else warmth[sound],
-            )
-            logs.setdefault(leg, []).append(without_effects(log, session.parameters))
-    return logs, {"reading is not a number": broken} if broken else {}
-
-
 def _joint(session: Session[HangCalibOptions], logs: Mapping[str, list[Log]]) -> dict[str, HangFit]:
-    from footcal_cli.core.hang.joint import HangOptions, fit_hang
+    from footcal_cli.core.hang.joint import fit_hang
 
-    options = session.options
-    asked = HangOptions(
+    asked = asked_of(session.options)
+    return {leg: fit_hang(log, asked) for leg, log in logs.items()}
+
+
+def asked_of(options: HangCalibOptions) -> HangOptions:
+    """What the core is asked to fit."""
+    from footcal_cli.core.hang.joint import HangOptions
+
+    return HangOptions(
         order=options.order,
         max_order=options.max_order,
         tilt=options.tilt,
@@ -214,7 +164,6 @@ def _joint(session: Session[HangCalibOptions], logs: Mapping[str, list[Log]]) ->
         drift=options.drift,
         white=options.white,
     )
-    return {leg: fit_hang(log, asked) for leg, log in logs.items()}
 
 
 def _others(

@@ -124,78 +124,6 @@ def pose_calib(
     raise typer.Exit(session.finish(_mounting(session)))
 
 
-def _read(
-    session: Session[PoseCalibOptions],
-) -> tuple[PoseData, tuple[LegKnowledge, ...], dict[str, int]]:
-    """Poses, what hanging knows, and rejected poses by reason."""
-    import numpy as np
-
-    from footcal_cli.columns import legs_table, poses_table
-    from footcal_cli.commands.parts.six_axis_logs import (
-        frames_of_tables,
-        geometry_of,
-        steady_frames,
-        without_effects,
-    )
-    from footcal_cli.core.pose.data import pose_data
-    from footcal_cli.core.pose.hanging import stored_knowledge
-    from footcal_cli.core.pose.intake import pose_log
-    from footcal_cli.errors import DataError, UsageError
-
-    robot, options = session.recipe.robot, session.options
-    if session.parameters is None:
-        raise UsageError(
-            "pose-calib starts from a hanging calibration",
-            remedy="give --parameters FILE of footcal hang-calib",
-        )
-    if robot.weight_n is None or not robot.legs:
-        raise UsageError(
-            "pose-calib needs the robot's mass and the nominal mounting of its legs",
-            file=session.recipe.path, remedy="add mass_kg and [robot.legs.…] to the recipe",
-        )  # fmt: skip
-    values = {name: record.value for name, record in session.parameters.parameters.items()}
-    try:
-        legs = tuple(
-            stored_knowledge(leg, values, session.parameters.covariance_of) for leg in robot.legs
-        )
-    except KeyError as error:
-        raise UsageError(
-            f"the calibration has no parameter {error}", file=session.request.parameters,
-            remedy="calibrate every leg of the recipe with hang-calib first",
-        ) from None  # fmt: skip
-    geometry = geometry_of(robot.legs, options.chassis_com_m)
-    role = "tripod" if options.fit == "offsets" and session.recipe.data.get("tripod") else None
-    tables = session.read(poses_table(), role)
-    rejected: dict[str, int] = {}
-    if tables:
-        frames = frames_of_tables(tables, geometry.legs, "pose")
-    else:
-        streams = session.read(legs_table(), "still")
-        if not streams:
-            session.read_required(poses_table(), role)
-        frames, rejected = steady_frames(
-            streams,
-            geometry.legs,
-            (options.steady_rate_nps, options.steady_duration_s, options.steady_window_s),
-        )
-    for reason, count in (
-        ("a leg is missing or there twice", frames.incomplete),
-        ("reading is not a number", frames.broken),
-    ):
-        if count:
-            rejected[reason] = rejected.get(reason, 0) + count
-    if len(frames.keys) == 0:
-        why = ", ".join(f"{n} × {reason}" for reason, n in rejected.items())
-        raise DataError(f"no usable pose ({why or 'no rows'})", remedy="stand still longer")
-    log = pose_log(
-        geometry,
-        frames,
-        robot_weight_n=robot.weight_n,
-        leg_weight_n=np.array([leg.weight_n for leg in legs]),
-    )
-    return pose_data(without_effects(log, session.parameters)), legs, rejected
-
-
 def _noise_sd(options: PoseCalibOptions, legs: int) -> tuple[FloatArray, bool]:
     """Noise per leg and channel (K, 6), and whether its level is known."""
     import numpy as np
@@ -232,6 +160,7 @@ def _with_directions(
 def _mounting(session: Session[PoseCalibOptions]) -> Outcome:
     import numpy as np
 
+    from footcal_cli.commands.parts.pose_logs import read_poses
     from footcal_cli.commands.parts.pose_outcome import Found, mounting_outcome
     from footcal_cli.core.pose.data import summarise
     from footcal_cli.core.pose.joint import fit_pose
@@ -249,7 +178,7 @@ def _mounting(session: Session[PoseCalibOptions]) -> Outcome:
             remedy="give --method alternating too",
         )
     with session.step("read"):
-        data, legs, rejected = _read(session)
+        data, legs, rejected = read_poses(session, options)
     noise_sd, noise_known = _noise_sd(options, len(legs))
     free = PoseOptions(
         errors_in_variables=options.errors_in_variables,
@@ -288,6 +217,7 @@ def _mounting(session: Session[PoseCalibOptions]) -> Outcome:
 def _offsets(session: Session[PoseCalibOptions]) -> Outcome:
     import numpy as np
 
+    from footcal_cli.commands.parts.pose_logs import read_poses
     from footcal_cli.commands.parts.pose_outcome import offset_outcome, stored_mounting
     from footcal_cli.core.pose.standing import StandingRobot, fit_offsets
     from footcal_cli.core.pose.wrenches import leg_coms_t_m
@@ -295,7 +225,7 @@ def _offsets(session: Session[PoseCalibOptions]) -> Outcome:
 
     options = session.options
     with session.step("read"):
-        data, legs, rejected = _read(session)
+        data, legs, rejected = read_poses(session, options)
     if np.isnan(data.contact).any():
         raise DataError(
             "which feet were down is not known",

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from footcal_cli.core.diagnosis.settings import Settings
 from footcal_cli.core.diagnosis.tracking import Tracking
 from footcal_cli.core.parameters import FloatArray, IntArray
 
@@ -99,6 +100,8 @@ class Problem:
     drifts
         The calibration drifts: it is free in every block, and what shows only between blocks is
         not testable.
+    settings
+        What does not repeat from one setting-up to the next, each of which has several blocks.
     """
 
     residual: FloatArray
@@ -122,6 +125,7 @@ class Problem:
     tracking: Tracking | None = None
     alike: bool = True
     drifts: bool = False
+    settings: Settings | None = None
 
     def __post_init__(self) -> None:
         rows = self.residual.shape[0]

@@ -40,15 +40,37 @@ def _signals(case: Case, log: Log) -> Mapping[str, FloatArray]:
         }  # fmt: skip
     if case.experiment.name in ("stand", "walk"):
         return _balanced(log)
-    readings, _ = case.chain.remove(log, case.values)
-    signals = {f"axis {c}": readings.readings[:, i] for i, c in enumerate(log.channels)}
-    if len(log.channels) == 6:
-        signals = {f"axis {c.split('.')[1]}": v for c, v in
-                   zip(log.channels, readings.readings.T, strict=True)}  # fmt: skip
-        phase = log.known["phase_rad"].reshape(len(log), -1)[:, 0]
-        return {"sin φ": np.sin(phase), "cos φ": np.cos(phase), **signals}
-    total = readings.readings.reshape(len(log), -1, 6)
-    return {f"largest {a}": np.abs(total[:, :, i]).max(axis=1) for i, a in enumerate("xyz")}
+    truth, _ = case.chain.remove(log, case.values)
+    return _hanging(truth) if case.experiment.name == "hang" else _posing(truth)
+
+
+def _hanging(log: Log) -> dict[str, FloatArray]:
+    """Shaft angle, direction of gravity, time since the robot was hung so, and temperature."""
+    fresh = np.diff(log.known["hanging"], prepend=-1.0) != 0
+    start = np.maximum.accumulate(np.where(fresh, np.arange(len(log)), 0))
+    down = log.known["gravity_dir"]
+    signals = {
+        "shaft phase": np.mod(log.known["phase_rad"], 2.0 * np.pi),
+        "time in this hanging": log.time_s - log.time_s[start],
+        **{f"gravity along {a}": np.round(down[:, i], 1) for i, a in enumerate("xyz")},
+    }
+    if "temperature_degc" in log.known:
+        signals["temperature"] = log.known["temperature_degc"]
+    return signals
+
+
+def _posing(log: Log) -> dict[str, FloatArray]:
+    """Tilt of the body, and vertical load and shaft angle of every leg."""
+    legs = list(dict.fromkeys(c.split(".")[0] for c in log.channels))
+    force = log.readings.reshape(len(log), -1, 6)[..., :3]
+    vertical = np.einsum("nki,nki->nk", log.known["hip_rot_bt"][:, :, 2], force)
+    down = -log.known["rot_wb"][:, 2]
+    return {
+        "tilt forward": down[:, 0],
+        "tilt to the left": down[:, 1],
+        **{f"load on {leg}": vertical[:, k] for k, leg in enumerate(legs)},
+        **{f"shaft of {leg}": log.known["phase_rad"][:, k] for k, leg in enumerate(legs)},
+    }
 
 
 def _weights(log: Log) -> dict[str, FloatArray]:

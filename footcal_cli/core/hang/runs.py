@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from footcal_cli.core.log import Log
-from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.parameters import FloatArray, IntArray
 
 
 @dataclass(frozen=True)
@@ -55,11 +55,7 @@ def hang_runs(logs: Sequence[Log]) -> tuple[tuple[HangRun, ...], str]:
         if not np.isfinite(log.readings.sum()):
             raise ValueError("readings that are not numbers: drop those rows first")
         direction = log.known["gravity_dir"]
-        x, y, z = direction.T
-        turned = (x[1:] != x[:-1]) | (y[1:] != y[:-1]) | (z[1:] != z[:-1])
-        breaks = np.flatnonzero(turned) + 1
-        edges = np.concatenate([[0], breaks, [len(log)]])
-        for start, stop in pairwise(edges):
+        for start, stop in pairwise(run_edges(log)):
             part = slice(start, stop)
             first = direction[start]
             runs.append(
@@ -75,3 +71,10 @@ def hang_runs(logs: Sequence[Log]) -> tuple[tuple[HangRun, ...], str]:
     if not runs:
         raise ValueError("no rows")
     return tuple(runs), legs.pop()
+
+
+def run_edges(log: Log) -> IntArray:
+    """First row of each run of equal nominal direction, and the number of rows, (runs + 1,)."""
+    x, y, z = log.known["gravity_dir"].T
+    turned = (x[1:] != x[:-1]) | (y[1:] != y[:-1]) | (z[1:] != z[:-1])
+    return np.concatenate([[0], np.flatnonzero(turned) + 1, [len(log)]]).astype(np.int64)

@@ -1,0 +1,90 @@
+"""Standing poses on hip transducers as the case that `diagnose` takes."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from footcal_cli.commands.diagnose import DiagnoseOptions
+    from footcal_cli.commands.parts.diagnose_cases import CaseRead
+    from footcal_cli.core.chain import Chain
+    from footcal_cli.core.parameters import IntArray, Parameter
+    from footcal_cli.session import Session
+
+OF_CELLS = "a word for load cells; transducers have scale_matrix, cross_coupling and axis_flip"
+NO_CLOCK = "poses have no time stamps"
+UNTESTED = dict.fromkeys(
+    ("sign_flip", "dead_zone", "hinge", "saturation", "nonlinearity_cubic", "channel_swap"),
+    OF_CELLS,
+) | dict.fromkeys(("offset_drift", "offset_change"), NO_CLOCK)
+"""Effect -> why it is not tried."""
+POSES_PER_BLOCK = 5
+MOST_BLOCKS = 24
+CALIBRATED = ("mount_rotation", "mount_translation")
+"""What `pose-calib` estimates; with a calibration that has it not, it is a candidate."""
+
+
+def read_pose(session: Session[DiagnoseOptions]) -> CaseRead:
+    """One log; a block is some poses in a row, errors of the wrenches are errors in variables."""
+    from dataclasses import replace
+
+    from footcal_cli.commands.parts.diagnose_cases import CaseRead
+    from footcal_cli.commands.parts.pose_logs import raw_poses
+    from footcal_cli.commands.pose_calib import PoseCalibOptions
+    from footcal_cli.core.diagnosis.case import Case
+    from footcal_cli.core.experiments.pose import EXPERIMENT
+    from footcal_cli.core.parameters import ParameterSet
+    from footcal_cli.recipe import validated
+
+    recipe = session.recipe
+    asked = validated(
+        PoseCalibOptions, recipe.options.get("pose_calib", {}), file=recipe.path, table="pose_calib"
+    )
+    raw, _, _ = raw_poses(session, asked)
+    log = replace(raw, block=_blocks(len(raw)))
+    chain, values, free = _model(session, log.channels)
+    weight_n = float(log.known["robot_weight_n"][0])
+    case = Case(
+        experiment=EXPERIMENT,
+        logs=(log,),
+        chain=chain,
+        values=values,
+        calibration=ParameterSet(free),
+        tolerance_n=session.options.tolerance_n or 0.002 * weight_n,
+        tolerance_nm=session.options.tolerance_mm / 1000.0 * weight_n,
+        alike=False,
+    )
+    return CaseRead(case, [], dict(UNTESTED))
+
+
+def _blocks(poses: int) -> IntArray:
+    """Poses in a row share a block: what differs from day to day stays together."""
+    import numpy as np
+
+    blocks = int(np.clip(poses // POSES_PER_BLOCK, 1, MOST_BLOCKS))
+    return np.asarray(np.arange(poses) * blocks // poses, dtype=np.int64)
+
+
+def _model(
+    session: Session[DiagnoseOptions], channels: Sequence[str]
+) -> tuple[Chain, dict[str, float], tuple[Parameter, ...]]:
+    """Chain, its values, and what of it is calibrated."""
+    from footcal_cli.commands.parts.diagnose_cases import chain_of
+
+    stored = () if session.parameters is None else session.parameters.parameters
+    first = channels[0].split(".", 1)[0]
+    mounted = [e for e, name in zip(CALIBRATED, ("mount_rot_x", "mount_pos_x"), strict=True)
+               if f"{first}.{name}" in stored]  # fmt: skip
+    chain, values = chain_of(session.parameters, channels, ("offset", *mounted))
+    names = [item.names() for item in chain.links if item.effect.name in ("offset", *mounted)]
+    free = [p for p in chain.parameters() if any(p.name in own for own in names)]
+    return chain, values, tuple(_at(p, values) for p in free)
+
+
+def _at(parameter: Parameter, values: Mapping[str, float]) -> Parameter:
+    """A parameter at its calibrated value."""
+    from dataclasses import replace
+
+    return replace(parameter, value=values.get(parameter.name, parameter.value))

@@ -1,0 +1,98 @@
+"""Tables of a hanging robot as one list of logs per leg."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from footcal_cli.commands.parts.six_axis_logs import WRENCH_COLUMNS, without_effects
+from footcal_cli.core.hang.intake import (
+    finite_rows,
+    gravity_of_orientation,
+    hang_log,
+    legs_in_order,
+)
+from footcal_cli.core.log import Log
+from footcal_cli.core.parameters import FloatArray, IntArray
+from footcal_cli.core.spatial import rotation_of_rpy
+from footcal_cli.errors import DataError, UsageError
+
+if TYPE_CHECKING:
+    from footcal_cli.recipe import Recipe
+    from footcal_cli.records import ParametersRecord
+    from footcal_cli.tables import Table
+
+
+def leg_logs(
+    tables: Sequence[Table],
+    recipe: Recipe,
+    orientation_of: str,
+    leg_weight_n: float,
+    undone: ParametersRecord | None = None,
+) -> tuple[dict[str, list[Log]], dict[str, int]]:
+    """Logs per leg, and rejected rows by reason.
+
+    Parameters
+    ----------
+    tables
+        Hanging tables.
+    recipe
+        Legs in order, and their nominal mounting.
+    orientation_of
+        Whose axis an orientation names: ``transducer`` or ``body``.
+    leg_weight_n
+        Believed weight of a leg.
+    undone
+        Calibration whose effects are taken off the readings.
+    """
+    logs: dict[str, list[Log]] = {}
+    broken = 0
+    for table in tables:
+        whose = table.text("leg")
+        for leg in legs_in_order(whose, tuple(recipe.robot.legs)):
+            part = np.flatnonzero(whose == leg)
+            wrench = table.numbers(WRENCH_COLUMNS)[part]
+            phase = table.number("phase_rad")[part] if "phase_rad" in table else np.zeros(part.size)
+            gravity = _gravity(table, part, leg, recipe, orientation_of)
+            sound = finite_rows(wrench, phase, gravity)
+            broken += int((~sound).sum())
+            if not sound.any():
+                raise DataError(f"leg {leg} has no complete row", file=table.path)
+            warmth = table.number("temperature_degc")[part] if "temperature_degc" in table else None
+            log = hang_log(
+                leg,
+                table.number("time_s")[part][sound],
+                phase[sound],
+                wrench[sound],
+                gravity[sound],
+                leg_weight_n=leg_weight_n,
+                temperature_degc=None if warmth is None else warmth[sound],
+            )
+            logs.setdefault(leg, []).append(without_effects(log, undone))
+    return logs, {"reading is not a number": broken} if broken else {}
+
+
+def _gravity(
+    table: Table, part: IntArray, leg: str, recipe: Recipe, orientation_of: str
+) -> FloatArray:
+    """Nominal direction of gravity in the transducer frame of a leg's rows, shape (n, 3)."""
+    if "gravity_x" in table:
+        return table.numbers(["gravity_x", "gravity_y", "gravity_z"])[part]
+    rot = None
+    if orientation_of == "body":
+        if leg not in recipe.robot.legs:
+            raise UsageError(
+                f"orientation_of = 'body' needs the mounting of leg '{leg}'", file=recipe.path,
+                remedy=f"add [robot.legs.{leg}]",
+            )  # fmt: skip
+        rot = rotation_of_rpy(recipe.robot.legs[leg].rotation_rpy_rad)
+    gravity, unknown = gravity_of_orientation(table.text("orientation")[part], rot)
+    if unknown:
+        raise DataError(
+            f"orientation '{unknown[0]}' is none of +x −x +y −y +z −z",
+            file=table.path, column="orientation",
+            remedy="name the axis along gravity, or give gravity_x gravity_y gravity_z",
+        )  # fmt: skip
+    return gravity
