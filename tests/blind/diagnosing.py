@@ -17,7 +17,7 @@ from typing import Any
 from unittest import mock
 
 from footcal_cli.app import main
-from footcal_cli.commands import diagnose as diagnose_command
+from footcal_cli.commands.parts import bench_report
 from footcal_cli.report import Picture
 
 REPOSITORY = Path(__file__).resolve().parents[2]
@@ -63,7 +63,7 @@ def _commands(ask: dict[str, str], folder: Path, run: Path) -> list[list[str | P
     diagnosis: list[str | Path] = ["diagnose", *_logs(folder, experiment)]
     diagnosis += ["--experiment", experiment, "--recipe", folder / "recipe.toml"]
     diagnosis += ["--parameters", run / "calibration" / "parameters.json"]
-    diagnosis += ["--out", run / "diagnosis"]
+    diagnosis += ["--out", run / "diagnosis", "--no-pictures"]
     for left_out in ask["left_out"].split():
         diagnosis += ["--without", left_out]
     return [*_calibrations(experiment, folder, run), diagnosis]
@@ -97,9 +97,9 @@ def _one(folder: Path, stem: str) -> Path:
 
 @contextlib.contextmanager
 def _undrawn() -> Iterator[None]:
-    """Commands without their figures, which take longer than the diagnosis itself."""
+    """Calibrations without their figures, which take longer than the calibration itself."""
     with (
-        mock.patch.object(diagnose_command, "_pictures", return_value=()),
+        mock.patch.object(bench_report, "_weights_pictures", return_value=()),
         mock.patch.object(Picture, "png", return_value=b""),
     ):
         yield
