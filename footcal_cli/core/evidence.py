@@ -114,6 +114,37 @@ def sign_flip_max_t(scores: FloatArray, signs: FloatArray) -> FamilyTest:
     return FamilyTest(t, np.where(usable, p, 1.0), null_max)
 
 
+def local_max_t(scores: FloatArray, information: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Is one of many alike places off? Each place's mean against the scatter of its repeats.
+
+    ``t_k = Σ_b s_bk / √(Σ_b w_bk) / σ`` with σ² the scatter of ``s_bk / √w_bk`` about each place's
+    own mean, pooled over the places: one-way analysis of variance. Too few blocks know of a single
+    place for sign flips; what repeats tell of the noise is the same everywhere. Bonferroni over
+    the places.
+
+    Parameters
+    ----------
+    scores, information
+        ``g̃_b·r̃_b`` and ``|g̃_b|²`` of each candidate, shape (blocks, k).
+
+    Returns
+    -------
+    t, p
+        Shape (k,) each.
+    """
+    seen = information > 1e-3 * information.max(axis=0, initial=1e-300)
+    weight = np.where(seen, information, 0.0)
+    total = np.maximum(weight.sum(axis=0), 1e-300)
+    size = np.where(seen, scores, 0.0).sum(axis=0) / total
+    scatter = np.where(seen, (scores - size * weight) ** 2 / np.maximum(weight, 1e-300), 0.0)
+    freedom = float(np.sum(np.maximum(seen.sum(axis=0) - 1, 0)))
+    if freedom < 1.0:
+        return np.zeros(size.size), np.ones(size.size)
+    noise = np.sqrt(scatter.sum() / freedom)
+    t = np.abs(size) * np.sqrt(total) / max(float(noise), 1e-300)
+    return t, np.minimum(size.size * 2.0 * stats.t.sf(t, freedom), 1.0)
+
+
 def sign_flip_mean(values: FloatArray, signs: FloatArray) -> float:
     """One-sided sign-flip p of ``mean(values) > 0``; values one per block."""
     observed = values.sum()

@@ -95,25 +95,32 @@ def _keep(y: FloatArray, _log: Log, _theta: Theta, state: State) -> tuple[FloatA
     return y, state
 
 
-def _mixing(log: Log, share: FloatArray) -> FloatArray:
-    """Matrix (c, c) that gives each cell its share of the mean of the other cells of its foot."""
+def _mixing(log: Log, share: FloatArray, heard: FloatArray) -> FloatArray:
+    """Matrix (c, c): each cell adds a share of what it hears of its foot's other cells.
+
+    It hears the mean of all others (`heard` 0), or the cell that many places before it in the
+    order in which the foot's cells are wired and read.
+    """
     mixing = np.eye(len(log.channels))
     if is_six_axis(log.channels):
         return mixing
     for cells in columns_of(Scope.FOOT, log.channels):
-        others = max(len(cells) - 1, 1)
-        off = np.repeat(share[cells][:, None] / others, len(cells), axis=1)
-        np.fill_diagonal(off, 0.0)
-        mixing[np.ix_(cells, cells)] += off
+        count = len(cells)
+        for at, cell in enumerate(cells):
+            before = int(heard[cell])
+            others = [cells[(at - before) % count]] if before else np.delete(cells, at)
+            for other in others:
+                if other != cell:
+                    mixing[cell, other] += share[cell] / len(others)
     return mixing
 
 
 def _crosstalk(x: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
-    return x @ _mixing(log, theta["crosstalk"]).T, state
+    return x @ _mixing(log, theta["crosstalk"], theta["crosstalk_from"]).T, state
 
 
 def _uncrosstalk(y: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
-    own = np.linalg.solve(_mixing(log, theta["crosstalk"]), y.T).T
+    own = np.linalg.solve(_mixing(log, theta["crosstalk"], theta["crosstalk_from"]), y.T).T
     return np.asarray(own, dtype=np.float64), state
 
 
@@ -154,12 +161,17 @@ CROSSTALK = Effect(
     name="crosstalk",
     stage=Stage.CELL,
     scope=Scope.CHANNEL,
-    parameters=(EffectParameter("crosstalk", "-", 0.0, -0.4, 0.4, 0.02),),
+    parameters=(
+        EffectParameter("crosstalk", "-", 0.0, -0.4, 0.4, 0.02),
+        EffectParameter(
+            "crosstalk_from", "channel", 0.0, 0.0, 127.0, 1.0, True, (0.0, 1.0, 2.0, 3.0)
+        ),
+    ),
     apply=on_readings(_crosstalk),
     remove=on_readings(_uncrosstalk),
     experiments=("weights", "placements", "stand", "walk"),
-    formula="y_i = x_i + κ_i · mean of the other cells of the foot",
-    source="seed 1, section 5.1; multi-cell scales, OIML R 76 eccentric loading",
+    formula="y_i = x_i + κ_i · mean of the foot's other cells, or · the n-th cell before it",
+    source="seed 1, section 5.1; OIML R 76 eccentric loading; multiplexed converters",
     remedy="load the cells one at a time; decouple their seats or the wiring of the amplifier",
     mimics=("cell_position", "scale_bias"),
     separates="weights on single cells while all cells are read",
