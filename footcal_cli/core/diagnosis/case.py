@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -77,6 +78,11 @@ class Case:
     shared_blocks: bool = False
     settings: str = ""
 
+    @cached_property
+    def judged(self) -> tuple[Log, ...]:
+        """The rows of each log that are judged."""
+        return tuple(every(log, self.stride) for log in self.logs)
+
     def extended(self, chain: Chain, values: Mapping[str, float]) -> Case:
         """The same recordings with another model."""
         return replace(self, chain=chain, values=dict(values))
@@ -127,11 +133,35 @@ def residual(
     out = np.zeros(rows.row.size)
     for i in range(len(case.logs)) if only is None else only:
         here = rows.log == i
-        error = case.experiment.balance(used.remove(case.logs[i], values)[0]).error
-        out[here] = error[rows.row[here], rows.column[here]]
+        log = case.logs[i]
+        if case.stride > 1 and not _remembers(used, log, values):
+            judged, _ = used.remove(case.judged[i], values)
+        else:
+            judged = every(used.remove(log, values)[0], case.stride)
+        error = case.experiment.balance(judged).error
+        out[here] = error[rows.row[here] // case.stride, rows.column[here]]
     scaled = out / rows.noise
     # an extreme trial value may leave the balance undefined; it then says nothing
     return np.where(np.isfinite(scaled), scaled, 0.0)
+
+
+def _remembers(chain: Chain, log: Log, values: Mapping[str, float]) -> bool:
+    """Whether what the chain makes of a row depends on others, so that it must see all rows."""
+    _, states = chain.remove(log.rows(0, 2), values)
+    return any(state is not None for state in states.values())
+
+
+def every(log: Log, stride: int) -> Log:
+    """Every so many rows of a log."""
+    if stride == 1:
+        return log
+    return replace(
+        log,
+        time_s=log.time_s[::stride].copy(),
+        readings=log.readings[::stride].copy(),
+        known={name: array[::stride].copy() for name, array in log.known.items()},
+        block=log.block[::stride].copy(),
+    )
 
 
 def balanced(case: Case, values: Mapping[str, float], chain: Chain | None = None) -> Case:
@@ -149,7 +179,7 @@ def balanced(case: Case, values: Mapping[str, float], chain: Chain | None = None
         truth, _ = used.remove(log, values)
         balance = case.experiment.balance(truth)
         error = np.where(balance.valid, balance.error, 0.0)
-        spread = np.where(np.char.find(np.array(log.channels), ".t") >= 0, _TORQUE_SHARE, 1.0)
+        spread = np.where(np.char.find(np.array(log.channels), ".t") >= 0, TORQUE_SHARE, 1.0)
         derivative = np.empty((*error.shape, len(log.channels)))
         for c in range(len(log.channels)):
             moved = truth.readings.copy()
@@ -221,7 +251,7 @@ def _demand_moved(log: Log, balance: Balance) -> Log:
     return log.with_known(com_acc_mps2=acc, com_m=com)
 
 
-_TORQUE_SHARE = 0.1  # noise of a torque axis in Nm, per newton of noise of a force axis
+TORQUE_SHARE = 0.1  # noise of a torque axis in Nm, per newton of noise of a force axis
 
 
 def rows_of(case: Case) -> Rows:

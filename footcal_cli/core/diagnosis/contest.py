@@ -10,6 +10,7 @@ import numpy as np
 from footcal_cli.core.diagnosis.aliases import aliases
 from footcal_cli.core.diagnosis.answer import Cause, Diagnosis
 from footcal_cli.core.diagnosis.case import Case, Rows
+from footcal_cli.core.diagnosis.noise_credit import shrinkage
 from footcal_cli.core.diagnosis.problem import Problem, Signature
 from footcal_cli.core.diagnosis.refit import Refit, refit
 from footcal_cli.core.diagnosis.scores import held_out_loss
@@ -51,8 +52,18 @@ def decided(
         fitted = _extended(case, rows, problem, table, [*causes, cause], model)
         fits.append((cause, fitted, extended_problem(problem, fitted, [*causes, cause])))
     # in noise of their own all models would fit alike: judged in that of the one that leaves least
-    noise = min((noise_of(extended) for _, _, extended in fits), key=lambda n: n.level)
-    tried = [(cause, fitted, _white_loss(extended, noise)) for cause, fitted, extended in fits]
+    judged = [
+        replace(
+            extended,
+            residual=extended.residual / shrinkage(case, rows, fitted.chain, fitted.values),
+        )
+        for _, fitted, extended in fits
+    ]
+    noise = min((noise_of(extended) for extended in judged), key=lambda n: n.level)
+    tried = [
+        (cause, fitted, _white_loss(extended, noise))
+        for (cause, fitted, _), extended in zip(fits, judged, strict=True)
+    ]
     best = int(np.argmin([loss.sum() for _, _, loss in tried]))
     chosen, fitted, loss = tried[best]
     signs = sign_patterns(loss.size, seed)

@@ -1,0 +1,59 @@
+"""No credit for making noise small: what a model does to the noise of the readings.
+
+A gain taken out of a reading is taken out of its noise too. A model that says "the sensor shows
+too much" leaves smaller errors than one that says "the robot is lighter" for that reason alone;
+a likelihood of the readings would charge it ``log |d truth / d reading|``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from footcal_cli.core.chain import Chain
+from footcal_cli.core.diagnosis.case import TORQUE_SHARE, Case, Rows
+from footcal_cli.core.log import Log
+from footcal_cli.core.parameters import FloatArray
+
+_PROBE = 1e-3
+"""Size of the noise that is sent through, against the spread of the readings."""
+
+
+def shrinkage(case: Case, rows: Rows, chain: Chain, values: Mapping[str, float]) -> FloatArray:
+    """Noise of each entry under a model over that under the baseline, at most 1, shape (m,).
+
+    Parameters
+    ----------
+    case, rows
+        The baseline.
+    chain, values
+        The model.
+    """
+    before, after = np.zeros(len(rows.outputs)), np.zeros(len(rows.outputs))
+    for i, log in enumerate(case.logs):
+        here = rows.log == i
+        probe = _probe(log)
+        for sums, used, at in ((before, case.chain, case.values), (after, chain, values)):
+            change = _passed(case, log, probe, used, at)[rows.row[here], rows.column[here]]
+            sums += np.bincount(rows.output[here], change**2, minlength=sums.size)
+    ratio = np.sqrt(np.divide(after, before, out=np.ones_like(after), where=before > 0))
+    return np.asarray(np.clip(ratio, 1e-3, 1.0)[rows.output])
+
+
+def _probe(log: Log) -> FloatArray:
+    """White noise of a thousandth of the readings' spread, torques by their share."""
+    rng = np.random.default_rng(0)
+    is_torque = np.array([".t" in channel for channel in log.channels])
+    size = _PROBE * max(float(np.nanstd(log.readings)), 1e-9)
+    return rng.standard_normal(log.readings.shape) * np.where(is_torque, TORQUE_SHARE, 1.0) * size
+
+
+def _passed(
+    case: Case, log: Log, probe: FloatArray, chain: Chain, values: Mapping[str, float]
+) -> FloatArray:
+    """What the probe becomes in the balance, shape (n, k)."""
+    noisy, _ = chain.remove(log.with_readings(log.readings + probe), values)
+    plain, _ = chain.remove(log, values)
+    balance = case.experiment.balance
+    return np.nan_to_num(balance(noisy).error - balance(plain).error)
