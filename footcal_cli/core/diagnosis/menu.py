@@ -19,7 +19,9 @@ The plans by id, and the kind of log that `diagnose` then reads:
 ``walk`` (body and cells as streams)
     ``bounce`` on both feet: bouncing and swaying, tempo rising from 0.5 to 4 Hz;
     ``turn_and_bounce`` the same at three heights of the hips, facing four ways in turn;
-    ``walk_turning`` walking a circle each way; ``walk_slow_fast`` steps of 1.2 s, then of 0.5 s.
+    ``walk_turning`` walking a circle each way (30 s); ``walk_squatting`` the same in small steps
+    of 0.6 s that bob by 1 cm each, hips down by 30 % of their height and up again every 2.5 s;
+    ``walk_slow_fast`` 30 s with steps of 1.2 s, then of 0.5 s.
 ``hang``
     ``hang`` hanging in two opposite pairs of orientations, legs turning slowly.
 ``pose``

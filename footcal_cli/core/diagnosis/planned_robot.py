@@ -23,6 +23,8 @@ SQUATS_M = (0.0, 0.04, 0.08)
 TEMPO_HZ = (0.5, 4.0)
 BOUNCE_MPS2 = 3.0
 """Peak vertical acceleration of a bounce."""
+CIRCLE_S = 30.0
+TURN_RADPS = 2.0 * np.pi / CIRCLE_S
 _RATE_HZ = 40.0
 _SWAY_M = 0.015
 _STRETCH_S = 12.0
@@ -46,10 +48,21 @@ def stand_turned(rig: Rig) -> Logs:
 
 def walk_turning(rig: Rig) -> Logs:
     """A full circle each way."""
-    circle_s = 30.0
-    turn = 2.0 * np.pi / circle_s
-    plan = WalkPlan(duration_s=circle_s + 6.0)
-    return tuple(_walked(rig, replace(plan, turn_radps=sign * turn)) for sign in (1.0, -1.0))
+    plan = WalkPlan(duration_s=CIRCLE_S + 6.0)
+    return tuple(_walked(rig, replace(plan, turn_radps=sign * TURN_RADPS)) for sign in (1.0, -1.0))
+
+
+def walk_squatting(rig: Rig) -> Logs:
+    """A full circle each way in small quick steps that bob, hips going down and up slowly.
+
+    Slow squats change the height alone, quick bobs the vertical force: a tilt, an acceleration
+    and a CoM that are off answer to them differently.
+    """
+    plan = WalkPlan(
+        duration_s=CIRCLE_S + 6.0, speed_mps=0.02, step_s=0.6, bob_m=0.01,
+        squat_m=0.3 * rig.biped.com_height_m, squat_s=2.5,
+    )  # fmt: skip
+    return tuple(_walked(rig, replace(plan, turn_radps=sign * TURN_RADPS)) for sign in (1.0, -1.0))
 
 
 def walk_slow_fast(rig: Rig) -> Logs:

@@ -73,6 +73,9 @@ PLANS: tuple[Plan, ...] = (
          6.0, 12, robot.turn_and_bounce),
     Plan("walk_turning", _WALK, "walking a full circle to the left, then one to the right",
          3.0, 12, robot.walk_turning),
+    Plan("walk_squatting", _WALK, "walking a full circle each way in small quick steps (0.6 s), "
+         "bobbing by 1 cm with each, hips going down by a third and up again every 2.5 s",
+         4.0, 12, robot.walk_squatting),
     Plan("walk_slow_fast", _WALK, "walking 30 s with slow steps (1.2 s), then 30 s with fast ones "
          "(0.5 s)", 3.0, 12, robot.walk_slow_fast),
     Plan("hang", hang.EXPERIMENT, "hanging the robot in two opposite pairs of orientations, legs "

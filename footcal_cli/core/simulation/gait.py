@@ -33,6 +33,8 @@ class WalkPlan:
         Turning while walking.
     bob_m
         Rise and fall of the CoM with each step.
+    squat_m, squat_s
+        Depth and period of slow squats while walking.
     angmom_rate_nm
         Size of L̇ from the swinging legs.
     variation_m, variation_seed
@@ -46,6 +48,8 @@ class WalkPlan:
     stand_s: float = 3.0
     turn_radps: float = 0.0
     bob_m: float = 0.004
+    squat_m: float = 0.0
+    squat_s: float = 2.0
     angmom_rate_nm: float = 0.25
     variation_m: float = 0.003
     variation_seed: int = 0
@@ -239,6 +243,13 @@ def walking(robot: Biped, plan: WalkPlan, time_s: FloatArray) -> Motion:
     bob = np.cos(phase)
     rise = plan.bob_m * on * bob
     lift = plan.bob_m * (on_ddot * bob - 2.0 * cycle * on_dot * np.sin(phase) - cycle**2 * on * bob)
+    deep = 2.0 * np.pi / plan.squat_s
+    bent = np.cos(deep * (time_s - plan.stand_s))
+    sine = np.sin(deep * (time_s - plan.stand_s))
+    rise += 0.5 * plan.squat_m * on * (bent - 1.0)
+    lift += 0.5 * plan.squat_m * (
+        on_ddot * (bent - 1.0) - 2.0 * deep * on_dot * sine - deep**2 * on * bent
+    )
     foot_m, foot_yaw, foot_ref, contact = _feet_at(robot, plan, feet, time_s)
     step = _step_number(plan, time_s)
     return Motion(

@@ -56,8 +56,7 @@ def _draw_steps(axes: Axes, steps: Sequence[tuple[str, float, str]]) -> None:
     axes.barh(places, [s[1] for s in steps], color=[s[2] for s in steps], height=0.62)
     for place, (_, value, _) in zip(places, steps, strict=True):
         axes.text(value, place, f" {value:.3g}", va="center", fontsize=8.5)
-    axes.axvline(1.0, color=REFERENCE, linewidth=0.8, linestyle=":")
-    tidy(axes, "Error on unseen blocks, all outputs", "RMS error (1 = noise assumed)", "")
+    tidy(axes, "Error on unseen blocks, all outputs", "RMS error (units of the noise)", "")
     axes.set_yticks(places, [s[0] for s in steps])
     axes.set_xlim(0, 1.15 * max(s[1] for s in steps))
     axes.grid(visible=False, axis="y")

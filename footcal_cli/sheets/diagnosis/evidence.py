@@ -13,29 +13,31 @@ from footcal_cli.report import Sheet, number
 from footcal_cli.sheets.diagnosis.words import with_interval, words
 
 _MOST_ROWS = 20
-_LEFT_OVER_NOTE = (
-    "How to read it: 'found from' is the size that this data would have shown 4 times in 5, "
-    "'matters from' the size whose visible part changes an output by the tolerance. Visible: share "
-    "of the effect that the calibration cannot absorb. By chance: probability that shuffling the "
-    "signs of whole blocks makes any effect of the table look this strong. Gain: share of the "
-    "squared error that goes on blocks the effect was not fitted to."
+_HOW_TO_READ = (
+    "Present: beyond the size that matters. Absent: its whole interval within the sizes that do "
+    "not matter. Undecided: the interval straddles it. By chance: probability that random signs of "
+    "whole blocks make any effect of the table look this strong. Gain: share of the squared error "
+    "that goes on blocks the effect was not fitted to, and on how many blocks. Matters from: the "
+    "size whose visible part changes an output by the tolerance. Found from: the size this data "
+    "would have shown 4 times in 5. Visible: share that the calibration cannot absorb."
 )
 
 
 def evidence_sheet(found: Investigation, untested: Mapping[str, str]) -> Sheet:
     """One row per effect of the table, by gain; greyed: not testable, and why."""
-    rows = [_evidence_row(row, found.problem.blocks) for row in table_rows(found)]
-    tested = sum(r.status is not EffectStatus.NOT_TESTABLE for r in table_rows(found))
+    shown = table_rows(found)
+    rows = [_evidence_row(row, found.problem.blocks) for row in shown]
+    tested = sum(r.status is not EffectStatus.NOT_TESTABLE for r in shown)
     rows += [
-        (words(effect), "–", "–", "–", "–", "–", "–", "–", "–", "not testable", reason)
+        (words(effect), "", "–", "–", "–", "–", "–", "–", "–", f"not testable: {reason}")
         for effect, reason in _not_looked_for(found, untested)
     ]
     return Sheet(
         "Evidence: every effect looked for",
-        ("effect", "where", "size [95 %]", "matters from", "found from", "visible", "by chance",
-         "gain", "blocks better", "status", "why"),
+        ("effect", "where", "size [95 %]", "by chance", "gain", "better in", "matters from",
+         "found from", "visible", "verdict"),
         rows,
-        note=_LEFT_OVER_NOTE,
+        note=_HOW_TO_READ,
         greyed=frozenset(range(tested, len(rows))),
         folded_after=max(min(tested, _MOST_ROWS), 1) if len(rows) > _MOST_ROWS else 0,
     )  # fmt: skip
@@ -70,18 +72,20 @@ def table_rows(found: Investigation) -> list[EffectRow]:
 def _evidence_row(row: EffectRow, blocks: int) -> tuple[str, ...]:
     tested = row.status is not EffectStatus.NOT_TESTABLE
     unit = row.signature.unit
+    verdict = str(row.status).replace("_", " ")
+    if row.status in (EffectStatus.NOT_TESTABLE, EffectStatus.UNDECIDED):
+        verdict += f": {row.reason}"
     return (
         words(row.signature.effect),
-        words(row.signature.where),
+        row.signature.where,
         with_interval(row.size, unit) if np.isfinite(row.size.low) and tested else "–",
-        _size(row.smallest, unit),
-        _size(row.detectable, unit) if tested else "–",
-        f"{100 * row.visible:.0f} %",
         number(row.p, 2) if tested else "–",
         f"{100 * row.gain:+.1f} %".replace("-", "−") if tested else "–",
         f"{row.blocks_better} of {blocks}" if tested else "–",
-        str(row.status).replace("_", " "),
-        row.reason,
+        _size(row.smallest, unit),
+        _size(row.detectable, unit) if tested else "–",
+        f"{100 * row.visible:.0f} %",
+        verdict,
     )
 
 

@@ -12,10 +12,12 @@ from footcal_cli.report import number
 from footcal_cli.sheets.diagnosis.rivals import against_rivals, next_best
 from footcal_cli.sheets.diagnosis.unknown import depends_on
 from footcal_cli.sheets.diagnosis.words import (
+    cannot_lines,
     causes_words,
     could_not,
     gain_words,
     place_words,
+    shape_words,
     size_words,
     together,
     words,
@@ -63,7 +65,7 @@ def named(found: Investigation, untested: Mapping[str, str]) -> tuple[str, list[
         f"With this in the model nothing else stands out (p = {number(last.p, 2)}); any function "
         f"of the recorded signals would explain {100 * last.ceiling:.1f} % more."
     )
-    return sentence, [*lines, *_cannot_lines(found, untested)]
+    return sentence, [*lines, *cannot_lines(found, untested)]
 
 
 def ambiguous(found: Investigation, untested: Mapping[str, str]) -> tuple[str, list[str]]:
@@ -92,7 +94,7 @@ def ambiguous(found: Investigation, untested: Mapping[str, str]) -> tuple[str, l
         *lines,
         f"{gain_words(found)}.",
         *_detail_lines(found),
-        *_cannot_lines(found, untested),
+        *cannot_lines(found, untested),
     ]
 
 
@@ -108,7 +110,7 @@ def partly_named(found: Investigation, untested: Mapping[str, str]) -> tuple[str
     return sentence[0].upper() + sentence[1:], [
         f"{gain_words(found)}.",
         *_detail_lines(found),
-        *_cannot_lines(found, untested),
+        *cannot_lines(found, untested),
     ]
 
 
@@ -131,9 +133,12 @@ def _detail_lines(found: Investigation) -> list[str]:
     for item in found.found:
         cause = item.cause
         name = words(cause.signature.effect)
+        shape = shape_words(item)
+        if shape:
+            lines.append(f"Its shape: {shape}.")
         if cause.places:
-            places = together((words(s.where) for s in cause.places), "or")
-            lines.append(f"Where it sits is open: {words(cause.signature.where)} or {places}.")
+            places = together([cause.signature.where, *(s.where for s in cause.places)], "or")
+            lines.append(f"Where it sits is open: {places}.")
         agree = "its size is the same in all blocks"
         if cause.heterogeneity > 0.3:
             share = 100 * cause.heterogeneity
@@ -153,8 +158,3 @@ def _scope_lines(found: Investigation) -> list[str]:
     if not found.case.one_recording:
         return []
     return ["All from one recording: how well it repeats is unknown, and this holds for it only."]
-
-
-def _cannot_lines(found: Investigation, untested: Mapping[str, str]) -> list[str]:
-    missing = could_not(found, untested)
-    return [f"Could not be tested: {missing}."] if missing else []

@@ -13,8 +13,8 @@ from footcal_cli.core.diagnosis.leftovers import Leftover, leftover_of
 from footcal_cli.core.diagnosis.menu import Menu
 from footcal_cli.report import Sheet, number
 from footcal_cli.sheets.diagnosis.words import (
+    cannot_lines,
     causes_words,
-    could_not,
     output_words,
     place_words,
     together,
@@ -38,8 +38,7 @@ def unknown(found: Investigation, untested: Mapping[str, str]) -> tuple[str, lis
     details += [
         f"Considered and refused: {text}." for r in found.rounds for text in r.search.refused
     ]
-    missing = could_not(found, untested)
-    return sentence, [*details, *([f"Could not be tested: {missing}."] if missing else [])]
+    return sentence, [*details, *cannot_lines(found, untested)]
 
 
 def depends_on(found: Investigation) -> str:
@@ -57,7 +56,7 @@ def depends_on(found: Investigation) -> str:
 def _cells(left: Leftover) -> str:
     if not left.channels or len(left.channels) > 3:
         return ""
-    return f" of {together(words(c) for c in left.channels)}"
+    return f" of {together(left.channels)}"
 
 
 def card_sheets(found: Investigation, menu: Menu | None) -> tuple[Sheet, ...]:
@@ -70,7 +69,7 @@ def card_sheets(found: Investigation, menu: Menu | None) -> tuple[Sheet, ...]:
     blocks = found.problem.blocks
     rows = [
         ("output most touched", output_words(left.output)),
-        ("cells or axes", ", ".join(words(c) for c in left.channels) or "all alike"),
+        ("cells or axes", ", ".join(left.channels) or "all alike"),
         ("depends on", ", ".join(_group_words(detection, int(i)) for i in order) or "–"),
         ("direction", f"{left.direction} {left.driver}" if left.driver else "–"),
         ("strongest line", f"{number(detection.line[1], 3)} Hz in the "

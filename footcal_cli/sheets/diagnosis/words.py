@@ -43,10 +43,8 @@ def output_words(name: str) -> str:
 
 
 def place_words(where: str) -> str:
-    """`` in cell left rr``, `` in all cells``; nothing for the robot as a whole."""
-    if where in ("", "robot"):
-        return ""
-    return f" in {words(where)}"
+    """`` in left_rr``, `` in all cells``; nothing for the robot as a whole."""
+    return "" if where in ("", "robot") else f" in {where}"
 
 
 def together(names: Iterable[str], last: str = "and") -> str:
@@ -69,15 +67,34 @@ def with_interval(interval: Interval, unit: str) -> str:
 
 
 def size_words(item: Found) -> str:
-    """Every fitted number of an effect with its interval and unit."""
+    """The sizes of an effect with interval and unit; axes that are not zero by their interval."""
     signature = item.cause.signature
     parts = []
     for name, interval in zip(item.parameter_names, item.intervals, strict=True):
         parameter = name.rsplit(".", 1)[1]
-        unit = signature.unit if parameter == signature.parameter else ""
-        said = words(parameter.removeprefix(f"{signature.effect}_"))
-        said = "" if parameter == signature.effect else f"{said} "
-        parts.append(f"{said}{with_interval(interval, unit)}")
+        main = parameter == signature.parameter
+        unit = signature.unit if main or _same_kind(parameter, signature.parameter) else ""
+        if main or (unit and interval.low * interval.high > 0):
+            said = words(parameter.removeprefix(f"{signature.effect}_"))
+            said = "" if parameter == signature.effect else f"{said} "
+            parts.append(f"{said}{with_interval(interval, unit)}")
+    return ", ".join(parts)
+
+
+def _same_kind(parameter: str, main: str) -> bool:
+    """Whether two parameters are axes of one quantity: names that differ in the last word only."""
+    return parameter.rsplit("_", 1)[0] == main.rsplit("_", 1)[0] and "_" in main
+
+
+def shape_words(item: Found) -> str:
+    """What shapes an effect, as it was fitted."""
+    signature = item.cause.signature
+    parts = []
+    for name, interval in zip(item.parameter_names, item.intervals, strict=True):
+        parameter = name.rsplit(".", 1)[1]
+        if parameter != signature.parameter and not _same_kind(parameter, signature.parameter):
+            said = words(parameter.removeprefix(f"{signature.effect}_"))
+            parts.append(f"{said} {with_interval(interval, '')}")
     return ", ".join(parts)
 
 
@@ -93,12 +110,13 @@ def gain_words(found: Investigation) -> str:
         return ""
     low, value, high = (100 * x for x in (gain.change.low, gain.change.value, gain.change.high))
     better = int(np.sum(gain.per_block[:, 1] < gain.per_block[:, 0]))
+    falls = "falls" if value >= 0 else "grows"
     return (
-        f"With it in the model the {output_words(gain.output)} is wrong by "
-        f"{number(gain.after, 3)} instead of {number(gain.before, 3)} {gain.unit} on data the fit "
-        f"had not seen (−{value:.0f} % [{low:.0f}, {high:.0f}]; better in {better} of "
+        f"On data the fit had not seen, the error of the {output_words(gain.output)} {falls} from "
+        f"{number(gain.before, 3)} to {number(gain.after, 3)} {gain.unit} "
+        f"({abs(value):.0f} % [{low:.0f}, {high:.0f}], better in {better} of "
         f"{len(gain.per_block)} blocks)"
-    ).replace("−-", "+")
+    ).replace("[-", "[−")
 
 
 def rival_groups(found: Investigation) -> tuple[tuple[str, ...], ...]:
@@ -123,8 +141,8 @@ def causes_words(found: Investigation) -> str:
     return "; ".join(cause_words(item) for item in found.found)
 
 
-def could_not(found: Investigation, untested: Mapping[str, str]) -> str:
-    """Every effect that these data cannot test, those with one reason together."""
+def not_testable(found: Investigation, untested: Mapping[str, str]) -> dict[str, list[str]]:
+    """Reason -> effects that these data cannot test for it."""
     reasons: dict[str, list[str]] = {}
     for row in found.rounds[0].effects:
         if row.status is EffectStatus.NOT_TESTABLE:
@@ -133,7 +151,19 @@ def could_not(found: Investigation, untested: Mapping[str, str]) -> str:
         reasons.setdefault(item.reason, []).append(words(item.effect))
     for name, reason in untested.items():
         reasons.setdefault(reason, []).append(words(name))
+    return reasons
+
+
+def could_not(found: Investigation, untested: Mapping[str, str]) -> str:
+    """Every effect that these data cannot test, those with one reason together."""
+    reasons = not_testable(found, untested)
     return "; ".join(f"{', '.join(names)} ({reason})" for reason, names in reasons.items())
+
+
+def cannot_lines(found: Investigation, untested: Mapping[str, str]) -> list[str]:
+    """The names of what could not be tested, as a line."""
+    names = [name for group in not_testable(found, untested).values() for name in group]
+    return [f"Could not be tested (reasons at the end): {', '.join(names)}."] if names else []
 
 
 def _plain(reason: str) -> str:
