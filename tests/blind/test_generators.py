@@ -48,6 +48,17 @@ def test_walks_of_the_engine_balance_in_every_symmetry() -> None:
     assert 2 <= seen <= 10
 
 
+def test_poses_of_the_engine_balance() -> None:
+    seen = 0
+    for seed in range(8):
+        world = WORLDS["pose"].draw(np.random.default_rng(seed), {})
+        if world.facts["engine"]:
+            seen += 1
+            error = WORLDS["pose"].error(world)
+            assert np.abs(error).max() < 0.02
+    assert 1 <= seen <= 6
+
+
 @pytest.mark.parametrize("experiment", EXPERIMENTS)
 def test_hidden_effect_has_the_rho_asked_for_by_an_independent_projection(experiment: str) -> None:
     maker = WORLDS[experiment]
@@ -261,7 +272,15 @@ def test_a_proposed_bench_experiment_is_of_the_same_cells(plan: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "plan", ["bounce", "turn_and_bounce", "walk_turning", "walk_slow_fast", "stand_turned"]
+    "plan",
+    [
+        "bounce",
+        "turn_and_bounce",
+        "walk_turning",
+        "walk_squatting",
+        "walk_slow_fast",
+        "stand_turned",
+    ],
 )
 def test_a_proposed_motion_of_the_same_robot_balances(plan: str) -> None:
     before = WORLDS["walk"].draw(np.random.default_rng(4), {})

@@ -71,12 +71,17 @@ def walk(
     *,
     step_s: float | None = None,
     turn_radps: float | None = None,
+    squatting: bool = False,
 ) -> Motion:
-    """Two seconds of standing, then steps to the end, perhaps in a curve; drawn if not given."""
+    """Two seconds of standing, then steps to the end, perhaps in a curve; drawn if not given.
+
+    Squatting: hardly ahead, bobbing by 1 cm a step, hips down by 30 % and up again every 2.5 s.
+    """
     step_s = rng.uniform(0.5, 0.75) if step_s is None else step_s
     double_s = step_s * rng.uniform(0.25, 0.35)
     speed, turn = rng.uniform(0.02, 0.1), rng.choice([0.0, rng.uniform(-0.12, 0.12)])
     turn = turn if turn_radps is None else turn_radps
+    speed = 0.02 if squatting else speed
     n = int(seconds * FINE_HZ)
     time_s = np.arange(n) / FINE_HZ
     feet = np.zeros((n, 2, 3))
@@ -107,9 +112,11 @@ def walk(
         start, side = c / FINE_HZ, 1 - side
     omega = 2 * np.pi / step_s
     ramp = np.clip(time_s - 2.0, 0.0, 1.0)
-    height = build.height_m + rng.uniform(0.001, 0.004) * ramp * np.sin(
-        omega * time_s + rng.uniform(0, 6)
-    )
+    bob = 0.01 if squatting else rng.uniform(0.001, 0.004)
+    height = build.height_m + bob * ramp * np.sin(omega * time_s + rng.uniform(0, 6))
+    if squatting:
+        deep = 2 * np.pi * np.clip(time_s - 2.0, 0.0, None) / 2.5
+        height -= 0.15 * build.height_m * (1.0 - np.cos(deep))
     angmom = ramp[:, None] * np.column_stack(
         [
             rng.uniform(0.1, 0.3) * np.sin(0.5 * omega * time_s + rng.uniform(0, 6)),
@@ -189,11 +196,12 @@ def bounces(
         share = 0.5 + 0.3 * ramp * np.sin(0.5 * tempo + rng.uniform(0, 6))
         roll = 0.02 * ramp * np.sin(0.5 * tempo + rng.uniform(0, 6))
         zmp = _planned(feet, yaw, share, build, roll)
-        standing = np.zeros((n, 2))
+        # who sways turns the trunk as well
+        angmom = 0.1 * ramp[:, None] * np.sin(0.5 * tempo[:, None] + rng.uniform(0, 6, 2))
         parts.append(
             _balanced(
-                rng, build, time_s, zmp, bent * build.height_m + ramp * up, standing, feet, yaw,
-                share, standing, np.full(n, float(i)),
+                rng, build, time_s, zmp, bent * build.height_m + ramp * up, angmom, feet, yaw,
+                share, np.zeros((n, 2)), np.full(n, float(i)),
             )
         )  # fmt: skip
     return joined(parts)

@@ -68,6 +68,16 @@ def _circles(rng: Rng, build: Build) -> Motion:
     return joined([walk(rng, build, 34.0, turn_radps=sign * turn) for sign in (1.0, -1.0)])
 
 
+def _squatting(rng: Rng, build: Build) -> Motion:
+    turn = 2 * np.pi / 30.0
+    return joined(
+        [
+            walk(rng, build, 34.0, turn_radps=sign * turn, step_s=0.6, squatting=True)
+            for sign in (1.0, -1.0)
+        ]
+    )
+
+
 def _slow_fast(rng: Rng, build: Build) -> Motion:
     return joined([walk(rng, build, 34.0, turn_radps=0.0, step_s=s) for s in (1.2, 0.5)])
 
@@ -80,6 +90,7 @@ _MOVED: Mapping[str, Callable[[Rng, Build], Motion]] = {
         rng, build, stretches=12, seconds_each=12.0, facing_ways=4, heights=3
     ),
     "walk_turning": _circles,
+    "walk_squatting": _squatting,
     "walk_slow_fast": _slow_fast,
     "stand_turned": lambda rng, build: stances(rng, build, 24, 4.0, facing_ways=4),
 }
