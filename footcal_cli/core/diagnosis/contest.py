@@ -26,6 +26,9 @@ NEARLY = 0.5
 MOST_CONTENDERS = 6
 ONE_AND_THE_SAME = 0.99
 """|cos| from which no comparison of losses separates two effects: models are never so exact."""
+KINDRED_LOSS = 0.15
+"""Share of the gain by which an effect must do worse than one that it is known to look like: a
+table's curve is never quite the cell's, and the next best may be the nearer kind."""
 
 
 def decided(
@@ -45,7 +48,7 @@ def decided(
     first = answer.causes[0]
     rules = answer.rules
     fits: list[tuple[Cause, Refit, Problem]] = []
-    for signature, size in _contenders(answer):
+    for signature, size in _contenders(answer, table):
         cause = replace(first, signature=signature, size=size, rivals=(), places=first.places)
         if signature.effect != first.signature.effect:
             cause = replace(cause, places=())
@@ -72,6 +75,13 @@ def decided(
         for cause, _, other in tried
         if sign_flip_mean(other - loss, signs) < rules.alpha_rival
     }
+    blank = problem if model is None else extended_problem(problem, model, causes)
+    needed = KINDRED_LOSS * max(float((_white_loss(blank, noise) - loss).sum()), 0.0)
+    worse -= {
+        cause.signature.effect
+        for cause, _, other in tried
+        if float((other - loss).sum()) < needed and _kindred(table, chosen, cause)
+    }
     near = {s.effect: (s, cos) for s, cos in _aliases_of(answer, chosen, fitted, rules.alias)}
     worse -= {name for name, (_, cos) in near.items() if cos > ONE_AND_THE_SAME}
     rivals = [*first.rivals, first.signature, *(cause.signature for cause, _, _ in tried)]
@@ -94,7 +104,13 @@ def _aliases_of(
     return [(signature, cos) for signature, _, cos in found if cos > least]
 
 
-def _contenders(answer: Diagnosis) -> list[tuple[Signature, Interval]]:
+def _kindred(table: Mapping[str, Effect], one: Cause, other: Cause) -> bool:
+    """Whether the table says that one looks like the other."""
+    a, b = table[one.signature.effect], table[other.signature.effect]
+    return b.name in a.mimics or a.name in b.mimics
+
+
+def _contenders(answer: Diagnosis, table: Mapping[str, Effect]) -> list[tuple[Signature, Interval]]:
     """The named cause and the effects that look like it and explain nearly as much."""
     evidence, lib = answer.search.first, answer.library
     first = answer.causes[0]
@@ -109,7 +125,8 @@ def _contenders(answer: Diagnosis) -> list[tuple[Signature, Interval]]:
         if len(found) == MOST_CONTENDERS or gain[c] < NEARLY * gain[mine]:
             break
         possible = signature.lower <= evidence.size[c] <= signature.upper
-        if signature.effect not in found and signature.effect in alike and possible:
+        like = signature.effect in alike or signature.effect in table[first.signature.effect].mimics
+        if signature.effect not in found and like and possible:
             size = jackknife_interval(float(evidence.size[c]), evidence.size_without[:, c])
             found[signature.effect] = (signature, size)
     return list(found.values())

@@ -12,7 +12,7 @@ from footcal_cli.core.diagnosis.case import Case, Rows, balanced, residual
 from footcal_cli.core.diagnosis.problem import Problem, Signature
 from footcal_cli.core.diagnosis.scores import joint_sizes
 from footcal_cli.core.diagnosis.signatures import extended_chain
-from footcal_cli.core.diagnosis.whitening import whitened_grams
+from footcal_cli.core.diagnosis.whitening import Noise, noise_of, whitened_grams
 from footcal_cli.core.effects.contract import OF_THE_LOGS, Effect, EffectParameter
 from footcal_cli.core.evidence import Interval, jackknife_interval
 from footcal_cli.core.parameters import FloatArray
@@ -21,7 +21,9 @@ MOST_ITERATIONS = 10
 CONVERGED = 0.02
 """A step below this share of its own standard error ends the iteration."""
 _SHAPE_SEEN = 0.2  # share of a shape's visible influence that no size can take over
-_AXIS_SEEN = 0.2  # visible fraction from which a component that was not named is fitted too
+_AXIS_SEEN = 0.05  # visible fraction from which a component that was not named is fitted too
+_AXIS_TOLD = 5.0  # and sd of the noise by which its usual size must change the residual
+_NEAR = 0.5  # step, in standard errors, below which all but sizes and shapes stays as it is
 _SHAPE_REACH = 2.0  # a shape moves at most by this factor per iteration
 
 
@@ -114,12 +116,19 @@ def refit(
         chain = extended_chain(chain, effect, signature)
         freed += freed_of(effect, signature)
     values = {**case.values, **start}
-    freed = _seen(freed, problem, _linearised(case, rows, chain, values, freed)[1])
+    ideal = balanced(case, values, chain)
+    freed = _seen(freed, problem, _columns(ideal, rows, chain, values, freed))
     names = tuple(f.name for f in freed)
-    converged = False
+    converged, noise, moved = False, None, np.inf
     for _ in range(MOST_ITERATIONS):
-        at, columns = _linearised(case, rows, chain, values, freed)
-        sizes, without = _solve(problem, at, columns)
+        at = residual(case, rows, values, chain)
+        if moved > _NEAR:
+            # close to the optimum neither noise nor linearisation point moves any more
+            ideal, noise = balanced(case, values, chain), None
+        columns = _columns(ideal, rows, chain, values, freed)
+        local = _local(problem, at, columns)
+        noise = noise or noise_of(local)
+        sizes, without = _solve(local, columns, noise)
         spread = np.sqrt((len(without) - 1) / len(without) * np.sum((without - sizes) ** 2, 0))
         moved = 0.0
         for i, item in enumerate(freed):
@@ -130,8 +139,10 @@ def refit(
         if moved < CONVERGED:
             converged = True
             break
-    at, columns = _linearised(case, rows, chain, values, freed)
-    sizes, without = _solve(problem, at, columns)
+    at = residual(case, rows, values, chain)
+    columns = _columns(balanced(case, values, chain), rows, chain, values, freed)
+    local = _local(problem, at, columns)
+    sizes, without = _solve(local, columns, noise_of(local))
     intervals = tuple(
         jackknife_interval(values[f.name], values[f.name] + without[:, i] - sizes[i])
         for i, f in enumerate(freed)
@@ -167,12 +178,10 @@ def _seen(freed: Sequence[Freed], problem: Problem, columns: FloatArray) -> list
     return kept
 
 
-def _linearised(
-    case: Case, rows: Rows, chain: Chain, values: Mapping[str, float], freed: Sequence[Freed]
-) -> tuple[FloatArray, FloatArray]:
-    """Residual at a point, and what a change of each freed parameter adds to it."""
-    at = residual(case, rows, values, chain)
-    ideal = balanced(case, values, chain)
+def _columns(
+    ideal: Case, rows: Rows, chain: Chain, values: Mapping[str, float], freed: Sequence[Freed]
+) -> FloatArray:
+    """What a change of each freed parameter adds to the residual, shape (m, freed)."""
     columns = []
     for item in freed:
         value = values[item.name]
@@ -181,21 +190,26 @@ def _linearised(
         up = residual(ideal, rows, {**values, item.name: high}, chain)
         down = residual(ideal, rows, {**values, item.name: low}, chain)
         columns.append(-(up - down) / max(high - low, 1e-300))
-    return at, np.stack(columns, axis=1)
+    return np.stack(columns, axis=1)
 
 
-def _solve(problem: Problem, at: FloatArray, columns: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Generalised least squares on calibration and columns, and without each block."""
-    scale = np.sqrt(np.mean(columns**2, axis=0))
-    scale = np.where(scale > 0, scale, 1.0)
-    local = replace(
-        problem,
-        residual=at,
-        columns=columns / scale,
-        signatures=_numbered(columns),
+def _local(problem: Problem, at: FloatArray, columns: FloatArray) -> Problem:
+    """The problem at a point, with columns of unit size as its candidates."""
+    return replace(
+        problem, residual=at, columns=columns / _rms(columns), signatures=_numbered(columns)
     )
-    grams, _ = whitened_grams(local, np.empty((at.size, 0)))
+
+
+def _rms(columns: FloatArray) -> FloatArray:
+    scale = np.sqrt(np.mean(columns**2, axis=0))
+    return np.asarray(np.where(scale > 0, scale, 1.0))
+
+
+def _solve(local: Problem, columns: FloatArray, noise: Noise) -> tuple[FloatArray, FloatArray]:
+    """Generalised least squares on calibration and columns, and without each block."""
+    grams, _ = whitened_grams(local, np.empty((local.residual.size, 0)), noise)
     sizes, without = joint_sizes(grams, grams.calibration, grams.candidates)
+    scale = _rms(columns)
     return sizes / scale, without / scale
 
 
