@@ -11,6 +11,7 @@ import pytest
 from footcal_cli.core.diagnosis.answer import Diagnosis, EffectStatus
 from footcal_cli.core.diagnosis.engine import diagnose
 from footcal_cli.core.diagnosis.features import features_of
+from footcal_cli.core.diagnosis.problem import Signature
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.scores import scores
 from footcal_cli.core.diagnosis.search import library, weigh
@@ -87,10 +88,36 @@ def test_an_effect_taken_out_of_the_library_is_no_confident_other_name() -> None
     assert answer.verdict in ("unknown", "named+unknown", "ambiguous")
 
 
-def test_look_alikes_are_both_kept() -> None:
-    answer = run(820, [("quadratic", 0.5)])
-    assert {"quadratic", "cubic"} <= with_rivals(answer)
+def test_look_alikes_are_both_kept_until_the_data_tell() -> None:
+    rng = np.random.default_rng(820)
+    world = make_world(rng)
+    change = sized(world, library_effects(world)["shear"][0][1], 1.0)
+    problem = problem_of(world, noise_of(world, "ar9", rng) + change)
+    number = next(i for i, s in enumerate(problem.signatures) if s.effect == "shear")
+    twin = problem.columns[:, [number]] + 1e-3 * problem.columns[:, [0]]
+    both = replace(
+        problem,
+        columns=np.hstack([problem.columns, twin]),
+        signatures=(*problem.signatures, Signature("twin", "twin", "all cells", "N")),
+    )
+    answer = diagnose(both)
+    assert {"shear", "twin"} == with_rivals(answer)
     assert answer.verdict == "ambiguous"
+    answer = run(820, [("delay", 1.5)])
+    assert answer.verdict == "named"
+    assert names(answer) == {"delay"}
+    assert not answer.causes[0].rivals
+
+
+def test_a_look_alike_has_not_the_same_size_everywhere() -> None:
+    true = run(825, [("delay", 1.5)])
+    assert true.form is not None
+    assert true.form.p > 0.01
+    assert true.share > 0.98
+    impostor = run(825, [("delay", 1.5)], without=("delay",))
+    assert impostor.form is not None
+    assert impostor.form.p < 0.01
+    assert impostor.verdict == "unknown"
 
 
 def test_six_trials_are_called_underpowered_however_large_the_effect() -> None:

@@ -7,6 +7,7 @@ from enum import StrEnum
 
 from footcal_cli.core.diagnosis.detection import Detection
 from footcal_cli.core.diagnosis.features import Features
+from footcal_cli.core.diagnosis.form import Form
 from footcal_cli.core.diagnosis.problem import Signature
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.search import Library, Search
@@ -121,6 +122,8 @@ class Diagnosis:
         One row per effect of the library, by gain.
     before, after
         Library-free evidence on the baseline and on the extended model.
+    form
+        Whether the named sizes are the same everywhere; None without a name.
     share
         Named gain over named gain plus what could still be explained.
     search, library, grams, features
@@ -137,6 +140,7 @@ class Diagnosis:
     effects: tuple[EffectRow, ...]
     before: Detection
     after: Detection
+    form: Form | None
     share: float
     search: Search
     library: Library

@@ -10,6 +10,7 @@ from footcal_cli.core.diagnosis.answer import Cause, Diagnosis, Verdict
 from footcal_cli.core.diagnosis.detection import LEVEL_SHARE, Detection, detect
 from footcal_cli.core.diagnosis.evidence_table import evidence_rows
 from footcal_cli.core.diagnosis.features import features_of
+from footcal_cli.core.diagnosis.form import Form, form_of
 from footcal_cli.core.diagnosis.gain import nested_gain, rms_gain
 from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.rules import Rules
@@ -17,10 +18,12 @@ from footcal_cli.core.diagnosis.scores import held_out_loss
 from footcal_cli.core.diagnosis.search import Library, Search, Step, library, search, sizes_of
 from footcal_cli.core.diagnosis.whitening import Grams, whitened_grams
 from footcal_cli.core.evidence import jackknife_interval, sign_patterns, smallest_p
-from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.parameters import FloatArray, IntArray
 
 
-def diagnose(problem: Problem, rules: Rules | None = None, seed: int = 0) -> Diagnosis:
+def diagnose(
+    problem: Problem, rules: Rules | None = None, seed: int = 0, start_loss: float | None = None
+) -> Diagnosis:
     """Run the whole procedure on arrays.
 
     Parameters
@@ -31,6 +34,8 @@ def diagnose(problem: Problem, rules: Rules | None = None, seed: int = 0) -> Dia
         Thresholds.
     seed
         Of sign patterns and permutations where they are drawn.
+    start_loss
+        Held-out squared error before anything was named, where `problem` holds accepted effects.
     """
     rules = rules or Rules()
     features = features_of(problem)
@@ -39,19 +44,22 @@ def diagnose(problem: Problem, rules: Rules | None = None, seed: int = 0) -> Dia
     visible, smallest = _yardsticks(problem, grams)
     lib = library(problem, grams, visible, rules)
     before = detect(problem, grams, features, whitener, grams.calibration, signs)
-    found = search(lib, signs, rules, seed, smallest)
-    after = before
+    found = search(lib, signs, rules, seed, smallest, start_loss)
+    after, form = before, None
     if found.steps:
         accepted = problem.columns[:, [lib.index(s.column) for s in found.steps]]
         after = detect(problem, grams, features, whitener, found.base, signs, accepted)
-    share = _share(grams, found, after)
+        beside = problem.columns[:, [lib.index(int(c)) for c in _candidates(found.base, grams)]]
+        form = form_of(problem, accepted, beside, signs)
+    share = _share(grams, found, after, form)
     causes = _causes(lib, found)
     return Diagnosis(
-        verdict=_verdict(grams, lib, found, before, after, share, rules),
+        verdict=_verdict(lib, found, before, after, form, share, rules),
         causes=causes,
         effects=evidence_rows(lib, found, smallest, signs, rules, seed),
         before=before,
         after=after,
+        form=form,
         share=share,
         search=found,
         library=lib,
@@ -87,39 +95,73 @@ def leftover(detection: Detection, rules: Rules) -> bool:
     if detection.p >= rules.alpha_unknown:
         return False
     apart = min(
-        detection.line_p / LEVEL_SHARE["line"], detection.between_p / LEVEL_SHARE["between"]
+        detection.line_p / LEVEL_SHARE["line"],
+        detection.between_p / LEVEL_SHARE["between"],
+        detection.spell_p / LEVEL_SHARE["spell"],
     )
     return apart < rules.alpha_unknown or detection.ceiling >= rules.smallest_gain
 
 
-def _share(grams: Grams, found: Search, after: Detection) -> float:
+def _candidates(base: IntArray, grams: Grams) -> IntArray:
+    """Candidates that are part of a base."""
+    return np.intersect1d(base, grams.candidates)
+
+
+def _share(grams: Grams, found: Search, after: Detection, form: Form | None) -> float:
     """Named gain over named gain plus the leftover that a flexible learner still explains."""
     if not found.steps:
         return 0.0
     start = held_out_loss(grams.inner, grams.calibration, grams.plain).sum()
     end = held_out_loss(grams.inner, found.base, grams.plain).sum()
-    named = max(float(start - end), 0.0)
-    left = max(float(after.flexible_gain.sum()), 0.0)
-    return named / (named + left) if named + left > 0 else 0.0
+    return share_of(float(start - end), after, form)
+
+
+def share_of(named: float, after: Detection, form: Form | None) -> float:
+    """Share of what can be explained that the names explain.
+
+    Parameters
+    ----------
+    named
+        Held-out squared error that the names remove.
+    after, form
+        What is left once they are in.
+    """
+    bought = 0.0 if form is None else form.bought
+    left = max(float(after.flexible_gain.sum()), bought, 0.0)
+    return max(named, 0.0) / max(max(named, 0.0) + left, 1e-300)
+
+
+def enough(share: float, after: Detection, form: Form | None, rules: Rules) -> bool:
+    """Whether the names explain what is wrong well enough to be said."""
+    bent = form is not None and form.p < rules.alpha_form
+    needed = (
+        rules.share_form if bent
+        else rules.share_partly if leftover(after, rules)
+        else rules.share_named
+    )  # fmt: skip
+    return share >= needed
 
 
 def _verdict(
-    grams: Grams,
     lib: Library,
     found: Search,
     before: Detection,
     after: Detection,
+    form: Form | None,
     share: float,
     rules: Rules,
 ) -> Verdict:
     both = bool(np.any(lib.between & lib.testable) and np.any(~lib.between & lib.testable))
     level = rules.alpha_name / (2.0 if both else 1.0)
-    if smallest_p(float(grams.blocks)) > level:
+    if smallest_p(float(lib.grams.blocks)) > level:
         return Verdict.UNDERPOWERED
-    if not found.steps:
-        return Verdict.UNKNOWN if leftover(before, rules) else Verdict.NONE
     left = leftover(after, rules)
-    if share < rules.share_named or (left and share < rules.share_partly):
+    if not found.steps:
+        return Verdict.UNKNOWN if left else Verdict.NONE
+    named = np.array([lib.index(step.column) for step in found.steps])
+    # a calibration that still follows temperature or time has not been explained by such a name
+    moving = after.between_p / LEVEL_SHARE["between"] < rules.alpha_unknown
+    if not enough(share, after, form, rules) or (moving and lib.between[named].any()):
         return Verdict.UNKNOWN
     if any(step.rivals for step in found.steps):
         return Verdict.AMBIGUOUS

@@ -20,6 +20,7 @@ from footcal_cli.core.diagnosis.scores import (
 from footcal_cli.core.diagnosis.whitening import Grams
 from footcal_cli.core.evidence import (
     effective_blocks,
+    local_max_t,
     permutation_max_t,
     sign_flip_max_t,
     sign_flip_mean,
@@ -45,6 +46,8 @@ class Library:
         Which candidates are seen between blocks rather than within, shape (k,).
     testable
         Candidates with enough visible fraction, shape (k,).
+    local
+        Candidates that act on a single one of many places (a hole), shape (k,).
     """
 
     problem: Problem
@@ -54,6 +57,7 @@ class Library:
     visible: FloatArray
     between: BoolArray
     testable: BoolArray
+    local: BoolArray
 
     def index(self, column: int) -> int:
         """Number of a Gram column among the candidates."""
@@ -82,6 +86,7 @@ def library(problem: Problem, grams: Grams, visible: FloatArray, rules: Rules) -
         visible=visible,
         between=(share < rules.between_share) & problem.alike & (not problem.drifts),
         testable=testable,
+        local=np.array([any(n == "hole" for n, _ in s.shape) for s in problem.signatures], bool),
     )
 
 
@@ -122,7 +127,8 @@ def weigh(lib: Library, base: IntArray, signs: FloatArray, rules: Rules, seed: i
     grams = lib.grams
     found = scores(grams.inner, base, grams.candidates)
     active = lib.testable & (found.inside == 0)
-    within = np.flatnonzero(active & ~lib.between)
+    within = np.flatnonzero(active & ~lib.between & ~lib.local)
+    local = np.flatnonzero(active & lib.local)
     between = np.flatnonzero(active & lib.between)
     t = np.zeros(len(lib.problem.signatures))
     p = np.ones(len(lib.problem.signatures))
@@ -132,6 +138,8 @@ def weigh(lib: Library, base: IntArray, signs: FloatArray, rules: Rules, seed: i
     if between.size and grams.blocks >= 4:
         apart = _permuted(grams, base, grams.candidates[between], seed)
         t[between], p[between] = apart[0], np.minimum(split * apart[1], 1.0)
+    if local.size:
+        t[local], p[local] = local_max_t(found.score[:, local], found.information[:, local])
     gains = held_out_gains(grams.inner, grams.plain, base, lib.columns)
     informative = effective_blocks(found.information)
     count = len(lib.causes)
@@ -200,7 +208,12 @@ class Search:
 
 
 def search(
-    lib: Library, signs: FloatArray, rules: Rules, seed: int = 0, smallest: FloatArray | None = None
+    lib: Library,
+    signs: FloatArray,
+    rules: Rules,
+    seed: int = 0,
+    smallest: FloatArray | None = None,
+    start_loss: float | None = None,
 ) -> Search:
     """Forward selection with rivals, then backward.
 
@@ -216,15 +229,19 @@ def search(
         Of permutations.
     smallest
         Smallest size of each candidate that matters, shape (k,).
+    start_loss
+        Held-out squared error before anything was named; of this problem's calibration if absent.
     """
     grams = lib.grams
     base = grams.calibration
+    if start_loss is None:
+        start_loss = float(held_out_loss(grams.inner, base, grams.plain).sum())
     steps: list[Step] = []
     first = weigh(lib, base, signs, rules, seed)
     evidence = first
     refused: list[str] = []
     while len(steps) < rules.most_effects:
-        step, why = _next_step(lib, evidence, base, signs, rules, smallest, steps)
+        step, why = _next_step(lib, evidence, base, signs, rules, smallest, steps, start_loss)
         refused += why
         if step is None:
             break
@@ -260,6 +277,7 @@ def _next_step(
     rules: Rules,
     smallest: FloatArray | None,
     steps: Sequence[Step],
+    start_loss: float,
 ) -> tuple[Step | None, list[str]]:
     """The best cause that meets every condition, or none."""
     grams, why = lib.grams, []
@@ -278,12 +296,13 @@ def _next_step(
         if size < signature.lower - spread or size > signature.upper + spread:
             why.append(f"{name}: its size would be {size:.3g} {signature.unit}, not possible")
             continue
-        needed = rules.smallest_gain * loss.sum()
+        before = max(start_loss - float(loss.sum()), 0.0)
+        needed = max(rules.smallest_gain * float(loss.sum()), rules.later_share * before)
         plain = evidence.plain_gain[:, c]
         earned = min(sign_flip_mean(evidence.gain[:, c], signs), sign_flip_mean(plain, signs))
         if plain.sum() <= needed or earned > rules.alpha_rival:
-            why.append(f"{name}: significant, but buys less than {rules.smallest_gain:.0%} on "
-                       "blocks it was not fitted to")  # fmt: skip
+            why.append(f"{name}: significant, but buys too little on blocks it was not fitted to: "
+                       f"{plain.sum() / max(float(loss.sum()), 1e-300):.1%}")  # fmt: skip
             return None, why
         if smallest is not None and abs(size) < smallest[lib.index(int(evidence.best[c]))]:
             why.append(f"{name}: significant, but {abs(size):.3g} {signature.unit} is below the "
@@ -312,13 +331,10 @@ def _rivals(
         other = signatures[lib.index(int(evidence.best[c]))]
         if c == best or (other.effect, other.where) == (mine.effect, mine.where):
             continue
-        difference = evidence.gain[:, best] - evidence.gain[:, c]
-        as_good = (
-            total[c] >= rules.rival_share * total[best]
-            and sign_flip_mean(difference, signs) > rules.alpha_rival
-        )
         alias = cos[c] > rules.alias
-        if not (as_good or alias):
+        if total[c] < rules.rival_share * total[best] and not alias:
+            continue
+        if _out_of_it(lib, evidence, base, best, c, signs, rules):
             continue
         size = evidence.size[c]
         spread = 2.0 * np.std(evidence.size_without[:, c]) * np.sqrt(max(grams.blocks - 1, 1))
@@ -326,6 +342,34 @@ def _rivals(
             continue
         (places if other.effect == mine.effect else rivals).append(int(evidence.best[c]))
     return tuple(rivals), tuple(places)
+
+
+def _out_of_it(
+    lib: Library,
+    evidence: Evidence,
+    base: IntArray,
+    best: int,
+    other: int,
+    signs: FloatArray,
+    rules: Rules,
+) -> bool:
+    """Whether data can tell the best cause from another: it still adds something beside that one.
+
+    If the other one were the truth, the best one's score beside it would be noise. A loss
+    difference holds the same evidence with twice the noise.
+    """
+    difference = evidence.gain[:, best] - evidence.gain[:, other]
+    columns = evidence.best[[best, other]]
+    if any(lib.between[lib.index(int(c))] for c in columns):
+        return sign_flip_mean(difference, signs) <= rules.alpha_rival
+    same = lib.columns[other]
+    at = int(np.flatnonzero(same == columns[1])[0])
+    beside = np.concatenate([base, same[max(at - 1, 0) : at + 2]])
+    found = scores(lib.grams.inner, beside, columns[:1])
+    if found.inside[0]:
+        return False
+    p = float(sign_flip_max_t(found.score, signs).p[0])
+    return p <= rules.alpha_beside and float(difference.sum()) > 0.0
 
 
 def _backward(lib: Library, steps: Sequence[Step], signs: FloatArray) -> list[Step]:

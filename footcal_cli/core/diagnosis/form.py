@@ -1,0 +1,104 @@
+"""Has a named effect the same size everywhere? An impostor has not."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from footcal_cli.core.diagnosis.detection import flexible_gain
+from footcal_cli.core.diagnosis.problem import Problem, Signature
+from footcal_cli.core.diagnosis.scores import scores
+from footcal_cli.core.diagnosis.whitening import whitened_grams
+from footcal_cli.core.parameters import FloatArray
+
+_FARTHEST = 2.5  # a regressor counts up to this many of its sd
+
+
+@dataclass(frozen=True)
+class Form:
+    """How well the form of the named effects fits.
+
+    Parameters
+    ----------
+    p
+        That their sizes change with nothing that was recorded.
+    gain
+        Held-out squared error per block that sizes which do change would remove, as the user
+        counts it, shape (B,).
+    """
+
+    p: float
+    gain: FloatArray
+
+    @property
+    def bought(self) -> float:
+        """Squared error that changing sizes would remove."""
+        return max(float(self.gain.sum()), 0.0)
+
+
+def form_of(problem: Problem, named: FloatArray, beside: FloatArray, signs: FloatArray) -> Form:
+    """Test the named effects' sizes against every recorded signal.
+
+    A true effect g has one coefficient: its products with a centred signal u, ``g·u`` and
+    ``g·(u² − 1)``, with the direction of a rate and with the time within a recording, add nothing
+    once g is in the model. Mean squared standardised block score of all products, by sign flips.
+
+    Parameters
+    ----------
+    problem
+        The model whose residual is judged.
+    named
+        Row columns of the named effects, shape (m, k).
+    beside
+        Row columns that are fitted besides calibration: the named effects, their neighbouring
+        shapes and rivals, shape (m, a).
+    signs
+        Sign patterns of the blocks.
+    """
+    products = _products(problem, named)
+    bare = replace(
+        problem,
+        columns=beside,
+        signatures=tuple(Signature("", "", str(i), "") for i in range(beside.shape[1])),
+    )
+    grams, _ = whitened_grams(bare, products)
+    base = np.concatenate([grams.calibration, grams.candidates])
+    found = scores(grams.inner, base, grams.features)
+    norm = np.sqrt(np.sum(found.score**2, axis=0))
+    seen = norm > 0
+    if not seen.any():
+        return Form(1.0, np.zeros(grams.blocks))
+    statistic = np.mean((signs @ (found.score[:, seen] / norm[seen])) ** 2, axis=1)
+    p = float(np.mean(statistic >= statistic[0] * (1.0 - 1e-9)))
+    return Form(p, flexible_gain(grams, base)[1])
+
+
+def _products(problem: Problem, named: FloatArray) -> FloatArray:
+    """Named columns times centred signals, at unit RMS, shape (m, products)."""
+    factors: list[FloatArray] = []
+    for name, values in problem.regressors.items():
+        if np.ptp(values) <= 0:
+            continue
+        if "phase" in name:
+            factors += [turn(k * 2.0 * np.pi * values) for k in (1, 2) for turn in (np.sin, np.cos)]
+            continue
+        u = np.clip((values - values.mean()) / values.std(), -_FARTHEST, _FARTHEST)
+        factors.append(u)
+        if "×" not in name:
+            factors.append(u**2 - 1.0)
+        if "rate" in name or "step" in name:
+            factors.append(np.sign(values))
+    if problem.rate_hz > 0:
+        factors.append(_share_of_sequence(problem))
+    columns = np.hstack([named * f[:, None] for f in factors]) if factors else named[:, :0]
+    rms = np.sqrt(np.mean(columns**2, axis=0))
+    return np.asarray(columns[:, rms > 0] / rms[rms > 0])
+
+
+def _share_of_sequence(problem: Problem) -> FloatArray:
+    """Time within each sequence from −1 to 1, shape (m,)."""
+    starts = np.flatnonzero(np.diff(problem.sequence, prepend=problem.sequence[:1] - 1))
+    lengths = np.diff(np.append(starts, problem.sequence.size))
+    age = np.arange(problem.sequence.size) - np.repeat(starts, lengths)
+    return np.asarray(2.0 * age / np.repeat(np.maximum(lengths - 1, 1), lengths) - 1.0)
