@@ -11,16 +11,18 @@ from scipy import ndimage, stats
 from footcal_cli.core.diagnosis.features import Features
 from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.scores import held_out_loss, scores
+from footcal_cli.core.diagnosis.spells import spell_p
 from footcal_cli.core.diagnosis.whitening import Grams, RowWhitener
 from footcal_cli.core.evidence import permutation_max_t, sign_flip_mean
 from footcal_cli.core.parameters import FloatArray, IntArray
 
 RIDGE = np.array([1e-3, 1e-2, 1e-1, 1.0, 10.0])
 """Ridge penalties tried, relative to the mean information of a feature."""
-LEVEL_SHARE = {"bump": 0.4, "flexible": 0.4, "line": 0.1, "between": 0.1}
+LEVEL_SHARE = {"bump": 0.35, "flexible": 0.35, "line": 0.1, "between": 0.1, "spell": 0.1}
 """Share of the level of 'unknown' that each library-free test has; a true line or a calibration
 that follows temperature is far beyond its share."""
 _LINE_WIDTH = 41
+_NARROWER = 3  # a spectrum is at least so many running medians wide
 _SHORTEST_SPECTRUM = 64
 _LINE_CAUTION = 5.0  # on nulls the whitened spectrum is not quite flat: p < .01 in 5 of 100
 
@@ -33,9 +35,10 @@ class Detection:
     ----------
     groups, group_p
         Recorded signals, and the family-wise p that the residual depends on each.
-    bump_p, flexible_p, line_p, between_p
+    bump_p, flexible_p, line_p, between_p, spell_p
         Per test: any dependence on a signal; a flexible learner predicts other blocks; a spectral
-        line; calibration that moves with time or temperature between blocks.
+        line; calibration that moves with time or temperature between blocks; spells in which the
+        reading is off to one side.
     flexible_gain, loss
         Held-out gain of the flexible learner per block (zero where it does not help), and the
         squared error without it, as the user counts them, shape (B,).
@@ -51,6 +54,7 @@ class Detection:
     flexible_p: float
     line_p: float
     between_p: float
+    spell_p: float
     flexible_gain: FloatArray
     loss: FloatArray
     line: tuple[str, float]
@@ -65,7 +69,7 @@ class Detection:
     def p(self) -> float:
         """Family-wise p over the tests; each has its share of the level."""
         found = {"bump": self.bump_p, "flexible": self.flexible_p, "line": self.line_p,
-                 "between": self.between_p}  # fmt: skip
+                 "between": self.between_p, "spell": self.spell_p}  # fmt: skip
         return min(1.0, *(p / LEVEL_SHARE[name] for name, p in found.items()))
 
 
@@ -102,6 +106,7 @@ def detect(
         flexible_p=sign_flip_mean(white, signs) if white.any() else 1.0,
         line_p=line_p,
         between_p=between_p,
+        spell_p=spell_p(problem, signs, accepted),
         flexible_gain=gain,
         loss=loss,
         line=(output, frequency),
@@ -225,8 +230,9 @@ def _line_test(
             left[rows] -= basis @ np.linalg.lstsq(basis, left[rows], rcond=1e-8)[0]
     window = np.hanning(size + 2)[1:-1]
     frequency = np.fft.rfftfreq(size, 1.0 / problem.rate_hz)
-    tested = (np.arange(frequency.size) > _LINE_WIDTH // 2) & (
-        np.arange(frequency.size) < frequency.size - _LINE_WIDTH // 2
+    width = min(_LINE_WIDTH, frequency.size // _NARROWER)
+    tested = (np.arange(frequency.size) > width // 2) & (
+        np.arange(frequency.size) < frequency.size - width // 2
     )
     best = (1.0, "", 0.0)
     tests = 0
@@ -238,11 +244,9 @@ def _line_test(
         ]
         if len(power) < 3:
             continue
-        normed = np.array(
-            [p / ndimage.median_filter(p, _LINE_WIDTH, mode="nearest") for p in power]
-        )
+        normed = np.array([p / ndimage.median_filter(p, width, mode="nearest") for p in power])
         mean = normed.mean(axis=0)
-        mean /= ndimage.median_filter(mean, _LINE_WIDTH, mode="nearest")
+        mean /= ndimage.median_filter(mean, width, mode="nearest")
         # a mean of n exponentials; its median is close to its mean, which the division used
         p = stats.gamma.sf(mean, len(power), scale=1.0 / (len(power) - 1.0 / 3.0))
         p = np.where(tested, p, 1.0)

@@ -13,8 +13,8 @@ from footcal_cli.core.parameters import FloatArray, IntArray
 KNOTS = (0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0)
 """Quantiles of a recorded signal at which its local bumps stand; what is rare has its own."""
 BUMPS = len(KNOTS)
-PHASE_BUMPS = 16
-"""Local bumps over a gait cycle."""
+PHASES = {"gait phase": 16, "shaft phase": 32, "order of recording": 16}
+"""Local bumps over a cycle or a recording; a bearing catches several times per turn."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ def features_of(problem: Problem) -> Features:
         basis = (
             _memories(problem)
             if name == _MEMORY
-            else _bumps(problem.regressors[name], PHASE_BUMPS if "phase" in name else BUMPS)
+            else _bumps(problem.regressors[name], PHASES.get(name, BUMPS))
         )
         for o in range(len(problem.outputs)):
             rows = problem.output == o
@@ -112,5 +112,7 @@ def _memories(problem: Problem) -> FloatArray:
 def _moving(regressors: Mapping[str, FloatArray]) -> list[FloatArray]:
     """Signals whose past may matter: those that are not already rates or products."""
     return [
-        v for name, v in regressors.items() if not any(m in name for m in ("rate", "×", "phase"))
+        v
+        for name, v in regressors.items()
+        if not any(m in name for m in ("rate", "×", "phase", "order", "hanging", "gravity"))
     ]

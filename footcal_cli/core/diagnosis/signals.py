@@ -37,6 +37,7 @@ def _signals(case: Case, log: Log) -> Mapping[str, FloatArray]:
         return {
             "load": load, "hole x": hole[:, 0], "hole y": hole[:, 1],
             "load × hole x": load * hole[:, 0], "load × hole y": load * hole[:, 1],
+            "order of recording": np.arange(float(len(log))),
         }  # fmt: skip
     if case.experiment.name in ("stand", "walk"):
         return _balanced(log)

@@ -49,7 +49,8 @@ class Grams:
     rows
         ``X_bᵀ X_b`` after whitening the rows only.
     plain
-        ``X_bᵀ X_b`` without any whitening: squared errors as the user counts them.
+        ``X_bᵀ X_b`` without any whitening: squared errors as the user counts them; whitened
+        innovations where the calibration is tracked.
     by_output
         The same per output for what is fitted and the residual, shape (outputs, B, n', n').
     energy
@@ -195,9 +196,9 @@ def fit_row_whitener(problem: Problem) -> tuple[RowWhitener, float]:
     return RowWhitener(coefficients, sd, problem.output, problem.sequence), max(taus, default=1.0)
 
 
-def residual_within_blocks(problem: Problem) -> FloatArray:
+def residual_within_blocks(problem: Problem, residual: FloatArray | None = None) -> FloatArray:
     """Residual after a calibration and output offsets of each block's own, shape (m,)."""
-    residual = problem.residual.copy()
+    residual = (problem.residual if residual is None else residual).copy()
     offsets = np.eye(len(problem.outputs))[problem.output]
     for b in range(problem.blocks):
         rows = problem.block == b
@@ -299,6 +300,10 @@ def whitened_grams(
     of = [problem.output == o for o in range(len(problem.outputs))]
     by_output = np.stack([_block_grams(short[m], problem.block[m], problem.blocks) for m in of])
     energy = np.stack([np.sum(raw[m] ** 2, axis=0) for m in of])
+    if tracked:
+        # how far a prediction is off depends on the slow noise that it starts from; the
+        # innovations are what a model answers for
+        plain = rows
     if problem.drifts:
         inner = within = rows
         base = numbers[1]

@@ -63,6 +63,7 @@ def record_of(
             "flexible_p": first.flexible_p,
             "line_p": first.line_p,
             "between_p": first.between_p,
+            "spell_p": first.spell_p,
             "ceiling": first.ceiling,
         },
         seed=seed,

@@ -12,6 +12,7 @@ from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.core.diagnosis.leftovers import Leftover, leftover_of
 from footcal_cli.core.diagnosis.menu import Menu
 from footcal_cli.report import Sheet, number
+from footcal_cli.sheets.diagnosis.experiment import sharpening
 from footcal_cli.sheets.diagnosis.words import (
     cannot_lines,
     causes_words,
@@ -20,8 +21,6 @@ from footcal_cli.sheets.diagnosis.words import (
     together,
     words,
 )
-
-_SHARPENED_BY = 2
 
 
 def unknown(found: Investigation, untested: Mapping[str, str]) -> tuple[str, list[str]]:
@@ -49,6 +48,8 @@ def depends_on(found: Investigation) -> str:
         return f"is a line at {number(frequency, 3)} Hz in the {output_words(name)}"
     if detection.between_p < 0.01:
         return f"moves with {detection.driver} from block to block"
+    if detection.spell_p < 0.01:
+        return "comes in spells, at no set time"
     left = leftover_of(found)
     return f"{left.direction} {left.driver}" if left.driver else "repeats from block to block"
 
@@ -77,6 +78,7 @@ def card_sheets(found: Investigation, menu: Menu | None) -> tuple[Sheet, ...]:
          if detection.line[0] else "–"),
         ("between blocks", f"{detection.driver or 'no driver'}, p = "
                            f"{number(detection.between_p, 2)}"),
+        ("comes in spells", f"p = {number(detection.spell_p, 2)}"),
         ("begins", left.onset),
         ("share of the squared error that any function of the signals explains",
          f"{100 * detection.ceiling:.1f} %"),
@@ -84,15 +86,9 @@ def card_sheets(found: Investigation, menu: Menu | None) -> tuple[Sheet, ...]:
         ("nearest effects of the table (likeness, 1 being identical)", ", ".join(
             f"{words(name)}{place_words(where)} {cosine:.2f}" for name, where, cosine in
             left.nearest) or "–"),
-        ("what would sharpen it", "; ".join(_sharpening(menu)) or "the same again, another day"),
+        ("what would sharpen it", " – or ".join(sharpening(menu) if menu else ()) or "the same again, another day"),
     ]  # fmt: skip
     return (Sheet("Signature card of what has no name", ("what", "value"), rows),)
-
-
-def _sharpening(menu: Menu | None) -> list[str]:
-    if menu is None:
-        return []
-    return [p.plan.words for p in menu.prospects[:_SHARPENED_BY]]
 
 
 def _group_words(detection: Detection, group: int) -> str:
