@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from footcal_cli.core.diagnosis.answer import EffectRow
+from footcal_cli.core.diagnosis.answer import EffectRow, Verdict
 from footcal_cli.core.diagnosis.investigation import Found, Investigation
 from footcal_cli.core.diagnosis.menu import Menu, menu_for
 from footcal_cli.core.diagnosis.plans import Plan
@@ -46,7 +46,7 @@ def nearest_effects(found: Investigation, table: Mapping[str, Effect]) -> tuple[
 
 def next_menu(found: Investigation, table: Mapping[str, Effect]) -> Menu | None:
     """The menu for what could not be told apart, or for what comes nearest to the unknown."""
-    rivals = ambiguity(found, table)
+    rivals = ambiguity(found, table) if found.verdict is Verdict.AMBIGUOUS else ()
     asked = rivals or nearest_effects(found, table)
     if len(asked) < 2 or any(r.signature.effect in SWITCHES for r in asked):
         return None

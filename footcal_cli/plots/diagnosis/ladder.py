@@ -76,7 +76,8 @@ def _draw_parts(axes: Axes, parts: Sequence[Attribution]) -> None:
     tidy(axes, "What each effect takes away", "share of the squared error (%)", "")
     axes.set_yticks(places, [p.effect.replace("_", " ") for p in parts])
     axes.grid(visible=False, axis="y")
-    axes.legend(fontsize=7.5, frameon=False)
+    axes.set_xlim(right=1.45 * axes.get_xlim()[1])
+    axes.legend(fontsize=7.5, frameon=False, loc="upper right")
 
 
 def _rms(loss: FloatArray, problem: Problem) -> float:

@@ -11,7 +11,7 @@ from footcal_cli.core.effects.contract import Effect
 from footcal_cli.core.quality import Finding
 from footcal_cli.records import VerdictRecord
 from footcal_cli.sheets.diagnosis.contract import Answer
-from footcal_cli.sheets.diagnosis.experiment import experiment_words, next_experiment
+from footcal_cli.sheets.diagnosis.experiment import experiment_words, next_experiment, sharpening
 from footcal_cli.sheets.diagnosis.sentences import (
     ambiguous,
     named,
@@ -52,9 +52,10 @@ def answer_of(
         Verdict.UNDERPOWERED: underpowered,
     }[kind]
     sentence, details = speak(found, untested)
-    if experiment is not None and kind is not Verdict.UNDERPOWERED:
-        asked = "Run next" if kind is Verdict.AMBIGUOUS else "What would sharpen it"
-        details.insert(0, f"{asked}: {experiment_words(experiment)}.")
+    if experiment is not None and kind is Verdict.AMBIGUOUS:
+        details.insert(0, f"Run next: {experiment_words(experiment)}.")
+    elif menu is not None and menu.prospects:
+        details.insert(0, f"What would sharpen it: {' – or '.join(sharpening(menu))}.")
     return Answer(
         kind,
         VerdictRecord(

@@ -13,6 +13,7 @@ from footcal_cli.report import Sheet, number
 from footcal_cli.sheets.diagnosis.words import with_interval, words
 
 _MOST_ROWS = 20
+_AS_GOOD = "explains as much as "
 _HOW_TO_READ = (
     "Present: beyond the size that matters. Absent: its whole interval within the sizes that do "
     "not matter. Undecided: the interval straddles it. By chance: probability that random signs of "
@@ -73,8 +74,10 @@ def _evidence_row(row: EffectRow, blocks: int) -> tuple[str, ...]:
     tested = row.status is not EffectStatus.NOT_TESTABLE
     unit = row.signature.unit
     verdict = str(row.status).replace("_", " ")
-    if row.status in (EffectStatus.NOT_TESTABLE, EffectStatus.UNDECIDED):
+    if row.status is EffectStatus.NOT_TESTABLE:
         verdict += f": {row.reason}"
+    elif row.reason.startswith(_AS_GOOD):
+        verdict += f": as good as {words(row.reason.removeprefix(_AS_GOOD))}"
     return (
         words(row.signature.effect),
         row.signature.where,

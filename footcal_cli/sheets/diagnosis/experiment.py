@@ -10,7 +10,7 @@ from footcal_cli.core.diagnosis.menu import Menu, Prospect, advice
 from footcal_cli.core.effects.contract import Effect
 from footcal_cli.records import NextExperimentRecord
 from footcal_cli.report import Sheet, number
-from footcal_cli.sheets.diagnosis.words import words
+from footcal_cli.sheets.diagnosis.words import together, words
 
 
 def next_experiment(
@@ -55,6 +55,16 @@ def prospect_record(menu: Menu, prospect: Prospect) -> NextExperimentRecord:
     )
 
 
+def sharpening(menu: Menu) -> list[str]:
+    """Two experiments, of different kinds where there are, that show most of the nearest names."""
+    if not menu.prospects:
+        return []
+    first = menu.prospects[0]
+    kind = first.plan.experiment.name
+    other = [p for p in menu.prospects[1:] if p.plan.experiment.name != kind]
+    return [p.plan.words for p in (first, *(other or menu.prospects[1:])[:1])]
+
+
 def experiment_words(record: NextExperimentRecord | None) -> str:
     """The experiment as a clause: what, how often, what for."""
     if record is None:
@@ -81,7 +91,7 @@ def menu_sheets(menu: Menu | None) -> tuple[Sheet, ...]:
         )
         for p in menu.prospects
     ]  # fmt: skip
-    names = " and ".join(words(n) for n in dict.fromkeys(r.signature.effect for r in menu.rivals))
+    names = together(words(r.signature.effect) for r in menu.rivals)
     now = ""
     if menu.now is not None:
         now = (

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
 import numpy as np
@@ -23,7 +24,8 @@ def stopped(
     found: Investigation, stop: Sequence[Finding], rivals: tuple[tuple[str, ...], ...]
 ) -> Answer:
     """Bad data: say so, and what can be said all the same."""
-    sentence = f"Stopped: {stop[0].sentence.split(':')[0]}; diagnosing would be meaningless."
+    said = re.split(r":| \(", stop[0].sentence)[0]
+    sentence = f"Stopped: {said}; diagnosing would be meaningless."
     details = [f"Look at this first: {stop[0].remedy}."] if stop[0].remedy else []
     experiment = None
     if found.case.experiment.name == "weights":

@@ -15,7 +15,7 @@ from footcal_cli.report import Sheet, number
 from footcal_cli.sheets.diagnosis.experiment import sharpening
 from footcal_cli.sheets.diagnosis.words import (
     cannot_lines,
-    causes_words,
+    cause_words,
     output_words,
     place_words,
     together,
@@ -32,8 +32,9 @@ def unknown(found: Investigation, untested: Mapping[str, str]) -> tuple[str, lis
         f"{found.problem.blocks} blocks."
     )
     details = []
-    if found.found:
-        details.append(f"Nearest: {causes_words(found)}, but too much is left beside it.")
+    if found.nearest:
+        nearest = "; ".join(cause_words(item) for item in found.nearest)
+        details.append(f"Nearest: {nearest}, but too much is left beside it.")
     details += [
         f"Considered and refused: {text}." for r in found.rounds for text in r.search.refused
     ]
@@ -86,7 +87,8 @@ def card_sheets(found: Investigation, menu: Menu | None) -> tuple[Sheet, ...]:
         ("nearest effects of the table (likeness, 1 being identical)", ", ".join(
             f"{words(name)}{place_words(where)} {cosine:.2f}" for name, where, cosine in
             left.nearest) or "–"),
-        ("what would sharpen it", " – or ".join(sharpening(menu) if menu else ()) or "the same again, another day"),
+        ("what would sharpen it", " – or ".join(sharpening(menu)) if menu and menu.prospects
+         else "the same again, another day"),
     ]  # fmt: skip
     return (Sheet("Signature card of what has no name", ("what", "value"), rows),)
 

@@ -148,9 +148,9 @@ def not_testable(found: Investigation, untested: Mapping[str, str]) -> dict[str,
         if row.status is EffectStatus.NOT_TESTABLE:
             reasons.setdefault(_plain(row.reason), []).append(words(row.signature.effect))
     for item in found.problem.excluded:
-        reasons.setdefault(item.reason, []).append(words(item.effect))
+        reasons.setdefault(_plain(item.reason), []).append(words(item.effect))
     for name, reason in untested.items():
-        reasons.setdefault(reason, []).append(words(name))
+        reasons.setdefault(_plain(reason), []).append(words(name))
     return reasons
 
 
@@ -167,9 +167,9 @@ def cannot_lines(found: Investigation, untested: Mapping[str, str]) -> list[str]
 
 
 def _plain(reason: str) -> str:
-    """A reason without its number, so that like ones stand together."""
+    """A reason without its number and remedy, so that like ones stand together."""
     if "visible beside the calibration" in reason:
         return "the calibration absorbs nearly all of it"
     if "informative blocks" in reason:
         return "too few blocks know of it"
-    return reason
+    return reason.split(";")[0]
