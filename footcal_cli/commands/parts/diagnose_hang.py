@@ -69,7 +69,7 @@ def read_hang(session: Session[DiagnoseOptions]) -> CaseRead:
     return CaseRead(case, [], untested)
 
 
-MOST_SAMPLES = 2_500
+MOST_SAMPLES = 2_000
 """Samples of all legs together at which the residual is judged, about."""
 
 

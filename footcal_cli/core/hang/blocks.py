@@ -11,8 +11,8 @@ from footcal_cli.core.hang.runs import run_edges
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray, IntArray
 
-MOST_BLOCKS = 24
-"""More blocks would be shorter, and no p-value would get smaller that matters."""
+MOST_BLOCKS = 48
+"""A sign-flip statistic cannot exceed the root of the number of blocks: 24 ask twice as much."""
 
 
 def blocked(legs: Mapping[str, Sequence[Log]]) -> tuple[tuple[Log, ...], bool]:
