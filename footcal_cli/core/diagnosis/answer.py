@@ -128,9 +128,6 @@ class Diagnosis:
         Named gain over named gain plus what could still be explained.
     search, library, grams, features
         The working, for figures.
-    nested
-        Held-out share of the RMS error removed when the selection is repeated in every fold, with
-        the interval over blocks.
     rules
         Thresholds.
     """
@@ -146,7 +143,6 @@ class Diagnosis:
     library: Library
     grams: Grams
     features: Features
-    nested: Interval
     rules: Rules
 
     @property

@@ -11,7 +11,7 @@ from footcal_cli.core.diagnosis.detection import LEVEL_SHARE, Detection, detect
 from footcal_cli.core.diagnosis.evidence_table import evidence_rows
 from footcal_cli.core.diagnosis.features import features_of
 from footcal_cli.core.diagnosis.form import Form, form_of
-from footcal_cli.core.diagnosis.gain import nested_gain, rms_gain
+from footcal_cli.core.diagnosis.gain import rms_gain
 from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.scores import held_out_loss
@@ -65,7 +65,6 @@ def diagnose(
         library=lib,
         grams=grams,
         features=features,
-        nested=nested_gain(lib, found.steps),
         rules=rules,
     )
 
@@ -131,8 +130,25 @@ def share_of(named: float, after: Detection, form: Form | None) -> float:
     return max(named, 0.0) / max(max(named, 0.0) + left, 1e-300)
 
 
-def enough(share: float, after: Detection, form: Form | None, rules: Rules) -> bool:
-    """Whether the names explain what is wrong well enough to be said."""
+def enough(
+    share: float, after: Detection, form: Form | None, rules: Rules, *, between: bool
+) -> bool:
+    """Whether the names explain what is wrong well enough to be said.
+
+    Parameters
+    ----------
+    share
+        Share of what can be explained that they explain.
+    after, form
+        What is left once they are in.
+    rules
+        Thresholds.
+    between
+        Whether a named effect acts between blocks: it has not explained a calibration that still
+        follows temperature or time.
+    """
+    if between and after.between_p / LEVEL_SHARE["between"] < rules.alpha_unknown:
+        return False
     bent = form is not None and form.p < rules.alpha_form
     needed = (
         rules.share_form if bent
@@ -159,9 +175,8 @@ def _verdict(
     if not found.steps:
         return Verdict.UNKNOWN if left else Verdict.NONE
     named = np.array([lib.index(step.column) for step in found.steps])
-    # a calibration that still follows temperature or time has not been explained by such a name
-    moving = after.between_p / LEVEL_SHARE["between"] < rules.alpha_unknown
-    if not enough(share, after, form, rules) or (moving and lib.between[named].any()):
+    between = bool(lib.between[named].any())
+    if not enough(share, after, form, rules, between=between):
         return Verdict.UNKNOWN
     if any(step.rivals for step in found.steps):
         return Verdict.AMBIGUOUS

@@ -11,14 +11,17 @@ from footcal_cli.core.diagnosis.answer import Cause, Diagnosis, Verdict
 from footcal_cli.core.diagnosis.bridge import Describe, problem_from
 from footcal_cli.core.diagnosis.case import Case, Rows, rows_of
 from footcal_cli.core.diagnosis.contest import decided, extended_problem
-from footcal_cli.core.diagnosis.engine import diagnose, leftover
+from footcal_cli.core.diagnosis.engine import diagnose, enough, leftover, share_of
+from footcal_cli.core.diagnosis.form import Form, form_of
 from footcal_cli.core.diagnosis.gain import Gain, gains_of
+from footcal_cli.core.diagnosis.nested import nested_losses
 from footcal_cli.core.diagnosis.problem import Problem
-from footcal_cli.core.diagnosis.refit import Refit
+from footcal_cli.core.diagnosis.refit import Refit, refit
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.scores import held_out_loss
+from footcal_cli.core.diagnosis.signatures import SWITCHES
 from footcal_cli.core.effects.contract import Effect
-from footcal_cli.core.evidence import Interval
+from footcal_cli.core.evidence import Interval, sign_patterns
 
 
 @dataclass(frozen=True)
@@ -49,28 +52,35 @@ class Investigation:
     rounds
         The engine's diagnosis of each model in turn: baseline first, extended last.
     found
-        Named effects, in order, after the refit of all of them together.
+        The answer: named effects, in order, after the refit of all of them together; none where
+        the verdict is unknown or underpowered.
+    nearest
+        What came nearest where the verdict is unknown.
     model
         The extended model; None if nothing was named.
     gains
-        Held-out errors per output.
+        Held-out errors per output, the selection repeated without each fold.
     case, rows, problem
         The baseline.
     final
-        The problem on the extended model.
+        The problem on the extended model; the baseline where nothing was named.
+    share
+        Share of what can be explained that the names explain.
     stable
-        Share of folds in which the selection, repeated without the fold, chose the same effect.
+        Share of blocks without which the same effects are chosen.
     """
 
     verdict: Verdict
     rounds: tuple[Diagnosis, ...]
     found: tuple[Found, ...]
+    nearest: tuple[Found, ...]
     model: Refit | None
     gains: tuple[Gain, ...]
     case: Case
     rows: Rows
     problem: Problem
     final: Problem
+    share: float
     stable: float
 
 
@@ -99,29 +109,93 @@ def investigate(
     rows = rows_of(case)
     problem = problem_from(case, rows, table.values(), describe)
     current, model = problem, None
-    rounds: list[Diagnosis] = []
+    rounds = [diagnose(problem, one, seed)]
     causes: list[Cause] = []
-    while True:
-        answer = diagnose(current, one, seed)
-        rounds.append(answer)
-        if not answer.causes or len(causes) == rules.most_effects:
+    before = _loss(rounds[0])
+    while rounds[-1].causes and len(rounds) <= rules.most_effects:
+        cause, fitted = decided(case, rows, problem, table, causes, model, rounds[-1], seed)
+        needed, fitted = _needed(case, rows, problem, table, [*causes, cause], fitted)
+        if cause not in needed or len(needed) <= len(causes):
             break
-        cause, model = decided(case, rows, problem, table, causes, model, answer, seed)
-        causes.append(cause)
+        causes, model = needed, fitted
         current = extended_problem(problem, model, causes)
-    found, stable = _found(causes, model), _stability(rounds)
+        rounds.append(diagnose(current, one, seed, before))
+    form = _form(current, model, causes, seed)
+    verdict, share = _verdict(rounds, causes, form, rules)
+    found = _found(causes, model)
+    named = verdict in (Verdict.NAMED, Verdict.NAMED_UNKNOWN, Verdict.AMBIGUOUS)
+    final = current if named else problem
+    nested, alike = None, np.ones(problem.blocks, dtype=bool)
+    if named:
+        nested = nested_losses(problem, rounds[0].library, rules, len(causes), seed)
+        alike = nested.alike(
+            [frozenset({s.effect for s in (c.signature, *c.rivals)}) for c in causes]
+        )
     return Investigation(
-        verdict=_verdict(rounds, causes, rules),
+        verdict=verdict,
         rounds=tuple(rounds),
-        found=found,
-        model=model,
-        gains=gains_of(problem, current if model else problem),
+        found=found if named else (),
+        nearest=() if named else found,
+        model=model if named else None,
+        gains=gains_of(problem, final, nested, alike),
         case=case,
         rows=rows,
         problem=problem,
-        final=current,
-        stable=stable,
+        final=final,
+        share=share,
+        stable=float(np.mean(alike)),
     )
+
+
+def _loss(answer: Diagnosis) -> float:
+    """Held-out squared error of the model a round began with."""
+    grams = answer.grams
+    return float(held_out_loss(grams.inner, grams.calibration, grams.plain).sum())
+
+
+def _needed(
+    case: Case,
+    rows: Rows,
+    problem: Problem,
+    table: Mapping[str, Effect],
+    causes: Sequence[Cause],
+    fitted: Refit,
+) -> tuple[list[Cause], Refit]:
+    """Causes whose sizes are something once all are in the model, refitted without the others."""
+    kept = [c for c in causes if _is_something(c, table[c.signature.effect], fitted)]
+    if len(kept) == len(causes) or not kept:
+        return kept, fitted
+    names = {p.name for c in kept for p in table[c.signature.effect].parameters}
+    start = {
+        n: v for n, v in fitted.values.items()
+        if n not in case.values and n.rsplit(".", 1)[1] in names
+    }  # fmt: skip
+    accepted = [(table[c.signature.effect], c.signature) for c in kept]
+    return kept, refit(case, rows, problem, accepted, start)
+
+
+def _is_something(cause: Cause, effect: Effect, fitted: Refit) -> bool:
+    """Whether the interval of one of its sizes excludes the neutral value."""
+    parameter = next(p for p in effect.parameters if p.name == cause.signature.parameter)
+    intervals = [
+        interval for name, interval in zip(fitted.names, fitted.intervals, strict=True)
+        if name.rsplit(".", 1)[1] == parameter.name
+    ]  # fmt: skip
+    if effect.name in SWITCHES or not np.isfinite(parameter.neutral) or not intervals:
+        return True
+    return any(not i.low <= parameter.neutral <= i.high for i in intervals)
+
+
+def _form(current: Problem, model: Refit | None, causes: Sequence[Cause], seed: int) -> Form | None:
+    """Whether the named sizes are the same everywhere, on the extended model."""
+    if model is None:
+        return None
+    sizes = {c.signature.parameter for c in causes}
+    named = [i for i, name in enumerate(model.names) if name.rsplit(".", 1)[1] in sizes]
+    if not named:
+        return None
+    signs = sign_patterns(current.blocks, seed)
+    return form_of(current, model.columns[:, named], current.residual[:, None][:, :0], signs)
 
 
 def _found(causes: Sequence[Cause], model: Refit | None) -> tuple[Found, ...]:
@@ -153,33 +227,23 @@ def _parameters(cause: Cause, model: Refit) -> set[str]:
     return {p.name for p in mine.parameters}
 
 
-def _stability(rounds: Sequence[Diagnosis]) -> float:
-    """Share of blocks whose leaving out leaves the first choice the same."""
-    first = rounds[0]
-    if not first.causes:
-        return 1.0
-    gain = first.search.first.gain
-    lib = first.library
-    chosen = lib.causes.index(first.causes[0].signature.cause)
-    effects = [c[0] for c in lib.causes]
-    without = gain.sum(axis=0, keepdims=True) - gain
-    best = np.argmax(without, axis=1)
-    return float(np.mean([effects[b] == effects[chosen] for b in best]))
-
-
-def _verdict(rounds: Sequence[Diagnosis], causes: Sequence[Cause], rules: Rules) -> Verdict:
+def _verdict(
+    rounds: Sequence[Diagnosis], causes: Sequence[Cause], form: Form | None, rules: Rules
+) -> tuple[Verdict, float]:
     """The engine's verdict on the first round, corrected by what the refits left."""
     first, last = rounds[0], rounds[-1]
     if first.verdict is Verdict.UNDERPOWERED or not causes:
-        return first.verdict
-    start = held_out_loss(first.grams.inner, first.grams.calibration, first.grams.plain).sum()
-    end = held_out_loss(last.grams.inner, last.grams.calibration, last.grams.plain).sum()
-    named = max(float(start - end), 0.0)
-    left = max(float(last.before.flexible_gain.sum()), 0.0)
-    share = named / max(named + left, 1e-300)
+        quiet = first.verdict in (Verdict.UNDERPOWERED, Verdict.NONE)
+        return (first.verdict if quiet else Verdict.UNKNOWN), 0.0
+    share = share_of(_loss(first) - _loss(last), last.before, form)
     more = leftover(last.before, rules)
-    if share < rules.share_named or (more and share < rules.share_partly):
-        return Verdict.UNKNOWN
+    lib = first.library
+    acts_between = {
+        c for i, c in enumerate(lib.causes) if lib.between[lib.index(lib.columns[i][0])]
+    }
+    between = any(c.signature.cause in acts_between for c in causes)
+    if not enough(share, last.before, form, rules, between=between):
+        return Verdict.UNKNOWN, share
     if any(cause.rivals for cause in causes):
-        return Verdict.AMBIGUOUS
-    return Verdict.NAMED_UNKNOWN if more else Verdict.NAMED
+        return Verdict.AMBIGUOUS, share
+    return (Verdict.NAMED_UNKNOWN if more else Verdict.NAMED), share

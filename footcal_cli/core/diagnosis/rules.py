@@ -40,6 +40,8 @@ class Rules:
         too if a named size is not the same everywhere.
     fewest_blocks
         Blocks asked for.
+    most_folds
+        Folds in which the selection is repeated; neighbouring blocks are left out together beyond.
     between_share
         An effect with less than this share of its information within blocks is tested between
         blocks.
@@ -64,6 +66,7 @@ class Rules:
     share_partly: float = 0.9
     share_form: float = 0.98
     fewest_blocks: int = 10
+    most_folds: int = 12
     between_share: float = 0.3
     power: float = 0.8
 
@@ -78,5 +81,6 @@ class Rules:
             f"{self.visible_floor:.0%}; alias at |cos| > {self.alias:g}; named share at least "
             f"{self.share_named:g} ({self.share_partly:g} with a leftover, {self.share_form:g} "
             f"where a size changes with a signal, p < {self.alpha_form:g}); "
-            f"{self.fewest_blocks} blocks or more asked."
+            f"{self.fewest_blocks} blocks or more asked; selection repeated in at most "
+            f"{self.most_folds} folds."
         )

@@ -1,0 +1,113 @@
+"""The selection repeated without each fold: what a new recording may expect of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from footcal_cli.core.diagnosis.problem import Problem
+from footcal_cli.core.diagnosis.rules import Rules
+from footcal_cli.core.diagnosis.scores import coefficients
+from footcal_cli.core.diagnosis.search import Library, search
+from footcal_cli.core.diagnosis.whitening import whitened_grams
+from footcal_cli.core.evidence import sign_patterns, smallest_p
+from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
+
+
+@dataclass(frozen=True)
+class Nested:
+    """Errors of blocks whose fold had no say in the choice of effects, their shape or their size.
+
+    Parameters
+    ----------
+    fold
+        Fold of each block, shape (B,).
+    chosen
+        Effects that were chosen without each fold.
+    loss
+        Squared error of each block and output in units of the noise, shape (B, outputs).
+    """
+
+    fold: IntArray
+    chosen: tuple[frozenset[str], ...]
+    loss: FloatArray
+
+    def alike(self, sets: Sequence[frozenset[str]]) -> BoolArray:
+        """Blocks without which one effect of each set, and nothing else, was chosen, shape (B,)."""
+        allowed = frozenset().union(*sets)
+        same = [
+            names <= allowed and len(names) == len(sets) and all(names & one for one in sets)
+            for names in self.chosen
+        ]
+        return np.asarray(np.array(same, dtype=bool)[self.fold])
+
+
+def nested_losses(
+    problem: Problem, lib: Library, rules: Rules, most_effects: int, seed: int = 0
+) -> Nested:
+    """Run the whole search without each fold and predict the fold with what it chose.
+
+    Parameters
+    ----------
+    problem, lib
+        The baseline and its candidates.
+    rules
+        Thresholds; the level of a name is what the fewer blocks can reach, where they cannot
+        reach it.
+    most_effects
+        Effects chosen at most.
+    seed
+        Of sign patterns.
+    """
+    blocks = lib.grams.blocks
+    fold = (np.arange(blocks) * min(blocks, rules.most_folds)) // blocks
+    picks = [
+        _chosen_without(lib, fold != f, replace(rules, most_effects=most_effects), seed)
+        for f in range(int(fold[-1]) + 1)
+    ]
+    used = np.unique(np.concatenate([*picks, np.empty(0, dtype=np.int64)])).astype(np.int64)
+    before = problem.fitted[:, problem.calibration.shape[1] :]
+    extended = replace(
+        problem,
+        columns=problem.columns[:, :0],
+        signatures=(),
+        accepted=np.hstack([before, problem.columns[:, used]]),
+    )
+    grams, _ = whitened_grams(extended, np.empty((problem.residual.size, 0)))
+    base = grams.calibration[: grams.calibration.size - used.size]
+    extra = grams.calibration[grams.calibration.size - used.size :]
+    total = grams.inner.sum(axis=0)
+    last = np.array([grams.inner.shape[1] - 1])
+    loss = np.zeros((blocks, len(problem.outputs)))
+    for f, pick in enumerate(picks):
+        mine = np.flatnonzero(fold == f)
+        columns = np.append(base, extra[np.isin(used, pick)])
+        fitted = coefficients(total - grams.inner[mine].sum(axis=0), columns, last)[:, 0]
+        weights = np.append(-fitted, 1.0)
+        at = np.append(columns, grams.by_output.shape[-1] - 1)
+        own = grams.by_output[:, mine][:, :, at[:, None], at[None, :]]
+        loss[mine] = np.einsum("i,obij,j->bo", weights, own, weights)
+    effects = tuple(frozenset(lib.problem.signatures[i].effect for i in pick) for pick in picks)
+    return Nested(fold, effects, loss)
+
+
+def _chosen_without(lib: Library, kept: BoolArray, rules: Rules, seed: int) -> IntArray:
+    """Candidates that the search accepts on some of the blocks alone."""
+    grams = lib.grams
+    some = replace(
+        grams,
+        inner=grams.inner[kept],
+        within=grams.within[kept],
+        rows=grams.rows[kept],
+        plain=grams.plain[kept],
+    )
+    reach = 4.0 * float(smallest_p(float(kept.sum())))
+    found = search(
+        replace(lib, grams=some),
+        sign_patterns(int(kept.sum()), seed),
+        replace(rules, alpha_name=max(rules.alpha_name, reach)),
+        seed,
+    )
+    return np.array([lib.index(step.column) for step in found.steps], dtype=np.int64)
