@@ -22,7 +22,7 @@ CONVERGED = 0.02
 """A step below this share of its own standard error ends the iteration."""
 _SHAPE_SEEN = 0.2  # share of a shape's visible influence that no size can take over
 _AXIS_SEEN = 0.05  # visible fraction from which a component that was not named is fitted too
-_AXIS_TOLD = 5.0  # and sd of the noise by which its usual size must change the residual
+_AXIS_TOLD = 2.0  # and sd of the noise by which its usual size must change the residual
 _NEAR = 0.5  # step, in standard errors, below which all but sizes and shapes stays as it is
 _SHAPE_REACH = 2.0  # a shape moves at most by this factor per iteration
 
@@ -152,14 +152,8 @@ def refit(
 
 def _seen(freed: Sequence[Freed], problem: Problem, columns: FloatArray) -> list[Freed]:
     """Named sizes, their other axes where visible, and shapes that data tell from the sizes."""
-    left = replace(problem, columns=columns, signatures=_numbered(columns), accepted=None).left()
-    shown = np.sqrt(np.sum(left**2, axis=0))
-    visible = shown / np.maximum(np.sqrt(np.sum(columns**2, axis=0)), 1e-300)
     freed = list(freed)
-    # an axis that carries nothing but noise would be given the gain that makes its noise small
-    usual = np.array([f.parameter.prior_sd for f in freed])
-    told = (visible > _AXIS_SEEN) & (shown * usual > _AXIS_TOLD)
-    sizes = [not f.is_shape and bool(f.named or told[i]) for i, f in enumerate(freed)]
+    sizes = _sizes_seen(freed, problem, columns)
     basis = np.hstack([problem.calibration, columns[:, sizes]])
     norm = np.sqrt(np.sum(basis**2, axis=0))
     basis = basis[:, norm > 0] / norm[norm > 0]
@@ -176,6 +170,39 @@ def _seen(freed: Sequence[Freed], problem: Problem, columns: FloatArray) -> list
                 continue
         kept.append(item)
     return kept
+
+
+def _sizes_seen(freed: Sequence[Freed], problem: Problem, columns: FloatArray) -> list[bool]:
+    """Named sizes, and other axes that these data tell from the named ones and from each other.
+
+    An axis that carries nothing but noise would be given the gain that makes its noise small; one
+    that differs from the rest only by what does not repeat between settings would be given any.
+    """
+    named = [f.named and not f.is_shape for f in freed]
+    fitted = [problem.calibration, columns[:, named]]
+    if problem.settings is not None:
+        fitted.append(problem.settings.spread())
+    basis = _orthonormal(np.hstack(fitted))
+    usual = np.array([f.parameter.prior_sd for f in freed])
+    left = columns - basis @ (basis.T @ columns)
+    size = np.sqrt(np.sum(columns**2, axis=0))
+    seen = list(named)
+    for i in np.argsort(-usual * np.sqrt(np.sum(left**2, axis=0)), kind="stable"):
+        shown = float(np.sqrt(left[:, i] @ left[:, i]))
+        if freed[i].is_shape or named[i]:
+            continue
+        if shown > _AXIS_SEEN * size[i] and shown * usual[i] > _AXIS_TOLD:
+            seen[i] = True
+            unit = left[:, i] / shown
+            left = left - np.outer(unit, unit @ left)
+    return seen
+
+
+def _orthonormal(columns: FloatArray) -> FloatArray:
+    """Basis of what columns span, shape (m, rank)."""
+    norm = np.sqrt(np.sum(columns**2, axis=0))
+    u, s, _ = np.linalg.svd(columns[:, norm > 0] / norm[norm > 0], full_matrices=False)
+    return np.asarray(u[:, s > 1e-8 * s.max(initial=0.0)])
 
 
 def _columns(

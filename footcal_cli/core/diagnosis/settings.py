@@ -49,6 +49,12 @@ class Settings:
         own = self.number[kept]
         return [np.flatnonzero(own == s) for s in range(int(own.max(initial=-1)) + 1)]
 
+    def spread(self) -> FloatArray:
+        """The columns of each setting on its own rows, shape (m, settings q)."""
+        one = np.eye(int(self.number.max(initial=0)) + 1)[self.number]
+        whole = one[:, :, None] * self.columns[:, None, :]
+        return np.asarray(whole.reshape(len(self.number), -1))
+
 
 def repeated(
     white: FloatArray, calibration: FloatArray, loose: FloatArray, residual: FloatArray,
