@@ -7,12 +7,12 @@ import json
 import sys
 from pathlib import Path
 
-from tests.blind.bench import Bench, diagnose_all, follow, hide, opened
+from tests.blind.bench import Bench, diagnosing, follow, hide, opened
 from tests.blind.ledger import open_ledger
 from tests.blind.page import write_page
 from tests.blind.plan import EXPERIMENTS, ROUNDS, Kind, Planned, planned
 
-SECONDS = {"weights": 2.0, "placements": 2.5, "walk": 4.0, "hang": 3.0, "pose": 3.0, "stand": 3.0}
+SECONDS = {"weights": 1.5, "placements": 1.3, "walk": 2.2, "hang": 4.7, "pose": 6.0, "stand": 2.4}
 """One trial on one core of a current laptop, for the forecast."""
 
 
@@ -28,6 +28,7 @@ def run(arguments: list[str] | None = None) -> None:
     parser.add_argument("--kinds", nargs="+", help=f"of {Kind}", default=())
     parser.add_argument("--workers", type=int, default=2, help="processes that diagnose")
     parser.add_argument("--minutes", type=float, default=0.0, help="stop diagnosing after so long")
+    parser.add_argument("--more-minutes", type=float, default=0.0, help="the same for proposals")
     parser.add_argument("--notes", type=Path, help="JSON list of sentences for the page")
     parser.add_argument("--page", type=Path, default=Path("docs/blind_bench.md"))
     given = parser.parse_args(arguments)
@@ -35,10 +36,11 @@ def run(arguments: list[str] | None = None) -> None:
     sys.stdout.write(forecast(trials, given.workers) + "\n")
     given.out.mkdir(parents=True, exist_ok=True)
     bench = Bench(given.out, open_ledger(given.ledger, given.stream))
-    hide(bench, trials)
-    diagnose_all(bench, workers=given.workers, until_s=60.0 * given.minutes)
+    with diagnosing(bench, workers=given.workers, until_s=60.0 * given.minutes):
+        hide(bench, trials)
     if follow(bench):
-        diagnose_all(bench, workers=given.workers, until_s=60.0 * given.minutes)
+        with diagnosing(bench, workers=given.workers, until_s=60.0 * given.more_minutes):
+            pass
     scores, content = opened(bench)
     notes = json.loads(given.notes.read_text("utf-8")) if given.notes else []
     write_page(scores, {**content, "notes": notes}, given.page)

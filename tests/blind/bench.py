@@ -7,6 +7,7 @@ place the processes that diagnose are never told.
 
 from __future__ import annotations
 
+import contextlib
 import json
 import random
 import shutil
@@ -27,7 +28,6 @@ from tests.blind.ledger import Ledger
 from tests.blind.plan import Planned
 from tests.blind.scoring import Score, Verdict, judge, judge_followup
 from tests.blind.trials import make_trial
-from tests.blind.worker import work
 from tests.blind.yardstick import UnreachableError
 
 LOOK_EVERY_S = 1.0
@@ -64,14 +64,14 @@ class Bench:
             "followups": {},
         }
 
-    def keep(self, content: Mapping[str, Any]) -> None:
+    def keep(self, content: Mapping[str, Any], *, complete: bool = True) -> None:
         """Write the commitments, and the names alone as the queue of the workers."""
-        text = json.dumps(content, indent=1)
-        partial = self.root / ".commitments.part"
-        partial.write_text(text, "utf-8")
-        partial.rename(self.commitments_file)
-        queue = [*content["trials"], *content["followups"].values()]
-        (self.root / "queue.json").write_text(json.dumps(queue), "utf-8")
+        queue = {
+            "names": [*content["trials"], *content["followups"].values()],
+            "complete": complete,
+        }
+        _replace(self.commitments_file, json.dumps(content, indent=1))
+        _replace(self.root / "queue.json", json.dumps(queue))
 
     def verdict(self, name: str) -> dict[str, Any] | None:
         """What was said of a trial, None while it waits."""
@@ -99,8 +99,8 @@ def hide(bench: Bench, trials: Sequence[Planned], *, show: bool = True) -> None:
         if name in content["trials"] or name in content["unreachable"]:
             continue
         _hide_one(bench, content, name, planned)
-        if number % near == 0:
-            bench.keep(content)
+        if number % near == near - 1:
+            bench.keep(content, complete=False)
     bench.keep(content)
 
 
@@ -148,42 +148,37 @@ def follow(bench: Bench) -> int:
     return made
 
 
-def diagnose_all(
-    bench: Bench,
-    *,
-    workers: int = 1,
-    show: bool = True,
-    until_s: float = 0.0,
-    keep_logs: bool = False,
-) -> None:
-    """Step 2: diagnose what has no verdict yet, until it is done or the time is over.
+@contextlib.contextmanager
+def diagnosing(bench: Bench, *, workers: int, until_s: float = 0.0) -> Iterator[None]:
+    """Step 2, beside what is done meanwhile: processes that diagnose what is hidden.
 
-    One worker runs here, more run as processes of their own.
+    On leaving, they are waited for until nothing waits or their time is over.
     """
+    content = bench.commitments()
+    bench.keep(content, complete=False)
     (bench.root / "verdicts").mkdir(exist_ok=True)
     # what an interrupted run was at is begun anew
     shutil.rmtree(bench.root / "claims", ignore_errors=True)
     (bench.root / "claims").mkdir()
-    if workers == 1 and not show:
-        work(bench.root, until_s=until_s, keep_logs=keep_logs)
-        return
     command = [sys.executable, "-m", "tests.blind.worker", str(bench.root.resolve())]
     running = [
         subprocess.Popen([*command, "--seconds", str(until_s)], cwd=REPOSITORY)
         for _ in range(workers)
     ]
     try:
-        _watch(bench, running, show)
+        yield
+        bench.keep(bench.commitments())
+        _watch(bench, running)
     finally:
         for process in running:
             process.terminate()
             process.wait()
 
 
-def _watch(bench: Bench, running: Sequence[subprocess.Popen[bytes]], show: bool) -> None:
+def _watch(bench: Bench, running: Sequence[subprocess.Popen[bytes]]) -> None:
     content = bench.commitments()
     total = len(content["trials"]) + len(content["followups"])
-    with _bar(show) as bar:
+    with _bar(show=True) as bar:
         task = bar.add_task("diagnosing", total=total)
         while any(process.poll() is None for process in running):
             time.sleep(LOOK_EVERY_S)
@@ -218,6 +213,13 @@ def opened(bench: Bench) -> tuple[list[Score], dict[str, Any]]:
         scores.append(judge({**truth, "seconds": seconds, "resolved": resolved}, verdict))
     counts = {"rules_changed": changed, "hidden": len(truths), "unavailable": unavailable}
     return scores, {**content, **counts}
+
+
+def _replace(file: Path, text: str) -> None:
+    """Write a file that others read at any time."""
+    partial = file.with_name(f".{file.name}.part")
+    partial.write_text(text, "utf-8")
+    partial.rename(file)
 
 
 def _bar(show: bool) -> Progress:

@@ -85,7 +85,7 @@ def _entry(score: Score) -> list[str]:
     )
     rho = f" rho {truth['rho']:g}" if truth["rho"] else ""
     without = f" (without {truth['left_out']})" if truth["left_out"] else ""
-    said = verdict.verdict
+    said = verdict.verdict + (f" ({verdict.said.strip()[-200:]})" if verdict.said else "")
     if verdict.names:
         said += " names=" + ",".join(sorted(verdict.names))
     said += "".join(" {" + ",".join(sorted(group)) + "}" for group in verdict.rivals)

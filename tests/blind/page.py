@@ -73,8 +73,8 @@ def _provenance(scores: Sequence[Score], run: Mapping[str, Any]) -> str:
     lines += [f"- {note}" for note in run.get("notes", ())]  # how a run departed from the plan
     if seconds:
         lines.append(
-            f"- Calibration and diagnosis took {np.median(seconds):.1f} s per trial (median), "
-            f"{max(seconds):.0f} s at most, one core."
+            f"- Calibration and diagnosis took {np.median(seconds):.1f} s of one core per trial "
+            f"(median), {max(seconds):.0f} s at most."
         )
     return "\n".join(lines) + "\n"
 

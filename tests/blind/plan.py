@@ -27,12 +27,12 @@ SMALL_RHO = 0.05
 CURVES = ("nonlinearity", "nonlinearity_cubic", "saturation", "hinge", "dead_zone")
 """Names of one curve, more or less well described."""
 COUNTS: Mapping[Kind, int] = {
-    "null": 60, "single": 30, "alias": 12, "switch": 8, "pair": 30, "unseen": 12, "left_out": 15,
+    "single": 30, "alias": 12, "switch": 8, "pair": 30, "unseen": 12, "left_out": 15,
     "small": 10, "underpowered": 8, "untestable": 10,
 }  # fmt: skip
 """Trials of a line in a full run."""
-CHEAP_NULLS = {"weights": 100, "placements": 80}
-"""Seconds each: more of them, so that the bound on false names is tight."""
+NULLS = {"weights": 100, "placements": 100, "walk": 30, "hang": 40, "pose": 40, "stand": 40}
+"""More where one takes a second, so that the bound on false names is tight; walks twice."""
 
 
 @dataclass(frozen=True)
@@ -118,8 +118,7 @@ def _lines_of(experiment: str) -> Iterator[Line]:
     seen = hidden_in(experiment, unseen=False)
     plain = [item for item in seen if not item.alias]
     for drift in (False, True) if experiment == "walk" else (False,):
-        nulls = CHEAP_NULLS.get(experiment, COUNTS["null"] // (2 if experiment == "walk" else 1))
-        yield Line((Cell("null", experiment, drift=drift),), nulls)
+        yield Line((Cell("null", experiment, drift=drift),), NULLS[experiment])
         for rho in SINGLE_RHO:
             yield _line("single", experiment, plain, rho, drift)
         families = dict.fromkeys(item.alias for item in seen if item.alias)

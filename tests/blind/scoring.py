@@ -34,6 +34,8 @@ class Verdict:
         Effect -> (quantity, lowest, highest) of the held-out gain's 95 % interval.
     confidence
         Larger is surer: −log10 of the largest p of the named causes.
+    said
+        What the command said where it made no diagnosis.
     """
 
     verdict: str
@@ -43,6 +45,7 @@ class Verdict:
     statuses: Mapping[str, tuple[str, ...]] | None = None
     gains: Mapping[str, tuple[str, float, float]] | None = None
     confidence: float = 0.0
+    said: str = ""
 
     @classmethod
     def read(cls, record: Mapping[str, Any]) -> Verdict:
@@ -76,6 +79,7 @@ class Verdict:
             statuses=statuses,
             gains=gains,
             confidence=float(-np.log10(max(max(ps), 1e-12))) if ps else 0.0,
+            said=str(record.get("said", "")),
         )
 
 

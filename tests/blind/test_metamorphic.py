@@ -115,10 +115,6 @@ def test_names_of_cells_change_nothing(trial: Path, before: dict[str, Any], tmp_
     _same(record, before)
 
 
-@pytest.mark.xfail(
-    reason="copies look like slow noise to the whitening: creep_slow and bias_drift are then named",
-    strict=False,
-)
 def test_copies_of_rows_are_no_evidence(
     trial: Path, before: dict[str, Any], tmp_path: Path
 ) -> None:

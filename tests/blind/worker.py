@@ -14,28 +14,36 @@ from pathlib import Path
 
 from tests.blind.diagnosing import diagnosed, rules_digest
 
+WAIT_S = 1.0
+
 
 def work(root: Path, *, until_s: float = 0.0, keep_logs: bool = False) -> int:
-    """Diagnose what has no verdict and no claim yet, in the order of the queue; how many."""
-    queue = json.loads((root / "queue.json").read_text("utf-8"))
+    """Diagnose what has no verdict and no claim yet, in the order of the queue; how many.
+
+    A queue that is still being filled is waited for.
+    """
     digest = rules_digest()
     began, done = time.monotonic(), 0
-    for name in queue:
-        if 0 < until_s < time.monotonic() - began:
-            break
-        verdict = root / "verdicts" / f"{name}.json"
-        if verdict.is_file() or not _claimed(root / "claims" / name):
-            continue
-        folder, run = root / "logs" / name, root / "runs" / name
-        record = {**diagnosed(folder, run), "rules_sha256": digest}
-        partial = verdict.with_name(f".{name}.part")
-        partial.write_text(json.dumps(record), "utf-8")
-        partial.rename(verdict)
-        done += 1
-        shutil.rmtree(run, ignore_errors=True)
-        if not keep_logs:
-            shutil.rmtree(folder, ignore_errors=True)
-    return done
+    while True:
+        queue = json.loads((root / "queue.json").read_text("utf-8"))
+        for name in queue["names"]:
+            if 0 < until_s < time.monotonic() - began:
+                return done
+            verdict = root / "verdicts" / f"{name}.json"
+            if verdict.is_file() or not _claimed(root / "claims" / name):
+                continue
+            folder, run = root / "logs" / name, root / "runs" / name
+            record = {**diagnosed(folder, run), "rules_sha256": digest}
+            partial = verdict.with_name(f".{name}.part")
+            partial.write_text(json.dumps(record), "utf-8")
+            partial.rename(verdict)
+            done += 1
+            shutil.rmtree(run, ignore_errors=True)
+            if not keep_logs:
+                shutil.rmtree(folder, ignore_errors=True)
+        if queue["complete"]:
+            return done
+        time.sleep(WAIT_S)
 
 
 def _claimed(claim: Path) -> bool:

@@ -24,14 +24,14 @@ from tests.blind.worlds.legs import (
 
 
 def draw(rng: Rng, options: Mapping[str, Any]) -> World:
-    """Two or three legs, ten to twelve turns in each of four orientations."""
-    names = [ALL_LEGS[i] for i in sorted(rng.choice(6, int(rng.integers(2, 4)), replace=False))]
+    """Two legs, ten to twelve turns in each of four orientations."""
+    names = [ALL_LEGS[i] for i in sorted(rng.choice(6, 2, replace=False))]
     return hanging(rng, draw_legs(rng, names), int(options.get("blocks") or rng.integers(10, 13)))
 
 
 def hanging(rng: Rng, legs: Legs, turns: int, sd_n: float | None = None) -> World:
     """These legs hanging, each orientation askew in its own way."""
-    rate, turn_s = float(rng.uniform(5.0, 9.0)), float(rng.uniform(8.0, 12.0))
+    rate, turn_s = float(rng.uniform(3.0, 5.0)), float(rng.uniform(8.0, 12.0))
     per_log = int(turns * turn_s * rate)
     k = len(legs.names)
     log, leg = (g.ravel() for g in np.meshgrid(np.arange(4), np.arange(k), indexing="ij"))

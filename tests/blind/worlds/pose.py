@@ -13,30 +13,19 @@ from scipy.spatial.transform import Rotation
 from tests.blind.noise import draw_noise
 from tests.blind.world import GRAVITY_MPS2, Array, Maker, Rng, World
 from tests.blind.worlds import hang
+from tests.blind.worlds.engine_poses import Poses, engine_poses
 from tests.blind.worlds.files import write_log, write_recipe
 from tests.blind.worlds.legs import ALL_LEGS, AXES, Legs, draw_legs, small_turn, write_hang
 
+ENGINE_SHARE = 0.35
+"""Of the robots, how many stand as a physics engine made them."""
+
 
 def draw(rng: Rng, options: Mapping[str, Any]) -> World:
-    """60–120 poses on uneven ground, every third on a tripod; mounted a little askew."""
-    legs = draw_legs(rng, ALL_LEGS)
+    """90–150 poses, every third on a tripod: drawn on uneven ground, or the engine's."""
     poses = int(options.get("blocks") or rng.integers(90, 150))
-    total_n = float(np.round(rng.uniform(7.0, 11.0), 2)) * GRAVITY_MPS2
-    tilt = rng.normal(0, rng.uniform(0.06, 0.12), (poses, 3)) * [1, 1, 4]
-    down_b = np.einsum("pji,j->pi", small_turn(tilt), np.array([0.0, 0.0, -1.0]))
-    phase = rng.uniform(-0.6, 0.6, (poses, 6))
-    contact = np.ones((poses, 6))
-    tripod = np.arange(poses) % 3 == 2
-    left = np.array([True, False, True, False, True, False])
-    side = rng.random(poses) < 0.5
-    contact[tripod] = np.where(side[tripod, None], left, ~left)
-    mount = small_turn(rng.normal(0, 0.015, (6, 3)))
-    hip = legs.hip_m + rng.normal(0, 0.002, (6, 3))
-    applied_b = _ground(rng, legs, hip, down_b, phase, contact, total_n)
-    wrench = np.concatenate(
-        [np.einsum("kji,pkj->pki", mount, applied_b[..., h]) for h in (slice(0, 3), slice(3, 6))],
-        -1,
-    )
+    made = engine_poses(rng, poses) if rng.random() < ENGINE_SHARE else drawn_poses(rng, poses)
+    legs, wrench = made.legs, made.wrench
     shown = (wrench + legs.offset).reshape(poses, 36)
     family = str(rng.choice(["white", "heteroscedastic", "block_gain_offset"]))
     sd_n = float(rng.uniform(0.02, 0.08))
@@ -50,25 +39,63 @@ def draw(rng: Rng, options: Mapping[str, Any]) -> World:
         shown=shown,
         noise=draw_noise(rng, family, wrench.reshape(poses, 36), block, sd, 0.1),
         row={
-            "tilt": tilt,
-            "phase_rad": phase,
-            "contact": contact,
-            "down_b": down_b,
-            "mount": np.broadcast_to(mount, (poses, 6, 3, 3)).copy(),
-            "hip_m": np.broadcast_to(hip, (poses, 6, 3)).copy(),
-            "chassis_n": np.full(poses, total_n - legs.weight_n.sum()),
+            "tilt": made.tilt,
+            "phase_rad": made.phase_rad,
+            "contact": made.contact,
+            "down_b": down_in_body(made.tilt),
+            "mount": np.broadcast_to(made.mount, (poses, 6, 3, 3)).copy(),
+            "hip_m": np.broadcast_to(made.hip_m, (poses, 6, 3)).copy(),
+            "chassis_n": np.full(poses, made.total_n - legs.weight_n.sum()),
         },
         robot={
             "name": "hexapod",
-            "mass_kg": round(total_n / GRAVITY_MPS2, 4),
+            "mass_kg": round(made.total_n / GRAVITY_MPS2, 6),
             "legs": {
-                n: {"position_m": p.tolist()} for n, p in zip(legs.names, legs.hip_m, strict=True)
+                name: {"position_m": place.tolist(), "rotation_rpy_rad": [0.0, 0.0, _nearest(m)]}
+                for name, place, m in zip(legs.names, legs.hip_m, made.mount, strict=True)
             },
         },
         scale=np.ones(36),
         zero=np.zeros(36),
-        facts={"noise": family, "sd_n": sd_n, "poses": poses, "legs": _plain(legs)},
+        facts={
+            "noise": family,
+            "sd_n": sd_n,
+            "poses": poses,
+            "legs": _plain(legs),
+            "engine": abs(_nearest(made.mount[3])) > 1.0,
+        },
     )
+
+
+def drawn_poses(rng: Rng, poses: int) -> Poses:
+    """Poses on uneven ground; mounted a little askew."""
+    legs = draw_legs(rng, ALL_LEGS)
+    total_n = float(np.round(rng.uniform(7.0, 11.0), 2)) * GRAVITY_MPS2
+    tilt = rng.normal(0, rng.uniform(0.06, 0.12), (poses, 3)) * [1, 1, 4]
+    phase = rng.uniform(-0.6, 0.6, (poses, 6))
+    contact = np.ones((poses, 6))
+    tripod = np.arange(poses) % 3 == 2
+    left = np.array([True, False, True, False, True, False])
+    side = rng.random(poses) < 0.5
+    contact[tripod] = np.where(side[tripod, None], left, ~left)
+    mount = small_turn(rng.normal(0, 0.015, (6, 3)))
+    hip = legs.hip_m + rng.normal(0, 0.002, (6, 3))
+    applied_b = _ground(rng, legs, hip, down_in_body(tilt), phase, contact, total_n)
+    wrench = np.concatenate(
+        [np.einsum("kji,pkj->pki", mount, applied_b[..., h]) for h in (slice(0, 3), slice(3, 6))],
+        -1,
+    )
+    return Poses(legs, tilt, phase, contact, wrench, mount, hip, total_n)
+
+
+def down_in_body(tilt: Array) -> Array:
+    """Unit vector of gravity in body axes, for rotation vectors body to world, shape (p, 3)."""
+    return np.asarray(np.einsum("pji,j->pi", small_turn(tilt), np.array([0.0, 0.0, -1.0])))
+
+
+def _nearest(mount: Array) -> float:
+    """0 or π: how the design mounts a transducer about z."""
+    return float(np.pi) if mount[0, 0] < 0 else 0.0
 
 
 def _plain(legs: Legs) -> dict[str, Any]:
