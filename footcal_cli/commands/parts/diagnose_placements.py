@@ -8,6 +8,7 @@ if TYPE_CHECKING:
     from footcal_cli.commands.diagnose import DiagnoseOptions
     from footcal_cli.commands.parts.diagnose_cases import CaseRead
     from footcal_cli.core.parameters import FloatArray
+    from footcal_cli.core.quality import Finding
     from footcal_cli.records import ParametersRecord
     from footcal_cli.session import Session
 
@@ -28,8 +29,15 @@ def read_placements(session: Session[DiagnoseOptions]) -> CaseRead:
     from footcal_cli.core.experiments.placements import EXPERIMENT
     from footcal_cli.core.log import Log
     from footcal_cli.core.parameters import ParameterSet
+    from footcal_cli.core.quality import (
+        check_duplicate_channels,
+        copied_rows_finding,
+        find_copied_rows,
+    )
+    from footcal_cli.core.wiring import check_exchanged_cells
     from footcal_cli.errors import UsageError
 
+    findings: list[Finding] = []
     robot = session.recipe.robot
     cells = next((tuple(f.cells) for f in robot.feet.values() if f.cells), ())
     if not cells:
@@ -44,6 +52,14 @@ def read_placements(session: Session[DiagnoseOptions]) -> CaseRead:
     counts = np.concatenate([t.numbers([f"{c}_counts" for c in cells]) for t in tables])
     stamps = np.concatenate([optional_column(t, "time_s") for t in tables])
     timed = bool(np.isfinite(stamps).all())
+    if timed:
+        _, side = np.unique(foot.astype(str), return_inverse=True)
+        copied = find_copied_rows([side.astype(float), *hole.T, load, *counts.T, stamps],
+                                  np.zeros(len(foot)))  # fmt: skip
+        findings += copied_rows_finding(copied)
+        foot, hole, load, counts, stamps = (
+            values[copied == 0.0] for values in (foot, hole, load, counts, stamps)
+        )
     logs = []
     for name in dict.fromkeys(foot):
         mine = np.flatnonzero(foot == name)
@@ -62,6 +78,7 @@ def read_placements(session: Session[DiagnoseOptions]) -> CaseRead:
         moved = np.any(np.diff(place.round(6), axis=0, prepend=place[:1].round(6)) != 0, axis=1)
         block = np.cumsum(moved)
         when = mean(stamps) if timed else np.arange(float(number))
+        findings += check_duplicate_channels(counts[mine], [f"{name}_{c}" for c in cells])
         position = np.array([[c.x_m, c.y_m] for c in robot.feet[str(name)].cells.values()])
         known = {
             "load_n": mean(load),
@@ -70,6 +87,7 @@ def read_placements(session: Session[DiagnoseOptions]) -> CaseRead:
             "cell_pos_m": np.tile(position, (number, 1, 1)),
         }
         channels = tuple(f"{name}_{cell}" for cell in cells)
+        findings += check_exchanged_cells(mean(counts), channels, position, place, mean(load))
         known["round"] = _round_of(np.column_stack([place, mean(load)]).round(6))
         logs.append(Log("placements", channels, when, mean(counts), known, block.astype(np.int64)))
     channels = tuple(dict.fromkeys(c for log in logs for c in log.channels))
@@ -88,7 +106,7 @@ def read_placements(session: Session[DiagnoseOptions]) -> CaseRead:
         groups={f"{foot}.{o}": o for foot in robot.feet for o in ("fz", "moment_x", "moment_y")},
     )
     untested = {} if timed else dict.fromkeys((*TIMED, "slip"), "the rows have no time stamps")
-    return CaseRead(case, [], untested)
+    return CaseRead(case, findings, untested)
 
 
 def _round_of(placement: FloatArray) -> Any:

@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     from footcal_cli.commands.diagnose import DiagnoseOptions
     from footcal_cli.commands.parts.diagnose_cases import CaseRead
     from footcal_cli.core.log import Log
+    from footcal_cli.core.parameters import FloatArray
     from footcal_cli.core.quality import Finding
     from footcal_cli.session import Session
     from footcal_cli.tables import Table
@@ -32,6 +33,7 @@ def read_weights(session: Session[DiagnoseOptions]) -> CaseRead:
     from footcal_cli.core.diagnosis.case import Case
     from footcal_cli.core.experiments.weights import EXPERIMENT
     from footcal_cli.core.parameters import ParameterSet
+    from footcal_cli.core.quality import copied_rows_finding
 
     findings: list[Finding] = []
     streams = _running(session)
@@ -40,7 +42,8 @@ def read_weights(session: Session[DiagnoseOptions]) -> CaseRead:
     else:
         tables = session.read_required(weights_table())
         findings = weights_findings(tables, session.recipe, None)
-        logs, timed = _row_logs(tables)
+        logs, timed, copied = _row_logs(tables)
+        findings += copied_rows_finding(copied)
     channels = tuple(log.channels[0] for log in logs)
     chain, values = chain_of(session.parameters, channels, ("scale_bias",))
     values |= _affine_start(logs, values)
@@ -65,12 +68,13 @@ def read_weights(session: Session[DiagnoseOptions]) -> CaseRead:
     return CaseRead(case, findings, untested)
 
 
-def _row_logs(tables: Sequence[Table]) -> tuple[list[Log], bool]:
-    """One log per channel of long tables, and whether rows have time stamps."""
+def _row_logs(tables: Sequence[Table]) -> tuple[list[Log], bool, FloatArray]:
+    """One log per channel of long tables, whether rows have time stamps, and which are copies."""
     import numpy as np
 
     from footcal_cli.commands.parts.diagnose_cases import optional_column
     from footcal_cli.core.log import Log
+    from footcal_cli.core.quality import find_copied_rows
 
     channel = np.concatenate([t.text("channel") for t in tables])
     block = _sessions(tables)
@@ -80,9 +84,14 @@ def _row_logs(tables: Sequence[Table]) -> tuple[list[Log], bool]:
     }
     timed = bool(np.isfinite(columns["time_s"]).all())
     known_temperature = bool(np.isfinite(columns["temperature_degc"]).all())
+    _, number = np.unique(channel.astype(str), return_inverse=True)
+    copied = np.zeros(len(channel))
+    if timed:
+        named = ("time_s", "load_n", "counts")
+        copied = find_copied_rows([number.astype(float), *(columns[n] for n in named)], block)
     logs = []
     for name in dict.fromkeys(channel):
-        at = np.flatnonzero((channel == name) & np.isfinite(columns["counts"]))
+        at = np.flatnonzero((channel == name) & np.isfinite(columns["counts"]) & (copied == 0.0))
         stamps = columns["time_s"][at] if timed else np.arange(float(at.size))
         order = np.lexsort((stamps, block[at]))
         at, stamps = at[order], stamps[order]
@@ -94,7 +103,7 @@ def _row_logs(tables: Sequence[Table]) -> tuple[list[Log], bool]:
             Log("weights", (str(name),), stamps, columns["counts"][at, None], known,
                 own.astype(np.int64))
         )  # fmt: skip
-    return logs, timed
+    return logs, timed, copied
 
 
 def _running(session: Session[DiagnoseOptions]) -> list[Table]:
