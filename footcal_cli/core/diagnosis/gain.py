@@ -9,7 +9,7 @@ import numpy as np
 from footcal_cli.core.diagnosis.nested import Nested
 from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.scores import held_out_loss
-from footcal_cli.core.diagnosis.whitening import whitened_grams
+from footcal_cli.core.diagnosis.whitening import Noise, noise_of, whitened_grams
 from footcal_cli.core.evidence import Interval, jackknife_interval
 from footcal_cli.core.parameters import BoolArray, FloatArray
 
@@ -51,7 +51,8 @@ def gains_of(
         Selection repeated without each fold, and the blocks without which the same effects were
         chosen, shape (B,): the others are predicted by what was chosen without them.
     """
-    old_loss, new_loss = _losses(before), _losses(after)
+    noise = noise_of(after)
+    old_loss, new_loss = _losses(before, noise), _losses(after, noise)
     if nested is not None and alike is not None:
         new_loss = np.where(alike[:, None], new_loss, nested.loss)
     gains = []
@@ -61,9 +62,9 @@ def gains_of(
         used = (count > 0) & (old_loss[:, o] > 0)
         if not used.any():
             continue
-        noise = float(before.noise[rows][0])
+        unit_noise = float(before.noise[rows][0])
         old, new = old_loss[used, o], new_loss[used, o]
-        whole = [float(np.sqrt(x.sum() / count[used].sum())) * noise for x in (old, new)]
+        whole = [float(np.sqrt(x.sum() / count[used].sum())) * unit_noise for x in (old, new)]
         share = np.array(
             [
                 1.0 - np.sqrt((new.sum() - n) / max(old.sum() - a, 1e-300))
@@ -74,16 +75,16 @@ def gains_of(
             Gain(
                 name, unit, whole[0], whole[1],
                 jackknife_interval(1.0 - whole[1] / max(whole[0], 1e-300), share),
-                np.sqrt(np.stack([old, new], 1) / count[used, None]) * noise,
+                np.sqrt(np.stack([old, new], 1) / count[used, None]) * unit_noise,
             )
         )  # fmt: skip
     return tuple(gains)
 
 
-def _losses(problem: Problem) -> FloatArray:
+def _losses(problem: Problem, noise: Noise) -> FloatArray:
     """Held-out squared error of each block and output in units of the noise, shape (B, outputs)."""
     bare = replace(problem, columns=problem.columns[:, :0], signatures=())
-    grams, _ = whitened_grams(bare, np.empty((problem.residual.size, 0)))
+    grams, _ = whitened_grams(bare, np.empty((problem.residual.size, 0)), noise)
     base = grams.calibration
     return np.stack([held_out_loss(grams.inner, base, own) for own in grams.by_output], axis=1)
 

@@ -20,6 +20,7 @@ from footcal_cli.core.diagnosis.refit import Refit, refit
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.scores import held_out_loss
 from footcal_cli.core.diagnosis.signatures import SWITCHES
+from footcal_cli.core.diagnosis.whitening import noise_of, whitened_grams
 from footcal_cli.core.effects.contract import Effect
 from footcal_cli.core.evidence import Interval, sign_patterns
 
@@ -111,7 +112,7 @@ def investigate(
     current, model = problem, None
     rounds = [diagnose(problem, one, seed)]
     causes: list[Cause] = []
-    before = _loss(rounds[0])
+    removed = 0.0
     while rounds[-1].causes and len(rounds) <= rules.most_effects:
         cause, fitted = decided(case, rows, problem, table, causes, model, rounds[-1], seed)
         needed, fitted = _needed(case, rows, problem, table, [*causes, cause], fitted)
@@ -119,9 +120,11 @@ def investigate(
             break
         causes, model = needed, fitted
         current = extended_problem(problem, model, causes)
-        rounds.append(diagnose(current, one, seed, before))
+        start, end = _losses(problem, current)
+        removed = start - end
+        rounds.append(diagnose(current, one, seed, start))
     form = _form(current, model, causes, seed)
-    verdict, share = _verdict(rounds, causes, form, rules)
+    verdict, share = _verdict(rounds, causes, form, rules, removed)
     found = _found(causes, model)
     named = verdict in (Verdict.NAMED, Verdict.NAMED_UNKNOWN, Verdict.AMBIGUOUS)
     final = current if named else problem
@@ -147,10 +150,18 @@ def investigate(
     )
 
 
-def _loss(answer: Diagnosis) -> float:
-    """Held-out squared error of the model a round began with."""
-    grams = answer.grams
-    return float(held_out_loss(grams.inner, grams.calibration, grams.plain).sum())
+def _losses(problem: Problem, current: Problem) -> tuple[float, float]:
+    """Held-out squared error of the baseline and of a model, judged in the noise of the model.
+
+    In noise of its own every model fits alike.
+    """
+    noise = noise_of(current)
+    losses = []
+    for judged in (problem, current):
+        bare = replace(judged, columns=judged.columns[:, :0], signatures=())
+        grams, _ = whitened_grams(bare, np.empty((judged.residual.size, 0)), noise)
+        losses.append(float(held_out_loss(grams.inner, grams.calibration, grams.plain).sum()))
+    return losses[0], losses[1]
 
 
 def _needed(
@@ -228,14 +239,18 @@ def _parameters(cause: Cause, model: Refit) -> set[str]:
 
 
 def _verdict(
-    rounds: Sequence[Diagnosis], causes: Sequence[Cause], form: Form | None, rules: Rules
+    rounds: Sequence[Diagnosis],
+    causes: Sequence[Cause],
+    form: Form | None,
+    rules: Rules,
+    removed: float,
 ) -> tuple[Verdict, float]:
     """The engine's verdict on the first round, corrected by what the refits left."""
     first, last = rounds[0], rounds[-1]
     if first.verdict is Verdict.UNDERPOWERED or not causes:
         quiet = first.verdict in (Verdict.UNDERPOWERED, Verdict.NONE)
         return (first.verdict if quiet else Verdict.UNKNOWN), 0.0
-    share = share_of(_loss(first) - _loss(last), last.before, form)
+    share = share_of(removed, last.before, form)
     more = leftover(last.before, rules)
     lib = first.library
     acts_between = {
