@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from footcal_cli.commands.diagnose import DiagnoseOptions
+    from footcal_cli.commands.offline_fit import PlateauSettings
     from footcal_cli.commands.parts.diagnose_cases import CaseRead
     from footcal_cli.core.log import Log
     from footcal_cli.core.parameters import FloatArray
@@ -38,7 +39,7 @@ def read_weights(session: Session[DiagnoseOptions]) -> CaseRead:
     findings: list[Finding] = []
     streams = _running(session)
     if streams:
-        logs, timed = _stream_logs(streams, session.recipe.robot.cell_names), True
+        logs, timed = _stream_logs(session, streams), True
     else:
         tables = session.read_required(weights_table())
         findings = weights_findings(tables, session.recipe, None)
@@ -107,17 +108,26 @@ def _row_logs(tables: Sequence[Table]) -> tuple[list[Log], bool, FloatArray]:
 
 
 def _running(session: Session[DiagnoseOptions]) -> list[Table]:
-    """Running recordings with a known load at every sample, if any."""
+    """Running recordings whose loads are recorded at every sample, or given in order of time."""
     from footcal_cli.columns import weights_stream_table
 
     channels = session.recipe.robot.cell_names
     if not channels:
         return []
+    given = bool(_plateaus(session).loads_n)
     tables = session.read(weights_stream_table(channels))
-    return [t for t in tables if "load_n" in t]
+    return [t for t in tables if given or "load_n" in t]
 
 
-def _stream_logs(tables: Sequence[Table], channels: Sequence[str]) -> list[Log]:
+def _plateaus(session: Session[DiagnoseOptions]) -> PlateauSettings:
+    """What the recipe says of loads that stand still: `[offline_fit.plateaus]`."""
+    from footcal_cli.commands.offline_fit import PlateauSettings
+
+    given = session.recipe.options.get("offline_fit", {}).get("plateaus", {})
+    return PlateauSettings.model_validate(given)
+
+
+def _stream_logs(session: Session[DiagnoseOptions], tables: Sequence[Table]) -> list[Log]:
     """One log per channel of running recordings, cut into blocks."""
     import numpy as np
 
@@ -125,18 +135,38 @@ def _stream_logs(tables: Sequence[Table], channels: Sequence[str]) -> list[Log]:
     from footcal_cli.core.log import Log
 
     logs = []
-    for channel in channels:
+    for channel in session.recipe.robot.cell_names:
         for table in tables:
-            counts, load = table.number(f"{channel}_counts"), table.number("load_n")
-            good = np.isfinite(counts) & np.isfinite(load)
-            time_s = table.number("time_s")[good]
+            counts, load = table.number(f"{channel}_counts"), _loads(session, table, channel)
+            good = np.isfinite(counts) & (np.isfinite(load) | ("load_n" not in table))
             log = Log(
-                "weights", (channel,), time_s, counts[good, None], {"load_n": load[good, None]},
-                np.zeros(int(good.sum()), dtype=np.int64),
+                "weights", (channel,), table.number("time_s")[good], counts[good, None],
+                {"load_n": load[good, None]}, np.zeros(int(good.sum()), dtype=np.int64),
             )  # fmt: skip
             # neighbouring samples of a reference that moves slowly tell the same
             logs.append(cut_blocks(log, even_cycles(log, 1.0), RECORDING_TAU_S))
     return logs
+
+
+def _loads(session: Session[DiagnoseOptions], table: Table, channel: str) -> FloatArray:
+    """The load at every sample; not a number while weights given in order of time are changed."""
+    import numpy as np
+
+    from footcal_cli.core.bench.plateaus import PlateauOptions
+    from footcal_cli.core.bench.record import BenchRecord
+    from footcal_cli.core.bench.study import find_loads
+
+    if "load_n" in table:
+        return table.number("load_n")
+    settings = _plateaus(session)
+    counts = table.number(f"{channel}_counts")
+    record = BenchRecord(
+        channel, np.full(counts.size, np.nan), counts, table.number("time_s"),
+        np.zeros(counts.size, dtype=np.int64),
+    )  # fmt: skip
+    options = PlateauOptions(**settings.model_dump(exclude={"loads_n"}))
+    samples = find_loads(record, options, settings.loads_n)
+    return np.asarray(np.where(samples.hold >= 0, samples.load_n, np.nan))
 
 
 def _sessions(tables: Sequence[Table]) -> Any:

@@ -179,7 +179,7 @@ def settled_like(study: ChannelStudy, record: BenchRecord) -> BenchRecord:
     """
     if study.samples is None:
         return record
-    samples = _find_loads(record, study.samples.options, ())
+    samples = find_loads(record, study.samples.options, ())
     filtered = replace(
         record,
         load_n=np.where(samples.hold >= 0, samples.load_n, np.nan),
@@ -240,7 +240,7 @@ def study_samples(
     DataError
         The number of loads found is not the number of loads given, or none is given at all.
     """
-    samples = _find_loads(record, options or PlateauOptions(), loads_n)
+    samples = find_loads(record, options or PlateauOptions(), loads_n)
     settled = samples.hold >= 0
     if not settled.any():
         raise DataError(
@@ -270,8 +270,14 @@ def _condensed(record: BenchRecord) -> BenchRecord:
     return condense(record, max(span / ROWS_FOR_FITS, 1e-9))
 
 
-def _find_loads(record: BenchRecord, options: PlateauOptions, loads_n: Sequence[float]) -> Samples:
-    """State and load of every sample."""
+def find_loads(record: BenchRecord, options: PlateauOptions, loads_n: Sequence[float]) -> Samples:
+    """State and load of every sample.
+
+    Raises
+    ------
+    DataError
+        The number of loads found is not the number of loads given, or none is given at all.
+    """
     state = np.empty(len(record), dtype=np.int64)
     hold = np.full(len(record), -1, dtype=np.int64)
     first = 0

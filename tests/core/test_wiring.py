@@ -1,0 +1,62 @@
+"""Exchanged cells of a foot and rows that were written twice."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.quality import copied_rows_finding, find_copied_rows
+from footcal_cli.core.wiring import check_exchanged_cells
+
+NAMES = ("left_fl", "left_fr", "left_rl", "left_rr")
+CELL_M = np.array([[0.07, 0.03], [0.07, -0.03], [-0.05, 0.03], [-0.05, -0.03]])
+SCALE = np.array([-3.4e-5, -3.1e-5, -3.6e-5, -3.3e-5])
+
+
+def placements(seed: int, crosstalk: float = 0.0) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Counts, holes and weights of a stiff plate on four springs that rocks a little."""
+    rng = np.random.default_rng(seed)
+    x, y = np.meshgrid(np.linspace(-0.03, 0.05, 5), np.linspace(-0.02, 0.02, 3))
+    hole = np.tile(np.column_stack([x.ravel(), y.ravel()]), (4, 1))
+    load = np.tile(np.repeat([6.0, 20.0], 15), 2)
+    arms = np.column_stack([np.ones(4), CELL_M - CELL_M.mean(axis=0)])
+    shares = np.column_stack([np.ones(60), hole - CELL_M.mean(axis=0)])
+    force = load[:, None] * (shares @ np.linalg.solve(arms.T @ arms, arms.T))
+    force += load[:, None] * 0.03 * rng.standard_normal((60, 1)) * np.array([1, -1, -1, 1])
+    mixing = np.eye(4) + crosstalk * (np.ones((4, 4)) - np.eye(4))
+    force = force @ mixing.T + 0.02 * rng.standard_normal(force.shape)
+    return np.rint(8.3e6 + force / SCALE), hole, load
+
+
+@pytest.mark.parametrize("pair", [(0, 1), (0, 3), (2, 1)])
+def test_exchanged_cells_are_found(pair: tuple[int, int]) -> None:
+    counts, hole, load = placements(1)
+    order = np.arange(4)
+    order[list(pair)] = pair[::-1]
+    (finding,) = check_exchanged_cells(counts[:, order], NAMES, CELL_M, hole, load)
+    assert finding.severity == "alarm"
+    assert set(finding.where.split(", ")) == {NAMES[i] for i in pair}
+
+
+@pytest.mark.parametrize("crosstalk", [0.0, 0.02, 0.15])
+def test_cells_in_their_places_are_left_alone(crosstalk: float) -> None:
+    for seed in range(10):
+        counts, hole, load = placements(seed, crosstalk)
+        assert not check_exchanged_cells(counts, NAMES, CELL_M, hole, load)
+
+
+def test_copies_of_rows_and_of_sessions_are_found() -> None:
+    rng = np.random.default_rng(0)
+    stamp = np.tile(np.arange(50.0), 2)
+    session = np.repeat([0.0, 1.0], 50)
+    reading = np.rint(1e4 * rng.standard_normal(100))
+    assert not find_copied_rows([stamp, reading], session).any()
+    twice = np.repeat(np.arange(100), 2)
+    copied = find_copied_rows([stamp[twice], reading[twice]], session[twice])
+    assert copied.sum() == 100
+    assert np.unique(twice[copied == 0.0]).size == 100
+    reading[50:] = reading[:50]
+    assert find_copied_rows([stamp, reading], session).tolist() == [0.0] * 50 + [1.0] * 50
+    assert copied_rows_finding(copied)[0].code == "copied_rows"
+    assert not copied_rows_finding(np.zeros(3))
