@@ -86,7 +86,13 @@ def test_autocorrelation_time_of_a_first_order_process_is_the_closed_form() -> N
     noise = rng.normal(size=n)
     for k in range(1, n):
         x[k] = decay * x[k - 1] + noise[k]
-    assert autocorrelation_time(x) == pytest.approx((1 + decay) / (1 - decay), rel=0.1)
+    closed = (1 + decay) / (1 - decay)
+    assert autocorrelation_time(x) == pytest.approx(closed, rel=0.1)
+    stretches = np.repeat(np.arange(200), n // 200)
+    assert autocorrelation_time(x, stretches) == pytest.approx(closed, rel=0.1)
+    # stretches in another order are no neighbours: nothing across a gap counts
+    mixed = np.concatenate(rng.permutation(x.reshape(200, -1)))
+    assert autocorrelation_time(mixed, stretches) == pytest.approx(closed, rel=0.1)
     assert effective_size(rng.normal(size=5000)) == pytest.approx(5000, rel=0.1)
 
 

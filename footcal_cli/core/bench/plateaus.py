@@ -13,6 +13,7 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
+from footcal_cli.core.signals import effective_size
 
 _MAD_TO_SD = 1.4826
 RAIL_CODES = (float(2**23 - 1), float(-(2**23)), float(2**24 - 1))
@@ -97,8 +98,7 @@ class Plateaus:
     median, sd, slope_per_s
         Reading of each hold, its scatter about its own trend, and that trend, shape (h,).
     n, n_effective
-        Settled samples of each hold, and how many independent ones they are worth (the scatter is
-        treated as first-order autoregressive), shape (h,).
+        Settled samples of each hold, and how many independent ones they are worth, shape (h,).
     """
 
     state: IntArray
@@ -318,18 +318,3 @@ def _collect(
         n=table[5].astype(np.int64),
         n_effective=table[6],
     )
-
-
-def effective_size(residual: FloatArray) -> float:
-    """Independent samples a series is worth: ``n (1 − ρ)/(1 + ρ)``, ρ its lag-one correlation.
-
-    Parameters
-    ----------
-    residual
-        Shape (n,), mean zero.
-    """
-    energy = float(residual @ residual)
-    if energy == 0.0 or residual.size < 3:
-        return float(residual.size)
-    rho = float(np.clip(residual[1:] @ residual[:-1] / energy, 0.0, 0.999))
-    return max(residual.size * (1.0 - rho) / (1.0 + rho), 1.0)

@@ -49,7 +49,7 @@ class Rules:
         Power at which sizes that would have been found are stated.
     """
 
-    alpha_name: float = 0.005
+    alpha_name: float = 0.01
     alpha_unknown: float = 0.02
     alpha_rival: float = 0.05
     alpha_beside: float = 0.01

@@ -241,7 +241,7 @@ def search(
     evidence = first
     refused: list[str] = []
     while len(steps) < rules.most_effects:
-        step, why = _next_step(lib, evidence, base, signs, rules, smallest, steps, start_loss)
+        step, why = _next_step(lib, evidence, base, signs, rules, smallest, steps, start_loss, seed)
         refused += why
         if step is None:
             break
@@ -278,6 +278,7 @@ def _next_step(
     smallest: FloatArray | None,
     steps: Sequence[Step],
     start_loss: float,
+    seed: int,
 ) -> tuple[Step | None, list[str]]:
     """The best cause that meets every condition, or none."""
     grams, why = lib.grams, []
@@ -308,7 +309,7 @@ def _next_step(
             why.append(f"{name}: significant, but {abs(size):.3g} {signature.unit} is below the "
                        "size that matters")  # fmt: skip
             return None, why
-        rivals, places = _rivals(lib, evidence, base, int(c), signs, rules)
+        rivals, places = _rivals(lib, evidence, base, int(c), signs, rules, seed)
         return Step(
             int(evidence.best[c]), float(evidence.p[c]), float(evidence.t[c]),
             plain, loss, rivals, places,
@@ -317,7 +318,13 @@ def _next_step(
 
 
 def _rivals(
-    lib: Library, evidence: Evidence, base: IntArray, best: int, signs: FloatArray, rules: Rules
+    lib: Library,
+    evidence: Evidence,
+    base: IntArray,
+    best: int,
+    signs: FloatArray,
+    rules: Rules,
+    seed: int,
 ) -> tuple[tuple[int, ...], tuple[int, ...]]:
     """Causes that explain the same just as well, here or by design."""
     grams = lib.grams
@@ -334,7 +341,7 @@ def _rivals(
         alias = cos[c] > rules.alias
         if total[c] < rules.rival_share * total[best] and not alias:
             continue
-        if _out_of_it(lib, evidence, base, best, c, signs, rules):
+        if _out_of_it(lib, evidence, base, best, c, signs, rules, seed):
             continue
         size = evidence.size[c]
         spread = 2.0 * np.std(evidence.size_without[:, c]) * np.sqrt(max(grams.blocks - 1, 1))
@@ -352,6 +359,7 @@ def _out_of_it(
     other: int,
     signs: FloatArray,
     rules: Rules,
+    seed: int,
 ) -> bool:
     """Whether data can tell the best cause from another: it still adds something beside that one.
 
@@ -360,15 +368,16 @@ def _out_of_it(
     """
     difference = evidence.gain[:, best] - evidence.gain[:, other]
     columns = evidence.best[[best, other]]
-    if any(lib.between[lib.index(int(c))] for c in columns):
-        return sign_flip_mean(difference, signs) <= rules.alpha_rival
     same = lib.columns[other]
     at = int(np.flatnonzero(same == columns[1])[0])
     beside = np.concatenate([base, same[max(at - 1, 0) : at + 2]])
     found = scores(lib.grams.inner, beside, columns[:1])
     if found.inside[0]:
         return False
-    p = float(sign_flip_max_t(found.score, signs).p[0])
+    if lib.between[lib.index(int(columns[0]))]:
+        p = float(_permuted(lib.grams, beside, columns[:1], seed)[1][0])
+    else:
+        p = float(sign_flip_max_t(found.score, signs).p[0])
     return p <= rules.alpha_beside and float(difference.sum()) > 0.0
 
 

@@ -21,6 +21,7 @@ from footcal_cli.core.diagnosis.tracking import (
     walk_variance,
 )
 from footcal_cli.core.parameters import FloatArray, IntArray
+from footcal_cli.core.signals import autocorrelation_time
 
 AR_ORDER = 5
 """Autoregressive order of the noise model; AR(1) plus white noise needs more than one."""
@@ -192,7 +193,7 @@ def fit_row_whitener(problem: Problem) -> tuple[RowWhitener, float]:
             coefficients[o, :order] = solve_toeplitz(covariance[:-1], covariance[1:])
         innovation = covariance[0] - coefficients[o, :order] @ covariance[1:]
         sd[o] = np.sqrt(max(innovation, 1e-12 * max(covariance[0], 1e-300)))
-        taus.append(autocorrelation_time(inside, rows, age, typical))
+        taus.append(autocorrelation_time(inside[rows], problem.sequence[rows]))
     return RowWhitener(coefficients, sd, problem.output, problem.sequence), max(taus, default=1.0)
 
 
@@ -234,22 +235,6 @@ def _autocovariance(values: FloatArray, rows: IntArray, age: IntArray, lags: int
         # the biased estimate keeps the Toeplitz matrix positive definite
         covariance[lag] = values[late] @ values[late - lag] / max(rows.size, 1)
     return covariance
-
-
-def autocorrelation_time(
-    values: FloatArray, rows: IntArray, age: IntArray, typical: float
-) -> float:
-    """Integrated autocorrelation time ``1 + 2 Σ ρ_k`` up to the first ρ below 0.05, in rows."""
-    variance = float(values[rows] @ values[rows])
-    tau, lag = 1.0, 1
-    while variance > 0 and lag < typical / 4:
-        late = rows[age[rows] >= lag]
-        rho = float(values[late] @ values[late - lag]) / variance
-        if rho < 0.05:
-            break
-        tau += 2.0 * rho
-        lag += 1
-    return tau
 
 
 def whitened_grams(
