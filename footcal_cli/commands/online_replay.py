@@ -94,7 +94,7 @@ def online_replay(
         float | None, typer.Option("--delay-s", help="Delay of the body stream to compensate.")
     ] = None,
     causal: Annotated[
-        bool | None, typer.Option("--causal", help="Filter as a live run must, without future.")
+        bool | None, typer.Option("--causal", help="Filter, learn and tell contact without the future.")
     ] = None,
     baseline: Annotated[
         str | None,
@@ -173,8 +173,8 @@ def _cells(session: Session[OnlineReplayOptions], recording: Recording) -> Outco
 
     from footcal_cli.core.experiments.walk import channel_contact
     from footcal_cli.core.online.comparison import Settings, compare
+    from footcal_cli.core.online.memory import MemoryOptions, memory_estimates
     from footcal_cli.core.online.noise import starting_noise
-    from footcal_cli.core.online.replay import MemoryOptions, memory_estimates
     from footcal_cli.core.online.window import WindowRule
     from footcal_cli.errors import DataError
     from footcal_cli.records import FindingRecord
@@ -207,6 +207,7 @@ def _cells(session: Session[OnlineReplayOptions], recording: Recording) -> Outco
             foot_length_m=options.foot_length_m,
         ),
         smooth_weight=options.smooth_weight,
+        causal=options.causal,
         min_force_n=options.min_force_n,
     )
     truth_n, baseline = _truth(session, merged.log.time_s, belief.channels), _baseline(session)

@@ -126,6 +126,38 @@ def detect_contact(
     return contact
 
 
+def contact_now(
+    foot_force_n: FloatArray, weight_n: float, rate_hz: float, rule: ContactRule | None = None
+) -> FloatArray:
+    """As `detect_contact`, each sample told by those before it alone.
+
+    A foot stands or swings once it has done so for `settle_s`; in the air its force must have
+    stayed within `edge_share` of the weight for as long, or it is landing.
+    """
+    rule = rule or ContactRule()
+    width = max(round(rule.settle_s * rate_hz), 1) + 1
+    contact = np.full(foot_force_n.shape, np.nan)
+    for foot, force in enumerate(foot_force_n.T):
+        loaded = _hysteresis(force, rule.off_share * weight_n, rule.on_share * weight_n)
+        lately = np.lib.stride_tricks.sliding_window_view(loaded, width)
+        span = np.lib.stride_tricks.sliding_window_view(force, width)
+        steady = span.max(axis=1) - span.min(axis=1) < rule.edge_share * weight_n
+        settled = contact[width - 1 :, foot]
+        settled[lately.all(axis=1)] = 1.0
+        settled[~lately.any(axis=1) & steady] = 0.0
+    return contact
+
+
+def airborne_now(contact: FloatArray) -> FloatArray:
+    """As `airborne`, from the past alone: what was last known, standing at first, (n, feet)."""
+    rows = np.arange(len(contact))
+    swinging = np.zeros(contact.shape)
+    for foot, state in enumerate(contact.T):
+        last = np.maximum.accumulate(np.where(np.isfinite(state), rows, -1))
+        swinging[:, foot] = (last >= 0) & (state[np.maximum(last, 0)] == 0.0)
+    return swinging
+
+
 def _refined(loaded: BoolArray, force: FloatArray, margin: float) -> BoolArray:
     """Shrink each swing to where the force stays within `margin` of its level in the air."""
     refined = loaded.copy()

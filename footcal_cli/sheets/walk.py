@@ -10,7 +10,7 @@ import numpy as np
 from footcal_cli.core.online.comparison import Comparison
 from footcal_cli.core.online.evidence import Interval, rms
 from footcal_cli.core.online.filter import Noise
-from footcal_cli.core.online.replay import LEARNT_RATIO
+from footcal_cli.core.online.memory import LEARNT_RATIO
 from footcal_cli.core.online.sensitivity import Sensitivity
 from footcal_cli.core.parameters import FloatArray, Status
 from footcal_cli.intake import cells_in_feet

@@ -66,7 +66,7 @@ def motion_walk(path: Path, errors: Errors, seed: int) -> Recording:
     time: Array = np.arange(int(duration * CELL_HZ)) / CELL_HZ
     force = at(time, [f"{c}_n" for c in CHANNELS])
     rows = int(duration * streams.body_rate_hz)
-    taken = (np.arange(rows) + 0.37) / streams.body_rate_hz
+    taken: Array = (np.arange(float(rows)) + 0.37) / streams.body_rate_hz
     late = np.maximum(streams.body_delay_s + streams.body_jitter_s * rng.normal(size=rows), 0.0)
     # packets arrive in order, one after the other
     queue = _PACKET_S * np.arange(rows)

@@ -123,7 +123,7 @@ def test_many_settings_in_one_pass_are_the_single_runs() -> None:
     rows, _ = toy_rows(4)
     slow = replace(NOISE, force_slow_n=0.1, moment_slow_nm=0.02, swing_slow_n=0.03)
     stacked = np.stack([slow.stacked()[0], slow.stacked()[0] * 1.7])
-    likelihood, values = run_settings(rows, Noise.of(stacked), OPEN)
+    likelihood, values, _ = run_settings(rows, Noise.of(stacked), OPEN)
     for b, single in enumerate(stacked):
         track = run_filter(rows, Noise.of(single), OPEN)
         assert likelihood[b] == pytest.approx(track.log_likelihood, rel=1e-9)

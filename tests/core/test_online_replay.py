@@ -5,19 +5,14 @@ import pytest
 
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.evidence import check_consistency, departures, rms, settle
+from footcal_cli.core.online.memory import Memory, memory_estimates, replay_track, run_memory
+from footcal_cli.core.online.replay import Errors as Differences
 from footcal_cli.core.online.replay import (
-    Errors as Differences,
-)
-from footcal_cli.core.online.replay import (
-    Memory,
     Replayed,
     best_smoothing,
     corrected,
     errors_against,
-    memory_estimates,
-    replay_track,
     replay_window,
-    run_memory,
 )
 from footcal_cli.core.online.rows import Belief
 from footcal_cli.core.online.sensitivity import memory_sensitivity, window_sensitivity
@@ -178,8 +173,8 @@ def test_the_last_state_is_a_calibration_of_raw_counts(real: list[Case]) -> None
     estimates = memory_estimates(case.memory, case.belief)
     scale = np.array([estimates[f"{c}.scale"] for c in case.log.channels])
     bias = np.array([estimates[f"{c}.bias"] for c in case.log.channels])
-    last = case.of_memory().gain[-1], case.of_memory().bias_n[-1]
-    again = corrected("again", case.log, case.belief, *last)
+    last = case.memory.track.values[-1]
+    again = corrected("again", case.log, case.belief, last[:8], last[8:16])
     np.testing.assert_allclose(
         case.log.readings * scale + bias, again.forces_n, atol=1e-8, equal_nan=True
     )

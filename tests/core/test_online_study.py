@@ -10,17 +10,14 @@ import pytest
 from footcal_cli.core.experiments.walk import channel_contact
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.evidence import check_consistency, rms
+from footcal_cli.core.online.memory import Memory, MemoryOptions, replay_track, run_memory
 from footcal_cli.core.online.noise import starting_noise
 from footcal_cli.core.online.replay import (
-    Memory,
-    MemoryOptions,
     Replayed,
     best_smoothing,
     corrected,
     errors_against,
-    replay_track,
     replay_window,
-    run_memory,
 )
 from footcal_cli.core.online.rows import Belief
 from footcal_cli.core.online.window import Weights, WindowRule, run_window_fast, standing_weights

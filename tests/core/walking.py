@@ -11,16 +11,19 @@ from footcal_cli.core.online.rows import Belief, nameplate
 from tests.core.walk_data import CELLS_FOOT, CHANNELS, G, Recording, Standing
 
 
-def walk_log(rec: Recording, compensated_s: float = 0.0) -> Log:
+def walk_log(rec: Recording, compensated_s: float = 0.0, *, causal: bool = False) -> Log:
     """A recording merged onto the cells' clock and filtered, as `online-replay` does it."""
     body = np.concatenate(
         [rec.com, rec.acc, rec.angmom_rate, rec.feet.reshape(-1, 4), rec.yaw], axis=1
     )
-    body[:, 3:8] = signals.low_pass(body[:, 3:8], 100.0)
+    if causal:
+        body = signals.low_pass(body, 100.0, causal=True)
+    else:
+        body[:, 3:8] = signals.low_pass(body[:, 3:8], 100.0)
     merged, usable = signals.interpolate_stream(
         rec.body_time - compensated_s, body, rec.cell_time, max_gap_s=0.05
     )
-    counts = signals.low_pass(rec.counts, 80.0)
+    counts = signals.low_pass(rec.counts, 80.0, causal=causal)
     force = counts * rec.scale0 + rec.bias0
     per_foot = np.stack([force[:, :4].sum(axis=1), force[:, 4:].sum(axis=1)], axis=1)
     cells = [
@@ -28,6 +31,12 @@ def walk_log(rec: Recording, compensated_s: float = 0.0) -> Log:
         for f in range(2)
     ]
     n = len(rec.cell_time)
+    tell, hang = (
+        (contact.contact_now, contact.airborne_now)
+        if causal
+        else (contact.detect_contact, contact.airborne)
+    )
+    standing = tell(per_foot, rec.mass * G, 80.0)
     return Log(
         "walk",
         CHANNELS,
@@ -41,7 +50,8 @@ def walk_log(rec: Recording, compensated_s: float = 0.0) -> Log:
             "gravity_mps2": np.full(n, G),
             "cell_pos_m": np.concatenate(cells, axis=1),
             "foot_yaw_rad": merged[:, 12:14],
-            "contact": contact.detect_contact(per_foot, rec.mass * G, 80.0),
+            "contact": standing,
+            "airborne": hang(standing),
         },
         np.zeros(n, dtype=np.int64),
     )

@@ -24,18 +24,21 @@ from footcal_cli.core.online.evidence import (
     rms_per_cycle,
     settle,
 )
-from footcal_cli.core.online.replay import (
-    Errors,
+from footcal_cli.core.online.live import run_live
+from footcal_cli.core.online.memory import (
     Memory,
     MemoryOptions,
+    memory_reference,
+    replay_track,
+    run_memory,
+)
+from footcal_cli.core.online.replay import (
+    Errors,
     Replayed,
     best_smoothing,
     corrected,
     errors_against,
-    memory_reference,
-    replay_track,
     replay_window,
-    run_memory,
 )
 from footcal_cli.core.online.rows import Belief
 from footcal_cli.core.online.sensitivity import Sensitivity, memory_sensitivity, window_sensitivity
@@ -61,6 +64,8 @@ class Settings:
         Of the two estimators.
     smooth_weight
         ωS; None: the one whose held parameters predict the motion's demand best.
+    causal
+        Memory learns from the past alone, as a live run must.
     min_force_n
         ε of the CoP.
     """
@@ -68,6 +73,7 @@ class Settings:
     memory: MemoryOptions = field(default_factory=MemoryOptions)
     window: WindowRule = field(default_factory=WindowRule)
     smooth_weight: float | None = None
+    causal: bool = False
     min_force_n: float = MIN_FORCE_N
 
 
@@ -233,7 +239,7 @@ def compare(
     """
     log = merged.log
     n, c = log.readings.shape
-    memory = run_memory(log, belief, settings.memory)
+    memory = (run_live if settings.causal else run_memory)(log, belief, settings.memory)
     reference = memory_reference(memory)
     weights, window = _window(log, belief, settings, walk.reference_of(log))
     static = run_window(log, belief, weights, settings.window, static=True)
@@ -246,7 +252,7 @@ def compare(
     }
     references: dict[str, Replayed | Reference] = {}
     if truth_n is not None:
-        replayed["true"] = _true(memory, merged, belief, truth_n)
+        replayed["true"] = _true(memory, merged, belief, truth_n, causal=settings.causal)
         references["truth"] = replayed["true"]
     if baseline is not None:
         replayed["baseline"] = _by_estimates(merged, belief, baseline)
@@ -297,11 +303,13 @@ def _quiet_start(log: Log) -> tuple[int, int]:
     return (first, stop) if stop - first >= 40 else (0, len(log))
 
 
-def _true(memory: Memory, merged: Merged, belief: Belief, truth_n: FloatArray) -> Replayed:
+def _true(
+    memory: Memory, merged: Merged, belief: Belief, truth_n: FloatArray, *, causal: bool
+) -> Replayed:
     """The true forces in the band of the cells, as if a calibration had produced them."""
     log = memory.log
     good = np.asarray(np.isfinite(truth_n).all(axis=1))
-    filtered = low_pass_stretches(truth_n, good, merged.rate_hz)
+    filtered = low_pass_stretches(truth_n, good, merged.rate_hz, causal=causal)
     believed = belief.forces(log.readings)
     return corrected("true", log, belief, np.zeros(truth_n.shape), filtered - believed)
 

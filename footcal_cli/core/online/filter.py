@@ -36,6 +36,9 @@ class Track:
         Of the unknowns z.
     values, sd
         In `units`, shape (u, p).
+    momentary
+        What each channel's own slow noise has added, to be given back like its bias, shape (u, c);
+        None where the totals do not see it.
     covariance
         Of z in `units` at the end, shape (p, p).
     nis, dof
@@ -59,6 +62,7 @@ class Track:
     units: tuple[str, ...]
     values: FloatArray
     sd: FloatArray
+    momentary: FloatArray | None
     covariance: FloatArray
     nis: FloatArray
     dof: FloatArray
@@ -89,6 +93,8 @@ class History:
         Diagonal of the transition into each update, shape (u, s).
     scale
         Prior sd of z, shape (p,).
+    own
+        Which states are the channels' slow noise, shape (c,).
     """
 
     mean: FloatArray
@@ -97,6 +103,7 @@ class History:
     covariance_ahead: FloatArray
     decay: FloatArray
     scale: FloatArray
+    own: IntArray
 
 
 @dataclass(frozen=True)
@@ -110,6 +117,7 @@ class _Tuned:
     white: FloatArray  # row variances, (B, k)
     shared: FloatArray  # variances of what several rows share, (B, 2): cells, stamps
     sharing: FloatArray  # its covariance per variance, (2, u, k, k)
+    own: IntArray  # which states are the channels' slow noise that the totals see, (c,) or (0,)
 
     def noise(self, update: int, at: IntArray) -> FloatArray:
         """Covariance of the rows' white noise, shape (B, rows, rows)."""
@@ -140,6 +148,7 @@ def _spread(rows: Rows, noise: Noise, walk_factor: FloatArray | None) -> _Tuned:
     white = np.empty((settings, len(rows.outputs)))
     white[:, :totals] = np.where(force, named["force_n"][:, None], named["moment_nm"][:, None])
     white[:, totals:] = named["swing_n"][:, None] * rows.swing_sd_factor
+    slow, white[:, :totals] = (part * rows.total_sd_factor for part in (slow, white[:, :totals]))
     slow_s = np.where(force, named["force_slow_s"][:, None], named["moment_slow_s"][:, None])
     u, k = rows.error.shape
     unit = np.broadcast_to(np.eye(k), (u, k, k))
@@ -148,10 +157,12 @@ def _spread(rows: Rows, noise: Noise, walk_factor: FloatArray | None) -> _Tuned:
         if rows.own is None
         else rows.h[:, :, rows.own] / rows.prior_sd[rows.own]
     )
-    columns = [unit[:, :, :totals]]
+    columns, seen = [unit[:, :, :totals]], np.zeros(0, dtype=np.int64)
     for name, adds in (("swing_slow_n", own), ("swing_fixed_n", unit[:, :, totals:])):
         time_s = named[name.removesuffix("n") + "s"]
         if np.any(named[name] > _LEAST_SHARE * named["swing_n"]):
+            if name == "swing_slow_n" and rows.own is not None:
+                seen = len(rows.names) + slow.shape[1] + np.arange(k - totals)
             kept = named[name][:, None] * rows.swing_sd_factor
             slow = np.concatenate([slow, kept], axis=1)
             slow_s = np.concatenate([slow_s, np.tile(time_s[:, None], kept.shape[1])], axis=1)
@@ -165,7 +176,7 @@ def _spread(rows: Rows, noise: Noise, walk_factor: FloatArray | None) -> _Tuned:
         sharing[1, :, :totals, :totals] = stamps[:, :, None] * stamps[:, None, :]
     shared = np.stack([named["swing_n"], named["jitter_s"]], axis=1)
     return _Tuned(
-        sd**2, slow**2, slow_s, np.concatenate(columns, axis=2), white**2, shared**2, sharing
+        sd**2, slow**2, slow_s, np.concatenate(columns, axis=2), white**2, shared**2, sharing, seen
     )
 
 
@@ -214,7 +225,7 @@ def run_filter(
     drive[:, :p] = tuned.walk[0] * interval[:, None]
     drive[:, p:] = tuned.slow[0] * (1.0 - decay[:, p:] ** 2)
 
-    values, sd = np.empty((u, p)), np.empty((u, p))
+    values, sd, momentary = np.empty((u, p)), np.empty((u, p)), np.empty((u, tuned.own.size))
     nis, gain_nats = np.zeros(u), np.zeros(u)
     innovation, innovation_sd = np.full((u, k), np.nan), np.full((u, k), np.nan)
     used = np.zeros(u, dtype=bool)
@@ -262,17 +273,18 @@ def run_filter(
                 cov = 0.5 * (cov + cov.T)
                 if bank is not None:
                     mean, cov = bank.update(j, h, gain, inverse, nu, decay[j], mean, cov)
-        values[j] = mean[:p]
+        values[j], momentary[j] = mean[:p], mean[tuned.own]
         sd[j] = cov[diagonal[:p], diagonal[:p]]
         if past is not None:
             past.mean[j], past.covariance[j] = mean, cov
-    history = None if past is None else past.history(decay, rows.prior_sd)
+    history = None if past is None else past.history(decay, rows.prior_sd, tuned.own)
     return Track(
         time_s=rows.time_s,
         names=rows.names,
         units=rows.units,
         values=values * rows.prior_sd,
         sd=np.sqrt(np.clip(sd, 0.0, None)) * rows.prior_sd,
+        momentary=momentary if tuned.own.size else None,
         covariance=cov[:p, :p] * np.outer(rows.prior_sd, rows.prior_sd),
         nis=nis,
         dof=rows.valid.sum(axis=1).astype(float),
@@ -307,9 +319,9 @@ class _Past:
     def start(cls, u: int, s: int) -> _Past:
         return cls(np.empty((u, s)), np.empty((u, s, s)), np.empty((u, s)), np.empty((u, s, s)))
 
-    def history(self, decay: FloatArray, scale: FloatArray) -> History:
+    def history(self, decay: FloatArray, scale: FloatArray, own: IntArray) -> History:
         return History(
-            self.mean, self.covariance, self.mean_ahead, self.covariance_ahead, decay, scale
+            self.mean, self.covariance, self.mean_ahead, self.covariance_ahead, decay, scale, own
         )
 
 
@@ -319,7 +331,7 @@ def run_settings(
     guards: Guards | None = None,
     *,
     known_jumps: Sequence[Jump] = (),
-) -> tuple[FloatArray, FloatArray]:
+) -> tuple[FloatArray, FloatArray, FloatArray | None]:
     """Filter a walk with many settings of the noise in one pass, without jumps and gate.
 
     Parameters
@@ -335,7 +347,8 @@ def run_settings(
 
     Returns
     -------
-    log_likelihood, shape (settings,), and z in `units`, shape (u, settings, p)
+    log_likelihood, shape (settings,), z in `units`, shape (u, settings, p), and the channels'
+    momentary errors as in `Track`, shape (u, settings, c)
     """
     huber = (guards or Guards()).huber
     tuned = _spread(rows, noise, None)
@@ -348,7 +361,7 @@ def run_settings(
     cov[:, :p, :p] = rows.prior_correlation
     cov[:, p + np.arange(t), p + np.arange(t)] = tuned.slow
     interval = np.diff(rows.time_s, prepend=rows.time_s[0])
-    values = np.empty((u, b, p))
+    values, momentary = np.empty((u, b, p)), np.empty((u, b, tuned.own.size))
     log_likelihood = np.zeros(b)
     diagonal = np.arange(s)
     decay = np.ones((b, s))
@@ -382,5 +395,5 @@ def run_settings(
             mean = mean + np.einsum("bsi,bi->bs", gain, nu)
             cov = cov - gain @ ph.transpose(0, 2, 1)
             cov = 0.5 * (cov + cov.transpose(0, 2, 1))
-        values[j] = mean[:, :p]
-    return log_likelihood, values * rows.prior_sd
+        values[j], momentary[j] = mean[:, :p], mean[:, tuned.own]
+    return log_likelihood, values * rows.prior_sd, momentary if tuned.own.size else None

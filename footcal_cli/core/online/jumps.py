@@ -15,6 +15,9 @@ import numpy as np
 from footcal_cli.core.online.rows import Rows
 from footcal_cli.core.parameters import FloatArray, IntArray
 
+_TORQUE = 0.1
+"""Smallest jump of a torque in Nm, over that of a force in N."""
+
 
 @dataclass(frozen=True)
 class Jump:
@@ -52,6 +55,8 @@ class JumpBank:
         Running sums of signature against innovations, shape (onsets, biases).
     onset
         Update of each hypothesis, −1 while empty.
+    least
+        Smaller jumps are left to the random walk, in each bias's unit, shape (biases,).
     """
 
     rows: Rows
@@ -61,7 +66,7 @@ class JumpBank:
     information: FloatArray
     onset: IntArray
     threshold: float
-    least: float
+    least: FloatArray
     found: list[Jump] = field(default_factory=list)
 
     @classmethod
@@ -69,7 +74,9 @@ class JumpBank:
         cls, rows: Rows, states: int, threshold: float, least_n: float, memory_s: float
     ) -> JumpBank | None:
         """An empty bank; None where no jump is looked for."""
-        biases = np.array([i for i, name in enumerate(rows.names) if name.endswith(".bias")])
+        biases = np.array(
+            [i for i, n in enumerate(rows.names) if n.endswith(".bias") or ".offset_" in n]
+        )
         if not np.isfinite(threshold) or not biases.size or len(rows) < 2:
             return None
         interval = float(np.median(np.diff(rows.time_s)))
@@ -82,7 +89,7 @@ class JumpBank:
             np.zeros((size, biases.size)),
             np.full(size, -1),
             threshold,
-            least_n,
+            least_n * np.array([_TORQUE if rows.units[i] == "Nm" else 1.0 for i in biases]),
         )
 
     def update(
@@ -118,7 +125,7 @@ class JumpBank:
         unit = float(self.rows.prior_sd[index])
         size_z = float(self.score[best] / self.information[best])
         variance = float(1.0 / self.information[best])
-        if abs(size_z) * unit < self.least:
+        if abs(size_z) * unit < self.least[best[1]]:
             return mean, cov
         self.found.append(
             Jump(

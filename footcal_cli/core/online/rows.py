@@ -183,6 +183,8 @@ class Rows:
         Row of the log that ends each block, shape (u,).
     swing_sd_factor
         Noise of each channel's row against the first kind's, shape (k − totals,).
+    total_sd_factor
+        Noise of each total against that of its kind (force, moment), shape (totals,) or 1.
     per_stamp_s
         Change of the totals' error per second that the body's stamps are wrong, (u, totals): where
         the body moves fast, jitter of its stamps is noise. None where stamps are exact.
@@ -205,6 +207,7 @@ class Rows:
     swing_sd_factor: FloatArray
     per_stamp_s: FloatArray | None = None
     own: IntArray | None = None
+    total_sd_factor: FloatArray | float = 1.0
 
     def __len__(self) -> int:
         return self.time_s.size
@@ -292,7 +295,7 @@ def cell_rows(
     )
     reference = walk.reference_of(log, static=static)
     slope = _slope(log.time_s, reference)
-    hanging = airborne(log.known["contact"])
+    hanging = hanging_of(log)
     blocks = len(log) // samples_per_update
     if blocks == 0:
         raise ValueError(f"{len(log)} samples are too few for one update")
@@ -329,6 +332,12 @@ def cell_rows(
         per_stamp_s=np.concatenate([p[0][:, : len(walk.CELL_TOTALS), -1] for p in parts]),
         own=np.arange(c, 2 * c),
     )
+
+
+def hanging_of(log: Log) -> FloatArray:
+    """How much of each foot's reading is that of a foot in the air, 0 to 1, shape (n, feet)."""
+    told = log.known.get("airborne")
+    return airborne(log.known["contact"]) if told is None else told
 
 
 def _slope(time_s: FloatArray, reference: Reference) -> FloatArray:

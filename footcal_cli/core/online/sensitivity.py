@@ -11,13 +11,8 @@ from footcal_cli.core.centroidal import Reference
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.evidence import rms
 from footcal_cli.core.online.filter import Noise, run_settings
-from footcal_cli.core.online.replay import (
-    Memory,
-    Replayed,
-    errors_against,
-    replay_track,
-    replay_window,
-)
+from footcal_cli.core.online.memory import Memory, replay_track
+from footcal_cli.core.online.replay import Replayed, errors_against, replay_window
 from footcal_cli.core.online.rows import Belief
 from footcal_cli.core.online.window import Weights, WindowRule, run_window_fast
 from footcal_cli.core.parameters import FloatArray
@@ -61,10 +56,11 @@ def memory_sensitivity(
     table = {name: np.full(size, value) for name, value in base.items()}
     for i, name in enumerate(names):
         table[name][i * factors.size : (i + 1) * factors.size] *= factors
-    _, values = run_settings(memory.rows, Noise(**table))
+    _, values, momentary = run_settings(memory.rows, Noise(**table))
     scores = []
     for b in range(size):
-        track = replace(memory.track, values=values[:, b])
+        own = None if momentary is None else momentary[:, b]
+        track = replace(memory.track, values=values[:, b], momentary=own)
         error = errors_against(replay_track("memory", memory, track, belief), truth)
         scores.append((rms(error.cop_m), rms(error.vgrf_n)))
     return _curves(names, factors, np.array(scores))

@@ -13,7 +13,7 @@ import numpy as np
 from footcal_cli.core.effects.calibration import AXES
 from footcal_cli.core.experiments import walk
 from footcal_cli.core.log import Log
-from footcal_cli.core.online.rows import Rows, block_means
+from footcal_cli.core.online.rows import Rows, advanced, block_means
 from footcal_cli.core.parameters import FloatArray
 
 PRIOR_SD: Mapping[str, tuple[str, float]] = {
@@ -23,9 +23,13 @@ PRIOR_SD: Mapping[str, tuple[str, float]] = {
     "mass_correction": ("kg", 2.0),
     "com_correction": ("m", 0.02),
     "weight": ("N", 3.0),
+    "com_below": ("m", 0.05),
+    "delay": ("s", 0.01),
 }
 """Kind of unknown -> unit and prior sd: transducers zeroed at an unknown time."""
 _KNOWN_MASS = 0.002
+_DELAY_STEP_S = 2e-3
+DELAY_STATE = "robot.delay"
 TORQUE_ARM_M = 0.05
 """A torque row's noise over a force row's."""
 
@@ -73,6 +77,10 @@ def six_axis_rows(
     add("robot.com_correction_y", "com_correction")
     for foot in feet:
         add(f"{foot}.weight", "weight")
+    for foot in feet:
+        for axis in "xyz":
+            add(f"{foot}.com_below_{axis}", "com_below")
+    add(DELAY_STATE, "delay")
     blocks = len(log) // samples_per_update
     if blocks == 0:
         raise ValueError(f"{len(log)} samples are too few for one update")
@@ -108,7 +116,8 @@ def _columns(log: Log, scales: bool) -> FloatArray:
     arms = pos - known["com_m"][:, None]
     totals = len(walk.SIX_AXIS_TOTALS)
     carriers = 6 * feet * (2 if scales else 1)
-    h = np.zeros((n, totals + 6 * feet, carriers + 3 + feet))
+    h = np.zeros((n, totals + 6 * feet, carriers + 4 + 4 * feet))
+    below = walk.applied_below(log, np.ones((n, feet)))
     for k in range(feet):
         unit = _total_of_axes(rot[:, k], arms[:, k])
         rows = totals + 6 * k + np.arange(6)
@@ -119,18 +128,26 @@ def _columns(log: Log, scales: bool) -> FloatArray:
             h[:, :totals, at] = unit * wrench[:, None, k]
             h[:, rows, at] = wrench[:, k]
         # one newton more below the transducer is one newton less that it must be told of
-        hanging = walk.applied_below(
-            rot[:, k : k + 1], np.ones((n, 1)), known["foot_com_m"][:, k : k + 1]
-        )[:, 0]
+        hanging = below[:, k]
         at_weight = carriers + 3 + k
         h[:, :totals, at_weight] = -np.einsum("nij,nj->ni", unit, hanging)
         h[:, totals + 6 * k : totals + 6 * k + 6, at_weight] = -hanging
+        at_com = carriers + 3 + feet + 3 * k
+        pull = known["foot_weight_n"][:, k, None] * hanging[:, :3]
+        for i in range(3):
+            lever = np.cross(np.eye(3)[i], pull)
+            h[:, :totals, at_com + i] = -np.einsum("nij,nj->ni", unit[:, :, 3:], lever)
+            h[:, totals + 6 * k + 3 : totals + 6 * k + 6, at_com + i] = -lever
     specific = known["com_acc_mps2"].copy()
     specific[:, 2] += known["gravity_mps2"]
     h[:, :3, carriers] = -specific
     load = known["mass_kg"][:, None] * specific
     h[:, 4, carriers + 1] = load[:, 2]
     h[:, 3, carriers + 2] = -load[:, 2]
+    ends = [
+        walk.six_axis_balance(advanced(log, sign * _DELAY_STEP_S)).error for sign in (1.0, -1.0)
+    ]
+    h[:, :, -1] = (ends[0] - ends[1]) / (2.0 * _DELAY_STEP_S)
     return np.nan_to_num(h)
 
 

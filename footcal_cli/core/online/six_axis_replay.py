@@ -10,17 +10,22 @@ import numpy as np
 from footcal_cli.core.effects.calibration import AXES
 from footcal_cli.core.experiments import walk
 from footcal_cli.core.log import Log
-from footcal_cli.core.online.evidence import Consistency, check_consistency
+from footcal_cli.core.online.evidence import Consistency, check_consistency, repetition
 from footcal_cli.core.online.filter import Guards, Noise, Track, run_filter
-from footcal_cli.core.online.replay import LEARNT_RATIO, held
-from footcal_cli.core.online.rows import Rows
-from footcal_cli.core.online.six_axis import six_axis_rows
+from footcal_cli.core.online.jumps import Jump
+from footcal_cli.core.online.memory import LEARNT_RATIO, gait_phase, sized
+from footcal_cli.core.online.replay import held
+from footcal_cli.core.online.rows import Rows, advanced
+from footcal_cli.core.online.six_axis import DELAY_STATE, six_axis_rows
 from footcal_cli.core.online.smoother import smooth
 from footcal_cli.core.online.streams import Merged
 from footcal_cli.core.online.tuning import LEARNT, Tuning, learn_noise
 from footcal_cli.core.parameters import Estimates, FloatArray, Status
 
 _GOOD_DEMAND = 0.02
+_DELAY_PASSES, _DELAY_SETTLED_S = 8, 2e-4
+_SHARE_ROUNDS, _SMALLEST_SHARE, _LARGEST_SHARE = 2, 0.2, 5.0
+_INFLATIONS = 4
 START = Noise(
     force_n=5.0,
     moment_nm=2.0,
@@ -36,6 +41,12 @@ START = Noise(
     state_walk=1e-4,
 )
 """A humanoid of 70 kg; the innovations say the rest."""
+GUARDS = Guards(least_jump_n=5.0)
+"""A jump of an offset below 5 N or 0.5 Nm is left to the random walk."""
+_ROW_NOISE = (
+    "force_n", "moment_nm", "force_slow_n", "moment_slow_nm",
+    "swing_n", "swing_slow_n", "swing_fixed_n",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -45,11 +56,13 @@ class SixAxisReplay:
     Parameters
     ----------
     merged, rows
-        What went in.
+        What went in, the body stream moved by `delay_s`.
     track, smoothed, tuning
         Filter, smoother, learnt noise.
+    jumps
+        Offset jumps alarmed while filtering, sized by the smoother.
     estimates
-        From the smoother's last state (the filter's), by name.
+        From the filter's last state, by name.
     before, after
         Errors of the balance per sample before and with the held estimates, shape (n, k); NaN
         where they do not count.
@@ -57,8 +70,15 @@ class SixAxisReplay:
         Total vertical force before and after, and what the motion demands, shape (n, 3).
     consistency
         Of the innovations.
+    inflated
+        Factor on all noise variances that the innovations asked for beyond the learnt noise.
+    repeated
+        Factors on the noise variances of the totals and of swinging feet for errors that repeat
+        in every gait cycle.
     demand_sd_n
-        How well the motion of the body tells the force, as the innovations have it.
+        How well the motion of the body tells the vertical force, as the innovations have it.
+    delay_s, delay_sd_s
+        Of the body stream behind what the recipe compensated.
     """
 
     merged: Merged
@@ -66,16 +86,25 @@ class SixAxisReplay:
     track: Track
     smoothed: Track
     tuning: Tuning
+    jumps: tuple[Jump, ...]
     estimates: Estimates
     before: FloatArray
     after: FloatArray
     vertical_n: FloatArray
     consistency: Consistency
+    inflated: float
+    repeated: tuple[float, float]
     demand_sd_n: float
+    delay_s: float
+    delay_sd_s: float
 
 
 def replay_six_axis(
-    merged: Merged, *, samples_per_update: int, scales: bool | None = None
+    merged: Merged,
+    *,
+    samples_per_update: int,
+    scales: bool | None = None,
+    guards: Guards = GUARDS,
 ) -> SixAxisReplay:
     """Filter and smooth a walk on six-axis feet.
 
@@ -88,38 +117,160 @@ def replay_six_axis(
     scales
         Whether each axis has an unknown scale; None: where the motion's demand is good to 2 % of
         the weight. Regressing good readings on a poor demand would pull every scale to zero.
+    guards
+        Huber limit, information gate, jump threshold.
     """
-    log = merged.log
-    guards = Guards(jump_threshold=np.inf)
     # with free scales the likeliest noise is none: readings times zero balance weights of zero
-    fixed = six_axis_rows(log, samples_per_update=samples_per_update, scales=False)
-    learnt = tuple(name for name in LEARNT if name not in ("gain_walk", "state_walk"))
-    tuning = learn_noise(fixed, START, learnt=learnt, guards=guards)
-    demand_sd = float(np.hypot(tuning.noise.force_n, tuning.noise.force_slow_n))
+    log, delay, fixed = _aligned(merged.log, samples_per_update, guards)
+    fixed, tuning = _learnt(fixed, guards)
+    demand_sd = _vertical_sd(fixed, tuning.noise)
     weight_n = float(np.mean(log.known["mass_kg"] * log.known["gravity_mps2"]))
     if scales is None:
         scales = demand_sd < _GOOD_DEMAND * weight_n
     rows = fixed
     if scales:
-        rows = six_axis_rows(log, samples_per_update=samples_per_update, scales=True)
-    track = run_filter(rows, tuning.noise, guards, keep_history=True)
-    smoothed = smooth(track)
+        rows = replace(
+            six_axis_rows(log, samples_per_update=samples_per_update, scales=True),
+            swing_sd_factor=fixed.swing_sd_factor,
+            total_sd_factor=fixed.total_sd_factor,
+        )
+    noise, track, inflated = _consistent(rows, tuning.noise, guards)
+    consistency = check_consistency(track)
+    rows, repeated = _without_repeats(log, rows, track)
+    if max(repeated) > 1.0:
+        track = run_filter(rows, noise, guards)
+    past = run_filter(
+        rows, noise, replace(guards, jump_threshold=np.inf), known_jumps=track.jumps,
+        keep_history=True,
+    )  # fmt: skip
+    smoothed = smooth(past)
+    corrected = corrected_log(log, track.names, smoothed, rows)
+    before, after = _errors(merged.log), _errors(corrected)
+    weight = log.known["mass_kg"] * (log.known["com_acc_mps2"][:, 2] + log.known["gravity_mps2"])
+    vertical = np.stack([before[:, 2] + weight, after[:, 2] + weight, weight], axis=1)
+    at = track.names.index(DELAY_STATE)
+    return SixAxisReplay(
+        merged=merged,
+        rows=rows,
+        track=track,
+        smoothed=smoothed,
+        tuning=tuning,
+        jumps=tuple(sized(jump, smoothed) for jump in track.jumps),
+        estimates=_estimates(track, rows, delay),
+        before=before,
+        after=after,
+        vertical_n=vertical,
+        consistency=consistency,
+        inflated=inflated,
+        repeated=repeated,
+        demand_sd_n=demand_sd,
+        delay_s=delay + float(track.values[-1, at]),
+        delay_sd_s=float(track.sd[-1, at]),
+    )
+
+
+def _aligned(log: Log, samples_per_update: int, guards: Guards) -> tuple[Log, float, Rows]:
+    """The log with its delay taken out, the delay, and rows with offsets alone unknown."""
+    quiet = replace(guards, jump_threshold=np.inf)
+    delay, moved = 0.0, log
+    rows = six_axis_rows(moved, samples_per_update=samples_per_update, scales=False)
+    at = rows.names.index(DELAY_STATE)
+    for _ in range(_DELAY_PASSES):
+        step = float(run_filter(rows, START, quiet).values[-1, at])
+        delay += step
+        moved = advanced(log, delay)
+        rows = six_axis_rows(moved, samples_per_update=samples_per_update, scales=False)
+        if abs(step) < _DELAY_SETTLED_S:
+            break
+    return moved, delay, rows
+
+
+def _learnt(rows: Rows, guards: Guards) -> tuple[Rows, Tuning]:
+    """The rows with each kind's share of the noise, and the noise, both from the innovations.
+
+    One noise serves all forces, all moments and all axes of swinging feet; the mean square of each
+    kind's own normalised innovations says how much more or less it is.
+    """
+    learnt = tuple(name for name in LEARNT if name not in ("gain_walk", "state_walk"))
+    jumps = run_filter(rows, START, guards).jumps
+    tuning = learn_noise(rows, START, learnt=learnt, guards=guards, known_jumps=jumps)
+    quiet = replace(guards, jump_threshold=np.inf)
+    kinds = [name.rsplit(".", 1)[-1] for name in rows.outputs]
+    for _ in range(_SHARE_ROUNDS):
+        track = run_filter(rows, tuning.noise, quiet, known_jumps=jumps)
+        squared = (track.innovation / track.innovation_sd) ** 2
+        share = np.array([_root_mean(squared[:, _same(kinds, k)]) for k in range(len(kinds))])
+        share = np.clip(share, _SMALLEST_SHARE, _LARGEST_SHARE)
+        rows = replace(
+            rows,
+            total_sd_factor=rows.total_sd_factor * share[: rows.totals],
+            swing_sd_factor=rows.swing_sd_factor * share[rows.totals :],
+        )
+    again = learn_noise(rows, tuning.noise, learnt=learnt, guards=guards, known_jumps=jumps)
+    return rows, again
+
+
+def _same(kinds: Sequence[str], k: int) -> list[int]:
+    """Rows of the same kind: a total for itself, an axis with that of the other feet."""
+    return [i for i, kind in enumerate(kinds) if kind == kinds[k] and (i < 5) == (k < 5)]
+
+
+def _root_mean(squared: FloatArray) -> float:
+    seen = squared[np.isfinite(squared)]
+    return float(np.sqrt(np.mean(seen))) if seen.size else 1.0
+
+
+def _vertical_sd(rows: Rows, noise: Noise) -> float:
+    """How well the motion tells the vertical force."""
+    share = np.broadcast_to(rows.total_sd_factor, rows.totals)[rows.outputs.index("fz")]
+    return float(share * np.hypot(noise.force_n, noise.force_slow_n))
+
+
+def _consistent(rows: Rows, noise: Noise, guards: Guards) -> tuple[Noise, Track, float]:
+    """Noise with which the normalised innovations lie in their band, the track, the factor.
+
+    Where a robot's model is wrong in ways that no noise of the filter describes, its innovations
+    stay too large however well the noise was learnt. All row variances are then multiplied by
+    what the innovations show (covariance matching), so that intervals are not a lie.
+    """
+    factor = 1.0
+    track = run_filter(rows, noise, guards)
+    for _ in range(_INFLATIONS):
+        found = check_consistency(track)
+        if not found.ratio > found.high:
+            break
+        factor *= found.ratio
+        larger = {name: getattr(noise, name) * np.sqrt(found.ratio) for name in _ROW_NOISE}
+        noise = replace(noise, **larger)
+        track = run_filter(rows, noise, guards)
+    return noise, track, factor
+
+
+def _without_repeats(log: Log, rows: Rows, track: Track) -> tuple[Rows, tuple[float, float]]:
+    """The rows with errors that repeat in every gait cycle counted once, and the two factors."""
+    phase = gait_phase(log, rows)
+    t = rows.totals
+    swing = replace(
+        track, innovation=track.innovation[:, t:], innovation_sd=track.innovation_sd[:, t:]
+    )
+    factors = (repetition(track, phase, t), repetition(swing, phase, len(rows.outputs) - t))
+    rows = replace(
+        rows,
+        total_sd_factor=rows.total_sd_factor * np.sqrt(factors[0]),
+        swing_sd_factor=rows.swing_sd_factor * np.sqrt(factors[1]),
+    )
+    return rows, factors
+
+
+def _estimates(track: Track, rows: Rows, delay_s: float) -> Estimates:
+    """The filter's last state, its delay on top of the one already taken out."""
+    values = track.values[-1].copy()
+    values[track.names.index(DELAY_STATE)] += delay_s
     status = [
         Status.ESTIMATED if now < LEARNT_RATIO * before else Status.PRIOR_KEPT
         for now, before in zip(track.sd[-1], rows.prior_sd, strict=True)
     ]
-    estimates = Estimates(
-        track.names, track.units, track.values[-1], track.covariance, tuple(status)
-    )
-    corrected = corrected_log(log, track.names, smoothed, rows)
-    before = _errors(log)
-    after = _errors(corrected)
-    weight = log.known["mass_kg"] * (log.known["com_acc_mps2"][:, 2] + log.known["gravity_mps2"])
-    vertical = np.stack([before[:, 2] + weight, after[:, 2] + weight, weight], axis=1)
-    return SixAxisReplay(
-        merged, rows, replace(track, history=None), smoothed, tuning, estimates, before, after,
-        vertical, check_consistency(track), demand_sd,
-    )  # fmt: skip
+    return Estimates(track.names, track.units, values, track.covariance, tuple(status))
 
 
 def _errors(log: Log) -> FloatArray:
@@ -128,7 +279,8 @@ def _errors(log: Log) -> FloatArray:
 
 
 def corrected_log(log: Log, names: Sequence[str], track: Track, rows: Rows) -> Log:
-    """The log with offsets, scales, mass, CoM and weights as a track has them, sample by sample."""
+    """The log with all that a track has found taken out, sample by sample."""
+    log = advanced(log, float(track.values[-1, names.index(DELAY_STATE)]))
     n = len(log)
     values = held(rows.last_sample, track.values, n)
     # what was not yet known at the very start is what the first update says
@@ -147,8 +299,12 @@ def corrected_log(log: Log, names: Sequence[str], track: Track, rows: Rows) -> L
     weight = log.known["foot_weight_n"] + np.stack(
         [column[f"{foot}.weight"] for foot in feet], axis=1
     )
+    hanging = np.stack(
+        [np.stack([column[f"{foot}.com_below_{axis}"] for axis in "xyz"], -1) for foot in feet], 1
+    )
     return log.with_readings(readings).with_known(
         com_m=com,
         mass_kg=log.known["mass_kg"] + column["robot.mass_correction"],
         foot_weight_n=weight,
+        foot_com_m=log.known["foot_com_m"] + hanging,
     )

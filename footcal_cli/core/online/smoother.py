@@ -38,5 +38,6 @@ def smooth(track: Track) -> Track:
         track,
         values=mean[:, :p] * past.scale,
         sd=np.sqrt(np.clip(variance, 0.0, None)) * past.scale,
+        momentary=mean[:, past.own] if past.own.size else None,
         history=None,
     )

@@ -8,7 +8,16 @@ from itertools import pairwise
 import numpy as np
 
 from footcal_cli.core.centroidal import MIN_FORCE_N, points_in_world
-from footcal_cli.core.contact import ContactRule, Reason, Validity, detect_contact, judge
+from footcal_cli.core.contact import (
+    ContactRule,
+    Reason,
+    Validity,
+    airborne,
+    airborne_now,
+    contact_now,
+    detect_contact,
+    judge,
+)
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.rows import Belief
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
@@ -16,6 +25,7 @@ from footcal_cli.core.signals import (
     CUTOFF_HZ,
     TELEMETRY_DELAY_S,
     Clock,
+    acceleration_of,
     check_clock,
     interpolate_stream,
     low_pass_stretches,
@@ -83,8 +93,10 @@ class MergeRule:
     ----------
     delay_s
         Fixed delay of the body stream, compensated.
-    cutoff_hz, causal
+    cutoff_hz
         Low-pass of forces, accelerations and angular momentum.
+    causal
+        Filter and tell contact without the future.
     largest_acc_mps2
         A CoM acceleration above this is not believed (saturation, impact).
     min_force_n
@@ -163,7 +175,8 @@ def merge_cells(
     edges = np.cumsum([0, *(len(cells) for cells in cells_foot_m)])
     per_foot = np.stack([forces[:, a:b].sum(axis=1) for a, b in pairwise(edges)], axis=1)
     weight = mass_kg * gravity_mps2
-    contact = detect_contact(per_foot, weight, rate, rule.contact)
+    tell = contact_now if rule.causal else detect_contact
+    contact = tell(per_foot, weight, rate, rule.contact)
     positions = [
         points_in_world(body_values["feet_m"][:, f, :2], body_values["feet_yaw_rad"][:, f], cells)
         for f, cells in enumerate(cells_foot_m)
@@ -190,6 +203,7 @@ def merge_cells(
         "cell_pos_m": np.concatenate(positions, axis=1),
         "foot_yaw_rad": body_values["feet_yaw_rad"],
         "contact": contact,
+        "airborne": (airborne_now if rule.causal else airborne)(contact),
     }
     usable = np.where((good & seen)[:, None], filtered, np.nan)
     log = Log(
@@ -266,6 +280,7 @@ def merge_six_axis(
         "foot_pos_m": pos,
         "foot_weight_n": np.tile(weight_below_n, (n, 1)),
         "foot_com_m": np.tile(com_below_m, (n, 1, 1)),
+        "foot_acc_mps2": values["feet_acc_mps2"].reshape(n, feet, -1),
     }
     usable = np.where((good & seen)[:, None], filtered, np.nan)
     log = Log(
@@ -311,8 +326,14 @@ def _body_on(
     ):
         if optional is not None:
             parts[name] = optional[keep]
-    for name in ("com_acc_mps2", "angmom_rate_nm"):
-        finite = np.asarray(np.isfinite(parts[name]).all(axis=1))
+    feet_acc = acceleration_of(parts["feet_m"], time_s)
+    parts["feet_acc_mps2"] = feet_acc.reshape(keep.size, -1)
+    smoothed = ["com_acc_mps2", "angmom_rate_nm", "feet_acc_mps2"]
+    if rule.causal:
+        # what lags must lag together: the CoP of late forces lies where the CoM was
+        smoothed += ["com_m", "feet_m", "feet_yaw_rad"]
+    for name in smoothed:
+        finite = np.isfinite(parts[name].reshape(keep.size, -1)).all(axis=1)
         parts[name] = low_pass_stretches(
             parts[name], finite, 1.0 / clock.period_s, rule.cutoff_hz, causal=rule.causal
         )

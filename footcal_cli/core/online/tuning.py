@@ -17,7 +17,7 @@ from footcal_cli.core.online.jumps import Jump
 from footcal_cli.core.online.rows import Rows
 from footcal_cli.core.parameters import FloatArray
 
-_GIVEN = ("swing_slow_s", "swing_fixed_n", "swing_fixed_s")
+_GIVEN = ("swing_fixed_n", "swing_fixed_s")
 LEARNT = tuple(f.name for f in fields(Noise) if f.name not in _GIVEN)
 """An error that a swinging cell keeps looks like its bias: the converter's step tells it."""
 _FURTHEST = 6.0
@@ -28,7 +28,7 @@ _PRIOR_SD_LOG, _PRIOR_SD_LOG_TIME = 1.5, 0.5
 Of correlation times only 1.6: an error of the demanded force that lasts for many steps would take
 the place of the gains.
 """
-_CORRELATION_TIMES = ("force_slow_s", "moment_slow_s")
+_CORRELATION_TIMES = ("force_slow_s", "moment_slow_s", "swing_slow_s")
 _FIRST_STEP = 0.7
 _LARGEST_STEP = 1.5
 
@@ -100,7 +100,7 @@ def learn_noise(
     def score(points: FloatArray) -> FloatArray:
         points = points.copy()
         points[:, at] = np.clip(points[:, at], origin[at] - _FURTHEST, origin[at] + _FURTHEST)
-        likelihood, _ = run_settings(
+        likelihood, _, _ = run_settings(
             rows, Noise.of(np.exp(points)), guards, known_jumps=known_jumps
         )
         moved = (points[:, at] - origin[at]) / prior_sd

@@ -1,0 +1,180 @@
+"""The estimator that remembers as it runs on a robot: everything is learnt from the past alone.
+
+After 8, 16, 32 … seconds the delay, the noise and whether plates hang on the feet are learnt from
+what has been logged by then, the past is filtered again with them, and they serve until the next
+time. What remains is latency: that of the low-pass, and the delay of the body's stream itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from footcal_cli.core.log import Log
+from footcal_cli.core.online.evidence import repetition
+from footcal_cli.core.online.filter import Noise, Track, run_filter
+from footcal_cli.core.online.memory import (
+    Memory,
+    MemoryOptions,
+    believed,
+    gait_phase,
+    rows_of,
+)
+from footcal_cli.core.online.rows import PLATE_STATE, Belief, Rows, advanced
+from footcal_cli.core.online.smoother import smooth
+from footcal_cli.core.online.tuning import Tuning, learn_noise
+from footcal_cli.core.parameters import FloatArray, IntArray
+
+FIRST_LEARNING_S = 8.0
+"""When the first learning happens; then each time the log has doubled."""
+
+
+@dataclass(frozen=True)
+class _Learnt:
+    """What the past has taught."""
+
+    delay_s: float
+    noise: Noise
+    tuning: Tuning | None
+    unneeded: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class _Piece:
+    """Updates ``start:stop`` of a track that knew only what had been learnt by `start`."""
+
+    track: Track
+    start: int
+    stop: int
+    delay_s: float
+
+
+def run_live(log: Log, belief: Belief, options: MemoryOptions | None = None) -> Memory:
+    """Filter a walk as a live run would have.
+
+    Parameters
+    ----------
+    log
+        Raw counts, filtered causally, contact told without the future.
+    belief
+        Prior of the cells.
+    options
+        As `footcal_cli.core.online.memory.run_memory`.
+
+    Returns
+    -------
+    The track of the live run; its smoothed track is an estimate after the fact.
+    """
+    options = options or MemoryOptions()
+    size = options.samples_per_update
+    everything = rows_of(log, belief, options)
+    plates = tuple(name for name in everything.names if name.endswith(PLATE_STATE))
+    learnt = _Learnt(0.0, options.noise, None, plates)
+    pieces: list[_Piece] = []
+    for start, stop in pairwise(_edges(everything.time_s)):
+        seen = log.rows(0, stop * size)
+        moved = advanced(seen, learnt.delay_s)
+        rows = _without(rows_of(moved, belief, options), learnt.unneeded)
+        track = run_filter(rows, learnt.noise, options.guards)
+        known = _past(track, start)
+        factor = repetition(known, gait_phase(moved, rows)[:start], rows.totals) if start else 1.0
+        pieces.append(_Piece(track.inflated(factor), start, stop, learnt.delay_s))
+        last = learnt
+        if stop < len(everything):
+            learnt = _learn(seen, rows, track, learnt, belief, options)
+    moved = advanced(log, last.delay_s)
+    kept = {name for piece in pieces for name in piece.track.names}
+    unneeded = tuple(name for name in everything.names if name not in kept)
+    rows = _without(rows_of(moved, belief, options), unneeded)
+    live = _joined(pieces, rows, last.delay_s)
+    past = run_filter(
+        rows, last.noise, replace(options.guards, jump_threshold=np.inf),
+        known_jumps=live.jumps, keep_history=True,
+    )  # fmt: skip
+    delay_sd = 0.0
+    if "robot.delay" in rows.names:
+        delay_sd = float(live.sd[-1, rows.names.index("robot.delay")])
+    return Memory(
+        rows, live, smooth(past), live.jumps, last.tuning, last.noise, 1.0, last.delay_s, delay_sd,
+        moved,
+    )  # fmt: skip
+
+
+def _edges(time_s: FloatArray) -> list[int]:
+    """Updates between which nothing is learnt, the first and the last included."""
+    edges, after = [0], FIRST_LEARNING_S
+    while after < time_s[-1] - time_s[0]:
+        edges.append(int(np.searchsorted(time_s, time_s[0] + after)))
+        after *= 2.0
+    return [*edges, time_s.size]
+
+
+def _without(rows: Rows, names: Sequence[str]) -> Rows:
+    return rows.without(np.isin(rows.names, names)) if names else rows
+
+
+def _learn(
+    seen: Log, rows: Rows, track: Track, learnt: _Learnt, belief: Belief, options: MemoryOptions
+) -> _Learnt:
+    """Delay, noise and states from the log so far."""
+    delay = learnt.delay_s
+    if options.align and "robot.delay" in rows.names:
+        delay += float(track.values[-1, rows.names.index("robot.delay")])
+    moved = advanced(seen, delay)
+    whole = rows_of(moved, belief, options)
+    noise, tuning = options.noise, None
+    if options.learnt:
+        tuning = learn_noise(
+            whole, options.noise, learnt=options.learnt, guards=options.guards,
+            known_jumps=track.jumps,
+        )  # fmt: skip
+        noise = tuning.noise
+    first = run_filter(whole, noise, options.guards)
+    factor = repetition(first, gait_phase(moved, whole), whole.totals)
+    needed = believed(whole, noise, options.guards, factor).names
+    return _Learnt(delay, noise, tuning, tuple(n for n in whole.names if n not in needed))
+
+
+def _past(track: Track, updates: int) -> Track:
+    """The innovations of the first updates."""
+    return replace(
+        track,
+        time_s=track.time_s[:updates],
+        innovation=track.innovation[:updates],
+        innovation_sd=track.innovation_sd[:updates],
+    )
+
+
+def _joined(pieces: Sequence[_Piece], rows: Rows, delay_s: float) -> Track:
+    """One track of all pieces; a state that was not believed in then is zero then."""
+    u, p = len(rows), len(rows.names)
+    values, sd = np.zeros((u, p)), np.zeros((u, p))
+    channels = len(rows.outputs) - rows.totals
+    momentary = np.zeros((u, channels))
+    nis, gain, used = np.zeros(u), np.zeros(u), np.zeros(u, dtype=bool)
+    innovation = np.full(rows.error.shape, np.nan)
+    innovation_sd = innovation.copy()
+    jumps = []
+    for piece in pieces:
+        track, part = piece.track, slice(piece.start, piece.stop)
+        at: IntArray = np.array([rows.names.index(name) for name in track.names])
+        values[part, at] = track.values[part]
+        sd[part, at] = track.sd[part]
+        if "robot.delay" in track.names:
+            values[part, rows.names.index("robot.delay")] += piece.delay_s - delay_s
+        if track.momentary is not None:
+            momentary[part] = track.momentary[part]
+        nis[part], gain[part], used[part] = track.nis[part], track.gain_nats[part], track.used[part]
+        innovation[part], innovation_sd[part] = track.innovation[part], track.innovation_sd[part]
+        first, last = track.time_s[piece.start], track.time_s[piece.stop - 1]
+        jumps += [jump for jump in track.jumps if first <= jump.found_s <= last]
+    covariance = np.zeros((p, p))
+    covariance[np.ix_(at, at)] = track.covariance
+    return Track(
+        rows.time_s, rows.names, rows.units, values, sd, momentary, covariance, nis,
+        rows.valid.sum(axis=1).astype(float), innovation, innovation_sd, gain, used,
+        track.log_likelihood, tuple(jumps),
+    )  # fmt: skip
