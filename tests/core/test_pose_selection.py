@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from footcal_cli.core.pose.model import Structure
+from footcal_cli.core.pose.problem import PoseOptions
 from footcal_cli.core.pose.selection import bic_paper, compare_structures, fold_of_block
 from tests.core.pose_cases import HIGH, case
 from tests.core.six_axis_data import HIP_POS_M, Robot, draw_robot
@@ -48,6 +49,16 @@ def test_the_true_model_is_chosen_at_the_papers_noise() -> None:
             assert 9.0 < min(c.cv_error for c in found) < 14.0
     assert sum(right.values()) >= 0.9 * rounds * len(right)
     assert right[Structure.SINGLE] == rounds, "no structure where there is none"
+
+
+@pytest.mark.parametrize("structure", list(Structure))
+def test_the_true_model_is_chosen_where_the_noise_level_is_unknown(structure: Structure) -> None:
+    """Every candidate estimates a level of its own; they are compared in one."""
+    robot = built(structure, np.random.default_rng([41, list(Structure).index(structure)]))
+    one = case(7, HIGH, robot=robot, friction_n=3.0, poses=300)
+    unknown = PoseOptions(noise_known=False)
+    found = compare_structures(one.data, one.legs, 0.1 * one.noise_sd, unknown)
+    assert found[0].structure is structure
 
 
 def test_folds_keep_blocks_together() -> None:

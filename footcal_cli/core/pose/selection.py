@@ -99,7 +99,7 @@ def compare_structures(
         for structure in Structure
     ]
     richest = fits[list(Structure).index(Structure.FULL)]
-    scale = richest.chi2_poses / max(6 * whole.poses - richest.free, _MIN_DOF)
+    scale = _misfit(richest) / max(6 * whole.poses - richest.free, _MIN_DOF)
     candidates = [_judged(fit, whole, parts, legs, noise_sd, scale) for fit in fits]
     return tuple(sorted(candidates, key=lambda candidate: candidate.bic))
 
@@ -113,7 +113,7 @@ def cross_validated(
 ) -> Candidate:
     """One fit, with the priors it was made with, judged like the candidates."""
     whole, parts = _parts(data, folds)
-    scale = fit.chi2_poses / max(6 * whole.poses - fit.free, _MIN_DOF)
+    scale = _misfit(fit) / max(6 * whole.poses - fit.free, _MIN_DOF)
     return _judged(fit, whole, parts, legs, noise_sd, scale)
 
 
@@ -123,6 +123,15 @@ def _parts(data: PoseData, folds: int) -> tuple[PoseSummary, list[PoseSummary]]:
     fold = fold_of_block(data.block, folds)
     parts = [summarise(data, np.flatnonzero(fold == f)) for f in range(folds)]
     return whole, [part for part in parts if 0 < part.poses < whole.poses]
+
+
+def _misfit(fit: PoseFit) -> float:
+    """Squared pose residuals in units of the assumed noise, the same for every candidate.
+
+    Where the noise level is estimated, `chi2_poses` is in units of each candidate's own estimate,
+    by which every candidate fits alike and the poorest one would win.
+    """
+    return fit.chi2_poses * (1.0 if fit.options.noise_known else fit.noise_factor**2)
 
 
 def _judged(
@@ -135,7 +144,7 @@ def _judged(
 ) -> Candidate:
     cv_square, cv_chi2 = _held_out(whole, parts, legs, noise_sd, fit.options)
     freedom = fit.options.structure.freedom(len(legs))
-    evidence = (fit.chi2_poses + fit.chi2_hang) / max(scale, np.finfo(float).tiny)
+    evidence = _misfit(fit) / max(scale, np.finfo(float).tiny) + fit.chi2_hang
     return Candidate(
         fit,
         freedom,
