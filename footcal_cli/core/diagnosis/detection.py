@@ -22,6 +22,7 @@ LEVEL_SHARE = {"bump": 0.35, "flexible": 0.35, "line": 0.1, "between": 0.1, "spe
 """Share of the level of 'unknown' that each library-free test has; a true line or a calibration
 that follows temperature is far beyond its share."""
 _LINE_WIDTH = 41
+_MEDIAN_SCATTER = 6.0
 _NARROWER = 3  # a spectrum is at least so many running medians wide
 _SHORTEST_SPECTRUM = 64
 _LINE_CAUTION = 5.0  # on nulls the whitened spectrum is not quite flat: p < .01 in 5 of 100
@@ -193,7 +194,9 @@ def _ridge_path(gram: FloatArray, base: IntArray, extra: IntArray, last: int) ->
     rotated = vectors.T @ score
     path = []
     for penalty in RIDGE * unit:
-        beta = vectors @ (rotated / (values + penalty))
+        # with nothing but the blocks that the filter learns on, no feature shows at all
+        shown = values + penalty
+        beta = vectors @ np.divide(rotated, shown, out=np.zeros_like(rotated), where=shown > 0)
         path.append(np.concatenate([theta - gamma @ beta, beta]))
     return np.array(path)
 
@@ -247,8 +250,10 @@ def _line_test(
         normed = np.array([p / ndimage.median_filter(p, width, mode="nearest") for p in power])
         mean = normed.mean(axis=0)
         mean /= ndimage.median_filter(mean, width, mode="nearest")
-        # a mean of n exponentials; its median is close to its mean, which the division used
-        p = stats.gamma.sf(mean, len(power), scale=1.0 / (len(power) - 1.0 / 3.0))
+        # a mean of n exponentials; its median is close to its mean, which the division used.
+        # Running medians of w bins scatter themselves: 2/w (relative variance) in each
+        count = len(power) / (1.0 + _MEDIAN_SCATTER / width)
+        p = stats.gamma.sf(mean, count, scale=1.0 / (count - 1.0 / 3.0))
         p = np.where(tested, p, 1.0)
         tests += int(tested.sum())
         at = int(np.argmin(p))
