@@ -36,22 +36,71 @@ def classes_of(score: Score) -> str:
     return "6 " + verdict.verdict + ", not the truth"
 
 
-def guess_of(score: Score) -> str:
-    """One line on what the numbers point at."""
-    truth, verdict = score.truth, score.verdict
-    statuses = verdict.statuses or {}
-    reasons = []
-    for effect in truth["effects"]:
-        for name in effect["right"][:1]:
-            found = Counter(statuses.get(name, ()))
-            said = ", ".join(f"{status} ×{count}" for status, count in found.items())
-            reasons.append(f"{name}: {said or 'no row in the table'}")
+def sizes_of(score: Score) -> str:
+    """Sizes of what was said."""
+    verdict = score.verdict
     given = sorted(verdict.names | frozenset().union(*verdict.rivals, frozenset()))
-    for name in given:
-        if name in (verdict.sizes or {}):
-            size, low, high = (verdict.sizes or {})[name]
-            reasons.append(f"{name} = {size:.3g} [{low:.3g}, {high:.3g}]")
-    return "; ".join(reasons)
+    sizes = verdict.sizes or {}
+    known = [(name, *sizes[name]) for name in given if name in sizes]
+    return "; ".join(f"{n} = {size:.3g} [{low:.3g}, {high:.3g}]" for n, size, low, high in known)
+
+
+def misses_page(scores: Sequence[Score]) -> str:
+    """Every trial that was not answered rightly, as a page: hidden, said, and footcal's reason."""
+    lines = [
+        "# Misses of the blind bench\n",
+        "Trials of [the blind bench](blind_bench.md) that were not answered rightly, by class. "
+        "*Reason*: what footcal's table says of the hidden effect. This page is generated.\n",
+    ]
+    classes = sorted({classes_of(s) for s in scores} - {""})
+    for name in classes:
+        mine = sorted((s for s in scores if classes_of(s) == name), key=_order)
+        lines += [f"## {name[2:].capitalize()} ({len(mine)})\n"]
+        lines += [
+            "| experiment | trial | hidden | ρ | said | reason |",
+            "|---|---|---|---|---|---|",
+        ]
+        lines += [f"| {' | '.join(_row(s))} |" for s in mine]
+        lines += [""]
+    return "\n".join(lines).rstrip() + "\n"
+
+
+def _row(score: Score) -> tuple[str, ...]:
+    truth = score.truth
+    keys = " and ".join(str(e["key"]) for e in truth["effects"]) or "nothing"
+    without = f" (without {truth['left_out']})" if truth["left_out"] else ""
+    return (
+        score.group,
+        str(truth["kind"]),
+        keys + without,
+        f"{truth['rho']:g}" if truth["rho"] else "–",
+        answer_of(score),
+        reason_of(score) or "–",
+    )
+
+
+def answer_of(score: Score) -> str:
+    """Verdict, names and rival sets in one line."""
+    verdict = score.verdict
+    said = verdict.verdict
+    if verdict.names:
+        said += ": " + ", ".join(sorted(verdict.names))
+    return said + "".join(" {" + ", ".join(sorted(group)) + "}" for group in verdict.rivals)
+
+
+def reason_of(score: Score) -> str:
+    """What footcal's own table says of the hidden effects."""
+    if score.verdict.said:
+        return " ".join(score.verdict.said.split())[-160:]
+    reasons = score.verdict.reasons or {}
+    statuses = score.verdict.statuses or {}
+    found = []
+    for effect in score.truth["effects"]:
+        for name in effect["right"][:1]:
+            pairs = zip(statuses.get(name, ()), reasons.get(name, ()), strict=True)
+            told = [f"{status}: {reason}" if reason else status for status, reason in pairs]
+            found.append(f"{name} {Counter(told).most_common(1)[0][0] if told else 'no row'}")
+    return "; ".join(found).replace("|", "/")
 
 
 def listing(scores: Sequence[Score]) -> str:
@@ -85,10 +134,7 @@ def _entry(score: Score) -> list[str]:
     )
     rho = f" rho {truth['rho']:g}" if truth["rho"] else ""
     without = f" (without {truth['left_out']})" if truth["left_out"] else ""
-    said = verdict.verdict + (f" ({verdict.said.strip()[-200:]})" if verdict.said else "")
-    if verdict.names:
-        said += " names=" + ",".join(sorted(verdict.names))
-    said += "".join(" {" + ",".join(sorted(group)) + "}" for group in verdict.rivals)
+    said = answer_of(score) + (f" ({verdict.said.strip()[-200:]})" if verdict.said else "")
     facts = {k: truth["facts"][k] for k in ("noise", "engine") if k in truth.get("facts", {})}
     keys = tuple(str(e["key"]) for e in truth["effects"])
     again = (
@@ -97,7 +143,7 @@ def _entry(score: Score) -> list[str]:
     )
     return [
         f"- {score.group} / {truth['kind']}: {hidden or 'nothing'}{rho}{without} -> {said}",
-        f"    {facts}; {guess_of(score)}",
+        f"    {facts}; {reason_of(score)}; {sizes_of(score)}",
         f"    {again}",
     ]
 

@@ -36,6 +36,8 @@ class Verdict:
         Larger is surer: −log10 of the largest p of the named causes.
     said
         What the command said where it made no diagnosis.
+    reasons
+        Effect -> why its rows have their statuses.
     """
 
     verdict: str
@@ -46,6 +48,7 @@ class Verdict:
     gains: Mapping[str, tuple[str, float, float]] | None = None
     confidence: float = 0.0
     said: str = ""
+    reasons: Mapping[str, tuple[str, ...]] | None = None
 
     @classmethod
     def read(cls, record: Mapping[str, Any]) -> Verdict:
@@ -56,9 +59,11 @@ class Verdict:
         together = frozenset().union(*rivals) if rivals else frozenset()
         named = frozenset(str(cause["effect"]) for cause in causes)
         statuses: dict[str, tuple[str, ...]] = {}
+        reasons: dict[str, tuple[str, ...]] = {}
         for row in record.get("effects", ()):
             name = str(row["effect"])
             statuses[name] = (*statuses.get(name, ()), str(row["status"]))
+            reasons[name] = (*reasons.get(name, ()), str(row.get("reason", "")))
         sizes = {
             str(c["effect"]): (float(c["size"]), float(c["ci95"][0]), float(c["ci95"][1]))
             for c in causes
@@ -80,6 +85,7 @@ class Verdict:
             gains=gains,
             confidence=float(-np.log10(max(max(ps), 1e-12))) if ps else 0.0,
             said=str(record.get("said", "")),
+            reasons=reasons,
         )
 
 

@@ -36,6 +36,7 @@ def _truth(cell: Cell, *, resolved: bool = False) -> dict[str, Any]:
     ]  # fmt: skip
     return {
         "kind": cell.kind, "experiment": cell.experiment, "drift": cell.drift, "rho": cell.rho,
+        "left_out": cell.left_out,
         "effects": effects, "seconds": 1.0, "gain": {"force": 0.3},
         "resolved": resolved if cell.kind == "alias" else None,
     }  # fmt: skip
@@ -70,7 +71,7 @@ def test_a_perfect_diagnosis_meets_every_demand(tmp_path: Path) -> None:
     assert [(d.trial, d.score) for d in DEMANDS if not d.met(scores)] == []
     write_page(scores, RUN, tmp_path / "page.md")
     text = (tmp_path / "page.md").read_text(encoding="utf-8")
-    assert "Not reached" not in text
+    assert "Every demand that was run is met" in text
     assert "No wrong name" in text
     assert all((tmp_path / "figures" / f"blind_{n}.png").is_file() for n in ("power", "risk"))
 
@@ -105,4 +106,7 @@ def test_random_verdicts_fill_every_panel(tmp_path: Path) -> None:
         scores.append(judge(_truth(cell), Verdict.read(said)))
     write_page(scores, RUN, tmp_path / "page.md")
     assert (tmp_path / "figures" / "blind_confusion.png").stat().st_size > 20_000
-    assert "Not reached, and on which trials" in (tmp_path / "page.md").read_text(encoding="utf-8")
+    text = (tmp_path / "page.md").read_text(encoding="utf-8")
+    assert "**A clean log.**" in text
+    missed = (tmp_path / "page_misses.md").read_text(encoding="utf-8")
+    assert missed.count("\n| ") > 100
