@@ -59,7 +59,7 @@ CELLS = {
     ),
     "stand": (
         Cell("null", "stand"),
-        Cell("single", "stand", ("com_offset/standing",), 1.0),
+        Cell("alias", "stand", ("com_offset/standing",), 1.0),
         Cell("single", "stand", ("nonlinearity/table",), 1.0),
     ),
     "hang": (

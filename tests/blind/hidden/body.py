@@ -72,7 +72,7 @@ def _mass(world: World, size: float, rng: Rng) -> World:
     )
 
 
-_LEVEL = ("imu_tilt", "accel_bias", "com_offset", "floor_slope")
+_LEVEL = ("imu_tilt", "accel_bias", "com_offset", "floor_slope", "cell_position")
 _LATE = ("delay", "lag", "sensor_lag")
 _STREAMS = ("com_m", "com_acc_mps2", "angmom_rate_nm", "feet_m", "yaw_rad")
 

@@ -177,6 +177,7 @@ def bounces(
 ) -> Motion:
     """On both feet, bouncing and swaying at a tempo that rises from 0.5 to 4 Hz in each stretch.
 
+    The hips go down by a fifth and up again every four seconds.
     Between stretches the robot turns and bends its knees, unlogged.
     """
     n = int(seconds_each * FINE_HZ)
@@ -186,13 +187,14 @@ def bounces(
     parts = []
     for i in range(stretches):
         facing = 2 * np.pi * (i % facing_ways) / facing_ways
-        bent = 1.0 - 0.1 * (i // facing_ways % heights)
+        bent = 1.0 - 0.05 * (i // facing_ways % heights)
         feet = np.zeros((n, 2, 3))
         place = np.array([[0, build.hip_m], [0, -build.hip_m]]) + rng.normal(0, 0.004, (2, 2))
         feet[:, :, :2] = turned(place, facing)
         yaw = facing + np.broadcast_to(rng.normal(0, 0.03, 2), (n, 2))
         rate = 2 * np.pi * (0.5 + 3.5 * time_s / seconds_each)
         up = np.minimum(1.5 / rate**2, 0.015) * np.sin(tempo + rng.uniform(0, 6))
+        up -= 0.1 * build.height_m * (1.0 - np.cos(2 * np.pi * time_s / 4.0))
         share = 0.5 + 0.3 * ramp * np.sin(0.5 * tempo + rng.uniform(0, 6))
         roll = 0.02 * ramp * np.sin(0.5 * tempo + rng.uniform(0, 6))
         zmp = _planned(feet, yaw, share, build, roll)
