@@ -13,8 +13,9 @@ from footcal_cli.core.diagnosis.case import Case, Rows
 from footcal_cli.core.diagnosis.noise_credit import shrinkage
 from footcal_cli.core.diagnosis.problem import Problem, Signature
 from footcal_cli.core.diagnosis.refit import Refit, refit
+from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.scores import held_out_loss
-from footcal_cli.core.diagnosis.signatures import SWITCHES
+from footcal_cli.core.diagnosis.signatures import SWITCHES, own_place
 from footcal_cli.core.diagnosis.whitening import Noise, noise_of, whitened_grams
 from footcal_cli.core.effects.contract import Effect
 from footcal_cli.core.evidence import Interval, jackknife_interval, sign_flip_mean, sign_patterns
@@ -68,8 +69,9 @@ def decided(
         for (cause, fitted, _), extended in zip(fits, judged, strict=True)
     ]
     best = int(np.argmin([loss.sum() for _, _, loss in tried]))
-    chosen, fitted, loss = tried[best]
-    signs = sign_patterns(loss.size, seed)
+    signs = sign_patterns(tried[best][2].size, seed)
+    chosen, fitted, loss = _where(case, rows, problem, table, causes, model, tried[best], noise,
+                                  signs, rules)  # fmt: skip
     worse = {
         cause.signature.effect
         for cause, _, other in tried
@@ -82,12 +84,41 @@ def decided(
         for cause, _, other in tried
         if float((other - loss).sum()) < needed and _kindred(table, chosen, cause)
     }
-    near = {s.effect: (s, cos) for s, cos in _aliases_of(answer, chosen, fitted, rules.alias)}
+    alike = _aliases_of(answer, tried[best][0], tried[best][1], rules.alias)
+    near = {s.effect: (s, cos) for s, cos in alike}
     worse -= {name for name, (_, cos) in near.items() if cos > ONE_AND_THE_SAME}
     rivals = [*first.rivals, first.signature, *(cause.signature for cause, _, _ in tried)]
     rivals += [s for s, _ in near.values()]
     by_effect = {s.effect: s for s in rivals if s.effect not in worse | {chosen.signature.effect}}
     return replace(chosen, rivals=tuple(by_effect.values())), fitted
+
+
+def _where(
+    case: Case,
+    rows: Rows,
+    problem: Problem,
+    table: Mapping[str, Effect],
+    causes: Sequence[Cause],
+    model: Refit | None,
+    tried: tuple[Cause, Refit, FloatArray],
+    noise: Noise,
+    signs: FloatArray,
+    rules: Rules,
+) -> tuple[Cause, Refit, FloatArray]:
+    """The same effect with a value per cell, where that predicts left-out blocks better."""
+    cause, _, loss = tried
+    own = own_place(case, table[cause.signature.effect])
+    if own is None:
+        return tried
+    where, owners = own
+    apart = replace(cause, signature=replace(cause.signature, where=where, owners=owners))
+    fitted = _extended(case, rows, problem, table, [*causes, apart], model)
+    extended = extended_problem(problem, fitted, [*causes, apart])
+    told = shrinkage(case, rows, fitted.chain, fitted.values)
+    less = _white_loss(replace(extended, residual=extended.residual / told), noise)
+    if sign_flip_mean(loss - less, signs) >= rules.alpha_name:
+        return tried
+    return replace(apart, places=()), fitted, less
 
 
 def _aliases_of(

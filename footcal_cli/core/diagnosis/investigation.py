@@ -219,9 +219,11 @@ def _found(causes: Sequence[Cause], model: Refit | None) -> tuple[Found, ...]:
             i for i, name in enumerate(model.names) if name.rsplit(".", 1)[0] in owners
             and name.rsplit(".", 1)[1] in _parameters(cause, model)
         ]  # fmt: skip
-        size = next(
+        # of several cells with a size each, the one that is off most stands for all
+        sizes = [
             model.intervals[i] for i in mine if model.names[i].endswith(cause.signature.parameter)
-        )
+        ]
+        size = max(sizes, key=lambda interval: abs(interval.value))
         found.append(
             Found(
                 replace(cause, size=size),

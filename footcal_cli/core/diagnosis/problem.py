@@ -200,7 +200,9 @@ class Problem:
             rows = self.output == i
             if not rows.any():
                 continue
-            rms = np.sqrt(np.mean(physical[rows] ** 2, axis=0))
+            # an output may pool cells: one cell's error counts on the rows of that cell
+            touched = np.count_nonzero(self.columns[rows], axis=0)
+            rms = np.sqrt(np.sum(physical[rows] ** 2, axis=0) / np.maximum(touched, 1))
             size = np.divide(
                 self.tolerance[i], rms, out=np.full_like(rms, np.inf), where=rms > 1e-300
             )

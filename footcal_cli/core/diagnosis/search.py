@@ -24,6 +24,7 @@ from footcal_cli.core.evidence import (
     permutation_max_t,
     sign_flip_max_t,
     sign_flip_mean,
+    student_p,
 )
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
@@ -132,16 +133,21 @@ def weigh(lib: Library, base: IntArray, signs: FloatArray, rules: Rules, seed: i
     between = np.flatnonzero(active & lib.between)
     t = np.zeros(len(lib.problem.signatures))
     p = np.ones(len(lib.problem.signatures))
-    split = 1.0 if not between.size or not within.size else 2.0
+    informative = effective_blocks(found.information)
+    partial = within[_in_some_blocks(lib, informative[within])]
+    split = max(float(sum(family.size > 0 for family in (within, local, between, partial))), 1.0)
     test = sign_flip_max_t(found.score[:, within], signs)
     t[within], p[within] = test.t, np.minimum(split * test.p, 1.0)
+    if partial.size:
+        single = partial.size * student_p(t[partial], informative[partial])
+        p[partial] = np.minimum(p[partial], split * single)
     if between.size and grams.blocks >= 4:
         apart = _permuted(grams, base, grams.candidates[between], seed)
         t[between], p[between] = apart[0], np.minimum(split * apart[1], 1.0)
     if local.size:
-        t[local], p[local] = local_max_t(found.score[:, local], found.information[:, local])
+        t[local], single = local_max_t(found.score[:, local], found.information[:, local])
+        p[local] = np.minimum(split * single, 1.0)
     gains = held_out_gains(grams.inner, grams.plain, base, lib.columns)
-    informative = effective_blocks(found.information)
     count = len(lib.causes)
     best = np.zeros(count, dtype=np.int64)
     out_t, out_p, size, blocks = np.zeros(count), np.ones(count), np.zeros(count), np.zeros(count)
@@ -155,6 +161,21 @@ def weigh(lib: Library, base: IntArray, signs: FloatArray, rules: Rules, seed: i
     return Evidence(
         out_t, out_p, gains.white, gains.plain, best, size, gains.size, blocks, test.null_max
     )
+
+
+_SOME = 0.7
+_FEWEST = 8.0
+
+
+def _in_some_blocks(lib: Library, informative: FloatArray) -> BoolArray:
+    """Candidates that a part of the blocks knows of: one cell of several, each with its sessions.
+
+    So few signs cannot reach the level of a family; block scores are sums over many rows, and
+    Student's t on them can.
+    """
+    if lib.problem.drifts or lib.problem.settings is not None or lib.problem.rate_hz <= 0:
+        return np.zeros(informative.size, dtype=bool)
+    return np.asarray((informative < _SOME * lib.grams.blocks) & (informative >= _FEWEST))
 
 
 def _permuted(

@@ -25,7 +25,7 @@ STEP = 0.02
 ALIKE = 0.995
 """|cos| from which two shapes of an effect count as one."""
 _NOTHING = 1e-6  # RMS change in noise units at a usual size: below it is rounding
-SWITCHES = frozenset({"channel_swap"})
+SWITCHES = frozenset({"channel_swap", "axis_flip"})
 """Effects that are on or off: differentiated at the swapped readings, a whole one looks like −1."""
 _CHOICES = frozenset({"channel_stuck", "channel_duplicate", "quantisation", "dropped_samples"})
 
@@ -168,7 +168,8 @@ def _units(case: Case, effect: Effect) -> tuple[str, ...]:
     )
 
 
-Place = tuple[str, tuple[tuple[str, tuple[str, ...]], ...], tuple[str, ...]]
+Owners = tuple[tuple[str, tuple[str, ...]], ...]
+Place = tuple[str, Owners, tuple[str, ...]]
 """Where in words, owners as in a link, and the units that share the size."""
 
 
@@ -194,6 +195,14 @@ def places(effect: Effect, units: Sequence[str]) -> list[Place]:
                 found.append((f"{foot} foot", ((foot, mine),), mine))
     found += [(u, ((u, (u,)),), (u,)) for u in every]
     return found
+
+
+def own_place(case: Case, effect: Effect) -> tuple[str, Owners] | None:
+    """Every cell with a value of its own, where there are several cells; named like the others."""
+    units = _units(case, effect)
+    if effect.scope is not Scope.CHANNEL or len(units) < 2:
+        return None
+    return "each cell of its own", tuple((u, (u,)) for u in units)
 
 
 def derivative(

@@ -77,7 +77,8 @@ def size_words(item: Found) -> str:
         if main or (unit and interval.low * interval.high > 0):
             said = words(parameter.removeprefix(f"{signature.effect}_"))
             said = "" if parameter == signature.effect else f"{said} "
-            parts.append(f"{said}{with_interval(interval, unit)}")
+            owner = f"{name.rsplit('.', 1)[0]} " if len(signature.owners) > 1 else ""
+            parts.append(f"{owner}{said}{with_interval(interval, unit)}")
     return ", ".join(parts)
 
 

@@ -1,0 +1,86 @@
+"""``footcal diagnose`` of weights: what each cell has of its own, wrong labels, copied rows."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from footcal_cli.records import DiagnosisRecord, ParametersRecord, read_record
+from tests.conftest import Run
+
+CELLS = ("left_fl", "left_fr", "left_rl")
+LADDER = (0.0, 1.3, 3.1, 6.2, 9.7, 13.0, 16.4, 20.0)
+
+
+def weights(seed: int, curves: Sequence[float], mislabelled_n: float = 0.0) -> pd.DataFrame:
+    """Ladders up and down on three cells, ten days: x + q x², q of each cell."""
+    rng = np.random.default_rng(seed)
+    load = np.repeat([*LADDER, *LADDER[-2::-1]], 6)
+    rows = []
+    for cell, curve in zip(CELLS, curves, strict=True):
+        scale = -3.4e-5 * (1 + 0.02 * rng.standard_normal())
+        for day in range(10):
+            force = (load + curve * load**2) * (1 + 0.001 * rng.standard_normal())
+            force = force + 0.01 * rng.standard_normal() + 0.02 * rng.standard_normal(load.size)
+            written = np.where(load == LADDER[4], load - mislabelled_n, load)
+            rows.append(
+                pd.DataFrame(
+                    {
+                        "channel": cell,
+                        "load_n": written,
+                        "counts": np.rint(8.3e6 + force / scale),
+                        "time_s": 3.0 * np.arange(load.size),
+                        "session": f"day {day + 1}",
+                    }
+                )
+            )
+    return pd.concat(rows)
+
+
+def diagnosed(run: Run, table: pd.DataFrame, folder: Path) -> DiagnosisRecord:
+    table.to_csv(folder / "weights.csv", index=False)
+    answer = run(
+        "diagnose", folder / "weights.csv", "--experiment", "weights", "--tolerance-n", "0.01",
+        "--out", folder / "out",
+    )  # fmt: skip
+    assert answer.exit_code == 0, answer.err
+    return read_record(DiagnosisRecord, folder / "out/diagnosis.json")
+
+
+def test_cells_with_a_curve_each_of_their_own(run: Run, tmp_path: Path) -> None:
+    curves = (6e-4, -5e-4, 2e-4)
+    record = diagnosed(run, weights(1, curves), tmp_path)
+    (cause,) = record.causes
+    assert (cause.effect, cause.where) == ("nonlinearity", "each cell of its own")
+    extended = read_record(ParametersRecord, tmp_path / "out/parameters_extended.json")
+    for cell, curve in zip(CELLS, curves, strict=True):
+        found = extended.parameters[f"{cell}.quadratic"]
+        assert found.sd is not None
+        assert found.sd < 8e-5
+        assert abs(found.value - curve) < 3 * found.sd
+
+
+def test_cells_alike_are_not_told_apart(run: Run, tmp_path: Path) -> None:
+    record = diagnosed(run, weights(2, (3e-4, 3e-4, 3e-4)), tmp_path)
+    (cause,) = record.causes
+    assert (cause.effect, cause.where) == ("nonlinearity", "all cells")
+
+
+def test_a_weight_with_a_wrong_label(run: Run, tmp_path: Path) -> None:
+    record = diagnosed(run, weights(3, (0.0, 0.0, 0.0), mislabelled_n=0.08), tmp_path)
+    (cause,) = record.causes
+    assert cause.effect == "wrong_weight"
+    assert cause.size == pytest.approx(0.08, abs=0.01)
+    extended = read_record(ParametersRecord, tmp_path / "out/parameters_extended.json")
+    assert extended.parameters["robot.label"].value == pytest.approx(LADDER[4] - 0.08, abs=0.02)
+
+
+def test_rows_written_twice_are_used_once(run: Run, tmp_path: Path) -> None:
+    table = weights(4, (0.0, 0.0, 0.0))
+    record = diagnosed(run, pd.concat([table, table.iloc[100:300]]), tmp_path)
+    assert record.verdict == "none"
+    assert [f.code for f in record.findings if f.code == "copied_rows"]
