@@ -15,10 +15,11 @@ The plans by id, and the kind of log that `diagnose` then reads:
 ``placements``
     ``holes`` one weight on 18 holes of each foot, at five sizes.
 ``stand``
-    ``stand_turned`` quiet stances at three heights, facing four ways.
+    ``stand_turned`` 24 quiet stances of 4 s on both feet and on one, leaning, facing four ways.
 ``walk`` (body and cells as streams)
-    ``bounce`` on both feet: bouncing and swaying, tempo rising from 0.5 to 4 Hz;
-    ``turn_and_bounce`` the same at three heights of the hips, facing four ways in turn;
+    ``bounce`` on both feet, three times 12 s: bouncing and swaying, tempo rising from 0.5 to 4 Hz,
+    hips down by 20 % and up again every 4 s; ``turn_and_bounce`` the same, three times facing each
+    of four ways, the hips a little lower every time;
     ``walk_turning`` walking a circle each way (30 s); ``walk_squatting`` the same in small steps
     of 0.6 s that bob by 1 cm each, hips down by 30 % of their height and up again every 2.5 s;
     ``walk_slow_fast`` 30 s with steps of 1.2 s, then of 0.5 s.
@@ -35,6 +36,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import permutations
 
 import numpy as np
 from scipy import stats
@@ -44,8 +46,12 @@ from footcal_cli.core.diagnosis.rehearsal import Comparison, Contender, Rehearsa
 from footcal_cli.core.diagnosis.rig import Rig
 from footcal_cli.core.effects.contract import Effect
 
-HOPELESS = 10**4
-"""Runs from which an experiment is not worth naming."""
+MOST_RUNS = 30
+"""Runs beyond which an experiment does not tell two effects apart."""
+LIKE = 0.92
+"""|cos| from which two effects count as one, however little noise there is: what is left of one
+beside the other, ``1 − cos²``, is no more than models of effects are wrong by."""
+_HOPELESS = 0.99
 _FEWEST_BLOCKS = 10
 _TRUST = 1.0 / 3.0
 """Share of a predicted separation that is counted on: what does not repeat between runs and is not
@@ -63,20 +69,20 @@ class Prospect:
     plan
         The experiment.
     cosine
-        Largest |cos| between what the first and another rival leave visible there.
+        Largest |cos| between two rivals that are told apart there; 0 where one of them hides.
     separation
-        What no size of the nearest rival absorbs of the first, over the noise of one run.
+        Smallest part that the other of two such rivals cannot absorb, over the noise of one run.
     repeats
         Runs for a power of 0.8 at α = 0.01.
-    both
-        Whether every rival shows there, so that each would be named.
+    left
+        Rivals that are left beside the true one, on average over which one that is.
     """
 
     plan: Plan
     cosine: float
     separation: float
     repeats: int
-    both: bool
+    left: float
 
     @property
     def minutes(self) -> float:
@@ -95,7 +101,8 @@ class Menu:
     now
         How far the present data keep the nearest two apart; None without data.
     prospects
-        Those that show every rival first, then the least work; hopeless ones are left out.
+        Those that leave the fewest rivals first, then the least work; those that tell none apart
+        are left out.
     """
 
     rivals: tuple[Contender, ...]
@@ -116,8 +123,8 @@ def menu_for(
 ) -> Menu:
     """Judge every feasible plan for a set of rivals.
 
-    Separations are predicted from white noise; the data at hand tell how optimistic that is: they
-    could not tell the rivals apart, whatever separation is predicted for them.
+    Separations are predicted from white noise; the data at hand tell how optimistic that is where
+    noise and not likeness kept them from telling the rivals apart.
 
     Parameters
     ----------
@@ -131,21 +138,51 @@ def menu_for(
         The present data, which could not tell.
     """
     now = _nearest(at_hand, rivals, table) if at_hand is not None else None
-    share = _TRUST if now is None else min(_TRUST, _NOT_TOLD / max(now.separation, 1e-12))
+    share = _TRUST
+    if now is not None and now.cosine < LIKE:
+        share = min(_TRUST, _NOT_TOLD / max(now.separation, 1e-12))
     names = [r.signature.effect for r in rivals]
     found = []
     for plan in PLANS:
         kind = plan.experiment.name
         seen = any(kind in table[name].experiments for name in names)
-        if kind not in rig.kinds or not seen:
-            continue
-        there = _nearest(rehearsed(plan, rig, [r.signature.effect for r in rivals]), rivals, table)
-        separation = share * there.separation
-        repeats = repeats_for(separation, plan.blocks)
-        if repeats < HOPELESS:
-            found.append(Prospect(plan, there.cosine, separation, repeats, there.both))
-    found.sort(key=lambda p: (not p.both, p.minutes, -p.separation))
+        if kind in rig.kinds and seen:
+            prospect = _prospect(plan, rehearsed(plan, rig, names), rivals, table, share)
+            found += [prospect] if prospect is not None else []
+    found.sort(key=lambda p: (round(p.left, 2), p.minutes if p.separation else p.cosine))
     return Menu(tuple(rivals), now, tuple(found))
+
+
+def _prospect(
+    plan: Plan,
+    there: Rehearsal,
+    rivals: Sequence[Contender],
+    table: Mapping[str, Effect],
+    share: float,
+) -> Prospect | None:
+    """What a plan does for all pairs of rivals; None where it tells none apart.
+
+    One that keeps a pair merely less alike is kept as a last resort.
+    """
+    told, likeness = [], []
+    for first, second in permutations(rivals, 2):
+        pair = there.compared(first, second, table)
+        repeats = repeats_for(share * pair.separation, plan.blocks)
+        if repeats <= MOST_RUNS:
+            likeness.append(pair.cosine)
+            if pair.cosine < LIKE:
+                told.append((pair.cosine, share * pair.separation, repeats))
+    if not likeness or min(likeness) > _HOPELESS:
+        return None
+    if not told:
+        return Prospect(plan, min(likeness), 0.0, repeats_for(np.inf, plan.blocks), len(rivals) - 1)
+    return Prospect(
+        plan=plan,
+        cosine=max(cosine for cosine, _, _ in told),
+        separation=min(separation for _, separation, _ in told),
+        repeats=max(repeats for _, _, repeats in told),
+        left=(len(rivals) * (len(rivals) - 1) - len(told)) / len(rivals),
+    )
 
 
 def _nearest(
@@ -153,10 +190,7 @@ def _nearest(
 ) -> Comparison:
     """The first contender against the one that comes nearest to it."""
     first, *others = rivals
-    found = [where.compared(first, other, table) for other in others]
-    return Comparison(
-        max(c.cosine for c in found), min(c.separation for c in found), all(c.both for c in found)
-    )
+    return max((where.compared(first, other, table) for other in others), key=lambda c: c.cosine)
 
 
 def repeats_for(

@@ -12,38 +12,46 @@ from footcal_cli.core.chain import Chain
 from footcal_cli.core.diagnosis.rig import Rig
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.core.simulation.biped_logs import Streams, biped_logs
+from footcal_cli.core.simulation.biped_logs import StandPlan, Streams, biped_logs, standing
 from footcal_cli.core.simulation.gait import Motion, WalkPlan, turned, walking
 from footcal_cli.core.simulation.hexapod_logs import HangPlan, PosePlan, hang_log, pose_log
 from footcal_cli.core.simulation.robots import Biped
 
 Logs = tuple[Log, ...]
 FACING_RAD = (0.0, 0.5 * np.pi, np.pi, 1.5 * np.pi)
-SQUATS_M = (0.0, 0.04, 0.08)
+SQUATS_M = (0.0, 0.02, 0.04)
 TEMPO_HZ = (0.5, 4.0)
 BOUNCE_MPS2 = 3.0
 """Peak vertical acceleration of a bounce."""
 CIRCLE_S = 30.0
 TURN_RADPS = 2.0 * np.pi / CIRCLE_S
+SQUAT_SHARE, SQUAT_S = 0.2, 4.0
+"""Depth over the height of the hips, and period, of the squats while bouncing."""
 _RATE_HZ = 40.0
 _SWAY_M = 0.015
+_SWUNG_NM = 0.1
 _STRETCH_S = 12.0
 _NOTHING = Chain(())
 
 
 def bounce(rig: Rig) -> Logs:
     """On both feet, one facing, one height."""
-    return (_in_place(rig, FACING_RAD[:1], SQUATS_M[:1], 3.0 * _STRETCH_S, still=False),)
+    return (_in_place(rig, FACING_RAD[:1], SQUATS_M[:1], 3.0 * _STRETCH_S),)
 
 
 def turn_and_bounce(rig: Rig) -> Logs:
     """The same facing four ways, at three heights each."""
-    return (_in_place(rig, FACING_RAD, SQUATS_M, _STRETCH_S, still=False),)
+    return (_in_place(rig, FACING_RAD, SQUATS_M, _STRETCH_S),)
 
 
 def stand_turned(rig: Rig) -> Logs:
-    """Quiet stances facing four ways at three heights."""
-    return (_in_place(rig, FACING_RAD, SQUATS_M, 4.0, still=True),)
+    """Quiet stances on both feet and on one, leaning this way and that."""
+    plan = StandPlan(stances=14, one_foot=10, stance_s=4.0, sway_m=0.0)
+    done = biped_logs(
+        "stand", rig.biped, standing(rig.biped, plan, 0), plan.duration_s, _NOTHING, {}, seed=0,
+        streams=Streams(cell_rate_hz=2.0), to_counts=False,
+    )  # fmt: skip
+    return (done.cells.truth,)
 
 
 def walk_turning(rig: Rig) -> Logs:
@@ -104,24 +112,21 @@ def _in_place(
     facing_rad: tuple[float, ...],
     squats_m: tuple[float, ...],
     stretch_s: float,
-    *,
-    still: bool,
 ) -> Log:
-    """Both feet down: a stretch for each facing and height, moving or quiet."""
+    """Both feet down: a stretch for each facing and height, moving."""
     robot = rig.biped
     stretches = list(product(facing_rad, squats_m))
 
     def motion_at(time_s: FloatArray) -> Motion:
         which = np.clip((time_s / stretch_s).astype(int), 0, len(stretches) - 1)
         facing, squat = np.array(stretches)[which].T
-        local, acc = _moved(robot, time_s - which * stretch_s, stretch_s, still=still)
+        local, acc = _moved(robot, time_s - which * stretch_s, stretch_s)
         lean = 0.01 * np.column_stack([np.cos(2.4 * which), np.sin(2.4 * which)])
         return _both_feet_down(robot, time_s, facing, squat, local + lean_z(lean), acc, which)
 
-    kind = "stand" if still else "walk"
     done = biped_logs(
-        kind, robot, motion_at, len(stretches) * stretch_s, _NOTHING, {}, seed=0,
-        streams=Streams(cell_rate_hz=1.0 if still else _RATE_HZ), to_counts=False,
+        "walk", robot, motion_at, len(stretches) * stretch_s, _NOTHING, {}, seed=0,
+        streams=Streams(cell_rate_hz=_RATE_HZ), to_counts=False,
     )  # fmt: skip
     return done.cells.truth
 
@@ -131,16 +136,12 @@ def lean_z(lean_m: FloatArray) -> FloatArray:
     return np.column_stack([lean_m, np.zeros(len(lean_m))])
 
 
-def _moved(
-    robot: Biped, since_s: FloatArray, stretch_s: float, *, still: bool
-) -> tuple[FloatArray, FloatArray]:
+def _moved(robot: Biped, since_s: FloatArray, stretch_s: float) -> tuple[FloatArray, FloatArray]:
     """Shift of the CoM and its acceleration in body axes while the tempo rises, (n, 3) each.
 
     Up and down so that the acceleration's peak stays the same, sideways and ahead so that the CoP
     does.
     """
-    if still:
-        return np.zeros((since_s.size, 3)), np.zeros((since_s.size, 3))
     grid = np.arange(-0.5, stretch_s + 0.5, 1e-3)
     u = np.clip(grid, 0.0, stretch_s)
     slow, fast = TEMPO_HZ
@@ -151,6 +152,7 @@ def _moved(
     up = np.minimum(BOUNCE_MPS2 / tempo**2, 0.02) * np.sin(phase)
     reach = _SWAY_M / (1.0 + (0.5 * tempo) ** 2 * robot.com_height_m / robot.gravity_mps2)
     ahead, aside = reach * np.sin(0.5 * phase), reach * np.cos(0.5 * phase + 0.3)
+    up -= 0.5 * SQUAT_SHARE * robot.com_height_m * (1.0 - np.cos(2.0 * np.pi * u / SQUAT_S))
     path = CubicSpline(grid, ramp[:, None] * np.column_stack([ahead, aside, up]))
     return np.asarray(path(since_s)), np.asarray(path(since_s, 2))
 
@@ -183,7 +185,7 @@ def _both_feet_down(
         time_s=time_s,
         com_m=com,
         com_acc_mps2=acc,
-        angmom_rate_nm=np.zeros((n, 2)),
+        angmom_rate_nm=_SWUNG_NM * np.column_stack([np.sin(4.0 * time_s), np.cos(5.0 * time_s)]),
         foot_m=np.concatenate([foot, np.zeros((n, 2, 1))], axis=-1),
         foot_yaw_rad=yaw,
         foot_ref_m=ref,

@@ -64,13 +64,15 @@ PLANS: tuple[Plan, ...] = (
          "by 5 K, with a thermometer", 16.0, 1, bench.warm_up),
     Plan("holes", placements.EXPERIMENT, "five weights on the 18 holes of each foot",
          45.0, 18, bench.holes),
-    Plan("stand_turned", stand.EXPERIMENT, "quiet standing facing four ways, at three heights "
-         "each, the CoM leaning a little further every time", 6.0, 12, robot.stand_turned),
-    Plan("bounce", _WALK, "bouncing and swaying on both feet for 36 s, tempo rising from 0.5 to "
-         "4 Hz", 2.0, 12, robot.bounce),
-    Plan("turn_and_bounce", _WALK, "bouncing and swaying on both feet, tempo rising from 0.5 to "
-         "4 Hz in 12 s, at three heights of the hips, facing four ways in turn",
-         6.0, 12, robot.turn_and_bounce),
+    Plan("stand_turned", stand.EXPERIMENT, "24 quiet stances of 4 s facing four ways, on both "
+         "feet and on one, at several heights, leaning this way and that", 6.0, 24,
+         robot.stand_turned),
+    Plan("bounce", _WALK, "bouncing and swaying on both feet, three times 12 s with a tempo that "
+         "rises from 0.5 to 4 Hz, hips going down by a fifth and up again every 4 s",
+         2.0, 12, robot.bounce),
+    Plan("turn_and_bounce", _WALK, "bouncing and swaying on both feet, three times 12 s facing "
+         "each of four ways, with a tempo that rises from 0.5 to 4 Hz, hips going down by a fifth "
+         "and up again every 4 s", 6.0, 12, robot.turn_and_bounce),
     Plan("walk_turning", _WALK, "walking a full circle to the left, then one to the right",
          3.0, 12, robot.walk_turning),
     Plan("walk_squatting", _WALK, "walking a full circle each way in small quick steps (0.6 s), "

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -25,6 +25,8 @@ _RIVAL_SIZES = np.array([-2.0, -1.0, -0.3, 0.3, 0.6, 0.8, 0.9, 1.0, 1.1, 1.25, 1
 """Sizes of a rival tried, as shares of its fitted one."""
 _SEEN = 0.02
 """Share of an effect that the calibration must leave for it to be visible in a plan."""
+DRIFT_S = 12.0
+"""A drifting calibration is known anew after this time."""
 _STEP = 0.1  # of a calibration parameter, in its prior sd
 
 
@@ -63,13 +65,10 @@ class Comparison:
         |cos| of what the calibration leaves visible of them; 0 where only one is visible.
     separation
         What no size of the second absorbs of the first, in noise sd.
-    both
-        Whether both are visible; where only one is, the other shows by its absence.
     """
 
     cosine: float
     separation: float
-    both: bool = True
 
 
 class Rehearsal:
@@ -246,7 +245,7 @@ class Rehearsal:
 
 def _seen_or_not(first: float, second: float) -> Comparison:
     """Whether an effect is seen is the whole answer; one that is there has its present size."""
-    return Comparison(0.0 if first or second else 1.0, max(first, second), both=False)
+    return Comparison(0.0 if first or second else 1.0, max(first, second))
 
 
 def _orthonormal(columns: FloatArray) -> FloatArray:
@@ -257,8 +256,12 @@ def _orthonormal(columns: FloatArray) -> FloatArray:
 
 
 def rehearsed(plan: Plan, rig: Rig, asked: Sequence[str] = ()) -> Rehearsal:
-    """A plan played through."""
-    return Rehearsal(plan.experiment, plan.make(rig), rig, asked=asked)
+    """A plan played through; a walk's calibration drifts and is free every `DRIFT_S`."""
+    logs = plan.make(rig)
+    drifts = plan.experiment.name == "walk"
+    if drifts:
+        logs = tuple(replace(log, block=(log.time_s // DRIFT_S).astype(np.int64)) for log in logs)
+    return Rehearsal(plan.experiment, logs, rig, asked=asked, free_in_blocks=drifts)
 
 
 def present(case: Case, rig: Rig) -> Rehearsal:

@@ -86,27 +86,25 @@ def menu_sheets(menu: Menu | None) -> tuple[Sheet, ...]:
         return ()
     rows = [
         (
-            p.plan.words, p.plan.experiment.name, f"{p.cosine:.3f}", number(p.separation, 3),
-            str(p.repeats), f"{p.minutes:.0f}",
+            p.plan.words, p.plan.experiment.name, f"{p.left:.1f}", f"{p.cosine:.3f}",
+            number(p.separation, 3), str(p.repeats), f"{p.minutes:.0f}",
         )
         for p in menu.prospects
     ]  # fmt: skip
     names = together(words(r.signature.effect) for r in menu.rivals)
     now = ""
     if menu.now is not None:
-        now = (
-            f" In the present data the likeness is {menu.now.cosine:.3f}; predictions are scaled "
-            "down by how far these data fell short of theirs."
-        )
+        now = f" In the present data the nearest rival has a likeness of {menu.now.cosine:.3f}."
     return (
         Sheet(
             f"Which experiment would tell {names} apart",
-            ("experiment", "kind", "likeness then", "separation (noise sd)", "runs", "minutes"),
+            ("experiment", "kind", "rivals left", "likeness", "separation", "runs", "minutes"),
             rows,
             note="Every experiment is simulated with the fitted sizes and this data's noise, "
-            "calibration and rival refitted; a third of the predicted separation is counted on. "
-            "Likeness is |cos| of what stays visible, runs are for a power of 0.8. First what "
-            f"shows every rival, then the least work.{now}",
+            "calibration and rival refitted. Rivals left: how many stay beside the true one. "
+            "Likeness: largest |cos| of two that are told apart, 0 where one hides there. "
+            "Separation: in noise sd of one run, a third of the prediction. Runs: for a power of "
+            f"0.8.{now}",
             folded_after=8,
         ),
     )

@@ -194,7 +194,7 @@ def bounces(
         yaw = facing + np.broadcast_to(rng.normal(0, 0.03, 2), (n, 2))
         rate = 2 * np.pi * (0.5 + 3.5 * time_s / seconds_each)
         up = np.minimum(1.5 / rate**2, 0.015) * np.sin(tempo + rng.uniform(0, 6))
-        up -= 0.1 * build.height_m * (1.0 - np.cos(2 * np.pi * time_s / 4.0))
+        hips = build.height_m * (bent - 0.1 * (1.0 - np.cos(2 * np.pi * time_s / 4.0)))
         share = 0.5 + 0.3 * ramp * np.sin(0.5 * tempo + rng.uniform(0, 6))
         roll = 0.02 * ramp * np.sin(0.5 * tempo + rng.uniform(0, 6))
         zmp = _planned(feet, yaw, share, build, roll)
@@ -202,7 +202,7 @@ def bounces(
         angmom = 0.1 * ramp[:, None] * np.sin(0.5 * tempo[:, None] + rng.uniform(0, 6, 2))
         parts.append(
             _balanced(
-                rng, build, time_s, zmp, bent * build.height_m + ramp * up, angmom, feet, yaw,
+                rng, build, time_s, zmp, hips + ramp * up, angmom, feet, yaw,
                 share, np.zeros((n, 2)), np.full(n, float(i)),
             )
         )  # fmt: skip
