@@ -124,7 +124,7 @@ def pose_calib(
     raise typer.Exit(session.finish(_mounting(session)))
 
 
-def _noise_sd(options: PoseCalibOptions, legs: int) -> tuple[FloatArray, bool]:
+def pose_noise_sd(options: PoseCalibOptions, legs: int) -> tuple[FloatArray, bool]:
     """Noise per leg and channel (K, 6), and whether its level is known."""
     import numpy as np
 
@@ -179,7 +179,7 @@ def _mounting(session: Session[PoseCalibOptions]) -> Outcome:
         )
     with session.step("read"):
         data, legs, rejected = read_poses(session, options)
-    noise_sd, noise_known = _noise_sd(options, len(legs))
+    noise_sd, noise_known = pose_noise_sd(options, len(legs))
     free = PoseOptions(
         errors_in_variables=options.errors_in_variables,
         com_sd_m=options.com_sd_m,
@@ -242,7 +242,7 @@ def _offsets(session: Session[PoseCalibOptions]) -> Outcome:
         np.stack([leg.offset for leg in legs]),
         np.stack([np.sqrt(np.diag(leg.covariance)[:6]) for leg in legs]),
     )
-    noise_sd, noise_known = _noise_sd(options, len(legs))
+    noise_sd, noise_known = pose_noise_sd(options, len(legs))
     wanted = (options.wanted_force_sd_n, options.wanted_torque_sd_nm)
     with session.step("fit"):
         found = fit_offsets(data, robot, noise_sd, wanted)

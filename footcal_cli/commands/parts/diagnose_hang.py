@@ -16,7 +16,10 @@ if TYPE_CHECKING:
     from footcal_cli.session import Session
 
 OF_CELLS = "a word for load cells; transducers have scale_matrix, cross_coupling and axis_flip"
-UNTESTED = dict.fromkeys(("sign_flip", "dead_zone", "hinge", "saturation"), OF_CELLS)
+FITTED = "weight, CoM and tilts are fitted to these very logs and take it up"
+UNTESTED = dict.fromkeys(("sign_flip", "dead_zone", "hinge", "saturation"), OF_CELLS) | (
+    dict.fromkeys(("leg_weight", "leg_com", "hang_tilt", "mount_rotation"), FITTED)
+)
 """Effect -> why it is not tried: the table's shapes are those of cells of some newtons."""
 
 
@@ -36,6 +39,7 @@ def read_hang(session: Session[DiagnoseOptions]) -> CaseRead:
     from footcal_cli.core.hang.blocks import blocked
     from footcal_cli.core.hang.joint import fit_hang
     from footcal_cli.core.parameters import ParameterSet
+    from footcal_cli.core.pose.wiring import turned_when_hanging
     from footcal_cli.recipe import validated
 
     recipe = session.recipe
@@ -66,7 +70,8 @@ def read_hang(session: Session[DiagnoseOptions]) -> CaseRead:
     )
     timed = () if in_order else ("offset_drift", "offset_change")
     untested = UNTESTED | dict.fromkeys(timed, "time stamps start anew in every hanging")
-    return CaseRead(case, [], untested)
+    turned = [turned_when_hanging(each, asked_of(_constant(asked))) for each in undone.values()]
+    return CaseRead(case, [t.finding() for t in turned if t is not None], untested)
 
 
 MOST_SAMPLES = 2_000

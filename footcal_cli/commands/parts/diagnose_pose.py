@@ -32,17 +32,21 @@ def read_pose(session: Session[DiagnoseOptions]) -> CaseRead:
 
     from footcal_cli.commands.parts.diagnose_cases import CaseRead
     from footcal_cli.commands.parts.pose_logs import raw_poses
-    from footcal_cli.commands.pose_calib import PoseCalibOptions
+    from footcal_cli.commands.parts.six_axis_logs import without_effects
+    from footcal_cli.commands.pose_calib import PoseCalibOptions, pose_noise_sd
     from footcal_cli.core.diagnosis.case import Case
     from footcal_cli.core.experiments.pose import EXPERIMENT
     from footcal_cli.core.parameters import ParameterSet
+    from footcal_cli.core.pose.data import pose_data
+    from footcal_cli.core.pose.problem import PoseOptions
+    from footcal_cli.core.pose.wiring import turned_when_standing
     from footcal_cli.recipe import validated
 
     recipe = session.recipe
     asked = validated(
         PoseCalibOptions, recipe.options.get("pose_calib", {}), file=recipe.path, table="pose_calib"
     )
-    raw, _, _ = raw_poses(session, asked)
+    raw, legs, _ = raw_poses(session, asked)
     log = replace(raw, block=_blocks(len(raw)))
     chain, values, free = _model(session, log.channels)
     weight_n = float(log.known["robot_weight_n"][0])
@@ -56,7 +60,14 @@ def read_pose(session: Session[DiagnoseOptions]) -> CaseRead:
         tolerance_nm=session.options.tolerance_mm / 1000.0 * weight_n,
         alike=False,
     )
-    return CaseRead(case, [], dict(UNTESTED))
+    untested = dict(UNTESTED)
+    if any(link.effect.name == "mount_rotation" for link in chain.links):
+        untested["body_tilt"] = "equals a rotation of all mountings, which is calibrated"
+    data = pose_data(without_effects(raw, session.parameters))
+    sd, _ = pose_noise_sd(asked, len(legs))
+    options = PoseOptions(com_sd_m=asked.com_sd_m, translation_sd_m=0.005)
+    turned = turned_when_standing(data, legs, sd, options)
+    return CaseRead(case, [turned.finding()] if turned else [], untested)
 
 
 def _blocks(poses: int) -> IntArray:
