@@ -58,16 +58,15 @@ def scores(inner: FloatArray, base: IntArray, columns: IntArray) -> Scores:
         Candidates.
     """
     last = inner.shape[1] - 1
-    total = inner.sum(axis=0)
     wanted = np.append(columns, last)
-    gamma = coefficients(total, base, wanted)
-    left = inner[:, wanted[:, None], wanted[None, :]][:, :, -1]
     base_base = inner[:, base[:, None], base[None, :]]
     base_wanted = inner[:, base[:, None], wanted[None, :]]
+    gamma = _regressed(base_base.sum(axis=0), base_wanted.sum(axis=0))
+    left = inner[:, wanted, last]
     on_base = np.einsum("bij,j->bi", base_base, gamma[:, -1]) - base_wanted[:, :, -1]
     score = left - np.einsum("bik,i->bk", base_wanted, gamma[:, -1])
     score += np.einsum("ik,bi->bk", gamma, on_base)
-    own = np.einsum("bkk->bk", inner[:, wanted[:, None], wanted[None, :]])
+    own = inner[:, wanted, wanted]
     information = (
         own
         - 2.0 * np.einsum("ik,bik->bk", gamma, base_wanted)
@@ -82,15 +81,19 @@ def scores(inner: FloatArray, base: IntArray, columns: IntArray) -> Scores:
 
 def coefficients(gram: FloatArray, base: IntArray, columns: IntArray) -> FloatArray:
     """Regression of columns on the base, shape (base, columns); rank-safe."""
-    if not base.size:
-        return np.empty((0, columns.size))
-    square = gram[np.ix_(base, base)]
+    return _regressed(gram[np.ix_(base, base)], gram[np.ix_(base, columns)])
+
+
+def _regressed(square: FloatArray, cross: FloatArray) -> FloatArray:
+    """Regression from the products of a base with itself and with what is regressed on it."""
+    if not square.size:
+        return np.empty(cross.shape)
     own = np.diag(square)
     # a parameter that only the left-out block knows has nothing to be fitted to
     scale = np.sqrt(np.where(own > _EMPTY * own.max(initial=0.0), own, np.inf))
     normed = square / np.outer(scale, scale)
     inverse = np.linalg.pinv(normed, rcond=_RCOND, hermitian=True)
-    return np.asarray((inverse @ (gram[np.ix_(base, columns)] / scale[:, None])) / scale[:, None])
+    return np.asarray((inverse @ (cross / scale[:, None])) / scale[:, None])
 
 
 def held_out_loss(
@@ -108,15 +111,18 @@ def held_out_loss(
         Gram matrices in which the error is counted; `inner` where absent. Same column numbers,
         the residual last.
     """
-    last = inner.shape[1] - 1
-    total = inner.sum(axis=0)
+    used = np.append(base, inner.shape[1] - 1)
+    small = inner[:, used[:, None], used[None, :]]
+    total = small.sum(axis=0)
+    own = small
+    if judged is not None:
+        at = np.append(base, judged.shape[1] - 1)
+        own = judged[:, at[:, None], at[None, :]]
     loss = np.empty(inner.shape[0])
-    for b, gram in enumerate(inner):
-        fitted = coefficients(total - gram, base, np.array([last]))[:, 0]
-        weights = np.append(-fitted, 1.0)
-        own = gram if judged is None else judged[b]
-        used = np.append(base, own.shape[0] - 1)
-        loss[b] = weights @ own[np.ix_(used, used)] @ weights
+    for b, gram in enumerate(small):
+        rest = total - gram
+        weights = np.append(-_regressed(rest[:-1, :-1], rest[:-1, -1:])[:, 0], 1.0)
+        loss[b] = weights @ own[b] @ weights
     return loss
 
 
@@ -157,55 +163,84 @@ def held_out_gains(
     groups
         Columns that are alternatives of one cause.
     """
-    blocks, last = inner.shape[0], inner.shape[1] - 1
-    total = inner.sum(axis=0)
+    blocks = inner.shape[0]
     columns = np.concatenate([*groups, np.empty(0, dtype=np.int64)]).astype(np.int64)
     starts = np.concatenate([[0], np.cumsum([g.size for g in groups])]).astype(np.int64)
     white, counted, size = (np.zeros((blocks, len(groups))) for _ in range(3))
     if not columns.size:
         return Gains(white, counted, size)
-    overall, _, _ = _one_extra(total, base, columns)
+    fitted, judged = _products(inner, base, columns), _products(plain, base, columns)
+    total = fitted.summed()
+    overall, _, _ = _one_extra(total)
     best_overall = _best_of(overall, starts)
-    for b, gram in enumerate(inner):
-        rest = total - gram
-        drop, beta, gamma = _one_extra(rest, base, columns)
+    for b in range(blocks):
+        rest = total.without(fitted, b)
+        drop, beta, gamma = _one_extra(rest)
         chosen = _best_of(drop, starts)
-        theta = coefficients(rest, base, np.array([last]))[:, 0]
+        theta = _regressed(rest.base[:-1, :-1], rest.base[:-1, -1:])[:, 0]
         moved = gamma[:, chosen] * beta[chosen]
-        white[b] = _gain(gram, base, columns[chosen], theta, moved, beta[chosen])
-        counted[b] = _gain(plain[b], base, columns[chosen], theta, moved, beta[chosen])
+        white[b] = _gain(fitted, b, chosen, theta, moved, beta[chosen])
+        counted[b] = _gain(judged, b, chosen, theta, moved, beta[chosen])
         size[b] = beta[best_overall]
     return Gains(white, counted, size)
 
 
+@dataclass(frozen=True)
+class _Products:
+    """Inner products that adding one column to a base needs; the residual is the base's last.
+
+    `base` (…, p + 1, p + 1) of base and residual, `cross` (…, p + 1, k) of these with each column,
+    `own` (…, k) of each column with itself; of every block, or summed.
+    """
+
+    base: FloatArray
+    cross: FloatArray
+    own: FloatArray
+
+    def summed(self) -> _Products:
+        return _Products(self.base.sum(axis=0), self.cross.sum(axis=0), self.own.sum(axis=0))
+
+    def without(self, parts: _Products, block: int) -> _Products:
+        return _Products(
+            self.base - parts.base[block],
+            self.cross - parts.cross[block],
+            self.own - parts.own[block],
+        )
+
+
+def _products(inner: FloatArray, base: IntArray, columns: IntArray) -> _Products:
+    used = np.append(base, inner.shape[1] - 1)
+    return _Products(
+        inner[:, used[:, None], used[None, :]],
+        inner[:, used[:, None], columns[None, :]],
+        inner[:, columns, columns],
+    )
+
+
 def _gain(
-    gram: FloatArray,
-    base: IntArray,
-    columns: IntArray,
+    parts: _Products,
+    block: int,
+    chosen: IntArray,
     theta: FloatArray,
     moved: FloatArray,
     beta: FloatArray,
 ) -> FloatArray:
-    """Squared error with the base alone less that with each column added, shape (columns,)."""
-    used = np.append(base, gram.shape[0] - 1)
-    square = gram[np.ix_(used, used)]
+    """Squared error with the base alone less that with each column added, shape (chosen,)."""
+    square, cross = parts.base[block], parts.cross[block][:, chosen]
     before = np.append(-theta, 1.0)
-    after = before[:, None] + np.vstack([moved, np.zeros(columns.size)])
-    loss = np.einsum("ik,ij,jk->k", after, square, after, optimize=True)
-    loss -= 2.0 * beta * np.einsum("ik,ik->k", after, gram[np.ix_(used, columns)])
-    loss += beta**2 * gram[columns, columns]
+    after = before[:, None] + np.vstack([moved, np.zeros(chosen.size)])
+    loss = np.einsum("ik,ik->k", after, square @ after)
+    loss -= 2.0 * beta * np.einsum("ik,ik->k", after, cross)
+    loss += beta**2 * parts.own[block][chosen]
     return np.asarray(before @ square @ before - loss)
 
 
-def _one_extra(
-    gram: FloatArray, base: IntArray, columns: IntArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _one_extra(parts: _Products) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Drop in squared error, size, and base coefficients of each column added alone."""
-    last = gram.shape[0] - 1
-    gamma = coefficients(gram, base, columns)
-    visible = gram[columns, columns] - np.einsum("ik,ik->k", gamma, gram[np.ix_(base, columns)])
-    score = gram[columns, last] - gamma.T @ gram[base, last]
-    seen = visible > _INSIDE**2 * np.maximum(gram[columns, columns], 1e-300)
+    gamma = _regressed(parts.base[:-1, :-1], parts.cross[:-1])
+    visible = parts.own - np.einsum("ik,ik->k", gamma, parts.cross[:-1])
+    score = parts.cross[-1] - gamma.T @ parts.base[:-1, -1]
+    seen = visible > _INSIDE**2 * np.maximum(parts.own, 1e-300)
     beta = np.divide(score, visible, out=np.zeros_like(score), where=seen)
     return beta * score, beta, gamma
 
@@ -232,11 +267,13 @@ def cosines(inner: FloatArray, base: IntArray, columns: IntArray) -> FloatArray:
 def joint_sizes(grams: Grams, base: IntArray, chosen: IntArray) -> tuple[FloatArray, FloatArray]:
     """Sizes of chosen columns fitted together, and without each block, (k,) and (B, k)."""
     inner = grams.inner
-    last = np.array([inner.shape[1] - 1])
-    total = inner.sum(axis=0)
-    together = np.concatenate([base, chosen])
-    value = coefficients(total, together, last)[base.size :, 0]
-    without = np.stack(
-        [coefficients(total - gram, together, last)[base.size :, 0] for gram in inner]
-    )
+    together = np.concatenate([base, chosen, [inner.shape[1] - 1]])
+    small = inner[:, together[:, None], together[None, :]]
+    total = small.sum(axis=0)
+
+    def sizes(gram: FloatArray) -> FloatArray:
+        return _regressed(gram[:-1, :-1], gram[:-1, -1:])[base.size :, 0]
+
+    value = sizes(total)
+    without = np.stack([sizes(total - gram) for gram in small])
     return value, without
