@@ -114,14 +114,14 @@ def walk_variance(
     kinds = np.unique(tracking.kind)
     best = np.full(kinds.size, 1e-4)
 
-    def score(variances: FloatArray) -> float:
-        return _log_likelihood(small, variances[np.searchsorted(kinds, tracking.kind)])
+    def scores(variances: FloatArray) -> FloatArray:
+        return _log_likelihood(small, variances[:, np.searchsorted(kinds, tracking.kind)])
 
     for _ in range(_SWEEPS):
         for k in range(kinds.size):
             tried = np.tile(best, (WALK_VARIANCES.size, 1))
             tried[:, k] = WALK_VARIANCES
-            best = tried[int(np.argmax([score(t) for t in tried]))]
+            best = tried[int(np.argmax(scores(tried)))]
     return np.asarray(best[np.searchsorted(kinds, tracking.kind)])
 
 
@@ -129,22 +129,28 @@ def _middle(tracking: Tracking, rows: IntArray) -> float:
     return float(np.mean(tracking.time_s[rows]))
 
 
-def _log_likelihood(parts: Sequence[_Part], variance: FloatArray) -> float:
-    """Of the residual's innovations under a random walk with these variances per second."""
-    p = variance.size
-    mean, cov = np.zeros(p), np.eye(p)
-    total = 0.0
+def _log_likelihood(parts: Sequence[_Part], variance: FloatArray) -> FloatArray:
+    """Of the residual's innovations under several random walks, shape (t,).
+
+    `variance` per second, shape (t, p). All walks in one pass: the parameters are few, so that
+    calls cost more than arithmetic.
+    """
+    t, p = variance.shape
+    start, unit = np.broadcast_to(np.eye(p), (t, p, p)), np.eye(p)
+    mean, cov = np.zeros((t, p)), start
+    total = np.zeros(t)
     for part in parts:
         if part.fresh:
-            mean, cov = np.zeros(p), np.eye(p)
-        cov = cov + np.diag(variance * part.interval_s)
-        j_d = part.jr - part.jj @ mean
-        d_d = part.rr - 2.0 * mean @ part.jr + mean @ part.jj @ mean
+            mean, cov = np.zeros((t, p)), start
+        cov = cov + (variance * part.interval_s)[:, None, :] * unit
+        j_d = part.jr - mean @ part.jj
+        d_d = part.rr - 2.0 * mean @ part.jr + np.einsum("ti,ti->t", mean @ part.jj, mean)
         posterior = np.linalg.inv(np.linalg.inv(cov) + part.jj)
-        total -= 0.5 * float(d_d - j_d @ posterior @ j_d)
-        total -= 0.5 * float(np.linalg.slogdet(np.eye(p) + cov @ part.jj)[1])
-        mean = mean + posterior @ j_d
-        cov = 0.5 * (posterior + posterior.T)
+        moved = np.einsum("tij,tj->ti", posterior, j_d)
+        total -= 0.5 * (d_d - np.einsum("ti,ti->t", j_d, moved))
+        total -= 0.5 * np.linalg.slogdet(unit + cov @ part.jj)[1]
+        mean = mean + moved
+        cov = 0.5 * (posterior + posterior.transpose(0, 2, 1))
     return total
 
 
