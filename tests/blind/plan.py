@@ -30,9 +30,11 @@ COUNTS: Mapping[Kind, int] = {
     "single": 30, "alias": 12, "switch": 8, "pair": 30, "unseen": 12, "left_out": 15,
     "small": 10, "underpowered": 8, "untestable": 10,
 }  # fmt: skip
-"""Trials of a line in a full run."""
-NULLS = {"weights": 100, "placements": 100, "walk": 30, "hang": 40, "pose": 40, "stand": 40}
+"""Trials of a line in a full run, at most."""
+NULLS = {"weights": 100, "placements": 100, "walk": 30, "hang": 25, "pose": 25, "stand": 40}
 """More where one takes a second, so that the bound on false names is tight; walks twice."""
+DEAR = ("hang", "pose")
+"""Where one takes many seconds: half as many of everything but single effects."""
 
 
 @dataclass(frozen=True)
@@ -133,10 +135,11 @@ def _lines_of(experiment: str) -> Iterator[Line]:
             Cell("left_out", experiment, (item.key,), 1.0, left_out=left_out_with(item))
             for item in plain
         ),
-        COUNTS["left_out"],
+        count_of("left_out", experiment),
     )
     yield Line(
-        tuple(Cell("pair", experiment, pair, PAIR_RHO) for pair in _pairs(plain)), COUNTS["pair"]
+        tuple(Cell("pair", experiment, pair, PAIR_RHO) for pair in _pairs(plain)),
+        count_of("pair", experiment),
     )
     yield _line("small", experiment, seen, SMALL_RHO, drift=False)
     wiring = switches_in(experiment, untestable=False)
@@ -146,13 +149,18 @@ def _lines_of(experiment: str) -> Iterator[Line]:
     few = ((), *((item.key,) for item in plain))
     yield Line(
         tuple(Cell("underpowered", experiment, hidden, 1.0) for hidden in few),
-        COUNTS["underpowered"],
+        count_of("underpowered", experiment),
     )
 
 
 def _line(kind: Kind, experiment: str, items: Sequence[Injection], rho: float, drift: bool) -> Line:
     cells = tuple(Cell(kind, experiment, (item.key,), rho, drift) for item in items)
-    return Line(cells, COUNTS[kind])
+    return Line(cells, count_of(kind, experiment))
+
+
+def count_of(kind: Kind, experiment: str) -> int:
+    """Trials of a line in a full run."""
+    return COUNTS[kind] // (2 if experiment in DEAR and kind != "single" else 1)
 
 
 def left_out_with(item: Injection) -> str:
