@@ -78,7 +78,7 @@ def leftover_of(found: Investigation) -> Leftover:
         output=problem.outputs[output],
         channels=_touched(labels[mine], signal[mine], left[mine]),
         driver=driver,
-        direction=_direction(signal[mine], left[mine]),
+        direction="repeats with the" if "phase" in driver else _direction(signal[mine], left[mine]),
         onset=_onset(detection.flexible_gain),
         blocks=int(np.sum(detection.flexible_gain > 0)),
         nearest=nearest,

@@ -59,10 +59,9 @@ def sharpening(menu: Menu) -> list[str]:
     """Two experiments, of different kinds where there are, that show most of the nearest names."""
     if not menu.prospects:
         return []
-    first = menu.prospects[0]
-    kind = first.plan.experiment.name
-    other = [p for p in menu.prospects[1:] if p.plan.experiment.name != kind]
-    return [p.plan.words for p in (first, *(other or menu.prospects[1:])[:1])]
+    first, *rest = sorted(menu.prospects, key=lambda p: p.minutes)
+    other = [p for p in rest if p.plan.experiment is not first.plan.experiment]
+    return [p.plan.words for p in (first, *(other or rest)[:1])]
 
 
 def experiment_words(record: NextExperimentRecord | None) -> str:

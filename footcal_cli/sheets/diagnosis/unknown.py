@@ -6,8 +6,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from footcal_cli.core.diagnosis.answer import Verdict
 from footcal_cli.core.diagnosis.detection import Detection
-from footcal_cli.core.diagnosis.engine import leftover
 from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.core.diagnosis.leftovers import Leftover, leftover_of
 from footcal_cli.core.diagnosis.menu import Menu
@@ -64,7 +64,7 @@ def _cells(left: Leftover) -> str:
 def card_sheets(found: Investigation, menu: Menu | None) -> tuple[Sheet, ...]:
     """The signature card of what has no name."""
     detection = found.rounds[-1].before
-    if not leftover(detection, found.rounds[-1].rules):
+    if found.verdict not in (Verdict.UNKNOWN, Verdict.NAMED_UNKNOWN):
         return ()
     left = leftover_of(found)
     order = np.argsort(detection.group_p, kind="stable")[:3]

@@ -67,36 +67,40 @@ def with_interval(interval: Interval, unit: str) -> str:
 
 
 def size_words(item: Found) -> str:
-    """The sizes of an effect with interval and unit; axes that are not zero by their interval."""
+    """The sizes of an effect with interval and unit; of many owners the largest."""
     signature = item.cause.signature
-    parts = []
+    shapes = {name for name, _ in signature.shape}
+    sizes: dict[str, list[tuple[str, Interval]]] = {}
     for name, interval in zip(item.parameter_names, item.intervals, strict=True):
-        parameter = name.rsplit(".", 1)[1]
-        main = parameter == signature.parameter
-        unit = signature.unit if main or _same_kind(parameter, signature.parameter) else ""
-        if main or (unit and interval.low * interval.high > 0):
-            said = words(parameter.removeprefix(f"{signature.effect}_"))
-            said = "" if parameter == signature.effect else f"{said} "
-            owner = f"{name.rsplit('.', 1)[0]} " if len(signature.owners) > 1 else ""
-            parts.append(f"{owner}{said}{with_interval(interval, unit)}")
-    return ", ".join(parts)
+        owner, parameter = name.rsplit(".", 1)
+        seen = interval.low * interval.high > 0 or parameter == signature.parameter
+        if parameter not in shapes and seen:
+            sizes.setdefault(owner, []).append((parameter, interval))
+    if not sizes:
+        return ""
+    owner = max(sizes, key=lambda o: max(abs(interval.value) for _, interval in sizes[o]))
+    said = ", ".join(
+        f"{_size_name(parameter, signature.effect)}{with_interval(interval, signature.unit)}"
+        for parameter, interval in sizes[owner]
+    )
+    return said if len(sizes) == 1 else f"largest in {owner}: {said}"
 
 
-def _same_kind(parameter: str, main: str) -> bool:
-    """Whether two parameters are axes of one quantity: names that differ in the last word only."""
-    return parameter.rsplit("_", 1)[0] == main.rsplit("_", 1)[0] and "_" in main
+def _size_name(parameter: str, effect: str) -> str:
+    """A parameter's name without its effect's, nothing where they are the same."""
+    return "" if parameter == effect else f"{words(parameter.removeprefix(f'{effect}_'))} "
 
 
 def shape_words(item: Found) -> str:
     """What shapes an effect, as it was fitted."""
     signature = item.cause.signature
-    parts = []
-    for name, interval in zip(item.parameter_names, item.intervals, strict=True):
-        parameter = name.rsplit(".", 1)[1]
-        if parameter != signature.parameter and not _same_kind(parameter, signature.parameter):
-            said = words(parameter.removeprefix(f"{signature.effect}_"))
-            parts.append(f"{said} {with_interval(interval, '')}")
-    return ", ".join(parts)
+    shapes = {name for name, _ in signature.shape}
+    parts = [
+        f"{_size_name(name.rsplit('.', 1)[1], signature.effect)}{with_interval(interval, '')}"
+        for name, interval in zip(item.parameter_names, item.intervals, strict=True)
+        if name.rsplit(".", 1)[1] in shapes
+    ]
+    return ", ".join(parts[:2])
 
 
 def main_gain(found: Investigation) -> Gain | None:
