@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
 from scipy import ndimage, stats
 
-from footcal_cli.core.diagnosis.features import Features
+from footcal_cli.core.diagnosis.features import MEMORY, Features
 from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.scores import held_out_loss, scores
 from footcal_cli.core.diagnosis.spells import spell_p
@@ -97,7 +98,8 @@ def detect(
         Row columns of accepted candidates for the spectrum, shape (m, a).
     """
     group_p, bump_p = _group_test(grams, features, base, signs)
-    white, gain, loss = flexible_gain(grams, base)
+    slow = grams.features[[features.names[g] == MEMORY for g in features.group]]
+    white, gain, loss = flexible_gain(grams, base, (slow,))
     line_p, output, frequency = _line_test(problem, whitener, accepted)
     between_p, driver = _between_test(problem, grams, base)
     return Detection(
@@ -143,11 +145,20 @@ def _group_test(
     return adjusted, float(np.mean(smallest <= smallest[0]))
 
 
-def flexible_gain(grams: Grams, base: IntArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Held-out gains of a ridge over all features.
+def flexible_gain(
+    grams: Grams, base: IntArray, parts: Sequence[IntArray] = ()
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Held-out gains of a ridge over all features, or over a part of them.
 
-    The penalty of each fold is the one that does best on the other held-out blocks, "none of the
-    features" among the choices.
+    Features and penalty of each fold are those that do best on the other held-out blocks, "none"
+    among the choices.
+
+    Parameters
+    ----------
+    grams, base
+        The data and what is fitted besides.
+    parts
+        Features that may explain it alone: what is slow drowns among many that are not.
 
     Returns
     -------
@@ -156,26 +167,33 @@ def flexible_gain(grams: Grams, base: IntArray) -> tuple[FloatArray, FloatArray,
     loss
         Squared error without the features, as the user counts it, shape (B,).
     """
-    inner = grams.inner
-    last = inner.shape[1] - 1
-    plain0 = held_out_loss(inner, base, grams.plain)
-    if not grams.features.size:
-        return np.zeros(grams.blocks), np.zeros(grams.blocks), plain0
-    white0 = held_out_loss(inner, base)
-    total = inner.sum(axis=0)
-    used = np.ix_(*2 * [np.concatenate([base, grams.features, [last]])])
-    white, plain = (np.empty((RIDGE.size, grams.blocks)) for _ in range(2))
-    for b, gram in enumerate(inner):
-        fitted = _ridge_path(total - gram, base, grams.features, last)
-        weights = np.hstack([-fitted, np.ones((RIDGE.size, 1))])
-        white[:, b] = np.einsum("li,li->l", weights @ gram[used], weights)
-        plain[:, b] = np.einsum("li,li->l", weights @ grams.plain[b][used], weights)
-    none = np.zeros((1, grams.blocks))
-    gain_white = np.vstack([white0 - white, none])
-    gain_plain = np.vstack([plain0 - plain, none])
+    plain0 = held_out_loss(grams.inner, base, grams.plain)
+    white0 = held_out_loss(grams.inner, base)
+    gain_white, gain_plain = (np.zeros((1, grams.blocks)) for _ in range(2))
+    for features in (grams.features, *parts):
+        if features.size:
+            white, plain = _ridge_losses(grams, base, features)
+            gain_white = np.vstack([gain_white, white0 - white])
+            gain_plain = np.vstack([gain_plain, plain0 - plain])
     others = gain_white.sum(axis=1, keepdims=True) - gain_white
     best = np.argmax(others, axis=0), np.arange(grams.blocks)
     return gain_white[best], gain_plain[best], plain0
+
+
+def _ridge_losses(
+    grams: Grams, base: IntArray, features: IntArray
+) -> tuple[FloatArray, FloatArray]:
+    """Held-out squared errors under every penalty, in both metrics, shape (penalties, B)."""
+    inner, last = grams.inner, grams.inner.shape[1] - 1
+    total = inner.sum(axis=0)
+    used = np.ix_(*2 * [np.concatenate([base, features, [last]])])
+    white, plain = (np.empty((RIDGE.size, grams.blocks)) for _ in range(2))
+    for b, gram in enumerate(inner):
+        fitted = _ridge_path(total - gram, base, features, last)
+        weights = np.hstack([-fitted, np.ones((RIDGE.size, 1))])
+        white[:, b] = np.einsum("li,li->l", weights @ gram[used], weights)
+        plain[:, b] = np.einsum("li,li->l", weights @ grams.plain[b][used], weights)
+    return white, plain
 
 
 def _ridge_path(gram: FloatArray, base: IntArray, extra: IntArray, last: int) -> FloatArray:

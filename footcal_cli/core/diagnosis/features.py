@@ -48,11 +48,11 @@ def features_of(problem: Problem) -> Features:
     parts: list[FloatArray] = []
     group: list[int] = []
     output: list[int] = []
-    names = [*problem.regressors, *([_MEMORY] if problem.rate_hz > 0 else [])]
+    names = [*problem.regressors, *([MEMORY] if problem.rate_hz > 0 else [])]
     for i, name in enumerate(names):
         basis = (
             _memories(problem)
-            if name == _MEMORY
+            if name == MEMORY
             else _bumps(problem.regressors[name], PHASES.get(name, BUMPS))
         )
         for o in range(len(problem.outputs)):
@@ -67,7 +67,7 @@ def features_of(problem: Problem) -> Features:
     return Features(columns, np.array(group, dtype=np.int64), tuple(names), np.array(output))
 
 
-_MEMORY = "memory"
+MEMORY = "memory"
 _FORGETTING_S = (0.1, 0.6, 4.0)
 
 

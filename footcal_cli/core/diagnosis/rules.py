@@ -63,8 +63,8 @@ class Rules:
     alias: float = 0.95
     alias_warning: float = 0.8
     share_named: float = 0.7
-    share_partly: float = 0.95
-    share_form: float = 0.98
+    share_partly: float = 0.97
+    share_form: float = 0.97
     fewest_blocks: int = 10
     most_folds: int = 12
     between_share: float = 0.3
