@@ -106,7 +106,25 @@ def read_placements(session: Session[DiagnoseOptions]) -> CaseRead:
         groups={f"{foot}.{o}": o for foot in robot.feet for o in ("fz", "moment_x", "moment_y")},
     )
     untested = {} if timed else dict.fromkeys((*TIMED, "slip"), "the rows have no time stamps")
-    return CaseRead(case, findings, untested)
+    return CaseRead(case, findings, untested | _left_out_with(session, load))
+
+
+FEW_WEIGHTS = 3
+"""With so few weights a wrong label and load beside the cells make the same error."""
+_OF_THE_SUM = {"wrong_weight": "load_bypass", "load_bypass": "wrong_weight"}
+
+
+def _left_out_with(session: Session[DiagnoseOptions], load_n: FloatArray) -> dict[str, str]:
+    """What goes with an effect that was left out: its exact copy on so few weights."""
+    import numpy as np
+
+    if np.unique(load_n.round(6)).size > FEW_WEIGHTS:
+        return {}
+    return {
+        other: f"on so few weights it is the same as {name}, which was left out"
+        for name, other in _OF_THE_SUM.items()
+        if name in session.options.without
+    }
 
 
 def _round_of(placement: FloatArray) -> Any:

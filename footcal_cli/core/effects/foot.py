@@ -157,7 +157,7 @@ LOAD_BYPASS = Effect(
     stage=Stage.FOOT,
     scope=Scope.FOOT,
     parameters=(
-        EffectParameter("load_bypass", "-", 0.0, -0.5, 0.9, 0.05),
+        EffectParameter("load_bypass", "-", 0.0, 0.0, 0.9, 0.05),
         EffectParameter(
             "bypass_load", "N", 20.0, 0.0, 1e4, 20.0, True, (0.0, 0.2, 0.4, 0.6, 0.8), GridOf.LOAD
         ),

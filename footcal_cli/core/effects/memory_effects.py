@@ -109,7 +109,7 @@ HYSTERESIS = Effect(
     stage=Stage.CELL,
     scope=Scope.CHANNEL,
     parameters=(
-        EffectParameter("hysteresis_width", "N", 0.0, -1.5, 1.5, 0.3),
+        EffectParameter("hysteresis_width", "N", 0.0, 0.0, 1.5, 0.3),
         EffectParameter(
             "hysteresis_reach",
             "N",
@@ -126,7 +126,8 @@ HYSTERESIS = Effect(
     remove=on_readings(_unhysteresis),
     experiments=("weights", "stand", "walk"),
     formula="y = x + w (z − x) / 2r, play z_k = min(max(z_{k−1}, x_k − r), x_k + r)",
-    source="Prandtl–Ishlinskii operator; exact inverse after Kuhnen, Eur. J. Control 9 (2003)",
+    source="Prandtl–Ishlinskii operator; inverse after Kuhnen, Eur. J. Control 9 (2003); w ≥ 0: "
+    "friction only takes energy",
     remedy="approach every load from the same side; check glued seats and screws",
     mimics=("sensor_lag", "creep"),
     separates="a staircase of weights up and down with long holds",
