@@ -17,6 +17,7 @@ from typing import Any
 from unittest import mock
 
 from footcal_cli.app import main
+from footcal_cli.commands import hang_calib
 from footcal_cli.commands.parts import bench_report
 from footcal_cli.report import Picture
 
@@ -100,6 +101,7 @@ def _undrawn() -> Iterator[None]:
     """Calibrations without their figures, which take longer than the calibration itself."""
     with (
         mock.patch.object(bench_report, "_weights_pictures", return_value=()),
+        mock.patch.object(hang_calib, "_pictures", return_value=()),
         mock.patch.object(Picture, "png", return_value=b""),
     ):
         yield
