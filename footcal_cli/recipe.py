@@ -75,7 +75,6 @@ class Nameplate(Frozen):
     zero_counts: float = 0.0
     scale_relative_sd: float = Field(default=0.02, gt=0)
     bias_sd_n: float = Field(default=0.3, gt=0)
-    capacity_n: float | None = Field(default=None, gt=0)
 
 
 class Robot(Frozen):
