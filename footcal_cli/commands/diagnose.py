@@ -117,7 +117,7 @@ def _table(session: Session[DiagnoseOptions]) -> dict[str, Effect]:
     for name in session.options.without:
         if name not in TABLE:
             raise UsageError(
-                f"--without: no effect named '{name}'{nearest(name, TABLE)}",
+                f"--without: no effect named '{name}'{nearest(name, list(TABLE))}",
                 remedy="see footcal effects",
             )
     return {k: v for k, v in TABLE.items() if k not in session.options.without}

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from footcal_cli.records import DiagnosisRecord, ParametersRecord, read_record
+from footcal_cli.records import DiagnosisRecord, ParametersRecord, PlanRecord, read_record
 from tests.conftest import Run
 
 CELLS = ("left_fl", "left_fr", "left_rl")
@@ -26,15 +26,22 @@ def lagging(load: np.ndarray, width: float) -> np.ndarray:
     return shown
 
 
-def write_weights(path: Path, seed: int, width: float, sessions: int = 6) -> None:
-    """Ladders up and down on three cells and several days, with noise and a gain of each day."""
+def write_weights(
+    path: Path, seed: int, width: float, sessions: int = 6, knee: float = 0.0
+) -> None:
+    """Ladders up and down on three cells and several days, with noise and a gain of each day.
+
+    `knee`: the cells answer more steeply by this share above 4 N.
+    """
     rng = np.random.default_rng(seed)
     load = np.repeat(STEPS, 6)
     rows = []
     for cell in CELLS:
         scale = -3.4e-5 * (1 + 0.02 * rng.standard_normal())
         for day in range(sessions):
-            force = lagging(load, width) * (1 + 0.001 * rng.standard_normal())
+            force = (lagging(load, width) + knee * np.maximum(load - 4.0, 0.0)) * (
+                1 + 0.001 * rng.standard_normal()
+            )
             force = force + 0.01 * rng.standard_normal() + 0.03 * rng.standard_normal(load.size)
             rows.append(
                 pd.DataFrame(
@@ -74,6 +81,9 @@ def test_hidden_hysteresis_is_named_sized_and_worth_something(run: Run, tmp_path
     report = (tmp_path / "out/report.html").read_text("utf-8")
     assert report.index("Evidence") < report.index("data:image/png")
     assert "hysteresis" in record.sentence
+    assert "Nothing else is missing" in record.sentence
+    assert "To reproduce: footcal diagnose" in report
+    assert "--tolerance-n 0.02" in report
 
 
 def test_the_extended_model_is_read_and_leaves_nothing(run: Run, tmp_path: Path) -> None:
@@ -160,6 +170,53 @@ def test_a_walk_of_the_physics_engine_with_a_faulty_cell(
     assert "hysteresis" in named
     assert faulty.verdict in ("named", "ambiguous")
     assert verdict("walk_004").verdict == "none"
+
+
+def test_a_plan_needs_no_log(run: Run, tmp_path: Path) -> None:
+    """A dead zone and a hinge are one curve until the cell is pulled: docs/effects.md."""
+    asked = ("--between", "dead_zone", "--between", "hinge")
+    answer = run("diagnose", "--plan", *asked, "--out", tmp_path / "plan")
+    assert answer.exit_code == 0, answer.err
+    plan = read_record(PlanRecord, tmp_path / "plan/plan.json")
+    assert plan.between == ("dead_zone", "hinge")
+    assert plan.next_experiment == plan.menu[0]
+    assert plan.next_experiment.words in answer.out
+    alone = run("diagnose", "--plan", "--between", "delay", "--out", tmp_path / "one")
+    assert alone.exit_code == 2
+    assert "two effects" in alone.err
+    misspelt = run(
+        "diagnose",
+        "--plan",
+        "--between",
+        "delay",
+        "--between",
+        "hysteresys",
+        "--out",
+        tmp_path / "two",
+    )
+    assert misspelt.exit_code == 2
+    assert "'hysteresis'" in misspelt.err
+
+
+def test_an_ambiguous_diagnosis_proposes_and_its_plan_is_read_again(
+    run: Run, tmp_path: Path
+) -> None:
+    """A knee: a dead zone, a hinge or a curve."""
+    write_weights(tmp_path / "weights.csv", 7, width=0.0, knee=0.06)
+    log, out = tmp_path / "weights.csv", tmp_path / "out"
+    record = diagnosed(run, log, out, "--no-pictures")
+    assert record.verdict == "ambiguous"
+    proposed = record.next_experiment
+    assert proposed is not None
+    assert proposed.id
+    assert proposed.kind == "weights"
+    assert proposed.cosine_after is not None
+    assert "Run next" in (out / "report.html").read_text("utf-8")
+    assert "data:image/png" not in (out / "report.html").read_text("utf-8")
+    again = run("diagnose", "--plan", out / "diagnosis.json", "--out", tmp_path / "plan")
+    assert again.exit_code == 0, again.err
+    plan = read_record(PlanRecord, tmp_path / "plan/plan.json")
+    assert set(plan.between) == set(record.rivals[0])
 
 
 def test_explain_and_refusals(run: Run, tmp_path: Path) -> None:

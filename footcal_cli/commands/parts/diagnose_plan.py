@@ -75,7 +75,7 @@ def _rivals(session: Session[DiagnoseOptions]) -> tuple[Contender, ...]:
     for name in names:
         if name not in TABLE:
             raise UsageError(
-                f"--between: no effect named '{name}'{nearest(name, TABLE)}",
+                f"--between: no effect named '{name}'{nearest(name, list(TABLE))}",
                 remedy="see footcal effects",
             )
     if len(names) < 2:
