@@ -199,7 +199,8 @@ def bounces(
         roll = 0.02 * ramp * np.sin(0.5 * tempo + rng.uniform(0, 6))
         zmp = _planned(feet, yaw, share, build, roll)
         # who sways turns the trunk as well
-        angmom = 0.1 * ramp[:, None] * np.sin(0.5 * tempo[:, None] + rng.uniform(0, 6, 2))
+        turns = 2 * np.pi * np.array([0.7, 0.9]) * time_s[:, None]
+        angmom = 0.15 * ramp[:, None] * np.sin(turns + rng.uniform(0, 6, 2))
         parts.append(
             _balanced(
                 rng, build, time_s, zmp, hips + ramp * up, angmom, feet, yaw,
