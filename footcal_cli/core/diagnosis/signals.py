@@ -50,7 +50,7 @@ def _hanging(log: Log) -> dict[str, FloatArray]:
     fresh = np.diff(log.known["hanging"], prepend=-1.0) != 0
     start = np.maximum.accumulate(np.where(fresh, np.arange(len(log)), 0))
     down = log.known["gravity_dir"]
-    signals = {
+    signals: dict[str, FloatArray] = {
         "shaft phase": np.mod(log.known["phase_rad"], 2.0 * np.pi),
         "time in this hanging": log.time_s - log.time_s[start],
         **{f"gravity along {a}": np.round(down[:, i], 1) for i, a in enumerate("xyz")},
@@ -84,12 +84,15 @@ def _weights(log: Log) -> dict[str, FloatArray]:
     changed = np.diff(load, prepend=load[:1]) != 0
     since = np.maximum.accumulate(np.where(changed | fresh, np.arange(len(log)), 0))
     before = np.where(since > start, load[np.maximum(since - 1, 0)], 0.0)
-    return {
+    signals: dict[str, FloatArray] = {
         "load": load,
         "time in the session": log.time_s - log.time_s[start],
         "time at this load": log.time_s - log.time_s[since],
         "step into this load": load - before,
     }
+    if "temperature_degc" in log.known:
+        signals["temperature"] = log.known["temperature_degc"].reshape(len(log), -1)[:, 0]
+    return signals
 
 
 def _balanced(log: Log) -> dict[str, FloatArray]:
