@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -22,21 +22,12 @@ from footcal_cli.commands.options import (
 from footcal_cli.recipe import CommandOptions
 
 if TYPE_CHECKING:
-    from footcal_cli.core.observability import NextStep
-    from footcal_cli.core.parameters import Estimates
-    from footcal_cli.core.quiet import QuietSet
+    from footcal_cli.core.stance_curve import CurvePoint
     from footcal_cli.core.static_init import StanceErrors, StanceRows, StaticInit
     from footcal_cli.intake import Recording
-    from footcal_cli.records import FindingRecord, ParametersRecord, RmseRecord
+    from footcal_cli.records import RmseRecord
     from footcal_cli.report import Picture
     from footcal_cli.session import Outcome, Session
-
-
-BELIEFS_NOTE = (
-    "Gain in per cent and bias in newtons on top of the prior; parameters.json has scale and bias "
-    "of the raw counts. Estimated: standing at least halved the sd. The others keep their prior "
-    "and were moved only as far as sums over cells ask."
-)
 
 
 class StaticInitOptions(CommandOptions):
@@ -89,6 +80,7 @@ def static_init(
 
 
 def _stand(session: Session[StaticInitOptions]) -> Outcome:
+    from footcal_cli.commands.parts.standing_six_axis import standing_on_six_axis
     from footcal_cli.core.online.streams import MergeRule
     from footcal_cli.intake import is_six_axis_robot, read_recordings
 
@@ -99,13 +91,20 @@ def _stand(session: Session[StaticInitOptions]) -> Outcome:
             session, rule, "stand", body_needed=is_six_axis_robot(session.recipe.robot)
         )
     if recordings[0].belief is None:
-        return _six_axis(session, recordings)
+        return standing_on_six_axis(session, recordings)
     return _cells(session, recordings)
 
 
 def _cells(session: Session[StaticInitOptions], recordings: Sequence[Recording]) -> Outcome:
     import numpy as np
 
+    from footcal_cli.commands.parts.stances import (
+        all_stances,
+        next_menu,
+        standing_findings,
+        standing_parameters,
+    )
+    from footcal_cli.core.stance_curve import stance_curve
     from footcal_cli.core.static_init import fit_static, stance_errors, stance_rows
     from footcal_cli.report import Report
     from footcal_cli.session import Outcome
@@ -115,7 +114,7 @@ def _cells(session: Session[StaticInitOptions], recordings: Sequence[Recording])
     belief = recordings[0].belief
     assert belief is not None
     with session.step("fit"):
-        rows, quiet = _all_stances(
+        rows, quiet = all_stances(
             session,
             recordings,
             lambda recording, chosen: stance_rows(
@@ -126,7 +125,8 @@ def _cells(session: Session[StaticInitOptions], recordings: Sequence[Recording])
         fit = fit_static(rows, belief)
         weight_n = robot.weight_n or 1.0
         errors = stance_errors(rows, belief, weight_n)
-        menu = _menu(recordings, quiet, rows, weight_n)
+        curve = stance_curve(rows, belief, weight_n)
+        menu = next_menu(recordings, quiet, rows, weight_n)
     estimates = fit.estimates
     rmse = sheets.rmse_of(errors, quiet)
     gates = _gates(options, rmse)
@@ -134,7 +134,7 @@ def _cells(session: Session[StaticInitOptions], recordings: Sequence[Recording])
         report=Report(
             title=f"Standing calibration of {robot.name}",
             verdict=sheets.verdict_of(fit, errors, menu),
-            pictures=_pictures(fit, rows, errors),
+            pictures=_pictures(fit, rows, errors, curve),
             sheets=(
                 sheets.beliefs_sheet(
                     rows.names,
@@ -143,13 +143,14 @@ def _cells(session: Session[StaticInitOptions], recordings: Sequence[Recording])
                     np.sqrt(np.diag(fit.covariance)),
                     rows.prior_sd,
                     estimates.status,
-                    BELIEFS_NOTE,
+                    sheets.BELIEFS_NOTE,
                 ),
                 sheets.directions_sheet(fit.observability),
                 *((sheets.menu_sheet(menu),) if menu else ()),
+                *((sheets.curve_sheet(curve),) if curve else ()),
                 sheets.stances_sheet(errors, rows.effective_samples),
             ),
-            findings=_findings(recordings, fit),
+            findings=standing_findings(recordings, (fit.chi2, fit.dof)),
             footer=(
                 "Model: Σ(1 + γ)F⁰ + β per cell against weight and projected CoM (seed 1, eqs. 12, "
                 "13), maximum a posteriori in centred units; the prior is --parameters or the "
@@ -159,178 +160,41 @@ def _cells(session: Session[StaticInitOptions], recordings: Sequence[Recording])
             ),
         ),
         rmse=rmse,
-        parameters=_parameters(session, estimates),
+        parameters=standing_parameters(session, estimates),
         gates_missed=gates,
     )
 
 
-def _six_axis(session: Session[StaticInitOptions], recordings: Sequence[Recording]) -> Outcome:
-    import numpy as np
-
-    from footcal_cli.core.static_init import fit_static_six_axis, six_axis_stance_rows
-    from footcal_cli.plots.stand import plot_beliefs, plot_directions
-    from footcal_cli.records import VerdictRecord
-    from footcal_cli.report import Picture, Report
-    from footcal_cli.session import Outcome
-    from footcal_cli.sheets import stand as sheets
-
-    with session.step("fit"):
-        rows, quiet = _all_stances(
-            session,
-            recordings,
-            lambda recording, chosen: six_axis_stance_rows(recording.merged.log, chosen),
-        )
-        fit = fit_static_six_axis(rows)
-    known = sum(status == "estimated" for status in fit.estimates.status)
-    seen = fit.observability
-    everything = known == len(fit.estimates.status)
-    return Outcome(
-        report=Report(
-            title=f"Standing calibration of {session.recipe.robot.name}",
-            verdict=VerdictRecord(
-                level="good" if everything else "warning",
-                sentence=f"{_counted(quiet)} of six-axis feet show {seen.rank} of "
-                f"{seen.unknowns} unknowns; {known} estimated, the others keep their prior.",
-                details=(
-                    "With both feet down only sums over the feet are seen: lift each foot once, or "
-                    "walk (online-replay), to tell their offsets apart.",
-                    f"Not seen: {'; '.join(seen.weakest(3))}.",
-                ),
-            ),
-            pictures=(
-                Picture(
-                    "beliefs",
-                    plot_beliefs(
-                        rows.names, rows.units, rows.prior_sd, fit.estimates.values,
-                        fit.estimates.sd, [s == "estimated" for s in fit.estimates.status],
-                    ),
-                    "Offsets against the prior of zero; grey ones were not told by standing.",
-                ),
-                Picture(
-                    "directions", plot_directions(seen.singular_values, seen.rank),
-                    "How well each direction is seen.",
-                ),
-            ),
-            sheets=(
-                sheets.beliefs_sheet(
-                    rows.names, rows.units, fit.estimates.values, fit.estimates.sd, rows.prior_sd,
-                    fit.estimates.status, BELIEFS_NOTE,
-                ),
-                sheets.directions_sheet(seen),
-            ),
-            findings=_findings(recordings, None),
-            footer=(f"chi² {fit.chi2:.3g} for {fit.dof} rows.",),
-        ),
-        rmse=sheets.offset_rmse_of(rows, np.asarray(fit.estimates.values), quiet),
-        parameters=_parameters(session, fit.estimates),
-    )  # fmt: skip
-
-
-def _all_stances(
-    session: Session[StaticInitOptions],
-    recordings: Sequence[Recording],
-    rows_of: Callable[[Recording, QuietSet], StanceRows],
-) -> tuple[StanceRows, list[QuietSet]]:
-    """Rows of the stances of all logs, one after the other."""
-    from dataclasses import replace
-
-    import numpy as np
-
-    from footcal_cli.core.quiet import QuietRule, select_quiet
-
-    options = session.options
-    rule = QuietRule(
-        warm_s=options.warm_s,
-        acceleration_mps2=options.largest_acceleration_mps2,
-        rate_radps=options.largest_rate_radps,
-        least_samples=options.least_samples,
-    )
-    parts, quiet, offset = [], [], 0
-    for recording in recordings:
-        recording = _shortened(recording, options.until_s)
-        log = recording.merged.log
-        forces = (
-            recording.belief.forces(log.readings) if recording.belief is not None else log.readings
-        )
-        chosen = select_quiet(log, forces, gyro_radps=recording.merged.imu_gyro_radps, rule=rule)
-        part = rows_of(recording, chosen)
-        parts.append(replace(part, stance=part.stance + offset))
-        offset += chosen.stances
-        quiet.append(chosen)
-    first = parts[0]
-    joined = replace(
-        first,
-        h=np.concatenate([p.h for p in parts]),
-        error=np.concatenate([p.error for p in parts]),
-        sd=np.concatenate([p.sd for p in parts]),
-        output=tuple(name for p in parts for name in p.output),
-        stance=np.concatenate([p.stance for p in parts]),
-        effective_samples=np.concatenate([p.effective_samples for p in parts]),
-    )
-    return joined, quiet
-
-
-def _shortened(recording: Recording, until_s: float | None) -> Recording:
-    """The first seconds of a recording."""
-    from dataclasses import replace
-
-    import numpy as np
-
-    if until_s is None:
-        return recording
-    log = recording.merged.log
-    stop = int(np.searchsorted(log.time_s, log.time_s[0] + until_s))
-    merged = replace(
-        recording.merged,
-        log=log.rows(0, stop),
-        imu_gyro_radps=(
-            None
-            if recording.merged.imu_gyro_radps is None
-            else recording.merged.imu_gyro_radps[:stop]
-        ),
-    )
-    return replace(recording, merged=merged)
-
-
-def _counted(quiet: Sequence[QuietSet]) -> str:
-    count = sum(one.stances for one in quiet)
-    return f"{count} stance" + ("s" if count > 1 else "")
-
-
-def _menu(
-    recordings: Sequence[Recording], quiet: Sequence[QuietSet], rows: StanceRows, weight_n: float
-) -> list[NextStep]:
-    """What to stand like next, from the last stance; nothing where its feet are unknown."""
-    import numpy as np
-
-    from footcal_cli.core.effects.contract import Scope, columns_of
-    from footcal_cli.core.next_stance import next_stances
-
-    last = recordings[-1]
-    if last.no_body or last.belief is None:
-        return []
-    inside = quiet[-1].stance == quiet[-1].stances - 1
-    cells = np.nanmean(last.merged.log.known["cell_pos_m"][inside], axis=0)
-    feet = [[int(i) for i in c] for c in columns_of(Scope.FOOT, last.merged.log.channels)]
-    return next_stances(rows, cells, feet, last.feet, weight_n, last.belief)
-
-
 def _pictures(
-    fit: StaticInit, rows: StanceRows, errors: Sequence[StanceErrors]
+    fit: StaticInit,
+    rows: StanceRows,
+    errors: Sequence[StanceErrors],
+    curve: Sequence[CurvePoint],
 ) -> tuple[Picture, ...]:
     import numpy as np
 
-    from footcal_cli.plots.stand import plot_beliefs, plot_directions, plot_stances
+    from footcal_cli.plots.stand import plot_beliefs, plot_curve, plot_directions, plot_stances
     from footcal_cli.report import Picture
 
     seen = fit.observability
     value = np.concatenate([fit.gain, fit.bias_n])
     sd = np.sqrt(np.diag(fit.covariance))
-    return (
+    several = (
+        Picture(
+            "curve", plot_curve(curve),
+            "CoP error on a stance not yet seen, after one, two, five … stances: with the prior "
+            "it falls; least squares without one needs many before it can be trusted.",
+        ),
+    )  # fmt: skip
+    single = (
         Picture(
             "stances", plot_stances(errors),
             "Error of each stance before and after, and by least squares without a prior.",
         ),
+    )  # fmt: skip
+    return (
+        *(several if curve else ()),
+        *(single if errors[0].vgrf_n.size > 1 else ()),
         Picture(
             "directions", plot_directions(seen.singular_values, seen.rank),
             "What the stances see; grey directions keep the prior whatever the fit says.",
@@ -346,31 +210,6 @@ def _pictures(
     )  # fmt: skip
 
 
-def _findings(recordings: Sequence[Recording], fit: StaticInit | None) -> tuple[FindingRecord, ...]:
-    from footcal_cli.records import FindingRecord
-    from footcal_cli.sheets.streams import stream_findings
-
-    found = [f for recording in recordings for f in stream_findings(recording)]
-    if recordings[0].no_body:
-        found.append(
-            FindingRecord(
-                code="no_body", severity="warning", where="log",
-                sentence="without a body stream only the total weight is known, not the CoP",
-                remedy="log the CoM and the feet's poses beside the cells",
-            )
-        )  # fmt: skip
-    if fit is not None and fit.dof and fit.chi2 > 3.0 * fit.dof:
-        found.append(
-            FindingRecord(
-                code="misfit", severity="warning", where="stances",
-                sentence=f"the residual is {(fit.chi2 / fit.dof) ** 0.5:.1f} times what noise and "
-                "prior allow",
-                remedy="check mass, CoM, cell positions and gains; run diagnose on this log",
-            )
-        )  # fmt: skip
-    return tuple(found)
-
-
 def _gates(options: StaticInitOptions, rmse: RmseRecord) -> tuple[str, ...]:
     if options.max_cop_rmse_mm is None:
         return ()
@@ -382,27 +221,4 @@ def _gates(options: StaticInitOptions, rmse: RmseRecord) -> tuple[str, ...]:
         and r.split == split
         and r.quantity.startswith("cop")
         and 1e3 * r.rmse > options.max_cop_rmse_mm
-    )
-
-
-def _parameters(session: Session[StaticInitOptions], estimates: Estimates) -> ParametersRecord:
-    from footcal_cli.records import ParametersRecord, covariance_blocks, parameter_records
-
-    robot = session.recipe.robot
-    six_axis = not any(foot.cells for foot in robot.feet.values())
-    return ParametersRecord(
-        command="static-init",
-        created=session.created(),
-        robot=robot.name,
-        gravity_mps2=robot.gravity_mps2,
-        sign_convention=(
-            "reading = applied wrench + offset"
-            if six_axis
-            else "force = scale * counts + bias, positive when the cell is pressed"
-        ),
-        frame="each transducer's axes" if six_axis else "each cell's own axis",
-        expressed_at="the transducer" if six_axis else "the cell",
-        parameters=parameter_records(estimates),
-        covariance=covariance_blocks(estimates),
-        inputs=session.inputs,
     )

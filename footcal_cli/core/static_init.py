@@ -116,7 +116,7 @@ def six_axis_stance_rows(log: Log, quiet: QuietSet) -> StanceRows:
     Scales are left out (one load shows none of them); floors as for cells, ten times larger: the
     robots that stand on such feet weigh ten times more.
     """
-    rows = six_axis_rows(log, samples_per_update=1, scales=False)
+    rows = six_axis_rows(log, samples_per_update=1, scales=False, walking=False)
     totals = [10 * FORCE_SD_N] * 3 + [10 * MOMENT_SD_NM] * 2
     swing = 10 * SWING_SD_N * rows.swing_sd_factor
     return stance_means(rows, quiet, np.concatenate([totals, swing]))

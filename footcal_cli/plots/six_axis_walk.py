@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from footcal_cli.core.online.filter import Track
+from footcal_cli.core.online.jumps import Jump
 from footcal_cli.core.online.six_axis_replay import SixAxisReplay
 from footcal_cli.plots.style import AFTER, BEFORE, CELL_COLOURS, REFERENCE, new_figure, tidy
 
@@ -57,8 +58,10 @@ def plot_swing(found: SixAxisReplay) -> Figure:
     return figure
 
 
-def plot_offsets(track: Track, smoothed: Track, feet: Sequence[str]) -> Figure:
-    """Offsets over time with ± 2 sd of the filter; the smoother's as a line."""
+def plot_offsets(
+    track: Track, smoothed: Track, feet: Sequence[str], jumps: Sequence[Jump]
+) -> Figure:
+    """Offsets over time with ± 2 sd of the filter; the smoother's as a line; jumps dashed."""
     figure = new_figure(4.4)
     panels = figure.subplots(2, len(feet), sharex=True, squeeze=False)
     for k, foot in enumerate(feet):
@@ -74,6 +77,9 @@ def plot_offsets(track: Track, smoothed: Track, feet: Sequence[str]) -> Figure:
                 axes.plot(
                     track.time_s, smoothed.values[:, i], color=colour, linewidth=1.2, label=axis
                 )
+                for jump in jumps:
+                    if jump.name == track.names[i]:
+                        axes.axvline(jump.onset_s, color=colour, linewidth=1.0, linestyle="--")
             spread = np.nanmax(np.abs(smoothed.values[:, [
                 track.names.index(f"{foot}.offset_{a}") for a in axes_names]]))  # fmt: skip
             axes.set_ylim(-2.0 * spread - 0.1, 2.0 * spread + 0.1)

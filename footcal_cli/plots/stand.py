@@ -6,11 +6,18 @@ from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.stance_curve import CurvePoint
 from footcal_cli.core.static_init import StanceErrors
 from footcal_cli.plots.style import AFTER, BAD, BEFORE, REFERENCE, new_figure, tidy
 
+_WORDS = {
+    "before": "prior alone",
+    "after": "prior and stances",
+    "least squares": "least squares, no prior",
+}
 _STAGES = {"before": BEFORE, "after": AFTER, "least squares": BAD}
 
 
@@ -32,7 +39,29 @@ def plot_stances(errors: Sequence[StanceErrors]) -> Figure:
     tidy(right, f"Total force error {how}", "stance", "N")
     right.set_yscale("symlog", linthresh=1.0)
     right.axhline(0.0, color=REFERENCE, linewidth=0.8)
+    for axes in (left, right):
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     left.legend(fontsize=8, frameon=False)
+    return figure
+
+
+def plot_curve(curve: Sequence[CurvePoint]) -> Figure:
+    """CoP error on the next stance against the number of stances used."""
+    figure = new_figure(2.8)
+    axes = figure.subplots()
+    used = [point.stances for point in curve]
+    for stage, values in (
+        ("before", [point.before_m for point in curve]),
+        ("after", [point.after_m for point in curve]),
+        ("least squares", [point.least_squares_m for point in curve]),
+    ):
+        axes.plot(used, 1e3 * np.array(values), "o-", color=_STAGES[stage], label=_WORDS[stage])
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.set_xticks(used, [str(n) for n in used])
+    axes.minorticks_off()
+    tidy(axes, "CoP error on the stance that follows", "stances used", "mm")
+    axes.legend(fontsize=8, frameon=False)
     return figure
 
 
@@ -47,6 +76,7 @@ def plot_directions(singular_values: FloatArray, rank: int) -> Figure:
     axes.axhline(1.0, color=REFERENCE, linewidth=0.8, linestyle="--")
     axes.set_yscale("log")
     axes.set_ylim(1e-3, max(20.0, 2.0 * float(shown.max())))
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     tidy(
         axes,
         f"{rank} of {number.size} directions seen; above the dashed line better than by the prior",

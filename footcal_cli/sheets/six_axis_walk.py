@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 
 from footcal_cli.core.online.replay import held
@@ -14,6 +16,12 @@ from footcal_cli.report import Picture, Sheet, number, with_sd
 from footcal_cli.sheets.stand import beliefs_sheet, root_mean_square
 
 _SURPRISING_SHARE = 0.02
+_WIDENED = 1.5
+_NOTABLE_DELAY_S = 0.005
+
+
+def _unit_of(name: str) -> str:
+    return "Nm" if name.rsplit("_", 1)[-1][0] == "t" else "N"
 
 
 def _column(found: SixAxisReplay, name: str) -> tuple[float, float]:
@@ -47,6 +55,11 @@ def verdict_of(found: SixAxisReplay) -> VerdictRecord:
         f"The feet carry {with_sd(mass, sd)} kg more than the model's "
         f"{found.merged.log.known['mass_kg'][0]:.4g} kg."
     )
+    details += [
+        f"{jump.name}: jumped by {with_sd(jump.size, jump.sd)} {_unit_of(jump.name)} at "
+        f"{jump.onset_s:.2f} s, known {jump.found_s - jump.onset_s:.2f} s later."
+        for jump in found.jumps
+    ]
     known = sum(s is Status.ESTIMATED for s in found.estimates.status)
     consistent = 0.8 < found.consistency.ratio < 1.25
     return VerdictRecord(
@@ -89,13 +102,55 @@ def findings_of(found: SixAxisReplay) -> list[FindingRecord]:
     """What does not fit this robot's model."""
     findings = []
 
-    def add(code: str, where: str, sentence: str, remedy: str) -> None:
+    def add(
+        code: str,
+        where: str,
+        sentence: str,
+        remedy: str,
+        severity: Literal["alarm", "warning"] = "warning",
+    ) -> None:
         findings.append(
             FindingRecord(
-                code=code, severity="warning", where=where, sentence=sentence, remedy=remedy
+                code=code, severity=severity, where=where, sentence=sentence, remedy=remedy
             )
         )
 
+    for jump in found.jumps:
+        add(
+            "offset_jump", jump.name,
+            f"the offset jumped by {with_sd(jump.size, jump.sd)} {_unit_of(jump.name)} at "
+            f"{jump.onset_s:.2f} s (proved {jump.found_s - jump.onset_s:.2f} s later)",
+            "check the transducer's cable and screws; before and after are calibrated apart",
+            "alarm",
+        )  # fmt: skip
+    widened = max(found.inflated * found.repeated[0], found.inflated * found.repeated[1])
+    if widened > _WIDENED:
+        add(
+            "model_wrong", "robot",
+            f"errors of the totals repeat in every gait cycle ({found.repeated[0]:.1f} times the "
+            f"variance of chance, of swinging feet {found.repeated[1]:.1f} times) and innovations "
+            f"needed {found.inflated:.2f} times the learnt variance: intervals are widened by as "
+            "much, for the robot's own model is wrong in a way that no noise describes",
+            "run diagnose on these walks; log a better CoM, or an IMU",
+        )  # fmt: skip
+    if not found.delay_told:
+        asked = ", ".join(
+            f"{name} {1e3 * value:+.0f}"
+            for name, value in zip(found.rows.outputs, found.delay_asked_s, strict=False)
+        )
+        add(
+            "delay_not_told", "body stream",
+            f"each total would move the body's stream by another time ({asked} ms): this is no "
+            "delay but a motion that the feet did not feel, and nothing was taken out",
+            "compare the model's CoM acceleration with an IMU",
+        )  # fmt: skip
+    elif abs(found.delay_s) > max(_NOTABLE_DELAY_S, 3 * found.delay_sd_s):
+        add(
+            "delay", "body stream",
+            f"the body's stream is {1e3 * found.delay_s:.0f} ± {1e3 * found.delay_sd_s:.0f} ms "
+            "late beyond what the recipe compensates; it was taken out",
+            "add it to delay_s in the recipe if several walks agree",
+        )  # fmt: skip
     if not any(".scale_" in name for name in found.estimates.names):
         add(
             "scales_left_alone", "feet",
@@ -166,8 +221,10 @@ def pictures_of(found: SixAxisReplay) -> tuple[Picture, ...]:
                 "Total vertical force: what both feet read and what the body's motion demands."),
         Picture("swing", plots.plot_swing(found),
                 "A foot in the air should read only what hangs below its transducer."),
-        Picture("offsets", plots.plot_offsets(found.track, found.smoothed, feet_of(found)),
-                "Offsets along the walk: band ± 2 sd as known then, line with hindsight."),
+        Picture("offsets",
+                plots.plot_offsets(found.track, found.smoothed, feet_of(found), found.jumps),
+                "Offsets along the walk: band ± 2 sd as known then, line with hindsight, dashed: a "
+                "jump."),
         Picture("innovations", plot_innovations(found.track, found.rows.outputs[:5]),
                 "What each update did not expect, over its claimed sd."),
     )  # fmt: skip
@@ -178,7 +235,11 @@ def footer_of(found: SixAxisReplay) -> tuple[str, ...]:
     c = found.consistency
     return (
         f"Normalised innovation squared {c.ratio:.3f}, {100 * c.inside:.0f} % of {c.updates} "
-        "updates inside their own 95 % band.",
+        "updates inside their own 95 % band; beyond the learnt noise all variances × "
+        f"{found.inflated:.2f}, for errors that repeat with the gait × {found.repeated[0]:.1f} "
+        f"(totals) and {found.repeated[1]:.1f} (swinging feet). Updates that taught nothing: "
+        f"{int(np.sum(~found.track.used))}. Body stream late by {1e3 * found.delay_s:.1f} ± "
+        f"{1e3 * found.delay_sd_s:.1f} ms beyond the recipe.",
         "Model: applied wrench = (1 + scale) · reading − offset per axis; totals balance the "
         "motion of the body, a foot in the air carries the weight below its transducer.",
     )

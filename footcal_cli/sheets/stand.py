@@ -9,9 +9,22 @@ import numpy as np
 from footcal_cli.core.observability import NextStep, Observability
 from footcal_cli.core.parameters import FloatArray, Status
 from footcal_cli.core.quiet import QuietSet
+from footcal_cli.core.stance_curve import CurvePoint
 from footcal_cli.core.static_init import StanceErrors, StanceRows, StaticInit
 from footcal_cli.records import RmseRecord, RmseRow, VerdictRecord
 from footcal_cli.report import Sheet, number, with_sd
+
+BELIEFS_NOTE = (
+    "Gain in per cent and bias in newtons on top of the prior; parameters.json has scale and bias "
+    "of the raw counts. Estimated: standing at least halved the sd. The others keep their prior "
+    "and were moved only as far as sums over cells ask."
+)
+"""Under the table of unknowns of cells."""
+SIX_AXIS_NOTE = (
+    "Offsets are subtracted from the readings; mass, CoM and weights come on top of the recipe's. "
+    "Estimated: standing at least halved the sd. The others keep their prior."
+)
+"""Under that of six-axis feet."""
 
 
 def beliefs_sheet(
@@ -66,10 +79,40 @@ def stances_sheet(errors: Sequence[StanceErrors], effective: FloatArray) -> Shee
     )  # fmt: skip
 
 
+def curve_sheet(curve: Sequence[CurvePoint]) -> Sheet:
+    """CoP error on the next stance by number of stances."""
+    rows = [
+        (
+            str(point.stances),
+            str(point.rank),
+            *(number(1e3 * v, 3) for v in (point.before_m, point.after_m, point.least_squares_m)),
+            str(point.tried),
+        )
+        for point in curve
+    ]
+    return Sheet(
+        "How many stances",
+        ("stances", "directions seen", "prior alone (mm)", "with the stances (mm)",
+         "least squares (mm)", "runs"),
+        rows,
+        note="RMS distance of the CoP on the stance that follows, over all runs of so many "
+        "successive stances. For two feet of four cells one stance sees 3 of 16 directions (total "
+        "force, CoP x and y), ten with the feet left in place 11, with the feet put down anew 14; "
+        "the last two, the feet's twists, show only when a foot is lifted.",
+    )  # fmt: skip
+
+
+def unseen_words(found: Observability, count: int) -> list[str]:
+    """What is seen worst, in words."""
+    if found.rank == 1:
+        return ["every difference between single cells; only the sum of all is seen"]
+    return found.weakest(count)
+
+
 def directions_sheet(found: Observability) -> Sheet:
     """Rank, singular values, and what is not seen in words."""
     values = ", ".join(number(float(v), 3) for v in found.singular_values)
-    unseen = found.weakest(6)
+    unseen = unseen_words(found, 6)
     label = "not seen" if found.rank < found.unknowns else "seen worst"
     rows = [
         ("rank", f"{found.rank} of {found.unknowns}"),
@@ -101,6 +144,11 @@ def menu_sheet(menu: Sequence[NextStep]) -> Sheet:
     )  # fmt: skip
 
 
+def counted(stances: int) -> str:
+    """``1 stance shows``, ``5 stances show``."""
+    return "1 stance shows" if stances == 1 else f"{stances} stances show"
+
+
 def root_mean_square(values: FloatArray) -> float:
     """RMS of the finite values."""
     finite = values[np.isfinite(values)]
@@ -126,7 +174,7 @@ def verdict_of(
     )
     details = [
         f"{known} of {seen.unknowns} parameters estimated; the others keep their prior and say so.",
-        f"Not seen: {'; '.join(seen.weakest(3))}."
+        f"Not seen: {'; '.join(unseen_words(seen, 3))}."
         if seen.rank < seen.unknowns
         else f"Seen worst: {'; '.join(seen.weakest(2))}.",
     ]
@@ -143,8 +191,7 @@ def verdict_of(
     how = "on stances it has not seen" if held else "on the fitted stance"
     return VerdictRecord(
         level="good" if known == seen.unknowns else "warning",
-        sentence=f"{stances} stance{'s' if stances > 1 else ''} show {seen.rank} of "
-        f"{seen.unknowns} directions; {shown} {how}.",
+        sentence=f"{counted(stances)} {seen.rank} of {seen.unknowns} directions; {shown} {how}.",
         details=tuple(details),
     )
 

@@ -21,7 +21,7 @@ def test_one_stance_teaches_sums_and_says_so(run: Run, tmp_path: Path) -> None:
     answer = run("static-init", "--recipe", recipe, "--parameters", belief, "--out", out)
     assert answer.exit_code == 0, answer.err
     text = answer.out.replace("\n", " ")
-    assert "1 stance show 3 of 16 directions" in text
+    assert "1 stance shows 3 of 16 directions" in text
     assert "0 of 16 parameters estimated" in text
     assert "diagonal twist of the biases" in text
     assert "Stand next: stand on the" in text
@@ -45,7 +45,8 @@ def test_ten_stances_with_lifted_feet_calibrate_the_biases(run: Run, tmp_path: P
     errors = read_record(RmseRecord, out / "rmse.json")
     held = {(r.stage, r.quantity): r.rmse for r in errors.rows if r.split == "held_out"}
     assert held["after", "vgrf"] < held["before", "vgrf"]
-    assert {p.stem for p in (out / "figures").glob("*.png")} == {"stances", "directions", "beliefs"}
+    drawn = {p.stem for p in (out / "figures").glob("*.png")}
+    assert drawn == {"curve", "stances", "directions", "beliefs"}
 
 
 def test_a_gate_on_the_cop_is_judged_on_stances_not_seen(run: Run, tmp_path: Path) -> None:

@@ -10,11 +10,12 @@ from footcal_cli.core.contact import judge
 from footcal_cli.core.effects.calibration import AXES
 from footcal_cli.core.experiments import walk
 from footcal_cli.core.log import Log
+from footcal_cli.core.online.rows import advanced
 from footcal_cli.core.online.six_axis import six_axis_rows
 from footcal_cli.core.online.six_axis_replay import replay_six_axis
 from footcal_cli.core.online.streams import Merged
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.core.signals import check_clock
+from footcal_cli.core.signals import acceleration_of, check_clock
 from tests.core.walk_data import G, make_walk
 
 FEET = ("left", "right")
@@ -60,13 +61,14 @@ def six_axis_walk(seed: int, noise_n: float = 0.0) -> tuple[Log, FloatArray]:
         "foot_pos_m": pos,
         "foot_weight_n": np.tile(weight, (n, 1)),
         "foot_com_m": np.tile(com_below, (n, 1, 1)),
+        "foot_acc_mps2": acceleration_of(pos, time),
     }
     back = rot.transpose(0, 1, 3, 2)
     wrench = np.concatenate(
         [np.einsum("nkij,nkj->nki", back, force), np.einsum("nkij,nkj->nki", back, moment)], axis=2
     )
-    wrench = wrench + walk.applied_below(rot, known["foot_weight_n"], known["foot_com_m"])
-    true = wrench.reshape(n, 12)
+    below = Log("walk", CHANNELS, time, np.zeros((n, 12)), known, np.zeros(n, dtype=np.int64))
+    true = (wrench + walk.applied_below(below, known["foot_weight_n"])).reshape(n, 12)
     sd = noise_n * np.tile([1.0, 1.0, 1.0, 0.05, 0.05, 0.05], 2)
     seen = true + OFFSETS + rng.normal(size=true.shape) * sd
     return Log("walk", CHANNELS, time, seen, known, np.zeros(n, dtype=np.int64)), true
@@ -108,13 +110,19 @@ def test_every_column_is_what_its_unknown_does_to_the_balance() -> None:
         elif kind == "weight":
             known["foot_weight_n"] = known["foot_weight_n"].copy()
             known["foot_weight_n"][:, FEET.index(owner)] += step
-        else:
+        elif kind.startswith("com_below"):
+            known["foot_com_m"] = known["foot_com_m"].copy()
+            known["foot_com_m"][:, FEET.index(owner), "xyz".index(kind[-1])] += step
+        elif kind.startswith("com_correction"):
             known["com_m"] = known["com_m"].copy()
             known["com_m"][:, "xy".index(kind[-1])] += step
+        else:
+            assert name == "robot.delay"
+            known = dict(advanced(log, step).known)
         moved = walk.six_axis_balance(log.with_readings(readings).with_known(**known))
         change = (moved.error - base.error) / step * rows.prior_sd[i]
         # the moment of inertia forces about a moved CoM is left to the reference
-        tolerance = 0.15 if kind.startswith("com") else 1e-6
+        tolerance = 0.15 if kind.startswith("com_corr") else 0.1 if kind == "delay" else 1e-6
         size = max(np.abs(change[rows.valid]).max(), 1e-12)
         assert np.abs(rows.h[:, :, i] - change)[rows.valid].max() < tolerance * size, name
 

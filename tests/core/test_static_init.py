@@ -10,6 +10,7 @@ from footcal_cli.core.next_stance import next_stances
 from footcal_cli.core.online.rows import belief_from
 from footcal_cli.core.parameters import FloatArray, Status
 from footcal_cli.core.quiet import QuietRule, QuietSet, select_quiet
+from footcal_cli.core.stance_curve import stance_curve
 from footcal_cli.core.static_init import StaticInit, fit_static, stance_errors, stance_rows
 from footcal_cli.errors import FitError
 from tests.core.walk_data import Standing, make_standing
@@ -197,3 +198,23 @@ def test_held_out_stances_are_predicted_better_than_by_the_prior() -> None:
     centre = pressure(forces, made.cells).cop_m - made.com[:, :2]
     mean = np.array([centre[made.stance == k].mean(axis=0) for k in range(12)])
     np.testing.assert_allclose(found["before", False].cop_m, mean, atol=1.5e-4)
+
+
+@pytest.mark.parametrize(("replace", "ranks"), [(False, [3, 6, 11, 11]), (True, [3, 6, 14, 14])])
+def test_more_stances_never_harm_the_next_one_and_least_squares_does(
+    replace: bool, ranks: list[int]
+) -> None:
+    curves = []
+    for seed in range(5, 11):
+        made = make_standing(12, seed, replace=replace)
+        log, belief = stand_log(made), belief_of(made)
+        rows = stance_rows(log, QuietSet(made.stance, judge({}, len(log))), belief)
+        curves.append(stance_curve(rows, belief, made.mass * 9.80665))
+    for points, used, rank in zip(zip(*curves, strict=True), (1, 2, 5, 10), ranks, strict=True):
+        assert {(p.stances, p.rank, p.tried) for p in points} == {(used, rank, 12)}
+        before, after, plain = (
+            float(np.sqrt(np.mean([getattr(p, name) ** 2 for p in points])))
+            for name in ("before_m", "after_m", "least_squares_m")
+        )
+        assert after < 1.02 * before
+        assert plain > (2.0 if used < 5 else 1.1) * after

@@ -27,6 +27,7 @@ BODY_STREAM = (
     "foot_yaw_rad",
     "foot_pos_m",
     "foot_rot_wt",
+    "foot_acc_mps2",
     "cell_pos_m",
 )
 """Known quantities that come by the body's telemetry, where a log has them."""

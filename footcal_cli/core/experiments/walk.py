@@ -37,6 +37,7 @@ SIX_AXIS_KNOWN: Mapping[str, str] = {
     "foot_pos_m": "transducers in the world, height above the ground, m, (n, feet, 3)",
     "foot_weight_n": "weight below each transducer, N, (n, feet)",
     "foot_com_m": "its CoM in the transducer's frame, m, (n, feet, 3)",
+    "foot_acc_mps2": "acceleration of each transducer, gravity not included, m/s², (n, feet, 3)",
 }
 """What six-axis feet need beside `KNOWN`, in place of the cells' positions."""
 
@@ -91,14 +92,12 @@ def six_axis_balance(log: Log) -> Balance:
     """Total force and horizontal moments about the CoM, and wrenches of swinging feet.
 
     ``Σ R f = m (c̈ + g) − Σ w``, ``Σ [(p − c) × R f + R τ] = L̇ − Σ (p_w − c) × w`` with w the
-    weight below each transducer; a swinging foot reads the wrench of w.
+    weight and inertia of what hangs below each transducer; a swinging foot reads the wrench of w.
     """
     known = log.known
     rot, pos = known["foot_rot_wt"], known["foot_pos_m"]
     wrench = log.readings.reshape(len(log), -1, 6)
-    weight = np.zeros((*known["foot_weight_n"].shape, 3))
-    weight[..., 2] = -known["foot_weight_n"]
-    carried = applied_below(rot, known["foot_weight_n"], known["foot_com_m"])
+    carried = applied_below(log, known["foot_weight_n"])
     below = wrench - carried
     force = np.einsum("nkij,nkj->nki", rot, below[..., :3])
     moment = np.einsum("nkij,nkj->nki", rot, below[..., 3:])
@@ -122,20 +121,24 @@ def six_axis_balance(log: Log) -> Balance:
     )
 
 
-def applied_below(rot_wt: FloatArray, weight_n: FloatArray, com_t_m: FloatArray) -> FloatArray:
+def applied_below(log: Log, weight_n: FloatArray) -> FloatArray:
     """Wrench that a weight hanging below a transducer puts on it, (n, feet, 6), its own frame.
+
+    ``f = −Rᵀ (g e_z + p̈) w/g`` at its CoM: a foot that is swung forward pulls back.
 
     Parameters
     ----------
-    rot_wt
-        Transducer to world, shape (n, feet, 3, 3).
+    log
+        For `SIX_AXIS_KNOWN`.
     weight_n
         Shape (n, feet).
-    com_t_m
-        Centre of the hanging mass in the transducer's frame, shape (n, feet, 3).
     """
-    force = -rot_wt[:, :, 2, :] * weight_n[..., None]
-    return np.concatenate([force, np.cross(com_t_m, force)], axis=-1)
+    known = log.known
+    rot, gravity = known["foot_rot_wt"], known["gravity_mps2"]
+    specific = known["foot_acc_mps2"] / gravity[:, None, None]
+    specific = specific + np.array([0.0, 0.0, 1.0])
+    force = -np.einsum("nkji,nkj->nki", rot, specific) * weight_n[..., None]
+    return np.concatenate([force, np.cross(known["foot_com_m"], force)], axis=-1)
 
 
 def channel_contact(log: Log) -> FloatArray:

@@ -20,14 +20,17 @@ PRIOR_SD: Mapping[str, tuple[str, float]] = {
     "offset_f": ("N", 30.0),
     "offset_t": ("Nm", 5.0),
     "scale": ("-", 0.03),
-    "mass_correction": ("kg", 2.0),
+    "mass_correction": ("kg", 7.0),
     "com_correction": ("m", 0.02),
     "weight": ("N", 3.0),
     "com_below": ("m", 0.05),
     "delay": ("s", 0.01),
 }
-"""Kind of unknown -> unit and prior sd: transducers zeroed at an unknown time."""
-_KNOWN_MASS = 0.002
+"""Kind of unknown -> unit and prior sd: transducers zeroed at an unknown time; the mass is taken to
+a share of itself."""
+_KNOWN_MASS, _MASS_SHARE = 0.002, 0.1
+"""Prior sd of the mass as a share of it: where scales are free too, and where they are not. Models
+of humanoids leave out cables, covers and batteries."""
 _DELAY_STEP_S = 2e-3
 DELAY_STATE = "robot.delay"
 TORQUE_ARM_M = 0.05
@@ -39,6 +42,7 @@ def six_axis_rows(
     *,
     samples_per_update: int = 2,
     scales: bool = True,
+    walking: bool = True,
     prior_sd: Mapping[str, float] | None = None,
 ) -> Rows:
     """Rows of a walk with six-axis feet, averaged over blocks of samples.
@@ -52,12 +56,17 @@ def six_axis_rows(
     scales
         Whether the scale of each axis is unknown; otherwise only offsets are. With free scales
         the mass is taken as known.
+    walking
+        Whether the body moves: only then a delay of its stream and the CoM of what hangs below
+        each transducer are unknowns of their own.
     prior_sd
         Prior sd of kinds of unknowns where they differ from `PRIOR_SD`.
     """
-    sd = {kind: spec[1] for kind, spec in PRIOR_SD.items()} | dict(prior_sd or {})
-    if scales:  # a common scale and the mass are the same thing: one of them must be known
-        sd["mass_correction"] = _KNOWN_MASS * float(np.mean(log.known["mass_kg"]))
+    sd = {kind: spec[1] for kind, spec in PRIOR_SD.items()}
+    # a common scale and the mass are the same thing: one of them must be known
+    share = _KNOWN_MASS if scales else _MASS_SHARE
+    sd["mass_correction"] = share * float(np.mean(log.known["mass_kg"]))
+    sd |= dict(prior_sd or {})
     feet = walk.feet_of(log)
     names, units, scale = [], [], []
 
@@ -77,16 +86,17 @@ def six_axis_rows(
     add("robot.com_correction_y", "com_correction")
     for foot in feet:
         add(f"{foot}.weight", "weight")
-    for foot in feet:
+    for foot in feet if walking else ():
         for axis in "xyz":
             add(f"{foot}.com_below_{axis}", "com_below")
-    add(DELAY_STATE, "delay")
+    if walking:
+        add(DELAY_STATE, "delay")
     blocks = len(log) // samples_per_update
     if blocks == 0:
         raise ValueError(f"{len(log)} samples are too few for one update")
     used = log.rows(0, blocks * samples_per_update)
     balance = walk.six_axis_balance(used)
-    h = _columns(used, scales)
+    h = _columns(used, scales)[:, :, : len(names)]
     h, error, valid = block_means(
         balance.error, balance.valid, h * np.array(scale), samples_per_update
     )

@@ -24,6 +24,8 @@ from footcal_cli.core.parameters import Estimates, FloatArray, Status
 
 _GOOD_DEMAND = 0.02
 _DELAY_PASSES, _DELAY_SETTLED_S = 8, 2e-4
+_AGREED_S, _AGREED_SHARE = 0.008, 0.25
+"""Totals agree on a delay where none asks for more than this, or this share of it, on top."""
 _SHARE_ROUNDS, _SMALLEST_SHARE, _LARGEST_SHARE = 2, 0.2, 5.0
 _INFLATIONS = 4
 START = Noise(
@@ -79,6 +81,9 @@ class SixAxisReplay:
         How well the motion of the body tells the vertical force, as the innovations have it.
     delay_s, delay_sd_s
         Of the body stream behind what the recipe compensated.
+    delay_asked_s, delay_told
+        What each total alone asks for (on top of `delay_s`), and whether they agree: where they
+        do not, no delay is taken out.
     """
 
     merged: Merged
@@ -97,6 +102,8 @@ class SixAxisReplay:
     demand_sd_n: float
     delay_s: float
     delay_sd_s: float
+    delay_asked_s: FloatArray
+    delay_told: bool
 
 
 def replay_six_axis(
@@ -121,8 +128,9 @@ def replay_six_axis(
         Huber limit, information gate, jump threshold.
     """
     # with free scales the likeliest noise is none: readings times zero balance weights of zero
-    log, delay, fixed = _aligned(merged.log, samples_per_update, guards)
-    fixed, tuning = _learnt(fixed, guards)
+    aligned = _aligned(merged.log, samples_per_update, guards)
+    log = aligned.log
+    fixed, tuning = _learnt(aligned.rows, guards)
     demand_sd = _vertical_sd(fixed, tuning.noise)
     weight_n = float(np.mean(log.known["mass_kg"] * log.known["gravity_mps2"]))
     if scales is None:
@@ -130,7 +138,7 @@ def replay_six_axis(
     rows = fixed
     if scales:
         rows = replace(
-            six_axis_rows(log, samples_per_update=samples_per_update, scales=True),
+            _rows(log, samples_per_update, scales=True, delay=aligned.told),
             swing_sd_factor=fixed.swing_sd_factor,
             total_sd_factor=fixed.total_sd_factor,
         )
@@ -156,7 +164,7 @@ def replay_six_axis(
         smoothed=smoothed,
         tuning=tuning,
         jumps=tuple(sized(jump, smoothed) for jump in track.jumps),
-        estimates=_estimates(track, rows, delay),
+        estimates=_estimates(track, rows, aligned.delay_s),
         before=before,
         after=after,
         vertical_n=vertical,
@@ -164,25 +172,70 @@ def replay_six_axis(
         inflated=inflated,
         repeated=repeated,
         demand_sd_n=demand_sd,
-        delay_s=delay + float(track.values[-1, at]),
+        delay_s=aligned.delay_s + float(track.values[-1, at]),
         delay_sd_s=float(track.sd[-1, at]),
+        delay_asked_s=aligned.asks_s,
+        delay_told=aligned.told,
     )
 
 
-def _aligned(log: Log, samples_per_update: int, guards: Guards) -> tuple[Log, float, Rows]:
-    """The log with its delay taken out, the delay, and rows with offsets alone unknown."""
+@dataclass(frozen=True)
+class _Aligned:
+    """A log with its delay taken out.
+
+    `asks_s` is what each total alone would move the body's stream by, from where all of them
+    together put it; `told` whether they agree, so that it is a delay.
+    """
+
+    log: Log
+    delay_s: float
+    rows: Rows
+    asks_s: FloatArray
+    told: bool
+
+
+def _aligned(log: Log, samples_per_update: int, guards: Guards) -> _Aligned:
+    """The delay that all totals together ask for, taken out where each of them agrees.
+
+    A body that is late is late for every force and moment alike. Where one total wants it earlier
+    and another later, the motion is wrong in another way, and it is left as it is.
+    """
     quiet = replace(guards, jump_threshold=np.inf)
     delay, moved = 0.0, log
-    rows = six_axis_rows(moved, samples_per_update=samples_per_update, scales=False)
+    rows = _rows(moved, samples_per_update, scales=False)
     at = rows.names.index(DELAY_STATE)
     for _ in range(_DELAY_PASSES):
         step = float(run_filter(rows, START, quiet).values[-1, at])
         delay += step
         moved = advanced(log, delay)
-        rows = six_axis_rows(moved, samples_per_update=samples_per_update, scales=False)
+        rows = _rows(moved, samples_per_update, scales=False)
         if abs(step) < _DELAY_SETTLED_S:
             break
-    return moved, delay, rows
+    asks = _asked_delays(rows, at)
+    if np.max(np.abs(asks)) <= max(_AGREED_S, _AGREED_SHARE * abs(delay)):
+        return _Aligned(moved, delay, rows, asks, told=True)
+    asks = _asked_delays(_rows(log, samples_per_update, scales=False), at)
+    rows = _rows(log, samples_per_update, scales=False, delay=False)
+    return _Aligned(log, 0.0, rows, asks, told=False)
+
+
+def _rows(log: Log, samples_per_update: int, *, scales: bool, delay: bool = True) -> Rows:
+    """Rows of a walk; without a delay its column is empty and it keeps its prior."""
+    rows = six_axis_rows(log, samples_per_update=samples_per_update, scales=scales)
+    if not delay:
+        rows.h[:, :, rows.names.index(DELAY_STATE)] = 0.0
+    return rows
+
+
+def _asked_delays(rows: Rows, at: int) -> FloatArray:
+    """Delay that each total asks for by itself, its mean left free, shape (totals,)."""
+    asked = np.zeros(rows.totals)
+    for k in range(rows.totals):
+        h, error = rows.h[rows.valid[:, k], k, at], rows.error[rows.valid[:, k], k]
+        h = h - h.mean()
+        if h @ h > 0:
+            asked[k] = -(h @ (error - error.mean())) / (h @ h) * rows.prior_sd[at]
+    return asked
 
 
 def _learnt(rows: Rows, guards: Guards) -> tuple[Rows, Tuning]:

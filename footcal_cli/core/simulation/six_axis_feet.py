@@ -13,6 +13,7 @@ from footcal_cli.core.effects.calibration import AXES
 from footcal_cli.core.experiments.walk import applied_below
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.signals import acceleration_of
 from footcal_cli.core.simulation.biped_logs import MotionAt
 from footcal_cli.core.simulation.forces import foot_cops
 from footcal_cli.core.simulation.gait import Motion
@@ -138,6 +139,7 @@ def _known(robot: Biped, ankles: Ankles, motion: Motion) -> dict[str, FloatArray
         "foot_pos_m": motion.foot_m + np.array([0.0, 0.0, ankles.height_m]),
         "foot_weight_n": np.full((n, feet), ankles.weight_below_n),
         "foot_com_m": np.tile(np.array(ankles.com_below_m), (n, feet, 1)),
+        "foot_acc_mps2": acceleration_of(motion.foot_m, motion.time_s),
         "temperature_degc": ankles.temperature_degc + ankles.warming_degc_per_s * motion.time_s,
     }
 
@@ -165,5 +167,5 @@ def ground_wrenches(log: Log, motion: Motion) -> FloatArray:
         [np.einsum("nkij,nkj->nki", back, force), np.einsum("nkij,nkj->nki", back, moment)],
         axis=-1,
     )
-    wrench += applied_below(known["foot_rot_wt"], known["foot_weight_n"], known["foot_com_m"])
+    wrench += applied_below(log, known["foot_weight_n"])
     return np.asarray(wrench.reshape(len(log), -1))

@@ -1,0 +1,159 @@
+"""Stances of all logs of a session, for `static-init`: rows, what to stand like next, findings."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from footcal_cli.commands.static_init import StaticInitOptions
+    from footcal_cli.core.observability import NextStep
+    from footcal_cli.core.parameters import Estimates
+    from footcal_cli.core.quiet import QuietSet
+    from footcal_cli.core.static_init import StanceRows
+    from footcal_cli.intake import Recording
+    from footcal_cli.records import FindingRecord, ParametersRecord
+    from footcal_cli.session import Session
+
+
+_MISFIT = 3.0
+"""chi² per row beyond which the residual is more than noise and prior."""
+
+
+def all_stances(
+    session: Session[StaticInitOptions],
+    recordings: Sequence[Recording],
+    rows_of: Callable[[Recording, QuietSet], StanceRows],
+) -> tuple[StanceRows, list[QuietSet]]:
+    """Rows of the stances of all logs, one after the other."""
+    from dataclasses import replace
+
+    import numpy as np
+
+    from footcal_cli.core.quiet import QuietRule, select_quiet
+
+    options = session.options
+    rule = QuietRule(
+        warm_s=options.warm_s,
+        acceleration_mps2=options.largest_acceleration_mps2,
+        rate_radps=options.largest_rate_radps,
+        least_samples=options.least_samples,
+    )
+    parts, quiet, offset = [], [], 0
+    for recording in recordings:
+        recording = _shortened(recording, options.until_s)
+        log = recording.merged.log
+        forces = (
+            recording.belief.forces(log.readings) if recording.belief is not None else log.readings
+        )
+        chosen = select_quiet(log, forces, gyro_radps=recording.merged.imu_gyro_radps, rule=rule)
+        part = rows_of(recording, chosen)
+        parts.append(replace(part, stance=part.stance + offset))
+        offset += chosen.stances
+        quiet.append(chosen)
+    first = parts[0]
+    joined = replace(
+        first,
+        h=np.concatenate([p.h for p in parts]),
+        error=np.concatenate([p.error for p in parts]),
+        sd=np.concatenate([p.sd for p in parts]),
+        output=tuple(name for p in parts for name in p.output),
+        stance=np.concatenate([p.stance for p in parts]),
+        effective_samples=np.concatenate([p.effective_samples for p in parts]),
+    )
+    return joined, quiet
+
+
+def _shortened(recording: Recording, until_s: float | None) -> Recording:
+    """The first seconds of a recording."""
+    from dataclasses import replace
+
+    import numpy as np
+
+    if until_s is None:
+        return recording
+    log = recording.merged.log
+    stop = int(np.searchsorted(log.time_s, log.time_s[0] + until_s))
+    merged = replace(
+        recording.merged,
+        log=log.rows(0, stop),
+        imu_gyro_radps=(
+            None
+            if recording.merged.imu_gyro_radps is None
+            else recording.merged.imu_gyro_radps[:stop]
+        ),
+    )
+    return replace(recording, merged=merged)
+
+
+def next_menu(
+    recordings: Sequence[Recording], quiet: Sequence[QuietSet], rows: StanceRows, weight_n: float
+) -> list[NextStep]:
+    """What to stand like next, from the last stance; nothing where its feet are unknown."""
+    import numpy as np
+
+    from footcal_cli.core.effects.contract import Scope, columns_of
+    from footcal_cli.core.next_stance import next_stances
+
+    last = recordings[-1]
+    if last.no_body or last.belief is None:
+        return []
+    inside = quiet[-1].stance == quiet[-1].stances - 1
+    cells = np.nanmean(last.merged.log.known["cell_pos_m"][inside], axis=0)
+    feet = [[int(i) for i in c] for c in columns_of(Scope.FOOT, last.merged.log.channels)]
+    return next_stances(rows, cells, feet, last.feet, weight_n, last.belief)
+
+
+def standing_findings(
+    recordings: Sequence[Recording], misfit: tuple[float, int] | None
+) -> tuple[FindingRecord, ...]:
+    """What is wrong with the streams, and a residual (chi², rows) beyond noise and prior."""
+    from footcal_cli.records import FindingRecord
+    from footcal_cli.sheets.streams import stream_findings
+
+    found = [f for recording in recordings for f in stream_findings(recording)]
+    if recordings[0].no_body:
+        found.append(
+            FindingRecord(
+                code="no_body", severity="warning", where="log",
+                sentence="without a body stream only the total weight is known, not the CoP",
+                remedy="log the CoM and the feet's poses beside the cells",
+            )
+        )  # fmt: skip
+    chi2, dof = misfit or (0.0, 0)
+    if chi2 > _MISFIT * dof:
+        found.append(
+            FindingRecord(
+                code="misfit", severity="warning", where="stances",
+                sentence=f"the residual is {(chi2 / dof) ** 0.5:.1f} times what noise and "
+                "prior allow",
+                remedy="check mass, CoM, cell positions and gains; run diagnose on this log",
+            )
+        )  # fmt: skip
+    return tuple(found)
+
+
+def standing_parameters(
+    session: Session[StaticInitOptions], estimates: Estimates
+) -> ParametersRecord:
+    """``parameters.json`` of cells or of six-axis feet."""
+    from footcal_cli.records import ParametersRecord, covariance_blocks, parameter_records
+
+    robot = session.recipe.robot
+    six_axis = not any(foot.cells for foot in robot.feet.values())
+    return ParametersRecord(
+        command="static-init",
+        created=session.created(),
+        robot=robot.name,
+        gravity_mps2=robot.gravity_mps2,
+        sign_convention=(
+            "reading = applied wrench + offset"
+            if six_axis
+            else "force = scale * counts + bias, positive when the cell is pressed"
+        ),
+        frame="each transducer's axes" if six_axis else "each cell's own axis",
+        expressed_at="the transducer" if six_axis else "the cell",
+        parameters=parameter_records(estimates),
+        covariance=covariance_blocks(estimates),
+        inputs=session.inputs,
+    )

@@ -1,0 +1,158 @@
+"""Walks on simulated ankle transducers: offsets, delay, jumps and mass against the truth."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+from footcal_cli.core.chain import chain_of, link
+from footcal_cli.core.contact import judge
+from footcal_cli.core.effects import TABLE
+from footcal_cli.core.log import Log
+from footcal_cli.core.online.six_axis_replay import GUARDS, SixAxisReplay, replay_six_axis
+from footcal_cli.core.online.streams import Merged
+from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.signals import check_clock
+from footcal_cli.core.simulation.gait import WalkPlan, walking
+from footcal_cli.core.simulation.noise import Noise
+from footcal_cli.core.simulation.six_axis_feet import (
+    Ankles,
+    humanoid,
+    six_axis_channels,
+    six_axis_feet_log,
+)
+
+ROBOT = humanoid()
+CHANNELS = six_axis_channels(ROBOT)
+ANKLES = Ankles(
+    force_noise=Noise(1.0, 1.0, 0.5), torque_noise=Noise(0.1, 0.1, 0.5),
+    com_noise_m=5e-4, acc_noise_mps2=0.05, angmom_noise_nm=1.0,
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Walk:
+    """A simulated walk, and the true values of the chain."""
+
+    log: Log
+    values: dict[str, float]
+
+    @property
+    def merged(self) -> Merged:
+        log, clock = self.log, check_clock(self.log.time_s)
+        return Merged(log, log.readings, judge({}, len(log)), clock, clock, 50.0, None, None)
+
+    def replayed(self, **options: object) -> SixAxisReplay:
+        return replay_six_axis(self.merged, samples_per_update=2, scales=False, **options)  # type: ignore[arg-type]
+
+    def scores(self, found: SixAxisReplay) -> FloatArray:
+        """Errors of all estimates in units of their sd."""
+        true = np.array([self.values.get(name, 0.0) for name in found.estimates.names])
+        return np.asarray((found.estimates.values - true) / found.estimates.sd)
+
+
+def walk(seed: int, duration_s: float = 24.0, **effects: dict[str, float]) -> Walk:
+    """Offsets of tens of newtons, a calm walk, and effects by name with their parameters."""
+    rng = np.random.default_rng(seed + 1000)
+    values = {}
+    for channel in CHANNELS:
+        foot, axis = channel.split(".")
+        values[f"{foot}.offset_{axis}"] = float(rng.normal(0.0, 15.0 if axis[0] == "f" else 1.0))
+    links = [link(TABLE["offset"], CHANNELS)]
+    for name, parameters in effects.items():
+        owners = sorted({full.split(".")[0] for full in parameters})
+        links.append(link(TABLE[name], CHANNELS, owners))
+        values |= parameters
+    plan = WalkPlan(
+        duration_s=duration_s, speed_mps=0.2, step_s=1.0, stand_s=2.0, bob_m=0.012,
+        angmom_rate_nm=6.0, variation_m=0.01, variation_seed=seed,
+    )  # fmt: skip
+    done = six_axis_feet_log(
+        "walk", ROBOT, lambda t: walking(ROBOT, plan, t), duration_s, chain_of(links), values,
+        seed=seed, ankles=ANKLES,
+    )  # fmt: skip
+    return Walk(done.log, values)
+
+
+def test_errors_are_as_large_as_their_sd_and_innovations_as_claimed() -> None:
+    scores, ratios = [], []
+    for seed in (21, 22):
+        made = walk(seed)
+        found = made.replayed()
+        scores.append(made.scores(found))
+        ratios.append(found.consistency.ratio)
+        assert not found.jumps
+        assert max(found.repeated) < 2.0
+    # forty-eight errors, those of one walk not independent of each other
+    assert 0.75 < np.sqrt(np.mean(np.square(scores))) < 1.3
+    assert np.max(np.abs(scores)) < 4.5
+    assert ratios == pytest.approx([1.0] * 2, abs=0.1)
+
+
+@pytest.mark.slow
+def test_errors_are_as_large_as_their_sd_over_twenty_walks() -> None:
+    scores = np.array([(made := walk(seed)).scores(made.replayed()) for seed in range(100, 120)])
+    assert 0.9 < np.sqrt(np.mean(np.square(scores))) < 1.15
+    assert 0.9 <= np.mean(np.abs(scores) < 1.96) <= 0.98
+
+
+def test_a_delay_of_the_body_stream_is_found_with_its_sd() -> None:
+    made = walk(31, delay={"robot.delay": 0.03})
+    found = made.replayed()
+    assert found.delay_s == pytest.approx(0.03, abs=0.001)
+    assert found.delay_sd_s < 0.001
+    free = np.abs(made.scores(found))
+    assert np.sqrt(np.mean(np.square(free))) < 1.6
+
+
+def test_totals_that_ask_for_different_delays_are_told_and_none_is_taken_out() -> None:
+    made = walk(36)
+    acc = made.log.known["com_acc_mps2"].copy()
+    acc[:, 0], acc[:, 1] = np.roll(acc[:, 0], 4), np.roll(acc[:, 1], -4)  # 80 ms late, early
+    found = Walk(made.log.with_known(com_acc_mps2=acc), made.values).replayed()
+    assert not found.delay_told
+    assert found.delay_asked_s[0] > 0.02
+    assert found.delay_asked_s[1] < -0.02
+    assert found.delay_s == 0.0
+
+
+def test_a_jump_of_an_offset_is_alarmed_with_foot_axis_time_and_size() -> None:
+    jump = {"left.offset_change_fz": 20.0, "left.change_time": 12.0}
+    found = walk(32, offset_change=jump).replayed()
+    (alarm,) = found.jumps
+    assert alarm.name == "left.offset_fz"
+    assert alarm.onset_s == pytest.approx(12.0, abs=0.2)
+    assert alarm.found_s - 12.0 < 2.0
+    assert abs(alarm.size - 20.0) < 4.0 * alarm.sd
+
+
+def test_mass_that_the_model_lacks_is_found_beside_the_offsets() -> None:
+    made = walk(33, mass={"robot.mass_correction": 6.9})
+    found = made.replayed()
+    assert found.estimates["robot.mass_correction"] == pytest.approx(6.9, abs=0.15)
+    assert np.abs(made.scores(found)[:12]).max() < 4.0
+
+
+def test_an_update_that_teaches_nothing_changes_nothing() -> None:
+    made = walk(34, duration_s=8.0)
+    found = made.replayed(guards=replace(GUARDS, least_gain_nats=1e9))
+    assert not found.track.used.any()
+    assert found.estimates.values == pytest.approx(0.0)
+    np.testing.assert_allclose(found.estimates.sd, found.rows.prior_sd, rtol=0.05)
+
+
+def test_a_wrong_model_gets_less_weight_until_the_innovations_fit() -> None:
+    """The robot's forward motion is half invented; it repeats with the gait, unlike any noise."""
+    made = walk(35)
+    cycle = 2.0 * np.pi * made.log.time_s / 2.0  # two steps of a second
+    invented = made.log.known["com_acc_mps2"].copy()
+    invented[:, 0] += 0.5 * np.sin(cycle)
+    wrong = Walk(made.log.with_known(com_acc_mps2=invented), made.values)
+    found = wrong.replayed()
+    assert found.consistency.ratio <= found.consistency.high
+    assert found.repeated[0] > 2.0
+    fx, fy = np.asarray(found.rows.total_sd_factor)[:2] * found.tuning.noise.force_slow_n
+    assert fx > 1.3 * fy
+    assert np.sqrt(np.mean(np.square(wrong.scores(found)[:12]))) < 1.5
