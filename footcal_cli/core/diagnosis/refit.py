@@ -20,6 +20,10 @@ from footcal_cli.core.parameters import FloatArray
 MOST_ITERATIONS = 10
 CONVERGED = 0.02
 """A step below this share of its own standard error ends the iteration."""
+MODEL_ERROR = 0.05
+"""Sd of a size fitted to a walk beyond the scatter of its blocks, as a share of the size: the
+low-pass does not commute with a curve, and transitions are not quite balanced. Measured on
+development walks."""
 _SHAPE_SEEN = 0.2  # share of a shape's visible influence that no size can take over
 _AXIS_SEEN = 0.05  # visible fraction from which a component that was not named is fitted too
 _AXIS_TOLD = 2.0  # and sd of the noise by which its usual size must change the residual
@@ -143,11 +147,22 @@ def refit(
     columns = _columns(balanced(case, values, chain), rows, chain, values, freed)
     local = _local(problem, at, columns)
     sizes, without = _solve(local, columns, noise_of(local))
+    moving = problem.tracking is not None
     intervals = tuple(
-        jackknife_interval(values[f.name], values[f.name] + without[:, i] - sizes[i])
+        _interval(f, values[f.name], without[:, i] - sizes[i], moving=moving)
         for i, f in enumerate(freed)
     )
     return Refit(chain, values, names, intervals, columns, at, converged)
+
+
+def _interval(item: Freed, value: float, apart: FloatArray, *, moving: bool) -> Interval:
+    """Scatter over blocks, and in a walk what no block can show: all share the model's error."""
+    scatter = jackknife_interval(value, value + apart)
+    if not moving or item.is_shape:
+        return scatter
+    model = 2.0 * MODEL_ERROR * abs(value - item.parameter.neutral)
+    half = float(np.hypot(scatter.high - value, model))
+    return Interval(value, value - half, value + half)
 
 
 def _seen(freed: Sequence[Freed], problem: Problem, columns: FloatArray) -> list[Freed]:
