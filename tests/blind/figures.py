@@ -43,37 +43,39 @@ def draw_confusion(scores: Sequence[Score], path: Path) -> None:
 
 
 def draw_power(scores: Sequence[Score], path: Path) -> None:
-    """Right answers against ρ, one panel per hidden effect, with Wilson bands."""
-    singles = [s for s in scores if s.truth["kind"] in ("single", "alias")]
-    keys = sorted({(s.group, str(s.truth["effects"][0]["key"])) for s in singles})
-    if not keys:
+    """Right and exact answers against ρ, one panel per experiment, with Wilson bands."""
+    singles = [s for s in scores if s.truth["kind"] in ("single", "alias") and s.matters]
+    groups = sorted({s.group for s in singles})
+    if not groups:
         return
-    across = 5
-    down = -(-len(keys) // across)
-    height_in = 1.1 + 1.3 * down
-    # not new_figure: its constrained layout takes seconds for so many panels
-    figure = Figure(figsize=(11.0, height_in))
+    figure = Figure(figsize=(11.0, 2.9))
     FigureCanvasAgg(figure)
-    figure.subplots_adjust(
-        left=0.07, right=0.99, top=1 - 0.4 / height_in, bottom=0.6 / height_in, hspace=0.55
-    )
-    panels = figure.subplots(down, across, sharex=True, sharey=True, squeeze=False).ravel()
-    for panel in panels[len(keys) :]:
-        panel.set_visible(False)
-    for panel, (experiment, key) in zip(panels, keys, strict=False):
-        mine = [s for s in singles if s.group == experiment and s.truth["effects"][0]["key"] == key]
-        rhos = sorted({float(s.truth["rho"]) for s in mine})
-        for flag, colour in (("right", AFTER), ("exact", REFERENCE)):
-            shares = [Share.of(getattr(s, flag) for s in mine if s.truth["rho"] == r) for r in rhos]
+    figure.subplots_adjust(left=0.06, right=0.99, top=0.84, bottom=0.3, wspace=0.15)
+    panels = figure.subplots(1, len(groups), sharex=True, sharey=True, squeeze=False).ravel()
+    for panel, group in zip(panels, groups, strict=True):
+        mine = [s for s in singles if s.group == group]
+        for flag, colour, name in (
+            ("right", AFTER, "right: named, or among its rivals"),
+            ("exact", REFERENCE, "exact: named alone (no designed alias)"),
+        ):
+            counted = [s for s in mine if flag == "right" or s.truth["kind"] == "single"]
+            rhos = sorted({float(s.truth["rho"]) for s in counted})
+            if not rhos:
+                continue
+            shares = [
+                Share.of(getattr(s, flag) for s in counted if s.truth["rho"] == r) for r in rhos
+            ]
             low, high = np.array([s.wilson() for s in shares]).T
-            panel.plot(rhos, [s.value for s in shares], "o-", color=colour, ms=3, lw=1)
+            panel.plot(rhos, [s.value for s in shares], "o-", color=colour, ms=3, lw=1, label=name)
             panel.fill_between(rhos, low, high, color=colour, alpha=0.15, lw=0)
-        tidy(panel, f"{key}\n{experiment}, n = {len(mine)}")
-        panel.title.set_fontsize(6.5)
-        panel.set_ylim(-0.05, 1.05)
+        tidy(panel, f"{group}\nn = {len(mine)}")
+        panel.set_ylim(-0.03, 1.03)
+        panel.set_xticks((0.3, 0.5, 1.0))
         panel.axhline(0.8, color="#cccccc", lw=0.7)
-    figure.supxlabel("ρ: what calibration cannot absorb, RMS over noise RMS", fontsize=9)
-    figure.supylabel("share of trials: right (blue), exact (black)", fontsize=9)
+    panels[0].set_ylabel("share of trials")
+    figure.supxlabel("ρ: what calibration cannot absorb, RMS over noise RMS", fontsize=9, y=0.12)
+    handles, names = panels[0].get_legend_handles_labels()
+    figure.legend(handles, names, loc="lower center", ncols=2, fontsize=8, frameon=False)
     figure.savefig(path, dpi=110)
 
 
