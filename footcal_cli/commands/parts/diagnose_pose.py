@@ -20,7 +20,7 @@ UNTESTED = dict.fromkeys(
     OF_CELLS,
 ) | dict.fromkeys(("offset_drift", "offset_change"), NO_CLOCK)
 """Effect -> why it is not tried."""
-POSES_PER_BLOCK = 5
+POSES_PER_BLOCK = 7
 MOST_BLOCKS = 24
 CALIBRATED = ("mount_rotation", "mount_translation")
 """What `pose-calib` estimates; with a calibration that has it not, it is a candidate."""

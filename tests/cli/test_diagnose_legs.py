@@ -1,0 +1,116 @@
+"""``footcal diagnose`` on hanging legs and standing poses, as the shell runs it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from footcal_cli.records import DiagnosisRecord, ParametersRecord, read_record
+from tests.conftest import Run
+
+DOWN = {
+    "+x": (1.0, 0.0, 0.0),
+    "-x": (-1.0, 0.0, 0.0),
+    "+z": (0.0, 0.0, 1.0),
+    "-z": (0.0, 0.0, -1.0),
+}
+AXES = ("fx_n", "fy_n", "fz_n", "tx_nm", "ty_nm", "tz_nm")
+TURNS, ROWS = 8, 24
+RECIPE = """
+[robot]
+name = "two legs"
+mass_kg = 8.0
+
+[diagnose]
+tolerance_n = 0.02
+tolerance_mm = 0.2
+"""
+
+
+def write_hang(path: Path, seed: int, drag_n: float = 0.0, turned: bool = False) -> None:
+    """Two legs hung in four orientations, each askew, each with offsets of its own.
+
+    A cable pulls at the first leg, or its x wires are swapped.
+    """
+    rng = np.random.default_rng(seed)
+    frames = []
+    for leg in ("fl", "fr"):
+        offset = rng.normal(size=6) * [3, 3, 3, 0.2, 0.2, 0.2]
+        clock = 0.0
+        for name, nominal in DOWN.items():
+            phase = np.arange(TURNS * ROWS) * 2 * np.pi / ROWS + rng.uniform(0, 6)
+            down = np.array(nominal) + np.cross(rng.normal(0, 0.02, 3), nominal)
+            force = 6.2 * down / np.linalg.norm(down)
+            arm = np.stack([0.03 * np.cos(phase), 0 * phase + 0.06, 0.03 * np.sin(phase)], -1)
+            wrench = np.hstack([np.tile(force, (phase.size, 1)), np.cross(arm, force)])
+            wrench += rng.normal(0, 0.004, 6) * [1, 1, 1, 0.06, 0.06, 0.06]
+            wrench += rng.normal(0, 0.03, wrench.shape) * [1, 1, 1, 0.06, 0.06, 0.06]
+            if leg == "fl":
+                wrench[:, 0] += drag_n * np.cos(phase - 0.3)
+                wrench[:, 0] *= 1 - 2 * turned
+            time_s = clock + np.arange(phase.size) * 0.5
+            clock = time_s[-1] + 60.0
+            frames.append(
+                pd.DataFrame(
+                    {"orientation": name, "time_s": time_s, "leg": leg, "phase_rad": phase}
+                    | dict(zip(AXES, (wrench + offset).T, strict=True))
+                )
+            )
+    pd.concat(frames).to_csv(path, index=False)
+
+
+def diagnosed(
+    run: Run, log: Path, recipe: Path, parameters: Path, out: Path, kind: str
+) -> DiagnosisRecord:
+    answer = run(
+        "diagnose", log, "--experiment", kind, "--recipe", recipe, "--parameters", parameters,
+        "--out", out,
+    )  # fmt: skip
+    assert answer.exit_code == 0, answer.err
+    return read_record(DiagnosisRecord, out / "diagnosis.json")
+
+
+@pytest.fixture
+def recipe(tmp_path: Path) -> Path:
+    path = tmp_path / "recipe.toml"
+    path.write_text(RECIPE, encoding="utf-8")
+    return path
+
+
+def test_a_dragging_cable_is_named_and_the_extended_model_leaves_nothing(
+    run: Run, tmp_path: Path, recipe: Path
+) -> None:
+    log, first, again = tmp_path / "hang.csv", tmp_path / "first", tmp_path / "again"
+    write_hang(log, 11, drag_n=0.1)
+    assert run("hang-calib", log, "--recipe", recipe, "--out", first).exit_code == 0
+    out = tmp_path / "out"
+    record = diagnosed(run, log, recipe, first / "parameters.json", out, "hang")
+    assert record.verdict == "named", record.sentence
+    (cause,) = record.causes
+    assert (cause.effect, cause.where) == ("cable_drag", "fl")
+    extended = read_record(ParametersRecord, out / "parameters_extended.json")
+    pull = np.array([extended.value(f"fl.cable_fx_{part}") for part in ("sin", "cos")])
+    sd = np.array([extended.parameters[f"fl.cable_fx_{part}"].sd for part in ("sin", "cos")])
+    truth = 0.1 * np.array([np.sin(0.3), np.cos(0.3)])
+    assert np.all(np.abs(pull - truth) < 4 * sd)
+    assert [e.effect for e in extended.effects] == ["cable_drag"]
+
+    answer = run("hang-calib", log, "--recipe", recipe, "--out", again,
+                 "--parameters", out / "parameters_extended.json")  # fmt: skip
+    assert answer.exit_code == 0, answer.err
+    second = diagnosed(run, log, recipe, again / "parameters.json", tmp_path / "out2", "hang")
+    assert second.verdict == "none", second.sentence
+
+
+def test_swapped_wires_stop_the_diagnosis(run: Run, tmp_path: Path, recipe: Path) -> None:
+    log = tmp_path / "hang.csv"
+    write_hang(log, 12, turned=True)
+    assert run("hang-calib", log, "--recipe", recipe, "--out", tmp_path / "first").exit_code == 0
+    record = diagnosed(
+        run, log, recipe, tmp_path / "first/parameters.json", tmp_path / "out", "hang"
+    )
+    assert record.verdict == "bad-data"
+    assert "fx of leg fl" in record.sentence
