@@ -8,7 +8,7 @@ import numpy as np
 
 from footcal_cli.core.diagnosis.answer import Verdict
 from footcal_cli.core.diagnosis.detection import Detection
-from footcal_cli.core.diagnosis.investigation import Investigation
+from footcal_cli.core.diagnosis.investigation import Found, Investigation
 from footcal_cli.core.diagnosis.leftovers import Leftover, leftover_of
 from footcal_cli.core.diagnosis.menu import Menu
 from footcal_cli.report import Sheet, number
@@ -33,12 +33,20 @@ def unknown(found: Investigation, untested: Mapping[str, str]) -> tuple[str, lis
     )
     details = []
     if found.nearest:
-        nearest = "; ".join(cause_words(item) for item in found.nearest)
+        nearest = "; ".join(f"{cause_words(item)}{_or_rivals(item)}" for item in found.nearest)
         details.append(f"Nearest: {nearest}, but too much is left beside it.")
     details += [
-        f"Considered and refused: {text}." for r in found.rounds for text in r.search.refused
+        f"Considered and refused: {text.replace(' -,', ',')}."
+        for r in found.rounds
+        for text in r.search.refused
     ]
     return sentence, [*details, *cannot_lines(found, untested)]
+
+
+def _or_rivals(item: Found) -> str:
+    """What else it may be as far as these data tell."""
+    others = dict.fromkeys(words(rival.effect) for rival in item.cause.rivals)
+    return f" (or {' or '.join(others)}, which look the same here)" if others else ""
 
 
 def depends_on(found: Investigation) -> str:
