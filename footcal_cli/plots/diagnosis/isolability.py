@@ -52,17 +52,17 @@ def plot_isolability(
         then = likeness_after(found, table, menu.best.plan, names)
         panels.append((f"after '{menu.best.plan.id.replace('_', ' ')}'", then))
     side = _CELL_IN * len(names)
-    margin = 1.35
+    margin, below = 1.35, 1.15
     width = margin + len(panels) * (side + 0.25) + 0.6
-    height = side + margin + 0.45
+    height = side + below + 0.35
     figure = new_figure(height, width_in=width)
     figure.set_layout_engine("none")
     for i, (title, cos) in enumerate(panels):
         left = margin + i * (side + 0.25)
-        axes = figure.add_axes((left / width, margin / height, side / width, side / height))
+        axes = figure.add_axes((left / width, below / height, side / width, side / height))
         _draw(axes, cos, names, title, named=i == 0)
     bar = figure.add_axes(
-        ((margin + len(panels) * (side + 0.25)) / width, margin / height, 0.09 / width,
+        ((margin + len(panels) * (side + 0.25)) / width, below / height, 0.09 / width,
          min(side, 1.8) / height)
     )  # fmt: skip
     figure.colorbar(figure.axes[0].images[0], cax=bar).ax.tick_params(labelsize=6.5)

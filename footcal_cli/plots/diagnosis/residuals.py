@@ -16,6 +16,7 @@ from footcal_cli.plots.style import AFTER, BAD, CELL_COLOURS, REFERENCE, new_fig
 
 _MOST_POINTS = 3000
 _BINS = 12
+_NEARLY = 0.6  # of the clearest signal's dependence: the first recorded one will do
 
 
 def binned(
@@ -56,7 +57,9 @@ def driver_of(found: Investigation) -> tuple[str, FloatArray]:
     if not names:
         return "row", np.arange(float(problem.residual.size))
     p = {n: detection.group_p[detection.groups.index(n)] for n in names}
-    best = min(names, key=lambda n: (p[n], -_bin_variance(problem, n)))
+    clearest = [n for n in names if p[n] <= min(p.values())]
+    told = {n: _bin_variance(problem, n) for n in clearest}
+    best = next(n for n in clearest if told[n] >= _NEARLY * max(told.values()))
     return best, problem.regressors[best]
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -10,6 +10,7 @@ import numpy as np
 from footcal_cli.core.diagnosis.answer import EffectRow, EffectStatus
 from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.report import Sheet, number
+from footcal_cli.sheets.diagnosis.rivals import losses_with
 from footcal_cli.sheets.diagnosis.words import with_interval, words
 
 _MOST_ROWS = 20
@@ -52,22 +53,32 @@ def _not_looked_for(found: Investigation, untested: Mapping[str, str]) -> list[t
 
 def table_rows(found: Investigation) -> list[EffectRow]:
     """Rows of named effects as they were accepted, the others beside the extended model."""
-    named = {f.cause.signature.effect: f for f in found.found}
     rows: list[EffectRow] = []
-    seen = set()
-    for diagnosis in found.rounds:
-        for row in diagnosis.effects:
-            name = row.signature.effect
-            if name in named and name not in seen and row.signature == named[name].cause.signature:
-                rows.append(replace(row, size=named[name].cause.size))
-                seen.add(name)
-    rivals = {r.effect for f in found.found for r in f.cause.rivals}
-    for row in found.rounds[0].effects:
-        if row.signature.effect in rivals and row.signature.effect not in seen:
-            rows.append(row)
-            seen.add(row.signature.effect)
+    seen: set[str] = set()
+    for i, item in enumerate(found.found):
+        cause, before = item.cause, found.rounds[i].before.loss.sum()
+        row = _row_of(found.rounds[i].effects, cause.signature.effect)
+        if row is None:
+            continue
+        after = found.rounds[min(i + 1, len(found.rounds) - 1)].before.loss.sum()
+        rows.append(
+            replace(
+                row, signature=cause.signature, size=cause.size, gain=1.0 - float(after / before)
+            )
+        )
+        seen.add(cause.signature.effect)
+        for rival in dict.fromkeys(r.effect for r in cause.rivals):
+            other = _row_of(found.rounds[i].effects, rival)
+            loss = losses_with(found.rounds[i], rival)
+            if other is not None and loss is not None and rival not in seen:
+                rows.append(replace(other, gain=1.0 - float(loss.sum() / before)))
+                seen.add(rival)
     rows += [r for r in found.rounds[-1].effects if r.signature.effect not in seen]
     return sorted(rows, key=lambda r: (r.status is EffectStatus.NOT_TESTABLE, -r.gain))
+
+
+def _row_of(rows: Sequence[EffectRow], effect: str) -> EffectRow | None:
+    return next((r for r in rows if r.signature.effect == effect), None)
 
 
 def _evidence_row(row: EffectRow, blocks: int) -> tuple[str, ...]:
@@ -85,9 +96,9 @@ def _evidence_row(row: EffectRow, blocks: int) -> tuple[str, ...]:
         number(row.p, 2) if tested else "–",
         f"{100 * row.gain:+.1f} %".replace("-", "−") if tested else "–",
         f"{row.blocks_better} of {blocks}" if tested else "–",
-        _size(row.smallest, unit),
+        _size(row.smallest, unit) if tested else "–",
         _size(row.detectable, unit) if tested else "–",
-        f"{100 * row.visible:.0f} %",
+        f"{100 * row.visible:.0f} %" if tested else "–",
         verdict,
     )
 

@@ -74,7 +74,7 @@ def experiment_words(record: NextExperimentRecord | None) -> str:
     now = "" if record.cosine_now is None else f"{record.cosine_now:.3f} here, "
     minutes = f", about {record.minutes:.0f} min" if record.minutes else ""
     return (
-        f"{record.words}{times} (`{record.kind}`{minutes}; likeness of the rivals, 1 being "
+        f"{record.words}{times} (kind {record.kind}{minutes}; likeness of the rivals, 1 being "
         f"identical: {now}{record.cosine_after:.3f} then)"
     )
 

@@ -17,11 +17,11 @@ def next_best(found: Investigation) -> str | None:
         return None
     diagnosis, mine = found.rounds[0], found.found[0].cause.signature.effect
     taken = {f.cause.signature.effect for f in found.found}
-    best = _losses(diagnosis, mine)
+    best = losses_with(diagnosis, mine)
     others = {
         effect: loss
         for effect in dict.fromkeys(cause[0] for cause in diagnosis.library.causes)
-        if effect not in taken and (loss := _losses(diagnosis, effect)) is not None
+        if effect not in taken and (loss := losses_with(diagnosis, effect)) is not None
     }
     if best is None or not others:
         return None
@@ -38,9 +38,9 @@ def against_rivals(found: Investigation) -> list[str]:
     lines = []
     for i, item in enumerate(found.found):
         mine = item.cause.signature.effect
-        best = _losses(found.rounds[i], mine)
+        best = losses_with(found.rounds[i], mine)
         for rival in dict.fromkeys(r.effect for r in item.cause.rivals):
-            loss = _losses(found.rounds[i], rival)
+            loss = losses_with(found.rounds[i], rival)
             if best is not None and loss is not None:
                 lines.append(
                     f"{words(rival)} leaves errors {_percent(_difference(best, loss))} larger than "
@@ -49,7 +49,7 @@ def against_rivals(found: Investigation) -> list[str]:
     return [line[0].upper() + line[1:] for line in lines]
 
 
-def _losses(diagnosis: Diagnosis, effect: str) -> FloatArray | None:
+def losses_with(diagnosis: Diagnosis, effect: str) -> FloatArray | None:
     """Squared held-out error of each block with an effect where it explains most, shape (B,)."""
     evidence = diagnosis.search.first
     causes = [c for c, cause in enumerate(diagnosis.library.causes) if cause[0] == effect]

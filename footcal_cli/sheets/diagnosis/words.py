@@ -9,6 +9,7 @@ import numpy as np
 from footcal_cli.core.diagnosis.answer import EffectStatus
 from footcal_cli.core.diagnosis.gain import Gain
 from footcal_cli.core.diagnosis.investigation import Found, Investigation
+from footcal_cli.core.effects import find_effect
 from footcal_cli.core.evidence import Interval
 from footcal_cli.report import number
 
@@ -95,8 +96,10 @@ def shape_words(item: Found) -> str:
     """What shapes an effect, as it was fitted."""
     signature = item.cause.signature
     shapes = {name for name, _ in signature.shape}
+    units = {p.name: p.unit for p in find_effect(signature.effect).shapes}
     parts = [
-        f"{_size_name(name.rsplit('.', 1)[1], signature.effect)}{with_interval(interval, '')}"
+        f"{_size_name(name.rsplit('.', 1)[1], signature.effect)}"
+        f"{with_interval(interval, units.get(name.rsplit('.', 1)[1], ''))}"
         for name, interval in zip(item.parameter_names, item.intervals, strict=True)
         if name.rsplit(".", 1)[1] in shapes
     ]
