@@ -145,17 +145,18 @@ def contact_now(
         settled = contact[width - 1 :, foot]
         settled[lately.all(axis=1)] = 1.0
         settled[~lately.any(axis=1) & steady] = 0.0
+        contact[~np.isfinite(force), foot] = np.nan
     return contact
 
 
-def airborne_now(contact: FloatArray) -> FloatArray:
-    """As `airborne`, from the past alone: what was last known, standing at first, (n, feet)."""
-    rows = np.arange(len(contact))
-    swinging = np.zeros(contact.shape)
-    for foot, state in enumerate(contact.T):
-        last = np.maximum.accumulate(np.where(np.isfinite(state), rows, -1))
-        swinging[:, foot] = (last >= 0) & (state[np.maximum(last, 0)] == 0.0)
-    return swinging
+def airborne_now(
+    foot_force_n: FloatArray, weight_n: float, rule: ContactRule | None = None
+) -> FloatArray:
+    """As `airborne`, from the past alone: where the trigger is off, nothing settled, (n, feet)."""
+    rule = rule or ContactRule()
+    low, high = rule.off_share * weight_n, rule.on_share * weight_n
+    hanging = [~_hysteresis(force, low, high) for force in foot_force_n.T]
+    return np.stack(hanging, axis=1).astype(float)
 
 
 def _refined(loaded: BoolArray, force: FloatArray, margin: float) -> BoolArray:

@@ -8,8 +8,10 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import FormatStrFormatter, LogLocator
 
 from footcal_cli.core.online.comparison import Comparison
+from footcal_cli.core.online.evidence import SETTLING_S
 from footcal_cli.core.online.filter import Track
 from footcal_cli.core.online.jumps import Jump
 from footcal_cli.core.online.replay import Replayed
@@ -34,6 +36,7 @@ METHOD_COLOURS = {
     "baseline": "#CC79A7",
 }
 _SHOWN_S = 6.0
+_MOST_CURVES = 6
 
 
 def _excerpt(found: Comparison) -> BoolArray:
@@ -43,21 +46,29 @@ def _excerpt(found: Comparison) -> BoolArray:
 
 
 def plot_cop(found: Comparison, methods: Sequence[str], truth: Replayed | None) -> Figure:
-    """CoP x and y over the last seconds, as seed 1's Figs. 10, 12, 14."""
+    """CoP x and y over the last seconds, as seed 1's Figs. 10, 12, 14, and the errors beside."""
     figure = new_figure(4.2)
     rows = _excerpt(found)
     time_s = found.merged.log.time_s[rows]
     reference = found.reference.cop_m if truth is None else truth.total.cop_m
-    for axes, axis, name in zip(figure.subplots(2, 1, sharex=True), (0, 1), "xy", strict=True):
-        label = "demanded by the motion" if truth is None else "truth"
+    label = "demanded by the motion" if truth is None else "truth"
+    panels = figure.subplots(2, 2, sharex=True)
+    for (left, right), axis, name in zip(panels, (0, 1), "xy", strict=True):
         com = found.merged.log.known["com_m"][rows, axis]
         shown = 1e3 * (reference[rows, axis] - com)
-        axes.plot(time_s, shown, color=REFERENCE, linewidth=2.2, label=label)
+        left.plot(time_s, shown, color=REFERENCE, linewidth=2.2, label=label)
         for method in methods:
             cop = 1e3 * (found.replayed[method].total.cop_m[rows, axis] - com)
-            axes.plot(time_s, cop, color=METHOD_COLOURS[method], linewidth=1.0, label=method)
-        tidy(axes, f"CoP {name}, from below the CoM", "time (s)" if name == "y" else "", "mm")
-    figure.axes[0].legend(fontsize=8, frameon=False, ncols=4, loc="upper left")
+            left.plot(time_s, cop, color=METHOD_COLOURS[method], linewidth=1.0, label=method)
+            if method != "han":
+                right.plot(time_s, cop - shown, color=METHOD_COLOURS[method], linewidth=1.0)
+        right.axhline(0.0, color=REFERENCE, linewidth=0.6)
+        below = "time (s)" if name == "y" else ""
+        tidy(left, f"CoP {name}, from below the CoM", below, "mm")
+        tidy(right, f"its error, without {methods[0]}", below, "mm")
+    # in the panel that the curves leave free
+    figure.axes[2].legend(fontsize=7, frameon=False, ncols=2, loc="upper left")
+    figure.axes[2].set_ylim(top=2.0 * figure.axes[2].get_ylim()[1])
     return figure
 
 
@@ -140,10 +151,23 @@ def plot_parameters(track: Track, jumps: Sequence[Jump], kinds: Sequence[str]) -
         for jump in jumps:
             if kind == "bias":
                 axes.axvline(jump.onset_s, color=BAD, linewidth=1.0, linestyle="--")
+        _to_settled(axes, track, [percent * track.values[:, i] for i in at],
+                    [percent * track.sd[:, i] for i in at])  # fmt: skip
         tidy(axes, f"{kind} on top of the prior, ± 2 sd", "", unit)
-        axes.legend(fontsize=7, frameon=False, ncols=4, loc="upper left")
+        axes.legend(fontsize=7, frameon=False, ncols=8, loc="upper center", handlelength=1.0)
     panels[-1].set_xlabel("time (s)", fontsize=9)
     return figure
+
+
+def _to_settled(
+    axes: Axes, track: Track, values: Sequence[FloatArray], sds: Sequence[FloatArray]
+) -> None:
+    """Limits that show what remains once the start has settled."""
+    late = track.time_s - track.time_s[0] > min(SETTLING_S, 0.5 * np.ptp(track.time_s))
+    low = min(float((v - 2 * sd)[late].min()) for v, sd in zip(values, sds, strict=True))
+    high = max(float((v + 2 * sd)[late].max()) for v, sd in zip(values, sds, strict=True))
+    room = 0.1 * max(high - low, 1e-9)
+    axes.set_ylim(low - room, high + 2.5 * room)
 
 
 def _owner(name: str) -> str:
@@ -164,9 +188,26 @@ def plot_states(
         axes.plot(track.time_s, value, color=AFTER, linewidth=1.1)
         axes.fill_between(track.time_s, value - 2 * sd, value + 2 * sd, color=AFTER, alpha=0.15)
         axes.axhline(0.0, color=REFERENCE, linewidth=0.6)
-        tidy(axes, name, "", unit)
+        _to_settled(axes, track, [value], [sd])
+        tidy(axes, state_in_words(name), "", unit)
     panels[-1].set_xlabel("time (s)", fontsize=9)
     return figure
+
+
+_STATES_IN_WORDS = {
+    "robot.delay": "body stream later than compensated",
+    "robot.com_correction_x": "CoM further forward than the model has it",
+    "robot.com_correction_y": "CoM further left than the model has it",
+    "robot.angmom_loss": "share of the rate of angular momentum that the stream lacks",
+}
+_OUTPUTS_IN_WORDS = {"fz": "force", "mx": "moment about x", "my": "moment about y"}
+
+
+def state_in_words(name: str) -> str:
+    """A state of the filter as an experimenter would say it."""
+    if name.endswith(".plate_weight"):
+        return f"plate hanging from the cells of the {name.split('.')[0]} foot"
+    return _STATES_IN_WORDS.get(name, name)
 
 
 def plot_innovations(track: Track, outputs: Sequence[str]) -> Figure:
@@ -179,19 +220,20 @@ def plot_innovations(track: Track, outputs: Sequence[str]) -> Figure:
         axes.axhspan(-2.0, 2.0, color="#eef1f4")
         axes.plot(track.time_s, normalised[:, k], ".", markersize=1.5, color=AFTER)
         axes.set_ylim(-5.5, 5.5)
-        tidy(axes, "", "", f"{name} (sd)")
-    tidy(panels[0], "Innovations over their claimed sd", "", f"{outputs[0]} (sd)")
+        title = _OUTPUTS_IN_WORDS.get(name, name)
+        tidy(axes, f"{title}: surprise over its claimed sd", "", "sd")
     panels[-1].set_xlabel("time (s)", fontsize=9)
     return figure
 
 
 def plot_sensitivity(curves: Sequence[tuple[str, Sensitivity]]) -> Figure:
-    """CoP error as one setting is scaled by 0.2 … 5, all others kept."""
-    figure = new_figure(3.0)
-    left, right = figure.subplots(1, 2)
-    for axes, method in ((left, "window"), (right, "memory")):
+    """CoP error as one setting is scaled by 0.2 … 5, all others kept; those that matter most."""
+    figure = new_figure(3.2)
+    panels = figure.subplots(1, 2, sharey=True)
+    for axes, method in zip(panels, ("window", "memory"), strict=True):
         chosen = [c for m, c in curves if m == method]
-        for colour, curve in zip((*CELL_COLOURS, *CELL_COLOURS), chosen, strict=False):
+        chosen.sort(key=lambda curve: float(-np.ptp(curve.cop_m)))
+        for colour, curve in zip(CELL_COLOURS, chosen[:_MOST_CURVES], strict=False):
             axes.plot(
                 curve.factors, 1e3 * curve.cop_m, "o-", color=colour, markersize=3, linewidth=1.0,
                 label=curve.setting,
@@ -199,9 +241,13 @@ def plot_sensitivity(curves: Sequence[tuple[str, Sensitivity]]) -> Figure:
         axes.set_xscale("log")
         axes.set_xticks([0.2, 0.5, 1.0, 2.0, 5.0], ["0.2", "0.5", "1", "2", "5"])
         axes.minorticks_off()
-        axes.set_ylim(bottom=0.0)
-        tidy(axes, f"{method}: each setting scaled", "factor", "CoP RMSE (mm)")
-        axes.legend(fontsize=6.5, frameon=False, ncols=2)
+        title = f"{method}: each setting scaled"
+        if len(chosen) > _MOST_CURVES:
+            rest = 1e3 * float(np.ptp(chosen[_MOST_CURVES].cop_m))
+            title += f" ({len(chosen) - _MOST_CURVES} others: < {rest:.2g} mm)"
+        tidy(axes, title, "factor", "CoP RMSE (mm)" if method == "window" else "")
+        axes.legend(fontsize=6.5, frameon=False, ncols=2, loc="lower left")
+    panels[0].set_ylim(bottom=0.0)
     return figure
 
 
@@ -240,3 +286,7 @@ def _violins(axes: Axes, series: Mapping[str, FloatArray]) -> None:
         drawn[part].set_linewidth(0.8)
     axes.set_xticks(place, list(series), rotation=30)
     axes.set_yscale("log")
+    axes.yaxis.set_major_formatter(FormatStrFormatter("%g"))
+    axes.yaxis.set_minor_locator(LogLocator(subs=(2.0, 5.0)))
+    axes.yaxis.set_minor_formatter(FormatStrFormatter("%g"))
+    axes.tick_params(axis="y", which="minor", labelsize=7)

@@ -163,7 +163,7 @@ def _states_sheet(found: Comparison) -> Sheet:
         if track.names[i] == "robot.delay":
             value += 1e3 * found.memory.delay_s
         rows.append(
-            (track.names[i], with_sd(float(value), float(sd)), unit,
+            (plots.state_in_words(track.names[i]), with_sd(float(value), float(sd)), unit,
              number(factor * float(prior[i]), 3))
         )  # fmt: skip
     return Sheet(
@@ -228,9 +228,15 @@ def footer_of(found: Comparison, delay_s: float) -> tuple[str, ...]:
     """What was assumed, for who wants to repeat it."""
     c = found.consistency
     return (
-        f"Normalised innovation squared {c.ratio:.3f} (95 % band for independent innovations "
-        f"[{c.low:.3f}, {c.high:.3f}]), {100 * c.inside:.0f} % of {c.updates} updates inside their "
-        f"own band, lag-one correlation of the force innovation {c.whiteness:.2f}.",
+        "Live: filtered, and learnt after 8, 16, 32 … s, from the past alone; of the latency of "
+        "the low-pass nothing is counted as error."
+        if found.causal
+        else "After the fact: delay, noise and doubted states are learnt from the whole walk, the "
+        "low-pass has no lag; --causal runs as a robot would.",
+        f"Normalised innovation squared {c.ratio:.3f} (95 % band for as many independent ones as "
+        f"these are worth [{c.low:.3f}, {c.high:.3f}]), {100 * c.inside:.0f} % of {c.updates} "
+        f"updates inside their own band, lag-one correlation of the force innovation "
+        f"{c.whiteness:.2f}.",
         f"Covariances × {found.memory.repeated:.2f} for errors that come back in every gait cycle.",
         f"{int(found.memory.track.used.sum())} of {found.memory.track.used.size} updates taught "
         "something; the others changed nothing.",
@@ -290,7 +296,8 @@ def pictures_of(
         Picture("parameters", plots.plot_parameters(track, memory.jumps, ("bias", "gain")),
                 "Every cell's bias and gain on top of the prior with ± 2 sd; dashed: a jump."),
         Picture("innovations", plots.plot_innovations(track, ("fz", "mx", "my")),
-                "What each update did not expect, over its claimed sd."),
+                "What each update did not expect, over its claimed sd: 95 % should lie in the "
+                "grey band, without a pattern."),
     ]  # fmt: skip
     if states:
         pictures.append(
@@ -301,7 +308,8 @@ def pictures_of(
     if curves:
         pictures.append(
             Picture("sensitivity", plots.plot_sensitivity(curves),
-                    "How much each weight and noise matters (seed 1, section 3.3.2).")
+                    "How much each weight and noise matters (seed 1, section 3.3.2), the first "
+                    "5 s left out.")
         )  # fmt: skip
     return tuple(pictures)
 

@@ -1,4 +1,8 @@
-"""What `online-replay` must show, on the physics walks at three speeds with cell drift."""
+"""What `online-replay` must show, on the physics engine's walks with cell drift.
+
+The committed samples are the walks that thresholds were looked at on; with ``FOOTCAL_MOTIONS`` the
+same figures come from motions, body streams and cells that nothing was looked at on.
+"""
 
 from __future__ import annotations
 
@@ -6,10 +10,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
+from scipy import stats
 
+from footcal_cli.core.chain import Chain, link
+from footcal_cli.core.effects import find_effect
 from footcal_cli.core.experiments.walk import channel_contact
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.evidence import check_consistency, rms
+from footcal_cli.core.online.live import run_live
 from footcal_cli.core.online.memory import Memory, MemoryOptions, replay_track, run_memory
 from footcal_cli.core.online.noise import starting_noise
 from footcal_cli.core.online.replay import (
@@ -28,14 +36,20 @@ from tests.core.physics_walks import (
     MASS_KG,
     SPEEDS,
     TELEMETRY_S,
+    motion_walk,
+    motions,
     physics_walk,
     with_body_errors,
 )
-from tests.core.walk_data import Errors, G, Recording
+from tests.core.walk_data import CHANNELS, Errors, G, Recording
 from tests.core.walking import belief_of, walk_log
 
 SETTLED_S = 5.0
 OMEGAS = np.geomspace(10.0, 1e6, 11)
+STILL = replace(DRIFTING, bias_walk=0.0, gain_walk=0.0)
+FRESH = 2000
+"""First seed of the walks nothing was looked at on."""
+SOURCES = ("samples", "motions")
 
 
 @dataclass(frozen=True)
@@ -43,27 +57,28 @@ class Outcome:
     """RMSE of (CoP m, each foot's CoP m, vGRF N) per method, and the filter's honesty."""
 
     scores: dict[str, FloatArray]
-    baseline: dict[str, FloatArray]
     nis: float
+    worth: float
     nees: float
     covered: float
     memory: Memory
     recording: Recording
 
 
-def study(recording: Recording, plate: float = 0.0) -> Outcome:
-    log: Log = walk_log(recording, TELEMETRY_S)
+def study(recording: Recording, plate: float = 0.0, *, live: bool = False) -> Outcome:
+    log: Log = walk_log(recording, TELEMETRY_S, causal=live)
     belief: Belief = belief_of(recording)
-    filtered = low_pass(recording.force, 80.0)
+    # truth in the band of the cells: a causal low-pass delays both alike
+    filtered = low_pass(recording.force, 80.0, causal=live)
     nothing = np.zeros(filtered.shape)
     raw_n = recording.counts * np.abs(belief.scale_n_per_count)
     noise = starting_noise(raw_n, channel_contact(log) == 0.0, MASS_KG * G)
-    memory = run_memory(log, belief, MemoryOptions(noise=noise))
+    memory = (run_live if live else run_memory)(log, belief, MemoryOptions(noise=noise))
     truth = corrected("truth", memory.log, belief, nothing, filtered - belief.forces(log.readings))
     late = recording.cell_time > SETTLED_S
 
-    def score(ours: Replayed, against: Replayed) -> FloatArray:
-        found = errors_against(ours, against)
+    def score(ours: Replayed) -> FloatArray:
+        found = errors_against(ours, truth)
         return np.array(
             [
                 rms(found.cop_m[late]),
@@ -73,13 +88,14 @@ def study(recording: Recording, plate: float = 0.0) -> Outcome:
         )
 
     plates = np.full((len(log), 2), plate)
-    floor = corrected("true", memory.log, belief, recording.true_gain, recording.true_bias, plates)
     weights = standing_weights(log.rows(40, 150), belief, WindowRule())
     omega, window = best_smoothing(log, belief, weights, truth, OMEGAS)
     same = Weights(weights.force, weights.cop, omega)
     methods = {
         "before": corrected("before", log, belief, nothing, nothing),
-        "floor": floor,
+        "floor": corrected(
+            "true", memory.log, belief, recording.true_gain, recording.true_bias, plates
+        ),
         "window": replay_window("window", log, belief, window),
         "han": replay_window("han", log, belief, run_window_fast(log, belief, same, static=True)),
         "memory": replay_track("memory", memory, memory.track, belief),
@@ -88,14 +104,16 @@ def study(recording: Recording, plate: float = 0.0) -> Outcome:
     true = np.concatenate([recording.true_gain, recording.true_bias], axis=1)
     true = true[memory.rows.last_sample]
     track = memory.track
-    z = (track.values[:, :16] - true) / track.sd[:, :16]
+    settled = memory.rows.time_s > SETTLED_S
+    z = (track.values[settled, :16] - true[settled]) / track.sd[settled, :16]
     error = track.values[-1, :16] - true[-1]
+    consistency = check_consistency(track)
     return Outcome(
-        {name: score(one, truth) for name, one in methods.items()},
-        {name: score(one, floor) for name, one in methods.items() if name != "floor"},
-        check_consistency(track).ratio,
+        {name: score(one) for name, one in methods.items()},
+        consistency.ratio,
+        consistency.worth,
         float(error @ np.linalg.solve(track.covariance[:16, :16], error) / 16),
-        float(np.mean(np.abs(z[memory.rows.time_s > SETTLED_S]) < 1.96)),
+        float(np.mean(np.abs(z) < 1.96)),
         memory,
         recording,
     )
@@ -112,6 +130,22 @@ def ratios(outcomes: list[Outcome], ours: str, theirs: str, column: int) -> tupl
     return float(np.sqrt(a.mean() / b.mean())), float(low), float(high)
 
 
+def honesty(outcomes: list[Outcome]) -> dict[str, tuple[float, float, float]]:
+    """Mean NIS and NEES per degree of freedom with the bands they should lie in, and coverage."""
+    worth = sum(o.worth for o in outcomes)
+    ends = 16 * len(outcomes)
+
+    def banded(value: float, dof: float) -> tuple[float, float, float]:
+        low, high = (float(stats.chi2.ppf(q, dof)) / dof for q in (0.025, 0.975))
+        return value, low, high
+
+    return {
+        "NIS": banded(float(np.mean([o.nis for o in outcomes])), worth),
+        "NEES": banded(float(np.mean([o.nees for o in outcomes])), ends),
+        "covered": (float(np.mean([o.covered for o in outcomes])), 0.90, 0.98),
+    }
+
+
 def show(title: str, outcomes: list[Outcome]) -> None:
     """The figures of a study, for the page of evidence (pytest -s)."""
     print(f"\n{title}: {len(outcomes)} walks")  # noqa: T201 - the study's answer
@@ -124,78 +158,137 @@ def show(title: str, outcomes: list[Outcome]) -> None:
     for name in outcomes[0].scores:
         mean = np.sqrt(np.mean([o.scores[name] ** 2 for o in outcomes], axis=0))
         print(f"  {name}: {1e3 * mean[0]:.3f} mm {1e3 * mean[1]:.3f} mm {mean[2]:.3f} N")  # noqa: T201
-    nis, nees, covered = (
-        np.mean([getattr(o, n) for o in outcomes]) for n in ("nis", "nees", "covered")
-    )
-    print(f"  NIS {nis:.3f} NEES {nees:.2f} covered {covered:.3f}")  # noqa: T201
+    for name, (value, low, high) in honesty(outcomes).items():
+        print(f"  {name} {value:.3f}, should be in [{low:.3f}, {high:.3f}]")  # noqa: T201
 
 
-def walks(seeds: range, errors: Errors, *, body: bool, plate: float = 0.0) -> list[Outcome]:
-    found = []
-    for seed in seeds:
-        for k, speed in enumerate(SPEEDS):
-            drawn = with_body_errors(errors, 10 * seed + k) if body else errors
-            found.append(study(physics_walk(speed, drawn, 10 * seed + k), plate))
-    return found
+def recordings(source: str, count: int, errors: Errors, *, body: bool) -> list[Recording]:
+    """Walks of the samples (seeds from 0) or of fresh motions (seeds from `FRESH`)."""
+    first = FRESH if source == "motions" else 0
+    seeds = range(first, first + count)
+    drawn = [with_body_errors(errors, seed) if body else errors for seed in seeds]
+    if source == "samples":
+        return [
+            physics_walk(SPEEDS[i % 3], one, seed)
+            for i, (seed, one) in enumerate(zip(seeds, drawn, strict=True))
+        ]
+    paths = motions()
+    return [
+        motion_walk(paths[i % len(paths)], one, seed)
+        for i, (seed, one) in enumerate(zip(seeds, drawn, strict=True))
+    ]
+
+
+def with_hysteresis(recording: Recording, cell: int, width_n: float) -> Recording:
+    """The same walk with a cell that lags behind its load."""
+    name = CHANNELS[cell]
+    newtons = recording.counts * recording.scale0 + recording.bias0
+    n = len(newtons)
+    log = Log("walk", CHANNELS, recording.cell_time, newtons, {}, np.zeros(n, dtype=np.int64))
+    chain = Chain((link(find_effect("hysteresis"), CHANNELS, only=[name]),))
+    values = {f"{name}.hysteresis_width": width_n, f"{name}.hysteresis_reach": 4.0}
+    shown, _ = chain.apply(log, values)
+    return replace(recording, counts=(shown.readings - recording.bias0) / recording.scale0)
 
 
 def test_one_walk_per_speed_shows_what_the_study_shows() -> None:
-    outcomes = walks(range(1), DRIFTING, body=True)
-    show("one seed", outcomes)
+    outcomes = [study(r) for r in recordings("samples", 3, DRIFTING, body=True)]
+    show("samples, one seed", outcomes)
     assert ratios(outcomes, "memory", "window", 0)[0] < 0.65
-    assert ratios(outcomes, "memory", "window", 1)[0] < 0.6
+    assert ratios(outcomes, "memory", "window", 1)[0] < 0.45
     assert ratios(outcomes, "memory", "window", 2)[0] < 1.05
-    assert ratios(outcomes, "memory", "floor", 0)[0] < 1.3
+    assert ratios(outcomes, "memory", "floor", 0)[0] < 1.1
+    assert 0.9 < np.mean([o.nis for o in outcomes]) < 1.1
 
 
 @pytest.mark.slow
-def test_memory_against_the_window_at_its_best_over_ten_seeds() -> None:
-    outcomes = walks(range(10), DRIFTING, body=True)
-    show("drifting cells, body model 1.5 mm and 3 ms off", outcomes)
+@pytest.mark.parametrize("source", SOURCES)
+def test_memory_against_the_window_at_its_best(source: str) -> None:
+    outcomes = [study(r) for r in recordings(source, 18, DRIFTING, body=True)]
+    show(f"{source}, drifting cells, body model 1.5 mm and 3 ms off", outcomes)
     assert ratios(outcomes, "memory", "window", 0)[2] < 0.65
     assert ratios(outcomes, "memory", "window", 1)[2] < 0.45
     assert ratios(outcomes, "memory", "window", 2)[2] < 1.05
     assert ratios(outcomes, "memory", "floor", 0)[2] < 1.3
-    assert np.mean([o.nis for o in outcomes]) == pytest.approx(1.0, abs=0.1)
-    assert 0.90 <= np.mean([o.covered for o in outcomes]) <= 0.98
+    honest = honesty(outcomes)
+    for name in ("NEES", "covered"):
+        value, low, high = honest[name]
+        assert low < value < high
+    # thousands of updates make a band narrower than any model of noise is true
+    assert honest["NIS"][0] == pytest.approx(1.0, abs=0.05)
 
 
 @pytest.mark.slow
-def test_with_a_perfect_body_stream_memory_still_wins() -> None:
-    outcomes = walks(range(10), DRIFTING, body=False)
-    show("drifting cells, body model exact", outcomes)
+@pytest.mark.parametrize("source", SOURCES)
+@pytest.mark.parametrize("errors", [DRIFTING, STILL], ids=["drifting", "still"])
+def test_with_a_perfect_body_stream_memory_is_better_still(errors: Errors, source: str) -> None:
+    outcomes = [study(r) for r in recordings(source, 9, errors, body=False)]
+    show(f"{source}, body model exact, bias walk {errors.bias_walk} N", outcomes)
+    # the best window is within 1.2 of the floor here: 0.65 of it lies below the floor
     assert ratios(outcomes, "memory", "window", 0)[2] < 1.0
+    assert ratios(outcomes, "memory", "window", 1)[2] < 0.65
+    assert ratios(outcomes, "memory", "window", 2)[2] < 1.05
     assert ratios(outcomes, "memory", "floor", 0)[2] < 1.3
     # with a wrong body model the best window hardly moves, and Han's in the same window neither
     assert ratios(outcomes, "han", "window", 0)[1] > 3.0
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("source", SOURCES)
 @pytest.mark.parametrize(
     "errors", [replace(DRIFTING, delay=0.015), replace(DRIFTING, plate=1.5)], ids=["delay", "plate"]
 )
-def test_delay_and_plate_are_absorbed(errors: Errors) -> None:
-    outcomes = walks(range(5), errors, body=False, plate=errors.plate)
-    show(f"delay {errors.delay} s, plate {errors.plate} N", outcomes)
+def test_delay_and_plate_are_absorbed(errors: Errors, source: str) -> None:
+    outcomes = [study(r, errors.plate) for r in recordings(source, 9, errors, body=False)]
+    show(f"{source}, delay {errors.delay} s, plate {errors.plate} N", outcomes)
     assert ratios(outcomes, "memory", "window", 0)[2] < 0.65
+    assert ratios(outcomes, "memory", "window", 1)[2] < 0.45
     assert ratios(outcomes, "memory", "floor", 0)[2] < 1.3
 
 
 @pytest.mark.slow
-def test_a_jump_is_alarmed_and_recovered() -> None:
-    recovered = []
-    for seed in range(10):
-        speed = SPEEDS[seed % 3]
-        when, cell = 20.0 + 1.7 * seed, seed % 8
+@pytest.mark.parametrize("source", SOURCES)
+def test_live_memory_learns_from_the_past_alone(source: str) -> None:
+    outcomes = [study(r, live=True) for r in recordings(source, 9, DRIFTING, body=True)]
+    show(f"{source}, live", outcomes)
+    assert ratios(outcomes, "memory", "window", 0)[2] < 0.65
+    assert ratios(outcomes, "memory", "window", 1)[2] < 0.6
+    assert ratios(outcomes, "memory", "window", 2)[2] < 1.05
+    assert 0.88 < honesty(outcomes)["covered"][0] < 0.98
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("source", SOURCES)
+def test_a_cell_that_lags_behind_its_load_does_not_make_memory_worse(source: str) -> None:
+    outcomes = [
+        study(with_hysteresis(r, (3 + 5 * i) % 8, 0.8))
+        for i, r in enumerate(recordings(source, 9, STILL, body=False))
+    ]
+    show(f"{source}, one cell with 0.8 N of hysteresis nobody told of", outcomes)
+    assert ratios(outcomes, "memory", "window", 0)[0] < 1.05
+    assert ratios(outcomes, "memory", "window", 2)[0] < 1.05
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("source", SOURCES)
+def test_a_jump_is_alarmed_and_recovered(source: str) -> None:
+    recovered, delays = [], []
+    for i in range(10):
+        when, cell = 20.0 + 1.7 * i, i % 8
         errors = replace(DRIFTING, jumps=((cell, when, 2.0),))
-        outcome = study(physics_walk(speed, errors, seed))
+        recording = recordings(source, i + 1, errors, body=False)[-1]
+        outcome = study(recording)
         jumps = [j for j in outcome.memory.jumps if abs(j.onset_s - when) < 0.5]
         assert jumps
         rows, track = outcome.memory.rows, outcome.memory.track
-        true = outcome.recording.true_bias[rows.last_sample, cell]
+        true = recording.true_bias[rows.last_sample, cell]
         off = np.abs(track.values[:, 8 + cell] - true)
         late = np.flatnonzero((rows.time_s > when) & (off > 0.3))
         recovered.append(rows.time_s[late[-1]] - when if late.size else 0.0)
-        told = [(j.name, j.onset_s - when, j.found_s - when, j.size) for j in jumps]
-        print(seed, rows.names[8 + cell], told, recovered[-1])  # noqa: T201
+        delays.append(jumps[0].found_s - when)
+    print(  # noqa: T201 - the study's answer
+        f"\n{source}, a jump of 2 N: alarmed 10 of 10, {np.median(delays):.2f} s later (at most "
+        f"{max(delays):.2f}); within 0.3 N for good after {np.median(recovered):.2f} s (at most "
+        f"{max(recovered):.2f})"
+    )
     assert max(recovered) < 5.0

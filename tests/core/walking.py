@@ -31,12 +31,12 @@ def walk_log(rec: Recording, compensated_s: float = 0.0, *, causal: bool = False
         for f in range(2)
     ]
     n = len(rec.cell_time)
-    tell, hang = (
-        (contact.contact_now, contact.airborne_now)
-        if causal
-        else (contact.detect_contact, contact.airborne)
-    )
-    standing = tell(per_foot, rec.mass * G, 80.0)
+    if causal:
+        standing = contact.contact_now(per_foot, rec.mass * G, 80.0)
+        hanging = contact.airborne_now(per_foot, rec.mass * G)
+    else:
+        standing = contact.detect_contact(per_foot, rec.mass * G, 80.0)
+        hanging = contact.airborne(standing)
     return Log(
         "walk",
         CHANNELS,
@@ -51,7 +51,7 @@ def walk_log(rec: Recording, compensated_s: float = 0.0, *, causal: bool = False
             "cell_pos_m": np.concatenate(cells, axis=1),
             "foot_yaw_rad": merged[:, 12:14],
             "contact": standing,
-            "airborne": hang(standing),
+            "airborne": hanging,
         },
         np.zeros(n, dtype=np.int64),
     )

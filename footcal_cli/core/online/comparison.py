@@ -12,6 +12,7 @@ from footcal_cli.core.contact import Reason, Validity, gait_cycles, judge
 from footcal_cli.core.experiments import walk
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.evidence import (
+    SETTLING_S,
     Consistency,
     Departure,
     Interval,
@@ -26,6 +27,7 @@ from footcal_cli.core.online.evidence import (
 )
 from footcal_cli.core.online.live import run_live
 from footcal_cli.core.online.memory import (
+    INADEQUATE,
     Memory,
     MemoryOptions,
     memory_reference,
@@ -49,8 +51,6 @@ from footcal_cli.core.quality import Finding
 from footcal_cli.core.signals import low_pass_stretches
 
 SMOOTH_CANDIDATES = np.geomspace(1e1, 1e6, 11)
-SETTLING_S = 5.0
-"""Left out of the comparison: every method starts from the same belief."""
 _OUTLIER_SD = 6.0
 
 
@@ -128,6 +128,8 @@ class Comparison:
         Samples used for calibration, with reasons for the others.
     consistency, settling, departures
         Of the filter.
+    causal
+        Whether memory learnt from the past alone.
     """
 
     merged: Merged
@@ -145,6 +147,7 @@ class Comparison:
     consistency: Consistency
     settling: tuple[Settling, ...]
     departures: tuple[Departure, ...]
+    causal: bool
 
     @property
     def best_reference(self) -> str:
@@ -199,6 +202,17 @@ class Comparison:
             )
             for d in self.departures
         ]
+        if self.memory.repeated > INADEQUATE:
+            found.append(
+                Finding(
+                    "repeated_errors",
+                    "warning",
+                    "filter",
+                    "what is left comes back in every gait cycle: "
+                    f"{self.memory.repeated:.1f} times the variance that chance would leave",
+                    "run diagnose on this log: an effect is missing from the chain",
+                )
+            )
         ratio = self.consistency.ratio
         if not 0.8 < ratio < 1.25:
             found.append(
@@ -272,7 +286,7 @@ def compare(
         merged, belief, memory, weights, settings.window, replayed, reference, cycle, judged,
         ratios, per_cycle, _used(merged, memory), check_consistency(memory.track),
         tuple(settle(memory.track, names)),
-        tuple(departures(memory.track, memory.rows.prior_sd)),
+        tuple(departures(memory.track, memory.rows.prior_sd)), settings.causal,
     )  # fmt: skip
 
 

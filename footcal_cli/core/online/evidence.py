@@ -12,6 +12,8 @@ from footcal_cli.core.online.filter import Track
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 from footcal_cli.core.signals import autocorrelation_time
 
+SETTLING_S = 5.0
+"""Left out of every judgement: all methods start from the same belief."""
 _STEADY_SHARE = 1.0 / 3.0
 _LEVEL = 0.95
 _PHASES, _LEAST_CYCLES = 24, 5
@@ -191,6 +193,8 @@ class Consistency:
         Lag-one autocorrelation of the normalised total-force innovation.
     updates
         How many.
+    worth
+        Degrees of freedom of the band.
     """
 
     ratio: float
@@ -199,6 +203,7 @@ class Consistency:
     inside: float
     whiteness: float
     updates: int
+    worth: float
 
 
 def check_consistency(track: Track, *, skip_s: float = 2.0) -> Consistency:
@@ -216,7 +221,7 @@ def check_consistency(track: Track, *, skip_s: float = 2.0) -> Consistency:
     total = float(dof.sum())
     if total == 0:
         nan = float("nan")
-        return Consistency(nan, nan, nan, nan, nan, 0)
+        return Consistency(nan, nan, nan, nan, nan, 0, 0.0)
     worth = total / autocorrelation_time(nis / dof - 1.0)
     low, high = (float(stats.chi2.ppf(q, worth)) / worth for q in (0.025, 0.975))
     lowest, highest = (np.asarray(stats.chi2.ppf(q, dof)) for q in (0.025, 0.975))
@@ -230,6 +235,7 @@ def check_consistency(track: Track, *, skip_s: float = 2.0) -> Consistency:
         inside=float(np.mean((nis >= lowest) & (nis <= highest))),
         whiteness=lagged,
         updates=int(use.sum()),
+        worth=worth,
     )
 
 

@@ -23,7 +23,7 @@ from footcal_cli.core.online.memory import (
     gait_phase,
     rows_of,
 )
-from footcal_cli.core.online.rows import PLATE_STATE, Belief, Rows, advanced
+from footcal_cli.core.online.rows import Belief, Rows, advanced
 from footcal_cli.core.online.smoother import smooth
 from footcal_cli.core.online.tuning import Tuning, learn_noise
 from footcal_cli.core.parameters import FloatArray, IntArray
@@ -70,11 +70,10 @@ def run_live(log: Log, belief: Belief, options: MemoryOptions | None = None) -> 
     """
     options = options or MemoryOptions()
     size = options.samples_per_update
-    everything = rows_of(log, belief, options)
-    plates = tuple(name for name in everything.names if name.endswith(PLATE_STATE))
-    learnt = _Learnt(0.0, options.noise, None, plates)
+    updates = rows_of(log, belief, options).time_s
+    learnt = _Learnt(0.0, options.noise, None, ())
     pieces: list[_Piece] = []
-    for start, stop in pairwise(_edges(everything.time_s)):
+    for start, stop in pairwise(_edges(updates)):
         seen = log.rows(0, stop * size)
         moved = advanced(seen, learnt.delay_s)
         rows = _without(rows_of(moved, belief, options), learnt.unneeded)
@@ -83,12 +82,10 @@ def run_live(log: Log, belief: Belief, options: MemoryOptions | None = None) -> 
         factor = repetition(known, gait_phase(moved, rows)[:start], rows.totals) if start else 1.0
         pieces.append(_Piece(track.inflated(factor), start, stop, learnt.delay_s))
         last = learnt
-        if stop < len(everything):
+        if stop < updates.size:
             learnt = _learn(seen, rows, track, learnt, belief, options)
     moved = advanced(log, last.delay_s)
-    kept = {name for piece in pieces for name in piece.track.names}
-    unneeded = tuple(name for name in everything.names if name not in kept)
-    rows = _without(rows_of(moved, belief, options), unneeded)
+    rows = _without(rows_of(moved, belief, options), last.unneeded)
     live = _joined(pieces, rows, last.delay_s)
     past = run_filter(
         rows, last.noise, replace(options.guards, jump_threshold=np.inf),
@@ -149,7 +146,7 @@ def _past(track: Track, updates: int) -> Track:
 
 
 def _joined(pieces: Sequence[_Piece], rows: Rows, delay_s: float) -> Track:
-    """One track of all pieces; a state that was not believed in then is zero then."""
+    """One track of all pieces; a state that was not believed in at the end is left out."""
     u, p = len(rows), len(rows.names)
     values, sd = np.zeros((u, p)), np.zeros((u, p))
     channels = len(rows.outputs) - rows.totals
@@ -160,9 +157,11 @@ def _joined(pieces: Sequence[_Piece], rows: Rows, delay_s: float) -> Track:
     jumps = []
     for piece in pieces:
         track, part = piece.track, slice(piece.start, piece.stop)
-        at: IntArray = np.array([rows.names.index(name) for name in track.names])
-        values[part, at] = track.values[part]
-        sd[part, at] = track.sd[part]
+        both = [name for name in rows.names if name in track.names]
+        at: IntArray = np.array([rows.names.index(name) for name in both])
+        own: IntArray = np.array([track.names.index(name) for name in both])
+        values[part, at] = track.values[part, own]
+        sd[part, at] = track.sd[part, own]
         if "robot.delay" in track.names:
             values[part, rows.names.index("robot.delay")] += piece.delay_s - delay_s
         if track.momentary is not None:
@@ -171,10 +170,8 @@ def _joined(pieces: Sequence[_Piece], rows: Rows, delay_s: float) -> Track:
         innovation[part], innovation_sd[part] = track.innovation[part], track.innovation_sd[part]
         first, last = track.time_s[piece.start], track.time_s[piece.stop - 1]
         jumps += [jump for jump in track.jumps if first <= jump.found_s <= last]
-    covariance = np.zeros((p, p))
-    covariance[np.ix_(at, at)] = track.covariance
     return Track(
-        rows.time_s, rows.names, rows.units, values, sd, momentary, covariance, nis,
+        rows.time_s, rows.names, rows.units, values, sd, momentary, track.covariance, nis,
         rows.valid.sum(axis=1).astype(float), innovation, innovation_sd, gain, used,
         track.log_likelihood, tuple(jumps),
     )  # fmt: skip

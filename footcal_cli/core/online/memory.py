@@ -31,10 +31,12 @@ from footcal_cli.core.parameters import Estimates, FloatArray, Status
 
 LEARNT_RATIO = 0.5
 """A parameter counts as estimated where the walk at least halved its prior sd."""
-_STATE_EVIDENCE_NATS = 5.0
-"""Gain in log likelihood from which a state that is doubted is believed in."""
-_INADEQUATE = 4.0
-"""Factor of repeated errors above which the model lacks something."""
+_STATE_EVIDENCE_NATS, _FAULTY_EVIDENCE_NATS = 5.0, 15.0
+"""Gain in log likelihood from which a doubted state is believed; the second where the model lacks
+something, since an error of a cell in part looks like one of the body."""
+INADEQUATE = 2.0
+"""Factor of repeated errors above which the model lacks something: without a fault it stays below
+1.8 on the walks of the study."""
 _BEFORE_JUMP, _AFTER_JUMP = 5, 25
 """Updates before and after an onset between which a jump is measured: the foot has swung again."""
 _DELAY_PASSES = 2
@@ -186,13 +188,14 @@ def believed(rows: Rows, noise: Noise, guards: Guards, repeated: float) -> Rows:
     """The rows without the states that the innovations do not speak for.
 
     A state that is not needed is one more way to be wrong. Plates must earn their place always,
-    an offset of the CoM once the errors that repeat say that the model lacks something: such an
-    error of a cell looks like one of the body. Likelihoods are divided by the factor `repeated`,
-    as overdispersed ones are; above 4 the model's structure is inadequate (Burnham and Anderson,
-    Model Selection and Multimodel Inference, 2002, section 2.5).
+    an offset of the CoM once the errors that repeat say that the model lacks something.
+    Likelihoods are divided by the factor `repeated`, as overdispersed ones are (Burnham and
+    Anderson, Model Selection and Multimodel Inference, 2002, section 2.5).
     """
     quiet = replace(guards, jump_threshold=np.inf)
-    for kind in (PLATE_STATE, "com_correction")[: 2 if repeated > _INADEQUATE else 1]:
+    faulty = repeated > INADEQUATE
+    least = _FAULTY_EVIDENCE_NATS if faulty else _STATE_EVIDENCE_NATS
+    for kind in (PLATE_STATE, "com_correction") if faulty else (PLATE_STATE,):
         doubted = np.array([kind in name for name in rows.names])
         if not doubted.any():
             continue
@@ -201,7 +204,7 @@ def believed(rows: Rows, noise: Noise, guards: Guards, repeated: float) -> Rows:
             run_filter(rows, noise, quiet).log_likelihood
             - run_filter(bare, noise, quiet).log_likelihood
         )
-        if gained <= _STATE_EVIDENCE_NATS * repeated:
+        if gained <= least * repeated:
             rows = bare
     return rows
 

@@ -11,6 +11,16 @@ from footcal_cli.core.parameters import BoolArray, FloatArray
 _DEFAULT_WEIGHT_N = 53.0
 """Body weight of the robot that the default noise is meant for (seed 1's NAO)."""
 _HARMONICS = np.arange(1, 200)
+_SIGMA = np.linspace(0.0, 1.0, 101)
+_KEPT = (
+    np.sqrt(
+        0.5
+        * np.sum(np.exp(-4.0 * (np.pi * _HARMONICS * _SIGMA[:, None]) ** 2) / _HARMONICS**2, axis=1)
+    )
+    / np.pi
+)
+_SCATTER = _SIGMA**2 + 1.0 / 12.0 - _KEPT**2
+"""For noise `_SIGMA` in steps: rounding that lasts, and variance of what is shown."""
 
 
 @dataclass(frozen=True)
@@ -39,10 +49,10 @@ class Noise:
         Random walk of every other state, in prior sd per √s.
     """
 
-    force_n: FloatArray | float = 0.3
-    moment_nm: FloatArray | float = 0.03
-    force_slow_n: FloatArray | float = 0.2
-    moment_slow_nm: FloatArray | float = 0.08
+    force_n: FloatArray | float = 0.1
+    moment_nm: FloatArray | float = 0.02
+    force_slow_n: FloatArray | float = 0.1
+    moment_slow_nm: FloatArray | float = 0.03
     force_slow_s: FloatArray | float = 0.2
     moment_slow_s: FloatArray | float = 0.2
     jitter_s: FloatArray | float = 1e-3
@@ -121,8 +131,8 @@ def kept_rounding_n(raw_n: FloatArray, idle: BoolArray) -> float:
     A cell at rest shows one step of its converter and errs by up to half of it; noise of a
     fraction of a step averages most of that out: the mean error at a place φ within the step q is
     ``q/π Σ (−1)ᵏ/k exp(−2 π² k² σ²/q²) sin 2πkφ`` (Widrow and Kollár, Quantization Noise, 2008),
-    rms over φ ``q/π √(½ Σ exp(−4 π² k² σ²/q²)/k²)``, q/√12 without noise. σ is told by the
-    differences of neighbouring readings of idle cells, less the rounding's own q²/12.
+    rms over φ ``L = q/π √(½ Σ exp(−4 π² k² σ²/q²)/k²)``, q/√12 without noise. The scatter of
+    neighbouring readings of idle cells, ``σ² + q²/12 − L²``, tells σ.
 
     Parameters
     ----------
@@ -131,19 +141,17 @@ def kept_rounding_n(raw_n: FloatArray, idle: BoolArray) -> float:
 
     Returns
     -------
-    Median over cells, N
+    For the cells together, N
     """
     step = quantum(raw_n)
-    kept = np.zeros(step.size)
+    scatter = []
     for i in np.flatnonzero(step > 0):
-        both = idle[1:, i] & idle[:-1, i]
-        change = np.diff(raw_n[:, i])[both]
+        change = np.diff(raw_n[:, i])[idle[1:, i] & idle[:-1, i]] / step[i]
         change = change[np.isfinite(change)]
-        variance = float(np.mean(change**2)) / 2.0 if change.size else 0.0
-        sigma = np.sqrt(max(variance - step[i] ** 2 / 12.0, 0.0)) / step[i]
-        share = np.sum(np.exp(-4.0 * (np.pi * _HARMONICS * sigma) ** 2) / _HARMONICS**2)
-        kept[i] = step[i] / np.pi * np.sqrt(0.5 * share)
-    return float(np.median(kept)) if kept.size else 0.0
+        scatter.append(float(np.mean(change**2)) / 2.0 if change.size else 0.0)
+    # a cell at the middle of a step scatters less than one at its edge: all of them together tell
+    share = np.interp(np.mean(scatter), _SCATTER, _KEPT) if scatter else 0.0
+    return float(np.median(step) * share)
 
 
 def quantum(readings: FloatArray) -> FloatArray:

@@ -9,7 +9,7 @@ import numpy as np
 
 from footcal_cli.core.centroidal import Reference
 from footcal_cli.core.log import Log
-from footcal_cli.core.online.evidence import rms
+from footcal_cli.core.online.evidence import SETTLING_S, rms
 from footcal_cli.core.online.filter import Noise, run_settings
 from footcal_cli.core.online.memory import Memory, replay_track
 from footcal_cli.core.online.replay import Replayed, errors_against, replay_window
@@ -29,7 +29,7 @@ class Sensitivity:
     factors
         Shape (f,).
     cop_m, vgrf_n
-        RMSE, shape (f,).
+        RMSE once settled (`footcal_cli.core.online.evidence.SETTLING_S`), shape (f,).
     """
 
     setting: str
@@ -56,13 +56,14 @@ def memory_sensitivity(
     table = {name: np.full(size, value) for name, value in base.items()}
     for i, name in enumerate(names):
         table[name][i * factors.size : (i + 1) * factors.size] *= factors
+    late = memory.log.time_s - memory.log.time_s[0] > SETTLING_S
     _, values, momentary = run_settings(memory.rows, Noise(**table))
     scores = []
     for b in range(size):
         own = None if momentary is None else momentary[:, b]
         track = replace(memory.track, values=values[:, b], momentary=own)
         error = errors_against(replay_track("memory", memory, track, belief), truth)
-        scores.append((rms(error.cop_m), rms(error.vgrf_n)))
+        scores.append((rms(error.cop_m[late]), rms(error.vgrf_n[late])))
     return _curves(names, factors, np.array(scores))
 
 
@@ -80,10 +81,11 @@ def window_sensitivity(
     for i, name in enumerate(names):
         table[name][i * factors.size : (i + 1) * factors.size] *= factors
     track = run_window_fast(log, belief, Weights(**table), rule)
+    late = log.time_s - log.time_s[0] > SETTLING_S
     scores = []
     for b in range(3 * factors.size):
         error = errors_against(replay_window("window", log, belief, track, b), truth)
-        scores.append((rms(error.cop_m), rms(error.vgrf_n)))
+        scores.append((rms(error.cop_m[late]), rms(error.vgrf_n[late])))
     return _curves(["omega_f", "omega_p", "omega_s"], factors, np.array(scores))
 
 

@@ -175,8 +175,12 @@ def merge_cells(
     edges = np.cumsum([0, *(len(cells) for cells in cells_foot_m)])
     per_foot = np.stack([forces[:, a:b].sum(axis=1) for a, b in pairwise(edges)], axis=1)
     weight = mass_kg * gravity_mps2
-    tell = contact_now if rule.causal else detect_contact
-    contact = tell(per_foot, weight, rate, rule.contact)
+    if rule.causal:
+        contact = contact_now(per_foot, weight, rate, rule.contact)
+        hanging = airborne_now(per_foot, weight, rule.contact)
+    else:
+        contact = detect_contact(per_foot, weight, rate, rule.contact)
+        hanging = airborne(contact)
     positions = [
         points_in_world(body_values["feet_m"][:, f, :2], body_values["feet_yaw_rad"][:, f], cells)
         for f, cells in enumerate(cells_foot_m)
@@ -203,7 +207,7 @@ def merge_cells(
         "cell_pos_m": np.concatenate(positions, axis=1),
         "foot_yaw_rad": body_values["feet_yaw_rad"],
         "contact": contact,
-        "airborne": (airborne_now if rule.causal else airborne)(contact),
+        "airborne": hanging,
     }
     usable = np.where((good & seen)[:, None], filtered, np.nan)
     log = Log(
@@ -333,7 +337,8 @@ def _body_on(
         # what lags must lag together: the CoP of late forces lies where the CoM was
         smoothed += ["com_m", "feet_m", "feet_yaw_rad"]
     for name in smoothed:
-        finite = np.isfinite(parts[name].reshape(keep.size, -1)).all(axis=1)
+        flat = np.isfinite(parts[name].reshape(keep.size, -1))
+        finite = np.asarray(flat.all(axis=1), dtype=bool)
         parts[name] = low_pass_stretches(
             parts[name], finite, 1.0 / clock.period_s, rule.cutoff_hz, causal=rule.causal
         )

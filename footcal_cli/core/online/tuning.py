@@ -21,7 +21,6 @@ _GIVEN = ("swing_fixed_n", "swing_fixed_s")
 LEARNT = tuple(f.name for f in fields(Noise) if f.name not in _GIVEN)
 """An error that a swinging cell keeps looks like its bias: the converter's step tells it."""
 _FURTHEST = 6.0
-_MOST_CAUTION = 1.1
 _PRIOR_SD_LOG, _PRIOR_SD_LOG_TIME = 1.5, 0.5
 """Prior on the logarithm of each noise about its start: a factor of 4.5 is one sd.
 
@@ -40,7 +39,7 @@ class Tuning:
     Parameters
     ----------
     noise
-        The optimum, random walks one sd above it.
+        The optimum, for random walks the mean of the variance.
     log_likelihood
         Before and after.
     sd_log
@@ -60,7 +59,7 @@ def learn_noise(
     start: Noise | None = None,
     *,
     learnt: Sequence[str] = LEARNT,
-    rounds: int = 5,
+    rounds: int = 8,
     guards: Guards | None = None,
     known_jumps: Sequence[Jump] = (),
 ) -> Tuning:
@@ -130,8 +129,8 @@ def learn_noise(
         if gained < 0.2:
             break
     sd_log = 1.0 / np.sqrt(curvature)
-    # walks at the upper end of what the innovations allow: too small a walk is blind to drift and
-    # sure of itself, one too large costs next to nothing
+    # the mean of a walk's variance, not its mode: exp(2 s²) for a log-normal amplitude. A walk too
+    # small is blind to drift and sure of itself
     walks = np.array([name.endswith(("_walk", "_walk_n")) for name in learnt], dtype=bool)
-    point[at[walks]] += np.minimum(sd_log[walks], _MOST_CAUTION)
+    point[at[walks]] += np.minimum(sd_log[walks], 1.0) ** 2
     return Tuning(Noise.of(np.exp(point)), (first, best), sd_log, tuple(learnt))

@@ -1,0 +1,80 @@
+"""Live: what a robot could have known at the time, and nothing else."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from footcal_cli.core.contact import airborne_now, contact_now, detect_contact
+from footcal_cli.core.online.evidence import rms
+from footcal_cli.core.online.live import FIRST_LEARNING_S, run_live
+from footcal_cli.core.online.memory import replay_track, run_memory
+from footcal_cli.core.online.replay import corrected, errors_against
+from footcal_cli.core.signals import low_pass
+from tests.core.walk_data import Errors, Recording, make_walk, record
+from tests.core.walking import belief_of, walk_log
+
+ERRORS = Errors(bias_walk=0.03, gain_walk=4e-4, quantum=0.25, delay=0.004, com_offset=(0.003, 0.0))
+
+
+@pytest.fixture(scope="module")
+def walk() -> Recording:
+    return record(make_walk(0.04, 25.0, seed=6), ERRORS, seed=6)
+
+
+def test_what_comes_later_does_not_change_what_was_said(walk: Recording) -> None:
+    log, belief = walk_log(walk, causal=True), belief_of(walk)
+    whole = run_live(log, belief).track
+    part = run_live(log.rows(0, 1440), belief).track
+    # the delay in force at the end differs: it is told apart from the state
+    kept = [i for i, name in enumerate(part.names) if name != "robot.delay"]
+    assert part.names == whole.names
+    # up to where the body's stream, moved by the delay found, breaks off
+    u = len(part.time_s) - 4
+    assert part.time_s[u] > 2 * FIRST_LEARNING_S
+    np.testing.assert_allclose(part.values[:u, kept], whole.values[:u, kept], atol=1e-12)
+    np.testing.assert_allclose(part.sd[:u, kept], whole.sd[:u, kept], rtol=1e-9)
+
+
+def test_live_is_nearly_as_good_as_after_the_fact(walk: Recording) -> None:
+    log, belief = walk_log(walk, causal=True), belief_of(walk)
+    memory = run_live(log, belief)
+    filtered = low_pass(walk.force, 80.0, causal=True)
+    nothing = np.zeros(filtered.shape)
+    truth = corrected("truth", memory.log, belief, nothing, filtered - belief.forces(log.readings))
+    late = walk.cell_time > 10.0
+    found = errors_against(replay_track("memory", memory, memory.track, belief), truth)
+    hindsight = run_memory(walk_log(walk), belief)
+    seen = corrected(
+        "truth", hindsight.log, belief, nothing,
+        low_pass(walk.force, 80.0) - belief.forces(hindsight.log.readings),
+    )  # fmt: skip
+    best = errors_against(replay_track("memory", hindsight, hindsight.track, belief), seen)
+    assert rms(found.cop_m[late]) < 1.4 * rms(best.cop_m[late])
+    assert memory.delay_s == pytest.approx(0.004, abs=0.002)
+
+
+def test_contact_is_told_from_the_past_alone(walk: Recording) -> None:
+    force = low_pass(walk.counts, 80.0, causal=True) * walk.scale0 + walk.bias0
+    per_foot = np.stack([force[:, :4].sum(axis=1), force[:, 4:].sum(axis=1)], axis=1)
+    told = contact_now(per_foot, 53.0, 80.0)
+    np.testing.assert_array_equal(contact_now(per_foot[:900], 53.0, 80.0), told[:900])
+    hanging = airborne_now(per_foot, 53.0)
+    np.testing.assert_array_equal(airborne_now(per_foot[:900], 53.0), hanging[:900])
+    np.testing.assert_array_equal(hanging[told == 0.0], 1.0)
+    hindsight = detect_contact(per_foot, 53.0, 80.0)
+    both = np.isfinite(told) & np.isfinite(hindsight)
+    assert np.mean(told[both] == hindsight[both]) > 0.995
+    assert np.mean(told == 0.0) > 0.6 * np.mean(hindsight == 0.0)
+    lost = per_foot.copy()
+    lost[500:510] = np.nan
+    assert np.isnan(contact_now(lost, 53.0, 80.0)[500:510]).all()
+
+
+def test_a_plate_is_found_live() -> None:
+    heavy = record(make_walk(0.04, 20.0, seed=7), replace(ERRORS, plate=1.5), seed=7)
+    memory = run_live(walk_log(heavy, causal=True), belief_of(heavy))
+    at = memory.track.names.index("left.plate_weight")
+    assert memory.track.values[-1, at] == pytest.approx(1.5, abs=0.6)
