@@ -32,6 +32,9 @@ KINDRED_LOSS = 0.15
 table's curve is never quite the cell's, and the next best may be the nearer kind."""
 
 
+_SURE_CELLS = 2  # cells whose own size is sure to be something, where each has one
+
+
 def decided(
     case: Case,
     rows: Rows,
@@ -116,7 +119,17 @@ def _where(
     extended = extended_problem(problem, fitted, [*causes, apart])
     told = shrinkage(case, rows, fitted.chain, fitted.values)
     less = _white_loss(replace(extended, residual=extended.residual / told), noise)
-    if sign_flip_mean(loss - less, signs) >= rules.alpha_name:
+    neutral = next(
+        p.neutral for p in table[cause.signature.effect].sizes
+        if p.name == cause.signature.parameter
+    )  # fmt: skip
+    sure = sum(
+        not interval.low <= neutral <= interval.high
+        for name, interval in zip(fitted.names, fitted.intervals, strict=True)
+        if name.rsplit(".", 1)[1] == cause.signature.parameter
+    )
+    # sizes that calibration can trade against each other are not told apart
+    if sure < _SURE_CELLS or sign_flip_mean(loss - less, signs) >= rules.alpha_name:
         return tried
     return replace(apart, places=()), fitted, less
 
