@@ -14,7 +14,7 @@ from footcal_cli.core.diagnosis.form import Form, form_of
 from footcal_cli.core.diagnosis.gain import rms_gain
 from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.rules import Rules
-from footcal_cli.core.diagnosis.scores import held_out_loss
+from footcal_cli.core.diagnosis.scores import cosines, held_out_loss
 from footcal_cli.core.diagnosis.search import Library, Search, Step, library, search, sizes_of
 from footcal_cli.core.diagnosis.whitening import Grams, whitened_grams
 from footcal_cli.core.evidence import jackknife_interval, sign_patterns, smallest_p
@@ -130,6 +130,12 @@ def share_of(named: float, after: Detection, form: Form | None) -> float:
     return max(named, 0.0) / max(max(named, 0.0) + left, 1e-300)
 
 
+def look_alike(lib: Library, columns: IntArray, rules: Rules) -> bool:
+    """Whether two of the named look so alike that together they may copy what has no name."""
+    cos = np.abs(cosines(lib.grams.inner, lib.grams.calibration, columns))
+    return bool(np.any(np.triu(cos, 1) > rules.alike_together))
+
+
 def enough(
     share: float, after: Detection, form: Form | None, rules: Rules, *, between: bool
 ) -> bool:
@@ -152,7 +158,7 @@ def enough(
     bent = form is not None and form.p < rules.alpha_form
     needed = (
         rules.share_form if bent
-        else rules.share_partly if leftover(after, rules)
+        else rules.share_partly if after.p < rules.alpha_unknown
         else rules.share_named
     )  # fmt: skip
     return share >= needed
@@ -176,7 +182,8 @@ def _verdict(
         return Verdict.UNKNOWN if left else Verdict.NONE
     named = np.array([lib.index(step.column) for step in found.steps])
     between = bool(lib.between[named].any())
-    if not enough(share, after, form, rules, between=between):
+    columns = np.array([step.column for step in found.steps])
+    if not enough(share, after, form, rules, between=between) or look_alike(lib, columns, rules):
         return Verdict.UNKNOWN
     if any(step.rivals for step in found.steps):
         return Verdict.AMBIGUOUS

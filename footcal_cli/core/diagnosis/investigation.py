@@ -11,7 +11,7 @@ from footcal_cli.core.diagnosis.answer import Cause, Diagnosis, Verdict
 from footcal_cli.core.diagnosis.bridge import Describe, problem_from
 from footcal_cli.core.diagnosis.case import Case, Rows, rows_of
 from footcal_cli.core.diagnosis.contest import decided, extended_problem
-from footcal_cli.core.diagnosis.engine import diagnose, enough, leftover, share_of
+from footcal_cli.core.diagnosis.engine import diagnose, enough, leftover, look_alike, share_of
 from footcal_cli.core.diagnosis.form import Form, form_of
 from footcal_cli.core.diagnosis.gain import Gain, gains_of
 from footcal_cli.core.diagnosis.nested import nested_losses
@@ -21,8 +21,9 @@ from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.scores import held_out_loss
 from footcal_cli.core.diagnosis.signatures import SWITCHES
 from footcal_cli.core.diagnosis.whitening import noise_of, whitened_grams
-from footcal_cli.core.effects.contract import Effect
+from footcal_cli.core.effects.contract import Effect, Scope
 from footcal_cli.core.evidence import Interval, sign_patterns
+from footcal_cli.core.parameters import IntArray
 
 
 @dataclass(frozen=True)
@@ -194,6 +195,11 @@ def _is_something(cause: Cause, effect: Effect, fitted: Refit) -> bool:
     ]  # fmt: skip
     if effect.name in SWITCHES or not np.isfinite(parameter.neutral) or not intervals:
         return True
+    if effect.scope is Scope.ROBOT and any(
+        i.value <= parameter.lower or i.value >= parameter.upper for i in intervals
+    ):
+        # a belief driven to the end of its range only trades against a calibration that drifts
+        return False
     return any(not i.low <= parameter.neutral <= i.high for i in intervals)
 
 
@@ -259,8 +265,22 @@ def _verdict(
         c for i, c in enumerate(lib.causes) if lib.between[lib.index(lib.columns[i][0])]
     }
     between = any(c.signature.cause in acts_between for c in causes)
-    if not enough(share, last.before, form, rules, between=between):
+    taken = [c.signature.effect for c in causes]
+    if not enough(share, last.before, form, rules, between=between) or (
+        len(taken) > 1 and look_alike(lib, _best_columns(first, taken), rules)
+    ):
         return Verdict.UNKNOWN, share
     if any(cause.rivals for cause in causes):
         return Verdict.AMBIGUOUS, share
     return (Verdict.NAMED_UNKNOWN if more else Verdict.NAMED), share
+
+
+def _best_columns(first: Diagnosis, effects: Sequence[str]) -> IntArray:
+    """The column of each effect that explained most on its own."""
+    gain = first.search.first.gain.sum(axis=0)
+    best = []
+    for effect in effects:
+        mine = [i for i, cause in enumerate(first.library.causes) if cause[0] == effect]
+        if mine:
+            best.append(first.search.first.best[mine[int(np.argmax(gain[mine]))]])
+    return np.array(best, dtype=np.int64)

@@ -34,6 +34,8 @@ class Rules:
         Visible fraction below which an effect is not testable, or barely.
     alias, alias_warning
         |cos| of visible signatures from which two effects are one (or nearly).
+    alike_together
+        |cos| from which two effects named together are not believed: they may copy a third.
     share_named, share_partly, share_form
         Share of what can be explained that the named effects must explain: below `share_named`
         the verdict is unknown, below `share_partly` too if something is left, below `share_form`
@@ -62,6 +64,7 @@ class Rules:
     visible_warning: float = 0.2
     alias: float = 0.95
     alias_warning: float = 0.8
+    alike_together: float = 0.6
     share_named: float = 0.7
     share_partly: float = 0.97
     share_form: float = 0.97
@@ -78,7 +81,8 @@ class Rules:
             f"p > {self.alpha_rival:g} and nothing to add beside it (p > {self.alpha_beside:g}); "
             f"smallest gain {self.smallest_gain:.0%}, of a later cause {self.later_share:.0%} of "
             f"the gain before it; at most {self.most_effects} effects; visible at least "
-            f"{self.visible_floor:.0%}; alias at |cos| > {self.alias:g}; named share at least "
+            f"{self.visible_floor:.0%}; alias at |cos| > {self.alias:g}; "
+            f"named together at |cos| < {self.alike_together:g}; named share at least "
             f"{self.share_named:g} ({self.share_partly:g} with a leftover, {self.share_form:g} "
             f"where a size changes with a signal, p < {self.alpha_form:g}); "
             f"{self.fewest_blocks} blocks or more asked; selection repeated in at most "
