@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from footcal_cli.core.diagnosis.answer import Diagnosis, Verdict
 from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.core.diagnosis.problem import Problem, Signature
 from footcal_cli.core.parameters import FloatArray, IntArray
@@ -54,9 +55,16 @@ def left_over(problem: Problem) -> FloatArray:
     return bare.left()[:, 0]
 
 
+def nameless(found: Investigation) -> tuple[Problem, Diagnosis]:
+    """Where the nameless is looked at: beside what was named, or all there is if nothing was."""
+    if found.verdict is Verdict.UNKNOWN:
+        return found.problem, found.rounds[0]
+    return found.final, found.rounds[-1]
+
+
 def leftover_of(found: Investigation) -> Leftover:
-    """The signature of what the last model leaves."""
-    problem, last = found.final, found.rounds[-1]
+    """The signature of what has no name."""
+    problem, last = nameless(found)
     detection = last.before
     left = left_over(problem)
     names = [n for n in detection.groups if n in problem.regressors]

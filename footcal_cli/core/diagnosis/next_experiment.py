@@ -8,6 +8,7 @@ import numpy as np
 
 from footcal_cli.core.diagnosis.answer import EffectRow, Verdict
 from footcal_cli.core.diagnosis.investigation import Found, Investigation
+from footcal_cli.core.diagnosis.leftovers import nameless
 from footcal_cli.core.diagnosis.menu import Menu, menu_for
 from footcal_cli.core.diagnosis.plans import Plan
 from footcal_cli.core.diagnosis.problem import Signature
@@ -40,7 +41,8 @@ def ambiguity(found: Investigation, table: Mapping[str, Effect]) -> tuple[Conten
 
 def nearest_effects(found: Investigation, table: Mapping[str, Effect]) -> tuple[Contender, ...]:
     """The effects that explain most of what has no name, best first."""
-    rows = [r for r in found.rounds[-1].effects if r.size.value and r.gain > 0]
+    _, diagnosis = nameless(found)
+    rows = [r for r in diagnosis.effects if r.size.value and r.gain > 0]
     return tuple(_fitted(r.signature, rows, table) for r in rows[:_NEAREST])
 
 

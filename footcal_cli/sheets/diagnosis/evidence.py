@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from footcal_cli.core.diagnosis.answer import EffectRow, EffectStatus
+from footcal_cli.core.diagnosis.answer import EffectRow, EffectStatus, Verdict
 from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.report import Sheet, number
 from footcal_cli.sheets.diagnosis.rivals import losses_with
@@ -53,6 +53,8 @@ def _not_looked_for(found: Investigation, untested: Mapping[str, str]) -> list[t
 
 def table_rows(found: Investigation) -> list[EffectRow]:
     """Rows of named effects as they were accepted, the others beside the extended model."""
+    if found.verdict is Verdict.UNKNOWN:
+        return list(found.rounds[0].effects)
     rows: list[EffectRow] = []
     seen: set[str] = set()
     for i, item in enumerate(found.found):

@@ -9,7 +9,7 @@ import numpy as np
 from footcal_cli.core.diagnosis.answer import Verdict
 from footcal_cli.core.diagnosis.detection import Detection
 from footcal_cli.core.diagnosis.investigation import Found, Investigation
-from footcal_cli.core.diagnosis.leftovers import Leftover, leftover_of
+from footcal_cli.core.diagnosis.leftovers import Leftover, leftover_of, nameless
 from footcal_cli.core.diagnosis.menu import Menu
 from footcal_cli.report import Sheet, number
 from footcal_cli.sheets.diagnosis.experiment import sharpening
@@ -51,7 +51,7 @@ def _or_rivals(item: Found) -> str:
 
 def depends_on(found: Investigation) -> str:
     """What the leftover depends on, as a verb phrase."""
-    detection = found.rounds[-1].before
+    detection = nameless(found)[1].before
     if detection.line_p < 0.01:
         name, frequency = detection.line
         return f"is a line at {number(frequency, 3)} Hz in the {output_words(name)}"
@@ -71,7 +71,7 @@ def _cells(left: Leftover) -> str:
 
 def card_sheets(found: Investigation, menu: Menu | None) -> tuple[Sheet, ...]:
     """The signature card of what has no name."""
-    detection = found.rounds[-1].before
+    detection = nameless(found)[1].before
     if found.verdict not in (Verdict.UNKNOWN, Verdict.NAMED_UNKNOWN):
         return ()
     left = leftover_of(found)
