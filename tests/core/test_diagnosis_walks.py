@@ -1,0 +1,125 @@
+"""What a walk asks of the diagnosis: whole offsets, a-priori aliases, losses in one noise."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from footcal_cli.core.chain import Link
+from footcal_cli.core.contact import airborne
+from footcal_cli.core.diagnosis.aliases import aliases
+from footcal_cli.core.diagnosis.case import every, residual, rows_of
+from footcal_cli.core.diagnosis.problem import Problem, Signature
+from footcal_cli.core.diagnosis.rules import Rules
+from footcal_cli.core.diagnosis.search import Library, library
+from footcal_cli.core.diagnosis.whitening import noise_of, whitened_grams
+from footcal_cli.core.effects import TABLE
+from footcal_cli.core.parameters import FloatArray
+from tests.core.test_diagnosis_bridge import ROBOT, walk_case
+
+BLOCKS, ROWS = 12, 60
+
+
+def problem_of(
+    residual_: FloatArray, columns: FloatArray, signatures: tuple[Signature, ...]
+) -> Problem:
+    """One output in blocks of a series, an offset as calibration."""
+    m = BLOCKS * ROWS
+    block = np.repeat(np.arange(BLOCKS), ROWS)
+    return Problem(
+        residual=residual_, calibration=np.ones((m, 1)), calibration_names=("offset",),
+        columns=columns, signatures=signatures, block=block, output=np.zeros(m, dtype=np.int64),
+        sequence=block, outputs=("f",), units=("N",), noise=np.ones(m), tolerance=np.ones(1),
+        rate_hz=20.0,
+    )  # fmt: skip
+
+
+def library_of(problem: Problem) -> Library:
+    grams, _ = whitened_grams(problem, np.empty((problem.residual.size, 0)))
+    return library(problem, grams, np.ones(len(problem.signatures)), Rules())
+
+
+def test_offsets_are_compared_whatever_their_axes_and_impossible_copies_left_out() -> None:
+    rng = np.random.default_rng(0)
+    x, y, other = rng.normal(size=(3, BLOCKS * ROWS))
+    turned = np.stack([x + y, x - y], axis=1) / np.sqrt(2.0)
+    columns = np.column_stack([x, y, turned, -x - 0.5 * y, other])
+    signatures = (
+        Signature("a", "ax", "robot", "m"), Signature("a", "ay", "robot", "m"),
+        Signature("b", "bu", "robot", "m"), Signature("b", "bv", "robot", "m"),
+        # what would have to be negative to copy the offset
+        Signature("late", "late", "robot", "s", lower=0.0),
+        Signature("c", "c", "robot", "-"),
+    )  # fmt: skip
+    lib = library_of(problem_of(rng.normal(size=BLOCKS * ROWS), columns, signatures))
+    found = {s.effect: cos for s, _, cos in aliases(lib, signatures[0], {"ax": 1.0, "ay": 0.5})}
+    assert found["b"] == pytest.approx(1.0, abs=1e-6)
+    assert "late" not in found
+    assert found["c"] < 0.2
+    back = {s.effect for s, _, _ in aliases(lib, signatures[0], {"ax": -1.0, "ay": -0.5})}
+    assert "late" in back
+
+
+def test_aliases_do_not_depend_on_the_residual_or_on_rounding() -> None:
+    rng = np.random.default_rng(1)
+    x = rng.normal(size=BLOCKS * ROWS)
+    near = x + 0.2 * rng.normal(size=x.size)
+    signatures = (Signature("a", "a", "robot", "s"), Signature("b", "b", "robot", "s"))
+    noise = rng.normal(size=x.size)
+    cos = []
+    for shake in (0.0, 1e-13):
+        columns = np.column_stack([x, near]) * (1.0 + shake)
+        lib = library_of(problem_of(noise, columns, signatures))
+        cos.append(aliases(lib, signatures[0], {"a": 1.0})[0][2])
+    assert cos[0] == pytest.approx(cos[1], rel=1e-9)
+    assert cos[0] == pytest.approx(1.0 / np.sqrt(1.04), abs=0.01)
+
+
+def test_in_noise_of_its_own_a_worse_model_fits_as_well() -> None:
+    rng = np.random.default_rng(2)
+    noise = lfilter([1.0], [1.0, -0.6], rng.normal(size=BLOCKS * ROWS))
+    wrong = noise + 2.0 * rng.normal(size=noise.size)
+    none: tuple[Signature, ...] = ()
+    good, bad = (problem_of(r, np.empty((noise.size, 0)), none) for r in (noise, wrong))
+    own = [
+        whitened_grams(p, np.empty((noise.size, 0)))[0].inner[:, -1, -1].sum() for p in (good, bad)
+    ]
+    assert own[1] == pytest.approx(own[0], rel=0.02)
+    levels = [noise_of(p).level for p in (good, bad)]
+    assert levels[0] < levels[1]
+    shared = noise_of(good)
+    judged = [
+        whitened_grams(p, np.empty((noise.size, 0)), shared)[0].inner[:, -1, -1].sum()
+        for p in (good, bad)
+    ]
+    assert judged[1] > 3.0 * judged[0]
+
+
+@pytest.mark.parametrize("effect", ["nonlinearity", "hysteresis", "delay", "com_offset"])
+def test_only_judged_rows_are_balanced_and_nothing_changes(effect: str) -> None:
+    case = walk_case(3, None, duration_s=12.0)
+    rows = rows_of(case)
+    row = TABLE[effect]
+    owner = "robot" if effect in ("delay", "com_offset") else "left_fl"
+    chain = case.chain.with_link(Link(row, {owner: (owner,)}))
+    values = {**case.values, f"{owner}.{row.size.name}": 0.5 * row.size.prior_sd}
+    found = residual(case, rows, values, chain)
+    (log,) = case.logs
+    error = case.experiment.balance(chain.remove(log, values)[0]).error
+    assert found == pytest.approx(error[rows.row, rows.column] / rows.noise, abs=1e-9)
+    assert len(case.judged[0]) == len(every(log, case.stride))
+
+
+def test_a_hanging_sole_comes_on_over_the_transition() -> None:
+    case = walk_case(4, None, duration_s=12.0)
+    (log,) = case.logs
+    plate = TABLE["hanging_plate"]
+    chain = case.chain.with_link(Link(plate, {"left": ("left",)}))
+    values = {**case.values, "left.plate_weight": 2.0}
+    soft = log.with_known(airborne=airborne(log.known["contact"]))
+    step = chain.remove(soft, values)[0].readings - case.chain.remove(soft, case.values)[0].readings
+    left = [c.startswith("left") for c in ROBOT.channels]
+    share = soft.known["airborne"][:, 0]
+    assert step[:, left] == pytest.approx(np.repeat(0.5 * share[:, None], sum(left), axis=1))
+    assert np.any((share > 0.1) & (share < 0.9))
