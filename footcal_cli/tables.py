@@ -241,13 +241,25 @@ def _locate(
         for name in header:
             suffix = name.removeprefix(stem)
             if name.startswith(stem) and suffix in UNIT_SUFFIXES:
-                return ForeignColumn(name, UNIT_SUFFIXES[suffix])
+                unit = UNIT_SUFFIXES[suffix]
+                # true forces of a cell (left_fl_n) are not its counts in another unit
+                if _converts(unit, UNIT_SUFFIXES[spec.suffix]):
+                    return ForeignColumn(name, unit)
     if spec.optional:
         return None
     raise DataError(
         f"missing column '{spec.name}' ({spec.meaning}){nearest(spec.name, header)}",
         file=path, remedy=f"map it in the recipe's [columns]; the file has: {_some(header)}",
     )  # fmt: skip
+
+
+def _converts(unit: str, to: str) -> bool:
+    """Whether a quantity in one unit can be given in another."""
+    try:
+        unit_factor(unit, to, 1.0)
+    except UsageError:
+        return False
+    return True
 
 
 def _some(names: Sequence[str], at_most: int = 8) -> str:

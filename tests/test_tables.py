@@ -9,9 +9,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from footcal_cli.columns import Column, ForeignColumn, TableType, weights_table
+from footcal_cli.columns import Column, ForeignColumn, TableType, cells_table, weights_table
 from footcal_cli.errors import DataError, FootcalError, UsageError
-from footcal_cli.tables import Table, read_table, unit_factor, write_parquet
+from footcal_cli.tables import Table, has_columns, read_table, unit_factor, write_parquet
 
 G = 9.80665
 GOOD = "channel,load_kg,counts\na,0,8300000\na,0.5,8200000\n"
@@ -51,6 +51,16 @@ def test_a_unit_suffix_is_read_and_counts_stay_integers(tmp_path: Path) -> None:
     np.testing.assert_allclose(table.number("load_n"), [0.0, 0.5 * G])
     assert table.data["counts"].dtype == np.int64
     assert table.source["load_n"] == "load_kg"
+
+
+def test_a_unit_suffix_of_another_quantity_is_another_column(tmp_path: Path) -> None:
+    """``left_fl_n`` is the true force of a cell, not its counts in newtons."""
+    true = written(tmp_path, "time_s,left_fl_n\n0,1.5\n1,2.5\n", "true_loads.csv")
+    assert not has_columns(true, cells_table(("left_fl",)), {})
+    with pytest.raises(DataError, match="left_fl_counts"):
+        read_table(true, cells_table(("left_fl",)), {}, gravity_mps2=G)
+    millis = written(tmp_path, "time_ms,left_fl_counts\n0,1\n5,2\n", "cells.csv")
+    assert has_columns(millis, cells_table(("left_fl",)), {})
 
 
 def test_foreign_names_and_units_are_mapped(tmp_path: Path) -> None:

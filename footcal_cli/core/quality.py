@@ -11,6 +11,7 @@ import numpy as np
 from scipy import stats
 
 from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.signals import gaps_of
 
 Severity = Literal["alarm", "warning", "note"]
 
@@ -246,8 +247,6 @@ def check_duplicate_channels(readings: FloatArray, channels: Sequence[str]) -> l
     return findings
 
 
-GAP_RATIO = 3.5
-"""An interval this many times the median one is a gap."""
 STUCK_SECONDS = 1.0
 """A channel that shows one value for longer while others move is stuck."""
 
@@ -282,14 +281,16 @@ def check_clock(time_s: FloatArray, stream: str) -> list[Finding]:
                 "stamp at the sensor, not at the receiver; repeated stamps are used once",
             )
         )  # fmt: skip
-    typical = float(np.median(steps[steps > 0])) if np.any(steps > 0) else 0.0
-    gaps = steps > GAP_RATIO * typical
-    if typical > 0 and gaps.any():
+    rising = time_s[np.concatenate([[True], time_s[1:] > np.maximum.accumulate(time_s)[:-1]])]
+    gaps = gaps_of(rising)
+    if gaps.size:
+        widths = np.diff(rising)
+        longest = int(gaps[np.argmax(widths[gaps])])
         findings.append(
             Finding(
                 "gaps", "warning", stream,
-                f"{int(gaps.sum())} gaps, the longest {steps.max():.3g} s "
-                f"at {time_s[int(np.argmax(steps))]:.6g} s (usual interval {typical:.3g} s)",
+                f"{gaps.size} gaps, the longest {widths[longest]:.3g} s at "
+                f"{rising[longest]:.6g} s (usual interval {np.median(widths):.3g} s)",
                 "check the link or the logger's load; nothing is interpolated across a gap",
             )
         )  # fmt: skip

@@ -14,7 +14,10 @@ CUTOFF_HZ = 10.0
 TELEMETRY_DELAY_S = 0.02
 """Body stream behind the cells (seed 1, section 2.2: 20 ± 4 ms)."""
 _FILTER_ORDER = 2
-_GAP_PERIODS = 3.5
+GAP_PERIODS = 3.5
+"""An interval this many times the median one is long, and a gap where its time stays lost."""
+_AROUND_GAP = 20
+_LOST_SHARE, _LEAST_LOST = 0.5, 1.5
 _ON_STAMP = 1e-9
 _CARRIES = 50.0  # autocorrelation times in a series that can tell its own
 
@@ -32,7 +35,8 @@ class Clock:
     duplicates, backward
         Rows dropped because their stamp repeats or precedes the one before.
     gaps, longest_gap_s, missing
-        Intervals longer than 3.5 periods, the longest, and the samples that would fill them.
+        Intervals longer than 3.5 periods that no hurry afterwards makes up for, the longest, and
+        the samples that would fill them.
     """
 
     keep: IntArray
@@ -58,16 +62,49 @@ def check_clock(time_s: FloatArray) -> Clock:
     duplicates = int(np.sum(time_s[1:] == before[1:]))
     interval = np.diff(time_s[keep])
     period = float(np.median(interval)) if interval.size else np.nan
-    long = interval[interval > _GAP_PERIODS * period]
+    long = interval[gaps_of(time_s[keep])]
     return Clock(
         keep=keep,
         period_s=period,
         duplicates=duplicates,
         backward=int(time_s.size - keep.size - duplicates),
         gaps=int(long.size),
-        longest_gap_s=float(interval.max()) if interval.size else 0.0,
+        longest_gap_s=float(long.max() if long.size else interval.max(initial=0.0)),
         missing=int(np.sum(np.round(long / period) - 1)) if long.size else 0,
     )
+
+
+def gaps_of(time_s: FloatArray) -> IntArray:
+    """Rows after which samples are missing.
+
+    A stamp that was only late makes one interval long and the next ones short: the samples around
+    it still lie on one even grid. Where samples were lost the grid jumps by their time.
+
+    Parameters
+    ----------
+    time_s
+        Increasing stamps, shape (n,).
+    """
+    steps = np.diff(time_s)
+    if steps.size < 2:
+        return np.zeros(0, dtype=np.int64)
+    long = np.flatnonzero(steps > GAP_PERIODS * float(np.median(steps)))
+    # jitter makes single steps lean to one side; over many of them it does not add up
+    reach = _AROUND_GAP if steps.size > 5 * _AROUND_GAP else 1
+    period = float(np.median(time_s[reach:] - time_s[:-reach])) / reach
+    found = []
+    for i in long:
+        # a longer interval near by would be counted again
+        longer = long[steps[long] > steps[i]]
+        first = max(i + 1 - _AROUND_GAP, int(longer[longer < i].max(initial=-1)) + 1)
+        last = min(i + 1 + _AROUND_GAP, int(longer[longer > i].min(initial=len(time_s))) + 1)
+        before, after = time_s[first : i + 1], time_s[i + 1 : last]
+        # each side's own idea of the moment between the two
+        left = np.median(before + period * np.arange(before.size, 0, -1))
+        right = np.median(after - period * np.arange(after.size))
+        if right - left > max(_LOST_SHARE * (steps[i] - period), _LEAST_LOST * period):
+            found.append(i)
+    return np.array(found, dtype=np.int64)
 
 
 def acceleration_of(place_m: FloatArray, time_s: FloatArray) -> FloatArray:

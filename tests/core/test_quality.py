@@ -97,6 +97,32 @@ def test_a_healthy_clock_is_quiet_and_faults_are_named() -> None:
     assert float(shown[1]) == pytest.approx(41 * 0.0125, abs=1e-3)
 
 
+@pytest.mark.parametrize("period_s", [0.005, 0.008, 0.01])
+def test_late_stamps_are_no_gaps_and_lost_samples_among_them_are(period_s: float) -> None:
+    """Telemetry of seed 1: stamps 20 ± 4 ms late, in order, one packet after the other."""
+    rng = np.random.default_rng(4)
+    longest = []
+    for _ in range(20):
+        late = 0.02 + 0.004 * rng.standard_normal(6000)
+        queue = 5e-4 * np.arange(6000)
+        taken = period_s * np.arange(6000)
+        stamps = np.maximum.accumulate(taken + np.maximum(late, 0.0) - queue) + queue
+        longest.append(np.diff(stamps).max() / np.median(np.diff(stamps)))
+        assert not check_clock(stamps, "body")
+        lost = np.delete(stamps, slice(3000, 3008))
+        (gap,) = check_clock(lost, "body")
+        assert gap.sentence.startswith("1 gaps")
+    if period_s < 0.01:
+        assert max(longest) > 3.5, "no interval was long: nothing was tested"
+
+
+def test_a_stall_that_is_made_up_for_is_no_gap() -> None:
+    stamps = 0.01 * np.arange(500.0)
+    stamps[200:206] = stamps[206] - 5e-4 * np.arange(6, 0, -1)
+    assert np.diff(stamps).max() > 0.06
+    assert not check_clock(stamps, "body")
+
+
 def test_a_stream_tells_lost_and_stuck_samples() -> None:
     rng = np.random.default_rng(0)
     time_s = np.linspace(0.0, 799 * 0.0125, 800)

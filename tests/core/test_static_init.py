@@ -205,10 +205,12 @@ def test_more_stances_never_harm_the_next_one_and_least_squares_does(
     replace: bool, ranks: list[int]
 ) -> None:
     curves = []
-    for seed in range(5, 11):
+    for seed in range(5, 25):
         made = make_standing(12, seed, replace=replace)
         log, belief = stand_log(made), belief_of(made)
-        rows = stance_rows(log, QuietSet(made.stance, judge({}, len(log))), belief)
+        quiet = QuietSet(made.stance, judge({}, len(log)))
+        # each stance's CoM is off by 1 mm: so much its moments are worth
+        rows = stance_rows(log, quiet, belief, moment_sd_nm=1e-3 * made.mass * 9.80665)
         curves.append(stance_curve(rows, belief, made.mass * 9.80665))
     for points, used, rank in zip(zip(*curves, strict=True), (1, 2, 5, 10), ranks, strict=True):
         assert {(p.stances, p.rank, p.tried) for p in points} == {(used, rank, 12)}
@@ -216,5 +218,5 @@ def test_more_stances_never_harm_the_next_one_and_least_squares_does(
             float(np.sqrt(np.mean([getattr(p, name) ** 2 for p in points])))
             for name in ("before_m", "after_m", "least_squares_m")
         )
-        assert after < 1.02 * before
-        assert plain > (2.0 if used < 5 else 1.1) * after
+        assert after < before
+        assert plain > (2.0 if used < 5 else 1.0) * after
