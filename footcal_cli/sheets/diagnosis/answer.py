@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from footcal_cli.core.diagnosis.answer import Verdict
+from footcal_cli.core.diagnosis.answer import EffectStatus, Verdict
 from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.core.diagnosis.next_experiment import next_menu
 from footcal_cli.core.effects.contract import Effect
@@ -52,6 +52,7 @@ def answer_of(
         Verdict.UNDERPOWERED: underpowered,
     }[kind]
     sentence, details = speak(found, untested)
+    tested = any(r.status is not EffectStatus.NOT_TESTABLE for r in found.rounds[0].effects)
     if experiment is not None and kind is Verdict.AMBIGUOUS:
         details.insert(0, f"Run next: {experiment_words(experiment)}.")
     elif menu is not None and menu.prospects:
@@ -59,7 +60,7 @@ def answer_of(
     return Answer(
         kind,
         VerdictRecord(
-            level="good" if kind is Verdict.NONE else "warning",
+            level="good" if kind is Verdict.NONE and tested else "warning",
             sentence=sentence,
             details=tuple(details),
         ),

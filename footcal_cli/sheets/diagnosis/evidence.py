@@ -54,7 +54,8 @@ def _not_looked_for(found: Investigation, untested: Mapping[str, str]) -> list[t
 def table_rows(found: Investigation) -> list[EffectRow]:
     """Rows of named effects as they were accepted, the others beside the extended model."""
     if found.verdict is Verdict.UNKNOWN:
-        return list(found.rounds[0].effects)
+        # what was accepted on the way did not stand in the end
+        return [_not_stood(row) for row in found.rounds[0].effects]
     rows: list[EffectRow] = []
     seen: set[str] = set()
     for i, item in enumerate(found.found):
@@ -77,6 +78,12 @@ def table_rows(found: Investigation) -> list[EffectRow]:
                 seen.add(rival)
     rows += [r for r in found.rounds[-1].effects if r.signature.effect not in seen]
     return sorted(rows, key=lambda r: (r.status is EffectStatus.NOT_TESTABLE, -r.gain))
+
+
+def _not_stood(row: EffectRow) -> EffectRow:
+    if row.status is not EffectStatus.PRESENT:
+        return row
+    return replace(row, status=EffectStatus.UNDECIDED, reason="too much is left beside it")
 
 
 def _row_of(rows: Sequence[EffectRow], effect: str) -> EffectRow | None:

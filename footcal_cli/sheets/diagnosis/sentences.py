@@ -42,6 +42,8 @@ def none_found(found: Investigation, untested: Mapping[str, str]) -> tuple[str, 
     details += [f"Set aside: {text}." for text in found.rounds[0].search.refused]
     details += _scope_lines(found)
     details.append("Not found does not mean not there; the table says what was looked for.")
+    if not any(r.status is not EffectStatus.NOT_TESTABLE for r in found.rounds[0].effects):
+        return "Nothing was found because nothing could be looked for.", details
     return "No unmodelled effect found: what is left looks like noise.", details
 
 
