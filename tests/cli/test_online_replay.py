@@ -9,9 +9,19 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from footcal_cli.records import ParametersRecord, RmseRecord, RunRecord, read_record
+from footcal_cli.core.parameters import Status
+from footcal_cli.records import (
+    EffectRecord,
+    ParameterRecord,
+    ParametersRecord,
+    RmseRecord,
+    RunRecord,
+    read_record,
+    write_record,
+)
 from tests.cli.walk_files import write_belief, write_walk
 from tests.conftest import Answer, Run
+from tests.core.physics_walks import with_hysteresis
 from tests.core.walk_data import CHANNELS, Errors, Recording, make_walk, record
 
 ERRORS = Errors(
@@ -149,6 +159,58 @@ def test_the_offline_baseline_is_compared_with_as_in_the_paper(
     # the baseline is the belief itself: nothing was changed before
     assert rmse(errors, "before", "cop", "baseline") < 1e-12
     assert rmse(errors, "memory", "cop", "baseline") > 1e-4
+
+
+def test_effects_of_a_calibration_are_undone_before_the_walk_is_judged(
+    run: Run, brief: Recording, tmp_path: Path
+) -> None:
+    lagging = with_hysteresis(brief, 3, 0.8)
+    belief = write_belief(tmp_path, brief)
+    plain = read_record(ParametersRecord, belief)
+    name = CHANNELS[3]
+    sizes = {
+        f"{name}.{p}": ParameterRecord(value=v, sd=0.05, unit="N", status=Status.ESTIMATED)
+        for p, v in (("hysteresis_width", 0.8), ("hysteresis_reach", 4.0))
+    }
+    extended = plain.model_copy(
+        update={
+            "parameters": plain.parameters | sizes,
+            "effects": (EffectRecord(effect="hysteresis", owners={name: (name,)}),),
+        }
+    )
+    write_record(extended, tmp_path / "extended.json")
+    told = {}
+    for case, recording, parameters in (
+        ("clean", brief, belief),
+        ("untold", lagging, belief),
+        ("told", lagging, tmp_path / "extended.json"),
+    ):
+        folder = tmp_path / case
+        folder.mkdir()
+        recipe = write_walk(folder, recording, "[online_replay]\nsensitivity = false")
+        answer = run(
+            "online-replay", "--recipe", recipe, "--parameters", parameters, "--out", folder / "out"
+        )
+        assert answer.exit_code == 0, answer.err
+        found = read_record(RmseRecord, folder / "out/rmse.json")
+        told[case] = rmse(found, "memory", "foot_cop")
+    assert told["untold"] > 1.3 * told["clean"]
+    assert told["told"] == pytest.approx(told["clean"], rel=0.15)
+
+
+def test_live_says_so_and_is_a_run_like_any_other(
+    run: Run, brief: Recording, tmp_path: Path
+) -> None:
+    recipe = write_walk(tmp_path, brief, "[online_replay]\nsensitivity = false")
+    belief = write_belief(tmp_path, brief)
+    out = tmp_path / "out"
+    answer = run(
+        "online-replay", "--recipe", recipe, "--parameters", belief, "--causal", "--out", out
+    )
+    assert answer.exit_code == 0, answer.err
+    assert "Live: filtered, and learnt after 8" in (out / "report.html").read_text("utf-8")
+    errors = read_record(RmseRecord, out / "rmse.json")
+    assert rmse(errors, "memory", "cop") < rmse(errors, "before", "cop")
 
 
 def test_counts_without_a_meaning_are_refused(run: Run, walk: Recording, tmp_path: Path) -> None:

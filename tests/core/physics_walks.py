@@ -15,6 +15,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from footcal_cli.core.chain import Chain, link
+from footcal_cli.core.effects import find_effect
+from footcal_cli.core.log import Log
 from footcal_cli.core.simulation.biped_logs import Streams
 from tests.conftest import REPOSITORY
 from tests.core.walk_data import CHANNELS, Array, Errors, Recording, coloured
@@ -129,3 +132,15 @@ def with_body_errors(errors: Errors, seed: int) -> Errors:
     return replace(
         errors, delay=float(rng.normal(0.0, 0.003)), com_offset=(float(offset[0]), float(offset[1]))
     )
+
+
+def with_hysteresis(recording: Recording, cell: int, width_n: float) -> Recording:
+    """The same walk with a cell that lags behind its load."""
+    name = CHANNELS[cell]
+    newtons = recording.counts * recording.scale0 + recording.bias0
+    n = len(newtons)
+    log = Log("walk", CHANNELS, recording.cell_time, newtons, {}, np.zeros(n, dtype=np.int64))
+    chain = Chain((link(find_effect("hysteresis"), CHANNELS, only=[name]),))
+    values = {f"{name}.hysteresis_width": width_n, f"{name}.hysteresis_reach": 4.0}
+    shown, _ = chain.apply(log, values)
+    return replace(recording, counts=(shown.readings - recording.bias0) / recording.scale0)

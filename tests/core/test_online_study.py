@@ -12,8 +12,6 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from footcal_cli.core.chain import Chain, link
-from footcal_cli.core.effects import find_effect
 from footcal_cli.core.experiments.walk import channel_contact
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.evidence import check_consistency, rms
@@ -40,8 +38,9 @@ from tests.core.physics_walks import (
     motions,
     physics_walk,
     with_body_errors,
+    with_hysteresis,
 )
-from tests.core.walk_data import CHANNELS, Errors, G, Recording
+from tests.core.walk_data import Errors, G, Recording
 from tests.core.walking import belief_of, walk_log
 
 SETTLED_S = 5.0
@@ -177,18 +176,6 @@ def recordings(source: str, count: int, errors: Errors, *, body: bool) -> list[R
         motion_walk(paths[i % len(paths)], one, seed)
         for i, (seed, one) in enumerate(zip(seeds, drawn, strict=True))
     ]
-
-
-def with_hysteresis(recording: Recording, cell: int, width_n: float) -> Recording:
-    """The same walk with a cell that lags behind its load."""
-    name = CHANNELS[cell]
-    newtons = recording.counts * recording.scale0 + recording.bias0
-    n = len(newtons)
-    log = Log("walk", CHANNELS, recording.cell_time, newtons, {}, np.zeros(n, dtype=np.int64))
-    chain = Chain((link(find_effect("hysteresis"), CHANNELS, only=[name]),))
-    values = {f"{name}.hysteresis_width": width_n, f"{name}.hysteresis_reach": 4.0}
-    shown, _ = chain.apply(log, values)
-    return replace(recording, counts=(shown.readings - recording.bias0) / recording.scale0)
 
 
 def test_one_walk_per_speed_shows_what_the_study_shows() -> None:
