@@ -119,6 +119,9 @@ def read_recordings(
         motion = _body_stream(body, feet) if body is not None else _no_body(stream, len(feet))
         if six_axis:
             merged = _merge_six_axis(stream, motion, robot, rule, experiment)
+            if session.parameters is not None:
+                log = without_transducer_effects(merged.log, session.parameters)
+                merged = replace(merged, log=log)
             belief = None
         else:
             belief = prior_belief(session.parameters, robot, channels)
@@ -195,6 +198,25 @@ def without_cell_effects(
     truth, _ = extended.remove(log.with_readings(np.nan_to_num(stream.readings)), values)
     shown, _ = chain.apply(truth, values)
     return replace(stream, readings=np.where(good[:, None], shown.readings, np.nan))
+
+
+def without_transducer_effects(log: Log, record: ParametersRecord) -> Log:
+    """What transducers and body without the effects of a calibration would have shown.
+
+    Offsets stay in: the walk or the stand finds them.
+    """
+    offsets = Chain((link(find_effect("offset"), log.channels),))
+    extended = offsets
+    for item in record.effects:
+        if item.effect != "offset":
+            extended = extended.with_link(Link(find_effect(item.effect), dict(item.owners)))
+    if len(extended.links) == 1:
+        return log
+    values = {name: parameter.value for name, parameter in record.parameters.items()}
+    good = np.asarray(np.isfinite(log.readings).all(axis=1))
+    truth, _ = extended.remove(log.with_readings(np.nan_to_num(log.readings)), values)
+    shown, _ = offsets.apply(truth, values)
+    return shown.with_readings(np.where(good[:, None], shown.readings, np.nan))
 
 
 def prior_belief(

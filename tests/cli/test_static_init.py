@@ -2,14 +2,26 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 
 import pytest
 
-from footcal_cli.records import ParametersRecord, RmseRecord, read_record
+from footcal_cli.core.chain import Chain, link
+from footcal_cli.core.effects import TABLE
+from footcal_cli.core.parameters import Status
+from footcal_cli.records import (
+    EffectRecord,
+    ParameterRecord,
+    ParametersRecord,
+    RmseRecord,
+    read_record,
+    write_record,
+)
 from tests.cli.walk_files import write_belief, write_stand
 from tests.conftest import Run
 from tests.core.walk_data import CHANNELS, make_standing
+from tests.core.walking import stand_log
 
 OPTIONS = "[static_init]\ndelay_s = 0.0\nwarm_s = 0.25"
 
@@ -69,3 +81,44 @@ def test_a_robot_that_never_stands_still_is_told_how_long_to(run: Run, tmp_path:
     assert answer.exit_code == 3
     assert "stand still for at least" in answer.err
     assert answer.err.count("\n") == 1
+
+
+def test_effects_of_a_calibration_are_undone_before_a_stand_is_judged(
+    run: Run, tmp_path: Path
+) -> None:
+    """`parameters_extended.json` of a diagnosis: the same stances, read as bent cells show them."""
+    made = make_standing(12, 3, replace=True)
+    chain = Chain((link(TABLE["scale_bias"], CHANNELS),))
+    values = {f"{c}.scale": float(v) for c, v in zip(CHANNELS, made.scale0, strict=True)}
+    values |= {f"{c}.bias": float(v) for c, v in zip(CHANNELS, made.bias0, strict=True)}
+    bent = chain.with_link(link(TABLE["nonlinearity"], CHANNELS, ["left_fl", "right_rr"]))
+    sizes = {"left_fl.quadratic": 0.02, "right_rr.quadratic": -0.015}
+    forces, _ = chain.remove(stand_log(made), values)
+    shown, _ = bent.apply(forces, values | sizes)
+    recipe = write_stand(tmp_path, dataclasses.replace(made, counts=shown.readings), OPTIONS)
+    belief = write_belief(tmp_path, made)
+    record = read_record(ParametersRecord, belief)
+    effects: dict[str, tuple[str, ...]] = {"left_fl": ("left_fl",), "right_rr": ("right_rr",)}
+    extended = record.model_copy(
+        update={
+            "parameters": record.parameters
+            | {
+                name: ParameterRecord(value=size, sd=None, unit="1/N", status=Status.FIXED)
+                for name, size in sizes.items()
+            },
+            "effects": (EffectRecord(effect="nonlinearity", owners=effects),),
+        }
+    )
+    write_record(extended, tmp_path / "extended.json")
+    errors = {}
+    for name in ("belief", "extended"):
+        out = tmp_path / name
+        answer = run("static-init", "--recipe", recipe, "--parameters", tmp_path / f"{name}.json",
+                     "--out", out)  # fmt: skip
+        assert answer.exit_code == 0, answer.err
+        rows = read_record(RmseRecord, out / "rmse.json").rows
+        errors[name] = {
+            r.quantity: r.rmse for r in rows if r.split == "held_out" and r.stage == "after"
+        }
+    assert errors["extended"]["cop_x"] < 0.8 * errors["belief"]["cop_x"]
+    assert errors["extended"]["vgrf"] < 0.8 * errors["belief"]["vgrf"]

@@ -1,0 +1,162 @@
+"""Robots on ankle transducers through the commands: walks whose truth is known."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from footcal_cli.core.chain import chain_of, link
+from footcal_cli.core.effects import TABLE
+from footcal_cli.core.parameters import Status
+from footcal_cli.core.simulation.columns import six_axis_feet_columns
+from footcal_cli.core.simulation.gait import WalkPlan, walking
+from footcal_cli.core.simulation.noise import Noise
+from footcal_cli.core.simulation.six_axis_feet import (
+    Ankles,
+    humanoid,
+    six_axis_channels,
+    six_axis_feet_log,
+)
+from footcal_cli.records import (
+    EffectRecord,
+    ParameterRecord,
+    ParametersRecord,
+    RmseRecord,
+    read_record,
+    write_record,
+)
+from tests.conftest import Run
+
+ROBOT = humanoid()
+CHANNELS = six_axis_channels(ROBOT)
+ANKLES = Ankles(
+    force_noise=Noise(1.0, 1.0, 0.5), torque_noise=Noise(0.1, 0.1, 0.5),
+    com_noise_m=5e-4, acc_noise_mps2=0.05, angmom_noise_nm=1.0,
+)  # fmt: skip
+FOOT = """
+transducer_position_m = [0.0, 0.0, 0.1]
+weight_below_n = 19.7
+com_below_m = [0.02, 0.0, -0.06]
+"""
+RECIPE = f"""
+name = "humanoid"
+[robot]
+name = "humanoid"
+mass_kg = 68.6
+[robot.feet.left]{FOOT}
+[robot.feet.right]{FOOT}
+[online_replay]
+delay_s = 0.0
+update_hz = 25.0
+[diagnose]
+experiment = "walk"
+delay_s = 0.0
+"""
+
+
+def write_walk(folder: Path, seed: int, seconds: float, **effects: dict[str, float]) -> Path:
+    """A walk with offsets and effects as a logger would write it; the recipe beside it."""
+    values = {
+        f"{foot}.offset_{axis}": 8.0 if axis[0] == "f" else 0.5
+        for foot, axis in (channel.split(".") for channel in CHANNELS)
+    }
+    links = [link(TABLE["offset"], CHANNELS)]
+    for name, parameters in effects.items():
+        owners = sorted({full.split(".")[0] for full in parameters})
+        links.append(link(TABLE[name], CHANNELS, owners))
+        values |= parameters
+    plan = WalkPlan(
+        duration_s=seconds, speed_mps=0.2, step_s=1.0, stand_s=2.0, bob_m=0.012,
+        angmom_rate_nm=6.0, variation_m=0.01, variation_seed=seed,
+    )  # fmt: skip
+    done = six_axis_feet_log(
+        "walk", ROBOT, lambda t: walking(ROBOT, plan, t), seconds, chain_of(links), values,
+        seed=seed, ankles=ANKLES,
+    )  # fmt: skip
+    columns = six_axis_feet_columns(done, list(ROBOT.feet), ANKLES)
+    pd.DataFrame(dict(columns)).to_parquet(folder / "walk.parquet")
+    (folder / "recipe.toml").write_text(RECIPE, encoding="utf-8")
+    return folder / "walk.parquet"
+
+
+def extended(folder: Path, effect: str, owner: str, name: str, size: float) -> Path:
+    """`parameters_extended.json` with one effect in it."""
+    path = folder / "extended.json"
+    record = ParametersRecord(
+        command="diagnose", created="2026-01-01T00:00:00+00:00", robot="humanoid",
+        gravity_mps2=9.80665, sign_convention="reading = applied wrench + offset",
+        frame="transducer", expressed_at="the transducer",
+        parameters={
+            f"{owner}.{name}": ParameterRecord(
+                value=size, sd=None, unit="-", status=Status.FIXED
+            )
+        },
+        effects=(EffectRecord(effect=effect, owners={owner: (owner,)}),),
+    )  # fmt: skip
+    write_record(record, path)
+    return path
+
+
+def test_effects_of_a_calibration_are_undone_before_a_walk_is_judged(
+    run: Run, tmp_path: Path
+) -> None:
+    log = write_walk(tmp_path, 3, 20.0, scale_matrix={"left.gain_fz": 0.05})
+    recipe = tmp_path / "recipe.toml"
+    known = extended(tmp_path, "scale_matrix", "left", "gain_fz", 0.05)
+    errors = {}
+    for name, more in (("without", ()), ("with", ("--parameters", known))):
+        out = tmp_path / name
+        answer = run("online-replay", log, "--recipe", recipe, "--out", out, *more)
+        assert answer.exit_code == 0, answer.err
+        rows = read_record(RmseRecord, out / "rmse.json").rows
+        errors[name] = next(r.rmse for r in rows if (r.quantity, r.stage) == ("vgrf", "memory"))
+    assert errors["with"] < 0.7 * errors["without"]
+
+
+def test_an_offset_that_jumps_while_walking_is_an_alarm_in_the_report(
+    run: Run, tmp_path: Path
+) -> None:
+    jump = {"right.offset_change_fz": -25.0, "right.change_time": 12.0}
+    log = write_walk(tmp_path, 4, 24.0, offset_change=jump)
+    out = tmp_path / "out"
+    answer = run("online-replay", log, "--recipe", tmp_path / "recipe.toml", "--out", out)
+    assert answer.exit_code == 0, answer.err
+    assert "right.offset_fz" in answer.out
+    findings = json.loads((out / "run.json").read_text(encoding="utf-8"))["findings"]
+    (alarm,) = [f for f in findings if f["code"] == "offset_jump"]
+    assert alarm["severity"] == "alarm"
+    assert "at 12." in alarm["sentence"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("effects", "verdict", "names"),
+    [
+        ({}, "none", set()),
+        ({"scale_matrix": {"left.gain_fz": 0.04}}, "named", {"scale_matrix"}),
+        ({"delay": {"robot.delay": 0.04}}, "named", {"delay"}),
+        ({"mass": {"robot.mass_correction": 3.0}}, "ambiguous", {"mass", "scale_matrix"}),
+        (
+            {"com_offset": {"robot.com_correction_x": 0.02}},
+            "ambiguous",
+            {"com_offset", "mount_translation"},
+        ),
+    ],
+    ids=["clean", "left_gain", "delay", "mass", "com"],
+)
+def test_diagnose_names_what_a_walk_on_ankles_hides(
+    run: Run, tmp_path: Path, effects: dict[str, dict[str, float]], verdict: str, names: set[str]
+) -> None:
+    log = write_walk(tmp_path, 71, 90.0, **effects)
+    out = tmp_path / "out"
+    answer = run("diagnose", log, "--recipe", tmp_path / "recipe.toml", "--out", out)
+    assert answer.exit_code == 0, answer.err
+    found = json.loads((out / "diagnosis.json").read_text(encoding="utf-8"))
+    assert found["verdict"] == verdict
+    if verdict == "named":
+        assert [cause["effect"] for cause in found["causes"]] == list(names)
+    if verdict == "ambiguous":
+        assert any(names <= set(group) for group in found["rivals"])
