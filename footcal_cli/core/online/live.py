@@ -95,8 +95,8 @@ def run_live(log: Log, belief: Belief, options: MemoryOptions | None = None) -> 
     if "robot.delay" in rows.names:
         delay_sd = float(live.sd[-1, rows.names.index("robot.delay")])
     return Memory(
-        rows, live, smooth(past), live.jumps, last.tuning, last.noise, 1.0, last.delay_s, delay_sd,
-        moved,
+        rows, live, smooth(past), live.jumps, last.tuning, last.noise, factor, last.delay_s,
+        delay_sd, moved,
     )  # fmt: skip
 
 
