@@ -13,7 +13,10 @@ from matplotlib.patches import Rectangle
 from footcal_cli.core.diagnosis.answer import EffectStatus
 from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.core.diagnosis.menu import Menu
-from footcal_cli.core.diagnosis.next_experiment import likeness_after
+from footcal_cli.core.diagnosis.next_experiment import rig_at
+from footcal_cli.core.diagnosis.plans import Plan
+from footcal_cli.core.diagnosis.problem import Signature
+from footcal_cli.core.diagnosis.rehearsal import rehearsed
 from footcal_cli.core.effects.contract import Effect
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.plots.style import BAD, new_figure
@@ -28,6 +31,7 @@ AFTER_CAPTION = (
     "separated. Hatched: not visible there."
 )
 _SAME = 0.95
+_SHOWN = 0.02  # visible share from which an effect is worth comparing
 _CELL_IN = 0.17
 
 
@@ -40,16 +44,18 @@ def plot_isolability(
     found: Investigation, table: Mapping[str, Effect], menu: Menu | None
 ) -> Figure:
     """|cos| of the visible signatures, one row per effect where it explains most; now and then."""
-    labels, now = _now(found)
-    if not labels:
+    signatures = _compared(found)
+    if not signatures:
         figure = new_figure(0.9)
         figure.text(0.5, 0.5, "No effect is visible in these data.", ha="center")
         return figure
+    now = _now(found, signatures)
     order = _clustered(now)
-    names = [labels[i] for i in order]
+    ordered = [signatures[i] for i in order]
+    names = [s.effect for s in ordered]
     panels = [("in these data", now[np.ix_(order, order)])]
     if menu is not None and menu.best is not None:
-        then = likeness_after(found, table, menu.best.plan, names)
+        then = _then(found, table, menu.best.plan, ordered)
         panels.append((f"after '{menu.best.plan.id.replace('_', ' ')}'", then))
     side = _CELL_IN * len(names)
     margin, below = 1.35, 1.15
@@ -69,25 +75,51 @@ def plot_isolability(
     return figure
 
 
-def _now(found: Investigation) -> tuple[list[str], FloatArray]:
-    """Effects that these data show, and |cos| between them."""
+def _compared(found: Investigation) -> tuple[Signature, ...]:
+    """A signature of each effect that the data show: where it explains most, rivals as copies."""
+    copies = {s.effect: s for f in found.found for s in (*f.cause.rivals, f.cause.signature)}
+    known = set(found.problem.signatures)
+    chosen = []
+    for row in found.rounds[0].effects:
+        if row.status is EffectStatus.NOT_TESTABLE and row.visible < _SHOWN:
+            continue
+        signature = copies.get(row.signature.effect, row.signature)
+        chosen.append(signature if signature in known else row.signature)
+    return tuple(s for s in chosen if s in known)
+
+
+def _then(
+    found: Investigation, table: Mapping[str, Effect], plan: Plan, signatures: Sequence[Signature]
+) -> FloatArray:
+    """|cos| between effects in a planned experiment, shape (k, k); a row of zeros hides there."""
+    where = rehearsed(plan, rig_at(found))
+    columns = []
+    for signature in signatures:
+        effect = table[signature.effect]
+        size = next(p for p in effect.sizes if p.name == signature.parameter)
+        value = float(np.clip(size.neutral + size.prior_sd, size.lower, size.upper))
+        values = {**dict(signature.shape), size.name: value}
+        columns.append(where.shown(effect, signature, values))
+    shown = np.stack(columns, axis=1)
+    norm = np.sqrt(np.sum(shown**2, axis=0))
+    unit = np.divide(shown, norm, out=np.zeros_like(shown), where=norm > 0)
+    return np.asarray(np.abs(unit.T @ unit))
+
+
+def _now(found: Investigation, signatures: Sequence[Signature]) -> FloatArray:
+    """|cos| between effects in the data at hand, shape (k, k)."""
     problem = found.problem
     index = {s: i for i, s in enumerate(problem.signatures)}
-    rows = [
-        r for r in found.rounds[0].effects
-        if r.signature in index
-        and not (r.status is EffectStatus.NOT_TESTABLE and r.visible < 0.02)
-    ]  # fmt: skip
-    chosen = [index[r.signature] for r in rows]
+    chosen = [index[s] for s in signatures]
     part = replace(
         problem,
         columns=problem.columns[:, chosen],
-        signatures=tuple(problem.signatures[i] for i in chosen),
+        signatures=tuple(signatures),
     )
     left = part.left()
     norm = np.sqrt(np.sum(left**2, axis=0))
     unit = left / np.where(norm > 0, norm, 1.0)
-    return [r.signature.effect for r in rows], np.abs(unit.T @ unit)
+    return np.asarray(np.abs(unit.T @ unit))
 
 
 def _draw(axes: Axes, cos: FloatArray, names: Sequence[str], title: str, *, named: bool) -> None:
