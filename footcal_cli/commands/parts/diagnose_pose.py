@@ -23,7 +23,7 @@ UNTESTED = dict.fromkeys(
 POSES_PER_BLOCK = 7
 MOST_BLOCKS = 24
 CALIBRATED = ("mount_rotation", "mount_translation")
-"""What `pose-calib` estimates; with a calibration that has it not, it is a candidate."""
+"""What `pose-calib` estimates, whether the calibration given has it already or not."""
 
 
 def read_pose(session: Session[DiagnoseOptions]) -> CaseRead:
@@ -60,9 +60,9 @@ def read_pose(session: Session[DiagnoseOptions]) -> CaseRead:
         tolerance_nm=session.options.tolerance_mm / 1000.0 * weight_n,
         alike=False,
     )
-    untested = dict(UNTESTED)
-    if any(link.effect.name == "mount_rotation" for link in chain.links):
-        untested["body_tilt"] = "equals a rotation of all mountings, which is calibrated"
+    untested = UNTESTED | {
+        "body_tilt": "no pose tells it from a rotation of all mountings, which is calibrated"
+    }
     data = pose_data(without_effects(raw, session.parameters))
     sd, _ = pose_noise_sd(asked, len(legs))
     options = PoseOptions(com_sd_m=asked.com_sd_m, translation_sd_m=0.005)
@@ -84,12 +84,9 @@ def _model(
     """Chain, its values, and what of it is calibrated."""
     from footcal_cli.commands.parts.diagnose_cases import chain_of
 
-    stored = () if session.parameters is None else session.parameters.parameters
-    first = channels[0].split(".", 1)[0]
-    mounted = [e for e, name in zip(CALIBRATED, ("mount_rot_x", "mount_pos_x"), strict=True)
-               if f"{first}.{name}" in stored]  # fmt: skip
-    chain, values = chain_of(session.parameters, channels, ("offset", *mounted))
-    names = [item.names() for item in chain.links if item.effect.name in ("offset", *mounted)]
+    calibrated = ("offset", *CALIBRATED)
+    chain, values = chain_of(session.parameters, channels, calibrated)
+    names = [item.names() for item in chain.links if item.effect.name in calibrated]
     free = [p for p in chain.parameters() if any(p.name in own for own in names)]
     return chain, values, tuple(_at(p, values) for p in free)
 
