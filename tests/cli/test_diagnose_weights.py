@@ -81,6 +81,20 @@ def test_a_weight_with_a_wrong_label(run: Run, tmp_path: Path) -> None:
 
 def test_rows_written_twice_are_used_once(run: Run, tmp_path: Path) -> None:
     table = weights(4, (0.0, 0.0, 0.0))
-    record = diagnosed(run, pd.concat([table, table.iloc[100:300]]), tmp_path)
-    assert record.verdict == "none"
-    assert [f.code for f in record.findings if f.code == "copied_rows"]
+    (tmp_path / "once").mkdir()
+    (tmp_path / "twice").mkdir()
+    once = diagnosed(run, table, tmp_path / "once")
+    twice = diagnosed(run, pd.concat([table, table.iloc[100:300]]), tmp_path / "twice")
+    assert twice.verdict == once.verdict
+    assert [c.effect for c in twice.causes] == [c.effect for c in once.causes]
+    assert [(r.effect, r.p) for r in twice.effects] == [(r.effect, r.p) for r in once.effects]
+    assert "copied_rows" in {f.code for f in twice.findings}
+    assert "copied_rows" not in {f.code for f in once.findings}
+
+
+@pytest.mark.xfail(
+    strict=True,
+    reason="a gain of 0.2 % on one day is named wrong_unit, though no unit is off by so little",
+)
+def test_days_that_differ_by_a_per_mille_are_no_wrong_unit(run: Run, tmp_path: Path) -> None:
+    assert diagnosed(run, weights(4, (0.0, 0.0, 0.0)), tmp_path).verdict == "none"
