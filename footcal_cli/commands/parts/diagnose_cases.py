@@ -46,7 +46,6 @@ def read_case(session: Session[DiagnoseOptions]) -> CaseRead:
     from footcal_cli.commands.parts.diagnose_pose import read_pose
     from footcal_cli.commands.parts.diagnose_six_axis_feet import read_six_axis_feet
     from footcal_cli.commands.parts.diagnose_weights import read_weights
-    from footcal_cli.errors import UsageError
     from footcal_cli.intake import is_six_axis_robot
 
     on_feet = read_six_axis_feet if is_six_axis_robot(session.recipe.robot) else read_balanced
@@ -58,13 +57,7 @@ def read_case(session: Session[DiagnoseOptions]) -> CaseRead:
         "hang": read_hang,
         "pose": read_pose,
     }
-    kind = session.options.experiment
-    if kind not in builders:
-        raise UsageError(
-            f"diagnosis of '{kind}' is not available yet",
-            remedy=f"available are {', '.join(builders)}",
-        )
-    return builders[kind](session)
+    return builders[session.options.experiment](session)
 
 
 def chain_of(
