@@ -44,7 +44,9 @@ def diagnose(
     parameters: ParametersFile = None,
     experiment: Annotated[
         str | None,
-        typer.Option("--experiment", metavar="KIND", help="weights, placements, stand, walk, hang, pose."),
+        typer.Option(
+            "--experiment", metavar="KIND", help="weights, placements, stand, walk, hang, pose."
+        ),
     ] = None,
     tolerance_n: Annotated[
         float | None,
