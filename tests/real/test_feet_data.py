@@ -28,11 +28,8 @@ def test_walks_of_a_humanoid_agree_on_its_ankles(
     recipe = repository / "recipes/reemc_walking.toml"
     offsets, masses = [], []
     for trial in trials:
-        out = tmp_path / trial
-        answer = run(
-            "online-replay", real_data / f"reemc-walking/{trial}.csv", "--recipe", recipe,
-            "--out", out,
-        )  # fmt: skip
+        out, log = tmp_path / trial, real_data / f"reemc-walking/{trial}.csv"
+        answer = run("online-replay", log, "--recipe", recipe, "--out", out)
         assert answer.exit_code == 0, answer.err
         record = read_record(ParametersRecord, out / "parameters.json")
         names = [
@@ -40,21 +37,31 @@ def test_walks_of_a_humanoid_agree_on_its_ankles(
         ]
         assert all(record.parameters[name].status == "estimated" for name in names)
         offsets.append([record.parameters[name].value for name in names])
-        sd = record.parameters["left.offset_fx"].sd
-        assert sd is not None
-        assert 0.3 < sd < 3.0
         masses.append(record.parameters["robot.mass_correction"].value)
         assert rmse(out, "vgrf", "memory") < rmse(out, "vgrf", "before")
         for foot in ("left", "right"):
-            assert rmse(out, f"{foot}.fz", "memory") < 0.35 * rmse(out, f"{foot}.fz", "before")
+            found = record.parameters[f"{foot}.offset_fz"]
+            assert found.sd is not None
+            assert 1.0 < found.sd < 6.0
+            assert abs(found.value - swinging(log, foot)) < 2.0 * found.sd
+            assert rmse(out, f"{foot}.fz", "memory") < 0.3 * rmse(out, f"{foot}.fz", "before")
+        findings = {f.code for f in read_record(RunRecord, out / "run.json").findings}
+        # the publishers' model: 68.6 kg, and a motion whose totals ask for no common delay
+        assert {
+            "mass_differs", "scales_left_alone", "model_wrong", "delay_not_told",
+        } <= findings  # fmt: skip
+        assert "offset_jump" not in findings
     # two sessions within minutes: the offsets of both ankles repeat to a few newtons
     assert np.std(offsets, axis=0).max() < 4.0
-    assert np.mean(offsets, axis=0)[[2, 5]] == pytest.approx([-38.0, -21.0], abs=4.5)
-    # the publishers' model has 68.6 kg; both feet carried 75.5 kg in every trial
-    assert np.mean(masses) == pytest.approx(6.9, abs=0.6)
+    assert np.mean(masses) == pytest.approx(7.8, abs=0.6)
     assert np.std(masses) < 0.5
-    findings = {f.code for f in read_record(RunRecord, out / "run.json").findings}
-    assert {"mass_differs", "scales_left_alone"} <= findings
+
+
+def swinging(log: Path, foot: str) -> float:
+    """What a foot's vertical force reads in the air beyond the weight below it, by hand."""
+    raw = pd.read_csv(log)[f"ft{foot[0]}_fz"]
+    in_air = raw[raw < raw.quantile(0.1) + 15.0]
+    return float(in_air.median() + 19.7)
 
 
 def test_a_second_of_standing_tells_sums_of_the_ankles_only(
@@ -66,7 +73,7 @@ def test_a_second_of_standing_tells_sums_of_the_ankles_only(
     )  # fmt: skip
     assert answer.exit_code == 0, answer.err
     text = answer.out.replace("\n", " ")
-    assert "show 5 of 17 unknowns" in text
+    assert "1 stance shows 5 of 17 unknowns" in text
     assert "lift each foot once" in text
     record = read_record(ParametersRecord, tmp_path / "out/parameters.json")
     assert record.parameters["left.offset_fz"].status == "prior kept: not observable"
