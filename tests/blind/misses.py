@@ -7,6 +7,7 @@ sealed ledger: what is read here may be learnt from.
 from __future__ import annotations
 
 import argparse
+import re
 import sys
 from collections import Counter, defaultdict
 from collections.abc import Sequence
@@ -91,7 +92,7 @@ def answer_of(score: Score) -> str:
 def reason_of(score: Score) -> str:
     """What footcal's own table says of the hidden effects."""
     if score.verdict.said:
-        return " ".join(score.verdict.said.split())[-160:]
+        return re.sub(r"/\S+/", "", " ".join(score.verdict.said.split()))[-160:]
     reasons = score.verdict.reasons or {}
     statuses = score.verdict.statuses or {}
     found = []

@@ -39,6 +39,10 @@ block repeatability; more than half of the effects are implemented otherwise tha
 committed to by SHA-256(secret + truth) and lie in a folder that the processes that diagnose are
 never told. Every plan line takes turns through its effects; a run that is interrupted has the same
 mixture with fewer trials.
+
+Not measured: coverage of held-out gains other than of weights, since streams are filtered and
+several outputs weighed against each other before a gain is stated; walks of many minutes; a real
+robot, whose truth nobody knows (`tests/real` holds what footcal says of published logs).
 """
 
 
