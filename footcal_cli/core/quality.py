@@ -224,6 +224,44 @@ def check_load_unit(
     ]  # fmt: skip
 
 
+UNIT_RATIOS = {"kg": 9.80665, "lbf": 4.4482216, "g": 9.80665e-3, "kN": 1e3}
+"""Newtons in one of the unit that a load may have been noted in."""
+SAME_RATIO = 0.04
+
+
+def check_units_of_sessions(
+    channel: str, load_n: FloatArray, counts: FloatArray, session: FloatArray
+) -> list[Finding]:
+    """Find sessions whose loads were noted in another unit: a slope off by a known ratio.
+
+    A unit is off by 9.8 or 4.4, never by a per mille: what is not near a ratio is no unit.
+
+    Parameters
+    ----------
+    load_n, counts, session
+        Of one channel, shape (n,) each.
+    """
+    slopes = {}
+    for number in np.unique(session):
+        mine = (session == number) & np.isfinite(load_n) & np.isfinite(counts)
+        if mine.sum() > 2 and np.ptp(load_n[mine]) > 0:
+            slopes[number] = float(np.polyfit(load_n[mine], counts[mine], 1)[0])
+    typical = float(np.median(list(slopes.values()))) if len(slopes) > 2 else 0.0
+    findings = []
+    for number, slope in slopes.items():
+        for unit, ratio in UNIT_RATIOS.items():
+            if typical and abs(slope / typical / ratio - 1.0) < SAME_RATIO:
+                findings.append(
+                    Finding(
+                        "another_unit", "alarm", channel,
+                        f"session {int(number) + 1} of {channel} reads {slope / typical:.3g} x as "
+                        f"much per load as the others: its loads look noted in {unit}",
+                        "correct the unit of that session's loads",
+                    )
+                )  # fmt: skip
+    return findings
+
+
 def check_duplicate_channels(readings: FloatArray, channels: Sequence[str]) -> list[Finding]:
     """Find channels of a stream that show the same readings throughout.
 

@@ -92,9 +92,5 @@ def test_rows_written_twice_are_used_once(run: Run, tmp_path: Path) -> None:
     assert "copied_rows" not in {f.code for f in once.findings}
 
 
-@pytest.mark.xfail(
-    strict=True,
-    reason="a gain of 0.2 % on one day is named wrong_unit, though no unit is off by so little",
-)
 def test_days_that_differ_by_a_per_mille_are_no_wrong_unit(run: Run, tmp_path: Path) -> None:
     assert diagnosed(run, weights(4, (0.0, 0.0, 0.0)), tmp_path).verdict == "none"

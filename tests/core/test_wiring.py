@@ -6,7 +6,11 @@ import numpy as np
 import pytest
 
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.core.quality import copied_rows_finding, find_copied_rows
+from footcal_cli.core.quality import (
+    check_units_of_sessions,
+    copied_rows_finding,
+    find_copied_rows,
+)
 from footcal_cli.core.wiring import check_exchanged_cells
 
 NAMES = ("left_fl", "left_fr", "left_rl", "left_rr")
@@ -44,6 +48,18 @@ def test_cells_in_their_places_are_left_alone(crosstalk: float) -> None:
     for seed in range(10):
         counts, hole, load = placements(seed, crosstalk)
         assert not check_exchanged_cells(counts, NAMES, CELL_M, hole, load)
+
+
+def test_a_session_in_another_unit_is_found_and_a_gain_is_not() -> None:
+    rng = np.random.default_rng(5)
+    session, load = np.repeat(np.arange(6.0), 10), np.tile(np.linspace(0.0, 20.0, 10), 6)
+    counts = 8.3e6 - load / 3.4e-5 * (1.0 + 0.02 * rng.standard_normal(6)[session.astype(int)])
+    assert not check_units_of_sessions("left_fl", load, counts, session)
+    in_kg = np.where(session == 2, load / 9.80665, load)
+    (finding,) = check_units_of_sessions("left_fl", in_kg, counts, session)
+    assert finding.severity == "alarm"
+    assert "session 3" in finding.sentence
+    assert "kg" in finding.sentence
 
 
 def test_copies_of_rows_and_of_sessions_are_found() -> None:

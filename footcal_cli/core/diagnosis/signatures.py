@@ -27,7 +27,9 @@ ALIKE = 0.995
 _NOTHING = 1e-6  # RMS change in noise units at a usual size: below it is rounding
 SWITCHES = frozenset({"channel_swap", "axis_flip"})
 """Effects that are on or off: differentiated at the swapped readings, a whole one looks like −1."""
-_CHOICES = frozenset({"channel_stuck", "channel_duplicate", "quantisation", "dropped_samples"})
+_CHOICES = frozenset(
+    {"channel_stuck", "channel_duplicate", "quantisation", "dropped_samples", "wrong_unit"}
+)
 
 
 @dataclass(frozen=True)
