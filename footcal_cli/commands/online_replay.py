@@ -94,7 +94,8 @@ def online_replay(
         float | None, typer.Option("--delay-s", help="Delay of the body stream to compensate.")
     ] = None,
     causal: Annotated[
-        bool | None, typer.Option("--causal", help="Filter, learn and tell contact without the future.")
+        bool | None,
+        typer.Option("--causal", help="Filter, learn and find contact from the past only."),
     ] = None,
     baseline: Annotated[
         str | None,

@@ -247,8 +247,10 @@ def walking(robot: Biped, plan: WalkPlan, time_s: FloatArray) -> Motion:
     bent = np.cos(deep * (time_s - plan.stand_s))
     sine = np.sin(deep * (time_s - plan.stand_s))
     rise += 0.5 * plan.squat_m * on * (bent - 1.0)
-    lift += 0.5 * plan.squat_m * (
-        on_ddot * (bent - 1.0) - 2.0 * deep * on_dot * sine - deep**2 * on * bent
+    lift += (
+        0.5
+        * plan.squat_m
+        * (on_ddot * (bent - 1.0) - 2.0 * deep * on_dot * sine - deep**2 * on * bent)
     )
     foot_m, foot_yaw, foot_ref, contact = _feet_at(robot, plan, feet, time_s)
     step = _step_number(plan, time_s)
