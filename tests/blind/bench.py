@@ -67,7 +67,8 @@ class Bench:
     def keep(self, content: Mapping[str, Any], *, complete: bool = True) -> None:
         """Write the commitments, and the names alone as the queue of the workers."""
         queue = {
-            "names": [*content["trials"], *content["followups"].values()],
+            # what was proposed first: it waits for nothing, and the time is limited
+            "names": [*content["followups"].values(), *content["trials"]],
             "complete": complete,
         }
         _replace(self.commitments_file, json.dumps(content, indent=1))

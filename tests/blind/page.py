@@ -69,6 +69,8 @@ def write_page(scores: Sequence[Score], run: Mapping[str, Any], page: Path) -> N
         _wrong_names(scores),
         "## Not reached, and on which trials\n",
         f"Every miss with what footcal gave as its reason: [list]({misses.name}).\n",
+        *(f"- {why}" for why in run.get("why", ())),  # read by a person from the list
+        "",
         _missed(scores),
         "## The run\n",
         HOW,

@@ -73,6 +73,7 @@ class Verdict:
         gains = {
             name: (str(claim["quantity"]), float(claim["ci95"][0]), float(claim["ci95"][1]))
             for name, claim in claims.items()
+            if claim.get("ci95") is not None
         }
         ps = [float(c["p"]) for c in causes if c.get("p") is not None]
         return cls(

@@ -140,7 +140,10 @@ def test_an_update_that_teaches_nothing_changes_nothing() -> None:
     found = made.replayed(guards=replace(GUARDS, least_gain_nats=1e9))
     assert not found.track.used.any()
     assert found.estimates.values == pytest.approx(0.0)
-    np.testing.assert_allclose(found.estimates.sd, found.rows.prior_sd, rtol=0.05)
+    # nothing was learnt: the prior sd, and what the random walks have added to it since
+    walked = np.array([n.rsplit(".", 1)[1].startswith("offset_f") for n in found.estimates.names])
+    assert np.all(found.estimates.sd[walked] >= found.rows.prior_sd[walked])
+    np.testing.assert_allclose(found.estimates.sd[~walked], found.rows.prior_sd[~walked], rtol=0.01)
 
 
 def test_a_wrong_model_gets_less_weight_until_the_innovations_fit() -> None:

@@ -87,7 +87,17 @@ INJECTIONS = (
         alias=_LEVEL,
         signed=False,
     ),
-    Injection("com_offset/standing", "com_offset", "stand", _com_offset, 3e-3, "m", signed=False),
+    # who stands cannot tell a CoM ahead of where it is thought from cells behind their places
+    Injection(
+        "com_offset/standing",
+        "com_offset",
+        "stand",
+        _com_offset,
+        3e-3,
+        "m",
+        alias=("com_offset", "cell_position"),
+        signed=False,
+    ),
     Injection(
         "imu_tilt/belief", "imu_tilt", "walk", _tilt, 0.01, "rad", alias=_LEVEL, signed=False
     ),
