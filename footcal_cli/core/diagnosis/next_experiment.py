@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-
-import numpy as np
+from collections.abc import Mapping
 
 from footcal_cli.core.diagnosis.answer import EffectRow, Verdict
 from footcal_cli.core.diagnosis.investigation import Found, Investigation
 from footcal_cli.core.diagnosis.leftovers import nameless
 from footcal_cli.core.diagnosis.menu import Menu, menu_for
-from footcal_cli.core.diagnosis.plans import Plan
 from footcal_cli.core.diagnosis.problem import Signature
-from footcal_cli.core.diagnosis.rehearsal import Contender, present, rehearsed
+from footcal_cli.core.diagnosis.rehearsal import Contender, present
 from footcal_cli.core.diagnosis.rig import Rig, rig_of
 from footcal_cli.core.diagnosis.signatures import SWITCHES
 from footcal_cli.core.effects.contract import Effect
-from footcal_cli.core.parameters import FloatArray
 
 _NEAREST = 3
 
@@ -54,27 +50,6 @@ def next_menu(found: Investigation, table: Mapping[str, Effect]) -> Menu | None:
         return None
     rig = rig_at(found)
     return menu_for(asked, table, rig, present(found.case, rig) if rivals else None)
-
-
-def likeness_after(
-    found: Investigation, table: Mapping[str, Effect], plan: Plan, names: Sequence[str]
-) -> FloatArray:
-    """|cos| between effects in a planned experiment, shape (k, k); a row of zeros hides there."""
-    rig = rig_at(found)
-    where = rehearsed(plan, rig)
-    rows = found.rounds[0].effects
-    columns = []
-    for name in names:
-        row = next(r for r in rows if r.signature.effect == name)
-        effect = table[name]
-        size = next(p for p in effect.sizes if p.name == row.signature.parameter)
-        value = float(np.clip(size.neutral + size.prior_sd, size.lower, size.upper))
-        values = {**dict(row.signature.shape), size.name: value}
-        columns.append(where.shown(effect, row.signature, values))
-    shown = np.stack(columns, axis=1)
-    norm = np.sqrt(np.sum(shown**2, axis=0))
-    unit = np.divide(shown, norm, out=np.zeros_like(shown), where=norm > 0)
-    return np.asarray(np.abs(unit.T @ unit))
 
 
 def _named(found: Investigation, item: Found) -> Contender:

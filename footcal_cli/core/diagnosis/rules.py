@@ -30,10 +30,10 @@ class Rules:
         what the first one's form gets wrong.
     most_effects
         Effects accepted at most.
-    visible_floor, visible_warning
-        Visible fraction below which an effect is not testable, or barely.
-    alias, alias_warning
-        |cos| of visible signatures from which two effects are one (or nearly).
+    visible_floor
+        Visible fraction below which an effect is not testable.
+    alias
+        |cos| of visible signatures from which two effects are one.
     alike_together
         |cos| from which two effects named together are not believed: they may copy a third.
     share_named, share_partly, share_form
@@ -61,9 +61,7 @@ class Rules:
     later_share: float = 0.1
     most_effects: int = 4
     visible_floor: float = 0.02
-    visible_warning: float = 0.2
     alias: float = 0.95
-    alias_warning: float = 0.8
     alike_together: float = 0.6
     share_named: float = 0.7
     share_partly: float = 0.97
