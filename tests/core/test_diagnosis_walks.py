@@ -76,6 +76,21 @@ def test_aliases_do_not_depend_on_the_residual_or_on_rounding() -> None:
     assert cos[0] == pytest.approx(1.0 / np.sqrt(1.04), abs=0.01)
 
 
+def test_aliases_of_a_cause_that_the_linear_test_could_not_see() -> None:
+    rng = np.random.default_rng(4)
+    x = rng.normal(size=BLOCKS * ROWS)
+    signatures = (Signature("a", "a", "robot", "N"), Signature("b", "b", "robot", "N"))
+    problem = problem_of(x, np.column_stack([x, 2.0 * x]), signatures)
+    grams, _ = whitened_grams(problem, np.empty((x.size, 0)))
+    lib = library(problem, grams, np.array([0.0, 1.0]), Rules())
+    assert not lib.testable[0]
+    ((found, size, cos),) = aliases(lib, signatures[0], {"a": 1.0})
+    assert found.effect == "b"
+    assert size == pytest.approx(0.5)
+    assert cos == pytest.approx(1.0)
+    assert aliases(lib, Signature("a", "a", "elsewhere", "N"), {"a": 1.0}) == []
+
+
 def test_in_noise_of_its_own_a_worse_model_fits_as_well() -> None:
     rng = np.random.default_rng(2)
     noise = lfilter([1.0], [1.0, -0.6], rng.normal(size=BLOCKS * ROWS))

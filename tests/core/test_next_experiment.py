@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -11,6 +13,8 @@ from footcal_cli.core.diagnosis.problem import Signature
 from footcal_cli.core.diagnosis.rehearsal import Contender, rehearsed
 from footcal_cli.core.diagnosis.rig import Rig
 from footcal_cli.core.effects import TABLE
+from footcal_cli.core.simulation.robots import Biped
+from footcal_cli.errors import UsageError
 
 BENCH = Rig(noise_n=0.05, full_load_n=30.0, kinds=("weights",))
 WALKER = Rig(noise={"fz": 0.2, "mx": 0.02, "my": 0.02}, independent_hz=10.0)
@@ -96,6 +100,18 @@ def test_aliases_of_a_robot_find_their_experiment(
     assert menu.prospects
     assert menu.prospects[0].left == 0.0
     assert menu.prospects[0].plan.id in expected
+
+
+def test_what_would_make_the_robot_fall_is_not_proposed() -> None:
+    tall = replace(WALKER, biped=replace(Biped(), com_height_m=3.0))
+    with pytest.raises(UsageError, match="leaves the foot"):
+        plan_of("walk_squatting").make(tall)
+    menu = menu_for(
+        [contender("imu_tilt", imu_pitch=0.0175), contender("com_offset", com_correction_x=0.004)],
+        TABLE, tall,
+    )  # fmt: skip
+    assert menu.prospects
+    assert "walk_squatting" not in {p.plan.id for p in menu.prospects}
 
 
 def test_repeats_are_the_textbook_number() -> None:

@@ -221,7 +221,8 @@ def test_the_parameters_mean_what_the_table_of_effects_means() -> None:
     shift = foot.pos - CELL_POS
     theta = {"cell_correction_x": shift[:, 0], "cell_correction_y": shift[:, 1]}
     log, _ = TABLE["cell_position"].apply(log, theta, None)
-    log, _ = TABLE["crosstalk"].apply(log, {"crosstalk": foot.crosstalk}, None)
+    mixed = {"crosstalk": foot.crosstalk, "crosstalk_from": np.zeros(len(CELLS))}
+    log, _ = TABLE["crosstalk"].apply(log, mixed, None)
     np.testing.assert_allclose(log.known["cell_pos_m"][0], CELL_POS)
     found = fit_cop(CROSSTALK, placement_rows(log))
     np.testing.assert_allclose(found.crosstalk, foot.crosstalk, atol=1e-9)

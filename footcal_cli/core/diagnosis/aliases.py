@@ -40,7 +40,11 @@ def aliases(
     base, columns = lib.grams.calibration, lib.grams.candidates
     gamma = coefficients(inner, base, columns)
     visible = inner[np.ix_(columns, columns)] - gamma.T @ inner[np.ix_(base, columns)]
-    mine = groups[_place(signature)]
+    # what a refit made of a cause may stand where the linear test could not look
+    place = _place(signature)
+    mine = np.array([i for i, s in enumerate(lib.problem.signatures) if _place(s) == place])
+    if not mine.size:
+        return []
     weights = np.array([sizes.get(lib.problem.signatures[i].parameter, 0.0) for i in mine])
     own = float(weights @ visible[np.ix_(mine, mine)] @ weights)
     best: dict[str, tuple[Signature, float, float]] = {}

@@ -45,6 +45,7 @@ from footcal_cli.core.diagnosis.plans import PLANS, Plan
 from footcal_cli.core.diagnosis.rehearsal import Comparison, Contender, Rehearsal, rehearsed
 from footcal_cli.core.diagnosis.rig import Rig
 from footcal_cli.core.effects.contract import Effect
+from footcal_cli.errors import UsageError
 
 MOST_RUNS = 30
 """Runs beyond which an experiment does not tell two effects apart."""
@@ -146,9 +147,14 @@ def menu_for(
     for plan in PLANS:
         kind = plan.experiment.name
         seen = any(kind in table[name].experiments for name in names)
-        if kind in rig.kinds and seen:
-            prospect = _prospect(plan, rehearsed(plan, rig, names), rivals, table, share)
-            found += [prospect] if prospect is not None else []
+        if kind not in rig.kinds or not seen:
+            continue
+        try:
+            there = rehearsed(plan, rig, names)
+        except UsageError:  # this robot would fall over
+            continue
+        prospect = _prospect(plan, there, rivals, table, share)
+        found += [prospect] if prospect is not None else []
     found.sort(key=lambda p: (round(p.left, 2), p.minutes if p.separation else p.cosine))
     return Menu(tuple(rivals), now, tuple(found))
 
