@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from footcal_cli.core.online.noise import Noise
     from footcal_cli.core.parameters import Estimates, FloatArray
     from footcal_cli.intake import Recording
-    from footcal_cli.records import ParametersRecord, RmseRecord
+    from footcal_cli.records import RmseRecord
     from footcal_cli.session import Outcome, Session
 
 Method = Literal["memory", "window", "han"]
@@ -172,6 +172,7 @@ def _replay(session: Session[OnlineReplayOptions]) -> Outcome:
 def _cells(session: Session[OnlineReplayOptions], recording: Recording) -> Outcome:
     import numpy as np
 
+    from footcal_cli.commands.parts.feet_parameters import feet_parameters
     from footcal_cli.core.experiments.walk import channel_contact
     from footcal_cli.core.online.comparison import Settings, compare
     from footcal_cli.core.online.memory import MemoryOptions, memory_estimates
@@ -244,13 +245,14 @@ def _cells(session: Session[OnlineReplayOptions], recording: Recording) -> Outco
             footer=sheets.footer_of(found, options.delay_s),
         ),
         rmse=rmse,
-        parameters=_parameters(session, estimates),
+        parameters=feet_parameters(session, estimates),
         files={"replay.parquet": lambda path: write_parquet(sheets.frame_of(found), path)},
         gates_missed=_gates(options, rmse),
     )
 
 
 def _six_axis(session: Session[OnlineReplayOptions], recording: Recording) -> Outcome:
+    from footcal_cli.commands.parts.feet_parameters import feet_parameters
     from footcal_cli.core.online.six_axis_replay import replay_six_axis
     from footcal_cli.report import Report
     from footcal_cli.session import Outcome
@@ -277,7 +279,7 @@ def _six_axis(session: Session[OnlineReplayOptions], recording: Recording) -> Ou
             footer=sheets.footer_of(found),
         ),
         rmse=sheets.rmse_of(found),
-        parameters=_parameters(session, found.estimates),
+        parameters=feet_parameters(session, found.estimates),
         files={"replay.parquet": lambda path: write_parquet(sheets.frame_of(found), path)},
     )
 
@@ -342,26 +344,3 @@ def _gates(options: OnlineReplayOptions, rmse: RmseRecord) -> tuple[str, ...]:
         if limit is not None and judged and factor * row.rmse > limit:
             missed.append(f"{row.quantity}: RMSE {factor * row.rmse:.3g} {unit} > {limit:g} {unit}")
     return tuple(missed)
-
-
-def _parameters(session: Session[OnlineReplayOptions], estimates: Estimates) -> ParametersRecord:
-    from footcal_cli.records import ParametersRecord, covariance_blocks, parameter_records
-
-    robot = session.recipe.robot
-    six_axis = not any(foot.cells for foot in robot.feet.values())
-    return ParametersRecord(
-        command="online-replay",
-        created=session.created(),
-        robot=robot.name,
-        gravity_mps2=robot.gravity_mps2,
-        sign_convention=(
-            "applied wrench = (1 + scale) * reading - offset"
-            if six_axis
-            else "force = scale * counts + bias, positive when the cell is pressed"
-        ),
-        frame="each transducer's axes" if six_axis else "each cell's own axis",
-        expressed_at="the transducer" if six_axis else "the cell",
-        parameters=parameter_records(estimates),
-        covariance=covariance_blocks(estimates),
-        inputs=session.inputs,
-    )

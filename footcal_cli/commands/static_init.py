@@ -98,11 +98,11 @@ def _stand(session: Session[StaticInitOptions]) -> Outcome:
 def _cells(session: Session[StaticInitOptions], recordings: Sequence[Recording]) -> Outcome:
     import numpy as np
 
+    from footcal_cli.commands.parts.feet_parameters import feet_parameters
     from footcal_cli.commands.parts.stances import (
         all_stances,
         next_menu,
         standing_findings,
-        standing_parameters,
     )
     from footcal_cli.core.stance_curve import stance_curve
     from footcal_cli.core.static_init import fit_static, stance_errors, stance_rows
@@ -160,7 +160,7 @@ def _cells(session: Session[StaticInitOptions], recordings: Sequence[Recording])
             ),
         ),
         rmse=rmse,
-        parameters=standing_parameters(session, estimates),
+        parameters=feet_parameters(session, estimates),
         gates_missed=gates,
     )
 

@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from footcal_cli.commands.static_init import StaticInitOptions
     from footcal_cli.core.observability import NextStep
-    from footcal_cli.core.parameters import Estimates
     from footcal_cli.core.quiet import QuietSet
     from footcal_cli.core.static_init import StanceRows
     from footcal_cli.intake import Recording
-    from footcal_cli.records import FindingRecord, ParametersRecord
+    from footcal_cli.records import FindingRecord
     from footcal_cli.session import Session
 
 
@@ -131,29 +130,3 @@ def standing_findings(
             )
         )  # fmt: skip
     return tuple(found)
-
-
-def standing_parameters(
-    session: Session[StaticInitOptions], estimates: Estimates
-) -> ParametersRecord:
-    """``parameters.json`` of cells or of six-axis feet."""
-    from footcal_cli.records import ParametersRecord, covariance_blocks, parameter_records
-
-    robot = session.recipe.robot
-    six_axis = not any(foot.cells for foot in robot.feet.values())
-    return ParametersRecord(
-        command="static-init",
-        created=session.created(),
-        robot=robot.name,
-        gravity_mps2=robot.gravity_mps2,
-        sign_convention=(
-            "reading = applied wrench + offset"
-            if six_axis
-            else "force = scale * counts + bias, positive when the cell is pressed"
-        ),
-        frame="each transducer's axes" if six_axis else "each cell's own axis",
-        expressed_at="the transducer" if six_axis else "the cell",
-        parameters=parameter_records(estimates),
-        covariance=covariance_blocks(estimates),
-        inputs=session.inputs,
-    )

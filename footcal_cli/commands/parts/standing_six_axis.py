@@ -17,10 +17,10 @@ def standing_on_six_axis(
     """Offsets of six-axis feet as far as standing shows them."""
     import numpy as np
 
+    from footcal_cli.commands.parts.feet_parameters import feet_parameters
     from footcal_cli.commands.parts.stances import (
         all_stances,
         standing_findings,
-        standing_parameters,
     )
     from footcal_cli.core.static_init import fit_static_six_axis, six_axis_stance_rows
     from footcal_cli.plots.stand import plot_beliefs, plot_directions
@@ -79,5 +79,5 @@ def standing_on_six_axis(
             footer=(f"chi² {fit.chi2:.3g} for {fit.dof} rows.",),
         ),
         rmse=sheets.offset_rmse_of(rows, np.asarray(fit.estimates.values), quiet),
-        parameters=standing_parameters(session, fit.estimates),
+        parameters=feet_parameters(session, fit.estimates),
     )  # fmt: skip

@@ -1,0 +1,40 @@
+"""``parameters.json`` of feet on cells or transducers, of `static-init` and `online-replay`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from footcal_cli.core.parameters import Estimates
+    from footcal_cli.records import ParametersRecord
+    from footcal_cli.session import Session
+
+SIX_AXIS_SIGNS = {
+    "static-init": "reading = applied wrench + offset",
+    "online-replay": "applied wrench = (1 + scale) * reading - offset",
+}
+"""Standing leaves scales alone, walking corrects them where the motion tells."""
+
+
+def feet_parameters(session: Session[Any], estimates: Estimates) -> ParametersRecord:
+    """The calibration that the running command has estimated."""
+    from footcal_cli.records import ParametersRecord, covariance_blocks, parameter_records
+
+    robot, command = session.recipe.robot, session.request.command
+    six_axis = not any(foot.cells for foot in robot.feet.values())
+    return ParametersRecord(
+        command=command,
+        created=session.created(),
+        robot=robot.name,
+        gravity_mps2=robot.gravity_mps2,
+        sign_convention=(
+            SIX_AXIS_SIGNS[command]
+            if six_axis
+            else "force = scale * counts + bias, positive when the cell is pressed"
+        ),
+        frame="each transducer's axes" if six_axis else "each cell's own axis",
+        expressed_at="the transducer" if six_axis else "the cell",
+        parameters=parameter_records(estimates),
+        covariance=covariance_blocks(estimates),
+        inputs=session.inputs,
+    )
