@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -35,11 +35,38 @@ table's curve is never quite the cell's, and the next best may be the nearer kin
 _SURE_CELLS = 2  # cells whose own size is sure to be something, where each has one
 
 
+@dataclass(frozen=True)
+class Subject:
+    """What every refit of a diagnosis is about.
+
+    Parameters
+    ----------
+    case, rows
+        The recordings with the model so far, and which errors count.
+    problem
+        The baseline in arrays.
+    table
+        Effects by name.
+    """
+
+    case: Case
+    rows: Rows
+    problem: Problem
+    table: Mapping[str, Effect]
+
+    def refitted(self, causes: Sequence[Cause], start: Mapping[str, float]) -> Refit:
+        """The model with all of these causes, from starting values."""
+        accepted = [(self.table[c.signature.effect], c.signature) for c in causes]
+        return refit(self.case, self.rows, self.problem, accepted, start)
+
+    def without_credit(self, extended: Problem, fitted: Refit) -> Problem:
+        """The extended problem without credit for making noise small."""
+        share = shrinkage(self.case, self.rows, fitted.chain, fitted.values)
+        return replace(extended, residual=extended.residual / share)
+
+
 def decided(
-    case: Case,
-    rows: Rows,
-    problem: Problem,
-    table: Mapping[str, Effect],
+    subject: Subject,
     causes: Sequence[Cause],
     model: Refit | None,
     answer: Diagnosis,
@@ -52,20 +79,14 @@ def decided(
     first = answer.causes[0]
     rules = answer.rules
     fits: list[tuple[Cause, Refit, Problem]] = []
-    for signature, size in _contenders(answer, table):
+    for signature, size in _contenders(answer, subject.table):
         cause = replace(first, signature=signature, size=size, rivals=(), places=first.places)
         if signature.effect != first.signature.effect:
             cause = replace(cause, places=())
-        fitted = _extended(case, rows, problem, table, [*causes, cause], model)
-        fits.append((cause, fitted, extended_problem(problem, fitted, [*causes, cause])))
+        fitted = _extended(subject, [*causes, cause], model)
+        fits.append((cause, fitted, extended_problem(subject.problem, fitted, [*causes, cause])))
     # in noise of their own all models would fit alike: judged in that of the one that leaves least
-    judged = [
-        replace(
-            extended,
-            residual=extended.residual / shrinkage(case, rows, fitted.chain, fitted.values),
-        )
-        for _, fitted, extended in fits
-    ]
+    judged = [subject.without_credit(extended, fitted) for _, fitted, extended in fits]
     noise = min((noise_of(extended) for extended in judged), key=lambda n: n.level)
     tried = [
         (cause, fitted, _white_loss(extended, noise))
@@ -73,19 +94,18 @@ def decided(
     ]
     best = int(np.argmin([loss.sum() for _, _, loss in tried]))
     signs = sign_patterns(tried[best][2].size, seed)
-    chosen, fitted, loss = _where(case, rows, problem, table, causes, model, tried[best], noise,
-                                  signs, rules)  # fmt: skip
+    chosen, fitted, loss = _where(subject, causes, model, tried[best], noise, signs, rules)
     worse = {
         cause.signature.effect
         for cause, _, other in tried
         if sign_flip_mean(other - loss, signs) < rules.alpha_rival
     }
-    blank = problem if model is None else extended_problem(problem, model, causes)
+    blank = subject.problem if model is None else extended_problem(subject.problem, model, causes)
     needed = KINDRED_LOSS * max(float((_white_loss(blank, noise) - loss).sum()), 0.0)
     worse -= {
         cause.signature.effect
         for cause, _, other in tried
-        if float((other - loss).sum()) < needed and _kindred(table, chosen, cause)
+        if float((other - loss).sum()) < needed and _kindred(subject.table, chosen, cause)
     }
     alike = _aliases_of(answer, tried[best][0], tried[best][1], rules.alias)
     near = {s.effect: (s, cos) for s, cos in alike}
@@ -97,10 +117,7 @@ def decided(
 
 
 def _where(
-    case: Case,
-    rows: Rows,
-    problem: Problem,
-    table: Mapping[str, Effect],
+    subject: Subject,
     causes: Sequence[Cause],
     model: Refit | None,
     tried: tuple[Cause, Refit, FloatArray],
@@ -110,17 +127,16 @@ def _where(
 ) -> tuple[Cause, Refit, FloatArray]:
     """The same effect with a value per cell, where that predicts left-out blocks better."""
     cause, _, loss = tried
-    own = own_place(case, table[cause.signature.effect])
+    own = own_place(subject.case, subject.table[cause.signature.effect])
     if own is None:
         return tried
     where, owners = own
     apart = replace(cause, signature=replace(cause.signature, where=where, owners=owners))
-    fitted = _extended(case, rows, problem, table, [*causes, apart], model)
-    extended = extended_problem(problem, fitted, [*causes, apart])
-    told = shrinkage(case, rows, fitted.chain, fitted.values)
-    less = _white_loss(replace(extended, residual=extended.residual / told), noise)
+    fitted = _extended(subject, [*causes, apart], model)
+    extended = extended_problem(subject.problem, fitted, [*causes, apart])
+    less = _white_loss(subject.without_credit(extended, fitted), noise)
     neutral = next(
-        p.neutral for p in table[cause.signature.effect].sizes
+        p.neutral for p in subject.table[cause.signature.effect].sizes
         if p.name == cause.signature.parameter
     )  # fmt: skip
     sure = sum(
@@ -184,19 +200,16 @@ def _white_loss(problem: Problem, noise: Noise) -> FloatArray:
 
 
 def _extended(
-    case: Case,
-    rows: Rows,
-    problem: Problem,
-    table: Mapping[str, Effect],
+    subject: Subject,
     causes: Sequence[Cause],
     model: Refit | None,
 ) -> Refit:
     """All accepted effects refitted together, starting from the last model."""
     start: dict[str, float] = {}
     if model is not None:
-        start = {n: v for n, v in model.values.items() if n not in case.values}
+        start = {n: v for n, v in model.values.items() if n not in subject.case.values}
     newest = causes[-1]
-    effect = table[newest.signature.effect]
+    effect = subject.table[newest.signature.effect]
     shapes = dict(newest.signature.shape)
     for owner, _ in newest.signature.owners:
         for parameter in effect.parameters:
@@ -207,8 +220,7 @@ def _extended(
                 value = float(np.clip(parameter.neutral + inside, parameter.lower, parameter.upper))
                 value = 1.0 if effect.name in SWITCHES else value
             start.setdefault(f"{owner}.{parameter.name}", value)
-    accepted = [(table[c.signature.effect], c.signature) for c in causes]
-    return refit(case, rows, problem, accepted, start)
+    return subject.refitted(causes, start)
 
 
 def extended_problem(problem: Problem, model: Refit, causes: Sequence[Cause]) -> Problem:

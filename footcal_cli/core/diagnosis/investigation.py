@@ -10,13 +10,13 @@ import numpy as np
 from footcal_cli.core.diagnosis.answer import Cause, Diagnosis, Verdict
 from footcal_cli.core.diagnosis.bridge import Describe, problem_from
 from footcal_cli.core.diagnosis.case import Case, Rows, rows_of
-from footcal_cli.core.diagnosis.contest import decided, extended_problem
+from footcal_cli.core.diagnosis.contest import Subject, decided, extended_problem
 from footcal_cli.core.diagnosis.engine import diagnose, enough, leftover, look_alike, share_of
 from footcal_cli.core.diagnosis.form import Form, form_of
 from footcal_cli.core.diagnosis.gain import Gain, gains_of
 from footcal_cli.core.diagnosis.nested import nested_losses
 from footcal_cli.core.diagnosis.problem import Problem
-from footcal_cli.core.diagnosis.refit import Refit, refit
+from footcal_cli.core.diagnosis.refit import Refit
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.scores import held_out_loss
 from footcal_cli.core.diagnosis.signatures import SWITCHES
@@ -110,13 +110,14 @@ def investigate(
     one = replace(rules, most_effects=1)
     rows = rows_of(case)
     problem = problem_from(case, rows, table.values(), describe)
+    subject = Subject(case, rows, problem, table)
     current, model = problem, None
     rounds = [diagnose(problem, one, seed)]
     causes: list[Cause] = []
     removed = 0.0
     while rounds[-1].causes and len(rounds) <= rules.most_effects:
-        cause, fitted = decided(case, rows, problem, table, causes, model, rounds[-1], seed)
-        needed, fitted = _needed(case, rows, problem, table, [*causes, cause], fitted)
+        cause, fitted = decided(subject, causes, model, rounds[-1], seed)
+        needed, fitted = _needed(subject, [*causes, cause], fitted)
         if cause not in needed or len(needed) <= len(causes):
             break
         causes, model = needed, fitted
@@ -166,24 +167,20 @@ def _losses(problem: Problem, current: Problem) -> tuple[float, float]:
 
 
 def _needed(
-    case: Case,
-    rows: Rows,
-    problem: Problem,
-    table: Mapping[str, Effect],
+    subject: Subject,
     causes: Sequence[Cause],
     fitted: Refit,
 ) -> tuple[list[Cause], Refit]:
     """Causes whose sizes are something once all are in the model, refitted without the others."""
-    kept = [c for c in causes if _is_something(c, table[c.signature.effect], fitted)]
+    kept = [c for c in causes if _is_something(c, subject.table[c.signature.effect], fitted)]
     if len(kept) == len(causes) or not kept:
         return kept, fitted
-    names = {p.name for c in kept for p in table[c.signature.effect].parameters}
+    names = {p.name for c in kept for p in subject.table[c.signature.effect].parameters}
     start = {
         n: v for n, v in fitted.values.items()
-        if n not in case.values and n.rsplit(".", 1)[1] in names
+        if n not in subject.case.values and n.rsplit(".", 1)[1] in names
     }  # fmt: skip
-    accepted = [(table[c.signature.effect], c.signature) for c in kept]
-    return kept, refit(case, rows, problem, accepted, start)
+    return kept, subject.refitted(kept, start)
 
 
 def _is_something(cause: Cause, effect: Effect, fitted: Refit) -> bool:
