@@ -8,18 +8,8 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from footcal_cli.core.chain import chain_of, link
-from footcal_cli.core.effects import TABLE
 from footcal_cli.core.parameters import Status
 from footcal_cli.core.simulation.columns import six_axis_feet_columns
-from footcal_cli.core.simulation.gait import WalkPlan, walking
-from footcal_cli.core.simulation.noise import Noise
-from footcal_cli.core.simulation.six_axis_feet import (
-    Ankles,
-    humanoid,
-    six_axis_channels,
-    six_axis_feet_log,
-)
 from footcal_cli.records import (
     EffectRecord,
     ParameterRecord,
@@ -29,13 +19,8 @@ from footcal_cli.records import (
     write_record,
 )
 from tests.conftest import Run
+from tests.core.ankle_walks import ANKLES, CHANNELS, ROBOT, ankle_walk
 
-ROBOT = humanoid()
-CHANNELS = six_axis_channels(ROBOT)
-ANKLES = Ankles(
-    force_noise=Noise(1.0, 1.0, 0.5), torque_noise=Noise(0.1, 0.1, 0.5),
-    com_noise_m=5e-4, acc_noise_mps2=0.05, angmom_noise_nm=1.0,
-)  # fmt: skip
 FOOT = """
 transducer_position_m = [0.0, 0.0, 0.1]
 weight_below_n = 19.7
@@ -59,23 +44,8 @@ delay_s = 0.0
 
 def write_walk(folder: Path, seed: int, seconds: float, **effects: dict[str, float]) -> Path:
     """A walk with offsets and effects as a logger would write it; the recipe beside it."""
-    values = {
-        f"{foot}.offset_{axis}": 8.0 if axis[0] == "f" else 0.5
-        for foot, axis in (channel.split(".") for channel in CHANNELS)
-    }
-    links = [link(TABLE["offset"], CHANNELS)]
-    for name, parameters in effects.items():
-        owners = sorted({full.split(".")[0] for full in parameters})
-        links.append(link(TABLE[name], CHANNELS, owners))
-        values |= parameters
-    plan = WalkPlan(
-        duration_s=seconds, speed_mps=0.2, step_s=1.0, stand_s=2.0, bob_m=0.012,
-        angmom_rate_nm=6.0, variation_m=0.01, variation_seed=seed,
-    )  # fmt: skip
-    done = six_axis_feet_log(
-        "walk", ROBOT, lambda t: walking(ROBOT, plan, t), seconds, chain_of(links), values,
-        seed=seed, ankles=ANKLES,
-    )  # fmt: skip
+    offsets = {name: 8.0 if name.split(".")[1][0] == "f" else 0.5 for name in CHANNELS}
+    done, _ = ankle_walk(seed, seconds, offsets, effects)
     columns = six_axis_feet_columns(done, list(ROBOT.feet), ANKLES)
     pd.DataFrame(dict(columns)).to_parquet(folder / "walk.parquet")
     (folder / "recipe.toml").write_text(RECIPE, encoding="utf-8")

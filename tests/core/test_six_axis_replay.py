@@ -7,29 +7,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from footcal_cli.core.chain import chain_of, link
 from footcal_cli.core.contact import judge
-from footcal_cli.core.effects import TABLE
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.six_axis_replay import GUARDS, SixAxisReplay, replay_six_axis
 from footcal_cli.core.online.streams import Merged
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.signals import check_clock
-from footcal_cli.core.simulation.gait import WalkPlan, walking
-from footcal_cli.core.simulation.noise import Noise
-from footcal_cli.core.simulation.six_axis_feet import (
-    Ankles,
-    humanoid,
-    six_axis_channels,
-    six_axis_feet_log,
-)
-
-ROBOT = humanoid()
-CHANNELS = six_axis_channels(ROBOT)
-ANKLES = Ankles(
-    force_noise=Noise(1.0, 1.0, 0.5), torque_noise=Noise(0.1, 0.1, 0.5),
-    com_noise_m=5e-4, acc_noise_mps2=0.05, angmom_noise_nm=1.0,
-)  # fmt: skip
+from tests.core.ankle_walks import CHANNELS, ankle_walk
 
 
 @dataclass(frozen=True)
@@ -56,23 +40,11 @@ class Walk:
 def walk(seed: int, duration_s: float = 24.0, **effects: dict[str, float]) -> Walk:
     """Offsets of tens of newtons, a calm walk, and effects by name with their parameters."""
     rng = np.random.default_rng(seed + 1000)
-    values = {}
-    for channel in CHANNELS:
-        foot, axis = channel.split(".")
-        values[f"{foot}.offset_{axis}"] = float(rng.normal(0.0, 15.0 if axis[0] == "f" else 1.0))
-    links = [link(TABLE["offset"], CHANNELS)]
-    for name, parameters in effects.items():
-        owners = sorted({full.split(".")[0] for full in parameters})
-        links.append(link(TABLE[name], CHANNELS, owners))
-        values |= parameters
-    plan = WalkPlan(
-        duration_s=duration_s, speed_mps=0.2, step_s=1.0, stand_s=2.0, bob_m=0.012,
-        angmom_rate_nm=6.0, variation_m=0.01, variation_seed=seed,
-    )  # fmt: skip
-    done = six_axis_feet_log(
-        "walk", ROBOT, lambda t: walking(ROBOT, plan, t), duration_s, chain_of(links), values,
-        seed=seed, ankles=ANKLES,
-    )  # fmt: skip
+    offsets = {
+        channel: float(rng.normal(0.0, 15.0 if channel.split(".")[1][0] == "f" else 1.0))
+        for channel in CHANNELS
+    }
+    done, values = ankle_walk(seed, duration_s, offsets, effects)
     return Walk(done.log, values)
 
 
