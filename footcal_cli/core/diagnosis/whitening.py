@@ -432,15 +432,15 @@ def _wandering_variance(rows: FloatArray, calibration: IntArray, wandering: IntA
     zz = rows[:, wandering[:, None], wandering[None, :]]
     zr = rows[:, wandering, last]
     zj = rows[:, wandering[:, None], calibration[None, :]]
-    used = np.concatenate([calibration, wandering, [last]])
-    small = rows[:, used[:, None], used[None, :]]
-    j = np.arange(calibration.size)
-    z = np.arange(calibration.size, used.size - 1)
+    fitted = np.append(calibration, last)
+    zx = rows[:, wandering[:, None], fitted[None, :]]
+    total = rows[:, fitted[:, None], fitted[None, :]].sum(axis=0)
     variance = np.ones(wandering.size)
     for _ in range(_EM_STEPS):
-        total = _partial_out(small, z, variance).sum(axis=0)
-        theta = np.linalg.pinv(total[np.ix_(j, j)], rcond=1e-10, hermitian=True) @ total[j, -1]
         posterior = np.linalg.inv(np.diag(1.0 / variance)[None] + zz)
+        # X'V⁻¹X by Woodbury, as in `_partial_out`, of what is fitted and the residual only
+        left = total - np.sum(zx.swapaxes(1, 2) @ posterior @ zx, axis=0)
+        theta = np.linalg.pinv(left[:-1, :-1], rcond=1e-10, hermitian=True) @ left[:-1, -1]
         mean = np.einsum("bij,bj->bi", posterior, zr - zj @ theta)
         updated = np.mean(mean**2 + np.einsum("bii->bi", posterior), axis=0)
         change = np.abs(np.log(updated / variance)).max()
