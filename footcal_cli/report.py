@@ -48,7 +48,7 @@ class Sheet:
     greyed
         Numbers of the rows to print in grey.
     folded_after
-        Rows from this number on are folded away; 0: none.
+        Rows from this number on are folded away on the page and left out of the terminal; 0: none.
     """
 
     title: str
@@ -155,7 +155,10 @@ def print_text(report: Report, console: Console) -> None:
         )
     for sheet in (*report.lead_sheets, *report.sheets)[:1]:
         drawn = RichTable(*[_plain(c) for c in sheet.columns], title=_plain(sheet.title))
-        for row in sheet.rows:
+        shown = sheet.rows[: sheet.folded_after or None]
+        if len(shown) < len(sheet.rows):
+            drawn.caption = f"{len(sheet.rows) - len(shown)} more rows in the report"
+        for row in shown:
             drawn.add_row(*[_plain(cell) for cell in row])
         console.print(drawn)
 

@@ -171,7 +171,7 @@ def could_not(found: Investigation, untested: Mapping[str, str]) -> str:
 def cannot_lines(found: Investigation, untested: Mapping[str, str]) -> list[str]:
     """The names of what could not be tested, as a line."""
     names = [name for group in not_testable(found, untested).values() for name in group]
-    return [f"Could not be tested (reasons at the end): {', '.join(names)}."] if names else []
+    return [f"Could not be tested (the report says why): {', '.join(names)}."] if names else []
 
 
 def _plain(reason: str) -> str:

@@ -1,0 +1,34 @@
+"""What a report prints in a terminal."""
+
+from __future__ import annotations
+
+import io
+
+from rich.console import Console
+
+from footcal_cli.records import VerdictRecord
+from footcal_cli.report import Report, Sheet, print_text
+
+
+def printed(sheet: Sheet) -> str:
+    report = Report(
+        title="t", verdict=VerdictRecord(level="good", sentence="Fine."),
+        sheets=(sheet,),
+    )  # fmt: skip
+    text = io.StringIO()
+    print_text(report, Console(file=text, width=100))
+    return text.getvalue()
+
+
+def test_folded_rows_are_counted_and_left_out() -> None:
+    rows = [(name, "1") for name in ("first", "second", "third")]
+    text = printed(Sheet("S", ("name", "size"), rows, folded_after=1))
+    assert "first" in text
+    assert "second" not in text
+    assert "2 more rows in the report" in text
+
+
+def test_a_table_that_is_not_folded_is_printed_whole() -> None:
+    text = printed(Sheet("S", ("name", "size"), [("first", "1"), ("last [N]", "2")]))
+    assert "last [N]" in text
+    assert "more rows" not in text
