@@ -120,6 +120,10 @@ def test_look_alikes_are_both_kept_until_the_data_tell() -> None:
     )
     answer = diagnose(both)
     assert {"shear", "twin"} == with_rivals(answer)
+    # twins remove the same share, and nobody removes more than there is
+    gains = [r.gain for r in answer.effects if r.signature.effect in ("shear", "twin")]
+    assert gains[0] == pytest.approx(gains[1], abs=0.02)
+    assert max(r.gain for r in answer.effects) < 1.0
     assert answer.verdict == "ambiguous"
     answer = run(820, [("delay", 1.5)])
     assert answer.verdict == "named"

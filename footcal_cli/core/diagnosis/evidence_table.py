@@ -20,7 +20,10 @@ def evidence_rows(
     """The evidence table: every effect once, the accepted ones as they were accepted."""
     problem, grams = lib.problem, lib.grams
     last = found.last
-    loss = float(held_out_loss(grams.inner, found.base, grams.plain).sum())
+    alone, beside = (
+        float(held_out_loss(grams.inner, base, grams.plain).sum())
+        for base in (grams.calibration, found.base)
+    )
     critical = _critical(found.first, rules)
     steps = {problem.signatures[lib.index(s.column)].effect: s for s in found.steps}
     rivals = {
@@ -39,7 +42,8 @@ def evidence_rows(
             rows.append(_untestable(problem, lib, effect, smallest))
             continue
         step = steps.get(effect)
-        evidence = found.first if effect in rivals else last
+        # a rival is weighed where the accepted one was, all others beside it
+        evidence, loss = (found.first, alone) if effect in rivals else (last, beside)
         if step is not None:
             rows.append(_accepted_row(lib, found, step, smallest, critical))
             continue
