@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from footcal_cli.core.diagnosis.menu import menu_for, repeats_for
+from footcal_cli.core.diagnosis.menu import LIKE, menu_for, repeats_for
 from footcal_cli.core.diagnosis.plans import PLANS, plan_of
 from footcal_cli.core.diagnosis.problem import Signature
 from footcal_cli.core.diagnosis.rehearsal import Contender, rehearsed
@@ -90,6 +90,11 @@ def test_dead_zone_and_hinge_are_one_until_the_cell_is_pulled() -> None:
             contender("com_offset", com_correction_x=0.004),
             {"bounce", "turn_and_bounce"},
         ),
+        (
+            contender("com_offset", com_correction_x=0.004),
+            contender("cell_position", cell_correction_x=0.004),
+            {"turn_and_bounce", "holes"},
+        ),
         (contender("leg_weight"), contender("robot_weight"), {"hang"}),
     ],
 )
@@ -100,6 +105,17 @@ def test_aliases_of_a_robot_find_their_experiment(
     assert menu.prospects
     assert menu.prospects[0].left == 0.0
     assert menu.prospects[0].plan.id in expected
+
+
+def test_toes_turned_out_and_in_tell_a_foot_from_the_body() -> None:
+    """A shift of all cells in their feet is one of the CoM while both feet point ahead."""
+    body = contender("com_offset", com_correction_x=0.003, com_correction_y=0.002)
+    foot = contender("cell_position", cell_correction_x=0.003, cell_correction_y=0.002)
+    names = ("com_offset", "cell_position")
+    ahead = rehearsed(plan_of("bounce"), WALKER, names).compared(body, foot, TABLE)
+    turned = rehearsed(plan_of("turn_and_bounce"), WALKER, names).compared(body, foot, TABLE)
+    assert ahead.cosine > 0.999
+    assert turned.cosine < LIKE
 
 
 def test_what_would_make_the_robot_fall_is_not_proposed() -> None:

@@ -19,7 +19,7 @@ The plans by id, and the kind of log that `diagnose` then reads:
 ``walk`` (body and cells as streams)
     ``bounce`` on both feet, three times 12 s: bouncing and swaying, tempo rising from 0.5 to 4 Hz,
     hips down by 20 % and up again every 4 s; ``turn_and_bounce`` the same, three times facing each
-    of four ways, the hips a little lower every time;
+    of four ways, the hips a little lower every time, toes 45° out and 15° in by turns;
     ``walk_turning`` walking a circle each way (30 s); ``walk_squatting`` the same in small steps
     of 0.6 s that bob by 1 cm each, hips down by 30 % of their height and up again every 2.5 s;
     ``walk_slow_fast`` 30 s with steps of 1.2 s, then of 0.5 s.

@@ -20,6 +20,9 @@ from footcal_cli.core.simulation.robots import Biped
 Logs = tuple[Log, ...]
 FACING_RAD = (0.0, 0.5 * np.pi, np.pi, 1.5 * np.pi)
 SQUATS_M = (0.0, 0.02, 0.04)
+STRAIGHT_RAD, TOES_OUT_RAD = (0.0,), (0.25 * np.pi, -np.pi / 12.0)
+"""Feet parallel; toes turned out and in by turns. What is wrong with a foot turns with the foot,
+what is wrong with the body does not."""
 TEMPO_HZ = (0.5, 4.0)
 BOUNCE_MPS2 = 3.0
 """Peak vertical acceleration of a bounce."""
@@ -36,12 +39,12 @@ _NOTHING = Chain(())
 
 def bounce(rig: Rig) -> Logs:
     """On both feet, one facing, one height."""
-    return (_in_place(rig, FACING_RAD[:1], SQUATS_M[:1], 3.0 * _STRETCH_S),)
+    return (_in_place(rig, FACING_RAD[:1], SQUATS_M[:1], STRAIGHT_RAD, 3.0 * _STRETCH_S),)
 
 
 def turn_and_bounce(rig: Rig) -> Logs:
-    """The same facing four ways, at three heights each."""
-    return (_in_place(rig, FACING_RAD, SQUATS_M, _STRETCH_S),)
+    """The same facing four ways, at three heights each, toes out and in by turns."""
+    return (_in_place(rig, FACING_RAD, SQUATS_M, TOES_OUT_RAD, _STRETCH_S),)
 
 
 def stand_turned(rig: Rig) -> Logs:
@@ -111,18 +114,21 @@ def _in_place(
     rig: Rig,
     facing_rad: tuple[float, ...],
     squats_m: tuple[float, ...],
+    toes_rad: tuple[float, ...],
     stretch_s: float,
 ) -> Log:
-    """Both feet down: a stretch for each facing and height, moving."""
+    """Both feet down: a stretch for each facing and height, moving; toes by turns."""
     robot = rig.biped
     stretches = list(product(facing_rad, squats_m))
+    toes = np.resize(np.asarray(toes_rad), len(stretches))
 
     def motion_at(time_s: FloatArray) -> Motion:
         which = np.clip((time_s / stretch_s).astype(int), 0, len(stretches) - 1)
         facing, squat = np.array(stretches)[which].T
         local, acc = _moved(robot, time_s - which * stretch_s, stretch_s)
         lean = 0.01 * np.column_stack([np.cos(2.4 * which), np.sin(2.4 * which)])
-        return _both_feet_down(robot, time_s, facing, squat, local + lean_z(lean), acc, which)
+        yaw = facing[:, None] + toes[which, None] * np.array([1.0, -1.0])
+        return _both_feet_down(robot, time_s, yaw, squat, local + lean_z(lean), acc, which)
 
     done = biped_logs(
         "walk", robot, motion_at, len(stretches) * stretch_s, _NOTHING, {}, seed=0,
@@ -160,17 +166,22 @@ def _moved(robot: Biped, since_s: FloatArray, stretch_s: float) -> tuple[FloatAr
 def _both_feet_down(
     robot: Biped,
     time_s: FloatArray,
-    facing_rad: FloatArray,
+    yaw: FloatArray,
     squat_m: FloatArray,
     moved_m: FloatArray,
     acc_mps2: FloatArray,
     block: FloatArray,
 ) -> Motion:
-    """Feet side by side facing a way, the CoM over their middle and moved from there."""
+    """Feet side by side, each with its yaw (n, 2); the CoM over their middle and moved from there.
+
+    The body faces the mean of both feet.
+    """
     n = time_s.size
+    facing_rad = yaw.mean(axis=1)
     side = np.array([robot.half_width_m, -robot.half_width_m])
-    yaw = np.repeat(facing_rad[:, None], 2, axis=1)
-    foot = turned(np.zeros((n, 2)), np.broadcast_to(side, (n, 2)), yaw)
+    foot = turned(
+        np.zeros((n, 2)), np.broadcast_to(side, (n, 2)), np.repeat(facing_rad[:, None], 2, axis=1)
+    )
     middle = np.array([robot.cells_m(name).mean(axis=0) for name in robot.feet])
     ref = foot + turned(
         np.broadcast_to(middle[:, 0], (n, 2)), np.broadcast_to(middle[:, 1], (n, 2)), yaw

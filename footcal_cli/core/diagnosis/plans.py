@@ -71,8 +71,9 @@ PLANS: tuple[Plan, ...] = (
          "rises from 0.5 to 4 Hz, hips going down by a fifth and up again every 4 s",
          2.0, 12, robot.bounce),
     Plan("turn_and_bounce", _WALK, "bouncing and swaying on both feet, three times 12 s facing "
-         "each of four ways, with a tempo that rises from 0.5 to 4 Hz, hips going down by a fifth "
-         "and up again every 4 s", 6.0, 12, robot.turn_and_bounce),
+         "each of four ways, toes turned 45° out and 15° in by turns, with a tempo that rises from "
+         "0.5 to 4 Hz, hips going down by a fifth and up again every 4 s",
+         6.0, 12, robot.turn_and_bounce),
     Plan("walk_turning", _WALK, "walking a full circle to the left, then one to the right",
          3.0, 12, robot.walk_turning),
     Plan("walk_squatting", _WALK, "walking a full circle each way in small quick steps (0.6 s), "

@@ -173,11 +173,19 @@ def stances(
 
 
 def bounces(
-    rng: Rng, build: Build, *, stretches: int, seconds_each: float, facing_ways: int, heights: int
+    rng: Rng,
+    build: Build,
+    *,
+    stretches: int,
+    seconds_each: float,
+    facing_ways: int,
+    heights: int,
+    toes_out: Sequence[float] = (0.0,),
 ) -> Motion:
     """On both feet, bouncing and swaying at a tempo that rises from 0.5 to 4 Hz in each stretch.
 
-    The hips go down by a fifth and up again every four seconds.
+    The hips go down by a fifth and up again every four seconds. Each stretch has the next of the
+    angles by which both feet are turned out.
     Between stretches the robot turns and bends its knees, unlogged.
     """
     n = int(seconds_each * FINE_HZ)
@@ -191,7 +199,8 @@ def bounces(
         feet = np.zeros((n, 2, 3))
         place = np.array([[0, build.hip_m], [0, -build.hip_m]]) + rng.normal(0, 0.004, (2, 2))
         feet[:, :, :2] = turned(place, facing)
-        yaw = facing + np.broadcast_to(rng.normal(0, 0.03, 2), (n, 2))
+        out = toes_out[(i + i // facing_ways) % len(toes_out)]
+        yaw = facing + np.broadcast_to(np.array([out, -out]) + rng.normal(0, 0.03, 2), (n, 2))
         rate = 2 * np.pi * (0.5 + 3.5 * time_s / seconds_each)
         up = np.minimum(1.5 / rate**2, 0.015) * np.sin(tempo + rng.uniform(0, 6))
         hips = build.height_m * (bent - 0.1 * (1.0 - np.cos(2 * np.pi * time_s / 4.0)))

@@ -15,8 +15,11 @@ from tests.blind.worlds.gait import Build, Motion, bounces, joined, stances, wal
 from tests.blind.worlds.weights import Cells, Schedule, held, weighed
 
 LADDER = np.linspace(0.0, 1.0, 9)
+_TOES_OUT = (np.deg2rad(45.0), np.deg2rad(-15.0))
 FEWEST, MOST = 12, 24
 """Sessions of a bench experiment, however many runs the proposal asks for."""
+MOST_MOVES = 3
+"""Runs of an experiment of the whole robot, likewise."""
 
 
 def _there_and_back(steps: Array) -> Array:
@@ -87,7 +90,7 @@ _MOVED: Mapping[str, Callable[[Rng, Build], Motion]] = {
         rng, build, stretches=3, seconds_each=12.0, facing_ways=1, heights=1
     ),
     "turn_and_bounce": lambda rng, build: bounces(
-        rng, build, stretches=12, seconds_each=12.0, facing_ways=4, heights=3
+        rng, build, stretches=12, seconds_each=12.0, facing_ways=4, heights=3, toes_out=_TOES_OUT
     ),
     "walk_turning": _circles,
     "walk_squatting": _squatting,
@@ -111,4 +114,6 @@ def proposed(rng: Rng, plan: str, like: World, repeats: int) -> World:
     build = like.facts["build"]
     kind = "stand" if plan == "stand_turned" else "walk"
     drifting = like.drift is not None
-    return walks.logged(rng, kind, build, _MOVED[plan](rng, build), drifting, like=like)
+    runs = int(np.clip(repeats, 1, MOST_MOVES))
+    motion = joined([_MOVED[plan](rng, build) for _ in range(runs)])
+    return walks.logged(rng, kind, build, motion, drifting, like=like)
