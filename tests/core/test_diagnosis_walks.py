@@ -10,6 +10,7 @@ from footcal_cli.core.chain import Link
 from footcal_cli.core.contact import airborne
 from footcal_cli.core.diagnosis.aliases import aliases
 from footcal_cli.core.diagnosis.case import every, residual, rows_of
+from footcal_cli.core.diagnosis.contest import never_told
 from footcal_cli.core.diagnosis.problem import Problem, Signature
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.search import Library, library
@@ -89,6 +90,19 @@ def test_aliases_of_a_cause_that_the_linear_test_could_not_see() -> None:
     assert size == pytest.approx(0.5)
     assert cos == pytest.approx(1.0)
     assert aliases(lib, Signature("a", "a", "elsewhere", "N"), {"a": 1.0}) == []
+
+
+def test_a_low_pass_may_be_steeper_than_the_tables() -> None:
+    """A Butterworth of a few milliseconds moves a walk as a delay does, not as a first-order lag.
+
+    ``1/(1 + s + s²/2) = 1 − s + s²/2 + 0 s³``, the delay's series to the second order.
+    """
+    s = 1j * 2.0 * np.pi * 10.0 * 0.005
+    steep = 1.0 / (1.0 + s + s**2 / 2.0)
+    assert abs(steep - np.exp(-s)) < 0.2 * abs(steep - 1.0 / (1.0 + s))
+    assert never_told("delay", {"lag": 0.97, "clock_drift": 0.96}) == {"lag"}
+    assert never_told("lag", {"delay": 0.97}) == {"delay"}
+    assert never_told("nonlinearity", {"hinge": 0.97, "saturation": 0.995}) == {"saturation"}
 
 
 def test_in_noise_of_its_own_a_worse_model_fits_as_well() -> None:

@@ -27,6 +27,10 @@ NEARLY = 0.5
 MOST_CONTENDERS = 6
 ONE_AND_THE_SAME = 0.99
 """|cos| from which no comparison of losses separates two effects: models are never so exact."""
+OF_ANY_ORDER = frozenset({"lag", "sensor_lag"})
+"""Low-passes that the table knows in their first order only. A steeper one (a Butterworth) is
+nearer to a delay than to that, so that no comparison of losses speaks against it: here
+`Rules.alias` alone counts."""
 KINDRED_LOSS = 0.15
 """Share of the gain by which an effect must do worse than one that it is known to look like: a
 table's curve is never quite the cell's, and the next best may be the nearer kind."""
@@ -109,11 +113,27 @@ def decided(
     }
     alike = _aliases_of(answer, tried[best][0], tried[best][1], rules.alias)
     near = {s.effect: (s, cos) for s, cos in alike}
-    worse -= {name for name, (_, cos) in near.items() if cos > ONE_AND_THE_SAME}
+    mine = chosen.signature.effect
+    worse -= never_told(mine, {name: cos for name, (_, cos) in near.items()})
     rivals = [*first.rivals, first.signature, *(cause.signature for cause, _, _ in tried)]
     rivals += [s for s, _ in near.values()]
-    by_effect = {s.effect: s for s in rivals if s.effect not in worse | {chosen.signature.effect}}
+    by_effect = {s.effect: s for s in rivals if s.effect not in worse | {mine}}
     return replace(chosen, rivals=tuple(by_effect.values())), fitted
+
+
+def never_told(chosen: str, alike: Mapping[str, float]) -> set[str]:
+    """Aliases of an effect that no comparison of losses rules out.
+
+    Parameters
+    ----------
+    alike
+        |cos| of effects that count as one with the chosen one.
+    """
+    return {
+        name
+        for name, cos in alike.items()
+        if cos > ONE_AND_THE_SAME or OF_ANY_ORDER & {name, chosen}
+    }
 
 
 def _where(
