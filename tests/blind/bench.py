@@ -23,7 +23,7 @@ from typing import Any
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from tests.blind.diagnosing import REPOSITORY, rules_digest
-from tests.blind.followup import make_followup, wants_followup
+from tests.blind.followup import left_open, make_followup, wants_followup
 from tests.blind.ledger import Ledger
 from tests.blind.plan import Planned
 from tests.blind.scoring import Score, Verdict, judge, judge_followup
@@ -209,7 +209,9 @@ def opened(bench: Bench) -> tuple[list[Score], dict[str, Any]]:
         changed += record["rules_sha256"] != content["rules_sha256"]
         verdict = Verdict.read(record)
         after = bench.verdict(content["followups"].get(name, "none"))
-        resolved = None if after is None else judge_followup(truth, verdict, Verdict.read(after))
+        resolved = False if left_open(truth, record) else None
+        if after is not None:
+            resolved = judge_followup(truth, verdict, Verdict.read(after))
         seconds = record.get("seconds", 0.0)
         scores.append(judge({**truth, "seconds": seconds, "resolved": resolved}, verdict))
     counts = {"rules_changed": changed, "hidden": len(truths), "unavailable": unavailable}

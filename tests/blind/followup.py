@@ -33,6 +33,12 @@ def wants_followup(truth: Mapping[str, Any], said: Mapping[str, Any]) -> bool:
     )
 
 
+def left_open(truth: Mapping[str, Any], said: Mapping[str, Any]) -> bool:
+    """Whether a designed alias was answered with rivals, but with nothing on the menu."""
+    proposal = said.get("next_experiment") or {}
+    return truth["kind"] == "alias" and bool(said.get("rivals")) and not proposal.get("id")
+
+
 def make_followup(
     truth: Mapping[str, Any], proposal: Mapping[str, Any], seed: int, folder: Path
 ) -> Path:

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from footcal_cli.core.diagnosis.menu import LIKE, menu_for, repeats_for
+from footcal_cli.core.diagnosis.menu import LIKE, advice, menu_for, repeats_for
 from footcal_cli.core.diagnosis.plans import PLANS, plan_of
 from footcal_cli.core.diagnosis.problem import Signature
 from footcal_cli.core.diagnosis.rehearsal import Contender, rehearsed
@@ -116,6 +116,12 @@ def test_toes_turned_out_and_in_tell_a_foot_from_the_body() -> None:
     turned = rehearsed(plan_of("turn_and_bounce"), WALKER, names).compared(body, foot, TABLE)
     assert ahead.cosine > 0.999
     assert turned.cosine < LIKE
+
+
+def test_no_experiment_tells_a_delay_from_a_low_pass_of_any_order() -> None:
+    menu = menu_for([contender("delay", delay=0.002), contender("lag", lag=0.002)], TABLE, WALKER)
+    assert menu.prospects == ()
+    assert advice([TABLE["delay"], TABLE["lag"]]).count("500 Hz") == 1
 
 
 def test_what_would_make_the_robot_fall_is_not_proposed() -> None:

@@ -41,6 +41,7 @@ from itertools import permutations
 import numpy as np
 from scipy import stats
 
+from footcal_cli.core.diagnosis.contest import OF_ANY_ORDER
 from footcal_cli.core.diagnosis.plans import PLANS, Plan
 from footcal_cli.core.diagnosis.rehearsal import Comparison, Contender, Rehearsal, rehearsed
 from footcal_cli.core.diagnosis.rig import Rig
@@ -52,7 +53,6 @@ MOST_RUNS = 30
 LIKE = 0.92
 """|cos| from which two effects count as one, however little noise there is: what is left of one
 beside the other, ``1 − cos²``, is no more than models of effects are wrong by."""
-_HOPELESS = 0.99
 _FEWEST_BLOCKS = 10
 _TRUST = 1.0 / 3.0
 """Share of a predicted separation that is counted on: what does not repeat between runs and is not
@@ -155,7 +155,7 @@ def menu_for(
             continue
         prospect = _prospect(plan, there, rivals, table, share)
         found += [prospect] if prospect is not None else []
-    found.sort(key=lambda p: (round(p.left, 2), p.minutes if p.separation else p.cosine))
+    found.sort(key=lambda p: (round(p.left, 2), p.minutes))
     return Menu(tuple(rivals), now, tuple(found))
 
 
@@ -168,20 +168,18 @@ def _prospect(
 ) -> Prospect | None:
     """What a plan does for all pairs of rivals; None where it tells none apart.
 
-    One that keeps a pair merely less alike is kept as a last resort.
+    One that keeps a pair merely less alike is no help: none of those ever told it.
     """
-    told, likeness = [], []
+    told = []
     for first, second in permutations(rivals, 2):
+        if _same_in_any_order(first, second):
+            continue
         pair = there.compared(first, second, table)
         repeats = repeats_for(share * pair.separation, plan.blocks)
-        if repeats <= MOST_RUNS:
-            likeness.append(pair.cosine)
-            if pair.cosine < LIKE:
-                told.append((pair.cosine, share * pair.separation, repeats))
-    if not likeness or min(likeness) > _HOPELESS:
-        return None
+        if repeats <= MOST_RUNS and pair.cosine < LIKE:
+            told.append((pair.cosine, share * pair.separation, repeats))
     if not told:
-        return Prospect(plan, min(likeness), 0.0, repeats_for(np.inf, plan.blocks), len(rivals) - 1)
+        return None
     return Prospect(
         plan=plan,
         cosine=max(cosine for cosine, _, _ in told),
@@ -189,6 +187,12 @@ def _prospect(
         repeats=max(repeats for _, _, repeats in told),
         left=(len(rivals) * (len(rivals) - 1) - len(told)) / len(rivals),
     )
+
+
+def _same_in_any_order(first: Contender, second: Contender) -> bool:
+    """A delay beside a low-pass: only the table's first order would be told from it."""
+    names = {first.signature.effect, second.signature.effect}
+    return "delay" in names and bool(names & OF_ANY_ORDER)
 
 
 def _nearest(

@@ -185,7 +185,8 @@ LAG = Effect(
     remedy="switch the estimator's smoothing off, or give the lag to the recipe",
     needs=("com_acc_mps2",),
     mimics=("delay", "sensor_lag"),
-    separates="quick taps or stamps: a lag rounds what a delay only moves",
+    separates="a drop on the heels with both streams logged at 500 Hz or more: a lag rounds what a "
+    "delay only moves",
 )
 
 CLOCK_DRIFT = Effect(
@@ -219,7 +220,8 @@ DELAY = Effect(
     remedy="give the delay to the recipe (`delay_s`), or stamp samples where they are taken",
     needs=("com_acc_mps2",),
     mimics=("lag", "sensor_lag", "clock_drift"),
-    separates="quick taps or stamps; walking faster and slower",
+    separates="a drop on the heels with both streams logged at 500 Hz or more: a lag rounds what a "
+    "delay only moves",
     tolerance=1e-3,
     anticipates=True,
 )
