@@ -170,6 +170,24 @@ def sign_flip_mean(values: FloatArray, signs: FloatArray) -> float:
     return float(np.mean(np.concatenate([flipped, -flipped]) >= observed - _TIE * abs(observed)))
 
 
+def sign_flip_group(scores: FloatArray, signs: FloatArray) -> float:
+    """Sign-flip p of many candidates together: mean squared standardised sum of block scores.
+
+    Parameters
+    ----------
+    scores
+        Block scores, shape (blocks, k).
+    signs
+        From `sign_patterns`.
+    """
+    norm = np.sqrt(np.sum(scores**2, axis=0))
+    seen = norm > 0
+    if not seen.any():
+        return 1.0
+    statistic = np.mean((signs @ (scores[:, seen] / norm[seen])) ** 2, axis=1)
+    return float(np.mean(statistic >= statistic[0] * (1.0 - _TIE)))
+
+
 def permutation_max_t(
     responses: FloatArray, drivers: FloatArray, seed: int = 0, permutations: int = 1999
 ) -> FamilyTest:

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from footcal_cli.core.diagnosis.library import Library
 from footcal_cli.core.diagnosis.problem import Signature
 from footcal_cli.core.diagnosis.scores import coefficients
-from footcal_cli.core.diagnosis.search import Library
 from footcal_cli.core.parameters import FloatArray, IntArray
 
 

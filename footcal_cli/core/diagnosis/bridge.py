@@ -28,20 +28,18 @@ def problem_from(case: Case, rows: Rows, effects: Iterable[Effect], describe: De
     ideal = balanced(case, case.values)
     library = library_columns(ideal, rows, effects)
     regressors, covariates = describe(ideal, rows)
-    tracking, turn = None, None
+    calibration, turn = calibration_of(ideal, rows)
+    tracking = None
     if case.drifts and case.directions:
-        calibration = direction_columns(ideal, rows)
         _, kind = np.unique([d.kind for d in case.directions], return_inverse=True)
         tracking = Tracking(rows.time_s, rows.log, kind.astype(np.int64))
-    else:
-        calibration, turn = calibration_columns(ideal, rows)
     tolerance = np.array(
         [case.tolerance_nm if unit == "Nm" else case.tolerance_n for unit in rows.units]
     )
     return Problem(
         residual=residual(case, rows, case.values),
         calibration=calibration,
-        calibration_names=tuple(f"direction {i + 1}" for i in range(calibration.shape[1])),
+        calibration_names=numbered(calibration),
         columns=library.columns,
         signatures=library.signatures,
         block=rows.block,
@@ -61,6 +59,18 @@ def problem_from(case: Case, rows: Rows, effects: Iterable[Effect], describe: De
         drifts=case.drifts,
         settings=_settings(ideal, rows) if case.settings else None,
     )
+
+
+def calibration_of(ideal: Case, rows: Rows) -> tuple[FloatArray, FloatArray | None]:
+    """What calibration does to the residual at a model, and what each column turns, if constant."""
+    if ideal.drifts and ideal.directions:
+        return direction_columns(ideal, rows), None
+    return calibration_columns(ideal, rows)
+
+
+def numbered(calibration: FloatArray) -> tuple[str, ...]:
+    """Names of calibration columns."""
+    return tuple(f"direction {i + 1}" for i in range(calibration.shape[1]))
 
 
 def _settings(ideal: Case, rows: Rows) -> Settings:

@@ -9,64 +9,48 @@ import numpy as np
 
 from footcal_cli.core.diagnosis.aliases import aliases
 from footcal_cli.core.diagnosis.answer import Cause, Diagnosis
-from footcal_cli.core.diagnosis.case import Case, Rows
-from footcal_cli.core.diagnosis.noise_credit import shrinkage
 from footcal_cli.core.diagnosis.problem import Problem, Signature
-from footcal_cli.core.diagnosis.refit import Refit, refit
+from footcal_cli.core.diagnosis.refit import Refit
 from footcal_cli.core.diagnosis.rules import Rules
-from footcal_cli.core.diagnosis.scores import held_out_loss
+from footcal_cli.core.diagnosis.scores import held_out_loss, scores
 from footcal_cli.core.diagnosis.signatures import SWITCHES, own_place
+from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.diagnosis.whitening import Noise, noise_of, whitened_grams
 from footcal_cli.core.effects.contract import Effect
-from footcal_cli.core.evidence import Interval, jackknife_interval, sign_flip_mean, sign_patterns
+from footcal_cli.core.evidence import (
+    Interval,
+    jackknife_interval,
+    sign_flip_group,
+    sign_flip_mean,
+    sign_patterns,
+)
 from footcal_cli.core.parameters import FloatArray
 
-LOOK_ALIKE = 0.6
-"""|cos| from which a cause that explains nearly as much is refitted in full too."""
-NEARLY = 0.5
-MOST_CONTENDERS = 6
-ONE_AND_THE_SAME = 0.99
-"""|cos| from which no comparison of losses separates two effects: models are never so exact."""
 OF_ANY_ORDER = frozenset({"lag", "sensor_lag"})
 """Low-passes that the table knows in their first order only. A steeper one (a Butterworth) is
 nearer to a delay than to that, so that no comparison of losses speaks against it: here
 `Rules.alias` alone counts."""
-KINDRED_LOSS = 0.15
-"""Share of the gain by which an effect must do worse than one that it is known to look like: a
-table's curve is never quite the cell's, and the next best may be the nearer kind."""
-
-
 _SURE_CELLS = 2  # cells whose own size is sure to be something, where each has one
 
 
 @dataclass(frozen=True)
-class Subject:
-    """What every refit of a diagnosis is about.
+class _Tried:
+    """One contender in its own full refit.
 
     Parameters
     ----------
-    case, rows
-        The recordings with the model so far, and which errors count.
-    problem
-        The baseline in arrays.
-    table
-        Effects by name.
+    cause, fitted
+        The contender and the model with it.
+    loss
+        Held-out squared error of each block in the metric of the common noise, shape (B,).
+    p
+        That nothing of the family of look-alikes is left beside it.
     """
 
-    case: Case
-    rows: Rows
-    problem: Problem
-    table: Mapping[str, Effect]
-
-    def refitted(self, causes: Sequence[Cause], start: Mapping[str, float]) -> Refit:
-        """The model with all of these causes, from starting values."""
-        accepted = [(self.table[c.signature.effect], c.signature) for c in causes]
-        return refit(self.case, self.rows, self.problem, accepted, start)
-
-    def without_credit(self, extended: Problem, fitted: Refit) -> Problem:
-        """The extended problem without credit for making noise small."""
-        share = shrinkage(self.case, self.rows, fitted.chain, fitted.values)
-        return replace(extended, residual=extended.residual / share)
+    cause: Cause
+    fitted: Refit
+    loss: FloatArray
+    p: float
 
 
 def decided(
@@ -79,82 +63,176 @@ def decided(
     """The named cause against its look-alikes, each in its own full non-linear refit.
 
     A linear proxy may prefer the wrong one of two look-alikes when the effect is large.
+
+    Parameters
+    ----------
+    subject
+        What is diagnosed.
+    causes, model
+        All other causes, and the model with them; None without any.
+    answer
+        Of the round that found the cause.
+    seed
+        Of sign patterns.
     """
-    first = answer.causes[0]
-    rules = answer.rules
-    fits: list[tuple[Cause, Refit, Problem]] = []
-    for signature, size in _contenders(answer, subject.table):
-        cause = replace(first, signature=signature, size=size, rivals=(), places=first.places)
-        if signature.effect != first.signature.effect:
-            cause = replace(cause, places=())
-        fitted = _extended(subject, [*causes, cause], model)
-        fits.append((cause, fitted, extended_problem(subject.problem, fitted, [*causes, cause])))
+    first, rules = answer.causes[0], answer.rules
+    fits = _refitted(subject, causes, model, answer)
     # in noise of their own all models would fit alike: judged in that of the one that leaves least
-    judged = [subject.without_credit(extended, fitted) for _, fitted, extended in fits]
-    noise = min((noise_of(extended) for extended in judged), key=lambda n: n.level)
+    judged = [subject.without_credit(bare, fitted) for _, fitted, bare in fits]
+    noise = min((noise_of(fair) for fair in judged), key=lambda n: n.level)
+    signs = sign_patterns(subject.problem.blocks, seed)
+    family = _family(subject, first, [cause for cause, _, _ in fits])
     tried = [
-        (cause, fitted, _white_loss(extended, noise))
-        for (cause, fitted, _), extended in zip(fits, judged, strict=True)
-    ]
-    best = int(np.argmin([loss.sum() for _, _, loss in tried]))
-    signs = sign_patterns(tried[best][2].size, seed)
-    chosen, fitted, loss = _where(subject, causes, model, tried[best], noise, signs, rules)
+        _Tried(
+            cause, fitted, _white_loss(fair, noise),
+            _left_p(bare, subject.beside(fitted, family), noise, signs),
+        )
+        for (cause, fitted, bare), fair in zip(fits, judged, strict=True)
+    ]  # fmt: skip
+    best = _best(subject.table, tried, rules)
+    chosen, fitted, loss = _where(subject, causes, model, best, noise, signs, rules)
+    blank = subject.problem if model is None else subject.bare(model, causes)
+    gain = max(float((_white_loss(blank, noise) - loss).sum()), 0.0)
     worse = {
-        cause.signature.effect
-        for cause, _, other in tried
-        if sign_flip_mean(other - loss, signs) < rules.alpha_rival
+        other.cause.signature.effect
+        for other in tried
+        if other is not best and _worse(subject.table, other, best, loss, gain, signs, rules)
     }
-    blank = subject.problem if model is None else extended_problem(subject.problem, model, causes)
-    needed = KINDRED_LOSS * max(float((_white_loss(blank, noise) - loss).sum()), 0.0)
-    worse -= {
-        cause.signature.effect
-        for cause, _, other in tried
-        if float((other - loss).sum()) < needed and _kindred(subject.table, chosen, cause)
-    }
-    alike = _aliases_of(answer, tried[best][0], tried[best][1], rules.alias)
+    alike = _aliases_of(answer, best.cause, best.fitted, rules.alias)
     near = {s.effect: (s, cos) for s, cos in alike}
-    mine = chosen.signature.effect
-    worse -= never_told(mine, {name: cos for name, (_, cos) in near.items()})
-    rivals = [*first.rivals, first.signature, *(cause.signature for cause, _, _ in tried)]
+    taken = {chosen.signature.effect, *(c.signature.effect for c in causes)}
+    worse -= never_told(
+        chosen.signature.effect, {name: cos for name, (_, cos) in near.items()}, rules.same
+    )
+    rivals = [*first.rivals, first.signature, *(other.cause.signature for other in tried)]
     rivals += [s for s, _ in near.values()]
-    by_effect = {s.effect: s for s in rivals if s.effect not in worse | {mine}}
+    by_effect = {s.effect: s for s in rivals if s.effect not in worse | taken}
     return replace(chosen, rivals=tuple(by_effect.values())), fitted
 
 
-def never_told(chosen: str, alike: Mapping[str, float]) -> set[str]:
+def never_told(chosen: str, alike: Mapping[str, float], same: float) -> set[str]:
     """Aliases of an effect that no comparison of losses rules out.
 
     Parameters
     ----------
     alike
         |cos| of effects that count as one with the chosen one.
+    same
+        |cos| from which two are the same whatever they are.
     """
-    return {
-        name
-        for name, cos in alike.items()
-        if cos > ONE_AND_THE_SAME or OF_ANY_ORDER & {name, chosen}
-    }
+    return {name for name, cos in alike.items() if cos > same or OF_ANY_ORDER & {name, chosen}}
+
+
+def decided_again(
+    subject: Subject,
+    causes: Sequence[Cause],
+    model: Refit,
+    rounds: Sequence[Diagnosis],
+    seed: int,
+) -> tuple[list[Cause], Refit]:
+    """Causes that had rivals against them once more, with what was found after them in the model.
+
+    What another cause leaves hides which of two look-alikes fits.
+    """
+    causes = list(causes)
+    for i, answer in enumerate(rounds[: len(causes) - 1]):
+        if causes[i].rivals:
+            others = [*causes[:i], *causes[i + 1 :]]
+            start = {n: v for n, v in model.values.items() if n not in subject.case.values}
+            alone = subject.refitted(others, start)
+            causes[i], model = decided(subject, others, alone, answer, seed)
+    return causes, model
+
+
+def _refitted(
+    subject: Subject, causes: Sequence[Cause], model: Refit | None, answer: Diagnosis
+) -> list[tuple[Cause, Refit, Problem]]:
+    """Every contender with its refit and the problem that it leaves."""
+    first = answer.causes[0]
+    fits = []
+    taken = {c.signature.effect for c in causes}
+    for signature, size in _contenders(answer, subject.table):
+        if signature.effect in taken:
+            continue
+        cause = replace(first, signature=signature, size=size, rivals=(), places=first.places)
+        if signature.effect != first.signature.effect:
+            cause = replace(cause, places=())
+        fitted = _extended(subject, [*causes, cause], model)
+        fits.append((cause, fitted, subject.bare(fitted, [*causes, cause])))
+    return fits
+
+
+def _family(subject: Subject, first: Cause, contenders: Sequence[Cause]) -> list[Signature]:
+    """What the cause and its look-alikes could do, each in every shape.
+
+    Together they are richer than each: knees at every load make a curve of any form.
+    """
+    kin = [c.signature for c in contenders if _kindred(subject.table, first, c)]
+    kin.append(first.signature)
+    effects, where = {s.effect for s in kin}, {s.where for s in kin}
+    return [s for s in subject.problem.signatures if s.effect in effects and s.where in where]
+
+
+def _left_p(bare: Problem, family: FloatArray, noise: Noise, signs: FloatArray) -> float:
+    """The p that a refitted model leaves nothing that its family could still explain."""
+    grams, _ = whitened_grams(bare, family, noise)
+    found = scores(grams.inner, grams.calibration, grams.features)
+    return sign_flip_group(found.score, signs)
+
+
+def _best(table: Mapping[str, Effect], tried: Sequence[_Tried], rules: Rules) -> _Tried:
+    """The contender that loses least; before it one of its kind that leaves nothing, if it does."""
+    least = min(tried, key=lambda t: float(t.loss.sum()))
+    whole = [
+        t for t in tried
+        if t.p >= rules.alpha_whole and (t is least or _kindred(table, least.cause, t.cause))
+    ]  # fmt: skip
+    return min(whole or [least], key=lambda t: float(t.loss.sum()))
+
+
+def _worse(
+    table: Mapping[str, Effect],
+    other: _Tried,
+    best: _Tried,
+    loss: FloatArray,
+    gain: float,
+    signs: FloatArray,
+    rules: Rules,
+) -> bool:
+    """Whether a contender is out.
+
+    What looks like the best by its nature must leave something where the best leaves nothing, or
+    lose a good part of the gain: a table's curve is never quite the cell's, and where none of a
+    kind leaves nothing, the next best may be the nearer one.
+    """
+    lost = float((other.loss - loss).sum())
+    significant = bool(sign_flip_mean(other.loss - loss, signs) < rules.alpha_rival)
+    if not _kindred(table, best.cause, other.cause):
+        return significant
+    if best.p >= rules.alpha_whole and other.p < rules.alpha_left:
+        return True
+    return significant and lost >= rules.kindred_loss * gain
 
 
 def _where(
     subject: Subject,
     causes: Sequence[Cause],
     model: Refit | None,
-    tried: tuple[Cause, Refit, FloatArray],
+    best: _Tried,
     noise: Noise,
     signs: FloatArray,
     rules: Rules,
 ) -> tuple[Cause, Refit, FloatArray]:
     """The same effect with a value per cell, where that predicts left-out blocks better."""
-    cause, _, loss = tried
+    cause, loss = best.cause, best.loss
     own = own_place(subject.case, subject.table[cause.signature.effect])
     if own is None:
-        return tried
+        return cause, best.fitted, loss
     where, owners = own
     apart = replace(cause, signature=replace(cause.signature, where=where, owners=owners))
     fitted = _extended(subject, [*causes, apart], model)
-    extended = extended_problem(subject.problem, fitted, [*causes, apart])
-    less = _white_loss(subject.without_credit(extended, fitted), noise)
+    bare = subject.bare(fitted, [*causes, apart])
+    less = _white_loss(subject.without_credit(bare, fitted), noise)
     neutral = next(
         p.neutral for p in subject.table[cause.signature.effect].sizes
         if p.name == cause.signature.parameter
@@ -166,7 +244,7 @@ def _where(
     )
     # sizes that calibration can trade against each other are not told apart
     if sure < _SURE_CELLS or sign_flip_mean(loss - less, signs) >= rules.alpha_name:
-        return tried
+        return cause, best.fitted, loss
     return replace(apart, places=()), fitted, less
 
 
@@ -192,17 +270,17 @@ def _kindred(table: Mapping[str, Effect], one: Cause, other: Cause) -> bool:
 
 def _contenders(answer: Diagnosis, table: Mapping[str, Effect]) -> list[tuple[Signature, Interval]]:
     """The named cause and the effects that look like it and explain nearly as much."""
-    evidence, lib = answer.search.first, answer.library
+    evidence, lib, rules = answer.search.first, answer.library, answer.rules
     first = answer.causes[0]
     signatures = lib.problem.signatures
     mine = lib.causes.index(first.signature.cause)
     gain = evidence.gain.sum(axis=0)
     near = aliases(lib, first.signature, {first.signature.parameter: first.size.value})
-    alike = {signature.effect for signature, _, cos in near if cos > LOOK_ALIKE}
+    alike = {signature.effect for signature, _, cos in near if cos > rules.look_alike}
     found = {first.signature.effect: (first.signature, first.size)}
     for c in np.argsort(-gain, kind="stable"):
         signature = signatures[lib.index(int(evidence.best[c]))]
-        if len(found) == MOST_CONTENDERS or gain[c] < NEARLY * gain[mine]:
+        if len(found) == rules.most_contenders or gain[c] < rules.contender_share * gain[mine]:
             break
         possible = signature.lower <= evidence.size[c] <= signature.upper
         like = signature.effect in alike or signature.effect in table[first.signature.effect].mimics
@@ -241,14 +319,3 @@ def _extended(
                 value = 1.0 if effect.name in SWITCHES else value
             start.setdefault(f"{owner}.{parameter.name}", value)
     return subject.refitted(causes, start)
-
-
-def extended_problem(problem: Problem, model: Refit, causes: Sequence[Cause]) -> Problem:
-    """The problem on the extended model: its effects and their rivals are calibration now."""
-    taken = {c.signature.effect for c in causes}
-    rivals = {s for c in causes for s in (*c.rivals, *c.places)}
-    rival_columns = [problem.columns[:, i] for i, s in enumerate(problem.signatures) if s in rivals]
-    extra = np.stack([*model.columns.T, *rival_columns], axis=1)
-    norm = np.sqrt(np.mean(extra**2, axis=0))
-    extra = extra[:, norm > 0] / norm[norm > 0]
-    return replace(problem.without(*taken), residual=model.residual, accepted=extra)

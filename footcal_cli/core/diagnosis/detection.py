@@ -11,6 +11,7 @@ from scipy import ndimage, stats
 
 from footcal_cli.core.diagnosis.features import MEMORY, Features
 from footcal_cli.core.diagnosis.problem import Problem
+from footcal_cli.core.diagnosis.rules import LEVEL_SHARE
 from footcal_cli.core.diagnosis.scores import held_out_loss, scores
 from footcal_cli.core.diagnosis.spells import spell_p
 from footcal_cli.core.diagnosis.whitening import Grams, RowWhitener
@@ -19,9 +20,6 @@ from footcal_cli.core.parameters import FloatArray, IntArray
 
 RIDGE = np.array([1e-3, 1e-2, 1e-1, 1.0, 10.0])
 """Ridge penalties tried, relative to the mean information of a feature."""
-LEVEL_SHARE = {"bump": 0.35, "flexible": 0.35, "line": 0.1, "between": 0.1, "spell": 0.1}
-"""Share of the level of 'unknown' that each library-free test has; a true line or a calibration
-that follows temperature is far beyond its share."""
 _LINE_WIDTH = 41
 _MEDIAN_SCATTER = 6.0
 _NARROWER = 3  # a spectrum is at least so many running medians wide

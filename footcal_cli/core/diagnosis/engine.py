@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from footcal_cli.core.diagnosis.answer import Cause, Diagnosis, Verdict
-from footcal_cli.core.diagnosis.detection import LEVEL_SHARE, Detection, detect
+from footcal_cli.core.diagnosis.detection import Detection, detect
 from footcal_cli.core.diagnosis.evidence_table import evidence_rows
 from footcal_cli.core.diagnosis.features import features_of
 from footcal_cli.core.diagnosis.form import Form, form_of
 from footcal_cli.core.diagnosis.gain import rms_gain
+from footcal_cli.core.diagnosis.library import Library, library
 from footcal_cli.core.diagnosis.problem import Problem
-from footcal_cli.core.diagnosis.rules import Rules
+from footcal_cli.core.diagnosis.rules import LEVEL_SHARE, Rules
 from footcal_cli.core.diagnosis.scores import cosines, held_out_loss
-from footcal_cli.core.diagnosis.search import Library, Search, Step, library, search, sizes_of
+from footcal_cli.core.diagnosis.search import Search, Step, search, sizes_of
 from footcal_cli.core.diagnosis.whitening import Grams, whitened_grams
 from footcal_cli.core.evidence import jackknife_interval, sign_patterns, smallest_p
 from footcal_cli.core.parameters import FloatArray, IntArray
@@ -49,8 +51,7 @@ def diagnose(
     if found.steps:
         accepted = problem.columns[:, [lib.index(s.column) for s in found.steps]]
         after = detect(problem, grams, features, whitener, found.base, signs, accepted)
-        beside = problem.columns[:, [lib.index(int(c)) for c in _candidates(found.base, grams)]]
-        form = form_of(problem, accepted, beside, signs)
+        form = form_of(_with(problem, lib, found.base), accepted, signs)
     share = _share(grams, found, after, form)
     causes = _causes(lib, found)
     return Diagnosis(
@@ -101,9 +102,11 @@ def leftover(detection: Detection, rules: Rules) -> bool:
     return apart < rules.alpha_unknown or detection.ceiling >= rules.smallest_gain
 
 
-def _candidates(base: IntArray, grams: Grams) -> IntArray:
-    """Candidates that are part of a base."""
-    return np.intersect1d(base, grams.candidates)
+def _with(problem: Problem, lib: Library, base: IntArray) -> Problem:
+    """The problem with the candidates of a base accepted."""
+    taken = [lib.index(int(c)) for c in np.intersect1d(base, lib.grams.candidates)]
+    before = problem.fitted[:, problem.calibration.shape[1] :]
+    return replace(problem, accepted=np.hstack([before, problem.columns[:, taken]]))
 
 
 def _share(grams: Grams, found: Search, after: Detection, form: Form | None) -> float:

@@ -6,10 +6,11 @@ import numpy as np
 from scipy import stats
 
 from footcal_cli.core.diagnosis.answer import EffectRow, EffectStatus
+from footcal_cli.core.diagnosis.library import Library
 from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.scores import held_out_loss
-from footcal_cli.core.diagnosis.search import Evidence, Library, Search, Step, sizes_of
+from footcal_cli.core.diagnosis.search import Evidence, Search, Step, sizes_of
 from footcal_cli.core.evidence import Interval, jackknife_interval, smallest_p
 from footcal_cli.core.parameters import FloatArray
 

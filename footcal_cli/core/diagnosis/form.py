@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from footcal_cli.core.diagnosis.detection import flexible_gain
-from footcal_cli.core.diagnosis.problem import Problem, Signature
+from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.scores import scores
 from footcal_cli.core.diagnosis.whitening import whitened_grams
+from footcal_cli.core.evidence import sign_flip_group
 from footcal_cli.core.parameters import FloatArray
 
 _FARTHEST = 2.5  # a regressor counts up to this many of its sd
@@ -37,7 +38,7 @@ class Form:
         return max(float(self.gain.sum()), 0.0)
 
 
-def form_of(problem: Problem, named: FloatArray, beside: FloatArray, signs: FloatArray) -> Form:
+def form_of(problem: Problem, named: FloatArray, signs: FloatArray) -> Form:
     """Test the named effects' sizes against every recorded signal.
 
     A true effect g has one coefficient: its products with a centred signal u, ``g·u`` and
@@ -47,30 +48,17 @@ def form_of(problem: Problem, named: FloatArray, beside: FloatArray, signs: Floa
     Parameters
     ----------
     problem
-        The model whose residual is judged.
+        The model whose residual is judged; what it has accepted is fitted.
     named
         Row columns of the named effects, shape (m, k).
-    beside
-        Row columns that are fitted besides calibration: the named effects, their neighbouring
-        shapes and rivals, shape (m, a).
     signs
         Sign patterns of the blocks.
     """
     products = _products(problem, named)
-    bare = replace(
-        problem,
-        columns=beside,
-        signatures=tuple(Signature("", "", str(i), "") for i in range(beside.shape[1])),
-    )
+    bare = replace(problem, columns=problem.columns[:, :0], signatures=())
     grams, _ = whitened_grams(bare, products)
-    base = np.concatenate([grams.calibration, grams.candidates])
-    found = scores(grams.inner, base, grams.features)
-    norm = np.sqrt(np.sum(found.score**2, axis=0))
-    seen = norm > 0
-    if not seen.any():
-        return Form(1.0, np.zeros(grams.blocks))
-    statistic = np.mean((signs @ (found.score[:, seen] / norm[seen])) ** 2, axis=1)
-    p = float(np.mean(statistic >= statistic[0] * (1.0 - 1e-9)))
+    base = grams.calibration
+    p = sign_flip_group(scores(grams.inner, base, grams.features).score, signs)
     return Form(p, flexible_gain(grams, base)[1])
 
 

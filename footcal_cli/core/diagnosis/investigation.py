@@ -10,7 +10,7 @@ import numpy as np
 from footcal_cli.core.diagnosis.answer import Cause, Diagnosis, Verdict
 from footcal_cli.core.diagnosis.bridge import Describe, problem_from
 from footcal_cli.core.diagnosis.case import Case, Rows, rows_of
-from footcal_cli.core.diagnosis.contest import Subject, decided, extended_problem
+from footcal_cli.core.diagnosis.contest import decided, decided_again
 from footcal_cli.core.diagnosis.engine import diagnose, enough, leftover, look_alike, share_of
 from footcal_cli.core.diagnosis.form import Form, form_of
 from footcal_cli.core.diagnosis.gain import Gain, gains_of
@@ -20,6 +20,7 @@ from footcal_cli.core.diagnosis.refit import Refit
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.scores import held_out_loss
 from footcal_cli.core.diagnosis.signatures import SWITCHES
+from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.diagnosis.whitening import noise_of, whitened_grams
 from footcal_cli.core.effects.contract import Effect, Scope
 from footcal_cli.core.evidence import Interval, sign_patterns
@@ -110,7 +111,7 @@ def investigate(
     one = replace(rules, most_effects=1)
     rows = rows_of(case)
     problem = problem_from(case, rows, table.values(), describe)
-    subject = Subject(case, rows, problem, table)
+    subject = Subject(case, rows, problem, table, describe)
     current, model = problem, None
     rounds = [diagnose(problem, one, seed)]
     causes: list[Cause] = []
@@ -120,8 +121,8 @@ def investigate(
         needed, fitted = _needed(subject, [*causes, cause], fitted)
         if cause not in needed or len(needed) <= len(causes):
             break
-        causes, model = needed, fitted
-        current = extended_problem(problem, model, causes)
+        causes, model = decided_again(subject, needed, fitted, rounds, seed)
+        current = subject.extended(model, causes)
         start, end = _losses(problem, current)
         removed = start - end
         rounds.append(diagnose(current, one, seed, start))
@@ -132,7 +133,9 @@ def investigate(
     final = current if named else problem
     nested, alike = None, np.ones(problem.blocks, dtype=bool)
     if named:
-        nested = nested_losses(problem, rounds[0].library, rules, len(causes), seed)
+        nested = nested_losses(
+            problem, rounds[0].library, rules, len(causes), seed, noise_of(final)
+        )
         alike = nested.alike(
             [frozenset({s.effect for s in (c.signature, *c.rivals)}) for c in causes]
         )
@@ -209,7 +212,7 @@ def _form(current: Problem, model: Refit | None, causes: Sequence[Cause], seed: 
     if not named:
         return None
     signs = sign_patterns(current.blocks, seed)
-    return form_of(current, model.columns[:, named], current.residual[:, None][:, :0], signs)
+    return form_of(current, model.columns[:, named], signs)
 
 
 def _found(causes: Sequence[Cause], model: Refit | None) -> tuple[Found, ...]:

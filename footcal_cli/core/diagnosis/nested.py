@@ -7,11 +7,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from footcal_cli.core.diagnosis.library import Library
 from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.scores import coefficients
-from footcal_cli.core.diagnosis.search import Library, search
-from footcal_cli.core.diagnosis.whitening import whitened_grams
+from footcal_cli.core.diagnosis.search import search
+from footcal_cli.core.diagnosis.whitening import Noise, whitened_grams
 from footcal_cli.core.evidence import sign_patterns, smallest_p
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
@@ -45,7 +46,12 @@ class Nested:
 
 
 def nested_losses(
-    problem: Problem, lib: Library, rules: Rules, most_effects: int, seed: int = 0
+    problem: Problem,
+    lib: Library,
+    rules: Rules,
+    most_effects: int,
+    seed: int = 0,
+    noise: Noise | None = None,
 ) -> Nested:
     """Run the whole search without each fold and predict the fold with what it chose.
 
@@ -60,6 +66,8 @@ def nested_losses(
         Effects chosen at most.
     seed
         Of sign patterns.
+    noise
+        In which all models are judged; that of what was chosen where absent.
     """
     blocks = lib.grams.blocks
     fold = (np.arange(blocks) * min(blocks, rules.most_folds)) // blocks
@@ -75,7 +83,7 @@ def nested_losses(
         signatures=(),
         accepted=np.hstack([before, problem.columns[:, used]]),
     )
-    grams, _ = whitened_grams(extended, np.empty((problem.residual.size, 0)))
+    grams, _ = whitened_grams(extended, np.empty((problem.residual.size, 0)), noise)
     base = grams.calibration[: grams.calibration.size - used.size]
     extra = grams.calibration[grams.calibration.size - used.size :]
     total = grams.inner.sum(axis=0)

@@ -38,7 +38,7 @@ def shrinkage(case: Case, rows: Rows, chain: Chain, values: Mapping[str, float])
             change = _passed(case, log, probe, used, at)[rows.row[here], rows.column[here]]
             sums += np.bincount(rows.output[here], change**2, minlength=sums.size)
     ratio = np.sqrt(np.divide(after, before, out=np.ones_like(after), where=before > 0))
-    return np.asarray(np.clip(ratio, 1e-3, 1.0)[rows.output])
+    return np.asarray(np.clip(ratio, 1e-3, 1e3)[rows.output])
 
 
 def _probe(log: Log) -> FloatArray:

@@ -2,7 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
+
+LEVEL_SHARE: Mapping[str, float] = MappingProxyType(
+    {"bump": 0.35, "flexible": 0.35, "line": 0.1, "between": 0.1, "spell": 0.1}
+)
+"""Share of the level of 'unknown' that each library-free test has; a true line or a calibration
+that follows temperature is far beyond its share."""
 
 
 @dataclass(frozen=True)
@@ -21,8 +29,16 @@ class Rules:
         A rival is out if the best cause still adds something beside it at this level.
     alpha_form
         A name is not enough if its size changes with a recorded signal at this level.
+    alpha_whole, alpha_left
+        A refit leaves nothing that its look-alikes could explain where p is at least the first,
+        and leaves something where p is below the second.
+    kindred_loss
+        Share of the gain by which a rival of the same kind must do worse where none leaves nothing.
     rival_share
         Share of the best cause's gain that makes another one a rival at all.
+    look_alike, contender_share, most_contenders
+        |cos| with the named cause and share of its gain from which another cause is refitted in
+        full too; so many at most.
     smallest_gain
         Held-out share of the squared error an accepted effect must remove.
     later_share
@@ -34,6 +50,8 @@ class Rules:
         Visible fraction below which an effect is not testable.
     alias
         |cos| of visible signatures from which two effects are one.
+    same
+        |cos| from which no comparison of losses separates two effects: models are never so exact.
     alike_together
         |cos| from which two effects named together are not believed: they may copy a third.
     share_named, share_partly, share_form
@@ -56,12 +74,19 @@ class Rules:
     alpha_rival: float = 0.05
     alpha_beside: float = 0.01
     alpha_form: float = 0.01
+    alpha_whole: float = 0.02
+    alpha_left: float = 0.002
+    kindred_loss: float = 0.15
     rival_share: float = 0.3
+    look_alike: float = 0.6
+    contender_share: float = 0.5
+    most_contenders: int = 6
     smallest_gain: float = 0.01
     later_share: float = 0.1
     most_effects: int = 4
     visible_floor: float = 0.02
     alias: float = 0.95
+    same: float = 0.99
     alike_together: float = 0.6
     share_named: float = 0.7
     share_partly: float = 0.97
@@ -73,13 +98,19 @@ class Rules:
 
     def sentence(self) -> str:
         """All thresholds in one line."""
+        tests = ", ".join(f"{name} {share:g}" for name, share in LEVEL_SHARE.items())
         return (
             f"α = {self.alpha_name:g} family-wise for a name, {self.alpha_unknown:g} for "
-            f"'unknown'; rivals: at least {self.rival_share:.0%} of the gain, loss difference "
-            f"p > {self.alpha_rival:g} and nothing to add beside it (p > {self.alpha_beside:g}); "
+            f"'unknown' (shared: {tests}); rivals: at least {self.rival_share:.0%} of the gain, "
+            f"loss difference p > {self.alpha_rival:g} and nothing to add beside it "
+            f"(p > {self.alpha_beside:g}); refitted in full: at most {self.most_contenders} with "
+            f"|cos| > {self.look_alike:g} and {self.contender_share:.0%} of the gain; of one kind "
+            f"out if p < {self.alpha_left:g} that its refit leaves nothing where the best one's is "
+            f"p > {self.alpha_whole:g}, or if it loses {self.kindred_loss:.0%} of the gain; "
             f"smallest gain {self.smallest_gain:.0%}, of a later cause {self.later_share:.0%} of "
             f"the gain before it; at most {self.most_effects} effects; visible at least "
-            f"{self.visible_floor:.0%}; alias at |cos| > {self.alias:g}; "
+            f"{self.visible_floor:.0%}; alias at |cos| > {self.alias:g}, "
+            f"the same at {self.same:g}; "
             f"named together at |cos| < {self.alike_together:g}; named share at least "
             f"{self.share_named:g} ({self.share_partly:g} with a leftover, {self.share_form:g} "
             f"where a size changes with a signal, p < {self.alpha_form:g}); "

@@ -45,10 +45,13 @@ def _cubic(x: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[FloatA
 def _uncubic(y: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
     cubic = theta["cubic"]
     x = y.copy()
+    with np.errstate(divide="ignore", invalid="ignore"):
+        # beyond its turning point a falling cubic has no inverse: the nearest load is taken
+        top = np.where(np.asarray(cubic) < 0.0, 1.0 / np.sqrt(-3.0 * np.asarray(cubic)), np.inf)
     for _ in range(_CUBIC_STEPS):
         slope = np.maximum(1.0 + 3.0 * cubic * x**2, 0.1)
         step = (x + cubic * x**3 - y) / slope
-        x = x - step
+        x = np.clip(x - step, -top, top)
         if np.abs(step).max(initial=0.0) <= 1e-14 * (1.0 + np.abs(y).max(initial=0.0)):
             break
     return x, state

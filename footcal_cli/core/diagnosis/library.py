@@ -1,0 +1,75 @@
+"""The candidates of a diagnosis by column, and the causes they are alternatives of."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from footcal_cli.core.diagnosis.problem import Problem
+from footcal_cli.core.diagnosis.rules import Rules
+from footcal_cli.core.diagnosis.scores import scores
+from footcal_cli.core.diagnosis.whitening import Grams
+from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
+
+
+@dataclass(frozen=True)
+class Library:
+    """All candidates.
+
+    Parameters
+    ----------
+    problem, grams
+        The data.
+    causes
+        (effect, parameter, where), in order of appearance.
+    columns
+        Gram columns of each cause (its shapes).
+    visible
+        Visible fraction of each candidate, shape (k,).
+    between
+        Which candidates are seen between blocks rather than within, shape (k,).
+    testable
+        Candidates with enough visible fraction, shape (k,).
+    local
+        Candidates that act on a single one of many places (a hole), shape (k,).
+    """
+
+    problem: Problem
+    grams: Grams
+    causes: tuple[tuple[str, str, str], ...]
+    columns: tuple[IntArray, ...]
+    visible: FloatArray
+    between: BoolArray
+    testable: BoolArray
+    local: BoolArray
+
+    def index(self, column: int) -> int:
+        """Number of a Gram column among the candidates."""
+        return column - int(self.grams.candidates[0])
+
+
+def library(problem: Problem, grams: Grams, visible: FloatArray, rules: Rules) -> Library:
+    """Sort the candidates into causes, within- and between-block ones, testable or not."""
+    groups: dict[tuple[str, str, str], list[int]] = {}
+    whole = scores(grams.inner, grams.calibration, grams.candidates)
+    inside = scores(grams.within, grams.calibration, grams.candidates)
+    total = whole.information.sum(axis=0)
+    share = np.divide(
+        inside.information.sum(axis=0), total, out=np.zeros_like(total), where=total > 0
+    )
+    testable = (visible >= rules.visible_floor) & (whole.inside == 0)
+    for i, signature in enumerate(problem.signatures):
+        if whole.inside[i] == 0:
+            # what is barely visible is never named, but may be a rival of what is
+            groups.setdefault(signature.cause, []).append(int(grams.candidates[i]))
+    return Library(
+        problem=problem,
+        grams=grams,
+        causes=tuple(groups),
+        columns=tuple(np.array(c, dtype=np.int64) for c in groups.values()),
+        visible=visible,
+        between=(share < rules.between_share) & problem.alike & (not problem.drifts),
+        testable=testable,
+        local=np.array([any(n == "hole" for n, _ in s.shape) for s in problem.signatures], bool),
+    )

@@ -1,0 +1,108 @@
+"""What every refit of a diagnosis is about, and the arrays of a model with effects in it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from footcal_cli.core.diagnosis.answer import Cause
+from footcal_cli.core.diagnosis.bridge import Describe, calibration_of, numbered, problem_from
+from footcal_cli.core.diagnosis.case import Case, Rows, balanced
+from footcal_cli.core.diagnosis.noise_credit import shrinkage
+from footcal_cli.core.diagnosis.problem import Problem, Signature
+from footcal_cli.core.diagnosis.refit import Refit, refit
+from footcal_cli.core.diagnosis.signatures import derivative
+from footcal_cli.core.effects.contract import Effect
+from footcal_cli.core.parameters import FloatArray
+
+
+@dataclass(frozen=True)
+class Subject:
+    """What every refit of a diagnosis is about.
+
+    Parameters
+    ----------
+    case, rows
+        The recordings with the baseline, and which errors count.
+    problem
+        The baseline in arrays.
+    table
+        Effects by name.
+    describe
+        Gives the recorded signals of a case.
+    """
+
+    case: Case
+    rows: Rows
+    problem: Problem
+    table: Mapping[str, Effect]
+    describe: Describe
+
+    def refitted(self, causes: Sequence[Cause], start: Mapping[str, float]) -> Refit:
+        """The model with all of these causes, from starting values."""
+        accepted = [(self.table[c.signature.effect], c.signature) for c in causes]
+        return refit(self.case, self.rows, self.problem, accepted, start)
+
+    def extended(self, model: Refit, causes: Sequence[Cause]) -> Problem:
+        """The problem on the extended model: its effects and their rivals are calibration now.
+
+        Calibration and candidates are differentiated anew. A gain beside a curve is not the gain
+        that it was without, and signatures taken where the effect was still an error share the
+        noise with the residual.
+        """
+        case = self.case.extended(model.chain, model.values)
+        whole = problem_from(case, self.rows, self.table.values(), self.describe)
+        accepted = self.bare(model, causes).accepted
+        return replace(whole.without(*(c.signature.effect for c in causes)), accepted=accepted)
+
+    def bare(self, model: Refit, causes: Sequence[Cause]) -> Problem:
+        """As `extended`, without candidates."""
+        rivals = [s for c in causes for s in (*c.rivals, *c.places)]
+        extra = np.hstack([_unit(model.columns), self.beside(model, rivals)])
+        calibration, turn = calibration_of(self._ideal(model), self.rows)
+        return replace(
+            self.problem,
+            residual=model.residual,
+            calibration=calibration,
+            calibration_names=numbered(calibration),
+            calibration_turn=turn,
+            accepted=extra,
+            columns=self.problem.columns[:, :0],
+            signatures=(),
+        )
+
+    def beside(self, model: Refit, signatures: Iterable[Signature]) -> FloatArray:
+        """What candidates would add to an extended model, at unit RMS, shape (m, k)."""
+        ideal = self._ideal(model)
+        taken = {(link.effect.name, owner) for link in model.chain.links for owner in link.owners}
+        columns = []
+        for signature in dict.fromkeys(signatures):
+            effect = self.table[signature.effect]
+            if any((effect.name, owner) in taken for owner, _ in signature.owners):
+                continue
+            size = next(p for p in effect.sizes if p.name == signature.parameter)
+            owners, shape = dict(signature.owners), dict(signature.shape)
+            columns.append(derivative(ideal, self.rows, effect, size, owners, shape))
+        return _unit(np.stack(columns, axis=1) if columns else model.columns[:, :0])
+
+    def without_credit(self, extended: Problem, fitted: Refit) -> Problem:
+        """The extended problem in rows of equal noise: no model has credit for making it small."""
+        share = shrinkage(self.case, self.rows, fitted.chain, fitted.values)[:, None]
+        return replace(
+            extended,
+            residual=extended.residual / share[:, 0],
+            calibration=extended.calibration / share,
+            accepted=None if extended.accepted is None else extended.accepted / share,
+        )
+
+    def _ideal(self, model: Refit) -> Case:
+        ideal = balanced(self.case, model.values, model.chain)
+        return ideal.extended(model.chain, model.values)
+
+
+def _unit(columns: FloatArray) -> FloatArray:
+    """Columns that are not empty, at unit RMS."""
+    rms = np.sqrt(np.mean(columns**2, axis=0))
+    return np.asarray(columns[:, rms > 0] / rms[rms > 0])

@@ -1,0 +1,109 @@
+"""The named cause against its look-alikes: who is out, and in which metric."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from footcal_cli.core.diagnosis.answer import Cause
+from footcal_cli.core.diagnosis.bridge import problem_from
+from footcal_cli.core.diagnosis.case import rows_of
+from footcal_cli.core.diagnosis.contest import _best, _Tried, _white_loss, _worse
+from footcal_cli.core.diagnosis.investigation import investigate
+from footcal_cli.core.diagnosis.problem import Signature
+from footcal_cli.core.diagnosis.refit import Refit
+from footcal_cli.core.diagnosis.rules import Rules
+from footcal_cli.core.diagnosis.signals import describe
+from footcal_cli.core.diagnosis.subject import Subject
+from footcal_cli.core.diagnosis.whitening import noise_of
+from footcal_cli.core.effects import TABLE
+from footcal_cli.core.evidence import Interval, sign_flip_group, sign_patterns
+from tests.core.test_diagnosis_bridge import ROBOT, weights_case, with_rivals
+
+CURVES = {k: TABLE[k] for k in ("nonlinearity", "nonlinearity_cubic", "hinge", "dead_zone")}
+SIGNS = sign_patterns(12)
+
+
+def cause_of(signature: Signature, size: float = 0.0) -> Cause:
+    around = Interval(size, size, size)
+    return Cause(signature, around, 0.0, around, 0, 0.0, (), ())
+
+
+def tried(effect: str, loss: float, p: float) -> _Tried:
+    fitted = Refit(None, {}, (), (), np.empty((0, 0)), np.empty(0), True)  # type: ignore[arg-type]
+    own = loss + 0.1 * np.cos(np.arange(12.0))
+    return _Tried(cause_of(Signature(effect, "", "all cells", "")), fitted, own, p)
+
+
+def out(other: _Tried, best: _Tried, gain: float) -> bool:
+    return _worse(TABLE, other, best, best.loss, gain, SIGNS, Rules())
+
+
+def test_a_look_alike_is_out_where_it_leaves_something_and_the_best_does_not() -> None:
+    best = tried("nonlinearity", 1.0, 0.4)
+    assert out(tried("hinge", 1.5, 1e-4), best, 1000.0)
+    assert not out(tried("hinge", 1.5, 0.01), best, 1000.0)
+    assert not out(tried("hinge", 1.5, 1e-4), tried("nonlinearity", 1.0, 1e-4), 1000.0)
+    # none leaves nothing: a good part of the gain decides
+    assert out(tried("hinge", 1.5, 1e-4), tried("nonlinearity", 1.0, 1e-4), 30.0)
+
+
+def test_what_does_not_look_alike_is_out_by_its_loss_alone() -> None:
+    best = tried("nonlinearity", 1.0, 1e-4)
+    assert out(tried("creep", 1.5, 0.5), best, 1000.0)
+    assert not out(tried("creep", 1.0, 1e-4), best, 1000.0)
+
+
+def test_of_a_kind_the_one_that_leaves_nothing_is_best() -> None:
+    least = tried("hinge", 0.9, 1e-4)
+    whole = tried("nonlinearity", 1.0, 0.4)
+    assert _best(TABLE, [least, whole], Rules()) is whole
+    assert _best(TABLE, [least, tried("creep", 1.0, 0.4)], Rules()) is least
+
+
+def test_many_candidates_together_have_a_level_of_their_own() -> None:
+    rng = np.random.default_rng(0)
+    shared = rng.standard_normal((400, 12, 1))
+    p = [
+        sign_flip_group(s + 0.3 * rng.standard_normal((12, 5)), SIGNS)
+        for s in shared
+    ]  # fmt: skip
+    assert np.mean(np.array(p) < 0.05) == pytest.approx(0.05, abs=0.03)
+    assert sign_flip_group(np.ones((12, 3)), SIGNS) == pytest.approx(1 / len(SIGNS))
+    assert sign_flip_group(np.zeros((12, 3)), SIGNS) == 1.0
+
+
+def test_a_dead_zone_and_the_hinge_that_equals_it_lose_alike() -> None:
+    """One makes the noise of small loads larger, the other makes that of large loads smaller."""
+    hidden = ("hinge", {"all": ROBOT.channels}, {"all.hinge": 0.05, "all.hinge_load": 6.0})
+    case = weights_case(11, hidden)
+    rows = rows_of(case)
+    problem = problem_from(case, rows, CURVES.values(), describe)
+    subject = Subject(case, rows, problem, CURVES, describe)
+    losses, noise = [], None
+    for effect, shape in (("hinge", "hinge_load"), ("dead_zone", "dead_zone_width")):
+        signature = next(
+            s for s in problem.signatures if s.effect == effect and s.where == "all cells"
+        )
+        cause = cause_of(replace(signature, shape=((shape, 6.0),)))
+        start = {f"all.{effect}": 0.05, f"all.{shape}": 6.0}
+        fitted = subject.refitted([cause], start)
+        fair = subject.without_credit(subject.bare(fitted, [cause]), fitted)
+        noise = noise or noise_of(fair)
+        losses.append(_white_loss(fair, noise).sum())
+    assert losses[0] == pytest.approx(losses[1], rel=2e-3)
+
+
+def test_a_bent_curve_is_named_without_its_look_alikes() -> None:
+    bent = ("nonlinearity", {"all": ROBOT.channels}, {"all.quadratic": 1e-3})
+    found = investigate(weights_case(12, bent), CURVES, describe)
+    assert found.verdict == "named"
+    assert with_rivals(found) == {"nonlinearity"}
+
+
+def test_a_broken_line_keeps_its_exact_alias() -> None:
+    broken = ("hinge", {"all": ROBOT.channels}, {"all.hinge": 0.05, "all.hinge_load": 6.0})
+    found = investigate(weights_case(13, broken), CURVES, describe)
+    assert with_rivals(found) == {"hinge", "dead_zone"}
