@@ -21,6 +21,9 @@ NOT_ON_A_BENCH = (
     "lag", "load_bypass", "hanging_plate", "cell_position",
 )  # fmt: skip
 """What belongs to the body, its telemetry or the foot: single cells under weights know nothing."""
+NOT_IN_THE_AIR = ("case_strain", "robot_weight", "leg_weight")
+"""What ground or a belief does: a robot that hangs presses no case, and hangs with its shoes on."""
+ABSENT = {"weights": NOT_ON_A_BENCH, "hang": NOT_IN_THE_AIR}
 
 
 def wants_followup(truth: Mapping[str, Any], said: Mapping[str, Any]) -> bool:
@@ -52,7 +55,7 @@ def make_followup(
     clean = replace(clean, facts={**clean.facts, "span_n": before.clean.span_n})
     world = clean
     for key, effect in zip(keys, truth["effects"], strict=True):
-        if clean.experiment == "weights" and key.split("/")[0] in NOT_ON_A_BENCH:
+        if key.split("/")[0] in ABSENT.get(clean.experiment, ()):
             continue
         world = CATALOGUE[key].act(world, effect["size"], np.random.default_rng(effect["place"]))
     maker = WORLDS[clean.experiment]

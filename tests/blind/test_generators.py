@@ -271,6 +271,19 @@ def test_a_proposed_bench_experiment_is_of_the_same_cells(plan: str) -> None:
     assert world.row["load_n"].max() == pytest.approx(before.facts["full_n"], rel=1e-3)
 
 
+def test_a_proposed_hanging_is_of_the_same_legs() -> None:
+    before = WORLDS["pose"].draw(np.random.default_rng(6), {"blocks": 12})
+    world = proposed(np.random.default_rng(2), "hang", before, 1)
+    legs = before.facts["legs"]
+    assert world.experiment == "hang"
+    assert list(world.robot["legs"]) == legs["names"]
+    of_leg = world.row["leg"].astype(int)
+    assert np.array_equal(world.row["weight_n"], np.array(legs["weight_n"])[of_leg])
+    # what is left of a leg without noise is its offset
+    left = WORLDS["hang"].error(world)[of_leg == 2, 12:18]
+    assert left == pytest.approx(np.broadcast_to(legs["offset"][2], left.shape), abs=1e-9)
+
+
 @pytest.mark.parametrize(
     "plan",
     [

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -45,6 +46,14 @@ class Legs:
     weight_n: Array
     com_m: Array
     hip_m: Array
+
+
+def legs_of(facts: Mapping[str, Any]) -> Legs:
+    """Legs as the facts of a world keep them."""
+    return Legs(
+        tuple(facts["names"]),
+        *(np.array(facts[k]) for k in ("offset", "weight_n", "com_m", "hip_m")),
+    )
 
 
 def draw_legs(rng: Rng, names: Sequence[str]) -> Legs:

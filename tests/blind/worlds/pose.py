@@ -15,7 +15,7 @@ from tests.blind.world import GRAVITY_MPS2, Array, Maker, Rng, World
 from tests.blind.worlds import hang
 from tests.blind.worlds.engine_poses import Poses, engine_poses
 from tests.blind.worlds.files import write_log, write_recipe
-from tests.blind.worlds.legs import ALL_LEGS, AXES, Legs, draw_legs, small_turn, write_hang
+from tests.blind.worlds.legs import ALL_LEGS, AXES, Legs, draw_legs, legs_of, small_turn, write_hang
 
 ENGINE_SHARE = 0.35
 """Of the robots, how many stand as a physics engine made them."""
@@ -202,12 +202,7 @@ def write(world: World, folder: Path, rng: Rng) -> None:
             "contact": world.row["contact"].ravel().astype(int),
         }
     )
-    facts = world.facts["legs"]
-    legs = Legs(
-        tuple(facts["names"]),
-        *(np.array(facts[k]) for k in ("offset", "weight_n", "com_m", "hip_m")),
-    )
-    hung = hang.hanging(rng, legs, 5, sd_n=0.03)
+    hung = hang.hanging(rng, legs_of(world.facts["legs"]), 5, sd_n=0.03)
     rows = {**hung.row, "time_s": hung.time_s, "wrench": hung.shown + hung.noise}
     logs = {
         "poses": write_log(frame, folder, "poses", rng),

@@ -10,14 +10,17 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from tests.blind.world import Array, Rng, World
+from tests.blind.worlds import hang
 from tests.blind.worlds import walk as walks
 from tests.blind.worlds.gait import Build, Motion, bounces, joined, stances, walk
+from tests.blind.worlds.legs import legs_of
 from tests.blind.worlds.weights import Cells, Schedule, held, weighed
 
 LADDER = np.linspace(0.0, 1.0, 9)
 _TOES_OUT = (np.deg2rad(45.0), np.deg2rad(-15.0))
 FEWEST, MOST = 12, 24
 """Sessions of a bench experiment, however many runs the proposal asks for."""
+HANG_TURNS = 10
 MOST_MOVES = 3
 """Runs of an experiment of the whole robot, likewise."""
 
@@ -101,11 +104,14 @@ _MOVED: Mapping[str, Callable[[Rng, Build], Motion]] = {
 
 def can_make(plan: str) -> bool:
     """Whether a proposal can be carried out here."""
-    return plan in _BENCH or plan in _MOVED
+    return plan in _BENCH or plan in _MOVED or plan == "hang"
 
 
 def proposed(rng: Rng, plan: str, like: World, repeats: int) -> World:
     """The clean world of a proposed experiment on the robot of another world."""
+    if plan == "hang":
+        # hung anew, all its legs turning, as long as the robot's first hanging
+        return hang.hanging(rng, legs_of(like.facts["legs"]), HANG_TURNS, sd_n=like.facts["sd_n"])
     if plan in _BENCH:
         share = like.facts.get("sd_n", 0.05)
         full_n = float(like.facts.get("full_n", np.abs(like.shown).max()))
