@@ -21,7 +21,7 @@ _TOES_OUT = (np.deg2rad(45.0), np.deg2rad(-15.0))
 FEWEST, MOST = 12, 24
 """Sessions of a bench experiment, however many runs the proposal asks for."""
 HANG_TURNS = 10
-MOST_MOVES = 3
+MOST_MOVES = 2
 """Runs of an experiment of the whole robot, likewise."""
 
 
