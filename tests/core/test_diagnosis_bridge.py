@@ -10,7 +10,8 @@ from scipy.signal import butter, sosfiltfilt
 
 from footcal_cli.core.chain import Chain, Link, link
 from footcal_cli.core.contact import gait_cycles
-from footcal_cli.core.diagnosis.case import Case, balanced, cut_blocks, residual, rows_of
+from footcal_cli.core.diagnosis.blocks import cut_blocks
+from footcal_cli.core.diagnosis.case import Case, balanced, residual, rows_of
 from footcal_cli.core.diagnosis.investigation import Investigation, investigate
 from footcal_cli.core.diagnosis.signals import describe
 from footcal_cli.core.diagnosis.signatures import derivative

@@ -36,7 +36,9 @@ def read_balanced(session: Session[DiagnoseOptions]) -> CaseRead:
         rows_where,
     )
     from footcal_cli.core.contact import airborne, gait_cycles
-    from footcal_cli.core.diagnosis.case import Case, block_means, cut_blocks, even_cycles
+    from footcal_cli.core.diagnosis.blocks import block_means, cut_blocks, cut_stances, even_cycles
+    from footcal_cli.core.diagnosis.case import Case
+    from footcal_cli.core.diagnosis.recording import noise_of_smoothed, steps_of, swings_apart
     from footcal_cli.core.diagnosis.tracking import gain_and_bias
     from footcal_cli.core.experiments import stand, walk
     from footcal_cli.core.online.streams import MergeRule
@@ -48,9 +50,10 @@ def read_balanced(session: Session[DiagnoseOptions]) -> CaseRead:
     rule = MergeRule(delay_s=session.options.delay_s)
     recordings = read_recordings(session, rule, kind, body_needed=kind == "walk")
     findings: list[Finding] = []
-    logs = []
+    logs, steps, noises = [], [], []
     for recording in recordings:
-        log = recording.merged.log
+        merged = recording.merged
+        log = merged.log
         good = np.isfinite(log.readings).all(axis=1)
         for name in experiment.known:
             if name != "contact" and name in log.known:
@@ -58,12 +61,18 @@ def read_balanced(session: Session[DiagnoseOptions]) -> CaseRead:
                 # insoles without a robot know no CoM at all; their weight still balances
                 good &= finite if finite.any() else True
         log = log.with_known(airborne=airborne(log.known["contact"]))
+        steps.append(steps_of(merged.raw))
+        noises.append(noise_of_smoothed(merged.raw, log.readings, merged.rate_hz))
+        if kind == "walk":
+            log = swings_apart(log, merged.raw, merged.rate_hz)
         log = rows_where(log, good)
+        if kind == "stand":
+            logs.append(block_means(cut_stances(log)))
+            continue
         cycle = gait_cycles(log.known["contact"])
-        if kind == "stand" or cycle.max(initial=-1) < 10:
+        if cycle.max(initial=-1) < 10:
             cycle = even_cycles(log, 0.5)
-        cut = cut_blocks(log, cycle, 0.3)
-        logs.append(block_means(cut) if kind == "stand" else cut)
+        logs.append(cut_blocks(log, cycle, 0.3))
     channels = logs[0].channels
     chain, values = chain_of(session.parameters, channels, ("scale_bias",))
     belief = recordings[0].belief
@@ -73,6 +82,7 @@ def read_balanced(session: Session[DiagnoseOptions]) -> CaseRead:
             values.setdefault(f"{channel}.bias", float(belief.bias_n[i]))
     weight = session.recipe.robot.weight_n or 50.0
     rate = 1.0 / float(np.median(np.diff(logs[0].time_s)))
+    scale = np.abs([values[f"{channel}.scale"] for channel in channels])
     case = Case(
         experiment=experiment,
         logs=tuple(logs),
@@ -88,5 +98,10 @@ def read_balanced(session: Session[DiagnoseOptions]) -> CaseRead:
         one_recording=len(logs) == 1,
         directions=gain_and_bias(channels, values) if kind == "walk" else (),
         demand_noisy=kind == "walk",
+        least_noise={
+            channel: size * step / np.sqrt(12.0)
+            for channel, size, step in zip(channels, scale, np.median(steps, axis=0), strict=True)
+        },
+        reading_noise_n=float(np.median(scale * np.median(noises, axis=0))),
     )
     return CaseRead(case, findings, WALK_UNTESTED if kind == "walk" else {})

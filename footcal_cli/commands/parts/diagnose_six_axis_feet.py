@@ -76,18 +76,19 @@ def _cut(log: Log, experiment: Experiment) -> Log:
 
     from footcal_cli.commands.parts.diagnose_cases import rows_where
     from footcal_cli.core.contact import gait_cycles
-    from footcal_cli.core.diagnosis.case import block_means, cut_blocks, even_cycles
+    from footcal_cli.core.diagnosis.blocks import block_means, cut_blocks, cut_stances, even_cycles
 
     good = np.isfinite(log.readings).all(axis=1)
     for name in experiment.known:
         if name != "contact":
             good &= np.isfinite(log.known[name].reshape(len(log), -1)).all(axis=1)
     log = rows_where(log, good)
+    if experiment.name == "stand":
+        return block_means(cut_stances(log))
     cycle = gait_cycles(log.known["contact"])
-    if experiment.name == "stand" or cycle.max(initial=-1) < _LEAST_CYCLES:
+    if cycle.max(initial=-1) < _LEAST_CYCLES:
         cycle = even_cycles(log, 0.5)
-    cut = cut_blocks(log, cycle, _TAU_S)
-    return block_means(cut) if experiment.name == "stand" else cut
+    return cut_blocks(log, cycle, _TAU_S)
 
 
 def offset_parameters(channels: Sequence[str], values: dict[str, float]) -> tuple[Parameter, ...]:

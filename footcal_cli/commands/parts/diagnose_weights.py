@@ -136,7 +136,7 @@ def _stream_logs(session: Session[DiagnoseOptions], tables: Sequence[Table]) -> 
     """One log per channel of running recordings, cut into blocks."""
     import numpy as np
 
-    from footcal_cli.core.diagnosis.case import cut_blocks, even_cycles
+    from footcal_cli.core.diagnosis.blocks import cut_blocks, even_cycles
     from footcal_cli.core.log import Log
 
     logs = []

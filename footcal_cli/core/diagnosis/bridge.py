@@ -58,6 +58,7 @@ def problem_from(case: Case, rows: Rows, effects: Iterable[Effect], describe: De
         alike=case.alike,
         drifts=case.drifts,
         settings=_settings(ideal, rows) if case.settings else None,
+        least=rows.least,
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -16,11 +16,6 @@ from footcal_cli.core.parameters import FloatArray, IntArray, ParameterSet
 
 MOST_BLOCKS = 60
 """Blocks are merged beyond this number: more would not sharpen a p-value."""
-SHORTEST_BLOCK_S = 3.0
-"""A block cut from one recording is at least this long."""
-BLOCK_TAUS = 10.0
-"""A block cut from one recording lasts at least this many autocorrelation times."""
-GAP_TAUS = 2.0
 _JUMP = 1.6
 _SHORTEST_SERIES = 20
 
@@ -59,6 +54,10 @@ class Case:
         Blocks of the same number in different logs are one block (legs that hang together).
     settings
         Key of `Log.known` that numbers settings-up (hangings) whose offsets and gains differ.
+    least_noise
+        Channel -> noise that its converter's step alone makes, in the channel's physical unit.
+    reading_noise_n
+        Of a smoothed reading, as its raw readings show it, N.
     """
 
     experiment: Experiment
@@ -77,6 +76,8 @@ class Case:
     demand_noisy: bool = False
     shared_blocks: bool = False
     settings: str = ""
+    least_noise: Mapping[str, float] = field(default_factory=dict)
+    reading_noise_n: float = 0.0
 
     @cached_property
     def judged(self) -> tuple[Log, ...]:
@@ -102,6 +103,8 @@ class Rows:
         Pooled outputs.
     noise
         Robust sd of each output, in its unit, spread over the rows, shape (m,).
+    least
+        What the converters' steps alone make of `noise`, as a share of it, shape (outputs,).
     rate_hz
         Sampling rate within sequences, 0 where rows are no series.
     time_s
@@ -119,6 +122,7 @@ class Rows:
     noise: FloatArray
     rate_hz: float
     time_s: FloatArray
+    least: FloatArray
 
 
 def residual(
@@ -190,7 +194,7 @@ def balanced(case: Case, values: Mapping[str, float], chain: Chain | None = None
         error = np.nan_to_num(error)
         share = np.ones(error.shape[1])
         if case.demand_noisy:
-            share = _reading_share(balance, derivative, case.stride)
+            share = _reading_share(balance, derivative, case.stride, case.reading_noise_n)
         normal = derivative @ derivative.transpose(0, 2, 1)
         trace = np.einsum("nii->n", normal)
         normal += (1e-10 * trace + 1e-300)[:, None, None] * np.eye(error.shape[1])
@@ -203,11 +207,14 @@ def balanced(case: Case, values: Mapping[str, float], chain: Chain | None = None
     return replace(case, logs=tuple(logs))
 
 
-def _reading_share(balance: Balance, derivative: FloatArray, stride: int) -> FloatArray:
+def _reading_share(
+    balance: Balance, derivative: FloatArray, stride: int, least_n: float
+) -> FloatArray:
     """Share of each output's noise that comes from the readings, shape (k,).
 
     The noise of single channels is seen where they must read zero (swing); noise is what changes
-    from one judged row to the next.
+    from one judged row to the next. It is at least `least_n`: under load it may be larger, and a
+    coarse converter shows none at rest.
     """
     noise = np.zeros(len(balance.outputs))
     for k in range(noise.size):
@@ -219,7 +226,7 @@ def _reading_share(balance: Balance, derivative: FloatArray, stride: int) -> Flo
     share = np.ones(noise.size)
     if not np.isfinite(noise[single]).any():
         return share
-    of_reading = float(np.nanmedian(noise[single]))
+    of_reading = max(float(np.nanmedian(noise[single])), least_n**2)
     for k in range(noise.size):
         if not single[k] and np.isfinite(noise[k]):
             lever = float(np.mean(np.sum(derivative[balance.valid[:, k], k] ** 2, axis=1)))
@@ -296,15 +303,18 @@ def rows_of(case: Case) -> Rows:
     for i, balance in enumerate(balances):
         here = where[0] == i
         error[here] = balance.error[where[1][here], where[2][here]]
-    noise = np.ones(order.size)
-    for o in range(len(pooled)):
+    noise, least = np.ones(order.size), np.zeros(len(pooled))
+    for o, name in enumerate(pooled):
         mine = where[4] == o
-        noise[mine] = _robust_sd(error[mine])
+        steps = [s for c, s in case.least_noise.items() if groups.get(c, c) == name]
+        floor = float(np.median(steps)) if steps else 0.0
+        sd = max(_robust_sd(error[mine]), floor)
+        noise[mine], least[o] = sd, floor / sd
     return Rows(
         log=where[0], row=where[1], column=where[2],
         block=_merged(np.asarray(block)[order]), output=where[4], sequence=_renumbered(where[5]),
         outputs=tuple(pooled), units=tuple(units[p] for p in pooled), noise=noise,
-        rate_hz=_rate_hz(where[5], time[order]), time_s=time[order],
+        rate_hz=_rate_hz(where[5], time[order]), time_s=time[order], least=least,
     )  # fmt: skip
 
 
@@ -338,64 +348,6 @@ def _rate_hz(sequence: IntArray, time_s: FloatArray) -> float:
     steps = np.diff(time_s)[np.diff(sequence) == 0]
     steps = steps[steps > 0]
     return 1.0 / float(np.median(steps)) if steps.size else 0.0
-
-
-def cut_blocks(log: Log, cycle: IntArray, tau_s: float, *, gap_s: float | None = None) -> Log:
-    """Cut one recording into blocks of whole cycles, each at least `BLOCK_TAUS` τ long.
-
-    Parameters
-    ----------
-    log
-        One recording.
-    cycle
-        Number of the gait or leg cycle of each row, −1 outside, shape (n,).
-    tau_s
-        Autocorrelation time of the residual.
-    gap_s
-        Left out between blocks; 2 τ where None.
-    """
-    gap_s = GAP_TAUS * tau_s if gap_s is None else gap_s
-    valid = cycle >= 0
-    if not valid.any():
-        return log
-    count = int(cycle.max()) + 1
-    starts = np.array([log.time_s[np.argmax(cycle == c)] for c in range(count)])
-    span = float(log.time_s[valid][-1] - log.time_s[valid][0])
-    least = max(BLOCK_TAUS * tau_s, span / MOST_BLOCKS, SHORTEST_BLOCK_S)
-    block = np.full(len(log), -1, dtype=np.int64)
-    number, begun = 0, starts[0]
-    for c in range(count):
-        if starts[c] - begun >= least:
-            number, begun = number + 1, starts[c]
-        block[cycle == c] = number
-    for b in range(1, number + 1):
-        first = log.time_s[block == b][0]
-        block[(block == b) & (log.time_s < first + gap_s)] = -1
-    return replace(log, block=block)
-
-
-def block_means(log: Log) -> Log:
-    """One row per block: its means, for quantities that should stand still within it.
-
-    A stance of quiet standing is one observation; sway within it is no evidence about cells.
-    """
-    blocks = [np.flatnonzero(log.block == b) for b in np.unique(log.block[log.block >= 0])]
-
-    def mean(values: FloatArray) -> FloatArray:
-        return np.stack([values[rows].mean(axis=0) for rows in blocks])
-
-    return replace(
-        log,
-        time_s=mean(log.time_s),
-        readings=mean(log.readings),
-        known={name: mean(array) for name, array in log.known.items()},
-        block=np.arange(len(blocks)),
-    )
-
-
-def even_cycles(log: Log, length_s: float) -> IntArray:
-    """Stretches of equal length where there is no cycle, numbered from 0, shape (n,)."""
-    return np.asarray((log.time_s - log.time_s[0]) // length_s, dtype=np.int64)
 
 
 def channels_of(logs: Sequence[Log]) -> tuple[str, ...]:

@@ -102,6 +102,8 @@ class Problem:
         not testable.
     settings
         What does not repeat from one setting-up to the next, each of which has several blocks.
+    least
+        Noise that converters' steps alone make, per output in units of the noise, (outputs,).
     """
 
     residual: FloatArray
@@ -126,6 +128,7 @@ class Problem:
     alike: bool = True
     drifts: bool = False
     settings: Settings | None = None
+    least: FloatArray | None = None
 
     def __post_init__(self) -> None:
         rows = self.residual.shape[0]

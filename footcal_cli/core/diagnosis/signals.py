@@ -102,24 +102,30 @@ def _balanced(log: Log) -> dict[str, FloatArray]:
     function of them would explain part of any clean log. The phase does not, and what a robot
     does repeats with it.
     """
+    if log.experiment == "stand":
+        com = log.known["com_m"]
+        middle = com[:, :2] * 0.0
+        if "cell_pos_m" in log.known:
+            middle = log.known["cell_pos_m"].mean(axis=1)
+        return {
+            "CoM ahead of the feet": com[:, 0] - middle[:, 0],
+            "CoM beside the feet": com[:, 1] - middle[:, 1],
+            "CoM height": com[:, 2],
+        }
     cycle = gait_cycles(log.known["contact"])
+    if cycle.max(initial=-1) < _LEAST_CYCLES:
+        return {}
     phase = np.zeros(len(log))
-    for number in range(int(cycle.max(initial=-1)) + 1):
+    for number in range(int(cycle.max()) + 1):
         rows = np.flatnonzero(cycle == number)
         if rows.size > 1:
             phase[rows] = (log.time_s[rows] - log.time_s[rows[0]]) / (
                 log.time_s[rows[-1]] - log.time_s[rows[0]]
             )
-    signals = {"gait phase": phase} if cycle.max(initial=-1) >= 3 else {}
-    com = log.known["com_m"]
-    middle = log.known["cell_pos_m"].mean(axis=1) if "cell_pos_m" in log.known else com[:, :2] * 0.0
-    if log.experiment == "stand":
-        signals |= {
-            "CoM ahead of the feet": com[:, 0] - middle[:, 0],
-            "CoM beside the feet": com[:, 1] - middle[:, 1],
-            "CoM height": com[:, 2],
-        }
-    return signals
+    return {"gait phase": phase}
+
+
+_LEAST_CYCLES = 3
 
 
 def _covariates(case: Case, rows: Rows) -> dict[str, FloatArray]:

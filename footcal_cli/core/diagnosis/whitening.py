@@ -193,6 +193,9 @@ def fit_row_whitener(problem: Problem) -> tuple[RowWhitener, float]:
             coefficients[o, :order] = solve_toeplitz(covariance[:-1], covariance[1:])
         innovation = covariance[0] - coefficients[o, :order] @ covariance[1:]
         sd[o] = np.sqrt(max(innovation, 1e-12 * max(covariance[0], 1e-300)))
+        if problem.least is not None:
+            # a reading that never leaves its level is no better known than to the next one
+            sd[o] = max(sd[o], problem.least[o])
         taus.append(autocorrelation_time(inside[rows], problem.sequence[rows]))
     return RowWhitener(coefficients, sd, problem.output, problem.sequence), max(taus, default=1.0)
 

@@ -1,0 +1,91 @@
+"""What recording does to readings, and what one piece of evidence is in standing."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from footcal_cli.core.diagnosis.blocks import STANCES, block_means, cut_stances
+from footcal_cli.core.diagnosis.case import _reading_share
+from footcal_cli.core.diagnosis.recording import noise_of_smoothed, steps_of, swings_apart
+from footcal_cli.core.experiments.contract import Balance
+from footcal_cli.core.log import Log
+from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.signals import low_pass
+
+RATE_HZ = 100.0
+
+
+def _log(time_s: FloatArray, readings: FloatArray, contact: FloatArray) -> Log:
+    return Log(
+        "stand", tuple(f"left_{i}" for i in range(readings.shape[1])), time_s, readings,
+        {"contact": contact}, np.zeros(len(time_s), dtype=np.int64),
+    )  # fmt: skip
+
+
+def test_a_swing_is_smoothed_without_the_load_before_and_after_it() -> None:
+    time_s = np.arange(400) / RATE_HZ
+    # unloaded within 0.1 s, 1 N of offset in the air
+    load = 20.0 * np.clip(np.abs(time_s - 2.0) / 0.1 - 5.0, 0.0, 1.0)[:, None]
+    raw = load + 1.0
+    contact = np.where(np.abs(time_s - 2.0) < 0.44, 0.0, 1.0)[:, None]
+    air = contact[:, 0] == 0.0
+    log = _log(time_s, low_pass(raw, RATE_HZ), contact)
+    assert np.abs(log.readings[air] - 1.0).max() > 1e-3
+    apart = swings_apart(log, raw, RATE_HZ)
+    np.testing.assert_allclose(apart.readings[air], 1.0, atol=1e-9)
+    np.testing.assert_array_equal(apart.readings[~air], log.readings[~air])
+
+
+def test_the_step_of_a_converter_is_seen_in_its_levels() -> None:
+    rng = np.random.default_rng(1)
+    load = rng.normal(0.0, 2.0, (3000, 2))
+    raw = np.column_stack([np.round(load[:, 0] / 0.3) * 0.3, load[:, 1]])
+    coarse, fine = steps_of(raw)
+    assert coarse == pytest.approx(0.3, rel=1e-6)
+    assert fine < 1e-3
+
+
+def test_noise_under_load_is_measured_where_readings_move() -> None:
+    rng = np.random.default_rng(2)
+    time_s = np.arange(6000) / RATE_HZ
+    load = 10.0 * np.sin(2 * np.pi * 0.8 * time_s)[:, None]
+    noise = rng.normal(0.0, 0.4, (time_s.size, 1))
+    raw = load + noise
+    found = noise_of_smoothed(raw, low_pass(raw, RATE_HZ), RATE_HZ)[0]
+    assert found == pytest.approx(float(low_pass(noise, RATE_HZ).std()), rel=0.15)
+
+
+def test_readings_that_stand_still_at_rest_are_not_free_of_noise() -> None:
+    """A total with noise 2 of four cells with noise 1 each; a coarse cell at rest shows none."""
+    rng = np.random.default_rng(3)
+    error = np.column_stack([rng.normal(0.0, 2.0, 2000), np.zeros(2000)])
+    derivative = np.zeros((2000, 2, 4))
+    derivative[:, 0] = 1.0
+    derivative[:, 1, 0] = 1.0
+    balance = Balance(("fz", "left_0"), ("N", "N"), error, np.ones((2000, 2), dtype=bool))
+    assert _reading_share(balance, derivative, 1, 0.0)[0] == 0.0
+    assert _reading_share(balance, derivative, 1, 1.0)[0] == pytest.approx(1.0, abs=0.1)
+
+
+def _stances(count: int, seconds: float) -> Log:
+    """Stances with a pause of 2 s between them, the second foot lifted in every other one."""
+    n = int(seconds * RATE_HZ)
+    time_s = np.concatenate([i * (seconds + 2.0) + np.arange(n) / RATE_HZ for i in range(count)])
+    contact = np.ones((count * n, 2))
+    for i in range(1, count, 2):
+        contact[i * n : (i + 1) * n, 1] = 0.0
+        contact[i * n : i * n + 6, 1] = np.nan  # where the detection cannot tell yet
+    readings = np.repeat(np.arange(count, dtype=float), n)[:, None]
+    return _log(time_s, readings, contact)
+
+
+def test_a_stance_is_one_piece_of_evidence() -> None:
+    means = block_means(cut_stances(_stances(STANCES + 2, 7.0)))
+    np.testing.assert_array_equal(means.readings[:, 0], np.arange(STANCES + 2.0))
+    assert np.isin(means.known["contact"], [0.0, 1.0]).all()
+
+
+def test_few_long_stances_are_cut_further() -> None:
+    means = block_means(cut_stances(_stances(2, 31.0)))
+    assert len(means) == 20
