@@ -238,14 +238,27 @@ def mean_interval(values: FloatArray, level: float = 0.95) -> Interval:
     return Interval(mean, mean - float(half), mean + float(half))
 
 
-def jackknife_interval(value: float, without: FloatArray, level: float = 0.95) -> Interval:
+def jackknife_interval(
+    value: float, without: FloatArray, level: float = 0.95, informative: float | None = None
+) -> Interval:
     """Interval of an estimate from its leave-one-block-out values (MacKinnon's CV3).
 
     ``se² = (B − 1)/B Σ_b (β_(b) − β)²``, Student's t on B − 1 degrees of freedom.
+
+    Parameters
+    ----------
+    value, without
+        The estimate, and without each block, shape (B,).
+    level
+        Coverage.
+    informative
+        Effective number of blocks that say anything about it, in place of B in the degrees of
+        freedom: one cell of four is told of by a quarter of the sessions.
     """
     blocks = without.size
     if blocks < 2:
         return Interval(value, -np.inf, np.inf)
     se = np.sqrt((blocks - 1) / blocks * np.sum((without - value) ** 2))
-    half = float(stats.t.ppf(0.5 + level / 2, blocks - 1) * se)
+    freedom = max((blocks if informative is None else min(informative, blocks)) - 1.0, 1.0)
+    half = float(stats.t.ppf(0.5 + level / 2, freedom) * se)
     return Interval(value, value - half, value + half)

@@ -243,7 +243,8 @@ def _covered(truth: Mapping[str, Any], verdict: Verdict) -> bool | None:
         return None
     _, low, high = verdict.sizes[effect["right"][0]]
     # the size of a belief or an operator may be counted with the other sign
-    return any(low <= sign * effect["size"] <= high for sign in (1.0, -1.0))
+    true = effect["size"] if effect.get("stated") is None else effect["stated"]
+    return any(low <= sign * true <= high for sign in (1.0, -1.0))
 
 
 def _gain_covered(truth: Mapping[str, Any], verdict: Verdict) -> bool | None:

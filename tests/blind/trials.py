@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from tests.blind.hidden import CATALOGUE
+from tests.blind.loops import widest_loop_n
 from tests.blind.plan import Cell
 from tests.blind.world import GRAVITY_MPS2, Array, World
 from tests.blind.worlds import WORLDS
@@ -165,7 +166,7 @@ def _hide(
         item = CATALOGUE[key]
         sign = float(rng.choice([-1.0, 1.0])) if item.signed else 1.0
         place = int(rng.integers(2**63))
-        size, rho, matters = item.guess, float("nan"), float("nan")
+        size, rho, matters, stated = item.guess, float("nan"), float("nan"), None
         if not item.switch:
             size, alone = size_for(
                 cell.rho,
@@ -177,6 +178,7 @@ def _hide(
                 item.most,
             )
             rho, matters = stick.rho(alone), stick.matters(alone, _smallest(clean, stick))
+            stated = widest_loop_n(clean, alone) if "hysteresis" in item.right else sign * size
         world = item.act(world, sign * size, np.random.default_rng(place))
         effects.append(
             {
@@ -184,6 +186,7 @@ def _hide(
                 "right": list(item.right),
                 "alias": list(item.alias),
                 "size": sign * size,
+                "stated": stated,
                 "unit": item.unit,
                 "parameter": item.parameter,
                 "foreign": item.foreign,

@@ -20,6 +20,7 @@ from footcal_cli.core.diagnosis.refit import Refit
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.scores import held_out_loss
 from footcal_cli.core.diagnosis.signatures import SWITCHES
+from footcal_cli.core.diagnosis.stated import stated_size
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.diagnosis.whitening import noise_of, whitened_grams
 from footcal_cli.core.effects.contract import Effect, Scope
@@ -128,7 +129,7 @@ def investigate(
         rounds.append(diagnose(current, one, seed, start))
     form = _form(current, model, causes, seed)
     verdict, share = _verdict(rounds, causes, form, rules, removed)
-    found = _found(causes, model)
+    found = _found(case, causes, model)
     named = verdict in (Verdict.NAMED, Verdict.NAMED_UNKNOWN, Verdict.AMBIGUOUS)
     final = current if named else problem
     nested, alike = None, np.ones(problem.blocks, dtype=bool)
@@ -215,7 +216,7 @@ def _form(current: Problem, model: Refit | None, causes: Sequence[Cause], seed: 
     return form_of(current, model.columns[:, named], signs)
 
 
-def _found(causes: Sequence[Cause], model: Refit | None) -> tuple[Found, ...]:
+def _found(case: Case, causes: Sequence[Cause], model: Refit | None) -> tuple[Found, ...]:
     if model is None:
         return ()
     found = []
@@ -226,9 +227,14 @@ def _found(causes: Sequence[Cause], model: Refit | None) -> tuple[Found, ...]:
             and name.rsplit(".", 1)[1] in _parameters(cause, model)
         ]  # fmt: skip
         # of several cells with a size each, the one that is off most stands for all
+        effect = next(
+            link.effect for link in model.chain.links if link.effect.name == cause.signature.effect
+        )
+        named = [model.names[i].rsplit(".", 1) for i in mine]
         sizes = [
-            model.intervals[i] for i in mine if model.names[i].endswith(cause.signature.parameter)
-        ]
+            stated_size(case, model, effect, owner)
+            for owner, name in named if name == cause.signature.parameter
+        ]  # fmt: skip
         size = max(sizes, key=lambda interval: abs(interval.value))
         found.append(
             Found(

@@ -9,41 +9,24 @@ import numpy as np
 
 from footcal_cli.core.chain import Chain
 from footcal_cli.core.diagnosis.case import Case, Rows, balanced, residual
+from footcal_cli.core.diagnosis.freed import Freed, acts, bounded, freed_of, seen
 from footcal_cli.core.diagnosis.problem import Problem, Signature
 from footcal_cli.core.diagnosis.scores import joint_sizes
 from footcal_cli.core.diagnosis.signatures import extended_chain
-from footcal_cli.core.diagnosis.whitening import Noise, noise_of, whitened_grams
-from footcal_cli.core.effects.contract import OF_THE_LOGS, Effect, EffectParameter
-from footcal_cli.core.evidence import Interval, jackknife_interval
-from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.diagnosis.size_intervals import Scatter, scatter_of
+from footcal_cli.core.diagnosis.whitening import Grams, Noise, noise_of, whitened_grams
+from footcal_cli.core.effects.contract import Effect
+from footcal_cli.core.evidence import Interval
+from footcal_cli.core.parameters import FloatArray, IntArray
 
 MOST_ITERATIONS = 10
 CONVERGED = 0.02
 """A step below this share of its own standard error ends the iteration."""
-MODEL_ERROR = 0.05
-"""Sd of a size fitted to a walk beyond the scatter of its blocks, as a share of the size: the
-low-pass does not commute with a curve, and transitions are not quite balanced. Measured on
-development walks."""
-_SHAPE_SEEN = 0.2  # share of a shape's visible influence that no size can take over
-_AXIS_SEEN = 0.05  # visible fraction from which a component that was not named is fitted too
-_AXIS_TOLD = 2.0  # and sd of the noise by which its usual size must change the residual
-_NEAR = 0.5  # step, in standard errors, below which all but sizes and shapes stays as it is
-_SHAPE_REACH = 2.0  # a shape moves at most by this factor per iteration
-
-
-@dataclass(frozen=True)
-class Freed:
-    """One number of the extended model that the refit moves; `named` is what was accepted."""
-
-    name: str
-    parameter: EffectParameter
-    step: float
-    named: bool
-
-    @property
-    def is_shape(self) -> bool:
-        """Whether it only shapes the effect."""
-        return self.parameter.shape
+_NEAR = 0.5  # step, in standard errors, below which noise and linearisation stay as they are
+_SHORTER = 0.3  # a step after which more is left to go is taken by this share
+_MOST_SHORTER = 4
+_LARGER = 1.5  # factor by which a shape that does nothing at the start is enlarged
+_MOST_ENLARGED = 4
 
 
 @dataclass(frozen=True)
@@ -58,6 +41,8 @@ class Refit:
         Effect parameters that were fitted.
     intervals
         95 % intervals over blocks, one per name.
+    scatter
+        What they are made of.
     columns
         Derivative of the residual by the fitted parameters, sign such that they add to the
         calibration columns, shape (m, len(names)).
@@ -71,24 +56,10 @@ class Refit:
     values: Mapping[str, float]
     names: tuple[str, ...]
     intervals: tuple[Interval, ...]
+    scatter: Scatter
     columns: FloatArray
     residual: FloatArray
     converged: bool
-
-
-def freed_of(effect: Effect, signature: Signature) -> list[Freed]:
-    """Sizes and shapes of an accepted effect, by owner.
-
-    An offset has no reason to lie along one axis: all its components are freed.
-    """
-    freed = []
-    for owner, _ in signature.owners:
-        for p in effect.parameters:
-            if p.unit not in ("channel", "block") and p.grid_of not in OF_THE_LOGS:
-                step = 0.02 * p.prior_sd if not p.shape else 0.02 * abs(p.neutral)
-                named = p.name == signature.parameter
-                freed.append(Freed(f"{owner}.{p.name}", p, step, named))
-    return freed
 
 
 def refit(
@@ -121,103 +92,160 @@ def refit(
         freed += freed_of(effect, signature)
     values = {**case.values, **start}
     ideal = balanced(case, values, chain)
-    freed = _seen(freed, problem, _columns(ideal, rows, chain, values, freed))
-    names = tuple(f.name for f in freed)
-    converged, noise, moved = False, None, np.inf
+    kept = seen(freed, problem, _columns(ideal, rows, chain, values, freed))
+    fit = _Fit(case, rows, problem, chain, tuple(kept))
+    at, converged = fit.awake(values), False
     for _ in range(MOST_ITERATIONS):
-        at = residual(case, rows, values, chain)
-        if moved > _NEAR:
-            # close to the optimum neither noise nor linearisation point moves any more
-            ideal, noise = balanced(case, values, chain), None
-        columns = _columns(ideal, rows, chain, values, freed)
-        local = _local(problem, at, columns)
-        noise = noise or noise_of(local)
-        sizes, without = _solve(local, columns, noise)
-        spread = np.sqrt((len(without) - 1) / len(without) * np.sum((without - sizes) ** 2, 0))
-        moved = 0.0
-        for i, item in enumerate(freed):
-            before = values[item.name]
-            values[item.name] = _bounded(before, float(sizes[i]), item)
-            if not item.is_shape:
-                moved = max(moved, abs(values[item.name] - before) / max(float(spread[i]), 1e-300))
+        way = _step(at, fit.freed)
+        after, share = fit.nearer(at, way)
+        moved = float(np.max(np.abs(share * way.size) / way.spread, initial=0.0))
+        # close to the optimum neither noise nor linearisation point moves any more
+        at = fit.at(after, None if moved > _NEAR else at)
         if moved < CONVERGED:
-            converged = True
+            converged = share > 0.0 or bool(np.all(np.abs(way.size) < way.spread))
             break
-    at = residual(case, rows, values, chain)
-    columns = _columns(balanced(case, values, chain), rows, chain, values, freed)
-    local = _local(problem, at, columns)
-    sizes, without = _solve(local, columns, noise_of(local))
+    at = fit.at(at.values)
+    scale = _rms(at.columns)
+    live = [i for i, f in enumerate(fit.freed) if acts(f, at.values[f.name], scale[i])]
     moving = problem.tracking is not None
+    scatter = scatter_of(at.grams, np.array(live, dtype=np.int64), scale, moving=moving)
     intervals = tuple(
-        _interval(f, values[f.name], without[:, i] - sizes[i], moving=moving)
-        for i, f in enumerate(freed)
+        scatter.interval(
+            v, one, 0.0 if f.is_shape else scatter.shared * abs(v - f.parameter.neutral)
+        )
+        for f, v, one in zip(
+            fit.freed, (at.values[f.name] for f in fit.freed), np.eye(len(fit.freed)), strict=True
+        )
     )
-    return Refit(chain, values, names, intervals, columns, at, converged)
+    names = tuple(f.name for f in fit.freed)
+    return Refit(chain, at.values, names, intervals, scatter, at.columns, at.residual, converged)
 
 
-def _interval(item: Freed, value: float, apart: FloatArray, *, moving: bool) -> Interval:
-    """Scatter over blocks, and in a walk what no block can show: all share the model's error."""
-    scatter = jackknife_interval(value, value + apart)
-    if not moving or item.is_shape:
-        return scatter
-    model = 2.0 * MODEL_ERROR * abs(value - item.parameter.neutral)
-    half = float(np.hypot(scatter.high - value, model))
-    return Interval(value, value - half, value + half)
+@dataclass(frozen=True)
+class _Point:
+    """The extended model at some values, linearised.
 
-
-def _seen(freed: Sequence[Freed], problem: Problem, columns: FloatArray) -> list[Freed]:
-    """Named sizes, their other axes where visible, and shapes that data tell from the sizes."""
-    freed = list(freed)
-    sizes = _sizes_seen(freed, problem, columns)
-    basis = np.hstack([problem.calibration, columns[:, sizes]])
-    norm = np.sqrt(np.sum(basis**2, axis=0))
-    basis = basis[:, norm > 0] / norm[norm > 0]
-    kept = []
-    for i, item in enumerate(freed):
-        if not item.is_shape and not sizes[i]:
-            continue
-        if item.is_shape:
-            whole = columns[:, i]
-            calibrated = problem.calibration
-            alone = whole - calibrated @ np.linalg.lstsq(calibrated, whole, rcond=1e-9)[0]
-            left = whole - basis @ np.linalg.lstsq(basis, whole, rcond=1e-9)[0]
-            if left @ left < _SHAPE_SEEN**2 * (alone @ alone):
-                continue
-        kept.append(item)
-    return kept
-
-
-def _sizes_seen(freed: Sequence[Freed], problem: Problem, columns: FloatArray) -> list[bool]:
-    """Named sizes, and other axes that these data tell from the named ones and from each other.
-
-    An axis that carries nothing but noise would be given the gain that makes its noise small; one
-    that differs from the rest only by what does not repeat between settings would be given any.
+    Parameters
+    ----------
+    values, ideal, noise
+        Of the model; the logs without noise at which columns are taken; the noise.
+    residual, columns
+        Shapes (m,) and (m, freed).
+    grams
+        In the metric of the noise; its candidates are the columns, scaled to unit size.
     """
-    named = [f.named and not f.is_shape for f in freed]
-    fitted = [problem.calibration, columns[:, named]]
-    if problem.settings is not None:
-        fitted.append(problem.settings.spread())
-    basis = _orthonormal(np.hstack(fitted))
-    usual = np.array([f.parameter.prior_sd for f in freed])
-    left = columns - basis @ (basis.T @ columns)
-    size = np.sqrt(np.sum(columns**2, axis=0))
-    seen = list(named)
-    for i in np.argsort(-usual * np.sqrt(np.sum(left**2, axis=0)), kind="stable"):
-        shown = float(np.sqrt(left[:, i] @ left[:, i]))
-        if freed[i].is_shape or named[i]:
-            continue
-        if shown > _AXIS_SEEN * size[i] and shown * usual[i] > _AXIS_TOLD:
-            seen[i] = True
-            unit = left[:, i] / shown
-            left = left - np.outer(unit, unit @ left)
-    return seen
+
+    values: dict[str, float]
+    ideal: Case
+    noise: Noise
+    residual: FloatArray
+    columns: FloatArray
+    grams: Grams
 
 
-def _orthonormal(columns: FloatArray) -> FloatArray:
-    """Basis of what columns span, shape (m, rank)."""
-    norm = np.sqrt(np.sum(columns**2, axis=0))
-    u, s, _ = np.linalg.svd(columns[:, norm > 0] / norm[norm > 0], full_matrices=False)
-    return np.asarray(u[:, s > 1e-8 * s.max(initial=0.0)])
+@dataclass(frozen=True)
+class _Fit:
+    """What is fitted to what."""
+
+    case: Case
+    rows: Rows
+    problem: Problem
+    chain: Chain
+    freed: tuple[Freed, ...]
+
+    def at(self, values: Mapping[str, float], near: _Point | None = None) -> _Point:
+        """The model at some values; noise and linearisation of a point near by, if given."""
+        ideal = near.ideal if near else balanced(self.case, values, self.chain)
+        columns = _columns(ideal, self.rows, self.chain, values, self.freed)
+        left = residual(self.case, self.rows, values, self.chain)
+        local = _local(self.problem, left, columns)
+        noise = near.noise if near else noise_of(local)
+        grams, _ = whitened_grams(local, np.empty((left.size, 0)), noise)
+        return _Point(dict(values), ideal, noise, left, columns, grams)
+
+    def awake(self, values: Mapping[str, float]) -> _Point:
+        """The start, its shapes enlarged until they act: from a standstill no step leads away.
+
+        The reach of a play that is less than the smallest step of load changes nothing.
+        """
+        at = self.at(values)
+        for _ in range(_MOST_ENLARGED):
+            scale = _rms(at.columns)
+            idle = [f.name for f, s in zip(self.freed, scale, strict=True)
+                    if not acts(f, at.values[f.name], s)]  # fmt: skip
+            if not idle:
+                return at
+            at = self.at({k: _LARGER * v if k in idle else v for k, v in at.values.items()})
+        return self.at(values)
+
+    def nearer(self, at: _Point, way: _Step) -> tuple[dict[str, float], float]:
+        """Values after the largest part of a step that leaves less to go, and that part.
+
+        What is left to go is measured with the old columns and noise: Deuflhard's natural
+        monotonicity test, Newton Methods for Nonlinear Problems (2004). A squared error would not
+        do: columns are taken where there is no noise, so the fit does not minimise it.
+        """
+        share = 1.0
+        for _ in range(_MOST_SHORTER):
+            values = dict(at.values)
+            for item, change in zip(self.freed, share * way.size, strict=True):
+                values[item.name] += float(change)
+            left = residual(self.case, self.rows, values, self.chain)
+            local = _local(self.problem, left, at.columns)
+            grams, _ = whitened_grams(local, np.empty((left.size, 0)), at.noise)
+            to_go, _ = joint_sizes(grams, grams.calibration, grams.candidates[way.free])
+            to_go /= _rms(at.columns)[way.free]
+            before, after = (v / way.spread[way.free] for v in (way.size[way.free], to_go))
+            if after @ after <= before @ before:
+                return values, share
+            share *= _SHORTER
+        return dict(at.values), 0.0
+
+
+@dataclass(frozen=True)
+class _Step:
+    """Change of each number, its scatter over blocks, and which are free to move; (freed,)."""
+
+    size: FloatArray
+    spread: FloatArray
+    free: IntArray
+
+
+def _step(at: _Point, freed: Sequence[Freed]) -> _Step:
+    """Generalised least squares within the bounds.
+
+    What would leave its bounds stops there, and the others are fitted to that.
+    """
+    scale = _rms(at.columns)
+    step, spread = np.zeros(len(freed)), np.full(len(freed), np.inf)
+    free = np.array(
+        [i for i, f in enumerate(freed) if acts(f, at.values[f.name], scale[i])], dtype=int
+    )
+    while free.size:
+        held = np.setdiff1d(np.arange(len(freed)), free)
+        grams = _less(at.grams, at.grams.candidates[held], (step * scale)[held])
+        sizes, without = joint_sizes(grams, grams.calibration, grams.candidates[free])
+        step[free] = sizes / scale[free]
+        blocks = len(without)
+        scatter = np.sqrt((blocks - 1) / blocks * np.sum((without - sizes) ** 2, axis=0))
+        spread[free] = np.maximum(scatter / scale[free], 1e-300)
+        allowed = np.array(
+            [bounded(at.values[f.name], s, f) for f, s in zip(freed, step, strict=True)]
+        )
+        allowed -= np.array([at.values[f.name] for f in freed])
+        out = free[np.abs(allowed - step)[free] > 1e-9 * np.abs(step)[free]]
+        step[out] = allowed[out]
+        free = np.setdiff1d(free, out)
+        if not out.size:
+            break
+    return _Step(step, spread, free)
+
+
+def _less(grams: Grams, columns: IntArray, sizes: FloatArray) -> Grams:
+    """Gram matrices of a residual from which columns of given sizes are taken."""
+    turn = np.eye(grams.inner.shape[1])
+    turn[columns, -1] = -sizes
+    return replace(grams, inner=turn.T @ grams.inner @ turn)
 
 
 def _columns(
@@ -247,23 +275,5 @@ def _rms(columns: FloatArray) -> FloatArray:
     return np.asarray(np.where(scale > 0, scale, 1.0))
 
 
-def _solve(local: Problem, columns: FloatArray, noise: Noise) -> tuple[FloatArray, FloatArray]:
-    """Generalised least squares on calibration and columns, and without each block."""
-    grams, _ = whitened_grams(local, np.empty((local.residual.size, 0)), noise)
-    sizes, without = joint_sizes(grams, grams.calibration, grams.candidates)
-    scale = _rms(columns)
-    return sizes / scale, without / scale
-
-
 def _numbered(columns: FloatArray) -> tuple[Signature, ...]:
     return tuple(Signature("", "", str(i), "") for i in range(columns.shape[1]))
-
-
-def _bounded(before: float, step: float, item: Freed) -> float:
-    after = before + step
-    if item.is_shape:
-        low, high = sorted((before / _SHAPE_REACH, before * _SHAPE_REACH))
-        after = float(np.clip(after, low, high))
-    margin = item.step if np.isfinite(item.parameter.lower) else 0.0
-    low = item.parameter.lower + (margin if item.is_shape else 0.0)
-    return float(np.clip(after, low, item.parameter.upper))

@@ -160,6 +160,13 @@ class Effect:
         inverse has to interpolate.
     invertible
         False where no inverse exists (saturation, a stuck channel) and remove is the best guess.
+    stated
+        ``(log before, log after) -> value per unit``, in the unit of the first size: what is given
+        as the effect's size where recordings determine that rather than the parameter; the
+        parameter's own value where absent.
+    form_error
+        Sd, as a share, by which what is stated is off where the real effect has another form than
+        the table's; all data share it.
     anticipates
         True where removing needs samples that come later (a delay): chunk by chunk, the last
         samples of each chunk are extrapolated.
@@ -181,6 +188,8 @@ class Effect:
     tolerance: float = 1e-9
     invertible: bool = True
     anticipates: bool = False
+    stated: Callable[[Log, Log], FloatArray] | None = None
+    form_error: float = 0.0
 
     @property
     def size(self) -> EffectParameter:
@@ -191,6 +200,11 @@ class Effect:
     def sizes(self) -> tuple[EffectParameter, ...]:
         """All parameters that make the effect act, without the shapes."""
         return tuple(parameter for parameter in self.parameters if not parameter.shape)
+
+    @property
+    def parameter_names(self) -> tuple[str, ...]:
+        """Names of all parameters, sizes first."""
+        return tuple(parameter.name for parameter in self.parameters)
 
     @property
     def shapes(self) -> tuple[EffectParameter, ...]:

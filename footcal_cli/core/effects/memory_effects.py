@@ -15,6 +15,7 @@ from footcal_cli.core.effects.contract import (
     Theta,
     on_readings,
 )
+from footcal_cli.core.effects.loop import LOOP_FORM_ERROR, loop_width
 from footcal_cli.core.effects.memory import (
     elapsed,
     invert_low_pass,
@@ -131,6 +132,8 @@ HYSTERESIS = Effect(
     remedy="approach every load from the same side; check glued seats and screws",
     mimics=("sensor_lag", "creep"),
     separates="a staircase of weights up and down with long holds",
+    stated=loop_width,
+    form_error=LOOP_FORM_ERROR,
 )
 
 

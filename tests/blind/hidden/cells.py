@@ -315,6 +315,7 @@ INJECTIONS = (
         _cellwise(lambda w, s, r: foreign.preisach(w.shown, w.fresh, s)),
         0.2,
         "N",
+        "hysteresis_width",
         signed=False,
     ),
     Injection(

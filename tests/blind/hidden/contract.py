@@ -31,7 +31,9 @@ class Injection:
     guess
         First size tried, in `unit`.
     parameter
-        The table's parameter whose value `size` is, empty where sizes cannot be compared.
+        The table's parameter whose value `size` is, empty where sizes cannot be compared. Of a
+        hysteresis the loop at the recorded loads is compared (`tests.blind.loops`), whatever its
+        form: an asymptote that no load reached is no size.
     alias
         In these experiments no data of that kind tells it from other names (METHODS.md): a rival
         set is the right answer, and a lone name is right by luck only.

@@ -1,0 +1,129 @@
+"""Which numbers of an extended model a refit moves, and how far at once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from footcal_cli.core.diagnosis.problem import Problem, Signature
+from footcal_cli.core.effects.contract import OF_THE_LOGS, Effect, EffectParameter
+from footcal_cli.core.parameters import FloatArray
+
+_SHAPE_SEEN = 0.2  # share of a shape's visible influence that no size can take over
+_AXIS_SEEN = 0.05  # visible fraction from which a component that was not named is fitted too
+_AXIS_TOLD = 2.0  # and sd of the noise by which its usual size must change the residual
+_SHAPE_REACH = 2.0  # a shape moves at most by this factor per iteration
+_SHAPE_ACTS = (
+    1e-3  # change of the residual, in noise, below which a shape that doubles does nothing
+)
+
+
+@dataclass(frozen=True)
+class Freed:
+    """One number of the extended model that the refit moves; `named` is what was accepted."""
+
+    name: str
+    parameter: EffectParameter
+    step: float
+    named: bool
+
+    @property
+    def is_shape(self) -> bool:
+        """Whether it only shapes the effect."""
+        return self.parameter.shape
+
+
+def freed_of(effect: Effect, signature: Signature) -> list[Freed]:
+    """Sizes and shapes of an accepted effect, by owner.
+
+    An offset has no reason to lie along one axis: all its components are freed.
+    """
+    freed = []
+    for owner, _ in signature.owners:
+        for p in effect.parameters:
+            if p.unit not in ("channel", "block") and p.grid_of not in OF_THE_LOGS:
+                step = 0.02 * p.prior_sd if not p.shape else 0.02 * abs(p.neutral)
+                named = p.name == signature.parameter
+                freed.append(Freed(f"{owner}.{p.name}", p, step, named))
+    return freed
+
+
+def seen(freed: Sequence[Freed], problem: Problem, columns: FloatArray) -> list[Freed]:
+    """Named sizes, their other axes where visible, and shapes that data tell from the sizes."""
+    freed = list(freed)
+    sizes = _sizes_seen(freed, problem, columns)
+    basis = np.hstack([problem.calibration, columns[:, sizes]])
+    norm = np.sqrt(np.sum(basis**2, axis=0))
+    basis = basis[:, norm > 0] / norm[norm > 0]
+    kept = []
+    for i, item in enumerate(freed):
+        if not item.is_shape and not sizes[i]:
+            continue
+        if item.is_shape:
+            whole = columns[:, i]
+            calibrated = problem.calibration
+            alone = whole - calibrated @ np.linalg.lstsq(calibrated, whole, rcond=1e-9)[0]
+            left = whole - basis @ np.linalg.lstsq(basis, whole, rcond=1e-9)[0]
+            if left @ left < _SHAPE_SEEN**2 * (alone @ alone):
+                continue
+        kept.append(item)
+    return kept
+
+
+def _sizes_seen(freed: Sequence[Freed], problem: Problem, columns: FloatArray) -> list[bool]:
+    """Named sizes, and other axes that these data tell from the named ones and from each other.
+
+    An axis that carries nothing but noise would be given the gain that makes its noise small; one
+    that differs from the rest only by what does not repeat between settings would be given any.
+    """
+    named = [f.named and not f.is_shape for f in freed]
+    fitted = [problem.calibration, columns[:, named]]
+    if problem.settings is not None:
+        fitted.append(problem.settings.spread())
+    basis = _orthonormal(np.hstack(fitted))
+    usual = np.array([f.parameter.prior_sd for f in freed])
+    left = columns - basis @ (basis.T @ columns)
+    size = np.sqrt(np.sum(columns**2, axis=0))
+    seen = list(named)
+    for i in np.argsort(-usual * np.sqrt(np.sum(left**2, axis=0)), kind="stable"):
+        shown = float(np.sqrt(left[:, i] @ left[:, i]))
+        if freed[i].is_shape or named[i]:
+            continue
+        if shown > _AXIS_SEEN * size[i] and shown * usual[i] > _AXIS_TOLD:
+            seen[i] = True
+            unit = left[:, i] / shown
+            left = left - np.outer(unit, unit @ left)
+    return seen
+
+
+def _orthonormal(columns: FloatArray) -> FloatArray:
+    """Basis of what columns span, shape (m, rank)."""
+    norm = np.sqrt(np.sum(columns**2, axis=0))
+    u, s, _ = np.linalg.svd(columns[:, norm > 0] / norm[norm > 0], full_matrices=False)
+    return np.asarray(u[:, s > 1e-8 * s.max(initial=0.0)])
+
+
+def bounded(before: float, step: float, item: Freed) -> float:
+    """A value after a step, within what is allowed; a shape moves by a factor at most."""
+    after = before + step
+    if item.is_shape:
+        low, high = sorted((before / _SHAPE_REACH, before * _SHAPE_REACH))
+        after = float(np.clip(after, low, high))
+    margin = item.step if np.isfinite(item.parameter.lower) else 0.0
+    low = item.parameter.lower + (margin if item.is_shape else 0.0)
+    return float(np.clip(after, low, item.parameter.upper))
+
+
+def acts(item: Freed, value: float, rms: float) -> bool:
+    """Whether a shape that doubles would change anything at all; sizes always do.
+
+    Parameters
+    ----------
+    item, value
+        The number and where it is.
+    rms
+        Of its derivative, in units of the noise.
+    """
+    return not item.is_shape or rms * abs(value) > _SHAPE_ACTS
