@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from importlib import import_module
 from itertools import pairwise
 from pathlib import Path
@@ -169,6 +170,33 @@ def test_recordings_in_one_log_share_no_memory(effect: Effect) -> None:
     together, _ = effect.apply(restarted, theta, None)
     alone, _ = effect.apply(second, theta, None)
     np.testing.assert_allclose(together.readings[half:], alone.readings, atol=1e-12)
+
+
+@pytest.mark.parametrize("effect", [TABLE[name] for name in ("hysteresis", "creep", "creep_slow")])
+def test_memory_ends_where_nothing_was_recorded_between_two_sessions(effect: Effect) -> None:
+    log = log_for(effect)
+    half = len(log) // 2
+    theta = typical(effect, units(effect, log))
+    stamps = log.time_s + np.where(np.arange(len(log)) < half, 0.0, 3600.0)
+    session = (np.arange(len(log)) >= half).astype(np.int64)
+    days = replace(log, time_s=stamps, block=session)
+    alone, _ = effect.apply(days.rows(half, len(log)), theta, None)
+    for transform in (effect.apply, effect.remove):
+        together, _ = transform(days, theta, None)
+        first, state = transform(days.rows(0, half), theta, None)
+        second, _ = transform(days.rows(half, len(log)), theta, state)
+        both = np.concatenate([first.readings, second.readings])
+        np.testing.assert_allclose(together.readings, both, atol=1e-12)
+    np.testing.assert_allclose(
+        effect.apply(days, theta, None)[0].readings[half:], alone.readings, atol=1e-12
+    )
+    # a hold with few rows is no break, and neither is a short pause between two gait cycles
+    held, _ = effect.apply(replace(days, block=np.zeros_like(session)), theta, None)
+    assert np.abs(held.readings[half:] - alone.readings).max() > 1e-6
+    paused = replace(days, time_s=log.time_s)
+    assert (
+        np.abs(effect.apply(paused, theta, None)[0].readings[half:] - alone.readings).max() > 1e-6
+    )
 
 
 def test_play_follows_the_definition_row_by_row() -> None:

@@ -16,6 +16,7 @@ from footcal_cli.core.diagnosis.problem import Signature
 from footcal_cli.core.diagnosis.refit import Refit
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.signals import describe
+from footcal_cli.core.diagnosis.size_intervals import Scatter
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.diagnosis.whitening import noise_of
 from footcal_cli.core.effects import TABLE
@@ -32,7 +33,9 @@ def cause_of(signature: Signature, size: float = 0.0) -> Cause:
 
 
 def tried(effect: str, loss: float, p: float) -> _Tried:
-    fitted = Refit(None, {}, (), (), np.empty((0, 0)), np.empty(0), True)  # type: ignore[arg-type]
+    empty = np.empty((0, 0))
+    scatter = Scatter(empty, np.empty(0), 0.0)
+    fitted = Refit(None, {}, (), (), scatter, empty, np.empty(0), True)  # type: ignore[arg-type]
     own = loss + 0.1 * np.cos(np.arange(12.0))
     return _Tried(cause_of(Signature(effect, "", "all cells", "")), fitted, own, p)
 

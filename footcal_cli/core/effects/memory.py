@@ -1,7 +1,7 @@
 """Operators with memory that the effects are made of, vectorised over rows and channels.
 
-A recording starts afresh (`Recording.fresh`) where its stamps step back: two sessions in one log
-share no memory.
+A recording starts afresh (`Recording.fresh`) where its stamps step back, and where nothing was
+recorded between two blocks for longer than `BREAK_S`: two sessions in one log share no memory.
 """
 
 from __future__ import annotations
@@ -10,8 +10,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from footcal_cli.core.parameters import BoolArray, FloatArray
+from footcal_cli.core.log import Log
+from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
+BREAK_S = 10.0
+"""Time without a row between two blocks after which nobody knows what was loaded meanwhile; within
+a block a long hold may have few rows."""
 _FORGOTTEN = 1e-30
 """A decay this small over a stretch leaves nothing to carry on."""
 
@@ -32,11 +36,35 @@ class Recording:
     fresh: BoolArray
 
 
-def recording(time_s: FloatArray, last_s: float | None) -> Recording:
-    """Intervals of a chunk whose preceding row, if any, was stamped `last_s`."""
+def recording(
+    time_s: FloatArray, last_s: float | None, block: IntArray | None = None, last_block: int = -1
+) -> Recording:
+    """Intervals of a chunk, and where a recording starts afresh.
+
+    Parameters
+    ----------
+    time_s, last_s
+        Stamps, shape (n,), and that of the row before, if any.
+    block, last_block
+        Block of each row, shape (n,), and of the row before; without them a break is not seen.
+    """
     before = np.concatenate([[np.inf if last_s is None else last_s], time_s[:-1]])
     fresh = time_s < before
+    if block is not None:
+        other = block != np.concatenate([[last_block], block[:-1]])
+        fresh |= other & (time_s - before > BREAK_S)
     return Recording(np.where(fresh, 0.0, time_s - before), fresh)
+
+
+RowState = tuple[float, int]
+"""Stamp and block of the last row."""
+
+
+def rows_of(log: Log, last: RowState | None) -> tuple[Recording, RowState]:
+    """The recording of a log's chunk after the row `last`, and what the next chunk goes on from."""
+    last_s, last_block = last or (None, -1)
+    passed = recording(log.time_s, last_s, log.block, last_block)
+    return passed, (float(log.time_s[-1]), int(log.block[-1]))
 
 
 ElapsedState = tuple[float, float]

@@ -17,13 +17,14 @@ from footcal_cli.core.effects.contract import (
 )
 from footcal_cli.core.effects.loop import LOOP_FORM_ERROR, loop_width
 from footcal_cli.core.effects.memory import (
+    Recording,
     elapsed,
     invert_low_pass,
     linear_recurrence,
     low_pass,
     low_pass_decay,
     play,
-    recording,
+    rows_of,
 )
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import BoolArray, FloatArray
@@ -35,24 +36,27 @@ MOVING = ("walk",)
 def _hysteresis(x: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
     half, reach = 0.5 * theta["hysteresis_width"], theta["hysteresis_reach"]
     last, start = state or (None, np.zeros(x.shape[1]))
-    z = play(x, reach, start, recording(log.time_s, last).fresh)
-    return x + half / reach * (z - x), (log.time_s[-1], z[-1])
+    passed, last = rows_of(log, last)
+    z = play(x, reach, start, passed.fresh)
+    return x + half / reach * (z - x), (last, z[-1])
 
 
 def _unhysteresis(y: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
     reach = theta["hysteresis_reach"]
     yielding = 1.0 - 0.5 * theta["hysteresis_width"] / reach
     last, start = state or (None, np.zeros(y.shape[1]))
-    z = play(y, reach * yielding, start, recording(log.time_s, last).fresh)
-    return y / yielding + (1.0 - 1.0 / yielding) * z, (log.time_s[-1], z[-1])
+    passed, last = rows_of(log, last)
+    z = play(y, reach * yielding, start, passed.fresh)
+    return y / yielding + (1.0 - 1.0 / yielding) * z, (last, z[-1])
 
 
 def _creep(name: str) -> ArrayTransform:
     def crept(x: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
         last, start = state or (None, np.zeros(x.shape[1]))
-        fresh, decay = _forgetting(log, last, theta[f"{name}_time"])
+        passed, last = rows_of(log, last)
+        fresh, decay = _forgetting(passed, theta[f"{name}_time"])
         slow = linear_recurrence(np.where(fresh, 0.0, decay), (1.0 - decay) * x, start)
-        return x + theta[name] * slow, (log.time_s[-1], slow[-1])
+        return x + theta[name] * slow, (last, slow[-1])
 
     return crept
 
@@ -60,20 +64,18 @@ def _creep(name: str) -> ArrayTransform:
 def _uncreep(name: str) -> ArrayTransform:
     def rested(y: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
         last, start = state or (None, np.zeros(y.shape[1]))
-        fresh, decay = _forgetting(log, last, theta[f"{name}_time"])
+        passed, last = rows_of(log, last)
+        fresh, decay = _forgetting(passed, theta[f"{name}_time"])
         share = 1.0 / (1.0 + theta[name] * (1.0 - decay))
         drive = (1.0 - decay) * share * y
         slow = linear_recurrence(np.where(fresh, 0.0, decay * share), drive, start)
-        return y - theta[name] * slow, (log.time_s[-1], slow[-1])
+        return y - theta[name] * slow, (last, slow[-1])
 
     return rested
 
 
-def _forgetting(
-    log: Log, last_s: float | None, time_constant_s: FloatArray
-) -> tuple[BoolArray, FloatArray]:
+def _forgetting(passed: Recording, time_constant_s: FloatArray) -> tuple[BoolArray, FloatArray]:
     """Rows that start rested (n, 1), and the decay since the row before (n, c)."""
-    passed = recording(log.time_s, last_s)
     return passed.fresh[:, None], low_pass_decay(passed.interval_s, time_constant_s)
 
 
