@@ -153,7 +153,9 @@ def local_max_t(scores: FloatArray, information: FloatArray) -> tuple[FloatArray
     weight = np.where(seen, information, 0.0)
     total = np.maximum(weight.sum(axis=0), 1e-300)
     size = np.where(seen, scores, 0.0).sum(axis=0) / total
-    scatter = np.where(seen, (scores - size * weight) ** 2 / np.maximum(weight, 1e-300), 0.0)
+    scatter = np.divide(
+        (scores - size * weight) ** 2, weight, out=np.zeros_like(weight), where=seen & (weight > 0)
+    )
     freedom = float(np.sum(np.maximum(seen.sum(axis=0) - 1, 0)))
     if freedom < 1.0:
         return np.zeros(size.size), np.ones(size.size)

@@ -82,10 +82,15 @@ def _settings(ideal: Case, rows: Rows) -> Settings:
         number[0, here] = i
         number[1, here] = log.known[ideal.settings][rows.row[here]]
     _, setting = np.unique(number, axis=1, return_inverse=True)
-    of = _of_each_cell if ideal.experiment.name == "placements" else _of_each_output
-    columns, kind = of(ideal, rows)
-    _, numbered = np.unique(kind, return_inverse=True)
-    return Settings(np.asarray(setting).ravel(), np.stack(columns, axis=1), np.asarray(numbered))
+    numbers = np.asarray(setting).ravel()
+    if ideal.experiment.name == "placements":
+        columns, kind = _of_each_cell(ideal, rows)
+        _, numbered = np.unique(kind, return_inverse=True)
+        return Settings(numbers, np.stack(columns, axis=1), np.asarray(numbered))
+    axes = _of_each_output(ideal, rows)
+    # few hangings know of each axis: in units of their own noise all offsets are taken to be
+    # alike, forces' and torques', and all gains
+    return Settings(numbers, np.stack(axes, axis=1), np.arange(len(axes)) % 2, rows.log, rows.block)
 
 
 def _of_each_cell(ideal: Case, rows: Rows) -> tuple[list[FloatArray], list[str]]:
@@ -103,19 +108,18 @@ def _of_each_cell(ideal: Case, rows: Rows) -> tuple[list[FloatArray], list[str]]
     return columns, kind
 
 
-def _of_each_output(ideal: Case, rows: Rows) -> tuple[list[FloatArray], list[int]]:
+def _of_each_output(ideal: Case, rows: Rows) -> list[FloatArray]:
     """Offset and gain of every output, where outputs are axes of one sensor."""
     truths = [ideal.chain.remove(log, ideal.values)[0] for log in ideal.logs]
     reading = np.zeros(rows.row.size)
     for i, truth in enumerate(truths):
         here = rows.log == i
         reading[here] = truth.readings[rows.row[here], rows.column[here]]
-    columns, kind = [], []
-    for o, unit in enumerate(rows.units):
+    columns = []
+    for o in range(len(rows.outputs)):
         own = rows.output == o
-        for at, part in enumerate((np.ones(reading.size), reading)):
+        for part in (np.ones(reading.size), reading):
             column = np.where(own, part, 0.0)
             size = float(np.sqrt(np.mean(column[own] ** 2)))
             columns.append(column / max(size, 1e-300))
-            kind.append(2 * at + (unit == "Nm"))
-    return columns, kind
+    return columns

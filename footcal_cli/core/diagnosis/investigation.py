@@ -27,6 +27,8 @@ from footcal_cli.core.effects.contract import Effect, Scope
 from footcal_cli.core.evidence import Interval, sign_patterns
 from footcal_cli.core.parameters import IntArray
 
+_HALF = 0.5  # a switch that is not even half on is off
+
 
 @dataclass(frozen=True)
 class Found:
@@ -194,6 +196,8 @@ def _is_something(cause: Cause, effect: Effect, fitted: Refit) -> bool:
         interval for name, interval in zip(fitted.names, fitted.intervals, strict=True)
         if name.rsplit(".", 1)[1] == parameter.name
     ]  # fmt: skip
+    if effect.name in SWITCHES and intervals and not any(i.high >= _HALF for i in intervals):
+        return False
     if effect.name in SWITCHES or not np.isfinite(parameter.neutral) or not intervals:
         return True
     if effect.scope is Scope.ROBOT and any(

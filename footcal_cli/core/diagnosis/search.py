@@ -9,8 +9,10 @@ import numpy as np
 
 from footcal_cli.core.diagnosis.detection import block_calibrations
 from footcal_cli.core.diagnosis.library import Library
+from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.scores import (
+    Scores,
     cosines,
     held_out_gains,
     held_out_loss,
@@ -66,18 +68,18 @@ def weigh(lib: Library, base: IntArray, signs: FloatArray, rules: Rules, seed: i
     grams = lib.grams
     found = scores(grams.inner, base, grams.candidates)
     active = lib.testable & (found.inside == 0)
+    informative = effective_blocks(found.information)
     within = np.flatnonzero(active & ~lib.between & ~lib.local)
     local = np.flatnonzero(active & lib.local)
     between = np.flatnonzero(active & lib.between)
     t = np.zeros(len(lib.problem.signatures))
     p = np.ones(len(lib.problem.signatures))
-    informative = effective_blocks(found.information)
     partial = within[_in_some_blocks(lib, informative[within])]
     split = max(float(sum(family.size > 0 for family in (within, local, between, partial))), 1.0)
     test = sign_flip_max_t(found.score[:, within], signs)
     t[within], p[within] = test.t, np.minimum(split * test.p, 1.0)
     if partial.size:
-        single = partial.size * student_p(t[partial], informative[partial])
+        single = _partial_p(lib, found, partial, t, informative)
         p[partial] = np.minimum(p[partial], split * single)
     if between.size and grams.blocks >= 4:
         apart = _permuted(grams, base, grams.candidates[between], seed)
@@ -103,6 +105,7 @@ def weigh(lib: Library, base: IntArray, signs: FloatArray, rules: Rules, seed: i
 
 _SOME = 0.7
 _FEWEST = 8.0
+_FEWEST_KNOWN = 4.0
 
 
 def _in_some_blocks(lib: Library, informative: FloatArray) -> BoolArray:
@@ -111,9 +114,26 @@ def _in_some_blocks(lib: Library, informative: FloatArray) -> BoolArray:
     So few signs cannot reach the level of a family; block scores are sums over many rows, and
     Student's t on them can.
     """
-    if lib.problem.drifts or lib.problem.settings is not None or lib.problem.rate_hz <= 0:
+    settings = lib.problem.settings
+    if settings is not None and settings.part is not None:
+        return np.asarray(informative >= _FEWEST_KNOWN)
+    if lib.problem.drifts or settings is not None or lib.problem.rate_hz <= 0:
         return np.zeros(informative.size, dtype=bool)
     return np.asarray((informative < _SOME * lib.grams.blocks) & (informative >= _FEWEST))
+
+
+def _partial_p(
+    lib: Library, found: Scores, partial: IntArray, t: FloatArray, informative: FloatArray
+) -> FloatArray:
+    """Family-wise p of candidates that a part of the blocks knows of, Bonferroni.
+
+    Blocks that are parts of settings are white once that is accounted for: how far their scores
+    scatter is then known from all of them together, not from the few that know of one candidate.
+    """
+    if lib.problem.settings is None:
+        return np.asarray(partial.size * student_p(t[partial], informative[partial]))
+    score, information = found.score[:, partial], found.information[:, partial]
+    return local_max_t(score, information)[1]
 
 
 def _permuted(
@@ -257,7 +277,8 @@ def _next_step(
             why.append(f"{name}: its size would be {size:.3g} {signature.unit}, not possible")
             continue
         before = max(start_loss - float(loss.sum()), 0.0)
-        needed = max(rules.smallest_gain * float(loss.sum()), rules.later_share * before)
+        touched = _touched(lib.problem, lib.index(int(evidence.best[c])))
+        needed = max(rules.smallest_gain * touched * float(loss.sum()), rules.later_share * before)
         plain = evidence.plain_gain[:, c]
         earned = min(sign_flip_mean(evidence.gain[:, c], signs), sign_flip_mean(plain, signs))
         if plain.sum() <= needed or earned > rules.alpha_rival:
@@ -274,6 +295,17 @@ def _next_step(
             plain, loss, rivals, places,
         ), why  # fmt: skip
     return None, why
+
+
+def _touched(problem: Problem, column: int) -> float:
+    """Share of the rows that a candidate acts on, where sensors have nothing in common.
+
+    An axis of one hanging leg cannot mend the errors of the others; the more legs hang, the less
+    of the whole error is its own.
+    """
+    if problem.settings is None or problem.settings.sensor is None:
+        return 1.0
+    return float(np.mean(problem.columns[:, column] != 0.0))
 
 
 def _rivals(

@@ -4,12 +4,15 @@ Within one hanging every sensor has an offset and a gain that the next hanging d
 Turns of one hanging share them, so that turns alone would count the same evidence many times.
 Their variance is estimated from the differences between settings, taken at the upper end of its
 own uncertainty, and rows are whitened for it: ``V = I + Z D Zᵀ`` in each setting, Z the offsets and
-gains of the outputs.
+gains of the outputs. Where a setting has parts (turns of a hanging leg) what differs between these
+comes first: counted as poor repeatability of the settings it would hide all that shows between
+them.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from scipy import stats
@@ -24,6 +27,7 @@ _MEDIAN_EFFICIENCY = 0.37  # of a median-based variance against the mean square
 _UPPER = 0.2
 """The variance is taken so large that a larger one would have shown less with this probability."""
 _RCOND = 1e-9
+_PART_START, _PART_LEAST = 0.05, 1e-5  # variance of one part against that of one row
 
 
 @dataclass(frozen=True)
@@ -38,11 +42,32 @@ class Settings:
         What one unit of each difference adds to the residual, shape (m, q).
     kind
         Columns of one kind share a variance, shape (q,), from 0.
+    sensor, part
+        Sensor of each row and the part of a setting it lies in (a turn of a leg), shape (m,), where
+        offsets and gains differ from part to part too; absent where a setting has no parts.
     """
 
     number: IntArray
     columns: FloatArray
     kind: IntArray
+    sensor: IntArray | None = None
+    part: IntArray | None = None
+
+    def parts(self, output: IntArray, kept: IntArray) -> list[Parts]:
+        """What differs from part to part, per output of each sensor; positions within `kept`."""
+        if self.sensor is None or self.part is None:
+            return []
+        found = []
+        for sensor, o in product(np.unique(self.sensor[kept]), np.unique(output[kept])):
+            rows = np.flatnonzero((self.sensor[kept] == sensor) & (output[kept] == o))
+            if not rows.size:
+                continue
+            acting = np.flatnonzero(np.any(self.columns[kept[rows]] != 0.0, axis=0))
+            own = np.stack([self.number[kept[rows]], self.part[kept[rows]]])
+            number = np.unique(own, axis=1, return_inverse=True)[1].ravel()
+            groups = [rows[number == n] for n in range(int(number.max()) + 1)]
+            found.append(Parts(acting, groups))
+        return found
 
     def rows(self, kept: IntArray) -> list[IntArray]:
         """Positions within `kept` of each setting's rows."""
@@ -54,6 +79,92 @@ class Settings:
         one = np.eye(int(self.number.max(initial=0)) + 1)[self.number]
         whole = one[:, :, None] * self.columns[:, None, :]
         return np.asarray(whole.reshape(len(self.number), -1))
+
+
+@dataclass(frozen=True)
+class Parts:
+    """One output of one sensor in the parts of its settings.
+
+    Parameters
+    ----------
+    columns
+        Which of `Settings.columns` act on it.
+    groups
+        Its rows in each part.
+    """
+
+    columns: IntArray
+    groups: list[IntArray]
+
+
+def within_settings(
+    white: FloatArray, common: FloatArray, loose: FloatArray, residual: FloatArray,
+    parts: list[Parts],
+) -> FloatArray:  # fmt: skip
+    """Columns whitened for what differs from part to part of a setting, shape (n, k).
+
+    Every output of every sensor has its own variances: one axis of one leg has dozens of turns to
+    show them, and what it carries beside the load is not what the others carry.
+
+    Parameters
+    ----------
+    white
+        What is to be whitened, rows already white within a part, shape (n, k).
+    common
+        What parts of one setting share: calibration, and each setting's own offsets and gains.
+    loose, residual
+        Z and the residual, likewise whitened.
+    parts
+        From `Settings.parts`.
+    """
+    left = residual - common @ _fitted(common, residual)
+    out = white.copy()
+    for part in parts:
+        products = [
+            (z.T @ z, z.T @ left[rows])
+            for rows in part.groups
+            for z in [loose[np.ix_(rows, part.columns)]]
+        ]
+        variance = _variance_of_parts(products)
+        for rows in part.groups:
+            _shrink(out, white, rows, loose[np.ix_(rows, part.columns)] * np.sqrt(variance))
+    return out
+
+
+def _fitted(basis: FloatArray, target: FloatArray) -> FloatArray:
+    scale = np.sqrt(np.sum(basis**2, axis=0))
+    scale = np.where(scale > 0, scale, np.inf)
+    normed = basis / scale
+    inverse = np.linalg.pinv(normed.T @ normed, rcond=_RCOND, hermitian=True)
+    return np.asarray((inverse @ (normed.T @ target)) / scale)
+
+
+def _shrink(out: FloatArray, white: FloatArray, rows: IntArray, loose: FloatArray) -> None:
+    """``(I + Z Zᵀ)^(−1/2)`` times some rows, in place."""
+    u, s, _ = np.linalg.svd(loose, full_matrices=False)
+    out[rows] -= u @ ((1.0 - 1.0 / np.sqrt(1.0 + s**2))[:, None] * (u.T @ white[rows]))
+
+
+def _variance_of_parts(products: list[tuple[FloatArray, FloatArray]]) -> FloatArray:
+    """Variance of each column over parts, from the median as in `_variance`, shape (q,)."""
+    size = products[0][0].shape[0]
+    variance = np.full(size, _PART_START)
+    for _ in range(_STEPS):
+        standard, known = (np.empty((len(products), size)) for _ in range(2))
+        for i, (own, right) in enumerate(products):
+            inverse = np.linalg.inv(own + np.diag(1.0 / variance))
+            known[i] = np.clip(1.0 - np.diag(inverse) / variance, 1e-9, 1.0)
+            standard[i] = np.abs(inverse @ right) / np.sqrt(known[i] * variance)
+        factor = np.array(
+            [(_weighted_median(standard[:, c], known[:, c]) / _NORMAL_MEDIAN) ** 2
+             for c in range(size)]
+        )  # fmt: skip
+        updated = np.maximum(variance * np.clip(factor, 0.1, 10.0) ** _CAUTION, _PART_LEAST)
+        change = float(np.abs(np.log(updated / variance)).max())
+        variance = updated
+        if change < _STOP:
+            break
+    return variance
 
 
 def repeated(
@@ -78,9 +189,7 @@ def repeated(
     for rows in groups:
         if not rows.size:
             continue
-        u, s, _ = np.linalg.svd(loose[rows] * np.sqrt(variance), full_matrices=False)
-        shrink = 1.0 - 1.0 / np.sqrt(1.0 + s**2)
-        out[rows] -= u @ (shrink[:, None] * (u.T @ white[rows]))
+        _shrink(out, white, rows, loose[rows] * np.sqrt(variance))
     return out
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import product
 
 import numpy as np
@@ -25,6 +26,9 @@ MOST_LABELS = 40
 SAME_LABEL = 1e-3
 """Written loads that differ by less than this share are one weight."""
 _LARGEST = 0.99
+_PAUSE = 5.0  # a pause is so many times the usual step between rows
+_NEAR_PAUSE = 0.01  # of the rows
+_MOST_PAUSES = 11
 
 
 def shapes_of(case: Case, effect: Effect) -> list[dict[str, float]]:
@@ -52,6 +56,9 @@ def _grid(case: Case, effect: Effect, shape: EffectParameter) -> list[float]:
     if shape.grid_of is GridOf.LOAD and not is_six_axis(channels_of(case.logs)):
         largest = max(_largest(case, log, effect.scope) for log in case.logs)
         return [float(np.clip(v * largest, shape.lower, shape.upper)) for v in shape.grid]
+    if shape.grid_of is GridOf.SPAN:
+        longest = max(case.logs, key=lambda log: float(np.ptp(log.time_s)))
+        return times_of(longest, shape.grid)
     if shape.unit == "channel":
         return [v for v in shape.grid if v < len(channels_of(case.logs))] or [shape.neutral]
     return list(shape.grid)
@@ -63,6 +70,28 @@ def _largest(case: Case, log: Log, scope: Scope) -> float:
     if scope is Scope.FOOT:
         force = np.stack([force[:, c].sum(axis=1) for c in columns_of(scope, log.channels)], 1)
     return max(float(np.nanquantile(force, _LARGEST, axis=0).max()), 1e-6)
+
+
+def times_of(log: Log, shares: Sequence[float]) -> list[float]:
+    """Times since the start at which something may have happened, s: in pauses, and in between.
+
+    What happened in a pause changed everything after it and nothing before: a time a few rows
+    early would look the same and leave another trace once both sides have their own tilts.
+
+    Parameters
+    ----------
+    shares
+        Of the rows of the log.
+    """
+    since = log.time_s - log.time_s[0]
+    steps = np.diff(since)
+    if not steps.size:
+        return []
+    pauses = np.flatnonzero(steps > _PAUSE * np.median(steps)) + 1
+    rows = (np.array(shares) * since.size).astype(np.int64)
+    apart = np.abs(rows[:, None] - pauses[None]).min(axis=1, initial=since.size)
+    rows = np.union1d(rows[apart > _NEAR_PAUSE * since.size], pauses[:_MOST_PAUSES])
+    return [float(since[row]) for row in rows]
 
 
 def labels_of(case: Case) -> list[float]:

@@ -25,6 +25,7 @@ STEP = 0.02
 ALIKE = 0.995
 """|cos| from which two shapes of an effect count as one."""
 _NOTHING = 1e-6  # RMS change in noise units at a usual size: below it is rounding
+_CARRIED = 1.0  # RMS change in noise units of a whole swap: below it the axis carries nothing
 SWITCHES = frozenset({"channel_swap", "axis_flip"})
 """Effects that are on or off: differentiated at the swapped readings, a whole one looks like −1."""
 _CHOICES = frozenset(
@@ -140,7 +141,8 @@ def effect_columns(
             single = {u: derivative(case, rows, effect, size, {u: (u,)}, shape) for u in units}
             shared = np.sum(list(single.values()), axis=0)
             largest = max(float(np.sqrt(np.mean(c**2))) for c in single.values())
-            if any(_alike(shared, other) for other in kept) or largest * size.prior_sd < _NOTHING:
+            idle = largest < _CARRIED if switch else largest * size.prior_sd < _NOTHING
+            if idle or any(_alike(shared, other) for other in kept):
                 continue
             kept.append(shared)
             for where, owners, members in places(effect, units):

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.linalg import solve_toeplitz
 
 from footcal_cli.core.diagnosis.problem import Problem
-from footcal_cli.core.diagnosis.settings import repeated
+from footcal_cli.core.diagnosis.settings import Settings, repeated, within_settings
 from footcal_cli.core.diagnosis.tracking import (
     PART_S,
     Tracking,
@@ -263,7 +263,9 @@ def whitened_grams(
     tracked = problem.tracking is not None
     turn = _directions(problem, whitener)
     loose = np.hstack([problem.calibration, _offsets(problem)]) @ turn
-    wandering = loose if not tracked and _has_its_own(problem, turn) else loose[:, :0]
+    apart = problem.settings is not None and problem.settings.part is not None
+    own = not tracked and not apart and _has_its_own(problem, turn)
+    wandering = loose if own else loose[:, :0]
     accepted = problem.fitted[:, problem.calibration.shape[1] :]
     parts = (problem.calibration, accepted, wandering, problem.columns, features)
     raw = np.hstack([*parts, problem.residual[:, None]])
@@ -271,10 +273,7 @@ def whitened_grams(
     numbers = [np.arange(a, b) for a, b in itertools.pairwise(edges)]
     white = whitener(raw)
     if problem.settings is not None:
-        shared = white[:, : edges[2]]
-        z = whitener(problem.settings.columns)
-        groups = problem.settings.rows(kept)
-        white = repeated(white, shared, z, white[:, -1], groups, problem.settings.kind)
+        white = _settled(problem, problem.settings, white, whitener, int(edges[2]))
     norm = np.sum(white**2, axis=0)
     rows = np.zeros((0, 0, 0))
     if tracked:
@@ -317,6 +316,30 @@ def whitened_grams(
             autocorrelation_time=tau,
         ),
         whitener,
+    )
+
+
+def _settled(
+    problem: Problem, settings: Settings, white: FloatArray, whitener: RowWhitener, shared: int
+) -> FloatArray:
+    """Columns whitened for what differs between settings, and between their parts.
+
+    Parameters
+    ----------
+    shared
+        How many of the columns are fitted in common.
+    """
+    kept = whitener.kept
+    loose = whitener(settings.columns)
+    parts = settings.parts(problem.output, kept)
+    if parts:
+        both = within_settings(
+            np.hstack([loose, white]), np.hstack([white[:, :shared], whitener(settings.spread())]),
+            loose, white[:, -1], parts,
+        )  # fmt: skip
+        loose, white = both[:, : loose.shape[1]], both[:, loose.shape[1] :]
+    return repeated(
+        white, white[:, :shared], loose, white[:, -1], settings.rows(kept), settings.kind
     )
 
 

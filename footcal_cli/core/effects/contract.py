@@ -78,6 +78,7 @@ class GridOf(StrEnum):
 
     ITSELF = ""
     LOAD = "largest load"
+    SPAN = "rows of a log, and its pauses"
     LABEL = "weights in use"
     HOLE = "holes in use"
 

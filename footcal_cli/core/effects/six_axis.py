@@ -14,6 +14,7 @@ from footcal_cli.core.effects.contract import (
     ArrayTransform,
     Effect,
     EffectParameter,
+    GridOf,
     Scope,
     Stage,
     State,
@@ -185,7 +186,7 @@ SCALE_MATRIX = Effect(
     name="scale_matrix",
     stage=Stage.SIX_AXIS,
     scope=Scope.LEG,
-    parameters=tuple(EffectParameter(f"gain_{axis}", "-", 0.0, -0.9, 3.0, 0.02) for axis in AXES),
+    parameters=tuple(EffectParameter(f"gain_{axis}", "-", 0.0, -0.4, 0.4, 0.02) for axis in AXES),
     apply=on_wrenches(_gain),
     remove=on_wrenches(_ungain),
     experiments=HIPS_AND_ANKLES,
@@ -287,7 +288,15 @@ OFFSET_CHANGE = Effect(
     parameters=(
         *per_axis("offset_change", 1.0, 0.1, 100.0),
         EffectParameter(
-            "change_time", "s", 20.0, 0.0, 1e6, 20.0, True, (5.0, 10.0, 20.0, 30.0, 60.0, 120.0)
+            "change_time",
+            "s",
+            20.0,
+            0.0,
+            1e6,
+            20.0,
+            True,
+            tuple(round(0.05 * i, 2) for i in range(1, 20)),
+            GridOf.SPAN,
         ),
     ),
     apply=on_wrenches(_change(1.0)),

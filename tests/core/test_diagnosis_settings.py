@@ -1,0 +1,73 @@
+"""What differs between hangings, and between the turns of one: each has its own share of blame."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from footcal_cli.core.diagnosis.settings import Parts, Settings, repeated, within_settings
+from footcal_cli.core.diagnosis.shapes import times_of
+from footcal_cli.core.log import Log
+from footcal_cli.core.parameters import FloatArray, IntArray
+
+SETTINGS, TURNS, ROWS = 8, 10, 40
+OF_TURN, OF_SETTING = 0.3, 0.8
+
+
+def drawn(seed: int) -> tuple[Settings, FloatArray, list[Parts]]:
+    """One output of one leg: offsets that differ from turn to turn and from hanging to hanging."""
+    rng = np.random.default_rng(seed)
+    number = np.repeat(np.arange(SETTINGS), TURNS * ROWS)
+    part = np.repeat(np.arange(SETTINGS * TURNS), ROWS)
+    settings = Settings(
+        number, np.ones((number.size, 1)), np.zeros(1, dtype=np.int64), 0 * number, part
+    )
+    noise = rng.standard_normal(number.size) + OF_TURN * rng.standard_normal(part.max() + 1)[part]
+    noise += OF_SETTING * rng.standard_normal(SETTINGS)[number]
+    return settings, noise, settings.parts(0 * number, np.arange(number.size))
+
+
+def whitened(settings: Settings, noise: FloatArray, parts: list[Parts]) -> FloatArray:
+    """Noise, loose column and noise again as a residual, whitened for both levels."""
+    common = np.hstack([np.ones((noise.size, 1)), settings.spread()])
+    both = within_settings(
+        np.column_stack([settings.columns, common[:, :1], noise]), common, settings.columns,
+        noise, parts,
+    )  # fmt: skip
+    loose, rest = both[:, :1], both[:, 1:]
+    kept: IntArray = np.arange(noise.size)
+    return repeated(rest, rest[:, :1], loose, rest[:, -1], settings.rows(kept), settings.kind)
+
+
+def test_every_part_of_a_setting_is_a_group_of_its_own() -> None:
+    _, _, parts = drawn(0)
+    assert len(parts) == 1, "one output of one sensor"
+    assert len(parts[0].groups) == SETTINGS * TURNS
+    assert all(rows.size == ROWS for rows in parts[0].groups)
+
+
+def test_settings_without_parts_are_as_they_were() -> None:
+    settings, _, _ = drawn(0)
+    bare = Settings(settings.number, settings.columns, settings.kind)
+    assert bare.parts(0 * settings.number, np.arange(settings.number.size)) == []
+
+
+def test_what_is_whitened_counts_every_turn_once() -> None:
+    """Sums over a turn have variance 1 per row, whatever hanging they are from: none is doubled."""
+    sums = []
+    for seed in range(30):
+        settings, noise, parts = drawn(seed)
+        white = whitened(settings, noise, parts)[:, -1]
+        turns = white.reshape(SETTINGS * TURNS, ROWS).sum(axis=1) / np.sqrt(ROWS)
+        sums.append(np.mean(turns**2))
+    # the upper value of a variance makes the sums a little too small, never too large
+    assert 0.6 < float(np.mean(sums)) < 1.1
+
+
+def test_a_step_is_looked_for_in_pauses_and_between() -> None:
+    """Two spells of 100 s, a pause of 60 s: the pause is one moment, where the second starts."""
+    spell = np.arange(0.0, 100.0, 0.5)
+    time_s = 1000.0 + np.concatenate([spell, spell + 160.0])
+    rows = time_s.size
+    log = Log("hang", ("fl.fx",), time_s, np.zeros((rows, 1)), {}, np.zeros(rows, dtype=np.int64))
+    times = times_of(log, (0.25, 0.499, 0.75))
+    np.testing.assert_allclose(times, [50.0, 160.0, 210.0])
