@@ -264,3 +264,25 @@ def jackknife_interval(
     freedom = max((blocks if informative is None else min(informative, blocks)) - 1.0, 1.0)
     half = float(stats.t.ppf(0.5 + level / 2, freedom) * se)
     return Interval(value, value - half, value + half)
+
+
+def held_out_interval(value: float, without: FloatArray, level: float = 0.95) -> Interval:
+    """Interval of what a model buys on blocks it was not fitted to, for blocks yet to come.
+
+    Models of different folds are fitted to nearly the same blocks, so that their errors are no
+    independent draws: the variance is ``1/B + n_test/n_train`` instead of ``1/B`` (Nadeau and
+    Bengio, Machine Learning 52 (2003)), here ``1/B + 1/(B − 1)``.
+
+    Parameters
+    ----------
+    value, without
+        The gain, and without each held-out block, shape (B,).
+    level
+        Coverage.
+    """
+    found = jackknife_interval(value, without, level)
+    blocks = without.size
+    if blocks < 2:
+        return found
+    half = (found.high - value) * float(np.sqrt(1.0 + blocks / (blocks - 1.0)))
+    return Interval(value, value - half, value + half)

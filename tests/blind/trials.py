@@ -99,7 +99,8 @@ def _true_gain(world: World, stick: Yardstick) -> dict[str, float]:
     if world.experiment != "weights":
         return {}
     rows = np.maximum(stick.valid.sum(axis=0), 1)
-    noise = float(np.sum(rows * stick.noise**2))
+    # what the converter rounds off is noise that no model removes
+    noise = float(np.sum(rows * (stick.noise**2 + world.quantum_n**2 / 12.0)))
     left = float(np.sum((stick.left(world) * stick.noise) ** 2))
     return {"force": 1.0 - float(np.sqrt(noise / (noise + left)))}
 

@@ -8,6 +8,7 @@ from scipy import stats
 
 from footcal_cli.core.evidence import (
     effective_blocks,
+    held_out_interval,
     jackknife_interval,
     mean_interval,
     permutation_max_t,
@@ -100,3 +101,23 @@ def test_jackknife_of_a_mean_is_students_interval() -> None:
     ours, students = jackknife_interval(float(values.mean()), without), mean_interval(values)
     assert ours.low == pytest.approx(students.low)
     assert ours.high == pytest.approx(students.high)
+
+
+def test_held_out_gains_scatter_more_than_their_mean_as_models_share_their_blocks() -> None:
+    """Nadeau and Bengio: 1/B + 1/(B − 1) instead of 1/B."""
+    values = np.random.default_rng(5).normal(size=12)
+    without = (values.sum() - values) / 11.0
+    mean = float(values.mean())
+    plain, wider = jackknife_interval(mean, without), held_out_interval(mean, without)
+    assert (wider.high - mean) / (plain.high - mean) == pytest.approx(np.sqrt(1.0 + 12.0 / 11.0))
+    assert wider.low == pytest.approx(2.0 * mean - wider.high)
+    assert held_out_interval(1.0, np.ones(1)).high == np.inf
+
+
+def test_a_size_that_few_blocks_inform_has_their_degrees_of_freedom() -> None:
+    without = np.zeros(48)
+    without[:12] = np.random.default_rng(6).normal(size=12)
+    all_blocks, few = (jackknife_interval(0.0, without, informative=n) for n in (48.0, 12.0))
+    assert few.high / all_blocks.high == pytest.approx(
+        stats.t.ppf(0.975, 11) / stats.t.ppf(0.975, 47)
+    )

@@ -10,7 +10,7 @@ from footcal_cli.core.diagnosis.nested import Nested
 from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.scores import held_out_loss
 from footcal_cli.core.diagnosis.whitening import Noise, noise_of, whitened_grams
-from footcal_cli.core.evidence import Interval, jackknife_interval
+from footcal_cli.core.evidence import Interval, held_out_interval
 from footcal_cli.core.parameters import BoolArray, FloatArray
 
 
@@ -74,7 +74,7 @@ def gains_of(
         gains.append(
             Gain(
                 name, unit, whole[0], whole[1],
-                jackknife_interval(1.0 - whole[1] / max(whole[0], 1e-300), share),
+                held_out_interval(1.0 - whole[1] / max(whole[0], 1e-300), share),
                 np.sqrt(np.stack([old, new], 1) / count[used, None]) * unit_noise,
             )
         )  # fmt: skip
@@ -90,7 +90,7 @@ def _losses(problem: Problem, noise: Noise) -> FloatArray:
 
 
 def rms_gain(loss: FloatArray, gain: FloatArray) -> Interval:
-    """Relative reduction of the RMS error with a jackknife interval over blocks."""
+    """Relative reduction of the RMS error with its interval over blocks."""
 
     def share(before: float, bought: float) -> float:
         return 1.0 - float(np.sqrt(max(before - bought, 0.0) / max(before, 1e-300)))
@@ -99,4 +99,4 @@ def rms_gain(loss: FloatArray, gain: FloatArray) -> Interval:
     without = np.array(
         [share(loss.sum() - a, gain.sum() - g) for a, g in zip(loss, gain, strict=True)]
     )
-    return jackknife_interval(value, without)
+    return held_out_interval(value, without)
