@@ -10,7 +10,7 @@ import pytest
 from footcal_cli.core.diagnosis.answer import Cause
 from footcal_cli.core.diagnosis.bridge import problem_from
 from footcal_cli.core.diagnosis.case import rows_of
-from footcal_cli.core.diagnosis.contest import _best, _Tried, _white_loss, _worse
+from footcal_cli.core.diagnosis.contest import _best, _Tried, _where, _white_loss, _worse
 from footcal_cli.core.diagnosis.investigation import investigate
 from footcal_cli.core.diagnosis.problem import Signature
 from footcal_cli.core.diagnosis.refit import Refit
@@ -110,3 +110,15 @@ def test_a_broken_line_keeps_its_exact_alias() -> None:
     broken = ("hinge", {"all": ROBOT.channels}, {"all.hinge": 0.05, "all.hinge_load": 6.0})
     found = investigate(weights_case(13, broken), CURVES, describe)
     assert with_rivals(found) == {"hinge", "dead_zone"}
+
+
+def test_positions_of_its_own_in_every_cell_are_no_proof() -> None:
+    """They would copy every linear mixture of the readings in the moments."""
+    case = weights_case(14, None)
+    rows = rows_of(case)
+    subject = Subject(case, rows, problem_from(case, rows, (), describe), TABLE, describe)
+    best = tried("cell_position", 1.0, 0.4)
+    noise = noise_of(subject.problem)
+    chosen, fitted, _ = _where(subject, [], None, best, noise, SIGNS, Rules())
+    assert chosen is best.cause
+    assert fitted is best.fitted

@@ -225,18 +225,18 @@ def _where(
 ) -> tuple[Cause, Refit, FloatArray]:
     """The same effect with a value per cell, where that predicts left-out blocks better."""
     cause, loss = best.cause, best.loss
-    own = own_place(subject.case, subject.table[cause.signature.effect])
-    if own is None:
+    effect = subject.table[cause.signature.effect]
+    own = own_place(subject.case, effect)
+    # a shift along both axes in every cell is any linear mixture of the readings in the moments:
+    # what could copy every linear cause proves none
+    if own is None or len(effect.sizes) > 1:
         return cause, best.fitted, loss
     where, owners = own
     apart = replace(cause, signature=replace(cause.signature, where=where, owners=owners))
     fitted = _extended(subject, [*causes, apart], model)
     bare = subject.bare(fitted, [*causes, apart])
     less = _white_loss(subject.without_credit(bare, fitted), noise)
-    neutral = next(
-        p.neutral for p in subject.table[cause.signature.effect].sizes
-        if p.name == cause.signature.parameter
-    )  # fmt: skip
+    neutral = next(p.neutral for p in effect.sizes if p.name == cause.signature.parameter)
     sure = sum(
         not interval.low <= neutral <= interval.high
         for name, interval in zip(fitted.names, fitted.intervals, strict=True)

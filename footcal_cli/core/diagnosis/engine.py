@@ -94,12 +94,17 @@ def leftover(detection: Detection, rules: Rules) -> bool:
     """
     if detection.p >= rules.alpha_unknown:
         return False
+    return left_apart(detection, rules) or detection.ceiling >= rules.smallest_gain
+
+
+def left_apart(detection: Detection, rules: Rules) -> bool:
+    """Whether something is left that is no dependence on a signal: a line, a wander, spells."""
     apart = min(
         detection.line_p / LEVEL_SHARE["line"],
         detection.between_p / LEVEL_SHARE["between"],
         detection.spell_p / LEVEL_SHARE["spell"],
     )
-    return apart < rules.alpha_unknown or detection.ceiling >= rules.smallest_gain
+    return apart < rules.alpha_unknown
 
 
 def _with(problem: Problem, lib: Library, base: IntArray) -> Problem:

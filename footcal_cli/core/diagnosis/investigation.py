@@ -11,7 +11,14 @@ from footcal_cli.core.diagnosis.answer import Cause, Diagnosis, Verdict
 from footcal_cli.core.diagnosis.bridge import Describe, problem_from
 from footcal_cli.core.diagnosis.case import Case, Rows, rows_of
 from footcal_cli.core.diagnosis.contest import decided, decided_again
-from footcal_cli.core.diagnosis.engine import diagnose, enough, leftover, look_alike, share_of
+from footcal_cli.core.diagnosis.engine import (
+    diagnose,
+    enough,
+    left_apart,
+    leftover,
+    look_alike,
+    share_of,
+)
 from footcal_cli.core.diagnosis.form import Form, form_of
 from footcal_cli.core.diagnosis.gain import Gain, gains_of
 from footcal_cli.core.diagnosis.nested import nested_losses
@@ -281,7 +288,8 @@ def _verdict(
     ):
         return Verdict.UNKNOWN, share
     if any(cause.rivals for cause in causes):
-        return Verdict.AMBIGUOUS, share
+        # neither which one it is nor what else is there: a set would hide the rest
+        return Verdict.UNKNOWN if left_apart(last.before, rules) else Verdict.AMBIGUOUS, share
     return (Verdict.NAMED_UNKNOWN if more else Verdict.NAMED), share
 
 

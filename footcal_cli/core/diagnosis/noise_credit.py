@@ -1,4 +1,4 @@
-"""No credit for making noise small: what a model does to the noise of the readings.
+"""No credit for making noise small, no blame for making it large: what a model does to it.
 
 A gain taken out of a reading is taken out of its noise too. A model that says "the sensor shows
 too much" leaves smaller errors than one that says "the robot is lighter" for that reason alone;
@@ -21,7 +21,12 @@ _PROBE = 1e-3
 
 
 def shrinkage(case: Case, rows: Rows, chain: Chain, values: Mapping[str, float]) -> FloatArray:
-    """Noise of each entry under a model over that under the baseline, at most 1, shape (m,).
+    """Noise of each entry under a model over that under the baseline, shape (m,).
+
+    Above 1 too: a dead zone makes the noise of small loads larger where the hinge that equals it
+    makes that of large loads smaller, and calibration takes up the rest. But only as far as noise
+    that is slow becomes larger: a model that undoes a low-pass makes white noise larger than any
+    that the readings have.
 
     Parameters
     ----------
@@ -30,23 +35,39 @@ def shrinkage(case: Case, rows: Rows, chain: Chain, values: Mapping[str, float])
     chain, values
         The model.
     """
+    white = _ratio(case, rows, chain, values, slow=False)
+    slow = _ratio(case, rows, chain, values, slow=True)
+    ratio = np.where(white > 1.0, np.clip(slow, 1.0, white), white)
+    return np.asarray(np.maximum(ratio, 1e-3)[rows.output])
+
+
+def _ratio(
+    case: Case, rows: Rows, chain: Chain, values: Mapping[str, float], *, slow: bool
+) -> FloatArray:
+    """What the model makes of a probe over what the baseline makes of it, shape (outputs,)."""
     before, after = np.zeros(len(rows.outputs)), np.zeros(len(rows.outputs))
     for i, log in enumerate(case.logs):
         here = rows.log == i
-        probe = _probe(log)
+        probe = _probe(log, slow=slow)
         for sums, used, at in ((before, case.chain, case.values), (after, chain, values)):
             change = _passed(case, log, probe, used, at)[rows.row[here], rows.column[here]]
             sums += np.bincount(rows.output[here], change**2, minlength=sums.size)
-    ratio = np.sqrt(np.divide(after, before, out=np.ones_like(after), where=before > 0))
-    return np.asarray(np.clip(ratio, 1e-3, 1e3)[rows.output])
+    return np.sqrt(np.divide(after, before, out=np.ones_like(after), where=before > 0))
 
 
-def _probe(log: Log) -> FloatArray:
-    """White noise of a thousandth of the readings' spread, torques by their share."""
+def _probe(log: Log, *, slow: bool) -> FloatArray:
+    """Noise of a thousandth of the readings' spread, torques by their share.
+
+    White, or the same throughout each block.
+    """
     rng = np.random.default_rng(0)
     is_torque = np.array([".t" in channel for channel in log.channels])
     size = _PROBE * max(float(np.nanstd(log.readings)), 1e-9)
-    return rng.standard_normal(log.readings.shape) * np.where(is_torque, TORQUE_SHARE, 1.0) * size
+    noise = rng.standard_normal(log.readings.shape)
+    if slow:
+        _, block = np.unique(log.block, return_inverse=True)
+        noise = noise[block]
+    return noise * np.where(is_torque, TORQUE_SHARE, 1.0) * size
 
 
 def _passed(
