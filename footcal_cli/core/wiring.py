@@ -1,4 +1,4 @@
-"""Cells whose readings are exchanged: another order of the channels fits known weights at once."""
+"""Cells whose readings are exchanged, copied or frozen, by what loads and steps do to them."""
 
 from __future__ import annotations
 
@@ -7,13 +7,24 @@ from itertools import combinations
 
 import numpy as np
 
-from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.parameters import FloatArray, IntArray
 from footcal_cli.core.quality import Finding
 
 MUCH_BETTER = 0.25
 """RMS error after exchanging two channels over that before, below which they are exchanged."""
 CLEARLY = 0.5
 """And below this share of the next best exchange."""
+BETTER_WALKING, CLEARLY_WALKING = 0.5, 0.7
+"""The same while walking: 0.23 to 0.37 where two cells were exchanged, 1.3 and more where not."""
+WINDOW_S = 3.0
+"""Length of a walk over which the steps of two cells are compared."""
+TWIN = 0.08
+"""Share of a cell's own spread that another cell leaves unexplained, below which both are one:
+0.01 to 0.03 of copied channels, 0.2 and more of any other two."""
+SILENT, MOVING = 0.1, 0.3
+"""Shares of the usual spread below which a cell stands still, and above which it moves."""
+_FEWEST_WINDOWS = 5
+_FEWEST_ROWS = 20
 
 
 def check_exchanged_cells(
@@ -38,39 +49,147 @@ def check_exchanged_cells(
     load_n
         Weights, shape (n,).
     """
+    arms = cell_m[None] - hole_m[:, None]
+    lever = float(np.abs(cell_m - cell_m.mean(axis=0)).max())
+    return _exchanged(counts, names, arms / lever, load_n, MUCH_BETTER, CLEARLY)
+
+
+def check_exchanged_walking(
+    readings: FloatArray, names: Sequence[str], arms_m: FloatArray, demanded_n: FloatArray
+) -> list[Finding]:
+    """The same for walking or standing: forces balance what the motion demands, about its CoP.
+
+    Seed 1, eqs. (9)–(11). A calibration that drifts leaves more of an error than weights do.
+
+    Parameters
+    ----------
+    readings
+        Of all cells, shape (n, c).
+    names
+        Of the cells, c of them.
+    arms_m
+        From the demanded CoP to each cell, in the world, shape (n, c, 2).
+    demanded_n
+        Vertical force, shape (n,).
+    """
+    lever = float(np.abs(arms_m).mean())
+    return _exchanged(readings, names, arms_m / lever, demanded_n, BETTER_WALKING, CLEARLY_WALKING)
+
+
+def _exchanged(
+    counts: FloatArray,
+    names: Sequence[str],
+    arms: FloatArray,
+    load_n: FloatArray,
+    much_better: float,
+    clearly: float,
+) -> list[Finding]:
     count = len(names)
     if len(load_n) < 2 * count + 2:
         return []
-    given = _misfit(counts, cell_m, hole_m, load_n)
+    given = _misfit(counts, arms, load_n)
     tried = []
     for a, b in combinations(range(count), 2):
         order = np.arange(count)
         order[[a, b]] = b, a
-        tried.append((_misfit(counts[:, order], cell_m, hole_m, load_n), names[a], names[b]))
+        tried.append((_misfit(counts[:, order], arms, load_n), names[a], names[b]))
     tried.sort()
     best, first, second = tried[0]
-    if best > MUCH_BETTER * given or (len(tried) > 1 and best > CLEARLY * tried[1][0]):
+    if best > much_better * given or (len(tried) > 1 and best > clearly * tried[1][0]):
         return []
     return [
         Finding(
             "exchanged_channels", "alarm", f"{first}, {second}",
             f"the readings of {first} and {second} look exchanged: with their names exchanged the "
-            f"error of the weights falls to {best / given:.1%}",
+            f"error of the balance falls to {best / given:.1%}",
             "press one of the two cells by hand; exchange the plugs or the names in the recipe",
         )
     ]  # fmt: skip
 
 
-def _misfit(
-    counts: FloatArray, cell_m: FloatArray, hole_m: FloatArray, load_n: FloatArray
-) -> float:
-    """RMS error of force and moments, the latter over the foot's half-width, in N."""
-    lever = float(np.abs(cell_m - cell_m.mean(axis=0)).max())
+def _misfit(counts: FloatArray, arms: FloatArray, load_n: FloatArray) -> float:
+    """RMS error of force and moments, the latter over a lever, in N.
+
+    Parameters
+    ----------
+    arms
+        Of each cell, over the lever, shape (n, c, 2).
+    """
     readings = np.hstack([counts - counts.mean(axis=0), np.ones_like(counts)])
-    arms = np.tile(cell_m.T[:, None, :] - hole_m.T[:, :, None], (1, 1, 2)) / lever
-    design = np.vstack([readings, *(readings * arm for arm in arms)])
+    parts = [readings * np.tile(arms[:, :, k], (1, 2)) for k in range(2)]
+    design = np.vstack([readings, *parts])
     target = np.concatenate([load_n, np.zeros(2 * len(load_n))])
     norm = np.sqrt(np.mean(design**2, axis=0))
     norm = np.where(norm > 0, norm, 1.0)
     fitted = np.linalg.lstsq(design / norm, target, rcond=1e-9)[0]
     return float(np.sqrt(np.mean((target - design / norm @ fitted) ** 2)))
+
+
+def check_channels_walking(
+    time_s: FloatArray, forces: FloatArray, names: Sequence[str]
+) -> list[Finding]:
+    """Find cells of a walk that show another cell's load, or none for a while.
+
+    Noise and drift of their own hide neither from a comparison of what the steps do to them.
+
+    Parameters
+    ----------
+    time_s, forces
+        Unfiltered, shape (n,) and (n, c).
+    """
+    windows = [
+        rows for rows in _windows(time_s) if rows.size >= _FEWEST_ROWS
+        and np.isfinite(forces[rows]).all()
+    ]  # fmt: skip
+    if len(windows) < _FEWEST_WINDOWS or len(names) < 3:
+        return []
+    moved = [forces[rows] - forces[rows].mean(axis=0) for rows in windows]
+    return [*_silent(np.array([m.std(axis=0) for m in moved]), names), *_twins(moved, names)]
+
+
+def _windows(time_s: FloatArray) -> list[IntArray]:
+    number = np.floor((time_s - time_s[0]) / WINDOW_S).astype(np.int64)
+    return np.split(np.arange(time_s.size), np.flatnonzero(np.diff(number)) + 1)
+
+
+def _silent(spread: FloatArray, names: Sequence[str]) -> list[Finding]:
+    """Channels that moved with the steps once and no longer do while the others go on."""
+    usual = np.median(spread, axis=0)
+    usual = np.where(usual > SILENT * np.median(usual), usual, np.median(usual))
+    share = spread / np.maximum(usual, 1e-300)
+    found = []
+    for i, name in enumerate(names):
+        others = np.median(np.delete(share, i, axis=1), axis=1)
+        silent = (share[:, i] < SILENT) & (others > MOVING)
+        if silent.sum() >= 2 and (share[:, i] > MOVING).any():
+            found.append(
+                Finding(
+                    "stuck_channel", "alarm", name,
+                    f"the reading of {name} stands still for about {silent.sum() * WINDOW_S:.0f} s "
+                    "while the other cells follow the steps",
+                    "check that the channel is connected and that its reading is refreshed",
+                )
+            )  # fmt: skip
+    return found
+
+
+def _twins(moved: Sequence[FloatArray], names: Sequence[str]) -> list[Finding]:
+    """Channels that are another one but for gain and offset, as no other two nearly are."""
+    inner = np.array([m.T @ m for m in moved])
+    own = np.einsum("wii->wi", inner)
+    left = {}
+    for a, b in combinations(range(len(names)), 2):
+        rest = own[:, a] - inner[:, a, b] ** 2 / np.maximum(own[:, b], 1e-300)
+        left[a, b] = float(np.sqrt(max(rest.sum(), 0.0) / max(own[:, a].sum(), 1e-300)))
+    (a, b), least = min(left.items(), key=lambda item: item[1])
+    rest = [value for pair, value in left.items() if pair != (a, b)]
+    if least > TWIN or least > CLEARLY * min(rest):
+        return []
+    return [
+        Finding(
+            "duplicate_channel", "alarm", f"{names[a]}, {names[b]}",
+            f"{names[a]} and {names[b]} show the same load: a gain and an offset explain all but "
+            f"{least:.1%} of one by the other (any other two cells: {min(rest):.0%} or more)",
+            "check the channel map of the logger; one of the cells is not recorded",
+        )
+    ]  # fmt: skip

@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from footcal_cli.commands.diagnose import DiagnoseOptions
     from footcal_cli.commands.parts.diagnose_cases import CaseRead
+    from footcal_cli.core.diagnosis.lines import Series
     from footcal_cli.core.quality import Finding
+    from footcal_cli.intake import Recording
     from footcal_cli.session import Session
 
 
@@ -23,6 +25,35 @@ WALK_UNTESTED = {
     "slip": "happens once, and nothing that does not repeat is evidence; track the feet",
 }
 """What a walk alone cannot show, and what would."""
+
+
+def _wiring(recording: Recording) -> list[Finding]:
+    """Cells of a walk that are copied, frozen or exchanged."""
+    import numpy as np
+
+    from footcal_cli.core.experiments.walk import reference_of
+    from footcal_cli.core.wiring import check_channels_walking, check_exchanged_walking
+
+    merged, belief = recording.merged, recording.belief
+    assert belief is not None  # feet with cells
+    log = merged.log
+    findings = check_channels_walking(log.time_s, belief.forces(merged.raw), log.channels)
+    if findings:
+        return findings
+    reference = reference_of(log)
+    arms = log.known["cell_pos_m"] - reference.cop_m[:, None]
+    known = np.isfinite(reference.fz_n) & np.isfinite(arms).all(axis=(1, 2))
+    stands = (np.nan_to_num(log.known["contact"]) != 0.0).any(axis=1)
+    rows = np.flatnonzero(known & stands & np.isfinite(log.readings).all(axis=1))
+    rows = rows[:: max(rows.size // MOST_ROWS, 1)]
+    forces = belief.forces(log.readings[rows])
+    return check_exchanged_walking(forces, log.channels, arms[rows], reference.fz_n[rows])
+
+
+MOST_ROWS = 600
+"""Of a recording, to see whether cells are exchanged: neighbours tell the same."""
+PAUSE_S = 60.0
+"""Between recordings that are set one after the other."""
 
 
 def read_balanced(session: Session[DiagnoseOptions]) -> CaseRead:
@@ -49,7 +80,7 @@ def read_balanced(session: Session[DiagnoseOptions]) -> CaseRead:
     experiment = walk.EXPERIMENT if kind == "walk" else stand.EXPERIMENT
     rule = MergeRule(delay_s=session.options.delay_s)
     recordings = read_recordings(session, rule, kind, body_needed=kind == "walk")
-    findings: list[Finding] = []
+    findings = [f for r in recordings for f in _wiring(r)] if kind == "walk" else []
     logs, steps, noises = [], [], []
     for recording in recordings:
         merged = recording.merged
@@ -96,6 +127,7 @@ def read_balanced(session: Session[DiagnoseOptions]) -> CaseRead:
         stride=max(round(rate / 20.0), 1),
         groups=dict.fromkeys(channels, "swing"),
         one_recording=len(logs) == 1,
+        raw=_unfiltered(recordings) if kind == "walk" else None,
         directions=gain_and_bias(channels, values) if kind == "walk" else (),
         demand_noisy=kind == "walk",
         least_noise={
@@ -105,3 +137,30 @@ def read_balanced(session: Session[DiagnoseOptions]) -> CaseRead:
         reading_noise_n=float(np.median(scale * np.median(noises, axis=0))),
     )
     return CaseRead(case, findings, WALK_UNTESTED if kind == "walk" else {})
+
+
+def _unfiltered(recordings: list[Recording]) -> Series:
+    """Swinging cells before the filter, all recordings one after the other."""
+    import numpy as np
+
+    from footcal_cli.core.diagnosis.lines import swing_series
+    from footcal_cli.core.experiments.walk import channel_contact
+
+    time_s, forces, contact, rates, last = [], [], [], [], 0.0
+    for recording in recordings:
+        merged = recording.merged
+        belief = recording.belief
+        assert belief is not None  # feet with cells
+        time_s.append(merged.log.time_s - merged.log.time_s[0] + last)
+        # no stretch reaches from one recording into the next
+        last = float(time_s[-1][-1]) + PAUSE_S
+        forces.append(belief.forces(merged.raw))
+        contact.append(channel_contact(merged.log))
+        rates.append(merged.rate_hz)
+    return swing_series(
+        np.concatenate(time_s),
+        np.concatenate(forces),
+        np.concatenate(contact) == 0.0,
+        recordings[0].merged.log.channels,
+        float(np.median(rates)),
+    )

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Mapping
 import numpy as np
 
 from footcal_cli.core.diagnosis.case import Case, Rows, balanced, channels_of, residual
+from footcal_cli.core.diagnosis.lines import Traces
 from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.settings import Settings
 from footcal_cli.core.diagnosis.signatures import (
@@ -59,6 +60,8 @@ def problem_from(case: Case, rows: Rows, effects: Iterable[Effect], describe: De
         drifts=case.drifts,
         settings=_settings(ideal, rows) if case.settings else None,
         least=rows.least,
+        traces=_traces(case, rows) if rows.rate_hz > 0 else None,
+        raw=case.raw,
     )
 
 
@@ -72,6 +75,18 @@ def calibration_of(ideal: Case, rows: Rows) -> tuple[FloatArray, FloatArray | No
 def numbered(calibration: FloatArray) -> tuple[str, ...]:
     """Names of calibration columns."""
     return tuple(f"direction {i + 1}" for i in range(calibration.shape[1]))
+
+
+def _traces(case: Case, rows: Rows) -> Traces:
+    """One channel per column of each log, by the name its experiment gives it."""
+    channel = np.zeros(rows.row.size, dtype=np.int64)
+    names: list[str] = []
+    for i, log in enumerate(case.logs):
+        here = rows.log == i
+        channel[here] = len(names) + rows.column[here]
+        truth, _ = case.chain.remove(log.rows(0, 2), case.values)
+        names += case.experiment.balance(truth).outputs
+    return Traces(rows.time_s, channel, tuple(names))
 
 
 def _settings(ideal: Case, rows: Rows) -> Settings:

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from footcal_cli.core.chain import Chain
+from footcal_cli.core.diagnosis.lines import Series
 from footcal_cli.core.diagnosis.tracking import Direction
 from footcal_cli.core.experiments.contract import Balance, Experiment
 from footcal_cli.core.log import Log
@@ -58,6 +59,9 @@ class Case:
         Channel -> noise that its converter's step alone makes, in the channel's physical unit.
     reading_noise_n
         Of a smoothed reading, as its raw readings show it, N.
+    raw
+        Channels as they were recorded where they should show nothing but noise, if the logs are
+        filtered.
     """
 
     experiment: Experiment
@@ -78,6 +82,7 @@ class Case:
     settings: str = ""
     least_noise: Mapping[str, float] = field(default_factory=dict)
     reading_noise_n: float = 0.0
+    raw: Series | None = None
 
     @cached_property
     def judged(self) -> tuple[Log, ...]:

@@ -4,27 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import product
 
 import numpy as np
-from scipy import ndimage, stats
 
 from footcal_cli.core.diagnosis.features import MEMORY, Features
+from footcal_cli.core.diagnosis.lines import Line, Traces, pieces_of, strongest_line
 from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.rules import LEVEL_SHARE
 from footcal_cli.core.diagnosis.scores import held_out_loss, scores
 from footcal_cli.core.diagnosis.spells import spell_p
-from footcal_cli.core.diagnosis.whitening import Grams, RowWhitener
+from footcal_cli.core.diagnosis.whitening import Grams
 from footcal_cli.core.evidence import permutation_max_t, sign_flip_mean
 from footcal_cli.core.parameters import FloatArray, IntArray
 
 RIDGE = np.array([1e-3, 1e-2, 1e-1, 1.0, 10.0])
 """Ridge penalties tried, relative to the mean information of a feature."""
-_LINE_WIDTH = 41
-_MEDIAN_SCATTER = 6.0
-_NARROWER = 3  # a spectrum is at least so many running medians wide
-_SHORTEST_SPECTRUM = 64
-_LINE_CAUTION = 5.0  # on nulls the whitened spectrum is not quite flat: p < .01 in 5 of 100
 
 
 @dataclass(frozen=True)
@@ -35,15 +29,14 @@ class Detection:
     ----------
     groups, group_p
         Recorded signals, and the family-wise p that the residual depends on each.
-    bump_p, flexible_p, line_p, between_p, spell_p
-        Per test: any dependence on a signal; a flexible learner predicts other blocks; a spectral
-        line; calibration that moves with time or temperature between blocks; spells in which the
-        reading is off to one side.
+    bump_p, flexible_p, between_p, spell_p
+        Per test: any dependence on a signal; a flexible learner predicts other blocks; calibration
+        that moves with time or temperature between blocks; spells in which the reading is off.
     flexible_gain, loss
         Held-out gain of the flexible learner per block (zero where it does not help), and the
         squared error without it, as the user counts them, shape (B,).
     line
-        Output and frequency (Hz) of the strongest line.
+        The strongest line: where, and at what frequency.
     driver
         Block-level driver of `between_p`.
     """
@@ -52,13 +45,17 @@ class Detection:
     group_p: FloatArray
     bump_p: float
     flexible_p: float
-    line_p: float
     between_p: float
     spell_p: float
     flexible_gain: FloatArray
     loss: FloatArray
-    line: tuple[str, float]
+    line: Line
     driver: str
+
+    @property
+    def line_p(self) -> float:
+        """Of a spectral line."""
+        return self.line.p
 
     @property
     def ceiling(self) -> float:
@@ -77,7 +74,6 @@ def detect(
     problem: Problem,
     grams: Grams,
     features: Features,
-    whitener: RowWhitener,
     base: IntArray,
     signs: FloatArray,
     accepted: FloatArray | None = None,
@@ -86,31 +82,30 @@ def detect(
 
     Parameters
     ----------
-    problem, grams, features, whitener
+    problem, grams, features
         The data, row by row and as Gram matrices.
     base
         Columns that are fitted: calibration and accepted candidates.
     signs
         From `footcal_cli.core.evidence.sign_patterns`.
     accepted
-        Row columns of accepted candidates for the spectrum, shape (m, a).
+        Row columns of accepted candidates, shape (m, a).
     """
     group_p, bump_p = _group_test(grams, features, base, signs)
     slow = grams.features[[features.names[g] == MEMORY for g in features.group]]
     white, gain, loss = flexible_gain(grams, base, (slow,))
-    line_p, output, frequency = _line_test(problem, whitener, accepted)
+    line = _line_test(problem, features, accepted)
     between_p, driver = _between_test(problem, grams, base)
     return Detection(
         groups=features.names,
         group_p=group_p,
         bump_p=bump_p,
         flexible_p=sign_flip_mean(white, signs) if white.any() else 1.0,
-        line_p=line_p,
         between_p=between_p,
         spell_p=spell_p(problem, signs, accepted),
         flexible_gain=gain,
         loss=loss,
-        line=(output, frequency),
+        line=line,
         driver=driver,
     )
 
@@ -217,75 +212,45 @@ def _ridge_path(gram: FloatArray, base: IntArray, extra: IntArray, last: int) ->
     return np.array(path)
 
 
-def _line_test(
-    problem: Problem, whitener: RowWhitener, accepted: FloatArray | None
-) -> tuple[float, str, float]:
-    """Strongest line of the block-averaged periodogram over its running median.
+def _line_test(problem: Problem, features: Features, accepted: FloatArray | None) -> Line:
+    """Strongest line of what was recorded, or of the rows where nothing else was.
 
-    Each block is first regressed on its own calibration and offsets, and whitened: a drifting gain
-    would look like a line at the frequency of the load.
+    Rows are first rid of every function of the recorded signals, and each piece of its own
+    calibration: a drifting gain would look like a line at the frequency of the load.
     """
+    if problem.raw is not None:
+        return strongest_line(problem.raw)
     if problem.rate_hz <= 0:
-        return 1.0, "", 0.0
-    extra = np.empty((problem.residual.size, 0)) if accepted is None else accepted
-    kept = whitener.kept
-    whole = whitener(
-        np.hstack([problem.fitted, extra, _own_shapes(problem), problem.residual[:, None]])
-    )
-    block, sequence, output = problem.block[kept], problem.sequence[kept], problem.output[kept]
-    starts = np.flatnonzero(np.diff(sequence, prepend=sequence[:1] - 1))
-    stops = np.append(starts[1:], sequence.size)
-    lengths = stops - starts
-    size = int(np.quantile(lengths, 0.25)) if lengths.size else 0
-    if size < _SHORTEST_SPECTRUM:
-        return 1.0, "", 0.0
-    left = whole[:, -1].copy()
-    for b, o in product(range(problem.blocks), range(len(problem.outputs))):
-        rows = (block == b) & (output == o)
-        basis = whole[rows, :-1]
-        norm = np.sqrt(np.sum(basis**2, axis=0))
-        basis = basis[:, norm > 0] / norm[norm > 0]
-        if basis.shape[0] > 2 * basis.shape[1]:
-            left[rows] -= basis @ np.linalg.lstsq(basis, left[rows], rcond=1e-8)[0]
-    window = np.hanning(size + 2)[1:-1]
-    frequency = np.fft.rfftfreq(size, 1.0 / problem.rate_hz)
-    width = min(_LINE_WIDTH, frequency.size // _NARROWER)
-    tested = (np.arange(frequency.size) > width // 2) & (
-        np.arange(frequency.size) < frequency.size - width // 2
-    )
-    best = (1.0, "", 0.0)
-    tests = 0
-    for o, name in enumerate(problem.outputs):
-        power = [
-            np.abs(np.fft.rfft(window * (left[a : a + size] - left[a : a + size].mean()))) ** 2
-            for a, length in zip(starts, lengths, strict=True)
-            if length >= size and output[a] == o
-        ]
-        if len(power) < 3:
-            continue
-        normed = np.array([p / ndimage.median_filter(p, width, mode="nearest") for p in power])
-        mean = normed.mean(axis=0)
-        mean /= ndimage.median_filter(mean, width, mode="nearest")
-        # a mean of n exponentials; its median is close to its mean, which the division used.
-        # Running medians of w bins scatter themselves: 2/w (relative variance) in each
-        count = len(power) / (1.0 + _MEDIAN_SCATTER / width)
-        p = stats.gamma.sf(mean, count, scale=1.0 / (count - 1.0 / 3.0))
-        p = np.where(tested, p, 1.0)
-        tests += int(tested.sum())
-        at = int(np.argmin(p))
-        if p[at] < best[0]:
-            best = (float(p[at]), name, float(frequency[at]))
-    return min(_LINE_CAUTION * best[0] * max(tests, 1), 1.0), best[1], best[2]
+        return Line()
+    traces = problem.traces or _of_outputs(problem)
+    fitted = problem.fitted if accepted is None else np.hstack([problem.fitted, accepted])
+    left = problem.residual.copy()
+    for o in range(len(problem.outputs)):
+        mine = np.flatnonzero(problem.output == o)
+        left[mine] = _rid_of(left[mine], np.hstack([fitted[mine], features.columns[mine]]))
+    own = np.hstack([fitted, np.ones((left.size, 1))])
+    for rows in pieces_of(traces, problem.rate_hz):
+        left[rows] = _rid_of(left[rows], own[rows])
+    return strongest_line(traces.series(left, problem.rate_hz))
 
 
-def _own_shapes(problem: Problem) -> FloatArray:
-    """Regressors, their squares and their values one sample earlier, shape (m, q)."""
+def _of_outputs(problem: Problem) -> Traces:
+    """Sequences as pieces of their output, where nothing is known of channels."""
     fresh = np.diff(problem.sequence, prepend=problem.sequence[:1] - 1) != 0
-    parts = [np.ones_like(problem.residual)]
-    for values in problem.regressors.values():
-        before = np.where(fresh, values, np.roll(values, 1))
-        parts += [values, values**2, before]
-    return np.stack(parts, axis=1)
+    index = np.arange(fresh.size)
+    since = index - np.maximum.accumulate(np.where(fresh, index, 0))
+    return Traces(since / problem.rate_hz, problem.output, problem.outputs)
+
+
+def _rid_of(values: FloatArray, basis: FloatArray) -> FloatArray:
+    """Values less their regression on a basis, where rows are enough for one."""
+    norm = np.sqrt(np.sum(basis**2, axis=0))
+    basis = basis[:, norm > 0] / norm[norm > 0]
+    if basis.shape[0] <= 2 * basis.shape[1]:
+        return values
+    normal = basis.T @ basis
+    inverse = np.linalg.pinv(normal, rcond=1e-8, hermitian=True)
+    return np.asarray(values - basis @ (inverse @ (basis.T @ values)))
 
 
 def block_calibrations(

@@ -41,16 +41,16 @@ def diagnose(
     """
     rules = rules or Rules()
     features = features_of(problem)
-    grams, whitener = whitened_grams(problem, features.columns)
+    grams, _ = whitened_grams(problem, features.columns)
     signs = sign_patterns(grams.blocks, seed)
     visible, smallest = _yardsticks(problem, grams)
     lib = library(problem, grams, visible, rules)
-    before = detect(problem, grams, features, whitener, grams.calibration, signs)
+    before = detect(problem, grams, features, grams.calibration, signs)
     found = search(lib, signs, rules, seed, smallest, start_loss)
     after, form = before, None
     if found.steps:
         accepted = problem.columns[:, [lib.index(s.column) for s in found.steps]]
-        after = detect(problem, grams, features, whitener, found.base, signs, accepted)
+        after = detect(problem, grams, features, found.base, signs, accepted)
         form = form_of(_with(problem, lib, found.base), accepted, signs)
     share = _share(grams, found, after, form)
     causes = _causes(lib, found)

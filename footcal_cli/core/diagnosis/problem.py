@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from footcal_cli.core.diagnosis.lines import Series, Traces
 from footcal_cli.core.diagnosis.settings import Settings
 from footcal_cli.core.diagnosis.tracking import Tracking
 from footcal_cli.core.parameters import FloatArray, IntArray
@@ -104,6 +105,11 @@ class Problem:
         What does not repeat from one setting-up to the next, each of which has several blocks.
     least
         Noise that converters' steps alone make, per output in units of the noise, (outputs,).
+    traces
+        Of which channel each row is and when it was taken, where rows are series.
+    raw
+        Channels as they were recorded where they should show nothing but noise, if the rows are
+        filtered or thinned out.
     """
 
     residual: FloatArray
@@ -129,6 +135,8 @@ class Problem:
     drifts: bool = False
     settings: Settings | None = None
     least: FloatArray | None = None
+    traces: Traces | None = None
+    raw: Series | None = None
 
     def __post_init__(self) -> None:
         rows = self.residual.shape[0]

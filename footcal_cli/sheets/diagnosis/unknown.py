@@ -10,6 +10,7 @@ from footcal_cli.core.diagnosis.answer import Verdict
 from footcal_cli.core.diagnosis.detection import Detection
 from footcal_cli.core.diagnosis.investigation import Found, Investigation
 from footcal_cli.core.diagnosis.leftovers import Leftover, leftover_of, nameless
+from footcal_cli.core.diagnosis.lines import Line
 from footcal_cli.core.diagnosis.menu import Menu
 from footcal_cli.report import Sheet, number
 from footcal_cli.sheets.diagnosis.experiment import sharpening
@@ -53,14 +54,23 @@ def depends_on(found: Investigation) -> str:
     """What the leftover depends on, as a verb phrase."""
     detection = nameless(found)[1].before
     if detection.line_p < 0.01:
-        name, frequency = detection.line
-        return f"is a line at {number(frequency, 3)} Hz in the {output_words(name)}"
+        return f"is a line at {line_words(detection.line)}"
     if detection.between_p < 0.01:
         return f"moves with {detection.driver} from block to block"
     if detection.spell_p < 0.01:
         return "comes in spells, at no set time"
     left = leftover_of(found)
     return f"{left.direction} {left.driver}" if left.driver else "repeats from block to block"
+
+
+def line_words(line: Line) -> str:
+    """Frequency, what may stand behind it, and where.
+
+    Sampling folds what is faster than half the rate.
+    """
+    rate, found = line.rate_hz, line.frequency_hz
+    folded = " or ".join(number(f, 3) for f in (rate - found, rate + found))
+    return f"{number(found, 3)} Hz (or, folded, {folded} Hz …) in the {output_words(line.name)}"
 
 
 def _cells(left: Leftover) -> str:
@@ -82,9 +92,8 @@ def card_sheets(found: Investigation, menu: Menu | None) -> tuple[Sheet, ...]:
         ("cells or axes", ", ".join(left.channels) or "all alike"),
         ("depends on", ", ".join(_group_words(detection, int(i)) for i in order) or "–"),
         ("direction", f"{left.direction} {left.driver}" if left.driver else "–"),
-        ("strongest line", f"{number(detection.line[1], 3)} Hz in the "
-                           f"{output_words(detection.line[0])}, p = {number(detection.line_p, 2)}"
-         if detection.line[0] else "–"),
+        ("strongest line", f"{line_words(detection.line)}, p = {number(detection.line_p, 2)}"
+         if detection.line.name else "–"),
         ("between blocks", f"{detection.driver or 'no driver'}, p = "
                            f"{number(detection.between_p, 2)}"),
         ("comes in spells", f"p = {number(detection.spell_p, 2)}"),

@@ -1,0 +1,73 @@
+"""Cells of a walk that are exchanged, copied or frozen, in steps written down by hand."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.wiring import check_channels_walking, check_exchanged_walking
+
+NAMES = tuple(f"{foot}_{cell}" for foot in ("left", "right") for cell in ("fl", "fr", "rl", "rr"))
+WEIGHT_N, RATE_HZ, SECONDS = 60.0, 50.0, 30.0
+CELL_M = np.array([[0.07, 0.03], [0.07, -0.03], [-0.05, 0.03], [-0.05, -0.03]])
+FEET_M = np.array([[0.0, 0.08], [0.0, -0.08]])
+
+
+def steps(seed: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Stamps, forces and arms about the CoP: feet carry in turn, the CoP rolls from heel to toe."""
+    rng = np.random.default_rng(seed)
+    time_s = np.arange(int(RATE_HZ * SECONDS)) / RATE_HZ
+    forces, spots = [], []
+    for foot in range(2):
+        phase = 2 * np.pi * time_s + np.pi * foot
+        share = np.clip(0.5 + 1.5 * np.sin(phase), 0.0, 1.0)
+        roll = 0.4 * np.sin(phase + 1.0) + 0.05 * rng.standard_normal(time_s.size)
+        lean = 0.3 * np.cos(1.3 * phase)
+        part = 0.25 * np.stack(
+            [(1 + a * roll) * (1 + b * lean) for a in (1, -1) for b in (1, -1)], axis=1
+        )
+        forces.append(WEIGHT_N * share[:, None] * part)
+        spots.append(np.broadcast_to(FEET_M[foot] + CELL_M, (time_s.size, 4, 2)))
+    force, spot = np.hstack(forces), np.concatenate(spots, axis=1)
+    cop = np.einsum("nc,nck->nk", force, spot) / force.sum(axis=1, keepdims=True)
+    return time_s, force + 0.1 * rng.standard_normal(force.shape), spot - cop[:, None]
+
+
+def test_cells_in_order_are_left_alone() -> None:
+    for seed in range(5):
+        time_s, forces, arms = steps(seed)
+        total = forces.sum(axis=1)
+        assert not check_channels_walking(time_s, forces, NAMES)
+        assert not check_exchanged_walking(forces, NAMES, arms, total)
+
+
+def test_exchanged_cells_are_found() -> None:
+    for seed, (a, b) in enumerate([(0, 1), (0, 7), (5, 6)]):
+        _, forces, arms = steps(seed)
+        order = np.arange(8)
+        order[[a, b]] = b, a
+        (finding,) = check_exchanged_walking(forces[:, order], NAMES, arms, forces.sum(axis=1))
+        assert finding.severity == "alarm"
+        assert set(finding.where.split(", ")) == {NAMES[a], NAMES[b]}
+
+
+def test_a_copied_cell_is_found_with_a_gain_an_offset_and_noise_of_its_own() -> None:
+    time_s, forces, _ = steps(1)
+    rng = np.random.default_rng(2)
+    forces[:, 5] = 1.3 * forces[:, 2] - 4.0 + 0.1 * rng.standard_normal(time_s.size)
+    (finding,) = check_channels_walking(time_s, forces, NAMES)
+    assert (finding.code, finding.where) == ("duplicate_channel", "left_rl, right_fr")
+
+
+def test_a_frozen_cell_is_found_though_its_offset_drifts() -> None:
+    time_s, forces, _ = steps(1)
+    late = time_s > 10.0
+    forces[late, 3] = 5.0 + 0.02 * (time_s[late] - 10.0)
+    (finding,) = check_channels_walking(time_s, forces, NAMES)
+    assert (finding.code, finding.where) == ("stuck_channel", "left_rr")
+
+
+def test_a_cell_that_never_bears_anything_is_not_called_stuck() -> None:
+    time_s, forces, _ = steps(1)
+    forces[:, 3] = 0.1 * np.random.default_rng(3).standard_normal(time_s.size)
+    assert not check_channels_walking(time_s, forces, NAMES)
