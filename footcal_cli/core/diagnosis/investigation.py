@@ -153,7 +153,7 @@ def investigate(
         verdict=verdict,
         rounds=tuple(rounds),
         found=found if named else (),
-        nearest=() if named else found,
+        nearest=() if named or verdict is Verdict.NONE else found,
         model=model if named else None,
         gains=gains_of(problem, final, nested, alike),
         case=case,
@@ -275,6 +275,10 @@ def _verdict(
     if first.verdict is Verdict.UNDERPOWERED or not causes:
         quiet = first.verdict in (Verdict.UNDERPOWERED, Verdict.NONE)
         return (first.verdict if quiet else Verdict.UNKNOWN), 0.0
+    if removed <= 0.0 and not leftover(first.before, rules):
+        # the linear proxy was significant, the refitted model is no better on held-out blocks,
+        # and no test that knows no cause finds anything
+        return Verdict.NONE, 0.0
     share = share_of(removed, last.before, form)
     more = leftover(last.before, rules)
     lib = first.library

@@ -1,0 +1,40 @@
+"""What a refit that is no better makes of a cause that its linear proxy found."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+
+from footcal_cli.core.diagnosis.answer import Verdict
+from footcal_cli.core.diagnosis.detection import Detection
+from footcal_cli.core.diagnosis.investigation import _verdict
+from footcal_cli.core.diagnosis.rules import Rules
+
+QUIET = Detection(
+    groups=("gait phase",), group_p=np.ones(1), bump_p=0.6, flexible_p=1.0, line_p=1.0,
+    between_p=1.0, spell_p=1.0, flexible_gain=np.zeros(12), loss=np.ones(12), line=("", 0.0),
+    driver="",
+)  # fmt: skip
+LOUD = replace(QUIET, flexible_p=1e-4, flexible_gain=np.full(12, 0.1))
+
+
+def _said(before: Detection, removed: float) -> Verdict:
+    rounds = [
+        SimpleNamespace(verdict=Verdict.NAMED, before=before, library=SimpleNamespace(causes=())),
+        SimpleNamespace(verdict=Verdict.NONE, before=before, library=SimpleNamespace(causes=())),
+    ]
+    signature = SimpleNamespace(effect="hysteresis", cause=("hysteresis", "width", "left"))
+    cause = SimpleNamespace(signature=signature, rivals=())
+    return _verdict(cast(Any, rounds), cast(Any, [cause]), None, Rules(), removed)[0]
+
+
+def test_a_cause_whose_refit_removes_nothing_is_none_where_nothing_else_is_seen() -> None:
+    assert _said(QUIET, -0.1) is Verdict.NONE
+    assert _said(QUIET, 0.5) is Verdict.NAMED
+
+
+def test_it_is_unknown_where_something_is_seen() -> None:
+    assert _said(LOUD, -0.1) is Verdict.UNKNOWN
