@@ -104,6 +104,7 @@ def test_a_low_pass_may_be_steeper_than_the_tables() -> None:
     assert never_told("delay", {"lag": 0.97, "clock_drift": 0.96}, same) == {"lag"}
     assert never_told("lag", {"delay": 0.97}, same) == {"delay"}
     assert never_told("nonlinearity", {"hinge": 0.97, "saturation": 0.995}, same) == {"saturation"}
+    assert never_told("hinge", {"dead_zone": 0.97, "saturation": 0.97}, same) == {"dead_zone"}
 
 
 def test_in_noise_of_its_own_a_worse_model_fits_as_well() -> None:

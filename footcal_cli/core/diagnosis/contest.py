@@ -30,6 +30,9 @@ OF_ANY_ORDER = frozenset({"lag", "sensor_lag"})
 """Low-passes that the table knows in their first order only. A steeper one (a Butterworth) is
 nearer to a delay than to that, so that no comparison of losses speaks against it: here
 `Rules.alias` alone counts."""
+KNEES = frozenset({"hinge", "dead_zone"})
+"""One curve but for a gain, where the knee is the same. No real knee is sharp, so that which of
+them fits a soft one better says nothing."""
 _SURE_CELLS = 2  # cells whose own size is sure to be something, where each has one
 
 
@@ -120,7 +123,10 @@ def never_told(chosen: str, alike: Mapping[str, float], same: float) -> set[str]
     same
         |cos| from which two are the same whatever they are.
     """
-    return {name for name, cos in alike.items() if cos > same or OF_ANY_ORDER & {name, chosen}}
+    return {
+        name for name, cos in alike.items()
+        if cos > same or OF_ANY_ORDER & {name, chosen} or {name, chosen} == KNEES
+    }  # fmt: skip
 
 
 def decided_again(
