@@ -17,6 +17,7 @@ from footcal_cli.core.diagnosis.refit import Refit
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.signals import describe
 from footcal_cli.core.diagnosis.size_intervals import Scatter
+from footcal_cli.core.diagnosis.stated import stated_size
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.diagnosis.whitening import noise_of
 from footcal_cli.core.effects import TABLE
@@ -122,3 +123,13 @@ def test_positions_of_its_own_in_every_cell_are_no_proof() -> None:
     chosen, fitted, _ = _where(subject, [], None, best, noise, SIGNS, Rules())
     assert chosen is best.cause
     assert fitted is best.fitted
+
+
+def test_of_several_sizes_the_one_asked_for_is_stated() -> None:
+    x, y = Interval(1.0, 0.9, 1.1), Interval(2.0, 1.9, 2.1)
+    model = replace(tried("cell_position", 0.0, 1.0).fitted, names=("a.shift_x", "a.shift_y"),
+                    intervals=(x, y))  # fmt: skip
+    effect = TABLE["cell_position"]
+    assert {p.name for p in effect.sizes} >= {"shift_x", "shift_y"}
+    assert stated_size(None, model, effect, "a", "shift_y") == y  # type: ignore[arg-type]
+    assert stated_size(None, model, effect, "a", "shift_x") == x  # type: ignore[arg-type]

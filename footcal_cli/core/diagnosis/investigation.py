@@ -243,7 +243,7 @@ def _found(case: Case, causes: Sequence[Cause], model: Refit | None) -> tuple[Fo
         )
         named = [model.names[i].rsplit(".", 1) for i in mine]
         sizes = [
-            stated_size(case, model, effect, owner)
+            stated_size(case, model, effect, owner, name)
             for owner, name in named if name == cause.signature.parameter
         ]  # fmt: skip
         size = max(sizes, key=lambda interval: abs(interval.value))

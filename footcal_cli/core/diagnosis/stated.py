@@ -16,16 +16,14 @@ from footcal_cli.core.log import Log
 _STEP = 0.01  # of a parameter, for the derivative
 
 
-def stated_size(case: Case, model: Refit, effect: Effect, owner: str) -> Interval:
-    """The size of an effect of an owner, with its 95 % interval.
+def stated_size(case: Case, model: Refit, effect: Effect, owner: str, parameter: str) -> Interval:
+    """The size of an effect of an owner, with its 95 % interval; of several, the one asked for.
 
     The parameter's own, or what the effect makes of the recorded loads (`Effect.stated`): a loop
     that loads never open in full has a width at those loads, whatever form its model has.
     """
-    named = f"{owner}.{effect.size.name}"
-    at = model.names.index(named)
     if effect.stated is None:
-        return model.intervals[at]
+        return model.intervals[model.names.index(f"{owner}.{parameter}")]
     mine = [item for item in model.chain.links if item.effect is effect and owner in item.owners]
     link = Link(effect, {owner: mine[0].owners[owner]})
     truths = [model.chain.remove(log, model.values)[0] for log in case.logs]
