@@ -40,12 +40,13 @@ class Movement:
 
 def movements(case: Case, before: Problem, after: Problem) -> tuple[Movement, ...]:
     """Generalised least squares of the calibration on both models; none where it drifts."""
-    if case.drifts or before.calibration_turn is None:
+    turn, turned = before.calibration_turn, after.calibration_turn
+    if case.drifts or turn is None or turned is None:
         return ()
+    # an extended model is differentiated anew: its columns are directions of their own
     first, cov = _calibrated(before)
     second, _ = _calibrated(after)
-    turn = before.calibration_turn
-    old, new = -turn @ first, -turn @ second
+    old, new = -turn @ first, -turned @ second
     sd = np.sqrt(np.clip(np.einsum("ij,jk,ik->i", turn, cov, turn), 0.0, None))
     found = []
     for i, parameter in enumerate(case.calibration):
