@@ -52,7 +52,7 @@ def gains_of(
         chosen, shape (B,): the others are predicted by what was chosen without them.
     """
     noise = noise_of(after)
-    old_loss, new_loss = _losses(before, noise), _losses(after, noise)
+    old_loss, new_loss = output_losses(before, noise), output_losses(after, noise)
     if nested is not None and alike is not None:
         new_loss = np.where(alike[:, None], new_loss, nested.loss)
     gains = []
@@ -81,7 +81,7 @@ def gains_of(
     return tuple(gains)
 
 
-def _losses(problem: Problem, noise: Noise) -> FloatArray:
+def output_losses(problem: Problem, noise: Noise) -> FloatArray:
     """Held-out squared error of each block and output in units of the noise, shape (B, outputs)."""
     bare = replace(problem, columns=problem.columns[:, :0], signatures=())
     grams, _ = whitened_grams(bare, np.empty((problem.residual.size, 0)), noise)

@@ -165,6 +165,8 @@ class Effect:
         ``(log before, log after) -> value per unit``, in the unit of the first size: what is given
         as the effect's size where recordings determine that rather than the parameter; the
         parameter's own value where absent.
+    stated_as
+        What it is called.
     form_error
         Sd, as a share, by which what is stated is off where the real effect has another form than
         the table's; all data share it.
@@ -190,6 +192,7 @@ class Effect:
     invertible: bool = True
     anticipates: bool = False
     stated: Callable[[Log, Log], FloatArray] | None = None
+    stated_as: str = ""
     form_error: float = 0.0
 
     @property

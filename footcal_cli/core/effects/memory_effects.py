@@ -135,6 +135,7 @@ HYSTERESIS = Effect(
     mimics=("sensor_lag", "creep"),
     separates="a staircase of weights up and down with long holds",
     stated=loop_width,
+    stated_as="widest loop",
     form_error=LOOP_FORM_ERROR,
 )
 

@@ -9,10 +9,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from footcal_cli.core.diagnosis.attribution import Attribution, attributions
+from footcal_cli.core.diagnosis.gain import output_losses
 from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.core.diagnosis.problem import Problem
-from footcal_cli.core.diagnosis.whitening import residual_within_blocks
-from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.diagnosis.whitening import noise_of, residual_within_blocks
 from footcal_cli.plots.style import AFTER, BAD, BEFORE, REFERENCE, new_figure, tidy
 
 LADDER_CAPTION = (
@@ -37,14 +37,15 @@ def plot_ladder(found: Investigation) -> Figure:
 
 
 def _steps(found: Investigation) -> list[tuple[str, float, str]]:
-    """Label, RMS error and colour of each rung."""
-    first, last = found.rounds[0].before, found.rounds[-1].before
-    steps = [("without any effect", _rms(first.loss, found.problem), BEFORE)]
+    """Label, RMS error and colour of each rung; every model fitted in one and the same noise."""
+    noise, last = noise_of(found.final), found.rounds[-1].before
+    start, end = (output_losses(model, noise).sum() for model in (found.problem, found.final))
+    steps = [("without any effect", _rms(start, found.problem), BEFORE)]
     if found.found:
         names = " + ".join(f.cause.signature.effect.replace("_", " ") for f in found.found)
-        steps.append((f"with {names}", _rms(last.loss, found.problem), AFTER))
-    best = last.loss.sum() - max(float(last.flexible_gain.sum()), 0.0)
-    ceiling = _rms(np.array([best]), found.problem)
+        steps.append((f"with {names}", _rms(end, found.problem), AFTER))
+    explained = float(last.flexible_gain.sum()) / max(float(last.loss.sum()), 1e-300)
+    ceiling = _rms(end * (1.0 - np.clip(explained, 0.0, 1.0)), found.problem)
     steps.append(("any function of\nthe signals beside", ceiling, _CEILING))
     if not found.case.drifts and found.problem.blocks > 2:
         steps.append(("calibration free\nin every block", _free_rms(found), _FLOOR))
@@ -80,8 +81,8 @@ def _draw_parts(axes: Axes, parts: Sequence[Attribution]) -> None:
     axes.legend(fontsize=7.5, frameon=False, loc="upper right")
 
 
-def _rms(loss: FloatArray, problem: Problem) -> float:
-    return float(np.sqrt(max(float(np.sum(loss)), 0.0) / problem.residual.size))
+def _rms(loss: float, problem: Problem) -> float:
+    return float(np.sqrt(loss / problem.residual.size))
 
 
 def _free_rms(found: Investigation) -> float:

@@ -63,12 +63,7 @@ def table_rows(found: Investigation) -> list[EffectRow]:
         row = _row_of(found.rounds[i].effects, cause.signature.effect)
         if row is None:
             continue
-        after = found.rounds[min(i + 1, len(found.rounds) - 1)].before.loss.sum()
-        rows.append(
-            replace(
-                row, signature=cause.signature, size=cause.size, gain=1.0 - float(after / before)
-            )
-        )
+        rows.append(replace(row, signature=cause.signature, size=cause.size))
         seen.add(cause.signature.effect)
         for rival in dict.fromkeys(r.effect for r in cause.rivals):
             other = _row_of(found.rounds[i].effects, rival)

@@ -70,6 +70,8 @@ def with_interval(interval: Interval, unit: str) -> str:
 def size_words(item: Found) -> str:
     """The sizes of an effect with interval and unit; of many owners the largest."""
     signature = item.cause.signature
+    if stated_as := find_effect(signature.effect).stated_as:
+        return f"{stated_as} {with_interval(item.cause.size, signature.unit)}"
     shapes = {name for name, _ in signature.shape}
     sizes: dict[str, list[tuple[str, Interval]]] = {}
     for name, interval in zip(item.parameter_names, item.intervals, strict=True):
@@ -93,12 +95,13 @@ def _size_name(parameter: str, effect: str) -> str:
 
 
 def shape_words(item: Found) -> str:
-    """What shapes an effect, as it was fitted."""
-    signature = item.cause.signature
-    shapes = {name for name, _ in signature.shape}
-    units = {p.name: p.unit for p in find_effect(signature.effect).shapes}
+    """What shapes an effect, as it was fitted; with the size where another one is stated."""
+    effect = find_effect(item.cause.signature.effect)
+    shapes = {name for name, _ in item.cause.signature.shape}
+    shapes |= {effect.size.name} if effect.stated_as else set()
+    units = {p.name: p.unit for p in effect.parameters}
     parts = [
-        f"{_size_name(name.rsplit('.', 1)[1], signature.effect)}"
+        f"{_size_name(name.rsplit('.', 1)[1], effect.name)}"
         f"{with_interval(interval, units.get(name.rsplit('.', 1)[1], ''))}"
         for name, interval in zip(item.parameter_names, item.intervals, strict=True)
         if name.rsplit(".", 1)[1] in shapes
