@@ -23,14 +23,14 @@ from footcal_cli.sheets.diagnosis.words import (
     words,
 )
 
+_CERTAIN = 0.01  # a test's p from which it is said in the first sentence
+
 
 def unknown(found: Investigation, untested: Mapping[str, str]) -> tuple[str, list[str]]:
     """Something without a name."""
-    left = leftover_of(found)
     sentence = (
-        f"Something is missing that no effect of the table explains. It {depends_on(found)}, in "
-        f"the {output_words(left.output)}{_cells(left)}, in {left.blocks} of "
-        f"{found.problem.blocks} blocks."
+        f"Something is missing that no effect of the table explains. It {depends_on(found)}"
+        f"{_where(found)}."
     )
     details = []
     if found.nearest:
@@ -53,14 +53,25 @@ def _or_rivals(item: Found) -> str:
 def depends_on(found: Investigation) -> str:
     """What the leftover depends on, as a verb phrase."""
     detection = nameless(found)[1].before
-    if detection.line_p < 0.01:
+    if detection.line_p < _CERTAIN:
         return f"is a line at {line_words(detection.line)}"
-    if detection.between_p < 0.01:
+    if detection.between_p < _CERTAIN:
         return f"moves with {detection.driver} from block to block"
-    if detection.spell_p < 0.01:
+    if detection.spell_p < _CERTAIN:
         return "comes in spells, at no set time"
     left = leftover_of(found)
     return f"{left.direction} {left.driver}" if left.driver else "repeats from block to block"
+
+
+def _where(found: Investigation) -> str:
+    """Output, cells and number of blocks; a line says itself where it is."""
+    detection, left = nameless(found)[1].before, leftover_of(found)
+    if detection.line_p < _CERTAIN:
+        return ""
+    where = f", in the {output_words(left.output)}{_cells(left)}"
+    if min(detection.between_p, detection.spell_p) < _CERTAIN:
+        return where
+    return f"{where}, in {left.blocks} of {found.problem.blocks} blocks"
 
 
 def line_words(line: Line) -> str:
