@@ -29,7 +29,7 @@ def run(arguments: list[str] | None = None) -> None:
     parser.add_argument("--workers", type=int, default=2, help="processes that diagnose")
     parser.add_argument("--minutes", type=float, default=0.0, help="stop diagnosing after so long")
     parser.add_argument("--more-minutes", type=float, default=0.0, help="the same for proposals")
-    parser.add_argument("--notes", type=Path, help="JSON list of sentences for the page")
+    parser.add_argument("--notes", type=Path, help="JSON: notes and why, sentences each")
     parser.add_argument("--page", type=Path, default=Path("docs/blind_bench.md"))
     given = parser.parse_args(arguments)
     trials = planned(given.rounds, given.experiments, given.kinds, given.first_round)
@@ -42,8 +42,8 @@ def run(arguments: list[str] | None = None) -> None:
         with diagnosing(bench, workers=given.workers, until_s=60.0 * given.more_minutes):
             pass
     scores, content = opened(bench)
-    notes = json.loads(given.notes.read_text("utf-8")) if given.notes else []
-    write_page(scores, {**content, "notes": notes}, given.page)
+    notes = json.loads(given.notes.read_text("utf-8")) if given.notes else {}
+    write_page(scores, {**content, **notes}, given.page)
 
 
 def forecast(trials: tuple[Planned, ...], workers: int) -> str:

@@ -40,6 +40,9 @@ committed to by SHA-256(secret + truth) and lie in a folder that the processes t
 never told. Every plan line takes turns through its effects; a run that is interrupted has the same
 mixture with fewer trials.
 
+The size of a hysteresis, whatever its implementation, is the widest loop (falling less rising, N)
+that the recorded loads open; both sides compute it by code of their own.
+
 Not measured: coverage of held-out gains other than of weights, since streams are filtered and
 several outputs weighed against each other before a gain is stated; walks of many minutes; a real
 robot, whose truth nobody knows (`tests/real` holds what footcal says of published logs).
