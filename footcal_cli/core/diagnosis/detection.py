@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from footcal_cli.core.diagnosis.features import MEMORY, Features
+from footcal_cli.core.diagnosis.grams import Grams
 from footcal_cli.core.diagnosis.lines import Line, Traces, pieces_of, strongest_line
 from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.rules import LEVEL_SHARE
 from footcal_cli.core.diagnosis.scores import held_out_loss, scores
 from footcal_cli.core.diagnosis.spells import spell_p
-from footcal_cli.core.diagnosis.whitening import Grams
 from footcal_cli.core.evidence import permutation_max_t, sign_flip_mean
 from footcal_cli.core.parameters import FloatArray, IntArray
 

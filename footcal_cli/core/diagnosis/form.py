@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from footcal_cli.core.diagnosis.detection import flexible_gain
+from footcal_cli.core.diagnosis.grams import whitened_grams
 from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.scores import scores
-from footcal_cli.core.diagnosis.whitening import whitened_grams
 from footcal_cli.core.evidence import sign_flip_group
 from footcal_cli.core.parameters import FloatArray
 

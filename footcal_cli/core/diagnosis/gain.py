@@ -6,10 +6,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from footcal_cli.core.diagnosis.grams import whitened_grams
 from footcal_cli.core.diagnosis.nested import Nested
 from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.scores import held_out_loss
-from footcal_cli.core.diagnosis.whitening import Noise, noise_of, whitened_grams
+from footcal_cli.core.diagnosis.whitening import Noise, noise_of
 from footcal_cli.core.evidence import Interval, held_out_interval
 from footcal_cli.core.parameters import BoolArray, FloatArray
 

@@ -21,6 +21,7 @@ from footcal_cli.core.diagnosis.engine import (
 )
 from footcal_cli.core.diagnosis.form import Form, form_of
 from footcal_cli.core.diagnosis.gain import Gain, gains_of
+from footcal_cli.core.diagnosis.grams import whitened_grams
 from footcal_cli.core.diagnosis.nested import nested_losses
 from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.refit import Refit
@@ -29,7 +30,7 @@ from footcal_cli.core.diagnosis.scores import held_out_loss
 from footcal_cli.core.diagnosis.signatures import SWITCHES
 from footcal_cli.core.diagnosis.stated import stated_size
 from footcal_cli.core.diagnosis.subject import Subject
-from footcal_cli.core.diagnosis.whitening import noise_of, whitened_grams
+from footcal_cli.core.diagnosis.whitening import noise_of
 from footcal_cli.core.effects.contract import Effect, Scope
 from footcal_cli.core.evidence import Interval, sign_patterns
 from footcal_cli.core.parameters import IntArray

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from footcal_cli.core.diagnosis.grams import Grams
 from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.scores import scores
-from footcal_cli.core.diagnosis.whitening import Grams
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from footcal_cli.core.diagnosis.case import Case
+from footcal_cli.core.diagnosis.grams import whitened_grams
 from footcal_cli.core.diagnosis.problem import Problem
-from footcal_cli.core.diagnosis.whitening import whitened_grams
 from footcal_cli.core.parameters import FloatArray
 
 

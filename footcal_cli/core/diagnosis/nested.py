@@ -7,12 +7,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from footcal_cli.core.diagnosis.grams import whitened_grams
 from footcal_cli.core.diagnosis.library import Library
 from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.scores import coefficients
 from footcal_cli.core.diagnosis.search import search
-from footcal_cli.core.diagnosis.whitening import Noise, whitened_grams
+from footcal_cli.core.diagnosis.whitening import Noise
 from footcal_cli.core.evidence import sign_patterns, smallest_p
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 

@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from footcal_cli.core.diagnosis.whitening import Grams
+from footcal_cli.core.diagnosis.grams import Grams
 from footcal_cli.core.parameters import FloatArray, IntArray
 
 _RCOND = 1e-9

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from footcal_cli.core.diagnosis.detection import block_calibrations
+from footcal_cli.core.diagnosis.grams import Grams
 from footcal_cli.core.diagnosis.library import Library
 from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.rules import Rules
@@ -19,7 +20,6 @@ from footcal_cli.core.diagnosis.scores import (
     joint_sizes,
     scores,
 )
-from footcal_cli.core.diagnosis.whitening import Grams
 from footcal_cli.core.evidence import (
     effective_blocks,
     local_max_t,

@@ -1,22 +1,15 @@
-"""Noise as it is: autocorrelated within a block, with a calibration that differs between blocks.
-
-After whitening, everything the diagnosis needs is in one small Gram matrix per block.
-"""
+"""Noise as it is: autocorrelated within a sequence of rows, and whitened."""
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import solve_toeplitz
 
 from footcal_cli.core.diagnosis.problem import Problem
-from footcal_cli.core.diagnosis.settings import Settings, repeated, within_settings
 from footcal_cli.core.diagnosis.tracking import (
-    PART_S,
     Tracking,
-    innovations,
     parts_of,
     walk_variance,
 )
@@ -26,63 +19,6 @@ from footcal_cli.core.signals import autocorrelation_time
 AR_ORDER = 5
 """Autoregressive order of the noise model; AR(1) plus white noise needs more than one."""
 _ROWS_PER_ORDER = 20
-_EM_STEPS = 30
-_EM_STOP = 1e-3
-_FREE = 1e8
-_LEAST_ROWS = 1.5  # rows of a block per direction in which its calibration may differ
-_FREE_RIDGE = 1e-6
-_DROP = 1e-6
-
-
-@dataclass(frozen=True)
-class Grams:
-    """Inner products of all columns, block by block, in units of the noise.
-
-    Columns are [calibration | accepted | wandering | signatures | features | residual]; wandering
-    ones are the independent directions in which a block's own calibration may differ.
-
-    Parameters
-    ----------
-    inner
-        ``X_bᵀ V_b⁻¹ X_b``, shape (B, n, n).
-    within
-        The same for a calibration that is free in every block (infinite variance between blocks).
-    rows
-        ``X_bᵀ X_b`` after whitening the rows only.
-    plain
-        ``X_bᵀ X_b`` without any whitening: squared errors as the user counts them; whitened
-        innovations where the calibration is tracked.
-    by_output
-        The same per output for what is fitted and the residual, shape (outputs, B, n', n').
-    energy
-        Sum of squares of every column on each output, without whitening, less what a drifting
-        calibration takes, shape (outputs, n).
-    visible
-        Share of every column's RMS that a drifting calibration leaves, shape (n,).
-    calibration, wandering, candidates, features
-        Column numbers of each part; the residual is the last column. `calibration` is what all
-        blocks share: accepted effects too, and nothing but them where the calibration drifts.
-    autocorrelation_time
-        Of the residual before whitening, in rows.
-    """
-
-    inner: FloatArray
-    within: FloatArray
-    rows: FloatArray
-    plain: FloatArray
-    by_output: FloatArray
-    energy: FloatArray
-    visible: FloatArray
-    calibration: IntArray
-    wandering: IntArray
-    candidates: IntArray
-    features: IntArray
-    autocorrelation_time: float
-
-    @property
-    def blocks(self) -> int:
-        """Number of blocks."""
-        return int(self.inner.shape[0])
 
 
 @dataclass(frozen=True)
@@ -155,12 +91,13 @@ def noise_of(problem: Problem) -> Noise:
         return Noise(whitener, tau)
     white = whitener(np.column_stack([problem.calibration, problem.residual]))
     calibration = np.arange(problem.calibration.shape[1])
-    there = _kept_tracking(problem.tracking, whitener.kept)
+    there = kept_tracking(problem.tracking, whitener.kept)
     stretches = parts_of(there, problem.block[whitener.kept])
     return Noise(whitener, tau, walk_variance(white, calibration, stretches, there))
 
 
-def _kept_tracking(tracking: Tracking, kept: IntArray) -> Tracking:
+def kept_tracking(tracking: Tracking, kept: IntArray) -> Tracking:
+    """Times and recordings of the rows that have a whitened value."""
     return Tracking(tracking.time_s[kept], tracking.recording[kept], tracking.kind)
 
 
@@ -238,239 +175,3 @@ def _autocovariance(values: FloatArray, rows: IntArray, age: IntArray, lags: int
         # the biased estimate keeps the Toeplitz matrix positive definite
         covariance[lag] = values[late] @ values[late - lag] / max(rows.size, 1)
     return covariance
-
-
-def whitened_grams(
-    problem: Problem, features: FloatArray, noise: Noise | None = None
-) -> tuple[Grams, RowWhitener]:
-    """Whiten rows, then account for a calibration that wanders from block to block.
-
-    ``V_b = I + Z_b D Z_bᵀ`` with Z the independent directions of the calibration and of offsets of
-    the outputs; D diagonal, its variances estimated by expectation maximisation from the data.
-
-    Parameters
-    ----------
-    problem
-        The arrays.
-    features
-        Further columns, shape (m, f): anything the residual may depend on.
-    noise
-        Estimated from the problem's own residual where None.
-    """
-    noise = noise or noise_of(problem)
-    whitener, tau = noise.whitener, noise.autocorrelation_time
-    kept = whitener.kept
-    tracked = problem.tracking is not None
-    turn = _directions(problem, whitener)
-    loose = np.hstack([problem.calibration, _offsets(problem)]) @ turn
-    apart = problem.settings is not None and problem.settings.part is not None
-    own = not tracked and not apart and _has_its_own(problem, turn)
-    wandering = loose if own else loose[:, :0]
-    accepted = problem.fitted[:, problem.calibration.shape[1] :]
-    parts = (problem.calibration, accepted, wandering, problem.columns, features)
-    raw = np.hstack([*parts, problem.residual[:, None]])
-    edges = np.cumsum([0, *(part.shape[1] for part in parts)])
-    numbers = [np.arange(a, b) for a, b in itertools.pairwise(edges)]
-    white = whitener(raw)
-    if problem.settings is not None:
-        white = _settled(problem, problem.settings, white, whitener, int(edges[2]))
-    norm = np.sum(white**2, axis=0)
-    rows = np.zeros((0, 0, 0))
-    if tracked:
-        rows, raw = _tracked(problem, white, raw, kept, numbers[0], noise.walk)
-    elif problem.drifts:
-        raw, white = _free_in_every_block(raw, white, problem.block, kept, numbers[2])
-    if not tracked:
-        rows = _block_grams(white, problem.block[kept], problem.blocks)
-    plain = _block_grams(raw, problem.block, problem.blocks)
-    short = np.delete(raw, np.concatenate(numbers[2:]), axis=1)
-    of = [problem.output == o for o in range(len(problem.outputs))]
-    by_output = np.stack([_block_grams(short[m], problem.block[m], problem.blocks) for m in of])
-    energy = np.stack([np.sum(raw[m] ** 2, axis=0) for m in of])
-    if tracked:
-        # how far a prediction is off depends on the slow noise that it starts from; the
-        # innovations are what a model answers for
-        plain = rows
-    if problem.drifts:
-        inner = within = rows
-        base = numbers[1]
-    else:
-        base = np.concatenate([numbers[0], numbers[1]])
-        within = _partial_out(rows, numbers[2], np.full(numbers[2].size, _FREE))
-        inner = _partial_out(rows, numbers[2], _wandering_variance(rows, base, numbers[2]))
-    return (
-        Grams(
-            inner=inner,
-            within=within,
-            rows=rows,
-            plain=plain,
-            by_output=by_output,
-            energy=energy,
-            visible=np.sqrt(
-                np.divide(np.einsum("bii->i", inner), norm, out=np.zeros_like(norm), where=norm > 0)
-            ),
-            calibration=base,
-            wandering=numbers[2],
-            candidates=numbers[3],
-            features=numbers[4],
-            autocorrelation_time=tau,
-        ),
-        whitener,
-    )
-
-
-def _settled(
-    problem: Problem, settings: Settings, white: FloatArray, whitener: RowWhitener, shared: int
-) -> FloatArray:
-    """Columns whitened for what differs between settings, and between their parts.
-
-    Parameters
-    ----------
-    shared
-        How many of the columns are fitted in common.
-    """
-    kept = whitener.kept
-    loose = whitener(settings.columns)
-    parts = settings.parts(problem.output, kept)
-    if parts:
-        both = within_settings(
-            np.hstack([loose, white]), np.hstack([white[:, :shared], whitener(settings.spread())]),
-            loose, white[:, -1], parts,
-        )  # fmt: skip
-        loose, white = both[:, : loose.shape[1]], both[:, loose.shape[1] :]
-    return repeated(
-        white, white[:, :shared], loose, white[:, -1], settings.rows(kept), settings.kind
-    )
-
-
-def _tracked(
-    problem: Problem,
-    white: FloatArray,
-    raw: FloatArray,
-    kept: IntArray,
-    calibration: IntArray,
-    walk: FloatArray | None,
-) -> tuple[FloatArray, FloatArray]:
-    """Gram matrices of the whitened innovations per block, and unpredicted raw columns."""
-    tracking = problem.tracking
-    assert tracking is not None
-    assert walk is not None
-    there = _kept_tracking(tracking, kept)
-    stretches = parts_of(there, problem.block[kept])
-    # raw rows without a whitened partner (starts of sequences) go with their stretch in time
-    whole = parts_of(tracking, problem.block)
-    partner = {int(problem.block[r[0]]) * 10**6 + _number(tracking, problem, r): r for r in whole}
-
-    def raw_rows(rows: IntArray) -> IntArray:
-        first = kept[rows]
-        key = int(problem.block[first[0]]) * 10**6 + _number(tracking, problem, first)
-        return partner.pop(key, first[:0])
-
-    raw, found = innovations(white, raw, calibration, stretches, raw_rows, walk, there)
-    # while the filter still learns where the calibration stands, what it cannot predict says so
-    # and nothing else: the first block of each recording is no evidence
-    learning = {int(problem.block[tracking.recording == r].min()) for r in
-                np.unique(tracking.recording)}  # fmt: skip
-    grams = np.zeros((problem.blocks, white.shape[1], white.shape[1]))
-    for rows, gram in found:
-        block = int(problem.block[kept[rows[0]]])
-        if block not in learning:
-            grams[block] += gram
-    raw[np.isin(problem.block, list(learning))] = 0.0
-    return grams, raw
-
-
-def _number(tracking: Tracking, problem: Problem, rows: IntArray) -> int:
-    """Number of a stretch within its block."""
-    start = tracking.time_s[problem.block == problem.block[rows[0]]].min()
-    return int((np.median(tracking.time_s[rows]) - start) // PART_S)
-
-
-def _free_in_every_block(
-    raw: FloatArray, white: FloatArray, block: IntArray, kept: IntArray, free: IntArray
-) -> tuple[FloatArray, FloatArray]:
-    """Columns less what a block's own calibration absorbs of them, unwhitened and whitened."""
-    raw, white = raw.copy(), white.copy()
-    for b in range(int(block.max()) + 1):
-        mine = block[kept] == b
-        basis = white[np.ix_(mine, free)]
-        gram = basis.T @ basis
-        gram[np.diag_indices_from(gram)] += _FREE_RIDGE
-        coefficients = np.linalg.solve(gram, basis.T @ white[mine])
-        white[mine] -= basis @ coefficients
-        rows = block == b
-        raw[rows] -= raw[np.ix_(rows, free)] @ coefficients
-    return raw, white
-
-
-def _has_its_own(problem: Problem, turn: FloatArray) -> bool:
-    """Whether a block has rows enough to show a calibration of its own."""
-    return bool(problem.residual.size > _LEAST_ROWS * turn.shape[1] * problem.blocks)
-
-
-def _offsets(problem: Problem) -> FloatArray:
-    """One column of ones per output."""
-    return np.eye(len(problem.outputs))[problem.output]
-
-
-def _directions(problem: Problem, whitener: RowWhitener) -> FloatArray:
-    """Turn calibration and offsets into independent directions of unit information per block.
-
-    Combinations that change no output are dropped.
-    """
-    basis = np.hstack([problem.calibration, _offsets(problem)])
-    white = whitener(basis)
-    gram = white.T @ white / max(problem.blocks, 1)
-    scale = np.sqrt(np.clip(np.diag(gram), 1e-300, None))
-    values, vectors = np.linalg.eigh(gram / np.outer(scale, scale))
-    kept = values > _DROP * max(float(values.max(initial=0.0)), 1e-300)
-    return np.asarray(vectors[:, kept] / scale[:, None] / np.sqrt(values[kept]))
-
-
-def _block_grams(columns: FloatArray, block: IntArray, blocks: int) -> FloatArray:
-    """Inner products of the columns within each block, shape (B, n, n)."""
-    out = np.empty((blocks, columns.shape[1], columns.shape[1]))
-    for b in range(blocks):
-        part = columns[block == b]
-        out[b] = part.T @ part
-    return out
-
-
-def _partial_out(inner: FloatArray, wandering: IntArray, variance: FloatArray) -> FloatArray:
-    """``X'V⁻¹X`` by Woodbury: ``X'X − X'Z (D⁻¹ + Z'Z)⁻¹ Z'X``, block by block."""
-    active = wandering[variance > 0]
-    if not active.size:
-        return inner
-    precision = np.diag(1.0 / variance[variance > 0])
-    out = np.empty_like(inner)
-    for b, gram in enumerate(inner):
-        cross = gram[active]
-        middle = precision + gram[np.ix_(active, active)]
-        out[b] = gram - cross.T @ np.linalg.solve(middle, cross)
-    return out
-
-
-def _wandering_variance(rows: FloatArray, calibration: IntArray, wandering: IntArray) -> FloatArray:
-    """Variance between blocks of each wandering coefficient, by expectation maximisation."""
-    last = rows.shape[1] - 1
-    if rows.shape[0] < 3 or not wandering.size:
-        return np.zeros(wandering.size)
-    zz = rows[:, wandering[:, None], wandering[None, :]]
-    zr = rows[:, wandering, last]
-    zj = rows[:, wandering[:, None], calibration[None, :]]
-    fitted = np.append(calibration, last)
-    zx = rows[:, wandering[:, None], fitted[None, :]]
-    total = rows[:, fitted[:, None], fitted[None, :]].sum(axis=0)
-    variance = np.ones(wandering.size)
-    for _ in range(_EM_STEPS):
-        posterior = np.linalg.inv(np.diag(1.0 / variance)[None] + zz)
-        # X'V⁻¹X by Woodbury, as in `_partial_out`, of what is fitted and the residual only
-        left = total - np.sum(zx.swapaxes(1, 2) @ posterior @ zx, axis=0)
-        theta = np.linalg.pinv(left[:-1, :-1], rcond=1e-10, hermitian=True) @ left[:-1, -1]
-        mean = np.einsum("bij,bj->bi", posterior, zr - zj @ theta)
-        updated = np.mean(mean**2 + np.einsum("bii->bi", posterior), axis=0)
-        change = np.abs(np.log(updated / variance)).max()
-        variance = updated
-        if change < _EM_STOP:
-            break
-    return variance
