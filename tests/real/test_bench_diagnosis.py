@@ -70,3 +70,17 @@ def test_force_plate_without_forces_is_refused(
     )  # fmt: skip
     assert answer.exit_code == 2
     assert "names no cells" in answer.err
+
+
+def test_one_stance_on_insoles_is_too_little(
+    run: Run, real_data: Path, repository: Path, tmp_path: Path
+) -> None:
+    answer = run(
+        "diagnose", real_data / "loadsol-insoles/test_poids_loadsol.csv",
+        "--recipe", repository / "recipes/loadsol_insoles.toml",
+        "--experiment", "stand", "--out", tmp_path / "out",
+    )  # fmt: skip
+    assert answer.exit_code == 0, answer.err
+    record = read_record(DiagnosisRecord, tmp_path / "out/diagnosis.json")
+    assert record.verdict == "underpowered"
+    assert not record.causes

@@ -112,7 +112,8 @@ def read_balanced(session: Session[DiagnoseOptions]) -> CaseRead:
             values.setdefault(f"{channel}.scale", float(belief.scale_n_per_count[i]))
             values.setdefault(f"{channel}.bias", float(belief.bias_n[i]))
     weight = session.recipe.robot.weight_n or 50.0
-    rate = 1.0 / float(np.median(np.diff(logs[0].time_s)))
+    # a stance may be a single row
+    rate = 1.0 / float(np.median(np.diff(logs[0].time_s))) if kind == "walk" else 0.0
     scale = np.abs([values[f"{channel}.scale"] for channel in channels])
     case = Case(
         experiment=experiment,

@@ -117,9 +117,9 @@ def plot_driver(found: Investigation) -> Figure:
         title = "Before: should be flat" if stage == "before" else "After: should be flat"
         tidy(axes, title, name, f"left in {problem.outputs[output]} ({unit})" if i == 0 else "")
         axes.legend(fontsize=7.5, frameon=False)
-        spread = np.quantile(np.abs(left), 0.99) if left.size else 1.0
+        spread = float(np.quantile(np.abs(left), 0.99)) if left.size else 0.0
         if i == 0:
-            axes.set_ylim(-1.3 * spread, 1.3 * spread)
+            axes.set_ylim(-1.3 * (spread or 1.0), 1.3 * (spread or 1.0))
     return figure
 
 

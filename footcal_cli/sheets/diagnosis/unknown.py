@@ -53,7 +53,7 @@ def _or_rivals(item: Found) -> str:
 def depends_on(found: Investigation) -> str:
     """What the leftover depends on, as a verb phrase."""
     detection = nameless(found)[1].before
-    if detection.line_p < _CERTAIN:
+    if _is_a_line(detection):
         return f"is a line at {line_words(detection.line)}"
     if detection.between_p < _CERTAIN:
         return f"moves with {detection.driver} from block to block"
@@ -63,10 +63,16 @@ def depends_on(found: Investigation) -> str:
     return f"{left.direction} {left.driver}" if left.driver else "repeats from block to block"
 
 
+def _is_a_line(detection: Detection) -> bool:
+    """Whether a line is more certain than any dependence on the signals."""
+    signals_p = min(detection.bump_p, detection.flexible_p)
+    return detection.line_p < _CERTAIN and detection.line_p <= signals_p
+
+
 def _where(found: Investigation) -> str:
     """Output, cells and number of blocks; a line says itself where it is."""
     detection, left = nameless(found)[1].before, leftover_of(found)
-    if detection.line_p < _CERTAIN:
+    if _is_a_line(detection):
         return ""
     where = f", in the {output_words(left.output)}{_cells(left)}"
     if min(detection.between_p, detection.spell_p) < _CERTAIN:
