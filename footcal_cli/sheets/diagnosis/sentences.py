@@ -123,7 +123,8 @@ def underpowered(found: Investigation, untested: Mapping[str, str]) -> tuple[str
     more = max(rules.fewest_blocks - blocks, 1)
     return (
         f"{blocks} block{'' if blocks == 1 else 's'} cannot reach alpha = {rules.alpha_name:g} "
-        f"(smallest possible p is {number(found.rounds[0].smallest_p, 2)}). Record at least {more} more.",
+        f"(smallest possible p is {number(found.rounds[0].smallest_p, 2)}). "
+        f"Record at least {more} more.",
         ["Blocks are recordings, sessions or remounts, alike in content; more samples in the same "
          "block do not help."],
     )  # fmt: skip
