@@ -7,6 +7,7 @@ other means.
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -15,17 +16,26 @@ import pytest
 from scipy import signal
 
 from footcal_cli.records import DiagnosisRecord, read_record
-from tests.conftest import Run
+from tests.conftest import Answer, Run
+
+Diagnose = Callable[[str, str, str], Answer]
 
 
-def test_load_cell_with_hung_weights(
-    run: Run, real_data: Path, repository: Path, tmp_path: Path
-) -> None:
-    log = real_data / "loadcell-creep/test2.csv"
-    answer = run(
-        "diagnose", log, "--recipe", repository / "recipes/loadcell_creep.toml",
-        "--experiment", "weights", "--out", tmp_path / "out",
-    )  # fmt: skip
+@pytest.fixture
+def diagnose(run: Run, real_data: Path, repository: Path, tmp_path: Path) -> Diagnose:
+    """Diagnose a log of the real data by recipe and experiment, into ``tmp_path/out``."""
+
+    def diagnosed(log: str, recipe: str, experiment: str) -> Answer:
+        return run(
+            "diagnose", real_data / log, "--recipe", repository / "recipes" / recipe,
+            "--experiment", experiment, "--out", tmp_path / "out",
+        )  # fmt: skip
+
+    return diagnosed
+
+
+def test_load_cell_with_hung_weights(diagnose: Diagnose, real_data: Path, tmp_path: Path) -> None:
+    answer = diagnose("loadcell-creep/test2.csv", "loadcell_creep.toml", "weights")
     assert answer.exit_code == 0, answer.err
     record = read_record(DiagnosisRecord, tmp_path / "out/diagnosis.json")
     # three weights and no repeat: nothing may be named with confidence, and something is there
@@ -33,7 +43,7 @@ def test_load_cell_with_hung_weights(
     assert record.evidence["signals_p"] < 0.01
     assert record.evidence["line_p"] < 1e-6
     # the hung weight swings: a spectrum by another hand has its peak above the noise there too
-    data = pd.read_csv(log)
+    data = pd.read_csv(real_data / "loadcell-creep/test2.csv")
     quiet = data[(data.t_s > 400) & (data.t_s < 1100)]
     rate_hz = 1.0 / float(np.median(np.diff(quiet.t_s)))
     frequency, power = signal.welch(quiet.loadcell_mN.to_numpy(), rate_hz, nperseg=512)
@@ -45,14 +55,8 @@ def test_load_cell_with_hung_weights(
     assert float(said[1]) == pytest.approx(peak_hz, abs=0.3)  # it swings a little with the weight
 
 
-def test_insole_under_air_pressure(
-    run: Run, real_data: Path, repository: Path, tmp_path: Path
-) -> None:
-    answer = run(
-        "diagnose", real_data / "insole-plenum/calibration_dataset.parquet",
-        "--recipe", repository / "recipes/insole_plenum.toml",
-        "--experiment", "weights", "--out", tmp_path / "out",
-    )  # fmt: skip
+def test_insole_under_air_pressure(diagnose: Diagnose, tmp_path: Path) -> None:
+    answer = diagnose("insole-plenum/calibration_dataset.parquet", "insole_plenum.toml", "weights")
     assert answer.exit_code == 0, answer.err
     record = read_record(DiagnosisRecord, tmp_path / "out/diagnosis.json")
     # the source fits a polynomial and a dynamic model because scale and bias do not do
@@ -60,26 +64,16 @@ def test_insole_under_air_pressure(
     assert record.evidence["signals_p"] < 0.01
 
 
-def test_force_plate_without_forces_is_refused(
-    run: Run, real_data: Path, repository: Path, tmp_path: Path
-) -> None:
-    answer = run(
-        "diagnose", real_data / "forceplate-cop-points/points_frames.csv",
-        "--recipe", repository / "recipes/forceplate_cop_points.toml",
-        "--experiment", "placements", "--out", tmp_path / "out",
-    )  # fmt: skip
+def test_force_plate_without_forces_is_refused(diagnose: Diagnose) -> None:
+    answer = diagnose(
+        "forceplate-cop-points/points_frames.csv", "forceplate_cop_points.toml", "placements"
+    )
     assert answer.exit_code == 2
     assert "names no cells" in answer.err
 
 
-def test_one_stance_on_insoles_is_too_little(
-    run: Run, real_data: Path, repository: Path, tmp_path: Path
-) -> None:
-    answer = run(
-        "diagnose", real_data / "loadsol-insoles/test_poids_loadsol.csv",
-        "--recipe", repository / "recipes/loadsol_insoles.toml",
-        "--experiment", "stand", "--out", tmp_path / "out",
-    )  # fmt: skip
+def test_one_stance_on_insoles_is_too_little(diagnose: Diagnose, tmp_path: Path) -> None:
+    answer = diagnose("loadsol-insoles/test_poids_loadsol.csv", "loadsol_insoles.toml", "stand")
     assert answer.exit_code == 0, answer.err
     record = read_record(DiagnosisRecord, tmp_path / "out/diagnosis.json")
     assert record.verdict == "underpowered"

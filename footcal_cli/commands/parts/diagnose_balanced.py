@@ -66,8 +66,8 @@ def read_balanced(session: Session[DiagnoseOptions]) -> CaseRead:
         chain_of,
         rows_where,
     )
-    from footcal_cli.core.contact import airborne, gait_cycles
-    from footcal_cli.core.diagnosis.blocks import block_means, cut_blocks, cut_stances, even_cycles
+    from footcal_cli.core.contact import airborne
+    from footcal_cli.core.diagnosis.blocks import cut_balanced
     from footcal_cli.core.diagnosis.case import Case
     from footcal_cli.core.diagnosis.recording import noise_of_smoothed, steps_of, swings_apart
     from footcal_cli.core.diagnosis.tracking import gain_and_bias
@@ -96,14 +96,7 @@ def read_balanced(session: Session[DiagnoseOptions]) -> CaseRead:
         noises.append(noise_of_smoothed(merged.raw, log.readings, merged.rate_hz))
         if kind == "walk":
             log = swings_apart(log, merged.raw, merged.rate_hz)
-        log = rows_where(log, good)
-        if kind == "stand":
-            logs.append(block_means(cut_stances(log)))
-            continue
-        cycle = gait_cycles(log.known["contact"])
-        if cycle.max(initial=-1) < 10:
-            cycle = even_cycles(log, 0.5)
-        logs.append(cut_blocks(log, cycle, 0.3))
+        logs.append(cut_balanced(rows_where(log, good)))
     channels = logs[0].channels
     chain, values = chain_of(session.parameters, channels, ("scale_bias",))
     belief = recordings[0].belief

@@ -21,9 +21,7 @@ UNTESTED = dict.fromkeys(
     OF_CELLS,
 )
 """Effect -> why it is not tried on ankles: the table's shapes are those of small cells."""
-_LEAST_CYCLES = 10
 _JUDGED_HZ = 20.0
-_TAU_S = 0.3
 
 
 def read_six_axis_feet(session: Session[DiagnoseOptions]) -> CaseRead:
@@ -75,20 +73,13 @@ def _cut(log: Log, experiment: Experiment) -> Log:
     import numpy as np
 
     from footcal_cli.commands.parts.diagnose_cases import rows_where
-    from footcal_cli.core.contact import gait_cycles
-    from footcal_cli.core.diagnosis.blocks import block_means, cut_blocks, cut_stances, even_cycles
+    from footcal_cli.core.diagnosis.blocks import cut_balanced
 
     good = np.isfinite(log.readings).all(axis=1)
     for name in experiment.known:
         if name != "contact":
             good &= np.isfinite(log.known[name].reshape(len(log), -1)).all(axis=1)
-    log = rows_where(log, good)
-    if experiment.name == "stand":
-        return block_means(cut_stances(log))
-    cycle = gait_cycles(log.known["contact"])
-    if cycle.max(initial=-1) < _LEAST_CYCLES:
-        cycle = even_cycles(log, 0.5)
-    return cut_blocks(log, cycle, _TAU_S)
+    return cut_balanced(rows_where(log, good))
 
 
 def offset_parameters(channels: Sequence[str], values: dict[str, float]) -> tuple[Parameter, ...]:

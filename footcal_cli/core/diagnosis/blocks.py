@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from footcal_cli.core.contact import gait_cycles
 from footcal_cli.core.diagnosis.case import MOST_BLOCKS
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray, IntArray
@@ -20,6 +21,19 @@ STANCES = 10
 PAUSE_S = 0.5
 """A longer pause of the log ends a stance: who knows what was moved meanwhile."""
 SHORTEST_STANCE_S = 1.0
+_LEAST_CYCLES = 10
+_EVEN_S = 0.5
+_TAU_S = 0.3
+
+
+def cut_balanced(log: Log) -> Log:
+    """Standing as one row per stance; a walk in blocks of whole gait cycles, even ones if few."""
+    if log.experiment == "stand":
+        return block_means(cut_stances(log))
+    cycle = gait_cycles(log.known["contact"])
+    if cycle.max(initial=-1) < _LEAST_CYCLES:
+        cycle = even_cycles(log, _EVEN_S)
+    return cut_blocks(log, cycle, _TAU_S)
 
 
 def cut_blocks(log: Log, cycle: IntArray, tau_s: float, *, gap_s: float | None = None) -> Log:

@@ -54,13 +54,13 @@ class Subject:
         """
         case = self.case.extended(model.chain, model.values)
         whole = problem_from(case, self.rows, self.table.values(), self.describe)
-        accepted = self.bare(model, causes).accepted
-        return replace(whole.without(*(c.signature.effect for c in causes)), accepted=accepted)
+        return replace(
+            whole.without(*(c.signature.effect for c in causes)),
+            accepted=self._accepted(model, causes),
+        )
 
     def bare(self, model: Refit, causes: Sequence[Cause]) -> Problem:
         """As `extended`, without candidates."""
-        rivals = [s for c in causes for s in (*c.rivals, *c.places)]
-        extra = np.hstack([_unit(model.columns), self.beside(model, rivals)])
         calibration, turn = calibration_of(self._ideal(model), self.rows)
         return replace(
             self.problem,
@@ -68,7 +68,7 @@ class Subject:
             calibration=calibration,
             calibration_names=numbered(calibration),
             calibration_turn=turn,
-            accepted=extra,
+            accepted=self._accepted(model, causes),
             columns=self.problem.columns[:, :0],
             signatures=(),
         )
@@ -96,6 +96,11 @@ class Subject:
             calibration=extended.calibration / share,
             accepted=None if extended.accepted is None else extended.accepted / share,
         )
+
+    def _accepted(self, model: Refit, causes: Sequence[Cause]) -> FloatArray:
+        """Columns of the effects in the model and of their rivals, shape (m, a)."""
+        rivals = [s for c in causes for s in (*c.rivals, *c.places)]
+        return np.hstack([_unit(model.columns), self.beside(model, rivals)])
 
     def _ideal(self, model: Refit) -> Case:
         ideal = balanced(self.case, model.values, model.chain)
