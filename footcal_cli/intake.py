@@ -14,7 +14,7 @@ from footcal_cli.core.effects import find_effect
 from footcal_cli.core.effects.calibration import AXES
 from footcal_cli.core.effects.contract import Stage
 from footcal_cli.core.log import Log
-from footcal_cli.core.online.rows import Belief, belief_from, nameplate
+from footcal_cli.core.online.belief import Belief, belief_from, nameplate
 from footcal_cli.core.online.streams import (
     BodyStream,
     Merged,

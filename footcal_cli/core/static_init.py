@@ -14,7 +14,8 @@ import numpy as np
 
 from footcal_cli.core.log import Log
 from footcal_cli.core.observability import Observability, observability
-from footcal_cli.core.online.rows import Belief, Rows, cell_rows
+from footcal_cli.core.online.belief import Belief
+from footcal_cli.core.online.rows import Rows, cell_rows
 from footcal_cli.core.online.six_axis import six_axis_rows
 from footcal_cli.core.parameters import BoolArray, Estimates, FloatArray, IntArray, Status
 from footcal_cli.core.quiet import QuietSet

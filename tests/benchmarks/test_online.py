@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from footcal_cli.core.log import Log
+from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.online.filter import Noise, run_filter
-from footcal_cli.core.online.rows import Belief, cell_rows
+from footcal_cli.core.online.rows import cell_rows
 from footcal_cli.core.online.window import Weights, run_window, run_window_fast
 from tests.core.walk_data import Errors, make_walk, record
 from tests.core.walking import belief_of, walk_log

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from footcal_cli.core.log import Log
+from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.online.evidence import check_consistency, departures, rms, settle
 from footcal_cli.core.online.memory import Memory, memory_estimates, replay_track, run_memory
 from footcal_cli.core.online.replay import Errors as Differences
@@ -14,7 +15,6 @@ from footcal_cli.core.online.replay import (
     errors_against,
     replay_window,
 )
-from footcal_cli.core.online.rows import Belief
 from footcal_cli.core.online.sensitivity import memory_sensitivity, window_sensitivity
 from footcal_cli.core.online.window import Weights, WindowRule, run_window_fast, standing_weights
 from footcal_cli.core.parameters import Status

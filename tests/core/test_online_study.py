@@ -14,6 +14,7 @@ from scipy import stats
 
 from footcal_cli.core.experiments.walk import channel_contact
 from footcal_cli.core.log import Log
+from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.online.evidence import check_consistency, rms
 from footcal_cli.core.online.live import run_live
 from footcal_cli.core.online.memory import Memory, MemoryOptions, replay_track, run_memory
@@ -25,7 +26,6 @@ from footcal_cli.core.online.replay import (
     errors_against,
     replay_window,
 )
-from footcal_cli.core.online.rows import Belief
 from footcal_cli.core.online.window import Weights, WindowRule, run_window_fast, standing_weights
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.signals import low_pass

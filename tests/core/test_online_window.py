@@ -6,7 +6,7 @@ from scipy.optimize import least_squares
 
 from footcal_cli.core.experiments.walk import reference_of
 from footcal_cli.core.log import Log
-from footcal_cli.core.online.rows import Belief
+from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.online.window import (
     Weights,
     WindowRule,

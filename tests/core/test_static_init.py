@@ -7,7 +7,7 @@ from footcal_cli.core.effects.contract import Scope, columns_of
 from footcal_cli.core.experiments import stand
 from footcal_cli.core.log import Log
 from footcal_cli.core.next_stance import next_stances
-from footcal_cli.core.online.rows import belief_from
+from footcal_cli.core.online.belief import belief_from
 from footcal_cli.core.parameters import FloatArray, Status
 from footcal_cli.core.quiet import QuietRule, QuietSet, select_quiet
 from footcal_cli.core.stance_curve import stance_curve

@@ -6,8 +6,8 @@ import numpy as np
 
 from footcal_cli.core import centroidal, contact, signals
 from footcal_cli.core.log import Log
+from footcal_cli.core.online.belief import Belief, nameplate
 from footcal_cli.core.online.replay import Replayed, corrected
-from footcal_cli.core.online.rows import Belief, nameplate
 from tests.core.walk_data import CELLS_FOOT, CHANNELS, G, Recording, Standing
 
 

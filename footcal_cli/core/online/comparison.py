@@ -11,6 +11,7 @@ from footcal_cli.core.centroidal import MIN_FORCE_N, Reference
 from footcal_cli.core.contact import Reason, Validity, gait_cycles, judge
 from footcal_cli.core.experiments import walk
 from footcal_cli.core.log import Log
+from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.online.evidence import (
     SETTLING_S,
     Consistency,
@@ -42,7 +43,6 @@ from footcal_cli.core.online.replay import (
     errors_against,
     replay_window,
 )
-from footcal_cli.core.online.rows import Belief
 from footcal_cli.core.online.sensitivity import Sensitivity, memory_sensitivity, window_sensitivity
 from footcal_cli.core.online.streams import Merged
 from footcal_cli.core.online.window import Weights, WindowRule, run_window, standing_weights

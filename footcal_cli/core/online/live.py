@@ -14,6 +14,7 @@ from itertools import pairwise
 import numpy as np
 
 from footcal_cli.core.log import Log
+from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.online.evidence import repetition
 from footcal_cli.core.online.filter import Noise, Track, run_filter
 from footcal_cli.core.online.memory import (
@@ -23,7 +24,7 @@ from footcal_cli.core.online.memory import (
     gait_phase,
     rows_of,
 )
-from footcal_cli.core.online.rows import Belief, Rows, advanced
+from footcal_cli.core.online.rows import Rows, advanced
 from footcal_cli.core.online.smoother import smooth
 from footcal_cli.core.online.tuning import Tuning, learn_noise
 from footcal_cli.core.parameters import FloatArray, IntArray

@@ -13,18 +13,12 @@ from footcal_cli.core.contact import gait_cycles
 from footcal_cli.core.effects.body import heading_rad
 from footcal_cli.core.experiments import walk
 from footcal_cli.core.log import Log
+from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.online.evidence import repetition
 from footcal_cli.core.online.filter import Guards, Noise, Track, run_filter
 from footcal_cli.core.online.jumps import Jump
 from footcal_cli.core.online.replay import Replayed, corrected, held
-from footcal_cli.core.online.rows import (
-    PLATE_STATE,
-    REFERENCE_STATES,
-    Belief,
-    Rows,
-    advanced,
-    cell_rows,
-)
+from footcal_cli.core.online.rows import PLATE_STATE, REFERENCE_STATES, Rows, advanced, cell_rows
 from footcal_cli.core.online.smoother import smooth
 from footcal_cli.core.online.tuning import LEARNT, Tuning, learn_noise
 from footcal_cli.core.parameters import Estimates, FloatArray, Status

@@ -9,8 +9,9 @@ import numpy as np
 from footcal_cli.core.centroidal import MIN_FORCE_N, Pressure, Reference, pressure
 from footcal_cli.core.effects.contract import Scope, columns_of
 from footcal_cli.core.log import Log
+from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.online.evidence import rms
-from footcal_cli.core.online.rows import Belief, hanging_of
+from footcal_cli.core.online.rows import hanging_of
 from footcal_cli.core.online.window import (
     Weights,
     WindowRule,

@@ -9,11 +9,11 @@ import numpy as np
 
 from footcal_cli.core.centroidal import Reference
 from footcal_cli.core.log import Log
+from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.online.evidence import SETTLING_S, rms
 from footcal_cli.core.online.filter import Noise, run_settings
 from footcal_cli.core.online.memory import Memory, replay_track
 from footcal_cli.core.online.replay import Replayed, errors_against, replay_window
-from footcal_cli.core.online.rows import Belief
 from footcal_cli.core.online.window import Weights, WindowRule, run_window_fast
 from footcal_cli.core.parameters import FloatArray
 

@@ -19,7 +19,7 @@ from footcal_cli.core.contact import (
     judge,
 )
 from footcal_cli.core.log import Log
-from footcal_cli.core.online.rows import Belief
+from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 from footcal_cli.core.signals import (
     CUTOFF_HZ,

@@ -14,7 +14,7 @@ import numpy as np
 from footcal_cli.core.centroidal import MIN_FORCE_N
 from footcal_cli.core.experiments import walk
 from footcal_cli.core.log import Log
-from footcal_cli.core.online.rows import Belief
+from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.parameters import FloatArray, IntArray
 
 
