@@ -277,7 +277,8 @@ class NextExperimentRecord(Record):
 
     `id` names a plan of the menu, empty where no log can tell; `kind` is the experiment whose log
     `diagnose` then reads. Cosines are of what the rivals leave visible beside the calibration, now
-    and then; separations in noise sd of one run.
+    and then; separations in noise sd of one run. `without` is what the experiment takes out of the
+    question: left out of the table when its log is diagnosed (`--without`).
     """
 
     id: str
@@ -290,6 +291,7 @@ class NextExperimentRecord(Record):
     separation: float | None = None
     repeats: int | None = None
     minutes: float | None = None
+    without: tuple[str, ...] = ()
 
 
 class PlanRecord(Versioned):

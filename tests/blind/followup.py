@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -13,7 +14,7 @@ from tests.blind.hidden import CATALOGUE
 from tests.blind.plan import Cell
 from tests.blind.trials import add_options, drawn
 from tests.blind.worlds import WORLDS
-from tests.blind.worlds.proposed import can_make, proposed
+from tests.blind.worlds.proposed import SETTLED, can_make, proposed
 from tests.blind.yardstick import yardstick
 
 NOT_ON_A_BENCH = (
@@ -21,9 +22,11 @@ NOT_ON_A_BENCH = (
     "lag", "load_bypass", "hanging_plate", "cell_position",
 )  # fmt: skip
 """What belongs to the body, its telemetry or the foot: single cells under weights know nothing."""
+NOT_ON_A_PLATE = tuple(n for n in NOT_ON_A_BENCH if n not in ("load_bypass", "cell_position"))
+"""Weights on the holes of a foot show the foot, and nothing of the body."""
 NOT_IN_THE_AIR = ("case_strain", "robot_weight", "leg_weight")
 """What ground or a belief does: a robot that hangs presses no case, and hangs with its shoes on."""
-ABSENT = {"weights": NOT_ON_A_BENCH, "hang": NOT_IN_THE_AIR}
+ABSENT = {"weights": NOT_ON_A_BENCH, "placements": NOT_ON_A_PLATE, "hang": NOT_IN_THE_AIR}
 
 
 def wants_followup(truth: Mapping[str, Any], said: Mapping[str, Any]) -> bool:
@@ -54,12 +57,15 @@ def make_followup(
     # shapes stay what they are, however far the new loads reach
     clean = replace(clean, facts={**clean.facts, "span_n": before.clean.span_n})
     world = clean
+    gone = (*ABSENT.get(clean.experiment, ()), *SETTLED.get(str(proposal["id"]), ()))
     for key, effect in zip(keys, truth["effects"], strict=True):
-        if key.split("/")[0] in ABSENT.get(clean.experiment, ()):
+        if key.split("/")[0] in gone:
             continue
         world = CATALOGUE[key].act(world, effect["size"], np.random.default_rng(effect["place"]))
     maker = WORLDS[clean.experiment]
     folder.mkdir(parents=True)
     maker.write(world, folder, rng)
     add_options(folder / "recipe.toml", clean, yardstick(maker, clean))
+    with (folder / "recipe.toml").open("a", encoding="utf-8") as stream:
+        stream.write(f"without = {json.dumps(proposal.get('without') or [])}\n")
     return folder

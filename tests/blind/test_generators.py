@@ -292,6 +292,7 @@ def test_a_proposed_hanging_is_of_the_same_legs() -> None:
         "walk_turning",
         "walk_squatting",
         "walk_slow_fast",
+        "walk_unsmoothed",
         "stand_turned",
     ],
 )

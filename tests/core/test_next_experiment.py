@@ -15,6 +15,7 @@ from footcal_cli.core.diagnosis.rig import Rig
 from footcal_cli.core.effects import TABLE
 from footcal_cli.core.simulation.robots import Biped
 from footcal_cli.errors import UsageError
+from footcal_cli.sheets.diagnosis.experiment import experiment_record
 
 BENCH = Rig(noise_n=0.05, full_load_n=30.0, kinds=("weights",))
 WALKER = Rig(noise={"fz": 0.2, "mx": 0.02, "my": 0.02}, independent_hz=10.0)
@@ -95,7 +96,7 @@ def test_dead_zone_and_hinge_are_one_until_the_cell_is_pulled() -> None:
             contender("cell_position", cell_correction_x=0.004),
             {"turn_and_bounce", "holes"},
         ),
-        (contender("leg_weight"), contender("robot_weight"), {"hang"}),
+        (contender("leg_weight"), contender("robot_weight"), {"weigh_robot"}),
     ],
 )
 def test_aliases_of_a_robot_find_their_experiment(
@@ -111,17 +112,35 @@ def test_toes_turned_out_and_in_tell_a_foot_from_the_body() -> None:
     """A shift of all cells in their feet is one of the CoM while both feet point ahead."""
     body = contender("com_offset", com_correction_x=0.003, com_correction_y=0.002)
     foot = contender("cell_position", cell_correction_x=0.003, cell_correction_y=0.002)
-    names = ("com_offset", "cell_position")
-    ahead = rehearsed(plan_of("bounce"), WALKER, names).compared(body, foot, TABLE)
-    turned = rehearsed(plan_of("turn_and_bounce"), WALKER, names).compared(body, foot, TABLE)
+    ahead = rehearsed(plan_of("bounce"), WALKER).compared(body, foot, TABLE)
+    turned = rehearsed(plan_of("turn_and_bounce"), WALKER).compared(body, foot, TABLE)
     assert ahead.cosine > 0.999
     assert turned.cosine < LIKE
 
 
-def test_no_experiment_tells_a_delay_from_a_low_pass_of_any_order() -> None:
+def test_a_delay_is_told_from_a_low_pass_by_switching_the_low_pass_off() -> None:
+    """No motion does it: a low-pass of high order is a delay up to its corner."""
     menu = menu_for([contender("delay", delay=0.002), contender("lag", lag=0.002)], TABLE, WALKER)
-    assert menu.prospects == ()
+    assert [p.plan.id for p in menu.prospects] == ["walk_unsmoothed"]
+    assert menu.prospects[0].cosine == 0.0
+    assert experiment_record(menu).without == ("lag",)  # type: ignore[union-attr]
+    # what stays there is as large as it would be anyway
+    there = rehearsed(plan_of("walk_unsmoothed"), WALKER)
+    delay, lag = contender("delay", delay=0.002), contender("lag", lag=0.002)
+    assert np.abs(there.shown(TABLE["delay"], delay.signature, delay.values)).max() > 1.0
+    assert not there.shown(TABLE["lag"], lag.signature, lag.values).any()
+    # and other rivals are not asked to
+    level = [contender("imu_tilt", imu_pitch=0.0175), contender("floor_slope", floor_pitch=0.0175)]
+    assert "walk_unsmoothed" not in {p.plan.id for p in menu_for(level, TABLE, WALKER).prospects}
     assert advice([TABLE["delay"], TABLE["lag"]]).count("500 Hz") == 1
+
+
+def test_a_hanging_refits_the_weight_of_the_leg() -> None:
+    """A leg that is heavier than believed hangs without a trace: `hang-calib` weighs it."""
+    hung = rehearsed(plan_of("hang"), Rig())
+    heavy = contender("leg_weight")
+    assert not hung.shown(TABLE["leg_weight"], heavy.signature, heavy.values).any()
+    assert hung.compared(heavy, contender("robot_weight"), TABLE).cosine == 1.0
 
 
 def test_what_would_make_the_robot_fall_is_not_proposed() -> None:

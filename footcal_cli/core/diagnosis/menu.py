@@ -22,12 +22,16 @@ The plans by id, and the kind of log that `diagnose` then reads:
     of four ways, the hips a little lower every time, toes 45° out and 15° in by turns;
     ``walk_turning`` walking a circle each way (30 s); ``walk_squatting`` the same in small steps
     of 0.6 s that bob by 1 cm each, hips down by 30 % of their height and up again every 2.5 s;
-    ``walk_slow_fast`` 30 s with steps of 1.2 s, then of 0.5 s.
+    ``walk_slow_fast`` 30 s with steps of 1.2 s, then of 0.5 s; ``walk_unsmoothed`` the walk at
+    hand once more, smoothing of the body's stream switched off.
 ``hang``
     ``hang`` hanging in two opposite pairs of orientations, legs turning slowly.
 ``pose``
     ``pose_tilted`` poses with the body tilted up to 15° and turned; ``pose_tripods`` poses on
-    three legs in turn.
+    three legs in turn; ``weigh_robot`` the log at hand again, the robot's weight from a scale.
+
+Two of them take an effect out of the question instead of making it look different: what is then
+diagnosed, without that effect in the table, shows whether the others are still there.
 
 What no log can show (a spirit level, a scale) has no id; the table's own advice stands then.
 """
@@ -147,13 +151,16 @@ def menu_for(
     for plan in PLANS:
         kind = plan.experiment.name
         seen = any(kind in table[name].experiments for name in names)
-        if kind not in rig.kinds or not seen:
+        asked = not plan.settles or not set(plan.settles).isdisjoint(names)
+        if kind not in rig.kinds or not seen or not asked:
             continue
+        known = at_hand if plan.settles and at_hand is not None and at_hand.kind == kind else None
         try:
-            there = rehearsed(plan, rig, names)
+            there = known.with_settled(plan.settles) if known else rehearsed(plan, rig)
         except UsageError:  # this robot would fall over
             continue
-        prospect = _prospect(plan, there, rivals, table, share)
+        # what these data show is no prediction
+        prospect = _prospect(plan, there, rivals, table, 1.0 if known else share)
         found += [prospect] if prospect is not None else []
     found.sort(key=lambda p: (round(p.left, 2), p.minutes))
     return Menu(tuple(rivals), now, tuple(found))
@@ -168,15 +175,17 @@ def _prospect(
 ) -> Prospect | None:
     """What a plan does for all pairs of rivals; None where it tells none apart.
 
-    One that keeps a pair merely less alike is no help: none of those ever told it.
+    One that keeps a pair merely less alike is no help: none of those ever told it. A log that is
+    diagnosed again is all there is.
     """
+    most = MOST_RUNS if plan.anew else 1
     told = []
     for first, second in permutations(rivals, 2):
-        if _same_in_any_order(first, second):
+        if _same_in_any_order(first, second, plan.settles):
             continue
         pair = there.compared(first, second, table)
         repeats = repeats_for(share * pair.separation, plan.blocks)
-        if repeats <= MOST_RUNS and pair.cosine < LIKE:
+        if repeats <= most and pair.cosine < LIKE:
             told.append((pair.cosine, share * pair.separation, repeats))
     if not told:
         return None
@@ -189,9 +198,9 @@ def _prospect(
     )
 
 
-def _same_in_any_order(first: Contender, second: Contender) -> bool:
+def _same_in_any_order(first: Contender, second: Contender, settled: Sequence[str]) -> bool:
     """A delay beside a low-pass: only the table's first order would be told from it."""
-    names = {first.signature.effect, second.signature.effect}
+    names = {first.signature.effect, second.signature.effect}.difference(settled)
     return "delay" in names and bool(names & OF_ANY_ORDER)
 
 

@@ -63,6 +63,11 @@ def walk_turning(rig: Rig) -> Logs:
     return tuple(_walked(rig, replace(plan, turn_radps=sign * TURN_RADPS)) for sign in (1.0, -1.0))
 
 
+def walk_straight(rig: Rig) -> Logs:
+    """Straight ahead for a minute."""
+    return (_walked(rig, WalkPlan(duration_s=66.0)),)
+
+
 def walk_squatting(rig: Rig) -> Logs:
     """A full circle each way in small quick steps that bob, hips going down and up slowly.
 

@@ -31,6 +31,11 @@ class Plan:
         Blocks of evidence that one run gives.
     make
         The planned recordings: true loads, no noise, no effect.
+    settles
+        Effects that the experimenter takes out of the question with it: switched off, or measured
+        by other means. The log is as the one before it, and is diagnosed without them.
+    anew
+        Whether a log is recorded at all; otherwise the one at hand is diagnosed again.
     """
 
     id: str
@@ -39,6 +44,8 @@ class Plan:
     minutes: float
     blocks: int
     make: Callable[[Rig], tuple[Log, ...]]
+    settles: tuple[str, ...] = ()
+    anew: bool = True
 
 
 _WEIGHTS, _WALK = weights.EXPERIMENT, walk.EXPERIMENT
@@ -81,12 +88,18 @@ PLANS: tuple[Plan, ...] = (
          4.0, 12, robot.walk_squatting),
     Plan("walk_slow_fast", _WALK, "walking 30 s with slow steps (1.2 s), then 30 s with fast ones "
          "(0.5 s)", 3.0, 12, robot.walk_slow_fast),
+    Plan("walk_unsmoothed", _WALK, "the same walk with all smoothing of the body's stream "
+         "switched off: a delay stays, a low-pass goes", 3.0, 12, robot.walk_straight,
+         settles=("lag",)),
     Plan("hang", hang.EXPERIMENT, "hanging the robot in two opposite pairs of orientations, legs "
          "turning slowly", 30.0, 40, robot.hang),
     Plan("pose_tilted", pose.EXPERIMENT, "90 poses, some on three legs, on a board tilted by up "
          "to 15°, another way every time", 25.0, 15, robot.pose_tilted),
     Plan("pose_tripods", pose.EXPERIMENT, "90 poses on three legs in turn",
          20.0, 15, robot.pose_tripods),
+    Plan("weigh_robot", pose.EXPERIMENT, "the whole robot on a scale, its weight as mass_kg in "
+         "the recipe, and the same log diagnosed again: wrong weights of legs stay", 5.0, 15,
+         robot.pose_tilted, settles=("robot_weight",), anew=False),
 )  # fmt: skip
 
 

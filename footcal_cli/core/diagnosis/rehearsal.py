@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -82,8 +83,8 @@ class Rehearsal:
         True loads, nothing wrong.
     rig
         Noise.
-    asked
-        Effects in question: a calibration that is one of them is not refitted.
+    settled
+        Effects that the experimenter takes out of the question there.
     judged
         Which rows of each log count, shape (n,) each; all where absent.
     free_in_blocks
@@ -96,11 +97,11 @@ class Rehearsal:
         logs: Sequence[Log],
         rig: Rig,
         *,
-        asked: Sequence[str] = (),
+        settled: Sequence[str] = (),
         judged: Sequence[BoolArray] | None = None,
         free_in_blocks: bool = False,
     ) -> None:
-        self._experiment, self._logs = experiment, tuple(logs)
+        self._experiment, self._logs, self._settled = experiment, tuple(logs), frozenset(settled)
         balances = [experiment.balance(log) for log in self._logs]
         self._errors = [b.error for b in balances]
         self._valid = [b.valid for b in balances]
@@ -112,9 +113,18 @@ class Rehearsal:
         ]
         self._weight = np.sqrt(min(rig.independent_hz / self._rate_hz(), 1.0))
         block = self._blocks() if free_in_blocks else np.zeros(self._size(), dtype=np.int64)
-        self._bases = self._calibration(
-            [n for n in experiment.calibration if n not in asked], block
-        )
+        self._bases = self._calibration(experiment.calibration, block)
+
+    @property
+    def kind(self) -> str:
+        """Name of the experiment."""
+        return self._experiment.name
+
+    def with_settled(self, names: Sequence[str]) -> Rehearsal:
+        """The same recordings once some effects are out of the question."""
+        other = copy(self)
+        other._settled = self._settled | frozenset(names)
+        return other
 
     def compared(
         self, first: Contender, second: Contender, table: Mapping[str, Effect]
@@ -198,7 +208,7 @@ class Rehearsal:
         """What an effect adds to the balance of the planned logs, in noise sd, shape (m,)."""
         parts = []
         named = {f"{owner}.{name}": value for owner in owners for name, value in values.items()}
-        acts = self._experiment.name in effect.experiments
+        acts = self._experiment.name in effect.experiments and effect.name not in self._settled
         for log, error, valid, noise in zip(
             self._logs, self._errors, self._valid, self._noise, strict=True
         ):
@@ -255,13 +265,13 @@ def _orthonormal(columns: FloatArray) -> FloatArray:
     return np.asarray(left[:, singular > 1e-6 * singular.max(initial=0.0)])
 
 
-def rehearsed(plan: Plan, rig: Rig, asked: Sequence[str] = ()) -> Rehearsal:
+def rehearsed(plan: Plan, rig: Rig) -> Rehearsal:
     """A plan played through; a walk's calibration drifts and is free every `DRIFT_S`."""
     logs = plan.make(rig)
     drifts = plan.experiment.name == "walk"
     if drifts:
         logs = tuple(replace(log, block=(log.time_s // DRIFT_S).astype(np.int64)) for log in logs)
-    return Rehearsal(plan.experiment, logs, rig, asked=asked, free_in_blocks=drifts)
+    return Rehearsal(plan.experiment, logs, rig, settled=plan.settles, free_in_blocks=drifts)
 
 
 def present(case: Case, rig: Rig) -> Rehearsal:

@@ -41,17 +41,19 @@ def experiment_record(menu: Menu) -> NextExperimentRecord | None:
 
 def prospect_record(menu: Menu, prospect: Prospect) -> NextExperimentRecord:
     """One plan of a menu, with what it promises."""
+    rivals = tuple(dict.fromkeys(r.signature.effect for r in menu.rivals))
     return NextExperimentRecord(
         id=prospect.plan.id,
         kind=prospect.plan.experiment.name,
         words=prospect.plan.words,
-        between=tuple(dict.fromkeys(r.signature.effect for r in menu.rivals)),
+        between=rivals,
         cosine_now=None if menu.now is None else menu.now.cosine,
         cosine_after=prospect.cosine,
         separation_now=None if menu.now is None else menu.now.separation,
         separation=prospect.separation,
         repeats=prospect.repeats,
         minutes=prospect.minutes,
+        without=tuple(r for r in rivals if r in prospect.plan.settles),
     )
 
 
@@ -72,10 +74,11 @@ def experiment_words(record: NextExperimentRecord | None) -> str:
     if record.cosine_after is None:
         return record.words + times
     now = "" if record.cosine_now is None else f"{record.cosine_now:.3f} here, "
+    options = "".join(f" --without {name}" for name in record.without)
     minutes = f", about {record.minutes:.0f} min" if record.minutes else ""
     return (
-        f"{record.words}{times} (kind {record.kind}{minutes}; likeness of the rivals, 1 being "
-        f"identical: {now}{record.cosine_after:.3f} then)"
+        f"{record.words}{times} (kind {record.kind}{options}{minutes}; likeness of the rivals, 1 "
+        f"being identical: {now}{record.cosine_after:.3f} then)"
     )
 
 

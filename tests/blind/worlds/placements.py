@@ -38,6 +38,22 @@ def draw(rng: Rng, options: Mapping[str, Any]) -> World:
     rounds = int(rng.integers(4, 6))
     if options.get("blocks"):  # too little: a few holes, once
         rounds, weights = 1, weights[-1:]
+    return placed(rng, cells, holes, weights, rounds)
+
+
+def placed(
+    rng: Rng, cells: Array, holes: Array, weights: Array, rounds: int, like: World | None = None
+) -> World:
+    """Every weight on every hole in some rounds; the cells of another world's left foot if given.
+
+    Parameters
+    ----------
+    cells, holes
+        In the foot's frame, shape (4, 2) and (h, 2), m.
+    weights
+        N.
+    """
+    full_n = float(weights[-1])
     visits = np.array([(h, w) for h in range(len(holes)) for w in range(len(weights))])
     # every round in an order of its own, or drift and place could not be told apart
     order = np.concatenate(
@@ -48,6 +64,8 @@ def draw(rng: Rng, options: Mapping[str, Any]) -> World:
     scale, zero = draw_cells(rng, 4)
     sd_n = full_n * float(rng.uniform(6e-4, 2e-3))
     family = str(rng.choice(["white", "heteroscedastic", "block_gain_offset"]))
+    if like is not None:
+        scale, zero, sd_n = like.scale[:4], like.zero[:4], float(like.facts["sd_n"])
     true_hole = hole + rng.normal(0, float(rng.uniform(1e-4, 4e-4)), hole.shape)  # play of the pin
     carried = plate_shares(cells, true_hole, rng.normal(0, 0.03, len(order))) * load[:, None]
     intended = plate_shares(cells, hole, np.zeros(len(order))) * load[:, None]

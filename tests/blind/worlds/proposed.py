@@ -6,11 +6,12 @@ Written from their descriptions in footcal's menu; ids are the menu's.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 import numpy as np
 
-from tests.blind.world import Array, Rng, World
-from tests.blind.worlds import hang
+from tests.blind.world import GRAVITY_MPS2, Array, Rng, World
+from tests.blind.worlds import hang, placements
 from tests.blind.worlds import walk as walks
 from tests.blind.worlds.gait import Build, Motion, bounces, joined, stances, walk
 from tests.blind.worlds.legs import legs_of
@@ -21,6 +22,13 @@ _TOES_OUT = (np.deg2rad(45.0), np.deg2rad(-15.0))
 FEWEST, MOST = 12, 24
 """Sessions of a bench experiment, however many runs the proposal asks for."""
 HANG_TURNS = 10
+SCALE_N = 0.02
+"""Error sd of a kitchen scale."""
+SETTLED: Mapping[str, tuple[str, ...]] = {
+    "walk_unsmoothed": ("lag",),
+    "weigh_robot": ("robot_weight",),
+}
+"""What goes because the experimenter switched it off, or looked."""
 MOST_MOVES = 2
 """Runs of an experiment of the whole robot, likewise."""
 
@@ -98,17 +106,34 @@ _MOVED: Mapping[str, Callable[[Rng, Build], Motion]] = {
     "walk_turning": _circles,
     "walk_squatting": _squatting,
     "walk_slow_fast": _slow_fast,
+    "walk_unsmoothed": lambda rng, build: walk(rng, build, 66.0, turn_radps=0.0),
     "stand_turned": lambda rng, build: stances(rng, build, 24, 4.0, facing_ways=4),
 }
 
 
+def _holes(rng: Rng, like: World, repeats: int) -> World:
+    """Five weights on 18 holes of the left foot, up to half the robot's weight."""
+    cells = like.row["cells_m"][0][:4]
+    middle = cells.mean(axis=0)
+    grid = np.stack(
+        np.meshgrid(np.linspace(-0.55, 0.55, 6), np.linspace(-0.42, 0.42, 3), indexing="ij"), -1
+    ).reshape(-1, 2)
+    holes = np.round(grid * np.abs(cells - middle).mean(axis=0) + middle, 4)
+    full_n = 0.5 * float(like.robot["mass_kg"]) * GRAVITY_MPS2
+    weights = np.round(full_n * np.linspace(0.2, 1.0, 5), 2)
+    return placements.placed(rng, cells, holes, weights, repeats, like)
+
+
 def can_make(plan: str) -> bool:
     """Whether a proposal can be carried out here."""
-    return plan in _BENCH or plan in _MOVED or plan == "hang"
+    return plan in _BENCH or plan in _MOVED or plan in ("hang", "weigh_robot", "holes")
 
 
 def proposed(rng: Rng, plan: str, like: World, repeats: int) -> World:
     """The clean world of a proposed experiment on the robot of another world."""
+    if plan == "weigh_robot":
+        mass = like.robot["mass_kg"] + rng.normal(0.0, SCALE_N) / GRAVITY_MPS2
+        return replace(like, robot={**like.robot, "mass_kg": mass})
     if plan == "hang":
         # hung anew, all its legs turning, as long as the robot's first hanging
         return hang.hanging(rng, legs_of(like.facts["legs"]), HANG_TURNS, sd_n=like.facts["sd_n"])
@@ -117,9 +142,11 @@ def proposed(rng: Rng, plan: str, like: World, repeats: int) -> World:
         full_n = float(like.facts.get("full_n", np.abs(like.shown).max()))
         cells = Cells(like.channels, like.scale, like.zero, full_n, share, like.facts["noise"])
         return weighed(rng, cells, _BENCH[plan](rng), int(np.clip(repeats, FEWEST, MOST)))
+    runs = int(np.clip(repeats, 1, MOST_MOVES))
+    if plan == "holes":
+        return _holes(rng, like, runs)
     build = like.facts["build"]
     kind = "stand" if plan == "stand_turned" else "walk"
     drifting = like.drift is not None
-    runs = int(np.clip(repeats, 1, MOST_MOVES))
     motion = joined([_MOVED[plan](rng, build) for _ in range(runs)])
     return walks.logged(rng, kind, build, motion, drifting, like=like)
