@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.parameters import FloatArray, IntArray
 
 EXACT_UP_TO = 13
 """Number of blocks up to which all sign patterns are enumerated."""
@@ -134,10 +134,11 @@ def sign_flip_max_t(scores: FloatArray, signs: FloatArray) -> FamilyTest:
 def local_max_t(scores: FloatArray, information: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Is one of many alike places off? Each place's mean against the scatter of its repeats.
 
-    ``t_k = Σ_b s_bk / √(Σ_b w_bk) / σ`` with σ² the scatter of ``s_bk / √w_bk`` about each place's
-    own mean, pooled over the places: one-way analysis of variance. Too few blocks know of a single
-    place for sign flips; what repeats tell of the noise is the same everywhere. Bonferroni over
-    the places.
+    ``t_k = Σ_b s_bk / √W_k / σ``, ``W_k = Σ_b w_bk``, with σ² the scatter of ``s_bk`` about each
+    place's own mean, ``Σ_b (s_bk − β_k w_bk)² / (1 − w_bk/W_k) / W_k``, pooled over the places:
+    one-way analysis of variance. Blocks count by what they know, as in the mean: the many that
+    hardly know of a place tell of another noise. Too few know of a single place for sign flips;
+    what repeats tell of the noise is the same everywhere. Bonferroni over the places.
 
     Parameters
     ----------
@@ -149,17 +150,15 @@ def local_max_t(scores: FloatArray, information: FloatArray) -> tuple[FloatArray
     t, p
         Shape (k,) each.
     """
-    seen = information > 1e-3 * information.max(axis=0, initial=1e-300)
-    weight = np.where(seen, information, 0.0)
-    total = np.maximum(weight.sum(axis=0), 1e-300)
-    size = np.where(seen, scores, 0.0).sum(axis=0) / total
-    scatter = np.divide(
-        (scores - size * weight) ** 2, weight, out=np.zeros_like(weight), where=seen & (weight > 0)
-    )
-    freedom = float(np.sum(np.maximum(seen.sum(axis=0) - 1, 0)))
+    total = np.maximum(information.sum(axis=0), 1e-300)
+    size = scores.sum(axis=0) / total
+    repeats = np.maximum(effective_blocks(information) - 1.0, 0.0)
+    freedom = float(repeats.sum())
     if freedom < 1.0:
         return np.zeros(size.size), np.ones(size.size)
-    noise = np.sqrt(scatter.sum() / freedom)
+    free = np.maximum(1.0 - information / total, 1e-9)
+    scatter = np.sum((scores - size * information) ** 2 / free, axis=0) / total
+    noise = np.sqrt(np.sum(repeats * scatter) / freedom)
     t = np.abs(size) * np.sqrt(total) / max(float(noise), 1e-300)
     return t, np.minimum(size.size * 2.0 * stats.t.sf(t, freedom), 1.0)
 
@@ -191,29 +190,43 @@ def sign_flip_group(scores: FloatArray, signs: FloatArray) -> float:
 
 
 def permutation_max_t(
-    responses: FloatArray, drivers: FloatArray, seed: int = 0, permutations: int = 1999
+    responses: FloatArray,
+    drivers: FloatArray,
+    seed: int = 0,
+    permutations: int = 1999,
+    kind: IntArray | None = None,
 ) -> FamilyTest:
     """Family-wise permutation test of block-level responses against block-level drivers.
 
-    ``T_k = |Σ_b d_bk · y_π(b)| / √(Σ_bc (d_bk · y_c)² / B)``, blocks of y permuted as wholes.
+    ``T_k = |Σ_b d_bk · y_π(b)| / √(Σ_bc (d_bk · y_c)² / B_c)``, blocks of y permuted as wholes
+    among those of their kind; the sum is over pairs of a kind, B_c the number of its blocks.
 
     Parameters
     ----------
     responses
-        Shape (blocks, q), centred over the blocks.
+        Shape (blocks, q), centred over the blocks of each kind.
     drivers
         What each candidate would have done to them, shape (blocks, q, k), centred likewise.
     seed, permutations
         Of the permutations drawn.
+    kind
+        Which blocks may change places: those of one number, shape (blocks,); all where absent. A
+        block of another cell has no response where this one's driver is: put there, it would make
+        every chance product of the data look large.
     """
     blocks, _, k = drivers.shape
     if k == 0:
         return FamilyTest(np.empty(0), np.empty(0), np.empty(0))
     rng = np.random.default_rng(seed)
-    orders = np.array([np.arange(blocks), *(rng.permutation(blocks) for _ in range(permutations))])
+    kind = np.zeros(blocks, dtype=np.int64) if kind is None else kind
+    orders = np.tile(np.arange(blocks), (permutations + 1, 1))
+    for number in np.unique(kind):
+        mine = np.flatnonzero(kind == number)
+        orders[1:, mine] = rng.permuted(orders[1:, mine], axis=1)
     # y permuted against d depends on the pair of blocks alone
     pair = np.einsum("bqk,cq->bck", drivers, responses)
-    norm = np.sqrt(np.sum(pair**2, axis=(0, 1)) / blocks)
+    same = kind[:, None] == kind[None, :]
+    norm = np.sqrt(np.einsum("bck,bc->k", pair**2, same / same.sum(axis=1)))
     total = np.abs(pair[np.arange(blocks)[None, :], orders, :].sum(axis=1))
     t_all = np.divide(total, norm, out=np.zeros_like(total), where=norm > 0)
     null_max = t_all.max(axis=1)

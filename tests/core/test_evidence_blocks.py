@@ -10,6 +10,7 @@ from footcal_cli.core.evidence import (
     effective_blocks,
     held_out_interval,
     jackknife_interval,
+    local_max_t,
     mean_interval,
     permutation_max_t,
     sign_flip_max_t,
@@ -83,6 +84,37 @@ def test_permutations_find_a_driver_that_moves_blocks_and_keep_their_size() -> N
         found.append(permutation_max_t(moved - moved.mean(0), drivers, permutations=399).p[0])
     assert np.mean(np.array(found) < 0.01) > 0.85
     assert np.mean(np.array(false) < 0.05) < 0.15
+
+
+def test_blocks_of_other_sensors_do_not_change_places() -> None:
+    """One cell is loaded in half of the blocks: elsewhere it has neither driver nor response."""
+    rng = np.random.default_rng(7)
+    kind = np.repeat([0, 1], 12)
+    smallest = []
+    for _ in range(300):
+        drivers, noise = np.zeros((24, 2, 2)), np.zeros((24, 2))
+        for cell in (0, 1):
+            mine = kind == cell
+            drivers[mine, cell, cell] = stats.zscore(rng.standard_normal(12))
+            noise[mine, cell] = stats.zscore(rng.standard_normal(12))
+        smallest.append(permutation_max_t(noise, drivers, permutations=199, kind=kind).p.min())
+    assert 0.02 < np.mean(np.array(smallest) <= 0.05) < 0.08
+    assert stats.kstest(smallest, "uniform").pvalue > 0.005
+
+
+def test_what_hardly_knows_of_a_place_does_not_say_how_its_repeats_scatter() -> None:
+    """Four repeats know of each place; all other blocks know little and are quieter."""
+    rng = np.random.default_rng(8)
+    blocks, places = 48, 12
+    weight = np.full((blocks, places), 0.01)
+    for k in range(places):
+        weight[4 * k : 4 * k + 4, k] = 1.0
+    loud = np.where(weight == 1.0, 1.3, 0.8)
+    smallest = [
+        local_max_t(np.sqrt(weight) * loud * rng.standard_normal(weight.shape), weight)[1].min()
+        for _ in range(1000)
+    ]
+    assert 0.03 < np.mean(np.array(smallest) <= 0.05) < 0.07
 
 
 def test_interval_of_a_mean_covers_and_tightens_with_more_blocks() -> None:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.sparse.csgraph import connected_components
 
 from footcal_cli.core.diagnosis.features import MEMORY, Features
 from footcal_cli.core.diagnosis.grams import Grams
@@ -255,16 +256,18 @@ def _rid_of(values: FloatArray, basis: FloatArray) -> FloatArray:
 
 def block_calibrations(
     grams: Grams, base: IntArray, columns: IntArray
-) -> tuple[FloatArray, FloatArray]:
+) -> tuple[FloatArray, FloatArray, IntArray]:
     """What each block says about its own calibration, and what candidates would do to it.
 
     Returns
     -------
     response
-        ``Z_b' V_b⁻¹ r̃_b`` over its scatter, centred over the blocks, shape (B, q).
+        ``Z_b' V_b⁻¹ r̃_b`` over its scatter, centred over the blocks of a kind, shape (B, q).
     drivers
-        Coefficients of the projected candidates on Z_b in the matching units, centred,
+        Coefficients of the projected candidates on Z_b in the matching units, centred likewise,
         shape (B, q, k).
+    kind
+        Blocks of one number are of the same sensors and may change places, shape (B,).
     """
     inner, rows, z = grams.inner, grams.rows, grams.wandering
     last = inner.shape[1] - 1
@@ -286,10 +289,34 @@ def block_calibrations(
     ridge = _COEFFICIENT_RIDGE * np.eye(z.size)
     drivers = np.linalg.solve(own + ridge, moved) * spread[None, :, None]
     response = score / spread
-    return response - response.mean(axis=0), drivers - drivers.mean(axis=0)
+    kind = _kinds(own)
+    return _centred(response, kind), _centred(drivers, kind), kind
 
 
 _COEFFICIENT_RIDGE = 1e-3
+_OF_A_KIND = 0.1
+"""cos of what two blocks know of their calibrations from which they know of the same sensors."""
+
+
+def _kinds(own: FloatArray) -> IntArray:
+    """Number of the group of blocks that know of the same calibration, shape (B,).
+
+    Parameters
+    ----------
+    own
+        What each block knows of each pair of coefficients, shape (B, q, q).
+    """
+    flat = own.reshape(len(own), -1)
+    norm = np.sqrt(np.sum(flat**2, axis=1))
+    cos = (flat @ flat.T) / np.maximum(np.outer(norm, norm), 1e-300)
+    return np.asarray(connected_components(cos > _OF_A_KIND)[1].astype(np.int64))
+
+
+def _centred(values: FloatArray, kind: IntArray) -> FloatArray:
+    """Values of blocks less the mean over those of their kind."""
+    return np.stack(
+        [v - values[kind == number].mean(axis=0) for v, number in zip(values, kind, strict=True)]
+    )
 
 
 def _between_test(problem: Problem, grams: Grams, base: IntArray) -> tuple[float, str]:
@@ -297,13 +324,13 @@ def _between_test(problem: Problem, grams: Grams, base: IntArray) -> tuple[float
     names = [n for n, v in problem.covariates.items() if np.ptp(v) > 0]
     if not names or grams.blocks < 4 or not grams.wandering.size:
         return 1.0, ""
-    response, _ = block_calibrations(grams, base, np.empty(0, dtype=np.int64))
+    response, _, kind = block_calibrations(grams, base, np.empty(0, dtype=np.int64))
     q = response.shape[1]
     design = np.zeros((grams.blocks, q, q * len(names)))
     for d, name in enumerate(names):
         values = problem.covariates[name]
         for i in range(q):
             design[:, i, d * q + i] = (values - values.mean()) / values.std()
-    test = permutation_max_t(response, design)
+    test = permutation_max_t(response, _centred(design, kind), kind=kind)
     best = int(np.argmin(test.p)) // q
     return float(test.p.min()), names[best]

@@ -140,8 +140,8 @@ def _permuted(
     grams: Grams, base: IntArray, columns: IntArray, seed: int
 ) -> tuple[FloatArray, FloatArray]:
     """Two-stage test of candidates that act between blocks."""
-    response, drivers = block_calibrations(grams, base, columns)
-    test = permutation_max_t(response, drivers, seed)
+    response, drivers, kind = block_calibrations(grams, base, columns)
+    test = permutation_max_t(response, drivers, seed, kind=kind)
     return test.t, test.p
 
 
