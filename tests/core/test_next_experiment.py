@@ -7,12 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from footcal_cli.core.chain import Chain
 from footcal_cli.core.diagnosis.menu import LIKE, advice, menu_for, repeats_for
 from footcal_cli.core.diagnosis.plans import PLANS, plan_of
 from footcal_cli.core.diagnosis.problem import Signature
 from footcal_cli.core.diagnosis.rehearsal import Contender, rehearsed
 from footcal_cli.core.diagnosis.rig import Rig
 from footcal_cli.core.effects import TABLE
+from footcal_cli.core.log import Log
+from footcal_cli.core.simulation.biped_logs import StandPlan, Streams, biped_logs, standing
 from footcal_cli.core.simulation.robots import Biped
 from footcal_cli.errors import UsageError
 from footcal_cli.sheets.diagnosis.experiment import experiment_record
@@ -94,7 +97,7 @@ def test_dead_zone_and_hinge_are_one_until_the_cell_is_pulled() -> None:
         (
             contender("com_offset", com_correction_x=0.004),
             contender("cell_position", cell_correction_x=0.004),
-            {"turn_and_bounce", "holes"},
+            {"turn_and_bounce", "stand_turned", "holes"},
         ),
         (contender("leg_weight"), contender("robot_weight"), {"weigh_robot"}),
     ],
@@ -116,6 +119,37 @@ def test_toes_turned_out_and_in_tell_a_foot_from_the_body() -> None:
     turned = rehearsed(plan_of("turn_and_bounce"), WALKER).compared(body, foot, TABLE)
     assert ahead.cosine > 0.999
     assert turned.cosine < LIKE
+
+
+def test_toes_turned_out_and_in_tell_them_while_standing_too() -> None:
+    """With feet that point ahead no stance does: both are one shift of the CoP."""
+    body = contender("com_offset", com_correction_x=0.003, com_correction_y=0.002)
+    foot = contender("cell_position", cell_correction_x=0.003, cell_correction_y=0.002)
+    turned = rehearsed(plan_of("stand_turned"), WALKER).compared(body, foot, TABLE)
+    assert turned.cosine < LIKE
+    ahead = replace(plan_of("stand_turned"), make=_standing_ahead)
+    assert rehearsed(ahead, WALKER).compared(body, foot, TABLE).cosine > 0.999
+
+
+def _standing_ahead(rig: Rig) -> tuple[Log, ...]:
+    plan = StandPlan(stances=24, stance_s=4.0, sway_m=0.0, replaced=False)
+    done = biped_logs(
+        "stand", rig.biped, standing(rig.biped, plan, 0), plan.duration_s, Chain(()), {}, seed=0,
+        streams=Streams(cell_rate_hz=2.0), to_counts=False,
+    )  # fmt: skip
+    return (done.cells.truth,)
+
+
+def test_noise_of_a_quiet_robot_is_not_that_of_a_moving_one() -> None:
+    """Beside what standing showed, a motion's balance has ``m σ`` and ``m h σ`` of the IMU."""
+    still = Rig(noise={"fz": 0.03, "my": 0.004}, moving_mps2=0.05)
+    mass, height = still.biped.mass_kg, still.biped.com_height_m
+    assert still.noise_of("fz", "N", "walk") == pytest.approx(np.hypot(0.03, mass * 0.05))
+    assert still.noise_of("my", "Nm", "walk") == pytest.approx(
+        np.hypot(0.004, mass * height * 0.05)
+    )
+    assert still.noise_of("fz", "N", "stand") == 0.03
+    assert still.noise_of("left_fl", "N", "walk") == still.noise_n
 
 
 def test_a_delay_is_told_from_a_low_pass_by_switching_the_low_pass_off() -> None:

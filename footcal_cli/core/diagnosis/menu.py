@@ -15,7 +15,8 @@ The plans by id, and the kind of log that `diagnose` then reads:
 ``placements``
     ``holes`` one weight on 18 holes of each foot, at five sizes.
 ``stand``
-    ``stand_turned`` 24 quiet stances of 4 s on both feet and on one, leaning, facing four ways.
+    ``stand_turned`` 24 quiet stances of 4 s on both feet and on one, leaning, toes turned 45° out
+    and 15° in by turns.
 ``walk`` (body and cells as streams)
     ``bounce`` on both feet, three times 12 s: bouncing and swaying, tempo rising from 0.5 to 4 Hz,
     hips down by 20 % and up again every 4 s; ``turn_and_bounce`` the same, three times facing each
@@ -106,8 +107,8 @@ class Menu:
     now
         How far the present data keep the nearest two apart; None without data.
     prospects
-        Those that leave the fewest rivals first, then the least work; those that tell none apart
-        are left out.
+        Those that leave the fewest rivals first, then those of the kind at hand, then the least
+        work; those that tell none apart are left out.
     """
 
     rivals: tuple[Contender, ...]
@@ -162,7 +163,9 @@ def menu_for(
         # what these data show is no prediction
         prospect = _prospect(plan, there, rivals, table, 1.0 if known else share)
         found += [prospect] if prospect is not None else []
-    found.sort(key=lambda p: (round(p.left, 2), p.minutes))
+    # another kind of experiment brings effects that were not in question before
+    usual = at_hand.kind if at_hand is not None else ""
+    found.sort(key=lambda p: (round(p.left, 2), p.plan.experiment.name != usual, p.minutes))
     return Menu(tuple(rivals), now, tuple(found))
 
 

@@ -48,8 +48,8 @@ def turn_and_bounce(rig: Rig) -> Logs:
 
 
 def stand_turned(rig: Rig) -> Logs:
-    """Quiet stances on both feet and on one, leaning this way and that."""
-    plan = StandPlan(stances=14, one_foot=10, stance_s=4.0, sway_m=0.0)
+    """Quiet stances on both feet and on one, leaning this way and that, toes out and in."""
+    plan = StandPlan(stances=14, one_foot=10, stance_s=4.0, sway_m=0.0, toes_rad=TOES_OUT_RAD)
     done = biped_logs(
         "stand", rig.biped, standing(rig.biped, plan, 0), plan.duration_s, _NOTHING, {}, seed=0,
         streams=Streams(cell_rate_hz=2.0), to_counts=False,

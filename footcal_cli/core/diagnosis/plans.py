@@ -71,8 +71,9 @@ PLANS: tuple[Plan, ...] = (
          "by 5 K, with a thermometer", 16.0, 1, bench.warm_up),
     Plan("holes", placements.EXPERIMENT, "five weights on the 18 holes of each foot",
          45.0, 18, bench.holes),
-    Plan("stand_turned", stand.EXPERIMENT, "24 quiet stances of 4 s facing four ways, on both "
-         "feet and on one, at several heights, leaning this way and that", 6.0, 24,
+    Plan("stand_turned", stand.EXPERIMENT, "24 quiet stances of 4 s, toes turned 45° out and "
+         "15° in by turns, on both feet and on one, at several heights, leaning this way and that",
+         6.0, 24,
          robot.stand_turned),
     Plan("bounce", _WALK, "bouncing and swaying on both feet, three times 12 s with a tempo that "
          "rises from 0.5 to 4 Hz, hips going down by a fifth and up again every 4 s",

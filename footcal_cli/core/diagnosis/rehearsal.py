@@ -18,6 +18,7 @@ from footcal_cli.core.effects.contract import Effect, units_of
 from footcal_cli.core.experiments.contract import Experiment
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
+from footcal_cli.core.signals import CUTOFF_HZ
 
 Basis = tuple[BoolArray, FloatArray]
 """Rows, and orthonormal columns on them."""
@@ -108,10 +109,14 @@ class Rehearsal:
         if judged is not None:
             self._valid = [v & rows[:, None] for v, rows in zip(self._valid, judged, strict=True)]
         self._noise = [
-            np.array([rig.noise_of(o, u) for o, u in zip(b.outputs, b.units, strict=True)])
+            np.array(
+                [rig.noise_of(o, u, self.kind) for o, u in zip(b.outputs, b.units, strict=True)]
+            )
             for b in balances
         ]
-        self._weight = np.sqrt(min(rig.independent_hz / self._rate_hz(), 1.0))
+        # what a low-pass has smoothed does not renew itself faster than that
+        fastest = 2.0 * CUTOFF_HZ if self.kind == "walk" else np.inf
+        self._weight = np.sqrt(min(min(rig.independent_hz, fastest) / self._rate_hz(), 1.0))
         block = self._blocks() if free_in_blocks else np.zeros(self._size(), dtype=np.int64)
         self._bases = self._calibration(experiment.calibration, block)
 

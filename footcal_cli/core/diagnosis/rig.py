@@ -10,10 +10,13 @@ import numpy as np
 from footcal_cli.core.diagnosis.case import Case
 from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.effects.contract import is_six_axis
+from footcal_cli.core.experiments.walk import CELL_TOTALS
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.simulation.robots import Biped, Hexapod, leg_at
 
+MOVING_MPS2 = 0.05
+"""Noise of the CoM's acceleration while a small robot moves, after the low-pass."""
 _LEVER_M = 0.1
 """Turns the noise of a force into that of a moment where no moment was measured."""
 
@@ -32,6 +35,9 @@ class Rig:
         Noise sd of one channel.
     noise
         Noise sd of the outputs that the data know, in their units.
+    moving_mps2
+        Noise sd of the CoM's acceleration, where the data are of a robot that stood still: a
+        motion's balance has it beside `noise`.
     independent_hz
         Rate at which noise renews itself; infinite where it is white.
     kinds
@@ -43,16 +49,20 @@ class Rig:
     full_load_n: float = 30.0
     noise_n: float = 0.03
     noise: Mapping[str, float] = field(default_factory=dict)
+    moving_mps2: float = 0.0
     independent_hz: float = np.inf
     kinds: tuple[str, ...] = ("weights", "placements", "stand", "walk", "hang", "pose")
 
-    def noise_of(self, output: str, unit: str) -> float:
+    def noise_of(self, output: str, unit: str, kind: str = "") -> float:
         """Noise sd of an output in its unit; feet and legs share theirs."""
         plain = output.rsplit(".", 1)[-1]
         found = self.noise.get(output, self.noise.get(plain))
-        if found is not None:
-            return found
-        return self.noise_n * (_LEVER_M if unit == "Nm" else 1.0)
+        if found is None:
+            found = self.noise_n * (_LEVER_M if unit == "Nm" else 1.0)
+        if kind == "walk" and plain in CELL_TOTALS:
+            arm = self.biped.com_height_m if unit == "Nm" else 1.0
+            found = float(np.hypot(found, self.biped.mass_kg * self.moving_mps2 * arm))
+        return found
 
 
 def rig_of(case: Case, problem: Problem, autocorrelation_time: float) -> Rig:
@@ -74,6 +84,7 @@ def rig_of(case: Case, problem: Problem, autocorrelation_time: float) -> Rig:
     rig = Rig(
         noise_n=min(forces, default=0.03),
         noise=noise,
+        moving_mps2=MOVING_MPS2 if case.experiment.name == "stand" else 0.0,
         independent_hz=problem.rate_hz / tau if problem.rate_hz > 0 else np.inf,
         kinds=_feasible(case),
     )

@@ -256,6 +256,8 @@ class StandPlan:
         How far the CoM is moved sideways and ahead, and down.
     sway_m
         Size of the sway.
+    toes_rad
+        Angles by which both feet are turned out, in the stances by turns.
     """
 
     stances: int = 10
@@ -266,6 +268,7 @@ class StandPlan:
     squat_m: float = 0.04
     sway_m: float = 0.002
     heights: int = field(default=3)
+    toes_rad: tuple[float, ...] = (0.0,)
 
     @property
     def duration_s(self) -> float:
@@ -282,6 +285,7 @@ def standing(robot: Biped, plan: StandPlan, seed: int) -> MotionAt:
     moved[..., 1] = np.abs(moved[..., 1]) * np.sign(side)
     foot_xy = np.stack([np.zeros(2), side], axis=-1) + moved
     yaw = plan.replaced * 0.15 * rng.uniform(-1.0, 1.0, (n, 2))
+    yaw = yaw + np.resize(np.asarray(plan.toes_rad), n)[:, None] * [1.0, -1.0]
     middle = np.array([robot.cells_m(foot).mean(axis=0) for foot in robot.feet])
     ref = foot_xy + turned(middle[:, 0], middle[:, 1], yaw)
     lean = np.array(plan.lean_m) * rng.uniform(-1.0, 1.0, (n, 2))

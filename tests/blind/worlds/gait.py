@@ -131,11 +131,16 @@ def walk(
 
 
 def stances(
-    rng: Rng, build: Build, count: int, seconds_each: float, *, facing_ways: int = 1
+    rng: Rng,
+    build: Build,
+    count: int,
+    seconds_each: float,
+    *,
+    toes_out: Sequence[float] = (0.0,),
 ) -> Motion:
     """Quiet stances: weight shifted about, heights changed, feet put down anew between them.
 
-    With `facing_ways` the robot turns on the spot between them.
+    Each stance has the next of the angles by which both feet are turned out.
     """
     n_each = int(seconds_each * FINE_HZ)
     n = count * n_each
@@ -145,9 +150,9 @@ def stances(
     for i in range(count):
         part = slice(i * n_each, (i + 1) * n_each)
         place = np.array([[0, build.hip_m], [0, -build.hip_m]]) + rng.normal(0, 0.01, (2, 2))
-        facing = 2 * np.pi * (i % facing_ways) / facing_ways
-        feet[part, :, :2] = turned(place, facing)
-        yaw[part] = facing + rng.normal(0, 0.06, 2)
+        feet[part, :, :2] = place
+        out = toes_out[i % len(toes_out)]
+        yaw[part] = np.array([out, -out]) + rng.normal(0, 0.06, 2)
         kind = i % 5
         share[part] = (0.5, 0.75, 0.25, 1.0, 0.0)[kind] + (
             rng.uniform(-0.1, 0.1) if kind < 3 else 0

@@ -107,7 +107,7 @@ _MOVED: Mapping[str, Callable[[Rng, Build], Motion]] = {
     "walk_squatting": _squatting,
     "walk_slow_fast": _slow_fast,
     "walk_unsmoothed": lambda rng, build: walk(rng, build, 66.0, turn_radps=0.0),
-    "stand_turned": lambda rng, build: stances(rng, build, 24, 4.0, facing_ways=4),
+    "stand_turned": lambda rng, build: stances(rng, build, 24, 4.0, toes_out=_TOES_OUT),
 }
 
 
