@@ -9,6 +9,7 @@ from typing import Any, cast
 import numpy as np
 
 from footcal_cli.core.diagnosis.answer import Verdict
+from footcal_cli.core.diagnosis.curves import Curve
 from footcal_cli.core.diagnosis.detection import Detection
 from footcal_cli.core.diagnosis.investigation import _verdict
 from footcal_cli.core.diagnosis.lines import Line
@@ -16,7 +17,7 @@ from footcal_cli.core.diagnosis.rules import Rules
 
 QUIET = Detection(
     groups=("gait phase",), group_p=np.ones(1), bump_p=0.6, flexible_p=1.0, line=Line(),
-    between_p=1.0, spell_p=1.0, flexible_gain=np.zeros(12), loss=np.ones(12),
+    curve=Curve(), between_p=1.0, spell_p=1.0, flexible_gain=np.zeros(12), loss=np.ones(12),
     driver="",
 )  # fmt: skip
 LOUD = replace(QUIET, flexible_p=1e-4, flexible_gain=np.full(12, 0.1))

@@ -1,4 +1,4 @@
-"""Is anything wrong? Three tests that know no cause, and the ceiling any cause could reach."""
+"""Is anything wrong? Tests that know no cause, and the ceiling any cause could reach."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse.csgraph import connected_components
 
+from footcal_cli.core.diagnosis.curves import Curve, strongest_curve
 from footcal_cli.core.diagnosis.features import MEMORY, Features
 from footcal_cli.core.diagnosis.grams import Grams
 from footcal_cli.core.diagnosis.lines import Line, Traces, pieces_of, strongest_line
@@ -38,6 +39,8 @@ class Detection:
         squared error without it, as the user counts them, shape (B,).
     line
         The strongest line: where, and at what frequency.
+    curve
+        The signal with which the residual bends most surely, where rows are no series.
     driver
         Block-level driver of `between_p`.
     """
@@ -51,6 +54,7 @@ class Detection:
     flexible_gain: FloatArray
     loss: FloatArray
     line: Line
+    curve: Curve
     driver: str
 
     @property
@@ -67,7 +71,8 @@ class Detection:
     def p(self) -> float:
         """Family-wise p over the tests; each has its share of the level."""
         found = {"bump": self.bump_p, "flexible": self.flexible_p, "line": self.line_p,
-                 "between": self.between_p, "spell": self.spell_p}  # fmt: skip
+                 "between": self.between_p, "spell": self.spell_p,
+                 "curve": self.curve.p}  # fmt: skip
         return min(1.0, *(p / LEVEL_SHARE[name] for name, p in found.items()))
 
 
@@ -93,8 +98,9 @@ def detect(
         Row columns of accepted candidates, shape (m, a).
     """
     group_p, bump_p = _group_test(grams, features, base, signs)
-    slow = grams.features[[features.names[g] == MEMORY for g in features.group]]
-    white, gain, loss = flexible_gain(grams, base, (slow,))
+    memory = np.array([name == MEMORY for name in features.names], dtype=bool)[features.group]
+    parts = [grams.features[part] for part in (~features.curved, memory, features.curved)]
+    white, gain, loss = flexible_gain(grams, base, parts)
     line = _line_test(problem, features, accepted)
     between_p, driver = _between_test(problem, grams, base)
     return Detection(
@@ -107,6 +113,7 @@ def detect(
         flexible_gain=gain,
         loss=loss,
         line=line,
+        curve=strongest_curve(grams, features, base, problem.residual.size),
         driver=driver,
     )
 
@@ -123,6 +130,7 @@ def _group_test(
     seen = norm > 0
     standard = np.divide(found.score, norm, out=np.zeros_like(found.score), where=seen)
     squared = (signs @ standard) ** 2
+    seen &= ~features.curved
     present = [g for g in range(count) if np.any(seen & (features.group == g))]
     if not present:
         return np.ones(count), 1.0
@@ -140,11 +148,11 @@ def _group_test(
 
 
 def flexible_gain(
-    grams: Grams, base: IntArray, parts: Sequence[IntArray] = ()
+    grams: Grams, base: IntArray, parts: Sequence[IntArray]
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Held-out gains of a ridge over all features, or over a part of them.
+    """Held-out gains of a ridge over one of several sets of features.
 
-    Features and penalty of each fold are those that do best on the other held-out blocks, "none"
+    Set and penalty of each fold are those that do best on the other held-out blocks, "none"
     among the choices.
 
     Parameters
@@ -152,7 +160,7 @@ def flexible_gain(
     grams, base
         The data and what is fitted besides.
     parts
-        Features that may explain it alone: what is slow drowns among many that are not.
+        The sets: what is slow drowns among many that are not.
 
     Returns
     -------
@@ -164,7 +172,7 @@ def flexible_gain(
     plain0 = held_out_loss(grams.inner, base, grams.plain)
     white0 = held_out_loss(grams.inner, base)
     gain_white, gain_plain = (np.zeros((1, grams.blocks)) for _ in range(2))
-    for features in (grams.features, *parts):
+    for features in parts:
         if features.size:
             white, plain = _ridge_losses(grams, base, features)
             gain_white = np.vstack([gain_white, white0 - white])

@@ -89,12 +89,14 @@ def _yardsticks(problem: Problem, grams: Grams) -> tuple[FloatArray, FloatArray]
 def leftover(detection: Detection, rules: Rules) -> bool:
     """Whether something is left that a name should exist for.
 
-    A dependence on the recorded signals must be worth something on blocks it was not fitted to;
-    in long recordings the slightest imperfection is significant.
+    A dependence on the recorded signals must be worth something, on blocks it was not fitted to or
+    beyond chance; in long recordings the slightest imperfection is significant.
     """
     if detection.p >= rules.alpha_unknown:
         return False
-    return left_apart(detection, rules) or detection.ceiling >= rules.smallest_gain
+    bent = detection.curve.p < rules.alpha_unknown * LEVEL_SHARE["curve"]
+    worth = max(detection.ceiling, detection.curve.share if bent else 0.0)
+    return left_apart(detection, rules) or worth >= rules.smallest_gain
 
 
 def left_apart(detection: Detection, rules: Rules) -> bool:

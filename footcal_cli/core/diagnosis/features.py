@@ -1,4 +1,4 @@
-"""Columns that know no cause: bumps, lags and products of the recorded signals, per output."""
+"""Columns that know no cause: bumps, curves and lags of the recorded signals, per output."""
 
 from __future__ import annotations
 
@@ -8,13 +8,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from footcal_cli.core.diagnosis.problem import Problem
-from footcal_cli.core.parameters import FloatArray, IntArray
+from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
 KNOTS = (0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0)
 """Quantiles of a recorded signal at which its local bumps stand; what is rare has its own."""
 BUMPS = len(KNOTS)
 PHASES = {"gait phase": 16, "shaft phase": 32, "order of recording": 16}
 """Local bumps over a cycle or a recording; a bearing catches several times per turn."""
+
+SMOOTH = "force along"
+"""Signals that start so get curves only: bumps of every force of every leg would drown the rest."""
 
 
 @dataclass(frozen=True)
@@ -29,14 +32,15 @@ class Features:
         Index into `names`, shape (f,).
     names
         The recorded signal (or ``memory``) each group depends on.
-    output
-        Output each column acts on, shape (f,).
+    curved
+        Whether a column is one of the few that span slow curves, shape (f,): what bends slowly is
+        seen by three columns long before it is by a dozen. Only where rows are single observations.
     """
 
     columns: FloatArray
     group: IntArray
     names: tuple[str, ...]
-    output: IntArray
+    curved: BoolArray
 
 
 def features_of(problem: Problem) -> Features:
@@ -45,26 +49,31 @@ def features_of(problem: Problem) -> Features:
     A function of a recorded signal is a sum of triangular bumps on its quantiles; what remembers
     is a sum of exponentially forgotten copies of the signal.
     """
-    parts: list[FloatArray] = []
-    group: list[int] = []
-    output: list[int] = []
-    names = [*problem.regressors, *([MEMORY] if problem.rate_hz > 0 else [])]
-    for i, name in enumerate(names):
-        basis = (
-            _memories(problem)
-            if name == MEMORY
-            else _bumps(problem.regressors[name], PHASES.get(name, BUMPS))
-        )
+    found: list[tuple[FloatArray, int, bool]] = []
+    series = problem.rate_hz > 0
+    single = not series and problem.settings is None
+    for i, (name, values) in enumerate(problem.regressors.items()):
+        if not name.startswith(SMOOTH):
+            found.append((_bumps(values, PHASES.get(name, BUMPS)), i, False))
+        if single:
+            found.append((_curves(values), i, True))
+    names = tuple(problem.regressors)
+    if series:
+        found.append((_memories(problem), len(names), False))
+        names = (*names, MEMORY)
+    columns, group, curved = [np.empty((problem.residual.size, 0))], [], []
+    for basis, number, slow in found:
         for o in range(len(problem.outputs)):
             rows = problem.output == o
             local = np.where(rows[:, None], basis, 0.0)
             rms = np.sqrt(np.sum(local**2, axis=0) / max(int(rows.sum()), 1))
             used = rms > 1e-12
-            parts.append(local[:, used] / rms[used])
-            group += [i] * int(used.sum())
-            output += [o] * int(used.sum())
-    columns = np.hstack(parts) if parts else np.empty((problem.residual.size, 0))
-    return Features(columns, np.array(group, dtype=np.int64), tuple(names), np.array(output))
+            columns.append(local[:, used] / rms[used])
+            group += [number] * int(used.sum())
+            curved += [slow] * int(used.sum())
+    return Features(
+        np.hstack(columns), np.array(group, dtype=np.int64), names, np.array(curved, dtype=bool)
+    )
 
 
 MEMORY = "memory"
@@ -86,6 +95,18 @@ def _bumps(values: FloatArray, bumps: int) -> FloatArray:
     return np.stack(
         [np.interp(values, knots, np.eye(knots.size)[i]) for i in range(knots.size)], axis=1
     )
+
+
+def _curves(values: FloatArray) -> FloatArray:
+    """A straight line, a parabola and a cubic in the signal."""
+    spread = float(values.std())
+    if spread <= 0:
+        return np.empty((values.size, 0))
+    u = np.clip((values - values.mean()) / spread, -_FARTHEST, _FARTHEST)
+    return np.stack([u, u**2 - 1.0, u**3 - 3.0 * u], axis=1)
+
+
+_FARTHEST = 2.5  # a signal counts up to so many of its sd
 
 
 def _memories(problem: Problem) -> FloatArray:

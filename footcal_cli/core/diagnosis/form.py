@@ -59,7 +59,7 @@ def form_of(problem: Problem, named: FloatArray, signs: FloatArray) -> Form:
     grams, _ = whitened_grams(bare, products)
     base = grams.calibration
     p = sign_flip_group(scores(grams.inner, base, grams.features).score, signs)
-    return Form(p, flexible_gain(grams, base)[1])
+    return Form(p, flexible_gain(grams, base, [grams.features])[1])
 
 
 def _products(problem: Problem, named: FloatArray) -> FloatArray:

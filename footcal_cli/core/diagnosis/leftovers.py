@@ -72,6 +72,8 @@ def leftover_of(found: Investigation) -> Leftover:
     if names:
         p = {n: float(detection.group_p[detection.groups.index(n)]) for n in names}
         driver = min(names, key=lambda n: (p[n], -_dependence(problem.regressors[n], left)))
+        if detection.curve.p < p[driver]:
+            driver = detection.curve.name
     signal = problem.regressors[driver] if driver else np.zeros_like(left)
     output = _strongest(problem.output, signal, left)
     mine = problem.output == output

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 LEVEL_SHARE: Mapping[str, float] = MappingProxyType(
-    {"bump": 0.35, "flexible": 0.35, "line": 0.1, "between": 0.1, "spell": 0.1}
+    {"bump": 0.3, "flexible": 0.3, "line": 0.1, "between": 0.1, "spell": 0.1, "curve": 0.1}
 )
 """Share of the level of 'unknown' that each library-free test has; a true line or a calibration
 that follows temperature is far beyond its share."""

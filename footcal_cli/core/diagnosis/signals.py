@@ -8,6 +8,8 @@ import numpy as np
 
 from footcal_cli.core.contact import gait_cycles
 from footcal_cli.core.diagnosis.case import Case, Rows
+from footcal_cli.core.effects.contract import Scope, columns_of, is_six_axis
+from footcal_cli.core.experiments.walk import feet_of
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 
@@ -39,9 +41,11 @@ def _signals(case: Case, log: Log) -> Mapping[str, FloatArray]:
             "load × hole x": load * hole[:, 0], "load × hole y": load * hole[:, 1],
             "order of recording": np.arange(float(len(log))),
         }  # fmt: skip
-    if case.experiment.name in ("stand", "walk"):
-        return _balanced(log)
+    if case.experiment.name == "walk":
+        return _walking(log)
     truth, _ = case.chain.remove(log, case.values)
+    if case.experiment.name == "stand":
+        return _standing(truth)
     return _hanging(truth) if case.experiment.name == "hang" else _posing(truth)
 
 
@@ -71,6 +75,11 @@ def _posing(log: Log) -> dict[str, FloatArray]:
         "tilt to the left": down[:, 1],
         **{f"load on {leg}": vertical[:, k] for k, leg in enumerate(legs)},
         **{f"shaft of {leg}": log.known["phase_rad"][:, k] for k, leg in enumerate(legs)},
+        **{
+            f"force along {axis} of {leg}": force[:, k, i]
+            for k, leg in enumerate(legs)
+            for i, axis in enumerate("xy")
+        },
     }
 
 
@@ -95,23 +104,56 @@ def _weights(log: Log) -> dict[str, FloatArray]:
     return signals
 
 
-def _balanced(log: Log) -> dict[str, FloatArray]:
-    """Phase of the gait; how long ago each foot landed where there is no gait.
+def _standing(log: Log) -> dict[str, FloatArray]:
+    """Where the CoM is, and where each foot is loaded."""
+    com = log.known["com_m"]
+    middle = com[:, :2] * 0.0
+    if "cell_pos_m" in log.known:
+        middle = log.known["cell_pos_m"].mean(axis=1)
+    return {
+        "CoM ahead of the feet": com[:, 0] - middle[:, 0],
+        "CoM beside the feet": com[:, 1] - middle[:, 1],
+        "CoM height": com[:, 2],
+        **_on_each_foot(log),
+    }
+
+
+def _on_each_foot(log: Log) -> dict[str, FloatArray]:
+    """Load of each foot, and how far before and beside the middle of its cells it acts.
+
+    A sole that rolls over its edge or folds depends on where its own foot is loaded.
+    """
+    if is_six_axis(log.channels):
+        return {}
+    signals: dict[str, FloatArray] = {}
+    columns = columns_of(Scope.FOOT, log.channels)
+    for k, (foot, own) in enumerate(zip(feet_of(log), columns, strict=True)):
+        force = log.readings[:, own]
+        load = force.sum(axis=1)
+        signals[f"load on {foot}"] = load
+        arms = log.known["cell_pos_m"][:, own]
+        arms = arms - arms.mean(axis=1, keepdims=True)
+        moment = np.einsum("nc,nci->ni", force, arms)
+        bears = load > _BEARS * load.max()
+        cop = np.where(bears[:, None], moment / np.where(bears, load, 1.0)[:, None], np.nan)
+        yaw = log.known["foot_yaw_rad"][:, k] if "foot_yaw_rad" in log.known else 0.0 * load
+        cos, sin = np.cos(yaw), np.sin(yaw)
+        signals[f"CoP ahead in {foot}"] = cos * cop[:, 0] + sin * cop[:, 1]
+        signals[f"CoP beside in {foot}"] = cos * cop[:, 1] - sin * cop[:, 0]
+    return signals
+
+
+_BEARS = 0.1
+"""Share of its largest load from which a foot has a CoP worth the name."""
+
+
+def _walking(log: Log) -> dict[str, FloatArray]:
+    """Phase of the gait.
 
     Measured forces and accelerations share their noise with the residual, so that a flexible
     function of them would explain part of any clean log. The phase does not, and what a robot
     does repeats with it.
     """
-    if log.experiment == "stand":
-        com = log.known["com_m"]
-        middle = com[:, :2] * 0.0
-        if "cell_pos_m" in log.known:
-            middle = log.known["cell_pos_m"].mean(axis=1)
-        return {
-            "CoM ahead of the feet": com[:, 0] - middle[:, 0],
-            "CoM beside the feet": com[:, 1] - middle[:, 1],
-            "CoM height": com[:, 2],
-        }
     cycle = gait_cycles(log.known["contact"])
     if cycle.max(initial=-1) < _LEAST_CYCLES:
         return {}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy import ndimage
 
+from footcal_cli.core.diagnosis.jumps import jump_p
 from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.whitening import residual_within_blocks
 from footcal_cli.core.evidence import sign_flip_max_t
@@ -19,12 +20,12 @@ _PATTERNS = 4095
 
 
 def spell_p(problem: Problem, signs: FloatArray, accepted: FloatArray | None = None) -> float:
-    """Sign-flip p that the residual leans to one side within blocks.
+    """The p of spells: by sign flips, that the residual leans to one side within blocks.
 
     Third moment ``Σ x³ / (Σ x²)^{3/2}`` of each block about its own calibration: noise of any
     colour, quantised or growing with the load, is as often long-tailed up as down. A spell pulls
-    one way. Where the calibration is tracked, nothing is said. Single placements are no series:
-    there a spell makes neighbours in time alike.
+    one way. Where the calibration drifts, channels that rest must not jump. Single placements are
+    no series: there a spell makes neighbours in time alike.
 
     Parameters
     ----------
@@ -38,7 +39,9 @@ def spell_p(problem: Problem, signs: FloatArray, accepted: FloatArray | None = N
     fitted = problem.fitted if accepted is None else np.hstack([problem.fitted, accepted])
     if problem.rate_hz <= 0 and _ORDER in problem.regressors:
         return _neighbours_p(problem, fitted)
-    if problem.rate_hz <= 0 or problem.drifts or problem.settings is not None:
+    if problem.drifts:
+        return jump_p(problem, _left(problem.residual, fitted))
+    if problem.rate_hz <= 0 or problem.settings is not None:
         return 1.0
     residual = residual_within_blocks(problem, _left(problem.residual, fitted))
     leaning = np.zeros((problem.blocks, len(WINDOWS)))

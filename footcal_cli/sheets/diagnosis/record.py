@@ -64,6 +64,7 @@ def record_of(
             "line_p": first.line_p,
             "between_p": first.between_p,
             "spell_p": first.spell_p,
+            "curve_p": first.curve.p,
             "ceiling": first.ceiling,
         },
         seed=seed,

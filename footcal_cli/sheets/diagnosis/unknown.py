@@ -65,7 +65,7 @@ def depends_on(found: Investigation) -> str:
 
 def _is_a_line(detection: Detection) -> bool:
     """Whether a line is more certain than any dependence on the signals."""
-    signals_p = min(detection.bump_p, detection.flexible_p)
+    signals_p = min(detection.bump_p, detection.flexible_p, detection.curve.p)
     return detection.line_p < _CERTAIN and detection.line_p <= signals_p
 
 
@@ -114,6 +114,8 @@ def card_sheets(found: Investigation, menu: Menu | None) -> tuple[Sheet, ...]:
         ("between blocks", f"{detection.driver or 'no driver'}, p = "
                            f"{number(detection.between_p, 2)}"),
         ("comes in spells", f"p = {number(detection.spell_p, 2)}"),
+        ("bends with", f"{detection.curve.name}, p = {number(detection.curve.p, 2)}"
+         if detection.curve.name else "–"),
         ("begins", left.onset),
         ("share of the squared error that any function of the signals explains",
          f"{100 * detection.ceiling:.1f} %"),

@@ -1,0 +1,96 @@
+"""Does the residual bend with a recorded signal? An F test, where rows are single observations.
+
+A stance or a pose is a mean over seconds: what rows do not share is as good as normal, and the
+scatter of all rows tells how large it is. Sign flips ask for many blocks that carry the effect; a
+sole that rolls over its edge in four stances of twenty cannot reach any level by them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+
+from footcal_cli.core.diagnosis.features import Features
+from footcal_cli.core.diagnosis.grams import Grams
+from footcal_cli.core.diagnosis.scores import coefficients
+from footcal_cli.core.parameters import FloatArray, IntArray
+
+_DEPENDENT = 1e-3
+"""A direction with less than this share of the largest one's information is not counted."""
+_RANK = 1e-9
+
+
+@dataclass(frozen=True)
+class Curve:
+    """The signal with which the residual bends most surely.
+
+    Parameters
+    ----------
+    p
+        Over all signals (Bonferroni).
+    name
+        The signal.
+    share
+        Share of the squared error that its curve explains beyond chance.
+    """
+
+    p: float = 1.0
+    name: str = ""
+    share: float = 0.0
+
+
+def strongest_curve(grams: Grams, features: Features, base: IntArray, rows: int) -> Curve:
+    """Test the curves in every signal.
+
+    ``F = (S/k) / ((R − S)/(n − r − k))`` with S the squared error that a signal's k independent
+    curves take from what the base of rank r leaves, R.
+
+    Parameters
+    ----------
+    grams, features
+        Rows whitened, no series.
+    base
+        Columns that are fitted.
+    rows
+        How many rows there are, n.
+    """
+    total = grams.inner.sum(axis=0)
+    last = total.shape[0] - 1
+    curves = grams.features[features.curved]
+    wanted = np.append(curves, last)
+    left = total[np.ix_(wanted, wanted)]
+    left = left - total[np.ix_(wanted, base)] @ coefficients(total, base, wanted)
+    error, freedom = float(left[-1, -1]), rows - _rank(total[np.ix_(base, base)])
+    whole = np.diag(total)[curves]
+    found = []
+    for g, name in enumerate(features.names):
+        mine = np.flatnonzero(features.group[features.curved] == g)
+        taken, k = _taken(left[np.ix_(mine, mine)], left[mine, -1], whole[mine])
+        if k and freedom > 2 * k and taken < error:
+            f = (taken / k) / ((error - taken) / (freedom - k))
+            share = (taken - k * (error - taken) / (freedom - k)) / error
+            found.append((float(stats.f.sf(f, k, freedom - k)), name, share))
+    if not found:
+        return Curve()
+    p, name, share = min(found)
+    return Curve(min(1.0, len(found) * p), name, max(share, 0.0))
+
+
+def _taken(seen: FloatArray, score: FloatArray, whole: FloatArray) -> tuple[float, int]:
+    """``sᵀ I⁻¹ s`` over the independent directions, and their number."""
+    own = np.diag(seen)
+    kept = own > _DEPENDENT**2 * whole
+    if not kept.any():
+        return 0.0, 0
+    scale = np.sqrt(own[kept])
+    values, vectors = np.linalg.eigh(seen[np.ix_(kept, kept)] / np.outer(scale, scale))
+    clear = values > _DEPENDENT * values.max()
+    turned = (score[kept] / scale) @ vectors[:, clear]
+    return float(np.sum(turned**2 / values[clear])), int(clear.sum())
+
+
+def _rank(square: FloatArray) -> int:
+    own = np.sqrt(np.clip(np.diag(square), 1e-300, None))
+    return int(np.linalg.matrix_rank(square / np.outer(own, own), tol=_RANK, hermitian=True))
