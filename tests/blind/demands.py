@@ -7,6 +7,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
+
 from tests.blind.scoring import Score, Share
 
 Chosen = Callable[[Score], bool]
@@ -27,6 +29,8 @@ class Demand:
         The share asked for.
     sense
         ``at_least`` or ``at_most``.
+    reach
+        Which of the oracle's figures (`tests.blind.oracle`) bounds it from above, if any.
     """
 
     trial: str
@@ -35,10 +39,18 @@ class Demand:
     flag: Flag
     bound: float
     sense: Literal["at_least", "at_most"] = "at_least"
+    reach: Literal["exact", "right", ""] = ""
 
     def share(self, scores: Sequence[Score]) -> Share:
         """The figure as measured."""
         return Share.of(self.flag(s) for s in scores if self.chosen(s))
+
+    def reachable(self, scores: Sequence[Score]) -> float:
+        """Mean of what an oracle reaches in these trials; NaN where no ledger says."""
+        known = [s.truth["limit"] for s in scores if self.chosen(s) and s.truth.get("limit")]
+        if not self.reach or not known:
+            return float("nan")
+        return float(np.mean([limit[self.reach] for limit in known]))
 
     def met(self, scores: Sequence[Score]) -> bool:
         """Whether the measured share meets the bound (the point estimate, as the issue asks)."""
@@ -113,11 +125,13 @@ DEMANDS: tuple[Demand, ...] = (
     Demand("null", "false name", _kind("null"), lambda s: s.wrong, 0.01, "at_most"),
     Demand("null", "any alarm", _kind("null"), lambda s: s.alarm, 0.03, "at_most"),
     *(
-        Demand(f"single, ρ {rho:g}", "exact name", _single(rho), lambda s: s.exact, bound)
+        Demand(f"single, ρ {rho:g}", "exact name", _single(rho), lambda s: s.exact, bound,
+               reach="exact")
         for rho, bound in EXACT.items()
     ),
     *(
-        Demand(f"single, ρ {rho:g}", "right answer", _one(rho), lambda s: s.right, bound)
+        Demand(f"single, ρ {rho:g}", "right answer", _one(rho), lambda s: s.right, bound,
+               reach="right")
         for rho, bound in RIGHT.items()
     ),
     Demand("single, all ρ", "confident wrong name",
@@ -128,8 +142,10 @@ DEMANDS: tuple[Demand, ...] = (
            lambda s: bool(s.covered), 0.90),
     Demand("single, named", "95 % interval covers the gain (weights)",
            lambda s: s.gain_covered is not None, lambda s: bool(s.gain_covered), 0.90),
-    Demand("two effects, ρ 0.6", "both named", _kind("pair"), lambda s: s.exact, 0.75),
-    Demand("two effects, ρ 0.6", "right answer", _kind("pair"), lambda s: s.right, 0.90),
+    Demand("two effects, ρ 0.6", "both named", _kind("pair"), lambda s: s.exact, 0.75,
+           reach="exact"),
+    Demand("two effects, ρ 0.6", "right answer", _kind("pair"), lambda s: s.right, 0.90,
+           reach="right"),
     Demand("two effects, ρ 0.6", "wrong extra name", _kind("pair"), lambda s: s.wrong, 0.02,
            "at_most"),
     Demand("unseen, ρ 0.6", "unknown or flagged", _unseen(0.6), lambda s: s.right, 0.90),
@@ -138,7 +154,8 @@ DEMANDS: tuple[Demand, ...] = (
            "at_most"),
     Demand("left out of the library, ρ 1", "confident wrong name", _kind("left_out"),
            lambda s: s.wrong, 0.03, "at_most"),
-    Demand("designed alias, ρ ≥ 0.5", "both in the rival set", _kind("alias"), _both_rivals, 0.95),
+    Demand("designed alias, ρ ≥ 0.5", "both in the rival set", _kind("alias"), _both_rivals, 0.95,
+           reach="right"),
     Demand("designed alias", "resolved by the proposed experiment",
            lambda s: s.resolved is not None, lambda s: bool(s.resolved), 0.90),
     Demand("wiring", "named or bad-data", _kind("switch"), lambda s: s.right, 0.98),
@@ -149,6 +166,7 @@ DEMANDS: tuple[Demand, ...] = (
            "at_most"),
     Demand("below the size that matters", "named all the same", _kind("small"), lambda s: s.wrong,
            0.02, "at_most"),
-    Demand("foreign implementation, ρ ≥ 1", "right answer", _foreign, lambda s: s.right, 0.90),
+    Demand("foreign implementation, ρ ≥ 1", "right answer", _foreign, lambda s: s.right, 0.90,
+           reach="right"),
 )  # fmt: skip
 """In the order of issue 8's table."""

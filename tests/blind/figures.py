@@ -1,4 +1,4 @@
-"""Figures of the bench: confusion, power, risk against coverage."""
+"""Figures of the bench: confusion, power, what could be reached, risk against coverage."""
 
 from __future__ import annotations
 
@@ -77,6 +77,43 @@ def draw_power(scores: Sequence[Score], path: Path) -> None:
     handles, names = panels[0].get_legend_handles_labels()
     figure.legend(handles, names, loc="lower center", ncols=2, fontsize=8, frameon=False)
     figure.savefig(path, dpi=110)
+
+
+def draw_limits(scores: Sequence[Score], path: Path) -> bool:
+    """Exact names: measured beside what an oracle reaches; False where no ledger says."""
+    singles = [
+        s for s in scores if s.truth["kind"] == "single" and s.matters and s.truth.get("limit")
+    ]
+    if not singles:
+        return False
+    groups = sorted({s.group for s in singles}, reverse=True)
+    rhos = sorted({float(s.truth["rho"]) for s in singles})
+    figure = Figure(figsize=(9.0, 1.3 + 0.3 * len(groups)))
+    FigureCanvasAgg(figure)
+    figure.subplots_adjust(left=0.13, right=0.98, top=0.85, bottom=0.32, wspace=0.08)
+    panels = figure.subplots(1, len(rhos), sharey=True, squeeze=False).ravel()
+    for panel, rho in zip(panels, rhos, strict=True):
+        for at, group in enumerate(groups):
+            mine = [s for s in singles if s.group == group and s.truth["rho"] == rho]
+            if not mine:
+                continue
+            share = Share.of(s.exact for s in mine)
+            most = 100 * float(np.mean([s.truth["limit"]["exact"] for s in mine]))
+            panel.barh(at, most, height=0.6, color="#dde3ea", label="an oracle reaches")
+            low, high = (100 * bound for bound in share.wilson())
+            panel.plot([low, high], [at, at], color=AFTER, lw=1)
+            panel.plot(100 * share.value, at, "o", color=AFTER, ms=5, label="measured")
+        tidy(panel, f"effect {rho:g} × the noise")
+        panel.set_xlim(0, 100)
+        panel.grid(visible=False, axis="y")
+    panels[0].set_yticks(range(len(groups)), groups)
+    figure.supxlabel("trials with the exact name, %", fontsize=9, y=0.13)
+    found = dict(zip(*panels[0].get_legend_handles_labels()[::-1], strict=True))
+    figure.legend(
+        list(found.values()), list(found), loc="lower center", ncols=2, fontsize=8, frameon=False
+    )
+    figure.savefig(path, dpi=110)
+    return True
 
 
 def draw_risk(scores: Sequence[Score], path: Path) -> None:

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import cached_property
+
 import numpy as np
 from scipy.signal import lfilter
 
 from tests.blind.world import Array, Ints, Rng
 
+BODY_DECAY = 0.7
+"""From sample to sample of the body's stream."""
 FAMILIES = ("white", "ar90", "ar98", "heteroscedastic", "block_gain_offset")
 
 
-def draw_noise(
-    rng: Rng, family: str, load: Array, block: Ints, sd: Array, repeatability: float = 0.3
-) -> Array:
-    """Noise (n, c) of a family with a given sd, plus what does not repeat between blocks.
+@dataclass(frozen=True)
+class Spread:
+    """How noise is drawn: its family and sd, and what does not repeat between blocks.
 
     Parameters
     ----------
@@ -26,24 +30,60 @@ def draw_noise(
     repeatability
         Offset and gain drawn per block, as a share of `sd`.
     """
-    n, c = load.shape
-    typical = np.sqrt(np.mean(load**2, axis=0)) + 1e-9
-    white = rng.normal(size=(n, c))
-    if family in ("ar90", "ar98"):
-        unit = autoregressive(white, block, 0.9 if family == "ar90" else 0.98)
-    elif family == "heteroscedastic":
-        unit = white * (0.3 + np.abs(load) / typical)
-        unit /= np.sqrt(np.mean(unit**2, axis=0)) + 1e-12
-    elif family == "block_gain_offset":
-        unit, repeatability = 0.8 * white, max(repeatability, 0.6)
-    elif family == "white":
-        unit = white
-    else:
-        raise ValueError(f"no family of noise named {family}")
-    inside = np.unique(block, return_inverse=True)[1]
-    offset, gain = rng.normal(size=(2, int(inside.max()) + 1, c)) * repeatability
-    wandering = offset[inside] + gain[inside] * load / typical
-    return np.asarray(sd * (unit + wandering))
+
+    family: str
+    load: Array
+    block: Ints
+    sd: Array
+    repeatability: float = 0.3
+
+    def __post_init__(self) -> None:
+        if self.family not in FAMILIES:
+            raise ValueError(f"no family of noise named {self.family}")
+
+    @cached_property
+    def _typical(self) -> Array:
+        return np.asarray(np.sqrt(np.mean(self.load**2, axis=0)) + 1e-9)
+
+    @property
+    def _unrepeated(self) -> float:
+        """Sd of what does not repeat, as a share of `sd`."""
+        gains = self.family == "block_gain_offset"
+        return max(self.repeatability, 0.6) if gains else self.repeatability
+
+    @property
+    def _decay(self) -> float:
+        return {"ar90": 0.9, "ar98": 0.98}.get(self.family, 0.0)
+
+    @cached_property
+    def _strength(self) -> Array:
+        """Sd of the part that is new in every row, as a share of `sd`, shape (n, c)."""
+        if self.family == "heteroscedastic":
+            rise = 0.3 + np.abs(self.load) / self._typical
+            return np.asarray(rise / np.sqrt(np.mean(rise**2, axis=0)))
+        return np.full(self.load.shape, 0.8 if self.family == "block_gain_offset" else 1.0)
+
+    def draw(self, rng: Rng) -> Array:
+        """Noise, shape (n, c)."""
+        white = rng.normal(size=self.load.shape)
+        unit = autoregressive(white, self.block, self._decay) if self._decay else white
+        unit = unit * self._strength
+        if self.family == "heteroscedastic":
+            unit /= np.sqrt(np.mean(unit**2, axis=0)) + 1e-12
+        inside = np.unique(self.block, return_inverse=True)[1]
+        shape = (2, int(inside.max()) + 1, self.load.shape[1])
+        offset, gain = rng.normal(size=shape) * self._unrepeated
+        wandering = offset[inside] + gain[inside] * self.load / self._typical
+        return np.asarray(self.sd * (unit + wandering))
+
+    def covariance(self, rows: slice, channel: int) -> Array:
+        """Covariance of one channel over rows of one block, N² (N²m²), shape (r, r)."""
+        load = self.load[rows, channel] / self._typical[channel]
+        strength = self._strength[rows, channel]
+        apart = np.abs(np.subtract.outer(np.arange(load.size), np.arange(load.size)))
+        new = np.outer(strength, strength) * self._decay**apart
+        again = self._unrepeated**2 * (1.0 + np.outer(load, load))
+        return np.asarray(self.sd[channel] ** 2 * (new + again))
 
 
 def autoregressive(white: Array, block: Ints, decay: float) -> Array:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from tests.blind.demands import DEMANDS
-from tests.blind.figures import draw_confusion, draw_power, draw_risk
+from tests.blind.figures import draw_confusion, draw_limits, draw_power, draw_risk
 from tests.blind.hidden import CATALOGUE
 from tests.blind.meaning import meaning
 from tests.blind.misses import misses_page
@@ -32,6 +32,21 @@ bench's own projection, not by footcal's. *Exact*: every hidden effect named and
 can tell it from another cause (|cos| > 0.95 by the same projection). Brackets are 95 % intervals
 (Wilson); upper bounds are one-sided 95 % (Clopper–Pearson). Columns of experiments: per cent
 (trials). Bold: demanded and not reached.
+"""
+LIMITS = """## What could be reached at all
+
+**An oracle reaches** is the most that any diagnosis could reach on these trials if it may give a
+wrong name in at most one of a hundred. The bench computes it when it hides an effect, from the
+truth. The oracle knows what footcal must find out: the form, sign, size and place of every effect
+that could be there, and the exact law of the noise (its memory, its growth with the load, what does
+not repeat between blocks). Like footcal it does not know the calibration, and in a drifting walk
+follows it. With *d₀* the distance of the effect's signature from zero and *d₁* from the best fit of
+the nearest other name, in standard deviations after calibration is fitted, a right answer comes in
+at most Φ(*d₀* − 2.33) and an exact name in at most Φ(*d₁* − 2.33) of the trials (one-sided; mean
+over the trials of a line). In pairs both effects are fitted, and the weaker one counts.
+"""
+ABOVE = """A measured figure may lie above the oracle's where a diagnosis prefers one name of
+several that fit alike, since what is hidden here is then often that one.
 """
 HOW = """Generators write the logs of a drawn robot, gait or set of poses, noise, converter and
 block repeatability; more than half of the effects are implemented otherwise than in footcal
@@ -56,12 +71,14 @@ def write_page(scores: Sequence[Score], run: Mapping[str, Any], page: Path) -> N
     draw_confusion(scores, figures / "blind_confusion.png")
     draw_power(scores, figures / "blind_power.png")
     draw_risk(scores, figures / "blind_risk.png")
+    limited = draw_limits(scores, figures / "blind_limits.png")
     misses = page.with_name(f"{page.stem}_misses{page.suffix}")
     misses.write_text(misses_page(scores), encoding="utf-8")
     parts = [
         INTRO + _demands(scores) + "\n" + READING,
         "## What this means for an experimenter\n",
         *meaning(scores),
+        *(_limits(scores) if limited else ()),
         "## Power\n",
         "![Power curves](figures/blind_power.png)\n",
         *_power(scores),
@@ -140,8 +157,47 @@ def _demands(scores: Sequence[Score]) -> str:
         if share.trials and not demand.met(scores):
             measured = f"**{measured}**"
         parts = (_brief(demand.share([s for s in scores if s.group == g])) for g in groups)
-        rows.append([demand.trial, demand.score, demand.asked(), measured, *parts])
-    return _table(["trial", "score", "demanded", "measured", *groups], rows)
+        most = demand.reachable(scores)
+        oracle = "" if np.isnan(most) else f"{100 * most:.0f} %"
+        rows.append([demand.trial, demand.score, demand.asked(), oracle, measured, *parts])
+    return _table(["trial", "score", "demanded", "an oracle reaches", "measured", *groups], rows)
+
+
+def _limits(scores: Sequence[Score]) -> list[str]:
+    """What an oracle reaches, and which demands ask for more."""
+    beyond = [
+        f"*{d.trial}, {d.score}* (demanded {d.asked()}, oracle {100 * most:.0f} %)"
+        for d in DEMANDS
+        if (most := d.reachable(scores)) < d.bound
+    ]
+    words = "; ".join(beyond) + "." if beyond else "none."
+    return [
+        LIMITS,
+        "![Oracle and measured](figures/blind_limits.png)\n",
+        f"Demands beyond the oracle: {words}\n",
+        ABOVE,
+        _nearest(scores),
+    ]
+
+
+def _nearest(scores: Sequence[Score]) -> str:
+    """Which other name stands in the way, by effect."""
+    singles = [s for s in scores if s.truth["kind"] == "single" and s.truth.get("limit")]
+    rows = []
+    for key in dict.fromkeys((s.group, str(s.truth["effects"][0]["key"])) for s in singles):
+        mine = [s for s in singles if (s.group, s.truth["effects"][0]["key"]) == key]
+        limits = [s.truth["limit"] for s in mine]
+        distance = np.median([m["d1"][0] / s.truth["rho"] for m, s in zip(limits, mine, strict=True)])
+        whole = np.median([m["d0"][0] / s.truth["rho"] for m, s in zip(limits, mine, strict=True)])
+        who = Counter(m["nearest"][0] for m in limits).most_common(1)[0][0]
+        exact = np.mean([m["exact"] for m in limits])
+        said = _brief(Share.of(s.exact for s in mine))
+        rows.append([*key, f"{whole:.0f}", f"{distance:.1f}", who, f"{100 * exact:.0f}", said])
+    head = [
+        "experiment", "hidden", "d₀ at ρ 1", "d₁ at ρ 1", "nearest other name",
+        "exact: oracle, %", "measured, % (trials)",
+    ]  # fmt: skip
+    return "By effect (medians; every ρ together):\n\n" + _table(head, sorted(rows))
 
 
 def _missed(scores: Sequence[Score]) -> str:

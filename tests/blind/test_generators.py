@@ -12,7 +12,7 @@ import pytest
 
 from tests.blind.hidden import CATALOGUE, switches_in
 from tests.blind.ledger import open_ledger
-from tests.blind.noise import FAMILIES, draw_noise
+from tests.blind.noise import FAMILIES, Spread
 from tests.blind.plan import EXPERIMENTS, ROUNDS, Cell, lines, planned
 from tests.blind.trials import make_trial
 from tests.blind.world import Array, World
@@ -123,7 +123,8 @@ def test_noise_families_have_their_sd_and_memory(family: str) -> None:
     rng = np.random.default_rng(1)
     block = np.repeat(np.arange(40), 500)
     load = np.abs(rng.normal(10, 4, (block.size, 2)))
-    noise = draw_noise(rng, family, load, block, np.array([0.1, 2.0]), repeatability=0.0)
+    spread = Spread(family, load, block, np.array([0.1, 2.0]), repeatability=0.0)
+    noise = spread.draw(rng)
     # 0.6² offset + 0.6² gain + 0.8² white where the gain wanders with the block
     expected = np.sqrt(0.64 + 2 * 0.36) if family == "block_gain_offset" else 1.0
     assert noise.std(axis=0) == pytest.approx(expected * np.array([0.1, 2.0]), rel=0.15)

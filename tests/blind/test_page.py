@@ -13,6 +13,7 @@ from tests.blind.hidden import CATALOGUE
 from tests.blind.page import write_page
 from tests.blind.plan import Cell, lines
 from tests.blind.scoring import Score, Verdict, judge
+from tests.blind.trials import LIMITED
 
 RUN = {
     "stream": "development", "sealed_at": "2026-01-01T00:00:00+00:00", "rules_sha256": "0" * 64,
@@ -25,7 +26,7 @@ def plan_cells() -> list[Cell]:
     return [cell for line in lines() for cell in line.cells]
 
 
-def _truth(cell: Cell, *, resolved: bool = False) -> dict[str, Any]:
+def _truth(cell: Cell, *, resolved: bool = False, oracle: bool = True) -> dict[str, Any]:
     effects = [
         {
             "key": key, "right": list(CATALOGUE[key].right), "alias": list(CATALOGUE[key].alias),
@@ -34,7 +35,11 @@ def _truth(cell: Cell, *, resolved: bool = False) -> dict[str, Any]:
         }
         for key in cell.hidden
     ]  # fmt: skip
+    few = [1.0] * len(cell.hidden)
+    limit = {"d0": few, "d1": few, "nearest": ["creep"] * len(few), "right": 0.9, "exact": 0.4}
+    known = {"limit": limit if cell.kind in LIMITED else None} if oracle else {}
     return {
+        **known,
         "kind": cell.kind, "experiment": cell.experiment, "drift": cell.drift, "rho": cell.rho,
         "left_out": cell.left_out,
         "effects": effects, "seconds": 1.0, "gain": {"force": 0.3},
@@ -74,6 +79,20 @@ def test_a_perfect_diagnosis_meets_every_demand(tmp_path: Path) -> None:
     assert "Every demand that was run is met" in text
     assert "No wrong name" in text
     assert all((tmp_path / "figures" / f"blind_{n}.png").is_file() for n in ("power", "risk"))
+
+
+def test_the_page_says_what_an_oracle_reaches_where_the_ledger_knows(tmp_path: Path) -> None:
+    for oracle in (True, False):
+        scores = [judge(_truth(c, oracle=oracle), Verdict.read(_oracle(c))) for c in plan_cells()]
+        page = tmp_path / str(oracle) / "page.md"
+        page.parent.mkdir()
+        write_page(scores, RUN, page)
+        text = page.read_text(encoding="utf-8")
+        cells = "40 %" if oracle else ""
+        assert f"| single, ρ 1 | exact name | ≥ 95 % | {cells} |" in text
+        assert "| null | false name | ≤ 1 % |  |" in text
+        assert ("*single, ρ 1, exact name* (demanded ≥ 95 %, oracle 40 %)" in text) is oracle
+        assert (tmp_path / str(oracle) / "figures" / "blind_limits.png").is_file() is oracle
 
 
 def _always(verdict: dict[str, Any]) -> list[Score]:

@@ -10,6 +10,7 @@ import numpy as np
 
 from tests.blind.hidden import CATALOGUE
 from tests.blind.loops import widest_loop_n
+from tests.blind.oracle import limits
 from tests.blind.plan import Cell
 from tests.blind.world import GRAVITY_MPS2, Array, World
 from tests.blind.worlds import WORLDS
@@ -21,6 +22,8 @@ FEW = {"weights": 2, "placements": 2, "walk": 0, "hang": 1, "pose": 12, "stand":
 """Days, rows of holes, turns, poses, stances with too little data; a walk has seconds instead."""
 FEW_SECONDS = 6.0
 MOST_DRAWS = 12
+LIMITED = ("single", "alias", "pair")
+"""Kinds whose trials ask for names; the oracle says how often they can be given."""
 
 
 @dataclass(frozen=True)
@@ -31,6 +34,8 @@ class Drawn:
     ----------
     effects
         What was hidden, for the ledger.
+    alone
+        The clean world with each effect alone, those of one size (switches) left out.
     rng
         Where its stream of random numbers stands.
     """
@@ -39,6 +44,7 @@ class Drawn:
     world: World
     stick: Yardstick
     effects: list[dict[str, Any]]
+    alone: list[World]
     rng: np.random.Generator
 
 
@@ -58,10 +64,10 @@ def drawn(cell: Cell, seed: int) -> Drawn:
         clean = maker.draw(rng, _options(cell))
         stick = yardstick(maker, clean)
         try:
-            world, effects = _hide(cell, clean, stick, rng)
+            world, effects, alone = _hide(cell, clean, stick, rng)
         except UnreachableError:
             continue
-        return Drawn(clean, world, stick, effects, rng)
+        return Drawn(clean, world, stick, effects, alone, rng)
     raise UnreachableError(f"{cell}: not reached in {MOST_DRAWS} worlds")
 
 
@@ -86,8 +92,17 @@ def make_trial(cell: Cell, seed: int, folder: Path) -> dict[str, Any]:
         "left_out": cell.left_out,
         "effects": found.effects,
         "gain": _true_gain(found.world, found.stick),
+        "limit": _limit(cell, found),
         "facts": {k: v for k, v in found.clean.facts.items() if k not in ("legs", "build")},
     }
+
+
+def _limit(cell: Cell, found: Drawn) -> dict[str, Any] | None:
+    """What an oracle reaches, None where no name is asked for."""
+    if cell.kind not in LIMITED:
+        return None
+    right = [effect["right"] for effect in found.effects]
+    return limits(found.clean, found.stick, found.alone, right)
 
 
 def _true_gain(world: World, stick: Yardstick) -> dict[str, float]:
@@ -160,9 +175,9 @@ def _options(cell: Cell) -> dict[str, Any]:
 
 def _hide(
     cell: Cell, clean: World, stick: Yardstick, rng: np.random.Generator
-) -> tuple[World, list[dict[str, Any]]]:
+) -> tuple[World, list[dict[str, Any]], list[World]]:
     """Inject every effect of a cell at its size, measured in the clean world."""
-    world, effects = clean, []
+    world, effects, every = clean, [], []
     for key in cell.hidden:
         item = CATALOGUE[key]
         sign = float(rng.choice([-1.0, 1.0])) if item.signed else 1.0
@@ -178,6 +193,7 @@ def _hide(
                 item.guess,
                 item.most,
             )
+            every.append(alone)
             rho, matters = stick.rho(alone), stick.matters(alone, _smallest(clean, stick))
             stated = widest_loop_n(clean, alone) if "hysteresis" in item.right else sign * size
         world = item.act(world, sign * size, np.random.default_rng(place))
@@ -196,4 +212,4 @@ def _hide(
                 "matters": None if item.switch else matters,
             }
         )
-    return world, effects
+    return world, effects, every

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import SuperLU, splu
 
-from tests.blind.world import Array
+from tests.blind.world import Array, Ints
 
 KNOT_S = 2.0
 """Much longer than a row, much shorter than what a random walk needs to be worth following."""
@@ -57,10 +57,7 @@ def wandering(
     valid
         Errors that count, shape (n, k).
     """
-    last = max(int(np.ceil((time_s[-1] - time_s[0]) / KNOT_S)), 1)
-    place = np.clip((time_s - time_s[0]) / KNOT_S, 0.0, last - 1e-9)
-    before = place.astype(np.int64)
-    share = place - before
+    last, before, share = between_knots(time_s)
     row_of = np.broadcast_to(np.arange(time_s.size)[:, None], valid.shape)[valid]
     number = np.arange(row_of.size)
     columns, blocks = [], []
@@ -75,13 +72,68 @@ def wandering(
                 (weight * np.tile(value[on], 2), (rows, knots)), shape=(row_of.size, last + 1)
             )
         )
-        blocks.append(_increments(last + 1) / (rate**2 * KNOT_S))
+        blocks.append(increments(last + 1) / (rate**2 * KNOT_S))
     stacked = sparse.hstack(columns, format="csc")
     information = stacked.T @ stacked + sparse.block_diag(blocks) + _ridge(stacked)
     return Wandering(stacked, splu(information.tocsc()))
 
 
-def _increments(knots: int) -> sparse.csc_matrix:
+@dataclass(frozen=True)
+class Follower:
+    """What `Wandering` follows with, row by row.
+
+    Parameters
+    ----------
+    before, share
+        Of each row the knot before it, and how far beyond, shape (m,).
+    prior
+        Information of the walk's increments, shape (parameters · knots, …).
+    knots
+        Number of knots.
+    """
+
+    before: Ints
+    share: Array
+    prior: Array
+    knots: int
+
+    @property
+    def size(self) -> int:
+        """Number of values of all parameters at all knots."""
+        return len(self.prior)
+
+    def columns(self, moves: Array, rows: slice) -> tuple[Ints, Array]:
+        """Values that act on some rows, and what each does there, shape (r, values).
+
+        Parameters
+        ----------
+        moves
+            Errors of those rows per unit of each parameter, shape (r, parameters).
+        """
+        before, share = self.before[rows], self.share[rows]
+        mine = np.arange(before.min(), before.max() + 2)
+        after = mine[None, :] == before[:, None] + 1
+        hat = np.where(after, share[:, None], (mine[None, :] == before[:, None]) * (1 - share[:, None]))
+        own = (np.arange(moves.shape[1])[:, None] * self.knots + mine).ravel()
+        return own, (moves[:, :, None] * hat[:, None, :]).reshape(len(moves), -1)
+
+
+def follower(time_s: Array, rates: Sequence[float]) -> Follower:
+    """The follower of parameters with these random walks (units per √s), for stamps (m,)."""
+    last, before, share = between_knots(time_s)
+    blocks = [increments(last + 1) / (rate**2 * KNOT_S) for rate in rates]
+    return Follower(before, share, sparse.block_diag(blocks).toarray(), last + 1)
+
+
+def between_knots(time_s: Array) -> tuple[int, Ints, Array]:
+    """Number of stretches between knots; of each row the knot before it, and how far beyond."""
+    last = max(int(np.ceil((time_s[-1] - time_s[0]) / KNOT_S)), 1)
+    place = np.clip((time_s - time_s[0]) / KNOT_S, 0.0, last - 1e-9)
+    before = place.astype(np.int64)
+    return last, before, np.asarray(place - before)
+
+
+def increments(knots: int) -> sparse.csc_matrix:
     """``Σ (a_{j+1} − a_j)²`` as a matrix; the start of the walk is free."""
     step = sparse.diags([-1.0, 1.0], [0, 1], shape=(knots - 1, knots), format="csc")
     return sparse.csc_matrix(step.T @ step)

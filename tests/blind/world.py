@@ -9,10 +9,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from tests.blind.noise import Spread
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -53,6 +56,12 @@ class World:
         The recipe's ``[robot]`` table.
     facts
         What was drawn, for the ledger.
+    spread
+        The law that `noise` was drawn by.
+    body_sd
+        Sd of `body_noise` by stream, autoregressive on `body_time_s`.
+    play_m
+        Sd of a weight's place in a hole.
     """
 
     experiment: str
@@ -72,6 +81,9 @@ class World:
     body: Mapping[str, Array] = field(default_factory=dict)
     body_noise: Mapping[str, Array] = field(default_factory=dict)
     facts: Mapping[str, Any] = field(default_factory=dict)
+    spread: Spread | None = None
+    body_sd: Mapping[str, float] = field(default_factory=dict)
+    play_m: float = 0.0
 
     @property
     def fresh(self) -> NDArray[np.bool_]:

@@ -33,6 +33,8 @@ class Yardstick:
         RMS of the noise per output, shape (k,).
     absorbed
         Orthonormal basis of what calibration explains, over the valid errors, shape (m, p).
+    moves
+        Change of the error with each calibration parameter, units of noise, each (n, k).
     follows
         Where the calibration wanders: what following it explains, constants included.
     """
@@ -41,6 +43,7 @@ class Yardstick:
     clean_error: Array
     noise: Array
     absorbed: Array
+    moves: tuple[Array, ...] = ()
     follows: Wandering | None = None
 
     @property
@@ -94,17 +97,21 @@ def yardstick(maker: Maker, world: World) -> Yardstick:
     rows = valid.sum(axis=0)
     # an output that never counts (no foot was lifted) has no noise of its own
     noise = np.where(rows > 0, np.sqrt(np.sum(shake**2, axis=0) / np.maximum(rows, 1)), 1.0)
-    changes = [(maker.error(moved) - clean) / noise for moved in maker.calibrations(world)]
+    changes = tuple((maker.error(moved) - clean) / noise for moved in maker.calibrations(world))
     if any(world.drift_per_root_s):
-        steps = np.array(world.drift_per_root_s) / [SCALE_STEP, BIAS_STEP_N]
-        rates = np.tile(steps, len(world.channels))
-        follows = wandering(world.time_s, changes, rates.tolist(), valid)
-        return Yardstick(maker, clean, noise, np.zeros((int(valid.sum()), 0)), follows)
+        follows = wandering(world.time_s, changes, wandering_rates(world), valid)
+        return Yardstick(maker, clean, noise, np.zeros((int(valid.sum()), 0)), changes, follows)
     columns = [change[valid] for change in changes]
     sizes = [float(np.sqrt(np.sum(column**2))) for column in columns]
     kept = [column / size for column, size in zip(columns, sizes, strict=True) if size > 0]
     u, s, _ = np.linalg.svd(np.stack(kept, axis=1), full_matrices=False)
-    return Yardstick(maker, clean, noise, u[:, s > 1e-7 * s[0]])
+    return Yardstick(maker, clean, noise, u[:, s > 1e-7 * s[0]], changes)
+
+
+def wandering_rates(world: World) -> list[float]:
+    """Random walk of each calibration parameter in steps of `affine_calibrations` per √s."""
+    steps = np.array(world.drift_per_root_s) / [SCALE_STEP, BIAS_STEP_N]
+    return [float(rate) for rate in np.tile(steps, len(world.channels))]
 
 
 def size_for(

@@ -32,7 +32,7 @@ def _heading(world: World) -> Array:
     return np.asarray(world.body["yaw_rad"].mean(axis=1))
 
 
-def _in_body(world: World, vector: Array) -> Array:
+def in_body(world: World, vector: Array) -> Array:
     yaw = _heading(world)
     x = np.cos(yaw) * vector[0] - np.sin(yaw) * vector[1]
     y = np.sin(yaw) * vector[0] + np.cos(yaw) * vector[1]
@@ -41,13 +41,13 @@ def _in_body(world: World, vector: Array) -> Array:
 
 def _com_offset(world: World, size: float, rng: Rng) -> World:
     angle = rng.uniform(0, 2 * np.pi)
-    shift = _in_body(world, size * np.array([np.cos(angle), np.sin(angle), 0.0]))
+    shift = in_body(world, size * np.array([np.cos(angle), np.sin(angle), 0.0]))
     return world.with_body(com_m=world.body["com_m"] - shift)
 
 
 def _accel_bias(world: World, size: float, rng: Rng) -> World:
     angle = rng.uniform(0, 2 * np.pi)
-    shift = _in_body(world, size * np.array([np.cos(angle), np.sin(angle), 0.0]))
+    shift = in_body(world, size * np.array([np.cos(angle), np.sin(angle), 0.0]))
     return world.with_body(com_acc_mps2=world.body["com_acc_mps2"] + shift)
 
 
@@ -55,7 +55,7 @@ def _tilt(world: World, size: float, rng: Rng) -> World:
     angle = rng.uniform(0, 2 * np.pi)
     axis = size * np.array([np.cos(angle), np.sin(angle), 0.0])
     felt = world.body["com_acc_mps2"] + [0.0, 0.0, GRAVITY_MPS2]
-    turn = _in_body(world, axis)
+    turn = in_body(world, axis)
     return world.with_body(com_acc_mps2=world.body["com_acc_mps2"] - np.cross(turn, felt))
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from tests.blind.noise import FAMILIES, draw_noise
+from tests.blind.noise import FAMILIES, Spread
 from tests.blind.world import Array, Maker, Rng, World
 from tests.blind.worlds.files import write_recipe
 from tests.blind.worlds.legs import (
@@ -84,7 +84,8 @@ def hanging(rng: Rng, legs: Legs, turns: int, sd_n: float | None = None) -> Worl
         },
     )
     shown = -error(world) + legs.offset[leg]
-    return replace(world, shown=shown, noise=draw_noise(rng, family, shown, block, sd, 0.15))
+    spread = Spread(family, shown, block, sd, 0.15)
+    return replace(world, shown=shown, noise=spread.draw(rng), spread=spread)
 
 
 def error(world: World) -> Array:

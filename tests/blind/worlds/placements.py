@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from tests.blind.noise import draw_noise
+from tests.blind.noise import Spread
 from tests.blind.world import Array, Maker, Rng, World, affine_calibrations, draw_cells
 from tests.blind.worlds.files import write_bench_calibration, write_log, write_recipe
 
@@ -66,18 +66,19 @@ def placed(
     family = str(rng.choice(["white", "heteroscedastic", "block_gain_offset"]))
     if like is not None:
         scale, zero, sd_n = like.scale[:4], like.zero[:4], float(like.facts["sd_n"])
-    true_hole = hole + rng.normal(0, float(rng.uniform(1e-4, 4e-4)), hole.shape)  # play of the pin
+    play_m = float(rng.uniform(1e-4, 4e-4))  # of the pin
+    true_hole = hole + rng.normal(0, play_m, hole.shape)
     carried = plate_shares(cells, true_hole, rng.normal(0, 0.03, len(order))) * load[:, None]
     intended = plate_shares(cells, hole, np.zeros(len(order))) * load[:, None]
     rows = np.arange(len(order))
-    noise = draw_noise(rng, family, intended, order[:, 0].astype(np.int64), np.full(4, sd_n))
+    spread = Spread(family, intended, order[:, 0].astype(np.int64), np.full(4, sd_n))
     return World(
         experiment="placements",
         channels=tuple(f"left_{name}" for name in NAMES),
         time_s=time_s,
         block=rows.astype(np.int64) * 0,
         shown=intended,
-        noise=noise + carried - intended,
+        noise=spread.draw(rng) + carried - intended,
         row={
             "hole_m": hole,
             "load_n": load,
@@ -100,6 +101,8 @@ def placed(
             "holes": len(holes),
             "rounds": rounds,
         },
+        spread=spread,
+        play_m=play_m,
     )
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from scipy.spatial.transform import Rotation
 
-from tests.blind.noise import draw_noise
+from tests.blind.noise import Spread
 from tests.blind.world import GRAVITY_MPS2, Array, Maker, Rng, World
 from tests.blind.worlds import hang
 from tests.blind.worlds.engine_poses import Poses, engine_poses
@@ -31,13 +31,14 @@ def draw(rng: Rng, options: Mapping[str, Any]) -> World:
     sd_n = float(rng.uniform(0.02, 0.08))
     sd = np.tile(sd_n * np.array([1, 1, 1, 0.06, 0.06, 0.06]), 6)
     block = np.arange(poses, dtype=np.int64) // 6
+    spread = Spread(family, wrench.reshape(poses, 36), block, sd, 0.1)
     return World(
         experiment="pose",
         channels=tuple(f"{leg}.{axis[:2]}" for leg in ALL_LEGS for axis in AXES),
         time_s=12.0 * np.arange(poses, dtype=np.float64),
         block=block * 0,
         shown=shown,
-        noise=draw_noise(rng, family, wrench.reshape(poses, 36), block, sd, 0.1),
+        noise=spread.draw(rng),
         row={
             "tilt": made.tilt,
             "phase_rad": made.phase_rad,
@@ -64,6 +65,7 @@ def draw(rng: Rng, options: Mapping[str, Any]) -> World:
             "legs": _plain(legs),
             "engine": abs(_nearest(made.mount[3])) > 1.0,
         },
+        spread=spread,
     )
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from tests.blind.noise import FAMILIES, autoregressive, draw_noise, wandering
+from tests.blind.noise import BODY_DECAY, FAMILIES, Spread, autoregressive, wandering
 from tests.blind.world import (
     GRAVITY_MPS2,
     Array,
@@ -28,6 +28,8 @@ FEET = ("left", "right")
 CELLS = ("fl", "fr", "rl", "rr")
 LONGEST_DELAY_S = 0.04
 """The body stream comes late by up to twice what seed 1 names; the recipe says by how much."""
+BODY_SD = {"com_m": 3e-4, "com_acc_mps2": 0.02, "angmom_rate_nm": 0.02}
+"""Noise of the body's stream while it moves; a tenth of it where it stands."""
 ENGINE_SHARE = 0.35
 """Of the walks, how many come from the physics engine."""
 
@@ -81,13 +83,16 @@ def logged(
     if like is not None:
         family, sd_n, delay_s = (like.facts[k] for k in ("noise", "sd_n", "delay_s"))
         scale, zero = like.scale, like.zero
-    noise = draw_noise(rng, family, shown, cycle, np.full(8, sd_n), repeatability=0.15)
+    spread = Spread(family, shown, cycle, np.full(8, sd_n), repeatability=0.15)
+    noise = spread.draw(rng)
     whole = np.zeros(body_time_s.size, dtype=np.int64)
 
     def jitter(columns: int, sd: float) -> Array:
-        return sd * autoregressive(rng.normal(size=(body_time_s.size, columns)), whole, 0.7)
+        white = rng.normal(size=(body_time_s.size, columns))
+        return sd * autoregressive(white, whole, BODY_DECAY)
 
     still = 0.1 if experiment == "stand" else 1.0
+    body_sd = {name: still * sd for name, sd in BODY_SD.items()}
     wander, rates = None, (0.0, 0.0)
     if drift:
         rates = (1e-3, 2e-3 * weight_n / 4)
@@ -118,9 +123,7 @@ def logged(
             for name in ("com_m", "com_acc_mps2", "angmom_rate_nm", "feet_m", "yaw_rad")
         },
         body_noise={
-            "com_m": jitter(3, 3e-4 * still),
-            "com_acc_mps2": jitter(3, 0.02 * still),
-            "angmom_rate_nm": jitter(2, 0.02 * still),
+            name: jitter(2 if name == "angmom_rate_nm" else 3, sd) for name, sd in body_sd.items()
         },
         facts={
             "noise": family,
@@ -134,6 +137,8 @@ def logged(
             "delay_s": delay_s,
             "build": build,
         },
+        spread=spread,
+        body_sd=body_sd,
     )
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from tests.blind.noise import FAMILIES, draw_noise
+from tests.blind.noise import FAMILIES, Spread
 from tests.blind.world import Array, Maker, Rng, World, draw_cells
 from tests.blind.worlds.files import write_log, write_recipe
 
@@ -95,14 +95,14 @@ def weighed(rng: Rng, cells: Cells, schedule: Schedule, sessions: int) -> World:
     row = {key: np.concatenate(values) for key, values in parts.items()}
     session_cell = (row["session"] * count + row["cell"]).astype(np.int64)
     load = row["load"][:, None]
-    noise = draw_noise(rng, cells.family, load, session_cell, np.array([cells.sd_n]))
+    spread = Spread(cells.family, load, session_cell, np.array([cells.sd_n]))
     return World(
         experiment="weights",
         channels=cells.channels,
         time_s=row["time"],
         block=session_cell,
         shown=load.copy(),
-        noise=noise,
+        noise=spread.draw(rng),
         row={
             "load_n": row["load"],
             "cell": row["cell"],
@@ -119,6 +119,7 @@ def weighed(rng: Rng, cells: Cells, schedule: Schedule, sessions: int) -> World:
             "sessions": sessions,
             "full_n": cells.full_n,
         },
+        spread=spread,
     )
 
 
