@@ -140,7 +140,7 @@ DEMANDS: tuple[Demand, ...] = (
            lambda s: bool(s.covered), 0.90),
     Demand("single, foreign, named", "95 % interval covers the size", _sized(foreign=True),
            lambda s: bool(s.covered), 0.90),
-    Demand("single, named", "95 % interval covers the gain (weights)",
+    Demand("single, named", "95 % interval covers the gain",
            lambda s: s.gain_covered is not None, lambda s: bool(s.gain_covered), 0.90),
     Demand("two effects, ρ 0.6", "both named", _kind("pair"), lambda s: s.exact, 0.75,
            reach="exact"),

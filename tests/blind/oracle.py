@@ -111,7 +111,9 @@ def limits(
 
 def _columns(law: Whitening, found: Iterable[Rival]) -> tuple[list[str], list[Ints], list[Array]]:
     """Signatures of all rivals that show at all, with the columns of each."""
-    names, numbers, columns = [], [], []
+    names: list[str] = []
+    numbers: list[Ints] = []
+    columns: list[Array] = []
     for name, group in found:
         seen = [column for column in map(law.entries, group) if column.any()]
         if seen:

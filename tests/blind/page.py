@@ -58,8 +58,12 @@ mixture with fewer trials.
 The size of a hysteresis, whatever its implementation, is the widest loop (falling less rising, N)
 that the recorded loads open; both sides compute it by code of their own.
 
-Not measured: coverage of held-out gains other than of weights, since streams are filtered and
-several outputs weighed against each other before a gain is stated; walks of many minutes; a real
+Gains are those of the quantity that footcal states (of placements the total force or one moment
+about the hole, whichever gained most), by the bench's own projection.
+
+Not measured: coverage of held-out gains in walks and stands, whose streams are filtered before a
+gain is stated, so that their noise is not the generator's, and of robots that hang or stand on six
+legs; walks of many minutes; a real
 robot, whose truth nobody knows (`tests/real` holds what footcal says of published logs).
 """
 
@@ -187,7 +191,9 @@ def _nearest(scores: Sequence[Score]) -> str:
     for key in dict.fromkeys((s.group, str(s.truth["effects"][0]["key"])) for s in singles):
         mine = [s for s in singles if (s.group, s.truth["effects"][0]["key"]) == key]
         limits = [s.truth["limit"] for s in mine]
-        distance = np.median([m["d1"][0] / s.truth["rho"] for m, s in zip(limits, mine, strict=True)])
+        distance = np.median(
+            [m["d1"][0] / s.truth["rho"] for m, s in zip(limits, mine, strict=True)]
+        )
         whole = np.median([m["d0"][0] / s.truth["rho"] for m, s in zip(limits, mine, strict=True)])
         who = Counter(m["nearest"][0] for m in limits).most_common(1)[0][0]
         exact = np.mean([m["exact"] for m in limits])

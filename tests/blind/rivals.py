@@ -91,7 +91,9 @@ def memories(load: Array, clean: World) -> Iterator[tuple[str, Array]]:
 def _in_cells(clean: World, inputs: Inputs) -> Iterator[Rival]:
     """In one cell or in all alike."""
     for name, added in _added(clean, inputs):
-        single = [column[:, None] * reach for column, reach in zip(added.T, inputs.reach, strict=True)]
+        single = [
+            column[:, None] * reach for column, reach in zip(added.T, inputs.reach, strict=True)
+        ]
         yield from ((name, [column]) for column in single)
         yield name, [np.sum(single, axis=0)]
 
@@ -137,9 +139,10 @@ def _beliefs(clean: World, stick: Yardstick) -> Iterator[Rival]:
         for hole in np.unique(clean.row["hole"]):
             chosen = (clean.row["hole"] == hole)[:, None]
             shifts = (1e-3 * chosen * axis[:2] for axis in _AXES[:2])
-            yield "wrong_hole", [
-                _changed(stick, clean.with_row(hole_m=clean.row["hole_m"] + s)) for s in shifts
-            ]
+            yield (
+                "wrong_hole",
+                [_changed(stick, clean.with_row(hole_m=clean.row["hole_m"] + s)) for s in shifts],
+            )
 
 
 def _in_feet(clean: World, inputs: Inputs) -> Iterator[Rival]:
@@ -203,7 +206,7 @@ def _body(clean: World, stick: Yardstick) -> Iterator[Rival]:
 
 def _inertial(clean: World, stick: Yardstick) -> Iterator[Rival]:
     acc = clean.body["com_acc_mps2"]
-    felt = acc + [0.0, 0.0, GRAVITY_MPS2]
+    felt = acc + GRAVITY_MPS2 * _AXES[2]
 
     def change(added: Array) -> Array:
         return _changed(stick, clean.with_body(com_acc_mps2=acc + added))

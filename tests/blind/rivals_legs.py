@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tests.blind.whitening import Inputs
-from tests.blind.world import Array, World
+from tests.blind.world import Array, Ints, World
 
 KNEES = (0.2, 0.5, 0.8)
 STEPS_AT = (0.3, 0.4, 0.5, 0.6, 0.7)
@@ -30,7 +31,7 @@ def leg_rivals(clean: World, inputs: Inputs) -> Iterator[Rival]:
         yield "leg_weight", [down]
 
 
-def _axiswise(clean: World, inputs: Inputs, mine: Array, rows: Array) -> Iterator[Rival]:
+def _axiswise(clean: World, inputs: Inputs, mine: Ints, rows: NDArray[np.bool_]) -> Iterator[Rival]:
     """In one axis of a leg."""
     time_s = clean.time_s - clean.time_s[rows].min()
     last = time_s[rows].max()
@@ -57,7 +58,7 @@ def _axiswise(clean: World, inputs: Inputs, mine: Array, rows: Array) -> Iterato
         yield from ((name, [column[:, None] * inputs.reach[i]]) for name, column in added)
 
 
-def _couplings(inputs: Inputs, mine: Array) -> Iterator[Rival]:
+def _couplings(inputs: Inputs, mine: Ints) -> Iterator[Rival]:
     """Force heard by force, torque by torque; and a transducer turned in its mount."""
     for first in (0, 3):
         for to in range(first, first + 3):
@@ -73,7 +74,7 @@ def _couplings(inputs: Inputs, mine: Array) -> Iterator[Rival]:
         yield "mount_rotation", [turned]
 
 
-def _cables(clean: World, inputs: Inputs, mine: Array, leg: int) -> Iterator[Rival]:
+def _cables(clean: World, inputs: Inputs, mine: Ints, leg: int) -> Iterator[Rival]:
     """A pull that turns with the shaft, and a spring to a post."""
     phase = clean.row["phase_rad"]
     phase = phase if phase.ndim == 1 else phase[:, leg]

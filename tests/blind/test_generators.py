@@ -14,7 +14,7 @@ from tests.blind.hidden import CATALOGUE, switches_in
 from tests.blind.ledger import open_ledger
 from tests.blind.noise import FAMILIES, Spread
 from tests.blind.plan import EXPERIMENTS, ROUNDS, Cell, lines, planned
-from tests.blind.trials import make_trial
+from tests.blind.trials import drawn, make_trial
 from tests.blind.world import Array, World
 from tests.blind.worlds import WORLDS, walk
 from tests.blind.worlds.proposed import proposed
@@ -105,6 +105,27 @@ def test_the_true_gain_is_what_removing_the_effect_brings(tmp_path: Path) -> Non
             left += float(np.sum((column[own] - design @ fitted) ** 2))
         rms.append(np.sqrt(left))
     assert truth["gain"]["force"] == pytest.approx(1 - rms[0] / rms[1], abs=0.03)
+
+
+def test_the_true_gain_of_placements_is_counted_by_output(tmp_path: Path) -> None:
+    truth = make_trial(Cell("single", "placements", ("wrong_hole/label",), 1.0), 8, tmp_path / "t")
+    found = drawn(Cell("single", "placements", ("wrong_hole/label",), 1.0), 8)
+    maker, noise = WORLDS["placements"], found.stick.noise
+    rng, rms = np.random.default_rng(0), []
+    for world in (found.clean, found.world):
+        seen = world.noisy().shown
+        if world.quantum_n > 0:
+            seen = seen + world.quantum_n * rng.uniform(-0.5, 0.5, seen.shape)
+        arms = world.row["cell_pos_m"] - world.row["hole_m"][:, None]
+        each = np.concatenate([np.ones((*seen.shape, 1)), arms], axis=2) / noise
+        design = np.concatenate([each, each * seen[..., None]], axis=1)
+        flat = design.transpose(0, 2, 1).reshape(-1, 8)
+        target = (maker.error(world.with_shown(seen)) / noise).ravel()
+        left = target - flat @ np.linalg.lstsq(flat, target, rcond=None)[0]
+        rms.append(np.sqrt(np.mean(left.reshape(-1, 3) ** 2, axis=0)))
+    gains = [truth["gain"][f"left.{name}"] for name in ("fz", "moment_x", "moment_y")]
+    assert gains == pytest.approx((1 - rms[0] / rms[1]).tolist(), abs=0.03)
+    assert max(gains) > 0.1
 
 
 def test_a_pure_calibration_error_leaves_nothing() -> None:

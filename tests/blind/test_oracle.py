@@ -132,7 +132,9 @@ def test_hit_rate_of_the_likelihood_ratio_is_the_predicted_one(seed: int) -> Non
         [statistic @ law.entries(_redrawn(found.clean, rng) - clean) for _ in range(400)]
     )
     shift = statistic @ (size * effect)
-    assert statistic @ rival == pytest.approx(0.0, abs=1e-6 * np.abs(statistic) @ np.abs(rival))
+    assert statistic @ rival == pytest.approx(
+        0.0, abs=float(1e-6 * np.abs(statistic) @ np.abs(rival))
+    )
     bound = stats.norm.isf(0.01)
     wrong, right = np.mean(noise > bound), np.mean(noise + shift > bound)
     assert right == pytest.approx(attained(3.0), abs=4 * np.sqrt(0.25 * 0.75 / 400))

@@ -12,6 +12,7 @@ from tests.blind.hidden import CATALOGUE
 from tests.blind.loops import widest_loop_n
 from tests.blind.oracle import limits
 from tests.blind.plan import Cell
+from tests.blind.whitening import inputs_of
 from tests.blind.world import GRAVITY_MPS2, Array, World
 from tests.blind.worlds import WORLDS
 from tests.blind.yardstick import UnreachableError, Yardstick, size_for, yardstick
@@ -22,6 +23,11 @@ FEW = {"weights": 2, "placements": 2, "walk": 0, "hang": 1, "pose": 12, "stand":
 """Days, rows of holes, turns, poses, stances with too little data; a walk has seconds instead."""
 FEW_SECONDS = 6.0
 MOST_DRAWS = 12
+GAINS = {
+    "weights": ("force",),
+    "placements": ("left.fz", "left.moment_x", "left.moment_y"),
+}
+"""Quantities whose held-out gain is comparable, in the order of the errors."""
 LIMITED = ("single", "alias", "pair")
 """Kinds whose trials ask for names; the oracle says how often they can be given."""
 
@@ -91,7 +97,7 @@ def make_trial(cell: Cell, seed: int, folder: Path) -> dict[str, Any]:
         "rho": cell.rho,
         "left_out": cell.left_out,
         "effects": found.effects,
-        "gain": _true_gain(found.world, found.stick),
+        "gain": _true_gain(found),
         "limit": _limit(cell, found),
         "facts": {k: v for k, v in found.clean.facts.items() if k not in ("legs", "build")},
     }
@@ -105,19 +111,24 @@ def _limit(cell: Cell, found: Drawn) -> dict[str, Any] | None:
     return limits(found.clean, found.stick, found.alone, right)
 
 
-def _true_gain(world: World, stick: Yardstick) -> dict[str, float]:
+def _true_gain(found: Drawn) -> dict[str, float]:
     """Share of the RMS error that goes when what was hidden is removed, by quantity.
 
-    Only for weights: streams are filtered and placements averaged before they are judged, so that
-    their noise is not the generator's.
+    Only where readings are judged as they were taken: streams are filtered first, so that their
+    noise is not the generator's.
     """
-    if world.experiment != "weights":
+    world, stick = found.world, found.stick
+    if world.experiment not in GAINS:
         return {}
     rows = np.maximum(stick.valid.sum(axis=0), 1)
     # what the converter rounds off is noise that no model removes
-    noise = float(np.sum(rows * (stick.noise**2 + world.quantum_n**2 / 12.0)))
-    left = float(np.sum((stick.left(world) * stick.noise) ** 2))
-    return {"force": 1.0 - float(np.sqrt(noise / (noise + left)))}
+    reach = np.sum(inputs_of(found.clean, stick).reach ** 2, axis=(0, 1)) / rows
+    noise = rows * (stick.noise**2 + reach * world.quantum_n**2 / 12.0)
+    left = np.sum((stick.left(world) * stick.noise) ** 2, axis=0)
+    if world.experiment == "weights":  # cells are judged together
+        noise, left = noise.sum(keepdims=True), left.sum(keepdims=True)
+    share = 1.0 - np.sqrt(noise / (noise + left))
+    return dict(zip(GAINS[world.experiment], share.tolist(), strict=True))
 
 
 def add_options(recipe: Path, clean: World, stick: Yardstick) -> None:

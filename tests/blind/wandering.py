@@ -113,7 +113,9 @@ class Follower:
         before, share = self.before[rows], self.share[rows]
         mine = np.arange(before.min(), before.max() + 2)
         after = mine[None, :] == before[:, None] + 1
-        hat = np.where(after, share[:, None], (mine[None, :] == before[:, None]) * (1 - share[:, None]))
+        hat = np.where(
+            after, share[:, None], (mine[None, :] == before[:, None]) * (1 - share[:, None])
+        )
         own = (np.arange(moves.shape[1])[:, None] * self.knots + mine).ravel()
         return own, (moves[:, :, None] * hat[:, None, :]).reshape(len(moves), -1)
 
@@ -122,7 +124,7 @@ def follower(time_s: Array, rates: Sequence[float]) -> Follower:
     """The follower of parameters with these random walks (units per √s), for stamps (m,)."""
     last, before, share = between_knots(time_s)
     blocks = [increments(last + 1) / (rate**2 * KNOT_S) for rate in rates]
-    return Follower(before, share, sparse.block_diag(blocks).toarray(), last + 1)
+    return Follower(before, share, np.asarray(sparse.block_diag(blocks).toarray(), float), last + 1)
 
 
 def between_knots(time_s: Array) -> tuple[int, Ints, Array]:

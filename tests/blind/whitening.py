@@ -3,7 +3,8 @@
 Cells, axes, the body's own stream and the play of a pin are inputs, each with its own law; an
 input's noise reaches the errors by the derivative of the generator's own physics. Blocks of a
 generator are independent of each other, so that the covariance is taken block by block. Streams are
-averaged over a few rows first: what effects leave in them is slow.
+averaged over a few rows first: what effects leave in them is slow (half the length changes no
+distance by more than 3 %).
 """
 
 from __future__ import annotations
@@ -162,7 +163,7 @@ class Whitening:
                     between = _averaged_twice(law, starts - rows.start)[at - first][:, at - first]
                     total += np.outer(gain, gain) * between
             total[np.diag_indices(at.size)] *= 1.0 + 1e-9
-            yield Block(part, np.linalg.cholesky(total))
+            yield Block(part, np.asarray(np.linalg.cholesky(total)))
 
     def _reaches(self) -> list[Array]:
         """Change of the errors per unit of each noisy input, each of shape (n, k)."""
