@@ -25,7 +25,7 @@ FEW_SECONDS = 6.0
 MOST_DRAWS = 12
 GAINS = {
     "weights": ("force",),
-    "placements": ("left.fz", "left.moment_x", "left.moment_y"),
+    "placements": ("fz", "moment_x", "moment_y"),
 }
 """Quantities whose held-out gain is comparable, in the order of the errors."""
 LIMITED = ("single", "alias", "pair")
