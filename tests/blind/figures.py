@@ -90,7 +90,7 @@ def draw_limits(scores: Sequence[Score], path: Path) -> bool:
     rhos = sorted({float(s.truth["rho"]) for s in singles})
     figure = Figure(figsize=(9.0, 1.3 + 0.3 * len(groups)))
     FigureCanvasAgg(figure)
-    figure.subplots_adjust(left=0.13, right=0.98, top=0.85, bottom=0.32, wspace=0.08)
+    figure.subplots_adjust(left=0.13, right=0.98, top=0.88, bottom=0.24, wspace=0.12)
     panels = figure.subplots(1, len(rhos), sharey=True, squeeze=False).ravel()
     for panel, rho in zip(panels, rhos, strict=True):
         for at, group in enumerate(groups):
@@ -104,10 +104,11 @@ def draw_limits(scores: Sequence[Score], path: Path) -> bool:
             panel.plot([low, high], [at, at], color=AFTER, lw=1)
             panel.plot(100 * share.value, at, "o", color=AFTER, ms=5, label="measured")
         tidy(panel, f"effect {rho:g} × the noise")
-        panel.set_xlim(0, 100)
+        panel.set_xlim(0, 101)
+        panel.set_xticks((0, 25, 50, 75, 100))
         panel.grid(visible=False, axis="y")
     panels[0].set_yticks(range(len(groups)), groups)
-    figure.supxlabel("trials with the exact name, %", fontsize=9, y=0.13)
+    figure.supxlabel("trials with the exact name, %", fontsize=9, y=0.09)
     found = dict(zip(*panels[0].get_legend_handles_labels()[::-1], strict=True))
     figure.legend(
         list(found.values()), list(found), loc="lower center", ncols=2, fontsize=8, frameon=False
