@@ -30,10 +30,11 @@ from footcal_cli.core.diagnosis.scores import held_out_loss
 from footcal_cli.core.diagnosis.signatures import SWITCHES
 from footcal_cli.core.diagnosis.stated import stated_size
 from footcal_cli.core.diagnosis.subject import Subject
+from footcal_cli.core.diagnosis.unnamed import Unnamed, against_curves, applies, curves_of
 from footcal_cli.core.diagnosis.whitening import noise_of
 from footcal_cli.core.effects.contract import Effect, Scope
 from footcal_cli.core.evidence import Interval, sign_patterns
-from footcal_cli.core.parameters import IntArray
+from footcal_cli.core.parameters import FloatArray, IntArray
 
 _HALF = 0.5  # a switch that is not even half on is off
 
@@ -138,7 +139,8 @@ def investigate(
         removed = start - end
         rounds.append(diagnose(current, one, seed, start))
     form = _form(current, model, causes, seed)
-    verdict, share = _verdict(rounds, causes, form, rules, removed)
+    unnamed = _unnamed(subject, current, model, causes, rules, seed)
+    verdict, share = _verdict(rounds, causes, form, unnamed, rules, removed)
     found = _found(case, causes, model)
     named = verdict in (Verdict.NAMED, Verdict.NAMED_UNKNOWN, Verdict.AMBIGUOUS)
     final = current if named else problem
@@ -218,14 +220,37 @@ def _is_something(cause: Cause, effect: Effect, fitted: Refit) -> bool:
 
 def _form(current: Problem, model: Refit | None, causes: Sequence[Cause], seed: int) -> Form | None:
     """Whether the named sizes are the same everywhere, on the extended model."""
-    if model is None:
-        return None
-    sizes = {c.signature.parameter for c in causes}
-    named = [i for i, name in enumerate(model.names) if name.rsplit(".", 1)[1] in sizes]
-    if not named:
+    named = _named_columns(model, causes)
+    if not named.size:
         return None
     signs = sign_patterns(current.blocks, seed)
-    return form_of(current, model.columns[:, named], signs)
+    return form_of(current, named, signs)
+
+
+def _unnamed(
+    subject: Subject,
+    current: Problem,
+    model: Refit | None,
+    causes: Sequence[Cause],
+    rules: Rules,
+    seed: int,
+) -> Unnamed | None:
+    """The named causes against curves without a name, where these are another explanation."""
+    named = _named_columns(model, causes)
+    if model is None or not named.size or not applies(current, subject.case, causes):
+        return None
+    curves = curves_of(subject.ideal(model), subject.rows)
+    signs = sign_patterns(current.blocks, seed)
+    return against_curves(subject.problem, current, named, curves, signs, rules)
+
+
+def _named_columns(model: Refit | None, causes: Sequence[Cause]) -> FloatArray:
+    """What the named sizes add to the residual at the optimum, shape (m, k)."""
+    if model is None:
+        return np.empty((0, 0))
+    sizes = {c.signature.parameter for c in causes}
+    named = [i for i, name in enumerate(model.names) if name.rsplit(".", 1)[1] in sizes]
+    return model.columns[:, named]
 
 
 def _found(case: Case, causes: Sequence[Cause], model: Refit | None) -> tuple[Found, ...]:
@@ -268,6 +293,7 @@ def _verdict(
     rounds: Sequence[Diagnosis],
     causes: Sequence[Cause],
     form: Form | None,
+    unnamed: Unnamed | None,
     rules: Rules,
     removed: float,
 ) -> tuple[Verdict, float]:
@@ -280,7 +306,10 @@ def _verdict(
         # the linear proxy was significant, the refitted model is no better on held-out blocks,
         # and no test that knows no cause finds anything
         return Verdict.NONE, 0.0
-    share = share_of(removed, last.before, form)
+    if unnamed is not None and unnamed.rival:
+        return Verdict.UNKNOWN, 0.0
+    forms = [form] if unnamed is None else [form, unnamed.left]
+    share = min(share_of(removed, last.before, f) for f in forms)
     more = leftover(last.before, rules)
     lib = first.library
     acts_between = {
@@ -288,9 +317,11 @@ def _verdict(
     }
     between = any(c.signature.cause in acts_between for c in causes)
     taken = [c.signature.effect for c in causes]
-    if not enough(share, last.before, form, rules, between=between) or (
-        len(taken) > 1 and look_alike(lib, _best_columns(first, taken), rules)
-    ):
+    whole = all(
+        enough(share_of(removed, last.before, f), last.before, f, rules, between=between)
+        for f in forms
+    )
+    if not whole or (len(taken) > 1 and look_alike(lib, _best_columns(first, taken), rules)):
         return Verdict.UNKNOWN, share
     if any(cause.rivals for cause in causes):
         # neither which one it is nor what else is there: a set would hide the rest

@@ -61,7 +61,7 @@ class Subject:
 
     def bare(self, model: Refit, causes: Sequence[Cause]) -> Problem:
         """As `extended`, without candidates."""
-        calibration, turn = calibration_of(self._ideal(model), self.rows)
+        calibration, turn = calibration_of(self.ideal(model), self.rows)
         return replace(
             self.problem,
             residual=model.residual,
@@ -75,7 +75,7 @@ class Subject:
 
     def beside(self, model: Refit, signatures: Iterable[Signature]) -> FloatArray:
         """What candidates would add to an extended model, at unit RMS, shape (m, k)."""
-        ideal = self._ideal(model)
+        ideal = self.ideal(model)
         taken = {(link.effect.name, owner) for link in model.chain.links for owner in link.owners}
         columns = []
         for signature in dict.fromkeys(signatures):
@@ -102,7 +102,8 @@ class Subject:
         rivals = [s for c in causes for s in (*c.rivals, *c.places)]
         return np.hstack([_unit(model.columns), self.beside(model, rivals)])
 
-    def _ideal(self, model: Refit) -> Case:
+    def ideal(self, model: Refit) -> Case:
+        """The recordings as they would be had nothing but the model been wrong, without noise."""
         ideal = balanced(self.case, model.values, model.chain)
         return ideal.extended(model.chain, model.values)
 

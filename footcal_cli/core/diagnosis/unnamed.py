@@ -1,0 +1,203 @@
+"""A rival without a name: any curve of the cells' own loads, whether or not the table has it.
+
+Tests that know no cause see a stance or a step only through its posture or its phase. A curve that
+the table lacks shows there as whatever else those loads resemble: crosstalk, a bypass, both. A
+named cause of another nature must therefore leave nothing to such curves, and must still explain
+something beside them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from footcal_cli.core.diagnosis.answer import Cause
+from footcal_cli.core.diagnosis.case import Case, Rows, channels_of
+from footcal_cli.core.diagnosis.detection import flexible_gain
+from footcal_cli.core.diagnosis.form import Form
+from footcal_cli.core.diagnosis.grams import whitened_grams
+from footcal_cli.core.diagnosis.problem import Problem
+from footcal_cli.core.diagnosis.rules import Rules
+from footcal_cli.core.diagnosis.scores import held_out_loss, scores
+from footcal_cli.core.diagnosis.signatures import derivative
+from footcal_cli.core.diagnosis.whitening import noise_of
+from footcal_cli.core.effects.contract import (
+    Effect,
+    EffectParameter,
+    Scope,
+    Stage,
+    State,
+    Theta,
+    is_six_axis,
+    on_readings,
+)
+from footcal_cli.core.evidence import sign_flip_group
+from footcal_cli.core.log import Log
+from footcal_cli.core.parameters import FloatArray
+
+CURVES = frozenset({"nonlinearity", "nonlinearity_cubic", "saturation", "hinge", "dead_zone"})
+"""Names of a curve of a cell's own load: what is left of one is told by its form."""
+KNEES = (0.2, 0.5, 0.8)
+"""Quantiles of a cell's load at which the curve may bend."""
+_CARRIES = 0.05  # of its largest load, from which a cell carries something
+
+
+def _bent(x: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+    return x + theta["gain"] * np.maximum(x - theta["knee"], 0.0), state
+
+
+def _straight(y: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+    above = np.maximum(y - theta["knee"], 0.0)
+    return y - theta["gain"] / (1.0 + theta["gain"]) * above, state
+
+
+KNEE = Effect(
+    name="knee",
+    stage=Stage.CELL,
+    scope=Scope.CHANNEL,
+    parameters=(
+        EffectParameter("gain", "-", 0.0, -0.5, 0.5, 0.02),
+        EffectParameter("knee", "N", 1.0, 0.0, np.inf, 1.0, shape=True),
+    ),
+    apply=on_readings(_bent),
+    remove=on_readings(_straight),
+    experiments=(),
+    formula="y = x + g · max(x − k, 0); sums of them are any piecewise straight curve",
+    source="a basis, no effect of the table",
+    remedy="",
+)
+
+
+@dataclass(frozen=True)
+class Curves:
+    """Piecewise straight curves of the cells' loads.
+
+    Parameters
+    ----------
+    shared
+        What one curve of all cells adds to the residual, knee by knee, shape (m, knees).
+    own
+        The same for each cell, shape (m, cells knees).
+    """
+
+    shared: FloatArray
+    own: FloatArray
+
+
+@dataclass(frozen=True)
+class Unnamed:
+    """How the named causes stand against curves without a name.
+
+    Parameters
+    ----------
+    left
+        What curves explain beside them.
+    rival
+        Whether a curve of all cells does in their place, so that they add nothing beside it.
+    """
+
+    left: Form
+    rival: bool
+
+
+def curves_of(ideal: Case, rows: Rows) -> Curves:
+    """Curves at the loads of the recordings, at unit RMS.
+
+    Parameters
+    ----------
+    ideal
+        The model's recordings, without noise.
+    rows
+        Which errors count.
+    """
+    truths = [ideal.chain.remove(log, ideal.values)[0] for log in ideal.logs]
+    single = []
+    for channel in channels_of(ideal.logs):
+        load = np.concatenate(
+            [t.readings[:, t.channels.index(channel)] for t in truths if channel in t.channels]
+        )
+        carried = load[load > _CARRIES * np.nanmax(load)]
+        single.append(
+            [
+                derivative(
+                    ideal, rows, KNEE, KNEE.size, {channel: (channel,)}, {"knee": float(knee)}
+                )
+                for knee in (np.quantile(carried, KNEES) if carried.size else KNEES)
+            ]
+        )
+    cells = np.array(single)
+    return Curves(_unit(cells.sum(axis=0)), _unit(cells.reshape(-1, cells.shape[-1])))
+
+
+def _unit(columns: FloatArray) -> FloatArray:
+    """Rows that are not empty as columns of unit RMS."""
+    rms = np.sqrt(np.mean(columns**2, axis=1))
+    return np.asarray((columns[rms > 0] / rms[rms > 0, None]).T)
+
+
+def applies(problem: Problem, case: Case, causes: Sequence[Cause]) -> bool:
+    """Whether curves are another explanation: of cells whose loads no other test looks at.
+
+    Where the load itself is recorded beside the readings (`Problem.regressors`) the tests that know
+    no cause hold every curve of it; a curve among the causes or their rivals is judged by its form.
+    """
+    named = {s.effect for c in causes for s in (c.signature, *c.rivals)}
+    unseen = "load" not in problem.regressors
+    return unseen and not is_six_axis(channels_of(case.logs)) and not CURVES & named
+
+
+def against_curves(
+    before: Problem,
+    after: Problem,
+    named: FloatArray,
+    curves: Curves,
+    signs: FloatArray,
+    rules: Rules,
+) -> Unnamed:
+    """Judge the named causes against curves.
+
+    Parameters
+    ----------
+    before, after
+        The baseline, and the problem on the extended model.
+    named
+        What the named sizes add to the residual, shape (m, k).
+    curves
+        From `curves_of`.
+    signs
+        Sign patterns of the blocks.
+    rules
+        Thresholds.
+    """
+    bare = replace(after, columns=after.columns[:, :0], signatures=())
+    grams, _ = whitened_grams(bare, np.hstack([curves.shared, curves.own]))
+    shared, own = np.split(grams.features, [curves.shared.shape[1]])
+    base = grams.calibration
+    p = min(sign_flip_group(scores(grams.inner, base, part).score, signs) for part in (shared, own))
+    left = Form(min(2.0 * p, 1.0), flexible_gain(grams, base, (shared,))[1])
+    return Unnamed(left, _replaces(before, after, named, curves.shared, signs, rules))
+
+
+def _replaces(
+    before: Problem,
+    after: Problem,
+    named: FloatArray,
+    curve: FloatArray,
+    signs: FloatArray,
+    rules: Rules,
+) -> bool:
+    """Whether a curve is a rival of the named causes, by the rule for rivals with a name."""
+    bare = replace(before, columns=before.columns[:, :0], signatures=())
+    grams, _ = whitened_grams(bare, np.hstack([curve, named]), noise_of(after))
+    bent, mine = np.split(grams.features, [curve.shape[1]])
+    base = grams.calibration
+    start, with_curve, with_names = (
+        float(held_out_loss(grams.inner, np.concatenate([base, part])).sum())
+        for part in (base[:0], bent, mine)
+    )
+    if start - with_curve < rules.rival_share * (start - with_names):
+        return False
+    beside = scores(grams.inner, np.concatenate([base, bent]), mine).score
+    return sign_flip_group(beside, signs) > rules.alpha_beside
