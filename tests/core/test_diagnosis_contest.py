@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from footcal_cli.core.diagnosis import investigation
 from footcal_cli.core.diagnosis.answer import Cause
 from footcal_cli.core.diagnosis.bridge import problem_from
 from footcal_cli.core.diagnosis.case import rows_of
@@ -132,3 +133,40 @@ def test_of_several_sizes_the_one_asked_for_is_stated() -> None:
     effect = TABLE["cell_position"]
     assert stated_size(None, model, effect, "a", "cell_correction_y") == y  # type: ignore[arg-type]
     assert stated_size(None, model, effect, "a", "cell_correction_x") == x  # type: ignore[arg-type]
+
+
+def test_where_the_best_does_not_stand_its_refit_the_next_best_is_tried(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Its p is that of the family with the one that failed."""
+    bent = ("nonlinearity", {"all": ROBOT.channels}, {"all.quadratic": 1e-3})
+    case = weights_case(12, bent)
+    first = investigate(case, CURVES, describe)
+    assert {f.cause.signature.effect for f in first.found} == {"nonlinearity"}
+    monkeypatch.setattr(
+        investigation, "_is_something", lambda c, *_: c.signature.effect != "nonlinearity"
+    )
+    second = investigate(case, CURVES, describe)
+    (tried,) = second.rounds[0].causes
+    assert tried.signature.effect != "nonlinearity"
+    found = {f.cause.signature.effect for f in (*second.found, *second.nearest)}
+    assert found
+    assert "nonlinearity" not in found
+    library, p = first.rounds[0].library, first.rounds[0].search.first.p
+    assert tried.p == p[library.causes.index(tried.signature.cause)]
+
+
+def test_a_size_at_an_end_of_its_range_ends_the_search() -> None:
+    case = weights_case(12, ("nonlinearity", {"all": ROBOT.channels}, {"all.quadratic": 1e-3}))
+    rows = rows_of(case)
+    subject = Subject(case, rows, problem_from(case, rows, CURVES.values(), describe),
+                      CURVES, describe)  # fmt: skip
+    cause = cause_of(
+        next(s for s in subject.problem.signatures
+             if (s.effect, s.where) == ("nonlinearity", "all cells"))
+    )  # fmt: skip
+    fitted = subject.refitted([cause], {"all.quadratic": 1e-3})
+    assert not investigation._ends(subject, [cause], fitted)
+    upper = CURVES["nonlinearity"].size.upper
+    at_end = replace(fitted, values={**fitted.values, "all.quadratic": upper})
+    assert investigation._ends(subject, [cause], at_end)

@@ -18,7 +18,7 @@ from footcal_cli.core.diagnosis.nested import nested_losses
 from footcal_cli.core.diagnosis.problem import Problem, Signature
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.scores import held_out_loss, scores
-from footcal_cli.core.diagnosis.search import weigh
+from footcal_cli.core.diagnosis.weighing import weigh
 from footcal_cli.core.evidence import sign_patterns
 from footcal_cli.core.parameters import BoolArray
 from tests.core.diagnosis_world import (

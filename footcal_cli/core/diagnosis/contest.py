@@ -63,6 +63,7 @@ def decided(
     model: Refit | None,
     answer: Diagnosis,
     seed: int,
+    failed: frozenset[str] = frozenset(),
 ) -> tuple[Cause, Refit]:
     """The named cause against its look-alikes, each in its own full non-linear refit.
 
@@ -78,9 +79,11 @@ def decided(
         Of the round that found the cause.
     seed
         Of sign patterns.
+    failed
+        Effects that did not stand their refit: no contenders.
     """
     first, rules = answer.causes[0], answer.rules
-    fits = _refitted(subject, causes, model, answer)
+    fits = _refitted(subject, causes, model, answer, failed)
     # in noise of their own all models would fit alike: judged in that of the one that leaves least
     judged = [subject.without_credit(bare, fitted) for _, fitted, bare in fits]
     noise = min((noise_of(fair) for fair in judged), key=lambda n: n.level)
@@ -152,12 +155,16 @@ def decided_again(
 
 
 def _refitted(
-    subject: Subject, causes: Sequence[Cause], model: Refit | None, answer: Diagnosis
+    subject: Subject,
+    causes: Sequence[Cause],
+    model: Refit | None,
+    answer: Diagnosis,
+    failed: frozenset[str],
 ) -> list[tuple[Cause, Refit, Problem]]:
     """Every contender with its refit and the problem that it leaves."""
     first = answer.causes[0]
     fits = []
-    taken = {c.signature.effect for c in causes}
+    taken = {*failed, *(c.signature.effect for c in causes)}
     for signature, size in _contenders(answer, subject.table):
         if signature.effect in taken:
             continue

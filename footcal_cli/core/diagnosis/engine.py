@@ -24,7 +24,11 @@ from footcal_cli.core.parameters import FloatArray, IntArray
 
 
 def diagnose(
-    problem: Problem, rules: Rules | None = None, seed: int = 0, start_loss: float | None = None
+    problem: Problem,
+    rules: Rules | None = None,
+    seed: int = 0,
+    start_loss: float | None = None,
+    failed: frozenset[str] = frozenset(),
 ) -> Diagnosis:
     """Run the whole procedure on arrays.
 
@@ -38,6 +42,8 @@ def diagnose(
         Of sign patterns and permutations where they are drawn.
     start_loss
         Held-out squared error before anything was named, where `problem` holds accepted effects.
+    failed
+        Effects that did not stand their refit and are not named again.
     """
     rules = rules or Rules()
     features = features_of(problem)
@@ -46,7 +52,7 @@ def diagnose(
     visible, smallest = _yardsticks(problem, grams)
     lib = library(problem, grams, visible, rules)
     before = detect(problem, grams, features, grams.calibration, signs)
-    found = search(lib, signs, rules, seed, smallest, start_loss)
+    found = search(lib, signs, rules, seed, smallest, start_loss, failed)
     after, form = before, None
     if found.steps:
         accepted = problem.columns[:, [lib.index(s.column) for s in found.steps]]

@@ -10,7 +10,8 @@ from footcal_cli.core.diagnosis.library import Library
 from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.scores import held_out_loss
-from footcal_cli.core.diagnosis.search import Evidence, Search, Step, sizes_of
+from footcal_cli.core.diagnosis.search import Search, Step, sizes_of
+from footcal_cli.core.diagnosis.weighing import Evidence
 from footcal_cli.core.evidence import Interval, jackknife_interval, smallest_p
 from footcal_cli.core.parameters import FloatArray
 

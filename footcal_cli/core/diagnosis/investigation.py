@@ -127,13 +127,12 @@ def investigate(
     current, model = problem, None
     rounds = [diagnose(problem, one, seed)]
     causes: list[Cause] = []
-    removed = 0.0
-    while rounds[-1].causes and len(rounds) <= rules.most_effects:
-        cause, fitted = decided(subject, causes, model, rounds[-1], seed)
-        needed, fitted = _needed(subject, [*causes, cause], fitted)
-        if cause not in needed or len(needed) <= len(causes):
+    removed, start = 0.0, None
+    while len(rounds) <= rules.most_effects and not _ends(subject, causes, model):
+        grown, rounds[-1] = _grown(subject, causes, model, current, rounds[-1], start, seed)
+        if grown is None:
             break
-        causes, model = decided_again(subject, needed, fitted, rounds, seed)
+        causes, model = decided_again(subject, *grown, rounds, seed)
         current = subject.extended(model, causes)
         start, end = _losses(problem, current)
         removed = start - end
@@ -166,6 +165,47 @@ def investigate(
         share=share,
         stable=float(np.mean(alike)),
     )
+
+
+def _grown(
+    subject: Subject,
+    causes: Sequence[Cause],
+    model: Refit | None,
+    current: Problem,
+    answer: Diagnosis,
+    start: float | None,
+    seed: int,
+) -> tuple[tuple[list[Cause], Refit] | None, Diagnosis]:
+    """The model with one more cause: the best that stands its refit, and the answer it is of.
+
+    What the linear proxy likes best may be nothing once all is refitted; the next best in the same
+    family is then tried, a few times.
+    """
+    first, failed = answer, frozenset[str]()
+    for _ in range(answer.rules.most_tries):
+        if not answer.causes:
+            break
+        cause, fitted = decided(subject, causes, model, answer, seed, failed)
+        needed, fitted = _needed(subject, [*causes, cause], fitted)
+        if cause in needed and len(needed) > len(causes):
+            return (needed, fitted), answer
+        failed |= {cause.signature.effect, answer.causes[0].signature.effect}
+        answer = diagnose(current, answer.rules, seed, start, failed)
+    return None, first
+
+
+def _ends(subject: Subject, causes: Sequence[Cause], model: Refit | None) -> bool:
+    """Whether a size stands at an end of its range: what is left then comes from the bound."""
+    if model is None:
+        return False
+    for cause in causes:
+        effect = subject.table[cause.signature.effect]
+        size = next(p for p in effect.parameters if p.name == cause.signature.parameter)
+        for owner, _ in cause.signature.owners:
+            value = model.values[f"{owner}.{size.name}"]
+            if effect.name not in SWITCHES and not size.lower < value < size.upper:
+                return True
+    return False
 
 
 def _losses(problem: Problem, current: Problem) -> tuple[float, float]:
@@ -306,10 +346,7 @@ def _verdict(
         # the linear proxy was significant, the refitted model is no better on held-out blocks,
         # and no test that knows no cause finds anything
         return Verdict.NONE, 0.0
-    if unnamed is not None and unnamed.rival:
-        return Verdict.UNKNOWN, 0.0
-    forms = [form] if unnamed is None else [form, unnamed.left]
-    share = min(share_of(removed, last.before, f) for f in forms)
+    share = share_of(removed, last.before, form)
     more = leftover(last.before, rules)
     lib = first.library
     acts_between = {
@@ -317,11 +354,11 @@ def _verdict(
     }
     between = any(c.signature.cause in acts_between for c in causes)
     taken = [c.signature.effect for c in causes]
-    whole = all(
-        enough(share_of(removed, last.before, f), last.before, f, rules, between=between)
-        for f in forms
-    )
-    if not whole or (len(taken) > 1 and look_alike(lib, _best_columns(first, taken), rules)):
+    if unnamed is not None and unnamed.spoils(removed, rules):
+        return Verdict.UNKNOWN, share
+    if not enough(share, last.before, form, rules, between=between) or (
+        len(taken) > 1 and look_alike(lib, _best_columns(first, taken), rules)
+    ):
         return Verdict.UNKNOWN, share
     if any(cause.rivals for cause in causes):
         # neither which one it is nor what else is there: a set would hide the rest

@@ -43,9 +43,12 @@ class Rules:
         Held-out share of the squared error an accepted effect must remove.
     later_share
         Share of what the causes before it have removed that a later one must remove; less may be
-        what the first one's form gets wrong.
+        what the first one's form gets wrong. Curves without a name that remove more beside the
+        named causes (p < `alpha_form`) make them unknown.
     most_effects
         Effects accepted at most.
+    most_tries
+        Candidates refitted at most, the best first, until one stands.
     visible_floor
         Visible fraction below which an effect is not testable.
     alias
@@ -84,6 +87,7 @@ class Rules:
     smallest_gain: float = 0.01
     later_share: float = 0.1
     most_effects: int = 4
+    most_tries: int = 3
     visible_floor: float = 0.02
     alias: float = 0.95
     same: float = 0.99
@@ -108,12 +112,15 @@ class Rules:
             f"out if p < {self.alpha_left:g} that its refit leaves nothing where the best one's is "
             f"p > {self.alpha_whole:g}, or if it loses {self.kindred_loss:.0%} of the gain; "
             f"smallest gain {self.smallest_gain:.0%}, of a later cause {self.later_share:.0%} of "
-            f"the gain before it; at most {self.most_effects} effects; visible at least "
+            f"the gain before it; at most {self.most_effects} effects, the best "
+            f"{self.most_tries} candidates tried for each; visible at least "
             f"{self.visible_floor:.0%}; alias at |cos| > {self.alias:g}, "
             f"the same at {self.same:g}; "
             f"named together at |cos| < {self.alike_together:g}; named share at least "
             f"{self.share_named:g} ({self.share_partly:g} with a leftover, {self.share_form:g} "
             f"where a size changes with a signal, p < {self.alpha_form:g}); "
+            f"no curve of the loads in place of the names, nor beside them with "
+            f"{self.later_share:.0%} of their gain (p < {self.alpha_form:g}); "
             f"{self.fewest_blocks} blocks or more asked; selection repeated in at most "
             f"{self.most_folds} folds."
         )

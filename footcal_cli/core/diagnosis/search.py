@@ -7,142 +7,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from footcal_cli.core.diagnosis.detection import block_calibrations
-from footcal_cli.core.diagnosis.grams import Grams
 from footcal_cli.core.diagnosis.library import Library
 from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.scores import (
-    Scores,
     cosines,
     held_out_gains,
     held_out_loss,
     joint_sizes,
     scores,
 )
-from footcal_cli.core.evidence import (
-    effective_blocks,
-    local_max_t,
-    permutation_max_t,
-    sign_flip_max_t,
-    sign_flip_mean,
-    student_p,
-)
-from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
-
-
-@dataclass(frozen=True)
-class Evidence:
-    """What the residual says about every cause on top of a base.
-
-    Parameters
-    ----------
-    t, p
-        Best statistic and smallest family-wise p over each cause's shapes, shape (causes,).
-    gain, plain_gain
-        Held-out gain per block in the metric of the noise, and as the user counts it,
-        shape (B, causes).
-    best
-        Gram column of each cause's best shape on all blocks, shape (causes,).
-    size, size_without
-        Its size, and without each block, shapes (causes,), (B, causes).
-    informative
-        Effective number of informative blocks, shape (causes,).
-    null_max
-        Largest statistic of the within-block family under each sign pattern; the observed first.
-    """
-
-    t: FloatArray
-    p: FloatArray
-    gain: FloatArray
-    plain_gain: FloatArray
-    best: IntArray
-    size: FloatArray
-    size_without: FloatArray
-    informative: FloatArray
-    null_max: FloatArray
-
-
-def weigh(lib: Library, base: IntArray, signs: FloatArray, rules: Rules, seed: int) -> Evidence:
-    """Family-wise tests and held-out gains of all causes on top of a base."""
-    grams = lib.grams
-    found = scores(grams.inner, base, grams.candidates)
-    active = lib.testable & (found.inside == 0)
-    informative = effective_blocks(found.information)
-    within = np.flatnonzero(active & ~lib.between & ~lib.local)
-    local = np.flatnonzero(active & lib.local)
-    between = np.flatnonzero(active & lib.between)
-    t = np.zeros(len(lib.problem.signatures))
-    p = np.ones(len(lib.problem.signatures))
-    partial = within[_in_some_blocks(lib, informative[within])]
-    split = max(float(sum(family.size > 0 for family in (within, local, between, partial))), 1.0)
-    test = sign_flip_max_t(found.score[:, within], signs)
-    t[within], p[within] = test.t, np.minimum(split * test.p, 1.0)
-    if partial.size:
-        single = _partial_p(lib, found, partial, t, informative)
-        p[partial] = np.minimum(p[partial], split * single)
-    if between.size and grams.blocks >= 4:
-        apart = _permuted(grams, base, grams.candidates[between], seed)
-        t[between], p[between] = apart[0], np.minimum(split * apart[1], 1.0)
-    if local.size:
-        t[local], single = local_max_t(found.score[:, local], found.information[:, local])
-        p[local] = np.minimum(split * single, 1.0)
-    gains = held_out_gains(grams.inner, grams.plain, base, lib.columns)
-    count = len(lib.causes)
-    best = np.zeros(count, dtype=np.int64)
-    out_t, out_p, size, blocks = np.zeros(count), np.ones(count), np.zeros(count), np.zeros(count)
-    drop = found.size * found.score.sum(axis=0)
-    for c, columns in enumerate(lib.columns):
-        at = np.array([lib.index(int(x)) for x in columns])
-        top = int(at[np.argmax(drop[at])])
-        best[c] = int(grams.candidates[top])
-        out_t[c], out_p[c] = t[at].max(), p[at].min()
-        size[c], blocks[c] = found.size[top], informative[top]
-    return Evidence(
-        out_t, out_p, gains.white, gains.plain, best, size, gains.size, blocks, test.null_max
-    )
-
-
-_SOME = 0.7
-_FEWEST = 8.0
-_FEWEST_KNOWN = 4.0
-
-
-def _in_some_blocks(lib: Library, informative: FloatArray) -> BoolArray:
-    """Candidates that a part of the blocks knows of: one cell of several, each with its sessions.
-
-    So few signs cannot reach the level of a family; block scores are sums over many rows, and
-    Student's t on them can.
-    """
-    settings = lib.problem.settings
-    if settings is not None and settings.part is not None:
-        return np.asarray(informative >= _FEWEST_KNOWN)
-    if lib.problem.drifts or settings is not None or lib.problem.rate_hz <= 0:
-        return np.zeros(informative.size, dtype=bool)
-    return np.asarray((informative < _SOME * lib.grams.blocks) & (informative >= _FEWEST))
-
-
-def _partial_p(
-    lib: Library, found: Scores, partial: IntArray, t: FloatArray, informative: FloatArray
-) -> FloatArray:
-    """Family-wise p of candidates that a part of the blocks knows of, Bonferroni.
-
-    Blocks that are parts of settings are white once that is accounted for: how far their scores
-    scatter is then known from all of them together, not from the few that know of one candidate.
-    """
-    if lib.problem.settings is None:
-        return np.asarray(partial.size * student_p(t[partial], informative[partial]))
-    score, information = found.score[:, partial], found.information[:, partial]
-    return local_max_t(score, information)[1]
-
-
-def _permuted(
-    grams: Grams, base: IntArray, columns: IntArray, seed: int
-) -> tuple[FloatArray, FloatArray]:
-    """Two-stage test of candidates that act between blocks."""
-    response, drivers, kind = block_calibrations(grams, base, columns)
-    test = permutation_max_t(response, drivers, seed, kind=kind)
-    return test.t, test.p
+from footcal_cli.core.diagnosis.weighing import Evidence, permuted, weigh
+from footcal_cli.core.evidence import sign_flip_max_t, sign_flip_mean
+from footcal_cli.core.parameters import FloatArray, IntArray
 
 
 @dataclass(frozen=True)
@@ -193,6 +70,7 @@ def search(
     seed: int = 0,
     smallest: FloatArray | None = None,
     start_loss: float | None = None,
+    failed: frozenset[str] = frozenset(),
 ) -> Search:
     """Forward selection with rivals, then backward.
 
@@ -210,6 +88,9 @@ def search(
         Smallest size of each candidate that matters, shape (k,).
     start_loss
         Held-out squared error before anything was named; of this problem's calibration if absent.
+    failed
+        Effects that are not tried again. They stay in the family that the others' p are of, and
+        may be rivals.
     """
     grams = lib.grams
     base = grams.calibration
@@ -220,7 +101,9 @@ def search(
     evidence = first
     refused: list[str] = []
     while len(steps) < rules.most_effects:
-        step, why = _next_step(lib, evidence, base, signs, rules, smallest, steps, start_loss, seed)
+        step, why = _next_step(
+            lib, evidence, base, signs, rules, smallest, steps, start_loss, seed, failed
+        )
         refused += why
         if step is None:
             break
@@ -258,6 +141,7 @@ def _next_step(
     steps: Sequence[Step],
     start_loss: float,
     seed: int,
+    failed: frozenset[str],
 ) -> tuple[Step | None, list[str]]:
     """The best cause that meets every condition, or none."""
     grams, why = lib.grams, []
@@ -269,6 +153,8 @@ def _next_step(
         if not (evidence.p[c] < rules.alpha_name) or lib.causes[c] in taken:
             continue
         signature = lib.problem.signatures[lib.index(int(evidence.best[c]))]
+        if signature.effect in failed:
+            continue
         name = f"{signature.effect} ({signature.where})"
         # a size outside its physical range by more than its own error
         spread = 2.0 * np.std(evidence.size_without[:, c]) * np.sqrt(max(grams.blocks - 1, 1))
@@ -366,7 +252,7 @@ def _out_of_it(
     if found.inside[0]:
         return False
     if lib.between[lib.index(int(columns[0]))]:
-        p = float(_permuted(lib.grams, beside, columns[:1], seed)[1][0])
+        p = float(permuted(lib.grams, beside, columns[:1], seed)[1][0])
     else:
         p = float(sign_flip_max_t(found.score, signs).p[0])
     return p <= rules.alpha_beside and float(difference.sum()) > 0.0

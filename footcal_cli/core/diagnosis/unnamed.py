@@ -101,6 +101,22 @@ class Unnamed:
     left: Form
     rival: bool
 
+    def spoils(self, removed: float, rules: Rules) -> bool:
+        """Whether the names cannot be said for them.
+
+        As of a later cause, a small share beside what the names remove may be what their own form
+        gets wrong.
+
+        Parameters
+        ----------
+        removed
+            Held-out squared error that the names remove.
+        rules
+            Thresholds.
+        """
+        beside = self.left.p < rules.alpha_form
+        return self.rival or (beside and self.left.bought > rules.later_share * removed)
+
 
 def curves_of(ideal: Case, rows: Rows) -> Curves:
     """Curves at the loads of the recordings, at unit RMS.

@@ -1,0 +1,135 @@
+"""How strong the evidence for each cause is: family-wise p, held-out gain, size."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from footcal_cli.core.diagnosis.detection import block_calibrations
+from footcal_cli.core.diagnosis.grams import Grams
+from footcal_cli.core.diagnosis.library import Library
+from footcal_cli.core.diagnosis.rules import Rules
+from footcal_cli.core.diagnosis.scores import Scores, held_out_gains, scores
+from footcal_cli.core.evidence import (
+    effective_blocks,
+    local_max_t,
+    permutation_max_t,
+    sign_flip_max_t,
+    student_p,
+)
+from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What the residual says about every cause on top of a base.
+
+    Parameters
+    ----------
+    t, p
+        Best statistic and smallest family-wise p over each cause's shapes, shape (causes,).
+    gain, plain_gain
+        Held-out gain per block in the metric of the noise, and as the user counts it,
+        shape (B, causes).
+    best
+        Gram column of each cause's best shape on all blocks, shape (causes,).
+    size, size_without
+        Its size, and without each block, shapes (causes,), (B, causes).
+    informative
+        Effective number of informative blocks, shape (causes,).
+    null_max
+        Largest statistic of the within-block family under each sign pattern; the observed first.
+    """
+
+    t: FloatArray
+    p: FloatArray
+    gain: FloatArray
+    plain_gain: FloatArray
+    best: IntArray
+    size: FloatArray
+    size_without: FloatArray
+    informative: FloatArray
+    null_max: FloatArray
+
+
+def weigh(lib: Library, base: IntArray, signs: FloatArray, rules: Rules, seed: int) -> Evidence:
+    """Family-wise tests and held-out gains of all causes on top of a base."""
+    grams = lib.grams
+    found = scores(grams.inner, base, grams.candidates)
+    active = lib.testable & (found.inside == 0)
+    informative = effective_blocks(found.information)
+    within = np.flatnonzero(active & ~lib.between & ~lib.local)
+    local = np.flatnonzero(active & lib.local)
+    between = np.flatnonzero(active & lib.between)
+    t = np.zeros(len(lib.problem.signatures))
+    p = np.ones(len(lib.problem.signatures))
+    partial = within[_in_some_blocks(lib, informative[within])]
+    split = max(float(sum(family.size > 0 for family in (within, local, between, partial))), 1.0)
+    test = sign_flip_max_t(found.score[:, within], signs)
+    t[within], p[within] = test.t, np.minimum(split * test.p, 1.0)
+    if partial.size:
+        single = _partial_p(lib, found, partial, t, informative)
+        p[partial] = np.minimum(p[partial], split * single)
+    if between.size and grams.blocks >= 4:
+        apart = permuted(grams, base, grams.candidates[between], seed)
+        t[between], p[between] = apart[0], np.minimum(split * apart[1], 1.0)
+    if local.size:
+        t[local], single = local_max_t(found.score[:, local], found.information[:, local])
+        p[local] = np.minimum(split * single, 1.0)
+    gains = held_out_gains(grams.inner, grams.plain, base, lib.columns)
+    count = len(lib.causes)
+    best = np.zeros(count, dtype=np.int64)
+    out_t, out_p, size, blocks = np.zeros(count), np.ones(count), np.zeros(count), np.zeros(count)
+    drop = found.size * found.score.sum(axis=0)
+    for c, columns in enumerate(lib.columns):
+        at = np.array([lib.index(int(x)) for x in columns])
+        top = int(at[np.argmax(drop[at])])
+        best[c] = int(grams.candidates[top])
+        out_t[c], out_p[c] = t[at].max(), p[at].min()
+        size[c], blocks[c] = found.size[top], informative[top]
+    return Evidence(
+        out_t, out_p, gains.white, gains.plain, best, size, gains.size, blocks, test.null_max
+    )
+
+
+_SOME = 0.7
+_FEWEST = 8.0
+_FEWEST_KNOWN = 4.0
+
+
+def _in_some_blocks(lib: Library, informative: FloatArray) -> BoolArray:
+    """Candidates that a part of the blocks knows of: one cell of several, each with its sessions.
+
+    So few signs cannot reach the level of a family; block scores are sums over many rows, and
+    Student's t on them can.
+    """
+    settings = lib.problem.settings
+    if settings is not None and settings.part is not None:
+        return np.asarray(informative >= _FEWEST_KNOWN)
+    if lib.problem.drifts or settings is not None or lib.problem.rate_hz <= 0:
+        return np.zeros(informative.size, dtype=bool)
+    return np.asarray((informative < _SOME * lib.grams.blocks) & (informative >= _FEWEST))
+
+
+def _partial_p(
+    lib: Library, found: Scores, partial: IntArray, t: FloatArray, informative: FloatArray
+) -> FloatArray:
+    """Family-wise p of candidates that a part of the blocks knows of, Bonferroni.
+
+    Blocks that are parts of settings are white once that is accounted for: how far their scores
+    scatter is then known from all of them together, not from the few that know of one candidate.
+    """
+    if lib.problem.settings is None:
+        return np.asarray(partial.size * student_p(t[partial], informative[partial]))
+    score, information = found.score[:, partial], found.information[:, partial]
+    return local_max_t(score, information)[1]
+
+
+def permuted(
+    grams: Grams, base: IntArray, columns: IntArray, seed: int
+) -> tuple[FloatArray, FloatArray]:
+    """Two-stage test of candidates that act between blocks."""
+    response, drivers, kind = block_calibrations(grams, base, columns)
+    test = permutation_max_t(response, drivers, seed, kind=kind)
+    return test.t, test.p
