@@ -303,8 +303,31 @@ class PlanRecord(Versioned):
     menu: tuple[NextExperimentRecord, ...] = ()
 
 
+class SuspectRecord(Record):
+    """One of the first rivals, with the sizes at which it explains this log."""
+
+    effect: str
+    owners: dict[str, tuple[str, ...]]
+    values: dict[str, float]
+    sd: float
+    """Of its size, as a share of it."""
+
+
+class FollowedRecord(Record):
+    """A rival of the log before: the share of it that this log holds, all rivals together."""
+
+    effect: str
+    share: float | None
+    ci95: tuple[float, float] | None
+    says: Literal["there", "gone", "open", "unseen"]
+
+
 class DiagnosisRecord(Versioned):
-    """``diagnosis.json``: the verdict, its causes, rivals and the experiment to run next."""
+    """``diagnosis.json``: the verdict, its causes, rivals and the experiment to run next.
+
+    `suspects` are the first rivals, for the log after this one. `after` and `survivors` tell what
+    became of the rivals of the log before, where one was given (`--after`).
+    """
 
     schema_name: Literal["footcal.diagnosis"] = Field(default="footcal.diagnosis", alias="schema")
     experiment_kind: str
@@ -316,6 +339,9 @@ class DiagnosisRecord(Versioned):
     rivals: tuple[tuple[str, ...], ...] = ()
     experiment: str = ""
     next_experiment: NextExperimentRecord | None = None
+    suspects: tuple[SuspectRecord, ...] = ()
+    after: tuple[FollowedRecord, ...] = ()
+    survivors: tuple[str, ...] = ()
     findings: tuple[FindingRecord, ...] = ()
     effects: tuple[EffectRowRecord, ...] = ()
     blocks: int

@@ -35,6 +35,7 @@ class DiagnoseOptions(CommandOptions):
     most_effects: int = Field(default=4, ge=1, le=4)
     delay_s: float = 0.02
     between: tuple[str, ...] = ()
+    after: Path | None = None
     pictures: bool = True
 
 
@@ -71,6 +72,14 @@ def diagnose(
         list[str] | None,
         typer.Option("--between", metavar="EFFECT", help="Rivals that --plan should tell apart."),
     ] = None,
+    after: Annotated[
+        Path | None,
+        typer.Option(
+            "--after",
+            metavar="FILE",
+            help="diagnosis.json of the log before, whose rivals this one is to tell apart.",
+        ),
+    ] = None,
     no_pictures: Annotated[
         bool, typer.Option("--no-pictures", help="Draw nothing, for pipelines.")
     ] = False,
@@ -100,6 +109,7 @@ def diagnose(
         tolerance_mm=tolerance_mm,
         without=tuple(without) if without else None,
         between=tuple(between) if between else None,
+        after=after,
         pictures=False if no_pictures else None,
     )
     raise typer.Exit(session.finish(_planned(session) if plan else _diagnose(session)))

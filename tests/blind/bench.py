@@ -141,7 +141,7 @@ def follow(bench: Bench) -> int:
         folder = bench.root / "logs" / after
         shutil.rmtree(folder, ignore_errors=True)
         proposal = said["next_experiment"]
-        ask(make_followup(truth, proposal, bench.ledger.seed(f"after {name}"), folder),
+        ask(make_followup(truth, said, bench.ledger.seed(f"after {name}"), folder),
             proposal["kind"])  # fmt: skip
         content["followups"][name] = after
         made += 1

@@ -22,6 +22,10 @@ from footcal_cli.commands.parts import bench_report
 from footcal_cli.report import Picture
 
 REPOSITORY = Path(__file__).resolve().parents[2]
+BEFORE = "before.json"
+"""The diagnosis that proposed an experiment, beside its logs."""
+ADDED = ("step", "seconds", "rules_sha256")
+"""What a kept verdict has beside the content of ``diagnosis.json``."""
 FINE = (0, 1, 3)
 """Exit codes of a command that did its work: done, found something, cannot tell."""
 
@@ -65,6 +69,8 @@ def _commands(ask: dict[str, str], folder: Path, run: Path) -> list[list[str | P
     diagnosis += ["--experiment", experiment, "--recipe", folder / "recipe.toml"]
     diagnosis += ["--parameters", run / "calibration" / "parameters.json"]
     diagnosis += ["--out", run / "diagnosis", "--no-pictures"]
+    if (folder / BEFORE).is_file():
+        diagnosis += ["--after", folder / BEFORE]
     for left_out in ask["left_out"].split():
         diagnosis += ["--without", left_out]
     return [*_calibrations(experiment, folder, run), diagnosis]

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from tests.blind.diagnosing import ADDED, BEFORE
 from tests.blind.hidden import CATALOGUE
 from tests.blind.plan import Cell
 from tests.blind.trials import add_options, drawn
@@ -46,9 +47,10 @@ def left_open(truth: Mapping[str, Any], said: Mapping[str, Any]) -> bool:
 
 
 def make_followup(
-    truth: Mapping[str, Any], proposal: Mapping[str, Any], seed: int, folder: Path
+    truth: Mapping[str, Any], said: Mapping[str, Any], seed: int, folder: Path
 ) -> Path:
-    """Write the logs of the proposed experiment; returns their folder."""
+    """Write the logs of the proposed experiment, and what proposed it; returns their folder."""
+    proposal = said["next_experiment"]
     keys = tuple(str(effect["key"]) for effect in truth["effects"])
     cell = Cell(truth["kind"], truth["experiment"], keys, truth["rho"], truth["drift"])
     before = drawn(cell, int(truth["seed"]))
@@ -68,4 +70,6 @@ def make_followup(
     add_options(folder / "recipe.toml", clean, yardstick(maker, clean))
     with (folder / "recipe.toml").open("a", encoding="utf-8") as stream:
         stream.write(f"without = {json.dumps(proposal.get('without') or [])}\n")
+    before_it = {key: value for key, value in said.items() if key not in ADDED}
+    (folder / BEFORE).write_text(json.dumps(before_it), "utf-8")
     return folder

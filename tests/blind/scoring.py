@@ -38,6 +38,8 @@ class Verdict:
         What the command said where it made no diagnosis.
     reasons
         Effect -> why its rows have their statuses.
+    survivors
+        Rivals of the log before that it says are left.
     """
 
     verdict: str
@@ -49,6 +51,7 @@ class Verdict:
     confidence: float = 0.0
     said: str = ""
     reasons: Mapping[str, tuple[str, ...]] | None = None
+    survivors: frozenset[str] = frozenset()
 
     @classmethod
     def read(cls, record: Mapping[str, Any]) -> Verdict:
@@ -87,6 +90,7 @@ class Verdict:
             confidence=float(-np.log10(max(max(ps), 1e-12))) if ps else 0.0,
             said=str(record.get("said", "")),
             reasons=reasons,
+            survivors=frozenset(record.get("survivors", ())),
         )
 
 
@@ -208,15 +212,15 @@ def judge(truth: Mapping[str, Any], verdict: Verdict) -> Score:
 def judge_followup(truth: Mapping[str, Any], first: Verdict, second: Verdict) -> bool:
     """Whether two experiments together leave the hidden effect alone.
 
-    Of the first rival set those survive that the second answer names; where it names none of them,
-    those that it could not rule out.
+    Of the first rival set those survive that the second answer says are left; where it says
+    nothing of them, those that it names, else those that it could not rule out.
     """
     right = frozenset(truth["effects"][0]["right"])
     suspected = next((g for g in first.rivals if g & right), frozenset())
     named = second.names | frozenset().union(*second.rivals, frozenset())
     statuses = second.statuses or {}
     open_still = {n for n in suspected if "absent" not in statuses.get(n, ())}
-    survivors = suspected & named or open_still
+    survivors = suspected & (second.survivors or named) or open_still
     return bool(survivors) and survivors <= right
 
 

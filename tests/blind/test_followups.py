@@ -11,9 +11,12 @@ import pandas as pd
 import pytest
 
 from footcal_cli.core.diagnosis.plans import PLANS
+from tests.blind.bench import ask
+from tests.blind.diagnosing import diagnosed
 from tests.blind.followup import make_followup
 from tests.blind.plan import Cell
-from tests.blind.trials import drawn
+from tests.blind.scoring import Verdict, judge_followup
+from tests.blind.trials import drawn, make_trial
 from tests.blind.world import GRAVITY_MPS2
 from tests.blind.worlds import WORLDS
 from tests.blind.worlds.proposed import SETTLED, can_make, proposed
@@ -46,9 +49,13 @@ def test_a_walk_without_smoothing_keeps_a_delay_and_no_low_pass(
 ) -> None:
     proposal = {"id": "walk_unsmoothed", "repeats": 1, "without": ["lag"]}
     truth = truth_of("walk", key, 0.02)
-    made = table_of(make_followup(truth, proposal, 5, tmp_path / "with"), "body")
+    made = table_of(
+        make_followup(truth, {"next_experiment": proposal}, 5, tmp_path / "with"), "body"
+    )
     none = {**truth, "effects": [{**truth["effects"][0], "size": 1e-9}]}
-    clean = table_of(make_followup(none, proposal, 5, tmp_path / "without"), "body")
+    clean = table_of(
+        make_followup(none, {"next_experiment": proposal}, 5, tmp_path / "without"), "body"
+    )
     moved = np.abs(made["com_x_m"] - clean["com_x_m"]).max()
     assert (moved > 1e-4) == stays
     options = tomllib.loads((tmp_path / "with" / "recipe.toml").read_text("utf-8"))["diagnose"]
@@ -60,7 +67,7 @@ def test_a_scale_corrects_the_robot_s_weight_and_no_leg_s(tmp_path: Path, key: s
     truth = truth_of("pose", key, 4.0)
     truth["seed"] = 12
     proposal = {"id": "weigh_robot", "repeats": 1, "without": ["robot_weight"]}
-    folder = make_followup(truth, proposal, 5, tmp_path / "made")
+    folder = make_followup(truth, {"next_experiment": proposal}, 5, tmp_path / "made")
     before = drawn(Cell("alias", "pose", (key,), 1.0), truth["seed"]).clean
     recipe = tomllib.loads((folder / "recipe.toml").read_text("utf-8"))
     error_n = (recipe["robot"]["mass_kg"] - before.robot["mass_kg"]) * GRAVITY_MPS2
@@ -72,6 +79,26 @@ def test_a_scale_corrects_the_robot_s_weight_and_no_leg_s(tmp_path: Path, key: s
     shown = poses[poses["pose"] == "pose 1"][["fx_n", "fy_n", "fz_n"]].to_numpy()
     order = np.argsort(["fl", "ml", "hl", "fr", "mr", "hr"])
     np.testing.assert_allclose(shown, first[order, :3], atol=1e-5)
+
+
+def test_the_second_experiment_leaves_the_hidden_one_of_two_rivals(tmp_path: Path) -> None:
+    """A CoM that is off, or cells that all are: with toes out and in the same size is there."""
+    truth = make_trial(Cell("alias", "stand", ("com_offset/standing",), 1.0), 1234, tmp_path / "a")
+    ask(tmp_path / "a", "stand")
+    first = diagnosed(tmp_path / "a", tmp_path / "first")
+    assert {"com_offset", "cell_position"} <= set(first["rivals"][0])
+    assert {s["effect"] for s in first["suspects"]} == set(first["rivals"][0])
+    ask(make_followup(truth, first, 5, tmp_path / "b"), first["next_experiment"]["kind"])
+    second = diagnosed(tmp_path / "b", tmp_path / "second")
+    assert second["survivors"] == ["com_offset"]
+    assert judge_followup(truth, Verdict.read(first), Verdict.read(second))
+    # and if the robot had been put right meanwhile, the CoM would be gone too
+    mended = {**truth, "effects": [{**truth["effects"][0], "size": 1e-9}]}
+    ask(make_followup(mended, first, 5, tmp_path / "c"), first["next_experiment"]["kind"])
+    third = diagnosed(tmp_path / "c", tmp_path / "third")
+    says = {f["effect"]: f["says"] for f in third["after"]}
+    assert says["com_offset"] == "gone"
+    assert "com_offset" not in third["survivors"]
 
 
 def test_holes_of_the_same_foot() -> None:

@@ -223,6 +223,13 @@ def test_an_ambiguous_diagnosis_proposes_and_its_plan_is_read_again(
     assert again.exit_code == 0, again.err
     plan = read_record(PlanRecord, tmp_path / "plan/plan.json")
     assert set(plan.between) == set(record.rivals[0])
+    # cells without the knee, diagnosed after it: nothing of any rival is there
+    assert {s.effect for s in record.suspects} == set(record.rivals[0])
+    write_weights(tmp_path / "straight.csv", 8, width=0.0)
+    before = ("--after", out / "diagnosis.json", "--no-pictures")
+    then = diagnosed(run, tmp_path / "straight.csv", tmp_path / "then", *before)
+    assert {f.effect for f in then.after} == set(record.rivals[0])
+    assert "rivals in the log before" in (tmp_path / "then/report.html").read_text("utf-8")
 
 
 def test_explain_and_refusals(run: Run, tmp_path: Path) -> None:

@@ -11,9 +11,10 @@ from footcal_cli.core.chain import Chain
 from footcal_cli.core.diagnosis.menu import LIKE, advice, menu_for, repeats_for
 from footcal_cli.core.diagnosis.plans import PLANS, plan_of
 from footcal_cli.core.diagnosis.problem import Signature
-from footcal_cli.core.diagnosis.rehearsal import Contender, rehearsed
+from footcal_cli.core.diagnosis.rehearsal import Contender, Rehearsal, rehearsed
 from footcal_cli.core.diagnosis.rig import Rig
 from footcal_cli.core.effects import TABLE
+from footcal_cli.core.experiments import stand
 from footcal_cli.core.log import Log
 from footcal_cli.core.simulation.biped_logs import StandPlan, Streams, biped_logs, standing
 from footcal_cli.core.simulation.robots import Biped
@@ -195,3 +196,15 @@ def test_repeats_are_the_textbook_number() -> None:
     assert repeats_for(10.0) == 1
     assert repeats_for(10.0, blocks=1) == 10
     assert repeats_for(0.0) > 10**5
+
+
+def test_work_of_another_kind_counts_double() -> None:
+    """A walk asks about tilts and accelerations that a standing robot's balance does not know."""
+    rivals = [contender("com_offset", com_correction_x=0.004),
+              contender("cell_position", cell_correction_x=0.004)]  # fmt: skip
+    standing_now = Rehearsal(stand.EXPERIMENT, _standing_ahead(WALKER), WALKER)
+    menu = menu_for(rivals, TABLE, WALKER, standing_now)
+    assert menu.best is not None
+    assert menu.best.plan.id == "stand_turned"
+    others = [p for p in menu.prospects if p.left == menu.best.left and p is not menu.best]
+    assert all(2.0 * p.minutes >= menu.best.minutes for p in others)

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from footcal_cli.core.diagnosis.movement import Movement
     from footcal_cli.core.diagnosis.rules import Rules
     from footcal_cli.core.effects.contract import Effect
-    from footcal_cli.records import ParametersRecord, RmseRecord
+    from footcal_cli.records import DiagnosisRecord, ParametersRecord, RmseRecord
     from footcal_cli.report import Picture
     from footcal_cli.session import Outcome, Session
 
@@ -35,6 +35,13 @@ def outcome_of(
     from footcal_cli.sheets.diagnosis.answer import answer_of
     from footcal_cli.sheets.diagnosis.evidence import evidence_sheet, untested_sheet
     from footcal_cli.sheets.diagnosis.experiment import menu_sheets
+    from footcal_cli.sheets.diagnosis.followed import (
+        after,
+        followed_records,
+        followed_words,
+        left_over,
+        suspect_records,
+    )
     from footcal_cli.sheets.diagnosis.gains import gain_sheets, method_note, movement_sheets
     from footcal_cli.sheets.diagnosis.record import record_of
     from footcal_cli.sheets.diagnosis.unknown import card_sheets
@@ -43,6 +50,10 @@ def outcome_of(
     with session.step("plan"):
         moved = movements(read.case, found.problem, found.final)
         answer = answer_of(found, table, read.findings, read.untested)
+        became = after(found, _before(session), table)
+        left = left_over(found, answer.kind, became)
+        if became:
+            answer = answer.with_detail(followed_words(became, left))
     with session.step("draw"):
         pictures: tuple[Picture, ...] = ()
         if session.options.pictures:
@@ -71,10 +82,24 @@ def outcome_of(
         ),
         rmse=_rmse(found),
         records={
-            "diagnosis.json": record_of(found, answer, read, rules, seed),
+            "diagnosis.json": record_of(found, answer, read, rules, seed).model_copy(
+                update={
+                    "suspects": suspect_records(found, table),
+                    "after": followed_records(became),
+                    "survivors": left,
+                }
+            ),
             "parameters_extended.json": _extended(session, found, moved, read),
         },
     )
+
+
+def _before(session: Session[DiagnoseOptions]) -> DiagnosisRecord | None:
+    """The diagnosis of the log before."""
+    from footcal_cli.records import DiagnosisRecord, read_record
+
+    path = session.options.after
+    return None if path is None else read_record(DiagnosisRecord, path)
 
 
 def command_line(session: Session[DiagnoseOptions]) -> str:

@@ -59,6 +59,7 @@ LIKE = 0.92
 """|cos| from which two effects count as one, however little noise there is: what is left of one
 beside the other, ``1 − cos²``, is no more than models of effects are wrong by."""
 _FEWEST_BLOCKS = 10
+_STRANGE = 2.0
 _TRUST = 1.0 / 3.0
 """Share of a predicted separation that is counted on: what does not repeat between runs and is not
 white takes the rest."""
@@ -107,8 +108,8 @@ class Menu:
     now
         How far the present data keep the nearest two apart; None without data.
     prospects
-        Those that leave the fewest rivals first, then those of the kind at hand, then the least
-        work; those that tell none apart are left out.
+        Those that leave the fewest rivals first, then the least work; those that tell none apart
+        are left out.
     """
 
     rivals: tuple[Contender, ...]
@@ -163,10 +164,14 @@ def menu_for(
         # what these data show is no prediction
         prospect = _prospect(plan, there, rivals, table, 1.0 if known else share)
         found += [prospect] if prospect is not None else []
-    # another kind of experiment brings effects that were not in question before
     usual = at_hand.kind if at_hand is not None else ""
-    found.sort(key=lambda p: (round(p.left, 2), p.plan.experiment.name != usual, p.minutes))
+    found.sort(key=lambda p: (round(p.left, 2), _work(p, usual)))
     return Menu(tuple(rivals), now, tuple(found))
+
+
+def _work(prospect: Prospect, usual: str) -> float:
+    """Minutes; double where another kind of experiment brings effects not in question before."""
+    return prospect.minutes * (1.0 if prospect.plan.experiment.name == usual else _STRANGE)
 
 
 def _prospect(

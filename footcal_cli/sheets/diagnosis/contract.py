@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from footcal_cli.core.diagnosis.answer import Verdict
 from footcal_cli.core.diagnosis.menu import Menu
@@ -32,3 +32,8 @@ class Answer:
     rivals: tuple[tuple[str, ...], ...] = ()
     experiment: NextExperimentRecord | None = None
     menu: Menu | None = None
+
+    def with_detail(self, words: str) -> Answer:
+        """The same with one more thing said, first of all."""
+        details = (words, *self.verdict.details)
+        return replace(self, verdict=self.verdict.model_copy(update={"details": details}))
