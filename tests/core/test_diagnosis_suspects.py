@@ -23,8 +23,10 @@ UNSEEN = Followed("sensor_lag", None)
         (OPEN, Says.OPEN),
         (UNSEEN, Says.UNSEEN),
         # not nothing, and not what was asked for: both logs' doubts count
-        (Followed("lag", Interval(0.3, 0.1, 0.5)), Says.GONE),
-        (Followed("lag", Interval(0.3, 0.1, 0.5), sd=0.4), Says.OPEN),
+        (Followed("lag", Interval(0.3, 0.1, 0.5)), Says.OPEN),
+        (Followed("lag", Interval(0.1, 0.02, 0.18)), Says.GONE),
+        (Followed("lag", Interval(0.3, -0.1, 0.7)), Says.GONE),
+        (Followed("lag", Interval(0.3, -0.1, 0.7), sd=0.4), Says.OPEN),
         (Followed("lag", Interval(0.1, -0.3, 0.5), sd=0.25), Says.GONE),
         (Followed("lag", Interval(0.1, -0.9, 1.1)), Says.OPEN),
         # sure to be there means sure not to be nothing

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from footcal_cli.core.chain import Chain
 from footcal_cli.core.diagnosis.menu import LIKE, advice, menu_for, repeats_for
@@ -16,6 +18,7 @@ from footcal_cli.core.diagnosis.rig import Rig
 from footcal_cli.core.effects import TABLE
 from footcal_cli.core.experiments import stand
 from footcal_cli.core.log import Log
+from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.simulation.biped_logs import StandPlan, Streams, biped_logs, standing
 from footcal_cli.core.simulation.robots import Biped
 from footcal_cli.errors import UsageError
@@ -208,3 +211,34 @@ def test_work_of_another_kind_counts_double() -> None:
     assert menu.best.plan.id == "stand_turned"
     others = [p for p in menu.prospects if p.left == menu.best.left and p is not menu.best]
     assert all(2.0 * p.minutes >= menu.best.minutes for p in others)
+
+
+@pytest.mark.parametrize("delay_s", [0.004, 0.02])
+@pytest.mark.parametrize(("stop", "told"), [(1.5, True), (2.0, False), (4.0, False)])
+def test_a_stop_must_be_as_quick_as_the_delay_to_tell_it_from_a_butterworth(
+    delay_s: float, stop: float, told: bool
+) -> None:
+    """``1/(1 + s τ + (s τ)²/2)`` is ``exp(−s τ)`` but for the third order: only a motion that
+    ends within one and a half delays has what they differ in. Why no motion is on the menu."""
+    rate = 200.0 / delay_s
+    time_s = np.arange(0.0, 60.0 * delay_s, 1.0 / rate)
+    width = stop * delay_s
+    brake = np.clip((time_s - 20.0 * delay_s) / width, 0.0, 1.0)
+    fall = np.clip((time_s - 20.0 * delay_s) / (3.0 * width) + 1.0, 0.0, 1.0)
+    acc = np.sin(np.pi * brake) ** 2 - np.sin(np.pi * fall) ** 2 / 3.0
+    s = 2j * np.pi * np.fft.rfftfreq(2 * acc.size, 1.0 / rate)
+    spectrum = np.fft.rfft(acc, 2 * acc.size)
+
+    def left(response: NDArray[Any]) -> FloatArray:
+        """What a filter adds, beside the cells' gain and bias."""
+        added = np.fft.irfft(spectrum * (response - 1.0))[: acc.size]
+        basis = np.column_stack([np.ones(acc.size), acc])
+        return np.asarray(added - basis @ np.linalg.lstsq(basis, added, rcond=None)[0])
+
+    late = left(np.exp(-s * delay_s))
+    cosines = []
+    for lag_s in delay_s * np.linspace(0.5, 1.5, 21):
+        x = s * lag_s
+        copy = left(1.0 / (1.0 + x + 0.5 * x**2))
+        cosines.append(abs(copy @ late) / np.sqrt((copy @ copy) * (late @ late)))
+    assert (max(cosines) < LIKE) == told

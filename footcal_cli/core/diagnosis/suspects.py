@@ -85,15 +85,15 @@ class Followed:
     def says(self) -> Says:
         """There if it is not nothing, gone if it is not what the other log asked for, or neither.
 
-        Both logs count in the second, and the nearer of the two must be what is left.
+        Both logs count in the second; what is there in part is neither.
         """
         if self.share is None:
             return Says.UNSEEN
         value, low, high = self.share.value, self.share.low, self.share.high
-        if value < HALF:
-            short = value + np.hypot(high - value, _TWO_SIDED * self.sd) < 1.0
-            return Says.GONE if short else Says.OPEN
-        return Says.THERE if low > 0 else Says.OPEN
+        short = value + np.hypot(high - value, _TWO_SIDED * self.sd) < 1.0
+        if value < HALF and short and (low <= 0 or high < HALF):
+            return Says.GONE
+        return Says.THERE if value > HALF and low > 0 else Says.OPEN
 
 
 def suspects_of(found: Investigation, table: Mapping[str, Effect]) -> tuple[Suspect, ...]:

@@ -185,8 +185,8 @@ LAG = Effect(
     remedy="switch the estimator's smoothing off, or give the lag to the recipe",
     needs=("com_acc_mps2",),
     mimics=("delay", "sensor_lag"),
-    separates="a drop on the heels with both streams logged at 500 Hz or more: a lag rounds what a "
-    "delay only moves",
+    separates="the same walk with all smoothing of the body's stream switched off; a motion only "
+    "if it stops within one and a half delays, both streams logged at 500 Hz or more",
 )
 
 CLOCK_DRIFT = Effect(
@@ -220,8 +220,8 @@ DELAY = Effect(
     remedy="give the delay to the recipe (`delay_s`), or stamp samples where they are taken",
     needs=("com_acc_mps2",),
     mimics=("lag", "sensor_lag", "clock_drift"),
-    separates="a drop on the heels with both streams logged at 500 Hz or more: a lag rounds what a "
-    "delay only moves",
+    separates="the same walk with all smoothing of the body's stream switched off; a motion only "
+    "if it stops within one and a half delays, both streams logged at 500 Hz or more",
     tolerance=1e-3,
     anticipates=True,
 )
