@@ -16,6 +16,7 @@ from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.rules import LEVEL_SHARE
 from footcal_cli.core.diagnosis.scores import held_out_loss, scores
 from footcal_cli.core.diagnosis.spells import spell_p
+from footcal_cli.core.diagnosis.telegraph import levels_p
 from footcal_cli.core.evidence import permutation_max_t, sign_flip_mean
 from footcal_cli.core.parameters import FloatArray, IntArray
 
@@ -109,7 +110,7 @@ def detect(
         bump_p=bump_p,
         flexible_p=sign_flip_mean(white, signs) if white.any() else 1.0,
         between_p=between_p,
-        spell_p=spell_p(problem, signs, accepted),
+        spell_p=_spell_test(problem, features, signs, accepted),
         flexible_gain=gain,
         loss=loss,
         line=line,
@@ -233,14 +234,35 @@ def _line_test(problem: Problem, features: Features, accepted: FloatArray | None
         return Line()
     traces = problem.traces or _of_outputs(problem)
     fitted = problem.fitted if accepted is None else np.hstack([problem.fitted, accepted])
-    left = problem.residual.copy()
-    for o in range(len(problem.outputs)):
-        mine = np.flatnonzero(problem.output == o)
-        left[mine] = _rid_of(left[mine], np.hstack([fitted[mine], features.columns[mine]]))
+    left = _rid_of_signals(problem, features, fitted)
     own = np.hstack([fitted, np.ones((left.size, 1))])
     for rows in pieces_of(traces, problem.rate_hz):
         left[rows] = _rid_of(left[rows], own[rows])
     return strongest_line(traces.series(left, problem.rate_hz))
+
+
+def _spell_test(
+    problem: Problem, features: Features, signs: FloatArray, accepted: FloatArray | None
+) -> float:
+    """Spells lean to one side, or push to a second level; what pushes is far beyond its share."""
+    leaning = spell_p(problem, signs, accepted)
+    if problem.rate_hz <= 0 or problem.drifts or problem.settings is not None:
+        return leaning
+    fitted = problem.fitted if accepted is None else np.hstack([problem.fitted, accepted])
+    pushed = levels_p(problem, _rid_of_signals(problem, features, fitted))
+    return min(1.0, leaning / (1.0 - _PUSHED), pushed / _PUSHED)
+
+
+_PUSHED = 0.1  # share of the level of spells
+
+
+def _rid_of_signals(problem: Problem, features: Features, fitted: FloatArray) -> FloatArray:
+    """What no function of the recorded signals explains, output by output, shape (m,)."""
+    left = problem.residual.copy()
+    for o in range(len(problem.outputs)):
+        mine = np.flatnonzero(problem.output == o)
+        left[mine] = _rid_of(left[mine], np.hstack([fitted[mine], features.columns[mine]]))
+    return left
 
 
 def _of_outputs(problem: Problem) -> Traces:
