@@ -74,7 +74,8 @@ def _of_all(differences: FloatArray, rounded: float) -> float:
 def _swings(problem: Problem, residual: FloatArray) -> Iterator[tuple[FloatArray, float]]:
     """Mean of every swing of every channel of a foot and of all of them, shape (swings, c + 1).
 
-    Channels that rest at the same times are one foot's. With it what the converter's steps make.
+    Channels that rest at the same times are one foot's. The first and the last one, in which a gait
+    begins and ends, are no step like the others. With it what the converter's steps make.
     """
     if problem.traces is None or problem.rate_hz <= 0 or problem.settings is not None:
         return
@@ -89,7 +90,7 @@ def _swings(problem: Problem, residual: FloatArray) -> Iterator[tuple[FloatArray
             gap = np.diff(time_s[rows], prepend=time_s[rows[:1]]) * problem.rate_hz
             number = np.cumsum(np.abs(gap) > _BROKEN)
             mean = np.bincount(number, residual[rows]) / np.bincount(number)
-            feet.setdefault(time_s[rows].tobytes(), []).append(mean)
+            feet.setdefault(time_s[rows].tobytes(), []).append(mean[1:-1])
         least = 0.0 if problem.least is None else float(problem.least[o])
         for means in feet.values():
             cells = np.stack(means, axis=1)
