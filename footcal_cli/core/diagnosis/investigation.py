@@ -140,7 +140,7 @@ def investigate(
     form = _form(current, model, causes, seed)
     unnamed = _unnamed(subject, current, model, causes, rules, seed)
     verdict, share = _verdict(rounds, causes, form, unnamed, rules, removed)
-    found = _found(case, causes, model)
+    found = _found(subject, causes, model)
     named = verdict in (Verdict.NAMED, Verdict.NAMED_UNKNOWN, Verdict.AMBIGUOUS)
     final = current if named else problem
     nested, alike = None, np.ones(problem.blocks, dtype=bool)
@@ -293,7 +293,7 @@ def _named_columns(model: Refit | None, causes: Sequence[Cause]) -> FloatArray:
     return model.columns[:, named]
 
 
-def _found(case: Case, causes: Sequence[Cause], model: Refit | None) -> tuple[Found, ...]:
+def _found(subject: Subject, causes: Sequence[Cause], model: Refit | None) -> tuple[Found, ...]:
     if model is None:
         return ()
     found = []
@@ -309,7 +309,7 @@ def _found(case: Case, causes: Sequence[Cause], model: Refit | None) -> tuple[Fo
         )
         named = [model.names[i].rsplit(".", 1) for i in mine]
         sizes = [
-            stated_size(case, model, effect, owner, name)
+            stated_size(subject, model, effect, owner, name)
             for owner, name in named if name == cause.signature.parameter
         ]  # fmt: skip
         size = max(sizes, key=lambda interval: abs(interval.value))

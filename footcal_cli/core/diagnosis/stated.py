@@ -3,27 +3,40 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from footcal_cli.core.chain import Chain, Link
-from footcal_cli.core.diagnosis.case import Case
+from footcal_cli.core.diagnosis.case import balanced
+from footcal_cli.core.diagnosis.grams import whitened_grams
+from footcal_cli.core.diagnosis.problem import Signature
 from footcal_cli.core.diagnosis.refit import Refit
-from footcal_cli.core.effects.contract import Effect
+from footcal_cli.core.diagnosis.scores import scores
+from footcal_cli.core.diagnosis.signatures import derivative
+from footcal_cli.core.diagnosis.subject import Subject
+from footcal_cli.core.diagnosis.whitening import noise_of
+from footcal_cli.core.effects.contract import Effect, Scope
 from footcal_cli.core.evidence import Interval
 from footcal_cli.core.log import Log
 
 _STEP = 0.01  # of a parameter, for the derivative
+_LEFT_OPEN = 3.84  # twice the log-likelihood ratio that one degree of freedom exceeds in 5 %
 
 
-def stated_size(case: Case, model: Refit, effect: Effect, owner: str, parameter: str) -> Interval:
+def stated_size(
+    subject: Subject, model: Refit, effect: Effect, owner: str, parameter: str
+) -> Interval:
     """The size of an effect of an owner, with its 95 % interval; of several, the one asked for.
 
-    The parameter's own, or what the effect makes of the recorded loads (`Effect.stated`): a loop
-    that loads never open in full has a width at those loads, whatever form its model has.
+    The parameter's own, in every form that the data leave open, or what the effect makes of the
+    recorded loads (`Effect.stated`): a loop that loads never open in full has a width at those
+    loads, whatever form its model has.
     """
     if effect.stated is None:
-        return model.intervals[model.names.index(f"{owner}.{parameter}")]
+        own = model.intervals[model.names.index(f"{owner}.{parameter}")]
+        return in_any_form(own, _other_forms(subject, model, effect, owner, parameter))
+    case = subject.case
     mine = [item for item in model.chain.links if item.effect is effect and owner in item.owners]
     link = Link(effect, {owner: mine[0].owners[owner]})
     truths = [model.chain.remove(log, model.values)[0] for log in case.logs]
@@ -42,6 +55,66 @@ def stated_size(case: Case, model: Refit, effect: Effect, owner: str, parameter:
     size = value(model.values)
     beyond = float(np.hypot(model.scatter.shared, effect.form_error)) * size
     return model.scatter.interval(size, turn, beyond)
+
+
+def in_any_form(own: Interval, others: Sequence[float]) -> Interval:
+    """An interval that holds the sizes of other forms too, each as sure as its own share."""
+    shares = [1.0, *(size / own.value for size in others if own.value)]
+    ends = [share * end for share in shares for end in (own.low, own.high)]
+    return Interval(own.value, min(ends), max(ends))
+
+
+def _other_forms(
+    subject: Subject, model: Refit, effect: Effect, owner: str, parameter: str
+) -> list[float]:
+    """Sizes of an effect in those other forms that explain the data as well as any.
+
+    A form is what no refit moves along: which of its neighbours a cell hears. Where a plate shares
+    a load in a plane, the mean of three neighbours is two thirds of one of them and a gain, which
+    calibration absorbs. Forms within the 95 % limit of the likelihood ratio are left open.
+    """
+    forms = [p for p in effect.shapes if p.unit == "channel"]
+    if len(forms) != 1 or effect.scope is not Scope.CHANNEL:
+        return []
+    form = forms[0]
+    link = next(k for k in model.chain.links if k.effect is effect and owner in k.owners)
+    size = next(p for p in effect.sizes if p.name == parameter)
+    bare = subject.case.extended(*_without(model, link))
+    ideal = balanced(bare, bare.values, bare.chain).extended(bare.chain, bare.values)
+    tried = dict.fromkeys((model.values[f"{owner}.{form.name}"], *form.grid))
+    columns = np.stack(
+        [
+            derivative(
+                ideal, subject.rows, effect, size, {owner: link.owners[owner]}, {form.name: v}
+            )
+            for v in tried
+        ],
+        axis=1,
+    )
+    mine = model.names.index(f"{owner}.{parameter}")
+    beside = np.delete(model.columns, mine, axis=1)
+    whole = model.residual + model.intervals[mine].value * columns[:, 0]
+    scale = np.sqrt(np.mean(columns**2, axis=0)) + 1e-300
+    signatures = tuple(Signature(effect.name, parameter, str(v), "") for v in tried)
+    local = replace(
+        subject.problem, residual=model.residual, accepted=beside if beside.size else None,
+        columns=columns / scale, signatures=signatures,
+    )  # fmt: skip
+    noise = noise_of(local)
+    grams, _ = whitened_grams(replace(local, residual=whole), np.empty((whole.size, 0)), noise)
+    told = scores(grams.inner, grams.calibration, grams.candidates)
+    bought = told.score.sum(axis=0) * told.size
+    same = (bought.max() - bought < _LEFT_OPEN) & (told.inside == 0)
+    # relative to the fitted form in this linear picture, so that only the ratio is its
+    ratio = (told.size / scale) / (told.size[0] / scale[0])
+    return [float(r) * model.intervals[mine].value for r in ratio[1:][same[1:]]]
+
+
+def _without(model: Refit, link: Link) -> tuple[Chain, dict[str, float]]:
+    """Chain and values of a model without one of its links."""
+    names = {f"{owner}.{p}" for owner in link.owners for p in link.effect.parameter_names}
+    kept = Chain(tuple(k for k in model.chain.links if k is not link))
+    return kept, {k: v for k, v in model.values.items() if k not in names}
 
 
 def _largest(
