@@ -107,7 +107,9 @@ def _other_forms(
     same = (bought.max() - bought < _LEFT_OPEN) & (told.inside == 0)
     # relative to the fitted form in this linear picture, so that only the ratio is its
     ratio = (told.size / scale) / (told.size[0] / scale[0])
-    return [float(r) * model.intervals[mine].value for r in ratio[1:][same[1:]]]
+    sizes = model.intervals[mine].value * ratio
+    allowed = (sizes >= size.lower) & (sizes <= size.upper)
+    return [float(s) for s in sizes[1:][(same & allowed)[1:]]]
 
 
 def _without(model: Refit, link: Link) -> tuple[Chain, dict[str, float]]:
