@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from scipy import stats
 
-from tests.blind.rivals import Rival, rivals
+from tests.blind.rivals import ONE_WAY, Rival, rivals
 from tests.blind.wandering import follower
 from tests.blind.whitening import Whitening, inputs_of, whitened
 from tests.blind.world import Array, Ints, World
@@ -52,8 +52,14 @@ class Gram:
     products: Array
     whole: Array
 
-    def left(self, column: int, beside: Sequence[int]) -> float:
-        """Squared norm of a signature after others, of any size, were fitted."""
+    def left(self, column: int, beside: Sequence[int], one_way: Sequence[int] = ()) -> float:
+        """Squared norm of a signature after others, of any size, were fitted.
+
+        Parameters
+        ----------
+        one_way
+            One of those beside, if any, that counts with a positive size only.
+        """
         own = float(self.products[column, column])
         others = [i for i in beside if self.products[i, i] > ABSORBED * self.whole[i]]
         if not others:
@@ -61,7 +67,10 @@ class Gram:
         scale = np.sqrt(self.products[others, others])
         inner = self.products[np.ix_(others, others)] / np.outer(scale, scale)
         shared = self.products[others, column] / scale
-        return max(own - float(shared @ np.linalg.pinv(inner, 1e-9, hermitian=True) @ shared), 0.0)
+        sizes = np.linalg.pinv(inner, 1e-9, hermitian=True) @ shared
+        if any(i in one_way and size < 0.0 for i, size in zip(others, sizes, strict=True)):
+            return self.left(column, [i for i in beside if i not in one_way])
+        return max(own - float(shared @ sizes), 0.0)
 
 
 def limits(
@@ -95,7 +104,9 @@ def limits(
         beside = [j for j in range(len(hidden)) if j != i]
         found, best, who = gram.left(i, beside), np.inf, ""
         for name, group in zip(names, numbers, strict=True):
-            left = np.inf if name in mine else gram.left(i, [*beside, *(group + len(hidden))])
+            theirs = (group + len(hidden)).tolist()
+            bound = theirs if name in ONE_WAY else []
+            left = np.inf if name in mine else gram.left(i, [*beside, *theirs], bound)
             best, who = (left, name) if left < best else (best, who)
         whole.append(float(np.sqrt(found)))
         near.append(float(np.sqrt(min(best, found))))

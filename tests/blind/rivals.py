@@ -21,6 +21,8 @@ from tests.blind.yardstick import Yardstick
 Rival = tuple[str, list[Array]]
 """Name, and the changes of the errors that are fitted together, each of shape (n, k)."""
 
+ONE_WAY = ("hysteresis", "load_bypass", "saturation")
+"""What takes load or energy and never gives any: their signatures are not fitted with a minus."""
 HINGES = (0.1, 0.2, 0.4, 0.6, 0.8)
 LIMITS = (0.25, 0.5, 0.7, 0.85, 0.95)
 DEAF = (0.05, 0.1, 0.2, 0.4)
@@ -56,7 +58,7 @@ def sharp_curves(load: Array, span: float) -> Iterator[tuple[str, Array]]:
     yield "nonlinearity", load**2
     yield "nonlinearity_cubic", load**3
     for knee in span * np.array(LIMITS):
-        yield "saturation", load - np.clip(load, -knee, knee)
+        yield "saturation", np.clip(load, -knee, knee) - load
     for knee in span * np.array(DEAF):
         yield "dead_zone", np.clip(load, -knee, knee)
     for knee in span * np.array(HINGES):
@@ -65,7 +67,7 @@ def sharp_curves(load: Array, span: float) -> Iterator[tuple[str, Array]]:
 
 def soft_curves(load: Array, span: float) -> Iterator[tuple[str, Array]]:
     """The bench's own where it hides others than the table's."""
-    yield "saturation", load - span * np.tanh(load / span)
+    yield "saturation", span * np.tanh(load / span) - load
     for knee in span * np.array(SOFT):
         yield "dead_zone", knee * np.tanh(load / knee)
         yield "hinge", 0.08 * knee * np.logaddexp(0.0, (load - knee) / (0.08 * knee))

@@ -45,7 +45,7 @@ def _axiswise(clean: World, inputs: Inputs, mine: Ints, rows: NDArray[np.bool_])
             *(("offset_change", (time_s >= share * last) * 1.0) for share in STEPS_AT),
             *(("hinge", np.maximum(load - knee * span, 0.0)) for knee in KNEES),
             *(("dead_zone", np.clip(load, -k * span, k * span)) for k in KNEES),
-            *(("saturation", load - np.clip(load, -k * span, k * span)) for k in KNEES),
+            *(("saturation", np.clip(load, -k * span, k * span) - load) for k in KNEES),
         ]
         if clean.experiment == "hang":
             warm = clean.row["temperature_degc"] - 25.0

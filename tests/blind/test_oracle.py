@@ -11,7 +11,7 @@ from scipy.linalg import solve_triangular
 
 from tests.blind.hidden import CATALOGUE
 from tests.blind.noise import FAMILIES, Spread
-from tests.blind.oracle import attained, gram_of, limits
+from tests.blind.oracle import Gram, attained, gram_of, limits
 from tests.blind.plan import Cell
 from tests.blind.trials import drawn
 from tests.blind.whitening import Whitening, inputs_of, whitened
@@ -89,6 +89,16 @@ def test_of_two_equal_signatures_none_is_told_from_the_other() -> None:
     # what rounding leaves of the whole
     assert other["d1"][0] < 1e-3 * own["d0"][0]
     assert other["exact"] == pytest.approx(0.01, abs=1e-3)
+
+
+def test_a_one_way_rival_is_fitted_with_its_own_sign_only() -> None:
+    products = np.array([[4.0, 2.0, -2.0], [2.0, 4.0, 0.0], [-2.0, 0.0, 4.0]])
+    gram = Gram(products, np.diag(products).copy())
+    assert gram.left(0, [1]) == pytest.approx(3.0)
+    assert gram.left(0, [1], [1]) == pytest.approx(3.0)
+    assert gram.left(0, [2]) == pytest.approx(3.0)
+    assert gram.left(0, [2], [2]) == pytest.approx(4.0)
+    assert gram.left(0, [1, 2], [2]) == pytest.approx(3.0)
 
 
 def test_memory_and_poor_repeatability_hide_what_white_noise_shows() -> None:
