@@ -29,7 +29,7 @@ SETTLED: Mapping[str, tuple[str, ...]] = {
     "weigh_robot": ("robot_weight",),
 }
 """What goes because the experimenter switched it off, or looked."""
-MOST_MOVES = 2
+MOST_MOVES = 6
 """Runs of an experiment of the whole robot, likewise."""
 
 
