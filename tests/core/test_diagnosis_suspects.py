@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from footcal_cli.core.diagnosis.answer import Verdict
@@ -47,8 +49,14 @@ def test_who_is_left() -> None:
     assert survivors(Verdict.NONE, [], [OPEN, UNSEEN]) == ("clock_drift", "sensor_lag")
     # another name acquits nobody
     assert survivors(Verdict.NAMED, ["hysteresis"], [GONE, OPEN]) == ("clock_drift",)
-    # beside something that nobody knows, and without power, nothing is said
-    for silent in (Verdict.UNKNOWN, Verdict.UNDERPOWERED, Verdict.BAD_DATA):
+    # beside something that nobody knows only who is there at just the size asked for is left
+    assert survivors(Verdict.UNKNOWN, [], [THERE, UNSEEN]) == ("delay",)
+    assert survivors(Verdict.UNKNOWN, [], [GONE, UNSEEN]) == ()
+    assert survivors(Verdict.UNKNOWN, [], [THERE, replace(THERE, effect="lag")]) == ()
+    much = Followed("delay", Interval(2.0, 1.6, 2.4))
+    assert survivors(Verdict.UNKNOWN, [], [much, UNSEEN]) == ()
+    # and without power nothing is said
+    for silent in (Verdict.UNDERPOWERED, Verdict.BAD_DATA):
         assert survivors(silent, ["delay"], [THERE, GONE]) == ()
 
 

@@ -28,6 +28,7 @@ HALF = 0.5
 """Share that divides what is there from what is gone."""
 _UNSURE = 10.0  # half width beyond which a share says nothing
 _TWO_SIDED = 1.96  # sd of a 95 % interval
+_BESIDE_UNKNOWN = (Verdict.UNKNOWN, Verdict.NAMED_UNKNOWN)
 _SPEAKS = (Verdict.NONE, Verdict.NAMED, Verdict.AMBIGUOUS)
 
 
@@ -160,6 +161,9 @@ def followed(
 def survivors(verdict: Verdict, named: Sequence[str], after: Sequence[Followed]) -> tuple[str, ...]:
     """Suspects that are left: those named anew, else those there, else those not gone.
 
+    Beside something without a name nobody is left by elimination: only the one that is there at
+    just the size that the log before asked for.
+
     Parameters
     ----------
     verdict, named
@@ -167,10 +171,14 @@ def survivors(verdict: Verdict, named: Sequence[str], after: Sequence[Followed])
     after
         The suspects in it.
     """
+    there = [f.effect for f in after if f.says is Says.THERE]
+    if verdict in _BESIDE_UNKNOWN:
+        just = [f.effect for f in after if f.effect in there and f.share and f.share.low <= 1.0
+                and f.share.high >= 1.0]  # fmt: skip
+        return tuple(just) if len(there) == 1 else ()
     if verdict not in _SPEAKS:
         return ()
     again = [f.effect for f in after if f.effect in named]
-    there = [f.effect for f in after if f.says is Says.THERE]
     return tuple(again or there or [f.effect for f in after if f.says is not Says.GONE])
 
 
