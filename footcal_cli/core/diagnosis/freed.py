@@ -43,7 +43,7 @@ def freed_of(effect: Effect, signature: Signature) -> list[Freed]:
     freed = []
     for owner, _ in signature.owners:
         for p in effect.parameters:
-            if p.unit not in ("channel", "block") and p.grid_of not in OF_THE_LOGS:
+            if p.unit not in ("channel", "block", "form") and p.grid_of not in OF_THE_LOGS:
                 step = 0.02 * p.prior_sd if not p.shape else 0.02 * abs(p.neutral)
                 named = p.name == signature.parameter
                 freed.append(Freed(f"{owner}.{p.name}", p, step, named))

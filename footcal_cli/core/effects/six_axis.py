@@ -106,12 +106,17 @@ def _strain_of(theta: Theta) -> FloatArray:
 
 
 def _strain(w: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
-    load = np.linalg.norm(w[..., :3], axis=-1, keepdims=True)
-    return np.concatenate([w[..., :3] + _strain_of(theta) * load, w[..., 3:]], axis=-1), state
+    strain, force = _strain_of(theta), w[..., :3]
+    load = np.linalg.norm(force, axis=-1, keepdims=True)
+    bridged = theta["strain_bridged"][:, None]
+    felt = strain * ((1.0 - bridged) * load + bridged * force)
+    return np.concatenate([force + felt, w[..., 3:]], axis=-1), state
 
 
 def _unstrain(w: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
-    strain, force = _strain_of(theta), w[..., :3]
+    strain, bridged = _strain_of(theta), theta["strain_bridged"][:, None]
+    passed = 1.0 + bridged * strain
+    force, strain = w[..., :3] / passed, (1.0 - bridged) * strain / passed
     rest = 1.0 - np.sum(strain**2, axis=-1)
     along = np.sum(strain * force, axis=-1)
     load = (np.sqrt(along**2 + rest * np.sum(force**2, axis=-1)) - along) / rest
@@ -233,17 +238,20 @@ CASE_STRAIN = Effect(
     name="case_strain",
     stage=Stage.SIX_AXIS,
     scope=Scope.LEG,
-    parameters=tuple(
-        EffectParameter(f"strain_{axis}", "-", 0.0, -0.4, 0.4, 0.02) for axis in AXES[:3]
+    parameters=(
+        *(EffectParameter(f"strain_{axis}", "-", 0.0, -0.4, 0.4, 0.02) for axis in AXES[:3]),
+        EffectParameter("strain_bridged", "form", 0.0, 0.0, 1.0, 1.0, True, (0.0, 1.0)),
     ),
     apply=on_wrenches(_strain),
     remove=on_wrenches(_unstrain),
     experiments=("pose",),
-    formula="f_measured = f + s ‖f‖: the load strains the case, which the transducer feels",
+    formula="f_measured = f + s ‖f‖ where the load strains the case, which the transducer feels; "
+    "f + s f axis by axis where the case bridges the transducer and carries a share",
     source="seed 2, section I-D: rubber bands on the case shift the reading by 1–3 N",
     remedy="free the case: nothing may touch it but its two faces",
     mimics=("robot_weight", "cross_coupling", "scale_matrix"),
-    separates="hang the robot by its legs: the strain keeps its sign when the load turns over",
+    separates="hang the robot by its legs: the strain keeps its sign when the load turns over; "
+    "a bridge is a gain until the case is freed",
 )
 
 CABLE_DRAG = Effect(
