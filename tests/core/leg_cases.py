@@ -75,6 +75,22 @@ def hung_logs(
     return logs
 
 
+def drifting(
+    logs: Mapping[str, list[Log]], leg: str, axis: int, rate_n_s: float
+) -> dict[str, list[Log]]:
+    """The logs with an offset that drifts from the first hanging of a leg to its last one.
+
+    Added by hand: a round that is simulated starts its clock anew.
+    """
+    start_s = float(logs[leg][0].time_s[0])
+    moved = []
+    for log in logs[leg]:
+        readings = log.readings.copy()
+        readings[:, axis] += rate_n_s * (log.time_s - start_s)
+        moved.append(log.with_readings(readings))
+    return {**logs, leg: moved}
+
+
 def _shaken(rng: np.random.Generator, log: Log, family: str) -> Log:
     """A log with what does not repeat between its hangings, and the noise of a family."""
     run = log.block // HUNG.cycles
