@@ -21,7 +21,8 @@ from footcal_cli.core.diagnosis.whitening import residual_within_blocks
 from footcal_cli.core.parameters import FloatArray, IntArray
 
 _ORDER = 5
-_ON, _OFF = 1.0 / 14.0, 1.0 / 9.0  # chance per row that a push begins, and that it ends
+_STAYS = ((6.0, 4.0), (18.0, 12.0), (54.0, 36.0))
+"""Mean rows without and with the push: from a few rows to most of a stretch."""
 _COLOURS = (0.0, 0.4, 0.8, 0.95, 0.985)
 _PUSHES = (0.8, 1.1, 1.4, 1.7, 1.95)  # over the sd of the reading
 _TINY = 1e-300
@@ -34,7 +35,10 @@ _LOAD = "load"
 
 @dataclass(frozen=True)
 class _Switching:
-    """Models of a level that switches, one per entry, shape (g,) each; `level` is (g, 2)."""
+    """Models of a level that switches, one per entry, shape (g,) each.
+
+    `level` and `start` are (g, 2), `change` (from, to, g).
+    """
 
     colour: FloatArray
     level: FloatArray
@@ -161,16 +165,17 @@ def _switched(series: Sequence[FloatArray]) -> FloatArray:
 
 def _models(variance: float) -> _Switching:
     """Pushes up and down on noise of several colours, all of the variance of the reading."""
-    on = _ON / (_ON + _OFF)
-    colour, push, side = np.array(list(product(_COLOURS, _PUSHES, (1.0, -1.0)))).T
+    tried = [(*stay, *rest) for stay, *rest in product(_STAYS, _COLOURS, _PUSHES, (1.0, -1.0))]
+    quiet, pulled, colour, push, side = np.array(tried).T
+    on = pulled / (quiet + pulled)
     noise = variance * (1.0 - on * (1.0 - on) * push**2)
     size = side * push * np.sqrt(variance)
     return _Switching(
         colour=colour,
         level=np.stack([-on * size, (1.0 - on) * size], axis=1),
         noise=np.sqrt(noise * (1.0 - colour**2)),
-        start=np.array([1.0 - on, on]),
-        change=np.array([[1.0 - _ON, _ON], [_OFF, 1.0 - _OFF]]),
+        start=np.stack([1.0 - on, on], axis=1),
+        change=np.array([[1.0 - 1.0 / quiet, 1.0 / quiet], [1.0 / pulled, 1.0 - 1.0 / pulled]]),
     )
 
 
