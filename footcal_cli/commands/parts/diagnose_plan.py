@@ -26,6 +26,7 @@ def planned(session: Session[DiagnoseOptions]) -> Outcome:
         experiment_record,
         experiment_words,
         menu_sheets,
+        options_of,
         prospect_record,
     )
     from footcal_cli.sheets.diagnosis.words import together, words
@@ -35,7 +36,6 @@ def planned(session: Session[DiagnoseOptions]) -> Outcome:
     with session.step("plan"):
         menu = menu_for(rivals, TABLE, _rig(session, [TABLE[n] for n in names]))
     chosen = experiment_record(menu)
-    options = "".join(f" --without {name}" for name in chosen.without) if chosen else ""
     if chosen is None:
         said = advice([TABLE[n] for n in names]) or "nothing in the table of effects"
         chosen = NextExperimentRecord(id="", kind="", words=said, between=names)
@@ -46,7 +46,7 @@ def planned(session: Session[DiagnoseOptions]) -> Outcome:
             verdict=VerdictRecord(
                 level="good" if chosen.id else "warning",
                 sentence=f"To tell {asked} apart, run: {experiment_words(chosen)}.",
-                details=(f"Then: footcal diagnose … --experiment {chosen.kind}{options}.",)
+                details=(f"Then: footcal diagnose … --experiment {options_of(chosen)}.",)
                 if chosen.id
                 else ("No log that footcal knows tells them apart.",),
             ),

@@ -9,7 +9,7 @@ import numpy as np
 
 from footcal_cli.core.diagnosis.aliases import aliases
 from footcal_cli.core.diagnosis.answer import Cause, Diagnosis
-from footcal_cli.core.diagnosis.grams import whitened_grams
+from footcal_cli.core.diagnosis.grams import calibration_grams, whitened_grams
 from footcal_cli.core.diagnosis.problem import Problem, Signature
 from footcal_cli.core.diagnosis.refit import Refit
 from footcal_cli.core.diagnosis.rules import Rules
@@ -306,8 +306,7 @@ def _contenders(answer: Diagnosis, table: Mapping[str, Effect]) -> list[tuple[Si
 
 def _white_loss(problem: Problem, noise: Noise) -> FloatArray:
     """Held-out squared error of each block in the metric of the noise, shape (B,)."""
-    bare = replace(problem, columns=problem.columns[:, :0], signatures=())
-    grams, _ = whitened_grams(bare, np.empty((problem.residual.size, 0)), noise)
+    grams = calibration_grams(problem, noise)
     return held_out_loss(grams.inner, grams.calibration)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -55,8 +55,7 @@ def form_of(problem: Problem, named: FloatArray, signs: FloatArray) -> Form:
         Sign patterns of the blocks.
     """
     products = _products(problem, named)
-    bare = replace(problem, columns=problem.columns[:, :0], signatures=())
-    grams, _ = whitened_grams(bare, products)
+    grams, _ = whitened_grams(problem.without_candidates, products)
     base = grams.calibration
     p = sign_flip_group(scores(grams.inner, base, grams.features).score, signs)
     return Form(p, flexible_gain(grams, base, [grams.features])[1])

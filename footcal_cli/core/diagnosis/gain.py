@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from footcal_cli.core.diagnosis.grams import whitened_grams
+from footcal_cli.core.diagnosis.grams import calibration_grams
 from footcal_cli.core.diagnosis.nested import Nested
 from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.scores import held_out_loss
@@ -84,8 +84,7 @@ def gains_of(
 
 def output_losses(problem: Problem, noise: Noise) -> FloatArray:
     """Held-out squared error of each block and output in units of the noise, shape (B, outputs)."""
-    bare = replace(problem, columns=problem.columns[:, :0], signatures=())
-    grams, _ = whitened_grams(bare, np.empty((problem.residual.size, 0)), noise)
+    grams = calibration_grams(problem, noise)
     base = grams.calibration
     return np.stack([held_out_loss(grams.inner, base, own) for own in grams.by_output], axis=1)
 

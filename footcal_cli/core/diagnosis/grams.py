@@ -75,6 +75,12 @@ class Grams:
         return int(self.inner.shape[0])
 
 
+def calibration_grams(problem: Problem, noise: Noise | None = None) -> Grams:
+    """Of the calibration and the residual alone; `noise` as in `whitened_grams`."""
+    nothing = np.empty((problem.residual.size, 0))
+    return whitened_grams(problem.without_candidates, nothing, noise)[0]
+
+
 def whitened_grams(
     problem: Problem, features: FloatArray, noise: Noise | None = None
 ) -> tuple[Grams, RowWhitener]:

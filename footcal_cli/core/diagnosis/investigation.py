@@ -21,7 +21,7 @@ from footcal_cli.core.diagnosis.engine import (
 )
 from footcal_cli.core.diagnosis.form import Form, form_of
 from footcal_cli.core.diagnosis.gain import Gain, gains_of
-from footcal_cli.core.diagnosis.grams import whitened_grams
+from footcal_cli.core.diagnosis.grams import calibration_grams
 from footcal_cli.core.diagnosis.nested import nested_losses
 from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.refit import Refit
@@ -216,8 +216,7 @@ def _losses(problem: Problem, current: Problem) -> tuple[float, float]:
     noise = noise_of(current)
     losses = []
     for judged in (problem, current):
-        bare = replace(judged, columns=judged.columns[:, :0], signatures=())
-        grams, _ = whitened_grams(bare, np.empty((judged.residual.size, 0)), noise)
+        grams = calibration_grams(judged, noise)
         losses.append(float(held_out_loss(grams.inner, grams.calibration, grams.plain).sum()))
     return losses[0], losses[1]
 

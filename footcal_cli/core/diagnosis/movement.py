@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from footcal_cli.core.diagnosis.case import Case
-from footcal_cli.core.diagnosis.grams import whitened_grams
+from footcal_cli.core.diagnosis.grams import calibration_grams
 from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.parameters import FloatArray
 
@@ -61,8 +61,7 @@ def movements(case: Case, before: Problem, after: Problem) -> tuple[Movement, ..
 
 def _calibrated(problem: Problem) -> tuple[FloatArray, FloatArray]:
     """Coefficients of the calibration columns and their covariance."""
-    bare = replace(problem, columns=problem.columns[:, :0], signatures=())
-    grams, _ = whitened_grams(bare, np.empty((problem.residual.size, 0)))
+    grams = calibration_grams(problem)
     total = grams.inner.sum(axis=0)
     base = grams.calibration
     inverse = np.linalg.pinv(total[np.ix_(base, base)], rcond=1e-12, hermitian=True)

@@ -157,6 +157,11 @@ class Problem:
             raise ValueError("rows of one sequence must stand together")
 
     @property
+    def without_candidates(self) -> Problem:
+        """The same rows and calibration, no effect in question."""
+        return replace(self, columns=self.columns[:, :0], signatures=())
+
+    @property
     def blocks(self) -> int:
         """Number of blocks."""
         return int(self.block.max()) + 1 if self.block.size else 0

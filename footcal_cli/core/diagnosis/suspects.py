@@ -13,7 +13,7 @@ from enum import StrEnum
 import numpy as np
 
 from footcal_cli.core.diagnosis.answer import Diagnosis, Verdict
-from footcal_cli.core.diagnosis.case import balanced, channels_of
+from footcal_cli.core.diagnosis.case import Case, balanced, channels_of
 from footcal_cli.core.diagnosis.grams import whitened_grams
 from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.core.diagnosis.next_experiment import ambiguity
@@ -104,9 +104,10 @@ def suspects_of(found: Investigation, table: Mapping[str, Effect]) -> tuple[Susp
     number = next((i for i, item in enumerate(found.found) if item.cause.rivals), None)
     if number is None:
         return ()
-    first, *others = [_as_large(r, found.rounds[number], table) for r in ambiguity(found, table)]
+    rivals = ambiguity(found, table)
+    first, *others = [_as_large(r, found.rounds[number], table) for r in rivals]
     # what was named has sizes from its own refit
-    return replace(first, values=dict(ambiguity(found, table)[0].values)), *others
+    return replace(first, values=dict(rivals[0].values)), *others
 
 
 def _as_large(rival: Contender, answer: Diagnosis, table: Mapping[str, Effect]) -> Suspect:
@@ -144,7 +145,8 @@ def followed(
     table
         Effects that are still in question.
     """
-    columns = [_column(found, suspect, table) for suspect in suspects]
+    ideal = balanced(found.case, found.case.values)
+    columns = [_column(found, ideal, suspect, table) for suspect in suspects]
     seen = [i for i, column in enumerate(columns) if column is not None]
     shares: list[Interval | None] = [None] * len(suspects)
     if seen:
@@ -183,7 +185,7 @@ def survivors(verdict: Verdict, named: Sequence[str], after: Sequence[Followed])
 
 
 def _column(
-    found: Investigation, suspect: Suspect, table: Mapping[str, Effect]
+    found: Investigation, ideal: Case, suspect: Suspect, table: Mapping[str, Effect]
 ) -> FloatArray | None:
     """What a suspect would add to the new log's residual; None where nothing."""
     effect, case = table.get(suspect.effect), found.case
@@ -199,7 +201,6 @@ def _column(
     if not owners:
         return None
     shape = {p.name: suspect.values[p.name] for p in effect.shapes if p.name in suspect.values}
-    ideal = balanced(case, case.values)
     column = np.zeros(found.problem.residual.size)
     for size in effect.sizes:
         by = suspect.values.get(size.name, size.neutral) - size.neutral

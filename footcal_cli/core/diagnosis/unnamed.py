@@ -9,7 +9,7 @@ something beside them.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -187,8 +187,7 @@ def against_curves(
     rules
         Thresholds.
     """
-    bare = replace(after, columns=after.columns[:, :0], signatures=())
-    grams, _ = whitened_grams(bare, np.hstack([curves.shared, curves.own]))
+    grams, _ = whitened_grams(after.without_candidates, np.hstack([curves.shared, curves.own]))
     shared, own = np.split(grams.features, [curves.shared.shape[1]])
     base = grams.calibration
     p = min(sign_flip_group(scores(grams.inner, base, part).score, signs) for part in (shared, own))
@@ -205,8 +204,7 @@ def _replaces(
     rules: Rules,
 ) -> bool:
     """Whether a curve is a rival of the named causes, by the rule for rivals with a name."""
-    bare = replace(before, columns=before.columns[:, :0], signatures=())
-    grams, _ = whitened_grams(bare, np.hstack([curve, named]), noise_of(after))
+    grams, _ = whitened_grams(before.without_candidates, np.hstack([curve, named]), noise_of(after))
     bent, mine = np.split(grams.features, [curve.shape[1]])
     base = grams.calibration
     start, with_curve, with_names = (

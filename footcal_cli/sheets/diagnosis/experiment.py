@@ -66,6 +66,11 @@ def sharpening(menu: Menu) -> list[str]:
     return [p.plan.words for p in (first, *(other or rest)[:1])]
 
 
+def options_of(record: NextExperimentRecord) -> str:
+    """What `diagnose` of its log is told: the kind, and what is out of the question then."""
+    return record.kind + "".join(f" --without {name}" for name in record.without)
+
+
 def experiment_words(record: NextExperimentRecord | None) -> str:
     """The experiment as a clause: what, how often, what for."""
     if record is None:
@@ -74,10 +79,9 @@ def experiment_words(record: NextExperimentRecord | None) -> str:
     if record.cosine_after is None:
         return record.words + times
     now = "" if record.cosine_now is None else f"{record.cosine_now:.3f} here, "
-    options = "".join(f" --without {name}" for name in record.without)
     minutes = f", about {record.minutes:.0f} min" if record.minutes else ""
     return (
-        f"{record.words}{times} (kind {record.kind}{options}{minutes}; likeness of the rivals, 1 "
+        f"{record.words}{times} (kind {options_of(record)}{minutes}; likeness of the rivals, 1 "
         f"being identical: {now}{record.cosine_after:.3f} then)"
     )
 

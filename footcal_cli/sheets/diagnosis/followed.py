@@ -8,7 +8,6 @@ from footcal_cli.core.diagnosis.answer import Verdict
 from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.core.diagnosis.suspects import (
     Followed,
-    Says,
     Suspect,
     followed,
     survivors,
@@ -69,7 +68,7 @@ def followed_records(became: Sequence[Followed]) -> tuple[FollowedRecord, ...]:
             effect=f.effect,
             share=None if f.share is None else f.share.value,
             ci95=None if f.share is None else (f.share.low, f.share.high),
-            says=Says(f.says).value,
+            says=f.says.value,
         )
         for f in became
     )
