@@ -9,6 +9,7 @@ import numpy as np
 
 from footcal_cli.core.hang.model import AXES
 from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.pose.common import common_turn
 from footcal_cli.core.pose.data import PoseData
 from footcal_cli.core.pose.hanging import LegKnowledge
 from footcal_cli.core.pose.joint import PoseFit
@@ -231,7 +232,7 @@ def prior_sheet(fit: PoseFit, legs: Sequence[LegKnowledge]) -> Sheet:
 
 
 def findings(fit: PoseFit, mapped: LegMap) -> tuple[FindingRecord, ...]:
-    """A leg that does not fit, poses that do not suffice."""
+    """A leg that does not fit, poses that do not suffice, a turn that all mountings share."""
     found = [
         FindingRecord(
             code="leg_foretells_residual",
@@ -253,6 +254,18 @@ def findings(fit: PoseFit, mapped: LegMap) -> tuple[FindingRecord, ...]:
                 sentence=f"they determine {fit.rank} of {fit.free} mounting errors; the rest rests "
                 "on priors and hanging logs",
                 remedy="add poses with other shaft angles and body tilts (8 suffice for full rank)",
+            )
+        )
+    common = common_turn(rotation_log(fit.mounting.turn_b))
+    if common is not None and common.stands_out:
+        found.append(
+            FindingRecord(
+                code="mountings_turned_alike",
+                severity="note",
+                where="all legs",
+                sentence=f"{common.words}; a body frame tilted by its markers (body_tilt) looks "
+                "the same in every pose (mount_rotation)",
+                remedy="put a spirit level on the chassis where the markers define its frame",
             )
         )
     return tuple(found)

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from footcal_cli.commands.parts.diagnose_cases import CaseRead
     from footcal_cli.core.chain import Chain
     from footcal_cli.core.parameters import IntArray, Parameter
+    from footcal_cli.core.pose.data import Geometry
     from footcal_cli.session import Session
 
 OF_CELLS = "a word for load cells; transducers have scale_matrix, cross_coupling and axis_flip"
@@ -60,14 +61,28 @@ def read_pose(session: Session[DiagnoseOptions]) -> CaseRead:
         tolerance_nm=session.options.tolerance_mm / 1000.0 * weight_n,
         alike=False,
     )
-    untested = UNTESTED | {
-        "body_tilt": "no pose tells it from a rotation of all mountings, which is calibrated"
-    }
     data = pose_data(without_effects(raw, session.parameters))
+    untested = UNTESTED | {"body_tilt": _tilt_or_mountings(data.geometry, values)}
     sd, _ = pose_noise_sd(asked, len(legs))
     options = PoseOptions(com_sd_m=asked.com_sd_m, translation_sd_m=0.005)
     turned = turned_when_standing(data, legs, sd, options)
     return CaseRead(case, [turned.finding()] if turned else [], untested)
+
+
+def _tilt_or_mountings(geometry: Geometry, values: Mapping[str, float]) -> str:
+    """Why a tilted body frame cannot be tested, and what the calibrated mountings share."""
+    import numpy as np
+
+    from footcal_cli.core.pose.common import common_turn
+
+    reason = "no pose tells it from a rotation of all mountings, which is calibrated"
+    nominal_t = np.array(
+        [[values.get(f"{leg}.mount_rot_{axis}", 0.0) for axis in "xyz"] for leg in geometry.legs]
+    )
+    common = common_turn(np.einsum("kij,kj->ki", geometry.rot_bt, nominal_t))
+    if common is None or not common.stands_out:
+        return reason
+    return f"{reason}: {common.words}, which is the one or the other"
 
 
 def _blocks(poses: int) -> IntArray:

@@ -1,0 +1,71 @@
+"""A tilt of the marker body and a turn of all mountings: one in every pose, and said so."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from footcal_cli.core.pose.common import COMMON_P, common_turn
+from footcal_cli.core.pose.data import pose_data, summarise
+from footcal_cli.core.pose.joint import fit_pose
+from footcal_cli.core.pose.leg_map import leg_map
+from footcal_cli.core.pose.problem import PoseOptions
+from footcal_cli.core.spatial import rotation_log
+from footcal_cli.sheets.pose import findings
+from tests.core.pose_cases import Case, case
+
+TILT = np.deg2rad([1.5, -2.0])
+
+
+def _believed(found: Case, tilt_rad: np.ndarray) -> Case:
+    """The same poses with a body frame that the markers tilt: true R_wb = believed R_wb R."""
+    log = found.standing.log
+    turn = Rotation.from_rotvec([*tilt_rad, 0.0]).as_matrix()
+    known = {**log.known, "rot_wb": log.known["rot_wb"] @ turn.T}
+    return replace(found, data=pose_data(replace(log, known=known)))
+
+
+def _turns(found: Case) -> np.ndarray:
+    free = PoseOptions(com_sd_m=0.05)
+    fit = fit_pose(summarise(found.data), found.legs, found.noise_sd, free)
+    return rotation_log(fit.mounting.turn_b)
+
+
+def test_a_tilt_of_the_markers_is_the_common_turn_of_the_mountings() -> None:
+    straight = case(3, hung=False)
+    before, after = (common_turn(_turns(c)) for c in (straight, _believed(straight, TILT)))
+    assert before is not None
+    assert after is not None
+    # to second order in the mountings' own turns, 35 mrad
+    assert after.turn_rad - before.turn_rad == pytest.approx(TILT, abs=0.05 * np.abs(TILT).max())
+
+
+def test_it_stands_out_from_mountings_that_scatter_less_and_the_report_names_both() -> None:
+    from tests.core.six_axis_data import draw_robot
+
+    robot = draw_robot(np.random.default_rng(5), rotation_sd_rad=0.003)
+    for tilt, expected in ((np.zeros(2), False), (TILT, True)):
+        found = _believed(case(5, robot=robot, hung=False), tilt)
+        fit = fit_pose(summarise(found.data), found.legs, found.noise_sd, PoseOptions())
+        said = findings(fit, leg_map(found.data, fit, found.noise_sd))
+        mine = [f for f in said if f.code == "mountings_turned_alike"]
+        assert bool(mine) is expected
+        assert all("body_tilt" in f.sentence and "mount_rotation" in f.sentence for f in mine)
+
+
+def test_mountings_that_only_scatter_are_told_of_as_often_as_the_level_says() -> None:
+    rng = np.random.default_rng(7)
+    mixed = np.array([[0.02, 0.01, 0.0], [0.0, 0.015, 0.0], [0.0, 0.0, 0.03]])
+    found = [common_turn(rng.standard_normal((6, 3)) @ mixed) for _ in range(20_000)]
+    alarms = sum(c is not None and c.stands_out for c in found)
+    assert alarms == pytest.approx(20_000 * COMMON_P, abs=4 * np.sqrt(20_000 * COMMON_P))
+    covered = np.mean([np.abs(c.turn_rad) < c.half_rad for c in found if c is not None])
+    assert covered == pytest.approx(0.95, abs=0.01)
+
+
+def test_too_few_legs_and_a_turn_shared_by_design_say_nothing() -> None:
+    assert common_turn(np.full((3, 3), 0.01)) is None
+    assert common_turn(np.full((6, 3), 0.01)) is None
