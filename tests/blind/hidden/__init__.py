@@ -9,11 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from tests.blind.hidden import body, cells, legs
+from tests.blind.hidden import body, cells, legs, outside, wiring
 from tests.blind.hidden.contract import Injection
 
 CATALOGUE: Mapping[str, Injection] = {
-    item.key: item for item in (*cells.INJECTIONS, *body.INJECTIONS, *legs.INJECTIONS)
+    item.key: item for room in (cells, wiring, outside, body, legs) for item in room.INJECTIONS
 }
 """All hidden effects by key."""
 

@@ -1,64 +1,13 @@
-"""What is hidden in load cells, on the bench and under a robot."""
+"""What of footcal's table is hidden in load cells, on the bench and under a robot."""
 
 from __future__ import annotations
-
-from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 
 from tests.blind import foreign
-from tests.blind.hidden.contract import Act, Injection, Mask
-from tests.blind.library import apply_from_table
+from tests.blind.hidden.acting import added, cellwise, feet_of, from_table
+from tests.blind.hidden.contract import Injection
 from tests.blind.world import Array, Rng, World
-
-
-def _somewhere(world: World, rng: Rng) -> Mask:
-    """One cell, or all of them, shape (n, c)."""
-    one = rng.random() < 0.5
-    if "cell" in world.row:  # weights: a row belongs to a cell
-        cells = int(world.row["cell"].max()) + 1
-        chosen = world.row["cell"] == rng.integers(cells)
-        return np.asarray(chosen[:, None] if one else np.ones((chosen.size, 1), dtype=bool))
-    channel = int(rng.integers(world.shown.shape[1]))
-    if not one:
-        return np.ones(world.shown.shape, dtype=bool)
-    return np.broadcast_to(np.arange(world.shown.shape[1]) == channel, world.shown.shape)
-
-
-def _feet(world: World) -> list[list[int]]:
-    names = [channel.split("_")[0] for channel in world.channels]
-    return [[i for i, n in enumerate(names) if n == foot] for foot in dict.fromkeys(names)]
-
-
-def _table(effect: str, parameter: str, **shapes: float) -> Act:
-    """An effect of footcal's table; a shape above zero is a share of the span, else as it is."""
-
-    def act(world: World, size: float, rng: Rng) -> World:
-        mask = _somewhere(world, rng)
-        values = {
-            name: (
-                value * world.span_n
-                if name.endswith(("reach", "load", "limit", "width"))
-                else value
-            )
-            for name, value in shapes.items()
-        }
-        return apply_from_table(world, effect, {parameter: size, **values}, mask)
-
-    return act
-
-
-def _cellwise(distort: Callable[[World, float, Rng], Array]) -> Act:
-    def act(world: World, size: float, rng: Rng) -> World:
-        mask = _somewhere(world, rng)
-        return world.with_shown(np.where(mask, distort(world, size, rng), world.shown))
-
-    return act
-
-
-def _added(signal: Callable[[World, float, Rng], Array]) -> Act:
-    return _cellwise(lambda world, size, rng: world.shown + signal(world, size, rng))
 
 
 def _bouc_wen(world: World, size: float, rng: Rng) -> Array:
@@ -104,11 +53,11 @@ def _misplaced_cell(world: World, size: float, rng: Rng) -> World:
 
 
 def _crosstalk(world: World, size: float, rng: Rng) -> World:
-    return world.with_shown(foreign.neighbour_crosstalk(world.shown, size, _feet(world)))
+    return world.with_shown(foreign.neighbour_crosstalk(world.shown, size, feet_of(world)))
 
 
 def _bypass(world: World, size: float, rng: Rng) -> World:
-    feet = _feet(world)
+    feet = feet_of(world)
     total = max(float(world.shown[:, cells].sum(axis=1).max()) for cells in feet)
     touch = rng.uniform(0.4, 0.6) * total
     chosen = [feet[int(rng.integers(len(feet)))]] if rng.random() < 0.5 else feet
@@ -118,58 +67,10 @@ def _bypass(world: World, size: float, rng: Rng) -> World:
 def _plate(world: World, size: float, rng: Rng) -> World:
     shown = world.shown.copy()
     foot = int(rng.integers(2))
-    cells = _feet(world)[foot]
+    cells = feet_of(world)[foot]
     share = rng.dirichlet(np.full(4, 30.0))
     shown[:, cells] -= size * share * (world.row["swing"][:, foot : foot + 1] == 1.0)
     return world.with_shown(shown)
-
-
-def _swap(world: World, size: float, rng: Rng) -> World:
-    a, b = rng.choice(world.shown.shape[1], 2, replace=False)
-    order = np.arange(world.shown.shape[1])
-    order[[a, b]] = order[[b, a]]
-    return world.with_shown(world.shown[:, order])
-
-
-def _stuck(world: World, size: float, rng: Rng) -> World:
-    shown, noise = world.shown.copy(), world.noise.copy()
-    i, at = int(rng.integers(shown.shape[1])), len(shown) // 3
-    shown[at:, i] = shown[at, i]
-    noise[at:, i] = 0.0
-    return replace(world, shown=shown, noise=noise)
-
-
-def _duplicate(world: World, size: float, rng: Rng) -> World:
-    a, b = rng.choice(world.shown.shape[1], 2, replace=False)
-    changed = {}
-    for name in ("shown", "noise"):
-        array = getattr(world, name).copy()
-        array[:, b] = array[:, a]
-        changed[name] = array
-    scale, zero = world.scale.copy(), world.zero.copy()
-    scale[b], zero[b] = scale[a], zero[a]
-    return replace(world, **changed, scale=scale, zero=zero)
-
-
-def _hum(world: World, size: float, rng: Rng) -> Array:
-    return foreign.mains_hum(rng, world.time_s, size, world.shown.shape[1])
-
-
-def _tug(world: World, size: float, rng: Rng) -> Array:
-    return foreign.cable_tug(rng, world.time_s, world.fresh, size)[:, None]
-
-
-def _ring(world: World, size: float, rng: Rng) -> Array:
-    step = float(np.median(np.diff(world.time_s)[np.diff(world.time_s) > 0]))
-    return foreign.ringing(
-        world.shown, world.time_s, world.fresh, size, rng.uniform(0.1, 0.3) / step, 8 * step
-    )
-
-
-def _edge(world: World, size: float, rng: Rng) -> World:
-    return world.with_shown(
-        foreign.edge_contact(world.shown, size, rng.uniform(0.52, 0.6), _feet(world))
-    )
 
 
 def _reach_n(world: World, rng: Rng) -> float:
@@ -193,7 +94,7 @@ INJECTIONS = (
         "nonlinearity/table",
         "nonlinearity",
         "weights placements walk stand",
-        _table("nonlinearity", "quadratic"),
+        from_table("nonlinearity", "quadratic"),
         1e-3,
         "1/N",
         "quadratic",
@@ -204,7 +105,7 @@ INJECTIONS = (
         "hysteresis/table",
         "hysteresis",
         "weights walk",
-        _table("hysteresis", "hysteresis_width", hysteresis_reach=0.12),
+        from_table("hysteresis", "hysteresis_width", hysteresis_reach=0.12),
         0.2,
         "N",
         "hysteresis_width",
@@ -216,7 +117,7 @@ INJECTIONS = (
         "creep/table",
         "creep creep_slow",
         "weights",
-        _table("creep", "creep", creep_time=60.0),
+        from_table("creep", "creep", creep_time=60.0),
         0.01,
         "-",
         "creep",
@@ -227,7 +128,7 @@ INJECTIONS = (
         "temperature_bias/table",
         "temperature_bias",
         "weights",
-        _table("temperature_bias", "temperature_bias"),
+        from_table("temperature_bias", "temperature_bias"),
         0.01,
         "N/K",
         "temperature_bias",
@@ -237,7 +138,7 @@ INJECTIONS = (
         "temperature_scale/table",
         "temperature_scale",
         "weights",
-        _table("temperature_scale", "temperature_scale"),
+        from_table("temperature_scale", "temperature_scale"),
         1e-3,
         "1/K",
         "temperature_scale",
@@ -247,7 +148,7 @@ INJECTIONS = (
         "crosstalk/table",
         "crosstalk",
         "placements walk",
-        _table("crosstalk", "crosstalk"),
+        from_table("crosstalk", "crosstalk"),
         0.02,
         "-",
         "crosstalk",
@@ -258,7 +159,7 @@ INJECTIONS = (
         "load_bypass/table",
         "load_bypass",
         "placements",
-        _table("load_bypass", "load_bypass", bypass_load=0.8),
+        from_table("load_bypass", "load_bypass", bypass_load=0.8),
         0.05,
         "-",
         "load_bypass",
@@ -284,7 +185,7 @@ INJECTIONS = (
         "nonlinearity/exponential",
         _CURVES,
         "weights placements walk",
-        _cellwise(_bend),
+        cellwise(_bend),
         0.2,
         "N",
         most=5.0,
@@ -293,7 +194,7 @@ INJECTIONS = (
         "saturation/tanh",
         _CURVES,
         "weights placements",
-        _cellwise(lambda w, s, r: foreign.tanh_saturation(w.shown, w.span_n / s)),
+        cellwise(lambda w, s, r: foreign.tanh_saturation(w.shown, w.span_n / s)),
         0.3,
         signed=False,
     ),
@@ -301,7 +202,7 @@ INJECTIONS = (
         "hysteresis/bouc_wen",
         "hysteresis",
         "weights walk",
-        _cellwise(_bouc_wen),
+        cellwise(_bouc_wen),
         0.2,
         "N",
         "hysteresis_width",
@@ -312,20 +213,20 @@ INJECTIONS = (
         "hysteresis/preisach",
         "hysteresis",
         "weights",
-        _cellwise(lambda w, s, r: foreign.preisach(w.shown, w.fresh, s)),
+        cellwise(lambda w, s, r: foreign.preisach(w.shown, w.fresh, s)),
         0.2,
         "N",
         "hysteresis_width",
         signed=False,
     ),
     Injection(
-        "creep/two_stage", "creep creep_slow", "weights", _cellwise(_two_stage), 0.01, signed=False
+        "creep/two_stage", "creep creep_slow", "weights", cellwise(_two_stage), 0.01, signed=False
     ),
     Injection(
         "temperature_bias/thermal_lag",
         "temperature_bias",
         "weights",
-        _added(_warm),
+        added(_warm),
         0.01,
         "N/K",
         "temperature_bias",
@@ -339,21 +240,21 @@ INJECTIONS = (
         "dead_zone/soft",
         "dead_zone",
         "weights",
-        _cellwise(_deaf),
+        cellwise(_deaf),
         0.03,
         alias=_BROKEN,
         signed=False,
         most=0.8,
     ),
     Injection(
-        "hinge/soft", "hinge", "weights", _cellwise(_kinked), 0.03, alias=_BROKEN, signed=False
+        "hinge/soft", "hinge", "weights", cellwise(_kinked), 0.03, alias=_BROKEN, signed=False
     ),
     # real, but the wandering calibration of a walk takes them in
     Injection(
         "creep/walking",
         "creep creep_slow",
         "walk",
-        _cellwise(_two_stage),
+        cellwise(_two_stage),
         0.02,
         "-",
         signed=False,
@@ -364,7 +265,7 @@ INJECTIONS = (
         "temperature_bias/walking",
         "temperature_bias",
         "walk",
-        _added(_warm),
+        added(_warm),
         0.02,
         "N/K",
         switch=True,
@@ -381,30 +282,5 @@ INJECTIONS = (
         signed=False,
         most=6.0,
     ),
-    # wiring: there or not
-    Injection("channel_swap/wires", "channel_swap", "placements walk", _swap, 1.0, switch=True),
-    Injection("channel_stuck/frozen", "channel_stuck", "walk", _stuck, 1.0, switch=True),
-    Injection(
-        "channel_duplicate/wires",
-        "channel_duplicate",
-        "placements walk",
-        _duplicate,
-        1.0,
-        switch=True,
-    ),
-    # not in the library
-    Injection("unseen/mains_hum", "", "weights walk", _added(_hum), 0.1),
-    Injection(
-        "unseen/sticking_cell",
-        "",
-        "walk",
-        _cellwise(lambda w, s, r: foreign.sticking(r, w.shown, w.fresh, s)),
-        0.3,
-        signed=False,
-    ),
-    Injection("unseen/ringing", "", "walk", _cellwise(_ring), 0.1, signed=False, most=1.5),
-    Injection("unseen/cable_tug", "", "weights walk placements", _added(_tug), 0.1),
-    Injection(
-        "unseen/edge_contact", "", "placements walk stand", _edge, 0.05, signed=False, most=1.0
-    ),
 )
+"""Effects of cells, and beliefs about them, in footcal's words."""
