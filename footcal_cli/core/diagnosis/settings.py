@@ -147,14 +147,15 @@ def _shrink(out: FloatArray, white: FloatArray, rows: IntArray, loose: FloatArra
 
 def _variance_of_parts(products: list[tuple[FloatArray, FloatArray]]) -> FloatArray:
     """Variance of each column over parts, from the median as in `_variance`, shape (q,)."""
-    size = products[0][0].shape[0]
+    own = np.stack([square for square, _ in products])
+    right = np.stack([cross for _, cross in products])
+    size = own.shape[1]
     variance = np.full(size, _PART_START)
     for _ in range(_STEPS):
-        standard, known = (np.empty((len(products), size)) for _ in range(2))
-        for i, (own, right) in enumerate(products):
-            inverse = np.linalg.inv(own + np.diag(1.0 / variance))
-            known[i] = np.clip(1.0 - np.diag(inverse) / variance, 1e-9, 1.0)
-            standard[i] = np.abs(inverse @ right) / np.sqrt(known[i] * variance)
+        inverse = np.linalg.inv(own + np.diag(1.0 / variance))
+        known = np.clip(1.0 - np.einsum("gii->gi", inverse) / variance, 1e-9, 1.0)
+        effect = np.einsum("gij,gj->gi", inverse, right)
+        standard = np.abs(effect) / np.sqrt(known * variance)
         factor = np.array(
             [(_weighted_median(standard[:, c], known[:, c]) / _NORMAL_MEDIAN) ** 2
              for c in range(size)]
