@@ -6,7 +6,13 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from footcal_cli.core.diagnosis.lines import Series, strongest_line, swing_series
+from footcal_cli.core.diagnosis.lines import (
+    Series,
+    Traces,
+    pieces_of,
+    strongest_line,
+    swing_series,
+)
 from footcal_cli.core.parameters import FloatArray
 
 RATE_HZ, SECONDS, CHANNELS = 80.0, 40.0, 4
@@ -59,3 +65,12 @@ def test_a_channel_that_shows_one_code_has_no_line() -> None:
     forces = np.zeros((int(RATE_HZ * SECONDS), CHANNELS))
     forces[1500:, :] = 0.5
     assert strongest_line(swings(forces)).p == 1.0
+
+
+def test_no_piece_goes_on_across_a_pause() -> None:
+    """Forty seconds of hanging, a minute in which the robot is hung anew, forty seconds."""
+    spell = np.arange(0.0, 40.0, 0.4)
+    time_s = np.concatenate([spell, spell + 100.0])
+    traces = Traces(time_s, np.zeros(time_s.size, dtype=np.int64), ("fx",))
+    pieces = pieces_of(traces, 2.5)
+    assert [rows.size for rows in pieces] == [spell.size, spell.size]

@@ -21,7 +21,7 @@ SWING_SLOTS = 2048
 ROW_SLOTS = 256
 """The same of rows without gaps: the line of a weight that swings is a few per cent wide."""
 _SHORTEST = 64
-_LONGEST_GAP = 200  # slots; a hum is followed across the steps of a walk, not across a pause
+_LONGEST_GAP = 0.1  # of the longest piece: a hum is followed across steps, not across a pause
 _ORDER = 4
 _WIDTH = 41  # independent frequencies in a running median
 _MEDIAN_EFFICIENCY = 0.5  # of a median of exponentials against their mean
@@ -167,7 +167,7 @@ def _slots(time_s: FloatArray, rate_hz: float, most: int) -> tuple[IntArray, Int
     A piece ends at a long gap, where the clock starts anew, and where it becomes too long.
     """
     step = np.diff(time_s, prepend=time_s[:1]) * rate_hz
-    run = np.cumsum((step > _LONGEST_GAP) | (step < 0))
+    run = np.cumsum((step > _LONGEST_GAP * most) | (step < 0))
     slot = np.zeros(time_s.size, dtype=np.int64)
     piece = np.zeros(time_s.size, dtype=np.int64)
     count = 0
