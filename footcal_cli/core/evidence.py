@@ -279,7 +279,9 @@ def jackknife_interval(
     return Interval(value, value - half, value + half)
 
 
-def held_out_interval(value: float, without: FloatArray, level: float = 0.95) -> Interval:
+def held_out_interval(
+    value: float, without: FloatArray, level: float = 0.95, informative: float | None = None
+) -> Interval:
     """Interval of what a model buys on blocks it was not fitted to, for blocks yet to come.
 
     Models of different folds are fitted to nearly the same blocks, so that their errors are no
@@ -292,8 +294,10 @@ def held_out_interval(value: float, without: FloatArray, level: float = 0.95) ->
         The gain, and without each held-out block, shape (B,).
     level
         Coverage.
+    informative
+        As in `jackknife_interval`.
     """
-    found = jackknife_interval(value, without, level)
+    found = jackknife_interval(value, without, level, informative)
     blocks = without.size
     if blocks < 2:
         return found

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from footcal_cli.core.diagnosis import investigation
+from footcal_cli.core.diagnosis import growth
 from footcal_cli.core.diagnosis.answer import Cause
 from footcal_cli.core.diagnosis.bridge import problem_from
 from footcal_cli.core.diagnosis.case import rows_of
@@ -143,9 +143,7 @@ def test_where_the_best_does_not_stand_its_refit_the_next_best_is_tried(
     case = weights_case(12, bent)
     first = investigate(case, CURVES, describe)
     assert {f.cause.signature.effect for f in first.found} == {"nonlinearity"}
-    monkeypatch.setattr(
-        investigation, "_is_something", lambda c, *_: c.signature.effect != "nonlinearity"
-    )
+    monkeypatch.setattr(growth, "_is_something", lambda c, *_: c.signature.effect != "nonlinearity")
     second = investigate(case, CURVES, describe)
     (tried,) = second.rounds[0].causes
     assert tried.signature.effect != "nonlinearity"
@@ -166,7 +164,7 @@ def test_a_size_at_an_end_of_its_range_ends_the_search() -> None:
              if (s.effect, s.where) == ("nonlinearity", "all cells"))
     )  # fmt: skip
     fitted = subject.refitted([cause], {"all.quadratic": 1e-3})
-    assert not investigation._ends(subject, [cause], fitted)
+    assert not growth.at_an_end(subject, [cause], fitted)
     upper = CURVES["nonlinearity"].size.upper
     at_end = replace(fitted, values={**fitted.values, "all.quadratic": upper})
-    assert investigation._ends(subject, [cause], at_end)
+    assert growth.at_an_end(subject, [cause], at_end)

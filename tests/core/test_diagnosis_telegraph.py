@@ -61,6 +61,9 @@ def test_a_reading_that_stands_shows_its_converter_and_no_push() -> None:
     assert levels_p(coarse, coarse.residual) == 1.0  # without channels nothing is said
     traced = _traced(np.round(slow))
     assert levels_p(traced, traced.residual) == 1.0
+    # nor does one that a model moves a little from row to row
+    moved = _traced(np.round(slow) + 1e-3 * np.sin(np.arange(slow.shape[1])))
+    assert levels_p(moved, moved.residual) == 1.0
     seen = _traced(slow + 1.8 * pushed(rng))
     assert levels_p(seen, seen.residual) < 1e-4
 

@@ -144,6 +144,10 @@ def test_held_out_gains_scatter_more_than_their_mean_as_models_share_their_block
     assert (wider.high - mean) / (plain.high - mean) == pytest.approx(np.sqrt(1.0 + 12.0 / 11.0))
     assert wider.low == pytest.approx(2.0 * mean - wider.high)
     assert held_out_interval(1.0, np.ones(1)).high == np.inf
+    few = held_out_interval(mean, without, informative=4.0)
+    assert (few.high - mean) / (wider.high - mean) == pytest.approx(
+        stats.t.ppf(0.975, 3) / stats.t.ppf(0.975, 11)
+    )
 
 
 def test_a_size_that_few_blocks_inform_has_their_degrees_of_freedom() -> None:

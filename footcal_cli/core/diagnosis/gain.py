@@ -11,7 +11,7 @@ from footcal_cli.core.diagnosis.nested import Nested
 from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.scores import held_out_loss
 from footcal_cli.core.diagnosis.whitening import Noise, noise_of
-from footcal_cli.core.evidence import Interval, held_out_interval
+from footcal_cli.core.evidence import Interval, effective_blocks, held_out_interval
 from footcal_cli.core.parameters import BoolArray, FloatArray
 
 
@@ -75,7 +75,10 @@ def gains_of(
         gains.append(
             Gain(
                 name, unit, whole[0], whole[1],
-                held_out_interval(1.0 - whole[1] / max(whole[0], 1e-300), share),
+                held_out_interval(
+                    1.0 - whole[1] / max(whole[0], 1e-300), share,
+                    informative=_informative(old - new),
+                ),
                 np.sqrt(np.stack([old, new], 1) / count[used, None]) * unit_noise,
             )
         )  # fmt: skip
@@ -89,6 +92,11 @@ def output_losses(problem: Problem, noise: Noise) -> FloatArray:
     return np.stack([held_out_loss(grams.inner, base, own) for own in grams.by_output], axis=1)
 
 
+def _informative(gain: FloatArray) -> float:
+    """Number of blocks that a gain comes from: of one cell of four, a quarter of them at most."""
+    return float(effective_blocks(np.abs(gain)[:, None])[0])
+
+
 def rms_gain(loss: FloatArray, gain: FloatArray) -> Interval:
     """Relative reduction of the RMS error with its interval over blocks."""
 
@@ -99,4 +107,4 @@ def rms_gain(loss: FloatArray, gain: FloatArray) -> Interval:
     without = np.array(
         [share(loss.sum() - a, gain.sum() - g) for a, g in zip(loss, gain, strict=True)]
     )
-    return held_out_interval(value, without)
+    return held_out_interval(value, without, informative=_informative(gain))

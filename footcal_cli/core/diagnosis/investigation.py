@@ -10,7 +10,7 @@ import numpy as np
 from footcal_cli.core.diagnosis.answer import Cause, Diagnosis, Verdict
 from footcal_cli.core.diagnosis.bridge import Describe, problem_from
 from footcal_cli.core.diagnosis.case import Case, Rows, rows_of
-from footcal_cli.core.diagnosis.contest import decided, decided_again
+from footcal_cli.core.diagnosis.contest import decided_again
 from footcal_cli.core.diagnosis.engine import (
     diagnose,
     enough,
@@ -22,21 +22,19 @@ from footcal_cli.core.diagnosis.engine import (
 from footcal_cli.core.diagnosis.form import Form, form_of
 from footcal_cli.core.diagnosis.gain import Gain, gains_of
 from footcal_cli.core.diagnosis.grams import calibration_grams
+from footcal_cli.core.diagnosis.growth import at_an_end, grown_by_one, named_columns
 from footcal_cli.core.diagnosis.nested import nested_losses
 from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.refit import Refit
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.scores import held_out_loss
-from footcal_cli.core.diagnosis.signatures import SWITCHES
 from footcal_cli.core.diagnosis.stated import stated_size
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.diagnosis.unnamed import Unnamed, against_curves, applies, curves_of
 from footcal_cli.core.diagnosis.whitening import noise_of
-from footcal_cli.core.effects.contract import Effect, Scope
+from footcal_cli.core.effects.contract import Effect
 from footcal_cli.core.evidence import Interval, sign_patterns
-from footcal_cli.core.parameters import FloatArray, IntArray
-
-_HALF = 0.5  # a switch that is not even half on is off
+from footcal_cli.core.parameters import IntArray
 
 
 @dataclass(frozen=True)
@@ -128,8 +126,8 @@ def investigate(
     rounds = [diagnose(problem, one, seed)]
     causes: list[Cause] = []
     removed, start = 0.0, None
-    while len(rounds) <= rules.most_effects and not _ends(subject, causes, model):
-        grown, rounds[-1] = _grown(subject, causes, model, current, rounds[-1], start, seed)
+    while len(rounds) <= rules.most_effects and not at_an_end(subject, causes, model):
+        grown, rounds[-1] = grown_by_one(subject, causes, model, current, rounds[-1], start, seed)
         if grown is None:
             break
         causes, model = decided_again(subject, *grown, rounds, seed)
@@ -167,47 +165,6 @@ def investigate(
     )
 
 
-def _grown(
-    subject: Subject,
-    causes: Sequence[Cause],
-    model: Refit | None,
-    current: Problem,
-    answer: Diagnosis,
-    start: float | None,
-    seed: int,
-) -> tuple[tuple[list[Cause], Refit] | None, Diagnosis]:
-    """The model with one more cause: the best that stands its refit, and the answer it is of.
-
-    What the linear proxy likes best may be nothing once all is refitted; the next best in the same
-    family is then tried, a few times.
-    """
-    first, failed = answer, frozenset[str]()
-    for _ in range(answer.rules.most_tries):
-        if not answer.causes:
-            break
-        cause, fitted = decided(subject, causes, model, answer, seed, failed)
-        needed, fitted = _needed(subject, [*causes, cause], fitted)
-        if cause in needed and len(needed) > len(causes):
-            return (needed, fitted), answer
-        failed |= {cause.signature.effect, answer.causes[0].signature.effect}
-        answer = diagnose(current, answer.rules, seed, start, failed)
-    return None, first
-
-
-def _ends(subject: Subject, causes: Sequence[Cause], model: Refit | None) -> bool:
-    """Whether a size stands at an end of its range: what is left then comes from the bound."""
-    if model is None:
-        return False
-    for cause in causes:
-        effect = subject.table[cause.signature.effect]
-        size = next(p for p in effect.parameters if p.name == cause.signature.parameter)
-        for owner, _ in cause.signature.owners:
-            value = model.values[f"{owner}.{size.name}"]
-            if effect.name not in SWITCHES and not size.lower < value < size.upper:
-                return True
-    return False
-
-
 def _losses(problem: Problem, current: Problem) -> tuple[float, float]:
     """Held-out squared error of the baseline and of a model, judged in the noise of the model.
 
@@ -221,45 +178,9 @@ def _losses(problem: Problem, current: Problem) -> tuple[float, float]:
     return losses[0], losses[1]
 
 
-def _needed(
-    subject: Subject,
-    causes: Sequence[Cause],
-    fitted: Refit,
-) -> tuple[list[Cause], Refit]:
-    """Causes whose sizes are something once all are in the model, refitted without the others."""
-    kept = [c for c in causes if _is_something(c, subject.table[c.signature.effect], fitted)]
-    if len(kept) == len(causes) or not kept:
-        return kept, fitted
-    names = {p.name for c in kept for p in subject.table[c.signature.effect].parameters}
-    start = {
-        n: v for n, v in fitted.values.items()
-        if n not in subject.case.values and n.rsplit(".", 1)[1] in names
-    }  # fmt: skip
-    return kept, subject.refitted(kept, start)
-
-
-def _is_something(cause: Cause, effect: Effect, fitted: Refit) -> bool:
-    """Whether the interval of one of its sizes excludes the neutral value."""
-    parameter = next(p for p in effect.parameters if p.name == cause.signature.parameter)
-    intervals = [
-        interval for name, interval in zip(fitted.names, fitted.intervals, strict=True)
-        if name.rsplit(".", 1)[1] == parameter.name
-    ]  # fmt: skip
-    if effect.name in SWITCHES and intervals and not any(i.high >= _HALF for i in intervals):
-        return False
-    if effect.name in SWITCHES or not np.isfinite(parameter.neutral) or not intervals:
-        return True
-    if effect.scope is Scope.ROBOT and any(
-        i.value <= parameter.lower or i.value >= parameter.upper for i in intervals
-    ):
-        # a belief driven to the end of its range only trades against a calibration that drifts
-        return False
-    return any(not i.low <= parameter.neutral <= i.high for i in intervals)
-
-
 def _form(current: Problem, model: Refit | None, causes: Sequence[Cause], seed: int) -> Form | None:
     """Whether the named sizes are the same everywhere, on the extended model."""
-    named = _named_columns(model, causes)
+    named = named_columns(model, causes)
     if not named.size:
         return None
     signs = sign_patterns(current.blocks, seed)
@@ -275,21 +196,12 @@ def _unnamed(
     seed: int,
 ) -> Unnamed | None:
     """The named causes against curves without a name, where these are another explanation."""
-    named = _named_columns(model, causes)
+    named = named_columns(model, causes)
     if model is None or not named.size or not applies(current, subject.case, causes):
         return None
     curves = curves_of(subject.ideal(model), subject.rows)
     signs = sign_patterns(current.blocks, seed)
     return against_curves(subject.problem, current, named, curves, signs, rules)
-
-
-def _named_columns(model: Refit | None, causes: Sequence[Cause]) -> FloatArray:
-    """What the named sizes add to the residual at the optimum, shape (m, k)."""
-    if model is None:
-        return np.empty((0, 0))
-    sizes = {c.signature.parameter for c in causes}
-    named = [i for i, name in enumerate(model.names) if name.rsplit(".", 1)[1] in sizes]
-    return model.columns[:, named]
 
 
 def _found(subject: Subject, causes: Sequence[Cause], model: Refit | None) -> tuple[Found, ...]:

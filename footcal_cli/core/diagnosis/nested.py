@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from footcal_cli.core.diagnosis.grams import whitened_grams
+from footcal_cli.core.diagnosis.detection import block_calibrations
+from footcal_cli.core.diagnosis.grams import Grams, whitened_grams
 from footcal_cli.core.diagnosis.library import Library
 from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.rules import Rules
@@ -71,10 +72,10 @@ def nested_losses(
         In which all models are judged; that of what was chosen where absent.
     """
     blocks = lib.grams.blocks
-    fold = (np.arange(blocks) * min(blocks, rules.most_folds)) // blocks
+    fold = folds_of(_alike_blocks(lib.grams), rules.most_folds)
     picks = [
         _chosen_without(lib, fold != f, replace(rules, most_effects=most_effects), seed)
-        for f in range(int(fold[-1]) + 1)
+        for f in range(int(fold.max()) + 1)
     ]
     used = np.unique(np.concatenate([*picks, np.empty(0, dtype=np.int64)])).astype(np.int64)
     before = problem.fitted[:, problem.calibration.shape[1] :]
@@ -100,6 +101,34 @@ def nested_losses(
         loss[mine] = np.einsum("i,obij,j->bo", weights, own, weights)
     effects = tuple(frozenset(lib.problem.signatures[i].effect for i in pick) for pick in picks)
     return Nested(fold, effects, loss)
+
+
+def folds_of(kind: IntArray, most: int) -> IntArray:
+    """Fold of each block: neighbours of a kind together, of every kind the same share in each.
+
+    Neighbours of all kinds together would leave out a third of one cell's sessions at once, and
+    what was found with all of them is not found without so many.
+
+    Parameters
+    ----------
+    kind
+        Blocks of one number are of the same sensors, shape (B,).
+    most
+        Folds at most.
+    """
+    fold = np.zeros(kind.size, dtype=np.int64)
+    folds = min(kind.size, most)
+    for number in np.unique(kind):
+        mine = np.flatnonzero(kind == number)
+        fold[mine] = (np.arange(mine.size) * folds) // mine.size
+    return np.unique(fold, return_inverse=True)[1].astype(np.int64)
+
+
+def _alike_blocks(grams: Grams) -> IntArray:
+    """Kind of each block: which sensors' calibration it knows of."""
+    if not grams.wandering.size:
+        return np.zeros(grams.blocks, dtype=np.int64)
+    return block_calibrations(grams, grams.calibration, np.empty(0, dtype=np.int64))[2]
 
 
 def _chosen_without(lib: Library, kept: BoolArray, rules: Rules, seed: int) -> IntArray:

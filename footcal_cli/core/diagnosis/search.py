@@ -167,9 +167,17 @@ def _next_step(
         needed = max(rules.smallest_gain * touched * float(loss.sum()), rules.later_share * before)
         plain = evidence.plain_gain[:, c]
         earned = min(sign_flip_mean(evidence.gain[:, c], signs), sign_flip_mean(plain, signs))
-        if plain.sum() <= needed or earned > rules.alpha_rival:
-            why.append(f"{name}: significant, but buys too little on blocks it was not fitted to: "
-                       f"{plain.sum() / max(float(loss.sum()), 1e-300):.1%}")  # fmt: skip
+        total_loss = max(float(loss.sum()), 1e-300)
+        bought = (
+            f"{plain.sum() / total_loss:.1%} of the squared error on blocks it was not fitted to"
+        )
+        if plain.sum() <= needed:
+            why.append(f"{name}: significant, but it removes only {bought}; "
+                       f"{needed / total_loss:.1%} are asked of it")  # fmt: skip
+            return None, why
+        if earned > rules.alpha_rival:
+            why.append(f"{name}: significant, but that it removes {bought} is not sure "
+                       f"(p = {earned:.2g}, at most {rules.alpha_rival:g} is asked)")  # fmt: skip
             return None, why
         if smallest is not None and abs(size) < smallest[lib.index(int(evidence.best[c]))]:
             why.append(f"{name}: significant, but {abs(size):.3g} {signature.unit} is below the "

@@ -1,0 +1,118 @@
+"""One more cause: the best that stands its refit together with all others."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from footcal_cli.core.diagnosis.answer import Cause, Diagnosis
+from footcal_cli.core.diagnosis.contest import decided
+from footcal_cli.core.diagnosis.engine import diagnose
+from footcal_cli.core.diagnosis.problem import Problem
+from footcal_cli.core.diagnosis.refit import Refit
+from footcal_cli.core.diagnosis.signatures import SWITCHES
+from footcal_cli.core.diagnosis.subject import Subject
+from footcal_cli.core.effects.contract import Effect, Scope
+from footcal_cli.core.parameters import FloatArray
+
+_HALF = 0.5  # a switch that is not even half on is off
+
+
+def grown_by_one(
+    subject: Subject,
+    causes: Sequence[Cause],
+    model: Refit | None,
+    current: Problem,
+    answer: Diagnosis,
+    start: float | None,
+    seed: int,
+) -> tuple[tuple[list[Cause], Refit] | None, Diagnosis]:
+    """The model with one more cause: the best that stands its refit, and the answer it is of.
+
+    What the linear proxy likes best may be nothing once all is refitted; the next best in the same
+    family is then tried, a few times.
+
+    Parameters
+    ----------
+    subject
+        What is diagnosed.
+    causes, model
+        What was named, and the model with it; None without any.
+    current, answer
+        The problem on that model, and what the engine said of it.
+    start
+        Held-out squared error before anything was named.
+    seed
+        Of sign patterns.
+    """
+    first, failed = answer, frozenset[str]()
+    for _ in range(answer.rules.most_tries):
+        if not answer.causes:
+            break
+        cause, fitted = decided(subject, causes, model, answer, seed, failed)
+        needed, fitted = _needed(subject, [*causes, cause], fitted)
+        if cause in needed and len(needed) > len(causes):
+            return (needed, fitted), answer
+        failed |= {cause.signature.effect, answer.causes[0].signature.effect}
+        answer = diagnose(current, answer.rules, seed, start, failed)
+    return None, first
+
+
+def at_an_end(subject: Subject, causes: Sequence[Cause], model: Refit | None) -> bool:
+    """Whether a size stands at an end of its range: what is left then comes from the bound."""
+    if model is None:
+        return False
+    for cause in causes:
+        effect = subject.table[cause.signature.effect]
+        size = next(p for p in effect.parameters if p.name == cause.signature.parameter)
+        for owner, _ in cause.signature.owners:
+            value = model.values[f"{owner}.{size.name}"]
+            if effect.name not in SWITCHES and not size.lower < value < size.upper:
+                return True
+    return False
+
+
+def named_columns(model: Refit | None, causes: Sequence[Cause]) -> FloatArray:
+    """What the named sizes add to the residual at the optimum, shape (m, k)."""
+    if model is None:
+        return np.empty((0, 0))
+    sizes = {c.signature.parameter for c in causes}
+    named = [i for i, name in enumerate(model.names) if name.rsplit(".", 1)[1] in sizes]
+    return model.columns[:, named]
+
+
+def _needed(
+    subject: Subject,
+    causes: Sequence[Cause],
+    fitted: Refit,
+) -> tuple[list[Cause], Refit]:
+    """Causes whose sizes are something once all are in the model, refitted without the others."""
+    kept = [c for c in causes if _is_something(c, subject.table[c.signature.effect], fitted)]
+    if len(kept) == len(causes) or not kept:
+        return kept, fitted
+    names = {p.name for c in kept for p in subject.table[c.signature.effect].parameters}
+    start = {
+        n: v for n, v in fitted.values.items()
+        if n not in subject.case.values and n.rsplit(".", 1)[1] in names
+    }  # fmt: skip
+    return kept, subject.refitted(kept, start)
+
+
+def _is_something(cause: Cause, effect: Effect, fitted: Refit) -> bool:
+    """Whether the interval of one of its sizes excludes the neutral value."""
+    parameter = next(p for p in effect.parameters if p.name == cause.signature.parameter)
+    intervals = [
+        interval for name, interval in zip(fitted.names, fitted.intervals, strict=True)
+        if name.rsplit(".", 1)[1] == parameter.name
+    ]  # fmt: skip
+    if effect.name in SWITCHES and intervals and not any(i.high >= _HALF for i in intervals):
+        return False
+    if effect.name in SWITCHES or not np.isfinite(parameter.neutral) or not intervals:
+        return True
+    if effect.scope is Scope.ROBOT and any(
+        i.value <= parameter.lower or i.value >= parameter.upper for i in intervals
+    ):
+        # a belief driven to the end of its range only trades against a calibration that drifts
+        return False
+    return any(not i.low <= parameter.neutral <= i.high for i in intervals)
