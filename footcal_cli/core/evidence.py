@@ -242,6 +242,11 @@ class Interval:
     low: float
     high: float
 
+    @property
+    def sureness(self) -> float:
+        """|value| over half the interval: beyond one, zero is outside."""
+        return 2.0 * abs(self.value) / max(self.high - self.low, 1e-300)
+
 
 def mean_interval(values: FloatArray, level: float = 0.95) -> Interval:
     """Mean of block values with Student's interval on blocks − 1 degrees of freedom."""

@@ -7,8 +7,12 @@ import sys
 import numpy as np
 import pytest
 
+from footcal_cli.core.chain import Link
 from footcal_cli.core.diagnosis.answer import Verdict
+from footcal_cli.core.diagnosis.case import rows_of
 from footcal_cli.core.diagnosis.investigation import Investigation
+from footcal_cli.core.diagnosis.signatures import calibration_columns
+from footcal_cli.core.effects import TABLE
 from tests.core.leg_cases import (
     FAMILIES,
     distorting,
@@ -50,6 +54,19 @@ def checked(found: Investigation, effect: str, size: float) -> None:
         reach = 1.5 * (cause.size.high - cause.size.low) / 2.0
         assert abs(cause.size.value - size / share) < reach
     assert cause.gain.low > 0
+
+
+def test_an_effect_does_not_free_what_poses_cannot_calibrate() -> None:
+    straight = pose_case(21, *distorting("case_strain", *STOOD["case_strain"]))
+    rows = rows_of(straight)
+    columns, turn = calibration_columns(straight, rows)
+    strained = straight.extended(
+        straight.chain.with_link(Link(TABLE["case_strain"], {"mr": ("mr",)})),
+        {**straight.values, "mr.strain_fx": 0.06},
+    )
+    free, _ = calibration_columns(strained, rows)
+    held, _ = calibration_columns(strained, rows, turn)
+    assert free.shape[1] > held.shape[1] == columns.shape[1]
 
 
 @pytest.mark.parametrize(

@@ -24,12 +24,24 @@ Describe = Callable[[Case, Rows], tuple[Mapping[str, FloatArray], Mapping[str, F
 _MORE = 1.01
 
 
-def problem_from(case: Case, rows: Rows, effects: Iterable[Effect], describe: Describe) -> Problem:
-    """Arrays of a case: residual, calibration and library by differentiating its chain."""
+def problem_from(
+    case: Case,
+    rows: Rows,
+    effects: Iterable[Effect],
+    describe: Describe,
+    within: FloatArray | None = None,
+) -> Problem:
+    """Arrays of a case: residual, calibration and library by differentiating its chain.
+
+    Parameters
+    ----------
+    within
+        Changes of parameters to which calibration is limited, as in `calibration_of`.
+    """
     ideal = balanced(case, case.values)
     library = library_columns(ideal, rows, effects)
     regressors, covariates = describe(ideal, rows)
-    calibration, turn = calibration_of(ideal, rows)
+    calibration, turn = calibration_of(ideal, rows, within)
     tracking = None
     if case.drifts and case.directions:
         _, kind = np.unique([d.kind for d in case.directions], return_inverse=True)
@@ -65,11 +77,21 @@ def problem_from(case: Case, rows: Rows, effects: Iterable[Effect], describe: De
     )
 
 
-def calibration_of(ideal: Case, rows: Rows) -> tuple[FloatArray, FloatArray | None]:
-    """What calibration does to the residual at a model, and what each column turns, if constant."""
+def calibration_of(
+    ideal: Case, rows: Rows, within: FloatArray | None = None
+) -> tuple[FloatArray, FloatArray | None]:
+    """What calibration does to the residual at a model, and what each column turns, if constant.
+
+    Parameters
+    ----------
+    within
+        What the baseline's columns turn. Beside an effect that is not linear a parameter shows that
+        these data alone cannot calibrate: six sums over all legs know nothing of one leg's offset,
+        which another log has fixed. Free, it would be one more shape of that effect.
+    """
     if ideal.drifts and ideal.directions:
         return direction_columns(ideal, rows), None
-    return calibration_columns(ideal, rows)
+    return calibration_columns(ideal, rows, within)
 
 
 def numbered(calibration: FloatArray) -> tuple[str, ...]:

@@ -45,11 +45,14 @@ class Found:
     ----------
     cause
         As the engine named it; its size after the refit.
+    owner
+        Whose size that is: of several with one each, whose is surest not to be nothing.
     parameter_names, intervals
         Every fitted parameter of the effect with its 95 % interval.
     """
 
     cause: Cause
+    owner: str
     parameter_names: tuple[str, ...]
     intervals: tuple[Interval, ...]
 
@@ -214,19 +217,19 @@ def _found(subject: Subject, causes: Sequence[Cause], model: Refit | None) -> tu
             i for i, name in enumerate(model.names) if name.rsplit(".", 1)[0] in owners
             and name.rsplit(".", 1)[1] in _parameters(cause, model)
         ]  # fmt: skip
-        # of several cells with a size each, the one that is off most stands for all
         effect = next(
             link.effect for link in model.chain.links if link.effect.name == cause.signature.effect
         )
         named = [model.names[i].rsplit(".", 1) for i in mine]
-        sizes = [
-            stated_size(subject, model, effect, owner, name)
+        sizes = {
+            owner: stated_size(subject, model, effect, owner, name)
             for owner, name in named if name == cause.signature.parameter
-        ]  # fmt: skip
-        size = max(sizes, key=lambda interval: abs(interval.value))
+        }  # fmt: skip
+        surest = max(sizes, key=lambda owner: sizes[owner].sureness)
         found.append(
             Found(
-                replace(cause, size=size),
+                replace(cause, size=sizes[surest]),
+                surest,
                 tuple(model.names[i] for i in mine),
                 tuple(model.intervals[i] for i in mine),
             )

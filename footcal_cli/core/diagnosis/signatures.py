@@ -22,6 +22,7 @@ from footcal_cli.core.parameters import FloatArray
 
 STEP = 0.02
 """Finite-difference step of a size, in its prior sd."""
+_DIFFERENCE = 1e-4  # finite-difference step of the calibration, in its own steps
 ALIKE = 0.995
 """|cos| from which two shapes of an effect count as one."""
 _NOTHING = 1e-6  # RMS change in noise units at a usual size: below it is rounding
@@ -48,11 +49,18 @@ class Columns:
     excluded: tuple[Excluded, ...]
 
 
-def calibration_columns(case: Case, rows: Rows) -> tuple[FloatArray, FloatArray]:
+def calibration_columns(
+    case: Case, rows: Rows, within: FloatArray | None = None
+) -> tuple[FloatArray, FloatArray]:
     """``dr/dθ`` of the calibration by central differences, as independent columns.
 
     Collinear parameters (scale and bias far from zero counts) are turned into independent
     directions; directions that change nothing are dropped.
+
+    Parameters
+    ----------
+    within
+        Changes of the parameters of `Case.calibration` to which it is limited, shape (p, w).
 
     Returns
     -------
@@ -61,25 +69,35 @@ def calibration_columns(case: Case, rows: Rows) -> tuple[FloatArray, FloatArray]
     turn
         Change of each parameter of `Case.calibration` per unit of each column, shape (p, rank).
     """
-    parts, steps = [], []
-    for parameter in case.calibration:
-        step = 1e-4 * parameter.step
-        at = case.values.get(parameter.name, parameter.value)
-        up = residual(case, rows, {**case.values, parameter.name: at + step})
-        down = residual(case, rows, {**case.values, parameter.name: at - step})
-        parts.append((up - down) * (parameter.step / (2.0 * step)))
-        steps.append(parameter.step)
-    if not parts:
+    parameters = list(case.calibration)
+    steps = np.array([parameter.step for parameter in parameters])
+    ways = np.diag(steps) if within is None else within
+    if not ways.size:
         return np.empty((rows.row.size, 0)), np.empty((0, 0))
-    raw = np.stack(parts, axis=1)
-    change = np.diag(steps)
+    ways = ways / np.max(np.abs(ways) / steps[:, None], axis=0)
+    raw = np.empty((rows.row.size, ways.shape[1]))
+    at = {p.name: case.values.get(p.name, p.value) for p in parameters}
+    for i, way in enumerate(_DIFFERENCE * ways.T):
+        up, down = (
+            residual(case, rows, _moved(case.values, at, sign * way)) for sign in (1.0, -1.0)
+        )
+        raw[:, i] = (up - down) / (2.0 * _DIFFERENCE)
     norm = np.sqrt(np.sum(raw**2, axis=0))
     norm = np.where(norm > 0, norm, np.inf)
     left, singular, right = np.linalg.svd(raw / norm, full_matrices=False)
     kept = singular > 1e-9 * singular.max(initial=0.0)
     size = np.sqrt(rows.row.size)
-    turn = change @ ((right[kept].T / singular[kept]) / norm[:, None]) * size
+    turn = ways @ ((right[kept].T / singular[kept]) / norm[:, None]) * size
     return np.asarray(left[:, kept] * size), np.asarray(turn)
+
+
+def _moved(
+    values: Mapping[str, float], at: Mapping[str, float], way: FloatArray
+) -> dict[str, float]:
+    """Values with the calibration moved some way, shape (p,)."""
+    return {
+        **values, **{name: v + d for (name, v), d in zip(at.items(), way, strict=True) if d}
+    }  # fmt: skip
 
 
 def direction_columns(case: Case, rows: Rows) -> FloatArray:

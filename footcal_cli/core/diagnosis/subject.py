@@ -53,7 +53,8 @@ class Subject:
         noise with the residual.
         """
         case = self.case.extended(model.chain, model.values)
-        whole = problem_from(case, self.rows, self.table.values(), self.describe)
+        turn = self.problem.calibration_turn
+        whole = problem_from(case, self.rows, self.table.values(), self.describe, turn)
         return replace(
             whole.without(*(c.signature.effect for c in causes)),
             accepted=self._accepted(model, causes),
@@ -61,7 +62,8 @@ class Subject:
 
     def bare(self, model: Refit, causes: Sequence[Cause]) -> Problem:
         """As `extended`, without candidates."""
-        calibration, turn = calibration_of(self.ideal(model), self.rows)
+        within = self.problem.calibration_turn
+        calibration, turn = calibration_of(self.ideal(model), self.rows, within)
         return replace(
             self.problem,
             residual=model.residual,

@@ -68,25 +68,20 @@ def with_interval(interval: Interval, unit: str) -> str:
 
 
 def size_words(item: Found) -> str:
-    """The sizes of an effect with interval and unit; of many owners the largest."""
+    """The sizes of an effect with interval and unit; of many owners the surest one's."""
     signature = item.cause.signature
+    whose = f"surest in {item.owner}: " if len(signature.owners) > 1 else ""
     if stated_as := find_effect(signature.effect).stated_as:
-        return f"{stated_as} {with_interval(item.cause.size, signature.unit)}"
+        return f"{whose}{stated_as} {with_interval(item.cause.size, signature.unit)}"
     shapes = {name for name, _ in signature.shape}
-    sizes: dict[str, list[tuple[str, Interval]]] = {}
+    said: list[str] = []
     for name, interval in zip(item.parameter_names, item.intervals, strict=True):
         owner, parameter = name.rsplit(".", 1)
         seen = interval.low * interval.high > 0 or parameter == signature.parameter
-        if parameter not in shapes and seen:
-            sizes.setdefault(owner, []).append((parameter, interval))
-    if not sizes:
-        return ""
-    owner = max(sizes, key=lambda o: max(abs(interval.value) for _, interval in sizes[o]))
-    said = ", ".join(
-        f"{_size_name(parameter, signature.effect)}{with_interval(interval, signature.unit)}"
-        for parameter, interval in sizes[owner]
-    )
-    return said if len(sizes) == 1 else f"largest in {owner}: {said}"
+        if owner == item.owner and parameter not in shapes and seen:
+            name = _size_name(parameter, signature.effect)
+            said.append(f"{name}{with_interval(interval, signature.unit)}")
+    return f"{whose}{', '.join(said)}" if said else ""
 
 
 def _size_name(parameter: str, effect: str) -> str:
