@@ -35,36 +35,75 @@ def aliases(
     signature, size and cos of each effect where it comes nearest; copies of impossible size are
     left out.
     """
-    groups = _groups(lib)
-    inner = lib.grams.inner.sum(axis=0)
-    base, columns = lib.grams.calibration, lib.grams.candidates
-    gamma = coefficients(inner, base, columns)
-    visible = inner[np.ix_(columns, columns)] - gamma.T @ inner[np.ix_(base, columns)]
-    # what a refit made of a cause may stand where the linear test could not look
-    place = _place(signature)
-    mine = np.array([i for i, s in enumerate(lib.problem.signatures) if _place(s) == place])
-    if not mine.size:
-        return []
-    weights = np.array([sizes.get(lib.problem.signatures[i].parameter, 0.0) for i in mine])
-    own = float(weights @ visible[np.ix_(mine, mine)] @ weights)
+    seen = visible(lib)
     best: dict[str, tuple[Signature, float, float]] = {}
-    for members in groups.values():
+    for members in _groups(lib).values():
         other = lib.problem.signatures[members[0]]
-        if other.effect == signature.effect or own <= 0:
+        if other.effect == signature.effect:
             continue
-        cross = visible[np.ix_(members, mine)] @ weights
-        needed = _solved(visible[np.ix_(members, members)], cross)
-        cos = float(np.sqrt(np.clip(cross @ needed / own, 0.0, 1.0)))
+        cos, needed = _copy(lib, seen, signature, sizes, members)
         possible = all(
             lib.problem.signatures[i].lower <= size <= lib.problem.signatures[i].upper
             for i, size in zip(members, needed, strict=True)
         )
         if possible and cos > best.get(other.effect, (other, 0.0, 0.0))[2]:
-            largest = int(np.argmax(np.abs(needed) * np.sqrt(np.diag(visible)[members])))
+            largest = int(np.argmax(np.abs(needed) * np.sqrt(np.diag(seen)[members])))
             best[other.effect] = (
                 lib.problem.signatures[members[largest]], float(needed[largest]), cos,
             )  # fmt: skip
     return sorted(best.values(), key=lambda item: -item[2])
+
+
+def copied(
+    lib: Library, signature: Signature, sizes: Mapping[str, float], rival: Signature
+) -> tuple[float, dict[str, float]]:
+    """How nearly a rival in its place copies a fitted effect, and each of its sizes that does.
+
+    Parameters
+    ----------
+    lib, signature, sizes
+        As in `aliases`.
+    rival
+        Any axis of it.
+    """
+    signatures = lib.problem.signatures
+    members = _groups(lib).get(_place(rival))
+    if members is None:
+        return 0.0, {}
+    cos, needed = _copy(lib, visible(lib), signature, sizes, members)
+    return cos, {
+        signatures[i].parameter: float(size) for i, size in zip(members, needed, strict=True)
+    }
+
+
+def visible(lib: Library) -> FloatArray:
+    """Inner products of what calibration leaves of the candidates, shape (k, k)."""
+    inner = lib.grams.inner.sum(axis=0)
+    base, columns = lib.grams.calibration, lib.grams.candidates
+    gamma = coefficients(inner, base, columns)
+    return np.asarray(inner[np.ix_(columns, columns)] - gamma.T @ inner[np.ix_(base, columns)])
+
+
+def _copy(
+    lib: Library,
+    seen: FloatArray,
+    signature: Signature,
+    sizes: Mapping[str, float],
+    members: IntArray,
+) -> tuple[float, FloatArray]:
+    """Cos and sizes of the copy that some axes of another effect make of a fitted one."""
+    # what a refit made of a cause may stand where the linear test could not look
+    place = _place(signature)
+    mine = np.array(
+        [i for i, s in enumerate(lib.problem.signatures) if _place(s) == place], dtype=np.int64
+    )
+    weights = np.array([sizes.get(lib.problem.signatures[i].parameter, 0.0) for i in mine])
+    own = float(weights @ seen[np.ix_(mine, mine)] @ weights)
+    if own <= 0.0:
+        return 0.0, np.zeros(members.size)
+    cross = seen[np.ix_(members, mine)] @ weights
+    needed = _solved(seen[np.ix_(members, members)], cross)
+    return float(np.sqrt(np.clip(cross @ needed / own, 0.0, 1.0))), needed
 
 
 def _place(signature: Signature) -> tuple[object, ...]:

@@ -29,9 +29,10 @@ The plans by id, and the kind of log that `diagnose` then reads:
     ``hang`` hanging in two opposite pairs of orientations, legs turning slowly.
 ``pose``
     ``pose_tilted`` poses with the body tilted up to 15° and turned; ``pose_tripods`` poses on
-    three legs in turn; ``weigh_robot`` the log at hand again, the robot's weight from a scale.
+    three legs in turn; ``weigh_robot`` the log at hand again, the robot's weight from a scale;
+    ``hang_again`` the log at hand again, the legs' weights from another hanging.
 
-Two of them take an effect out of the question instead of making it look different: what is then
+Three of them take an effect out of the question instead of making it look different: what is then
 diagnosed, without that effect in the table, shows whether the others are still there.
 
 What no log can show (a spirit level, a scale) has no id; the table's own advice stands then.

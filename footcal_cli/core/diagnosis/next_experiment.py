@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+import numpy as np
+
+from footcal_cli.core.diagnosis.aliases import copied
 from footcal_cli.core.diagnosis.answer import EffectRow, Verdict
 from footcal_cli.core.diagnosis.investigation import Found, Investigation
 from footcal_cli.core.diagnosis.leftovers import nameless
-from footcal_cli.core.diagnosis.menu import Menu, menu_for
+from footcal_cli.core.diagnosis.library import Library
+from footcal_cli.core.diagnosis.menu import LIKE, Menu, menu_for
 from footcal_cli.core.diagnosis.problem import Signature
 from footcal_cli.core.diagnosis.rehearsal import Contender, present
 from footcal_cli.core.diagnosis.rig import Rig, rig_of
@@ -27,10 +31,12 @@ def ambiguity(found: Investigation, table: Mapping[str, Effect]) -> tuple[Conten
     for i, item in enumerate(found.found):
         if not item.cause.rivals:
             continue
-        rows = found.rounds[i].effects
-        rivals = {item.cause.signature.effect: _named(found, item)}
+        answer = found.rounds[i]
+        named = _named(found, item)
+        rivals = {item.cause.signature.effect: named}
         for signature in item.cause.rivals:
-            rivals.setdefault(signature.effect, _fitted(signature, rows, table))
+            copy = _copying(signature, named, answer.library, table)
+            rivals.setdefault(signature.effect, copy or _fitted(signature, answer.effects, table))
         return tuple(rivals.values())
     return ()
 
@@ -58,6 +64,27 @@ def _named(found: Investigation, item: Found) -> Contender:
         name.rsplit(".", 1)[1]: interval.value
         for name, interval in zip(item.parameter_names, item.intervals, strict=True)
     }
+    return Contender(signature, {**dict(signature.shape), **values})
+
+
+def _copying(
+    signature: Signature, named: Contender, lib: Library, table: Mapping[str, Effect]
+) -> Contender | None:
+    """A rival of many sizes where it copies the named cause; None where it does not.
+
+    The evidence knows one axis at a time, at the place where that explains most: what copies a
+    wrong weight is a gain of all axes of all legs.
+    """
+    effect = table[signature.effect]
+    if len(effect.sizes) == 1:
+        return None
+    cos, sizes = copied(lib, named.signature, named.values, signature)
+    if cos < LIKE:
+        return None
+    values = {
+        p.name: float(np.clip(p.neutral + sizes[p.name], p.lower, p.upper))
+        for p in effect.sizes if p.name in sizes
+    }  # fmt: skip
     return Contender(signature, {**dict(signature.shape), **values})
 
 

@@ -101,6 +101,9 @@ PLANS: tuple[Plan, ...] = (
     Plan("weigh_robot", pose.EXPERIMENT, "the whole robot on a scale, its weight as mass_kg in "
          "the recipe, and the same log diagnosed again: wrong weights of legs stay", 5.0, 15,
          robot.pose_tilted, settles=("robot_weight",), anew=False),
+    Plan("hang_again", pose.EXPERIMENT, "the robot hung again just as it stood in the poses, "
+         "hang-calib once more, and the same log diagnosed again from there: a wrong weight of the "
+         "robot stays", 30.0, 15, robot.pose_tilted, settles=("leg_weight",), anew=False),
 )  # fmt: skip
 
 

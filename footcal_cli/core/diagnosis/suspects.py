@@ -12,9 +12,10 @@ from enum import StrEnum
 
 import numpy as np
 
+from footcal_cli.core.diagnosis.aliases import visible
 from footcal_cli.core.diagnosis.answer import Diagnosis, Verdict
 from footcal_cli.core.diagnosis.case import Case, balanced, channels_of
-from footcal_cli.core.diagnosis.grams import whitened_grams
+from footcal_cli.core.diagnosis.grams import Grams, whitened_grams
 from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.core.diagnosis.next_experiment import ambiguity
 from footcal_cli.core.diagnosis.rehearsal import Contender
@@ -22,7 +23,7 @@ from footcal_cli.core.diagnosis.scores import joint_sizes
 from footcal_cli.core.diagnosis.signatures import derivative
 from footcal_cli.core.effects.contract import Effect, can_carry, units_of
 from footcal_cli.core.evidence import Interval, jackknife_interval
-from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.parameters import FloatArray, IntArray
 
 HALF = 0.5
 """Share that divides what is there from what is gone."""
@@ -72,8 +73,9 @@ class Followed:
     effect
         Its name.
     share
-        Of it that the new log holds, all suspects together, with the 95 % interval over blocks;
-        None where the experiment does not show it.
+        Of it that the new log holds, all suspects together, with the 95 % interval over blocks; on
+        its own where together they say nothing and that rules it out; None where the experiment
+        does not show it.
     sd
         Of the size that the log before asked for, as a share of it.
     """
@@ -122,8 +124,8 @@ def _as_large(rival: Contender, answer: Diagnosis, table: Mapping[str, Effect]) 
         sizes, without = joint_sizes(answer.grams, answer.grams.calibration, columns)
         parameters = {p.name: p for p in effect.sizes}
         own = [parameters[signatures[i].parameter] for i in axes]
-        usual = np.array([p.prior_sd for p in own])
-        along = sizes / usual**2
+        # as far as those data show each axis: one that they hardly know adds no doubt
+        along = visible(answer.library)[np.ix_(axes, axes)] @ sizes
         share = jackknife_interval(1.0, without @ along / max(float(sizes @ along), 1e-300))
         sd = min(share.high - 1.0, _UNSURE) / _TWO_SIDED
         for p, size in zip(own, sizes, strict=True):
@@ -148,16 +150,27 @@ def followed(
     ideal = balanced(found.case, found.case.values)
     columns = [_column(found, ideal, suspect, table) for suspect in suspects]
     seen = [i for i, column in enumerate(columns) if column is not None]
-    shares: list[Interval | None] = [None] * len(suspects)
-    if seen:
-        some = found.problem.signatures[:1] * len(seen)
-        made = np.stack([c for c in columns if c is not None], axis=1)
-        problem = replace(found.problem, columns=made, signatures=some)
-        grams, _ = whitened_grams(problem, np.empty((len(made), 0)))
-        value, without = joint_sizes(grams, grams.calibration, grams.candidates)
-        for k, i in enumerate(seen):
-            shares[i] = jackknife_interval(float(value[k]), without[:, k])
-    return tuple(Followed(s.effect, share, s.sd) for s, share in zip(suspects, shares, strict=True))
+    became = [Followed(s.effect, None, s.sd) for s in suspects]
+    if not seen:
+        return tuple(became)
+    some = found.problem.signatures[:1] * len(seen)
+    made = np.stack([c for c in columns if c is not None], axis=1)
+    problem = replace(found.problem, columns=made, signatures=some)
+    grams, _ = whitened_grams(problem, np.empty((len(made), 0)))
+    together = _shares(grams, grams.candidates)
+    for i, share, column in zip(seen, together, grams.candidates, strict=True):
+        beside = replace(became[i], share=share)
+        # the cause is here in full whether or not its rivals are fitted too; what these data do not
+        # tell apart has no share beside each other, and still one on its own
+        alone = replace(beside, share=_shares(grams, column[None])[0])
+        became[i] = alone if (beside.says, alone.says) == (Says.OPEN, Says.GONE) else beside
+    return tuple(became)
+
+
+def _shares(grams: Grams, columns: IntArray) -> list[Interval]:
+    """How much of each column a log holds, these columns together."""
+    value, without = joint_sizes(grams, grams.calibration, columns)
+    return [jackknife_interval(float(v), w) for v, w in zip(value, without.T, strict=True)]
 
 
 def survivors(verdict: Verdict, named: Sequence[str], after: Sequence[Followed]) -> tuple[str, ...]:

@@ -27,6 +27,7 @@ SCALE_N = 0.02
 SETTLED: Mapping[str, tuple[str, ...]] = {
     "walk_unsmoothed": ("lag",),
     "weigh_robot": ("robot_weight",),
+    "hang_again": ("leg_weight",),
 }
 """What goes because the experimenter switched it off, or looked."""
 MOST_MOVES = 6
@@ -126,7 +127,7 @@ def _holes(rng: Rng, like: World, repeats: int) -> World:
 
 def can_make(plan: str) -> bool:
     """Whether a proposal can be carried out here."""
-    return plan in _BENCH or plan in _MOVED or plan in ("hang", "weigh_robot", "holes")
+    return plan in _BENCH or plan in _MOVED or plan in ("hang", "holes", *SETTLED)
 
 
 def proposed(rng: Rng, plan: str, like: World, repeats: int) -> World:
@@ -134,6 +135,8 @@ def proposed(rng: Rng, plan: str, like: World, repeats: int) -> World:
     if plan == "weigh_robot":
         mass = like.robot["mass_kg"] + rng.normal(0.0, SCALE_N) / GRAVITY_MPS2
         return replace(like, robot={**like.robot, "mass_kg": mass})
+    if plan == "hang_again":
+        return like  # hanging as it stands, shoes on
     if plan == "hang":
         # hung anew, all its legs turning, as long as the robot's first hanging
         return hang.hanging(rng, legs_of(like.facts["legs"]), HANG_TURNS, sd_n=like.facts["sd_n"])
