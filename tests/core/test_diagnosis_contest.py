@@ -37,7 +37,7 @@ def cause_of(signature: Signature, size: float = 0.0) -> Cause:
 def tried(effect: str, loss: float, p: float) -> _Tried:
     empty = np.empty((0, 0))
     scatter = Scatter(empty, np.empty(0), 0.0)
-    fitted = Refit(None, {}, (), (), scatter, empty, np.empty(0), True)  # type: ignore[arg-type]
+    fitted = Refit(None, {}, (), (), scatter, empty, np.empty(0), None, True)  # type: ignore[arg-type]
     own = loss + 0.1 * np.cos(np.arange(12.0))
     return _Tried(cause_of(Signature(effect, "", "all cells", "")), fitted, own, p)
 

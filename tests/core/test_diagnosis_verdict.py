@@ -25,7 +25,7 @@ QUIET = Detection(
 LOUD = replace(QUIET, flexible_p=1e-4, flexible_gain=np.full(12, 0.1))
 
 
-def _said(before: Detection, removed: float, unnamed: Unnamed | None = None) -> Verdict:
+def _said(before: Detection, removed: float, *unnamed: Unnamed) -> Verdict:
     rounds = [
         SimpleNamespace(verdict=Verdict.NAMED, before=before, library=SimpleNamespace(causes=())),
         SimpleNamespace(verdict=Verdict.NONE, before=before, library=SimpleNamespace(causes=())),

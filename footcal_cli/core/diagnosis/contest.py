@@ -10,6 +10,7 @@ import numpy as np
 from footcal_cli.core.diagnosis.aliases import aliases
 from footcal_cli.core.diagnosis.answer import Cause, Diagnosis
 from footcal_cli.core.diagnosis.grams import calibration_grams, whitened_grams
+from footcal_cli.core.diagnosis.mixtures import LINEAR
 from footcal_cli.core.diagnosis.problem import Problem, Signature
 from footcal_cli.core.diagnosis.refit import Refit
 from footcal_cli.core.diagnosis.rules import Rules
@@ -241,9 +242,9 @@ def _where(
     cause, loss = best.cause, best.loss
     effect = subject.table[cause.signature.effect]
     own = own_place(subject.case, effect)
-    # a shift along both axes in every cell is any linear mixture of the readings in the moments:
-    # what could copy every linear cause proves none
-    if own is None or len(effect.sizes) > 1:
+    # a shift along both axes in every cell is any linear mixture of the readings in the moments,
+    # and crosstalk of every cell's own nearly so: what could copy every linear cause proves none
+    if own is None or len(effect.sizes) > 1 or effect.name in LINEAR:
         return cause, best.fitted, loss
     where, owners = own
     apart = replace(cause, signature=replace(cause.signature, where=where, owners=owners))

@@ -23,6 +23,7 @@ from footcal_cli.core.diagnosis.form import Form, form_of
 from footcal_cli.core.diagnosis.gain import Gain, gains_of
 from footcal_cli.core.diagnosis.grams import calibration_grams
 from footcal_cli.core.diagnosis.growth import at_an_end, grown_by_one, named_columns
+from footcal_cli.core.diagnosis.mixtures import against_mixtures, applies_to, mixtures_of
 from footcal_cli.core.diagnosis.nested import nested_losses
 from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.refit import Refit
@@ -197,14 +198,20 @@ def _unnamed(
     causes: Sequence[Cause],
     rules: Rules,
     seed: int,
-) -> Unnamed | None:
-    """The named causes against curves without a name, where these are another explanation."""
+) -> tuple[Unnamed, ...]:
+    """The named causes against curves and mixtures without a name, where they could be these."""
     named = named_columns(model, causes)
-    if model is None or not named.size or not applies(current, subject.case, causes):
-        return None
-    curves = curves_of(subject.ideal(model), subject.rows)
+    if model is None or not named.size:
+        return ()
+    found = []
     signs = sign_patterns(current.blocks, seed)
-    return against_curves(subject.problem, current, named, curves, signs, rules)
+    if applies(current, subject.case, causes):
+        curves = curves_of(model.ideal, subject.rows)
+        found.append(against_curves(subject.problem, current, named, curves, signs, rules))
+    if applies_to(subject.case, causes):
+        mixtures = mixtures_of(model.ideal, subject.rows)
+        found.append(against_mixtures(current, mixtures, signs))
+    return tuple(found)
 
 
 def _found(subject: Subject, causes: Sequence[Cause], model: Refit | None) -> tuple[Found, ...]:
@@ -247,7 +254,7 @@ def _verdict(
     rounds: Sequence[Diagnosis],
     causes: Sequence[Cause],
     form: Form | None,
-    unnamed: Unnamed | None,
+    unnamed: Sequence[Unnamed],
     rules: Rules,
     removed: float,
 ) -> tuple[Verdict, float]:
@@ -268,7 +275,7 @@ def _verdict(
     }
     between = any(c.signature.cause in acts_between for c in causes)
     taken = [c.signature.effect for c in causes]
-    if unnamed is not None and unnamed.spoils(removed, rules):
+    if any(rival.spoils(removed, rules) for rival in unnamed):
         return Verdict.UNKNOWN, share
     if not enough(share, last.before, form, rules, between=between) or (
         len(taken) > 1 and look_alike(lib, _best_columns(first, taken), rules)

@@ -49,6 +49,8 @@ class Refit:
         calibration columns, shape (m, len(names)).
     residual
         At the optimum, with the calibration refitted by the caller's columns, shape (m,).
+    ideal
+        The recordings as they would be had nothing but the model been wrong, without noise.
     converged
         Whether the iteration ended by itself.
     """
@@ -60,6 +62,7 @@ class Refit:
     scatter: Scatter
     columns: FloatArray
     residual: FloatArray
+    ideal: Case
     converged: bool
 
 
@@ -93,9 +96,11 @@ def refit(
         freed += freed_of(effect, signature)
     values = {**case.values, **start}
     ideal = balanced(case, values, chain)
-    kept = seen(freed, problem, _columns(ideal, rows, chain, values, freed))
+    columns = _columns(ideal, rows, chain, values, freed)
+    kept = seen(freed, problem, columns)
     fit = _Fit(case, rows, problem, chain, tuple(kept))
-    at, converged = fit.awake(values), False
+    columns = columns[:, [f in kept for f in freed]]
+    at, converged = fit.awake(fit.linearised(values, ideal, columns)), False
     for _ in range(MOST_ITERATIONS):
         way = _step(at, fit.freed)
         after, share = fit.nearer(at, way)
@@ -119,7 +124,10 @@ def refit(
         )
     )
     names = tuple(f.name for f in fit.freed)
-    return Refit(chain, at.values, names, intervals, scatter, at.columns, at.residual, converged)
+    return Refit(
+        chain, at.values, names, intervals, scatter, at.columns, at.residual,
+        at.ideal.extended(chain, at.values), converged,
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -158,18 +166,28 @@ class _Fit:
         """The model at some values; noise and linearisation of a point near by, if given."""
         ideal = near.ideal if near else balanced(self.case, values, self.chain)
         columns = _columns(ideal, self.rows, self.chain, values, self.freed)
+        return self.linearised(values, ideal, columns, near)
+
+    def linearised(
+        self,
+        values: Mapping[str, float],
+        ideal: Case,
+        columns: FloatArray,
+        near: _Point | None = None,
+    ) -> _Point:
+        """The model with given columns, which were taken at its ideal recordings."""
         left = residual(self.case, self.rows, values, self.chain)
         local = _local(self.problem, left, columns)
         noise = near.noise if near else noise_of(local)
         grams, _ = whitened_grams(local, np.empty((left.size, 0)), noise)
         return _Point(dict(values), ideal, noise, left, columns, grams)
 
-    def awake(self, values: Mapping[str, float]) -> _Point:
+    def awake(self, start: _Point) -> _Point:
         """The start, its shapes enlarged until they act: from a standstill no step leads away.
 
         The reach of a play that is less than the smallest step of load changes nothing.
         """
-        at = self.at(values)
+        at = start
         for _ in range(_MOST_ENLARGED):
             scale = _rms(at.columns)
             idle = [f.name for f, s in zip(self.freed, scale, strict=True)
@@ -177,7 +195,7 @@ class _Fit:
             if not idle:
                 return at
             at = self.at({k: _LARGER * v if k in idle else v for k, v in at.values.items()})
-        return self.at(values)
+        return start
 
     def nearer(self, at: _Point, way: _Step) -> tuple[dict[str, float], float]:
         """Values after the largest part of a step that leaves less to go, and that part.

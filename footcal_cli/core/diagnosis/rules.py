@@ -44,7 +44,8 @@ class Rules:
     later_share
         Share of what the causes before it have removed that a later one must remove; less may be
         what the first one's form gets wrong. Curves without a name that remove more beside the
-        named causes (p < `alpha_form`) make them unknown.
+        named causes (p < `alpha_form`) make them unknown; linear mixtures beside linear names if
+        those explain less than `share_form`.
     most_effects
         Effects accepted at most.
     most_tries
@@ -120,7 +121,8 @@ class Rules:
             f"{self.share_named:g} ({self.share_partly:g} with a leftover, {self.share_form:g} "
             f"where a size changes with a signal, p < {self.alpha_form:g}); "
             f"no curve of the loads in place of the names, nor beside them with "
-            f"{self.later_share:.0%} of their gain (p < {self.alpha_form:g}); "
+            f"{self.later_share:.0%} of their gain (p < {self.alpha_form:g}), nor any mixture of "
+            f"a foot's readings beside linear names with {1 - self.share_form:.0%}; "
             f"{self.fewest_blocks} blocks or more asked; selection repeated in at most "
             f"{self.most_folds} folds."
         )

@@ -9,7 +9,7 @@ import numpy as np
 
 from footcal_cli.core.diagnosis.answer import Cause
 from footcal_cli.core.diagnosis.bridge import Describe, calibration_of, numbered, problem_from
-from footcal_cli.core.diagnosis.case import Case, Rows, balanced
+from footcal_cli.core.diagnosis.case import Case, Rows
 from footcal_cli.core.diagnosis.noise_credit import shrinkage
 from footcal_cli.core.diagnosis.problem import Problem, Signature
 from footcal_cli.core.diagnosis.refit import Refit, refit
@@ -63,7 +63,7 @@ class Subject:
     def bare(self, model: Refit, causes: Sequence[Cause]) -> Problem:
         """As `extended`, without candidates."""
         within = self.problem.calibration_turn
-        calibration, turn = calibration_of(self.ideal(model), self.rows, within)
+        calibration, turn = calibration_of(model.ideal, self.rows, within)
         return replace(
             self.problem,
             residual=model.residual,
@@ -77,7 +77,7 @@ class Subject:
 
     def beside(self, model: Refit, signatures: Iterable[Signature]) -> FloatArray:
         """What candidates would add to an extended model, at unit RMS, shape (m, k)."""
-        ideal = self.ideal(model)
+        ideal = model.ideal
         taken = {(link.effect.name, owner) for link in model.chain.links for owner in link.owners}
         columns = []
         for signature in dict.fromkeys(signatures):
@@ -103,11 +103,6 @@ class Subject:
         """Columns of the effects in the model and of their rivals, shape (m, a)."""
         rivals = [s for c in causes for s in (*c.rivals, *c.places)]
         return np.hstack([_unit(model.columns), self.beside(model, rivals)])
-
-    def ideal(self, model: Refit) -> Case:
-        """The recordings as they would be had nothing but the model been wrong, without noise."""
-        ideal = balanced(self.case, model.values, model.chain)
-        return ideal.extended(model.chain, model.values)
 
 
 def _unit(columns: FloatArray) -> FloatArray:

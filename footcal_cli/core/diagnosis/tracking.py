@@ -117,8 +117,13 @@ def walk_variance(
     def scores(variances: FloatArray) -> FloatArray:
         return _log_likelihood(small, variances[:, np.searchsorted(kinds, tracking.kind)])
 
+    settled: set[tuple[int, bytes]] = set()
     for _ in range(_SWEEPS):
         for k in range(kinds.size):
+            given = (k, np.delete(best, k).tobytes())
+            if given in settled:  # the others have not moved since
+                continue
+            settled.add(given)
             tried = np.tile(best, (WALK_VARIANCES.size, 1))
             tried[:, k] = WALK_VARIANCES
             best = tried[int(np.argmax(scores(tried)))]
@@ -145,10 +150,12 @@ def _log_likelihood(parts: Sequence[_Part], variance: FloatArray) -> FloatArray:
         cov = cov + (variance * part.interval_s)[:, None, :] * unit
         j_d = part.jr - mean @ part.jj
         d_d = part.rr - 2.0 * mean @ part.jr + np.einsum("ti,ti->t", mean @ part.jj, mean)
-        posterior = np.linalg.inv(np.linalg.inv(cov) + part.jj)
+        # (P⁻¹ + JᵀJ)⁻¹ = (1 + P JᵀJ)⁻¹ P
+        whole = unit + cov @ part.jj
+        posterior = np.linalg.solve(whole, cov)
         moved = np.einsum("tij,tj->ti", posterior, j_d)
         total -= 0.5 * (d_d - np.einsum("ti,ti->t", j_d, moved))
-        total -= 0.5 * np.linalg.slogdet(unit + cov @ part.jj)[1]
+        total -= 0.5 * np.linalg.slogdet(whole)[1]
         mean = mean + moved
         cov = 0.5 * (posterior + posterior.transpose(0, 2, 1))
     return total

@@ -96,10 +96,13 @@ class Unnamed:
         What curves explain beside them.
     rival
         Whether a curve of all cells does in their place, so that they add nothing beside it.
+    linear
+        Whether what is left is linear like the names, whose own form gets nothing wrong then.
     """
 
     left: Form
     rival: bool
+    linear: bool = False
 
     def spoils(self, removed: float, rules: Rules) -> bool:
         """Whether the names cannot be said for them.
@@ -115,7 +118,8 @@ class Unnamed:
             Thresholds.
         """
         beside = self.left.p < rules.alpha_form
-        return self.rival or (beside and self.left.bought > rules.later_share * removed)
+        allowed = 1.0 - rules.share_form if self.linear else rules.later_share
+        return self.rival or (beside and self.left.bought > allowed * removed)
 
 
 def curves_of(ideal: Case, rows: Rows) -> Curves:
@@ -144,10 +148,10 @@ def curves_of(ideal: Case, rows: Rows) -> Curves:
             ]
         )
     cells = np.array(single)
-    return Curves(_unit(cells.sum(axis=0)), _unit(cells.reshape(-1, cells.shape[-1])))
+    return Curves(unit_columns(cells.sum(axis=0)), unit_columns(cells.reshape(-1, cells.shape[-1])))
 
 
-def _unit(columns: FloatArray) -> FloatArray:
+def unit_columns(columns: FloatArray) -> FloatArray:
     """Rows that are not empty as columns of unit RMS."""
     rms = np.sqrt(np.mean(columns**2, axis=1))
     return np.asarray((columns[rms > 0] / rms[rms > 0, None]).T)
@@ -187,12 +191,28 @@ def against_curves(
     rules
         Thresholds.
     """
-    grams, _ = whitened_grams(after.without_candidates, np.hstack([curves.shared, curves.own]))
-    shared, own = np.split(grams.features, [curves.shared.shape[1]])
-    base = grams.calibration
-    p = min(sign_flip_group(scores(grams.inner, base, part).score, signs) for part in (shared, own))
-    left = Form(min(2.0 * p, 1.0), flexible_gain(grams, base, (shared,))[1])
+    left = left_beside(after, (curves.shared, curves.own), signs)
     return Unnamed(left, _replaces(before, after, named, curves.shared, signs, rules))
+
+
+def left_beside(after: Problem, families: Sequence[FloatArray], signs: FloatArray) -> Form:
+    """What families of columns explain beside the named causes; the gain is that of the first.
+
+    Parameters
+    ----------
+    after
+        The problem on the extended model.
+    families
+        Columns of each, shape (m, k).
+    signs
+        Sign patterns of the blocks.
+    """
+    grams, _ = whitened_grams(after.without_candidates, np.hstack(families))
+    ends = np.cumsum([family.shape[1] for family in families])
+    parts = np.split(grams.features, ends[:-1])
+    base = grams.calibration
+    p = min(sign_flip_group(scores(grams.inner, base, part).score, signs) for part in parts)
+    return Form(min(len(parts) * p, 1.0), flexible_gain(grams, base, parts[:1])[1])
 
 
 def _replaces(
