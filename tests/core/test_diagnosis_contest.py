@@ -11,8 +11,9 @@ from footcal_cli.core.diagnosis import growth
 from footcal_cli.core.diagnosis.answer import Cause
 from footcal_cli.core.diagnosis.bridge import problem_from
 from footcal_cli.core.diagnosis.case import rows_of
-from footcal_cli.core.diagnosis.contest import _best, _Tried, _where, _white_loss, _worse
+from footcal_cli.core.diagnosis.contest import _best, _where, _white_loss, _worse
 from footcal_cli.core.diagnosis.investigation import investigate
+from footcal_cli.core.diagnosis.kindred import Tried, largest_excess
 from footcal_cli.core.diagnosis.problem import Signature
 from footcal_cli.core.diagnosis.refit import Refit
 from footcal_cli.core.diagnosis.rules import Rules
@@ -34,15 +35,16 @@ def cause_of(signature: Signature, size: float = 0.0) -> Cause:
     return Cause(signature, around, 0.0, around, 0, 0.0, (), ())
 
 
-def tried(effect: str, loss: float, p: float) -> _Tried:
+def tried(effect: str, loss: float, p: float) -> Tried:
     empty = np.empty((0, 0))
     scatter = Scatter(empty, np.empty(0), 0.0)
     fitted = Refit(None, {}, (), (), scatter, empty, np.empty(0), None, True)  # type: ignore[arg-type]
     own = loss + 0.1 * np.cos(np.arange(12.0))
-    return _Tried(cause_of(Signature(effect, "", "all cells", "")), fitted, own, p)
+    cause = cause_of(Signature(effect, "", "all cells", ""))
+    return Tried(cause, fitted, own, None, p, 0.0)  # type: ignore[arg-type]
 
 
-def out(other: _Tried, best: _Tried, gain: float) -> bool:
+def out(other: Tried, best: Tried, gain: float) -> bool:
     return _worse(TABLE, other, best, best.loss, gain, SIGNS, Rules())
 
 
@@ -66,6 +68,16 @@ def test_of_a_kind_the_one_that_leaves_nothing_is_best() -> None:
     whole = tried("nonlinearity", 1.0, 0.4)
     assert _best(TABLE, [least, whole], Rules()) is whole
     assert _best(TABLE, [least, tried("creep", 1.0, 0.4)], Rules()) is least
+
+
+def test_what_a_model_may_leave_is_known_as_well_as_its_leftover() -> None:
+    """The bound holds the true noncentrality in 95 %, however much was found."""
+    rng = np.random.default_rng(1)
+    for true in (0.0, 10.0, 60.0):
+        found = rng.noncentral_chisquare(4, max(true, 1e-9), 400)
+        held = [true <= largest_excess(float(f), 4) + 1e-6 for f in found]
+        assert np.mean(held) > 0.92
+    assert largest_excess(3.0, 0) == 0.0
 
 
 def test_many_candidates_together_have_a_level_of_their_own() -> None:

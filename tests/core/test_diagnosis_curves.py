@@ -15,6 +15,9 @@ from footcal_cli.core.diagnosis.features import features_of
 from footcal_cli.core.diagnosis.grams import whitened_grams
 from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.rules import Rules
+from footcal_cli.core.diagnosis.scores import scores
+from footcal_cli.core.diagnosis.weighing import single_rows_p
+from footcal_cli.core.diagnosis.whitening import noise_of
 from footcal_cli.core.evidence import sign_patterns
 from footcal_cli.core.parameters import FloatArray
 
@@ -82,6 +85,32 @@ def test_a_sole_that_rolls_over_its_edge_in_four_stances_is_seen() -> None:
     assert leftover(seen, Rules())
     # sign flips alone cannot tell: too few stances carry it
     assert not leftover(replace(seen, curve=Curve()), Rules())
+
+
+def test_noise_is_what_one_calibration_of_all_stances_leaves() -> None:
+    """However far off the calibration was, and of each output apart."""
+    rng = np.random.default_rng(4)
+    size = np.array([1.0, 0.2, 3.0])
+    found = []
+    for _ in range(40):
+        problem = standing(stances(rng), rng.normal(size=3 * STANCES) * np.tile(size, STANCES))
+        off = problem.calibration @ rng.normal(0.0, 30.0, 6)
+        found.append(noise_of(replace(problem, residual=problem.residual + off)).whitener.sd)
+    assert np.sqrt(np.mean(np.square(found), axis=0)) == pytest.approx(size, rel=0.1)
+
+
+def test_what_acts_in_four_stances_has_a_level_of_its_own() -> None:
+    rng = np.random.default_rng(5)
+    p = []
+    for _ in range(200):
+        signals = stances(rng)
+        problem = standing(signals, rng.normal(size=3 * STANCES))
+        edges = [np.clip(u - np.sort(u)[-15], 0.0, None) for u in signals.values()]
+        grams, _ = whitened_grams(problem, np.stack(edges, axis=1))
+        found = scores(grams.inner, grams.calibration, grams.features)
+        p.append(single_rows_p(problem, found, grams.calibration.size))
+    assert np.mean(np.array(p) < 0.05) == pytest.approx(0.05, abs=0.03)
+    assert np.mean(np.array(p) < 0.5) == pytest.approx(0.5, abs=0.1)
 
 
 def test_units_and_what_is_fitted_change_nothing() -> None:

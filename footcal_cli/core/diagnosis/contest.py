@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from footcal_cli.core.diagnosis.aliases import aliases
 from footcal_cli.core.diagnosis.answer import Cause, Diagnosis
-from footcal_cli.core.diagnosis.grams import calibration_grams, whitened_grams
+from footcal_cli.core.diagnosis.grams import calibration_grams
+from footcal_cli.core.diagnosis.kindred import Tried, kindred, left_of, outdone
 from footcal_cli.core.diagnosis.mixtures import LINEAR
 from footcal_cli.core.diagnosis.problem import Problem, Signature
 from footcal_cli.core.diagnosis.refit import Refit
 from footcal_cli.core.diagnosis.rules import Rules
-from footcal_cli.core.diagnosis.scores import held_out_loss, scores
+from footcal_cli.core.diagnosis.scores import held_out_loss
 from footcal_cli.core.diagnosis.signatures import SWITCHES, own_place
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.diagnosis.whitening import Noise, noise_of
@@ -22,7 +23,6 @@ from footcal_cli.core.effects.contract import Effect
 from footcal_cli.core.evidence import (
     Interval,
     jackknife_interval,
-    sign_flip_group,
     sign_flip_mean,
     sign_patterns,
 )
@@ -36,26 +36,6 @@ KNEES = frozenset({"hinge", "dead_zone"})
 """One curve but for a gain, where the knee is the same. No real knee is sharp, so that which of
 them fits a soft one better says nothing."""
 _SURE_CELLS = 2  # cells whose own size is sure to be something, where each has one
-
-
-@dataclass(frozen=True)
-class _Tried:
-    """One contender in its own full refit.
-
-    Parameters
-    ----------
-    cause, fitted
-        The contender and the model with it.
-    loss
-        Held-out squared error of each block in the metric of the common noise, shape (B,).
-    p
-        That nothing of the family of look-alikes is left beside it.
-    """
-
-    cause: Cause
-    fitted: Refit
-    loss: FloatArray
-    p: float
 
 
 def decided(
@@ -91,9 +71,9 @@ def decided(
     signs = sign_patterns(subject.problem.blocks, seed)
     family = _family(subject, first, [cause for cause, _, _ in fits])
     tried = [
-        _Tried(
-            cause, fitted, _white_loss(fair, noise),
-            _left_p(bare, subject.beside(fitted, family), noise, signs),
+        Tried(
+            cause, fitted, _white_loss(fair, noise), bare,
+            *left_of(bare, subject.beside(fitted, family), noise, signs),
         )
         for (cause, fitted, bare), fair in zip(fits, judged, strict=True)
     ]  # fmt: skip
@@ -104,8 +84,16 @@ def decided(
     worse = {
         other.cause.signature.effect
         for other in tried
-        if other is not best and _worse(subject.table, other, best, loss, gain, signs, rules)
+        if other is not best
+        and (
+            _worse(subject.table, other, best, loss, gain, signs, rules)
+            or outdone(subject, other, best, family, noise, signs, rules)
+        )
     }
+    if chosen.signature.effect in KNEES or any(
+        t.cause.signature.effect in KNEES - worse for t in tried
+    ):
+        worse -= KNEES
     alike = _aliases_of(answer, best.cause, best.fitted, rules.alias)
     near = {s.effect: (s, cos) for s, cos in alike}
     taken = {chosen.signature.effect, *(c.signature.effect for c in causes)}
@@ -182,33 +170,26 @@ def _family(subject: Subject, first: Cause, contenders: Sequence[Cause]) -> list
 
     Together they are richer than each: knees at every load make a curve of any form.
     """
-    kin = [c.signature for c in contenders if _kindred(subject.table, first, c)]
+    kin = [c.signature for c in contenders if kindred(subject.table, first, c)]
     kin.append(first.signature)
     effects, where = {s.effect for s in kin}, {s.where for s in kin}
     return [s for s in subject.problem.signatures if s.effect in effects and s.where in where]
 
 
-def _left_p(bare: Problem, family: FloatArray, noise: Noise, signs: FloatArray) -> float:
-    """The p that a refitted model leaves nothing that its family could still explain."""
-    grams, _ = whitened_grams(bare, family, noise)
-    found = scores(grams.inner, grams.calibration, grams.features)
-    return sign_flip_group(found.score, signs)
-
-
-def _best(table: Mapping[str, Effect], tried: Sequence[_Tried], rules: Rules) -> _Tried:
+def _best(table: Mapping[str, Effect], tried: Sequence[Tried], rules: Rules) -> Tried:
     """The contender that loses least; before it one of its kind that leaves nothing, if it does."""
     least = min(tried, key=lambda t: float(t.loss.sum()))
     whole = [
         t for t in tried
-        if t.p >= rules.alpha_whole and (t is least or _kindred(table, least.cause, t.cause))
+        if t.p >= rules.alpha_whole and (t is least or kindred(table, least.cause, t.cause))
     ]  # fmt: skip
     return min(whole or [least], key=lambda t: float(t.loss.sum()))
 
 
 def _worse(
     table: Mapping[str, Effect],
-    other: _Tried,
-    best: _Tried,
+    other: Tried,
+    best: Tried,
     loss: FloatArray,
     gain: float,
     signs: FloatArray,
@@ -222,7 +203,7 @@ def _worse(
     """
     lost = float((other.loss - loss).sum())
     significant = bool(sign_flip_mean(other.loss - loss, signs) < rules.alpha_rival)
-    if not _kindred(table, best.cause, other.cause):
+    if not kindred(table, best.cause, other.cause):
         return significant
     if best.p >= rules.alpha_whole and other.p < rules.alpha_left:
         return True
@@ -233,7 +214,7 @@ def _where(
     subject: Subject,
     causes: Sequence[Cause],
     model: Refit | None,
-    best: _Tried,
+    best: Tried,
     noise: Noise,
     signs: FloatArray,
     rules: Rules,
@@ -275,12 +256,6 @@ def _aliases_of(
     }
     found = aliases(answer.library, chosen.signature, sizes)
     return [(signature, cos) for signature, _, cos in found if cos > least]
-
-
-def _kindred(table: Mapping[str, Effect], one: Cause, other: Cause) -> bool:
-    """Whether the table says that one looks like the other."""
-    a, b = table[one.signature.effect], table[other.signature.effect]
-    return b.name in a.mimics or a.name in b.mimics
 
 
 def _contenders(answer: Diagnosis, table: Mapping[str, Effect]) -> list[tuple[Signature, Interval]]:

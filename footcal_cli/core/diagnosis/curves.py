@@ -57,11 +57,8 @@ def strongest_curve(grams: Grams, features: Features, base: IntArray, rows: int)
         How many rows there are, n.
     """
     total = grams.inner.sum(axis=0)
-    last = total.shape[0] - 1
     curves = grams.features[features.curved]
-    wanted = np.append(curves, last)
-    left = total[np.ix_(wanted, wanted)]
-    left = left - total[np.ix_(wanted, base)] @ coefficients(total, base, wanted)
+    left = _left(total, base, curves)
     error, freedom = float(left[-1, -1]), rows - _rank(total[np.ix_(base, base)])
     whole = np.diag(total)[curves]
     found = []
@@ -76,6 +73,20 @@ def strongest_curve(grams: Grams, features: Features, base: IntArray, rows: int)
         return Curve()
     p, name, share = min(found)
     return Curve(min(1.0, len(found) * p), name, max(share, 0.0))
+
+
+def explained(grams: Grams, base: IntArray, columns: IntArray) -> tuple[float, int]:
+    """Squared error that columns take from what a base leaves, and how many are independent."""
+    total = grams.inner.sum(axis=0)
+    left = _left(total, base, columns)
+    return _taken(left[:-1, :-1], left[:-1, -1], np.diag(total)[columns])
+
+
+def _left(total: FloatArray, base: IntArray, columns: IntArray) -> FloatArray:
+    """Products of columns and the residual, which stands last, after a base was fitted."""
+    wanted = np.append(columns, total.shape[0] - 1)
+    left = total[np.ix_(wanted, wanted)]
+    return np.asarray(left - total[np.ix_(wanted, base)] @ coefficients(total, base, wanted))
 
 
 def _taken(seen: FloatArray, score: FloatArray, whole: FloatArray) -> tuple[float, int]:

@@ -34,6 +34,9 @@ class Rules:
         and leaves something where p is below the second.
     kindred_loss
         Share of the gain by which a rival of the same kind must do worse where none leaves nothing.
+    misfit_share
+        Share of what the best one adds beside a rival of its kind (p < `alpha_left`) below which
+        lies all that its kind could still explain beside the best one, where the rival is out.
     rival_share
         Share of the best cause's gain that makes another one a rival at all.
     look_alike, contender_share, most_contenders
@@ -81,6 +84,7 @@ class Rules:
     alpha_whole: float = 0.02
     alpha_left: float = 0.002
     kindred_loss: float = 0.15
+    misfit_share: float = 0.5
     rival_share: float = 0.3
     look_alike: float = 0.6
     contender_share: float = 0.5
@@ -111,7 +115,9 @@ class Rules:
             f"(p > {self.alpha_beside:g}); refitted in full: at most {self.most_contenders} with "
             f"|cos| > {self.look_alike:g} and {self.contender_share:.0%} of the gain; of one kind "
             f"out if p < {self.alpha_left:g} that its refit leaves nothing where the best one's is "
-            f"p > {self.alpha_whole:g}, or if it loses {self.kindred_loss:.0%} of the gain; "
+            f"p > {self.alpha_whole:g}, if that one adds something beside it and could itself "
+            f"leave at most {self.misfit_share:.0%} of that, or if it loses "
+            f"{self.kindred_loss:.0%} of the gain; "
             f"smallest gain {self.smallest_gain:.0%}, of a later cause {self.later_share:.0%} of "
             f"the gain before it; at most {self.most_effects} effects, the best "
             f"{self.most_tries} candidates tried for each; visible at least "

@@ -17,7 +17,8 @@ from footcal_cli.core.diagnosis.scores import (
     joint_sizes,
     scores,
 )
-from footcal_cli.core.diagnosis.weighing import Evidence, permuted, weigh
+from footcal_cli.core.diagnosis.weighing import Evidence, permuted, single_rows_p, weigh
+from footcal_cli.core.diagnosis.whitening import has_single_rows
 from footcal_cli.core.evidence import sign_flip_max_t, sign_flip_mean
 from footcal_cli.core.parameters import FloatArray, IntArray
 
@@ -263,6 +264,10 @@ def _out_of_it(
         p = float(permuted(lib.grams, beside, columns[:1], seed)[1][0])
     else:
         p = float(sign_flip_max_t(found.score, signs).p[0])
+        if has_single_rows(lib.problem):
+            every = scores(lib.grams.inner, beside, lib.grams.candidates)
+            single = single_rows_p(lib.problem, every, beside.size)[lib.index(int(columns[0]))]
+            p = min(2.0 * min(p, float(single)), 1.0)
     return p <= rules.alpha_beside and float(difference.sum()) > 0.0
 
 

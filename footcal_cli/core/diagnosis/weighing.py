@@ -5,12 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import stats
 
 from footcal_cli.core.diagnosis.detection import block_calibrations
 from footcal_cli.core.diagnosis.grams import Grams
 from footcal_cli.core.diagnosis.library import Library
+from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.scores import Scores, held_out_gains, scores
+from footcal_cli.core.diagnosis.whitening import has_single_rows
 from footcal_cli.core.evidence import (
     effective_blocks,
     local_max_t,
@@ -69,7 +72,7 @@ def weigh(lib: Library, base: IntArray, signs: FloatArray, rules: Rules, seed: i
     test = sign_flip_max_t(found.score[:, within], signs)
     t[within], p[within] = test.t, np.minimum(split * test.p, 1.0)
     if partial.size:
-        single = _partial_p(lib, found, partial, t, informative)
+        single = _partial_p(lib, found, partial, t, informative, base.size)
         p[partial] = np.minimum(p[partial], split * single)
     if between.size and grams.blocks >= 4:
         apart = permuted(grams, base, grams.candidates[between], seed)
@@ -96,6 +99,7 @@ def weigh(lib: Library, base: IntArray, signs: FloatArray, rules: Rules, seed: i
 _SOME = 0.7
 _FEWEST = 8.0
 _FEWEST_KNOWN = 4.0
+_FEWEST_SINGLE = 3.0
 
 
 def _in_some_blocks(lib: Library, informative: FloatArray) -> BoolArray:
@@ -107,23 +111,59 @@ def _in_some_blocks(lib: Library, informative: FloatArray) -> BoolArray:
     settings = lib.problem.settings
     if settings is not None and settings.part is not None:
         return np.asarray(informative >= _FEWEST_KNOWN)
+    if has_single_rows(lib.problem) and not lib.problem.drifts:
+        return np.asarray(informative >= _FEWEST_SINGLE)
     if lib.problem.drifts or settings is not None or lib.problem.rate_hz <= 0:
         return np.zeros(informative.size, dtype=bool)
     return np.asarray((informative < _SOME * lib.grams.blocks) & (informative >= _FEWEST))
 
 
 def _partial_p(
-    lib: Library, found: Scores, partial: IntArray, t: FloatArray, informative: FloatArray
+    lib: Library,
+    found: Scores,
+    partial: IntArray,
+    t: FloatArray,
+    informative: FloatArray,
+    fitted: int,
 ) -> FloatArray:
     """Family-wise p of candidates that a part of the blocks knows of, Bonferroni.
 
     Blocks that are parts of settings are white once that is accounted for: how far their scores
     scatter is then known from all of them together, not from the few that know of one candidate.
     """
+    if has_single_rows(lib.problem):
+        single = single_rows_p(lib.problem, found, fitted)[partial]
+        return np.asarray(np.minimum(partial.size * single, 1.0))
     if lib.problem.settings is None:
         return np.asarray(partial.size * student_p(t[partial], informative[partial]))
     score, information = found.score[:, partial], found.information[:, partial]
     return local_max_t(score, information)[1]
+
+
+def single_rows_p(problem: Problem, found: Scores, fitted: int) -> FloatArray:
+    """The p of each candidate alone where rows are single observations, shape (k,).
+
+    Means over seconds are as good as normal, and all rows tell of their noise: Student's t on the
+    n − r degrees of freedom that a calibration of rank r leaves. The noise is that of the rows,
+    ``z = Σ s / √(Σ |g̃|²)``, or what blocks scatter by (`local_max_t`, made smaller by ``1 − r/n``)
+    where that is larger. A candidate that acts in four of twenty stances cannot reach any level by
+    their signs.
+
+    Parameters
+    ----------
+    problem
+        The rows.
+    found
+        Scores of many candidates: what scatters between blocks is pooled over them.
+    fitted
+        Number of columns that are fitted.
+    """
+    rows = problem.residual.size
+    freedom = float(max(rows - fitted, 1))
+    by_blocks = local_max_t(found.score, found.information)[0] * np.sqrt(freedom / rows)
+    total = np.maximum(found.information.sum(axis=0), 1e-300)
+    by_rows = np.abs(found.score.sum(axis=0)) / np.sqrt(total)
+    return np.asarray(2.0 * stats.t.sf(np.minimum(by_blocks, by_rows), freedom))
 
 
 def permuted(

@@ -19,6 +19,10 @@ from footcal_cli.core.signals import autocorrelation_time
 AR_ORDER = 5
 """Autoregressive order of the noise model; AR(1) plus white noise needs more than one."""
 _ROWS_PER_ORDER = 20
+_COMPONENT_STEPS = 8
+_LEAST_FREEDOM = 1.0  # an output that the calibration can follow at will tells of no noise
+_LEAST_RATIO = 1e-6  # by which a variance shrinks in one step at most
+_RANK = 1e-8
 
 
 @dataclass(frozen=True)
@@ -111,9 +115,11 @@ def fit_row_whitener(problem: Problem) -> tuple[RowWhitener, float]:
     autocorrelation_time
         Integrated, in rows, of the residual after one common calibration.
     """
+    outputs = len(problem.outputs)
+    if has_single_rows(problem):
+        return _whitener_of_single_rows(problem, outputs), 1.0
     inside = residual_within_blocks(problem)
     age = _age(problem.sequence)
-    outputs = len(problem.outputs)
     lengths = _lengths(problem.sequence)
     coefficients = np.zeros((outputs, AR_ORDER))
     sd = np.ones(outputs)
@@ -135,6 +141,50 @@ def fit_row_whitener(problem: Problem) -> tuple[RowWhitener, float]:
             sd[o] = max(sd[o], problem.least[o])
         taus.append(autocorrelation_time(inside[rows], problem.sequence[rows]))
     return RowWhitener(coefficients, sd, problem.output, problem.sequence), max(taus, default=1.0)
+
+
+def has_single_rows(problem: Problem) -> bool:
+    """Whether rows are no time series and no block has enough of them for a calibration of its own.
+
+    Such are stances; where they are repeated in settings, these tell what repeats.
+    """
+    if problem.rate_hz > 0 or problem.settings is not None:
+        return False
+    most = int(np.bincount(problem.block).max(initial=0))
+    return bool(most <= 2 * (problem.calibration.shape[1] + len(problem.outputs)))
+
+
+def _whitener_of_single_rows(problem: Problem, outputs: int) -> RowWhitener:
+    """Scatter of each output about one calibration of all blocks.
+
+    Without the calibration the residual is an error of the calibration, not noise, and outputs
+    would weigh by how far off it was. ``σ_o² = Σ_o r² / (n_o − Σ_o h)``, r what weighted least
+    squares leave, h the leverage of each row, iterated: Helmert's estimate of variance components
+    in the simplified form of Förstner, Z. Vermessungswesen 104 (1979).
+    """
+    sd = np.ones(outputs)
+    for _ in range(_COMPONENT_STEPS):
+        weight = 1.0 / sd[problem.output]
+        fitted = problem.fitted * weight[:, None]
+        basis = _orthonormal(fitted)
+        left = problem.residual * weight
+        left = left - basis @ (basis.T @ left)
+        squares = np.bincount(problem.output, left**2, minlength=outputs)
+        freedom = np.bincount(problem.output, 1.0 - np.sum(basis**2, axis=1), minlength=outputs)
+        known = freedom > _LEAST_FREEDOM
+        ratio = np.divide(squares, freedom, out=np.ones(outputs), where=known)
+        sd = sd * np.sqrt(np.maximum(ratio, _LEAST_RATIO))
+        if problem.least is not None:
+            sd = np.maximum(sd, problem.least)
+    return RowWhitener(np.zeros((outputs, AR_ORDER)), sd, problem.output, problem.sequence)
+
+
+def _orthonormal(columns: FloatArray) -> FloatArray:
+    """Basis of what columns span, whatever their units."""
+    scale = np.sqrt(np.sum(columns**2, axis=0))
+    used = columns[:, scale > 0] / scale[scale > 0]
+    vectors, values, _ = np.linalg.svd(used, full_matrices=False)
+    return np.asarray(vectors[:, values > _RANK * values.max(initial=0.0)])
 
 
 def residual_within_blocks(problem: Problem, residual: FloatArray | None = None) -> FloatArray:

@@ -1,0 +1,158 @@
+"""Contenders that look like each other: what each leaves, and which is out beside the best."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy import optimize, stats
+
+from footcal_cli.core.diagnosis.answer import Cause
+from footcal_cli.core.diagnosis.curves import explained
+from footcal_cli.core.diagnosis.grams import whitened_grams
+from footcal_cli.core.diagnosis.problem import Problem, Signature
+from footcal_cli.core.diagnosis.refit import Refit
+from footcal_cli.core.diagnosis.rules import Rules
+from footcal_cli.core.diagnosis.scores import scores
+from footcal_cli.core.diagnosis.subject import Subject
+from footcal_cli.core.diagnosis.weighing import single_rows_p
+from footcal_cli.core.diagnosis.whitening import Noise, has_single_rows
+from footcal_cli.core.effects.contract import Effect
+from footcal_cli.core.evidence import sign_flip_group, sign_flip_max_t
+from footcal_cli.core.parameters import FloatArray
+
+SMOOTH = frozenset({"nonlinearity", "nonlinearity_cubic"})
+"""Curves of one number. Against a knee, which has its place too, they count together: only where
+the sharp knee adds something beside both is a smooth curve out."""
+_UNSURE = 0.05
+
+
+@dataclass(frozen=True)
+class Tried:
+    """One contender in its own full refit.
+
+    Parameters
+    ----------
+    cause, fitted
+        The contender and the model with it.
+    loss
+        Held-out squared error of each block in the metric of the common noise, shape (B,).
+    bare
+        The problem that it leaves.
+    p
+        That nothing of the family of look-alikes is left beside it.
+    misfit
+        How much of the squared error that family could take from it at most.
+    """
+
+    cause: Cause
+    fitted: Refit
+    loss: FloatArray
+    bare: Problem
+    p: float
+    misfit: float
+
+
+def left_of(
+    bare: Problem, family: FloatArray, noise: Noise, signs: FloatArray
+) -> tuple[float, float]:
+    """The p that a refitted model leaves nothing of its family, and how much it may leave."""
+    grams, _ = whitened_grams(bare, family, noise)
+    found = scores(grams.inner, grams.calibration, grams.features)
+    taken, freedom = explained(grams, grams.calibration, grams.features)
+    return sign_flip_group(found.score, signs), largest_excess(taken, freedom)
+
+
+def largest_excess(taken: float, freedom: int) -> float:
+    """Upper 95 % bound of the noncentrality λ of χ²: ``P(χ²_k(λ) ≤ taken) = 0.05``.
+
+    Parameters
+    ----------
+    taken
+        Squared error in units of the noise that k directions take.
+    freedom
+        Their number, k.
+    """
+    if not freedom:
+        return 0.0
+
+    def below(excess: float) -> float:
+        return float(stats.ncx2.cdf(taken, freedom, excess)) - _UNSURE
+
+    if stats.chi2.cdf(taken, freedom) <= _UNSURE:
+        return 0.0
+    end = taken + freedom + 20.0
+    while below(end) > 0.0:
+        end *= 2.0
+    return float(optimize.brentq(below, 0.0, end))
+
+
+def kindred(table: Mapping[str, Effect], one: Cause, other: Cause) -> bool:
+    """Whether the table says that one looks like the other."""
+    a, b = table[one.signature.effect], table[other.signature.effect]
+    return b.name in a.mimics or a.name in b.mimics
+
+
+def outdone(
+    subject: Subject,
+    other: Tried,
+    best: Tried,
+    family: Sequence[Signature],
+    noise: Noise,
+    signs: FloatArray,
+    rules: Rules,
+) -> bool:
+    """Whether a contender like the best is out, since the best still adds something beside it.
+
+    If the other one were the truth, the score of the best one's signature beside it would be
+    noise: one direction, where all that its kind could explain has many. But of two wrong curves
+    the nearer one adds something beside the other too. So the best must leave nothing, with power:
+    what its kind could still explain, at most, must be less than a share of what it adds.
+    """
+    if best.p < rules.alpha_whole or not kindred(subject.table, best.cause, other.cause):
+        return False
+    mine = _as_fitted(best)
+    beside = [s for s in family if _is_partner(s, other.cause, best.cause)]
+    taken = subject.beside(other.fitted, beside)
+    columns = subject.beside(other.fitted, [mine])
+    if not columns.size:
+        return False
+    wide = subject.beside(other.fitted, family)
+    bare = other.bare if not taken.size else _with(other.bare, taken)
+    grams, _ = whitened_grams(bare, np.hstack([columns, wide]), noise)
+    found = scores(grams.inner, grams.calibration, grams.features)
+    if found.inside[0]:
+        return False
+    p = float(sign_flip_max_t(found.score[:, :1], signs).p[0])
+    if has_single_rows(bare):
+        single = single_rows_p(bare, found, grams.calibration.size)[0]
+        p = min(2.0 * min(p, float(single)), 1.0)
+    added = float(found.score[:, 0].sum() ** 2 / found.information[:, 0].sum())
+    return p < rules.alpha_left and best.misfit < rules.misfit_share * added
+
+
+def _as_fitted(tried: Tried) -> Signature:
+    """The signature of a contender in the shape that its refit found."""
+    signature = tried.cause.signature
+    owner = signature.owners[0][0]
+    shape = ((name, tried.fitted.values.get(f"{owner}.{name}", value))
+             for name, value in signature.shape)  # fmt: skip
+    return replace(signature, shape=tuple(shape))
+
+
+def _is_partner(signature: Signature, other: Cause, best: Cause) -> bool:
+    """Whether a smooth curve stands by another one against a knee."""
+    mine, theirs = best.signature.effect, other.signature
+    return (
+        mine not in SMOOTH
+        and theirs.effect in SMOOTH
+        and signature.effect in SMOOTH - {theirs.effect}
+        and signature.where == theirs.where
+    )
+
+
+def _with(problem: Problem, columns: FloatArray) -> Problem:
+    """The problem with further columns fitted."""
+    held = columns if problem.accepted is None else np.hstack([problem.accepted, columns])
+    return replace(problem, accepted=held)
