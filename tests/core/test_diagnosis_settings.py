@@ -4,7 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from footcal_cli.core.diagnosis.settings import Parts, Settings, repeated, within_settings
+from footcal_cli.core.diagnosis.settings import (
+    Parts,
+    Settings,
+    repeated,
+    row_levels,
+    variance_between,
+    within_settings,
+)
 from footcal_cli.core.diagnosis.shapes import times_of
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray, IntArray
@@ -35,7 +42,9 @@ def whitened(settings: Settings, noise: FloatArray, parts: list[Parts]) -> Float
     )  # fmt: skip
     loose, rest = both[:, :1], both[:, 1:]
     kept: IntArray = np.arange(noise.size)
-    return repeated(rest, rest[:, :1], loose, rest[:, -1], settings.rows(kept), settings.kind)
+    groups = settings.rows(kept)
+    variance = variance_between(rest[:, :1], loose, rest[:, -1], groups, settings.kind)
+    return repeated(rest, loose, groups, variance)
 
 
 def test_every_part_of_a_setting_is_a_group_of_its_own() -> None:
@@ -61,6 +70,40 @@ def test_what_is_whitened_counts_every_turn_once() -> None:
         sums.append(np.mean(turns**2))
     # the upper value of a variance makes the sums a little too small, never too large
     assert 0.6 < float(np.mean(sums)) < 1.1
+
+
+def test_rows_are_as_noisy_as_their_own_setting() -> None:
+    """A quiet hanging and a loud one; a load that stands still takes no freedom of its own."""
+    settings, noise, _ = drawn(0)
+    loud = np.where(settings.number == 2, 3.0, 1.0)
+    still = np.hstack([settings.columns, settings.columns * (1.0 + 1e-12 * noise[:, None])])
+    kept: IntArray = np.arange(noise.size)
+    both = Settings(settings.number, still, np.arange(2), settings.sensor, settings.part)
+    level = row_levels(loud * noise, still, both.parts(0 * settings.number, kept))
+    np.testing.assert_allclose(level, loud, rtol=0.15)
+
+
+def test_variance_between_settings_is_seldom_taken_too_small() -> None:
+    """Offsets of sd 0.8 in eight settings; and none: an upper value, in nine of ten draws."""
+    above = []
+    for true in (OF_SETTING, 0.0):
+        found = []
+        for seed in range(40):
+            settings, _, _ = drawn(seed)
+            rng = np.random.default_rng(100 + seed)
+            noise = rng.standard_normal(settings.number.size)
+            noise += true * rng.standard_normal(SETTINGS)[settings.number]
+            groups = settings.rows(np.arange(noise.size))
+            found.append(
+                variance_between(
+                    np.ones((noise.size, 1)), settings.columns, noise, groups, settings.kind
+                )[0]
+            )
+        above.append(float(np.mean(np.array(found) >= true**2)))
+        # in units of what a whole setting tells: 1 where nothing differs
+        assert float(np.median(found)) < 5.0 * max(true**2, 1.0 / (TURNS * ROWS))
+    assert above[0] >= 0.8
+    assert above[1] == 1.0
 
 
 def test_a_step_is_looked_for_in_pauses_and_between() -> None:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from footcal_cli.core.diagnosis.problem import Problem
-from footcal_cli.core.diagnosis.settings import Settings, repeated, within_settings
+from footcal_cli.core.diagnosis.settled import settled
 from footcal_cli.core.diagnosis.tracking import PART_S, Tracking, innovations, parts_of
 from footcal_cli.core.diagnosis.whitening import Noise, RowWhitener, kept_tracking, noise_of
 from footcal_cli.core.parameters import FloatArray, IntArray
@@ -114,7 +114,7 @@ def whitened_grams(
     numbers = [np.arange(a, b) for a, b in itertools.pairwise(edges)]
     white = whitener(raw)
     if problem.settings is not None:
-        white = _settled(problem, problem.settings, white, whitener, int(edges[2]))
+        white = settled(problem, problem.settings, white, whitener, int(edges[2]), numbers[3])
     norm = np.sum(white**2, axis=0)
     rows = np.zeros((0, 0, 0))
     if tracked:
@@ -157,30 +157,6 @@ def whitened_grams(
             autocorrelation_time=tau,
         ),
         whitener,
-    )
-
-
-def _settled(
-    problem: Problem, settings: Settings, white: FloatArray, whitener: RowWhitener, shared: int
-) -> FloatArray:
-    """Columns whitened for what differs between settings, and between their parts.
-
-    Parameters
-    ----------
-    shared
-        How many of the columns are fitted in common.
-    """
-    kept = whitener.kept
-    loose = whitener(settings.columns)
-    parts = settings.parts(problem.output, kept)
-    if parts:
-        both = within_settings(
-            np.hstack([loose, white]), np.hstack([white[:, :shared], whitener(settings.spread())]),
-            loose, white[:, -1], parts,
-        )  # fmt: skip
-        loose, white = both[:, : loose.shape[1]], both[:, loose.shape[1] :]
-    return repeated(
-        white, white[:, :shared], loose, white[:, -1], settings.rows(kept), settings.kind
     )
 
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-from scipy import stats
+from scipy import optimize, stats
 
 from footcal_cli.core.parameters import FloatArray, IntArray
 
@@ -23,9 +23,11 @@ _STEPS = 40
 _STOP = 0.02
 _CAUTION = 0.7  # share of a step taken: the median jumps
 _NORMAL_MEDIAN = 0.6745  # of |x| of a standard normal variable
-_MEDIAN_EFFICIENCY = 0.37  # of a median-based variance against the mean square
-_UPPER = 0.2
+_UPPER = 0.1
 """The variance is taken so large that a larger one would have shown less with this probability."""
+_ALIKE = 1e-6  # a load that stands still is an offset
+_QUIETEST = 0.1  # share of its usual noise that an axis has at least
+_LEAST, _MOST = 1e-6, 1e6  # variance between settings against that of one row
 _RCOND = 1e-9
 _PART_START, _PART_LEAST = 0.05, 1e-5  # variance of one part against that of one row
 
@@ -64,9 +66,9 @@ class Settings:
                 continue
             acting = np.flatnonzero(np.any(self.columns[kept[rows]] != 0.0, axis=0))
             own = np.stack([self.number[kept[rows]], self.part[kept[rows]]])
-            number = np.unique(own, axis=1, return_inverse=True)[1].ravel()
-            groups = [rows[number == n] for n in range(int(number.max()) + 1)]
-            found.append(Parts(acting, groups))
+            pairs, number = np.unique(own, axis=1, return_inverse=True)
+            groups = [rows[number.ravel() == n] for n in range(pairs.shape[1])]
+            found.append(Parts(acting, groups, pairs[0]))
         return found
 
     def rows(self, kept: IntArray) -> list[IntArray]:
@@ -91,10 +93,35 @@ class Parts:
         Which of `Settings.columns` act on it.
     groups
         Its rows in each part.
+    setting
+        In which each part lies.
     """
 
     columns: IntArray
     groups: list[IntArray]
+    setting: IntArray
+
+
+def row_levels(residual: FloatArray, loose: FloatArray, parts: list[Parts]) -> FloatArray:
+    """Sd of single rows of every output of every sensor in each setting, shape (n,).
+
+    What loads an axis makes it noisier: the axis along gravity is another one in every hanging.
+    Each part has its own offset and gain first, and the freedom that these take is no noise.
+    """
+    level = np.ones(residual.size)
+    for part in parts:
+        squares, freedom = (np.zeros(int(part.setting.max()) + 1) for _ in range(2))
+        for rows, setting in zip(part.groups, part.setting, strict=True):
+            z = loose[np.ix_(rows, part.columns)]
+            u, s, _ = np.linalg.svd(z, full_matrices=False)
+            u = u[:, s > _ALIKE * s.max(initial=0.0)]
+            squares[setting] += np.sum((residual[rows] - u @ (u.T @ residual[rows])) ** 2)
+            freedom[setting] += rows.size - u.shape[1]
+        sd = np.sqrt(squares / np.maximum(freedom, 1.0))
+        typical = float(np.median(sd[sd > 0])) if np.any(sd > 0) else 1.0
+        for rows, setting in zip(part.groups, part.setting, strict=True):
+            level[rows] = max(sd[setting], _QUIETEST * typical)
+    return level
 
 
 def within_settings(
@@ -117,7 +144,7 @@ def within_settings(
     parts
         From `Settings.parts`.
     """
-    left = residual - common @ _fitted(common, residual)
+    left = residual - common @ fitted(common, residual)
     out = white.copy()
     for part in parts:
         products = [
@@ -131,12 +158,14 @@ def within_settings(
     return out
 
 
-def _fitted(basis: FloatArray, target: FloatArray) -> FloatArray:
+def fitted(basis: FloatArray, target: FloatArray) -> FloatArray:
+    """Coefficients of least squares, shape (columns, targets) or (columns,); rank-safe."""
     scale = np.sqrt(np.sum(basis**2, axis=0))
     scale = np.where(scale > 0, scale, np.inf)
     normed = basis / scale
     inverse = np.linalg.pinv(normed.T @ normed, rcond=_RCOND, hermitian=True)
-    return np.asarray((inverse @ (normed.T @ target)) / scale)
+    found = inverse @ (normed.T @ target)
+    return np.asarray((found.T / scale).T)
 
 
 def _shrink(out: FloatArray, white: FloatArray, rows: IntArray, loose: FloatArray) -> None:
@@ -146,7 +175,7 @@ def _shrink(out: FloatArray, white: FloatArray, rows: IntArray, loose: FloatArra
 
 
 def _variance_of_parts(products: list[tuple[FloatArray, FloatArray]]) -> FloatArray:
-    """Variance of each column over parts, from the median as in `_variance`, shape (q,)."""
+    """Variance of each column over parts, from the median shape (q,)."""
     own = np.stack([square for square, _ in products])
     right = np.stack([cross for _, cross in products])
     size = own.shape[1]
@@ -169,44 +198,48 @@ def _variance_of_parts(products: list[tuple[FloatArray, FloatArray]]) -> FloatAr
 
 
 def repeated(
-    white: FloatArray, calibration: FloatArray, loose: FloatArray, residual: FloatArray,
-    groups: list[IntArray], kind: IntArray,
-) -> FloatArray:  # fmt: skip
+    white: FloatArray, loose: FloatArray, groups: list[IntArray], variance: FloatArray
+) -> FloatArray:
     """Columns whitened for what does not repeat between settings, shape (n, k).
 
     Parameters
     ----------
     white
         What is to be whitened, rows already white within a setting, shape (n, k).
-    calibration, loose, residual
-        Columns that all settings share, Z, and the residual, likewise whitened.
+    loose
+        Z, likewise whitened.
     groups
         Rows of each setting.
-    kind
-        As in `Settings`.
+    variance
+        Of each column of Z, shape (q,).
     """
-    variance = _variance(calibration, loose, residual, groups, kind)
     out = white.copy()
     for rows in groups:
-        if not rows.size:
-            continue
-        _shrink(out, white, rows, loose[rows] * np.sqrt(variance))
+        if rows.size:
+            _shrink(out, white, rows, loose[rows] * np.sqrt(variance))
     return out
 
 
-def _variance(
+def variance_between(
     calibration: FloatArray,
     loose: FloatArray,
     residual: FloatArray,
     groups: list[IntArray],
     kind: IntArray,
 ) -> FloatArray:
-    """Upper value of each column's variance, shape (q,).
+    """Upper value of each column's variance between settings, shape (q,).
 
     Predictions û of what differs come from the mixed-model equations (Henderson), in which the
-    fitted calibration's own uncertainty counts. The variance is the one for which the median of
-    |û| over its own sd is that of a normal variable: an effect that is there and moves one axis
-    of one sensor does not pass for poor repeatability of all.
+    fitted calibration's own uncertainty counts, and the other kinds of columns at their variance.
+
+    Parameters
+    ----------
+    calibration, loose, residual
+        Columns that all settings share, Z, and the residual, white within a setting.
+    groups
+        Rows of each setting.
+    kind
+        As in `Settings`.
     """
     p, q, many = calibration.shape[1], loose.shape[1], len(groups)
     size = p + many * q
@@ -220,37 +253,52 @@ def _variance(
         normal[:p, at] = calibration[rows].T @ z
         normal[at, :p] = normal[:p, at].T
         right[at] = z.T @ residual[rows]
-    scale = np.sqrt(np.maximum(np.diag(normal), 1e-300))
-    scale[p:] = 1.0
-    information = np.diag(normal)[p:]
-    members = np.where(information > 0, np.tile(kind, many), -1)
+    member = np.concatenate([np.full(p, -1), np.tile(kind, many)])
     kinds = int(kind.max()) + 1
-    least = np.array([1.0 / max(_median(information[members == g]), 1e-300) for g in range(kinds)])
-    variance = np.maximum(least, 1.0)
-    freedom = np.ones(kinds)
+    variance = np.full(kinds, _LEAST)
     for _ in range(_STEPS):
-        full = normal / np.outer(scale, scale)
-        full[np.arange(p, size), np.arange(p, size)] += 1.0 / variance[np.tile(kind, many)]
-        inverse = np.linalg.pinv(full, rcond=_RCOND, hermitian=True)
-        effect, spread = inverse[p:] @ (right / scale), np.diag(inverse)[p:]
-        factor = np.ones(kinds)
+        before = variance.copy()
         for g in range(kinds):
-            own = members == g
-            known = np.clip(1.0 - spread[own] / variance[g], 1e-9, 1.0)
-            freedom[g] = _MEDIAN_EFFICIENCY * float(known.sum())
-            standard = np.abs(effect[own]) / np.sqrt(known * variance[g])
-            factor[g] = (_weighted_median(standard, known) / _NORMAL_MEDIAN) ** 2
-        updated = np.maximum(variance * np.clip(factor, 0.1, 10.0) ** _CAUTION, least)
-        change = float(np.abs(np.log(updated / variance)).max())
-        variance = updated
-        if change < _STOP:
+            own, others = np.flatnonzero(member == g), np.flatnonzero(member != g)
+            rest = normal[np.ix_(others, others)].copy()
+            prior = np.where(member[others] >= 0, 1.0 / variance[member[others]], 0.0)
+            rest[np.diag_indices_from(rest)] += prior
+            scale = np.sqrt(np.maximum(np.diag(rest), 1e-300))
+            inverse = np.linalg.pinv(rest / np.outer(scale, scale), _RCOND, hermitian=True)
+            known = normal[np.ix_(own, others)] / scale @ inverse / scale
+            information = normal[np.ix_(own, own)] - known @ normal[np.ix_(others, own)]
+            variance[g] = _upper(information, right[own] - known @ right[others])
+        if float(np.abs(np.log(variance / before)).max()) < _STOP:
             break
-    degrees = np.maximum(freedom, 1.0)
-    return np.asarray((variance * degrees / stats.chi2.ppf(_UPPER, degrees))[kind])
+    return np.asarray(variance[kind])
 
 
-def _median(values: FloatArray) -> float:
-    return float(np.median(values)) if values.size else 1.0
+def _upper(information: FloatArray, score: FloatArray) -> float:
+    """Variance v under which predictions as small as these come with probability `_UPPER`.
+
+    ``û = v (I + v M)⁻¹ b``, M the information about u once all else is fitted, b the score. If v is
+    true then û'û/v is a sum of χ²₁ with weights ``k_i = v λ_i / (1 + v λ_i)``, λ the eigenvalues
+    of M; that is near to ``(Σk²/Σk) χ²`` on ``(Σk)²/Σk²`` degrees of freedom (Satterthwaite).
+    """
+    values, vectors = np.linalg.eigh(information)
+    seen = values > _RCOND * max(float(values.max(initial=0.0)), 1e-300)
+    told, along = values[seen], (vectors.T @ score)[seen]
+    if not told.size:
+        return _LEAST
+
+    def more(log_variance: float) -> float:
+        v = float(np.exp(log_variance))
+        share = v * told / (1.0 + v * told)
+        found = v * float(np.sum((along / (1.0 + v * told)) ** 2))
+        one, two = float(share.sum()), float(np.sum(share**2))
+        return found - two / one * float(stats.chi2.ppf(_UPPER, one**2 / two))
+
+    low, high = np.log(_LEAST), np.log(_MOST)
+    if more(low) <= 0.0:
+        return _LEAST
+    if more(high) >= 0.0:
+        return _MOST
+    return float(np.exp(optimize.brentq(more, low, high, xtol=_STOP)))
 
 
 def _weighted_median(values: FloatArray, weights: FloatArray) -> float:
