@@ -7,6 +7,7 @@ import numpy as np
 from footcal_cli.core.diagnosis.settings import (
     Parts,
     Settings,
+    part_variances,
     repeated,
     row_levels,
     variance_between,
@@ -36,10 +37,9 @@ def drawn(seed: int) -> tuple[Settings, FloatArray, list[Parts]]:
 def whitened(settings: Settings, noise: FloatArray, parts: list[Parts]) -> FloatArray:
     """Noise, loose column and noise again as a residual, whitened for both levels."""
     common = np.hstack([np.ones((noise.size, 1)), settings.spread()])
-    both = within_settings(
-        np.column_stack([settings.columns, common[:, :1], noise]), common, settings.columns,
-        noise, parts,
-    )  # fmt: skip
+    variances = part_variances(common, settings.columns, noise, parts)
+    columns = np.column_stack([settings.columns, common[:, :1], noise])
+    both = within_settings(columns, settings.columns, parts, variances)
     loose, rest = both[:, :1], both[:, 1:]
     kept: IntArray = np.arange(noise.size)
     groups = settings.rows(kept)

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from footcal_cli.core.diagnosis.problem import Problem
-from footcal_cli.core.diagnosis.settled import settled
 from footcal_cli.core.diagnosis.tracking import PART_S, Tracking, innovations, parts_of
 from footcal_cli.core.diagnosis.whitening import Noise, RowWhitener, kept_tracking, noise_of
 from footcal_cli.core.parameters import FloatArray, IntArray
@@ -113,8 +112,8 @@ def whitened_grams(
     edges = np.cumsum([0, *(part.shape[1] for part in parts)])
     numbers = [np.arange(a, b) for a, b in itertools.pairwise(edges)]
     white = whitener(raw)
-    if problem.settings is not None:
-        white = settled(problem, problem.settings, white, whitener, int(edges[2]), numbers[3])
+    if noise.settled is not None:
+        white = noise.settled(white)
     norm = np.sum(white**2, axis=0)
     rows = np.zeros((0, 0, 0))
     if tracked:

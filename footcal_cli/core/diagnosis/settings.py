@@ -124,35 +124,50 @@ def row_levels(residual: FloatArray, loose: FloatArray, parts: list[Parts]) -> F
     return level
 
 
-def within_settings(
-    white: FloatArray, common: FloatArray, loose: FloatArray, residual: FloatArray,
-    parts: list[Parts],
-) -> FloatArray:  # fmt: skip
-    """Columns whitened for what differs from part to part of a setting, shape (n, k).
+def part_variances(
+    common: FloatArray, loose: FloatArray, residual: FloatArray, parts: list[Parts]
+) -> list[FloatArray]:
+    """Variances of each sensor's columns over its parts, shape (q of the sensor,) each.
 
     Every output of every sensor has its own variances: one axis of one leg has dozens of turns to
     show them, and what it carries beside the load is not what the others carry.
 
     Parameters
     ----------
-    white
-        What is to be whitened, rows already white within a part, shape (n, k).
     common
         What parts of one setting share: calibration, and each setting's own offsets and gains.
     loose, residual
-        Z and the residual, likewise whitened.
+        Z and the residual, likewise white within a part.
     parts
         From `Settings.parts`.
     """
     left = residual - common @ fitted(common, residual)
+    return [
+        _variance_of_parts(
+            [
+                (z.T @ z, z.T @ left[rows])
+                for rows in part.groups
+                for z in [loose[np.ix_(rows, part.columns)]]
+            ]
+        )
+        for part in parts
+    ]
+
+
+def within_settings(
+    white: FloatArray, loose: FloatArray, parts: list[Parts], variances: list[FloatArray]
+) -> FloatArray:
+    """Columns whitened for what differs from part to part of a setting, shape (n, k).
+
+    Parameters
+    ----------
+    white, loose
+        What is to be whitened, and Z, rows already white within a part.
+    parts, variances
+        From `Settings.parts` and `part_variances`.
+    """
     out = white.copy()
-    for part in parts:
-        products = [
-            (z.T @ z, z.T @ left[rows])
-            for rows in part.groups
-            for z in [loose[np.ix_(rows, part.columns)]]
-        ]
-        variance = _variance_of_parts(products)
+    for part, variance in zip(parts, variances, strict=True):
         for rows in part.groups:
             _shrink(out, white, rows, loose[np.ix_(rows, part.columns)] * np.sqrt(variance))
     return out
@@ -172,6 +187,11 @@ def _shrink(out: FloatArray, white: FloatArray, rows: IntArray, loose: FloatArra
     """``(I + Z Zᵀ)^(−1/2)`` times some rows, in place."""
     u, s, _ = np.linalg.svd(loose, full_matrices=False)
     out[rows] -= u @ ((1.0 - 1.0 / np.sqrt(1.0 + s**2))[:, None] * (u.T @ white[rows]))
+
+
+def half_log_det(loose: FloatArray) -> float:
+    """``½ log det(I + Z Zᵀ)``, what a likelihood charges for that covariance."""
+    return float(0.5 * np.linalg.slogdet(np.eye(loose.shape[1]) + loose.T @ loose)[1])
 
 
 def _variance_of_parts(products: list[tuple[FloatArray, FloatArray]]) -> FloatArray:

@@ -1,6 +1,13 @@
-"""Columns white across settings, whose variances an effect that is there does not swell."""
+"""What does not repeat between settings: its law, estimated once for all models of a log.
+
+A model that explains less leaves more that differs between hangings. Judged by variances of its
+own it would fit as well as any; all models are compared by the same law.
+"""
 
 from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from scipy import stats
@@ -8,14 +15,14 @@ from scipy import stats
 from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.settings import (
     Parts,
-    Settings,
     fitted,
+    half_log_det,
+    part_variances,
     repeated,
     row_levels,
     variance_between,
     within_settings,
 )
-from footcal_cli.core.diagnosis.whitening import RowWhitener
 from footcal_cli.core.parameters import FloatArray, IntArray
 
 _MOST_SUSPECTS = 3
@@ -25,78 +32,147 @@ _RARE = 0.05
 _INSIDE = 1e-8
 """Share of a column's square that calibration leaves, below which it leaves none."""
 
+Whiten = Callable[[FloatArray], FloatArray]
+"""Columns of all rows, shape (m, k), as columns that are white within a part, shape (n, k)."""
 
-def settled(
-    problem: Problem,
-    settings: Settings,
-    white: FloatArray,
-    whitener: RowWhitener,
-    shared: int,
-    candidates: IntArray,
-) -> FloatArray:
-    """Columns whitened for what differs between settings, and between their parts, shape (n, k).
+
+@dataclass(frozen=True)
+class Within:
+    """The law of what differs between the parts of a setting.
+
+    Parameters
+    ----------
+    level
+        Sd of each row as against its output's, shape (n,).
+    loose
+        Z, in units of `level`, shape (n, q).
+    parts, variances
+        Each sensor's parts, and the variances between them.
+    """
+
+    level: FloatArray
+    loose: FloatArray
+    parts: list[Parts]
+    variances: list[FloatArray]
+
+    def __call__(self, columns: FloatArray) -> FloatArray:
+        """Columns white within a setting, shape (n, k)."""
+        if not self.parts:
+            return columns
+        scaled = columns / self.level[:, None]
+        return within_settings(scaled, self.loose, self.parts, self.variances)
+
+    @property
+    def log_sd(self) -> float:
+        """``½ log det`` of its covariance."""
+        charged = (
+            half_log_det(self.loose[np.ix_(rows, part.columns)] * np.sqrt(variance))
+            for part, variance in zip(self.parts, self.variances, strict=True)
+            for rows in part.groups
+        )
+        return float(np.sum(np.log(self.level))) + sum(charged)
+
+
+@dataclass(frozen=True)
+class Settled:
+    """The law of what differs between settings, and between their parts.
+
+    Parameters
+    ----------
+    within
+        Between parts.
+    loose
+        Z, white within a setting, shape (n, q).
+    groups
+        Rows of each setting.
+    variance
+        Of each column of Z between settings, shape (q,).
+    """
+
+    within: Within
+    loose: FloatArray
+    groups: list[IntArray]
+    variance: FloatArray
+
+    def __call__(self, columns: FloatArray) -> FloatArray:
+        """Columns white across settings, shape (n, k)."""
+        return repeated(self.within(columns), self.loose, self.groups, self.variance)
+
+    @property
+    def log_sd(self) -> float:
+        """``½ log det`` of its covariance, beyond that of the rows' noise."""
+        spread = np.sqrt(self.variance)
+        charged = (half_log_det(self.loose[rows] * spread) for rows in self.groups if rows.size)
+        return self.within.log_sd + sum(charged)
+
+
+def settled(problem: Problem, whiten: Whiten, kept: IntArray) -> Settled | None:
+    """Estimate the law from the residual, beside candidates that stand out.
 
     Few hangings tell of the variance between them: an effect would pass for poor repeatability for
     most of its size. A candidate that stands out even so, the variance estimated beside it as in a
-    t-test, is fitted while the variances are estimated; it remains a candidate.
+    t-test, is fitted while the variances are estimated.
 
     Parameters
     ----------
-    problem, settings
-        Rows, and what may differ.
-    white
-        Columns white within a part, the residual last, shape (n, k).
-    whitener
-        That made them so.
-    shared
-        How many of the columns are fitted in common; they come first.
-    candidates
-        Columns.
+    problem
+        Rows, candidates, and what may differ.
+    whiten, kept
+        Makes rows white within a part; the rows that it keeps.
+
+    Returns
+    -------
+    None where nothing was set up anew.
     """
-    kept = whitener.kept
-    loose, spread = whitener(settings.columns), whitener(settings.spread())
+    settings = problem.settings
+    if settings is None:
+        return None
+    loose, spread = whiten(settings.columns), whiten(settings.spread())
     parts, groups = settings.parts(problem.output, kept), settings.rows(kept)
-    own = loose.shape[1]
-    fitted_too = np.arange(shared)
+    white = whiten(np.column_stack([problem.fitted, problem.columns, problem.residual]))
+    beside = np.arange(problem.fitted.shape[1])
+    most = beside.size + _MOST_SUSPECTS
+    candidates = np.arange(beside.size, white.shape[1] - 1)
     while True:
-        both = _within(np.hstack([loose, white]), own, fitted_too + own, spread, parts)
-        free, out = both[:, :own], both[:, own:]
-        variance = variance_between(out[:, fitted_too], free, out[:, -1], groups, settings.kind)
-        if candidates.size and fitted_too.size < shared + _MOST_SUSPECTS:
-            best, _ = _strongest(out, fitted_too, candidates)
-            beside = np.append(fitted_too, best)
-            less = variance_between(out[:, beside], free, out[:, -1], groups, settings.kind)
-            _, z = _strongest(repeated(out, free, groups, less), fitted_too, np.array([best]))
-            if z > float(stats.norm.isf(0.5 * _RARE / candidates.size)):
-                fitted_too = beside
-                continue
-        return repeated(out, free, groups, variance)
+        within = _within(white, beside, loose, spread, parts)
+        inside, free = within(white), within(loose)
+        left = inside[:, -1]
+        law = Settled(
+            within, free, groups,
+            variance_between(inside[:, beside], free, left, groups, settings.kind),
+        )  # fmt: skip
+        if not candidates.size or beside.size == most:
+            return law
+        best, _ = _strongest(law(white), beside, candidates)
+        more = np.append(beside, best)
+        less = variance_between(inside[:, more], free, left, groups, settings.kind)
+        _, z = _strongest(repeated(inside, free, groups, less), beside, np.array([best]))
+        if z <= float(stats.norm.isf(0.5 * _RARE / candidates.size)):
+            return law
+        beside = more
 
 
 def _within(
-    columns: FloatArray, offsets: int, common: IntArray, spread: FloatArray, parts: list[Parts]
-) -> FloatArray:
-    """Columns white within a setting, where it has parts.
+    white: FloatArray, common: IntArray, loose: FloatArray, spread: FloatArray, parts: list[Parts]
+) -> Within:
+    """The law between parts, where a setting has any.
 
     Parameters
     ----------
-    columns
-        Z first, the residual last.
-    offsets
-        Number of columns of Z.
+    white
+        The residual last.
     common
-        Which of the columns are fitted in common.
-    spread, parts
-        Z of each setting, and of its parts.
+        Which columns are fitted in common.
+    loose, spread, parts
+        Z of the parts, and of each setting.
     """
     if not parts:
-        return columns
-    loose = columns[:, :offsets]
-    level = row_levels(columns[:, -1], loose, parts)[:, None]
-    shared = np.hstack([columns[:, common], spread]) / level
-    return within_settings(
-        columns / level, shared, loose / level, columns[:, -1] / level[:, 0], parts
-    )
+        return Within(np.ones(white.shape[0]), loose, [], [])
+    level = row_levels(white[:, -1], loose, parts)
+    shared = np.hstack([white[:, common], spread]) / level[:, None]
+    scaled = loose / level[:, None]
+    found = part_variances(shared, scaled, white[:, -1] / level, parts)
+    return Within(level, scaled, parts, found)
 
 
 def _strongest(white: FloatArray, base: IntArray, candidates: IntArray) -> tuple[int, float]:

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.linalg import solve_toeplitz
 
 from footcal_cli.core.diagnosis.problem import Problem
+from footcal_cli.core.diagnosis.settled import Settled, settled
 from footcal_cli.core.diagnosis.tracking import (
     Tracking,
     parts_of,
@@ -75,24 +76,28 @@ class Noise:
         Of the residual before whitening, in rows.
     walk
         Variance per second with which each calibration column wanders where it is tracked.
+    settled
+        What differs between settings, where there are any.
     """
 
     whitener: RowWhitener
     autocorrelation_time: float
     walk: FloatArray | None = None
+    settled: Settled | None = None
 
     @property
     def level(self) -> float:
         """Sum of the log innovation sd over all rows: what a likelihood charges for noise."""
         kept = self.whitener.kept
-        return float(np.sum(np.log(self.whitener.sd[self.whitener.output[kept]])))
+        rows = float(np.sum(np.log(self.whitener.sd[self.whitener.output[kept]])))
+        return rows + (self.settled.log_sd if self.settled else 0.0)
 
 
 def noise_of(problem: Problem) -> Noise:
     """Estimate the noise from the residual."""
     whitener, tau = fit_row_whitener(problem)
     if problem.tracking is None:
-        return Noise(whitener, tau)
+        return Noise(whitener, tau, settled=settled(problem, whitener, whitener.kept))
     white = whitener(np.column_stack([problem.calibration, problem.residual]))
     calibration = np.arange(problem.calibration.shape[1])
     there = kept_tracking(problem.tracking, whitener.kept)
