@@ -27,7 +27,7 @@ from footcal_cli.core.parameters import Estimates, FloatArray, Status
 from footcal_cli.core.spatial import rotation_of_quaternion, rotation_of_rpy
 from footcal_cli.errors import DataError, UsageError
 from footcal_cli.recipe import Robot
-from footcal_cli.records import ParametersRecord
+from footcal_cli.records.results import ParametersRecord
 from footcal_cli.tables import Table
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from rich.console import Console
 from rich.table import Table as RichTable
 
-from footcal_cli.records import FindingRecord, RmseRecord, RunRecord, VerdictRecord
+from footcal_cli.records.results import FindingRecord, RmseRecord, RunRecord, VerdictRecord
 
 FIGURE_DPI = 130
 _FIGURE_METADATA = {"Software": None}  # keeps figures the same bytes for the same data

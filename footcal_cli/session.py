@@ -26,14 +26,8 @@ from rich.progress import track
 from footcal_cli.columns import TableType
 from footcal_cli.errors import DataError, UsageError
 from footcal_cli.recipe import CommandOptions, Recipe, read_recipe, validated
-from footcal_cli.records import (
-    ParametersRecord,
-    RmseRecord,
-    RunRecord,
-    Versioned,
-    read_record,
-    write_record,
-)
+from footcal_cli.records.files import Versioned, read_record, write_record
+from footcal_cli.records.results import ParametersRecord, RmseRecord, RunRecord
 from footcal_cli.report import Report, print_text, render_html, rmse_sheet
 from footcal_cli.tables import Table, digest, has_columns, read_table
 

@@ -16,7 +16,7 @@ ALLOWED: dict[str, set[str]] = {
     "columns": set(),
     "tables": {"columns", "core", "errors"},
     "recipe": {"columns", "errors"},
-    "records": {"core", "errors"},
+    "records": {"records", "core", "errors"},
     "plots": {"plots", "core", "records"},
     "report": {"records", "core"},
     "sheets": {"sheets", "plots", "report", "intake", "recipe", "core", "records"},

@@ -11,14 +11,9 @@ import pytest
 from footcal_cli.core.parameters import Estimates, Status
 from footcal_cli.errors import UsageError
 from footcal_cli.recipe import read_recipe
-from footcal_cli.records import (
-    SCHEMAS,
-    ParametersRecord,
-    covariance_blocks,
-    parameter_records,
-    read_record,
-    write_record,
-)
+from footcal_cli.records.files import read_record, write_record
+from footcal_cli.records.results import ParametersRecord, covariance_blocks, parameter_records
+from footcal_cli.records.schemas import SCHEMAS
 
 COMMANDS = {"offline_fit", "check"}
 

@@ -6,7 +6,7 @@ import io
 
 from rich.console import Console
 
-from footcal_cli.records import VerdictRecord
+from footcal_cli.records.results import VerdictRecord
 from footcal_cli.report import Report, Sheet, print_text
 
 

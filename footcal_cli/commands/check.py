@@ -58,7 +58,7 @@ def check(
 
 
 def _check(session: Session[CheckOptions]) -> Outcome:
-    from footcal_cli.records import FindingRecord, VerdictRecord
+    from footcal_cli.records.results import FindingRecord, VerdictRecord
     from footcal_cli.report import Report, Sheet
     from footcal_cli.session import Outcome
 

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from footcal_cli.core.hang.stepwise import StepwiseFit
     from footcal_cli.core.log import Log
     from footcal_cli.core.parameters import Estimates, FloatArray
-    from footcal_cli.records import ParametersRecord
+    from footcal_cli.records.results import ParametersRecord
     from footcal_cli.report import Picture
     from footcal_cli.session import Outcome, Session
 
@@ -93,7 +93,7 @@ def _calibrate(session: Session[HangCalibOptions]) -> Outcome:
     from footcal_cli.columns import hang_table
     from footcal_cli.commands.parts.hang_logs import leg_logs
     from footcal_cli.core.hang.runs import hang_runs
-    from footcal_cli.records import RmseRecord
+    from footcal_cli.records.results import RmseRecord
     from footcal_cli.report import Report
     from footcal_cli.session import Outcome
     from footcal_cli.sheets import hang as sheets
@@ -228,7 +228,7 @@ def _parameters(
 ) -> ParametersRecord:
     import numpy as np
 
-    from footcal_cli.records import (
+    from footcal_cli.records.results import (
         ParameterRecord,
         ParametersRecord,
         Range,

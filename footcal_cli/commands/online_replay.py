@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from footcal_cli.core.online.noise import Noise
     from footcal_cli.core.parameters import Estimates, FloatArray
     from footcal_cli.intake import Recording
-    from footcal_cli.records import RmseRecord
+    from footcal_cli.records.results import RmseRecord
     from footcal_cli.session import Outcome, Session
 
 Method = Literal["memory", "window", "han"]
@@ -179,7 +179,7 @@ def _cells(session: Session[OnlineReplayOptions], recording: Recording) -> Outco
     from footcal_cli.core.online.noise import starting_noise
     from footcal_cli.core.online.window import WindowRule
     from footcal_cli.errors import DataError
-    from footcal_cli.records import FindingRecord
+    from footcal_cli.records.results import FindingRecord
     from footcal_cli.report import Report
     from footcal_cli.session import Outcome
     from footcal_cli.sheets import walk as sheets
@@ -321,7 +321,8 @@ def _truth(
 
 def _baseline(session: Session[OnlineReplayOptions]) -> Estimates | None:
     from footcal_cli.intake import estimates_of
-    from footcal_cli.records import ParametersRecord, read_record
+    from footcal_cli.records.files import read_record
+    from footcal_cli.records.results import ParametersRecord
 
     if session.options.baseline is None:
         return None

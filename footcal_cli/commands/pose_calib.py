@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from footcal_cli.core.pose.data import PoseData
     from footcal_cli.core.pose.hanging import LegKnowledge
     from footcal_cli.core.pose.problem import PoseOptions
-    from footcal_cli.records import FindingRecord
+    from footcal_cli.records.results import FindingRecord
     from footcal_cli.session import Outcome, Session
 
 Vector = tuple[float, float, float]

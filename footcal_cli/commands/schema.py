@@ -16,7 +16,7 @@ def schema(
     import json
 
     from footcal_cli.errors import UsageError, nearest
-    from footcal_cli.records import SCHEMAS
+    from footcal_cli.records.schemas import SCHEMAS
 
     if name is None:
         typer.echo("\n".join(SCHEMAS))

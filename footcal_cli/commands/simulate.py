@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from footcal_cli.core.parameters import FloatArray
     from footcal_cli.core.simulation.robots import Biped, Hexapod
     from footcal_cli.core.simulation.scenario import EffectRequest, Plans, Scenario
-    from footcal_cli.records import TruthRecord
+    from footcal_cli.records.results import TruthRecord
     from footcal_cli.report import Picture
     from footcal_cli.session import Outcome, Session
 
@@ -329,7 +329,7 @@ def _truth(
     session: Session[SimulateOptions], scenario: Scenario, plans: Plans, robot: Biped | Hexapod
 ) -> TruthRecord:
     from footcal_cli.core.simulation.robots import Biped
-    from footcal_cli.records import EffectRecord, TruthRecord
+    from footcal_cli.records.results import EffectRecord, TruthRecord
 
     assert session.options.experiment is not None
     on_cells = isinstance(robot, Biped)

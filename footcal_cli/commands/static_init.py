@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from footcal_cli.core.stance_curve import CurvePoint
     from footcal_cli.core.static_init import StanceErrors, StanceRows, StaticInit
     from footcal_cli.intake import Recording
-    from footcal_cli.records import RmseRecord
+    from footcal_cli.records.results import RmseRecord
     from footcal_cli.report import Picture
     from footcal_cli.session import Outcome, Session
 

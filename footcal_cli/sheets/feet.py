@@ -8,7 +8,7 @@ import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.pose.data import PoseData
-from footcal_cli.records import RmseRow, VerdictRecord
+from footcal_cli.records.results import RmseRow, VerdictRecord
 from footcal_cli.report import Sheet, number
 
 _BETTER = 0.8

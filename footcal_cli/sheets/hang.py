@@ -11,7 +11,7 @@ from footcal_cli.core.hang.model import AXES
 from footcal_cli.core.hang.runs import HangRun
 from footcal_cli.core.hang.stepwise import StepwiseFit
 from footcal_cli.core.parameters import Estimates, FloatArray, Status
-from footcal_cli.records import FindingRecord, RmseRecord, RmseRow, VerdictRecord
+from footcal_cli.records.results import FindingRecord, RmseRecord, RmseRow, VerdictRecord
 from footcal_cli.report import Sheet, number, with_sd
 
 Residuals = Mapping[str, Mapping[str, FloatArray]]

@@ -11,7 +11,7 @@ from footcal_cli.core.bench.channel import ChannelFit
 from footcal_cli.core.bench.regression import Curvature
 from footcal_cli.core.bench.study import ChannelStudy
 from footcal_cli.core.effects import TABLE
-from footcal_cli.records import EffectRecord, Range, RmseRow, VerdictRecord
+from footcal_cli.records.results import EffectRecord, Range, RmseRow, VerdictRecord
 from footcal_cli.report import Sheet, number, with_sd
 from footcal_cli.sheets.weights import (
     NEXT_RECORDING,

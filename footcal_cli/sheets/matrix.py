@@ -8,7 +8,7 @@ import numpy as np
 
 from footcal_cli.core.bench.matrix import MatrixFit, MatrixStudy
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.records import RmseRow
+from footcal_cli.records.results import RmseRow
 from footcal_cli.report import Sheet, number, with_sd
 
 

@@ -10,7 +10,7 @@ from footcal_cli.core.bench.cop_models import CopFit
 from footcal_cli.core.bench.cop_study import CopResult, FootStudy
 from footcal_cli.core.bench.placement_rows import PlacementRows, find_repeats
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.records import RmseRow
+from footcal_cli.records.results import RmseRow
 from footcal_cli.report import Sheet, number, with_sd
 
 _MOST_ROWS = 120

@@ -17,7 +17,7 @@ from footcal_cli.core.pose.leg_map import LegMap
 from footcal_cli.core.pose.selection import Candidate
 from footcal_cli.core.pose.standing import OffsetFit
 from footcal_cli.core.spatial import rotation_log, wrench_transform
-from footcal_cli.records import FindingRecord, RmseRecord, RmseRow, VerdictRecord
+from footcal_cli.records.results import FindingRecord, RmseRecord, RmseRow, VerdictRecord
 from footcal_cli.report import Sheet, number, with_sd
 
 _SUSPECT_P = 1e-4

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from footcal_cli.core.effects.contract import Scope
 from footcal_cli.core.simulation.scenario import EffectRequest, Scenario
-from footcal_cli.records import VerdictRecord
+from footcal_cli.records.results import VerdictRecord
 from footcal_cli.report import Sheet, number
 
 

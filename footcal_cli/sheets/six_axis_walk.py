@@ -11,7 +11,7 @@ from footcal_cli.core.online.six_axis_replay import SixAxisReplay
 from footcal_cli.core.parameters import FloatArray, Status
 from footcal_cli.plots import six_axis_walk as plots
 from footcal_cli.plots.walk import plot_innovations
-from footcal_cli.records import FindingRecord, RmseRecord, RmseRow, VerdictRecord
+from footcal_cli.records.results import FindingRecord, RmseRecord, RmseRow, VerdictRecord
 from footcal_cli.report import Picture, Sheet, number, with_sd
 from footcal_cli.sheets.stand import beliefs_sheet, root_mean_square
 

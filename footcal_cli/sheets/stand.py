@@ -11,7 +11,7 @@ from footcal_cli.core.parameters import FloatArray, Status
 from footcal_cli.core.quiet import QuietSet
 from footcal_cli.core.stance_curve import CurvePoint
 from footcal_cli.core.static_init import StanceErrors, StanceRows, StaticInit
-from footcal_cli.records import RmseRecord, RmseRow, VerdictRecord
+from footcal_cli.records.results import RmseRecord, RmseRow, VerdictRecord
 from footcal_cli.report import Sheet, number, with_sd
 
 BELIEFS_NOTE = (

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from footcal_cli.intake import Recording
-from footcal_cli.records import FindingRecord
+from footcal_cli.records.results import FindingRecord
 
 
 def stream_findings(recording: Recording) -> list[FindingRecord]:

@@ -16,7 +16,7 @@ from footcal_cli.core.parameters import FloatArray, Status
 from footcal_cli.intake import cells_in_feet
 from footcal_cli.plots import walk as plots
 from footcal_cli.recipe import Robot
-from footcal_cli.records import RmseRecord, RmseRow, VerdictRecord
+from footcal_cli.records.results import RmseRecord, RmseRow, VerdictRecord
 from footcal_cli.report import Picture, Sheet, number, with_sd
 from footcal_cli.sheets.stand import beliefs_sheet
 

@@ -10,7 +10,7 @@ from footcal_cli.core.bench.record import load_levels
 from footcal_cli.core.bench.regression import AffineFit, Curvature, fit_affine
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.quality import Finding
-from footcal_cli.records import RmseRow
+from footcal_cli.records.results import RmseRow
 from footcal_cli.report import Sheet, number, with_sd
 
 NEXT_RECORDING = (

@@ -33,7 +33,8 @@ from footcal_cli.core.simulation.scenario import (
     simulate,
     with_effects,
 )
-from footcal_cli.records import EffectRecord, TruthRecord, write_record
+from footcal_cli.records.files import write_record
+from footcal_cli.records.results import EffectRecord, TruthRecord
 from footcal_cli.tables import write_parquet
 
 HERE = Path(__file__).resolve().parent

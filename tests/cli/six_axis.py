@@ -10,7 +10,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.records import ParametersRecord, read_record
+from footcal_cli.records.files import read_record
+from footcal_cli.records.results import ParametersRecord
 
 LEGS = ("fl", "ml", "hl", "fr", "mr", "hr")
 AXES = ("fx", "fy", "fz", "tx", "ty", "tz")

@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from footcal_cli.records import RunRecord, read_record
+from footcal_cli.records.files import read_record
+from footcal_cli.records.results import RunRecord
 from tests.conftest import Run
 
 

@@ -10,7 +10,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from footcal_cli.records import DiagnosisRecord, ParametersRecord, PlanRecord, read_record
+from footcal_cli.records.diagnosis import DiagnosisRecord, PlanRecord
+from footcal_cli.records.files import read_record
+from footcal_cli.records.results import ParametersRecord
 from tests.conftest import Run
 
 CELLS = ("left_fl", "left_fr", "left_rl")

@@ -13,7 +13,8 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from footcal_cli.records import ParametersRecord, RmseRecord, RunRecord, read_record
+from footcal_cli.records.files import read_record
+from footcal_cli.records.results import ParametersRecord, RmseRecord, RunRecord
 from footcal_cli.tables import write_parquet
 from tests.conftest import Run
 

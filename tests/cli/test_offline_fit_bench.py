@@ -9,12 +9,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from footcal_cli.records import (
+from footcal_cli.records.files import read_record
+from footcal_cli.records.results import (
     CopCorrectionsRecord,
     ParametersRecord,
     RmseRecord,
     TruthRecord,
-    read_record,
 )
 from tests.conftest import Run
 from tests.core.bench_data import Staircase

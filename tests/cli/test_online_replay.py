@@ -10,14 +10,13 @@ import pandas as pd
 import pytest
 
 from footcal_cli.core.parameters import Status
-from footcal_cli.records import (
+from footcal_cli.records.files import read_record, write_record
+from footcal_cli.records.results import (
     EffectRecord,
     ParameterRecord,
     ParametersRecord,
     RmseRecord,
     RunRecord,
-    read_record,
-    write_record,
 )
 from tests.cli.walk_files import write_belief, write_walk
 from tests.conftest import Answer, Run

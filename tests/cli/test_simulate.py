@@ -22,7 +22,8 @@ from footcal_cli.core.effects import TABLE
 from footcal_cli.core.simulation.biped_logs import Streams
 from footcal_cli.core.simulation.gait import WalkPlan, walking
 from footcal_cli.core.simulation.robots import Biped
-from footcal_cli.records import TruthRecord, read_record
+from footcal_cli.records.files import read_record
+from footcal_cli.records.results import TruthRecord
 from footcal_cli.tables import read_table
 from tests.conftest import Run
 from tests.core.test_simulation import walk_logs

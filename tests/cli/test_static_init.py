@@ -10,14 +10,8 @@ import pytest
 from footcal_cli.core.chain import Chain, link
 from footcal_cli.core.effects import TABLE
 from footcal_cli.core.parameters import Status
-from footcal_cli.records import (
-    EffectRecord,
-    ParameterRecord,
-    ParametersRecord,
-    RmseRecord,
-    read_record,
-    write_record,
-)
+from footcal_cli.records.files import read_record, write_record
+from footcal_cli.records.results import EffectRecord, ParameterRecord, ParametersRecord, RmseRecord
 from tests.cli.walk_files import write_belief, write_stand
 from tests.conftest import Run
 from tests.core.walk_data import CHANNELS, make_standing

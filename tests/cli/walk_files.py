@@ -8,7 +8,8 @@ import numpy as np
 import pandas as pd
 
 from footcal_cli.core.parameters import Status
-from footcal_cli.records import CovarianceBlock, ParameterRecord, ParametersRecord, write_record
+from footcal_cli.records.files import write_record
+from footcal_cli.records.results import CovarianceBlock, ParameterRecord, ParametersRecord
 from tests.core.walk_data import CELLS, CELLS_FOOT, CHANNELS, Array, Recording, Standing
 
 FEET = ("left", "right")

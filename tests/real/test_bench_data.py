@@ -13,7 +13,8 @@ from footcal_cli.core.bench.plateaus import PlateauOptions
 from footcal_cli.core.bench.record import BenchRecord
 from footcal_cli.core.bench.study import ChannelStudy, settled_like, study_samples
 from footcal_cli.core.bench.terms import hysteresis, polynomial
-from footcal_cli.records import RmseRecord, read_record
+from footcal_cli.records.files import read_record
+from footcal_cli.records.results import RmseRecord
 from tests.conftest import Run
 
 WEIGHTS_N = (49.033, 20.960, 5.186)

@@ -15,7 +15,8 @@ import pandas as pd
 import pytest
 from scipy import signal
 
-from footcal_cli.records import DiagnosisRecord, read_record
+from footcal_cli.records.diagnosis import DiagnosisRecord
+from footcal_cli.records.files import read_record
 from tests.conftest import Answer, Run
 
 Diagnose = Callable[[str, str, str], Answer]

@@ -8,7 +8,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from footcal_cli.records import ParametersRecord, RmseRecord, RunRecord, read_record
+from footcal_cli.records.files import read_record
+from footcal_cli.records.results import ParametersRecord, RmseRecord, RunRecord
 from tests.conftest import Run
 
 TRIALS = ("14_1", "14_2", "14_3", "14_4", "16_1", "16_2", "16_3", "16_4")

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from footcal_cli.records import RmseRecord, RunRecord, read_record
+from footcal_cli.records.files import read_record
+from footcal_cli.records.results import RmseRecord, RunRecord
 from tests.conftest import REPOSITORY, Run
 
 RECIPE = REPOSITORY / "recipes/icub_four_ft.toml"

@@ -11,7 +11,8 @@ import pytest
 from footcal_cli.core.centroidal import dynamic_reference
 from footcal_cli.core.simulation.biped_logs import cell_positions
 from footcal_cli.core.simulation.robots import Biped
-from footcal_cli.records import TruthRecord, read_record
+from footcal_cli.records.files import read_record
+from footcal_cli.records.results import TruthRecord
 
 ROBOT = Biped()
 LOGS = ("stand", "walk_002", "walk_004", "walk_010", "walk_004_faulty")

@@ -15,13 +15,13 @@ from footcal_cli.core.effects import find_effect
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.errors import UsageError
-from footcal_cli.records import (
+from footcal_cli.records.files import read_record
+from footcal_cli.records.results import (
     CopCorrectionRecord,
     CopCorrectionsRecord,
     ParametersRecord,
     RmseRecord,
     VerdictRecord,
-    read_record,
 )
 from footcal_cli.report import Report, Sheet, number
 from footcal_cli.session import Outcome

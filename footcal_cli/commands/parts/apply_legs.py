@@ -16,7 +16,7 @@ from footcal_cli.core.pose.intake import pose_log
 from footcal_cli.core.pose.wrenches import foot_wrenches, naive_wrenches, tare_in_the_air
 from footcal_cli.errors import DataError, UsageError
 from footcal_cli.plots.feet import plot_feet
-from footcal_cli.records import RmseRecord
+from footcal_cli.records.results import RmseRecord
 from footcal_cli.report import Picture, Report
 from footcal_cli.session import Outcome
 from footcal_cli.sheets import feet as sheets

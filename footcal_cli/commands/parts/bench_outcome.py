@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from footcal_cli.core.bench.cop_study import FootStudy
     from footcal_cli.core.bench.study import ChannelStudy
     from footcal_cli.core.parameters import Estimates
-    from footcal_cli.records import CopCorrectionsRecord, ParametersRecord, VerdictRecord
+    from footcal_cli.records.results import CopCorrectionsRecord, ParametersRecord, VerdictRecord
     from footcal_cli.session import Outcome, Session
 
 
@@ -30,7 +30,7 @@ def outcome_of(
     """One run folder of all parts."""
     from functools import partial
 
-    from footcal_cli.records import FindingRecord, RmseRecord
+    from footcal_cli.records.results import FindingRecord, RmseRecord
     from footcal_cli.report import Report
     from footcal_cli.session import Outcome
     from footcal_cli.sheets.ladder import change_sheet
@@ -74,7 +74,7 @@ def _write_frame(frame: pd.DataFrame, path: Path) -> None:
 
 def _verdict(parts: Sequence[Part], changes: Sequence[Change], since: str) -> VerdictRecord:
     """The first part's sentence, the other parts as details, then what changed."""
-    from footcal_cli.records import VerdictRecord
+    from footcal_cli.records.results import VerdictRecord
     from footcal_cli.sheets.ladder import NOTABLE_P
 
     ordered = [part.verdict for part in parts]
@@ -116,7 +116,7 @@ def _changes(
 
 def _corrections(feet: Sequence[FootStudy]) -> CopCorrectionsRecord | None:
     """The best polynomial of every foot, as seed 1 has it."""
-    from footcal_cli.records import CopCorrectionRecord, CopCorrectionsRecord
+    from footcal_cli.records.results import CopCorrectionRecord, CopCorrectionsRecord
 
     found = {}
     for foot in feet:
@@ -145,7 +145,7 @@ def _parameters(
     feet: Sequence[FootStudy],
 ) -> ParametersRecord | None:
     """Channels and, where physics was chosen, the corrections of cells by their placements."""
-    from footcal_cli.records import (
+    from footcal_cli.records.results import (
         EffectRecord,
         ParameterRecord,
         ParametersRecord,

@@ -15,10 +15,7 @@ if TYPE_CHECKING:
     from footcal_cli.core.bench.study import ChannelStudy
     from footcal_cli.core.quality import Finding
     from footcal_cli.recipe import Robot
-    from footcal_cli.records import (
-        RmseRow,
-        VerdictRecord,
-    )
+    from footcal_cli.records.results import RmseRow, VerdictRecord
     from footcal_cli.report import Picture, Sheet
 
 
@@ -232,7 +229,7 @@ def _predictions(
 def together_part(channels: Sequence[str], outputs: Sequence[str], study: MatrixStudy) -> Part:
     """Cells loaded together, or a sensor of several bridges against a known wrench."""
     from footcal_cli.plots.matrix import plot_matrix
-    from footcal_cli.records import VerdictRecord
+    from footcal_cli.records.results import VerdictRecord
     from footcal_cli.report import Picture
     from footcal_cli.sheets import matrix as sheets
 
@@ -262,7 +259,7 @@ def feet_part(feet: Sequence[FootStudy], robot: Robot) -> Part:
     import pandas as pd
 
     from footcal_cli.plots.placements import plot_corrections, plot_error_map
-    from footcal_cli.records import VerdictRecord
+    from footcal_cli.records.results import VerdictRecord
     from footcal_cli.report import Picture
     from footcal_cli.sheets import placements as sheets
 

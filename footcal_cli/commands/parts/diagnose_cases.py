@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from footcal_cli.core.diagnosis.case import Case
     from footcal_cli.core.parameters import FloatArray, Parameter
     from footcal_cli.core.quality import Finding
-    from footcal_cli.records import ParametersRecord
+    from footcal_cli.records.results import ParametersRecord
     from footcal_cli.session import Session
     from footcal_cli.tables import Table
 

@@ -15,7 +15,8 @@ if TYPE_CHECKING:
     from footcal_cli.core.diagnosis.movement import Movement
     from footcal_cli.core.diagnosis.rules import Rules
     from footcal_cli.core.effects.contract import Effect
-    from footcal_cli.records import DiagnosisRecord, ParametersRecord, RmseRecord
+    from footcal_cli.records.diagnosis import DiagnosisRecord
+    from footcal_cli.records.results import ParametersRecord, RmseRecord
     from footcal_cli.report import Picture
     from footcal_cli.session import Outcome, Session
 
@@ -29,7 +30,7 @@ def outcome_of(
 ) -> Outcome:
     """An investigation as everything that people and programs read of it."""
     from footcal_cli.core.diagnosis.movement import movements
-    from footcal_cli.records import FindingRecord
+    from footcal_cli.records.results import FindingRecord
     from footcal_cli.report import Report
     from footcal_cli.session import Outcome
     from footcal_cli.sheets.diagnosis.answer import answer_of
@@ -96,7 +97,8 @@ def outcome_of(
 
 def _before(session: Session[DiagnoseOptions]) -> DiagnosisRecord | None:
     """The diagnosis of the log before."""
-    from footcal_cli.records import DiagnosisRecord, read_record
+    from footcal_cli.records.diagnosis import DiagnosisRecord
+    from footcal_cli.records.files import read_record
 
     path = session.options.after
     return None if path is None else read_record(DiagnosisRecord, path)
@@ -161,7 +163,7 @@ def _pictures(
 
 def _rmse(found: Investigation) -> RmseRecord:
     """Held-out errors of the baseline and of the extended model, per output."""
-    from footcal_cli.records import RmseRecord, RmseRow
+    from footcal_cli.records.results import RmseRecord, RmseRow
 
     rows = []
     for gain in found.gains:
@@ -184,7 +186,7 @@ def _extended(
 ) -> ParametersRecord:
     """The calibration with the named effects in it."""
     from footcal_cli.core.parameters import Status
-    from footcal_cli.records import EffectRecord, ParameterRecord, ParametersRecord
+    from footcal_cli.records.results import EffectRecord, ParameterRecord, ParametersRecord
 
     given = session.parameters
     parameters = dict(given.parameters) if given is not None else {}

@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from footcal_cli.commands.parts.diagnose_cases import CaseRead
     from footcal_cli.core.parameters import FloatArray
     from footcal_cli.core.quality import Finding
-    from footcal_cli.records import ParametersRecord
+    from footcal_cli.records.results import ParametersRecord
     from footcal_cli.session import Session
 
 

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from footcal_cli.core.diagnosis.rehearsal import Contender
     from footcal_cli.core.diagnosis.rig import Rig
     from footcal_cli.core.effects.contract import Effect
-    from footcal_cli.records import DiagnosisRecord
+    from footcal_cli.records.diagnosis import DiagnosisRecord
     from footcal_cli.session import Outcome, Session
 
 
@@ -19,7 +19,8 @@ def planned(session: Session[DiagnoseOptions]) -> Outcome:
     """The menu for the rivals that were named, without any log."""
     from footcal_cli.core.diagnosis.menu import advice, menu_for
     from footcal_cli.core.effects import TABLE
-    from footcal_cli.records import NextExperimentRecord, PlanRecord, VerdictRecord
+    from footcal_cli.records.diagnosis import NextExperimentRecord, PlanRecord
+    from footcal_cli.records.results import VerdictRecord
     from footcal_cli.report import Report
     from footcal_cli.session import Outcome
     from footcal_cli.sheets.diagnosis.experiment import (
@@ -100,7 +101,8 @@ def _rivals(session: Session[DiagnoseOptions]) -> tuple[Contender, ...]:
 
 
 def _diagnosis(logs: tuple[Path, ...]) -> DiagnosisRecord | None:
-    from footcal_cli.records import DiagnosisRecord, read_record
+    from footcal_cli.records.diagnosis import DiagnosisRecord
+    from footcal_cli.records.files import read_record
 
     return read_record(DiagnosisRecord, logs[0]) if logs else None
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from footcal_cli.core.parameters import Estimates
-    from footcal_cli.records import ParametersRecord
+    from footcal_cli.records.results import ParametersRecord
     from footcal_cli.session import Session
 
 SIX_AXIS_SIGNS = {
@@ -18,7 +18,7 @@ SIX_AXIS_SIGNS = {
 
 def feet_parameters(session: Session[Any], estimates: Estimates) -> ParametersRecord:
     """The calibration that the running command has estimated."""
-    from footcal_cli.records import ParametersRecord, covariance_blocks, parameter_records
+    from footcal_cli.records.results import ParametersRecord, covariance_blocks, parameter_records
 
     robot, command = session.recipe.robot, session.request.command
     six_axis = not any(foot.cells for foot in robot.feet.values())

@@ -21,7 +21,7 @@ from footcal_cli.errors import DataError, UsageError
 
 if TYPE_CHECKING:
     from footcal_cli.recipe import Recipe
-    from footcal_cli.records import ParametersRecord
+    from footcal_cli.records.results import ParametersRecord
     from footcal_cli.tables import Table
 
 

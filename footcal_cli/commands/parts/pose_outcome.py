@@ -19,7 +19,7 @@ from footcal_cli.core.pose.standing import OffsetFit
 from footcal_cli.core.pose.wrenches import FootCalibration, foot_wrenches, reference_com_b_m
 from footcal_cli.core.spatial import rotation_exp
 from footcal_cli.plots import pose as plots
-from footcal_cli.records import (
+from footcal_cli.records.results import (
     CovarianceBlock,
     FindingRecord,
     ParameterRecord,

@@ -11,7 +11,7 @@ from footcal_cli.core.hang.model import AXES
 from footcal_cli.core.pose.series import SEEN, UNKNOWN, SeriesFit, fit_series, series_words
 from footcal_cli.errors import DataError, UsageError
 from footcal_cli.plots.pose import plot_series
-from footcal_cli.records import RmseRecord, RmseRow, VerdictRecord
+from footcal_cli.records.results import RmseRecord, RmseRow, VerdictRecord
 from footcal_cli.report import Picture, Report, Sheet, number, with_sd
 from footcal_cli.session import Outcome
 

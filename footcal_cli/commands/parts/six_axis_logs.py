@@ -25,7 +25,7 @@ from footcal_cli.errors import DataError, UsageError
 
 if TYPE_CHECKING:
     from footcal_cli.recipe import Leg
-    from footcal_cli.records import ParametersRecord
+    from footcal_cli.records.results import ParametersRecord
     from footcal_cli.tables import Table
 
 WRENCH_COLUMNS = tuple(f"{a}_{'n' if a.startswith('f') else 'nm'}" for a in AXES)

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from footcal_cli.core.quiet import QuietSet
     from footcal_cli.core.static_init import StanceRows
     from footcal_cli.intake import Recording
-    from footcal_cli.records import FindingRecord
+    from footcal_cli.records.results import FindingRecord
     from footcal_cli.session import Session
 
 
@@ -107,7 +107,7 @@ def standing_findings(
     recordings: Sequence[Recording], misfit: tuple[float, int] | None
 ) -> tuple[FindingRecord, ...]:
     """What is wrong with the streams, and a residual (chi², rows) beyond noise and prior."""
-    from footcal_cli.records import FindingRecord
+    from footcal_cli.records.results import FindingRecord
     from footcal_cli.sheets.streams import stream_findings
 
     found = [f for recording in recordings for f in stream_findings(recording)]

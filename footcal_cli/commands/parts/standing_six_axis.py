@@ -24,7 +24,7 @@ def standing_on_six_axis(
     )
     from footcal_cli.core.static_init import fit_static_six_axis, six_axis_stance_rows
     from footcal_cli.plots.stand import plot_beliefs, plot_directions
-    from footcal_cli.records import VerdictRecord
+    from footcal_cli.records.results import VerdictRecord
     from footcal_cli.report import Picture, Report
     from footcal_cli.session import Outcome
     from footcal_cli.sheets import stand as sheets

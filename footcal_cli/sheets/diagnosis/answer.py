@@ -9,7 +9,7 @@ from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.core.diagnosis.next_experiment import next_menu
 from footcal_cli.core.effects.contract import Effect
 from footcal_cli.core.quality import Finding
-from footcal_cli.records import VerdictRecord
+from footcal_cli.records.results import VerdictRecord
 from footcal_cli.sheets.diagnosis.contract import Answer
 from footcal_cli.sheets.diagnosis.experiment import experiment_words, next_experiment, sharpening
 from footcal_cli.sheets.diagnosis.sentences import (

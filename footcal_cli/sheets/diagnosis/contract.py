@@ -6,7 +6,8 @@ from dataclasses import dataclass, replace
 
 from footcal_cli.core.diagnosis.answer import Verdict
 from footcal_cli.core.diagnosis.menu import Menu
-from footcal_cli.records import NextExperimentRecord, VerdictRecord
+from footcal_cli.records.diagnosis import NextExperimentRecord
+from footcal_cli.records.results import VerdictRecord
 
 
 @dataclass(frozen=True)

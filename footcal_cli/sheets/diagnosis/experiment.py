@@ -8,7 +8,7 @@ from footcal_cli.core.diagnosis.answer import Verdict
 from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.core.diagnosis.menu import Menu, Prospect, advice
 from footcal_cli.core.effects.contract import Effect
-from footcal_cli.records import NextExperimentRecord
+from footcal_cli.records.diagnosis import NextExperimentRecord
 from footcal_cli.report import Sheet, number
 from footcal_cli.sheets.diagnosis.words import together, words
 

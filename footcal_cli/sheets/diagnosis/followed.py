@@ -14,7 +14,7 @@ from footcal_cli.core.diagnosis.suspects import (
     suspects_of,
 )
 from footcal_cli.core.effects.contract import Effect
-from footcal_cli.records import DiagnosisRecord, FollowedRecord, SuspectRecord
+from footcal_cli.records.diagnosis import DiagnosisRecord, FollowedRecord, SuspectRecord
 from footcal_cli.sheets.diagnosis.words import together, words
 
 

@@ -11,13 +11,8 @@ from footcal_cli.core.diagnosis.investigation import Found, Investigation
 from footcal_cli.core.diagnosis.problem import Signature
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.evidence import Interval
-from footcal_cli.records import (
-    CauseRecord,
-    DiagnosisRecord,
-    EffectRowRecord,
-    FindingRecord,
-    HeldOutGain,
-)
+from footcal_cli.records.diagnosis import CauseRecord, DiagnosisRecord, EffectRowRecord, HeldOutGain
+from footcal_cli.records.results import FindingRecord
 from footcal_cli.sheets.diagnosis.contract import Answer
 from footcal_cli.sheets.diagnosis.evidence import table_rows
 from footcal_cli.sheets.diagnosis.experiment import experiment_words

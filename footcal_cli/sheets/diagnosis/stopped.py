@@ -10,7 +10,8 @@ import numpy as np
 from footcal_cli.core.diagnosis.answer import Verdict
 from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.core.quality import Finding
-from footcal_cli.records import NextExperimentRecord, VerdictRecord
+from footcal_cli.records.diagnosis import NextExperimentRecord
+from footcal_cli.records.results import VerdictRecord
 from footcal_cli.report import number
 from footcal_cli.sheets.diagnosis.contract import Answer
 

@@ -1,0 +1,140 @@
+"""What `diagnose` writes: the verdict with its evidence, and the experiment to run next."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from footcal_cli.records.files import Record, Versioned
+from footcal_cli.records.results import FindingRecord
+
+
+class HeldOutGain(Record):
+    """What an effect buys on blocks the model was not fitted to."""
+
+    quantity: str
+    unit: str
+    before: float
+    after: float
+    ci95: tuple[float, float] | None
+    """Relative reduction of the RMS error."""
+
+
+class CauseRecord(Record):
+    """One named effect; `rivals` explain the same as well, `places` too, elsewhere."""
+
+    effect: str
+    where: str
+    parameter: str
+    size: float
+    sd: float | None
+    unit: str
+    ci95: tuple[float, float] | None
+    shape: dict[str, float] = Field(default_factory=dict)
+    p: float
+    held_out_gain: HeldOutGain | None
+    blocks_better: int
+    rivals: tuple[str, ...] = ()
+    places: tuple[str, ...] = ()
+
+
+class EffectRowRecord(Record):
+    """What can be said about one effect of the table."""
+
+    effect: str
+    where: str
+    parameter: str
+    unit: str
+    size: float | None
+    ci95: tuple[float, float] | None
+    smallest_that_matters: float | None
+    detectable: float | None
+    visible: float | None
+    p: float | None
+    gain: float | None
+    informative_blocks: float | None
+    status: Literal["present", "absent", "undecided", "not_testable"]
+    reason: str
+
+
+class NextExperimentRecord(Record):
+    """What to run next, and what it promises.
+
+    `id` names a plan of the menu, empty where no log can tell; `kind` is the experiment whose log
+    `diagnose` then reads. Cosines are of what the rivals leave visible beside the calibration, now
+    and then; separations in noise sd of one run. `without` is what the experiment takes out of the
+    question: left out of the table when its log is diagnosed (`--without`).
+    """
+
+    id: str
+    kind: str
+    words: str
+    between: tuple[str, ...] = ()
+    cosine_now: float | None = None
+    cosine_after: float | None = None
+    separation_now: float | None = None
+    separation: float | None = None
+    repeats: int | None = None
+    minutes: float | None = None
+    without: tuple[str, ...] = ()
+
+
+class PlanRecord(Versioned):
+    """``plan.json``: the experiment that tells effects apart, and the menu it was chosen from."""
+
+    schema_name: Literal["footcal.plan"] = Field(default="footcal.plan", alias="schema")
+    between: tuple[str, ...]
+    next_experiment: NextExperimentRecord
+    menu: tuple[NextExperimentRecord, ...] = ()
+
+
+class SuspectRecord(Record):
+    """One of the first rivals, with the sizes at which it explains this log."""
+
+    effect: str
+    owners: dict[str, tuple[str, ...]]
+    values: dict[str, float]
+    sd: float
+    """Of its size, as a share of it."""
+
+
+class FollowedRecord(Record):
+    """A rival of the log before: the share of it that this log holds, all rivals together."""
+
+    effect: str
+    share: float | None
+    ci95: tuple[float, float] | None
+    says: Literal["there", "gone", "open", "unseen"]
+
+
+class DiagnosisRecord(Versioned):
+    """``diagnosis.json``: the verdict, its causes, rivals and the experiment to run next.
+
+    `suspects` are the first rivals, for the log after this one. `after` and `survivors` tell what
+    became of the rivals of the log before, where one was given (`--after`).
+    """
+
+    schema_name: Literal["footcal.diagnosis"] = Field(default="footcal.diagnosis", alias="schema")
+    experiment_kind: str
+    verdict: Literal[
+        "none", "named", "ambiguous", "named+unknown", "unknown", "underpowered", "bad-data"
+    ]
+    sentence: str
+    causes: tuple[CauseRecord, ...] = ()
+    rivals: tuple[tuple[str, ...], ...] = ()
+    experiment: str = ""
+    next_experiment: NextExperimentRecord | None = None
+    suspects: tuple[SuspectRecord, ...] = ()
+    after: tuple[FollowedRecord, ...] = ()
+    survivors: tuple[str, ...] = ()
+    findings: tuple[FindingRecord, ...] = ()
+    effects: tuple[EffectRowRecord, ...] = ()
+    blocks: int
+    rows: int
+    smallest_p: float
+    share_explained: float | None
+    leftover_p: float | None
+    evidence: dict[str, float] = Field(default_factory=dict)
+    seed: int
+    rules: str

@@ -1,0 +1,77 @@
+"""What every record is: versioned JSON that cannot be misread, and the strict reader."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Literal, TypeVar
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from footcal_cli import __version__
+from footcal_cli.errors import UsageError, nearest
+
+
+class Record(BaseModel):
+    """Frozen, strict about keys, and free of NaN: an absent number is null."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+class Versioned(Record):
+    """A record that stands in a file of its own."""
+
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", allow_inf_nan=False, serialize_by_alias=True
+    )
+
+    schema_name: str = Field(alias="schema")
+    schema_version: Literal[1] = 1
+    footcal_version: str = __version__
+
+
+AnyVersioned = TypeVar("AnyVersioned", bound=Versioned)
+
+
+def write_record(record: Versioned, path: Path) -> None:
+    """Write a record as indented JSON with a final newline."""
+    path.write_text(record.model_dump_json(indent=2, by_alias=True) + "\n", encoding="utf-8")
+
+
+def read_record(model: type[AnyVersioned], path: Path) -> AnyVersioned:
+    """Read a record strictly.
+
+    Raises
+    ------
+    UsageError
+        No such file, not JSON, another schema, a newer version, or a key or value that does not
+        belong there.
+    """
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise UsageError("no such file", file=path, remedy="check the path") from None
+    except (json.JSONDecodeError, UnicodeDecodeError) as error:
+        raise UsageError(f"not valid JSON: {error}", file=path, remedy="write it again") from None
+    expected = str(model.model_fields["schema_name"].default)
+    found = content.get("schema") if isinstance(content, dict) else None
+    if found != expected:
+        raise UsageError(
+            f"schema is '{found}', expected '{expected}'", file=path,
+            remedy="give the file that footcal wrote",
+        )  # fmt: skip
+    version = content.get("schema_version")
+    if isinstance(version, int) and version > 1:
+        raise UsageError(
+            f"schema version {version} is newer than this footcal ({__version__}) reads",
+            file=path, remedy="update footcal",
+        )  # fmt: skip
+    try:
+        return model.model_validate(content)
+    except ValidationError as error:
+        fault = error.errors()[0]
+        key = ".".join(str(part) for part in fault["loc"])
+        hint = nearest(key, [f.alias or n for n, f in model.model_fields.items()])
+        raise UsageError(
+            f"key '{key}': {fault['msg']}{hint}", file=path, remedy="write it with footcal"
+        ) from None

@@ -1,0 +1,231 @@
+"""Calibrations, errors, findings and runs as they are written."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+import numpy as np
+from pydantic import Field
+
+from footcal_cli.core.parameters import Estimates, FloatArray, Status
+from footcal_cli.core.quality import Finding
+from footcal_cli.errors import UsageError, nearest
+from footcal_cli.records.files import Record, Versioned
+
+
+class ParameterRecord(Record):
+    """One calibrated number."""
+
+    value: float
+    sd: float | None
+    unit: str
+    status: Status
+
+
+class CovarianceBlock(Record):
+    """Joint covariance of parameters, in products of their units."""
+
+    names: tuple[str, ...]
+    matrix: tuple[tuple[float, ...], ...]
+
+
+class Range(Record):
+    """Lowest and highest value met in the fitted data."""
+
+    lowest: float
+    highest: float
+    unit: str
+
+
+class EffectRecord(Record):
+    """An effect that the calibration contains: its name in the table and who shares its values."""
+
+    effect: str
+    owners: dict[str, tuple[str, ...]]
+
+
+class ParametersRecord(Versioned):
+    """``parameters.json``: a calibration.
+
+    `sign_convention`, `frame` and `expressed_at` say how the values are meant; `fitted_range` where
+    they hold; `effects` what a chain contains beyond scale, bias and offset.
+    """
+
+    schema_name: Literal["footcal.parameters"] = Field(default="footcal.parameters", alias="schema")
+    command: str
+    created: str
+    robot: str
+    gravity_mps2: float
+    sign_convention: str
+    frame: str
+    expressed_at: str
+    parameters: dict[str, ParameterRecord]
+    covariance: tuple[CovarianceBlock, ...] = ()
+    fitted_range: dict[str, dict[str, Range]] = Field(default_factory=dict)
+    effects: tuple[EffectRecord, ...] = ()
+    inputs: dict[str, str] = Field(default_factory=dict)
+
+    def value(self, name: str) -> float:
+        """Value of one parameter; an absent name is the caller's usage error."""
+        if name not in self.parameters:
+            raise UsageError(
+                f"the calibration has no parameter '{name}'{nearest(name, self.parameters)}",
+                remedy="calibrate that channel first, or correct the channel's name",
+            )
+        return self.parameters[name].value
+
+    def covariance_of(self, names: tuple[str, ...]) -> FloatArray:
+        """Joint covariance of some parameters, shape (n, n); zero between separate blocks."""
+        place = {name: i for i, name in enumerate(names)}
+        matrix = np.zeros((len(names), len(names)))
+        for name, i in place.items():
+            matrix[i, i] = (self.parameters[name].sd or 0.0) ** 2
+        for block in self.covariance:
+            inside = [(place[n], k) for k, n in enumerate(block.names) if n in place]
+            for i, k in inside:
+                for j, m in inside:
+                    matrix[i, j] = block.matrix[k][m]
+        return matrix
+
+
+class RmseRow(Record):
+    """One error figure.
+
+    `stage` is ``before``, ``after`` or a method's name; `split` is ``all``, ``train`` or
+    ``held_out``; `n` the samples behind it.
+    """
+
+    quantity: str
+    unit: str
+    stage: str
+    reference: str
+    split: Literal["all", "train", "held_out"]
+    rmse: float
+    n: int
+
+
+class RmseRecord(Versioned):
+    """``rmse.json``: errors before and after, and how many samples were rejected, by reason."""
+
+    schema_name: Literal["footcal.rmse"] = Field(default="footcal.rmse", alias="schema")
+    rows: tuple[RmseRow, ...]
+    rejected: dict[str, int] = Field(default_factory=dict)
+
+
+class FindingRecord(Record):
+    """Something about the data that the user should know."""
+
+    code: str
+    severity: Literal["alarm", "warning", "note"]
+    where: str
+    sentence: str
+    remedy: str
+
+    @classmethod
+    def of(cls, finding: Finding) -> FindingRecord:
+        """The record of a finding of the core."""
+        return cls(
+            code=finding.code,
+            severity=finding.severity,
+            where=finding.where,
+            sentence=finding.sentence,
+            remedy=finding.remedy,
+        )
+
+
+class VerdictRecord(Record):
+    """The first sentence of a report."""
+
+    level: Literal["good", "warning", "bad"]
+    sentence: str
+    details: tuple[str, ...] = ()
+
+
+class RunRecord(Versioned):
+    """``run.json``: what was run, on what, and how it ended."""
+
+    schema_name: Literal["footcal.run"] = Field(default="footcal.run", alias="schema")
+    command: str
+    started: str
+    arguments: dict[str, Any]
+    recipe: dict[str, Any]
+    options: dict[str, Any]
+    inputs: dict[str, str]
+    rows: dict[str, int]
+    seed: int
+    timings_s: dict[str, float]
+    verdict: VerdictRecord
+    findings: tuple[FindingRecord, ...] = ()
+    gates_missed: tuple[str, ...] = ()
+    exit_code: int
+
+
+class TruthRecord(Versioned):
+    """``truth.json``: everything that was true of a simulated log."""
+
+    schema_name: Literal["footcal.truth"] = Field(default="footcal.truth", alias="schema")
+    experiment: str
+    seed: int
+    robot: dict[str, Any]
+    parameters: dict[str, float]
+    effects: tuple[EffectRecord, ...] = ()
+    noise: dict[str, float] = Field(default_factory=dict)
+    details: dict[str, Any] = Field(default_factory=dict)
+
+
+class CopCorrectionRecord(Record):
+    """The correction of one foot's CoP, seed 1, eqs. (3)–(5): raw CoP + Σ coefficient · term.
+
+    `terms` are ``1 x y x² xy y²`` of the raw CoP in m and cell forces in N; the coefficients give
+    metres. `left_out_rmse_m` is the error at placements left out of the fit.
+    """
+
+    model: str
+    terms: tuple[str, ...]
+    coefficients_x: tuple[float, ...]
+    coefficients_y: tuple[float, ...]
+    ridge: float
+    left_out_rmse_m: float
+    placements: int
+    chosen: bool
+
+
+class CopCorrectionsRecord(Versioned):
+    """``cop_correction.json``: the best polynomial correction of every foot."""
+
+    schema_name: Literal["footcal.cop_correction"] = Field(
+        default="footcal.cop_correction", alias="schema"
+    )
+    feet: dict[str, CopCorrectionRecord]
+
+
+def parameter_records(estimates: Estimates) -> dict[str, ParameterRecord]:
+    """Estimates as they stand in ``parameters.json``; fixed parameters have no sd."""
+    return {
+        name: ParameterRecord(
+            value=float(value),
+            sd=float(sd) if status is not Status.FIXED and np.isfinite(sd) else None,
+            unit=unit,
+            status=status,
+        )
+        for name, unit, value, sd, status in zip(
+            estimates.names,
+            estimates.units,
+            estimates.values,
+            estimates.sd,
+            estimates.status,
+            strict=True,
+        )
+    }
+
+
+def covariance_blocks(*groups: Estimates) -> tuple[CovarianceBlock, ...]:
+    """The joint covariance of each group; a group without one (no spare rows) has no block."""
+    return tuple(
+        CovarianceBlock(
+            names=group.names,
+            matrix=tuple(tuple(float(x) for x in row) for row in group.covariance),
+        )
+        for group in groups
+        if np.isfinite(group.covariance).all()
+    )
