@@ -16,6 +16,7 @@ from footcal_cli.core.pose.problem import PoseOptions
 from footcal_cli.core.spatial import rotation_log
 from footcal_cli.sheets.pose import findings
 from tests.core.pose_cases import Case, case
+from tests.core.six_axis_data import draw_robot
 
 TILT = np.deg2rad([1.5, -2.0])
 
@@ -44,8 +45,6 @@ def test_a_tilt_of_the_markers_is_the_common_turn_of_the_mountings() -> None:
 
 
 def test_it_stands_out_from_mountings_that_scatter_less_and_the_report_names_both() -> None:
-    from tests.core.six_axis_data import draw_robot
-
     robot = draw_robot(np.random.default_rng(5), rotation_sd_rad=0.003)
     for tilt, expected in ((np.zeros(2), False), (TILT, True)):
         found = _believed(case(5, robot=robot, hung=False), tilt)

@@ -8,7 +8,6 @@ import numpy as np
 
 from footcal_cli.core.diagnosis.library import Library
 from footcal_cli.core.diagnosis.problem import Signature
-from footcal_cli.core.diagnosis.scores import coefficients
 from footcal_cli.core.parameters import FloatArray, IntArray
 
 
@@ -35,19 +34,18 @@ def aliases(
     signature, size and cos of each effect where it comes nearest; copies of impossible size are
     left out.
     """
-    seen = visible(lib)
     best: dict[str, tuple[Signature, float, float]] = {}
     for members in _groups(lib).values():
         other = lib.problem.signatures[members[0]]
         if other.effect == signature.effect:
             continue
-        cos, needed = _copy(lib, seen, signature, sizes, members)
+        cos, needed = _copy(lib, signature, sizes, members)
         possible = all(
             lib.problem.signatures[i].lower <= size <= lib.problem.signatures[i].upper
             for i, size in zip(members, needed, strict=True)
         )
         if possible and cos > best.get(other.effect, (other, 0.0, 0.0))[2]:
-            largest = int(np.argmax(np.abs(needed) * np.sqrt(np.diag(seen)[members])))
+            largest = int(np.argmax(np.abs(needed) * np.sqrt(np.diag(lib.products)[members])))
             best[other.effect] = (
                 lib.problem.signatures[members[largest]], float(needed[largest]), cos,
             )  # fmt: skip
@@ -70,30 +68,21 @@ def copied(
     members = _groups(lib).get(_place(rival))
     if members is None:
         return 0.0, {}
-    cos, needed = _copy(lib, visible(lib), signature, sizes, members)
+    cos, needed = _copy(lib, signature, sizes, members)
     return cos, {
         signatures[i].parameter: float(size) for i, size in zip(members, needed, strict=True)
     }
 
 
-def visible(lib: Library) -> FloatArray:
-    """Inner products of what calibration leaves of the candidates, shape (k, k)."""
-    inner = lib.grams.inner.sum(axis=0)
-    base, columns = lib.grams.calibration, lib.grams.candidates
-    gamma = coefficients(inner, base, columns)
-    return np.asarray(inner[np.ix_(columns, columns)] - gamma.T @ inner[np.ix_(base, columns)])
-
-
 def _copy(
     lib: Library,
-    seen: FloatArray,
     signature: Signature,
     sizes: Mapping[str, float],
     members: IntArray,
 ) -> tuple[float, FloatArray]:
     """Cos and sizes of the copy that some axes of another effect make of a fitted one."""
     # what a refit made of a cause may stand where the linear test could not look
-    place = _place(signature)
+    seen, place = lib.products, _place(signature)
     mine = np.array(
         [i for i, s in enumerate(lib.problem.signatures) if _place(s) == place], dtype=np.int64
     )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -118,8 +117,7 @@ def left_apart(detection: Detection, rules: Rules) -> bool:
 def _with(problem: Problem, lib: Library, base: IntArray) -> Problem:
     """The problem with the candidates of a base accepted."""
     taken = [lib.index(int(c)) for c in np.intersect1d(base, lib.grams.candidates)]
-    before = problem.fitted[:, problem.calibration.shape[1] :]
-    return replace(problem, accepted=np.hstack([before, problem.columns[:, taken]]))
+    return problem.holding(problem.columns[:, taken])
 
 
 def _share(grams: Grams, found: Search, after: Detection, form: Form | None) -> float:

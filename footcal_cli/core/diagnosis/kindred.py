@@ -119,7 +119,7 @@ def outdone(
     if not columns.size:
         return False
     wide = subject.beside(other.fitted, family)
-    bare = other.bare if not taken.size else _with(other.bare, taken)
+    bare = other.bare.holding(taken) if taken.size else other.bare
     grams, _ = whitened_grams(bare, np.hstack([columns, wide]), noise)
     found = scores(grams.inner, grams.calibration, grams.features)
     if found.inside[0]:
@@ -150,9 +150,3 @@ def _is_partner(signature: Signature, other: Cause, best: Cause) -> bool:
         and signature.effect in SMOOTH - {theirs.effect}
         and signature.where == theirs.where
     )
-
-
-def _with(problem: Problem, columns: FloatArray) -> Problem:
-    """The problem with further columns fitted."""
-    held = columns if problem.accepted is None else np.hstack([problem.accepted, columns])
-    return replace(problem, accepted=held)

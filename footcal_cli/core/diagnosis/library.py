@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from footcal_cli.core.diagnosis.grams import Grams
 from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.rules import Rules
-from footcal_cli.core.diagnosis.scores import scores
+from footcal_cli.core.diagnosis.scores import coefficients, scores
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
 
@@ -43,6 +44,14 @@ class Library:
     between: BoolArray
     testable: BoolArray
     local: BoolArray
+
+    @cached_property
+    def products(self) -> FloatArray:
+        """Inner products of what calibration leaves of the candidates, shape (k, k)."""
+        inner = self.grams.inner.sum(axis=0)
+        base, columns = self.grams.calibration, self.grams.candidates
+        gamma = coefficients(inner, base, columns)
+        return np.asarray(inner[np.ix_(columns, columns)] - gamma.T @ inner[np.ix_(base, columns)])
 
     def index(self, column: int) -> int:
         """Number of a Gram column among the candidates."""

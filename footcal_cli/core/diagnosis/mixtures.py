@@ -14,9 +14,11 @@ import numpy as np
 
 from footcal_cli.core.diagnosis.answer import Cause
 from footcal_cli.core.diagnosis.case import Case, Rows, channels_of
+from footcal_cli.core.diagnosis.linear import unit_columns
 from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.signatures import derivative
-from footcal_cli.core.diagnosis.unnamed import Unnamed, left_beside, unit_columns
+from footcal_cli.core.diagnosis.unnamed import Unnamed, left_beside
+from footcal_cli.core.effects.cells import mixing
 from footcal_cli.core.effects.contract import (
     Effect,
     EffectParameter,
@@ -35,22 +37,13 @@ LINEAR = frozenset({"crosstalk", "cell_position"})
 """Names of one pattern of mixtures."""
 
 
-def _heard(log: Log, theta: Theta) -> FloatArray:
-    """Matrix (c, c) of unity and what each cell hears of the cell so many places before it."""
-    mixing = np.eye(len(log.channels))
-    for cells in columns_of(Scope.FOOT, log.channels):
-        for at, cell in enumerate(cells):
-            other = cells[(at - int(theta["heard_from"][cell])) % len(cells)]
-            mixing[cell, other] += theta["heard"][cell]
-    return mixing
-
-
 def _mixed(x: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
-    return x @ _heard(log, theta).T, state
+    return x @ mixing(log, theta["heard"], theta["heard_from"]).T, state
 
 
 def _unmixed(y: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
-    return np.asarray(np.linalg.solve(_heard(log, theta), y.T).T, dtype=np.float64), state
+    own = np.linalg.solve(mixing(log, theta["heard"], theta["heard_from"]), y.T).T
+    return np.asarray(own, dtype=np.float64), state
 
 
 MIXTURE = Effect(
@@ -98,7 +91,7 @@ def mixtures_of(ideal: Case, rows: Rows) -> FloatArray:
         for cell in cells
         for before in range(1, len(cells))
     ]
-    return unit_columns(np.array(found).reshape(len(found), rows.row.size))
+    return unit_columns(np.array(found).reshape(len(found), rows.row.size).T)
 
 
 def _feet(case: Case) -> list[tuple[str, ...]]:

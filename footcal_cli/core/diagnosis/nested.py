@@ -78,13 +78,7 @@ def nested_losses(
         for f in range(int(fold.max()) + 1)
     ]
     used = np.unique(np.concatenate([*picks, np.empty(0, dtype=np.int64)])).astype(np.int64)
-    before = problem.fitted[:, problem.calibration.shape[1] :]
-    extended = replace(
-        problem,
-        columns=problem.columns[:, :0],
-        signatures=(),
-        accepted=np.hstack([before, problem.columns[:, used]]),
-    )
+    extended = problem.without_candidates.holding(problem.columns[:, used])
     grams, _ = whitened_grams(extended, np.empty((problem.residual.size, 0)), noise)
     base = grams.calibration[: grams.calibration.size - used.size]
     extra = grams.calibration[grams.calibration.size - used.size :]

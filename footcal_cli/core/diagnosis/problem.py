@@ -7,10 +7,13 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from footcal_cli.core.diagnosis.linear import least_squares
 from footcal_cli.core.diagnosis.lines import Series, Traces
 from footcal_cli.core.diagnosis.settings import Settings
 from footcal_cli.core.diagnosis.tracking import Tracking
 from footcal_cli.core.parameters import FloatArray, IntArray
+
+_RCOND = 1e-10
 
 
 @dataclass(frozen=True)
@@ -161,6 +164,11 @@ class Problem:
         """The same rows and calibration, no effect in question."""
         return replace(self, columns=self.columns[:, :0], signatures=())
 
+    def holding(self, columns: FloatArray) -> Problem:
+        """The same problem with further columns accepted, shape (m, a)."""
+        before = self.fitted[:, self.calibration.shape[1] :]
+        return replace(self, accepted=np.hstack([before, columns]))
+
     @property
     def blocks(self) -> int:
         """Number of blocks."""
@@ -188,15 +196,19 @@ class Problem:
         """What calibration and accepted effects cannot absorb of each candidate, shape (m, k)."""
         fitted = self.fitted
         if not self.drifts:
-            return np.asarray(self.columns - fitted @ _solve(fitted, self.columns))
+            return np.asarray(self.columns - fitted @ least_squares(fitted, self.columns, _RCOND))
         left = self.columns.copy()
         extra = np.empty((left.shape[0], 0)) if self.accepted is None else self.accepted.copy()
         for b in range(self.blocks):
             rows = self.block == b
             basis = self.calibration[rows]
-            left[rows] -= basis @ _solve(basis, left[rows])
-            extra[rows] -= basis @ _solve(basis, extra[rows])
-        return np.asarray(left - extra @ _solve(extra, left)) if extra.shape[1] else left
+            left[rows] -= basis @ least_squares(basis, left[rows], _RCOND)
+            extra[rows] -= basis @ least_squares(basis, extra[rows], _RCOND)
+        return (
+            np.asarray(left - extra @ least_squares(extra, left, _RCOND))
+            if extra.shape[1]
+            else left
+        )
 
     def visible(self, left: FloatArray) -> FloatArray:
         """Share of each candidate's RMS that calibration cannot absorb, shape (k,)."""
@@ -224,13 +236,3 @@ class Problem:
             )
             smallest = np.minimum(smallest, size)
         return smallest
-
-
-def _solve(basis: FloatArray, target: FloatArray) -> FloatArray:
-    """Least squares with columns of `basis` scaled, rank-safe."""
-    scale = np.sqrt(np.sum(basis**2, axis=0))
-    scale = np.where(scale > 0, scale, 1.0)
-    normed = basis / scale
-    # the normal equations serve here: columns are scaled and dependent ones dropped
-    inverse = np.linalg.pinv(normed.T @ normed, rcond=1e-10, hermitian=True)
-    return np.asarray((inverse @ (normed.T @ target)) / scale[:, None])

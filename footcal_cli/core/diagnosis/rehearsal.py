@@ -10,6 +10,7 @@ import numpy as np
 
 from footcal_cli.core.chain import Chain, Link
 from footcal_cli.core.diagnosis.case import Case, balanced
+from footcal_cli.core.diagnosis.linear import orthonormal
 from footcal_cli.core.diagnosis.plans import Plan
 from footcal_cli.core.diagnosis.problem import Signature
 from footcal_cli.core.diagnosis.rig import Rig
@@ -29,6 +30,7 @@ _SEEN = 0.02
 """Share of an effect that the calibration must leave for it to be visible in a plan."""
 DRIFT_S = 12.0
 """A drifting calibration is known anew after this time."""
+_RANK = 1e-6
 _STEP = 0.1  # of a calibration parameter, in its prior sd
 
 
@@ -142,7 +144,7 @@ class Rehearsal:
             axes = self._axes(second, two)
             if size == 0.0 or not axes.any():
                 return _seen_or_not(size, float(np.sqrt(np.sum(axes**2))))
-            inside = _orthonormal(axes)
+            inside = orthonormal(axes, _RANK)
             copied = float(np.sqrt(np.sum((inside.T @ target) ** 2)))
             return Comparison(copied / size, float(np.sqrt(max(size**2 - copied**2, 0.0))))
         other = self.shown(two, second.signature, second.values)
@@ -235,7 +237,7 @@ class Rehearsal:
                     value = {size.name: size.neutral + _STEP * size.prior_sd}
                     columns.append(self._response(effect, {unit: (unit,)}, value)[:, None])
         raw = np.hstack(columns)
-        return [(block == b, _orthonormal(raw[block == b])) for b in np.unique(block)]
+        return [(block == b, orthonormal(raw[block == b], _RANK)) for b in np.unique(block)]
 
     def _size(self) -> int:
         return int(sum(valid.sum() for valid in self._valid))
@@ -261,13 +263,6 @@ class Rehearsal:
 def _seen_or_not(first: float, second: float) -> Comparison:
     """Whether an effect is seen is the whole answer; one that is there has its present size."""
     return Comparison(0.0 if first or second else 1.0, max(first, second))
-
-
-def _orthonormal(columns: FloatArray) -> FloatArray:
-    norm = np.sqrt(np.sum(columns**2, axis=0))
-    scaled = columns[:, norm > 0] / norm[norm > 0]
-    left, singular, _ = np.linalg.svd(scaled, full_matrices=False)
-    return np.asarray(left[:, singular > 1e-6 * singular.max(initial=0.0)])
 
 
 def rehearsed(plan: Plan, rig: Rig) -> Rehearsal:

@@ -17,6 +17,7 @@ from itertools import product
 import numpy as np
 from scipy import optimize, stats
 
+from footcal_cli.core.diagnosis.linear import least_squares
 from footcal_cli.core.parameters import FloatArray, IntArray
 
 _STEPS = 40
@@ -28,7 +29,7 @@ _UPPER = 0.1
 _ALIKE = 1e-6  # a load that stands still is an offset
 _QUIETEST = 0.1  # share of its usual noise that an axis has at least
 _LEAST, _MOST = 1e-6, 1e6  # variance between settings against that of one row
-_RCOND = 1e-9
+RCOND = 1e-9
 _PART_START, _PART_LEAST = 0.05, 1e-5  # variance of one part against that of one row
 
 
@@ -141,7 +142,7 @@ def part_variances(
     parts
         From `Settings.parts`.
     """
-    left = residual - common @ fitted(common, residual)
+    left = residual - common @ least_squares(common, residual, RCOND)
     return [
         _variance_of_parts(
             [
@@ -173,16 +174,6 @@ def within_settings(
     return out
 
 
-def fitted(basis: FloatArray, target: FloatArray) -> FloatArray:
-    """Coefficients of least squares, shape (columns, targets) or (columns,); rank-safe."""
-    scale = np.sqrt(np.sum(basis**2, axis=0))
-    scale = np.where(scale > 0, scale, np.inf)
-    normed = basis / scale
-    inverse = np.linalg.pinv(normed.T @ normed, rcond=_RCOND, hermitian=True)
-    found = inverse @ (normed.T @ target)
-    return np.asarray((found.T / scale).T)
-
-
 def _shrink(out: FloatArray, white: FloatArray, rows: IntArray, loose: FloatArray) -> None:
     """``(I + Z Zᵀ)^(−1/2)`` times some rows, in place."""
     u, s, _ = np.linalg.svd(loose, full_matrices=False)
@@ -195,7 +186,7 @@ def half_log_det(loose: FloatArray) -> float:
 
 
 def _variance_of_parts(products: list[tuple[FloatArray, FloatArray]]) -> FloatArray:
-    """Variance of each column over parts, from the median shape (q,)."""
+    """Variance of each column over parts, from the median, shape (q,)."""
     own = np.stack([square for square, _ in products])
     right = np.stack([cross for _, cross in products])
     size = own.shape[1]
@@ -284,7 +275,7 @@ def variance_between(
             prior = np.where(member[others] >= 0, 1.0 / variance[member[others]], 0.0)
             rest[np.diag_indices_from(rest)] += prior
             scale = np.sqrt(np.maximum(np.diag(rest), 1e-300))
-            inverse = np.linalg.pinv(rest / np.outer(scale, scale), _RCOND, hermitian=True)
+            inverse = np.linalg.pinv(rest / np.outer(scale, scale), RCOND, hermitian=True)
             known = normal[np.ix_(own, others)] / scale @ inverse / scale
             information = normal[np.ix_(own, own)] - known @ normal[np.ix_(others, own)]
             variance[g] = _upper(information, right[own] - known @ right[others])
@@ -301,7 +292,7 @@ def _upper(information: FloatArray, score: FloatArray) -> float:
     of M; that is near to ``(Σk²/Σk) χ²`` on ``(Σk)²/Σk²`` degrees of freedom (Satterthwaite).
     """
     values, vectors = np.linalg.eigh(information)
-    seen = values > _RCOND * max(float(values.max(initial=0.0)), 1e-300)
+    seen = values > RCOND * max(float(values.max(initial=0.0)), 1e-300)
     told, along = values[seen], (vectors.T @ score)[seen]
     if not told.size:
         return _LEAST

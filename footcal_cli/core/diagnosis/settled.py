@@ -12,10 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
+from footcal_cli.core.diagnosis.linear import least_squares
 from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.settings import (
+    RCOND,
     Parts,
-    fitted,
     half_log_det,
     part_variances,
     repeated,
@@ -127,15 +128,16 @@ def settled(problem: Problem, whiten: Whiten, kept: IntArray) -> Settled | None:
     settings = problem.settings
     if settings is None:
         return None
-    loose, spread = whiten(settings.columns), whiten(settings.spread())
     parts, groups = settings.parts(problem.output, kept), settings.rows(kept)
+    loose = whiten(settings.columns)
+    spread = whiten(settings.spread()) if parts else loose[:, :0]
     white = whiten(np.column_stack([problem.fitted, problem.columns, problem.residual]))
     beside = np.arange(problem.fitted.shape[1])
     most = beside.size + _MOST_SUSPECTS
     candidates = np.arange(beside.size, white.shape[1] - 1)
     while True:
         within = _within(white, beside, loose, spread, parts)
-        inside, free = within(white), within(loose)
+        inside, free = np.split(within(np.hstack([white, loose])), [white.shape[1]], axis=1)
         left = inside[:, -1]
         law = Settled(
             within, free, groups,
@@ -143,7 +145,7 @@ def settled(problem: Problem, whiten: Whiten, kept: IntArray) -> Settled | None:
         )  # fmt: skip
         if not candidates.size or beside.size == most:
             return law
-        best, _ = _strongest(law(white), beside, candidates)
+        best, _ = _strongest(repeated(inside, free, groups, law.variance), beside, candidates)
         more = np.append(beside, best)
         less = variance_between(inside[:, more], free, left, groups, settings.kind)
         _, z = _strongest(repeated(inside, free, groups, less), beside, np.array([best]))
@@ -178,7 +180,7 @@ def _within(
 def _strongest(white: FloatArray, base: IntArray, candidates: IntArray) -> tuple[int, float]:
     """The candidate with the largest ``|z| = |g̃·r̃| / |g̃|`` beside a base, and that."""
     wanted = white[:, np.append(candidates, white.shape[1] - 1)]
-    left = wanted - white[:, base] @ fitted(white[:, base], wanted)
+    left = wanted - white[:, base] @ least_squares(white[:, base], wanted, RCOND)
     information = np.sum(left[:, :-1] ** 2, axis=0)
     shown = information > _INSIDE * np.sum(wanted[:, :-1] ** 2, axis=0)
     z = np.abs(left[:, :-1].T @ left[:, -1]) / np.sqrt(np.where(shown, information, np.inf))

@@ -10,6 +10,7 @@ import numpy as np
 from footcal_cli.core.diagnosis.answer import Cause
 from footcal_cli.core.diagnosis.bridge import Describe, calibration_of, numbered, problem_from
 from footcal_cli.core.diagnosis.case import Case, Rows
+from footcal_cli.core.diagnosis.linear import unit_columns
 from footcal_cli.core.diagnosis.noise_credit import shrinkage
 from footcal_cli.core.diagnosis.problem import Problem, Signature
 from footcal_cli.core.diagnosis.refit import Refit, refit
@@ -87,7 +88,7 @@ class Subject:
             size = next(p for p in effect.sizes if p.name == signature.parameter)
             owners, shape = dict(signature.owners), dict(signature.shape)
             columns.append(derivative(ideal, self.rows, effect, size, owners, shape))
-        return _unit(np.stack(columns, axis=1) if columns else model.columns[:, :0])
+        return unit_columns(np.stack(columns, axis=1) if columns else model.columns[:, :0])
 
     def without_credit(self, extended: Problem, fitted: Refit) -> Problem:
         """The extended problem in rows of equal noise: no model has credit for making it small."""
@@ -102,10 +103,4 @@ class Subject:
     def _accepted(self, model: Refit, causes: Sequence[Cause]) -> FloatArray:
         """Columns of the effects in the model and of their rivals, shape (m, a)."""
         rivals = [s for c in causes for s in (*c.rivals, *c.places)]
-        return np.hstack([_unit(model.columns), self.beside(model, rivals)])
-
-
-def _unit(columns: FloatArray) -> FloatArray:
-    """Columns that are not empty, at unit RMS."""
-    rms = np.sqrt(np.mean(columns**2, axis=0))
-    return np.asarray(columns[:, rms > 0] / rms[rms > 0])
+        return np.hstack([unit_columns(model.columns), self.beside(model, rivals)])

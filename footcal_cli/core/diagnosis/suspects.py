@@ -12,7 +12,6 @@ from enum import StrEnum
 
 import numpy as np
 
-from footcal_cli.core.diagnosis.aliases import visible
 from footcal_cli.core.diagnosis.answer import Diagnosis, Verdict
 from footcal_cli.core.diagnosis.case import Case, balanced, channels_of
 from footcal_cli.core.diagnosis.grams import Grams, whitened_grams
@@ -125,7 +124,7 @@ def _as_large(rival: Contender, answer: Diagnosis, table: Mapping[str, Effect]) 
         parameters = {p.name: p for p in effect.sizes}
         own = [parameters[signatures[i].parameter] for i in axes]
         # as far as those data show each axis: one that they hardly know adds no doubt
-        along = visible(answer.library)[np.ix_(axes, axes)] @ sizes
+        along = answer.library.products[np.ix_(axes, axes)] @ sizes
         share = jackknife_interval(1.0, without @ along / max(float(sizes @ along), 1e-300))
         sd = min(share.high - 1.0, _UNSURE) / _TWO_SIDED
         for p, size in zip(own, sizes, strict=True):

@@ -18,6 +18,7 @@ from footcal_cli.core.diagnosis.case import Case, Rows, channels_of
 from footcal_cli.core.diagnosis.detection import flexible_gain
 from footcal_cli.core.diagnosis.form import Form
 from footcal_cli.core.diagnosis.grams import whitened_grams
+from footcal_cli.core.diagnosis.linear import unit_columns
 from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.scores import held_out_loss, scores
@@ -148,13 +149,9 @@ def curves_of(ideal: Case, rows: Rows) -> Curves:
             ]
         )
     cells = np.array(single)
-    return Curves(unit_columns(cells.sum(axis=0)), unit_columns(cells.reshape(-1, cells.shape[-1])))
-
-
-def unit_columns(columns: FloatArray) -> FloatArray:
-    """Rows that are not empty as columns of unit RMS."""
-    rms = np.sqrt(np.mean(columns**2, axis=1))
-    return np.asarray((columns[rms > 0] / rms[rms > 0, None]).T)
+    return Curves(
+        unit_columns(cells.sum(axis=0).T), unit_columns(cells.reshape(-1, cells.shape[-1]).T)
+    )
 
 
 def applies(problem: Problem, case: Case, causes: Sequence[Cause]) -> bool:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import solve_toeplitz
 
+from footcal_cli.core.diagnosis.linear import orthonormal
 from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.settled import Settled, settled
 from footcal_cli.core.diagnosis.tracking import (
@@ -171,7 +172,7 @@ def _whitener_of_single_rows(problem: Problem, outputs: int) -> RowWhitener:
     for _ in range(_COMPONENT_STEPS):
         weight = 1.0 / sd[problem.output]
         fitted = problem.fitted * weight[:, None]
-        basis = _orthonormal(fitted)
+        basis = orthonormal(fitted, _RANK)
         left = problem.residual * weight
         left = left - basis @ (basis.T @ left)
         squares = np.bincount(problem.output, left**2, minlength=outputs)
@@ -182,14 +183,6 @@ def _whitener_of_single_rows(problem: Problem, outputs: int) -> RowWhitener:
         if problem.least is not None:
             sd = np.maximum(sd, problem.least)
     return RowWhitener(np.zeros((outputs, AR_ORDER)), sd, problem.output, problem.sequence)
-
-
-def _orthonormal(columns: FloatArray) -> FloatArray:
-    """Basis of what columns span, whatever their units."""
-    scale = np.sqrt(np.sum(columns**2, axis=0))
-    used = columns[:, scale > 0] / scale[scale > 0]
-    vectors, values, _ = np.linalg.svd(used, full_matrices=False)
-    return np.asarray(vectors[:, values > _RANK * values.max(initial=0.0)])
 
 
 def residual_within_blocks(problem: Problem, residual: FloatArray | None = None) -> FloatArray:

@@ -98,15 +98,15 @@ def _keep(y: FloatArray, _log: Log, _theta: Theta, state: State) -> tuple[FloatA
     return y, state
 
 
-def _mixing(log: Log, share: FloatArray, heard: FloatArray) -> FloatArray:
+def mixing(log: Log, share: FloatArray, heard: FloatArray) -> FloatArray:
     """Matrix (c, c): each cell adds a share of what it hears of its foot's other cells.
 
     It hears the mean of all others (`heard` 0), or the cell that many places before it in the
     order in which the foot's cells are wired and read.
     """
-    mixing = np.eye(len(log.channels))
+    matrix = np.eye(len(log.channels))
     if is_six_axis(log.channels):
-        return mixing
+        return matrix
     for cells in columns_of(Scope.FOOT, log.channels):
         count = len(cells)
         for at, cell in enumerate(cells):
@@ -114,16 +114,16 @@ def _mixing(log: Log, share: FloatArray, heard: FloatArray) -> FloatArray:
             others = [cells[(at - before) % count]] if before else np.delete(cells, at)
             for other in others:
                 if other != cell:
-                    mixing[cell, other] += share[cell] / len(others)
-    return mixing
+                    matrix[cell, other] += share[cell] / len(others)
+    return matrix
 
 
 def _crosstalk(x: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
-    return x @ _mixing(log, theta["crosstalk"], theta["crosstalk_from"]).T, state
+    return x @ mixing(log, theta["crosstalk"], theta["crosstalk_from"]).T, state
 
 
 def _uncrosstalk(y: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
-    own = np.linalg.solve(_mixing(log, theta["crosstalk"], theta["crosstalk_from"]), y.T).T
+    own = np.linalg.solve(mixing(log, theta["crosstalk"], theta["crosstalk_from"]), y.T).T
     return np.asarray(own, dtype=np.float64), state
 
 

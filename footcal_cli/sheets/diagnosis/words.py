@@ -79,8 +79,8 @@ def size_words(item: Found) -> str:
         owner, parameter = name.rsplit(".", 1)
         seen = interval.low * interval.high > 0 or parameter == signature.parameter
         if owner == item.owner and parameter not in shapes and seen:
-            name = _size_name(parameter, signature.effect)
-            said.append(f"{name}{with_interval(interval, signature.unit)}")
+            called = _size_name(parameter, signature.effect)
+            said.append(f"{called}{with_interval(interval, signature.unit)}")
     return f"{whose}{', '.join(said)}" if said else ""
 
 
