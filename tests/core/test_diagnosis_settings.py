@@ -36,7 +36,7 @@ def drawn(seed: int) -> tuple[Settings, FloatArray, list[Parts]]:
 
 def whitened(settings: Settings, noise: FloatArray, parts: list[Parts]) -> FloatArray:
     """Noise, loose column and noise again as a residual, whitened for both levels."""
-    common = np.hstack([np.ones((noise.size, 1)), settings.spread()])
+    common = np.hstack([np.ones((noise.size, 1)), settings.spread])
     variances = part_variances(common, settings.columns, noise, parts)
     columns = np.column_stack([settings.columns, common[:, :1], noise])
     both = within_settings(columns, settings.columns, parts, variances)

@@ -11,6 +11,7 @@ from scipy.sparse.csgraph import connected_components
 from footcal_cli.core.diagnosis.curves import Curve, strongest_curve
 from footcal_cli.core.diagnosis.features import MEMORY, Features
 from footcal_cli.core.diagnosis.grams import Grams
+from footcal_cli.core.diagnosis.linear import scaled_inverse
 from footcal_cli.core.diagnosis.lines import Line, Traces, pieces_of, strongest_line
 from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.rules import LEVEL_SHARE
@@ -20,6 +21,7 @@ from footcal_cli.core.diagnosis.telegraph import levels_p
 from footcal_cli.core.evidence import permutation_max_t, sign_flip_mean
 from footcal_cli.core.parameters import FloatArray, IntArray
 
+_RCOND = 1e-9
 RIDGE = np.array([1e-3, 1e-2, 1e-1, 1.0, 10.0])
 """Ridge penalties tried, relative to the mean information of a feature."""
 
@@ -201,10 +203,7 @@ def _ridge_losses(
 
 def _ridge_path(gram: FloatArray, base: IntArray, extra: IntArray, last: int) -> FloatArray:
     """Coefficients of [base, extra] for every penalty, the base unpenalised; (penalties, n)."""
-    bb = gram[np.ix_(base, base)]
-    scale = np.sqrt(np.clip(np.diag(bb), 1e-300, None))
-    inverse = np.linalg.pinv(bb / np.outer(scale, scale), rcond=1e-9, hermitian=True)
-    inverse = inverse / np.outer(scale, scale)
+    inverse = scaled_inverse(gram[np.ix_(base, base)], _RCOND)
     gamma = inverse @ gram[np.ix_(base, extra)]
     theta = inverse @ gram[base, last]
     visible = gram[np.ix_(extra, extra)] - gram[np.ix_(extra, base)] @ gamma

@@ -81,7 +81,7 @@ def _sizes_seen(freed: Sequence[Freed], problem: Problem, columns: FloatArray) -
     named = [f.named and not f.is_shape for f in freed]
     fitted = [problem.calibration, columns[:, named]]
     if problem.settings is not None:
-        fitted.append(problem.settings.spread())
+        fitted.append(problem.settings.spread)
     basis = _orthonormal(np.hstack(fitted))
     usual = np.array([f.parameter.prior_sd for f in freed])
     left = columns - basis @ (basis.T @ columns)

@@ -6,14 +6,15 @@ The calibration may differ from block to block, wander, or be free in every bloc
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.tracking import PART_S, Tracking, innovations, parts_of
 from footcal_cli.core.diagnosis.whitening import Noise, RowWhitener, kept_tracking, noise_of
-from footcal_cli.core.parameters import FloatArray, IntArray
+from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
 _EM_STEPS = 30
 _EM_STOP = 1e-3
@@ -72,6 +73,35 @@ class Grams:
     def blocks(self) -> int:
         """Number of blocks."""
         return int(self.inner.shape[0])
+
+    def of_blocks(self, kept: BoolArray) -> Grams:
+        """Of some of the blocks, shape (B,); what is known of outputs stays that of all."""
+        return self._with_arrays({key: a[kept] for key, a in self._arrays().items()})
+
+    @property
+    def without_features(self) -> Grams:
+        """What a search needs: calibration, candidates and the residual."""
+        used = np.setdiff1d(np.arange(self.inner.shape[1]), self.features)
+        at = np.ix_(np.arange(self.blocks), used, used)
+        return replace(
+            self._with_arrays({key: a[at] for key, a in self._arrays().items()}),
+            energy=self.energy[:, used],
+            visible=self.visible[used],
+            features=self.features[:0],
+        )
+
+    def _arrays(self) -> dict[int, FloatArray]:
+        """Each array of all columns once: where nothing wanders several are the same."""
+        return {id(a): a for a in (self.inner, self.within, self.rows, self.plain)}
+
+    def _with_arrays(self, by_identity: Mapping[int, FloatArray]) -> Grams:
+        return replace(
+            self,
+            inner=by_identity[id(self.inner)],
+            within=by_identity[id(self.within)],
+            rows=by_identity[id(self.rows)],
+            plain=by_identity[id(self.plain)],
+        )
 
 
 def calibration_grams(problem: Problem, noise: Noise | None = None) -> Grams:
@@ -246,9 +276,11 @@ def _directions(problem: Problem, whitener: RowWhitener) -> FloatArray:
 def _block_grams(columns: FloatArray, block: IntArray, blocks: int) -> FloatArray:
     """Inner products of the columns within each block, shape (B, n, n)."""
     out = np.empty((blocks, columns.shape[1], columns.shape[1]))
-    for b in range(blocks):
-        part = columns[block == b]
-        out[b] = part.T @ part
+    order = np.argsort(block, kind="stable")
+    ends = np.searchsorted(block[order], np.arange(blocks + 1))
+    for b, (start, end) in enumerate(itertools.pairwise(ends)):
+        part = columns[order[start:end]]
+        np.matmul(part.T, part, out=out[b])
     return out
 
 

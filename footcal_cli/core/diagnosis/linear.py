@@ -35,11 +35,29 @@ def least_squares(basis: FloatArray, target: FloatArray, rcond: float) -> FloatA
     Parameters
     ----------
     rcond
-        Eigenvalue of the scaled products, against the largest, from which a direction counts.
+        As in `scaled_inverse`.
     """
-    scale = np.sqrt(np.sum(basis**2, axis=0))
-    scale = np.where(scale > 0, scale, np.inf)
-    normed = basis / scale
-    inverse = np.linalg.pinv(normed.T @ normed, rcond=rcond, hermitian=True)
-    found = inverse @ (normed.T @ target)
-    return np.asarray((found.T / scale).T)
+    return np.asarray(scaled_inverse(basis.T @ basis, rcond) @ (basis.T @ target))
+
+
+def scaled_inverse(products: FloatArray, rcond: float, empty: float = 0.0) -> FloatArray:
+    """Pseudo-inverse of inner products of columns of any units, shape (…, n, n).
+
+    Parameters
+    ----------
+    products
+        One matrix, or one of each block.
+    rcond
+        Eigenvalue of the scaled products, against the largest, from which a direction counts.
+    empty
+        Square of a column against the largest, up to which there is nothing in it.
+    """
+    own = np.einsum("...ii->...i", products)
+    most = own.max(axis=-1, initial=0.0, keepdims=True)
+    scale = np.sqrt(np.where(own > empty * most, own, np.inf))
+    outer = scale[..., :, None] * scale[..., None, :]
+    values, vectors = np.linalg.eigh(products / outer)
+    size = np.abs(values)
+    seen = size > rcond * size.max(axis=-1, initial=0.0, keepdims=True)
+    inverse = np.divide(1.0, values, out=np.zeros_like(values), where=seen)
+    return np.asarray((vectors * inverse[..., None, :]) @ np.swapaxes(vectors, -1, -2) / outer)

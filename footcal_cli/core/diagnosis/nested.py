@@ -73,8 +73,9 @@ def nested_losses(
     """
     blocks = lib.grams.blocks
     fold = folds_of(_alike_blocks(lib.grams), rules.most_folds)
+    searched = replace(lib, grams=lib.grams.without_features)
     picks = [
-        _chosen_without(lib, fold != f, replace(rules, most_effects=most_effects), seed)
+        _chosen_without(searched, fold != f, replace(rules, most_effects=most_effects), seed)
         for f in range(int(fold.max()) + 1)
     ]
     used = np.unique(np.concatenate([*picks, np.empty(0, dtype=np.int64)])).astype(np.int64)
@@ -127,17 +128,9 @@ def _alike_blocks(grams: Grams) -> IntArray:
 
 def _chosen_without(lib: Library, kept: BoolArray, rules: Rules, seed: int) -> IntArray:
     """Candidates that the search accepts on some of the blocks alone."""
-    grams = lib.grams
-    some = replace(
-        grams,
-        inner=grams.inner[kept],
-        within=grams.within[kept],
-        rows=grams.rows[kept],
-        plain=grams.plain[kept],
-    )
     reach = 4.0 * float(smallest_p(float(kept.sum())))
     found = search(
-        replace(lib, grams=some),
+        replace(lib, grams=lib.grams.of_blocks(kept)),
         sign_patterns(int(kept.sum()), seed),
         replace(rules, alpha_name=max(rules.alpha_name, reach)),
         seed,

@@ -82,7 +82,7 @@ class Rules:
     alpha_beside: float = 0.01
     alpha_form: float = 0.01
     alpha_whole: float = 0.02
-    alpha_left: float = 0.002
+    alpha_left: float = 0.01
     kindred_loss: float = 0.15
     misfit_share: float = 0.5
     rival_share: float = 0.3

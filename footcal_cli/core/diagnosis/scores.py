@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from footcal_cli.core.diagnosis.grams import Grams
+from footcal_cli.core.diagnosis.linear import scaled_inverse
 from footcal_cli.core.parameters import FloatArray, IntArray
 
 _RCOND = 1e-9
@@ -86,14 +87,8 @@ def coefficients(gram: FloatArray, base: IntArray, columns: IntArray) -> FloatAr
 
 def _regressed(square: FloatArray, cross: FloatArray) -> FloatArray:
     """Regression from the products of a base with itself and with what is regressed on it."""
-    if not square.size:
-        return np.empty(cross.shape)
-    own = np.diag(square)
     # a parameter that only the left-out block knows has nothing to be fitted to
-    scale = np.sqrt(np.where(own > _EMPTY * own.max(initial=0.0), own, np.inf))
-    normed = square / np.outer(scale, scale)
-    inverse = np.linalg.pinv(normed, rcond=_RCOND, hermitian=True)
-    return np.asarray((inverse @ (cross / scale[:, None])) / scale[:, None])
+    return np.asarray(scaled_inverse(square, _RCOND, _EMPTY) @ cross)
 
 
 def held_out_loss(
@@ -118,12 +113,10 @@ def held_out_loss(
     if judged is not None:
         at = np.append(base, judged.shape[1] - 1)
         own = judged[:, at[:, None], at[None, :]]
-    loss = np.empty(inner.shape[0])
-    for b, gram in enumerate(small):
-        rest = total - gram
-        weights = np.append(-_regressed(rest[:-1, :-1], rest[:-1, -1:])[:, 0], 1.0)
-        loss[b] = weights @ own[b] @ weights
-    return loss
+    rest = total - small
+    weights = np.ones((small.shape[0], used.size))
+    weights[:, :-1] = -_regressed(rest[:, :-1, :-1], rest[:, :-1, -1:])[..., 0]
+    return np.asarray(np.einsum("bi,bij,bj->b", weights, own, weights, optimize=True))
 
 
 @dataclass(frozen=True)
@@ -272,8 +265,7 @@ def joint_sizes(grams: Grams, base: IntArray, chosen: IntArray) -> tuple[FloatAr
     total = small.sum(axis=0)
 
     def sizes(gram: FloatArray) -> FloatArray:
-        return _regressed(gram[:-1, :-1], gram[:-1, -1:])[base.size :, 0]
+        found = _regressed(gram[..., :-1, :-1], gram[..., :-1, -1:])
+        return np.asarray(found[..., base.size :, 0])
 
-    value = sizes(total)
-    without = np.stack([sizes(total - gram) for gram in small])
-    return value, without
+    return sizes(total), sizes(total - small)

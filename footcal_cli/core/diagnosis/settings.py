@@ -11,13 +11,15 @@ them.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import product
 
 import numpy as np
 from scipy import optimize, stats
 
-from footcal_cli.core.diagnosis.linear import least_squares
+from footcal_cli.core.diagnosis.linear import least_squares, scaled_inverse
 from footcal_cli.core.parameters import FloatArray, IntArray
 
 _STEPS = 40
@@ -77,6 +79,7 @@ class Settings:
         own = self.number[kept]
         return [np.flatnonzero(own == s) for s in range(int(own.max(initial=-1)) + 1)]
 
+    @cached_property
     def spread(self) -> FloatArray:
         """The columns of each setting on its own rows, shape (m, settings q)."""
         one = np.eye(int(self.number.max(initial=0)) + 1)[self.number]
@@ -169,15 +172,25 @@ def within_settings(
     """
     out = white.copy()
     for part, variance in zip(parts, variances, strict=True):
-        for rows in part.groups:
-            _shrink(out, white, rows, loose[np.ix_(rows, part.columns)] * np.sqrt(variance))
+        _shrink(out, white, part.groups, loose[:, part.columns] * np.sqrt(variance))
     return out
 
 
-def _shrink(out: FloatArray, white: FloatArray, rows: IntArray, loose: FloatArray) -> None:
-    """``(I + Z Zᵀ)^(−1/2)`` times some rows, in place."""
-    u, s, _ = np.linalg.svd(loose, full_matrices=False)
-    out[rows] -= u @ ((1.0 - 1.0 / np.sqrt(1.0 + s**2))[:, None] * (u.T @ white[rows]))
+def _shrink(
+    out: FloatArray, white: FloatArray, groups: Sequence[IntArray], loose: FloatArray
+) -> None:
+    """``(I + Z Zᵀ)^(−1/2)`` times the rows of each group, in place.
+
+    With ``ZᵀZ = W diag(λ) Wᵀ`` that is ``I − Z W diag((1 − (1 + λ)^(−1/2)) / λ) Wᵀ Zᵀ``.
+    """
+    z = [loose[rows] for rows in groups]
+    values, vectors = np.linalg.eigh(np.stack([one.T @ one for one in z]))
+    values = np.maximum(values, 0.0)
+    # (1 − 1/√(1 + λ)) / λ without the difference of what is nearly equal
+    root = np.sqrt(1.0 + values)
+    middle = (vectors / (root * (1.0 + root))[:, None, :]) @ vectors.swapaxes(1, 2)
+    for rows, one, inner in zip(groups, z, middle, strict=True):
+        out[rows] -= (one @ inner) @ (one.T @ white[rows])
 
 
 def half_log_det(loose: FloatArray) -> float:
@@ -225,9 +238,7 @@ def repeated(
         Of each column of Z, shape (q,).
     """
     out = white.copy()
-    for rows in groups:
-        if rows.size:
-            _shrink(out, white, rows, loose[rows] * np.sqrt(variance))
+    _shrink(out, white, groups, loose * np.sqrt(variance))
     return out
 
 
@@ -274,9 +285,7 @@ def variance_between(
             rest = normal[np.ix_(others, others)].copy()
             prior = np.where(member[others] >= 0, 1.0 / variance[member[others]], 0.0)
             rest[np.diag_indices_from(rest)] += prior
-            scale = np.sqrt(np.maximum(np.diag(rest), 1e-300))
-            inverse = np.linalg.pinv(rest / np.outer(scale, scale), RCOND, hermitian=True)
-            known = normal[np.ix_(own, others)] / scale @ inverse / scale
+            known = normal[np.ix_(own, others)] @ scaled_inverse(rest, RCOND)
             information = normal[np.ix_(own, own)] - known @ normal[np.ix_(others, own)]
             variance[g] = _upper(information, right[own] - known @ right[others])
         if float(np.abs(np.log(variance / before)).max()) < _STOP:

@@ -130,7 +130,7 @@ def settled(problem: Problem, whiten: Whiten, kept: IntArray) -> Settled | None:
         return None
     parts, groups = settings.parts(problem.output, kept), settings.rows(kept)
     loose = whiten(settings.columns)
-    spread = whiten(settings.spread()) if parts else loose[:, :0]
+    spread = whiten(settings.spread) if parts else loose[:, :0]
     white = whiten(np.column_stack([problem.fitted, problem.columns, problem.residual]))
     beside = np.arange(problem.fitted.shape[1])
     most = beside.size + _MOST_SUSPECTS

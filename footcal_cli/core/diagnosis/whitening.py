@@ -56,13 +56,14 @@ class RowWhitener:
     def __call__(self, columns: FloatArray) -> FloatArray:
         """Whitened columns at the kept rows, shape (kept, k)."""
         kept = self.kept
-        a = self.coefficients[self.output[kept]]
-        filtered = columns[kept].astype(float, copy=True)
-        for i in range(a.shape[1]):
-            if np.any(a[:, i]):
+        filtered = columns
+        if np.any(self.coefficients):
+            filtered = columns.copy()
+            a = self.coefficients[self.output]
+            for i in np.flatnonzero(np.any(self.coefficients, axis=0)):
                 # rows whose order is lower have a zero coefficient, whatever stands before them
-                filtered -= a[:, i : i + 1] * columns[np.maximum(kept - i - 1, 0)]
-        return np.asarray(filtered / self.sd[self.output[kept]][:, None])
+                filtered[i + 1 :] -= a[i + 1 :, i : i + 1] * columns[: -i - 1]
+        return np.asarray(filtered[kept] / self.sd[self.output[kept]][:, None])
 
 
 @dataclass(frozen=True)
