@@ -18,6 +18,7 @@ from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.scores import held_out_loss
 from footcal_cli.core.diagnosis.signatures import SWITCHES, own_place
 from footcal_cli.core.diagnosis.subject import Subject
+from footcal_cli.core.diagnosis.unnamed import CURVES
 from footcal_cli.core.diagnosis.whitening import Noise, noise_of
 from footcal_cli.core.effects.contract import Effect
 from footcal_cli.core.evidence import (
@@ -81,15 +82,16 @@ def decided(
     chosen, fitted, loss = _where(subject, causes, model, best, noise, signs, rules)
     blank = subject.problem if model is None else subject.bare(model, causes)
     gain = max(float((_white_loss(blank, noise) - loss).sum()), 0.0)
-    worse = {
-        other.cause.signature.effect
-        for other in tried
-        if other is not best
-        and (
-            _worse(subject.table, other, best, loss, gain, signs, rules)
-            or outdone(subject, other, best, family, noise, signs, rules)
-        )
-    }
+    worse = set()
+    for other in tried:
+        name = other.cause.signature.effect
+        both = {name, best.cause.signature.effect}
+        level = rules.alpha_curve if both <= CURVES else rules.alpha_left
+        if other is not best and (
+            _worse(subject.table, other, best, loss, gain, signs, rules, level)
+            or outdone(subject, other, best, family, noise, signs, rules, level)
+        ):
+            worse.add(name)
     if chosen.signature.effect in KNEES or any(
         t.cause.signature.effect in KNEES - worse for t in tried
     ):
@@ -194,6 +196,7 @@ def _worse(
     gain: float,
     signs: FloatArray,
     rules: Rules,
+    level: float,
 ) -> bool:
     """Whether a contender is out.
 
@@ -205,7 +208,7 @@ def _worse(
     significant = bool(sign_flip_mean(other.loss - loss, signs) < rules.alpha_rival)
     if not kindred(table, best.cause, other.cause):
         return significant
-    if best.p >= rules.alpha_whole and other.p < rules.alpha_left:
+    if best.p >= rules.alpha_whole and other.p < level:
         return True
     return significant and lost >= rules.kindred_loss * gain
 

@@ -7,10 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from footcal_cli.core.diagnosis.linear import left_by, orthonormal
 from footcal_cli.core.diagnosis.problem import Problem, Signature
 from footcal_cli.core.effects.contract import OF_THE_LOGS, Effect, EffectParameter
 from footcal_cli.core.parameters import FloatArray
 
+_RCOND, _RANK = 1e-9, 1e-8
 _SHAPE_SEEN = 0.2  # share of a shape's visible influence that no size can take over
 _AXIS_SEEN = 0.05  # visible fraction from which a component that was not named is fitted too
 _AXIS_TOLD = 2.0  # and sd of the noise by which its usual size must change the residual
@@ -55,17 +57,14 @@ def seen(freed: Sequence[Freed], problem: Problem, columns: FloatArray) -> list[
     freed = list(freed)
     sizes = _sizes_seen(freed, problem, columns)
     basis = np.hstack([problem.calibration, columns[:, sizes]])
-    norm = np.sqrt(np.sum(basis**2, axis=0))
-    basis = basis[:, norm > 0] / norm[norm > 0]
     kept = []
     for i, item in enumerate(freed):
         if not item.is_shape and not sizes[i]:
             continue
         if item.is_shape:
             whole = columns[:, i]
-            calibrated = problem.calibration
-            alone = whole - calibrated @ np.linalg.lstsq(calibrated, whole, rcond=1e-9)[0]
-            left = whole - basis @ np.linalg.lstsq(basis, whole, rcond=1e-9)[0]
+            alone = left_by(problem.calibration, whole, _RCOND)
+            left = left_by(basis, whole, _RCOND)
             if left @ left < _SHAPE_SEEN**2 * (alone @ alone):
                 continue
         kept.append(item)
@@ -82,7 +81,7 @@ def _sizes_seen(freed: Sequence[Freed], problem: Problem, columns: FloatArray) -
     fitted = [problem.calibration, columns[:, named]]
     if problem.settings is not None:
         fitted.append(problem.settings.spread)
-    basis = _orthonormal(np.hstack(fitted))
+    basis = orthonormal(np.hstack(fitted), _RANK)
     usual = np.array([f.parameter.prior_sd for f in freed])
     left = columns - basis @ (basis.T @ columns)
     size = np.sqrt(np.sum(columns**2, axis=0))
@@ -96,13 +95,6 @@ def _sizes_seen(freed: Sequence[Freed], problem: Problem, columns: FloatArray) -
             unit = left[:, i] / shown
             left = left - np.outer(unit, unit @ left)
     return seen
-
-
-def _orthonormal(columns: FloatArray) -> FloatArray:
-    """Basis of what columns span, shape (m, rank)."""
-    norm = np.sqrt(np.sum(columns**2, axis=0))
-    u, s, _ = np.linalg.svd(columns[:, norm > 0] / norm[norm > 0], full_matrices=False)
-    return np.asarray(u[:, s > 1e-8 * s.max(initial=0.0)])
 
 
 def bounded(before: float, step: float, item: Freed) -> float:

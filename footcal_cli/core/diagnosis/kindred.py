@@ -102,6 +102,7 @@ def outdone(
     noise: Noise,
     signs: FloatArray,
     rules: Rules,
+    level: float,
 ) -> bool:
     """Whether a contender like the best is out, since the best still adds something beside it.
 
@@ -129,7 +130,7 @@ def outdone(
         single = single_rows_p(bare, found, grams.calibration.size)[0]
         p = min(2.0 * min(p, float(single)), 1.0)
     added = float(found.score[:, 0].sum() ** 2 / found.information[:, 0].sum())
-    return p < rules.alpha_left and best.misfit < rules.misfit_share * added
+    return p < level and best.misfit < rules.misfit_share * added
 
 
 def _as_fitted(tried: Tried) -> Signature:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy import linalg
 
 from footcal_cli.core.parameters import FloatArray
 
@@ -25,6 +26,25 @@ def orthonormal(columns: FloatArray, rcond: float) -> FloatArray:
     scaled = columns[:, norm > 0] / norm[norm > 0]
     left, singular, _ = np.linalg.svd(scaled, full_matrices=False)
     return np.asarray(left[:, singular > rcond * singular.max(initial=0.0)])
+
+
+def left_by(basis: FloatArray, target: FloatArray, rcond: float) -> FloatArray:
+    """What the best fit of a basis leaves of a target, shape (m,) or (m, targets).
+
+    By a pivoted QR (LAPACK's gelsy): divide and conquer (gelsd) does not converge on every basis
+    with dependent columns.
+
+    Parameters
+    ----------
+    rcond
+        Size of a scaled column beside those before it, from which it counts.
+    """
+    norm = np.sqrt(np.sum(basis**2, axis=0))
+    scaled = basis[:, norm > 0] / norm[norm > 0]
+    if not scaled.shape[1]:
+        return target
+    found = linalg.lstsq(scaled, target, cond=rcond, lapack_driver="gelsy", check_finite=False)[0]
+    return np.asarray(target - scaled @ found)
 
 
 def least_squares(basis: FloatArray, target: FloatArray, rcond: float) -> FloatArray:

@@ -85,7 +85,7 @@ def _copying(
         p.name: float(np.clip(p.neutral + sizes[p.name], p.lower, p.upper))
         for p in effect.sizes if p.name in sizes
     }  # fmt: skip
-    return Contender(signature, {**dict(signature.shape), **values})
+    return Contender(signature, {**dict(signature.shape), **values}, copies=True)
 
 
 def _fitted(

@@ -44,10 +44,13 @@ class Contender:
         Effect and who carries it.
     values
         Its parameters by short name; what is missing stays neutral.
+    copies
+        Whether they are those with which it copies what was named.
     """
 
     signature: Signature
     values: Mapping[str, float]
+    copies: bool = False
 
     def scaled(self, effect: Effect, share: float) -> Mapping[str, float]:
         """Its values with another size."""

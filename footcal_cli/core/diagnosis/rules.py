@@ -32,6 +32,9 @@ class Rules:
     alpha_whole, alpha_left
         A refit leaves nothing that its look-alikes could explain where p is at least the first,
         and leaves something where p is below the second.
+    alpha_curve
+        The same as `alpha_left` among curves: all of them together are a curve of any form, so that
+        one that leaves nothing to these is the cell's.
     kindred_loss
         Share of the gain by which a rival of the same kind must do worse where none leaves nothing.
     misfit_share
@@ -82,7 +85,8 @@ class Rules:
     alpha_beside: float = 0.01
     alpha_form: float = 0.01
     alpha_whole: float = 0.02
-    alpha_left: float = 0.01
+    alpha_left: float = 0.002
+    alpha_curve: float = 0.01
     kindred_loss: float = 0.15
     misfit_share: float = 0.5
     rival_share: float = 0.3
@@ -114,9 +118,9 @@ class Rules:
             f"loss difference p > {self.alpha_rival:g} and nothing to add beside it "
             f"(p > {self.alpha_beside:g}); refitted in full: at most {self.most_contenders} with "
             f"|cos| > {self.look_alike:g} and {self.contender_share:.0%} of the gain; of one kind "
-            f"out if p < {self.alpha_left:g} that its refit leaves nothing where the best one's is "
-            f"p > {self.alpha_whole:g}, if that one adds something beside it and could itself "
-            f"leave at most {self.misfit_share:.0%} of that, or if it loses "
+            f"out if p < {self.alpha_left:g} (a curve: {self.alpha_curve:g}) that its refit leaves "
+            f"nothing where the best one's is p > {self.alpha_whole:g}, if that one adds something "
+            f"beside it and could itself leave at most {self.misfit_share:.0%} of that, or if it loses "
             f"{self.kindred_loss:.0%} of the gain; "
             f"smallest gain {self.smallest_gain:.0%}, of a later cause {self.later_share:.0%} of "
             f"the gain before it; at most {self.most_effects} effects, the best "

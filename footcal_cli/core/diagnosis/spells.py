@@ -6,6 +6,7 @@ import numpy as np
 from scipy import ndimage
 
 from footcal_cli.core.diagnosis.jumps import jump_p
+from footcal_cli.core.diagnosis.linear import left_by
 from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.whitening import residual_within_blocks
 from footcal_cli.core.evidence import sign_flip_max_t
@@ -13,6 +14,7 @@ from footcal_cli.core.parameters import FloatArray
 
 WINDOWS = (1, 5, 13)
 """Rows over which the residual is averaged before it is asked for its side."""
+_RCOND = 1e-9
 _SHORTEST = 3 * max(WINDOWS)
 _ORDER = "order of recording"
 _NEIGHBOURS = 6
@@ -59,9 +61,7 @@ def spell_p(problem: Problem, signs: FloatArray, accepted: FloatArray | None = N
 
 
 def _left(residual: FloatArray, fitted: FloatArray) -> FloatArray:
-    norm = np.sqrt(np.mean(fitted**2, axis=0))
-    fitted = fitted[:, norm > 0] / norm[norm > 0]
-    return np.asarray(residual - fitted @ np.linalg.lstsq(fitted, residual, rcond=1e-9)[0])
+    return left_by(fitted, residual, _RCOND)
 
 
 def _neighbours_p(problem: Problem, fitted: FloatArray) -> float:

@@ -16,9 +16,10 @@ from footcal_cli.core.diagnosis.answer import Diagnosis, Verdict
 from footcal_cli.core.diagnosis.case import Case, balanced, channels_of
 from footcal_cli.core.diagnosis.grams import Grams, whitened_grams
 from footcal_cli.core.diagnosis.investigation import Investigation
+from footcal_cli.core.diagnosis.menu import LIKE
 from footcal_cli.core.diagnosis.next_experiment import ambiguity
 from footcal_cli.core.diagnosis.rehearsal import Contender
-from footcal_cli.core.diagnosis.scores import joint_sizes
+from footcal_cli.core.diagnosis.scores import joint_sizes, scores
 from footcal_cli.core.diagnosis.signatures import derivative
 from footcal_cli.core.effects.contract import Effect, can_carry, units_of
 from footcal_cli.core.evidence import Interval, jackknife_interval
@@ -63,6 +64,10 @@ class Says(StrEnum):
     UNSEEN = "unseen"
 
 
+_OUT_ALONE = Says.OPEN, Says.GONE
+"""What is said of a suspect beside the others and on its own, where that rules it out."""
+
+
 @dataclass(frozen=True)
 class Followed:
     """A suspect in a new log.
@@ -73,8 +78,8 @@ class Followed:
         Its name.
     share
         Of it that the new log holds, all suspects together, with the 95 % interval over blocks; on
-        its own where together they say nothing and that rules it out; None where the experiment
-        does not show it.
+        its own where the others would copy it, or where together they say nothing and that rules
+        it out; None where the experiment does not show it.
     sd
         Of the size that the log before asked for, as a share of it.
     """
@@ -107,7 +112,12 @@ def suspects_of(found: Investigation, table: Mapping[str, Effect]) -> tuple[Susp
         return ()
     rivals = ambiguity(found, table)
     first, *others = [_as_large(r, found.rounds[number], table) for r in rivals]
-    # what was named has sizes from its own refit
+    # what was named has sizes from its own refit, and what copies it follows from these: all its
+    # axes fitted would fit the noise too, and find it again where the same log is diagnosed again
+    others = [
+        replace(other, values=dict(r.values), sd=first.sd) if r.copies else other
+        for other, r in zip(others, rivals[1:], strict=True)
+    ]
     return replace(first, values=dict(rivals[0].values)), *others
 
 
@@ -162,8 +172,18 @@ def followed(
         # the cause is here in full whether or not its rivals are fitted too; what these data do not
         # tell apart has no share beside each other, and still one on its own
         alone = replace(beside, share=_shares(grams, column[None])[0])
-        became[i] = alone if (beside.says, alone.says) == (Says.OPEN, Says.GONE) else beside
+        same = not _told_apart(grams, column)
+        became[i] = alone if same or (beside.says, alone.says) == _OUT_ALONE else beside
     return tuple(became)
+
+
+def _told_apart(grams: Grams, column: int) -> bool:
+    """Whether the other suspects leave enough of one that it has a share of its own."""
+    one, base = np.array([column]), grams.calibration
+    others = grams.candidates[grams.candidates != column]
+    whole = scores(grams.inner, base, one).information.sum()
+    left = scores(grams.inner, np.concatenate([base, others]), one).information.sum()
+    return bool(left > (1.0 - LIKE**2) * whole)
 
 
 def _shares(grams: Grams, columns: IntArray) -> list[Interval]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import solve_toeplitz
 
-from footcal_cli.core.diagnosis.linear import orthonormal
+from footcal_cli.core.diagnosis.linear import left_by, orthonormal
 from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.settled import Settled, settled
 from footcal_cli.core.diagnosis.tracking import (
@@ -193,12 +193,8 @@ def residual_within_blocks(problem: Problem, residual: FloatArray | None = None)
     for b in range(problem.blocks):
         rows = problem.block == b
         basis = np.hstack([problem.calibration[rows], offsets[rows]])
-        scale = np.sqrt(np.sum(basis**2, axis=0))
-        basis = basis[:, scale > 0] / scale[scale > 0]
-        if basis.shape[0] <= 2 * basis.shape[1]:
-            continue
-        fitted = np.linalg.lstsq(basis, residual[rows], rcond=1e-8)[0]
-        residual[rows] -= basis @ fitted
+        if basis.shape[0] > 2 * int(np.count_nonzero(np.any(basis != 0.0, axis=0))):
+            residual[rows] = left_by(basis, residual[rows], _RANK)
     return residual
 
 
