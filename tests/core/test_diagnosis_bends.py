@@ -9,7 +9,7 @@ import pytest
 from scipy import stats
 
 from footcal_cli.core.diagnosis.answer import Cause
-from footcal_cli.core.diagnosis.bends import against_bends, bends_of, bent_axes
+from footcal_cli.core.diagnosis.bends import Bends, against_bends, bends_of, bent_axes
 from footcal_cli.core.diagnosis.case import Case, rows_of
 from footcal_cli.core.diagnosis.curves import explained_p
 from footcal_cli.core.diagnosis.grams import whitened_grams
@@ -28,19 +28,21 @@ REMOVED = 250.0
 """Squared error that the names remove, here about that of an effect half as large as the noise."""
 
 
-def posed(seed: int, hidden: str) -> tuple[Problem, FloatArray]:
-    """A parabola of one force is named in single poses, and knees of that force."""
+def posed(seed: int, hidden: str) -> tuple[Problem, FloatArray, FloatArray]:
+    """A parabola of one force is named in single poses; a line and knees of that force."""
     rng = np.random.default_rng([31, seed])
     force = np.repeat(rng.normal(0.0, 8.0, POSES), OUTPUTS)
     output = np.tile(np.arange(OUTPUTS), POSES)
-    shape = {"folds": np.abs(force), "bends": force**2}[hidden] * (output == 0)
-    shape = shape / np.std(shape[output == 0])
+    zero = 12.0 if hidden == "bends about another zero" else 0.0
+    shape = np.abs(force) if hidden == "folds" else (force + zero) ** 2
+    curved = np.abs(force) if hidden == "folds" else force**2
+    shape = shape * (output == 0) / np.std(curved)
     knees = np.stack(
         [np.maximum(force - knee, 0.0) * (output == 0) for knee in np.quantile(force, KNEES)], 1
     )
     problem = Problem(
         residual=1.3 * shape + rng.normal(size=force.size),
-        calibration=np.hstack([np.eye(OUTPUTS)[output], (force * (output == 0))[:, None]]),
+        calibration=np.hstack([np.eye(OUTPUTS)[output], rng.normal(size=(force.size, 1))]),
         calibration_names=tuple(f"direction {i}" for i in range(OUTPUTS + 1)),
         columns=np.empty((force.size, 0)),
         signatures=(),
@@ -53,18 +55,20 @@ def posed(seed: int, hidden: str) -> tuple[Problem, FloatArray]:
         tolerance=np.full(OUTPUTS, 0.1),
         accepted=(force**2 * (output == 0))[:, None],
     )
-    return problem, knees
+    line = np.stack([force * (output == 0), 1.0 * (output == 0)], 1)
+    return problem, line, knees
 
 
 def judged(seed: int, hidden: str) -> Unnamed:
-    problem, knees = posed(seed, hidden)
+    problem, line, knees = posed(seed, hidden)
     assert has_single_rows(problem)
-    return against_bends(problem, knees, sign_patterns(problem.blocks, seed))
+    return against_bends(problem, Bends(line, knees), sign_patterns(problem.blocks, seed))
 
 
+@pytest.mark.parametrize("hidden", ["bends", "bends about another zero"])
 @pytest.mark.parametrize("seed", range(6))
-def test_a_parabola_leaves_nothing_to_knees_of_its_axis(seed: int) -> None:
-    assert not judged(seed, "bends").spoils(REMOVED, RULES)
+def test_a_parabola_leaves_nothing_to_knees_of_its_axis(seed: int, hidden: str) -> None:
+    assert not judged(seed, hidden).spoils(REMOVED, RULES)
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -77,7 +81,8 @@ def test_a_fold_that_was_taken_for_a_parabola_shows(seed: int) -> None:
 def test_the_f_test_of_knees_keeps_its_level() -> None:
     p = []
     for seed in range(200):
-        problem, knees = posed(seed, "bends")
+        problem, line, knees = posed(seed, "bends")
+        problem = problem.holding(line)
         grams, _ = whitened_grams(problem, knees)
         p.append(explained_p(grams, grams.calibration, grams.features, problem.residual.size))
     # 10 of 200 expected below 0.05
@@ -109,6 +114,6 @@ def test_only_a_named_curve_of_a_transducer_is_asked() -> None:
 def test_knees_of_an_axis_are_felt_where_its_leg_pushes() -> None:
     case = posing()
     bends = bends_of(case, rows_of(case), ("fl.fy",))
-    assert bends.shape[1] == len(KNEES)
-    np.testing.assert_allclose(np.sqrt(np.mean(bends**2, axis=0)), 1.0)
-    assert np.linalg.matrix_rank(bends) == len(KNEES)
+    np.testing.assert_allclose(np.sqrt(np.mean(bends.bent**2, axis=0)), 1.0)
+    both = np.hstack([bends.straight, bends.bent])
+    assert np.linalg.matrix_rank(both) == 2 + len(KNEES)

@@ -10,6 +10,7 @@ piecewise straight between knees, a curve that is not the named one shows.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -27,6 +28,23 @@ from footcal_cli.core.effects.contract import is_six_axis
 from footcal_cli.core.parameters import FloatArray
 
 
+@dataclass(frozen=True)
+class Bends:
+    """Piecewise straight curves of some axes.
+
+    Parameters
+    ----------
+    straight
+        Gain and offset of each axis: a curve about another zero differs by these, and who finds
+        them left finds no other curve. Shape (m, 2 axes).
+    bent
+        What a knee in each axis adds, at unit RMS, shape (m, knees).
+    """
+
+    straight: FloatArray
+    bent: FloatArray
+
+
 def bent_axes(case: Case, causes: Sequence[Cause]) -> tuple[str, ...]:
     """Axes of transducers that a curve is named for; cells have other curves as rivals."""
     if not is_six_axis(channels_of(case.logs)):
@@ -35,8 +53,8 @@ def bent_axes(case: Case, causes: Sequence[Cause]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(axis for s in named for _, axes in s.owners for axis in axes))
 
 
-def bends_of(ideal: Case, rows: Rows, axes: Sequence[str]) -> FloatArray:
-    """What a knee in each of some axes adds to the residual, at unit RMS, shape (m, knees).
+def bends_of(ideal: Case, rows: Rows, axes: Sequence[str]) -> Bends:
+    """What a line and a knee in each of some axes add to the residual.
 
     Parameters
     ----------
@@ -48,20 +66,25 @@ def bends_of(ideal: Case, rows: Rows, axes: Sequence[str]) -> FloatArray:
         From `bent_axes`.
     """
     truths = [ideal.chain.remove(log, ideal.values)[0] for log in ideal.logs]
-    found = []
+    straight, bent = [], []
     for axis in axes:
         # forces of a transducer have both signs, so that its knees stand among all readings
         force = np.concatenate(
             [t.readings[:, t.channels.index(axis)] for t in truths if axis in t.channels]
         )
-        found += [
+        start, span = float(force.min()), float(np.ptp(force))
+        # two knees below all readings span every line
+        knees = [start, start - span, *np.quantile(force, KNEES)]
+        found = [
             derivative(ideal, rows, KNEE, KNEE.size, {axis: (axis,)}, {"knee": float(knee)})
-            for knee in np.quantile(force, KNEES)
+            for knee in knees
         ]
-    return unit_columns(np.array(found).reshape(len(found), rows.row.size).T)
+        straight += found[:2]
+        bent += found[2:]
+    return Bends(unit_columns(np.stack(straight, axis=1)), unit_columns(np.stack(bent, axis=1)))
 
 
-def against_bends(after: Problem, bends: FloatArray, signs: FloatArray) -> Unnamed:
+def against_bends(after: Problem, bends: Bends, signs: FloatArray) -> Unnamed:
     """Judge the named curves by what knees of their own axes explain beside them.
 
     Where rows are single observations the F test sees a bend that few blocks carry, which no signs
@@ -76,9 +99,10 @@ def against_bends(after: Problem, bends: FloatArray, signs: FloatArray) -> Unnam
     signs
         Sign patterns of the blocks.
     """
-    left = left_beside(after, (bends,), signs)
-    if has_single_rows(after):
-        grams, _ = whitened_grams(after.without_candidates, bends)
-        single = explained_p(grams, grams.calibration, grams.features, after.residual.size)
+    held = after.holding(bends.straight)
+    left = left_beside(held, (bends.bent,), signs)
+    if has_single_rows(held):
+        grams, _ = whitened_grams(held.without_candidates, bends.bent)
+        single = explained_p(grams, grams.calibration, grams.features, held.residual.size)
         left = Form(min(2.0 * min(left.p, single), 1.0), left.gain)
     return Unnamed(left, rival=False, as_form=True)
