@@ -12,6 +12,7 @@ from footcal_cli.core.diagnosis.bends import against_bends, bends_of, bent_axes
 from footcal_cli.core.diagnosis.bridge import Describe, problem_from
 from footcal_cli.core.diagnosis.case import Case, Rows, rows_of
 from footcal_cli.core.diagnosis.contest import decided_again
+from footcal_cli.core.diagnosis.ends import against_other_sign, held_at_zero
 from footcal_cli.core.diagnosis.engine import (
     diagnose,
     enough,
@@ -213,6 +214,9 @@ def _unnamed(
     if axes:
         bends = bends_of(model.ideal, subject.rows, axes)
         found.append(against_bends(current, bends, signs))
+    held = held_at_zero(model, [subject.table[c.signature.effect] for c in causes], causes)
+    if held.any():
+        found.append(against_other_sign(current, model.columns, held, signs))
     if applies_to(subject.case, causes):
         mixtures = mixtures_of(model.ideal, subject.rows)
         found.append(against_mixtures(current, mixtures, signs))
