@@ -69,7 +69,7 @@ def test_a_small_share_spoils_linear_names_only() -> None:
     found = judged("one cell hears its neighbour", 0)
     removed = 20.0 * found.left.bought
     assert found.spoils(removed, RULES)
-    assert not replace(found, linear=False).spoils(removed, RULES)
+    assert not replace(found, as_form=False).spoils(removed, RULES)
 
 
 def test_a_mixture_is_what_it_is_called_and_its_inverse_undoes_it() -> None:

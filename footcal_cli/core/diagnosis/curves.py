@@ -82,6 +82,19 @@ def explained(grams: Grams, base: IntArray, columns: IntArray) -> tuple[float, i
     return _taken(left[:-1, :-1], left[:-1, -1], np.diag(total)[columns])
 
 
+def explained_p(grams: Grams, base: IntArray, columns: IntArray, rows: int) -> float:
+    """The p, by the F test of `strongest_curve`, that columns explain nothing beside a base."""
+    total = grams.inner.sum(axis=0)
+    left = _left(total, base, columns)
+    error, freedom = float(left[-1, -1]), rows - _rank(total[np.ix_(base, base)])
+    taken, k = _taken(left[:-1, :-1], left[:-1, -1], np.diag(total)[columns])
+    if not k or freedom <= 2 * k:
+        return 1.0
+    # columns that take all there is leave nothing to chance
+    scatter = max(error - taken, 0.0) / (freedom - k)
+    return float(stats.f.sf(taken / k / scatter, k, freedom - k)) if scatter > 0 else 0.0
+
+
 def _left(total: FloatArray, base: IntArray, columns: IntArray) -> FloatArray:
     """Products of columns and the residual, which stands last, after a base was fitted."""
     wanted = np.append(columns, total.shape[0] - 1)

@@ -8,9 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from footcal_cli.core.diagnosis.answer import Cause, Diagnosis, Verdict
+from footcal_cli.core.diagnosis.bends import against_bends, bends_of, bent_axes
 from footcal_cli.core.diagnosis.bridge import Describe, problem_from
 from footcal_cli.core.diagnosis.case import Case, Rows, rows_of
 from footcal_cli.core.diagnosis.contest import decided_again
+from footcal_cli.core.diagnosis.ends import against_other_sign, held_at_zero
 from footcal_cli.core.diagnosis.engine import (
     diagnose,
     enough,
@@ -199,7 +201,7 @@ def _unnamed(
     rules: Rules,
     seed: int,
 ) -> tuple[Unnamed, ...]:
-    """The named causes against curves and mixtures without a name, where they could be these."""
+    """The named causes against what has no name, where they could be that."""
     named = named_columns(model, causes)
     if model is None or not named.size:
         return ()
@@ -208,6 +210,13 @@ def _unnamed(
     if applies(current, subject.case, causes):
         curves = curves_of(model.ideal, subject.rows)
         found.append(against_curves(subject.problem, current, named, curves, signs, rules))
+    axes = bent_axes(subject.case, causes)
+    if axes:
+        bends = bends_of(model.ideal, subject.rows, axes)
+        found.append(against_bends(current, bends, signs))
+    held = held_at_zero(model, [subject.table[c.signature.effect] for c in causes], causes)
+    if held.any():
+        found.append(against_other_sign(current, model.columns, held, signs))
     if applies_to(subject.case, causes):
         mixtures = mixtures_of(model.ideal, subject.rows)
         found.append(against_mixtures(current, mixtures, signs))

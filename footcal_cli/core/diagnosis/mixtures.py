@@ -118,4 +118,4 @@ def against_mixtures(after: Problem, mixtures: FloatArray, signs: FloatArray) ->
     signs
         Sign patterns of the blocks.
     """
-    return Unnamed(left_beside(after, (mixtures,), signs), rival=False, linear=True)
+    return Unnamed(left_beside(after, (mixtures,), signs), rival=False, as_form=True)

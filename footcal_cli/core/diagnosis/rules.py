@@ -50,8 +50,10 @@ class Rules:
     later_share
         Share of what the causes before it have removed that a later one must remove; less may be
         what the first one's form gets wrong. Curves without a name that remove more beside the
-        named causes (p < `alpha_form`) make them unknown; linear mixtures beside linear names if
-        those explain less than `share_form`.
+        named causes (p < `alpha_form`) make them unknown, as do sizes of single cells held at zero
+        that would remove more with a sign that their cause cannot have; linear mixtures beside
+        linear names if those explain less than `share_form`, and so do other curves of an axis
+        beside its named one.
     most_effects
         Effects accepted at most.
     most_tries
@@ -131,8 +133,10 @@ class Rules:
             f"{self.share_named:g} ({self.share_partly:g} with a leftover, {self.share_form:g} "
             f"where a size changes with a signal, p < {self.alpha_form:g}); "
             f"no curve of the loads in place of the names, nor beside them with "
-            f"{self.later_share:.0%} of their gain (p < {self.alpha_form:g}), nor any mixture of "
-            f"a foot's readings beside linear names with {1 - self.share_form:.0%}; "
+            f"{self.later_share:.0%} of their gain (p < {self.alpha_form:g}), nor a cell's "
+            f"size held at zero that would with the other sign, nor any mixture of "
+            f"a foot's readings beside linear names, nor another curve of its axis beside a named "
+            f"one, with {1 - self.share_form:.0%}; "
             f"{self.fewest_blocks} blocks or more asked; selection repeated in at most "
             f"{self.most_folds} folds."
         )

@@ -97,13 +97,14 @@ class Unnamed:
         What curves explain beside them.
     rival
         Whether a curve of all cells does in their place, so that they add nothing beside it.
-    linear
-        Whether what is left is linear like the names, whose own form gets nothing wrong then.
+    as_form
+        Whether what is left is a fault in the form of the names: where it is linear like them, or a
+        curve of the same readings.
     """
 
     left: Form
     rival: bool
-    linear: bool = False
+    as_form: bool = False
 
     def spoils(self, removed: float, rules: Rules) -> bool:
         """Whether the names cannot be said for them.
@@ -119,7 +120,7 @@ class Unnamed:
             Thresholds.
         """
         beside = self.left.p < rules.alpha_form
-        allowed = 1.0 - rules.share_form if self.linear else rules.later_share
+        allowed = 1.0 - rules.share_form if self.as_form else rules.later_share
         return self.rival or (beside and self.left.bought > allowed * removed)
 
 

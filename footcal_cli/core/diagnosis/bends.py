@@ -1,0 +1,108 @@
+"""A named curve of one axis against any other curve of that axis.
+
+Among load cells the table has several curves, and each is held against the others. Transducers and
+poses leave one of them, which then wins against nothing: a foot that folds loses force on both
+sides, nearly as a parabola does. Whether a size is the same everywhere (`form_of`) is asked of
+every recorded signal at once, where what one axis tells drowns. Asked of its own readings alone,
+piecewise straight between knees, a curve that is not the named one shows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from footcal_cli.core.diagnosis.answer import Cause
+from footcal_cli.core.diagnosis.case import Case, Rows, channels_of
+from footcal_cli.core.diagnosis.curves import explained_p
+from footcal_cli.core.diagnosis.form import Form
+from footcal_cli.core.diagnosis.grams import whitened_grams
+from footcal_cli.core.diagnosis.linear import unit_columns
+from footcal_cli.core.diagnosis.problem import Problem
+from footcal_cli.core.diagnosis.signatures import derivative
+from footcal_cli.core.diagnosis.unnamed import CURVES, KNEE, KNEES, Unnamed, left_beside
+from footcal_cli.core.diagnosis.whitening import has_single_rows
+from footcal_cli.core.effects.contract import is_six_axis
+from footcal_cli.core.parameters import FloatArray
+
+
+@dataclass(frozen=True)
+class Bends:
+    """Piecewise straight curves of some axes.
+
+    Parameters
+    ----------
+    straight
+        Gain and offset of each axis: a curve about another zero differs by these, and who finds
+        them left finds no other curve. Shape (m, 2 axes).
+    bent
+        What a knee in each axis adds, at unit RMS, shape (m, knees).
+    """
+
+    straight: FloatArray
+    bent: FloatArray
+
+
+def bent_axes(case: Case, causes: Sequence[Cause]) -> tuple[str, ...]:
+    """Axes of transducers that a curve is named for; cells have other curves as rivals."""
+    if not is_six_axis(channels_of(case.logs)):
+        return ()
+    named = [c.signature for c in causes if c.signature.effect in CURVES]
+    return tuple(dict.fromkeys(axis for s in named for _, axes in s.owners for axis in axes))
+
+
+def bends_of(ideal: Case, rows: Rows, axes: Sequence[str]) -> Bends:
+    """What a line and a knee in each of some axes add to the residual.
+
+    Parameters
+    ----------
+    ideal
+        The model's recordings, without noise.
+    rows
+        Which errors count.
+    axes
+        From `bent_axes`.
+    """
+    truths = [ideal.chain.remove(log, ideal.values)[0] for log in ideal.logs]
+    straight, bent = [], []
+    for axis in axes:
+        # forces of a transducer have both signs, so that its knees stand among all readings
+        force = np.concatenate(
+            [t.readings[:, t.channels.index(axis)] for t in truths if axis in t.channels]
+        )
+        start, span = float(force.min()), float(np.ptp(force))
+        # two knees below all readings span every line
+        knees = [start, start - span, *np.quantile(force, KNEES)]
+        found = [
+            derivative(ideal, rows, KNEE, KNEE.size, {axis: (axis,)}, {"knee": float(knee)})
+            for knee in knees
+        ]
+        straight += found[:2]
+        bent += found[2:]
+    return Bends(unit_columns(np.stack(straight, axis=1)), unit_columns(np.stack(bent, axis=1)))
+
+
+def against_bends(after: Problem, bends: Bends, signs: FloatArray) -> Unnamed:
+    """Judge the named curves by what knees of their own axes explain beside them.
+
+    Where rows are single observations the F test sees a bend that few blocks carry, which no signs
+    of theirs can show.
+
+    Parameters
+    ----------
+    after
+        The problem on the extended model.
+    bends
+        From `bends_of`.
+    signs
+        Sign patterns of the blocks.
+    """
+    held = after.holding(bends.straight)
+    left = left_beside(held, (bends.bent,), signs)
+    if has_single_rows(held):
+        grams, _ = whitened_grams(held.without_candidates, bends.bent)
+        single = explained_p(grams, grams.calibration, grams.features, held.residual.size)
+        left = Form(min(2.0 * min(left.p, single), 1.0), left.gain)
+    return Unnamed(left, rival=False, as_form=True)
