@@ -91,6 +91,20 @@ def drifting(
     return {**logs, leg: moved}
 
 
+def stepped(
+    logs: Mapping[str, list[Log]], leg: str, axis: int, share: float, step_n: float
+) -> dict[str, list[Log]]:
+    """The logs with a step of one axis from a share of a leg's rows on, by hand like `drifting`."""
+    start = int(share * sum(len(log) for log in logs[leg]))
+    moved = []
+    for log in logs[leg]:
+        readings = log.readings.copy()
+        readings[max(start, 0) :, axis] += step_n
+        moved.append(log.with_readings(readings))
+        start -= len(log)
+    return {**logs, leg: moved}
+
+
 def _shaken(rng: np.random.Generator, log: Log, family: str) -> Log:
     """A log with what does not repeat between its hangings, and the noise of a family."""
     run = log.block // HUNG.cycles

@@ -9,9 +9,13 @@ import pytest
 
 from footcal_cli.core.chain import Link
 from footcal_cli.core.diagnosis.answer import Verdict
+from footcal_cli.core.diagnosis.bridge import problem_from
 from footcal_cli.core.diagnosis.case import rows_of
 from footcal_cli.core.diagnosis.investigation import Investigation
+from footcal_cli.core.diagnosis.moments import at_its_moment
+from footcal_cli.core.diagnosis.signals import describe
 from footcal_cli.core.diagnosis.signatures import calibration_columns
+from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.effects import TABLE
 from tests.core.leg_cases import (
     FAMILIES,
@@ -21,6 +25,7 @@ from tests.core.leg_cases import (
     hung_logs,
     investigated,
     pose_case,
+    stepped,
 )
 
 NULLS = 200
@@ -108,6 +113,29 @@ def test_what_hanging_shows_is_found(effect: str) -> None:
 def test_an_offset_that_drifts_from_hanging_to_hanging_is_found() -> None:
     logs = drifting(hung_logs(21, *distorting("", "", {})), "fl", axis=2, rate_n_s=4e-4)
     checked(investigated(hang_case(logs)), "offset_drift", 4e-4)
+
+
+def test_a_step_is_found_at_its_row_between_the_times_that_are_tried() -> None:
+    """A few rows off, what is left of a step would look like another cause."""
+    logs = stepped(hung_logs(21, *distorting("", "", {})), "fl", axis=1, share=0.43, step_n=0.5)
+    case = hang_case(logs)
+    rows, effect = rows_of(case), TABLE["offset_change"]
+    problem = problem_from(case, rows, [effect], describe)
+    subject = Subject(case, rows, problem, {"offset_change": effect}, describe)
+    fl = next(log for log in case.logs if log.channels[0].startswith("fl"))
+    since = fl.time_s - fl.time_s[0]
+    true = int(0.43 * len(fl))
+    tried = [
+        s for s in problem.signatures
+        if s.parameter == "offset_change_fy" and s.owners[0][0] == "fl"
+    ]  # fmt: skip
+    nearest = min(tried, key=lambda s: abs(dict(s.shape)["change_time"] - since[true]))
+    assert abs(dict(nearest.shape)["change_time"] - since[true]) > 5 * np.median(np.diff(since))
+    found = dict(at_its_moment(subject, nearest, (), None).shape)["change_time"]
+    assert abs(found - since[true]) < 1.5 * np.median(np.diff(since))
+    # where nothing happened between two times, no row of noise moves the one that was tried
+    quiet = next(s for s in tried if dict(s.shape)["change_time"] > 1.5 * since[true])
+    assert at_its_moment(subject, quiet, (), None) is quiet
 
 
 @pytest.mark.slow

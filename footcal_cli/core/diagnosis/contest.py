@@ -12,6 +12,7 @@ from footcal_cli.core.diagnosis.answer import Cause, Diagnosis
 from footcal_cli.core.diagnosis.grams import calibration_grams
 from footcal_cli.core.diagnosis.kindred import Tried, kindred, left_of, outdone
 from footcal_cli.core.diagnosis.mixtures import LINEAR
+from footcal_cli.core.diagnosis.moments import at_its_moment, moved
 from footcal_cli.core.diagnosis.problem import Problem, Signature
 from footcal_cli.core.diagnosis.refit import Refit
 from footcal_cli.core.diagnosis.rules import Rules
@@ -102,7 +103,10 @@ def decided(
     worse -= never_told(
         chosen.signature.effect, {name: cos for name, (_, cos) in near.items()}, rules.same
     )
-    rivals = [*first.rivals, first.signature, *(other.cause.signature for other in tried)]
+    mine = best.cause.signature
+    late = moved(subject.table[mine.effect], mine, best.fitted)
+    known = _as_good(answer, gain) if late else first.rivals
+    rivals = [*known, first.signature, *(other.cause.signature for other in tried)]
     rivals += [s for s, _ in near.values()]
     by_effect = {s.effect: s for s in rivals if s.effect not in worse | taken}
     return replace(chosen, rivals=tuple(by_effect.values())), fitted
@@ -143,6 +147,19 @@ def decided_again(
             alone = subject.refitted(others, start)
             causes[i], model = decided(subject, others, alone, answer, seed)
     return causes, model
+
+
+def _as_good(answer: Diagnosis, gain: float) -> list[Signature]:
+    """Rivals that explain a good share of what the best one does, now that its moment is known."""
+    evidence = answer.search.first
+    total, causes = evidence.gain.sum(axis=0), answer.library.causes
+    return [
+        signature for signature in answer.causes[0].rivals
+        if any(
+            total[c] >= answer.rules.rival_share * gain
+            for c, (effect, *_) in enumerate(causes) if effect == signature.effect
+        )
+    ]  # fmt: skip
 
 
 def _refitted(
@@ -300,7 +317,7 @@ def _extended(
         start = {n: v for n, v in model.values.items() if n not in subject.case.values}
     newest = causes[-1]
     effect = subject.table[newest.signature.effect]
-    shapes = dict(newest.signature.shape)
+    shapes = dict(at_its_moment(subject, newest.signature, causes[:-1], model).shape)
     for owner, _ in newest.signature.owners:
         for parameter in effect.parameters:
             value = shapes.get(parameter.name, parameter.neutral)

@@ -9,10 +9,12 @@ import numpy as np
 
 from footcal_cli.core.diagnosis.linear import left_by, orthonormal
 from footcal_cli.core.diagnosis.problem import Problem, Signature
-from footcal_cli.core.effects.contract import OF_THE_LOGS, Effect, EffectParameter
+from footcal_cli.core.effects.contract import OF_THE_LOGS, Effect, EffectParameter, GridOf
 from footcal_cli.core.parameters import FloatArray
 
 _RCOND, _RANK = 1e-9, 1e-8
+_PLACED = (*OF_THE_LOGS, GridOf.SPAN)
+"""Grids of shapes that no step moves: the logs bring them, or a search beforehand finds them."""
 _SHAPE_SEEN = 0.2  # share of a shape's visible influence that no size can take over
 _AXIS_SEEN = 0.05  # visible fraction from which a component that was not named is fitted too
 _AXIS_TOLD = 2.0  # and sd of the noise by which its usual size must change the residual
@@ -45,7 +47,7 @@ def freed_of(effect: Effect, signature: Signature) -> list[Freed]:
     freed = []
     for owner, _ in signature.owners:
         for p in effect.parameters:
-            if p.unit not in ("channel", "block", "form") and p.grid_of not in OF_THE_LOGS:
+            if p.unit not in ("channel", "block", "form") and p.grid_of not in _PLACED:
                 step = 0.02 * p.prior_sd if not p.shape else 0.02 * abs(p.neutral)
                 named = p.name == signature.parameter
                 freed.append(Freed(f"{owner}.{p.name}", p, step, named))

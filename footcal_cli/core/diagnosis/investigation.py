@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -35,7 +35,7 @@ from footcal_cli.core.diagnosis.stated import stated_size
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.diagnosis.unnamed import Unnamed, against_curves, applies, curves_of
 from footcal_cli.core.diagnosis.whitening import noise_of
-from footcal_cli.core.effects.contract import Effect
+from footcal_cli.core.effects.contract import Effect, GridOf
 from footcal_cli.core.evidence import Interval, sign_patterns
 from footcal_cli.core.parameters import IntArray
 
@@ -52,12 +52,15 @@ class Found:
         Whose size that is: of several with one each, whose is surest not to be nothing.
     parameter_names, intervals
         Every fitted parameter of the effect with its 95 % interval.
+    placed
+        Shapes that were searched for, not fitted: the moment of a change.
     """
 
     cause: Cause
     owner: str
     parameter_names: tuple[str, ...]
     intervals: tuple[Interval, ...]
+    placed: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -248,6 +251,11 @@ def _found(subject: Subject, causes: Sequence[Cause], model: Refit | None) -> tu
                 surest,
                 tuple(model.names[i] for i in mine),
                 tuple(model.intervals[i] for i in mine),
+                {
+                    p.name: model.values[f"{owners[0]}.{p.name}"]
+                    for p in effect.shapes
+                    if p.grid_of is GridOf.SPAN
+                },
             )
         )
     return tuple(found)

@@ -84,7 +84,7 @@ def _cause_record(found: Investigation, item: Found) -> CauseRecord:
         name.rsplit(".", 1)[1]: interval.value
         for name, interval in zip(item.parameter_names, item.intervals, strict=True)
         if not name.endswith(f".{signature.parameter}")
-    }
+    } | dict(item.placed)
     return CauseRecord(
         effect=signature.effect,
         where=signature.where,

@@ -101,6 +101,10 @@ def shape_words(item: Found) -> str:
         for name, interval in zip(item.parameter_names, item.intervals, strict=True)
         if name.rsplit(".", 1)[1] in shapes
     ]
+    parts += [
+        f"{_size_name(name, effect.name)}{number(value)} {units[name]}"
+        for name, value in item.placed.items()
+    ]
     return ", ".join(parts[:2])
 
 

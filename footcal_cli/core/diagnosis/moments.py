@@ -1,0 +1,96 @@
+"""When a change happened: between the times that are tried, the one that explains most.
+
+The search tries a score of times. A change between two of them is found at the nearer one, and what
+lies between that and the truth is left over at its full size, as if something else were missing.
+No derivative tells of it: a moment later changes no row until it passes one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy import stats
+
+from footcal_cli.core.diagnosis.answer import Cause
+from footcal_cli.core.diagnosis.case import balanced
+from footcal_cli.core.diagnosis.curves import explained
+from footcal_cli.core.diagnosis.grams import whitened_grams
+from footcal_cli.core.diagnosis.problem import Signature
+from footcal_cli.core.diagnosis.refit import Refit
+from footcal_cli.core.diagnosis.signatures import derivative
+from footcal_cli.core.diagnosis.subject import Subject
+from footcal_cli.core.diagnosis.whitening import noise_of
+from footcal_cli.core.effects.contract import Effect, GridOf
+from footcal_cli.core.log import Log
+from footcal_cli.core.parameters import FloatArray
+
+_MOST_TIMES = 200
+_RARE = 0.01
+
+
+def at_its_moment(
+    subject: Subject, signature: Signature, others: Sequence[Cause], model: Refit | None
+) -> Signature:
+    """A signature at the moment that explains most; one without a moment as it is.
+
+    Parameters
+    ----------
+    subject
+        What is diagnosed.
+    signature
+        At one of the times tried.
+    others, model
+        All other causes, and the model with them; None without any.
+    """
+    effect = subject.table[signature.effect]
+    moment = _moment_of(effect)
+    if moment is None:
+        return signature
+    found = dict(signature.shape)[moment]
+    known = [dict(s.shape)[moment] for s in subject.problem.signatures if s.effect == effect.name]
+    times = _between_neighbours(max(subject.case.logs, key=len), np.unique([found, *known]), found)
+    left = subject.problem if model is None else subject.bare(model, others)
+    ideal = balanced(subject.case, subject.case.values) if model is None else model.ideal
+    size = next(p for p in effect.sizes if p.name == signature.parameter)
+    columns = [
+        derivative(
+            ideal, subject.rows, effect, size, dict(signature.owners),
+            {**dict(signature.shape), moment: float(time)},
+        )
+        for time in times
+    ]  # fmt: skip
+    grams, _ = whitened_grams(left.without_candidates, np.stack(columns, axis=1), noise_of(left))
+    taken = [explained(grams, grams.calibration, one)[0] for one in grams.features[:, None]]
+    best = int(np.argmax(taken))
+    # of so many rows one explains that much more of noise alone
+    if taken[best] - taken[0] <= float(stats.chi2.isf(_RARE / times.size, 1)):
+        return signature
+    shape = {**dict(signature.shape), moment: float(times[best])}
+    return replace(signature, shape=tuple(shape.items()))
+
+
+def moved(effect: Effect, signature: Signature, model: Refit) -> bool:
+    """Whether a refit stands at another moment than the one that the search tried."""
+    moment = _moment_of(effect)
+    owners, tried = signature.owners, dict(signature.shape)
+    return moment is not None and any(
+        model.values[f"{owner}.{moment}"] != tried[moment] for owner, _ in owners
+    )
+
+
+def _moment_of(effect: Effect) -> str | None:
+    return next((p.name for p in effect.shapes if p.grid_of is GridOf.SPAN), None)
+
+
+def _between_neighbours(log: Log, known: FloatArray, found: float) -> FloatArray:
+    """The time found, then every row from the time tried before to the one after, s.
+
+    In slow noise little but the edge itself is told from what drifts: a few rows off show nothing.
+    """
+    since = log.time_s - log.time_s[0]
+    at = int(np.searchsorted(known, found))
+    low, high = known[max(at - 1, 0)], known[min(at + 1, known.size - 1)]
+    rows = np.flatnonzero((since >= low) & (since <= high))
+    return np.append(found, since[rows[:: max(rows.size // _MOST_TIMES, 1)]])
