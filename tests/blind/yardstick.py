@@ -139,7 +139,9 @@ def size_for(
         if below[0] > 0 and np.isfinite(above[0]):
             # a straight line in logarithms, every third time the middle
             ends, values = np.log([below[0], above[0]]), np.log([below[1], above[1]])
-            share = 0.5 if step % 3 == 2 else (np.log(rho) - values[0]) / np.ptp(values)
+            # a size that is rounded off may leave as much as the next one
+            flat = step % 3 == 2 or values[0] == values[1]
+            share = 0.5 if flat else (np.log(rho) - values[0]) / np.ptp(values)
             size = float(np.exp(ends[0] + np.clip(share, 0.05, 0.95) * np.ptp(ends)))
         else:
             size *= float(np.clip(rho / found, 0.1, 10.0))
