@@ -46,3 +46,20 @@ def test_what_a_cell_hears_of_a_plane_is_stated_in_the_forms_that_data_leave_ope
     # twice as large, it is told from the other form; the two thirds hold to a tenth, as the cells
     # are 2 mm off a rectangle
     assert (min(abs(low), abs(high)) < 2.0 / 3.0 * abs(true) * 1.1) == (rho < 1.0)
+
+
+def test_which_neighbour_a_cell_hears_is_told_in_a_walk(tmp_path: Path) -> None:
+    """By the linear proxy the mean of all others does as well; refitted in full, it leaves a rest.
+
+    The ledger's size is that of the neighbour, of which the mean of three holds another share.
+    """
+    truth = make_trial(Cell("single", "walk", ("crosstalk/neighbour",), 1.0), 8, tmp_path / "t")
+    ask(tmp_path / "t", "walk")
+    said = Verdict.read(diagnosed(tmp_path / "t", tmp_path / "run"))
+    assert said.verdict == "named"
+    assert said.sizes is not None
+    assert set(said.sizes) == {"crosstalk"}
+    size, low, high = said.sizes["crosstalk"]
+    true = float(truth["effects"][0]["size"])
+    # one draw: a 95 % interval misses one in twenty, 1.5 times it one in three hundred
+    assert abs(size - true) < 1.5 * (high - low) / 2.0

@@ -17,6 +17,7 @@ from footcal_cli.core.diagnosis.problem import Problem, Signature
 from footcal_cli.core.diagnosis.refit import Refit
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.scores import held_out_loss
+from footcal_cli.core.diagnosis.shapes import shapes_of
 from footcal_cli.core.diagnosis.signatures import SWITCHES, own_place
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.diagnosis.unnamed import CURVES
@@ -83,16 +84,19 @@ def decided(
     chosen, fitted, loss = _where(subject, causes, model, best, noise, signs, rules)
     blank = subject.problem if model is None else subject.bare(model, causes)
     gain = max(float((_white_loss(blank, noise) - loss).sum()), 0.0)
-    worse = set()
+    worse: set[str] = set()
+    stands: set[str] = set()
     for other in tried:
         name = other.cause.signature.effect
         both = {name, best.cause.signature.effect}
         level = rules.alpha_curve if both <= CURVES else rules.alpha_left
-        if other is not best and (
+        out = other is not best and (
             _worse(subject.table, other, best, loss, gain, signs, rules, level)
             or outdone(subject, other, best, family, noise, signs, rules, level)
-        ):
-            worse.add(name)
+        )
+        (worse if out else stands).add(name)
+    # a rival of several forms is out where all of them are
+    worse -= stands
     if chosen.signature.effect in KNEES or any(
         t.cause.signature.effect in KNEES - worse for t in tried
     ):
@@ -176,12 +180,29 @@ def _refitted(
     for signature, size in _contenders(answer, subject.table):
         if signature.effect in taken:
             continue
-        cause = replace(first, signature=signature, size=size, rivals=(), places=first.places)
-        if signature.effect != first.signature.effect:
-            cause = replace(cause, places=())
-        fitted = _extended(subject, [*causes, cause], model)
-        fits.append((cause, fitted, subject.bare(fitted, [*causes, cause])))
+        places = first.places if signature.effect == first.signature.effect else ()
+        cause = replace(first, signature=signature, size=size, rivals=(), places=places)
+        for one in (cause, *_in_other_forms(subject, cause)):
+            fitted = _extended(subject, [*causes, one], model)
+            fits.append((one, fitted, subject.bare(fitted, [*causes, one])))
     return fits
+
+
+def _in_other_forms(subject: Subject, cause: Cause) -> list[Cause]:
+    """The cause with each other cell that its cells may hear: no step leads from one to the next.
+
+    Cells of a foot share every load nearly in a plane, so that the search counts the mean of all
+    others and a neighbour of the other sign as one.
+    """
+    effect, mine = subject.table[cause.signature.effect], cause.signature.shape
+    if effect.name in SWITCHES or [p.unit for p in effect.shapes] != ["channel"]:
+        return []
+    shapes = [tuple(shape.items()) for shape in shapes_of(subject.case, effect)]
+    nothing = Interval(0.0, 0.0, 0.0)
+    return [
+        replace(cause, signature=replace(cause.signature, shape=shape), size=nothing)
+        for shape in shapes if shape != mine
+    ]  # fmt: skip
 
 
 def _family(subject: Subject, first: Cause, contenders: Sequence[Cause]) -> list[Signature]:
