@@ -73,30 +73,31 @@ def decided(
     noise = min((noise_of(fair) for fair in judged), key=lambda n: n.level)
     signs = sign_patterns(subject.problem.blocks, seed)
     family = _family(subject, first, [cause for cause, _, _ in fits])
-    tried = [
-        Tried(
-            cause, fitted, _white_loss(fair, noise), bare,
-            *left_of(bare, subject.beside(fitted, family), noise, signs),
-        )
-        for (cause, fitted, bare), fair in zip(fits, judged, strict=True)
-    ]  # fmt: skip
+
+    def judge(cause: Cause, fitted: Refit, bare: Problem, fair: Problem) -> Tried:
+        left = left_of(bare, subject.beside(fitted, family), noise, signs)
+        return Tried(cause, fitted, _white_loss(fair, noise), bare, *left)
+
+    tried = [judge(*fit, fair) for fit, fair in zip(fits, judged, strict=True)]
     best = _best(subject.table, tried, rules)
+    for form in _in_other_forms(subject, best.cause):
+        fitted = _extended(subject, [*causes, form], model)
+        bare = subject.bare(fitted, [*causes, form])
+        other = judge(form, fitted, bare, subject.without_credit(bare, fitted))
+        best = min(best, other, key=lambda t: float(t.loss.sum()))
     chosen, fitted, loss = _where(subject, causes, model, best, noise, signs, rules)
     blank = subject.problem if model is None else subject.bare(model, causes)
     gain = max(float((_white_loss(blank, noise) - loss).sum()), 0.0)
-    worse: set[str] = set()
-    stands: set[str] = set()
+    worse = set()
     for other in tried:
         name = other.cause.signature.effect
         both = {name, best.cause.signature.effect}
         level = rules.alpha_curve if both <= CURVES else rules.alpha_left
-        out = other is not best and (
+        if name != best.cause.signature.effect and (
             _worse(subject.table, other, best, loss, gain, signs, rules, level)
             or outdone(subject, other, best, family, noise, signs, rules, level)
-        )
-        (worse if out else stands).add(name)
-    # a rival of several forms is out where all of them are
-    worse -= stands
+        ):
+            worse.add(name)
     if chosen.signature.effect in KNEES or any(
         t.cause.signature.effect in KNEES - worse for t in tried
     ):
@@ -182,9 +183,8 @@ def _refitted(
             continue
         places = first.places if signature.effect == first.signature.effect else ()
         cause = replace(first, signature=signature, size=size, rivals=(), places=places)
-        for one in (cause, *_in_other_forms(subject, cause)):
-            fitted = _extended(subject, [*causes, one], model)
-            fits.append((one, fitted, subject.bare(fitted, [*causes, one])))
+        fitted = _extended(subject, [*causes, cause], model)
+        fits.append((cause, fitted, subject.bare(fitted, [*causes, cause])))
     return fits
 
 
@@ -192,7 +192,8 @@ def _in_other_forms(subject: Subject, cause: Cause) -> list[Cause]:
     """The cause with each other cell that its cells may hear: no step leads from one to the next.
 
     Cells of a foot share every load nearly in a plane, so that the search counts the mean of all
-    others and a neighbour of the other sign as one.
+    others and a neighbour of the other sign as one. Only the best cause has a choice of them: among
+    so many forms a rival would find one that fits.
     """
     effect, mine = subject.table[cause.signature.effect], cause.signature.shape
     if effect.name in SWITCHES or [p.unit for p in effect.shapes] != ["channel"]:
