@@ -108,8 +108,8 @@ def test_once_the_robot_is_weighed_no_rival_finds_its_noise_again(tmp_path: Path
     first = diagnosed(tmp_path / "a", tmp_path / "first")
     rivals = {s["effect"] for s in first["suspects"]}
     assert {"robot_weight", "leg_weight"} <= rivals
-    weighed = {**first, "next_experiment": {"id": "weigh_robot", "kind": "pose", "repeats": 1,
-                                            "without": ["robot_weight"]}}  # fmt: skip
+    proposal = {"id": "weigh_robot", "kind": "pose", "repeats": 1, "without": ["robot_weight"]}
+    weighed = {**first, "next_experiment": {**first["next_experiment"], **proposal}}
     ask(make_followup(truth, weighed, 5, tmp_path / "b"), "pose")
     second = diagnosed(tmp_path / "b", tmp_path / "second")
     says = {f["effect"]: f["says"] for f in second["after"]}
