@@ -45,8 +45,7 @@ def tried(effect: str, loss: float, p: float) -> Tried:
 
 
 def out(other: Tried, best: Tried, gain: float) -> bool:
-    rules = Rules()
-    return _worse(TABLE, other, best, best.loss, gain, SIGNS, rules, rules.alpha_left)
+    return _worse(TABLE, other, best, best.loss, gain, SIGNS, Rules())
 
 
 def test_a_look_alike_is_out_where_it_leaves_something_and_the_best_does_not() -> None:

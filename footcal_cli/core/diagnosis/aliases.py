@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from footcal_cli.core.diagnosis.library import Library
+from footcal_cli.core.diagnosis.linear import scaled_inverse
 from footcal_cli.core.diagnosis.problem import Signature
 from footcal_cli.core.parameters import FloatArray, IntArray
 
@@ -110,6 +111,4 @@ def _groups(lib: Library) -> dict[tuple[object, ...], IntArray]:
 
 def _solved(square: FloatArray, target: FloatArray) -> FloatArray:
     """Least squares of scaled columns; an axis that hardly shows is not used."""
-    scale = np.sqrt(np.clip(np.diag(square), 1e-300, None))
-    inverse = np.linalg.pinv(square / np.outer(scale, scale), rcond=1e-6, hermitian=True)
-    return np.asarray((inverse @ (target / scale)) / scale)
+    return np.asarray(scaled_inverse(square, 1e-6) @ target)

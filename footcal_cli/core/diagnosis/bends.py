@@ -21,8 +21,14 @@ from footcal_cli.core.diagnosis.form import Form
 from footcal_cli.core.diagnosis.grams import whitened_grams
 from footcal_cli.core.diagnosis.linear import unit_columns
 from footcal_cli.core.diagnosis.problem import Problem
-from footcal_cli.core.diagnosis.signatures import derivative
-from footcal_cli.core.diagnosis.unnamed import CURVES, KNEE, KNEES, Unnamed, left_beside
+from footcal_cli.core.diagnosis.unnamed import (
+    CURVES,
+    KNEES,
+    Unnamed,
+    knees_at,
+    left_beside,
+    loads_of,
+)
 from footcal_cli.core.diagnosis.whitening import has_single_rows
 from footcal_cli.core.effects.contract import is_six_axis
 from footcal_cli.core.parameters import FloatArray
@@ -65,20 +71,13 @@ def bends_of(ideal: Case, rows: Rows, axes: Sequence[str]) -> Bends:
     axes
         From `bent_axes`.
     """
-    truths = [ideal.chain.remove(log, ideal.values)[0] for log in ideal.logs]
     straight, bent = [], []
-    for axis in axes:
+    for axis, force in loads_of(ideal, axes).items():
         # forces of a transducer have both signs, so that its knees stand among all readings
-        force = np.concatenate(
-            [t.readings[:, t.channels.index(axis)] for t in truths if axis in t.channels]
-        )
         start, span = float(force.min()), float(np.ptp(force))
         # two knees below all readings span every line
         knees = [start, start - span, *np.quantile(force, KNEES)]
-        found = [
-            derivative(ideal, rows, KNEE, KNEE.size, {axis: (axis,)}, {"knee": float(knee)})
-            for knee in knees
-        ]
+        found = knees_at(ideal, rows, axis, knees)
         straight += found[:2]
         bent += found[2:]
     return Bends(unit_columns(np.stack(straight, axis=1)), unit_columns(np.stack(bent, axis=1)))

@@ -10,7 +10,7 @@ import numpy as np
 from footcal_cli.core.diagnosis.aliases import aliases
 from footcal_cli.core.diagnosis.answer import Cause, Diagnosis
 from footcal_cli.core.diagnosis.grams import calibration_grams
-from footcal_cli.core.diagnosis.kindred import Tried, kindred, left_of, outdone
+from footcal_cli.core.diagnosis.kindred import Tried, kindred, left_of, level_of, outdone
 from footcal_cli.core.diagnosis.mixtures import LINEAR
 from footcal_cli.core.diagnosis.moments import at_its_moment, moved
 from footcal_cli.core.diagnosis.problem import Problem, Signature
@@ -20,7 +20,6 @@ from footcal_cli.core.diagnosis.scores import held_out_loss
 from footcal_cli.core.diagnosis.shapes import shapes_of
 from footcal_cli.core.diagnosis.signatures import SWITCHES, own_place
 from footcal_cli.core.diagnosis.subject import Subject
-from footcal_cli.core.diagnosis.unnamed import CURVES
 from footcal_cli.core.diagnosis.whitening import Noise, noise_of
 from footcal_cli.core.effects.contract import Effect
 from footcal_cli.core.evidence import (
@@ -81,23 +80,22 @@ def decided(
     tried = [judge(*fit, fair) for fit, fair in zip(fits, judged, strict=True)]
     best = _best(subject.table, tried, rules)
     for form in _in_other_forms(subject, best.cause):
-        fitted = _extended(subject, [*causes, form], model)
-        bare = subject.bare(fitted, [*causes, form])
-        other = judge(form, fitted, bare, subject.without_credit(bare, fitted))
+        _, fitted, bare = fit = _fit(subject, causes, model, form)
+        other = judge(*fit, subject.without_credit(bare, fitted))
         best = min(best, other, key=lambda t: float(t.loss.sum()))
     chosen, fitted, loss = _where(subject, causes, model, best, noise, signs, rules)
     blank = subject.problem if model is None else subject.bare(model, causes)
     gain = max(float((_white_loss(blank, noise) - loss).sum()), 0.0)
-    worse = set()
-    for other in tried:
-        name = other.cause.signature.effect
-        both = {name, best.cause.signature.effect}
-        level = rules.alpha_curve if both <= CURVES else rules.alpha_left
-        if name != best.cause.signature.effect and (
-            _worse(subject.table, other, best, loss, gain, signs, rules, level)
-            or outdone(subject, other, best, family, noise, signs, rules, level)
-        ):
-            worse.add(name)
+    mine = best.cause.signature
+    worse = {
+        other.cause.signature.effect
+        for other in tried
+        if other.cause.signature.effect != mine.effect
+        and (
+            _worse(subject.table, other, best, loss, gain, signs, rules)
+            or outdone(subject, other, best, family, noise, signs, rules)
+        )
+    }
     if chosen.signature.effect in KNEES or any(
         t.cause.signature.effect in KNEES - worse for t in tried
     ):
@@ -108,7 +106,6 @@ def decided(
     worse -= never_told(
         chosen.signature.effect, {name: cos for name, (_, cos) in near.items()}, rules.same
     )
-    mine = best.cause.signature
     late = moved(subject.table[mine.effect], mine, best.fitted)
     known = _as_good(answer, gain) if late else first.rivals
     rivals = [*known, first.signature, *(other.cause.signature for other in tried)]
@@ -183,9 +180,16 @@ def _refitted(
             continue
         places = first.places if signature.effect == first.signature.effect else ()
         cause = replace(first, signature=signature, size=size, rivals=(), places=places)
-        fitted = _extended(subject, [*causes, cause], model)
-        fits.append((cause, fitted, subject.bare(fitted, [*causes, cause])))
+        fits.append(_fit(subject, causes, model, cause))
     return fits
+
+
+def _fit(
+    subject: Subject, causes: Sequence[Cause], model: Refit | None, cause: Cause
+) -> tuple[Cause, Refit, Problem]:
+    """A contender with its refit beside all other causes and the problem that it leaves."""
+    fitted = _extended(subject, [*causes, cause], model)
+    return cause, fitted, subject.bare(fitted, [*causes, cause])
 
 
 def _in_other_forms(subject: Subject, cause: Cause) -> list[Cause]:
@@ -235,7 +239,6 @@ def _worse(
     gain: float,
     signs: FloatArray,
     rules: Rules,
-    level: float,
 ) -> bool:
     """Whether a contender is out.
 
@@ -247,7 +250,7 @@ def _worse(
     significant = bool(sign_flip_mean(other.loss - loss, signs) < rules.alpha_rival)
     if not kindred(table, best.cause, other.cause):
         return significant
-    if best.p >= rules.alpha_whole and other.p < level:
+    if best.p >= rules.alpha_whole and other.p < level_of(best.cause, other.cause, rules):
         return True
     return significant and lost >= rules.kindred_loss * gain
 

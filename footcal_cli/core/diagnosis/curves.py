@@ -66,9 +66,8 @@ def strongest_curve(grams: Grams, features: Features, base: IntArray, rows: int)
         mine = np.flatnonzero(features.group[features.curved] == g)
         taken, k = _taken(left[np.ix_(mine, mine)], left[mine, -1], whole[mine])
         if k and freedom > 2 * k and taken < error:
-            f = (taken / k) / ((error - taken) / (freedom - k))
             share = (taken - k * (error - taken) / (freedom - k)) / error
-            found.append((float(stats.f.sf(f, k, freedom - k)), name, share))
+            found.append((_f_p(taken, k, error, freedom), name, share))
     if not found:
         return Curve()
     p, name, share = min(found)
@@ -91,8 +90,13 @@ def explained_p(grams: Grams, base: IntArray, columns: IntArray, rows: int) -> f
     if not k or freedom <= 2 * k:
         return 1.0
     # columns that take all there is leave nothing to chance
-    scatter = max(error - taken, 0.0) / (freedom - k)
-    return float(stats.f.sf(taken / k / scatter, k, freedom - k)) if scatter > 0 else 0.0
+    return _f_p(taken, k, error, freedom) if taken < error else 0.0
+
+
+def _f_p(taken: float, k: int, error: float, freedom: int) -> float:
+    """The p that k of so many free directions take so much of the squared error by chance."""
+    scatter = (error - taken) / (freedom - k)
+    return float(stats.f.sf(taken / k / scatter, k, freedom - k))
 
 
 def _left(total: FloatArray, base: IntArray, columns: IntArray) -> FloatArray:

@@ -16,6 +16,7 @@ from footcal_cli.core.diagnosis.refit import Refit
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.scores import scores
 from footcal_cli.core.diagnosis.subject import Subject
+from footcal_cli.core.diagnosis.unnamed import CURVES
 from footcal_cli.core.diagnosis.weighing import single_rows_p
 from footcal_cli.core.diagnosis.whitening import Noise, has_single_rows
 from footcal_cli.core.effects.contract import Effect
@@ -94,6 +95,12 @@ def kindred(table: Mapping[str, Effect], one: Cause, other: Cause) -> bool:
     return b.name in a.mimics or a.name in b.mimics
 
 
+def level_of(one: Cause, other: Cause, rules: Rules) -> float:
+    """Level at which one of two look-alikes is out: curves have their own."""
+    curves = {one.signature.effect, other.signature.effect} <= CURVES
+    return rules.alpha_curve if curves else rules.alpha_left
+
+
 def outdone(
     subject: Subject,
     other: Tried,
@@ -102,7 +109,6 @@ def outdone(
     noise: Noise,
     signs: FloatArray,
     rules: Rules,
-    level: float,
 ) -> bool:
     """Whether a contender like the best is out, since the best still adds something beside it.
 
@@ -130,7 +136,7 @@ def outdone(
         single = single_rows_p(bare, found, grams.calibration.size)[0]
         p = min(2.0 * min(p, float(single)), 1.0)
     added = float(found.score[:, 0].sum() ** 2 / found.information[:, 0].sum())
-    return p < level and best.misfit < rules.misfit_share * added
+    return p < level_of(best.cause, other.cause, rules) and best.misfit < rules.misfit_share * added
 
 
 def _as_fitted(tried: Tried) -> Signature:

@@ -111,14 +111,17 @@ def suspects_of(found: Investigation, table: Mapping[str, Effect]) -> tuple[Susp
     if number is None:
         return ()
     rivals = ambiguity(found, table)
-    first, *others = [_as_large(r, found.rounds[number], table) for r in rivals]
+    named, *others = rivals
+    answer = found.rounds[number]
     # what was named has sizes from its own refit, and what copies it follows from these: all its
     # axes fitted would fit the noise too, and find it again where the same log is diagnosed again
-    others = [
-        replace(other, values=dict(r.values), sd=first.sd) if r.copies else other
-        for other, r in zip(others, rivals[1:], strict=True)
-    ]
-    return replace(first, values=dict(rivals[0].values)), *others
+    first = replace(_as_large(named, answer, table), values=dict(named.values))
+    return first, *(
+        Suspect(r.signature.effect, dict(r.signature.owners), dict(r.values), first.sd)
+        if r.copies
+        else _as_large(r, answer, table)
+        for r in others
+    )
 
 
 def _as_large(rival: Contender, answer: Diagnosis, table: Mapping[str, Effect]) -> Suspect:

@@ -8,7 +8,7 @@ something beside them.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -134,25 +134,34 @@ def curves_of(ideal: Case, rows: Rows) -> Curves:
     rows
         Which errors count.
     """
-    truths = [ideal.chain.remove(log, ideal.values)[0] for log in ideal.logs]
     single = []
-    for channel in channels_of(ideal.logs):
-        load = np.concatenate(
-            [t.readings[:, t.channels.index(channel)] for t in truths if channel in t.channels]
-        )
+    for channel, load in loads_of(ideal, channels_of(ideal.logs)).items():
         carried = load[load > _CARRIES * np.nanmax(load)]
-        single.append(
-            [
-                derivative(
-                    ideal, rows, KNEE, KNEE.size, {channel: (channel,)}, {"knee": float(knee)}
-                )
-                for knee in (np.quantile(carried, KNEES) if carried.size else KNEES)
-            ]
-        )
+        knees = np.quantile(carried, KNEES) if carried.size else KNEES
+        single.append(knees_at(ideal, rows, channel, knees))
     cells = np.array(single)
     return Curves(
         unit_columns(cells.sum(axis=0).T), unit_columns(cells.reshape(-1, cells.shape[-1]).T)
     )
+
+
+def loads_of(ideal: Case, channels: Sequence[str]) -> dict[str, FloatArray]:
+    """What each channel carries in all recordings together, shape (n,) each."""
+    truths = [ideal.chain.remove(log, ideal.values)[0] for log in ideal.logs]
+    return {
+        channel: np.concatenate(
+            [t.readings[:, t.channels.index(channel)] for t in truths if channel in t.channels]
+        )
+        for channel in channels
+    }
+
+
+def knees_at(ideal: Case, rows: Rows, channel: str, knees: Iterable[float]) -> list[FloatArray]:
+    """What a knee of a channel adds to the residual at each of some loads, shape (m,) each."""
+    owners = {channel: (channel,)}
+    return [
+        derivative(ideal, rows, KNEE, KNEE.size, owners, {"knee": float(knee)}) for knee in knees
+    ]
 
 
 def applies(problem: Problem, case: Case, causes: Sequence[Cause]) -> bool:
