@@ -12,11 +12,12 @@ from footcal_cli.core.diagnosis.answer import Cause, Diagnosis
 from footcal_cli.core.diagnosis.grams import calibration_grams
 from footcal_cli.core.diagnosis.kindred import Tried, kindred, left_of, level_of, outdone
 from footcal_cli.core.diagnosis.mixtures import LINEAR
-from footcal_cli.core.diagnosis.moments import at_its_moment, moved
+from footcal_cli.core.diagnosis.moments import at_its_moment, has_moment, moved
 from footcal_cli.core.diagnosis.problem import Problem, Signature
 from footcal_cli.core.diagnosis.refit import Refit
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.scores import held_out_loss
+from footcal_cli.core.diagnosis.settings import Settings
 from footcal_cli.core.diagnosis.shapes import shapes_of
 from footcal_cli.core.diagnosis.signatures import SWITCHES, own_place
 from footcal_cli.core.diagnosis.subject import Subject
@@ -65,11 +66,11 @@ def decided(
     failed
         Effects that did not stand their refit: no contenders.
     """
-    first, rules = answer.causes[0], answer.rules
+    first, rules = answer.causes[0], _stricter(answer.rules, subject.problem.settings)
     fits = _refitted(subject, causes, model, answer, failed)
-    # in noise of their own all models would fit alike: judged in that of the one that leaves least
+    # in noise of their own all models would fit alike: judged in that of the likeliest
     judged = [subject.without_credit(bare, fitted) for _, fitted, bare in fits]
-    noise = min((noise_of(fair) for fair in judged), key=lambda n: n.level)
+    noise = _of_the_likeliest(judged)
     signs = sign_patterns(subject.problem.blocks, seed)
     family = _family(subject, first, [cause for cause, _, _ in fits])
 
@@ -112,6 +113,28 @@ def decided(
     rivals += [s for s, _ in near.values()]
     by_effect = {s.effect: s for s in rivals if s.effect not in worse | taken}
     return replace(chosen, rivals=tuple(by_effect.values())), fitted
+
+
+def _stricter(rules: Rules, settings: Settings | None) -> Rules:
+    """Rules for rivals: where a few hangings tell them apart, however many turns each has."""
+    if settings is None or settings.part is None:
+        return rules
+    return replace(rules, alpha_rival=rules.alpha_beside)
+
+
+def _of_the_likeliest(judged: Sequence[Problem]) -> Noise:
+    """Noise of the model with the largest likelihood in noise of its own.
+
+    Rows alone are scaled so that all models leave alike. What differs between hangings is taken at
+    the upper end of its uncertainty, so that there what a model leaves counts too.
+    """
+
+    def surprise(problem: Problem, noise: Noise) -> float:
+        left = float(_white_loss(problem, noise).sum()) if noise.settled else 0.0
+        return noise.level + 0.5 * left
+
+    laws = [noise_of(problem) for problem in judged]
+    return min(zip(judged, laws, strict=True), key=lambda pair: surprise(*pair))[1]
 
 
 def never_told(chosen: str, alike: Mapping[str, float], same: float) -> set[str]:
@@ -313,12 +336,17 @@ def _contenders(answer: Diagnosis, table: Mapping[str, Effect]) -> list[tuple[Si
     near = aliases(lib, first.signature, {first.signature.parameter: first.size.value})
     alike = {signature.effect for signature, _, cos in near if cos > rules.look_alike}
     found = {first.signature.effect: (first.signature, first.size)}
+    mimics = table[first.signature.effect].mimics
     for c in np.argsort(-gain, kind="stable"):
         signature = signatures[lib.index(int(evidence.best[c]))]
-        if len(found) == rules.most_contenders or gain[c] < rules.contender_share * gain[mine]:
+        if len(found) == rules.most_contenders:
             break
+        # off its moment a change predicts little of other blocks, however sure it is
+        placed = evidence.p[c] < rules.alpha_name and has_moment(table[signature.effect])
+        if gain[c] < rules.contender_share * gain[mine] and not placed:
+            continue
         possible = signature.lower <= evidence.size[c] <= signature.upper
-        like = signature.effect in alike or signature.effect in table[first.signature.effect].mimics
+        like = signature.effect in alike or signature.effect in mimics
         if signature.effect not in found and like and possible:
             size = jackknife_interval(float(evidence.size[c]), evidence.size_without[:, c])
             found[signature.effect] = (signature, size)

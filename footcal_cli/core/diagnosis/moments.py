@@ -80,6 +80,11 @@ def moved(effect: Effect, signature: Signature, model: Refit) -> bool:
     )
 
 
+def has_moment(effect: Effect) -> bool:
+    """Whether an effect begins at a time of its own."""
+    return _moment_of(effect) is not None
+
+
 def _moment_of(effect: Effect) -> str | None:
     return next((p.name for p in effect.shapes if p.grid_of is GridOf.SPAN), None)
 

@@ -60,7 +60,7 @@ class Excluded:
     reason: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Problem:
     """Everything the engine needs; ``residual = calibration @ dθ + columns @ β + noise``.
 

@@ -24,7 +24,8 @@ class Rules:
     alpha_unknown
         Level of saying that something without a name is left.
     alpha_rival
-        A gain counts, and a rival's loss is larger, if significant at this level.
+        A gain counts, and a rival's loss is larger, if significant at this level; a rival's in
+        hangings, a few of which tell causes apart, at `alpha_beside`.
     alpha_beside
         A rival is out if the best cause still adds something beside it at this level.
     alpha_form
@@ -117,8 +118,8 @@ class Rules:
         return (
             f"α = {self.alpha_name:g} family-wise for a name, {self.alpha_unknown:g} for "
             f"'unknown' (shared: {tests}); rivals: at least {self.rival_share:.0%} of the gain, "
-            f"loss difference p > {self.alpha_rival:g} and nothing to add beside it "
-            f"(p > {self.alpha_beside:g}); refitted in full: at most {self.most_contenders} with "
+            f"loss difference p > {self.alpha_rival:g} (hangings: {self.alpha_beside:g}) and "
+            f"nothing to add beside it (p > {self.alpha_beside:g}); refitted in full: at most {self.most_contenders} with "
             f"|cos| > {self.look_alike:g} and {self.contender_share:.0%} of the gain; of one kind "
             f"out if p < {self.alpha_left:g} (a curve: {self.alpha_curve:g}) that its refit leaves "
             f"nothing where the best one's is p > {self.alpha_whole:g}, if that one adds something "

@@ -30,6 +30,9 @@ _MOST_SUSPECTS = 3
 """Candidates that may be taken for effects while variances are estimated."""
 _RARE = 0.05
 """Probability with which the best of all candidates explains that much of noise."""
+_SHARES = (1.0, 0.05)
+"""Of the variances, at which the strongest candidate is suspected: one that made a variance large
+is hidden by it, and another stands out in its place."""
 _INSIDE = 1e-8
 """Share of a column's square that calibration leaves, below which it leaves none."""
 
@@ -145,13 +148,20 @@ def settled(problem: Problem, whiten: Whiten, kept: IntArray) -> Settled | None:
         )  # fmt: skip
         if not candidates.size or beside.size == most:
             return law
-        best, _ = _strongest(repeated(inside, free, groups, law.variance), beside, candidates)
-        more = np.append(beside, best)
-        less = variance_between(inside[:, more], free, left, groups, settings.kind)
-        _, z = _strongest(repeated(inside, free, groups, less), beside, np.array([best]))
+        suspects = {
+            _strongest(repeated(inside, free, groups, law.variance * part), beside, candidates)[0]
+            for part in _SHARES
+        }
+        tested = []
+        for suspect in sorted(suspects):
+            more = np.append(beside, suspect)
+            less = variance_between(inside[:, more], free, left, groups, settings.kind)
+            of_it = np.array([suspect])
+            tested.append(_strongest(repeated(inside, free, groups, less), beside, of_it))
+        best, z = max(tested, key=lambda one: one[1])
         if z <= float(stats.norm.isf(0.5 * _RARE / candidates.size)):
             return law
-        beside = more
+        beside = np.append(beside, best)
 
 
 def _within(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from scipy.linalg import solve_toeplitz
@@ -96,7 +97,16 @@ class Noise:
 
 
 def noise_of(problem: Problem) -> Noise:
-    """Estimate the noise from the residual."""
+    """Estimate the noise from the residual, once for each problem."""
+    if problem not in _KNOWN:
+        _KNOWN[problem] = _estimated(problem)
+    return _KNOWN[problem]
+
+
+_KNOWN: WeakKeyDictionary[Problem, Noise] = WeakKeyDictionary()
+
+
+def _estimated(problem: Problem) -> Noise:
     whitener, tau = fit_row_whitener(problem)
     if problem.tracking is None:
         return Noise(whitener, tau, settled=settled(problem, whitener, whitener.kept))
