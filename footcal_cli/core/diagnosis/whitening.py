@@ -133,7 +133,7 @@ def fit_row_whitener(problem: Problem) -> tuple[RowWhitener, float]:
         Integrated, in rows, of the residual after one common calibration.
     """
     outputs = len(problem.outputs)
-    if has_single_rows(problem):
+    if _has_few_rows(problem):
         return _whitener_of_single_rows(problem, outputs), 1.0
     inside = residual_within_blocks(problem)
     age = _age(problem.sequence)
@@ -165,7 +165,12 @@ def has_single_rows(problem: Problem) -> bool:
 
     Such are stances; where they are repeated in settings, these tell what repeats.
     """
-    if problem.rate_hz > 0 or problem.settings is not None:
+    return problem.settings is None and _has_few_rows(problem)
+
+
+def _has_few_rows(problem: Problem) -> bool:
+    """Whether no block has rows enough for a calibration of its own, and they are no series."""
+    if problem.rate_hz > 0:
         return False
     most = int(np.bincount(problem.block).max(initial=0))
     return bool(most <= 2 * (problem.calibration.shape[1] + len(problem.outputs)))
