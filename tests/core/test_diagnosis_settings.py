@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
+from footcal_cli.core.diagnosis.problem import Problem, Signature
 from footcal_cli.core.diagnosis.settings import (
     Parts,
     Settings,
@@ -13,7 +16,9 @@ from footcal_cli.core.diagnosis.settings import (
     variance_between,
     within_settings,
 )
+from footcal_cli.core.diagnosis.settled import settled
 from footcal_cli.core.diagnosis.shapes import times_of
+from footcal_cli.core.diagnosis.whitening import fit_row_whitener
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray, IntArray
 
@@ -114,3 +119,76 @@ def test_a_step_is_looked_for_in_pauses_and_between() -> None:
     log = Log("hang", ("fl.fx",), time_s, np.zeros((rows, 1)), {}, np.zeros(rows, dtype=np.int64))
     times = times_of(log, (0.25, 0.499, 0.75))
     np.testing.assert_allclose(times, [50.0, 160.0, 210.0])
+
+
+OUTPUTS = 3
+
+
+def hung(seed: int, size: float) -> Problem:
+    """Eight hangings of two legs, four each; a gain of one axis of one leg may be hidden.
+
+    Loads stand still within a hanging, so that a gain is a contrast of four offsets. Every hanging
+    repeats an axis to a tenth of its noise only.
+    """
+    rng = np.random.default_rng([17, seed])
+    setting = np.repeat(np.arange(SETTINGS), TURNS * OUTPUTS)
+    output = np.tile(np.arange(OUTPUTS), SETTINGS * TURNS)
+    # each axis up in two hangings of a leg and down in two
+    signs = rng.permuted(np.tile([-1.0, 1.0], (OUTPUTS, 2, SETTINGS // 4)), axis=-1)
+    down = signs.reshape(OUTPUTS, SETTINGS).T + 0.3 * rng.normal(size=(SETTINGS, OUTPUTS))
+    load = down[setting, output]
+    axis = np.eye(OUTPUTS)[output]
+    leg = np.eye(2)[setting // (SETTINGS // 2)]
+    own = (leg[:, :, None] * axis[:, None, :]).reshape(setting.size, -1)
+    gains = own * load[:, None]
+    residual = rng.normal(size=setting.size) + size * gains[:, 0]
+    residual += (0.1 * rng.normal(size=(SETTINGS, OUTPUTS)))[setting, output]
+    loose = np.hstack([axis, axis * load[:, None]])
+    turn = setting * TURNS + np.tile(np.repeat(np.arange(TURNS), OUTPUTS), SETTINGS)
+    # what no hanging hides: of so many one stands out more than an effect that is
+    others = rng.normal(size=(SETTINGS * TURNS, 400))[turn] * axis[:, [1]]
+    columns = np.hstack([gains, others])
+    return Problem(
+        residual=residual,
+        calibration=own,
+        calibration_names=tuple(f"offset {i}" for i in range(own.shape[1])),
+        columns=columns,
+        signatures=(Signature("", "", "", ""),) * columns.shape[1],
+        block=turn,
+        output=output,
+        sequence=np.arange(setting.size),
+        outputs=("fx", "fy", "fz"),
+        units=("N",) * OUTPUTS,
+        noise=np.ones(setting.size),
+        tolerance=np.full(OUTPUTS, 0.1),
+        settings=Settings(setting, loose, np.repeat([0, 1], OUTPUTS)),
+    )
+
+
+def law_of(problem: Problem) -> FloatArray:
+    """Variances of offsets and gains between hangings, rows as they are."""
+    kept = np.arange(problem.residual.size)
+    law = settled(problem, lambda columns: columns, kept)
+    assert law is not None
+    return law.variance[[0, -1]]
+
+
+def test_an_effect_does_not_hide_behind_the_variance_that_it_makes() -> None:
+    """With a gain hidden, variances are what they are without it; not fitted, they are tenfold."""
+    clean, hidden, blind = [], [], []
+    for seed in range(12):
+        clean.append(law_of(hung(seed, 0.0)).max())
+        hidden.append(law_of(hung(seed, 2.0)).max())
+        blind.append(law_of(hung(seed, 2.0).without_candidates).max())
+    assert np.median(blind) > 10.0 * np.median(clean)
+    assert np.mean(np.array(hidden) < 0.2 * np.array(blind)) >= 0.9
+
+
+def test_few_rows_are_as_noisy_as_they_are_about_one_calibration() -> None:
+    """However far off the calibration stands: no placement has rows enough for one of its own."""
+    problem = hung(0, 0.0)
+    few = replace(problem, block=np.arange(problem.residual.size) // OUTPUTS)
+    far = replace(few, residual=few.residual + 50.0 * few.calibration.sum(axis=1))
+    near, off = fit_row_whitener(few)[0].sd, fit_row_whitener(far)[0].sd
+    np.testing.assert_allclose(off, near, rtol=1e-9)
+    np.testing.assert_allclose(near, 1.0, rtol=0.3)
