@@ -189,12 +189,43 @@ def sign_flip_group(scores: FloatArray, signs: FloatArray) -> float:
     return float(np.mean(statistic >= statistic[0] * (1.0 - _TIE)))
 
 
+@dataclass(frozen=True)
+class Pooled:
+    """Which candidates of a permutation test share one scatter per unit of information.
+
+    What a candidate's own effect adds to the scatter that it is judged by hides it: of six sessions
+    of one cell, no statistic exceeds √5. Permutations leave a scatter shared by several cells as
+    it is, so that the test keeps its level.
+
+    Parameters
+    ----------
+    group
+        Number of each candidate's group, shape (k,).
+    information
+        Variance that its sum would have in white noise, shape (k,).
+    """
+
+    group: IntArray
+    information: FloatArray
+
+    def squares(self, own: FloatArray) -> FloatArray:
+        """Squared norms by the median ratio of each group, from candidates' own ones, (k,)."""
+        ratio = np.divide(own, self.information, out=np.zeros_like(own), where=self.information > 0)
+        shared = np.zeros_like(own)
+        for number in np.unique(self.group):
+            mine = self.group == number
+            known = ratio[mine & (ratio > 0)]
+            shared[mine] = np.median(known) if known.size else 0.0
+        return np.where(ratio > 0, shared * self.information, 0.0)
+
+
 def permutation_max_t(
     responses: FloatArray,
     drivers: FloatArray,
     seed: int = 0,
     permutations: int = 1999,
     kind: IntArray | None = None,
+    pooled: Pooled | None = None,
 ) -> FamilyTest:
     """Family-wise permutation test of block-level responses against block-level drivers.
 
@@ -226,7 +257,8 @@ def permutation_max_t(
     # y permuted against d depends on the pair of blocks alone
     pair = np.einsum("bqk,cq->bck", drivers, responses)
     same = kind[:, None] == kind[None, :]
-    norm = np.sqrt(np.einsum("bck,bc->k", pair**2, same / same.sum(axis=1)))
+    square = np.einsum("bck,bc->k", pair**2, same / same.sum(axis=1))
+    norm = np.sqrt(square if pooled is None else pooled.squares(square))
     total = np.abs(pair[np.arange(blocks)[None, :], orders, :].sum(axis=1))
     t_all = np.divide(total, norm, out=np.zeros_like(total), where=norm > 0)
     null_max = t_all.max(axis=1)

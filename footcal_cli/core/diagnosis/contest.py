@@ -10,7 +10,16 @@ import numpy as np
 from footcal_cli.core.diagnosis.aliases import aliases
 from footcal_cli.core.diagnosis.answer import Cause, Diagnosis
 from footcal_cli.core.diagnosis.grams import calibration_grams
-from footcal_cli.core.diagnosis.kindred import Tried, kindred, left_of, level_of, outdone
+from footcal_cli.core.diagnosis.kindred import (
+    SMOOTH,
+    Tried,
+    kindred,
+    left_of,
+    level_of,
+    of_two_classes,
+    outdone,
+    share_of_form,
+)
 from footcal_cli.core.diagnosis.mixtures import LINEAR
 from footcal_cli.core.diagnosis.moments import at_its_moment, has_moment, moved
 from footcal_cli.core.diagnosis.problem import Problem, Signature
@@ -88,6 +97,14 @@ def decided(
     blank = subject.problem if model is None else subject.bare(model, causes)
     gain = max(float((_white_loss(blank, noise) - loss).sum()), 0.0)
     mine = best.cause.signature
+
+    def bends_as_well(other: Tried) -> bool:
+        if not of_two_classes(best.cause, other.cause):
+            return False
+        joined = _joined_by_its_class(subject, causes, other)
+        left = other.loss if joined is None else _white_loss(joined, noise)
+        return float((left - loss).sum()) < share_of_form(best, rules) * gain
+
     worse = {
         other.cause.signature.effect
         for other in tried
@@ -96,6 +113,7 @@ def decided(
             _worse(subject.table, other, best, loss, gain, signs, rules)
             or outdone(subject, other, best, family, noise, signs, rules)
         )
+        and not bends_as_well(other)
     }
     if chosen.signature.effect in KNEES or any(
         t.cause.signature.effect in KNEES - worse for t in tried
@@ -112,7 +130,19 @@ def decided(
     rivals = [*known, first.signature, *(other.cause.signature for other in tried)]
     rivals += [s for s, _ in near.values()]
     by_effect = {s.effect: s for s in rivals if s.effect not in worse | taken}
+    answers = {chosen.signature.effect: chosen.signature, **by_effect}
+    by_effect |= _other_knees(subject, answers, taken)
     return replace(chosen, rivals=tuple(by_effect.values())), fitted
+
+
+def _other_knees(
+    subject: Subject, answers: Mapping[str, Signature], taken: set[str]
+) -> dict[str, Signature]:
+    """The other knee where one is a possible answer, whether or not it came into the contest."""
+    places = {answers[name].where for name in KNEES & set(answers)}
+    wanted = KNEES - set(answers) - taken
+    others = (s for s in subject.problem.signatures if s.effect in wanted and s.where in places)
+    return {s.effect: s for s in others}
 
 
 def _stricter(rules: Rules, settings: Settings | None) -> Rules:
@@ -231,6 +261,24 @@ def _in_other_forms(subject: Subject, cause: Cause) -> list[Cause]:
         replace(cause, signature=replace(cause.signature, shape=shape), size=nothing)
         for shape in shapes if shape != mine
     ]  # fmt: skip
+
+
+def _joined_by_its_class(subject: Subject, causes: Sequence[Cause], other: Tried) -> Problem | None:
+    """What a smooth curve leaves together with the other one of its class in the same place."""
+    mine = other.cause.signature
+    partner = next(
+        (
+            s for s in subject.problem.signatures
+            if mine.effect in SMOOTH and s.effect in SMOOTH - {mine.effect}
+            and s.where == mine.where
+        ),
+        None,
+    )  # fmt: skip
+    if partner is None:
+        return None
+    beside = replace(other.cause, signature=partner, size=Interval(0.0, 0.0, 0.0), places=())
+    _, fitted, bare = _fit(subject, [*causes, other.cause], other.fitted, beside)
+    return subject.without_credit(bare, fitted)
 
 
 def _family(subject: Subject, first: Cause, contenders: Sequence[Cause]) -> list[Signature]:

@@ -285,7 +285,7 @@ def _rid_of(values: FloatArray, basis: FloatArray) -> FloatArray:
 
 def block_calibrations(
     grams: Grams, base: IntArray, columns: IntArray
-) -> tuple[FloatArray, FloatArray, IntArray]:
+) -> tuple[FloatArray, FloatArray, IntArray, FloatArray]:
     """What each block says about its own calibration, and what candidates would do to it.
 
     Returns
@@ -297,6 +297,8 @@ def block_calibrations(
         shape (B, q, k).
     kind
         Blocks of one number are of the same sensors and may change places, shape (B,).
+    information
+        Of each block on each candidate's size beside its calibration, in one unit, shape (B, k).
     """
     inner, rows, z = grams.inner, grams.rows, grams.wandering
     last = inner.shape[1] - 1
@@ -316,10 +318,10 @@ def block_calibrations(
     )
     own = rows[:, z[:, None], z[None, :]]
     ridge = _COEFFICIENT_RIDGE * np.eye(z.size)
-    drivers = np.linalg.solve(own + ridge, moved) * spread[None, :, None]
-    response = score / spread
     kind = _kinds(own)
-    return _centred(response, kind), _centred(drivers, kind), kind
+    moves = _centred(np.linalg.solve(own + ridge, moved), kind)
+    information = np.einsum("bqk,bqr,brk->bk", moves, own, moves)
+    return _centred(score / spread, kind), moves * spread[None, :, None], kind, information
 
 
 _COEFFICIENT_RIDGE = 1e-3
@@ -353,7 +355,7 @@ def _between_test(problem: Problem, grams: Grams, base: IntArray) -> tuple[float
     names = [n for n, v in problem.covariates.items() if np.ptp(v) > 0]
     if not names or grams.blocks < 4 or not grams.wandering.size:
         return 1.0, ""
-    response, _, kind = block_calibrations(grams, base, np.empty(0, dtype=np.int64))
+    response, _, kind, _ = block_calibrations(grams, base, np.empty(0, dtype=np.int64))
     q = response.shape[1]
     design = np.zeros((grams.blocks, q, q * len(names)))
     for d, name in enumerate(names):

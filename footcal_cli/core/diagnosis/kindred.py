@@ -101,6 +101,20 @@ def level_of(one: Cause, other: Cause, rules: Rules) -> float:
     return rules.alpha_curve if curves else rules.alpha_left
 
 
+def of_two_classes(one: Cause, other: Cause) -> bool:
+    """Whether both are curves, a smooth one and one with a knee."""
+    both = {one.signature.effect, other.signature.effect}
+    return both <= CURVES and len(both & SMOOTH) == 1
+
+
+def share_of_form(best: Tried, rules: Rules) -> float:
+    """Share of the gain that its form may cost a curve of the other class than the best one's.
+
+    Where the best one's form is wrong as well, the truth is neither.
+    """
+    return rules.wrong_form if best.p < rules.alpha_left else rules.other_form
+
+
 def outdone(
     subject: Subject,
     other: Tried,

@@ -38,6 +38,14 @@ class Rules:
         one that leaves nothing to these is the cell's.
     kindred_loss
         Share of the gain by which a rival of the same kind must do worse where none leaves nothing.
+    other_form
+        Share of the gain that a curve of the other class, smooth or with a knee, must do worse by:
+        no knee is sharp and no smooth curve a parabola, so a smooth one has both its terms here.
+        Nine even loads, scale and bias free: a sharp knee costs a parabola 6 % of its gain, a soft
+        one ``s w tanh(x/w)`` 2–4 %; a cubic polynomial costs a sharp knee 2–7 % and an exponential
+        below 0.4 %. Few loads tell less: with five a knee costs an exponential as little as 0.6 %.
+    wrong_form
+        The same where the best curve leaves something too (p < `alpha_left`).
     misfit_share
         Share of what the best one adds beside a rival of its kind (p < `alpha_left`) below which
         lies all that its kind could still explain beside the best one, where the rival is out.
@@ -91,6 +99,8 @@ class Rules:
     alpha_left: float = 0.002
     alpha_curve: float = 0.01
     kindred_loss: float = 0.15
+    other_form: float = 0.01
+    wrong_form: float = 0.3
     misfit_share: float = 0.5
     rival_share: float = 0.3
     look_alike: float = 0.6
@@ -125,7 +135,10 @@ class Rules:
             f"(a curve: {self.alpha_curve:g}) that its refit leaves "
             f"nothing where the best one's is p > {self.alpha_whole:g}, if that one adds something "
             f"beside it and could itself leave at most {self.misfit_share:.0%} of that, or if it "
-            f"loses {self.kindred_loss:.0%} of the gain; "
+            f"loses {self.kindred_loss:.0%} of the gain; a knee against a smooth curve, or a cubic "
+            f"polynomial against a knee, must lose {self.other_form:.0%} too "
+            f"({self.wrong_form:.0%} where the best one leaves something, "
+            f"p < {self.alpha_left:g}); "
             f"smallest gain {self.smallest_gain:.0%}, of a later cause {self.later_share:.0%} of "
             f"the gain before it; at most {self.most_effects} effects, the best "
             f"{self.most_tries} candidates tried for each; visible at least "

@@ -17,7 +17,7 @@ from footcal_cli.core.diagnosis.scores import (
     joint_sizes,
     scores,
 )
-from footcal_cli.core.diagnosis.weighing import Evidence, permuted, single_rows_p, weigh
+from footcal_cli.core.diagnosis.weighing import Evidence, between_blocks, single_rows_p, weigh
 from footcal_cli.core.diagnosis.whitening import has_single_rows
 from footcal_cli.core.evidence import sign_flip_max_t, sign_flip_mean
 from footcal_cli.core.parameters import FloatArray, IntArray
@@ -261,7 +261,7 @@ def _out_of_it(
     if found.inside[0]:
         return False
     if lib.between[lib.index(int(columns[0]))]:
-        p = float(permuted(lib.grams, beside, columns[:1], seed)[1][0])
+        p = float(between_blocks(lib, beside, columns[:1], seed)[1][0])
     else:
         p = float(sign_flip_max_t(found.score, signs).p[0])
         if has_single_rows(lib.problem):

@@ -8,13 +8,13 @@ import numpy as np
 from scipy import stats
 
 from footcal_cli.core.diagnosis.detection import block_calibrations
-from footcal_cli.core.diagnosis.grams import Grams
 from footcal_cli.core.diagnosis.library import Library
-from footcal_cli.core.diagnosis.problem import Problem
+from footcal_cli.core.diagnosis.problem import Problem, Signature
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.scores import Scores, held_out_gains, scores
 from footcal_cli.core.diagnosis.whitening import has_single_rows
 from footcal_cli.core.evidence import (
+    Pooled,
     effective_blocks,
     local_max_t,
     permutation_max_t,
@@ -75,7 +75,7 @@ def weigh(lib: Library, base: IntArray, signs: FloatArray, rules: Rules, seed: i
         single = _partial_p(lib, found, partial, t, informative, base.size)
         p[partial] = np.minimum(p[partial], split * single)
     if between.size and grams.blocks >= 4:
-        apart = permuted(grams, base, grams.candidates[between], seed)
+        apart = between_blocks(lib, base, grams.candidates[between], seed)
         t[between], p[between] = apart[0], np.minimum(split * apart[1], 1.0)
     if local.size:
         t[local], single = local_max_t(found.score[:, local], found.information[:, local])
@@ -96,6 +96,9 @@ def weigh(lib: Library, base: IntArray, signs: FloatArray, rules: Rules, seed: i
     )
 
 
+_NOTHING = 1e-9  # share of the most informative block, below which one says nothing
+_FEWEST_LEFT = 2
+_MANY = 16  # blocks from which permutations reach the level of any family
 _SOME = 0.7
 _FEWEST = 8.0
 _FEWEST_KNOWN = 4.0
@@ -166,10 +169,51 @@ def single_rows_p(problem: Problem, found: Scores, fitted: int) -> FloatArray:
     return np.asarray(2.0 * stats.t.sf(np.minimum(by_blocks, by_rows), freedom))
 
 
-def permuted(
-    grams: Grams, base: IntArray, columns: IntArray, seed: int
+def between_blocks(
+    lib: Library, base: IntArray, columns: IntArray, seed: int
 ) -> tuple[FloatArray, FloatArray]:
-    """Two-stage test of candidates that act between blocks."""
-    response, drivers, kind = block_calibrations(grams, base, columns)
-    test = permutation_max_t(response, drivers, seed, kind=kind)
-    return test.t, test.p
+    """Two-stage test of candidates that act between blocks: t and family-wise p, shapes (k,).
+
+    Blocks are permuted. A few sessions of one cell have too few orders to reach the level of a
+    family: there Student's t counts, with a scatter that all cells know.
+    """
+    response, drivers, kind, information = block_calibrations(lib.grams, base, columns)
+    forms = [_form(lib.problem.signatures[lib.index(int(c))]) for c in columns]
+    group = np.array([forms.index(form) for form in forms], dtype=np.int64)
+    pooled = Pooled(group, information.sum(axis=0))
+    test = permutation_max_t(response, drivers, seed, kind=kind, pooled=pooled)
+    score = np.einsum("bqk,bq->bk", drivers, response)
+    few = np.count_nonzero(information, axis=0) < _MANY
+    p = columns.size * _student_of_forms(score, information, kind, group)
+    return test.t, np.where(few, np.minimum(p, 1.0), test.p)
+
+
+def _student_of_forms(
+    score: FloatArray, information: FloatArray, kind: IntArray, group: IntArray
+) -> FloatArray:
+    """Single p of each candidate, scatter pooled over the cells that share its form, shape (k,).
+
+    ``u_b ~ N(β i_b, φ i_b)`` with score u and information i of block b; φ from what is left beside
+    each cell's own β: the median over the cells, and never less than the candidate's own.
+    """
+    known = information > _NOTHING * information.max(axis=0, initial=0.0)
+    total = np.maximum(np.sum(np.where(known, information, 0.0), axis=0), 1e-300)
+    size = np.sum(np.where(known, score, 0.0), axis=0) / total
+    shares = np.where(known, information, np.inf)
+    left = np.sum((score - size * information) ** 2 / shares, axis=0)
+    kinds = np.array([np.unique(kind[one]).size for one in known.T], dtype=np.int64)
+    freedom = known.sum(axis=0) - kinds - 1
+    p = np.ones(size.size)
+    for k in range(size.size):
+        alike = (group == group[k]) & (kinds == 1) & (freedom > 0)
+        if freedom[k] < _FEWEST_LEFT or not alike.any():
+            continue
+        df = int(freedom[alike].sum())
+        scatter = max(float(np.median(left[alike] / freedom[alike])), left[k] / freedom[k])
+        t = size[k] * np.sqrt(total[k] / max(scatter, 1e-300))
+        p[k] = 2.0 * float(stats.t.sf(abs(t), df))
+    return p
+
+
+def _form(signature: Signature) -> tuple[object, ...]:
+    return signature.effect, signature.parameter, signature.shape
