@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from footcal_cli.core.effects import TABLE
 from footcal_cli.core.effects.contract import Effect, State, Theta, is_neutral
 from footcal_cli.core.effects.contract import units_of as units_of
 from footcal_cli.core.log import Log
-from footcal_cli.core.parameters import Parameter, ParameterSet
+from footcal_cli.core.parameters import FloatArray, IntArray, Parameter, ParameterSet
 
 
 @dataclass(frozen=True)
@@ -65,6 +65,43 @@ def chain_of(links: Iterable[Link]) -> Chain:
     return Chain(tuple(ordered))
 
 
+class Seen:
+    """Columns of one log that an effect has been removed from, for finite differences.
+
+    These move one channel at a time, so that seven of eight columns are what they were.
+    """
+
+    def __init__(self) -> None:
+        self._last: dict[str, tuple[FloatArray, Theta, FloatArray]] = {}
+
+    def removed(self, effect: Effect, log: Log, theta: Theta) -> Log:
+        """`Effect.remove` of the columns that differ from the last ones; exact."""
+        last = self._last.get(effect.name)
+        if last is None or last[0].shape != log.readings.shape:
+            out = effect.remove(log, theta, None)[0].readings
+        else:
+            before, with_theta, out = last
+            other = np.any(log.readings != before, axis=0)
+            for name, values in theta.items():
+                other |= values != with_theta[name]
+            if other.any():
+                out = out.copy()
+                out[:, other] = _removed_from(effect, log, theta, np.flatnonzero(other))
+        self._last[effect.name] = (log.readings, theta, out)
+        return log.with_readings(out)
+
+
+def _removed_from(effect: Effect, log: Log, theta: Theta, columns: IntArray) -> FloatArray:
+    part = replace(
+        log,
+        channels=tuple(log.channels[c] for c in columns),
+        readings=np.ascontiguousarray(log.readings[:, columns]),
+        known={},
+    )
+    mine = {name: values[columns] for name, values in theta.items()}
+    return effect.remove(part, mine, None)[0].readings
+
+
 @dataclass(frozen=True)
 class Chain:
     """Links in the order in which the truth passes through them."""
@@ -111,6 +148,10 @@ class Chain:
         """Log to truth; pass the returned state on with the next chunk."""
         return self._run(log, values, state, forward=False)
 
+    def truth(self, log: Log, values: Mapping[str, float], seen: Seen) -> Log:
+        """As `remove` for a whole log, with what calls before it have left in `seen`."""
+        return self._run(log, values, None, forward=False, seen=seen)[0]
+
     def _run(
         self,
         log: Log,
@@ -118,6 +159,7 @@ class Chain:
         state: Mapping[int, State] | None,
         *,
         forward: bool,
+        seen: Seen | None = None,
     ) -> tuple[Log, dict[int, State]]:
         states: dict[int, State] = dict(state or {})
         order = range(len(self.links)) if forward else reversed(range(len(self.links)))
@@ -125,6 +167,9 @@ class Chain:
             item = self.links[i]
             theta = item.theta(values, units_of(item.effect.scope, log.channels))
             if is_neutral(item.effect, theta):
+                continue
+            if seen is not None and item.effect.by_column:
+                log = seen.removed(item.effect, log, theta)
                 continue
             transform = item.effect.apply if forward else item.effect.remove
             log, states[i] = transform(log, theta, states.get(i))

@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from footcal_cli.core.chain import Chain
+from footcal_cli.core.chain import Chain, Seen
 from footcal_cli.core.diagnosis.lines import Series
 from footcal_cli.core.diagnosis.tracking import Direction
 from footcal_cli.core.experiments.contract import Balance, Experiment
@@ -89,6 +89,11 @@ class Case:
         """The rows of each log that are judged."""
         return tuple(every(log, self.stride) for log in self.logs)
 
+    @cached_property
+    def seen(self) -> tuple[Seen, ...]:
+        """What derivatives of each log have computed before."""
+        return tuple(Seen() for _ in self.logs)
+
     def extended(self, chain: Chain, values: Mapping[str, float]) -> Case:
         """The same recordings with another model."""
         return replace(self, chain=chain, values=dict(values))
@@ -146,12 +151,20 @@ def residual(
         if case.stride > 1 and not _remembers(used, log, values):
             judged, _ = used.remove(case.judged[i], values)
         else:
-            judged = every(used.remove(log, values)[0], case.stride)
+            judged = _judged(case, i, used.truth(log, values, case.seen[i]))
         error = case.experiment.balance(judged).error
         out[here] = error[rows.row[here] // case.stride, rows.column[here]]
     scaled = out / rows.noise
     # an extreme trial value may leave the balance undefined; it then says nothing
     return np.where(np.isfinite(scaled), scaled, 0.0)
+
+
+def _judged(case: Case, number: int, truth: Log) -> Log:
+    """The judged rows of a log from which a chain is removed; most chains change readings only."""
+    log = case.logs[number]
+    if case.stride > 1 and truth.known is log.known and truth.time_s is log.time_s:
+        return case.judged[number].with_readings(truth.readings[:: case.stride])
+    return every(truth, case.stride)
 
 
 def _remembers(chain: Chain, log: Log, values: Mapping[str, float]) -> bool:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from footcal_cli.core.diagnosis.problem import Problem
-from footcal_cli.core.diagnosis.tracking import PART_S, Tracking, innovations, parts_of
+from footcal_cli.core.diagnosis.tracking import PART_S, innovations, parts_of
 from footcal_cli.core.diagnosis.whitening import Noise, RowWhitener, kept_tracking, noise_of
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
@@ -205,12 +205,17 @@ def _tracked(
     stretches = parts_of(there, problem.block[kept])
     # raw rows without a whitened partner (starts of sequences) go with their stretch in time
     whole = parts_of(tracking, problem.block)
-    partner = {int(problem.block[r[0]]) * 10**6 + _number(tracking, problem, r): r for r in whole}
+    starts = [float(tracking.time_s[problem.block == b].min()) for b in range(problem.blocks)]
+
+    def key(rows: IntArray) -> tuple[int, int]:
+        block = int(problem.block[rows[0]])
+        return block, int((np.median(tracking.time_s[rows]) - starts[block]) // PART_S)
+
+    partner = {key(r): r for r in whole}
 
     def raw_rows(rows: IntArray) -> IntArray:
         first = kept[rows]
-        key = int(problem.block[first[0]]) * 10**6 + _number(tracking, problem, first)
-        return partner.pop(key, first[:0])
+        return partner.pop(key(first), first[:0])
 
     raw, found = innovations(white, raw, calibration, stretches, raw_rows, walk, there)
     # while the filter still learns where the calibration stands, what it cannot predict says so
@@ -224,12 +229,6 @@ def _tracked(
             grams[block] += gram
     raw[np.isin(problem.block, list(learning))] = 0.0
     return grams, raw
-
-
-def _number(tracking: Tracking, problem: Problem, rows: IntArray) -> int:
-    """Number of a stretch within its block."""
-    start = tracking.time_s[problem.block == problem.block[rows[0]]].min()
-    return int((np.median(tracking.time_s[rows]) - start) // PART_S)
 
 
 def _free_in_every_block(

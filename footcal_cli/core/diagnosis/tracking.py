@@ -209,7 +209,8 @@ def innovations(
         j = part[:, calibration]
         left = part - j @ mean
         j_left = j.T @ left
-        posterior = np.linalg.inv(np.linalg.inv(cov) + j.T @ j)
+        # (P⁻¹ + JᵀJ)⁻¹ = (1 + P JᵀJ)⁻¹ P
+        posterior = np.linalg.solve(np.eye(p) + cov @ (j.T @ j), cov)
         found.append((rows, left.T @ left - j_left.T @ posterior @ j_left))
         own = raw_rows(rows)
         raw[own] -= raw[np.ix_(own, calibration)] @ mean

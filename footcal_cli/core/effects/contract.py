@@ -170,6 +170,9 @@ class Effect:
     form_error
         Sd, as a share, by which what is stated is off where the real effect has another form than
         the table's; all data share it.
+    by_column
+        True where each channel is removed by itself, from its own readings and the stamps alone:
+        what a change of another channel leaves as it was need not be removed again.
     anticipates
         True where removing needs samples that come later (a delay): chunk by chunk, the last
         samples of each chunk are extrapolated.
@@ -191,6 +194,7 @@ class Effect:
     tolerance: float = 1e-9
     invertible: bool = True
     anticipates: bool = False
+    by_column: bool = False
     stated: Callable[[Log, Log], FloatArray] | None = None
     stated_as: str = ""
     form_error: float = 0.0

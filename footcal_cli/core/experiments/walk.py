@@ -69,16 +69,11 @@ def cell_balance(log: Log, reference: Reference) -> Balance:
 
     ``fz = Σ fᵢ − F_ref``, ``mx = Σ (yᵢ − p_refʸ) fᵢ``, ``my = −Σ (xᵢ − p_refˣ) fᵢ``.
     """
-    arms = log.known["cell_pos_m"] - reference.cop_m[:, None]
     forces = log.readings
-    totals = np.stack(
-        [
-            forces.sum(axis=1) - reference.fz_n,
-            np.einsum("nc,nc->n", arms[:, :, 1], forces),
-            -np.einsum("nc,nc->n", arms[:, :, 0], forces),
-        ],
-        axis=1,
-    )
+    total = forces.sum(axis=1)
+    moment = np.einsum("nca,nc->na", log.known["cell_pos_m"], forces)
+    moment -= reference.cop_m * total[:, None]
+    totals = np.stack([total - reference.fz_n, moment[:, 1], -moment[:, 0]], axis=1)
     error = np.concatenate([totals, forces], axis=1)
     return Balance(
         outputs=(*CELL_TOTALS, *log.channels),
