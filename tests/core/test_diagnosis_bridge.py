@@ -56,10 +56,10 @@ def distorted(chain: Chain, values: dict[str, float], hidden: Hidden | None) -> 
     return chain.with_link(Link(TABLE[name], owners)), {**values, **sizes}
 
 
-def weights_case(seed: int, hidden: Hidden | None) -> Case:
+def weights_case(seed: int, hidden: Hidden | None, plan: WeightsPlan | None = None) -> Case:
     values = calibrated(seed)
     chain = Chain((link(TABLE["scale_bias"], ROBOT.channels),))
-    logs = weights_logs(ROBOT, WeightsPlan(), *distorted(chain, values, hidden), seed=seed)
+    logs = weights_logs(ROBOT, plan or WeightsPlan(), *distorted(chain, values, hidden), seed=seed)
     return Case(
         weights.EXPERIMENT, tuple(s.log for s in logs.values()), chain, values, affine(values),
         tolerance_n=0.01, tolerance_nm=0.01, groups=dict.fromkeys(ROBOT.channels, "force"),

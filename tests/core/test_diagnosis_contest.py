@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -10,10 +11,16 @@ import pytest
 from footcal_cli.core.diagnosis import growth
 from footcal_cli.core.diagnosis.answer import Cause
 from footcal_cli.core.diagnosis.bridge import problem_from
-from footcal_cli.core.diagnosis.case import rows_of
+from footcal_cli.core.diagnosis.case import Case, rows_of
 from footcal_cli.core.diagnosis.contest import _best, _where, _white_loss, _worse
 from footcal_cli.core.diagnosis.investigation import investigate
-from footcal_cli.core.diagnosis.kindred import Tried, largest_excess
+from footcal_cli.core.diagnosis.kindred import (
+    Tried,
+    largest_excess,
+    of_two_classes,
+    share_of_form,
+)
+from footcal_cli.core.diagnosis.linear import left_by
 from footcal_cli.core.diagnosis.problem import Signature
 from footcal_cli.core.diagnosis.refit import Refit
 from footcal_cli.core.diagnosis.rules import Rules
@@ -24,6 +31,8 @@ from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.diagnosis.whitening import noise_of
 from footcal_cli.core.effects import TABLE
 from footcal_cli.core.evidence import Interval, sign_flip_group, sign_patterns
+from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.simulation.bench_logs import WeightsPlan
 from tests.core.test_diagnosis_bridge import ROBOT, weights_case, with_rivals
 
 CURVES = {k: TABLE[k] for k in ("nonlinearity", "nonlinearity_cubic", "hinge", "dead_zone")}
@@ -124,6 +133,69 @@ def test_a_broken_line_keeps_its_exact_alias() -> None:
     broken = ("hinge", {"all": ROBOT.channels}, {"all.hinge": 0.05, "all.hinge_load": 6.0})
     found = investigate(weights_case(13, broken), CURVES, describe)
     assert with_rivals(found) == {"hinge", "dead_zone"}
+
+
+def softly_deaf(seed: int, share: float, width_n: float, plan: WeightsPlan) -> Case:
+    """Weighed cells that hear small loads less, without a sharp edge: ``x − s w tanh(x / w)``."""
+    case = weights_case(seed, None, plan)
+    logs = []
+    for log in case.logs:
+        scale = np.array([case.values[f"{c}.scale"] for c in log.channels])
+        zero = np.array([case.values[f"{c}.bias"] for c in log.channels])
+        force = log.readings * scale + zero
+        force -= share * width_n * np.tanh(force / width_n)
+        logs.append(log.with_readings((force - zero) / scale))
+    return replace(case, logs=tuple(logs))
+
+
+@pytest.mark.parametrize("seed", [3, 4])
+@pytest.mark.parametrize("width_n", [9.0, 13.5])
+def test_four_loads_do_not_tell_a_soft_dead_zone_from_a_smooth_curve(
+    seed: int, width_n: float
+) -> None:
+    """A cubic polynomial goes through all four."""
+    plan = WeightsPlan(loads_n=(0.0, 10.0, 20.0, 30.0))
+    found = investigate(softly_deaf(seed, 0.06, width_n, plan), CURVES, describe)
+    assert with_rivals(found) >= {"dead_zone", "hinge", "nonlinearity"}
+
+
+def nearest(curve: FloatArray, terms: Sequence[FloatArray], load: FloatArray) -> float:
+    """Share of a curve's square beside scale and bias that the best sum of terms leaves."""
+    line = np.stack([np.ones_like(load), load], 1)
+    left = left_by(line, curve, 1e-12)
+    return float(np.sum(left_by(np.stack([*terms, *line.T], 1), curve, 1e-12) ** 2) / (left @ left))
+
+
+def test_how_much_a_curve_loses_in_the_form_of_the_other_class() -> None:
+    """The figures that the rules are set by: nine even loads."""
+    load = np.linspace(0.0, 1.0, 9)
+    knees = [np.maximum(load - k, 0.0) for k in np.linspace(0.03, 0.97, 95)]
+    cubic = [load**2, load**3]
+
+    def by_a_knee(curve: FloatArray) -> float:
+        return min(nearest(curve, [knee], load) for knee in knees)
+
+    assert by_a_knee(load**2) == pytest.approx(0.06, abs=0.005)
+    soft = [by_a_knee(w * np.tanh(load / w)) for w in (0.3, 0.45, 0.6)]
+    assert 0.02 < min(soft) < max(soft) < 0.04
+    sharp = [nearest(np.maximum(load - k, 0.0), cubic, load) for k in (0.2, 0.35, 0.5, 0.7)]
+    assert 0.02 < min(sharp) < max(sharp) < 0.08
+    smooth = [nearest(np.exp(-load / length), cubic, load) for length in (0.3, 0.45, 0.6)]
+    assert max(smooth) < 0.004 < Rules().other_form < min(sharp)
+
+
+def test_form_costs_a_rival_of_the_other_class_alone() -> None:
+    smooth, cubic, knee = (
+        cause_of(Signature(name, "", "all cells", ""))
+        for name in ("nonlinearity", "nonlinearity_cubic", "hinge")
+    )
+    assert of_two_classes(smooth, knee)
+    assert of_two_classes(knee, cubic)
+    assert not of_two_classes(smooth, cubic)
+    assert not of_two_classes(smooth, cause_of(Signature("creep", "", "all cells", "")))
+    rules = Rules()
+    assert share_of_form(tried("hinge", 1.0, 0.4), rules) == rules.other_form
+    assert share_of_form(tried("hinge", 1.0, 1e-4), rules) == rules.wrong_form
 
 
 def test_positions_of_its_own_in_every_cell_are_no_proof() -> None:

@@ -7,6 +7,7 @@ import pytest
 from scipy import stats
 
 from footcal_cli.core.evidence import (
+    Pooled,
     effective_blocks,
     held_out_interval,
     jackknife_interval,
@@ -18,6 +19,7 @@ from footcal_cli.core.evidence import (
     sign_patterns,
     smallest_p,
 )
+from footcal_cli.core.parameters import FloatArray, IntArray
 
 
 def test_all_sign_patterns_are_enumerated_once_for_few_blocks() -> None:
@@ -100,6 +102,46 @@ def test_blocks_of_other_sensors_do_not_change_places() -> None:
         smallest.append(permutation_max_t(noise, drivers, permutations=199, kind=kind).p.min())
     assert 0.02 < np.mean(np.array(smallest) <= 0.05) < 0.08
     assert stats.kstest(smallest, "uniform").pvalue > 0.005
+
+
+def sessions_of_cells(
+    rng: np.random.Generator, found: float, spread: FloatArray
+) -> tuple[FloatArray, FloatArray, IntArray, Pooled]:
+    """Each cell's sessions answer to a driver of their own; the first cell really does."""
+    cells, each = spread.size, 6
+    kind = np.repeat(np.arange(cells), each)
+    drivers, noise = np.zeros((kind.size, cells, cells)), np.zeros((kind.size, cells))
+    for cell in range(cells):
+        mine = kind == cell
+        drivers[mine, cell, cell] = stats.zscore(rng.standard_normal(each))
+        moved = found * drivers[mine, cell, cell] if cell == 0 else 0.0
+        y = spread[cell] * rng.standard_normal(each) + moved
+        noise[mine, cell] = y - y.mean()
+    information = np.einsum("bqk->k", drivers**2)
+    return noise, drivers, kind, Pooled(np.zeros(cells, dtype=np.int64), information)
+
+
+@pytest.mark.parametrize("spread", [np.ones(8), np.geomspace(0.5, 2.0, 8)], ids=["like", "unlike"])
+def test_a_scatter_that_cells_share_keeps_the_level(spread: FloatArray) -> None:
+    rng = np.random.default_rng(11)
+    smallest = []
+    for _ in range(300):
+        noise, drivers, kind, pooled = sessions_of_cells(rng, 0.0, spread)
+        test = permutation_max_t(noise, drivers, permutations=199, kind=kind, pooled=pooled)
+        smallest.append(test.p.min())
+    assert 0.02 < np.mean(np.array(smallest) <= 0.05) < 0.08
+
+
+def test_an_effect_of_one_cell_does_not_hide_in_the_scatter_that_it_makes() -> None:
+    """Six sessions at 3 sd each: beside their own scatter no statistic exceeds √6."""
+    rng = np.random.default_rng(12)
+    own, shared = [], []
+    for _ in range(60):
+        noise, drivers, kind, pooled = sessions_of_cells(rng, 3.0, np.ones(8))
+        own.append(permutation_max_t(noise, drivers, permutations=999, kind=kind).p[0])
+        test = permutation_max_t(noise, drivers, permutations=999, kind=kind, pooled=pooled)
+        shared.append(test.p[0])
+    assert np.mean(np.array(shared) < 0.01) > np.mean(np.array(own) < 0.01) + 0.2
 
 
 def test_what_hardly_knows_of_a_place_does_not_say_how_its_repeats_scatter() -> None:

@@ -1,0 +1,44 @@
+"""A few sessions of one cell against a driver between them: Student's t with a shared scatter."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from footcal_cli.core.diagnosis.weighing import _student_of_forms
+from footcal_cli.core.parameters import FloatArray
+
+CELLS, EACH, SCATTER = 8, 7, 0.3
+
+
+def p_of_cells(rng: np.random.Generator, size: float, unlike: float) -> FloatArray:
+    """Single p of each cell, shape (CELLS,): score ``u ~ N(β i, φ i)``, β of the first cell."""
+    kind = np.repeat(np.arange(CELLS), EACH)
+    mine = kind[:, None] == np.arange(CELLS)
+    information = np.where(mine, rng.exponential(4.0, (kind.size, 1)), 0.0)
+    scatter = SCATTER * unlike ** np.linspace(-1.0, 1.0, CELLS)
+    score = np.sqrt(scatter * information) * rng.standard_normal(information.shape)
+    score[:, 0] += size * information[:, 0]
+    # every session has a calibration of its own: what is left is seen beside the cell's mean
+    return _student_of_forms(score, information, kind, np.zeros(CELLS, dtype=np.int64))
+
+
+@pytest.mark.parametrize("unlike", [1.0, 2.0])
+def test_clean_cells_are_named_no_more_often_than_said(unlike: float) -> None:
+    rng = np.random.default_rng(1)
+    p = np.array([p_of_cells(rng, 0.0, unlike) for _ in range(1500)])
+    for level in (0.05, 0.01, 0.001):
+        assert np.mean(p < level) < 1.3 * level + 2.0 * np.sqrt(level / p.size)
+
+
+def test_seven_sessions_of_one_cell_reach_the_level_of_a_family() -> None:
+    """At 6 sd of its size; alone they have five degrees of freedom."""
+    rng = np.random.default_rng(2)
+    size = 6.0 * np.sqrt(SCATTER / (EACH * 4.0))
+    p = np.array([p_of_cells(rng, size, 1.0) for _ in range(400)])
+    assert np.mean(CELLS * p[:, 0] < 0.01) > 0.7
+
+
+def test_what_one_session_alone_knows_is_nothing() -> None:
+    kind = np.arange(4)
+    assert (_student_of_forms(np.ones((4, 4)), np.eye(4), kind, np.zeros(4, np.int64)) == 1).all()
