@@ -19,7 +19,6 @@ def p_of_cells(rng: np.random.Generator, size: float, unlike: float) -> FloatArr
     scatter = SCATTER * unlike ** np.linspace(-1.0, 1.0, CELLS)
     score = np.sqrt(scatter * information) * rng.standard_normal(information.shape)
     score[:, 0] += size * information[:, 0]
-    # every session has a calibration of its own: what is left is seen beside the cell's mean
     return _student_of_forms(score, information, kind, np.zeros(CELLS, dtype=np.int64))
 
 
