@@ -72,23 +72,27 @@ class Seen:
     """
 
     def __init__(self) -> None:
-        self._last: dict[str, tuple[FloatArray, Theta, FloatArray]] = {}
+        self._last: dict[str, tuple[Log, Theta, FloatArray]] = {}
 
     def removed(self, effect: Effect, log: Log, theta: Theta) -> Log:
         """`Effect.remove` of the columns that differ from the last ones; exact."""
         last = self._last.get(effect.name)
-        if last is None or last[0].shape != log.readings.shape:
+        if last is None or not _at_the_same_rows(last[0], log):
             out = effect.remove(log, theta, None)[0].readings
         else:
             before, with_theta, out = last
-            other = np.any(log.readings != before, axis=0)
+            other = np.any(log.readings != before.readings, axis=0)
             for name, values in theta.items():
                 other |= values != with_theta[name]
             if other.any():
                 out = out.copy()
                 out[:, other] = _removed_from(effect, log, theta, np.flatnonzero(other))
-        self._last[effect.name] = (log.readings, theta, out)
+        self._last[effect.name] = (log, theta, out)
         return log.with_readings(out)
+
+
+def _at_the_same_rows(one: Log, other: Log) -> bool:
+    return one.time_s is other.time_s and one.block is other.block
 
 
 def _removed_from(effect: Effect, log: Log, theta: Theta, columns: IntArray) -> FloatArray:

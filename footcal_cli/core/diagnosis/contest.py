@@ -11,13 +11,13 @@ from footcal_cli.core.diagnosis.aliases import aliases
 from footcal_cli.core.diagnosis.answer import Cause, Diagnosis
 from footcal_cli.core.diagnosis.grams import calibration_grams
 from footcal_cli.core.diagnosis.kindred import (
-    SMOOTH,
     Tried,
     kindred,
     left_of,
     level_of,
     of_two_classes,
     outdone,
+    partners_of,
     share_of_form,
 )
 from footcal_cli.core.diagnosis.mixtures import LINEAR
@@ -265,15 +265,7 @@ def _in_other_forms(subject: Subject, cause: Cause) -> list[Cause]:
 
 def _joined_by_its_class(subject: Subject, causes: Sequence[Cause], other: Tried) -> Problem | None:
     """What a smooth curve leaves together with the other one of its class in the same place."""
-    mine = other.cause.signature
-    partner = next(
-        (
-            s for s in subject.problem.signatures
-            if mine.effect in SMOOTH and s.effect in SMOOTH - {mine.effect}
-            and s.where == mine.where
-        ),
-        None,
-    )  # fmt: skip
+    partner = next(iter(partners_of(other.cause, subject.problem.signatures)), None)
     if partner is None:
         return None
     beside = replace(other.cause, signature=partner, size=Interval(0.0, 0.0, 0.0), places=())

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from footcal_cli.core.diagnosis.problem import Problem
-from footcal_cli.core.diagnosis.tracking import PART_S, innovations, parts_of
+from footcal_cli.core.diagnosis.tracking import PART_S, innovations, parts_of, starts_of
 from footcal_cli.core.diagnosis.whitening import Noise, RowWhitener, kept_tracking, noise_of
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
@@ -205,7 +205,7 @@ def _tracked(
     stretches = parts_of(there, problem.block[kept])
     # raw rows without a whitened partner (starts of sequences) go with their stretch in time
     whole = parts_of(tracking, problem.block)
-    starts = [float(tracking.time_s[problem.block == b].min()) for b in range(problem.blocks)]
+    starts = starts_of(tracking, problem.block)
 
     def key(rows: IntArray) -> tuple[int, int]:
         block = int(problem.block[rows[0]])

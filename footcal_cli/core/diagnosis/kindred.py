@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -134,7 +134,8 @@ def outdone(
     if best.p < rules.alpha_whole or not kindred(subject.table, best.cause, other.cause):
         return False
     mine = _as_fitted(best)
-    beside = [s for s in family if _is_partner(s, other.cause, best.cause)]
+    smooth = best.cause.signature.effect in SMOOTH
+    beside = [] if smooth else partners_of(other.cause, family)
     taken = subject.beside(other.fitted, beside)
     columns = subject.beside(other.fitted, [mine])
     if not columns.size:
@@ -162,12 +163,8 @@ def _as_fitted(tried: Tried) -> Signature:
     return replace(signature, shape=tuple(shape))
 
 
-def _is_partner(signature: Signature, other: Cause, best: Cause) -> bool:
-    """Whether a smooth curve stands by another one against a knee."""
-    mine, theirs = best.signature.effect, other.signature
-    return (
-        mine not in SMOOTH
-        and theirs.effect in SMOOTH
-        and signature.effect in SMOOTH - {theirs.effect}
-        and signature.where == theirs.where
-    )
+def partners_of(cause: Cause, signatures: Iterable[Signature]) -> list[Signature]:
+    """The other smooth curve in the place of a smooth one, which it stands by against a knee."""
+    mine = cause.signature
+    others = SMOOTH - {mine.effect} if mine.effect in SMOOTH else frozenset()
+    return [s for s in signatures if s.effect in others and s.where == mine.where]

@@ -61,11 +61,16 @@ def gain_and_bias(channels: Sequence[str], values: Mapping[str, float]) -> tuple
     return tuple(found)
 
 
-def parts_of(tracking: Tracking, block: IntArray) -> list[IntArray]:
-    """Rows of each stretch of at most `PART_S` within a block, in the order of time."""
+def starts_of(tracking: Tracking, block: IntArray) -> FloatArray:
+    """First stamp of each block, shape (B,)."""
     start = np.full(int(block.max()) + 1, np.inf)
     np.minimum.at(start, block, tracking.time_s)
-    part = np.floor((tracking.time_s - start[block]) / PART_S)
+    return start
+
+
+def parts_of(tracking: Tracking, block: IntArray) -> list[IntArray]:
+    """Rows of each stretch of at most `PART_S` within a block, in the order of time."""
+    part = np.floor((tracking.time_s - starts_of(tracking, block)[block]) / PART_S)
     order = np.lexsort((part, block))
     keys = np.stack([block[order], part[order]], axis=1)
     cuts = np.flatnonzero(np.any(np.diff(keys, axis=0) != 0, axis=1)) + 1
