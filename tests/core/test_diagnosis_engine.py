@@ -186,7 +186,13 @@ def test_sizes_that_would_have_been_found_are_found() -> None:
         change = row.detectable * library_effects(world)["shear"][0][1]
         problem = problem_of(world, noise_of(world, "ar9", rng) + change)
         grams, _ = whitened_grams(problem, problem.columns[:, :0])
-        lib = library(problem, grams, problem.visible(problem.left()), Rules())
+        lib = library(
+            problem,
+            grams,
+            problem.visible(problem.left()),
+            np.zeros(len(problem.signatures)),
+            Rules(),
+        )
         evidence = weigh(lib, grams.calibration, sign_patterns(12), Rules(), 0)
         found += bool(evidence.p[lib.causes.index(("shear", "shear", "all cells"))] < 0.005)
     assert found >= 5

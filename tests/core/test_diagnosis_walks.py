@@ -39,7 +39,8 @@ def problem_of(
 
 def library_of(problem: Problem) -> Library:
     grams, _ = whitened_grams(problem, np.empty((problem.residual.size, 0)))
-    return library(problem, grams, np.ones(len(problem.signatures)), Rules())
+    none = np.zeros(len(problem.signatures))
+    return library(problem, grams, np.ones_like(none), none, Rules())
 
 
 def test_offsets_are_compared_whatever_their_axes_and_impossible_copies_left_out() -> None:
@@ -84,7 +85,7 @@ def test_aliases_of_a_cause_that_the_linear_test_could_not_see() -> None:
     signatures = (Signature("a", "a", "robot", "N"), Signature("b", "b", "robot", "N"))
     problem = problem_of(x, np.column_stack([x, 2.0 * x]), signatures)
     grams, _ = whitened_grams(problem, np.empty((x.size, 0)))
-    lib = library(problem, grams, np.array([0.0, 1.0]), Rules())
+    lib = library(problem, grams, np.array([0.0, 1.0]), np.zeros(2), Rules())
     assert not lib.testable[0]
     ((found, size, cos),) = aliases(lib, signatures[0], {"a": 1.0})
     assert found.effect == "b"

@@ -62,6 +62,10 @@ def test_a_quadratic_beside_scale_and_bias_by_hand() -> None:
     left -= basis @ np.linalg.lstsq(basis, left, rcond=None)[0]
     shown = rehearsal.shown(TABLE["nonlinearity"], curve.signature, curve.values)
     np.testing.assert_allclose(shown, left / BENCH.noise_n, atol=1e-6)
+    # four cells that carry it are weighed one after the other: twice the separation
+    four = replace(curve.signature, owners=(("all", ("a", "b", "c", "d")),))
+    of_four = rehearsal.shown(TABLE["nonlinearity"], four, curve.values)
+    np.testing.assert_allclose(of_four, 2.0 * shown, atol=1e-6)
 
 
 def test_the_menu_separates_what_it_can_and_says_what_it_cannot() -> None:

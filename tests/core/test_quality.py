@@ -51,6 +51,13 @@ def test_end_codes_are_saturation(code: int) -> None:
     assert "saturated_codes" in {f.code for f in check_codes("c", counts, bits=24)}
 
 
+@pytest.mark.parametrize("code", [2**23 - 1, 2**24 - 1, 0])
+def test_a_reading_that_others_pass_is_no_end(code: int) -> None:
+    """What a converter clips to is the last of its readings; mid-scale is crossed by chance."""
+    counts = np.array([-3.0e6, float(code), 2.0e7])
+    assert not check_codes("c", counts, bits=24)
+
+
 def test_a_healthy_channel_has_no_alarm() -> None:
     codes = {f.code for f in check_codes("c", np.array([8.0e6, 8.1e6, 8.2e6]), bits=24)}
     assert codes == {"offset_binary"}

@@ -19,6 +19,7 @@ from footcal_cli.core.diagnosis.kindred import (
     outdone,
     partners_of,
     share_of_form,
+    share_of_knee,
 )
 from footcal_cli.core.diagnosis.mixtures import LINEAR
 from footcal_cli.core.diagnosis.moments import at_its_moment, has_moment, moved
@@ -30,6 +31,7 @@ from footcal_cli.core.diagnosis.settings import Settings
 from footcal_cli.core.diagnosis.shapes import shapes_of
 from footcal_cli.core.diagnosis.signatures import SWITCHES, own_place
 from footcal_cli.core.diagnosis.subject import Subject
+from footcal_cli.core.diagnosis.weighing import Evidence
 from footcal_cli.core.diagnosis.whitening import Noise, noise_of
 from footcal_cli.core.effects.contract import Effect
 from footcal_cli.core.evidence import (
@@ -45,8 +47,8 @@ OF_ANY_ORDER = frozenset({"lag", "sensor_lag"})
 nearer to a delay than to that, so that no comparison of losses speaks against it: here
 `Rules.alias` alone counts."""
 KNEES = frozenset({"hinge", "dead_zone"})
-"""One curve but for a gain, where the knee is the same. No real knee is sharp, so that which of
-them fits a soft one better says nothing."""
+"""One curve but for a gain, where the knee is the same and loads are of one sign. No real knee is
+sharp, so that which of them fits a soft one a little better says nothing."""
 _SURE_CELLS = 2  # cells whose own size is sure to be something, where each has one
 
 
@@ -115,10 +117,13 @@ def decided(
         )
         and not bends_as_well(other)
     }
-    if chosen.signature.effect in KNEES or any(
-        t.cause.signature.effect in KNEES - worse for t in tried
-    ):
-        worse -= KNEES
+    knees = {
+        t.cause.signature.effect for t in tried
+        if t.cause.signature.effect in KNEES
+        and float((t.loss - loss).sum()) < share_of_knee(best, rules) * gain
+    }  # fmt: skip
+    if chosen.signature.effect in KNEES or knees - worse:
+        worse -= knees
     alike = _aliases_of(answer, best.cause, best.fitted, rules.alias)
     near = {s.effect: (s, cos) for s, cos in alike}
     taken = {chosen.signature.effect, *(c.signature.effect for c in causes)}
@@ -130,19 +135,7 @@ def decided(
     rivals = [*known, first.signature, *(other.cause.signature for other in tried)]
     rivals += [s for s, _ in near.values()]
     by_effect = {s.effect: s for s in rivals if s.effect not in worse | taken}
-    answers = {chosen.signature.effect: chosen.signature, **by_effect}
-    by_effect |= _other_knees(subject, answers, taken)
     return replace(chosen, rivals=tuple(by_effect.values())), fitted
-
-
-def _other_knees(
-    subject: Subject, answers: Mapping[str, Signature], taken: set[str]
-) -> dict[str, Signature]:
-    """The other knee where one is a possible answer, whether or not it came into the contest."""
-    places = {answers[name].where for name in KNEES & set(answers)}
-    wanted = KNEES - set(answers) - taken
-    others = (s for s in subject.problem.signatures if s.effect in wanted and s.where in places)
-    return {s.effect: s for s in others}
 
 
 def _stricter(rules: Rules, settings: Settings | None) -> Rules:
@@ -377,7 +370,8 @@ def _contenders(answer: Diagnosis, table: Mapping[str, Effect]) -> list[tuple[Si
     alike = {signature.effect for signature, _, cos in near if cos > rules.look_alike}
     found = {first.signature.effect: (first.signature, first.size)}
     mimics = table[first.signature.effect].mimics
-    for c in np.argsort(-gain, kind="stable"):
+    order = np.argsort(-gain, kind="stable")
+    for c in order:
         signature = signatures[lib.index(int(evidence.best[c]))]
         if len(found) == rules.most_contenders:
             break
@@ -388,9 +382,18 @@ def _contenders(answer: Diagnosis, table: Mapping[str, Effect]) -> list[tuple[Si
         possible = signature.lower <= evidence.size[c] <= signature.upper
         like = signature.effect in alike or signature.effect in mimics
         if signature.effect not in found and like and possible:
-            size = jackknife_interval(float(evidence.size[c]), evidence.size_without[:, c])
-            found[signature.effect] = (signature, size)
+            found[signature.effect] = (signature, _size_of(evidence, c))
+    places = {found[name][0].where for name in KNEES & set(found)}
+    for c in order:  # a knee never stands alone: loads of one sign tell it from the other by a gain
+        signature = signatures[lib.index(int(evidence.best[c]))]
+        if places and signature.effect in KNEES and signature.where in places:
+            found.setdefault(signature.effect, (signature, _size_of(evidence, c)))
     return list(found.values())
+
+
+def _size_of(evidence: Evidence, cause: int) -> Interval:
+    """Its size by the evidence, with its interval."""
+    return jackknife_interval(float(evidence.size[cause]), evidence.size_without[:, cause])
 
 
 def _white_loss(problem: Problem, noise: Noise) -> FloatArray:

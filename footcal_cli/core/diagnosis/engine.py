@@ -49,9 +49,9 @@ def diagnose(
     grams, _ = whitened_grams(problem, features.columns)
     signs = sign_patterns(grams.blocks, seed)
     visible, smallest = _yardsticks(problem, grams)
-    lib = library(problem, grams, visible, rules)
+    lib = library(problem, grams, visible, smallest, rules)
     before = detect(problem, grams, features, grams.calibration, signs)
-    found = search(lib, signs, rules, seed, smallest, start_loss, failed)
+    found = search(lib, signs, rules, seed, start_loss, failed)
     after, form = before, None
     if found.steps:
         accepted = problem.columns[:, [lib.index(s.column) for s in found.steps]]
@@ -62,7 +62,7 @@ def diagnose(
     return Diagnosis(
         verdict=_verdict(lib, found, before, after, form, share, rules),
         causes=causes,
-        effects=evidence_rows(lib, found, smallest, signs, rules, seed),
+        effects=evidence_rows(lib, found, rules),
         before=before,
         after=after,
         form=form,

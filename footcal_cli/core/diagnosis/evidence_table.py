@@ -2,83 +2,96 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 from scipy import stats
 
-from footcal_cli.core.diagnosis.answer import EffectRow, EffectStatus
+from footcal_cli.core.diagnosis.answer import Diagnosis, EffectRow, EffectStatus
 from footcal_cli.core.diagnosis.library import Library
-from footcal_cli.core.diagnosis.problem import Problem
+from footcal_cli.core.diagnosis.problem import Problem, Signature
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.scores import held_out_loss
 from footcal_cli.core.diagnosis.search import Search, Step, sizes_of
 from footcal_cli.core.diagnosis.weighing import Evidence
 from footcal_cli.core.evidence import Interval, jackknife_interval, smallest_p
-from footcal_cli.core.parameters import FloatArray
+
+AS_GOOD = "explains as much as "
+"""Begins the reason of what is undecided between rivals."""
 
 
-def evidence_rows(
-    lib: Library, found: Search, smallest: FloatArray, signs: FloatArray, rules: Rules, seed: int
-) -> tuple[EffectRow, ...]:
+def evidence_rows(lib: Library, found: Search, rules: Rules) -> tuple[EffectRow, ...]:
     """The evidence table: every effect once, the accepted ones as they were accepted."""
-    problem, grams = lib.problem, lib.grams
-    last = found.last
-    alone, beside = (
-        float(held_out_loss(grams.inner, base, grams.plain).sum())
-        for base in (grams.calibration, found.base)
-    )
-    critical = _critical(found.first, rules)
-    steps = {problem.signatures[lib.index(s.column)].effect: s for s in found.steps}
+    problem, signatures = lib.problem, lib.problem.signatures
+    steps = {signatures[lib.index(s.column)].effect: s for s in found.steps}
     rivals = {
-        problem.signatures[lib.index(c)].effect: problem.signatures[lib.index(s.column)].effect
+        signatures[lib.index(c)].effect: signatures[lib.index(s.column)].effect
         for s in found.steps
         for c in s.rivals
     }
     rows: list[EffectRow] = []
     for effect in dict.fromkeys(s.effect for s in problem.signatures):
         causes = [
-            c
-            for c, cause in enumerate(lib.causes)
+            c for c, cause in enumerate(lib.causes)
             if cause[0] == effect and any(lib.testable[lib.index(int(x))] for x in lib.columns[c])
-        ]
+        ]  # fmt: skip
         if not causes:
-            rows.append(_untestable(problem, lib, effect, smallest))
-            continue
-        step = steps.get(effect)
-        # a rival is weighed where the accepted one was, all others beside it
-        evidence, loss = (found.first, alone) if effect in rivals else (last, beside)
-        if step is not None:
-            rows.append(_accepted_row(lib, found, step, smallest, critical))
-            continue
-        # where too few blocks know of it nothing can be said; look where something can
-        known = [c for c in causes if smallest_p(evidence.informative[c]) <= rules.alpha_name]
-        causes = known or causes
-        best = causes[int(np.argmax(evidence.gain.sum(axis=0)[causes]))]
-        column = int(evidence.best[best])
-        at = lib.index(column)
-        size = jackknife_interval(float(evidence.size[best]), evidence.size_without[:, best])
-        se = (size.high - size.low) / 2.0 / max(_student(grams.blocks), 1e-9)
-        status, reason = _status(
-            size, float(smallest[at]), float(evidence.informative[best]), rules
-        )
-        if effect in rivals:
-            status, reason = EffectStatus.UNDECIDED, f"explains as much as {rivals[effect]}"
-        gain = evidence.plain_gain[:, best]
-        rows.append(
-            EffectRow(
-                signature=problem.signatures[at],
-                size=size,
-                smallest=float(smallest[at]),
-                detectable=_detectable(se, grams.blocks, critical, rules),
-                visible=float(lib.visible[at]),
-                p=float(evidence.p[best]),
-                gain=float(gain.sum()) / max(loss, 1e-300),
-                informative=float(evidence.informative[best]),
-                blocks_better=int(np.sum(gain > 0)),
-                status=status,
-                reason=reason,
-            )
-        )
+            rows.append(_untestable(problem, lib, effect))
+        elif effect in steps:
+            rows.append(_accepted_row(lib, found, steps[effect], rules))
+        elif effect in rivals:
+            rows.append(_as_good(_row(lib, found, found.first, causes, rules), rivals[effect]))
+        else:
+            rows.append(_row(lib, found, found.last, causes, rules))
     return tuple(sorted(rows, key=lambda r: (r.status is EffectStatus.NOT_TESTABLE, -r.gain)))
+
+
+def rival_row(answer: Diagnosis, rival: Signature, named: str) -> EffectRow | None:
+    """A rival weighed where the named cause was, not beside it; None where the data hide it."""
+    lib = answer.library
+    causes = [c for c, cause in enumerate(lib.causes) if cause[0] == rival.effect]
+    there = [c for c in causes if lib.causes[c][2] == rival.where]
+    if not causes:
+        return None
+    row = _row(lib, answer.search, answer.search.first, there or causes, answer.rules)
+    return _as_good(row, named)
+
+
+def _as_good(row: EffectRow, named: str) -> EffectRow:
+    return replace(row, status=EffectStatus.UNDECIDED, reason=AS_GOOD + named)
+
+
+def _row(
+    lib: Library, found: Search, evidence: Evidence, causes: Sequence[int], rules: Rules
+) -> EffectRow:
+    """The row of an effect: the best of its causes by some evidence."""
+    grams = lib.grams
+    base = grams.calibration if evidence is found.first else found.base
+    loss = float(held_out_loss(grams.inner, base, grams.plain).sum())
+    # where too few blocks know of it nothing can be said; look where something can
+    known = [c for c in causes if smallest_p(evidence.informative[c]) <= rules.alpha_name]
+    causes = known or causes
+    best = causes[int(np.argmax(evidence.gain.sum(axis=0)[causes]))]
+    at = lib.index(int(evidence.best[best]))
+    size = jackknife_interval(float(evidence.size[best]), evidence.size_without[:, best])
+    se = (size.high - size.low) / 2.0 / max(_student(grams.blocks), 1e-9)
+    smallest = float(lib.smallest[at])
+    status, reason = _status(size, smallest, float(evidence.informative[best]), rules)
+    gain = evidence.plain_gain[:, best]
+    return EffectRow(
+        signature=lib.problem.signatures[at],
+        size=size,
+        smallest=smallest,
+        detectable=_detectable(se, grams.blocks, _critical(found.first, rules), rules),
+        visible=float(lib.visible[at]),
+        p=float(evidence.p[best]),
+        gain=float(gain.sum()) / max(loss, 1e-300),
+        informative=float(evidence.informative[best]),
+        blocks_better=int(np.sum(gain > 0)),
+        status=status,
+        reason=reason,
+    )
 
 
 def _student(blocks: int) -> float:
@@ -118,22 +131,21 @@ def _status(
     return EffectStatus.UNDECIDED, "interval straddles the smallest size that matters"
 
 
-def _accepted_row(
-    lib: Library, found: Search, step: Step, smallest: FloatArray, critical: float
-) -> EffectRow:
+def _accepted_row(lib: Library, found: Search, step: Step, rules: Rules) -> EffectRow:
     at = lib.index(step.column)
+    smallest, critical = float(lib.smallest[at]), _critical(found.first, rules)
     sizes, without = sizes_of(lib, found.steps)
     which = found.steps.index(step)
     size = jackknife_interval(float(sizes[which]), without[:, which])
     first = found.first
     cause = lib.causes.index(lib.problem.signatures[at].cause)
-    matters = size.low > smallest[at] or size.high < -smallest[at]
+    matters = size.low > smallest or size.high < -smallest
     status = EffectStatus.PRESENT if matters and not step.rivals else EffectStatus.UNDECIDED
     others = ", ".join(
         dict.fromkeys(lib.problem.signatures[lib.index(c)].effect for c in step.rivals)
     )
     reason = (
-        f"explains as much as {others}" if step.rivals
+        AS_GOOD + others if step.rivals
         else "interval beyond the smallest size that matters" if matters
         else "found, but its interval reaches below the smallest size that matters"
     )  # fmt: skip
@@ -141,8 +153,8 @@ def _accepted_row(
     return EffectRow(
         signature=lib.problem.signatures[at],
         size=size,
-        smallest=float(smallest[at]),
-        detectable=_detectable(se, lib.grams.blocks, critical, Rules()),
+        smallest=smallest,
+        detectable=_detectable(se, lib.grams.blocks, critical, rules),
         visible=float(lib.visible[at]),
         p=step.p,
         gain=float(step.gain.sum() / max(step.loss.sum(), 1e-300)),
@@ -153,7 +165,7 @@ def _accepted_row(
     )
 
 
-def _untestable(problem: Problem, lib: Library, effect: str, smallest: FloatArray) -> EffectRow:
+def _untestable(problem: Problem, lib: Library, effect: str) -> EffectRow:
     members = [i for i, s in enumerate(problem.signatures) if s.effect == effect]
     at = members[int(np.argmax(lib.visible[members]))]
     acts = bool(np.any(problem.columns[:, at]))
@@ -164,6 +176,6 @@ def _untestable(problem: Problem, lib: Library, effect: str, smallest: FloatArra
     )
     nothing = Interval(0.0, -np.inf, np.inf)
     return EffectRow(
-        problem.signatures[at], nothing, float(smallest[at]), np.inf, float(lib.visible[at]),
+        problem.signatures[at], nothing, float(lib.smallest[at]), np.inf, float(lib.visible[at]),
         1.0, 0.0, 0.0, 0, EffectStatus.NOT_TESTABLE, reason,
     )  # fmt: skip

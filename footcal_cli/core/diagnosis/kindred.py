@@ -115,6 +115,14 @@ def share_of_form(best: Tried, rules: Rules) -> float:
     return rules.wrong_form if best.p < rules.alpha_left else rules.other_form
 
 
+def share_of_knee(best: Tried, rules: Rules) -> float:
+    """Share of the gain that one knee may cost the other than the best one's.
+
+    Where loads are of one sign they are one curve; where these pull too they are not at all alike.
+    """
+    return rules.wrong_form if best.p < rules.alpha_left else rules.kindred_loss
+
+
 def outdone(
     subject: Subject,
     other: Tried,

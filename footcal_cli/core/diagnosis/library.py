@@ -26,8 +26,8 @@ class Library:
         (effect, parameter, where), in order of appearance.
     columns
         Gram columns of each cause (its shapes).
-    visible
-        Visible fraction of each candidate, shape (k,).
+    visible, smallest
+        Visible fraction and smallest size that matters of each candidate, shape (k,).
     between
         Which candidates are seen between blocks rather than within, shape (k,).
     testable
@@ -41,6 +41,7 @@ class Library:
     causes: tuple[tuple[str, str, str], ...]
     columns: tuple[IntArray, ...]
     visible: FloatArray
+    smallest: FloatArray
     between: BoolArray
     testable: BoolArray
     local: BoolArray
@@ -58,7 +59,9 @@ class Library:
         return column - int(self.grams.candidates[0])
 
 
-def library(problem: Problem, grams: Grams, visible: FloatArray, rules: Rules) -> Library:
+def library(
+    problem: Problem, grams: Grams, visible: FloatArray, smallest: FloatArray, rules: Rules
+) -> Library:
     """Sort the candidates into causes, within- and between-block ones, testable or not."""
     groups: dict[tuple[str, str, str], list[int]] = {}
     whole = scores(grams.inner, grams.calibration, grams.candidates)
@@ -78,6 +81,7 @@ def library(problem: Problem, grams: Grams, visible: FloatArray, rules: Rules) -
         causes=tuple(groups),
         columns=tuple(np.array(c, dtype=np.int64) for c in groups.values()),
         visible=visible,
+        smallest=smallest,
         between=(share < rules.between_share) & problem.alike & (not problem.drifts),
         testable=testable,
         local=np.array([any(n == "hole" for n, _ in s.shape) for s in problem.signatures], bool),

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from footcal_cli.core.diagnosis.aliases import copied
-from footcal_cli.core.diagnosis.answer import EffectRow, Verdict
+from footcal_cli.core.diagnosis.answer import Diagnosis, Verdict
 from footcal_cli.core.diagnosis.investigation import Found, Investigation
 from footcal_cli.core.diagnosis.leftovers import nameless
 from footcal_cli.core.diagnosis.library import Library
@@ -36,7 +36,7 @@ def ambiguity(found: Investigation, table: Mapping[str, Effect]) -> tuple[Conten
         rivals = {item.cause.signature.effect: named}
         for signature in item.cause.rivals:
             copy = _copying(signature, named, answer.library, table)
-            rivals.setdefault(signature.effect, copy or _fitted(signature, answer.effects, table))
+            rivals.setdefault(signature.effect, copy or _in_its_place(signature, answer, table))
         return tuple(rivals.values())
     return ()
 
@@ -45,7 +45,7 @@ def nearest_effects(found: Investigation, table: Mapping[str, Effect]) -> tuple[
     """The effects that explain most of what has no name, best first."""
     _, diagnosis = nameless(found)
     rows = [r for r in diagnosis.effects if r.size.value and r.gain > 0]
-    return tuple(_fitted(r.signature, rows, table) for r in rows[:_NEAREST])
+    return tuple(_sized(r.signature, r.size.value, table) for r in rows[:_NEAREST])
 
 
 def next_menu(found: Investigation, table: Mapping[str, Effect]) -> Menu | None:
@@ -88,15 +88,24 @@ def _copying(
     return Contender(signature, {**dict(signature.shape), **values}, copies=True)
 
 
-def _fitted(
-    signature: Signature, rows: list[EffectRow] | tuple[EffectRow, ...], table: Mapping[str, Effect]
+def _in_its_place(
+    signature: Signature, answer: Diagnosis, table: Mapping[str, Effect]
 ) -> Contender:
-    """A rival with the size that the evidence gives it; its usual one where there is none."""
+    """A rival as it explains the data in the place of the named cause, not beside it."""
+    evidence, lib = answer.search.first, answer.library
+    alike = [
+        c for c, (effect, _, where) in enumerate(lib.causes)
+        if (effect, where) == (signature.effect, signature.where)
+    ]  # fmt: skip
+    if not alike:
+        return _sized(signature, 0.0, table)
+    c = alike[int(np.argmax(evidence.gain.sum(axis=0)[alike]))]
+    best = lib.problem.signatures[lib.index(int(evidence.best[c]))]
+    return _sized(best, float(evidence.size[c]), table)
+
+
+def _sized(signature: Signature, by: float, table: Mapping[str, Effect]) -> Contender:
+    """An effect of a size; of its usual one where the evidence gives none."""
     size = next(p for p in table[signature.effect].sizes if p.name == signature.parameter)
-    row = next((r for r in rows if r.signature.effect == signature.effect), None)
-    by = size.prior_sd
-    if row is not None and row.size.value:
-        signature, by = row.signature, row.size.value
-        size = next(p for p in table[signature.effect].sizes if p.name == signature.parameter)
-    value = min(max(size.neutral + by, size.lower), size.upper)
+    value = min(max(size.neutral + (by or size.prior_sd), size.lower), size.upper)
     return Contender(signature, {**dict(signature.shape), signature.parameter: value})

@@ -160,12 +160,16 @@ class Rehearsal:
     def shown(
         self, effect: Effect, signature: Signature, values: Mapping[str, float]
     ) -> FloatArray:
-        """What an effect adds beside the calibration, in noise sd; zero where it hides."""
-        whole = self._response(effect, self._owners(signature, effect), values)
+        """What an effect adds beside the calibration, in noise sd; zero where it hides.
+
+        Where one planned cell stands for `n` that carry it, each is weighed: ``√n`` of that.
+        """
+        owners, stands_for = self._owners(signature, effect)
+        whole = self._response(effect, owners, values)
         left = self._left(whole)
         if left @ left <= _SEEN**2 * (whole @ whole):
             return np.zeros_like(left)
-        return np.asarray(left * self._weight)
+        return np.asarray(left * self._weight * np.sqrt(stands_for))
 
     def _axes(self, rival: Contender, effect: Effect) -> FloatArray:
         """What each size of an effect adds at its usual value, shape (m, sizes)."""
@@ -198,14 +202,19 @@ class Rehearsal:
             left[rows] -= basis @ (basis.T @ columns[rows])
         return left
 
-    def _owners(self, signature: Signature, effect: Effect) -> dict[str, tuple[str, ...]]:
-        """Who carries an effect on the planned channels; one planned cell stands for any."""
+    def _owners(
+        self, signature: Signature, effect: Effect
+    ) -> tuple[dict[str, tuple[str, ...]], int]:
+        """Who carries an effect on the planned channels; how many one planned cell stands for."""
         units = self._units(effect)
         owners = {
             owner: tuple(m for m in members if m in units) for owner, members in signature.owners
         }
         owners = {owner: members for owner, members in owners.items() if members}
-        return owners or {"all": units}
+        if owners:
+            return owners, 1
+        members = {m for _, carried in signature.owners for m in carried}
+        return {"all": units}, max(len(members), 1)
 
     def _units(self, effect: Effect) -> tuple[str, ...]:
         return tuple(

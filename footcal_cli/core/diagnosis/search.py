@@ -69,7 +69,6 @@ def search(
     signs: FloatArray,
     rules: Rules,
     seed: int = 0,
-    smallest: FloatArray | None = None,
     start_loss: float | None = None,
     failed: frozenset[str] = frozenset(),
 ) -> Search:
@@ -85,8 +84,6 @@ def search(
         Thresholds.
     seed
         Of permutations.
-    smallest
-        Smallest size of each candidate that matters, shape (k,).
     start_loss
         Held-out squared error before anything was named; of this problem's calibration if absent.
     failed
@@ -102,9 +99,7 @@ def search(
     evidence = first
     refused: list[str] = []
     while len(steps) < rules.most_effects:
-        step, why = _next_step(
-            lib, evidence, base, signs, rules, smallest, steps, start_loss, seed, failed
-        )
+        step, why = _next_step(lib, evidence, base, signs, rules, steps, start_loss, seed, failed)
         refused += why
         if step is None:
             break
@@ -138,7 +133,6 @@ def _next_step(
     base: IntArray,
     signs: FloatArray,
     rules: Rules,
-    smallest: FloatArray | None,
     steps: Sequence[Step],
     start_loss: float,
     seed: int,
@@ -180,7 +174,7 @@ def _next_step(
             why.append(f"{name}: significant, but that it removes {bought} is not sure "
                        f"(p = {earned:.2g}, at most {rules.alpha_rival:g} is asked)")  # fmt: skip
             return None, why
-        if smallest is not None and abs(size) < smallest[lib.index(int(evidence.best[c]))]:
+        if abs(size) < lib.smallest[lib.index(int(evidence.best[c]))]:
             why.append(f"{name}: significant, but {abs(size):.3g} {signature.unit} is below the "
                        "size that matters")  # fmt: skip
             return None, why

@@ -7,14 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from footcal_cli.core.diagnosis.answer import EffectRow, EffectStatus, Verdict
+from footcal_cli.core.diagnosis.answer import Cause, EffectRow, EffectStatus, Verdict
+from footcal_cli.core.diagnosis.evidence_table import AS_GOOD, rival_row
 from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.report import Sheet, number
-from footcal_cli.sheets.diagnosis.rivals import losses_with
 from footcal_cli.sheets.diagnosis.words import with_interval, words
 
 _MOST_ROWS = 20
-_AS_GOOD = "explains as much as "
 _HOW_TO_READ = (
     "Present: beyond the size that matters. Absent: its whole interval within the sizes that do "
     "not matter. Undecided: the interval straddles it. By chance: probability that random signs of "
@@ -59,20 +58,27 @@ def table_rows(found: Investigation) -> list[EffectRow]:
     rows: list[EffectRow] = []
     seen: set[str] = set()
     for i, item in enumerate(found.found):
-        cause, before = item.cause, found.rounds[i].before.loss.sum()
+        cause = item.cause
         row = _row_of(found.rounds[i].effects, cause.signature.effect)
         if row is None:
             continue
-        rows.append(replace(row, signature=cause.signature, size=cause.size))
-        seen.add(cause.signature.effect)
-        for rival in dict.fromkeys(r.effect for r in cause.rivals):
-            other = _row_of(found.rounds[i].effects, rival)
-            loss = losses_with(found.rounds[i], rival)
-            if other is not None and loss is not None and rival not in seen:
-                rows.append(replace(other, gain=1.0 - float(loss.sum() / before)))
-                seen.add(rival)
+        mine = cause.signature.effect
+        seen.add(mine)
+        rivals = [r for r in {r.effect: r for r in cause.rivals}.values() if r.effect not in seen]
+        weighed = [rival_row(found.rounds[i], rival, mine) for rival in rivals]
+        rows.append(_named_row(row, cause, [rival.effect for rival in rivals]))
+        rows += [other for other in weighed if other is not None]
+        seen |= {rival.effect for rival in rivals}
     rows += [r for r in found.rounds[-1].effects if r.signature.effect not in seen]
     return sorted(rows, key=lambda r: (r.status is EffectStatus.NOT_TESTABLE, -r.gain))
+
+
+def _named_row(row: EffectRow, cause: Cause, rivals: Sequence[str]) -> EffectRow:
+    """With the size of the refit; beside rivals it is no more certain than they are."""
+    row = replace(row, signature=cause.signature, size=cause.size)
+    if not rivals:
+        return row
+    return replace(row, status=EffectStatus.UNDECIDED, reason=AS_GOOD + ", ".join(rivals))
 
 
 def _not_stood(row: EffectRow) -> EffectRow:
@@ -91,8 +97,8 @@ def _evidence_row(row: EffectRow, blocks: int) -> tuple[str, ...]:
     verdict = str(row.status).replace("_", " ")
     if row.status is EffectStatus.NOT_TESTABLE:
         verdict += f": {row.reason}"
-    elif row.reason.startswith(_AS_GOOD):
-        verdict += f": as good as {words(row.reason.removeprefix(_AS_GOOD))}"
+    elif row.reason.startswith(AS_GOOD):
+        verdict += f": as good as {words(row.reason.removeprefix(AS_GOOD))}"
     return (
         words(row.signature.effect),
         row.signature.where,
