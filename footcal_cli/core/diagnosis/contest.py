@@ -234,7 +234,7 @@ def _fit(
     subject: Subject, causes: Sequence[Cause], model: Refit | None, cause: Cause
 ) -> tuple[Cause, Refit, Problem]:
     """A contender with its refit beside all other causes and the problem that it leaves."""
-    fitted = _extended(subject, [*causes, cause], model)
+    fitted = refitted_with(subject, [*causes, cause], model)
     return cause, fitted, subject.bare(fitted, [*causes, cause])
 
 
@@ -330,7 +330,7 @@ def _where(
         return cause, best.fitted, loss
     where, owners = own
     apart = replace(cause, signature=replace(cause.signature, where=where, owners=owners))
-    fitted = _extended(subject, [*causes, apart], model)
+    fitted = refitted_with(subject, [*causes, apart], model)
     bare = subject.bare(fitted, [*causes, apart])
     less = _white_loss(subject.without_credit(bare, fitted), noise)
     neutral = next(p.neutral for p in effect.sizes if p.name == cause.signature.parameter)
@@ -402,12 +402,12 @@ def _white_loss(problem: Problem, noise: Noise) -> FloatArray:
     return held_out_loss(grams.inner, grams.calibration)
 
 
-def _extended(
+def refitted_with(
     subject: Subject,
     causes: Sequence[Cause],
     model: Refit | None,
 ) -> Refit:
-    """All accepted effects refitted together, starting from the last model."""
+    """All causes refitted together, the newest from its size, the others from the last model."""
     start: dict[str, float] = {}
     if model is not None:
         start = {n: v for n, v in model.values.items() if n not in subject.case.values}

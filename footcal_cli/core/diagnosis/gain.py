@@ -85,6 +85,17 @@ def gains_of(
     return tuple(gains)
 
 
+def losses(baseline: Problem, current: Problem) -> tuple[float, float]:
+    """Held-out squared error of the baseline and of a model, judged in the noise of the model.
+
+    In noise of its own every model fits alike.
+    """
+    noise = noise_of(current)
+    grams = [calibration_grams(judged, noise) for judged in (baseline, current)]
+    before, after = (float(held_out_loss(g.inner, g.calibration, g.plain).sum()) for g in grams)
+    return before, after
+
+
 def output_losses(problem: Problem, noise: Noise) -> FloatArray:
     """Held-out squared error of each block and output in units of the noise, shape (B, outputs)."""
     grams = calibration_grams(problem, noise)

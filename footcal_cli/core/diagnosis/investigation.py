@@ -11,10 +11,8 @@ from footcal_cli.core.diagnosis.answer import Cause, Diagnosis, Verdict
 from footcal_cli.core.diagnosis.bends import against_bends, bends_of, bent_axes
 from footcal_cli.core.diagnosis.bridge import Describe, problem_from
 from footcal_cli.core.diagnosis.case import Case, Rows, rows_of
-from footcal_cli.core.diagnosis.contest import decided_again
 from footcal_cli.core.diagnosis.ends import against_other_sign, held_at_zero
 from footcal_cli.core.diagnosis.engine import (
-    diagnose,
     enough,
     left_apart,
     leftover,
@@ -23,14 +21,14 @@ from footcal_cli.core.diagnosis.engine import (
 )
 from footcal_cli.core.diagnosis.form import Form, form_of
 from footcal_cli.core.diagnosis.gain import Gain, gains_of
-from footcal_cli.core.diagnosis.grams import calibration_grams
-from footcal_cli.core.diagnosis.growth import at_an_end, grown_by_one, named_columns
+from footcal_cli.core.diagnosis.growth import named_columns
 from footcal_cli.core.diagnosis.mixtures import against_mixtures, applies_to, mixtures_of
 from footcal_cli.core.diagnosis.nested import nested_losses
+from footcal_cli.core.diagnosis.pairs import likely_pairs
+from footcal_cli.core.diagnosis.path import Path, beginning, grown, together
 from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.refit import Refit
 from footcal_cli.core.diagnosis.rules import Rules
-from footcal_cli.core.diagnosis.scores import held_out_loss
 from footcal_cli.core.diagnosis.stated import stated_size
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.diagnosis.unnamed import Unnamed, against_curves, applies, curves_of
@@ -38,6 +36,9 @@ from footcal_cli.core.diagnosis.whitening import noise_of
 from footcal_cli.core.effects.contract import Effect, GridOf
 from footcal_cli.core.evidence import Interval, sign_patterns
 from footcal_cli.core.parameters import IntArray
+
+_CLEAR = (Verdict.NAMED, Verdict.AMBIGUOUS)
+"""Verdicts that leave nothing beside the names."""
 
 
 @dataclass(frozen=True)
@@ -48,6 +49,8 @@ class Found:
     ----------
     cause
         As the engine named it; its size after the refit.
+    answer
+        The diagnosis that it was named in.
     owner
         Whose size that is: of several with one each, whose is surest not to be nothing.
     parameter_names, intervals
@@ -57,6 +60,7 @@ class Found:
     """
 
     cause: Cause
+    answer: Diagnosis
     owner: str
     parameter_names: tuple[str, ...]
     intervals: tuple[Interval, ...]
@@ -127,40 +131,28 @@ def investigate(
         Thresholds; of sign patterns.
     """
     rules = rules or Rules()
-    one = replace(rules, most_effects=1)
     rows = rows_of(case)
     problem = problem_from(case, rows, table.values(), describe)
     subject = Subject(case, rows, problem, table, describe)
-    current, model = problem, None
-    rounds = [diagnose(problem, one, seed)]
-    causes: list[Cause] = []
-    removed, start = 0.0, None
-    while len(rounds) <= rules.most_effects and not at_an_end(subject, causes, model):
-        grown, rounds[-1] = grown_by_one(subject, causes, model, current, rounds[-1], start, seed)
-        if grown is None:
-            break
-        causes, model = decided_again(subject, *grown, rounds, seed)
-        current = subject.extended(model, causes)
-        start, end = _losses(problem, current)
-        removed = start - end
-        rounds.append(diagnose(current, one, seed, start))
-    form = _form(current, model, causes, seed)
-    unnamed = _unnamed(subject, current, model, causes, rules, seed)
-    verdict, share = _verdict(rounds, causes, form, unnamed, rules, removed)
-    found = _found(subject, causes, model)
+    path = grown(subject, beginning(problem, rules, seed), rules, seed)
+    verdict, share = _judged(subject, path, rules, seed)
+    if verdict is Verdict.UNKNOWN:
+        path, verdict, share = _another_way(subject, path, rules, seed) or (path, verdict, share)
+    rounds, causes, model, current = path.rounds, path.causes, path.model, path.current
+    found = _found(subject, path)
     named = verdict in (Verdict.NAMED, Verdict.NAMED_UNKNOWN, Verdict.AMBIGUOUS)
     final = current if named else problem
     nested, alike = None, np.ones(problem.blocks, dtype=bool)
     if named:
         nested = nested_losses(
-            problem, rounds[0].library, rules, len(causes), seed, noise_of(final)
+            problem, rounds[0].library, rules, len(causes), seed, noise_of(final), pair=path.pair
         )
         alike = nested.alike(
             [frozenset({s.effect for s in (c.signature, *c.rivals)}) for c in causes]
         )
     return Investigation(
         verdict=verdict,
-        rounds=tuple(rounds),
+        rounds=path.rounds,
         found=found if named else (),
         nearest=() if named or verdict is Verdict.NONE else found,
         model=model if named else None,
@@ -174,17 +166,25 @@ def investigate(
     )
 
 
-def _losses(problem: Problem, current: Problem) -> tuple[float, float]:
-    """Held-out squared error of the baseline and of a model, judged in the noise of the model.
+def _another_way(
+    subject: Subject, path: Path, rules: Rules, seed: int
+) -> tuple[Path, Verdict, float] | None:
+    """A path that begins with two causes at once and leaves nothing; None where none does."""
+    for pair in likely_pairs(path.rounds[0].library, rules):
+        both = together(subject, path, pair, seed)
+        if both is not None:
+            both = grown(subject, both, rules, seed)
+            verdict, share = _judged(subject, both, rules, seed)
+            if verdict in _CLEAR:
+                return both, verdict, share
+    return None
 
-    In noise of its own every model fits alike.
-    """
-    noise = noise_of(current)
-    losses = []
-    for judged in (problem, current):
-        grams = calibration_grams(judged, noise)
-        losses.append(float(held_out_loss(grams.inner, grams.calibration, grams.plain).sum()))
-    return losses[0], losses[1]
+
+def _judged(subject: Subject, path: Path, rules: Rules, seed: int) -> tuple[Verdict, float]:
+    """The verdict on a path, and the share of what can be explained that its names explain."""
+    form = _form(path.current, path.model, path.causes, seed)
+    unnamed = _unnamed(subject, path.current, path.model, path.causes, rules, seed)
+    return _verdict(path.rounds, path.causes, form, unnamed, rules, path.removed)
 
 
 def _form(current: Problem, model: Refit | None, causes: Sequence[Cause], seed: int) -> Form | None:
@@ -226,11 +226,11 @@ def _unnamed(
     return tuple(found)
 
 
-def _found(subject: Subject, causes: Sequence[Cause], model: Refit | None) -> tuple[Found, ...]:
+def _found(subject: Subject, path: Path) -> tuple[Found, ...]:
+    model, found = path.model, []
     if model is None:
         return ()
-    found = []
-    for cause in causes:
+    for cause, answer in zip(path.causes, path.answers, strict=False):
         owners = [owner for owner, _ in cause.signature.owners]
         mine = [
             i for i, name in enumerate(model.names) if name.rsplit(".", 1)[0] in owners
@@ -248,6 +248,7 @@ def _found(subject: Subject, causes: Sequence[Cause], model: Refit | None) -> tu
         found.append(
             Found(
                 replace(cause, size=sizes[surest]),
+                answer,
                 surest,
                 tuple(model.names[i] for i in mine),
                 tuple(model.intervals[i] for i in mine),

@@ -10,6 +10,7 @@ import numpy as np
 from footcal_cli.core.diagnosis.detection import block_calibrations
 from footcal_cli.core.diagnosis.grams import Grams, whitened_grams
 from footcal_cli.core.diagnosis.library import Library
+from footcal_cli.core.diagnosis.pairs import likely_pairs
 from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.scores import coefficients
@@ -54,6 +55,8 @@ def nested_losses(
     most_effects: int,
     seed: int = 0,
     noise: Noise | None = None,
+    *,
+    pair: bool = False,
 ) -> Nested:
     """Run the whole search without each fold and predict the fold with what it chose.
 
@@ -70,12 +73,16 @@ def nested_losses(
         Of sign patterns.
     noise
         In which all models are judged; that of what was chosen where absent.
+    pair
+        Whether two causes were looked for together: the likeliest pair is chosen.
     """
     blocks = lib.grams.blocks
     fold = folds_of(_alike_blocks(lib.grams), rules.most_folds)
     searched = replace(lib, grams=lib.grams.without_features)
     picks = [
-        _chosen_without(searched, fold != f, replace(rules, most_effects=most_effects), seed)
+        _pair_without(searched, fold != f, rules)
+        if pair
+        else _chosen_without(searched, fold != f, replace(rules, most_effects=most_effects), seed)
         for f in range(int(fold.max()) + 1)
     ]
     used = np.unique(np.concatenate([*picks, np.empty(0, dtype=np.int64)])).astype(np.int64)
@@ -124,6 +131,12 @@ def _alike_blocks(grams: Grams) -> IntArray:
     if not grams.wandering.size:
         return np.zeros(grams.blocks, dtype=np.int64)
     return block_calibrations(grams, grams.calibration, np.empty(0, dtype=np.int64))[2]
+
+
+def _pair_without(lib: Library, kept: BoolArray, rules: Rules) -> IntArray:
+    """The pair of candidates that explains most on some of the blocks alone."""
+    pairs = likely_pairs(replace(lib, grams=lib.grams.of_blocks(kept)), rules)
+    return np.array(pairs[0] if pairs else (), dtype=np.int64)
 
 
 def _chosen_without(lib: Library, kept: BoolArray, rules: Rules, seed: int) -> IntArray:

@@ -28,10 +28,10 @@ def rig_at(found: Investigation) -> Rig:
 
 def ambiguity(found: Investigation, table: Mapping[str, Effect]) -> tuple[Contender, ...]:
     """The first named effect that has rivals, then these; empty where there is none."""
-    for i, item in enumerate(found.found):
+    for item in found.found:
         if not item.cause.rivals:
             continue
-        answer = found.rounds[i]
+        answer = item.answer
         named = _named(found, item)
         rivals = {item.cause.signature.effect: named}
         for signature in item.cause.rivals:

@@ -107,19 +107,18 @@ def suspects_of(found: Investigation, table: Mapping[str, Effect]) -> tuple[Susp
     """The first group of rivals, each as large as it must be."""
     if found.verdict is not Verdict.AMBIGUOUS:
         return ()
-    number = next((i for i, item in enumerate(found.found) if item.cause.rivals), None)
-    if number is None:
+    item = next((item for item in found.found if item.cause.rivals), None)
+    if item is None:
         return ()
     rivals = ambiguity(found, table)
     named, *others = rivals
-    answer = found.rounds[number]
     # what was named has sizes from its own refit, and what copies it follows from these: all its
     # axes fitted would fit the noise too, and find it again where the same log is diagnosed again
-    first = replace(_as_large(named, answer, table), values=dict(named.values))
+    first = replace(_as_large(named, item.answer, table), values=dict(named.values))
     return first, *(
         Suspect(r.signature.effect, dict(r.signature.owners), dict(r.values), first.sd)
         if r.copies
-        else _as_large(r, answer, table)
+        else _as_large(r, item.answer, table)
         for r in others
     )
 

@@ -57,15 +57,15 @@ def table_rows(found: Investigation) -> list[EffectRow]:
         return [_not_stood(row) for row in found.rounds[0].effects]
     rows: list[EffectRow] = []
     seen: set[str] = set()
-    for i, item in enumerate(found.found):
+    for item in found.found:
         cause = item.cause
-        row = _row_of(found.rounds[i].effects, cause.signature.effect)
+        row = _row_of(item.answer.effects, cause.signature.effect)
         if row is None:
             continue
         mine = cause.signature.effect
         seen.add(mine)
         rivals = [r for r in {r.effect: r for r in cause.rivals}.values() if r.effect not in seen]
-        weighed = [rival_row(found.rounds[i], rival, mine) for rival in rivals]
+        weighed = [rival_row(item.answer, rival, mine) for rival in rivals]
         rows.append(_named_row(row, cause, [rival.effect for rival in rivals]))
         rows += [other for other in weighed if other is not None]
         seen |= {rival.effect for rival in rivals}

@@ -36,11 +36,11 @@ def next_best(found: Investigation) -> str | None:
 def against_rivals(found: Investigation) -> list[str]:
     """Difference of held-out errors between each named effect and its rivals."""
     lines = []
-    for i, item in enumerate(found.found):
+    for item in found.found:
         mine = item.cause.signature.effect
-        best = losses_with(found.rounds[i], mine)
+        best = losses_with(item.answer, mine)
         for rival in dict.fromkeys(r.effect for r in item.cause.rivals):
-            loss = losses_with(found.rounds[i], rival)
+            loss = losses_with(item.answer, rival)
             if best is not None and loss is not None:
                 lines.append(
                     f"{words(rival)} leaves errors {_percent(_difference(best, loss))} larger than "

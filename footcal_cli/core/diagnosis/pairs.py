@@ -1,0 +1,48 @@
+"""Two causes at once, where one at a time leads astray.
+
+Of two effects that share their drivers neither may be the best single explanation: a third name
+that resembles both takes the first step, and what is left then fits nothing. All pairs of
+candidates together are as cheap to compare as all singles, on the same inner products.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from footcal_cli.core.diagnosis.library import Library
+from footcal_cli.core.diagnosis.rules import Rules
+from footcal_cli.core.diagnosis.scores import scores
+
+
+def likely_pairs(lib: Library, rules: Rules) -> list[tuple[int, int]]:
+    """Candidates that together explain most, best first; of pairs that resemble each other one.
+
+    With ``z`` the scores of two candidates in units of their sd and ``c`` their cosine, calibration
+    projected off, they explain ``(z₁² + z₂² − 2 c z₁ z₂)/(1 − c²)``. Pairs that look alike are left
+    out: together they may copy a third.
+
+    Returns
+    -------
+    Numbers of candidates, the one that explains more on its own first.
+    """
+    found = scores(lib.grams.inner, lib.grams.calibration, lib.grams.candidates)
+    power = np.diag(lib.products)
+    shown = np.flatnonzero(lib.testable & (power > 0) & (found.inside == 0))
+    if shown.size < 2:
+        return []
+    sd = np.sqrt(power[shown])
+    z = found.score.sum(axis=0)[shown] / sd
+    cos = lib.products[np.ix_(shown, shown)] / np.outer(sd, sd)
+    effects = np.array([lib.problem.signatures[i].effect for i in shown])
+    like = np.abs(cos)
+    apart = (like < rules.alike_together) & (effects[:, None] != effects)
+    both = z[:, None] ** 2 + z**2 - 2.0 * cos * np.outer(z, z)
+    gain = np.where(apart, both / np.maximum(1.0 - cos**2, 1.0 - rules.alike_together**2), 0.0)
+    pairs: list[tuple[int, int]] = []
+    while len(pairs) < rules.most_pairs and gain.max() > 0:
+        i, j = (int(n) for n in np.unravel_index(int(np.argmax(gain)), gain.shape))
+        pairs.append((i, j) if abs(z[i]) >= abs(z[j]) else (j, i))
+        # what resembles these two is their rival, and the contest of each compares it
+        one, other = like[i] > rules.look_alike, like[j] > rules.look_alike
+        gain[np.outer(one, other) | np.outer(other, one)] = 0.0
+    return [(int(shown[first]), int(shown[second])) for first, second in pairs]

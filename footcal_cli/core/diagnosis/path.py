@@ -1,0 +1,144 @@
+"""The way through the search: one more cause at a time, or two at once, each in a full refit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from footcal_cli.core.diagnosis.answer import Cause, Diagnosis
+from footcal_cli.core.diagnosis.contest import decided_again, refitted_with
+from footcal_cli.core.diagnosis.engine import diagnose
+from footcal_cli.core.diagnosis.gain import losses
+from footcal_cli.core.diagnosis.growth import at_an_end, grown_by_one
+from footcal_cli.core.diagnosis.library import Library
+from footcal_cli.core.diagnosis.problem import Problem
+from footcal_cli.core.diagnosis.refit import Refit
+from footcal_cli.core.diagnosis.rules import Rules
+from footcal_cli.core.diagnosis.scores import scores
+from footcal_cli.core.diagnosis.subject import Subject
+from footcal_cli.core.evidence import Interval
+
+
+@dataclass(frozen=True)
+class Path:
+    """What was named so far, and what is left.
+
+    Parameters
+    ----------
+    causes, model
+        Named effects, and the model with them; None without any.
+    answers
+        The diagnosis that each of them was named in.
+    rounds
+        Diagnoses of the models on the way, the baseline first.
+    current
+        The problem on the model.
+    start, removed
+        Held-out squared error of the baseline in the noise of the model, None without one, and
+        what of it the names remove.
+    pair
+        Whether it began with two causes at once.
+    """
+
+    causes: tuple[Cause, ...]
+    model: Refit | None
+    answers: tuple[Diagnosis, ...]
+    rounds: tuple[Diagnosis, ...]
+    current: Problem
+    start: float | None = None
+    removed: float = 0.0
+    pair: bool = False
+
+
+def beginning(problem: Problem, rules: Rules, seed: int) -> Path:
+    """The baseline, diagnosed; no cause yet."""
+    return Path((), None, (), (diagnose(problem, replace(rules, most_effects=1), seed),), problem)
+
+
+def grown(subject: Subject, path: Path, rules: Rules, seed: int) -> Path:
+    """The path with one more cause at a time, until none is left or the most are reached."""
+    while len(path.causes) < rules.most_effects and not at_an_end(subject, path.causes, path.model):
+        found, answer = grown_by_one(
+            subject, path.causes, path.model, path.current, path.rounds[-1], path.start, seed
+        )
+        path = replace(path, rounds=(*path.rounds[:-1], answer))
+        if found is None:
+            break
+        answers = (*path.answers, answer)
+        causes, model = decided_again(subject, *found, answers, seed)
+        path = continued(subject, replace(path, causes=tuple(causes), answers=answers), model, seed)
+    return path
+
+
+def continued(subject: Subject, path: Path, model: Refit, seed: int) -> Path:
+    """The path with the model of its causes, diagnosed once more."""
+    current = subject.extended(model, path.causes)
+    start, end = losses(subject.problem, current)
+    last = diagnose(current, path.rounds[0].rules, seed, start)
+    return replace(
+        path,
+        model=model,
+        rounds=(*path.rounds, last),
+        current=current,
+        start=start,
+        removed=start - end,
+    )
+
+
+def together(subject: Subject, path: Path, pair: tuple[int, int], seed: int) -> Path | None:
+    """A path that begins with two causes, each the best name for what the other one leaves.
+
+    The stronger of a pair is put into the model and the other one is looked for among all effects,
+    with every test and contest; then the first is taken out and looked for in the same way beside
+    the second.
+
+    Parameters
+    ----------
+    subject, path
+        What is diagnosed, and a path whose first round is the baseline.
+    pair
+        Candidates by number.
+    seed
+        Of sign patterns.
+
+    Returns
+    -------
+    None where one of the two does not stand beside the other.
+    """
+    baseline = path.rounds[0]
+    rules = replace(baseline.rules, later_share=baseline.rules.pair_share)
+    first = _best_beside(subject, _cause(baseline.library, pair[0]), rules, seed)
+    second = None if first is None else _best_beside(subject, first[0][-1], rules, seed)
+    if first is None or second is None:
+        return None
+    (held, newest), model, answer = second
+    answers = (answer, first[2])
+    begun = replace(path, causes=(newest, held), answers=answers, rounds=(baseline, answers[-1]))
+    return continued(subject, replace(begun, pair=True), model, seed)
+
+
+def _best_beside(
+    subject: Subject, held: Cause, rules: Rules, seed: int
+) -> tuple[list[Cause], Refit, Diagnosis] | None:
+    """A cause and the best name for what it leaves, with their model and what found the name."""
+    model = refitted_with(subject, [held], None)
+    current = subject.extended(model, [held])
+    start, _ = losses(subject.problem, current)
+    answer = diagnose(current, rules, seed, start)
+    found, answer = grown_by_one(subject, [held], model, current, answer, start, seed)
+    return None if found is None or len(found[0]) == 1 else (*found, answer)
+
+
+def _cause(lib: Library, number: int) -> Cause:
+    """A candidate as large as its score says, before any test."""
+    found = scores(lib.grams.inner, lib.grams.calibration, lib.grams.candidates[[number]])
+    size, nothing = float(found.size[0]), Interval(0.0, 0.0, 0.0)
+    return Cause(
+        signature=lib.problem.signatures[number],
+        size=Interval(size, size, size),
+        p=1.0,
+        gain=nothing,
+        blocks_better=0,
+        heterogeneity=0.0,
+        rivals=(),
+        places=(),
+    )
