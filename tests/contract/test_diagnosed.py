@@ -1,0 +1,443 @@
+"""Each effect in each experiment at twice the smallest size that matters: named, sized, worth it.
+
+The size is that at which an effect's visible part, what a refitted calibration leaves of it,
+changes an output by twice the tolerance of the command; it is found by simulating the effect, not
+by asking `diagnose`. The simulator is the library's own: the blind bench hides other
+implementations. What has no graded size (a stuck channel, a wrong unit) is looked for among the raw
+data by `check` and is no part of this.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from footcal_cli.commands.parts.diagnose_hang import OF_CELLS
+from footcal_cli.core.chain import Chain, Link
+from footcal_cli.core.diagnosis.answer import EffectStatus, Verdict
+from footcal_cli.core.diagnosis.bridge import problem_from
+from footcal_cli.core.diagnosis.case import Case, Rows, residual, rows_of
+from footcal_cli.core.diagnosis.grams import whitened_grams
+from footcal_cli.core.diagnosis.investigation import Found, Investigation, investigate
+from footcal_cli.core.diagnosis.problem import Problem, Signature
+from footcal_cli.core.diagnosis.rules import Rules
+from footcal_cli.core.diagnosis.signals import describe
+from footcal_cli.core.diagnosis.signatures import SWITCHES
+from footcal_cli.core.effects import TABLE
+from footcal_cli.core.effects.contract import Effect, GridOf, Scope, can_carry, columns_of
+from footcal_cli.core.evidence import Interval
+from footcal_cli.core.parameters import FloatArray
+from tests.contract.worlds import WORLDS, Hidden, wiring
+
+TIMES_WHAT_MATTERS = 2.0
+SEEDS = (1,)
+FAINT = 0.3
+"""Visible part over noise (RMS) below which silence is no miss: less is seen in too few logs."""
+LEAST_COVERED = 0.85
+RAW = frozenset(
+    {"channel_stuck", "channel_duplicate", "quantisation", "dropped_samples", "wrong_unit"}
+)
+"""Without a graded size: looked for among the raw data."""
+ONE_CELL = frozenset({"sign_flip", "cell_position", "bias_drift", "bias_jump"})
+"""Effects of single cells; what is in the nature of a sensor all of them have alike."""
+SATURATION = "saturation"
+"""Whole, or none: its size is the load at which it begins."""
+PARAMETERS = {
+    "cross_coupling": "coupling_fx_fz", "scale_matrix": "gain_fz", "axis_flip": "flip_fx",
+    "offset_drift": "offset_drift_fz", "offset_change": "offset_change_fy",
+}  # fmt: skip
+"""Which size is hidden, where it is not the first."""
+SHAPES = {
+    "saturation_limit": 1.0, "hinge_load": 0.5, "dead_zone_width": 0.15, "bypass_load": 0.5,
+    "hysteresis_reach": 0.15, "change_time": 0.43,
+    "creep_time": 45.0, "creep_slow_time": 800.0, "jump_time": 45.0, "slip_time": 25.0,
+    "slip_duration": 0.3, "label": 10.0, "hole": 5.0,
+    "swap_first": 0.0, "swap_second": 2.0, "crosstalk_from": 0.0, "strain_bridged": 0.0,
+}  # fmt: skip
+"""Mostly between the values that `diagnose` tries; of the largest load (or of a log's span)."""
+LABELS_N = {"weights": 10.0, "placements": 19.61}
+CASES = [
+    (experiment, effect)
+    for experiment, world in WORLDS.items()
+    for effect in TABLE.values()
+    if experiment in effect.experiments
+    and effect.name not in (*RAW, *world.experiment.calibration)
+    and can_carry(world.channels, effect)
+    and world.untested.get(effect.name) != OF_CELLS
+]
+KNOWN_MISSES: Mapping[tuple[str, str], str] = {}
+"""Experiment and effect -> why it is missed today: a new miss fails, a repaired one is told."""
+
+
+@dataclass(frozen=True)
+class Clean:
+    """An experiment with nothing hidden in it.
+
+    Parameters
+    ----------
+    case, rows, problem
+        With noise; the problem has no candidates.
+    still
+        Residual of the same recording without noise, shape (m,).
+    """
+
+    case: Case
+    rows: Rows
+    problem: Problem
+    still: FloatArray
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What of an effect shows.
+
+    Parameters
+    ----------
+    matters
+        Largest change of an output over the smallest that matters, calibration refitted.
+    rho
+        RMS of that part over the RMS of the noise, on the outputs it touches.
+    fraction
+        Share of the effect that calibration cannot absorb.
+    whole
+        As `matters`, calibration held.
+    """
+
+    matters: float
+    rho: float
+    fraction: float
+    whole: float
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What `diagnose` said of a hidden effect, judged.
+
+    Parameters
+    ----------
+    outcome
+        ``ok``, ``faint`` (silent, and too small for this noise), ``not testable`` or ``MISS``.
+    covered
+        Whether the 95 % interval of its size holds the truth; None where there is none to compare.
+    line
+        Everything in one line.
+    """
+
+    outcome: str
+    covered: bool | None
+    line: str
+
+
+ANSWERS: dict[tuple[str, str, int], Answer] = {}
+
+
+@cache
+def clean(experiment: str, seed: int) -> Clean:
+    world = WORLDS[experiment]
+    case = world.case(world.record(None, seed, True), seed)
+    rows = rows_of(case)
+    quiet = replace(case, logs=world.record(None, seed, False))
+    problem = problem_from(case, rows, (), describe)
+    return Clean(case, rows, problem, residual(quiet, rows, case.values))
+
+
+def seen(experiment: str, seed: int, hidden: Hidden) -> Seen:
+    """What a hidden effect does to the residual, by two recordings without noise."""
+    base = clean(experiment, seed)
+    quiet = replace(base.case, logs=WORLDS[experiment].record(hidden, seed, False))
+    change = residual(quiet, base.rows, base.case.values) - base.still
+    column = Signature(hidden.effect.name, hidden.parameter, "", "")
+    problem = replace(base.problem, columns=change[:, None], signatures=(column,))
+    whole = _matters(problem, change)
+    if problem.tracking is not None:
+        return replace(_tracked(problem), whole=whole)
+    left = problem.left()
+    noise = replace(problem, columns=problem.residual[:, None]).left()[:, 0]
+    touched = np.isin(problem.output, np.unique(problem.output[change != 0.0]))
+    rho = _rms(left[touched, 0]) / _rms(noise[touched]) if touched.any() else 0.0
+    return Seen(_matters(problem, left[:, 0]), rho, float(problem.visible(left)[0]), whole)
+
+
+def _matters(problem: Problem, left: FloatArray) -> float:
+    """Largest RMS change of an output over its tolerance; one cell's counts on that cell's rows."""
+    largest = 0.0
+    for o, tolerance in enumerate(problem.tolerance):
+        rows = problem.output == o
+        own = rows & (problem.columns[:, 0] != 0.0)
+        rows = own if own.any() else rows
+        if rows.any():
+            largest = max(largest, _rms((left * problem.noise)[rows]) / float(tolerance))
+    return largest
+
+
+def _tracked(problem: Problem) -> Seen:
+    """The same where the calibration is followed: of what its prediction misses."""
+    grams, _ = whitened_grams(problem, np.empty((problem.residual.size, 0)))
+    column = int(grams.candidates[0])
+    rows = np.bincount(problem.output, minlength=len(problem.outputs))
+    noise = np.array([problem.noise[problem.output == o][0] for o in range(rows.size)])
+    rms = np.sqrt(grams.energy[:, [column, -1]] / rows[:, None])
+    touched = rms[:, 0] > 0.0
+    if not touched.any():
+        return Seen(0.0, 0.0, 0.0, 0.0)
+    energy = grams.energy[touched].sum(axis=0)
+    matters = float(np.max(rms[:, 0] * noise / problem.tolerance))
+    return Seen(matters, float(np.sqrt(energy[column] / energy[-1])),
+                float(grams.visible[column]), 0.0)  # fmt: skip
+
+
+def _rms(values: FloatArray) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def hidden_in(experiment: str, effect: Effect, seed: int) -> Hidden:
+    """The effect in those who carry it, at its usual size."""
+    base = clean(experiment, seed)
+    channels = tuple(c for log in base.case.logs for c in log.channels)
+    owners: dict[str, tuple[str, ...]] = {}
+    if effect.scope is Scope.ROBOT:
+        owners = {"robot": ("robot",)}
+    elif effect.scope is Scope.LEG:
+        owners = {"fl": ("fl",)}
+    elif effect.scope is Scope.FOOT:
+        owners = {"left": ("left",)} if effect.name == "slip" else {"all": ("left", "right")}
+    elif "." in channels[0]:
+        owners = {"fl.fz": ("fl.fz",)}
+    elif effect.name in ONE_CELL:
+        owners = {channels[1]: (channels[1],)}
+    else:
+        owners = {"all": channels}
+    parameter = PARAMETERS.get(effect.name, effect.size.name)
+    size = next(p for p in effect.sizes if p.name == parameter)
+    shown = {p.name: _shape(experiment, effect, p.name, p.grid_of, seed) for p in effect.shapes}
+    whole = effect.name in (*SWITCHES, SATURATION)
+    shown[parameter] = 1.0 if whole else size.neutral + size.prior_sd
+    values = {f"{owner}.{name}": value for owner in owners for name, value in shown.items()}
+    return Hidden(effect, owners, parameter, values)
+
+
+def _shape(experiment: str, effect: Effect, name: str, of: GridOf, seed: int) -> float:
+    if name == "label":
+        return LABELS_N[experiment]
+    share = SHAPES[name]
+    case = clean(experiment, seed).case
+    if of is GridOf.SPAN:
+        return share * float(max(np.ptp(log.time_s) for log in case.logs))
+    if of is not GridOf.LOAD:
+        return share
+    largest = 0.0
+    for log in case.logs:
+        force = np.abs(case.chain.remove(log, case.values)[0].readings)
+        units = columns_of(effect.scope, log.channels)
+        sums = np.stack([force[:, c].sum(axis=1) for c in units], axis=1)
+        largest = max(largest, float(np.quantile(sums, 0.99, axis=0).max()))
+    return share * largest
+
+
+def sized(experiment: str, effect: Effect, seed: int) -> tuple[Hidden, Seen]:
+    """The effect at twice the smallest size that matters, or at the largest there is.
+
+    Where calibration takes it up, or the command says so, the size is that of the whole effect.
+    """
+    absorbed = effect.name in WORLDS[experiment].untested
+    hidden = hidden_in(experiment, effect, seed)
+    found = seen(experiment, seed, hidden)
+    if effect.name in SWITCHES:
+        return hidden, found
+    if effect.name == SATURATION:
+        return _saturated(experiment, hidden, seed)
+    size = next(p for p in effect.sizes if p.name == hidden.parameter)
+    for _ in range(6):
+        absorbed |= found.fraction < Rules().visible_floor
+        shown = found.whole if absorbed else found.matters
+        if shown == 0.0 or abs(shown / TIMES_WHAT_MATTERS - 1.0) < 0.01:
+            break
+        wanted = hidden.size * TIMES_WHAT_MATTERS / shown
+        wanted = float(np.clip(wanted, size.lower, size.upper))
+        if wanted == hidden.size:
+            break
+        hidden = hidden.resized(wanted)
+        found = seen(experiment, seed, hidden)
+    return hidden, found
+
+
+def _saturated(experiment: str, hidden: Hidden, seed: int) -> tuple[Hidden, Seen]:
+    """Bisect the load above which nothing more is read: the lower, the more matters."""
+    (limit,) = [name for name in hidden.values if name.endswith(".saturation_limit")]
+    low, high = 0.3, 1.2
+    for _ in range(12):
+        share = 0.5 * (low + high)
+        tried = replace(hidden, values={**hidden.values, limit: share * hidden.values[limit]})
+        found = seen(experiment, seed, tried)
+        low, high = (share, high) if found.matters > TIMES_WHAT_MATTERS else (low, share)
+    return tried, found
+
+
+def answer(experiment: str, effect: Effect, seed: int) -> Answer:
+    """Hide an effect, diagnose, judge, print."""
+    began = time.perf_counter()
+    world = WORLDS[experiment]
+    hidden, shown = sized(experiment, effect, seed)
+    case = world.case(world.record(hidden, seed, True), seed)
+    size = next(p for p in effect.sizes if p.name == hidden.parameter)
+    told = [
+        f"{experiment:<10} {effect.name:<18} {hidden.size:9.4g} {size.unit:<5}",
+        f"{shown.matters:5.2f} x what matters, rho {shown.rho:6.3f}, visible {shown.fraction:4.0%}",
+    ]
+    findings = wiring(case) if effect.name in SWITCHES else []
+    if findings:
+        outcome, covered = "ok", None
+        told.append(f"bad-data      {findings[0].code} of {findings[0].where}")
+    else:
+        table = {name: row for name, row in TABLE.items() if name not in world.untested}
+        found = investigate(case, table, describe, Rules(), seed)
+        outcome, covered = _judged(experiment, hidden, shown, found, seed, told)
+    if (experiment, effect.name) in KNOWN_MISSES:
+        outcome += " (known miss)" if outcome == "MISS" else " (repaired)"
+    told += [f"{time.perf_counter() - began:.0f} s", outcome]
+    line = "  ".join(told)
+    sys.stdout.write(f"\n{line}\n")
+    judged = Answer(outcome.split(" (")[0], covered, line)
+    ANSWERS[experiment, effect.name, seed] = judged
+    return judged
+
+
+def _judged(
+    experiment: str, hidden: Hidden, shown: Seen, found: Investigation, seed: int, told: list[str]
+) -> tuple[str, bool | None]:
+    """Outcome and coverage; what there is to tell is added to `told`."""
+    effect, untested = hidden.effect, WORLDS[experiment].untested
+    sets = [
+        {cause.signature.effect, *(rival.effect for rival in cause.rivals)}
+        for cause in (item.cause for item in found.found)
+    ]
+    right = bool(sets) and any(effect.name in each for each in sets)
+    wrong = any(effect.name not in each for each in sets)
+    gain = max((g.change for g in found.gains), key=lambda g: g.value, default=None)
+    if wrong or (right and (gain is None or gain.low <= 0.0)):
+        outcome = "MISS"
+    elif right:
+        outcome = "ok"
+    elif not _testable(found, effect, untested):
+        outcome = "not testable"
+    else:
+        outcome = "faint" if shown.rho < FAINT and _silent(found) else "MISS"
+    told.append(f"{found.verdict.value:<13} {_names(found) or '-'}")
+    item = next((f for f in found.found if f.cause.signature.effect == effect.name), None)
+    interval = None if item is None else _interval(item, hidden)
+    covered = None
+    if interval is not None:
+        truth = _truth(experiment, hidden, seed)
+        covered = interval.low <= truth <= interval.high
+        told.append(
+            f"size {'in' if covered else 'NOT in'} [{interval.low:.4g}, {interval.high:.4g}]"
+            + ("" if truth == hidden.size else f" (as stated {truth:.4g})")
+        )
+    if right and gain is not None:
+        first = found.found[0].cause.gain
+        told.append(
+            f"gain {gain.value:.0%} [{gain.low:.0%}, {gain.high:.0%}]"
+            f" (when named {first.value:.0%} [{first.low:.0%}, {first.high:.0%}])"
+        )
+    if not right:
+        told.append(_reason(found, effect, untested))
+    return outcome, covered
+
+
+def _names(found: Investigation) -> str:
+    """Named causes with their rivals and places."""
+    said = []
+    for item in found.found:
+        cause = item.cause
+        rivals = dict.fromkeys(r.effect for r in cause.rivals)
+        where = f"{item.owner}{_shapes(item)}"
+        said.append(" or ".join([f"{cause.signature.effect} ({where})", *rivals]))
+    nearest = " ".join(f"(nearest {f.cause.signature.effect})" for f in found.nearest)
+    return ", ".join(said) or nearest
+
+
+def _shapes(item: Found) -> str:
+    """Fitted values of all but the size that is told."""
+    told = item.cause.signature.parameter
+    pairs = zip(item.parameter_names, item.intervals, strict=True)
+    named = {name.rsplit(".", 1)[1]: interval.value for name, interval in pairs}
+    return "".join(f", {n} {v:.3g}" for n, v in named.items() if n != told and n in SHAPES)
+
+
+def _silent(found: Investigation) -> bool:
+    return found.verdict in (Verdict.NONE, Verdict.UNDERPOWERED)
+
+
+def _testable(found: Investigation, effect: Effect, untested: Mapping[str, str]) -> bool:
+    """Whether the report says of an effect anything but that these data cannot test it."""
+    if effect.name in untested or any(e.effect == effect.name for e in found.problem.excluded):
+        return False
+    rows = [row for row in found.rounds[0].effects if row.signature.effect == effect.name]
+    return any(row.status is not EffectStatus.NOT_TESTABLE for row in rows)
+
+
+def _reason(found: Investigation, effect: Effect, untested: Mapping[str, str]) -> str:
+    """What the report says of an effect that it did not name."""
+    reasons = [row.reason for row in found.rounds[0].effects if row.signature.effect == effect.name]
+    return f"({untested.get(effect.name) or '; '.join(reasons) or 'not in the table'})"
+
+
+def _interval(item: Found, hidden: Hidden) -> Interval | None:
+    """The 95 % interval of the hidden size; None where another place was named, or a switch."""
+    effect = hidden.effect
+    owner = dict(item.cause.signature.owners)
+    carriers = {member for members in owner.values() for member in members}
+    if effect.name in SWITCHES or carriers != {m for ms in hidden.owners.values() for m in ms}:
+        return None
+    if item.cause.signature.parameter == hidden.parameter:
+        return item.cause.size
+    for name, interval in zip(item.parameter_names, item.intervals, strict=True):
+        if name == f"{item.owner}.{hidden.parameter}":
+            return interval
+    return None
+
+
+def _truth(experiment: str, hidden: Hidden, seed: int) -> float:
+    """The hidden size as reports state it: what it does at the recorded loads."""
+    if hidden.effect.stated is None:
+        return hidden.size
+    case = clean(experiment, seed).case
+    chain = Chain((Link(hidden.effect, dict(hidden.owners)),))
+    widths = [0.0]
+    for log in WORLDS[experiment].record(None, seed, False):
+        truth, _ = case.chain.remove(log, case.values)
+        widths += hidden.effect.stated(truth, chain.apply(truth, hidden.values)[0]).tolist()
+    return max(widths)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize(
+    ("experiment", "effect"), [pytest.param(*c, id=f"{c[0]}-{c[1].name}") for c in CASES]
+)
+def test_twice_what_matters_is_named(experiment: str, effect: Effect, seed: int) -> None:
+    """The right name or a rival set that holds it, no other one, and a gain on held-out data."""
+    found = answer(experiment, effect, seed)
+    if (experiment, effect.name) not in KNOWN_MISSES:
+        assert found.outcome != "MISS", found.line
+
+
+@pytest.mark.slow
+def test_intervals_cover_and_known_misses_are_still_missed() -> None:
+    """Over all cases: one interval of twenty may miss; what is repaired is told."""
+    covered = [a.covered for a in ANSWERS.values() if a.covered is not None]
+    outcomes = [a.outcome for a in ANSWERS.values()]
+    counts = ", ".join(f"{outcomes.count(o)} {o}" for o in dict.fromkeys(outcomes))
+    sys.stdout.write(f"\n{len(outcomes)} cases: {counts}; {sum(covered)} of {len(covered)} "
+                     "intervals hold the size\n")  # fmt: skip
+    for case, reason in KNOWN_MISSES.items():
+        mine = [a.outcome for (e, name, _), a in ANSWERS.items() if (e, name) == case]
+        if mine and "MISS" not in mine:
+            sys.stdout.write(f"repaired, take it off the list: {' '.join(case)} ({reason})\n")
+    assert not covered or np.mean(covered) >= LEAST_COVERED
