@@ -23,19 +23,12 @@ from footcal_cli.core.diagnosis.blocks import block_means, cut_balanced
 from footcal_cli.core.diagnosis.case import Case
 from footcal_cli.core.diagnosis.tracking import gain_and_bias
 from footcal_cli.core.effects import TABLE
-from footcal_cli.core.effects.calibration import AXES
 from footcal_cli.core.effects.contract import Effect
 from footcal_cli.core.experiments import hang, placements, pose, stand, walk, weights
 from footcal_cli.core.experiments.contract import Experiment
 from footcal_cli.core.hang.blocks import blocked
-from footcal_cli.core.hang.joint import HangOptions
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import ParameterSet
-from footcal_cli.core.pose.data import pose_data
-from footcal_cli.core.pose.hanging import known_offsets
-from footcal_cli.core.pose.problem import PoseOptions
-from footcal_cli.core.pose.wiring import turned_when_hanging, turned_when_standing
-from footcal_cli.core.quality import Finding
 from footcal_cli.core.simulation.bench_logs import (
     PlacementsPlan,
     WeightsPlan,
@@ -58,10 +51,9 @@ from footcal_cli.core.simulation.hexapod_logs import (
     pose_log,
 )
 from footcal_cli.core.simulation.measure import BELIEVED, as_counts
-from footcal_cli.core.simulation.noise import FORCE_NOISE, QUIET
+from footcal_cli.core.simulation.noise import QUIET
 from footcal_cli.core.simulation.robots import Hexapod
 from footcal_cli.core.simulation.scenario import Spread, hang_tilts, mounting
-from footcal_cli.core.wiring import check_exchanged_cells, check_exchanged_walking
 from tests.core.leg_cases import LEGS, hang_case
 from tests.core.test_diagnosis_bridge import ROBOT, affine, calibrated
 
@@ -358,50 +350,6 @@ def pose_case(logs: tuple[Log, ...], seed: int) -> Case:
         pose.EXPERIMENT, logs, chain, values, ParameterSet(free),
         tolerance_n=0.002 * HEXAPOD.weight_n, tolerance_nm=MM * HEXAPOD.weight_n, alike=False,
     )  # fmt: skip
-
-
-def wiring(case: Case) -> list[Finding]:
-    """What each command looks for before it diagnoses: cells or axes that are exchanged or turned.
-
-    A stand's cells are not looked at.
-    """
-    kind, log = case.experiment.name, case.logs[0]
-    if kind == "placements":
-        found = []
-        for log in case.logs:
-            known = log.known
-            found += check_exchanged_cells(
-                log.readings, log.channels, known["cell_pos_m"][0], known["hole_m"], known["load_n"]
-            )
-        return found
-    if kind == "walk":
-        reference = walk.reference_of(log)
-        rows = np.flatnonzero((np.nan_to_num(log.known["contact"]) != 0.0).any(axis=1))[::8]
-        arms = log.known["cell_pos_m"] - reference.cop_m[:, None]
-        forces = case.chain.remove(log, case.values)[0].readings
-        return check_exchanged_walking(
-            forces[rows], log.channels, arms[rows], reference.fz_n[rows]
-        )  # fmt: skip
-    if kind == "hang":
-        turned = [turned_when_hanging([log], HangOptions()) for log in case.logs]
-        return [each.finding() for each in turned if each is not None]
-    if kind == "pose":
-        return _turned_when_standing(log, case.values)
-    return []
-
-
-def _turned_when_standing(log: Log, values: Mapping[str, float]) -> list[Finding]:
-    offset_sd, sd = (np.array([s] * 3 + [0.1 * s] * 3) for s in (1e-2, FORCE_NOISE.white))
-    legs = tuple(
-        known_offsets(
-            np.array([values[f"{leg}.offset_{axis}"] for axis in AXES]), offset_sd,
-            spec.weight_n, 1e-2,
-        )
-        for leg, spec in HEXAPOD.legs.items()
-    )  # fmt: skip
-    options = PoseOptions(com_sd_m=0.05, translation_sd_m=0.005)
-    turned = turned_when_standing(pose_data(log), legs, np.tile(sd, (len(legs), 1)), options)
-    return [turned.finding()] if turned else []
 
 
 HANGING = tuple(c for c in HEXAPOD.channels if c.split(".")[0] in LEGS)
