@@ -47,19 +47,18 @@ def affine(values: dict[str, float]) -> ParameterSet:
     return ParameterSet(tuple(found))
 
 
-def distorted(chain: Chain, values: dict[str, float], hidden: Hidden | None) -> tuple[
-    Chain, dict[str, float]
-]:  # fmt: skip
-    if hidden is None:
-        return chain, values
-    name, owners, sizes = hidden
-    return chain.with_link(Link(TABLE[name], owners)), {**values, **sizes}
+def distorted(
+    chain: Chain, values: dict[str, float], *hidden: Hidden | None
+) -> tuple[Chain, dict[str, float]]:
+    for name, owners, sizes in filter(None, hidden):
+        chain, values = chain.with_link(Link(TABLE[name], owners)), {**values, **sizes}
+    return chain, values
 
 
-def weights_case(seed: int, hidden: Hidden | None, plan: WeightsPlan | None = None) -> Case:
+def weights_case(seed: int, *hidden: Hidden | None, plan: WeightsPlan | None = None) -> Case:
     values = calibrated(seed)
     chain = Chain((link(TABLE["scale_bias"], ROBOT.channels),))
-    logs = weights_logs(ROBOT, plan or WeightsPlan(), *distorted(chain, values, hidden), seed=seed)
+    logs = weights_logs(ROBOT, plan or WeightsPlan(), *distorted(chain, values, *hidden), seed=seed)
     return Case(
         weights.EXPERIMENT, tuple(s.log for s in logs.values()), chain, values, affine(values),
         tolerance_n=0.01, tolerance_nm=0.01, groups=dict.fromkeys(ROBOT.channels, "force"),
@@ -67,7 +66,7 @@ def weights_case(seed: int, hidden: Hidden | None, plan: WeightsPlan | None = No
 
 
 def walk_case(
-    seed: int, hidden: Hidden | None, drift: float = 1.0, duration_s: float = 60.0
+    seed: int, *hidden: Hidden | None, drift: float = 1.0, duration_s: float = 60.0
 ) -> Case:
     """A walk whose cells drift (METHODS' random walk times `drift`) and whose body is noisy."""
     values = calibrated(seed)
@@ -75,7 +74,7 @@ def walk_case(
     plan = WalkPlan(duration_s=duration_s)
     log = biped_logs(
         "walk", ROBOT, lambda t: walking(ROBOT, plan, t), duration_s,
-        *distorted(chain, values, hidden), seed=seed,
+        *distorted(chain, values, *hidden), seed=seed,
     ).cells.log  # fmt: skip
     rng = np.random.default_rng(seed)
     low_pass = butter(2, 10, fs=80, output="sos")
@@ -180,7 +179,7 @@ def test_study_of_walks() -> None:
     """DIAGNOSIS.md section 8: nulls under drift, and effects as groups."""
     named = sum(
         investigate(
-            walk_case(100 + i, None, (0.0, 1.0, 4.0)[i % 3], 120.0), TABLE, describe
+            walk_case(100 + i, drift=(0.0, 1.0, 4.0)[i % 3], duration_s=120.0), TABLE, describe
         ).verdict
         not in ("none", "unknown")
         for i in range(30)
@@ -196,7 +195,7 @@ def test_study_of_walks() -> None:
     for item in hidden:
         right = sum(
             item[0]
-            in with_rivals(investigate(walk_case(200 + i, item, 1.0, 120.0), TABLE, describe))
+            in with_rivals(investigate(walk_case(200 + i, item, duration_s=120.0), TABLE, describe))
             for i in range(10)
         )
         assert right >= 9

@@ -135,9 +135,27 @@ def test_a_broken_line_keeps_its_exact_alias() -> None:
     assert with_rivals(found) == {"hinge", "dead_zone"}
 
 
+@pytest.mark.parametrize(
+    "knee",
+    [
+        ("hinge", {"all.hinge": 0.05, "all.hinge_load": 6.0}),
+        ("dead_zone", {"all.dead_zone": 0.05, "all.dead_zone_width": 6.0}),
+    ],
+)
+def test_pulling_tells_a_hinge_from_a_dead_zone(knee: tuple[str, dict[str, float]]) -> None:
+    """``max(F − 6, 0)`` bends on one side, ``min(|F|, 6)`` on both."""
+    name, values = knee
+    pulled = WeightsPlan(loads_n=(-20.0, -10.0, -5.0, -2.0, 0.0, 2.0, 5.0, 10.0, 20.0))
+    found = investigate(
+        weights_case(13, (name, {"all": ROBOT.channels}, values), plan=pulled), CURVES, describe
+    )
+    assert found.verdict == "named"
+    assert with_rivals(found) == {name}
+
+
 def softly_deaf(seed: int, share: float, width_n: float, plan: WeightsPlan) -> Case:
     """Weighed cells that hear small loads less, without a sharp edge: ``x − s w tanh(x / w)``."""
-    case = weights_case(seed, None, plan)
+    case = weights_case(seed, None, plan=plan)
     logs = []
     for log in case.logs:
         scale = np.array([case.values[f"{c}.scale"] for c in log.channels])

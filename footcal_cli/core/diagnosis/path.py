@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from footcal_cli.core.diagnosis.answer import Cause, Diagnosis
@@ -111,6 +112,7 @@ def together(subject: Subject, path: Path, pair: tuple[int, int], seed: int) -> 
     if first is None or second is None:
         return None
     (held, newest), model, answer = second
+    model = _best_fit(subject, (newest, held), (model, first[1]))
     answers = (answer, first[2])
     begun = replace(path, causes=(newest, held), answers=answers, rounds=(baseline, answers[-1]))
     return continued(subject, replace(begun, pair=True), model, seed)
@@ -126,6 +128,22 @@ def _best_beside(
     answer = diagnose(current, rules, seed, start)
     found, answer = grown_by_one(subject, [held], model, current, answer, start, seed)
     return None if found is None or len(found[0]) == 1 else (*found, answer)
+
+
+def _best_fit(subject: Subject, causes: Sequence[Cause], models: tuple[Refit, Refit]) -> Refit:
+    """Both causes refitted from the last model, or from what the second was beside the first.
+
+    Fitted alone a cause takes on the shape of what is missing, and may not find back from there.
+    """
+    last, before = models
+    size = causes[-1].signature.parameter
+    kin = {p.name for p in subject.table[causes[-1].signature.effect].parameters} | {size}
+    start = {
+        n: before.values.get(n, v) if n.rsplit(".", 1)[1] in kin else v
+        for n, v in last.values.items() if n not in subject.case.values
+    }  # fmt: skip
+    other = subject.refitted(causes, start)
+    return min(last, other, key=lambda model: float(model.residual @ model.residual))
 
 
 def _cause(lib: Library, number: int) -> Cause:

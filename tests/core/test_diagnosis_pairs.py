@@ -1,0 +1,131 @@
+"""Two causes at once: the linear screening against brute force, the path against one by one."""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+
+from footcal_cli.core.diagnosis.bridge import problem_from
+from footcal_cli.core.diagnosis.case import rows_of
+from footcal_cli.core.diagnosis.grams import whitened_grams
+from footcal_cli.core.diagnosis.investigation import investigate
+from footcal_cli.core.diagnosis.library import Library, library
+from footcal_cli.core.diagnosis.pairs import likely_pairs
+from footcal_cli.core.diagnosis.path import beginning, together
+from footcal_cli.core.diagnosis.problem import Problem
+from footcal_cli.core.diagnosis.rules import Rules
+from footcal_cli.core.diagnosis.signals import describe
+from footcal_cli.core.diagnosis.subject import Subject
+from footcal_cli.core.effects import TABLE
+from footcal_cli.core.parameters import FloatArray
+from tests.core.diagnosis_world import (
+    library_effects,
+    make_world,
+    noise_of,
+    problem_of,
+    sized,
+)
+from tests.core.test_diagnosis_bridge import ROBOT, names, walk_case, weights_case
+
+RULES = Rules()
+
+
+def world_with(seed: int, *effects: str, rho: float = 0.6) -> tuple[Problem, Library]:
+    """A world with effects of the library hidden in white noise, and its candidates."""
+    rng = np.random.default_rng(seed)
+    world = make_world(rng)
+    hidden = sum(sized(world, library_effects(world)[name][0][1], rho) for name in effects)
+    problem = problem_of(world, noise_of(world, "white", rng) + hidden)
+    grams, _ = whitened_grams(problem, problem.columns[:, :0])
+    nothing = np.zeros(len(problem.signatures))
+    return problem, library(problem, grams, problem.visible(problem.left()), nothing, RULES)
+
+
+def explained(lib: Library, candidates: tuple[int, ...]) -> float:
+    """Squared residual that candidates explain beside the calibration, by normal equations."""
+    inner = lib.grams.inner.sum(axis=0)
+    last = inner.shape[0] - 1
+
+    def left(base: list[int]) -> float:
+        own = inner[np.ix_(base, base)]
+        fitted = np.linalg.lstsq(own, inner[base, last], rcond=1e-12)[0]
+        return float(inner[last, last] - inner[base, last] @ fitted)
+
+    base = [int(c) for c in lib.grams.calibration]
+    return left(base) - left([*base, *(int(lib.grams.candidates[c]) for c in candidates)])
+
+
+@pytest.mark.parametrize("seed", [31, 32])
+def test_the_likeliest_pair_is_that_of_a_search_through_all(seed: int) -> None:
+    """Least squares with every two candidates of different effects, one pair after the other."""
+    _, lib = world_with(seed, "hysteresis", "shear")
+    signatures = lib.problem.signatures
+    first, second = likely_pairs(lib, RULES)[0]
+    best = explained(lib, (first, second))
+    power = np.sqrt(np.diag(lib.products))
+    cos = np.abs(lib.products) / np.outer(power, power)
+    for pair in combinations(np.flatnonzero(lib.testable).tolist(), 2):
+        alike = cos[pair] >= RULES.alike_together
+        if not alike and signatures[pair[0]].effect != signatures[pair[1]].effect:
+            assert explained(lib, pair) <= best * (1 + 1e-9)
+
+
+def test_pairs_are_the_hidden_ones_and_resemble_each_other_in_one_at_most() -> None:
+    hit = 0
+    for seed in range(40, 46):
+        _, lib = world_with(seed, "hysteresis", "shear")
+        pairs = likely_pairs(lib, RULES)
+        named = [{lib.problem.signatures[i].effect for i in pair} for pair in pairs]
+        hit += named[0] == {"hysteresis", "shear"}
+        power = np.sqrt(np.diag(lib.products))
+        cos: FloatArray = np.abs(lib.products) / np.outer(power, power)
+        assert len(pairs) == RULES.most_pairs
+        (a, b), (c, d) = pairs
+        for one, other in ((c, d), (d, c)):
+            assert min(cos[a, one], cos[b, other]) <= RULES.look_alike
+    assert hit == 6
+
+
+@pytest.mark.parametrize("first", [0, 1])
+def test_whichever_of_two_it_begins_with_both_are_named(first: int) -> None:
+    everyone = {"all": ROBOT.channels}
+    case = weights_case(
+        21,
+        ("nonlinearity", everyone, {"all.quadratic": 1e-3}),
+        ("hysteresis", everyone, {"all.hysteresis_width": 0.2}),
+    )
+    table = {name: TABLE[name] for name in ("nonlinearity", "hysteresis", "creep")}
+    rows = rows_of(case)
+    problem = problem_from(case, rows, table.values(), describe)
+    subject = Subject(case, rows, problem, table, describe)
+    path = beginning(problem, RULES, 0)
+    pair = likely_pairs(path.rounds[0].library, RULES)[0]
+    both = together(subject, path, (pair[first], pair[1 - first]), 0)
+    assert both is not None
+    assert both.model is not None
+    assert {c.signature.effect for c in both.causes} == {"nonlinearity", "hysteresis"}
+    for cause, answer in zip(both.causes, both.answers, strict=True):
+        assert answer.causes[0].signature.effect == cause.signature.effect
+    sizes = dict(zip(both.model.names, both.model.intervals, strict=True))
+    for name, true in (("all.quadratic", 1e-3), ("all.hysteresis_width", 0.2)):
+        assert sizes[name].low <= true <= sizes[name].high
+
+
+@pytest.mark.slow
+def test_what_one_at_a_time_cannot_explain_two_at_once_do(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A hinge resembles both and takes the first step; beside it the rest fits nothing."""
+    cell = ROBOT.channels[0]
+    case = walk_case(
+        1,
+        ("hysteresis", {"all": ROBOT.channels},
+         {"all.hysteresis_width": 0.5, "all.hysteresis_reach": 3.0}),
+        ("crosstalk", {cell: (cell,)}, {f"{cell}.crosstalk": 0.1, f"{cell}.crosstalk_from": 0.0}),
+    )  # fmt: skip
+    table = {n: TABLE[n] for n in ("hysteresis", "crosstalk", "nonlinearity", "dead_zone", "hinge")}
+    found = investigate(case, table, describe)
+    assert found.verdict == "named"
+    assert names(found) == {"hysteresis", "crosstalk"}
+    monkeypatch.setattr("footcal_cli.core.diagnosis.investigation.likely_pairs", lambda *_: [])
+    assert investigate(case, table, describe).verdict == "unknown"
