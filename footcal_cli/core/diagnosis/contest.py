@@ -395,7 +395,7 @@ def _contenders(answer: Diagnosis, table: Mapping[str, Effect]) -> list[tuple[Si
 
 def _white_loss(problem: Problem, noise: Noise) -> FloatArray:
     """Held-out squared error of each block in the metric of the noise, shape (B,)."""
-    grams = calibration_grams(problem, noise)
+    grams = calibration_grams(problem, noise, counted=False)
     return held_out_loss(grams.inner, grams.calibration)
 
 
