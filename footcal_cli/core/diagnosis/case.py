@@ -207,7 +207,7 @@ def balanced(case: Case, values: Mapping[str, float], chain: Chain | None = None
             moved = truth.readings.copy()
             moved[:, c] += spread[c]
             change = case.experiment.balance(truth.with_readings(moved)).error - balance.error
-            derivative[:, :, c] = np.nan_to_num(np.where(balance.valid, change, 0.0))
+            derivative[:, :, c] = np.where(balance.valid & np.isfinite(change), change, 0.0)
         error = np.nan_to_num(error)
         share = np.ones(error.shape[1])
         if case.demand_noisy:

@@ -58,7 +58,7 @@ class RowWhitener:
     def __call__(self, columns: FloatArray) -> FloatArray:
         """Whitened columns at the kept rows, shape (kept, k)."""
         kept = self.kept
-        lags = np.flatnonzero(np.any(self.coefficients, axis=0)) + 1
+        lags = [int(i) + 1 for i in np.flatnonzero(np.any(self.coefficients, axis=0))]
         white = np.empty((kept.size, columns.shape[1]))
         # in pieces that stay in the processor's cache: the columns of a long log do not
         for start in range(0, len(columns), _PIECE):
@@ -66,7 +66,7 @@ class RowWhitener:
             filtered = columns[start:end].copy()
             for lag in lags:
                 # rows whose order is lower have a zero coefficient, whatever stands before them
-                late = max(start, lag)
+                late = min(max(start, lag), end)
                 a = self.coefficients[self.output[late:end], lag - 1]
                 filtered[late - start :] -= a[:, None] * columns[late - lag : end - lag]
             first, last = np.searchsorted(kept, start), np.searchsorted(kept, end)
