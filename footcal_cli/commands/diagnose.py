@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -37,6 +38,8 @@ class DiagnoseOptions(CommandOptions):
     between: tuple[str, ...] = ()
     after: Path | None = None
     pictures: bool = True
+    workers: int | None = Field(default=None, ge=1)
+    """Cores that a long log may use; all that there are where absent."""
 
 
 def diagnose(
@@ -148,5 +151,6 @@ def _diagnose(session: Session[DiagnoseOptions]) -> Outcome:
         read = read_case(session)
     usable = {k: v for k, v in table.items() if k not in read.untested}
     with session.step("diagnose"):
-        found = investigate(read.case, usable, describe, rules, session.request.seed)
+        workers = session.options.workers or os.cpu_count() or 1
+        found = investigate(read.case, usable, describe, rules, session.request.seed, workers)
     return outcome_of(session, read, found, usable, rules)

@@ -1,9 +1,13 @@
-"""How long the diagnosis of a ten-minute walk takes with the whole library, whatever it says."""
+"""How long the diagnosis of a ten-minute walk takes with the whole library, whatever it says.
+
+With one worker, and with two in the same run: the ratio is what a second core brings.
+"""
 
 from __future__ import annotations
 
 from typing import Any
 
+import pytest
 from pytest_benchmark.fixture import BenchmarkFixture
 
 from footcal_cli.core.diagnosis.investigation import investigate
@@ -14,11 +18,13 @@ from tests.core.test_diagnosis_bridge import ROBOT, walk_case
 TEN_MINUTES_S = 600.0
 
 
-def test_ten_minutes_of_walking(benchmark: BenchmarkFixture) -> None:
+@pytest.mark.parametrize("workers", [1, 2])
+def test_ten_minutes_of_walking(benchmark: BenchmarkFixture, workers: int) -> None:
     hysteresis = ("hysteresis", {"all": ROBOT.channels}, {"all.hysteresis_width": 0.4})
     long = walk_case(1, hysteresis, duration_s=TEN_MINUTES_S)
     # a calibration that drifts hides these; the command leaves them out of a walk
     hidden = ("mass", "creep", "creep_slow", "bias_drift", "bias_jump", "slip")
     table = {name: row for name, row in TABLE.items() if name not in hidden}
     once: Any = benchmark  # its `pedantic` has no types
-    once.pedantic(investigate, (long, table, describe), rounds=1, iterations=1)
+    given = {"workers": workers}
+    once.pedantic(investigate, (long, table, describe), given, rounds=1, iterations=1)

@@ -8,10 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from footcal_cli.core.diagnosis import growth
+from footcal_cli.core.diagnosis import contenders, growth
 from footcal_cli.core.diagnosis.answer import Cause
 from footcal_cli.core.diagnosis.bridge import problem_from
 from footcal_cli.core.diagnosis.case import Case, rows_of
+from footcal_cli.core.diagnosis.contenders import side_by_side
 from footcal_cli.core.diagnosis.contest import _best, _where, _white_loss, _worse
 from footcal_cli.core.diagnosis.investigation import investigate
 from footcal_cli.core.diagnosis.kindred import (
@@ -33,7 +34,7 @@ from footcal_cli.core.effects import TABLE
 from footcal_cli.core.evidence import Interval, sign_flip_group, sign_patterns
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.simulation.bench_logs import WeightsPlan
-from tests.core.test_diagnosis_bridge import ROBOT, weights_case, with_rivals
+from tests.core.test_diagnosis_bridge import ROBOT, walk_case, weights_case, with_rivals
 
 CURVES = {k: TABLE[k] for k in ("nonlinearity", "nonlinearity_cubic", "hinge", "dead_zone")}
 SIGNS = sign_patterns(12)
@@ -64,6 +65,29 @@ def test_a_look_alike_is_out_where_it_leaves_something_and_the_best_does_not() -
     assert not out(tried("hinge", 1.5, 1e-4), tried("nonlinearity", 1.0, 1e-4), 1000.0)
     # none leaves nothing: a good part of the gain decides
     assert out(tried("hinge", 1.5, 1e-4), tried("nonlinearity", 1.0, 1e-4), 30.0)
+
+
+def test_refits_side_by_side_are_those_of_one_after_the_other(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(contenders, "LONG", 0)
+    bent = ("hysteresis", {"all": ROBOT.channels}, {"all.hysteresis_width": 0.4})
+    case = walk_case(6, bent, duration_s=30.0)
+    rows = rows_of(case)
+    problem = problem_from(case, rows, CURVES.values(), describe)
+    first = {s.effect: s for s in reversed(problem.signatures)}
+    causes = [cause_of(signature, 0.01) for signature in first.values()]
+    alone, beside = (
+        side_by_side(Subject(case, rows, problem, CURVES, describe, workers), [], None, causes)
+        for workers in (1, 3)
+    )
+    assert len(alone) == len(CURVES)
+    for one, other in zip(alone, beside, strict=True):
+        assert one[0] == other[0]
+        assert one[1].values == other[1].values
+        assert one[1].intervals == other[1].intervals
+        np.testing.assert_array_equal(one[2].residual, other[2].residual)
+        np.testing.assert_array_equal(one[2].calibration, other[2].calibration)
 
 
 def test_what_does_not_look_alike_is_out_by_its_loss_alone() -> None:

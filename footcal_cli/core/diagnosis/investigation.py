@@ -112,6 +112,7 @@ def investigate(
     describe: Describe,
     rules: Rules | None = None,
     seed: int = 0,
+    workers: int = 1,
 ) -> Investigation:
     """Diagnose logs: baseline, then the model extended by each accepted effect in turn.
 
@@ -125,12 +126,14 @@ def investigate(
         Gives the recorded signals of a case.
     rules, seed
         Thresholds; of sign patterns.
+    workers
+        Refits of a long log that may run side by side; no result depends on it.
     """
     rules = rules or Rules()
     one = replace(rules, most_effects=1)
     rows = rows_of(case)
     problem = problem_from(case, rows, table.values(), describe)
-    subject = Subject(case, rows, problem, table, describe)
+    subject = Subject(case, rows, problem, table, describe, workers)
     current, model = problem, None
     rounds = [diagnose(problem, one, seed)]
     causes: list[Cause] = []

@@ -33,6 +33,8 @@ class Subject:
         Effects by name.
     describe
         Gives the recorded signals of a case.
+    workers
+        Refits that may run side by side where several are asked for at once.
     """
 
     case: Case
@@ -40,6 +42,11 @@ class Subject:
     problem: Problem
     table: Mapping[str, Effect]
     describe: Describe
+    workers: int = 1
+
+    def apart(self) -> Subject:
+        """The same with a memory of derivatives of its own, for a refit beside others."""
+        return replace(self, case=replace(self.case))
 
     def refitted(self, causes: Sequence[Cause], start: Mapping[str, float]) -> Refit:
         """The model with all of these causes, from starting values."""
