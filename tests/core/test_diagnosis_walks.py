@@ -9,13 +9,15 @@ from scipy.signal import lfilter
 from footcal_cli.core.chain import Link
 from footcal_cli.core.contact import airborne
 from footcal_cli.core.diagnosis.aliases import aliases
+from footcal_cli.core.diagnosis.bridge import problem_from
 from footcal_cli.core.diagnosis.case import every, residual, rows_of
 from footcal_cli.core.diagnosis.contest import never_told
 from footcal_cli.core.diagnosis.grams import whitened_grams
 from footcal_cli.core.diagnosis.library import Library, library
 from footcal_cli.core.diagnosis.problem import Problem, Signature
 from footcal_cli.core.diagnosis.rules import Rules
-from footcal_cli.core.diagnosis.whitening import noise_of
+from footcal_cli.core.diagnosis.signals import describe
+from footcal_cli.core.diagnosis.whitening import RowWhitener, noise_of
 from footcal_cli.core.effects import TABLE
 from footcal_cli.core.parameters import FloatArray
 from tests.core.test_diagnosis_bridge import ROBOT, walk_case
@@ -107,6 +109,32 @@ def test_a_low_pass_may_be_steeper_than_the_tables() -> None:
     assert never_told("lag", {"delay": 0.97}, same) == {"delay"}
     assert never_told("nonlinearity", {"hinge": 0.97, "saturation": 0.995}, same) == {"saturation"}
     assert never_told("hinge", {"dead_zone": 0.97, "saturation": 0.97}, same) == {"dead_zone"}
+
+
+def test_rows_are_whitened_within_their_sequence_however_long_the_log() -> None:
+    rng = np.random.default_rng(6)
+    sequence = np.repeat(np.arange(50), rng.integers(2, 130, 50))
+    output, columns = sequence % 2, rng.normal(size=(sequence.size, 3))
+    a = np.array([[0.5, -0.2, 0.1], [0.4, 0.0, 0.0]])
+    whitener = RowWhitener(a, np.array([1.0, 2.0]), output, sequence)
+    order = np.array([3, 1])
+    expected = [
+        lfilter([1.0, *-a[o]], [1.0], columns[sequence == s], axis=0)[order[o] :] / (1.0 + o)
+        for s, o in enumerate(np.arange(50) % 2)
+    ]
+    np.testing.assert_allclose(whitener(columns), np.concatenate(expected), atol=1e-13)
+    assert sequence.size > 2048
+
+
+def test_a_fit_sees_the_same_whether_errors_are_counted_or_not() -> None:
+    case = walk_case(7, None, duration_s=60.0)
+    rows = rows_of(case)
+    problem = problem_from(case, rows, [TABLE["hysteresis"]], describe)
+    nothing = np.empty((problem.residual.size, 0))
+    counted, fitted = (whitened_grams(problem, nothing, counted=c)[0] for c in (True, False))
+    np.testing.assert_array_equal(fitted.inner, counted.inner)
+    np.testing.assert_array_equal(fitted.candidates, counted.candidates)
+    assert not fitted.by_output.size
 
 
 def test_in_noise_of_its_own_a_worse_model_fits_as_well() -> None:

@@ -207,15 +207,15 @@ def balanced(case: Case, values: Mapping[str, float], chain: Chain | None = None
             moved = truth.readings.copy()
             moved[:, c] += spread[c]
             change = case.experiment.balance(truth.with_readings(moved)).error - balance.error
-            derivative[:, :, c] = np.where(balance.valid, change, 0.0)
-        derivative = np.nan_to_num(derivative)
+            derivative[:, :, c] = np.where(balance.valid & np.isfinite(change), change, 0.0)
         error = np.nan_to_num(error)
         share = np.ones(error.shape[1])
         if case.demand_noisy:
             share = _reading_share(balance, derivative, case.stride, case.reading_noise_n)
         normal = derivative @ derivative.transpose(0, 2, 1)
         trace = np.einsum("nii->n", normal)
-        normal += (1e-10 * trace + 1e-300)[:, None, None] * np.eye(error.shape[1])
+        diagonal = np.einsum("nii->ni", normal)  # a view
+        diagonal += (1e-10 * trace + 1e-300)[:, None]
         pull = np.linalg.solve(normal, (share * error)[..., None])
         change = np.einsum("nkc,nk->nc", derivative, pull[..., 0]) * spread
         ideal = truth.with_readings(truth.readings - change)
@@ -239,8 +239,10 @@ def _reading_share(
         both = balance.valid[stride:, k] & balance.valid[:-stride, k]
         steps = (balance.error[stride:, k] - balance.error[:-stride, k])[both]
         noise[k] = np.median(np.abs(steps)) ** 2 * 1.4826**2 / 2.0 if steps.size > 10 else np.nan
-    single = np.array([np.max(np.count_nonzero(d, axis=1), initial=0) == 1 for d in
-                       derivative.transpose(1, 0, 2)])  # fmt: skip
+    moved_by = np.zeros(derivative.shape[:2], dtype=np.int64)
+    for c in range(derivative.shape[2]):
+        moved_by += derivative[:, :, c] != 0.0
+    single = moved_by.max(axis=0, initial=0) == 1
     share = np.ones(noise.size)
     if not np.isfinite(noise[single]).any():
         return share

@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from footcal_cli.core.diagnosis.aliases import aliases
 from footcal_cli.core.diagnosis.answer import Cause, Diagnosis
+from footcal_cli.core.diagnosis.contenders import KNEES, fit, refitted, refitted_with
 from footcal_cli.core.diagnosis.grams import calibration_grams
 from footcal_cli.core.diagnosis.kindred import (
     Tried,
@@ -22,7 +21,7 @@ from footcal_cli.core.diagnosis.kindred import (
     share_of_knee,
 )
 from footcal_cli.core.diagnosis.mixtures import LINEAR
-from footcal_cli.core.diagnosis.moments import at_its_moment, has_moment, moved
+from footcal_cli.core.diagnosis.moments import moved
 from footcal_cli.core.diagnosis.problem import Problem, Signature
 from footcal_cli.core.diagnosis.refit import Refit
 from footcal_cli.core.diagnosis.rules import Rules
@@ -31,12 +30,10 @@ from footcal_cli.core.diagnosis.settings import Settings
 from footcal_cli.core.diagnosis.shapes import shapes_of
 from footcal_cli.core.diagnosis.signatures import SWITCHES, own_place
 from footcal_cli.core.diagnosis.subject import Subject
-from footcal_cli.core.diagnosis.weighing import Evidence
 from footcal_cli.core.diagnosis.whitening import Noise, noise_of
 from footcal_cli.core.effects.contract import Effect
 from footcal_cli.core.evidence import (
     Interval,
-    jackknife_interval,
     sign_flip_mean,
     sign_patterns,
 )
@@ -46,9 +43,6 @@ OF_ANY_ORDER = frozenset({"lag", "sensor_lag"})
 """Low-passes that the table knows in their first order only. A steeper one (a Butterworth) is
 nearer to a delay than to that, so that no comparison of losses speaks against it: here
 `Rules.alias` alone counts."""
-KNEES = frozenset({"hinge", "dead_zone"})
-"""One curve but for a gain, where the knee is the same and loads are of one sign. No real knee is
-sharp, so that which of them fits a soft one a little better says nothing."""
 _SURE_CELLS = 2  # cells whose own size is sure to be something, where each has one
 
 
@@ -78,7 +72,7 @@ def decided(
         Effects that did not stand their refit: no contenders.
     """
     first, rules = answer.causes[0], _stricter(answer.rules, subject.problem.settings)
-    fits = _refitted(subject, causes, model, answer, failed)
+    fits = refitted(subject, causes, model, answer, failed)
     # in noise of their own all models would fit alike: judged in that of the likeliest
     judged = [subject.without_credit(bare, fitted) for _, fitted, bare in fits]
     noise = _of_the_likeliest(judged)
@@ -92,8 +86,8 @@ def decided(
     tried = [judge(*fit, fair) for fit, fair in zip(fits, judged, strict=True)]
     best = _best(subject.table, tried, rules)
     for form in _in_other_forms(subject, best.cause):
-        _, fitted, bare = fit = _fit(subject, causes, model, form)
-        other = judge(*fit, subject.without_credit(bare, fitted))
+        _, fitted, bare = refit = fit(subject, causes, model, form)
+        other = judge(*refit, subject.without_credit(bare, fitted))
         best = min(best, other, key=lambda t: float(t.loss.sum()))
     chosen, fitted, loss = _where(subject, causes, model, best, noise, signs, rules)
     blank = subject.problem if model is None else subject.bare(model, causes)
@@ -210,34 +204,6 @@ def _as_good(answer: Diagnosis, gain: float) -> list[Signature]:
     ]  # fmt: skip
 
 
-def _refitted(
-    subject: Subject,
-    causes: Sequence[Cause],
-    model: Refit | None,
-    answer: Diagnosis,
-    failed: frozenset[str],
-) -> list[tuple[Cause, Refit, Problem]]:
-    """Every contender with its refit and the problem that it leaves."""
-    first = answer.causes[0]
-    fits = []
-    taken = {*failed, *(c.signature.effect for c in causes)}
-    for signature, size in _contenders(answer, subject.table):
-        if signature.effect in taken:
-            continue
-        places = first.places if signature.effect == first.signature.effect else ()
-        cause = replace(first, signature=signature, size=size, rivals=(), places=places)
-        fits.append(_fit(subject, causes, model, cause))
-    return fits
-
-
-def _fit(
-    subject: Subject, causes: Sequence[Cause], model: Refit | None, cause: Cause
-) -> tuple[Cause, Refit, Problem]:
-    """A contender with its refit beside all other causes and the problem that it leaves."""
-    fitted = refitted_with(subject, [*causes, cause], model)
-    return cause, fitted, subject.bare(fitted, [*causes, cause])
-
-
 def _in_other_forms(subject: Subject, cause: Cause) -> list[Cause]:
     """The cause with each other cell that its cells may hear: no step leads from one to the next.
 
@@ -262,7 +228,7 @@ def _joined_by_its_class(subject: Subject, causes: Sequence[Cause], other: Tried
     if partner is None:
         return None
     beside = replace(other.cause, signature=partner, size=Interval(0.0, 0.0, 0.0), places=())
-    _, fitted, bare = _fit(subject, [*causes, other.cause], other.fitted, beside)
+    _, fitted, bare = fit(subject, [*causes, other.cause], other.fitted, beside)
     return subject.without_credit(bare, fitted)
 
 
@@ -359,68 +325,7 @@ def _aliases_of(
     return [(signature, cos) for signature, _, cos in found if cos > least]
 
 
-def _contenders(answer: Diagnosis, table: Mapping[str, Effect]) -> list[tuple[Signature, Interval]]:
-    """The named cause and the effects that look like it and explain nearly as much."""
-    evidence, lib, rules = answer.search.first, answer.library, answer.rules
-    first = answer.causes[0]
-    signatures = lib.problem.signatures
-    mine = lib.causes.index(first.signature.cause)
-    gain = evidence.gain.sum(axis=0)
-    near = aliases(lib, first.signature, {first.signature.parameter: first.size.value})
-    alike = {signature.effect for signature, _, cos in near if cos > rules.look_alike}
-    found = {first.signature.effect: (first.signature, first.size)}
-    mimics = table[first.signature.effect].mimics
-    order = np.argsort(-gain, kind="stable")
-    for c in order:
-        signature = signatures[lib.index(int(evidence.best[c]))]
-        if len(found) == rules.most_contenders:
-            break
-        # off its moment a change predicts little of other blocks, however sure it is
-        placed = evidence.p[c] < rules.alpha_name and has_moment(table[signature.effect])
-        if gain[c] < rules.contender_share * gain[mine] and not placed:
-            continue
-        possible = signature.lower <= evidence.size[c] <= signature.upper
-        like = signature.effect in alike or signature.effect in mimics
-        if signature.effect not in found and like and possible:
-            found[signature.effect] = (signature, _size_of(evidence, c))
-    places = {found[name][0].where for name in KNEES & set(found)}
-    for c in order:  # a knee never stands alone: loads of one sign tell it from the other by a gain
-        signature = signatures[lib.index(int(evidence.best[c]))]
-        if places and signature.effect in KNEES and signature.where in places:
-            found.setdefault(signature.effect, (signature, _size_of(evidence, c)))
-    return list(found.values())
-
-
-def _size_of(evidence: Evidence, cause: int) -> Interval:
-    """Its size by the evidence, with its interval."""
-    return jackknife_interval(float(evidence.size[cause]), evidence.size_without[:, cause])
-
-
 def _white_loss(problem: Problem, noise: Noise) -> FloatArray:
     """Held-out squared error of each block in the metric of the noise, shape (B,)."""
-    grams = calibration_grams(problem, noise)
+    grams = calibration_grams(problem, noise, counted=False)
     return held_out_loss(grams.inner, grams.calibration)
-
-
-def refitted_with(
-    subject: Subject,
-    causes: Sequence[Cause],
-    model: Refit | None,
-) -> Refit:
-    """All causes refitted together, the newest from its size, the others from the last model."""
-    start: dict[str, float] = {}
-    if model is not None:
-        start = {n: v for n, v in model.values.items() if n not in subject.case.values}
-    newest = causes[-1]
-    effect = subject.table[newest.signature.effect]
-    shapes = dict(at_its_moment(subject, newest.signature, causes[:-1], model).shape)
-    for owner, _ in newest.signature.owners:
-        for parameter in effect.parameters:
-            value = shapes.get(parameter.name, parameter.neutral)
-            if parameter.name == newest.signature.parameter:
-                # the linear size may overshoot a bent effect; begin inside its range
-                inside = np.clip(newest.size.value, -3 * parameter.prior_sd, 3 * parameter.prior_sd)
-                value = float(np.clip(parameter.neutral + inside, parameter.lower, parameter.upper))
-                value = 1.0 if effect.name in SWITCHES else value
-            start.setdefault(f"{owner}.{parameter.name}", value)
-    return subject.refitted(causes, start)

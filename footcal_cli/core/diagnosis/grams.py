@@ -6,13 +6,13 @@ The calibration may differ from block to block, wander, or be free in every bloc
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from footcal_cli.core.diagnosis.problem import Problem
-from footcal_cli.core.diagnosis.tracking import PART_S, innovations, parts_of, starts_of
+from footcal_cli.core.diagnosis.tracking import PART_S, Tracking, innovations, parts_of, starts_of
 from footcal_cli.core.diagnosis.whitening import Noise, RowWhitener, kept_tracking, noise_of
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
@@ -104,14 +104,16 @@ class Grams:
         )
 
 
-def calibration_grams(problem: Problem, noise: Noise | None = None) -> Grams:
-    """Of the calibration and the residual alone; `noise` as in `whitened_grams`."""
+def calibration_grams(
+    problem: Problem, noise: Noise | None = None, *, counted: bool = True
+) -> Grams:
+    """Of the calibration and the residual alone; `noise` and `counted` as in `whitened_grams`."""
     nothing = np.empty((problem.residual.size, 0))
-    return whitened_grams(problem.without_candidates, nothing, noise)[0]
+    return whitened_grams(problem.without_candidates, nothing, noise, counted=counted)[0]
 
 
 def whitened_grams(
-    problem: Problem, features: FloatArray, noise: Noise | None = None
+    problem: Problem, features: FloatArray, noise: Noise | None = None, *, counted: bool = True
 ) -> tuple[Grams, RowWhitener]:
     """Whiten rows, then account for a calibration that wanders from block to block.
 
@@ -126,16 +128,15 @@ def whitened_grams(
         Further columns, shape (m, f): anything the residual may depend on.
     noise
         Estimated from the problem's own residual where None.
+    counted
+        Whether errors are counted without whitening too. A fit asks for `inner` alone: `plain`,
+        `by_output` and `energy` are then empty.
     """
     noise = noise or noise_of(problem)
     whitener, tau = noise.whitener, noise.autocorrelation_time
     kept = whitener.kept
     tracked = problem.tracking is not None
-    turn = _directions(problem, whitener)
-    loose = np.hstack([problem.calibration, _offsets(problem)]) @ turn
-    apart = problem.settings is not None and problem.settings.part is not None
-    own = not tracked and not apart and _has_its_own(problem, turn)
-    wandering = loose if own else loose[:, :0]
+    wandering = _wandering(problem, whitener)
     accepted = problem.fitted[:, problem.calibration.shape[1] :]
     parts = (problem.calibration, accepted, wandering, problem.columns, features)
     raw = np.hstack([*parts, problem.residual[:, None]])
@@ -145,22 +146,21 @@ def whitened_grams(
     if noise.settled is not None:
         white = noise.settled(white)
     norm = np.sum(white**2, axis=0)
-    rows = np.zeros((0, 0, 0))
+    if not counted:
+        raw = raw[:, :0]
     if tracked:
-        rows, raw = _tracked(problem, white, raw, kept, numbers[0], noise.walk)
-    elif problem.drifts:
-        raw, white = _free_in_every_block(raw, white, problem.block, kept, numbers[2])
-    if not tracked:
+        rows = _tracked(problem, white, raw, kept, numbers[0], noise.walk)
+    else:
+        if problem.drifts:
+            raw, white = _free_in_every_block(raw, white, problem.block, kept, numbers[2])
         rows = _block_grams(white, problem.block[kept], problem.blocks)
-    plain = _block_grams(raw, problem.block, problem.blocks)
-    short = np.delete(raw, np.concatenate(numbers[2:]), axis=1)
+    # how far the prediction of a tracked calibration is off depends on the slow noise that it
+    # starts from; the innovations are what a model answers for
+    plain = rows if tracked and counted else _block_grams(raw, problem.block, problem.blocks)
+    short = np.delete(raw, np.concatenate(numbers[2:]), axis=1) if counted else raw
     of = [problem.output == o for o in range(len(problem.outputs))]
     by_output = np.stack([_block_grams(short[m], problem.block[m], problem.blocks) for m in of])
     energy = np.stack([np.sum(raw[m] ** 2, axis=0) for m in of])
-    if tracked:
-        # how far a prediction is off depends on the slow noise that it starts from; the
-        # innovations are what a model answers for
-        plain = rows
     if problem.drifts:
         inner = within = rows
         base = numbers[1]
@@ -196,39 +196,46 @@ def _tracked(
     kept: IntArray,
     calibration: IntArray,
     walk: FloatArray | None,
-) -> tuple[FloatArray, FloatArray]:
-    """Gram matrices of the whitened innovations per block, and unpredicted raw columns."""
+) -> FloatArray:
+    """Gram matrices of the whitened innovations per block; `raw` is left with what is unpredicted.
+
+    A `raw` without columns stays so.
+    """
     tracking = problem.tracking
     assert tracking is not None
     assert walk is not None
     there = kept_tracking(tracking, kept)
     stretches = parts_of(there, problem.block[kept])
-    # raw rows without a whitened partner (starts of sequences) go with their stretch in time
-    whole = parts_of(tracking, problem.block)
+    own = _raw_stretches(problem, tracking, kept, stretches) if raw.shape[1] else None
+    # while the filter still learns where the calibration stands, what it cannot predict says so
+    # and nothing else: the first block of each recording is no evidence
+    learning = {int(problem.block[tracking.recording == r].min()) for r in
+                np.unique(tracking.recording)}  # fmt: skip
+    grams = np.zeros((problem.blocks, white.shape[1], white.shape[1]))
+    passed = innovations(white, calibration, stretches, walk, there)
+    for i, (predicted, gram) in enumerate(passed):
+        block = int(problem.block[kept[stretches[i][0]]])
+        if block not in learning:
+            grams[block] += gram
+        if own is not None:
+            raw[own[i]] -= raw[np.ix_(own[i], calibration)] @ predicted
+    raw[np.isin(problem.block, list(learning))] = 0.0
+    return grams
+
+
+def _raw_stretches(
+    problem: Problem, tracking: Tracking, kept: IntArray, stretches: Sequence[IntArray]
+) -> list[IntArray]:
+    """Rows that belong to each stretch of kept rows, the starts of sequences among them."""
     starts = starts_of(tracking, problem.block)
 
     def key(rows: IntArray) -> tuple[int, int]:
         block = int(problem.block[rows[0]])
         return block, int((np.median(tracking.time_s[rows]) - starts[block]) // PART_S)
 
-    partner = {key(r): r for r in whole}
-
-    def raw_rows(rows: IntArray) -> IntArray:
-        first = kept[rows]
-        return partner.pop(key(first), first[:0])
-
-    raw, found = innovations(white, raw, calibration, stretches, raw_rows, walk, there)
-    # while the filter still learns where the calibration stands, what it cannot predict says so
-    # and nothing else: the first block of each recording is no evidence
-    learning = {int(problem.block[tracking.recording == r].min()) for r in
-                np.unique(tracking.recording)}  # fmt: skip
-    grams = np.zeros((problem.blocks, white.shape[1], white.shape[1]))
-    for rows, gram in found:
-        block = int(problem.block[kept[rows[0]]])
-        if block not in learning:
-            grams[block] += gram
-    raw[np.isin(problem.block, list(learning))] = 0.0
-    return grams, raw
+    partner = {key(rows): rows for rows in parts_of(tracking, problem.block)}
+    # a stretch whose kept rows have their middle in the one before has no rows left there
+    return [partner.pop(key(kept[rows]), kept[:0]) for rows in stretches]
 
 
 def _free_in_every_block(
@@ -248,9 +255,21 @@ def _free_in_every_block(
     return raw, white
 
 
-def _has_its_own(problem: Problem, turn: FloatArray) -> bool:
-    """Whether a block has rows enough to show a calibration of its own."""
-    return bool(problem.residual.size > _LEAST_ROWS * turn.shape[1] * problem.blocks)
+def _wandering(problem: Problem, whitener: RowWhitener) -> FloatArray:
+    """Columns of the directions in which a block's own calibration may differ, shape (m, w).
+
+    None where it is tracked, where it differs between settings instead, and where blocks have too
+    few rows to show one of their own.
+    """
+    nothing = problem.calibration[:, :0]
+    if problem.tracking is not None:
+        return nothing
+    if problem.settings is not None and problem.settings.part is not None:
+        return nothing
+    turn = _directions(problem, whitener)
+    if problem.residual.size <= _LEAST_ROWS * turn.shape[1] * problem.blocks:
+        return nothing
+    return np.asarray(np.hstack([problem.calibration, _offsets(problem)]) @ turn)
 
 
 def _offsets(problem: Problem) -> FloatArray:

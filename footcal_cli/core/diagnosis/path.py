@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from footcal_cli.core.diagnosis.answer import Cause, Diagnosis
-from footcal_cli.core.diagnosis.contest import decided_again, refitted_with
+from footcal_cli.core.diagnosis.contenders import refitted_with
+from footcal_cli.core.diagnosis.contest import decided_again
 from footcal_cli.core.diagnosis.engine import diagnose
 from footcal_cli.core.diagnosis.gain import losses
 from footcal_cli.core.diagnosis.growth import at_an_end, grown_by_one

@@ -179,7 +179,7 @@ class _Fit:
         left = residual(self.case, self.rows, values, self.chain)
         local = _local(self.problem, left, columns)
         noise = near.noise if near else noise_of(local)
-        grams, _ = whitened_grams(local, np.empty((left.size, 0)), noise)
+        grams, _ = whitened_grams(local, np.empty((left.size, 0)), noise, counted=False)
         return _Point(dict(values), ideal, noise, left, columns, grams)
 
     def awake(self, start: _Point) -> _Point:
@@ -211,7 +211,7 @@ class _Fit:
                 values[item.name] += float(change)
             left = residual(self.case, self.rows, values, self.chain)
             local = _local(self.problem, left, at.columns)
-            grams, _ = whitened_grams(local, np.empty((left.size, 0)), at.noise)
+            grams, _ = whitened_grams(local, np.empty((left.size, 0)), at.noise, counted=False)
             to_go, _ = joint_sizes(grams, grams.calibration, grams.candidates[way.free])
             to_go /= _rms(at.columns)[way.free]
             before, after = (v / way.spread[way.free] for v in (way.size[way.free], to_go))

@@ -7,7 +7,7 @@ from the innovations of the residual, never assumed.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -154,7 +154,7 @@ def _log_likelihood(parts: Sequence[_Part], variance: FloatArray) -> FloatArray:
             mean, cov = np.zeros((t, p)), start
         cov = cov + (variance * part.interval_s)[:, None, :] * unit
         j_d = part.jr - mean @ part.jj
-        d_d = part.rr - 2.0 * mean @ part.jr + np.einsum("ti,ti->t", mean @ part.jj, mean)
+        d_d = part.rr - np.einsum("ti,ti->t", mean, part.jr + j_d)
         # (P⁻¹ + JᵀJ)⁻¹ = (1 + P JᵀJ)⁻¹ P
         whole = unit + cov @ part.jj
         posterior = np.linalg.solve(whole, cov)
@@ -168,39 +168,33 @@ def _log_likelihood(parts: Sequence[_Part], variance: FloatArray) -> FloatArray:
 
 def innovations(
     white: FloatArray,
-    raw: FloatArray,
     calibration: IntArray,
     parts: Sequence[IntArray],
-    raw_rows: Callable[[IntArray], IntArray],
     variance: FloatArray,
     tracking: Tracking,
-) -> tuple[FloatArray, list[tuple[IntArray, FloatArray]]]:
-    """Pass all columns through the filter.
+) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """Pass all columns through the filter, stretch by stretch.
 
     Parameters
     ----------
-    white, raw
-        Columns with and without row whitening; `raw` is changed in place into what the filter did
-        not predict.
+    white
+        Whitened columns, shape (m, n).
     calibration
         Column numbers of what is tracked.
     parts
         Rows of `white` of each stretch.
-    raw_rows
-        Rows of `raw` that belong to a stretch of `white`.
     variance
         Of the walk, per second, shape (p,).
 
-    Returns
-    -------
-    raw
-        Unpredicted columns.
-    grams
-        Rows and ``X' S⁻¹ X`` of the innovations of each stretch.
+    Yields
+    ------
+    predicted
+        Coefficients of the calibration in every column before the stretch was seen, shape (p, n).
+    gram
+        ``X' S⁻¹ X`` of its innovations, shape (n, n).
     """
     p, n = calibration.size, white.shape[1]
     mean, cov = np.zeros((p, n)), np.eye(p)
-    found = []
     before: IntArray | None = None
     for rows in parts:
         fresh = before is None or tracking.recording[before[0]] != tracking.recording[rows[0]]
@@ -216,9 +210,6 @@ def innovations(
         j_left = j.T @ left
         # (P⁻¹ + JᵀJ)⁻¹ = (1 + P JᵀJ)⁻¹ P
         posterior = np.linalg.solve(np.eye(p) + cov @ (j.T @ j), cov)
-        found.append((rows, left.T @ left - j_left.T @ posterior @ j_left))
-        own = raw_rows(rows)
-        raw[own] -= raw[np.ix_(own, calibration)] @ mean
+        yield mean, left.T @ left - j_left.T @ posterior @ j_left
         mean = mean + posterior @ j_left
         cov = 0.5 * (posterior + posterior.T)
-    return raw, found

@@ -26,6 +26,7 @@ _COMPONENT_STEPS = 8
 _LEAST_FREEDOM = 1.0  # an output that the calibration can follow at will tells of no noise
 _LEAST_RATIO = 1e-6  # by which a variance shrinks in one step at most
 _RANK = 1e-8
+_PIECE = 1024  # rows that are whitened at once
 
 
 @dataclass(frozen=True)
@@ -57,14 +58,21 @@ class RowWhitener:
     def __call__(self, columns: FloatArray) -> FloatArray:
         """Whitened columns at the kept rows, shape (kept, k)."""
         kept = self.kept
-        filtered = columns
-        if np.any(self.coefficients):
-            filtered = columns.copy()
-            a = self.coefficients[self.output]
-            for i in np.flatnonzero(np.any(self.coefficients, axis=0)):
+        lags = [int(i) + 1 for i in np.flatnonzero(np.any(self.coefficients, axis=0))]
+        white = np.empty((kept.size, columns.shape[1]))
+        # in pieces that stay in the processor's cache: the columns of a long log do not
+        for start in range(0, len(columns), _PIECE):
+            end = min(start + _PIECE, len(columns))
+            filtered = columns[start:end].copy()
+            for lag in lags:
                 # rows whose order is lower have a zero coefficient, whatever stands before them
-                filtered[i + 1 :] -= a[i + 1 :, i : i + 1] * columns[: -i - 1]
-        return np.asarray(filtered[kept] / self.sd[self.output[kept]][:, None])
+                late = min(max(start, lag), end)
+                a = self.coefficients[self.output[late:end], lag - 1]
+                filtered[late - start :] -= a[:, None] * columns[late - lag : end - lag]
+            first, last = np.searchsorted(kept, start), np.searchsorted(kept, end)
+            rows = kept[first:last]
+            white[first:last] = filtered[rows - start] / self.sd[self.output[rows]][:, None]
+        return white
 
 
 @dataclass(frozen=True)

@@ -154,7 +154,7 @@ def feet_of(log: Log) -> tuple[str, ...]:
 def _valid(log: Log, error: FloatArray, totals: int, carried: BoolArray) -> BoolArray:
     """Totals count unless all feet are in the air, a channel while its foot surely swings."""
     valid = np.isfinite(error)
-    standing = (log.known["contact"] != 0.0).any(axis=1) & carried
+    standing = np.logical_or.reduce([foot != 0.0 for foot in log.known["contact"].T]) & carried
     valid[:, :totals] &= standing[:, None]
     valid[:, totals:] &= channel_contact(log) == 0.0
     return valid

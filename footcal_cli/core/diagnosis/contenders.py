@@ -1,0 +1,113 @@
+"""The named cause and its look-alikes, each refitted with the whole model."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import TypeAlias
+
+import numpy as np
+
+from footcal_cli.core.diagnosis.aliases import aliases
+from footcal_cli.core.diagnosis.answer import Cause, Diagnosis
+from footcal_cli.core.diagnosis.moments import at_its_moment, has_moment
+from footcal_cli.core.diagnosis.problem import Problem, Signature
+from footcal_cli.core.diagnosis.refit import Refit
+from footcal_cli.core.diagnosis.signatures import SWITCHES
+from footcal_cli.core.diagnosis.subject import Subject
+from footcal_cli.core.diagnosis.weighing import Evidence
+from footcal_cli.core.effects.contract import Effect
+from footcal_cli.core.evidence import Interval, jackknife_interval
+
+Contender: TypeAlias = tuple[Cause, Refit, Problem]
+"""A cause, its refit beside all others, and the problem that it leaves."""
+KNEES = frozenset({"hinge", "dead_zone"})
+"""One curve but for a gain, where the knee is the same and loads are of one sign. No real knee is
+sharp, so that which of them fits a soft one a little better says nothing."""
+
+
+def refitted(
+    subject: Subject,
+    causes: Sequence[Cause],
+    model: Refit | None,
+    answer: Diagnosis,
+    failed: frozenset[str],
+) -> list[Contender]:
+    """Every contender with its refit and the problem that it leaves."""
+    first = answer.causes[0]
+    fits = []
+    taken = {*failed, *(c.signature.effect for c in causes)}
+    for signature, size in _contenders(answer, subject.table):
+        if signature.effect in taken:
+            continue
+        places = first.places if signature.effect == first.signature.effect else ()
+        cause = replace(first, signature=signature, size=size, rivals=(), places=places)
+        fits.append(fit(subject, causes, model, cause))
+    return fits
+
+
+def fit(subject: Subject, causes: Sequence[Cause], model: Refit | None, cause: Cause) -> Contender:
+    """A contender with its refit beside all other causes and the problem that it leaves."""
+    fitted = refitted_with(subject, [*causes, cause], model)
+    return cause, fitted, subject.bare(fitted, [*causes, cause])
+
+
+def _contenders(answer: Diagnosis, table: Mapping[str, Effect]) -> list[tuple[Signature, Interval]]:
+    """The named cause and the effects that look like it and explain nearly as much."""
+    evidence, lib, rules = answer.search.first, answer.library, answer.rules
+    first = answer.causes[0]
+    signatures = lib.problem.signatures
+    mine = lib.causes.index(first.signature.cause)
+    gain = evidence.gain.sum(axis=0)
+    near = aliases(lib, first.signature, {first.signature.parameter: first.size.value})
+    alike = {signature.effect for signature, _, cos in near if cos > rules.look_alike}
+    found = {first.signature.effect: (first.signature, first.size)}
+    mimics = table[first.signature.effect].mimics
+    order = np.argsort(-gain, kind="stable")
+    for c in order:
+        signature = signatures[lib.index(int(evidence.best[c]))]
+        if len(found) == rules.most_contenders:
+            break
+        # off its moment a change predicts little of other blocks, however sure it is
+        placed = evidence.p[c] < rules.alpha_name and has_moment(table[signature.effect])
+        if gain[c] < rules.contender_share * gain[mine] and not placed:
+            continue
+        possible = signature.lower <= evidence.size[c] <= signature.upper
+        like = signature.effect in alike or signature.effect in mimics
+        if signature.effect not in found and like and possible:
+            found[signature.effect] = (signature, _size_of(evidence, c))
+    places = {found[name][0].where for name in KNEES & set(found)}
+    for c in order:  # a knee never stands alone: loads of one sign tell it from the other by a gain
+        signature = signatures[lib.index(int(evidence.best[c]))]
+        if places and signature.effect in KNEES and signature.where in places:
+            found.setdefault(signature.effect, (signature, _size_of(evidence, c)))
+    return list(found.values())
+
+
+def _size_of(evidence: Evidence, cause: int) -> Interval:
+    """Its size by the evidence, with its interval."""
+    return jackknife_interval(float(evidence.size[cause]), evidence.size_without[:, cause])
+
+
+def refitted_with(
+    subject: Subject,
+    causes: Sequence[Cause],
+    model: Refit | None,
+) -> Refit:
+    """All causes refitted together, the newest from its size, the others from the last model."""
+    start: dict[str, float] = {}
+    if model is not None:
+        start = {n: v for n, v in model.values.items() if n not in subject.case.values}
+    newest = causes[-1]
+    effect = subject.table[newest.signature.effect]
+    shapes = dict(at_its_moment(subject, newest.signature, causes[:-1], model).shape)
+    for owner, _ in newest.signature.owners:
+        for parameter in effect.parameters:
+            value = shapes.get(parameter.name, parameter.neutral)
+            if parameter.name == newest.signature.parameter:
+                # the linear size may overshoot a bent effect; begin inside its range
+                inside = np.clip(newest.size.value, -3 * parameter.prior_sd, 3 * parameter.prior_sd)
+                value = float(np.clip(parameter.neutral + inside, parameter.lower, parameter.upper))
+                value = 1.0 if effect.name in SWITCHES else value
+            start.setdefault(f"{owner}.{parameter.name}", value)
+    return subject.refitted(causes, start)
