@@ -25,6 +25,7 @@ from footcal_cli.core.diagnosis.signatures import SWITCHES
 from footcal_cli.core.effects import TABLE
 from footcal_cli.core.effects.contract import Effect, Scope, can_carry
 from footcal_cli.core.evidence import Interval
+from footcal_cli.sheets.diagnosis.words import main_gain
 from tests.contract.hiding import SHAPES, Seen, clean, sized
 from tests.contract.wiring import wiring
 from tests.contract.worlds import WORLDS, Hidden
@@ -51,11 +52,6 @@ KNOWN_MISSES: Mapping[tuple[str, str], str] = {
     ("weights", "bias_drift"): "one cell's seven sessions alone reach no level: none, and its row "
     "says absent of the cells together",
     ("stand", "channel_swap"): "unknown: exchanged cells are looked for in placements and walks",
-    ("hang", "axis_flip"): "bad-data of tx: a turned fx and a turned tx fit alike, and one of them "
-    "is told as sure",
-    ("walk", "load_bypass"): "named, but the gain that is told is that of the output that gained "
-    "most, however unsure: its interval holds zero",
-    ("walk", "dead_zone"): "in the rival set, but the gain that is told holds zero, as above",
     ("walk", "saturation"): "unknown, nearest saturation: a third of the noise, in few rows",
 }
 """Experiment and effect -> why it is missed today: a new miss fails, a repaired one is told."""
@@ -132,7 +128,8 @@ def _judged(
     ]
     right = bool(sets) and any(effect.name in each for each in sets)
     wrong = any(effect.name not in each for each in sets)
-    gain = max((g.change for g in found.gains), key=lambda g: g.value, default=None)
+    largest = main_gain(found)
+    gain = None if largest is None else largest.change
     if wrong or (right and (gain is None or gain.low <= 0.0)):
         outcome = "MISS"
     elif right:

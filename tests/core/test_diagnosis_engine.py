@@ -166,6 +166,21 @@ def test_an_effect_smaller_than_what_matters_is_not_reported() -> None:
     assert row.status == EffectStatus.ABSENT
 
 
+def test_what_only_the_calibration_brings_into_an_output_counts_in_all_its_rows() -> None:
+    rng = np.random.default_rng(881)
+    problem = problem_of(make_world(rng), np.zeros(3 * 12 * 400))
+    first, second = problem.output == 0, problem.output == 1
+    columns, left = np.zeros((2, problem.residual.size, 1))
+    columns[first] = 1.0
+    left[first], left[second] = 0.1, 0.3
+    alone = replace(problem, columns=columns, signatures=problem.signatures[:1])
+    expected = min(
+        problem.tolerance[0] / (0.1 * problem.noise[first][0]),
+        problem.tolerance[1] / (0.3 * problem.noise[second][0]),
+    )
+    np.testing.assert_allclose(alone.smallest_sizes(left), [expected])
+
+
 def test_a_driver_that_did_not_move_is_not_testable() -> None:
     rng = np.random.default_rng(860)
     world = make_world(rng)

@@ -175,7 +175,7 @@ def _another_way(
         if both is not None:
             both = grown(subject, both, rules, seed)
             verdict, share = _judged(subject, both, rules, seed)
-            if verdict in _CLEAR:
+            if verdict in _CLEAR and share >= rules.share_pair:
                 return both, verdict, share
     return None
 

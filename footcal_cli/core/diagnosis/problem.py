@@ -228,9 +228,11 @@ class Problem:
             rows = self.output == i
             if not rows.any():
                 continue
-            # an output may pool cells: one cell's error counts on the rows of that cell
+            # an output may pool cells: one cell's error counts on the rows of that cell; what only
+            # the refitted calibration brings into an output is in all rows
             touched = np.count_nonzero(self.columns[rows], axis=0)
-            rms = np.sqrt(np.sum(physical[rows] ** 2, axis=0) / np.maximum(touched, 1))
+            counted = np.where(touched > 0, touched, rows.sum())
+            rms = np.sqrt(np.sum(physical[rows] ** 2, axis=0) / counted)
             size = np.divide(
                 self.tolerance[i], rms, out=np.full_like(rms, np.inf), where=rms > 1e-300
             )

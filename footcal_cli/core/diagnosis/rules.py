@@ -63,10 +63,10 @@ class Rules:
         that would remove more with a sign that their cause cannot have; linear mixtures beside
         linear names if those explain less than `share_form`, and so do other curves of an axis
         beside its named one.
-    pair_share, most_pairs
+    pair_share, share_pair, most_pairs
         The same as `later_share` of two causes looked for together, where one at a time ended
-        unknown: so little is believed only where nothing is left beside both. So many pairs are
-        tried.
+        unknown: so little is believed only where nothing is left beside both, and they explain at
+        least `share_pair` of what can be explained. So many pairs are tried.
     most_effects
         Effects accepted at most.
     most_tries
@@ -113,6 +113,7 @@ class Rules:
     smallest_gain: float = 0.01
     later_share: float = 0.1
     pair_share: float = 0.02
+    share_pair: float = 0.99
     most_pairs: int = 2
     most_effects: int = 4
     most_tries: int = 3
@@ -147,8 +148,9 @@ class Rules:
             f"p < {self.alpha_left:g}); "
             f"smallest gain {self.smallest_gain:.0%}, of a later cause {self.later_share:.0%} of "
             f"the gain before it; where that ends unknown {self.most_pairs} pairs are tried, each "
-            f"of the two removing {self.pair_share:.0%} beside the other and nothing left beside "
-            f"both; at most {self.most_effects} effects, the best "
+            f"of the two removing {self.pair_share:.0%} beside the other, both explaining "
+            f"{self.share_pair:.0%} and nothing left beside them; "
+            f"at most {self.most_effects} effects, the best "
             f"{self.most_tries} candidates tried for each; visible at least "
             f"{self.visible_floor:.0%}; alias at |cos| > {self.alias:g}, "
             f"the same at {self.same:g}; "

@@ -26,32 +26,43 @@ SHARE_LEFT = 0.25
 """Share of the squared misfit that may be left when the right axis is turned back."""
 
 
+AS_GOOD = 0.01
+"""Difference of two squared misfits, as a share of the smaller, that tells no axis from another."""
+
+
 @dataclass(frozen=True)
 class TurnedAxis:
     """An axis that fits far better with its sign turned.
 
     Parameters
     ----------
-    channel
-        ``fl.fx``.
+    channels
+        ``fl.fx``, the best first; several where turning any of them fits alike: a leg and its
+        mirror image differ by two signs.
     left
         Share of the squared misfit that is left with the sign turned back.
     """
 
-    channel: str
+    channels: tuple[str, ...]
     left: float
 
     def finding(self) -> Finding:
         """As an alarm."""
-        leg, axis = self.channel.split(".")
+        axes = " or ".join(f"{axis} of leg {leg}" for leg, axis in map(_parts, self.channels))
+        legs = " or ".join(dict.fromkeys(leg for leg, _ in map(_parts, self.channels)))
         return Finding(
             "axis_turned",
             "alarm",
-            self.channel,
-            f"{axis} of leg {leg} reads with the sign turned: turned back, {self.left:.1%} of the "
-            "squared misfit is left",
-            f"correct the wiring or the axes of leg {leg}, then calibrate again",
+            " or ".join(self.channels),
+            f"{axes} reads with the sign turned: turned back, {self.left:.1%} of the squared "
+            "misfit is left" + ("; these data cannot tell which" if len(self.channels) > 1 else ""),
+            f"correct the wiring or the axes of leg {legs}, then calibrate again",
         )
+
+
+def _parts(channel: str) -> tuple[str, str]:
+    leg, axis = channel.split(".")
+    return leg, axis
 
 
 def turned_when_hanging(logs: Sequence[Log], asked: HangOptions) -> TurnedAxis | None:
@@ -87,6 +98,9 @@ def _most_improved(
 ) -> TurnedAxis | None:
     before = misfit(np.ones(len(channels)))
     after = np.array([misfit(1.0 - 2.0 * row) for row in np.eye(len(channels))])
-    best = int(np.argmin(after))
-    share = float(after[best] / max(before, np.finfo(float).tiny))
-    return TurnedAxis(channels[best], share) if share < SHARE_LEFT else None
+    least = float(after.min())
+    share = least / max(before, np.finfo(float).tiny)
+    if share >= SHARE_LEFT:
+        return None
+    alike = [i for i in np.argsort(after, kind="stable") if after[i] <= (1.0 + AS_GOOD) * least]
+    return TurnedAxis(tuple(channels[i] for i in alike), share)

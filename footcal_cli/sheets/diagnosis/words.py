@@ -109,8 +109,8 @@ def shape_words(item: Found) -> str:
 
 
 def main_gain(found: Investigation) -> Gain | None:
-    """The output that gained most."""
-    return max(found.gains, key=lambda g: g.change.value, default=None)
+    """The output that surely gained most: by the lower end of its interval."""
+    return max(found.gains, key=lambda g: g.change.low, default=None)
 
 
 def gain_words(found: Investigation) -> str:
