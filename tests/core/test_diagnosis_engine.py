@@ -168,7 +168,8 @@ def test_an_effect_smaller_than_what_matters_is_not_reported() -> None:
 
 def test_what_only_the_calibration_brings_into_an_output_counts_in_all_its_rows() -> None:
     rng = np.random.default_rng(881)
-    problem = problem_of(make_world(rng), np.zeros(3 * 12 * 400))
+    world = make_world(rng)
+    problem = problem_of(world, np.zeros((*world.shear.shape, 3)))
     first, second = problem.output == 0, problem.output == 1
     columns, left = np.zeros((2, problem.residual.size, 1))
     columns[first] = 1.0
