@@ -1,4 +1,7 @@
-"""The whole diagnosis of real logs: name one effect, refit, look again, at most four times."""
+"""The whole diagnosis of real logs: name one effect, refit, look again, at most four times.
+
+Where that ends unknown, it begins once more with two effects at once.
+"""
 
 from __future__ import annotations
 
@@ -118,6 +121,8 @@ def investigate(
     seed: int = 0,
 ) -> Investigation:
     """Diagnose logs: baseline, then the model extended by each accepted effect in turn.
+
+    A path that ends unknown is left for one that begins with two effects, if that leaves nothing.
 
     Parameters
     ----------
