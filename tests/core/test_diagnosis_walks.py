@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.signal import lfilter
@@ -126,10 +128,13 @@ def test_rows_are_whitened_within_their_sequence_however_long_the_log() -> None:
     assert sequence.size > 2048
 
 
-def test_a_fit_sees_the_same_whether_errors_are_counted_or_not() -> None:
+@pytest.mark.parametrize("tracked", [True, False])
+def test_a_fit_sees_the_same_whether_errors_are_counted_or_not(tracked: bool) -> None:
     case = walk_case(7, None, duration_s=60.0)
     rows = rows_of(case)
     problem = problem_from(case, rows, [TABLE["hysteresis"]], describe)
+    if not tracked:  # free in every block instead
+        problem = replace(problem, tracking=None)
     nothing = np.empty((problem.residual.size, 0))
     counted, fitted = (whitened_grams(problem, nothing, counted=c)[0] for c in (True, False))
     np.testing.assert_array_equal(fitted.inner, counted.inner)

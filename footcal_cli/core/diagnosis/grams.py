@@ -241,7 +241,10 @@ def _raw_stretches(
 def _free_in_every_block(
     raw: FloatArray, white: FloatArray, block: IntArray, kept: IntArray, free: IntArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Columns less what a block's own calibration absorbs of them, unwhitened and whitened."""
+    """Columns less what a block's own calibration absorbs of them, unwhitened and whitened.
+
+    None unwhitened where errors are not counted.
+    """
     raw, white = raw.copy(), white.copy()
     for b in range(int(block.max()) + 1):
         mine = block[kept] == b
@@ -250,8 +253,9 @@ def _free_in_every_block(
         gram[np.diag_indices_from(gram)] += _FREE_RIDGE
         coefficients = np.linalg.solve(gram, basis.T @ white[mine])
         white[mine] -= basis @ coefficients
-        rows = block == b
-        raw[rows] -= raw[np.ix_(rows, free)] @ coefficients
+        if raw.shape[1]:
+            rows = block == b
+            raw[rows] -= raw[np.ix_(rows, free)] @ coefficients
     return raw, white
 
 
