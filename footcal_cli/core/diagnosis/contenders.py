@@ -15,9 +15,8 @@ from footcal_cli.core.diagnosis.problem import Problem, Signature
 from footcal_cli.core.diagnosis.refit import Refit
 from footcal_cli.core.diagnosis.signatures import SWITCHES
 from footcal_cli.core.diagnosis.subject import Subject
-from footcal_cli.core.diagnosis.weighing import Evidence
 from footcal_cli.core.effects.contract import Effect
-from footcal_cli.core.evidence import Interval, jackknife_interval
+from footcal_cli.core.evidence import Interval
 
 Contender: TypeAlias = tuple[Cause, Refit, Problem]
 """A cause, its refit beside all others, and the problem that it leaves."""
@@ -75,18 +74,13 @@ def _contenders(answer: Diagnosis, table: Mapping[str, Effect]) -> list[tuple[Si
         possible = signature.lower <= evidence.size[c] <= signature.upper
         like = signature.effect in alike or signature.effect in mimics
         if signature.effect not in found and like and possible:
-            found[signature.effect] = (signature, _size_of(evidence, c))
+            found[signature.effect] = (signature, evidence.interval(c))
     places = {found[name][0].where for name in KNEES & set(found)}
     for c in order:  # a knee never stands alone: loads of one sign tell it from the other by a gain
         signature = signatures[lib.index(int(evidence.best[c]))]
         if places and signature.effect in KNEES and signature.where in places:
-            found.setdefault(signature.effect, (signature, _size_of(evidence, c)))
+            found.setdefault(signature.effect, (signature, evidence.interval(c)))
     return list(found.values())
-
-
-def _size_of(evidence: Evidence, cause: int) -> Interval:
-    """Its size by the evidence, with its interval."""
-    return jackknife_interval(float(evidence.size[cause]), evidence.size_without[:, cause])
 
 
 def refitted_with(

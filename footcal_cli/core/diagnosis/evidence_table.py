@@ -74,7 +74,7 @@ def _row(
     causes = known or causes
     best = causes[int(np.argmax(evidence.gain.sum(axis=0)[causes]))]
     at = lib.index(int(evidence.best[best]))
-    size = jackknife_interval(float(evidence.size[best]), evidence.size_without[:, best])
+    size = evidence.interval(best)
     se = (size.high - size.low) / 2.0 / max(_student(grams.blocks), 1e-9)
     smallest = float(lib.smallest[at])
     status, reason = _status(size, smallest, float(evidence.informative[best]), rules)

@@ -137,8 +137,7 @@ def _best_fit(subject: Subject, causes: Sequence[Cause], models: tuple[Refit, Re
     Fitted alone a cause takes on the shape of what is missing, and may not find back from there.
     """
     last, before = models
-    size = causes[-1].signature.parameter
-    kin = {p.name for p in subject.table[causes[-1].signature.effect].parameters} | {size}
+    kin = {p.name for p in subject.table[causes[-1].signature.effect].parameters}
     start = {
         n: before.values.get(n, v) if n.rsplit(".", 1)[1] in kin else v
         for n, v in last.values.items() if n not in subject.case.values

@@ -14,8 +14,10 @@ from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.scores import Scores, held_out_gains, scores
 from footcal_cli.core.diagnosis.whitening import has_single_rows
 from footcal_cli.core.evidence import (
+    Interval,
     Pooled,
     effective_blocks,
+    jackknife_interval,
     local_max_t,
     permutation_max_t,
     sign_flip_max_t,
@@ -54,6 +56,10 @@ class Evidence:
     size_without: FloatArray
     informative: FloatArray
     null_max: FloatArray
+
+    def interval(self, cause: int) -> Interval:
+        """The size of a cause with its 95 % interval over blocks."""
+        return jackknife_interval(float(self.size[cause]), self.size_without[:, cause])
 
 
 def weigh(lib: Library, base: IntArray, signs: FloatArray, rules: Rules, seed: int) -> Evidence:
