@@ -49,20 +49,12 @@ CASES = [
     and world.untested.get(effect.name) != OF_CELLS
 ]
 KNOWN_MISSES: Mapping[tuple[str, str], str] = {
-    ("weights", "bias_drift"): "one cell's seven sessions alone reach no level: none, and its row "
-    "says absent of the cells together",
-    ("stand", "channel_swap"): "unknown: exchanged cells are looked for in placements and walks",
     ("walk", "saturation"): "unknown, nearest saturation: a third of the noise, in few rows",
 }
 """Experiment and effect -> why it is missed today: a new miss fails, a repaired one is told."""
-ANOTHER_SHAPE = frozenset(
-    {
-        ("weights", "creep_slow"), ("placements", "load_bypass"), ("placements", "saturation"),
-        ("stand", "dead_zone"), ("stand", "creep_slow"),
-    }
-)  # fmt: skip
-"""Where the data leave a shape open (the load at which a bypass begins, between two weights) that
-the size goes with: its interval is that of the size at the shape that was taken, and too narrow."""
+ANOTHER_SHAPE = frozenset({("placements", "saturation")})
+"""A hard stop that few readings reach, between the loads at which one is looked for: what is found
+is a soft one that begins earlier, and the interval is that of its size."""
 
 
 @dataclass(frozen=True)

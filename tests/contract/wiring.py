@@ -22,7 +22,7 @@ from tests.contract.worlds import HEXAPOD
 
 
 def wiring(case: Case) -> list[Finding]:
-    """Findings on the wiring of a case; a stand's cells are not looked at."""
+    """Findings on the wiring of a case."""
     kind, log = case.experiment.name, case.logs[0]
     if kind == "placements":
         found = []
@@ -32,9 +32,10 @@ def wiring(case: Case) -> list[Finding]:
                 log.readings, log.channels, known["cell_pos_m"][0], known["hole_m"], known["load_n"]
             )
         return found
-    if kind == "walk":
+    if kind in ("walk", "stand"):
         reference = walk.reference_of(log)
-        rows = np.flatnonzero((np.nan_to_num(log.known["contact"]) != 0.0).any(axis=1))[::8]
+        rows = np.flatnonzero((np.nan_to_num(log.known["contact"]) != 0.0).any(axis=1))
+        rows = rows[:: 8 if kind == "walk" else 1]
         arms = log.known["cell_pos_m"] - reference.cop_m[:, None]
         forces = case.chain.remove(log, case.values)[0].readings
         return check_exchanged_walking(

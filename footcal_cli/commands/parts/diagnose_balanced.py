@@ -27,19 +27,21 @@ WALK_UNTESTED = {
 """What a walk alone cannot show, and what would."""
 
 
-def _wiring(recording: Recording) -> list[Finding]:
-    """Cells of a walk that are copied, frozen or exchanged."""
+def _wiring(recording: Recording, kind: str) -> list[Finding]:
+    """Cells that are exchanged and, of a walk, copied or frozen."""
     import numpy as np
 
     from footcal_cli.core.experiments.walk import reference_of
     from footcal_cli.core.wiring import check_channels_walking, check_exchanged_walking
 
     merged, belief = recording.merged, recording.belief
-    assert belief is not None  # feet with cells
+    if belief is None:  # insoles, whose cells have no positions that a recipe gives
+        return []
     log = merged.log
-    findings = check_channels_walking(log.time_s, belief.forces(merged.raw), log.channels)
-    if findings:
-        return findings
+    if kind == "walk":
+        findings = check_channels_walking(log.time_s, belief.forces(merged.raw), log.channels)
+        if findings:
+            return findings
     reference = reference_of(log)
     arms = log.known["cell_pos_m"] - reference.cop_m[:, None]
     known = np.isfinite(reference.fz_n) & np.isfinite(arms).all(axis=(1, 2))
@@ -80,7 +82,7 @@ def read_balanced(session: Session[DiagnoseOptions]) -> CaseRead:
     experiment = walk.EXPERIMENT if kind == "walk" else stand.EXPERIMENT
     rule = MergeRule(delay_s=session.options.delay_s)
     recordings = read_recordings(session, rule, kind, body_needed=kind == "walk")
-    findings = [f for r in recordings for f in _wiring(r)] if kind == "walk" else []
+    findings = [f for r in recordings for f in _wiring(r, kind)]
     logs, steps, noises = [], [], []
     for recording in recordings:
         merged = recording.merged

@@ -70,9 +70,13 @@ def _row(
     base = grams.calibration if evidence is found.first else found.base
     loss = float(held_out_loss(grams.inner, base, grams.plain).sum())
     # where too few blocks know of it nothing can be said; look where something can
+    gains = evidence.gain.sum(axis=0)
     known = [c for c in causes if smallest_p(evidence.informative[c]) <= rules.alpha_name]
-    causes = known or causes
-    best = causes[int(np.argmax(evidence.gain.sum(axis=0)[causes]))]
+    best = max(known or causes, key=lambda c: gains[c])
+    if known and _beyond(lib, evidence, best) == 0.0:
+        # absent of all cells together may be there in one, of which too few blocks know
+        hidden = [c for c in causes if c not in known and _beyond(lib, evidence, c) > 0.0]
+        best = max(hidden, key=lambda c: gains[c], default=best)
     at = lib.index(int(evidence.best[best]))
     size = evidence.interval(best)
     se = (size.high - size.low) / 2.0 / max(_student(grams.blocks), 1e-9)
@@ -92,6 +96,13 @@ def _row(
         status=status,
         reason=reason,
     )
+
+
+def _beyond(lib: Library, evidence: Evidence, cause: int) -> float:
+    """How far the interval of a size lies beyond the smallest that matters; 0 where it does not."""
+    size = evidence.interval(cause)
+    smallest = float(lib.smallest[lib.index(int(evidence.best[cause]))])
+    return max(size.low - smallest, -smallest - size.high, 0.0)
 
 
 def _student(blocks: int) -> float:

@@ -297,11 +297,10 @@ def _verdict(
         c for i, c in enumerate(lib.causes) if lib.between[lib.index(lib.columns[i][0])]
     }
     between = any(c.signature.cause in acts_between for c in causes)
-    taken = [c.signature.effect for c in causes]
     if any(rival.spoils(removed, rules) for rival in unnamed):
         return Verdict.UNKNOWN, share
     if not enough(share, last.before, form, rules, between=between) or (
-        len(taken) > 1 and look_alike(lib, _best_columns(first, taken), rules)
+        len(causes) > 1 and look_alike(lib, _columns_of(first, causes), rules)
     ):
         return Verdict.UNKNOWN, share
     if any(cause.rivals for cause in causes):
@@ -310,12 +309,16 @@ def _verdict(
     return (Verdict.NAMED_UNKNOWN if more else Verdict.NAMED), share
 
 
-def _best_columns(first: Diagnosis, effects: Sequence[str]) -> IntArray:
-    """The column of each effect that explained most on its own."""
-    gain = first.search.first.gain.sum(axis=0)
-    best = []
-    for effect in effects:
-        mine = [i for i, cause in enumerate(first.library.causes) if cause[0] == effect]
-        if mine:
-            best.append(first.search.first.best[mine[int(np.argmax(gain[mine]))]])
-    return np.array(best, dtype=np.int64)
+def _columns_of(first: Diagnosis, causes: Sequence[Cause]) -> IntArray:
+    """The column of each named cause: where it was named, in the shape that explained most there.
+
+    Where every cell has a size of its own, the place that explained most on its own.
+    """
+    known, evidence = first.library.causes, first.search.first
+    gain = evidence.gain.sum(axis=0)
+    columns = []
+    for effect, parameter, where in (cause.signature.cause for cause in causes):
+        mine = [i for i, cause in enumerate(known) if cause[0] == effect]
+        there = [i for i in mine if known[i] == (effect, parameter, where)]
+        columns += [evidence.best[max(there or mine, key=lambda i: gain[i])]] if mine else []
+    return np.array(columns, dtype=np.int64)

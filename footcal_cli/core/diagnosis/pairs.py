@@ -13,13 +13,16 @@ from footcal_cli.core.diagnosis.library import Library
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.scores import scores
 
+_SPREAD = 3.0
+
 
 def likely_pairs(lib: Library, rules: Rules) -> list[tuple[int, int]]:
     """Candidates that together explain most, best first; of pairs that resemble each other one.
 
     With ``z`` the scores of two candidates in units of their sd and ``c`` their cosine, calibration
-    projected off, they explain ``(z₁² + z₂² − 2 c z₁ z₂)/(1 − c²)``. Pairs that look alike are left
-    out: together they may copy a third.
+    projected off, they explain ``(z₁² + z₂² − 2 c z₁ z₂)/(1 − c²)`` at the sizes
+    ``(z₁ − c z₂)/(1 − c²)``. Pairs that look alike are left out: together they may copy a third;
+    so are sizes that cannot be, half a swap of two channels.
 
     Returns
     -------
@@ -36,8 +39,15 @@ def likely_pairs(lib: Library, rules: Rules) -> list[tuple[int, int]]:
     effects = np.array([lib.problem.signatures[i].effect for i in shown])
     like = np.abs(cos)
     apart = (like < rules.alike_together) & (effects[:, None] != effects)
+    rest = np.maximum(1.0 - cos**2, 1.0 - rules.alike_together**2)
+    size = (z[:, None] - cos * z) / rest / sd[:, None]
+    # by chance a size may come out beyond its bounds
+    spread = _SPREAD / (sd[:, None] * np.sqrt(rest))
+    allowed = [lib.problem.signatures[i] for i in shown]
+    lower, upper = (np.array([getattr(s, e) for s in allowed])[:, None] for e in ("lower", "upper"))
+    possible = (size >= lower - spread) & (size <= upper + spread)
     both = z[:, None] ** 2 + z**2 - 2.0 * cos * np.outer(z, z)
-    gain = np.where(apart, both / np.maximum(1.0 - cos**2, 1.0 - rules.alike_together**2), 0.0)
+    gain = np.where(apart & possible & possible.T, both / rest, 0.0)
     pairs: list[tuple[int, int]] = []
     while len(pairs) < rules.most_pairs and gain.max() > 0:
         i, j = (int(n) for n in np.unravel_index(int(np.argmax(gain)), gain.shape))

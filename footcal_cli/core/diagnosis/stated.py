@@ -8,19 +8,21 @@ from dataclasses import replace
 import numpy as np
 
 from footcal_cli.core.chain import Chain, Link
-from footcal_cli.core.diagnosis.case import balanced
+from footcal_cli.core.diagnosis.case import Case, balanced
 from footcal_cli.core.diagnosis.grams import whitened_grams
 from footcal_cli.core.diagnosis.problem import Signature
 from footcal_cli.core.diagnosis.refit import Refit
 from footcal_cli.core.diagnosis.scores import scores
+from footcal_cli.core.diagnosis.shapes import shapes_of
 from footcal_cli.core.diagnosis.signatures import derivative
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.diagnosis.whitening import noise_of
-from footcal_cli.core.effects.contract import Effect, Scope
+from footcal_cli.core.effects.contract import OF_THE_LOGS, Effect, EffectParameter, GridOf
 from footcal_cli.core.evidence import Interval
 from footcal_cli.core.log import Log
 
 _STEP = 0.01  # of a parameter, for the derivative
+_FINER = 4  # steps between two values of a grid
 _LEFT_OPEN = 3.84  # twice the log-likelihood ratio that one degree of freedom exceeds in 5 %
 
 
@@ -69,33 +71,35 @@ def _other_forms(
 ) -> list[float]:
     """Sizes of an effect in those other forms that explain the data as well as any.
 
-    A form is what no refit moves along: which of its neighbours a cell hears. Where a plate shares
-    a load in a plane, the mean of three neighbours is two thirds of one of them and a gain, which
+    A form is what no refit moves along: which of its neighbours a cell hears, the load between two
+    weights at which a bypass begins, a time constant far beyond the pauses. Where a plate shares a
+    load in a plane, the mean of three neighbours is two thirds of one of them and a gain, which
     calibration absorbs. Forms within the 95 % limit of the likelihood ratio are left open.
     """
-    forms = [p for p in effect.shapes if p.unit == "channel"]
-    if len(forms) != 1 or effect.scope is not Scope.CHANNEL:
+    held = [
+        p for p in effect.shapes
+        if f"{owner}.{p.name}" not in model.names and p.grid_of not in OF_THE_LOGS
+    ]  # fmt: skip
+    if not held:
         return []
-    form = forms[0]
     link = next(k for k in model.chain.links if k.effect is effect and owner in k.owners)
+    mine = {p.name: model.values[f"{owner}.{p.name}"] for p in effect.shapes}
     size = next(p for p in effect.sizes if p.name == parameter)
     bare = subject.case.extended(*_without(model, link))
     ideal = balanced(bare, bare.values, bare.chain).extended(bare.chain, bare.values)
-    tried = dict.fromkeys((model.values[f"{owner}.{form.name}"], *form.grid))
+    forms = _forms(ideal, effect, held, mine)
     columns = np.stack(
         [
-            derivative(
-                ideal, subject.rows, effect, size, {owner: link.owners[owner]}, {form.name: v}
-            )
-            for v in tried
+            derivative(ideal, subject.rows, effect, size, {owner: link.owners[owner]}, form)
+            for form in (mine, *forms)
         ],
         axis=1,
     )
-    mine = model.names.index(f"{owner}.{parameter}")
-    beside = np.delete(model.columns, mine, axis=1)
-    whole = model.residual + model.intervals[mine].value * columns[:, 0]
+    at = model.names.index(f"{owner}.{parameter}")
+    beside = np.delete(model.columns, at, axis=1)
+    whole = model.residual + model.intervals[at].value * columns[:, 0]
     scale = np.sqrt(np.mean(columns**2, axis=0)) + 1e-300
-    signatures = tuple(Signature(effect.name, parameter, str(v), "") for v in tried)
+    signatures = (Signature(effect.name, parameter, owner, ""),) * columns.shape[1]
     local = replace(
         subject.problem, residual=model.residual, accepted=beside if beside.size else None,
         columns=columns / scale, signatures=signatures,
@@ -107,9 +111,30 @@ def _other_forms(
     same = (bought.max() - bought < _LEFT_OPEN) & (told.inside == 0)
     # relative to the fitted form in this linear picture, so that only the ratio is its
     ratio = (told.size / scale) / (told.size[0] / scale[0])
-    sizes = model.intervals[mine].value * ratio
+    sizes = model.intervals[at].value * ratio
     allowed = (sizes >= size.lower) & (sizes <= size.upper)
     return [float(s) for s in sizes[1:][(same & allowed)[1:]]]
+
+
+def _forms(
+    case: Case, effect: Effect, held: Sequence[EffectParameter], mine: Mapping[str, float]
+) -> list[dict[str, float]]:
+    """Forms that differ in those shapes that the refit held, the others as it found them."""
+    grid = shapes_of(case, effect)
+    if len(held) == 1 and grid and held[0].unit != "channel":
+        # one alone can be followed closely: which values fit hardly depends on the others
+        grid = [{held[0].name: value} for value in _between(held[0], grid)]
+    tried = [{**mine, **{p.name: form[p.name] for p in held}} for form in grid]
+    return [form for i, form in enumerate(tried) if form != mine and form not in tried[:i]]
+
+
+def _between(shape: EffectParameter, grid: Sequence[Mapping[str, float]]) -> list[float]:
+    """Values of a shape on its grid and between; of a load, up to the largest there is."""
+    values = sorted({form[shape.name] for form in grid})
+    if shape.grid_of is GridOf.LOAD:
+        values.append(max(values[-1] / max(shape.grid), values[-1]))
+    places = np.arange(0, len(values) - 1 + 1e-9, 1.0 / _FINER)
+    return [float(v) for v in np.interp(places, np.arange(len(values)), values)]
 
 
 def _without(model: Refit, link: Link) -> tuple[Chain, dict[str, float]]:

@@ -38,7 +38,9 @@ def _duplicate(world: World, size: float, rng: Rng) -> World:
 
 
 INJECTIONS = (
-    Injection("channel_swap/wires", "channel_swap", "placements walk", _swap, 1.0, switch=True),
+    Injection(
+        "channel_swap/wires", "channel_swap", "placements walk stand", _swap, 1.0, switch=True
+    ),
     Injection("channel_stuck/frozen", "channel_stuck", "walk", _stuck, 1.0, switch=True),
     Injection(
         "channel_duplicate/wires",
