@@ -174,14 +174,19 @@ def investigate(
 def _another_way(
     subject: Subject, path: Path, rules: Rules, seed: int
 ) -> tuple[Path, Verdict, float] | None:
-    """A path that begins with two causes at once and leaves nothing; None where none does."""
+    """A path that begins with two causes at once and leaves nothing; None where none does.
+
+    One that removes less than a path that left something is not what is wrong.
+    """
+    most = path.removed
     for pair in likely_pairs(path.rounds[0].library, rules):
         both = together(subject, path, pair, seed)
         if both is not None:
             both = grown(subject, both, rules, seed)
             verdict, share = _judged(subject, both, rules, seed)
-            if verdict in _CLEAR and share >= rules.share_pair:
+            if verdict in _CLEAR and share >= rules.share_pair and both.removed >= most:
                 return both, verdict, share
+            most = max(most, both.removed)
     return None
 
 
