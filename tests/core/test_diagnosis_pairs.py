@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import combinations
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from footcal_cli.core.diagnosis import investigation
+from footcal_cli.core.diagnosis.answer import Verdict
 from footcal_cli.core.diagnosis.bridge import problem_from
 from footcal_cli.core.diagnosis.case import rows_of
 from footcal_cli.core.diagnosis.grams import whitened_grams
 from footcal_cli.core.diagnosis.investigation import investigate
 from footcal_cli.core.diagnosis.library import Library, library
 from footcal_cli.core.diagnosis.pairs import likely_pairs
-from footcal_cli.core.diagnosis.path import beginning, together
+from footcal_cli.core.diagnosis.path import Path, beginning, together
 from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.signals import describe
@@ -129,3 +133,52 @@ def test_what_one_at_a_time_cannot_explain_two_at_once_do(monkeypatch: pytest.Mo
     assert names(found) == {"hysteresis", "crosstalk"}
     monkeypatch.setattr("footcal_cli.core.diagnosis.investigation.likely_pairs", lambda *_: [])
     assert investigate(case, table, describe).verdict == "unknown"
+
+
+def test_no_pair_has_a_size_that_cannot_be() -> None:
+    """Half a swap of two channels explains much, and is no swap."""
+    _, lib = world_with(40, "hysteresis", "shear")
+    impossible = tuple(
+        replace(s, lower=1e6, upper=2e6) if s.effect == "hysteresis" else s
+        for s in lib.problem.signatures
+    )
+    limited = replace(lib, problem=replace(lib.problem, signatures=impossible))
+    assert "hysteresis" in {impossible[i].effect for i in likely_pairs(lib, RULES)[0]}
+    for pair in likely_pairs(limited, RULES):
+        assert "hysteresis" not in {impossible[i].effect for i in pair}
+
+
+CLEAR, LEFT = Verdict.NAMED, Verdict.UNKNOWN
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "taken"),
+    [
+        ((90.0, CLEAR), (95.0, CLEAR), 90.0),
+        ((40.0, LEFT), (60.0, CLEAR), 60.0),
+        ((90.0, LEFT), (60.0, CLEAR), None),
+        ((45.0, CLEAR), (48.0, CLEAR), None),
+    ],
+)
+def test_a_pair_removes_as_much_as_any_path_that_left_something(
+    monkeypatch: pytest.MonkeyPatch,
+    first: tuple[float, Verdict],
+    second: tuple[float, Verdict],
+    taken: float | None,
+) -> None:
+    """One cause at a time removes 50 and leaves something; what a pair removes, and its verdict."""
+    nothing = Path((), None, (), (SimpleNamespace(library=None),), None, removed=50.0)  # type: ignore[arg-type]
+    tried = {(0, 1): first, (2, 3): second}
+    verdicts = dict(tried.values())
+    monkeypatch.setattr(investigation, "likely_pairs", lambda *_: list(tried))
+    monkeypatch.setattr(
+        investigation,
+        "together",
+        lambda _subject, path, pair, _seed: replace(path, removed=tried[pair][0]),
+    )
+    monkeypatch.setattr(investigation, "grown", lambda _subject, path, *_: path)
+    monkeypatch.setattr(
+        investigation, "_judged", lambda _subject, path, *_: (verdicts[path.removed], 1.0)
+    )
+    found = investigation._another_way(None, nothing, RULES, 0)  # type: ignore[arg-type]
+    assert (None if found is None else found[0].removed) == taken

@@ -35,7 +35,7 @@ def _wiring(recording: Recording, kind: str) -> list[Finding]:
     from footcal_cli.core.wiring import check_channels_walking, check_exchanged_walking
 
     merged, belief = recording.merged, recording.belief
-    if belief is None:  # insoles, whose cells have no positions that a recipe gives
+    if belief is None:  # six-axis feet have no cells
         return []
     log = merged.log
     if kind == "walk":
@@ -47,6 +47,8 @@ def _wiring(recording: Recording, kind: str) -> list[Finding]:
     known = np.isfinite(reference.fz_n) & np.isfinite(arms).all(axis=(1, 2))
     stands = (np.nan_to_num(log.known["contact"]) != 0.0).any(axis=1)
     rows = np.flatnonzero(known & stands & np.isfinite(log.readings).all(axis=1))
+    if not rows.size:  # insoles without a robot know no CoP that is demanded
+        return []
     rows = rows[:: max(rows.size // MOST_ROWS, 1)]
     forces = belief.forces(log.readings[rows])
     return check_exchanged_walking(forces, log.channels, arms[rows], reference.fz_n[rows])
