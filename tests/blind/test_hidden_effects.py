@@ -100,3 +100,13 @@ def test_hidden_effects_are_found_or_honestly_not_found(group: str, tmp_path: Pa
     fewest_right = int(stats.binom.ppf(RARELY, len(scores), RIGHT))
     assert sum(s.wrong for s in scores) <= most_wrong, told
     assert sum(s.right for s in scores) >= fewest_right, told
+
+
+def test_exchanged_cells_of_a_stand_stop_the_diagnosis(tmp_path: Path) -> None:
+    """What is left of the balance looks like no effect; the wiring is looked at first."""
+    cell = Cell("switch", "stand", ("channel_swap/wires",))
+    make_trial(cell, 9700, tmp_path / "logs")
+    ask(tmp_path / "logs", "stand")
+    record = diagnosed(tmp_path / "logs", tmp_path / "run")
+    assert record["verdict"] == "bad-data"
+    assert "exchanged_channels" in {finding["code"] for finding in record["findings"]}
