@@ -7,8 +7,14 @@ from numpy.typing import NDArray
 
 from footcal_cli.core.chain import chain_of, link
 from footcal_cli.core.effects import find_effect
+from footcal_cli.core.effects.contract import Scope
 from footcal_cli.core.log import Log
 from tests.blind.world import World
+
+
+def of_a_foot(effect: str) -> bool:
+    """Whether a row of footcal's table acts on whole feet: one cell alone cannot have it."""
+    return find_effect(effect).scope is Scope.FOOT
 
 
 def apply_from_table(

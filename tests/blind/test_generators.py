@@ -215,6 +215,15 @@ def test_memories_start_rested_with_every_block() -> None:
         assert np.abs(change).max() < 1e-12
 
 
+@pytest.mark.parametrize("number", range(4))
+def test_a_load_that_bypasses_a_foot_misses_all_its_cells_alike(number: int) -> None:
+    """``F − s·max(F − F_touch, 0)`` is shared in proportion: no cell can have it alone."""
+    found = drawn(Cell("single", "placements", ("load_bypass/table",), 1.0), 9800 + number)
+    lost = 1.0 - found.world.shown / found.clean.shown
+    assert lost.max() > 0.01
+    np.testing.assert_allclose(lost, np.broadcast_to(lost[:, :1], lost.shape), atol=1e-9)
+
+
 def test_switches_change_the_error_by_more_than_the_noise() -> None:
     for item in CATALOGUE.values():
         if not item.switch or item.untestable:

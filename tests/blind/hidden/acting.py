@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from tests.blind.hidden.contract import Act, Mask
-from tests.blind.library import apply_from_table
+from tests.blind.library import apply_from_table, of_a_foot
 from tests.blind.world import Array, Rng, World
 
 
@@ -29,11 +29,18 @@ def feet_of(world: World) -> list[list[int]]:
     return [[i for i, n in enumerate(names) if n == foot] for foot in dict.fromkeys(names)]
 
 
+def some_foot(world: World, rng: Rng) -> Mask:
+    """All cells of one foot, or of all, shape (n, c)."""
+    feet, channels = feet_of(world), np.arange(world.shown.shape[1])
+    chosen = feet[int(rng.integers(len(feet)))] if rng.random() < 0.5 else channels
+    return np.broadcast_to(np.isin(channels, chosen), world.shown.shape)
+
+
 def from_table(effect: str, parameter: str, **shapes: float) -> Act:
     """An effect of footcal's table; a shape above zero is a share of the span, else as it is."""
 
     def act(world: World, size: float, rng: Rng) -> World:
-        mask = somewhere(world, rng)
+        mask = some_foot(world, rng) if of_a_foot(effect) else somewhere(world, rng)
         values = {
             name: (
                 value * world.span_n
