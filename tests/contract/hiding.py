@@ -14,10 +14,12 @@ import numpy as np
 from footcal_cli.core.diagnosis.bridge import problem_from
 from footcal_cli.core.diagnosis.case import Case, Rows, residual, rows_of
 from footcal_cli.core.diagnosis.grams import whitened_grams
+from footcal_cli.core.diagnosis.investigation import Investigation, investigate
 from footcal_cli.core.diagnosis.problem import Problem, Signature
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.signals import describe
 from footcal_cli.core.diagnosis.signatures import SWITCHES
+from footcal_cli.core.effects import TABLE
 from footcal_cli.core.effects.contract import Effect, GridOf, Scope, columns_of
 from footcal_cli.core.parameters import FloatArray
 from tests.contract.worlds import WORLDS, Hidden
@@ -108,6 +110,13 @@ def seen(experiment: str, seed: int, hidden: Hidden) -> Seen:
     touched = np.isin(problem.output, np.unique(problem.output[change != 0.0]))
     rho = _rms(left[touched, 0]) / _rms(noise[touched]) if touched.any() else 0.0
     return Seen(_matters(problem, left[:, 0]), rho, float(problem.visible(left)[0]), whole)
+
+
+def diagnosed(experiment: str, case: Case, seed: int) -> Investigation:
+    """What the command says of a case: with the whole table but for what it does not try."""
+    untested = WORLDS[experiment].untested
+    table = {name: row for name, row in TABLE.items() if name not in untested}
+    return investigate(case, table, describe, Rules(), seed)
 
 
 def _matters(problem: Problem, left: FloatArray) -> float:

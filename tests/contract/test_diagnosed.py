@@ -18,15 +18,13 @@ from scipy import stats
 from footcal_cli.commands.parts.diagnose_hang import OF_CELLS
 from footcal_cli.core.chain import Chain, Link
 from footcal_cli.core.diagnosis.answer import EffectStatus, Verdict
-from footcal_cli.core.diagnosis.investigation import Found, Investigation, investigate
-from footcal_cli.core.diagnosis.rules import Rules
-from footcal_cli.core.diagnosis.signals import describe
+from footcal_cli.core.diagnosis.investigation import Found, Investigation
 from footcal_cli.core.diagnosis.signatures import SWITCHES
 from footcal_cli.core.effects import TABLE
 from footcal_cli.core.effects.contract import Effect, Scope, can_carry
 from footcal_cli.core.evidence import Interval
 from footcal_cli.sheets.diagnosis.words import main_gain
-from tests.contract.hiding import SHAPES, Seen, clean, sized
+from tests.contract.hiding import SHAPES, Seen, clean, diagnosed, sized
 from tests.contract.wiring import wiring
 from tests.contract.worlds import WORLDS, Hidden
 
@@ -96,8 +94,7 @@ def answer(experiment: str, effect: Effect, seed: int) -> Answer:
         outcome, covered = ("ok" if right else "MISS"), None
         told.append(f"bad-data      {findings[0].code} of {findings[0].where}")
     else:
-        table = {name: row for name, row in TABLE.items() if name not in world.untested}
-        found = investigate(case, table, describe, Rules(), seed)
+        found = diagnosed(experiment, case, seed)
         outcome, covered = _judged(experiment, hidden, shown, found, seed, told)
     if (experiment, effect.name) in KNOWN_MISSES:
         outcome += " (known miss)" if outcome == "MISS" else " (repaired)"

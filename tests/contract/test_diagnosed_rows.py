@@ -5,23 +5,20 @@ from __future__ import annotations
 import pytest
 
 from footcal_cli.core.diagnosis.answer import EffectStatus
-from footcal_cli.core.diagnosis.investigation import Investigation, investigate
-from footcal_cli.core.diagnosis.rules import Rules
-from footcal_cli.core.diagnosis.signals import describe
+from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.core.effects import TABLE
-from tests.contract.hiding import sized
+from tests.contract.hiding import diagnosed, sized
 from tests.contract.worlds import WORLDS
 
 SEED = 1
 
 
-def diagnosed(experiment: str, name: str) -> tuple[Investigation, float]:
+def answered(experiment: str, name: str) -> tuple[Investigation, float]:
     """The diagnosis of a hidden effect of the table, and its size."""
     world = WORLDS[experiment]
     hidden, _ = sized(experiment, TABLE[name], SEED)
     case = world.case(world.record(hidden, SEED, True), SEED)
-    table = {name: row for name, row in TABLE.items() if name not in world.untested}
-    return investigate(case, table, describe, Rules(), SEED), hidden.size
+    return diagnosed(experiment, case, SEED), hidden.size
 
 
 @pytest.mark.parametrize(
@@ -29,7 +26,7 @@ def diagnosed(experiment: str, name: str) -> tuple[Investigation, float]:
 )
 def test_a_size_is_stated_for_every_shape_that_no_refit_moves(experiment: str, name: str) -> None:
     """A time constant beyond the pauses, the load between two weights at which a stop touches."""
-    found, true = diagnosed(experiment, name)
+    found, true = answered(experiment, name)
     (item,) = (f for f in found.found if f.cause.signature.effect == name)
     size = item.cause.size
     assert size.low < true < size.high
@@ -43,7 +40,7 @@ def test_a_size_is_stated_for_every_shape_that_no_refit_moves(experiment: str, n
 
 def test_what_one_cell_may_hold_is_not_called_absent_of_all() -> None:
     """Seven sessions of one cell reach no level; what all cells share is far from what matters."""
-    found, true = diagnosed("weights", "bias_drift")
+    found, true = answered("weights", "bias_drift")
     (row,) = (r for r in found.rounds[0].effects if r.signature.effect == "bias_drift")
     assert row.status is EffectStatus.NOT_TESTABLE
     assert row.size.low < true < row.size.high

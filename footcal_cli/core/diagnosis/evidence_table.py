@@ -73,9 +73,14 @@ def _row(
     gains = evidence.gain.sum(axis=0)
     known = [c for c in causes if smallest_p(evidence.informative[c]) <= rules.alpha_name]
     best = max(known or causes, key=lambda c: gains[c])
-    if known and _beyond(lib, evidence, best) == 0.0:
+
+    def shown(cause: int) -> bool:
+        smallest = float(lib.smallest[lib.index(int(evidence.best[cause]))])
+        return _matters(evidence.interval(cause), smallest)
+
+    if known and not shown(best):
         # absent of all cells together may be there in one, of which too few blocks know
-        hidden = [c for c in causes if c not in known and _beyond(lib, evidence, c) > 0.0]
+        hidden = [c for c in causes if c not in known and shown(c)]
         best = max(hidden, key=lambda c: gains[c], default=best)
     at = lib.index(int(evidence.best[best]))
     size = evidence.interval(best)
@@ -98,11 +103,9 @@ def _row(
     )
 
 
-def _beyond(lib: Library, evidence: Evidence, cause: int) -> float:
-    """How far the interval of a size lies beyond the smallest that matters; 0 where it does not."""
-    size = evidence.interval(cause)
-    smallest = float(lib.smallest[lib.index(int(evidence.best[cause]))])
-    return max(size.low - smallest, -smallest - size.high, 0.0)
+def _matters(size: Interval, smallest: float) -> bool:
+    """Whether the whole interval of a size lies beyond the smallest that matters."""
+    return size.low > smallest or size.high < -smallest
 
 
 def _student(blocks: int) -> float:
@@ -133,7 +136,7 @@ def _status(
 ) -> tuple[EffectStatus, str]:
     if smallest_p(informative) > rules.alpha_name:
         return EffectStatus.NOT_TESTABLE, f"only {informative:.1f} informative blocks"
-    if size.low > smallest or size.high < -smallest:
+    if _matters(size, smallest):
         return EffectStatus.UNDECIDED, "its interval excludes zero but it did not stand the tests"
     if -smallest < size.low and size.high < smallest:
         return EffectStatus.ABSENT, "interval within the sizes that do not matter"
@@ -150,7 +153,7 @@ def _accepted_row(lib: Library, found: Search, step: Step, rules: Rules) -> Effe
     size = jackknife_interval(float(sizes[which]), without[:, which])
     first = found.first
     cause = lib.causes.index(lib.problem.signatures[at].cause)
-    matters = size.low > smallest or size.high < -smallest
+    matters = _matters(size, smallest)
     status = EffectStatus.PRESENT if matters and not step.rivals else EffectStatus.UNDECIDED
     others = ", ".join(
         dict.fromkeys(lib.problem.signatures[lib.index(c)].effect for c in step.rivals)

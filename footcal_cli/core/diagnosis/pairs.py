@@ -13,7 +13,7 @@ from footcal_cli.core.diagnosis.library import Library
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.scores import scores
 
-_SPREAD = 3.0
+_SPREAD = 3.0  # sd of its own by which a size may lie beyond its bounds
 
 
 def likely_pairs(lib: Library, rules: Rules) -> list[tuple[int, int]]:
@@ -41,7 +41,6 @@ def likely_pairs(lib: Library, rules: Rules) -> list[tuple[int, int]]:
     apart = (like < rules.alike_together) & (effects[:, None] != effects)
     rest = np.maximum(1.0 - cos**2, 1.0 - rules.alike_together**2)
     size = (z[:, None] - cos * z) / rest / sd[:, None]
-    # by chance a size may come out beyond its bounds
     spread = _SPREAD / (sd[:, None] * np.sqrt(rest))
     allowed = [lib.problem.signatures[i] for i in shown]
     lower, upper = (np.array([getattr(s, e) for s in allowed])[:, None] for e in ("lower", "upper"))
