@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import linalg
 from scipy.sparse.csgraph import connected_components
 
 from footcal_cli.core.diagnosis.curves import Curve, strongest_curve
@@ -208,17 +209,26 @@ def _ridge_path(gram: FloatArray, base: IntArray, extra: IntArray, last: int) ->
     theta = inverse @ gram[base, last]
     visible = gram[np.ix_(extra, extra)] - gram[np.ix_(extra, base)] @ gamma
     score = gram[extra, last] - gamma.T @ gram[base, last]
-    values, vectors = np.linalg.eigh(0.5 * (visible + visible.T))
-    values = np.clip(values, 0.0, None)
     unit = float(np.mean(np.diag(gram)[extra]))
-    rotated = vectors.T @ score
     path = []
     for penalty in RIDGE * unit:
-        # with nothing but the blocks that the filter learns on, no feature shows at all
-        shown = values + penalty
-        beta = vectors @ np.divide(rotated, shown, out=np.zeros_like(rotated), where=shown > 0)
+        beta = _ridge(visible, score, penalty)
         path.append(np.concatenate([theta - gamma @ beta, beta]))
     return np.array(path)
+
+
+def _ridge(visible: FloatArray, score: FloatArray, penalty: float) -> FloatArray:
+    """Solve ``(visible + penalty I) β = score`` by a Cholesky factor, shape (n,).
+
+    A tenth of the work of the eigenvalues that serve every penalty at once.
+    """
+    if penalty <= 0.0:
+        # with nothing but the blocks that the filter learns on, no feature shows at all
+        return np.zeros_like(score)
+    shown = visible.copy()
+    shown[np.diag_indices_from(shown)] += penalty
+    factor = linalg.cho_factor(shown, overwrite_a=True, check_finite=False)
+    return np.asarray(linalg.cho_solve(factor, score, check_finite=False))
 
 
 def _line_test(problem: Problem, features: Features, accepted: FloatArray | None) -> Line:

@@ -22,6 +22,7 @@ _FREE = 1e8
 _LEAST_ROWS = 1.5  # rows of a block per direction in which its calibration may differ
 _FREE_RIDGE = 1e-6
 _DROP = 1e-6
+_PIECE = 1024  # rows whose squares are taken at once
 
 
 @dataclass(frozen=True)
@@ -145,7 +146,7 @@ def whitened_grams(
     white = whitener(raw)
     if noise.settled is not None:
         white = noise.settled(white)
-    norm = np.sum(white**2, axis=0)
+    norm = np.einsum("ij,ij->j", white, white)
     if not counted:
         raw = raw[:, :0]
     if tracked:
@@ -160,7 +161,7 @@ def whitened_grams(
     short = np.delete(raw, np.concatenate(numbers[2:]), axis=1) if counted else raw
     of = [problem.output == o for o in range(len(problem.outputs))]
     by_output = np.stack([_block_grams(short[m], problem.block[m], problem.blocks) for m in of])
-    energy = np.stack([np.sum(raw[m] ** 2, axis=0) for m in of])
+    energy = _energies(raw, problem.output, len(problem.outputs))
     if problem.drifts:
         inner = within = rows
         base = numbers[1]
@@ -293,6 +294,17 @@ def _directions(problem: Problem, whitener: RowWhitener) -> FloatArray:
     values, vectors = np.linalg.eigh(gram / np.outer(scale, scale))
     kept = values > _DROP * max(float(values.max(initial=0.0)), 1e-300)
     return np.asarray(vectors[:, kept] / scale[:, None] / np.sqrt(values[kept]))
+
+
+def _energies(columns: FloatArray, output: IntArray, outputs: int) -> FloatArray:
+    """Squared norm of each column on each output, shape (outputs, n)."""
+    energy = np.zeros((outputs, columns.shape[1]))
+    member = np.eye(outputs)[output]
+    # in pieces: the squares of a long log are as many again as its columns
+    for start in range(0, len(columns), _PIECE):
+        piece = slice(start, start + _PIECE)
+        energy += member[piece].T @ columns[piece] ** 2
+    return energy
 
 
 def _block_grams(columns: FloatArray, block: IntArray, blocks: int) -> FloatArray:

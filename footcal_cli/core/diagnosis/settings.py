@@ -172,13 +172,11 @@ def within_settings(
     """
     out = white.copy()
     for part, variance in zip(parts, variances, strict=True):
-        _shrink(out, white, part.groups, loose[:, part.columns] * np.sqrt(variance))
+        _shrink(out, part.groups, loose[:, part.columns] * np.sqrt(variance))
     return out
 
 
-def _shrink(
-    out: FloatArray, white: FloatArray, groups: Sequence[IntArray], loose: FloatArray
-) -> None:
+def _shrink(out: FloatArray, groups: Sequence[IntArray], loose: FloatArray) -> None:
     """``(I + Z Zᵀ)^(−1/2)`` times the rows of each group, in place.
 
     With ``ZᵀZ = W diag(λ) Wᵀ`` that is ``I − Z W diag((1 − (1 + λ)^(−1/2)) / λ) Wᵀ Zᵀ``.
@@ -190,7 +188,8 @@ def _shrink(
     root = np.sqrt(1.0 + values)
     middle = (vectors / (root * (1.0 + root))[:, None, :]) @ vectors.swapaxes(1, 2)
     for rows, one, inner in zip(groups, z, middle, strict=True):
-        out[rows] -= (one @ inner) @ (one.T @ white[rows])
+        mine = out[rows]
+        out[rows] = mine - (one @ inner) @ (one.T @ mine)
 
 
 def half_log_det(loose: FloatArray) -> float:
@@ -238,7 +237,7 @@ def repeated(
         Of each column of Z, shape (q,).
     """
     out = white.copy()
-    _shrink(out, white, groups, loose * np.sqrt(variance))
+    _shrink(out, groups, loose * np.sqrt(variance))
     return out
 
 

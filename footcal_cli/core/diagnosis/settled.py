@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from footcal_cli.core.diagnosis.linear import least_squares
+from footcal_cli.core.diagnosis.linear import orthonormal
 from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.settings import (
     RCOND,
@@ -152,12 +152,12 @@ def settled(problem: Problem, whiten: Whiten, kept: IntArray) -> Settled | None:
             _strongest(repeated(inside, free, groups, law.variance * part), beside, candidates)[0]
             for part in _SHARES
         }
-        tested = []
+        tested, at = [], np.arange(beside.size + 1)
         for suspect in sorted(suspects):
-            more = np.append(beside, suspect)
-            less = variance_between(inside[:, more], free, left, groups, settings.kind)
-            of_it = np.array([suspect])
-            tested.append(_strongest(repeated(inside, free, groups, less), beside, of_it))
+            of_it = inside[:, [*beside, suspect, -1]]
+            less = variance_between(of_it[:, :-1], free, left, groups, settings.kind)
+            freed = repeated(of_it, free, groups, less)
+            tested.append((suspect, _strongest(freed, at[:-1], at[-1:])[1]))
         best, z = max(tested, key=lambda one: one[1])
         if z <= float(stats.norm.isf(0.5 * _RARE / candidates.size)):
             return law
@@ -190,9 +190,12 @@ def _within(
 def _strongest(white: FloatArray, base: IntArray, candidates: IntArray) -> tuple[int, float]:
     """The candidate with the largest ``|z| = |g̃·r̃| / |g̃|`` beside a base, and that."""
     wanted = white[:, np.append(candidates, white.shape[1] - 1)]
-    left = wanted - white[:, base] @ least_squares(white[:, base], wanted, RCOND)
-    information = np.sum(left[:, :-1] ** 2, axis=0)
-    shown = information > _INSIDE * np.sum(wanted[:, :-1] ** 2, axis=0)
-    z = np.abs(left[:, :-1].T @ left[:, -1]) / np.sqrt(np.where(shown, information, np.inf))
+    basis = orthonormal(white[:, base], np.sqrt(RCOND))
+    inside = basis.T @ wanted
+    own = np.einsum("ij,ij->j", wanted[:, :-1], wanted[:, :-1])
+    information = own - np.sum(inside[:, :-1] ** 2, axis=0)
+    score = wanted[:, :-1].T @ wanted[:, -1] - inside[:, :-1].T @ inside[:, -1]
+    shown = information > _INSIDE * own
+    z = np.abs(score) / np.sqrt(np.where(shown, information, np.inf))
     best = int(np.argmax(z))
     return int(candidates[best]), float(z[best])
