@@ -10,7 +10,7 @@ from footcal_cli.core.diagnosis.grams import calibration_grams
 from footcal_cli.core.diagnosis.nested import Nested
 from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.scores import held_out_loss
-from footcal_cli.core.diagnosis.whitening import Noise, noise_of
+from footcal_cli.core.diagnosis.whitening import Noise
 from footcal_cli.core.evidence import Interval, effective_blocks, held_out_interval
 from footcal_cli.core.parameters import BoolArray, FloatArray
 
@@ -40,19 +40,24 @@ class Gain:
 
 
 def gains_of(
-    before: Problem, after: Problem, nested: Nested | None = None, alike: BoolArray | None = None
+    before: Problem,
+    after: Problem,
+    noise: Noise,
+    nested: Nested | None = None,
+    alike: BoolArray | None = None,
 ) -> tuple[Gain, ...]:
     """Held-out errors of the baseline and of the extended model, block by block.
 
     Parameters
     ----------
     before, after
-        The baseline, and the problem on the extended model.
+        The baseline, and the problem on the extended model, its rivals not in it.
+    noise
+        In which both are judged.
     nested, alike
         Selection repeated without each fold, and the blocks without which the same effects were
         chosen, shape (B,): the others are predicted by what was chosen without them.
     """
-    noise = noise_of(after)
     old_loss, new_loss = output_losses(before, noise), output_losses(after, noise)
     if nested is not None and alike is not None:
         new_loss = np.where(alike[:, None], new_loss, nested.loss)
@@ -85,13 +90,14 @@ def gains_of(
     return tuple(gains)
 
 
-def losses(baseline: Problem, current: Problem) -> tuple[float, float]:
+def losses(baseline: Problem, model: Problem, noise: Noise) -> tuple[float, float]:
     """Held-out squared error of the baseline and of a model, judged in the noise of the model.
 
-    In noise of its own every model fits alike.
+    In noise of its own every model fits alike. The model is without rivals: what two look-alikes
+    trade against each other in the other blocks would be off in the one block that tells them
+    apart.
     """
-    noise = noise_of(current)
-    grams = [calibration_grams(judged, noise) for judged in (baseline, current)]
+    grams = [calibration_grams(judged, noise) for judged in (baseline, model)]
     before, after = (float(held_out_loss(g.inner, g.calibration, g.plain).sum()) for g in grams)
     return before, after
 

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from scipy import stats
 
 from footcal_cli.core.diagnosis.answer import Cause, Diagnosis
 from footcal_cli.core.diagnosis.contest import decided
 from footcal_cli.core.diagnosis.engine import diagnose
+from footcal_cli.core.diagnosis.linear import scaled_inverse
 from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.refit import Refit
 from footcal_cli.core.diagnosis.signatures import SWITCHES
@@ -17,6 +19,8 @@ from footcal_cli.core.effects.contract import Effect, Scope
 from footcal_cli.core.parameters import FloatArray
 
 _HALF = 0.5  # a switch that is not even half on is off
+_NOTHING = 0.05  # p from which sizes may all be nothing: what was named has passed harder tests
+_RCOND = 1e-9
 
 
 def grown_by_one(
@@ -115,4 +119,27 @@ def _is_something(cause: Cause, effect: Effect, fitted: Refit) -> bool:
     ):
         # a belief driven to the end of its range only trades against a calibration that drifts
         return False
-    return any(not i.low <= parameter.neutral <= i.high for i in intervals)
+    if any(not i.low <= parameter.neutral <= i.high for i in intervals):
+        return True
+    return len(effect.sizes) > 1 and _together_something(effect, fitted)
+
+
+def _together_something(effect: Effect, fitted: Refit) -> bool:
+    """Whether all sizes of an effect together exclude their neutral values.
+
+    Couplings of one transducer that calibration turns into each other are each unsure. Hotelling's
+    T² with the covariance that leaving out blocks shows:
+    ``(B − k) T² / (k (B − 1)) ~ F(k, B − k)``.
+    """
+    neutral = {p.name: p.neutral for p in effect.sizes}
+    mine = [i for i, name in enumerate(fitted.names) if name.rsplit(".", 1)[1] in neutral]
+    off = np.array([fitted.values[fitted.names[i]] - neutral[fitted.names[i].rsplit(".", 1)[1]]
+                    for i in mine])  # fmt: skip
+    apart = fitted.scatter.apart[:, mine]
+    blocks, count = apart.shape
+    if blocks <= count:
+        return False
+    spread = apart.T @ apart * (blocks - 1) / blocks
+    squared = float(off @ scaled_inverse(spread, _RCOND) @ off)
+    f = (blocks - count) * squared / (count * (blocks - 1))
+    return bool(stats.f.sf(f, count, blocks - count) < _NOTHING)

@@ -92,7 +92,10 @@ class Investigation:
     case, rows, problem
         The baseline.
     final
-        The problem on the extended model; the baseline where nothing was named.
+        The problem on the extended model, its rivals calibration too; the baseline where nothing
+        was named.
+    alone
+        The same without the rivals.
     share
         Share of what can be explained that the names explain.
     stable
@@ -109,6 +112,7 @@ class Investigation:
     rows: Rows
     problem: Problem
     final: Problem
+    alone: Problem
     share: float
     stable: float
 
@@ -146,7 +150,7 @@ def investigate(
     rounds, causes, model, current = path.rounds, path.causes, path.model, path.current
     found = _found(subject, path)
     named = verdict in (Verdict.NAMED, Verdict.NAMED_UNKNOWN, Verdict.AMBIGUOUS)
-    final = current if named else problem
+    final, alone = (current, path.alone) if named else (problem, problem)
     nested, alike = None, np.ones(problem.blocks, dtype=bool)
     if named:
         nested = nested_losses(
@@ -161,11 +165,12 @@ def investigate(
         found=found if named else (),
         nearest=() if named or verdict is Verdict.NONE else found,
         model=model if named else None,
-        gains=gains_of(problem, final, nested, alike),
+        gains=gains_of(problem, alone, noise_of(final), nested, alike),
         case=case,
         rows=rows,
         problem=problem,
         final=final,
+        alone=alone,
         share=share,
         stable=float(np.mean(alike)),
     )

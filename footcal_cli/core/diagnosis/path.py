@@ -12,11 +12,13 @@ from footcal_cli.core.diagnosis.engine import diagnose
 from footcal_cli.core.diagnosis.gain import losses
 from footcal_cli.core.diagnosis.growth import at_an_end, grown_by_one
 from footcal_cli.core.diagnosis.library import Library
+from footcal_cli.core.diagnosis.linear import unit_columns
 from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.refit import Refit
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.scores import scores
 from footcal_cli.core.diagnosis.subject import Subject
+from footcal_cli.core.diagnosis.whitening import noise_of
 from footcal_cli.core.evidence import Interval
 
 
@@ -33,7 +35,9 @@ class Path:
     rounds
         Diagnoses of the models on the way, the baseline first.
     current
-        The problem on the model.
+        The problem on the model, its rivals calibration too.
+    alone
+        The same without the rivals.
     start, removed
         Held-out squared error of the baseline in the noise of the model, None without one, and
         what of it the names remove.
@@ -46,6 +50,7 @@ class Path:
     answers: tuple[Diagnosis, ...]
     rounds: tuple[Diagnosis, ...]
     current: Problem
+    alone: Problem
     start: float | None = None
     removed: float = 0.0
     pair: bool = False
@@ -53,7 +58,8 @@ class Path:
 
 def beginning(problem: Problem, rules: Rules, seed: int) -> Path:
     """The baseline, diagnosed; no cause yet."""
-    return Path((), None, (), (diagnose(problem, replace(rules, most_effects=1), seed),), problem)
+    first = diagnose(problem, replace(rules, most_effects=1), seed)
+    return Path((), None, (), (first,), problem, problem)
 
 
 def grown(subject: Subject, path: Path, rules: Rules, seed: int) -> Path:
@@ -74,13 +80,15 @@ def grown(subject: Subject, path: Path, rules: Rules, seed: int) -> Path:
 def continued(subject: Subject, path: Path, model: Refit, seed: int) -> Path:
     """The path with the model of its causes, diagnosed once more."""
     current = subject.extended(model, path.causes)
-    start, end = losses(subject.problem, current)
+    alone = replace(current, accepted=unit_columns(model.columns))
+    start, end = losses(subject.problem, alone, noise_of(current))
     last = diagnose(current, path.rounds[0].rules, seed, start)
     return replace(
         path,
         model=model,
         rounds=(*path.rounds, last),
         current=current,
+        alone=alone,
         start=start,
         removed=start - end,
     )
@@ -125,7 +133,7 @@ def _best_beside(
     """A cause and the best name for what it leaves, with their model and what found the name."""
     model = refitted_with(subject, [held], None)
     current = subject.extended(model, [held])
-    start, _ = losses(subject.problem, current)
+    start, _ = losses(subject.problem, current, noise_of(current))
     answer = diagnose(current, rules, seed, start)
     found, answer = grown_by_one(subject, [held], model, current, answer, start, seed)
     return None if found is None or len(found[0]) == 1 else (*found, answer)

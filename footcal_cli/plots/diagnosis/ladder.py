@@ -39,7 +39,7 @@ def plot_ladder(found: Investigation) -> Figure:
 def _steps(found: Investigation) -> list[tuple[str, float, str]]:
     """Label, RMS error and colour of each rung; every model fitted in one and the same noise."""
     noise, last = noise_of(found.final), found.rounds[-1].before
-    start, end = (output_losses(model, noise).sum() for model in (found.problem, found.final))
+    start, end = (output_losses(model, noise).sum() for model in (found.problem, found.alone))
     steps = [("without any effect", _rms(start, found.problem), BEFORE)]
     if found.found:
         names = " + ".join(f.cause.signature.effect.replace("_", " ") for f in found.found)
