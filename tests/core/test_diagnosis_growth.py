@@ -1,0 +1,104 @@
+"""What a cause must show once it is in the model: a size, and a gain of its own."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import cast
+
+import numpy as np
+
+from footcal_cli.core.diagnosis.answer import Cause
+from footcal_cli.core.diagnosis.gain import losses
+from footcal_cli.core.diagnosis.growth import _is_something
+from footcal_cli.core.diagnosis.problem import Problem, Signature
+from footcal_cli.core.diagnosis.refit import Refit
+from footcal_cli.core.diagnosis.size_intervals import Scatter
+from footcal_cli.core.diagnosis.whitening import noise_of
+from footcal_cli.core.effects import TABLE
+from footcal_cli.core.evidence import Interval
+from footcal_cli.core.parameters import FloatArray
+
+BLOCKS, ROWS = 12, 60
+COUPLINGS = TABLE["cross_coupling"].sizes
+SIZE = COUPLINGS[0]
+
+
+def problem_of(residual: FloatArray, accepted: FloatArray | None = None) -> Problem:
+    index = np.repeat(np.arange(BLOCKS), ROWS)
+    return Problem(
+        residual=residual,
+        calibration=np.ones((residual.size, 1)),
+        calibration_names=("bias",),
+        columns=np.empty((residual.size, 0)),
+        signatures=(),
+        block=index,
+        output=np.zeros_like(index),
+        sequence=index,
+        outputs=("fz",),
+        units=("N",),
+        noise=np.ones(residual.size),
+        tolerance=np.array([0.1]),
+        rate_hz=20.0,
+        accepted=accepted,
+    )
+
+
+def test_a_rival_that_one_block_tells_apart_does_not_take_the_gain_away() -> None:
+    """In all other blocks the two trade against each other at will."""
+    rng = np.random.default_rng(0)
+    cause, noise = rng.standard_normal((2, BLOCKS * ROWS))
+    rival = cause + 1e-3 * rng.standard_normal(cause.size)
+    rival[:ROWS] = -3.0 * cause[:ROWS]
+    residual = 0.3 * cause + noise
+    baseline = problem_of(residual)
+    alone = problem_of(residual, cause[:, None])
+    both = replace(alone, accepted=np.stack([cause, rival], axis=1))
+    law = noise_of(alone)
+    start, end = losses(baseline, alone, law)
+    assert start - end > 0.5 * 0.3**2 * cause.size
+    assert losses(baseline, both, law)[1] > start
+
+
+def stands(values: FloatArray, apart: FloatArray) -> bool:
+    """Whether couplings of one leg count as something, by what leaving out blocks does to them."""
+    parameters = COUPLINGS[: values.size]
+    names = tuple(f"fl.{p.name}" for p in parameters)
+    scatter = Scatter(apart, np.full(values.size, float(BLOCKS)), 0.0)
+    intervals = tuple(
+        scatter.interval(v, turn) for v, turn in zip(values, np.eye(values.size), strict=True)
+    )
+    model = SimpleNamespace(
+        names=names,
+        values=dict(zip(names, values, strict=True)),
+        intervals=intervals,
+        scatter=scatter,
+    )
+    one = Interval(0.01, 0.0, 0.02)
+    signature = Signature("cross_coupling", SIZE.name, "fl", "-", owners=(("fl", ("fl",)),))
+    cause = Cause(signature, one, 0.001, one, 9, 0.0, (), ())
+    return _is_something(cause, TABLE["cross_coupling"], cast("Refit", model))
+
+
+def drawn(rng: np.random.Generator, covariance: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Estimates of what is nothing, and what leaving out each of their blocks does to them."""
+    each = rng.multivariate_normal(np.zeros(len(covariance)), covariance * BLOCKS, size=BLOCKS)
+    return each.mean(axis=0), (each.mean(axis=0) - each) / (BLOCKS - 1)
+
+
+def test_sizes_that_calibration_trades_count_by_what_they_are_together() -> None:
+    """Each of two is unsure, their sum is not."""
+    rng = np.random.default_rng(1)
+    spread = np.array([[1.0, -0.999], [-0.999, 1.0]]) * 0.01**2
+    nothing, apart = drawn(rng, spread)
+    each = [Scatter(apart, np.full(2, float(BLOCKS)), 0.0).interval(0.005, t) for t in np.eye(2)]
+    assert all(i.low < 0.0 < i.high for i in each)
+    assert stands(nothing + 0.005, apart)
+
+
+def test_sizes_that_are_all_nothing_together_seldom_count() -> None:
+    """Of nine: each alone does in one of twenty, and so does Hotelling's test of all."""
+    rng = np.random.default_rng(2)
+    spread = np.diag(np.full(9, 0.01**2))
+    found = [stands(*drawn(rng, spread)) for _ in range(400)]
+    assert np.mean(found) < 0.15
