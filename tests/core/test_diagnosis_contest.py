@@ -18,7 +18,7 @@ from footcal_cli.core.diagnosis.kindred import (
     Tried,
     largest_excess,
     of_two_classes,
-    share_of_form,
+    share_for_form,
 )
 from footcal_cli.core.diagnosis.linear import left_by
 from footcal_cli.core.diagnosis.problem import Signature
@@ -212,8 +212,8 @@ def test_form_costs_a_rival_of_the_other_class_alone() -> None:
     assert not of_two_classes(smooth, cubic)
     assert not of_two_classes(smooth, cause_of(Signature("creep", "", "all cells", "")))
     rules = Rules()
-    assert share_of_form(tried("hinge", 1.0, 0.4), rules) == rules.other_form
-    assert share_of_form(tried("hinge", 1.0, 1e-4), rules) == rules.wrong_form
+    assert share_for_form(tried("hinge", 1.0, 0.4), rules.other_form, rules) == rules.other_form
+    assert share_for_form(tried("hinge", 1.0, 1e-4), rules.other_form, rules) == rules.wrong_form
 
 
 def test_positions_of_its_own_in_every_cell_are_no_proof() -> None:

@@ -17,8 +17,7 @@ from footcal_cli.core.diagnosis.kindred import (
     of_two_classes,
     outdone,
     partners_of,
-    share_of_form,
-    share_of_knee,
+    share_for_form,
 )
 from footcal_cli.core.diagnosis.mixtures import LINEAR
 from footcal_cli.core.diagnosis.moments import moved
@@ -99,7 +98,7 @@ def decided(
             return False
         joined = _joined_by_its_class(subject, causes, other)
         left = other.loss if joined is None else _white_loss(joined, noise)
-        return float((left - loss).sum()) < share_of_form(best, rules) * gain
+        return float((left - loss).sum()) < share_for_form(best, rules.other_form, rules) * gain
 
     worse = {
         other.cause.signature.effect
@@ -114,7 +113,7 @@ def decided(
     knees = {
         t.cause.signature.effect for t in tried
         if t.cause.signature.effect in KNEES
-        and float((t.loss - loss).sum()) < share_of_knee(best, rules) * gain
+        and float((t.loss - loss).sum()) < share_for_form(best, rules.kindred_loss, rules) * gain
     }  # fmt: skip
     if chosen.signature.effect in KNEES or knees - worse:
         worse -= knees

@@ -107,20 +107,19 @@ def of_two_classes(one: Cause, other: Cause) -> bool:
     return both <= CURVES and len(both & SMOOTH) == 1
 
 
-def share_of_form(best: Tried, rules: Rules) -> float:
-    """Share of the gain that its form may cost a curve of the other class than the best one's.
+def share_for_form(best: Tried, fitting: float, rules: Rules) -> float:
+    """Share of the gain that its form may cost a curve more than the best one's.
 
     Where the best one's form is wrong as well, the truth is neither.
+
+    Parameters
+    ----------
+    fitting
+        That share where the best one's form fits: `Rules.other_form` for a curve of the other
+        class. Of two knees `Rules.kindred_loss`: they are one curve where loads are of one sign,
+        and where these pull too they are not at all alike.
     """
-    return rules.wrong_form if best.p < rules.alpha_left else rules.other_form
-
-
-def share_of_knee(best: Tried, rules: Rules) -> float:
-    """Share of the gain that one knee may cost the other than the best one's.
-
-    Where loads are of one sign they are one curve; where these pull too they are not at all alike.
-    """
-    return rules.wrong_form if best.p < rules.alpha_left else rules.kindred_loss
+    return rules.wrong_form if best.p < rules.alpha_left else fitting
 
 
 def outdone(
