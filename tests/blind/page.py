@@ -131,12 +131,13 @@ def _enough(scores: Sequence[Score]) -> str:
     """Whether there are as many trials as the demands ask for."""
     nulls = sum(s.truth["kind"] == "null" for s in scores)
     cells = Counter((s.group, s.truth["rho"]) for s in scores if s.truth["kind"] == "single")
-    fewest = min(cells.values(), default=0)
+    fewest, most = min(cells.values(), default=0), max(cells.values(), default=0)
+    singles = f"{most}" if fewest == most else f"{fewest} to {most}"
     ending = (
         "" if nulls >= 200 and fewest >= 30 else ": **too few to judge by, read the intervals**"
     )
     return (
-        f"- {nulls} nulls (200 asked); {fewest} to {max(cells.values(), default=0)} single effects "
+        f"- {nulls} nulls (200 asked); {singles} single effects "
         f"per size and experiment (30 asked){ending}."
     )
 
