@@ -220,7 +220,7 @@ def _ridge_path(gram: FloatArray, base: IntArray, extra: IntArray, last: int) ->
 def _ridge(visible: FloatArray, score: FloatArray, penalty: float) -> FloatArray:
     """Solve ``(visible + penalty I) β = score`` by a Cholesky factor, shape (n,).
 
-    A tenth of the work of the eigenvalues that serve every penalty at once.
+    Less work than the eigenvalues that would serve every penalty at once.
     """
     if penalty <= 0.0:
         # with nothing but the blocks that the filter learns on, no feature shows at all
