@@ -167,7 +167,7 @@ def test_a_pair_removes_as_much_as_any_path_that_left_something(
     taken: float | None,
 ) -> None:
     """One cause at a time removes 50 and leaves something; what a pair removes, and its verdict."""
-    nothing = Path((), None, (), (SimpleNamespace(library=None),), None, None, removed=50.0)  # type: ignore[arg-type]
+    nothing = Path((), None, (), (SimpleNamespace(library=None),), None, removed=50.0)  # type: ignore[arg-type]
     tried = {(0, 1): first, (2, 3): second}
     verdicts = dict(tried.values())
     monkeypatch.setattr(investigation, "likely_pairs", lambda *_: list(tried))

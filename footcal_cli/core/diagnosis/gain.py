@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from footcal_cli.core.diagnosis.grams import calibration_grams
+from footcal_cli.core.diagnosis.linear import unit_columns
 from footcal_cli.core.diagnosis.nested import Nested
 from footcal_cli.core.diagnosis.problem import Problem
+from footcal_cli.core.diagnosis.refit import Refit
 from footcal_cli.core.diagnosis.scores import held_out_loss
 from footcal_cli.core.diagnosis.whitening import Noise
 from footcal_cli.core.evidence import Interval, effective_blocks, held_out_interval
@@ -51,7 +53,7 @@ def gains_of(
     Parameters
     ----------
     before, after
-        The baseline, and the problem on the extended model, its rivals not in it.
+        The baseline, and the problem on the extended model, `without_rivals`.
     noise
         In which both are judged.
     nested, alike
@@ -90,12 +92,26 @@ def gains_of(
     return tuple(gains)
 
 
+def without_rivals(current: Problem, model: Refit | None) -> Problem:
+    """The problem on an extended model, its effects fitted but not their rivals.
+
+    What two look-alikes trade against each other in the other blocks would be off in the one block
+    that tells them apart.
+
+    Parameters
+    ----------
+    current
+        With the rivals among what is fitted, or the baseline.
+    model
+        None where nothing was named.
+    """
+    return current if model is None else replace(current, accepted=unit_columns(model.columns))
+
+
 def losses(baseline: Problem, model: Problem, noise: Noise) -> tuple[float, float]:
     """Held-out squared error of the baseline and of a model, judged in the noise of the model.
 
-    In noise of its own every model fits alike. The model is without rivals: what two look-alikes
-    trade against each other in the other blocks would be off in the one block that tells them
-    apart.
+    In noise of its own every model fits alike.
     """
     grams = [calibration_grams(judged, noise) for judged in (baseline, model)]
     before, after = (float(held_out_loss(g.inner, g.calibration, g.plain).sum()) for g in grams)

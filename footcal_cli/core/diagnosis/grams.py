@@ -13,7 +13,7 @@ import numpy as np
 
 from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.tracking import PART_S, Tracking, innovations, parts_of, starts_of
-from footcal_cli.core.diagnosis.whitening import Noise, RowWhitener, kept_tracking, noise_of
+from footcal_cli.core.diagnosis.whitening import PIECE, Noise, RowWhitener, kept_tracking, noise_of
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
 _EM_STEPS = 30
@@ -22,7 +22,6 @@ _FREE = 1e8
 _LEAST_ROWS = 1.5  # rows of a block per direction in which its calibration may differ
 _FREE_RIDGE = 1e-6
 _DROP = 1e-6
-_PIECE = 1024  # rows whose squares are taken at once
 
 
 @dataclass(frozen=True)
@@ -301,8 +300,8 @@ def _energies(columns: FloatArray, output: IntArray, outputs: int) -> FloatArray
     energy = np.zeros((outputs, columns.shape[1]))
     member = np.eye(outputs)[output]
     # in pieces: the squares of a long log are as many again as its columns
-    for start in range(0, len(columns), _PIECE):
-        piece = slice(start, start + _PIECE)
+    for start in range(0, len(columns), PIECE):
+        piece = slice(start, start + PIECE)
         energy += member[piece].T @ columns[piece] ** 2
     return energy
 

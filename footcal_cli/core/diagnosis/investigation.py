@@ -23,7 +23,7 @@ from footcal_cli.core.diagnosis.engine import (
     share_of,
 )
 from footcal_cli.core.diagnosis.form import Form, form_of
-from footcal_cli.core.diagnosis.gain import Gain, gains_of
+from footcal_cli.core.diagnosis.gain import Gain, gains_of, without_rivals
 from footcal_cli.core.diagnosis.growth import named_columns
 from footcal_cli.core.diagnosis.mixtures import against_mixtures, applies_to, mixtures_of
 from footcal_cli.core.diagnosis.nested import nested_losses
@@ -94,8 +94,6 @@ class Investigation:
     final
         The problem on the extended model, its rivals calibration too; the baseline where nothing
         was named.
-    alone
-        The same without the rivals.
     share
         Share of what can be explained that the names explain.
     stable
@@ -112,7 +110,6 @@ class Investigation:
     rows: Rows
     problem: Problem
     final: Problem
-    alone: Problem
     share: float
     stable: float
 
@@ -150,7 +147,7 @@ def investigate(
     rounds, causes, model, current = path.rounds, path.causes, path.model, path.current
     found = _found(subject, path)
     named = verdict in (Verdict.NAMED, Verdict.NAMED_UNKNOWN, Verdict.AMBIGUOUS)
-    final, alone = (current, path.alone) if named else (problem, problem)
+    final, model = (current, model) if named else (problem, None)
     nested, alike = None, np.ones(problem.blocks, dtype=bool)
     if named:
         nested = nested_losses(
@@ -164,13 +161,12 @@ def investigate(
         rounds=path.rounds,
         found=found if named else (),
         nearest=() if named or verdict is Verdict.NONE else found,
-        model=model if named else None,
-        gains=gains_of(problem, alone, noise_of(final), nested, alike),
+        model=model,
+        gains=gains_of(problem, without_rivals(final, model), noise_of(final), nested, alike),
         case=case,
         rows=rows,
         problem=problem,
         final=final,
-        alone=alone,
         share=share,
         stable=float(np.mean(alike)),
     )

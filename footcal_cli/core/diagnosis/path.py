@@ -9,10 +9,9 @@ from footcal_cli.core.diagnosis.answer import Cause, Diagnosis
 from footcal_cli.core.diagnosis.contenders import refitted_with
 from footcal_cli.core.diagnosis.contest import decided_again
 from footcal_cli.core.diagnosis.engine import diagnose
-from footcal_cli.core.diagnosis.gain import losses
+from footcal_cli.core.diagnosis.gain import losses, without_rivals
 from footcal_cli.core.diagnosis.growth import at_an_end, grown_by_one
 from footcal_cli.core.diagnosis.library import Library
-from footcal_cli.core.diagnosis.linear import unit_columns
 from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.refit import Refit
 from footcal_cli.core.diagnosis.rules import Rules
@@ -36,8 +35,6 @@ class Path:
         Diagnoses of the models on the way, the baseline first.
     current
         The problem on the model, its rivals calibration too.
-    alone
-        The same without the rivals.
     start, removed
         Held-out squared error of the baseline in the noise of the model, None without one, and
         what of it the names remove.
@@ -50,7 +47,6 @@ class Path:
     answers: tuple[Diagnosis, ...]
     rounds: tuple[Diagnosis, ...]
     current: Problem
-    alone: Problem
     start: float | None = None
     removed: float = 0.0
     pair: bool = False
@@ -58,8 +54,7 @@ class Path:
 
 def beginning(problem: Problem, rules: Rules, seed: int) -> Path:
     """The baseline, diagnosed; no cause yet."""
-    first = diagnose(problem, replace(rules, most_effects=1), seed)
-    return Path((), None, (), (first,), problem, problem)
+    return Path((), None, (), (diagnose(problem, replace(rules, most_effects=1), seed),), problem)
 
 
 def grown(subject: Subject, path: Path, rules: Rules, seed: int) -> Path:
@@ -80,15 +75,13 @@ def grown(subject: Subject, path: Path, rules: Rules, seed: int) -> Path:
 def continued(subject: Subject, path: Path, model: Refit, seed: int) -> Path:
     """The path with the model of its causes, diagnosed once more."""
     current = subject.extended(model, path.causes)
-    alone = replace(current, accepted=unit_columns(model.columns))
-    start, end = losses(subject.problem, alone, noise_of(current))
+    start, end = losses(subject.problem, without_rivals(current, model), noise_of(current))
     last = diagnose(current, path.rounds[0].rules, seed, start)
     return replace(
         path,
         model=model,
         rounds=(*path.rounds, last),
         current=current,
-        alone=alone,
         start=start,
         removed=start - end,
     )

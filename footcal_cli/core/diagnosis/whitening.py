@@ -26,7 +26,7 @@ _COMPONENT_STEPS = 8
 _LEAST_FREEDOM = 1.0  # an output that the calibration can follow at will tells of no noise
 _LEAST_RATIO = 1e-6  # by which a variance shrinks in one step at most
 _RANK = 1e-8
-_PIECE = 1024  # rows that are whitened at once
+PIECE = 1024  # rows that are whitened, or squared, at once
 
 
 @dataclass(frozen=True)
@@ -61,8 +61,8 @@ class RowWhitener:
         lags = [int(i) + 1 for i in np.flatnonzero(np.any(self.coefficients, axis=0))]
         white = np.empty((kept.size, columns.shape[1]))
         # in pieces that stay in the processor's cache: the columns of a long log do not
-        for start in range(0, len(columns), _PIECE):
-            end = min(start + _PIECE, len(columns))
+        for start in range(0, len(columns), PIECE):
+            end = min(start + PIECE, len(columns))
             filtered = columns[start:end].copy()
             for lag in lags:
                 # rows whose order is lower have a zero coefficient, whatever stands before them

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from footcal_cli.core.diagnosis.attribution import Attribution, attributions
-from footcal_cli.core.diagnosis.gain import output_losses
+from footcal_cli.core.diagnosis.gain import output_losses, without_rivals
 from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.whitening import noise_of, residual_within_blocks
@@ -39,7 +39,8 @@ def plot_ladder(found: Investigation) -> Figure:
 def _steps(found: Investigation) -> list[tuple[str, float, str]]:
     """Label, RMS error and colour of each rung; every model fitted in one and the same noise."""
     noise, last = noise_of(found.final), found.rounds[-1].before
-    start, end = (output_losses(model, noise).sum() for model in (found.problem, found.alone))
+    alone = without_rivals(found.final, found.model)
+    start, end = (output_losses(model, noise).sum() for model in (found.problem, alone))
     steps = [("without any effect", _rms(start, found.problem), BEFORE)]
     if found.found:
         names = " + ".join(f.cause.signature.effect.replace("_", " ") for f in found.found)
