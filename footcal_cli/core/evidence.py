@@ -131,19 +131,23 @@ def sign_flip_max_t(scores: FloatArray, signs: FloatArray) -> FamilyTest:
     return FamilyTest(t, np.where(usable, p, 1.0), null_max)
 
 
-def local_max_t(scores: FloatArray, information: FloatArray) -> tuple[FloatArray, FloatArray]:
+def local_max_t(
+    scores: FloatArray, information: FloatArray, many: float | None = None
+) -> tuple[FloatArray, FloatArray]:
     """Is one of many alike places off? Each place's mean against the scatter of its repeats.
 
     ``t_k = Σ_b s_bk / √W_k / σ``, ``W_k = Σ_b w_bk``, with σ² the scatter of ``s_bk`` about each
     place's own mean, ``Σ_b (s_bk − β_k w_bk)² / (1 − w_bk/W_k) / W_k``, pooled over the places:
     one-way analysis of variance. Blocks count by what they know, as in the mean: the many that
     hardly know of a place tell of another noise. Too few know of a single place for sign flips;
-    what repeats tell of the noise is the same everywhere. Bonferroni over the places.
+    what repeats tell of the noise is the same everywhere.
 
     Parameters
     ----------
     scores, information
         ``g̃_b·r̃_b`` and ``|g̃_b|²`` of each candidate, shape (blocks, k).
+    many
+        Number of independent tests that the places count as; all of them where None.
 
     Returns
     -------
@@ -160,7 +164,7 @@ def local_max_t(scores: FloatArray, information: FloatArray) -> tuple[FloatArray
     scatter = np.sum((scores - size * information) ** 2 / free, axis=0) / total
     noise = np.sqrt(np.sum(repeats * scatter) / freedom)
     t = np.abs(size) * np.sqrt(total) / max(float(noise), 1e-300)
-    return t, np.minimum(size.size * 2.0 * stats.t.sf(t, freedom), 1.0)
+    return t, np.minimum((many or size.size) * 2.0 * stats.t.sf(t, freedom), 1.0)
 
 
 def sign_flip_mean(values: FloatArray, signs: FloatArray) -> float:

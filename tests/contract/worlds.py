@@ -19,7 +19,7 @@ from footcal_cli.commands.parts.diagnose_pose import POSES_PER_BLOCK
 from footcal_cli.commands.parts.diagnose_pose import UNTESTED as POSE_UNTESTED
 from footcal_cli.core.chain import Chain, Link, chain_of, link
 from footcal_cli.core.contact import airborne
-from footcal_cli.core.diagnosis.blocks import block_means, cut_balanced
+from footcal_cli.core.diagnosis.blocks import block_means, cut_balanced, piece_means
 from footcal_cli.core.diagnosis.case import Case
 from footcal_cli.core.diagnosis.tracking import gain_and_bias
 from footcal_cli.core.effects import TABLE
@@ -257,9 +257,9 @@ def _balanced(
 
 
 def record_stand(hidden: Hidden | None, seed: int, noisy: bool) -> tuple[Log, ...]:
-    """A row and a block per stance, on both feet and on one."""
+    """A few rows and a block per stance, on both feet and on one."""
     motion = standing(ROBOT, STOOD, seed)
-    return (block_means(_balanced("stand", motion, STOOD.duration_s, hidden, seed, noisy)),)
+    return (piece_means(_balanced("stand", motion, STOOD.duration_s, hidden, seed, noisy)),)
 
 
 def stand_case(logs: tuple[Log, ...], seed: int) -> Case:

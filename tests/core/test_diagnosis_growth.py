@@ -55,9 +55,10 @@ def test_a_rival_that_one_block_tells_apart_does_not_take_the_gain_away() -> Non
     alone = problem_of(residual, cause[:, None])
     both = replace(alone, accepted=np.stack([cause, rival], axis=1))
     law = noise_of(alone)
-    start, end = losses(baseline, alone, law)
+    start, end = losses(baseline, [alone], law)
     assert start - end > 0.5 * 0.3**2 * cause.size
-    assert losses(baseline, both, law)[1] > start
+    assert losses(baseline, [both], law)[1] > start
+    assert losses(baseline, [alone, both], law)[1] == end
 
 
 def stands(values: FloatArray, apart: FloatArray) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -21,15 +22,18 @@ STANCES = 10
 PAUSE_S = 0.5
 """A longer pause of the log ends a stance: who knows what was moved meanwhile."""
 SHORTEST_STANCE_S = 1.0
+PIECE_S = 1.0
+"""A stance is averaged over pieces at least so long: slow amplifiers and bodies are noisy for half
+a second and more."""
 _LEAST_CYCLES = 10
 _EVEN_S = 0.5
 _TAU_S = 0.3
 
 
 def cut_balanced(log: Log) -> Log:
-    """Standing as one row per stance; a walk in blocks of whole gait cycles, even ones if few."""
+    """Stances of a few rows each; a walk in blocks of whole gait cycles, even ones if few."""
     if log.experiment == "stand":
-        return block_means(cut_stances(log))
+        return piece_means(cut_stances(log))
     cycle = gait_cycles(log.known["contact"])
     if cycle.max(initial=-1) < _LEAST_CYCLES:
         cycle = even_cycles(log, _EVEN_S)
@@ -98,21 +102,39 @@ def cut_stances(log: Log) -> Log:
 
 
 def block_means(log: Log) -> Log:
-    """One row per block: its means, for quantities that should stand still within it.
+    """One row per block: its means, for quantities that should stand still within it."""
+    return _means(log, _rows_of_blocks(log))
 
-    A stance of quiet standing is one observation; sway within it is no evidence about cells.
+
+def piece_means(log: Log) -> Log:
+    """A few rows per block: means over pieces of `PIECE_S`.
+
+    Sway within a stance is evidence too, and better: what the next stance does not repeat is the
+    same in all pieces of this one.
     """
-    blocks = [np.flatnonzero(log.block == b) for b in np.unique(log.block[log.block >= 0])]
+    pieces = []
+    for rows in _rows_of_blocks(log):
+        length = float(log.time_s[rows[-1]] - log.time_s[rows[0]])
+        pieces += np.array_split(rows, max(int(length // PIECE_S), 1))
+    return _means(log, pieces)
+
+
+def _rows_of_blocks(log: Log) -> list[IntArray]:
+    return [np.flatnonzero(log.block == b) for b in np.unique(log.block[log.block >= 0])]
+
+
+def _means(log: Log, pieces: Sequence[IntArray]) -> Log:
+    """One row per piece, blocks numbered anew."""
 
     def mean(values: FloatArray) -> FloatArray:
-        return np.stack([values[rows].mean(axis=0) for rows in blocks])
+        return np.stack([values[rows].mean(axis=0) for rows in pieces])
 
     return replace(
         log,
         time_s=mean(log.time_s),
         readings=mean(log.readings),
         known={name: mean(array) for name, array in log.known.items()},
-        block=np.arange(len(blocks)),
+        block=np.unique([log.block[rows[0]] for rows in pieces], return_inverse=True)[1],
     )
 
 

@@ -10,8 +10,8 @@ from scipy import linalg
 from scipy.sparse.csgraph import connected_components
 
 from footcal_cli.core.diagnosis.curves import Curve, strongest_curve
-from footcal_cli.core.diagnosis.features import MEMORY, Features
-from footcal_cli.core.diagnosis.grams import Grams
+from footcal_cli.core.diagnosis.features import MEMORY, Features, features_of
+from footcal_cli.core.diagnosis.grams import Grams, whitened_grams
 from footcal_cli.core.diagnosis.linear import scaled_inverse
 from footcal_cli.core.diagnosis.lines import Line, Traces, pieces_of, strongest_line
 from footcal_cli.core.diagnosis.problem import Problem
@@ -117,9 +117,20 @@ def detect(
         flexible_gain=gain,
         loss=loss,
         line=line,
-        curve=strongest_curve(grams, features, base, problem.residual.size),
+        curve=_curve_test(problem, grams, features, base),
         driver=driver,
     )
+
+
+def _curve_test(problem: Problem, grams: Grams, features: Features, base: IntArray) -> Curve:
+    """Curves of single observations: of stances as a whole, where several rows are of one."""
+    taken = np.isin(grams.candidates, base)
+    means = problem.holding(problem.columns[:, taken]).without_candidates.averaged
+    if features.curved.any() and means.residual.size < problem.residual.size:
+        problem, features = means, features_of(means)
+        grams, _ = whitened_grams(means, features.columns)
+        base = grams.calibration
+    return strongest_curve(grams, features, base, problem.residual.size)
 
 
 def _group_test(

@@ -151,7 +151,13 @@ def look_alike(lib: Library, columns: IntArray, rules: Rules) -> bool:
 
 
 def enough(
-    share: float, after: Detection, form: Form | None, rules: Rules, *, between: bool
+    share: float,
+    after: Detection,
+    form: Form | None,
+    rules: Rules,
+    *,
+    between: bool,
+    several: bool = False,
 ) -> bool:
     """Whether the names explain what is wrong well enough to be said.
 
@@ -166,6 +172,8 @@ def enough(
     between
         Whether a named effect acts between blocks: it has not explained a calibration that still
         follows temperature or time.
+    several
+        Whether a name has rivals: a set says of what kind it is, and less of its form.
     """
     if between and after.between_p / LEVEL_SHARE["between"] < rules.alpha_unknown:
         return False
@@ -175,7 +183,7 @@ def enough(
         else rules.share_partly if after.p < rules.alpha_unknown
         else rules.share_named
     )  # fmt: skip
-    return share >= needed
+    return share >= (min(needed, rules.share_set) if several else needed)
 
 
 def _verdict(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -108,14 +109,14 @@ def without_rivals(current: Problem, model: Refit | None) -> Problem:
     return current if model is None else replace(current, accepted=unit_columns(model.columns))
 
 
-def losses(baseline: Problem, model: Problem, noise: Noise) -> tuple[float, float]:
-    """Held-out squared error of the baseline and of a model, judged in the noise of the model.
+def losses(baseline: Problem, models: Sequence[Problem], noise: Noise) -> tuple[float, float]:
+    """Held-out squared error of the baseline, and of the best of some models, in one noise.
 
     In noise of its own every model fits alike.
     """
-    grams = [calibration_grams(judged, noise) for judged in (baseline, model)]
-    before, after = (float(held_out_loss(g.inner, g.calibration, g.plain).sum()) for g in grams)
-    return before, after
+    grams = [calibration_grams(judged, noise) for judged in (baseline, *models)]
+    before, *after = (float(held_out_loss(g.inner, g.calibration, g.plain).sum()) for g in grams)
+    return before, min(after)
 
 
 def output_losses(problem: Problem, noise: Noise) -> FloatArray:

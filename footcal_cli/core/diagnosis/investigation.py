@@ -141,9 +141,13 @@ def investigate(
     problem = problem_from(case, rows, table.values(), describe)
     subject = Subject(case, rows, problem, table, describe)
     path = grown(subject, beginning(problem, rules, seed), rules, seed)
-    verdict, share = _judged(subject, path, rules, seed)
+    strict = replace(rules, share_set=1.0)
+    verdict, share = _judged(subject, path, strict, seed)
     if verdict is Verdict.UNKNOWN:
-        path, verdict, share = _another_way(subject, path, rules, seed) or (path, verdict, share)
+        # what a set of rivals leaves may be a second cause, before it is their form
+        path, verdict, share = _another_way(subject, path, strict, seed) or (
+            path, *_judged(subject, path, rules, seed)
+        )  # fmt: skip
     rounds, causes, model, current = path.rounds, path.causes, path.model, path.current
     found = _found(subject, path)
     named = verdict in (Verdict.NAMED, Verdict.NAMED_UNKNOWN, Verdict.AMBIGUOUS)
@@ -305,11 +309,12 @@ def _verdict(
     between = any(c.signature.cause in acts_between for c in causes)
     if any(rival.spoils(removed, rules) for rival in unnamed):
         return Verdict.UNKNOWN, share
-    if not enough(share, last.before, form, rules, between=between) or (
+    several = any(cause.rivals for cause in causes)
+    if not enough(share, last.before, form, rules, between=between, several=several) or (
         len(causes) > 1 and look_alike(lib, _columns_of(first, causes), rules)
     ):
         return Verdict.UNKNOWN, share
-    if any(cause.rivals for cause in causes):
+    if several:
         # neither which one it is nor what else is there: a set would hide the rest
         return Verdict.UNKNOWN if left_apart(last.before, rules) else Verdict.AMBIGUOUS, share
     return (Verdict.NAMED_UNKNOWN if more else Verdict.NAMED), share

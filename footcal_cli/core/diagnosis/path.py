@@ -75,7 +75,9 @@ def grown(subject: Subject, path: Path, rules: Rules, seed: int) -> Path:
 def continued(subject: Subject, path: Path, model: Refit, seed: int) -> Path:
     """The path with the model of its causes, diagnosed once more."""
     current = subject.extended(model, path.causes)
-    start, end = losses(subject.problem, without_rivals(current, model), noise_of(current))
+    # a curve that is neither of two rivals is both of them
+    either = (without_rivals(current, model), current)
+    start, end = losses(subject.problem, either, noise_of(current))
     last = diagnose(current, path.rounds[0].rules, seed, start)
     return replace(
         path,
@@ -126,7 +128,7 @@ def _best_beside(
     """A cause and the best name for what it leaves, with their model and what found the name."""
     model = refitted_with(subject, [held], None)
     current = subject.extended(model, [held])
-    start, _ = losses(subject.problem, current, noise_of(current))
+    start, _ = losses(subject.problem, [current], noise_of(current))
     answer = diagnose(current, rules, seed, start)
     found, answer = grown_by_one(subject, [held], model, current, answer, start, seed)
     return None if found is None or len(found[0]) == 1 else (*found, answer)

@@ -170,6 +170,25 @@ class Problem:
         return replace(self, accepted=np.hstack([before, columns]))
 
     @property
+    def averaged(self) -> Problem:
+        """One row per sequence: its mean."""
+        starts = np.flatnonzero(np.diff(self.sequence, prepend=self.sequence[:1] - 1) != 0)
+        count = np.diff(np.append(starts, self.sequence.size))
+
+        def mean(values: FloatArray) -> FloatArray:
+            shape = (-1, *[1] * (values.ndim - 1))
+            return np.asarray(np.add.reduceat(values, starts, axis=0) / count.reshape(shape))
+
+        return replace(
+            self,
+            residual=mean(self.residual), calibration=mean(self.calibration),
+            columns=mean(self.columns), noise=self.noise[starts], block=self.block[starts],
+            output=self.output[starts], sequence=np.arange(starts.size),
+            regressors={name: mean(values) for name, values in self.regressors.items()},
+            accepted=None if self.accepted is None else mean(self.accepted),
+        )  # fmt: skip
+
+    @property
     def blocks(self) -> int:
         """Number of blocks."""
         return int(self.block.max()) + 1 if self.block.size else 0

@@ -83,6 +83,9 @@ class Rules:
         Share of what can be explained that the named effects must explain: below `share_named`
         the verdict is unknown, below `share_partly` too if something is left, below `share_form`
         too if a named size is not the same everywhere.
+    share_set
+        The same, instead of the last two, where the answer is a set of rivals: which of their forms
+        it is stays open anyway.
     fewest_blocks
         Blocks asked for.
     most_folds
@@ -124,6 +127,7 @@ class Rules:
     share_named: float = 0.7
     share_partly: float = 0.97
     share_form: float = 0.97
+    share_set: float = 0.9
     fewest_blocks: int = 10
     most_folds: int = 12
     between_share: float = 0.3
@@ -156,7 +160,8 @@ class Rules:
             f"the same at {self.same:g}; "
             f"named together at |cos| < {self.alike_together:g}; named share at least "
             f"{self.share_named:g} ({self.share_partly:g} with a leftover, {self.share_form:g} "
-            f"where a size changes with a signal, p < {self.alpha_form:g}); "
+            f"where a size changes with a signal, p < {self.alpha_form:g}; {self.share_set:g} for "
+            f"a set of rivals); "
             f"no curve of the loads in place of the names, nor beside them with "
             f"{self.later_share:.0%} of their gain (p < {self.alpha_form:g}), nor a cell's "
             f"size held at zero that would with the other sign, nor any mixture of "

@@ -26,11 +26,11 @@ from footcal_cli.core.diagnosis.settings import (
 )
 from footcal_cli.core.parameters import FloatArray, IntArray
 
-_MOST_SUSPECTS = 3
+MOST_SUSPECTS = 3
 """Candidates that may be taken for effects while variances are estimated."""
-_RARE = 0.05
+RARE = 0.05
 """Probability with which the best of all candidates explains that much of noise."""
-_SHARES = (1.0, 0.05)
+SHARES = (1.0, 0.05)
 """Of the variances, at which the strongest candidate is suspected: one that made a variance large
 is hidden by it, and another stands out in its place."""
 _INSIDE = 1e-8
@@ -136,7 +136,7 @@ def settled(problem: Problem, whiten: Whiten, kept: IntArray) -> Settled | None:
     spread = whiten(settings.spread) if parts else loose[:, :0]
     white = whiten(np.column_stack([problem.fitted, problem.columns, problem.residual]))
     beside = np.arange(problem.fitted.shape[1])
-    most = beside.size + _MOST_SUSPECTS
+    most = beside.size + MOST_SUSPECTS
     candidates = np.arange(beside.size, white.shape[1] - 1)
     while True:
         within = _within(white, beside, loose, spread, parts)
@@ -150,7 +150,7 @@ def settled(problem: Problem, whiten: Whiten, kept: IntArray) -> Settled | None:
             return law
         suspects = {
             _strongest(repeated(inside, free, groups, law.variance * part), beside, candidates)[0]
-            for part in _SHARES
+            for part in SHARES
         }
         tested, at = [], np.arange(beside.size + 1)
         for suspect in sorted(suspects):
@@ -159,7 +159,7 @@ def settled(problem: Problem, whiten: Whiten, kept: IntArray) -> Settled | None:
             freed = repeated(of_it, free, groups, less)
             tested.append((suspect, _strongest(freed, at[:-1], at[-1:])[1]))
         best, z = max(tested, key=lambda one: one[1])
-        if z <= float(stats.norm.isf(0.5 * _RARE / candidates.size)):
+        if z <= float(stats.norm.isf(0.5 * RARE / candidates.size)):
             return law
         beside = np.append(beside, best)
 

@@ -8,10 +8,11 @@ import numpy as np
 from scipy import stats
 
 from footcal_cli.core.diagnosis.detection import block_calibrations
+from footcal_cli.core.diagnosis.grams import Grams
 from footcal_cli.core.diagnosis.library import Library
 from footcal_cli.core.diagnosis.problem import Problem, Signature
 from footcal_cli.core.diagnosis.rules import Rules
-from footcal_cli.core.diagnosis.scores import Scores, held_out_gains, scores
+from footcal_cli.core.diagnosis.scores import Scores, coefficients, held_out_gains, scores
 from footcal_cli.core.diagnosis.whitening import has_single_rows
 from footcal_cli.core.evidence import (
     Interval,
@@ -78,7 +79,8 @@ def weigh(lib: Library, base: IntArray, signs: FloatArray, rules: Rules, seed: i
     test = sign_flip_max_t(found.score[:, within], signs)
     t[within], p[within] = test.t, np.minimum(split * test.p, 1.0)
     if partial.size:
-        single = _partial_p(lib, found, partial, t, informative, base.size)
+        many = alike_as(grams, base, grams.candidates[partial], rules.alpha_name / split)
+        single = _partial_p(lib, found, partial, t, informative, base.size, many)
         p[partial] = np.minimum(p[partial], split * single)
     if between.size and grams.blocks >= 4:
         apart = between_blocks(lib, base, grams.candidates[between], seed)
@@ -104,6 +106,8 @@ def weigh(lib: Library, base: IntArray, signs: FloatArray, rules: Rules, seed: i
 
 _NOTHING = 1e-9  # share of the most informative block, below which one says nothing
 _FEWEST_LEFT = 2
+_UNSEEN = 1e-6  # share of the largest eigenvalue of correlations, below which there is none
+_DRAWS, _PARTS = 20_000, 20
 _MANY = 16  # blocks from which permutations reach the level of any family
 _SOME = 0.7
 _FEWEST = 8.0
@@ -134,19 +138,44 @@ def _partial_p(
     t: FloatArray,
     informative: FloatArray,
     fitted: int,
+    many: float,
 ) -> FloatArray:
-    """Family-wise p of candidates that a part of the blocks knows of, Bonferroni.
+    """Family-wise p of candidates that a part of the blocks knows of.
+
+    They count as so `many` independent ones (`alike_as`), where what scatters is normal.
 
     Blocks that are parts of settings are white once that is accounted for: how far their scores
     scatter is then known from all of them together, not from the few that know of one candidate.
     """
     if has_single_rows(lib.problem):
         single = single_rows_p(lib.problem, found, fitted)[partial]
-        return np.asarray(np.minimum(partial.size * single, 1.0))
+        return np.asarray(np.minimum(many * single, 1.0))
     if lib.problem.settings is None:
         return np.asarray(partial.size * student_p(t[partial], informative[partial]))
     score, information = found.score[:, partial], found.information[:, partial]
-    return local_max_t(score, information)[1]
+    return local_max_t(score, information, many)[1]
+
+
+def alike_as(grams: Grams, base: IntArray, columns: IntArray, level: float) -> float:
+    """Number of independent tests whose largest |z| is exceeded as often as that of columns.
+
+    Shapes of one effect, and one effect in neighbouring places, are much alike: with Σ the
+    correlation of the columns after a base is fitted and q the ``1 − level`` quantile of
+    ``max |z|``, ``z ~ N(0, Σ)``, it is ``level / (2 Φ(−q))``; q is simulated.
+    """
+    total = grams.inner.sum(axis=0)
+    shared = total[np.ix_(base, columns)]
+    left = total[np.ix_(columns, columns)] - shared.T @ coefficients(total, base, columns)
+    scale = np.sqrt(np.maximum(np.diag(left), 1e-300))
+    values, vectors = np.linalg.eigh(left / np.outer(scale, scale))
+    shown = values > _UNSEEN * values.max(initial=0.0)
+    root = (vectors[:, shown] * np.sqrt(values[shown])).astype(np.float32)
+    draws = np.random.default_rng(0).standard_normal((_DRAWS, int(shown.sum())), dtype=np.float32)
+    largest = np.concatenate(
+        [np.abs(part @ root.T).max(axis=1) for part in np.array_split(draws, _PARTS)]
+    )
+    beyond = float(2.0 * stats.norm.sf(np.quantile(largest, 1.0 - level)))
+    return float(np.clip(level / max(beyond, 1e-300), 1.0, columns.size))
 
 
 def single_rows_p(problem: Problem, found: Scores, fitted: int) -> FloatArray:

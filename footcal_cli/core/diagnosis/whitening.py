@@ -47,6 +47,7 @@ class RowWhitener:
     sd: FloatArray
     output: IntArray
     sequence: IntArray
+    within_blocks: bool = False
 
     @property
     def kept(self) -> IntArray:
@@ -193,9 +194,10 @@ def _whitener_of_single_rows(problem: Problem, outputs: int) -> RowWhitener:
     in the simplified form of Förstner, Z. Vermessungswesen 104 (1979).
     """
     sd = np.ones(outputs)
+    own = _means_of_blocks(problem)
     for _ in range(_COMPONENT_STEPS):
         weight = 1.0 / sd[problem.output]
-        fitted = problem.fitted * weight[:, None]
+        fitted = np.hstack([problem.fitted, own]) * weight[:, None]
         basis = orthonormal(fitted, _RANK)
         left = problem.residual * weight
         left = left - basis @ (basis.T @ left)
@@ -206,7 +208,15 @@ def _whitener_of_single_rows(problem: Problem, outputs: int) -> RowWhitener:
         sd = sd * np.sqrt(np.maximum(ratio, _LEAST_RATIO))
         if problem.least is not None:
             sd = np.maximum(sd, problem.least)
-    return RowWhitener(np.zeros((outputs, AR_ORDER)), sd, problem.output, problem.sequence)
+    coefficients = np.zeros((outputs, AR_ORDER))
+    return RowWhitener(coefficients, sd, problem.output, problem.sequence, bool(own.shape[1]))
+
+
+def _means_of_blocks(problem: Problem) -> FloatArray:
+    """One column per output and block that has several rows of it, shape (m, k)."""
+    pairs = problem.block * len(problem.outputs) + problem.output
+    numbers, place, count = np.unique(pairs, return_inverse=True, return_counts=True)
+    return np.eye(numbers.size)[place][:, count > 1]
 
 
 def residual_within_blocks(problem: Problem, residual: FloatArray | None = None) -> FloatArray:
