@@ -293,13 +293,15 @@ def _verdict(
 ) -> tuple[Verdict, float]:
     """The engine's verdict on the first round, corrected by what the refits left."""
     first, last = rounds[0], rounds[-1]
-    if first.verdict is Verdict.UNDERPOWERED or not causes:
-        quiet = first.verdict in (Verdict.UNDERPOWERED, Verdict.NONE)
-        return (first.verdict if quiet else Verdict.UNKNOWN), 0.0
-    if removed <= 0.0 and not leftover(first.before, rules):
-        # the linear proxy was significant, the refitted model is no better on held-out blocks,
-        # and no test that knows no cause finds anything
+    quiet = first.verdict is Verdict.NONE and not causes
+    if first.verdict is Verdict.UNDERPOWERED or quiet:
+        return first.verdict, 0.0
+    if (not causes or removed <= 0.0) and not leftover(first.before, rules):
+        # the linear proxy was significant, no refitted model is anything or is better on held-out
+        # blocks, and no test that knows no cause finds anything
         return Verdict.NONE, 0.0
+    if not causes:
+        return Verdict.UNKNOWN, 0.0
     share = share_of(removed, last.before, form)
     more = leftover(last.before, rules)
     lib = first.library
