@@ -264,7 +264,7 @@ def record_stand(hidden: Hidden | None, seed: int, noisy: bool) -> tuple[Log, ..
 
 def stand_case(logs: tuple[Log, ...], seed: int) -> Case:
     """Blocks are stances."""
-    return replace(_affine_case(stand.EXPERIMENT, logs, seed), one_recording=True)
+    return replace(_affine_case(stand.EXPERIMENT, logs, seed), one_recording=True, pieces=True)
 
 
 def record_walk(hidden: Hidden | None, seed: int, noisy: bool) -> tuple[Log, ...]:

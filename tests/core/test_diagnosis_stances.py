@@ -66,6 +66,7 @@ def standing(seed: int, size: float = 0.0, *, shared: float = 0.0) -> Problem:
         noise=np.ones(block.size),
         tolerance=np.full(OUTPUTS, 0.1),
         regressors={"load": load},
+        pieces=True,
     )
 
 

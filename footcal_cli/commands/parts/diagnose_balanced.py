@@ -128,6 +128,7 @@ def read_balanced(session: Session[DiagnoseOptions]) -> CaseRead:
         raw=_unfiltered(recordings) if kind == "walk" else None,
         directions=gain_and_bias(channels, values) if kind == "walk" else (),
         demand_noisy=kind == "walk",
+        pieces=kind == "stand",
         least_noise={
             channel: size * step / np.sqrt(12.0)
             for channel, size, step in zip(channels, scale, np.median(steps, axis=0), strict=True)

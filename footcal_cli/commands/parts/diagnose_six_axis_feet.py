@@ -62,6 +62,7 @@ def read_six_axis_feet(session: Session[DiagnoseOptions]) -> CaseRead:
         stride=max(round(rate / _JUDGED_HZ), 1) if walks else 1,
         groups={c: "swing force" if ".f" in c else "swing torque" for c in channels},
         one_recording=len(logs) == 1,
+        pieces=not walks,
         directions=offset_directions(channels) if walks else (),
         demand_noisy=walks,
     )
@@ -69,7 +70,7 @@ def read_six_axis_feet(session: Session[DiagnoseOptions]) -> CaseRead:
 
 
 def _cut(log: Log, experiment: Experiment) -> Log:
-    """Rows where all is known, in blocks of whole gait cycles; stances as their means."""
+    """Rows where all is known, in blocks of whole gait cycles; stances in pieces."""
     import numpy as np
 
     from footcal_cli.commands.parts.diagnose_cases import rows_where

@@ -70,6 +70,7 @@ def problem_from(
         tracking=tracking,
         alike=case.alike,
         drifts=case.drifts,
+        pieces=case.pieces,
         settings=_settings(ideal, rows) if case.settings else None,
         least=rows.least,
         traces=_traces(case, rows) if rows.rate_hz > 0 else None,

@@ -51,6 +51,8 @@ class Case:
         Ways in which a drifting calibration wanders; it is free in every block where empty.
     demand_noisy
         What the experiment demands is measured too (a moving body) and shares the error.
+    pieces
+        Rows of a block are pieces of one observation, a stance.
     shared_blocks
         Blocks of the same number in different logs are one block (legs that hang together).
     settings
@@ -78,6 +80,7 @@ class Case:
     one_recording: bool = False
     directions: tuple[Direction, ...] = ()
     demand_noisy: bool = False
+    pieces: bool = False
     shared_blocks: bool = False
     settings: str = ""
     least_noise: Mapping[str, float] = field(default_factory=dict)

@@ -124,11 +124,11 @@ def detect(
 
 def _curve_test(problem: Problem, grams: Grams, features: Features, base: IntArray) -> Curve:
     """Curves of single observations: of stances as a whole, where several rows are of one."""
-    taken = np.isin(grams.candidates, base)
-    means = problem.holding(problem.columns[:, taken]).without_candidates.averaged
-    if features.curved.any() and means.residual.size < problem.residual.size:
-        problem, features = means, features_of(means)
-        grams, _ = whitened_grams(means, features.columns)
+    if problem.pieces:
+        taken = np.isin(grams.candidates, base)
+        problem = problem.holding(problem.columns[:, taken]).without_candidates.averaged
+        features = features_of(problem)
+        grams, _ = whitened_grams(problem, features.columns)
         base = grams.calibration
     return strongest_curve(grams, features, base, problem.residual.size)
 

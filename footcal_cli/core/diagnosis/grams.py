@@ -172,7 +172,7 @@ def whitened_grams(
     else:
         base = np.concatenate([numbers[0], numbers[1]])
         within = _partial_out(rows, numbers[2], np.full(numbers[2].size, _FREE))
-        suspects = numbers[3] if whitener.within_blocks else numbers[3][:0]
+        suspects = numbers[3] if problem.pieces else numbers[3][:0]
         inner = _partial_out(rows, numbers[2], _wandering_beside(rows, base, numbers[2], suspects))
     return (
         Grams(
@@ -269,7 +269,7 @@ def _wandering(problem: Problem, whitener: RowWhitener) -> FloatArray:
     """Columns of the directions in which a block's own calibration may differ, shape (m, w).
 
     None where it is tracked, where it differs between settings instead, and where blocks have too
-    few rows to show one of their own.
+    few rows to show one of their own, unless pieces of one observation show their noise.
     """
     nothing = problem.calibration[:, :0]
     if problem.tracking is not None:
@@ -278,7 +278,7 @@ def _wandering(problem: Problem, whitener: RowWhitener) -> FloatArray:
         return nothing
     turn = _directions(problem, whitener)
     few = problem.residual.size <= _LEAST_ROWS * turn.shape[1] * problem.blocks
-    if few and not whitener.within_blocks:
+    if few and not problem.pieces:
         return nothing
     return np.asarray(np.hstack([problem.calibration, _offsets(problem)]) @ turn)
 

@@ -104,6 +104,8 @@ class Problem:
     drifts
         The calibration drifts: it is free in every block, and what shows only between blocks is
         not testable.
+    pieces
+        Rows of a sequence are pieces of one observation (a stance), which does not repeat.
     settings
         What does not repeat from one setting-up to the next, each of which has several blocks.
     least
@@ -136,6 +138,7 @@ class Problem:
     tracking: Tracking | None = None
     alike: bool = True
     drifts: bool = False
+    pieces: bool = False
     settings: Settings | None = None
     least: FloatArray | None = None
     traces: Traces | None = None
@@ -185,6 +188,7 @@ class Problem:
             columns=mean(self.columns), noise=self.noise[starts], block=self.block[starts],
             output=self.output[starts], sequence=np.arange(starts.size),
             regressors={name: mean(values) for name, values in self.regressors.items()},
+            pieces=False,
             accepted=None if self.accepted is None else mean(self.accepted),
         )  # fmt: skip
 

@@ -47,7 +47,6 @@ class RowWhitener:
     sd: FloatArray
     output: IntArray
     sequence: IntArray
-    within_blocks: bool = False
 
     @property
     def kept(self) -> IntArray:
@@ -194,7 +193,7 @@ def _whitener_of_single_rows(problem: Problem, outputs: int) -> RowWhitener:
     in the simplified form of Förstner, Z. Vermessungswesen 104 (1979).
     """
     sd = np.ones(outputs)
-    own = _means_of_blocks(problem)
+    own = _means_of_sequences(problem) if problem.pieces else problem.fitted[:, :0]
     for _ in range(_COMPONENT_STEPS):
         weight = 1.0 / sd[problem.output]
         fitted = np.hstack([problem.fitted, own]) * weight[:, None]
@@ -208,14 +207,12 @@ def _whitener_of_single_rows(problem: Problem, outputs: int) -> RowWhitener:
         sd = sd * np.sqrt(np.maximum(ratio, _LEAST_RATIO))
         if problem.least is not None:
             sd = np.maximum(sd, problem.least)
-    coefficients = np.zeros((outputs, AR_ORDER))
-    return RowWhitener(coefficients, sd, problem.output, problem.sequence, bool(own.shape[1]))
+    return RowWhitener(np.zeros((outputs, AR_ORDER)), sd, problem.output, problem.sequence)
 
 
-def _means_of_blocks(problem: Problem) -> FloatArray:
-    """One column per output and block that has several rows of it, shape (m, k)."""
-    pairs = problem.block * len(problem.outputs) + problem.output
-    numbers, place, count = np.unique(pairs, return_inverse=True, return_counts=True)
+def _means_of_sequences(problem: Problem) -> FloatArray:
+    """One column per sequence of several rows, shape (m, k)."""
+    numbers, place, count = np.unique(problem.sequence, return_inverse=True, return_counts=True)
     return np.eye(numbers.size)[place][:, count > 1]
 
 
