@@ -101,20 +101,26 @@ def test_the_second_experiment_leaves_the_hidden_one_of_two_rivals(tmp_path: Pat
     assert "com_offset" not in third["survivors"]
 
 
-def test_once_the_robot_is_weighed_no_rival_finds_its_noise_again(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("plan", "settles"), [("weigh_robot", "robot_weight"), ("hang_again", "leg_weight")]
+)
+def test_once_a_weight_is_settled_no_rival_finds_its_noise_again(
+    tmp_path: Path, plan: str, settles: str
+) -> None:
     """The same log is diagnosed again: gains of all axes fitted to it would fit its noise twice."""
-    truth = make_trial(Cell("alias", "pose", ("robot_weight/belief",), 1.0), 4321, tmp_path / "a")
+    key = {"robot_weight": "robot_weight/belief", "leg_weight": "leg_weight/shoe"}[settles]
+    truth = make_trial(Cell("alias", "pose", (key,), 1.0), 4321, tmp_path / "a")
     ask(tmp_path / "a", "pose")
     first = diagnosed(tmp_path / "a", tmp_path / "first")
     rivals = {s["effect"] for s in first["suspects"]}
     assert {"robot_weight", "leg_weight"} <= rivals
-    proposal = {"id": "weigh_robot", "kind": "pose", "repeats": 1, "without": ["robot_weight"]}
-    weighed = {**first, "next_experiment": {**first["next_experiment"], **proposal}}
-    ask(make_followup(truth, weighed, 5, tmp_path / "b"), "pose")
+    proposal = {"id": plan, "kind": "pose", "repeats": 1, "without": [settles]}
+    again = {**first, "next_experiment": {**first["next_experiment"], **proposal}}
+    ask(make_followup(truth, again, 5, tmp_path / "b"), "pose")
     second = diagnosed(tmp_path / "b", tmp_path / "second")
     says = {f["effect"]: f["says"] for f in second["after"]}
-    assert says == {"robot_weight": "unseen"} | dict.fromkeys(rivals - {"robot_weight"}, "gone")
-    assert second["survivors"] == ["robot_weight"]
+    assert says == {settles: "unseen"} | dict.fromkeys(rivals - {settles}, "gone")
+    assert second["survivors"] == [settles]
 
 
 def test_holes_of_the_same_foot() -> None:
