@@ -118,17 +118,27 @@ def draw_limits(scores: Sequence[Score], path: Path) -> bool:
 
 
 def draw_risk(scores: Sequence[Score], path: Path) -> None:
-    """Wrong names among the answers against the share of trials answered, surest first."""
-    figure = new_figure(3.0, width_in=5.5)
+    """Wrong names against names given, as the confidence that is asked for falls."""
+    figure = new_figure(3.2, width_in=6.5)
     axes = figure.add_subplot()
-    for colour, name, kept in (
-        (AFTER, "single effects and pairs", ("single", "pair")),
-        (BAD, "unseen and left out", ("unseen", "left_out")),
+    known = [s for s in scores if s.truth["kind"] in ("single", "alias", "pair")]
+    for colour, name, kinds in (
+        (AFTER, "a cause of the table was hidden", ("single", "alias", "pair")),
+        (BAD, "a cause that is not in it", ("unseen", "left_out")),
+        (REFERENCE, "nothing", ("null",)),
     ):
-        mine = [s for s in scores if s.truth["kind"] in kept]
-        coverage, risk = risk_coverage(mine)
-        axes.plot([0.0, *coverage], [0.0, *risk], color=colour, label=name, drawstyle="steps-post")
-    tidy(axes, "Risk against coverage", "share of trials answered with a name", "wrong among them")
-    axes.set_ylim(bottom=-0.005)
-    axes.legend(fontsize=8, frameon=False)
+        mine = [s for s in scores if s.truth["kind"] in kinds]
+        if not mine:
+            continue
+        coverage, risk = (100.0 * share for share in risk_coverage(known, mine))
+        axes.plot([0.0, *coverage], [0.0, *risk], color=colour, drawstyle="steps-post",
+                  label=f"{name}  (n = {len(mine)})")  # fmt: skip
+    tidy(
+        axes,
+        "Taking less sure names: more names, more wrong ones",
+        "logs with a cause of the table that get a certain name, %",
+        "logs with a wrong name, %",
+    )
+    axes.set_ylim(-0.1, max(5.0, axes.get_ylim()[1]))
+    axes.legend(fontsize=8, frameon=False, loc="upper left")
     figure.savefig(path, dpi=110)

@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 from scipy import stats
 
+from tests.blind.world import Array
+
 NAMING = ("named", "named+unknown")
 QUIET = ("none", "underpowered")
 FLAGGING = ("unknown", "ambiguous", "named+unknown", "bad-data")
@@ -334,9 +336,13 @@ def _isotonic(values: Sequence[float], weights: Sequence[int]) -> list[float]:
     return [value for value, _, count in blocks for _ in range(count)]
 
 
-def risk_coverage(scores: Sequence[Score]) -> tuple[list[float], list[float]]:
-    """Share of trials answered with a name, and share of wrong names among those, surest first."""
-    sure = sorted((s for s in scores if s.verdict.names), key=lambda s: -s.verdict.confidence)
-    wrong = np.cumsum([s.wrong for s in sure])
-    answered = np.arange(1, len(sure) + 1)
-    return (answered / max(len(scores), 1)).tolist(), (wrong / answered).tolist()
+def risk_coverage(scores: Sequence[Score], risked: Sequence[Score]) -> tuple[Array, Array]:
+    """Share of some trials given any name, and of others a wrong one, as less sure names count.
+
+    The same least confidence holds for both; it falls along the arrays.
+    """
+    named = np.array([s.verdict.confidence for s in scores if s.verdict.names])
+    wrong = np.array([s.verdict.confidence for s in risked if s.wrong])
+    least = np.unique(np.concatenate([named, wrong]))[::-1, None]
+    coverage, risk = (np.sum(one >= least, axis=1) for one in (named, wrong))
+    return coverage / max(len(scores), 1), risk / max(len(risked), 1)

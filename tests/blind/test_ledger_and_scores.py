@@ -182,6 +182,12 @@ def test_risk_grows_as_less_sure_answers_are_taken() -> None:
     sure = [judge(_truth("single", "creep"), _said("named", "creep", p=1e-6))] * 3
     unsure = [judge(_truth("single", "creep"), _said("named", "lag", p=0.009))]
     silent = [judge(_truth("single", "creep"), _said("none"))]
-    coverage, risk = risk_coverage([*unsure, *silent, *sure])
-    assert coverage == pytest.approx([0.2, 0.4, 0.6, 0.8])
-    assert risk == pytest.approx([0, 0, 0, 0.25])
+    known = [*unsure, *silent, *sure]
+    coverage, risk = risk_coverage(known, known)
+    assert coverage == pytest.approx([0.6, 0.8])
+    assert risk == pytest.approx([0.0, 0.2])
+    # what a confidence lets through where nothing was hidden
+    between = [judge(_truth("null"), _said("named", "lag", p=0.001))]
+    coverage, risk = risk_coverage(known, [*between, judge(_truth("null"), _said("none"))])
+    assert coverage == pytest.approx([0.6, 0.6, 0.8])
+    assert risk == pytest.approx([0.0, 0.5, 0.5])
