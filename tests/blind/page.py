@@ -87,7 +87,7 @@ def write_page(scores: Sequence[Score], run: Mapping[str, Any], page: Path) -> N
         "![Power curves](figures/blind_power.png)\n",
         *_power(scores),
         "## Risk against coverage\n",
-        "Names count from a least confidence on (p of the cause), which falls from left to right.\n",
+        "Names count from a least confidence (p of the cause) on; it falls from left to right.\n",
         "![Risk against coverage](figures/blind_risk.png)\n",
         "## What was hidden, what was said\n",
         "![Confusion matrix](figures/blind_confusion.png)\n",
