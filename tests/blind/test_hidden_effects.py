@@ -9,10 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import pytest
 from scipy import stats
 
+from footcal_cli.core.diagnosis.evidence_table import AS_GOOD
 from tests.blind.bench import ask
 from tests.blind.diagnosing import diagnosed
 from tests.blind.ledger import open_ledger
@@ -88,8 +90,20 @@ def _scores(group: str, cells: Sequence[Cell], folder: Path) -> list[Score]:
         if record["verdict"] == "not available":
             pytest.skip(f"no diagnosis of {cell.experiment}")
         assert record["verdict"] != "error", record["said"]
+        assert not _contradictions(record)
         scores.append(judge(truth, Verdict.read(record)))
     return scores
+
+
+def _contradictions(record: dict[str, Any]) -> list[str]:
+    """Where the evidence table says of a cause something else than the sentence does."""
+    rows = {row["effect"]: row for row in record["effects"]}
+    told = []
+    for cause in record["causes"]:
+        tied = rows[cause["effect"]]["reason"].startswith(AS_GOOD)
+        if tied != bool(cause["rivals"]):
+            told.append(f"{cause['effect']}: rivals {cause['rivals']}, {rows[cause['effect']]}")
+    return told
 
 
 @pytest.mark.parametrize("group", CELLS)

@@ -7,15 +7,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from footcal_cli.core.diagnosis import growth
-from footcal_cli.core.diagnosis.answer import Cause
+from footcal_cli.core.diagnosis.answer import Cause, EffectStatus
 from footcal_cli.core.diagnosis.bridge import problem_from
 from footcal_cli.core.diagnosis.case import Case, rows_of
 from footcal_cli.core.diagnosis.contest import _best, _where, _white_loss, _worse
 from footcal_cli.core.diagnosis.investigation import investigate
 from footcal_cli.core.diagnosis.kindred import (
     Tried,
+    excess_of,
     largest_excess,
     of_two_classes,
     share_for_form,
@@ -33,6 +35,8 @@ from footcal_cli.core.effects import TABLE
 from footcal_cli.core.evidence import Interval, sign_flip_group, sign_patterns
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.simulation.bench_logs import WeightsPlan
+from footcal_cli.sheets.diagnosis.evidence import table_rows
+from footcal_cli.sheets.diagnosis.rivals import next_best
 from tests.core.test_diagnosis_bridge import ROBOT, weights_case, with_rivals
 
 CURVES = {k: TABLE[k] for k in ("nonlinearity", "nonlinearity_cubic", "hinge", "dead_zone")}
@@ -127,6 +131,30 @@ def test_a_bent_curve_is_named_without_its_look_alikes() -> None:
     found = investigate(weights_case(12, bent), CURVES, describe)
     assert found.verdict == "named"
     assert with_rivals(found) == {"nonlinearity"}
+    rows = {row.signature.effect: row for row in table_rows(found)}
+    assert rows["nonlinearity"].status is EffectStatus.PRESENT
+    # the report compares it with the curve that came nearest in a refit of its own
+    compared = found.found[0].cause.compared
+    nearest = min(compared, key=lambda name: compared[name].excess.value)
+    assert compared[nearest].excess.value > 0.0
+    told = next_best(found)
+    assert told is not None
+    assert told.startswith(f"The next best name, {nearest.replace('_', ' ')}, ")
+
+
+def test_the_excess_of_an_error_and_its_interval() -> None:
+    """21 % more squared error is 10 % more error; MacKinnon's CV3 by hand."""
+    best = np.array([1.0, 2.0, 3.0, 4.0])
+    same = excess_of(1.21 * best, best)
+    assert (same.low, same.value, same.high) == pytest.approx((0.1, 0.1, 0.1))
+    rng = np.random.default_rng(3)
+    other = best * rng.uniform(1.0, 1.4, 4)
+    without = [np.sqrt(np.delete(other, i).sum() / np.delete(best, i).sum()) for i in range(4)]
+    whole = np.sqrt(other.sum() / best.sum())
+    spread = float(np.sqrt(3.0 / 4.0 * np.sum((without - whole) ** 2)))
+    found = excess_of(other, best)
+    assert found.value == pytest.approx(whole - 1.0)
+    assert found.high - found.value == pytest.approx(stats.t.ppf(0.975, 3) * spread)
 
 
 def test_a_broken_line_keeps_its_exact_alias() -> None:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from enum import StrEnum
 
 from footcal_cli.core.diagnosis.detection import Detection
@@ -38,6 +39,25 @@ class EffectStatus(StrEnum):
 
 
 @dataclass(frozen=True)
+class Compared:
+    """Another effect, refitted in the place of the named one.
+
+    Parameters
+    ----------
+    excess
+        By what share the held-out RMS error, in the metric of the noise, is larger than with the
+        named one, with the interval over blocks.
+    left, left_by_named
+        The p that the forms of both effects and their like explain nothing of what the other one
+        leaves, and of what the named one does.
+    """
+
+    excess: Interval
+    left: float
+    left_by_named: float
+
+
+@dataclass(frozen=True)
 class Cause:
     """A named effect.
 
@@ -58,6 +78,8 @@ class Cause:
         I²: share of the scatter of its size over blocks that is not noise.
     rivals, places
         Other effects that do as well; the same effect elsewhere.
+    compared
+        Other effects that were refitted in its place.
     """
 
     signature: Signature
@@ -68,6 +90,7 @@ class Cause:
     heterogeneity: float
     rivals: tuple[Signature, ...]
     places: tuple[Signature, ...]
+    compared: Mapping[str, Compared] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

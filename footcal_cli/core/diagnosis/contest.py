@@ -6,11 +6,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from footcal_cli.core.diagnosis.aliases import aliases
-from footcal_cli.core.diagnosis.answer import Cause, Diagnosis
+from footcal_cli.core.diagnosis.answer import Cause, Compared, Diagnosis
 from footcal_cli.core.diagnosis.contenders import KNEES, fit, refitted, refitted_with
 from footcal_cli.core.diagnosis.grams import calibration_grams
 from footcal_cli.core.diagnosis.kindred import (
     Tried,
+    excess_of,
     kindred,
     left_of,
     level_of,
@@ -128,7 +129,12 @@ def decided(
     rivals = [*known, first.signature, *(other.cause.signature for other in tried)]
     rivals += [s for s, _ in near.values()]
     by_effect = {s.effect: s for s in rivals if s.effect not in worse | taken}
-    return replace(chosen, rivals=tuple(by_effect.values())), fitted
+    compared = {
+        other.cause.signature.effect: Compared(excess_of(other.loss, loss), other.p, best.p)
+        for other in tried
+        if other.cause.signature.effect != mine.effect
+    }
+    return replace(chosen, rivals=tuple(by_effect.values()), compared=compared), fitted
 
 
 def _stricter(rules: Rules, settings: Settings | None) -> Rules:

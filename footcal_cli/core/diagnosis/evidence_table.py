@@ -58,6 +58,17 @@ def rival_row(answer: Diagnosis, rival: Signature, named: str) -> EffectRow | No
     return _as_good(row, named)
 
 
+def found_row(row: EffectRow, rivals: Sequence[str]) -> EffectRow:
+    """The row of what was found, by its size; beside rivals it is no more certain than they are."""
+    if rivals:
+        return _as_good(row, ", ".join(rivals))
+    if _matters(row.size, row.smallest):
+        reason = "interval beyond the smallest size that matters"
+        return replace(row, status=EffectStatus.PRESENT, reason=reason)
+    reason = "found, but its interval reaches below the smallest size that matters"
+    return replace(row, status=EffectStatus.UNDECIDED, reason=reason)
+
+
 def _as_good(row: EffectRow, named: str) -> EffectRow:
     return replace(row, status=EffectStatus.UNDECIDED, reason=AS_GOOD + named)
 
@@ -153,18 +164,9 @@ def _accepted_row(lib: Library, found: Search, step: Step, rules: Rules) -> Effe
     size = jackknife_interval(float(sizes[which]), without[:, which])
     first = found.first
     cause = lib.causes.index(lib.problem.signatures[at].cause)
-    matters = _matters(size, smallest)
-    status = EffectStatus.PRESENT if matters and not step.rivals else EffectStatus.UNDECIDED
-    others = ", ".join(
-        dict.fromkeys(lib.problem.signatures[lib.index(c)].effect for c in step.rivals)
-    )
-    reason = (
-        AS_GOOD + others if step.rivals
-        else "interval beyond the smallest size that matters" if matters
-        else "found, but its interval reaches below the smallest size that matters"
-    )  # fmt: skip
+    others = dict.fromkeys(lib.problem.signatures[lib.index(c)].effect for c in step.rivals)
     se = (size.high - size.low) / 2.0 / max(_student(lib.grams.blocks), 1e-9)
-    return EffectRow(
+    row = EffectRow(
         signature=lib.problem.signatures[at],
         size=size,
         smallest=smallest,
@@ -174,9 +176,10 @@ def _accepted_row(lib: Library, found: Search, step: Step, rules: Rules) -> Effe
         gain=float(step.gain.sum() / max(step.loss.sum(), 1e-300)),
         informative=float(first.informative[cause]),
         blocks_better=int(np.sum(step.gain > 0)),
-        status=status,
-        reason=reason,
+        status=EffectStatus.PRESENT,
+        reason="",
     )
+    return found_row(row, tuple(others))
 
 
 def _untestable(problem: Problem, lib: Library, effect: str) -> EffectRow:

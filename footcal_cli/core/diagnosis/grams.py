@@ -10,11 +10,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import stats
 
 from footcal_cli.core.diagnosis.linear import scaled_inverse
+from footcal_cli.core.diagnosis.outstanding import (
+    MOST_SUSPECTS,
+    SHARES,
+    outstanding,
+    strongest,
+)
 from footcal_cli.core.diagnosis.problem import Problem
-from footcal_cli.core.diagnosis.settled import MOST_SUSPECTS, RARE, SHARES
 from footcal_cli.core.diagnosis.tracking import PART_S, Tracking, innovations, parts_of, starts_of
 from footcal_cli.core.diagnosis.whitening import PIECE, Noise, RowWhitener, kept_tracking, noise_of
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
@@ -26,7 +30,6 @@ _LEAST_ROWS = 1.5  # rows of a block per direction in which its calibration may 
 _FREE_RIDGE = 1e-6
 _DROP = 1e-6
 _RCOND = 1e-9
-_INSIDE = 1e-8  # share of a column's square that a base leaves, below which it leaves none
 
 
 @dataclass(frozen=True)
@@ -341,27 +344,23 @@ def _partial_out(inner: FloatArray, wandering: IntArray, variance: FloatArray) -
 def _wandering_beside(
     rows: FloatArray, base: IntArray, wandering: IntArray, candidates: IntArray
 ) -> FloatArray:
-    """Variance between blocks of each wandering coefficient, beside candidates that stand out.
-
-    Few blocks tell of that variance: an effect passes for poor repeatability for most of its size.
-    A candidate that stands out even so, the variance estimated beside it as in a t-test, is fitted
-    while it is estimated, as between settings (`footcal_cli.core.diagnosis.settled`).
-    """
+    """Variance between blocks of each wandering coefficient, beside candidates that stand out."""
     variance = _wandering_variance(rows, base, wandering)
     if not candidates.size or not wandering.size:
         return variance
-    needed = float(stats.norm.isf(0.5 * RARE / candidates.size))
     for _ in range(MOST_SUSPECTS):
-        tested = []
-        for suspect in {_strongest(rows, base, wandering, s * variance, candidates)[0]
-                        for s in SHARES}:  # fmt: skip
+        suspects = {
+            _strongest(rows, base, wandering, share * variance, candidates)[0] for share in SHARES
+        }
+        tested = {}
+        for suspect in suspects:
             less = _wandering_variance(rows, np.append(base, suspect), wandering)
-            z = _strongest(rows, base, wandering, less, np.array([suspect]))[1]
-            tested.append((z, suspect, less))
-        z, suspect, less = max(tested, key=lambda one: one[:2])
-        if z <= needed:
+            tested[suspect] = _strongest(rows, base, wandering, less, np.array([suspect]))[1]
+        best = outstanding(tested, candidates.size)
+        if best is None:
             break
-        base, variance = np.append(base, suspect), less
+        base = np.append(base, best)
+        variance = _wandering_variance(rows, base, wandering)
     return variance
 
 
@@ -372,7 +371,7 @@ def _strongest(
     variance: FloatArray,
     candidates: IntArray,
 ) -> tuple[int, float]:
-    """The candidate with the largest ``|z| = |g̃·r̃| / |g̃|`` beside a base, and that."""
+    """The candidate with the largest |z| beside a base, and that."""
     used = np.concatenate([wandering, base, candidates, [rows.shape[1] - 1]])
     small = rows[:, used[:, None], used[None, :]]
     total = _partial_out(small, np.arange(wandering.size), variance).sum(axis=0)
@@ -380,11 +379,9 @@ def _strongest(
     fitted = np.arange(base.size)
     inverse = scaled_inverse(total[np.ix_(fitted, fitted)], _RCOND)
     left = total - total[:, fitted] @ inverse @ total[fitted]
-    own, score = np.diag(left)[base.size : -1], left[base.size : -1, -1]
-    shown = own > _INSIDE * np.diag(total)[base.size : -1]
-    z = np.abs(score) / np.sqrt(np.where(shown, own, np.inf))
-    best = int(np.argmax(z))
-    return int(candidates[best]), float(z[best])
+    theirs = slice(base.size, -1)
+    best, z = strongest(left[theirs, -1], np.diag(left)[theirs], np.diag(total)[theirs])
+    return int(candidates[best]), z
 
 
 def _wandering_variance(rows: FloatArray, calibration: IntArray, wandering: IntArray) -> FloatArray:

@@ -20,7 +20,12 @@ from footcal_cli.core.diagnosis.unnamed import CURVES
 from footcal_cli.core.diagnosis.weighing import single_rows_p
 from footcal_cli.core.diagnosis.whitening import Noise, has_single_rows
 from footcal_cli.core.effects.contract import Effect
-from footcal_cli.core.evidence import sign_flip_group, sign_flip_max_t
+from footcal_cli.core.evidence import (
+    Interval,
+    jackknife_interval,
+    sign_flip_group,
+    sign_flip_max_t,
+)
 from footcal_cli.core.parameters import FloatArray
 
 SMOOTH = frozenset({"nonlinearity", "nonlinearity_cubic"})
@@ -87,6 +92,23 @@ def largest_excess(taken: float, freedom: int) -> float:
     while below(end) > 0.0:
         end *= 2.0
     return float(optimize.brentq(below, 0.0, end))
+
+
+def excess_of(other: FloatArray, best: FloatArray) -> Interval:
+    """``√(Σ other / Σ best) − 1``, the relative excess of an RMS error, with its interval.
+
+    Parameters
+    ----------
+    other, best
+        Squared held-out error of each block, shape (B,).
+    """
+
+    def excess(of_other: float, of_best: float) -> float:
+        return float(np.sqrt(max(of_other, 1e-300) / max(of_best, 1e-300))) - 1.0
+
+    others, bests = other.sum() - other, best.sum() - best
+    without = np.array([excess(a, b) for a, b in zip(others, bests, strict=True)])
+    return jackknife_interval(excess(other.sum(), best.sum()), without)
 
 
 def kindred(table: Mapping[str, Effect], one: Cause, other: Cause) -> bool:

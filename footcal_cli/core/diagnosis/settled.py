@@ -10,9 +10,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
 
 from footcal_cli.core.diagnosis.linear import orthonormal
+from footcal_cli.core.diagnosis.outstanding import (
+    MOST_SUSPECTS,
+    SHARES,
+    outstanding,
+    strongest,
+)
 from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.settings import (
     RCOND,
@@ -25,16 +30,6 @@ from footcal_cli.core.diagnosis.settings import (
     within_settings,
 )
 from footcal_cli.core.parameters import FloatArray, IntArray
-
-MOST_SUSPECTS = 3
-"""Candidates that may be taken for effects while variances are estimated."""
-RARE = 0.05
-"""Probability with which the best of all candidates explains that much of noise."""
-SHARES = (1.0, 0.05)
-"""Of the variances, at which the strongest candidate is suspected: one that made a variance large
-is hidden by it, and another stands out in its place."""
-_INSIDE = 1e-8
-"""Share of a column's square that calibration leaves, below which it leaves none."""
 
 Whiten = Callable[[FloatArray], FloatArray]
 """Columns of all rows, shape (m, k), as columns that are white within a part, shape (n, k)."""
@@ -113,10 +108,6 @@ class Settled:
 def settled(problem: Problem, whiten: Whiten, kept: IntArray) -> Settled | None:
     """Estimate the law from the residual, beside candidates that stand out.
 
-    Few hangings tell of the variance between them: an effect would pass for poor repeatability for
-    most of its size. A candidate that stands out even so, the variance estimated beside it as in a
-    t-test, is fitted while the variances are estimated.
-
     Parameters
     ----------
     problem
@@ -152,14 +143,14 @@ def settled(problem: Problem, whiten: Whiten, kept: IntArray) -> Settled | None:
             _strongest(repeated(inside, free, groups, law.variance * part), beside, candidates)[0]
             for part in SHARES
         }
-        tested, at = [], np.arange(beside.size + 1)
-        for suspect in sorted(suspects):
+        tested, at = {}, np.arange(beside.size + 1)
+        for suspect in suspects:
             of_it = inside[:, [*beside, suspect, -1]]
             less = variance_between(of_it[:, :-1], free, left, groups, settings.kind)
             freed = repeated(of_it, free, groups, less)
-            tested.append((suspect, _strongest(freed, at[:-1], at[-1:])[1]))
-        best, z = max(tested, key=lambda one: one[1])
-        if z <= float(stats.norm.isf(0.5 * RARE / candidates.size)):
+            tested[suspect] = _strongest(freed, at[:-1], at[-1:])[1]
+        best = outstanding(tested, candidates.size)
+        if best is None:
             return law
         beside = np.append(beside, best)
 
@@ -188,14 +179,12 @@ def _within(
 
 
 def _strongest(white: FloatArray, base: IntArray, candidates: IntArray) -> tuple[int, float]:
-    """The candidate with the largest ``|z| = |g̃·r̃| / |g̃|`` beside a base, and that."""
+    """The candidate with the largest |z| beside a base, and that."""
     wanted = white[:, np.append(candidates, white.shape[1] - 1)]
     basis = orthonormal(white[:, base], np.sqrt(RCOND))
     inside = basis.T @ wanted
-    own = np.einsum("ij,ij->j", wanted[:, :-1], wanted[:, :-1])
-    information = own - np.sum(inside[:, :-1] ** 2, axis=0)
+    whole = np.einsum("ij,ij->j", wanted[:, :-1], wanted[:, :-1])
+    own = whole - np.sum(inside[:, :-1] ** 2, axis=0)
     score = wanted[:, :-1].T @ wanted[:, -1] - inside[:, :-1].T @ inside[:, -1]
-    shown = information > _INSIDE * own
-    z = np.abs(score) / np.sqrt(np.where(shown, information, np.inf))
-    best = int(np.argmax(z))
-    return int(candidates[best]), float(z[best])
+    best, z = strongest(score, own, whole)
+    return int(candidates[best]), z

@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from footcal_cli.core.diagnosis.answer import Cause, EffectRow, EffectStatus, Verdict
-from footcal_cli.core.diagnosis.evidence_table import AS_GOOD, rival_row
+from footcal_cli.core.diagnosis.answer import EffectRow, EffectStatus, Verdict
+from footcal_cli.core.diagnosis.evidence_table import AS_GOOD, found_row, rival_row
 from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.report import Sheet, number
 from footcal_cli.sheets.diagnosis.words import with_interval, words
@@ -66,19 +66,12 @@ def table_rows(found: Investigation) -> list[EffectRow]:
         seen.add(mine)
         rivals = [r for r in {r.effect: r for r in cause.rivals}.values() if r.effect not in seen]
         weighed = [rival_row(item.answer, rival, mine) for rival in rivals]
-        rows.append(_named_row(row, cause, [rival.effect for rival in rivals]))
+        row = found_row(row, [rival.effect for rival in rivals])
+        rows.append(replace(row, signature=cause.signature, size=cause.size))
         rows += [other for other in weighed if other is not None]
         seen |= {rival.effect for rival in rivals}
     rows += [r for r in found.rounds[-1].effects if r.signature.effect not in seen]
     return sorted(rows, key=lambda r: (r.status is EffectStatus.NOT_TESTABLE, -r.gain))
-
-
-def _named_row(row: EffectRow, cause: Cause, rivals: Sequence[str]) -> EffectRow:
-    """With the size of the refit; beside rivals it is no more certain than they are."""
-    row = replace(row, signature=cause.signature, size=cause.size)
-    if not rivals:
-        return row
-    return replace(row, status=EffectStatus.UNDECIDED, reason=AS_GOOD + ", ".join(rivals))
 
 
 def _not_stood(row: EffectRow) -> EffectRow:

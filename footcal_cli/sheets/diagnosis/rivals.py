@@ -2,34 +2,47 @@
 
 from __future__ import annotations
 
+from collections.abc import Set
+
 import numpy as np
 
-from footcal_cli.core.diagnosis.answer import Diagnosis
+from footcal_cli.core.diagnosis.answer import Cause, Diagnosis
 from footcal_cli.core.diagnosis.investigation import Investigation
-from footcal_cli.core.evidence import Interval, jackknife_interval
+from footcal_cli.core.diagnosis.kindred import excess_of
+from footcal_cli.core.evidence import Interval
 from footcal_cli.core.parameters import FloatArray
+from footcal_cli.report import number
 from footcal_cli.sheets.diagnosis.words import words
+
+_NOISE = 0.05  # p above which what is left is not worth a word
 
 
 def next_best(found: Investigation) -> str | None:
     """The best other name for the first cause, and by how much it is worse."""
     if not found.found:
         return None
-    diagnosis, mine = found.rounds[0], found.found[0].cause.signature.effect
+    cause = found.found[0].cause
+    mine = cause.signature.effect
     taken = {f.cause.signature.effect for f in found.found}
-    best = losses_with(diagnosis, mine)
-    others = {
-        effect: loss
-        for effect in dict.fromkeys(cause[0] for cause in diagnosis.library.causes)
-        if effect not in taken and (loss := losses_with(diagnosis, effect)) is not None
-    }
-    if best is None or not others:
+    refitted = {name: other.excess for name, other in cause.compared.items() if name not in taken}
+    others = refitted or _unfitted(found.rounds[0], mine, taken)
+    if not others:
         return None
-    name = min(others, key=lambda effect: others[effect].sum())
-    worse = _difference(best, others[name])
+    name = min(others, key=lambda effect: others[effect].value)
     return (
-        f"The next best name, {words(name)}, leaves errors {_percent(worse)} larger than "
-        f"{words(mine)} does."
+        f"The next best name, {words(name)}, leaves errors {_percent(others[name])} larger than "
+        f"{words(mine)} does{_by_form(cause, name)}."
+    )
+
+
+def _by_form(cause: Cause, other: str) -> str:
+    """What the other one leaves of its kind's forms, where that is more than noise."""
+    found = cause.compared.get(other)
+    if found is None or found.left >= min(_NOISE, found.left_by_named):
+        return ""
+    return (
+        f", and what it leaves is not noise (p = {number(found.left, 2)}; "
+        f"beside {words(cause.signature.effect)} p = {number(found.left_by_named, 2)})"
     )
 
 
@@ -38,15 +51,29 @@ def against_rivals(found: Investigation) -> list[str]:
     lines = []
     for item in found.found:
         mine = item.cause.signature.effect
-        best = losses_with(item.answer, mine)
+        unfitted = _unfitted(item.answer, mine, {mine})
         for rival in dict.fromkeys(r.effect for r in item.cause.rivals):
-            loss = losses_with(item.answer, rival)
-            if best is not None and loss is not None:
-                lines.append(
-                    f"{words(rival)} leaves errors {_percent(_difference(best, loss))} larger than "
-                    f"{words(mine)}: no difference to rely on."
-                )
+            other = item.cause.compared.get(rival)
+            more = unfitted.get(rival) if other is None else other.excess
+            if more is None:
+                continue
+            lines.append(
+                f"{words(rival)} leaves errors {_percent(more)} larger than {words(mine)}: "
+                + ("no difference to rely on." if more.low <= 0.0 else "too little to rule it out.")
+            )
     return [line[0].upper() + line[1:] for line in lines]
+
+
+def _unfitted(diagnosis: Diagnosis, mine: str, taken: Set[str]) -> dict[str, Interval]:
+    """Excess of the error of other effects by their signatures, where no refit compared them."""
+    best = losses_with(diagnosis, mine)
+    if best is None:
+        return {}
+    return {
+        effect: excess_of(loss, best)
+        for effect in dict.fromkeys(cause[0] for cause in diagnosis.library.causes)
+        if effect not in taken and (loss := losses_with(diagnosis, effect)) is not None
+    }
 
 
 def losses_with(diagnosis: Diagnosis, effect: str) -> FloatArray | None:
@@ -58,17 +85,6 @@ def losses_with(diagnosis: Diagnosis, effect: str) -> FloatArray | None:
     best = causes[int(np.argmax(evidence.gain.sum(axis=0)[causes]))]
     loss: FloatArray = diagnosis.before.loss - evidence.plain_gain[:, best]
     return loss
-
-
-def _difference(best: FloatArray, other: FloatArray) -> Interval:
-    """Relative excess of the RMS error, with its interval over blocks."""
-
-    def excess(a: float, b: float) -> float:
-        return float(np.sqrt(max(b, 1e-300) / max(a, 1e-300))) - 1.0
-
-    a, b = best.sum(), other.sum()
-    without = np.array([excess(a - x, b - y) for x, y in zip(best, other, strict=True)])
-    return jackknife_interval(excess(a, b), without)
 
 
 def _percent(interval: Interval) -> str:
