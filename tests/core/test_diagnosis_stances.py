@@ -176,6 +176,16 @@ def test_columns_that_are_alike_count_as_one_test() -> None:
     assert _with_columns(apart)[1] == pytest.approx(12.0, rel=0.15)
 
 
+def test_a_column_that_the_base_holds_is_no_test() -> None:
+    """What rounding leaves of it is of either sign."""
+    problem = standing(0)
+    rng = np.random.default_rng(4)
+    held = problem.calibration @ rng.normal(size=(problem.calibration.shape[1], 12))
+    assert _with_columns(held)[1] == 1.0
+    apart = rng.normal(size=(held.shape[0], 12))
+    assert _with_columns(np.hstack([held, apart]))[1] == pytest.approx(12.0, rel=0.15)
+
+
 def test_a_family_of_shapes_keeps_its_level() -> None:
     """Knees along a load: two dozen tests, of which many are nearly the same one."""
     problem = standing(0)

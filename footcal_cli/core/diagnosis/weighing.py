@@ -107,6 +107,7 @@ def weigh(lib: Library, base: IntArray, signs: FloatArray, rules: Rules, seed: i
 _NOTHING = 1e-9  # share of the most informative block, below which one says nothing
 _FEWEST_LEFT = 2
 _UNSEEN = 1e-6  # share of the largest eigenvalue of correlations, below which there is none
+_ROUNDING = 1e-10  # share of a column's square that a base leaves, below which it leaves none
 _DRAWS, _PARTS = 20_000, 20
 _MANY = 16  # blocks from which permutations reach the level of any family
 _SOME = 0.7
@@ -161,13 +162,17 @@ def alike_as(grams: Grams, base: IntArray, columns: IntArray, level: float) -> f
 
     Shapes of one effect, and one effect in neighbouring places, are much alike: with Σ the
     correlation of the columns after a base is fitted and q the ``1 − level`` quantile of
-    ``max |z|``, ``z ~ N(0, Σ)``, it is ``level / (2 Φ(−q))``; q is simulated.
+    ``max |z|``, ``z ~ N(0, Σ)``, it is ``level / (2 Φ(−q))``; q is simulated. Columns that the
+    base holds are no tests.
     """
     total = grams.inner.sum(axis=0)
     shared = total[np.ix_(base, columns)]
     left = total[np.ix_(columns, columns)] - shared.T @ coefficients(total, base, columns)
-    scale = np.sqrt(np.maximum(np.diag(left), 1e-300))
-    values, vectors = np.linalg.eigh(left / np.outer(scale, scale))
+    apart = np.flatnonzero(np.diag(left) > _ROUNDING * np.diag(total)[columns])
+    if not apart.size:
+        return 1.0
+    scale = np.sqrt(np.diag(left)[apart])
+    values, vectors = np.linalg.eigh(left[np.ix_(apart, apart)] / np.outer(scale, scale))
     shown = values > _UNSEEN * values.max(initial=0.0)
     root = (vectors[:, shown] * np.sqrt(values[shown])).astype(np.float32)
     draws = np.random.default_rng(0).standard_normal((_DRAWS, int(shown.sum())), dtype=np.float32)
