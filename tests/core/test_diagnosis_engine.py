@@ -19,6 +19,7 @@ from footcal_cli.core.diagnosis.problem import Problem, Signature
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.scores import held_out_loss, scores
 from footcal_cli.core.diagnosis.weighing import weigh
+from footcal_cli.core.diagnosis.yardsticks import yardsticks
 from footcal_cli.core.evidence import sign_patterns
 from footcal_cli.core.parameters import BoolArray
 from tests.core.diagnosis_world import (
@@ -180,6 +181,43 @@ def test_what_only_the_calibration_brings_into_an_output_counts_in_all_its_rows(
         problem.tolerance[1] / (0.3 * problem.noise[second][0]),
     )
     np.testing.assert_allclose(alone.smallest_sizes(left), [expected])
+
+
+def test_what_matters_does_not_grow_with_the_effect_that_is_there() -> None:
+    """A large effect passes for noise of its output, and calibration is fitted to the other one."""
+    rng = np.random.default_rng(882)
+    rows = 400
+    load = rng.normal(size=rows)
+    bent = load**2 - 1.0 + load
+    output = np.repeat([0, 1], rows)
+    clean = Problem(
+        residual=rng.normal(size=2 * rows),
+        calibration=np.concatenate([load, load])[:, None],  # one gain, seen by both outputs
+        calibration_names=("gain",),
+        columns=np.concatenate([np.zeros(rows), bent])[:, None],
+        signatures=(Signature("bent", "size", "all", "-"),),
+        block=np.tile(np.arange(rows) // 40, 2),
+        output=output,
+        sequence=output,
+        outputs=("fz", "mx"),
+        units=("N", "Nm"),
+        noise=np.ones(2 * rows),
+        tolerance=np.array([0.2, 2.0]),  # what the gain brings into the force matters first
+        regressors={"load": np.concatenate([load, load])},
+    )
+    wrong = clean.residual + 8.0 * clean.columns[:, 0]
+    swollen = np.where(output == 1, float(np.std(wrong[rows:])), 1.0)
+    hidden = replace(
+        clean, residual=wrong / swollen, noise=swollen,
+        calibration=clean.calibration / swollen[:, None],
+        columns=clean.columns / swollen[:, None],
+    )  # fmt: skip
+
+    def smallest(problem: Problem) -> float:
+        return float(yardsticks(problem, whitened_grams(problem, np.empty((2 * rows, 0)))[0])[1][0])
+
+    assert smallest(hidden) == pytest.approx(smallest(clean), rel=0.05)
+    assert hidden.smallest_sizes(hidden.left())[0] > 2.0 * smallest(clean)
 
 
 def test_a_driver_that_did_not_move_is_not_testable() -> None:

@@ -18,8 +18,9 @@ from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.rules import LEVEL_SHARE, Rules
 from footcal_cli.core.diagnosis.scores import cosines, held_out_loss
 from footcal_cli.core.diagnosis.search import Search, Step, search, sizes_of
+from footcal_cli.core.diagnosis.yardsticks import yardsticks
 from footcal_cli.core.evidence import jackknife_interval, sign_patterns, smallest_p
-from footcal_cli.core.parameters import FloatArray, IntArray
+from footcal_cli.core.parameters import IntArray
 
 
 def diagnose(
@@ -48,7 +49,7 @@ def diagnose(
     features = features_of(problem)
     grams, _ = whitened_grams(problem, features.columns)
     signs = sign_patterns(grams.blocks, seed)
-    visible, smallest = _yardsticks(problem, grams)
+    visible, smallest = yardsticks(problem, grams)
     lib = library(problem, grams, visible, smallest, rules)
     before = detect(problem, grams, features, grams.calibration, signs)
     found = search(lib, signs, rules, seed, start_loss, failed)
@@ -73,22 +74,6 @@ def diagnose(
         features=features,
         rules=rules,
     )
-
-
-def _yardsticks(problem: Problem, grams: Grams) -> tuple[FloatArray, FloatArray]:
-    """Visible fraction and smallest size that matters of each candidate."""
-    if problem.tracking is None:
-        left = problem.left()
-        return problem.visible(left), problem.smallest_sizes(left)
-    smallest = np.full(len(problem.signatures), np.inf)
-    for o in range(len(problem.outputs)):
-        rows = problem.output == o
-        if not rows.any():
-            continue
-        rms = np.sqrt(grams.energy[o, grams.candidates] / rows.sum()) * problem.noise[rows][0]
-        with np.errstate(divide="ignore"):
-            smallest = np.minimum(smallest, problem.tolerance[o] / rms)
-    return grams.visible[grams.candidates], smallest
 
 
 def leftover(detection: Detection, rules: Rules) -> bool:
