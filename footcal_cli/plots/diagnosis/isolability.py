@@ -23,12 +23,13 @@ from footcal_cli.plots.style import BAD, new_figure
 
 ISOLABILITY_CAPTION = (
     "Which effects look alike beside the calibration: 0 (white) not at all, 1 (dark) the same. "
-    "Framed: groups that no analysis of these data can separate."
+    "Framed: groups so alike (|cos| > 0.95) that none but a large effect is told from the others."
 )
 AFTER_CAPTION = (
     "Which effects look alike beside the calibration: 0 (white) not at all, 1 (dark) the same; "
-    "left in these data, right after the proposed experiment. Framed: groups that cannot be "
-    "separated. Hatched: not visible there."
+    "left in these data, right after the proposed experiment. Framed: groups so alike "
+    "(|cos| > 0.95) that none but a large effect is told from the others. Hatched: not visible "
+    "there."
 )
 _SAME = 0.95
 _SHOWN = 0.02  # visible share from which an effect is worth comparing
