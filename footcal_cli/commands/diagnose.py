@@ -141,6 +141,7 @@ def _diagnose(session: Session[DiagnoseOptions]) -> Outcome:
     from footcal_cli.core.diagnosis.investigation import investigate
     from footcal_cli.core.diagnosis.rules import Rules
     from footcal_cli.core.diagnosis.signals import describe
+    from footcal_cli.core.quality import stopping
 
     table = _table(session)
     rules = Rules(most_effects=session.options.most_effects)
@@ -148,5 +149,8 @@ def _diagnose(session: Session[DiagnoseOptions]) -> Outcome:
         read = read_case(session)
     usable = {k: v for k, v in table.items() if k not in read.untested}
     with session.step("diagnose"):
-        found = investigate(read.case, usable, describe, rules, session.request.seed)
+        stopped = bool(stopping(read.findings))
+        found = investigate(
+            read.case, usable, describe, rules, session.request.seed, stopped=stopped
+        )
     return outcome_of(session, read, found, usable, rules)

@@ -48,6 +48,15 @@ class Finding:
     remedy: str
 
 
+STOPPING = frozenset({"readings_repeat_across_channels"})
+"""Findings that make blocks no independent evidence; alarms stop a diagnosis too."""
+
+
+def stopping(findings: Sequence[Finding]) -> list[Finding]:
+    """The findings with which a diagnosis would be meaningless."""
+    return [f for f in findings if f.severity == "alarm" or f.code in STOPPING]
+
+
 def check_repeats_across_channels(
     counts: Mapping[str, FloatArray], loads: Mapping[str, FloatArray]
 ) -> list[Finding]:

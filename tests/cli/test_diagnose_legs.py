@@ -116,3 +116,7 @@ def test_swapped_wires_stop_the_diagnosis(run: Run, tmp_path: Path, recipe: Path
     )
     assert record.verdict == "bad-data"
     assert "fx of leg fl" in record.sentence
+    # no other cause is made of wrong readings, and none gets into a model
+    assert not record.causes
+    assert {row.status for row in record.effects} <= {"undecided", "not_testable"}
+    assert not read_record(ParametersRecord, tmp_path / "out/parameters_extended.json").effects

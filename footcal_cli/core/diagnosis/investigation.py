@@ -120,10 +120,13 @@ def investigate(
     describe: Describe,
     rules: Rules | None = None,
     seed: int = 0,
+    *,
+    stopped: bool = False,
 ) -> Investigation:
     """Diagnose logs: baseline, then the model extended by each accepted effect in turn.
 
     A path that ends unknown is left for one that begins with two effects, if that leaves nothing.
+    Stopped by bad data it ends with the baseline: a cause would be that of wrong readings.
 
     Parameters
     ----------
@@ -135,12 +138,17 @@ def investigate(
         Gives the recorded signals of a case.
     rules, seed
         Thresholds; of sign patterns.
+    stopped
+        Whether the readings were found to be wrong (`footcal_cli.core.quality.stopping`).
     """
     rules = rules or Rules()
     rows = rows_of(case)
     problem = problem_from(case, rows, table.values(), describe)
     subject = Subject(case, rows, problem, table, describe)
-    path = grown(subject, beginning(problem, rules, seed), rules, seed)
+    path = beginning(problem, rules, seed)
+    if stopped:
+        return _baseline(subject, path)
+    path = grown(subject, path, rules, seed)
     strict = replace(rules, share_set=1.0)
     verdict, share = _judged(subject, path, strict, seed)
     if verdict is Verdict.UNKNOWN:
@@ -173,6 +181,26 @@ def investigate(
         final=final,
         share=share,
         stable=float(np.mean(alike)),
+    )
+
+
+def _baseline(subject: Subject, path: Path) -> Investigation:
+    """Bad data: the residual is shown, and nothing is looked for in it."""
+    problem = subject.problem
+    alike = np.ones(problem.blocks, dtype=bool)
+    return Investigation(
+        verdict=Verdict.BAD_DATA,
+        rounds=path.rounds,
+        found=(),
+        nearest=(),
+        model=None,
+        gains=gains_of(problem, problem, noise_of(problem), None, alike),
+        case=subject.case,
+        rows=subject.rows,
+        problem=problem,
+        final=problem,
+        share=0.0,
+        stable=1.0,
     )
 
 

@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 from matplotlib.figure import Figure
 
+from footcal_cli.core.diagnosis.answer import Verdict
 from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.core.diagnosis.leftovers import left_over
 from footcal_cli.core.diagnosis.problem import Problem
@@ -57,7 +58,9 @@ def driver_of(found: Investigation) -> tuple[str, FloatArray]:
     if not names:
         return "row", np.arange(float(problem.residual.size))
     p = {n: detection.group_p[detection.groups.index(n)] for n in names}
-    clearest = [n for n in names if p[n] <= min(p.values())]
+    # tests ask what repeats over blocks; where readings are wrong the largest error is shown
+    stopped = found.verdict is Verdict.BAD_DATA
+    clearest = [n for n in names if stopped or p[n] <= min(p.values())]
     told = {n: _bin_variance(problem, n) for n in clearest}
     best = next(n for n in clearest if told[n] >= _NEARLY * max(told.values()))
     return best, problem.regressors[best]

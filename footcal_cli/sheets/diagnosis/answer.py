@@ -8,7 +8,7 @@ from footcal_cli.core.diagnosis.answer import EffectStatus, Verdict
 from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.core.diagnosis.next_experiment import next_menu
 from footcal_cli.core.effects.contract import Effect
-from footcal_cli.core.quality import Finding
+from footcal_cli.core.quality import Finding, stopping
 from footcal_cli.records.results import VerdictRecord
 from footcal_cli.sheets.diagnosis.contract import Answer
 from footcal_cli.sheets.diagnosis.experiment import experiment_words, next_experiment, sharpening
@@ -23,8 +23,6 @@ from footcal_cli.sheets.diagnosis.stopped import stopped
 from footcal_cli.sheets.diagnosis.unknown import unknown
 from footcal_cli.sheets.diagnosis.words import rival_groups
 
-STOPPING = frozenset({"readings_repeat_across_channels"})
-"""Findings that make blocks no independent evidence; alarms stop a diagnosis too."""
 _ASKS = (Verdict.AMBIGUOUS, Verdict.UNKNOWN, Verdict.NAMED_UNKNOWN)
 """Verdicts that an experiment would sharpen."""
 
@@ -36,11 +34,9 @@ def answer_of(
     untested: Mapping[str, str],
 ) -> Answer:
     """Turn an investigation into its sentence."""
-    stop = [f for f in findings if f.severity == "alarm" or f.code in STOPPING]
-    rivals = rival_groups(found)
-    if stop:
-        return stopped(found, stop, rivals)
     kind = found.verdict
+    if kind is Verdict.BAD_DATA:
+        return stopped(found, stopping(findings))
     menu = next_menu(found, table) if kind in _ASKS else None
     experiment = next_experiment(found, table, menu)
     speak = {
@@ -64,7 +60,7 @@ def answer_of(
             sentence=sentence,
             details=tuple(details),
         ),
-        rivals,
+        rival_groups(found),
         experiment,
         menu,
     )

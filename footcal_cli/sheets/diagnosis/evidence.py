@@ -52,9 +52,14 @@ def _not_looked_for(found: Investigation, untested: Mapping[str, str]) -> list[t
 
 def table_rows(found: Investigation) -> list[EffectRow]:
     """Rows of named effects as they were accepted, the others beside the extended model."""
+    if found.verdict is Verdict.BAD_DATA:
+        return [_open(row, "the readings are wrong") for row in found.rounds[0].effects]
     if found.verdict is Verdict.UNKNOWN:
         # what was accepted on the way did not stand in the end
-        return [_not_stood(row) for row in found.rounds[0].effects]
+        return [
+            _open(row, "too much is left beside it") if row.status is EffectStatus.PRESENT else row
+            for row in found.rounds[0].effects
+        ]
     rows: list[EffectRow] = []
     seen: set[str] = set()
     for item in found.found:
@@ -74,10 +79,11 @@ def table_rows(found: Investigation) -> list[EffectRow]:
     return sorted(rows, key=lambda r: (r.status is EffectStatus.NOT_TESTABLE, -r.gain))
 
 
-def _not_stood(row: EffectRow) -> EffectRow:
-    if row.status is not EffectStatus.PRESENT:
+def _open(row: EffectRow, reason: str) -> EffectRow:
+    """The row with nothing said of the effect, if it could be tested."""
+    if row.status is EffectStatus.NOT_TESTABLE:
         return row
-    return replace(row, status=EffectStatus.UNDECIDED, reason="too much is left beside it")
+    return replace(row, status=EffectStatus.UNDECIDED, reason=reason)
 
 
 def _row_of(rows: Sequence[EffectRow], effect: str) -> EffectRow | None:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from footcal_cli.core.diagnosis.answer import EffectRow, EffectStatus, Verdict
+from footcal_cli.core.diagnosis.answer import EffectRow, EffectStatus
 from footcal_cli.core.diagnosis.investigation import Found, Investigation
 from footcal_cli.core.diagnosis.problem import Signature
 from footcal_cli.core.diagnosis.rules import Rules
@@ -25,11 +25,6 @@ def record_of(
     """``diagnosis.json``."""
     last = found.rounds[-1].before
     first = found.rounds[0].before
-    causes = () if answer.kind is Verdict.BAD_DATA else tuple(
-        _cause_record(found, item) for item in found.found
-    )  # fmt: skip
-    if answer.kind is Verdict.UNKNOWN:
-        causes = ()
     rows = [_row_record(row) for row in table_rows(found)]
     rows += [
         _absent_record(name, reason)
@@ -42,8 +37,8 @@ def record_of(
         experiment_kind=found.case.experiment.name,
         verdict=answer.kind.value,
         sentence=answer.verdict.sentence,
-        causes=causes,
-        rivals=answer.rivals if causes or answer.kind is Verdict.BAD_DATA else (),
+        causes=tuple(_cause_record(found, item) for item in found.found),
+        rivals=answer.rivals,
         experiment=experiment_words(answer.experiment),
         next_experiment=answer.experiment,
         findings=tuple(FindingRecord.of(f) for f in read.findings),

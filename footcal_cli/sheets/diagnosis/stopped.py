@@ -21,13 +21,12 @@ LADDER_AGAIN = (
 )
 
 
-def stopped(
-    found: Investigation, stop: Sequence[Finding], rivals: tuple[tuple[str, ...], ...]
-) -> Answer:
+def stopped(found: Investigation, stop: Sequence[Finding]) -> Answer:
     """Bad data: say so, and what can be said all the same."""
     said = re.split(r":| \(", stop[0].sentence)[0]
     sentence = f"Stopped: {said}; diagnosing would be meaningless."
     details = [f"Look at this first: {stop[0].remedy}."] if stop[0].remedy else []
+    rivals: tuple[tuple[str, ...], ...] = ()
     experiment = None
     if found.case.experiment.name == "weights":
         bent = _curvature(found)
@@ -36,7 +35,7 @@ def stopped(
             what = "nonlinearity from creep or the order of loading"
             repeats = "with four unrepeated points" if _unrepeated(found) else "here"
             details.append(f"These readings cannot separate {what} {repeats}.")
-            rivals = rivals or (("nonlinearity", "creep", "hysteresis"),)
+            rivals = (("nonlinearity", "creep", "hysteresis"),)
         experiment = NextExperimentRecord(id="up_down", kind="weights", words=LADDER_AGAIN)
         details.append(f"Run next: {LADDER_AGAIN}.")
     return Answer(
