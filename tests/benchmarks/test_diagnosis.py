@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import pytest
 from pytest_benchmark.fixture import BenchmarkFixture
 
 from footcal_cli.core.diagnosis.investigation import investigate
@@ -14,6 +15,7 @@ from tests.core.test_diagnosis_bridge import ROBOT, walk_case
 TEN_MINUTES_S = 600.0
 
 
+@pytest.mark.slow
 def test_ten_minutes_of_walking(benchmark: BenchmarkFixture) -> None:
     hysteresis = ("hysteresis", {"all": ROBOT.channels}, {"all.hysteresis_width": 0.4})
     long = walk_case(1, hysteresis, duration_s=TEN_MINUTES_S)
