@@ -200,7 +200,7 @@ def _extended(
                 value=value, sd=sd, unit=parameter.unit, status=Status.ESTIMATED
             )
     effects = list(given.effects) if given is not None else []
-    if found.model is not None and found.verdict in ("named", "named+unknown", "ambiguous"):
+    if found.model is not None:
         units = {
             f"{owner}.{p.name}": p.unit
             for link in found.model.chain.links
