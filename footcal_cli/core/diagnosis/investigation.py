@@ -126,7 +126,7 @@ def investigate(
     """Diagnose logs: baseline, then the model extended by each accepted effect in turn.
 
     A path that ends unknown is left for one that begins with two effects, if that leaves nothing.
-    Stopped by bad data it ends with the baseline: a cause would be that of wrong readings.
+    Stopped by bad data it ends with the baseline: any cause would be one of wrong readings.
 
     Parameters
     ----------
@@ -185,7 +185,7 @@ def investigate(
 
 
 def _baseline(subject: Subject, path: Path) -> Investigation:
-    """Bad data: the residual is shown, and nothing is looked for in it."""
+    """Bad data: the baseline as it was found, and no cause."""
     problem = subject.problem
     alike = np.ones(problem.blocks, dtype=bool)
     return Investigation(
