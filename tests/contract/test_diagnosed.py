@@ -50,7 +50,7 @@ KNOWN_MISSES: Mapping[tuple[str, str], str] = {
     ("walk", "saturation"): "unknown, nearest saturation: a third of the noise, in few rows",
     ("walk", "load_bypass"): "named at a third of the noise; of a choice made anew without each "
     "block no sure gain is left",
-    ("stand", "saturation"): "unknown: a seventh of the noise, in few of few stances",
+    ("stand", "saturation"): "unknown: a seventh of the noise, in few rows of few stances",
     ("stand", "bias_jump"): "among those that describe it alike, with a gain that is not sure",
 }
 """Experiment and effect -> why it is missed today: a new miss fails, a repaired one is told."""

@@ -52,7 +52,7 @@ def outcome_of(
         moved = movements(read.case, found.problem, found.final)
         answer = answer_of(found, table, read.findings, read.untested)
         became = after(found, _before(session), table)
-        left = left_over(found, answer.kind, became)
+        left = left_over(found, became)
         if became:
             answer = answer.with_detail(followed_words(became, left))
     with session.step("draw"):

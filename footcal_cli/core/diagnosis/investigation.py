@@ -146,16 +146,9 @@ def investigate(
     problem = problem_from(case, rows, table.values(), describe)
     subject = Subject(case, rows, problem, table, describe)
     path = beginning(problem, rules, seed)
-    if stopped:
-        return _baseline(subject, path)
-    path = grown(subject, path, rules, seed)
-    strict = replace(rules, share_set=1.0)
-    verdict, share = _judged(subject, path, strict, seed)
-    if verdict is Verdict.UNKNOWN:
-        # what a set of rivals leaves may be a second cause, before it is their form
-        path, verdict, share = _another_way(subject, path, strict, seed) or (
-            path, *_judged(subject, path, rules, seed)
-        )  # fmt: skip
+    verdict, share = Verdict.BAD_DATA, 0.0
+    if not stopped:
+        path, verdict, share = _searched(subject, path, rules, seed)
     rounds, causes, model, current = path.rounds, path.causes, path.model, path.current
     found = _found(subject, path)
     named = verdict in (Verdict.NAMED, Verdict.NAMED_UNKNOWN, Verdict.AMBIGUOUS)
@@ -184,24 +177,16 @@ def investigate(
     )
 
 
-def _baseline(subject: Subject, path: Path) -> Investigation:
-    """Bad data: the baseline as it was found, and no cause."""
-    problem = subject.problem
-    alike = np.ones(problem.blocks, dtype=bool)
-    return Investigation(
-        verdict=Verdict.BAD_DATA,
-        rounds=path.rounds,
-        found=(),
-        nearest=(),
-        model=None,
-        gains=gains_of(problem, problem, noise_of(problem), None, alike),
-        case=subject.case,
-        rows=subject.rows,
-        problem=problem,
-        final=problem,
-        share=0.0,
-        stable=1.0,
-    )
+def _searched(subject: Subject, path: Path, rules: Rules, seed: int) -> tuple[Path, Verdict, float]:
+    """The path from the baseline to an answer, the verdict on it and the share that it explains."""
+    path = grown(subject, path, rules, seed)
+    strict = replace(rules, share_set=1.0)
+    verdict, share = _judged(subject, path, strict, seed)
+    if verdict is not Verdict.UNKNOWN:
+        return path, verdict, share
+    # what a set of rivals leaves may be a second cause, before it is their form
+    another = _another_way(subject, path, strict, seed)
+    return another or (path, *_judged(subject, path, rules, seed))
 
 
 def _another_way(

@@ -54,7 +54,6 @@ def answer_of(
     elif menu is not None and menu.prospects:
         details.insert(0, f"What would sharpen it: {' – or '.join(sharpening(menu))}.")
     return Answer(
-        kind,
         VerdictRecord(
             level="good" if kind is Verdict.NONE and tested else "warning",
             sentence=sentence,

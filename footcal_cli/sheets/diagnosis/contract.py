@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from footcal_cli.core.diagnosis.answer import Verdict
 from footcal_cli.core.diagnosis.menu import Menu
 from footcal_cli.records.diagnosis import NextExperimentRecord
 from footcal_cli.records.results import VerdictRecord
@@ -16,8 +15,6 @@ class Answer:
 
     Parameters
     ----------
-    kind
-        One of DIAGNOSIS's words.
     verdict
         Sentence and details.
     rivals
@@ -28,7 +25,6 @@ class Answer:
         The menu judged for the first group of rivals, or for what comes nearest to the unknown.
     """
 
-    kind: Verdict
     verdict: VerdictRecord
     rivals: tuple[tuple[str, ...], ...] = ()
     experiment: NextExperimentRecord | None = None

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from footcal_cli.core.diagnosis.answer import Verdict
 from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.core.diagnosis.suspects import (
     Followed,
@@ -36,11 +35,11 @@ def after(
     return followed(found, suspects, table)
 
 
-def left_over(found: Investigation, kind: Verdict, became: Sequence[Followed]) -> tuple[str, ...]:
+def left_over(found: Investigation, became: Sequence[Followed]) -> tuple[str, ...]:
     """Rivals of the log before that are still possible."""
     causes = [item.cause for item in found.found]
     named = [c.signature.effect for c in causes] + [r.effect for c in causes for r in c.rivals]
-    return survivors(kind, named, became)
+    return survivors(found.verdict, named, became)
 
 
 def followed_words(became: Sequence[Followed], left: Sequence[str]) -> str:

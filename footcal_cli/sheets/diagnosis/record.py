@@ -35,7 +35,7 @@ def record_of(
     ]
     return DiagnosisRecord(
         experiment_kind=found.case.experiment.name,
-        verdict=answer.kind.value,
+        verdict=found.verdict.value,
         sentence=answer.verdict.sentence,
         causes=tuple(_cause_record(found, item) for item in found.found),
         rivals=answer.rivals,

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from footcal_cli.core.diagnosis.answer import Verdict
 from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.core.quality import Finding
 from footcal_cli.records.diagnosis import NextExperimentRecord
@@ -39,7 +38,6 @@ def stopped(found: Investigation, stop: Sequence[Finding]) -> Answer:
         experiment = NextExperimentRecord(id="up_down", kind="weights", words=LADDER_AGAIN)
         details.append(f"Run next: {LADDER_AGAIN}.")
     return Answer(
-        Verdict.BAD_DATA,
         VerdictRecord(level="bad", sentence=sentence, details=tuple(details)),
         rivals,
         experiment,
