@@ -10,14 +10,10 @@ from scipy import stats
 
 from footcal_cli.core.diagnosis.detection import detect
 from footcal_cli.core.diagnosis.features import features_of
-from footcal_cli.core.diagnosis.grams import (
-    Grams,
-    _wandering_beside,
-    _wandering_variance,
-    whitened_grams,
-)
+from footcal_cli.core.diagnosis.grams import Grams, whitened_grams
 from footcal_cli.core.diagnosis.problem import Problem, Signature
 from footcal_cli.core.diagnosis.scores import scores
+from footcal_cli.core.diagnosis.wandering import variance_beside, wandering_variance
 from footcal_cli.core.diagnosis.weighing import alike_as
 from footcal_cli.core.diagnosis.whitening import has_single_rows, noise_of
 from footcal_cli.core.evidence import sign_patterns
@@ -118,8 +114,8 @@ def test_an_effect_does_not_pass_for_poor_repeatability() -> None:
     for seed in range(30):
         problem = standing(seed, shared=1.5)
         grams = grams_of(problem)
-        plain = _wandering_variance(grams.rows, grams.calibration, grams.wandering)
-        freed = _wandering_beside(grams.rows, grams.calibration, grams.wandering, grams.candidates)
+        plain = wandering_variance(grams.rows, grams.calibration, grams.wandering)
+        freed = variance_beside(grams.rows, grams.calibration, grams.wandering, grams.candidates)
         alone.append(plain.max())
         beside.append(freed.max())
     assert np.median(beside) < 0.6 * np.median(alone)

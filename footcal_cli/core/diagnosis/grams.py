@@ -11,25 +11,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from footcal_cli.core.diagnosis.linear import scaled_inverse
-from footcal_cli.core.diagnosis.outstanding import (
-    MOST_SUSPECTS,
-    SHARES,
-    outstanding,
-    strongest,
-)
 from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.tracking import PART_S, Tracking, innovations, parts_of, starts_of
+from footcal_cli.core.diagnosis.wandering import partial_out, variance_beside, wandering_columns
 from footcal_cli.core.diagnosis.whitening import PIECE, Noise, RowWhitener, kept_tracking, noise_of
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
-_EM_STEPS = 30
-_EM_STOP = 1e-3
 _FREE = 1e8
-_LEAST_ROWS = 1.5  # rows of a block per direction in which its calibration may differ
 _FREE_RIDGE = 1e-6
-_DROP = 1e-6
-_RCOND = 1e-9
 
 
 @dataclass(frozen=True)
@@ -144,7 +133,7 @@ def whitened_grams(
     whitener, tau = noise.whitener, noise.autocorrelation_time
     kept = whitener.kept
     tracked = problem.tracking is not None
-    wandering = _wandering(problem, whitener)
+    wandering = wandering_columns(problem, whitener)
     accepted = problem.fitted[:, problem.calibration.shape[1] :]
     parts = (problem.calibration, accepted, wandering, problem.columns, features)
     raw = np.hstack([*parts, problem.residual[:, None]])
@@ -174,9 +163,9 @@ def whitened_grams(
         base = numbers[1]
     else:
         base = np.concatenate([numbers[0], numbers[1]])
-        within = _partial_out(rows, numbers[2], np.full(numbers[2].size, _FREE))
+        within = partial_out(rows, numbers[2], np.full(numbers[2].size, _FREE))
         suspects = numbers[3] if problem.pieces else numbers[3][:0]
-        inner = _partial_out(rows, numbers[2], _wandering_beside(rows, base, numbers[2], suspects))
+        inner = partial_out(rows, numbers[2], variance_beside(rows, base, numbers[2], suspects))
     return (
         Grams(
             inner=inner,
@@ -268,43 +257,6 @@ def _free_in_every_block(
     return raw, white
 
 
-def _wandering(problem: Problem, whitener: RowWhitener) -> FloatArray:
-    """Columns of the directions in which a block's own calibration may differ, shape (m, w).
-
-    None where it is tracked, where it differs between settings instead, and where blocks have too
-    few rows to show one of their own, unless pieces of one observation show their noise.
-    """
-    nothing = problem.calibration[:, :0]
-    if problem.tracking is not None:
-        return nothing
-    if problem.settings is not None and problem.settings.part is not None:
-        return nothing
-    turn = _directions(problem, whitener)
-    few = problem.residual.size <= _LEAST_ROWS * turn.shape[1] * problem.blocks
-    if few and not problem.pieces:
-        return nothing
-    return np.asarray(np.hstack([problem.calibration, _offsets(problem)]) @ turn)
-
-
-def _offsets(problem: Problem) -> FloatArray:
-    """One column of ones per output."""
-    return np.eye(len(problem.outputs))[problem.output]
-
-
-def _directions(problem: Problem, whitener: RowWhitener) -> FloatArray:
-    """Turn calibration and offsets into independent directions of unit information per block.
-
-    Combinations that change no output are dropped.
-    """
-    basis = np.hstack([problem.calibration, _offsets(problem)])
-    white = whitener(basis)
-    gram = white.T @ white / max(problem.blocks, 1)
-    scale = np.sqrt(np.clip(np.diag(gram), 1e-300, None))
-    values, vectors = np.linalg.eigh(gram / np.outer(scale, scale))
-    kept = values > _DROP * max(float(values.max(initial=0.0)), 1e-300)
-    return np.asarray(vectors[:, kept] / scale[:, None] / np.sqrt(values[kept]))
-
-
 def _energies(columns: FloatArray, output: IntArray, outputs: int) -> FloatArray:
     """Squared norm of each column on each output, shape (outputs, n)."""
     energy = np.zeros((outputs, columns.shape[1]))
@@ -325,86 +277,3 @@ def _block_grams(columns: FloatArray, block: IntArray, blocks: int) -> FloatArra
         part = columns[order[start:end]]
         np.matmul(part.T, part, out=out[b])
     return out
-
-
-def _partial_out(inner: FloatArray, wandering: IntArray, variance: FloatArray) -> FloatArray:
-    """``X'V⁻¹X`` by Woodbury: ``X'X − X'Z (D⁻¹ + Z'Z)⁻¹ Z'X``, block by block."""
-    active = wandering[variance > 0]
-    if not active.size:
-        return inner
-    precision = np.diag(1.0 / variance[variance > 0])
-    out = np.empty_like(inner)
-    for b, gram in enumerate(inner):
-        cross = gram[active]
-        middle = precision + gram[np.ix_(active, active)]
-        out[b] = gram - cross.T @ np.linalg.solve(middle, cross)
-    return out
-
-
-def _wandering_beside(
-    rows: FloatArray, base: IntArray, wandering: IntArray, candidates: IntArray
-) -> FloatArray:
-    """Variance between blocks of each wandering coefficient, beside candidates that stand out."""
-    variance = _wandering_variance(rows, base, wandering)
-    if not candidates.size or not wandering.size:
-        return variance
-    for _ in range(MOST_SUSPECTS):
-        suspects = {
-            _strongest(rows, base, wandering, share * variance, candidates)[0] for share in SHARES
-        }
-        tested = {}
-        for suspect in suspects:
-            less = _wandering_variance(rows, np.append(base, suspect), wandering)
-            tested[suspect] = _strongest(rows, base, wandering, less, np.array([suspect]))[1]
-        best = outstanding(tested, candidates.size)
-        if best is None:
-            break
-        base = np.append(base, best)
-        variance = _wandering_variance(rows, base, wandering)
-    return variance
-
-
-def _strongest(
-    rows: FloatArray,
-    base: IntArray,
-    wandering: IntArray,
-    variance: FloatArray,
-    candidates: IntArray,
-) -> tuple[int, float]:
-    """The candidate with the largest |z| beside a base, and that."""
-    used = np.concatenate([wandering, base, candidates, [rows.shape[1] - 1]])
-    small = rows[:, used[:, None], used[None, :]]
-    total = _partial_out(small, np.arange(wandering.size), variance).sum(axis=0)
-    total = total[wandering.size :, wandering.size :]
-    fitted = np.arange(base.size)
-    inverse = scaled_inverse(total[np.ix_(fitted, fitted)], _RCOND)
-    left = total - total[:, fitted] @ inverse @ total[fitted]
-    theirs = slice(base.size, -1)
-    best, z = strongest(left[theirs, -1], np.diag(left)[theirs], np.diag(total)[theirs])
-    return int(candidates[best]), z
-
-
-def _wandering_variance(rows: FloatArray, calibration: IntArray, wandering: IntArray) -> FloatArray:
-    """Variance between blocks of each wandering coefficient, by expectation maximisation."""
-    last = rows.shape[1] - 1
-    if rows.shape[0] < 3 or not wandering.size:
-        return np.zeros(wandering.size)
-    zz = rows[:, wandering[:, None], wandering[None, :]]
-    zr = rows[:, wandering, last]
-    zj = rows[:, wandering[:, None], calibration[None, :]]
-    fitted = np.append(calibration, last)
-    zx = rows[:, wandering[:, None], fitted[None, :]]
-    total = rows[:, fitted[:, None], fitted[None, :]].sum(axis=0)
-    variance = np.ones(wandering.size)
-    for _ in range(_EM_STEPS):
-        posterior = np.linalg.inv(np.diag(1.0 / variance)[None] + zz)
-        # X'V⁻¹X by Woodbury, as in `_partial_out`, of what is fitted and the residual only
-        left = total - np.sum(zx.swapaxes(1, 2) @ posterior @ zx, axis=0)
-        theta = np.linalg.pinv(left[:-1, :-1], rcond=1e-10, hermitian=True) @ left[:-1, -1]
-        mean = np.einsum("bij,bj->bi", posterior, zr - zj @ theta)
-        updated = np.mean(mean**2 + np.einsum("bii->bi", posterior), axis=0)
-        change = np.abs(np.log(updated / variance)).max()
-        variance = updated
-        if change < _EM_STOP:
-            break
-    return variance
