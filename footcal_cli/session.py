@@ -15,7 +15,7 @@ import tempfile
 import time
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Generic, TypeVar
@@ -24,10 +24,11 @@ from rich.console import Console
 from rich.progress import track
 
 from footcal_cli.columns import TableType
+from footcal_cli.core.quality import Finding
 from footcal_cli.errors import DataError, UsageError
 from footcal_cli.recipe import CommandOptions, Recipe, read_recipe, validated
 from footcal_cli.records.files import Versioned, read_record, write_record
-from footcal_cli.records.results import ParametersRecord, RmseRecord, RunRecord
+from footcal_cli.records.results import FindingRecord, ParametersRecord, RmseRecord, RunRecord
 from footcal_cli.report import Report, print_text, render_html, rmse_sheet
 from footcal_cli.tables import Table, digest, has_columns, read_table
 
@@ -118,6 +119,7 @@ class Session(Generic[Options]):
         self.inputs: dict[str, str] = {}
         self.rows: dict[str, int] = {}
         self.timings_s: dict[str, float] = {}
+        self._noted: list[FindingRecord] = []
         if request.parameters is not None:
             self.parameters = read_record(ParametersRecord, request.parameters)
             self.inputs[_shown(request.parameters)] = digest(request.parameters)
@@ -194,12 +196,17 @@ class Session(Generic[Options]):
             transient=True,
         )
 
+    def note(self, findings: Iterable[Finding]) -> None:
+        """Keep findings for the report, whoever made them; `finish` merges them with its own."""
+        self._noted += [FindingRecord.of(finding) for finding in findings]
+
     def created(self) -> str:
         """The run's start as ISO 8601 in UTC."""
         return self.started.isoformat(timespec="seconds")
 
     def finish(self, outcome: Outcome) -> int:
         """Write the run folder, print the verdict, return the exit code."""
+        outcome = replace(outcome, report=_with_findings(outcome.report, self._noted))
         exit_code = 3 if not outcome.usable else 1 if outcome.gates_missed else 0
         run = RunRecord(
             command=self.request.command,
@@ -230,6 +237,19 @@ class Session(Generic[Options]):
             print(f"GATE NOT MET  {gate}", file=sys.stderr)  # noqa: T201 - the command's answer
         answer.print(f"report: {self.request.out / 'report.html'}", soft_wrap=True)
         return exit_code
+
+
+_SEVERITIES = ("alarm", "warning", "note")
+
+
+def _with_findings(report: Report, noted: Iterable[FindingRecord]) -> Report:
+    """The report with all findings, gravest first, each once; an alarm makes its verdict bad."""
+    once = {(f.code, f.where, f.sentence): f for f in (*report.findings, *noted)}
+    findings = tuple(sorted(once.values(), key=lambda f: _SEVERITIES.index(f.severity)))
+    verdict = report.verdict
+    if findings and findings[0].severity == "alarm":
+        verdict = verdict.model_copy(update={"level": "bad"})
+    return replace(report, findings=findings, verdict=verdict)
 
 
 def _write(folder: Path, run: RunRecord, outcome: Outcome) -> None:
