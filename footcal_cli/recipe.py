@@ -28,6 +28,8 @@ class Frozen(BaseModel):
 class CommandOptions(Frozen):
     """Options of one command: its table in a recipe, overridden by the command line."""
 
+    strict_findings: bool = False
+
 
 class Cell(Frozen):
     """A load cell under a foot, position in the foot frame."""
