@@ -1,7 +1,8 @@
 """Ctrl-C and SIGTERM: one exception, whatever library was at work when the signal came.
 
 Readers written in C turn an interruption into an error of their own ("truncated?"); the mark kept
-here tells `footcal_cli.app` what really happened. Imported by `footcal_cli.app` alone.
+here tells `footcal_cli.app` what really happened. Imported by `footcal_cli.app` and
+`footcal_cli.__main__`.
 """
 
 from __future__ import annotations
@@ -17,6 +18,14 @@ EXIT_INTERRUPTED = 130
 EXIT_TERMINATED = 143
 
 
+class Interrupted(BaseException):
+    """A signal came.
+
+    No KeyboardInterrupt: Python ends a process by the signal, whatever was caught, once that one
+    has passed through ``exec`` of a text, as half of the imports do.
+    """
+
+
 @dataclass
 class Interruption:
     """Which signal came, None for none."""
@@ -30,8 +39,14 @@ class Interruption:
 
 
 @contextmanager
-def watched() -> Iterator[Interruption]:
-    """Turn SIGINT and SIGTERM into KeyboardInterrupt and remember that they came."""
+def watched(*, until_exit: bool = False) -> Iterator[Interruption]:
+    """Turn SIGINT and SIGTERM into `Interrupted` and remember that they came.
+
+    Parameters
+    ----------
+    until_exit
+        Leave the handlers to the caller; else the earlier ones come back at the end.
+    """
     seen = Interruption()
     if threading.current_thread() is not threading.main_thread():
         yield seen  # only the main thread may handle signals
@@ -39,11 +54,12 @@ def watched() -> Iterator[Interruption]:
 
     def handle(number: int, _frame: FrameType | None) -> None:
         seen.signal = number
-        raise KeyboardInterrupt
+        raise Interrupted
 
     before = {number: signal.signal(number, handle) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         yield seen
     finally:
         for number, handler in before.items():
-            signal.signal(number, handler)
+            if not until_exit:
+                signal.signal(number, handler)

@@ -31,7 +31,7 @@ ALLOWED: dict[str, set[str]] = {
         "plots", "sheets", "core", "errors",
     },
     "app": {"commands", "errors", "interruption", "run_folder"},
-    "__main__": {"app"},
+    "__main__": {"app", "interruption"},
     "__init__": set(),
 }  # fmt: skip
 # heavy libraries and the rooms that may know them
