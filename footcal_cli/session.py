@@ -28,7 +28,7 @@ from footcal_cli.records.files import Versioned, read_record, write_record
 from footcal_cli.records.results import FindingRecord, ParametersRecord, RmseRecord, RunRecord
 from footcal_cli.report import Report, print_text, render_html, rmse_sheet
 from footcal_cli.run_folder import claim, refuse_folder, whole_folder
-from footcal_cli.tables import Table, digest, has_columns, read_table
+from footcal_cli.tables import Table, digest, read_table, refusal_of
 
 _PIPE_WIDTH = 160  # columns of a table that no terminal limits
 
@@ -125,6 +125,8 @@ class Session(Generic[Options]):
         self.inputs: dict[str, str] = {}
         self.rows: dict[str, int] = {}
         self.timings_s: dict[str, float] = {}
+        self._taken: set[Path] = set()
+        self._left_aside: dict[Path, DataError] = {}
         self._noted: list[FindingRecord] = []
         if request.parameters is not None:
             self.parameters = read_calibration(request.parameters)
@@ -160,8 +162,12 @@ class Session(Generic[Options]):
         columns = self.recipe.foreign_columns()
         tables = []
         for path in self.paths(role):
-            if self.request.logs and path.is_file() and not has_columns(path, table, columns):
-                continue
+            if self.request.logs and path.is_file():
+                refusal = refusal_of(path, table, columns)
+                if refusal is not None:
+                    self._left_aside.setdefault(path, refusal)
+                    continue
+            self._taken.add(path)
             read = read_table(path, table, columns, gravity_mps2=self.recipe.robot.gravity_mps2)
             self.inputs[_shown(path)] = read.digest
             self.rows[_shown(path)] = len(read)
@@ -222,7 +228,16 @@ class Session(Generic[Options]):
         return self.started.isoformat(timespec="seconds")
 
     def finish(self, outcome: Outcome) -> int:
-        """Write the run folder, print the verdict, return the exit code."""
+        """Write the run folder, print the verdict, return the exit code.
+
+        Raises
+        ------
+        DataError
+            A LOG was none of the kinds that the command reads.
+        """
+        for path, refusal in self._left_aside.items():
+            if path not in self._taken:
+                raise refusal
         outcome = replace(outcome, report=_with_findings(outcome.report, self._noted))
         missed = (*outcome.gates_missed, *self._strict(outcome.report))
         outcome = replace(outcome, gates_missed=missed)
