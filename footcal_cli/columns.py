@@ -320,8 +320,8 @@ def canonical_names(cells: Sequence[str]) -> set[str]:
     tables = (
         weights_table(), weights_stream_table(cells), weights_together_table(cells),
         weights_together_table(cells, known_wrench=True), cop_points_table(),
-        placements_table(cells), cells_table(cells), truth_table(cells), body_table(()), hang_table(), legs_table(),
-        poses_table(),
+        placements_table(cells), cells_table(cells), truth_table(cells), body_table(()),
+        hang_table(), legs_table(), poses_table(),
     )  # fmt: skip
     return {column.name for table in tables for column in table.columns}
 

@@ -24,6 +24,7 @@ from footcal_cli.core.online.streams import (
     merge_six_axis,
 )
 from footcal_cli.core.parameters import Estimates, FloatArray, Status
+from footcal_cli.core.plausibility import check_total_force, check_walking_cells
 from footcal_cli.core.spatial import rotation_of_quaternion, rotation_of_rpy
 from footcal_cli.errors import DataError, UsageError
 from footcal_cli.recipe import Robot
@@ -125,6 +126,11 @@ def read_recordings(
             belief = None
         else:
             belief = prior_belief(session.parameters, robot, channels)
+            start_n = belief.scale_n_per_count * stream.readings + belief.bias_n
+            session.note(check_total_force(start_n.sum(axis=1), robot.weight_n, table.path.name))
+            if experiment == "walk":
+                foot_of = [foot for foot, spec in robot.feet.items() for _ in spec.cells]
+                session.note(check_walking_cells(start_n, channels, foot_of))
             if session.parameters is not None:
                 stream = without_cell_effects(stream, session.parameters, robot)
             merged = merge_cells(

@@ -127,7 +127,7 @@ class Session(Generic[Options]):
         self.timings_s: dict[str, float] = {}
         self._taken: set[Path] = set()
         self._left_aside: dict[Path, DataError] = {}
-        self._noted: list[FindingRecord] = []
+        self._noted: list[Finding] = []
         if request.parameters is not None:
             self.parameters = read_calibration(request.parameters)
             self.inputs[_shown(request.parameters)] = digest(request.parameters)
@@ -221,7 +221,12 @@ class Session(Generic[Options]):
 
     def note(self, findings: Iterable[Finding]) -> None:
         """Keep findings for the report, whoever made them; `finish` merges them with its own."""
-        self._noted += [FindingRecord.of(finding) for finding in findings]
+        self._noted += findings
+
+    @property
+    def noted(self) -> tuple[Finding, ...]:
+        """Findings kept so far."""
+        return tuple(self._noted)
 
     def created(self) -> str:
         """The run's start as ISO 8601 in UTC."""
@@ -238,7 +243,9 @@ class Session(Generic[Options]):
         for path, refusal in self._left_aside.items():
             if path not in self._taken:
                 raise refusal
-        outcome = replace(outcome, report=_with_findings(outcome.report, self._noted))
+        outcome = replace(
+            outcome, report=_with_findings(outcome.report, map(FindingRecord.of, self._noted))
+        )
         missed = (*outcome.gates_missed, *self._strict(outcome.report))
         outcome = replace(outcome, gates_missed=missed)
         exit_code = 3 if not outcome.usable else 1 if missed else 0

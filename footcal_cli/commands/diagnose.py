@@ -150,6 +150,7 @@ def _diagnose(session: Session[DiagnoseOptions]) -> Outcome:
     rules = Rules(most_effects=session.options.most_effects)
     with session.step("read"):
         read = read_case(session)
+        read.findings.extend(session.noted)
     usable = {k: v for k, v in table.items() if k not in read.untested}
     with session.step("diagnose"):
         stopped = bool(stopping(read.findings))

@@ -96,6 +96,7 @@ def _calibrate(session: Session[HangCalibOptions]) -> Outcome:
     from footcal_cli.columns import hang_table
     from footcal_cli.commands.parts.hang_logs import leg_logs
     from footcal_cli.core.hang.runs import hang_runs
+    from footcal_cli.core.plausibility import check_leg_weights
     from footcal_cli.records.results import RmseRecord
     from footcal_cli.report import Report
     from footcal_cli.session import Outcome
@@ -126,6 +127,8 @@ def _calibrate(session: Session[HangCalibOptions]) -> Outcome:
         if options.method == "joint"
         else {leg: sheets.without_intervals(other) for leg, other in others[options.method].items()}
     )
+    weights = {leg: float(one[f"{leg}.weight"]) for leg, one in chosen.items()}
+    session.note(check_leg_weights(weights, session.recipe.robot.weight_n))
     return Outcome(
         report=Report(
             title=f"Hanging calibration of {session.recipe.robot.name}",

@@ -270,8 +270,14 @@ def _findings(
     session: Session[OfflineFitOptions], logs: _WeightsLogs, studies: Sequence[ChannelStudy]
 ) -> list[Finding]:
     from footcal_cli.commands.check import weights_findings
+    from footcal_cli.core.plausibility import check_scale
     from footcal_cli.sheets.weights import find_extrapolation
 
+    nameplate = session.recipe.robot.nameplate.scale_n_per_count
+    for study in studies:
+        session.note(
+            check_scale(study.channel, study.estimates[f"{study.channel}.scale"], nameplate)
+        )
     intended = session.options.intended_load_n
     found = weights_findings(logs.tables, session.recipe, intended) if logs.tables else []
     return [*found, *find_extrapolation([study.affine for study in studies], intended)]

@@ -14,6 +14,7 @@ from footcal_cli.core.chain import Chain, Link, link
 from footcal_cli.core.effects import find_effect
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.plausibility import check_total_force
 from footcal_cli.errors import UsageError
 from footcal_cli.records.files import read_record
 from footcal_cli.records.results import (
@@ -98,6 +99,7 @@ def apply_cells(session: Session[ApplyOptions]) -> Outcome:
         known["temperature_degc"] = np.concatenate(warmth)
     log = Log("walk", cells, time_s, counts, known, np.zeros(time_s.size, dtype=np.int64))
     force_n, cell_pos_m = _forces(log, record)
+    session.note(check_total_force(force_n.sum(axis=1), robot.weight_n, "all cells"))
     columns = {"time_s": time_s} | {f"{c}_n": force_n[:, i] for i, c in enumerate(cells)}
     rows = []
     for foot, spec in robot.feet.items():
