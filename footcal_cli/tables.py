@@ -26,7 +26,8 @@ from footcal_cli.units import Conversion, conversion, converts, unit_factor
 from footcal_cli.values import durations, numbers, seconds, stamps, texts
 
 __all__ = [
-    "ReadColumn", "Table", "column_names", "digest", "read_table", "refusal_of", "unit_factor", "write_parquet",
+    "ReadColumn", "Table", "column_names", "digest", "read_table", "refusal_of", "unit_factor",
+    "write_parquet",
 ]  # fmt: skip
 
 _SAME_DIGITS = 8
@@ -118,11 +119,11 @@ class Table:
         names = sorted(str(name) for name in self.data.columns if name not in _LABELS)
         hashes = np.zeros((len(self), len(names)), dtype=np.uint64)
         for i, name in enumerate(names):
-            column = self.data[name]
-            if pd.api.types.is_numeric_dtype(column):
-                values = pd.Series(_rounded(column.to_numpy(dtype=np.float64)))
+            values: pd.Series[Any] = self.data[name].reset_index(drop=True)
+            if pd.api.types.is_numeric_dtype(values):
+                values = pd.Series(_rounded(values.to_numpy(dtype=np.float64)))
             else:
-                values = column.astype(str).reset_index(drop=True)
+                values = values.astype(str)
             hashes[:, i] = pd.util.hash_pandas_object(values, index=False).to_numpy()
         head = " ".join(names).encode()
         return [hashlib.blake2b(head + row.tobytes(), digest_size=16).digest() for row in hashes]
@@ -182,8 +183,10 @@ def read_table(
             continue
         nanoseconds = stamps(column, spec, place.column, place.unit, path)
         spans = durations(column, spec, place.column, path)
-        if nanoseconds is not None or spans is not None:
-            data[name] = spans if nanoseconds is None else seconds(nanoseconds)
+        if nanoseconds is not None:
+            spans = seconds(nanoseconds)
+        if spans is not None:
+            data[name] = spans
             said = {"duration": "duration", "number": "nanosecond"}.get(column.kind)
             said = said or "date, as seconds since 1970 UTC"
             span = _range(data[name])

@@ -33,9 +33,7 @@ def texts(raw: RawColumn, spec: Column, name: str, path: Path) -> NDArray[np.obj
     return np.array([str(value).strip() for value in raw.values.tolist()], dtype=object)
 
 
-def numbers(
-    raw: RawColumn, spec: Column, name: str, unit: str | None, path: Path
-) -> NDArray[Any]:
+def numbers(raw: RawColumn, spec: Column, name: str, unit: str | None, path: Path) -> NDArray[Any]:
     """One column as numbers (n,), integers kept as they are; the first bad cell is named."""
     if raw.kind == "truth":
         if spec.flag and not raw.empty.any():
@@ -60,8 +58,9 @@ def numbers(
     if spec.missing == "refuse":
         _refuse("empty cell or NaN", np.isnan(values), raw, spec, name, unit, path)
     _refuse("infinite value", np.isinf(values), raw, spec, name, unit, path)
+    largest = EXACT if spec.unit == "count" else LARGEST
     with np.errstate(invalid="ignore"):
-        huge = np.abs(values) > LARGEST
+        huge = np.abs(values) > largest
     _refuse("too large to be a reading", huge, raw, spec, name, unit, path)
     return values
 
@@ -111,12 +110,12 @@ def seconds(nanoseconds: NDArray[np.int64]) -> NDArray[np.float64]:
     return whole.astype(np.float64) + rest.astype(np.float64) / 1e9
 
 
-def _parsed(
-    raw: RawColumn, spec: Column, name: str, unit: str | None, path: Path
-) -> NDArray[Any]:
+def _parsed(raw: RawColumn, spec: Column, name: str, unit: str | None, path: Path) -> NDArray[Any]:
     """Strings that are numbers; a flag may be written true and false."""
-    words = pd.Series([None if e else str(v).strip() for v, e in zip(raw.values, raw.empty,
-                                                                    strict=True)], dtype=object)
+    words = pd.Series(
+        [None if e else str(v).strip() for v, e in zip(raw.values, raw.empty, strict=True)],
+        dtype=object,
+    )
     if spec.flag:
         words = words.map(lambda word: _TRUE_AND_FALSE.get(str(word).lower(), word))
     if path.suffix.lower() in {".parquet", ".pq"}:
