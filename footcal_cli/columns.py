@@ -38,6 +38,8 @@ class Column:
         Whether a log may come without it.
     missing
         Whether an empty cell is refused or kept as NaN (lost samples of a stream).
+    flag
+        A number that is 1 or 0; true and false are taken too.
     """
 
     name: str
@@ -45,6 +47,7 @@ class Column:
     kind: Kind = "number"
     optional: bool = False
     missing: Missing = "refuse"
+    flag: bool = False
 
     @property
     def suffix(self) -> str | None:
@@ -282,7 +285,7 @@ def legs_table() -> TableType:
             Column("phase_rad", "shaft angle"),
             *(Column(axis, "transducer reading", missing="keep") for axis in _AXES),
             *(Column(f"body_q{a}", "body to world quaternion", missing="keep") for a in "xyzw"),
-            Column("contact", "1 where the leg touches the ground", optional=True),
+            Column("contact", "1 where the leg touches the ground", optional=True, flag=True),
         ),
     )
 
@@ -297,7 +300,7 @@ def poses_table() -> TableType:
             Column("phase_rad", "shaft angle"),
             *(Column(axis, "transducer reading", missing="keep") for axis in _AXES),
             *(Column(f"body_q{a}", "body to world quaternion") for a in "xyzw"),
-            Column("contact", "1 where the leg touches the ground", optional=True),
+            Column("contact", "1 where the leg touches the ground", optional=True, flag=True),
         ),
     )
 

@@ -126,8 +126,8 @@ def test_a_missing_file_an_unknown_unit_and_a_wrong_quantity_are_usage_errors(
     with pytest.raises(UsageError, match="no such file"):
         read(tmp_path / "absent.csv")
     path = written(tmp_path, "channel,w,counts\na,0,1\na,1,2\n")
-    with pytest.raises(UsageError, match="unknown unit 'kilo'"):
-        read(path, load_n=ForeignColumn("w", "kilo"))
+    with pytest.raises(UsageError, match="unknown unit 'klio'"):
+        read(path, load_n=ForeignColumn("w", "klio"))
     with pytest.raises(UsageError, match="same quantity"):
         read(path, load_n=ForeignColumn("w", "mm"))
 
