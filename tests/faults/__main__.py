@@ -17,7 +17,7 @@ from tests.faults.running import outcomes
 def run(arguments: list[str] | None = None) -> int:
     """Run the cases, write the page; 1 where a promise was broken."""
     parser = argparse.ArgumentParser(prog="python -m tests.faults", description=__doc__)
-    parser.add_argument("--cases", type=int, default=1100)
+    parser.add_argument("--cases", type=int, default=1345)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--out", type=Path, default=Path("out/faults"))

@@ -30,13 +30,16 @@ def possible() -> list[tuple[str, str, Mutation]]:
 
 def drawn(count: int, seed: int) -> list[Case]:
     """Cases in an order drawn by seed; each pair once before any comes again."""
-    rng = np.random.default_rng(seed)
     pairs = possible()
-    order = np.concatenate([rng.permutation(len(pairs)) for _ in range(count // len(pairs) + 1)])
-    return [
-        Case(number, BASES[pairs[i][0]], pairs[i][1], pairs[i][2], int(rng.integers(2**31)))
-        for number, i in enumerate(order[:count])
-    ]
+    cases = []
+    for number in range(count):
+        again, place = divmod(number, len(pairs))
+        if place == 0:
+            order = np.random.default_rng((seed, again)).permutation(len(pairs))
+        base, file, mutation = pairs[order[place]]
+        own = int(np.random.default_rng((seed, again, place)).integers(2**31))
+        cases.append(Case(number, BASES[base], file, mutation, own))
+    return cases
 
 
 def prepared(folder: Path) -> Path:
@@ -56,7 +59,8 @@ def prepared(folder: Path) -> Path:
         code, _, err = call([*words, "--out", str(out)])
         if code not in (0, 1):
             raise RuntimeError(f"base case {base.name} ended with {code}: {err}")
-        shutil.copy(out / "parameters.json", fresh / f"{base.name}.json")
+        (made,) = out.glob("*parameters*.json")  # a missed gate gives it another name
+        shutil.copy(made, fresh / f"{base.name}.json")
         shutil.rmtree(out)
     fresh.rename(references)
     return inputs

@@ -15,12 +15,13 @@ import numpy as np
 from pydantic import ValidationError
 
 from footcal_cli.app import main
+from footcal_cli.records.files import Versioned
 from footcal_cli.records.results import ParametersRecord, RmseRecord, RunRecord
 from tests.faults.bases import Base
 from tests.faults.mutations import Mutation
 
 LARGEST_SHIFT_SD = 4.0
-_RECORDS = {
+_RECORDS: dict[str, type[Versioned]] = {
     "run.json": RunRecord, "parameters.json": ParametersRecord, "rmse.json": RmseRecord,
 }  # fmt: skip
 
@@ -91,14 +92,17 @@ def attempt(case: Case, inputs: Path, folder: Path) -> Outcome:
 def call(words: list[str]) -> tuple[int, str, str]:
     """Exit code, standard output and standard error, as the shell has them."""
     out, err = io.StringIO(), io.StringIO()
-    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-        with warnings.catch_warnings():
-            warnings.simplefilter("default")
-            try:
-                main(words)
-                code = 0
-            except SystemExit as end:
-                code = end.code if isinstance(end.code, int) else 1
+    with (
+        contextlib.redirect_stdout(out),
+        contextlib.redirect_stderr(err),
+        warnings.catch_warnings(),
+    ):
+        warnings.simplefilter("always", RuntimeWarning)
+        try:
+            main(words)
+            code = 0
+        except SystemExit as end:
+            code = end.code if isinstance(end.code, int) else 1
     return code, out.getvalue(), err.getvalue()
 
 
@@ -113,7 +117,7 @@ def _spoken(code: int, err: str) -> list[str]:
     if any("Warning:" in line for line in lines):
         shown = next(line for line in lines if "Warning:" in line)
         broken.append(f"a warning of the interpreter: {shown.split('footcal_cli/')[-1][:120]}")
-    elif code == 3 and len(lines) > 1 or code == 2 and len(lines) != 1 and "Usage:" not in err:
+    elif (code == 3 and len(lines) > 1) or (code == 2 and len(lines) != 1 and "Usage:" not in err):
         broken.append(f"{len(lines)} lines of error")
     return broken
 

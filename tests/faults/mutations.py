@@ -8,6 +8,7 @@ import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -15,6 +16,7 @@ import pandas as pd
 REFUSED = frozenset({2, 3})
 ANY = frozenset({0, 1, 2, 3})
 
+FloatArray = np.ndarray[Any, np.dtype[Any]]
 Bend = Callable[[Path, np.random.Generator], None]
 
 
@@ -66,24 +68,24 @@ def _numeric(log: pd.DataFrame, rng: np.random.Generator) -> str:
 def _cell(value: object) -> Bend:
     def change(log: pd.DataFrame, rng: np.random.Generator) -> pd.DataFrame:
         name = _numeric(log, rng)
-        log = log.astype({name: object})
-        log.loc[int(rng.integers(len(log))), name] = value
-        return log
+        values = log[name].to_numpy(dtype=object)
+        values[int(rng.integers(len(log)))] = value
+        return log.assign(**{name: values})
 
     return _table(change)
 
 
-def _column(change: Callable[[pd.Series], object]) -> Bend:
+def _column(change: Callable[[FloatArray], FloatArray]) -> Bend:
     def whole(log: pd.DataFrame, rng: np.random.Generator) -> pd.DataFrame:
         name = _numeric(log, rng)
-        return log.assign(**{name: change(log[name])})
+        return log.assign(**{name: change(log[name].to_numpy())})
 
     return _table(whole)
 
 
-def _stamps(change: Callable[[pd.Series], object]) -> Bend:
+def _stamps(change: Callable[[FloatArray], FloatArray]) -> Bend:
     def whole(log: pd.DataFrame, rng: np.random.Generator) -> pd.DataFrame:
-        return log.assign(time_s=change(log["time_s"])) if "time_s" in log else log
+        return log.assign(time_s=change(log["time_s"].to_numpy())) if "time_s" in log else log
 
     return _table(whole)
 
@@ -157,21 +159,24 @@ LOGS = (
       for value in ("nan", "inf", "1e308", "-1e400", "abc", "1,5", "True", "2026-11-24 10:00",
                     "9007199254740993", "-8388608", "", "<script>alert(1)</script>")),
     Mutation("value", "a column of zeros", _column(lambda s: 0 * s)),
-    Mutation("value", "a column is constant", _column(lambda s: s.iloc[0])),
-    Mutation("value", "a column is empty", _column(lambda s: np.nan)),
+    Mutation("value", "a column is constant", _column(lambda s: 0 * s + s[0])),
+    Mutation("value", "a column is empty", _column(lambda s: np.nan * s)),
     Mutation("value", "a column turned", _column(lambda s: -s)),
-    Mutation("value", "a column of truth values", _column(lambda s: s > s.median())),
+    Mutation("value", "a column of truth values", _column(lambda s: s > np.median(s))),
     Mutation("value", "a column times 1e300", _column(lambda s: s * 1e300)),
-    Mutation("time", "reversed", _stamps(lambda s: s.to_numpy()[::-1])),
+    Mutation("time", "reversed", _stamps(lambda s: s[::-1])),
     Mutation("time", "all the same", _stamps(lambda s: 0 * s)),
     Mutation("time", "in milliseconds", _stamps(lambda s: 1e3 * s)),
     Mutation("time", "nanoseconds since 1970", _stamps(lambda s: 1.7e18 + 1e9 * s)),
     Mutation("time", "shuffled rows", _table(lambda t, r: t.sample(frac=1, random_state=r))),
 )  # fmt: skip
-FORCES = tuple(
-    Mutation("physical", f"{unit} under the name of newtons", _scaled("_n", factor), wrong=True)
-    for unit, factor in (("kg", 1 / 9.80665), ("g", 1e3 / 9.80665), ("lbf", 1 / 4.448222))
-) + (Mutation("physical", "turned sign", _scaled("_n", -1.0), wrong=True),)
+FORCES = (
+    *(
+        Mutation("physical", f"{unit} under the name of newtons", _scaled("_n", factor), wrong=True)
+        for unit, factor in (("kg", 1 / 9.80665), ("g", 1e3 / 9.80665), ("lbf", 1 / 4.448222))
+    ),
+    Mutation("physical", "turned sign", _scaled("_n", -1.0), wrong=True),
+)
 
 
 def _text(change: Callable[[str, np.random.Generator], str]) -> Bend:
@@ -187,17 +192,21 @@ _RECIPE = (
     ("wrong type", "\n[data]\nweights = true\n"),
     ("not TOML", "\n= = =\n"),
 )
-RECIPES = tuple(
-    Mutation("recipe", name, _text(lambda t, r, tail=tail: t + tail), REFUSED)  # type: ignore[misc]
-    for name, tail in _RECIPE
-) + (
+
+
+def _appended(tail: str) -> Bend:
+    return _text(lambda t, r: t + tail)
+
+
+RECIPES = (
+    *(Mutation("recipe", name, _appended(tail), REFUSED) for name, tail in _RECIPE),
     Mutation("recipe", "markup in the robot's name",
              _text(lambda t, r: t.replace('name = "', 'name = "<script>alert(1)</script>', 2)),
              harmless=True),
 )  # fmt: skip
 
 
-def _json(change: Callable[[dict[str, object]], None]) -> Bend:
+def _json(change: Callable[[dict[str, Any]], None]) -> Bend:
     def text(content: str, rng: np.random.Generator) -> str:
         record = json.loads(content)
         change(record)
@@ -207,10 +216,8 @@ def _json(change: Callable[[dict[str, object]], None]) -> Bend:
 
 
 def _each(value: object, key: str = "value") -> Bend:
-    def change(record: dict[str, object]) -> None:
-        parameters = record["parameters"]
-        assert isinstance(parameters, dict)
-        next(iter(parameters.values()))[key] = value
+    def change(record: dict[str, Any]) -> None:
+        next(iter(record["parameters"].values()))[key] = value
 
     return _json(change)
 
@@ -227,7 +234,8 @@ PARAMETERS = tuple(
         ("value 1e308", _each(1e308), ANY),
         ("negative sd", _each(-1.0, "sd"), REFUSED),
         ("covariance of another shape", _json(lambda r: r.update(
-            covariance=[{"names": list(r["parameters"]), "matrix": [[1.0]]}])), REFUSED),  # type: ignore[call-overload]
+            covariance=[{"names": ["left_fl.scale", "left_fl.bias"], "matrix": [[1.0]]}])),
+         REFUSED),
         ("nested 100000 deep", _text(lambda t, r: "[" * 100_000), REFUSED),
         ("gravity of the moon", _json(lambda r: r.update(gravity_mps2=1.62)), ANY),
     )
