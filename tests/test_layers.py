@@ -20,11 +20,12 @@ ALLOWED: dict[str, set[str]] = {
     "plots": {"plots", "core", "records"},
     "report": {"records", "core"},
     "sheets": {"sheets", "plots", "report", "intake", "recipe", "core", "records"},
+    "rigid_body": {"core", "errors"},
     "session": {"columns", "tables", "recipe", "records", "report", "core", "errors"},
     "intake": {"intake", "columns", "tables", "recipe", "records", "session", "core", "errors"},
     "commands": {
         "commands", "columns", "tables", "recipe", "records", "report", "session", "intake",
-        "plots", "sheets", "core", "errors",
+        "plots", "sheets", "rigid_body", "core", "errors",
     },
     "app": {"commands", "errors"},
     "__main__": {"app"},
@@ -33,6 +34,7 @@ ALLOWED: dict[str, set[str]] = {
 # heavy libraries and the rooms that may know them
 LIBRARIES: dict[str, set[str]] = {
     "pandas": {"tables", "session", "commands"},
+    "pinocchio": {"rigid_body"},
     "pyarrow": {"tables"},
     "pint": {"tables"},
     "matplotlib": {"plots", "report"},
