@@ -121,7 +121,7 @@ class RigidBody:
         pin = _pinocchio()
         model, data = self.model, self.model.createData()
         q = self._configurations(base_m, base_quaternion, positions)
-        n, whole = len(q), np.isfinite(q).all(axis=1)
+        n, whole = len(q), np.asarray(np.isfinite(q).all(axis=1))
         frames = [model.getFrameId(name) for name in feet]
         com, momentum = np.full((n, 3), np.nan), np.full((max(n - 1, 0), 3), np.nan)
         feet_m, turned = np.full((n, len(feet), 3), np.nan), np.full((n, len(feet), 4), np.nan)
