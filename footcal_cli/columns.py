@@ -300,3 +300,37 @@ def poses_table() -> TableType:
             Column("contact", "1 where the leg touches the ground", optional=True),
         ),
     )
+
+
+_ENDINGS = (
+    "_counts", "_load_n", "_n", *(f"_{axis}" for axis in _AXES), *(f"_foot_{a}_m" for a in "xyz"),
+    "_foot_yaw_rad", *(f"_foot_q{a}" for a in "xyzw"),
+)  # fmt: skip
+"""Endings of columns that are named after a channel, a foot or a transducer."""
+
+
+def canonical_names(cells: Sequence[str]) -> set[str]:
+    """Every canonical column that some log of a robot may have, but for those of `_ENDINGS`.
+
+    Parameters
+    ----------
+    cells
+        Names of the robot's load cells, alone and with their foot; their readings are included.
+    """
+    tables = (
+        weights_table(), weights_stream_table(cells), weights_together_table(cells),
+        weights_together_table(cells, known_wrench=True), cop_points_table(),
+        placements_table(cells), cells_table(cells), truth_table(cells), body_table(()), hang_table(), legs_table(),
+        poses_table(),
+    )  # fmt: skip
+    return {column.name for table in tables for column in table.columns}
+
+
+def is_canonical(name: str, cells: Sequence[str]) -> bool:
+    """Whether some log may have a column of this name, given the cells that the recipe names."""
+    if name in canonical_names(cells):
+        return True
+    of_a_sensor = any(name.endswith(f"_{axis}") for axis in _AXES)
+    if cells and name.endswith(("_counts", "_n")) and not of_a_sensor:
+        return False  # the recipe lists its cells: another one is a slip of the pen
+    return any(name.endswith(ending) and name != ending for ending in _ENDINGS)

@@ -11,6 +11,7 @@ import csv
 import gzip
 import hashlib
 import warnings
+import zlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
@@ -152,15 +153,17 @@ def read_table(
     return Table(data, path, digest(path), source)
 
 
-def has_columns(path: Path, table: TableType, columns: Mapping[str, ForeignColumn]) -> bool:
-    """Whether a file has every required column of a table type."""
+def refusal_of(
+    path: Path, table: TableType, columns: Mapping[str, ForeignColumn]
+) -> DataError | None:
+    """Why a file is no log of a table type (the first column it lacks), None where it is one."""
     header = column_names(path)
     try:
         for spec in table.columns:
             _locate(spec, header, columns, path)
-    except DataError:
-        return False
-    return True
+    except DataError as refusal:
+        return refusal
+    return None
 
 
 def write_parquet(columns: pd.DataFrame | Mapping[str, object], path: Path) -> None:
@@ -196,6 +199,8 @@ def column_names(path: Path) -> list[str]:
     if _is_parquet(path):
         try:
             return list(pq.read_schema(path).names)
+        except PermissionError:
+            raise
         except (pa.ArrowInvalid, OSError):
             raise DataError(
                 "not a readable Parquet file (truncated?)", file=path, remedy="copy it again"
@@ -204,7 +209,9 @@ def column_names(path: Path) -> list[str]:
     try:
         with opener(path, "rt", encoding="utf-8-sig", newline="") as stream:
             names = [name.strip() for name in next(csv.reader(stream), [])]
-    except (UnicodeDecodeError, OSError, EOFError):
+    except PermissionError:
+        raise
+    except (UnicodeDecodeError, csv.Error, OSError, EOFError, zlib.error):
         raise DataError(
             "not readable as UTF-8 text", file=path, remedy="export it as CSV (UTF-8) or Parquet"
         ) from None
@@ -297,7 +304,11 @@ def _read_columns(
             file=path,
             remedy="write decimal points, or one field per column",
         ) from None
-    except (pa.ArrowInvalid, pd.errors.ParserError, OSError, EOFError) as error:
+    except (PermissionError, MemoryError):
+        raise
+    except (
+        pa.ArrowInvalid, pd.errors.ParserError, UnicodeDecodeError, OSError, EOFError, zlib.error
+    ) as error:  # fmt: skip
         first = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise DataError(
             f"cannot be read to its end (truncated?): {first}", file=path, remedy="copy it again"
@@ -322,6 +333,15 @@ def _numbers(
 ) -> np.ndarray[Any, Any]:
     """One column as numbers, integers kept as they are; the first bad cell is named."""
     where = str(column.name)
+    column = _stamps(column, spec, path)
+    if pd.api.types.is_bool_dtype(column) or (
+        _is_parquet(path) and not pd.api.types.is_numeric_dtype(column)
+    ):
+        kind = "true or false" if pd.api.types.is_bool_dtype(column) else "text or mixed values"
+        raise DataError(
+            f"the column holds {kind}, not numbers", file=path, column=where,
+            value=str(column.iloc[0]), remedy=f"write numbers; the column is {spec.meaning}",
+        )  # fmt: skip
     if not pd.api.types.is_numeric_dtype(column):
         numbers = pd.to_numeric(column, errors="coerce")
         bad = (numbers.isna() & column.notna()).to_numpy()
@@ -335,6 +355,8 @@ def _numbers(
         column = numbers
     values = column.to_numpy()
     if values.dtype.kind in "iu":
+        converted = place.unit is not None and place.unit != spec.unit
+        _refuse_beyond(values, _EXACT_INTEGERS if not converted else np.inf, where, place, path)
         return values
     values = values.astype(np.float64)
     bad = ~np.isfinite(values) if spec.missing == "refuse" else np.isinf(values)
@@ -345,4 +367,60 @@ def _numbers(
             file=path, column=where, row=_row_words(path, at), value=values[at], unit=place.unit,
             remedy="fill it in or leave the row out",
         )  # fmt: skip
+    _refuse_beyond(values, _LARGEST, where, place, path)
     return values
+
+
+_LARGEST = 1e30
+"""No quantity of a log is larger in any unit; squares of larger numbers overflow."""
+_EXACT_INTEGERS = 2.0**53
+"""Integers from this on are not exact as floating-point numbers."""
+
+
+def _refuse_beyond(
+    values: np.ndarray[Any, Any], largest: float, where: str, place: ForeignColumn, path: Path
+) -> None:
+    beyond = np.abs(values.astype(np.float64)) >= largest
+    if beyond.any():
+        at = int(np.argmax(beyond))
+        raise DataError(
+            "too large to be a measurement", file=path, column=where, row=_row_words(path, at),
+            value=values[at], unit=place.unit, remedy="correct the cell or leave the row out",
+        )  # fmt: skip
+
+
+def _stamps(column: pd.Series[Any], spec: Column, path: Path) -> pd.Series[Any]:
+    """Dates and durations of a time column as seconds (since 1970 for dates); others as they are.
+
+    Whole seconds and the rest are divided apart, so that stamps keep 0.2 µs whatever their unit.
+
+    Raises
+    ------
+    DataError
+        Dates or durations where no time is asked.
+    """
+    found = column
+    if spec.unit == "s" and not _is_parquet(path) and not pd.api.types.is_numeric_dtype(column):
+        first = column.dropna().astype(str).head(1)
+        if first.str.match(r"\s*\d{4}-\d\d-\d\d[T ]\d\d:").any():
+            found = pd.to_datetime(column, format="ISO8601", utc=True, errors="coerce")
+            if bool((found.isna() & column.notna()).any()):
+                return column  # the bad cell is named as not being a number
+    is_date = pd.api.types.is_datetime64_any_dtype(found)
+    if not is_date and not pd.api.types.is_timedelta64_dtype(found):
+        return column
+    if spec.unit != "s":
+        raise DataError(
+            "the column holds dates or durations, not numbers", file=path,
+            column=str(column.name), remedy=f"the column is {spec.meaning}",
+        )  # fmt: skip
+    empty = found.isna().to_numpy()
+    whole = (
+        found.dt.tz_convert("UTC").dt.tz_localize(None)
+        if getattr(found.dt, "tz", None) is not None
+        else found
+    )
+    kind = "datetime64[ns]" if is_date else "timedelta64[ns]"
+    stamps_ns = whole.to_numpy().astype(kind).astype(np.int64)
+    seconds = stamps_ns // 10**9 + (stamps_ns % 10**9) / 1e9
+    return pd.Series(np.where(empty, np.nan, seconds), index=column.index, name=column.name)

@@ -20,15 +20,19 @@ ALLOWED: dict[str, set[str]] = {
     "plots": {"plots", "core", "records"},
     "report": {"records", "core"},
     "sheets": {"sheets", "plots", "report", "intake", "recipe", "core", "records"},
+    "run_folder": {"errors"},
+    "interruption": set(),
     "rigid_body": {"core", "errors"},
-    "session": {"columns", "tables", "recipe", "records", "report", "core", "errors"},
+    "session": {
+        "columns", "tables", "recipe", "records", "report", "run_folder", "core", "errors",
+    },
     "intake": {"intake", "columns", "tables", "recipe", "records", "session", "core", "errors"},
     "commands": {
         "commands", "columns", "tables", "recipe", "records", "report", "session", "intake",
         "plots", "sheets", "rigid_body", "core", "errors",
     },
-    "app": {"commands", "errors"},
-    "__main__": {"app"},
+    "app": {"commands", "errors", "interruption", "run_folder"},
+    "__main__": {"app", "interruption"},
     "__init__": set(),
 }  # fmt: skip
 # heavy libraries and the rooms that may know them

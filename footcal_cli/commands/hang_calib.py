@@ -17,6 +17,7 @@ from footcal_cli.commands.options import (
     Quiet,
     RecipeFile,
     Seed,
+    StrictFindings,
     begin,
 )
 from footcal_cli.recipe import CommandOptions
@@ -66,6 +67,7 @@ def hang_calib(
     max_force_rmse_n: Annotated[
         float | None, typer.Option("--max-force-rmse-n", help="Gate: exit 1 above this RMSE.")
     ] = None,
+    strict_findings: StrictFindings = None,
     out: Out = Path("out/hang-calib"),
     overwrite: Overwrite = False,
     seed: Seed = 0,
@@ -82,6 +84,7 @@ def hang_calib(
         overwrite=overwrite,
         seed=seed,
         quiet=quiet,
+        strict_findings=strict_findings,
         method=method,
         tilt=tilt,
         max_force_rmse_n=max_force_rmse_n,
