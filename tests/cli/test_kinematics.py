@@ -121,12 +121,14 @@ def test_degrees_other_names_and_angles_of_the_base_change_nothing(
         other[f"base_{name}_deg"] = np.rad2deg(angle)
     for name in NAMES:
         other[name] = np.rad2deg(other.pop(f"{name}_rad"))
+    other["tilt"] = other.pop("base_pitch_deg")
     other["knee angle"] = np.deg2rad(other.pop("left_knee"))
     folder = tmp_path / "other"
     folder.mkdir()
     extra = (
         '[kinematics]\njoint_unit = "deg"\n'
-        '[kinematics.joints]\nleft_knee = { column = "knee angle", unit = "rad" }'
+        '[kinematics.joints]\nleft_knee = { column = "knee angle", unit = "rad" }\n'
+        '[columns]\nbase_pitch_rad = { column = "tilt", unit = "deg" }'
     )
     arguments = write(folder, other)
     recipe = folder / "r.toml"

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from footcal_cli.columns import Column, ForeignColumn, TableType
+from footcal_cli.columns import Column, ForeignColumn, TableType, base_columns
 from footcal_cli.core.kinematics import Accelerations, Posture, quaternion_of_rpy, unit_quaternion
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.errors import DataError, UsageError, nearest
@@ -40,10 +40,7 @@ def joints_table(body: RigidBody, feet: tuple[str, ...]) -> TableType:
                 Column(f"{name}_{unit}", f"position of joint {name}", optional=True, missing="keep")
                 for name, unit in body.units.items()
             ),
-            *(
-                Column(name, "pose of the base in the world", optional=True, missing="keep")
-                for name in (*_POSITION, *_QUATERNION, *_RPY)
-            ),
+            *base_columns(),
             *(
                 Column(f"{foot}_fz_n", f"vertical force on foot {foot}", optional=True,
                        missing="keep")
