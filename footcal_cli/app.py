@@ -15,6 +15,7 @@ from footcal_cli.commands.check import check
 from footcal_cli.commands.diagnose import diagnose
 from footcal_cli.commands.effects import effects
 from footcal_cli.commands.hang_calib import hang_calib
+from footcal_cli.commands.kinematics import kinematics
 from footcal_cli.commands.offline_fit import offline_fit
 from footcal_cli.commands.online_replay import online_replay
 from footcal_cli.commands.pose_calib import pose_calib
@@ -44,6 +45,7 @@ app.command("hang-calib")(hang_calib)
 app.command("pose-calib")(pose_calib)
 app.command("simulate")(simulate)
 app.command("effects")(effects)
+app.command("kinematics")(kinematics)
 app.command("online-replay")(online_replay)
 app.command("schema")(schema)
 

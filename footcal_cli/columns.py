@@ -305,6 +305,18 @@ def poses_table() -> TableType:
     )
 
 
+def base_columns() -> tuple[Column, ...]:
+    """Pose of a robot's base in the world, as logs of joint positions have it."""
+    names = (
+        *(f"base_{axis}_m" for axis in "xyz"), *(f"base_q{axis}" for axis in "xyzw"),
+        *(f"base_{angle}_rad" for angle in ("roll", "pitch", "yaw")),
+    )  # fmt: skip
+    return tuple(
+        Column(name, "pose of the base in the world", optional=True, missing="keep")
+        for name in names
+    )
+
+
 _ENDINGS = (
     "_counts", "_load_n", "_n", *(f"_{axis}" for axis in _AXES), *(f"_foot_{a}_m" for a in "xyz"),
     "_foot_yaw_rad", *(f"_foot_q{a}" for a in "xyzw"),
@@ -324,7 +336,7 @@ def canonical_names(cells: Sequence[str]) -> set[str]:
         weights_table(), weights_stream_table(cells), weights_together_table(cells),
         weights_together_table(cells, known_wrench=True), cop_points_table(),
         placements_table(cells), cells_table(cells), truth_table(cells), body_table(()),
-        hang_table(), legs_table(), poses_table(),
+        hang_table(), legs_table(), poses_table(), TableType("base", base_columns()),
     )  # fmt: skip
     return {column.name for table in tables for column in table.columns}
 

@@ -26,13 +26,14 @@ ALLOWED: dict[str, set[str]] = {
     "sheets": {"sheets", "plots", "report", "intake", "recipe", "core", "records"},
     "run_folder": {"errors"},
     "interruption": set(),
+    "rigid_body": {"core", "errors"},
     "session": {
         "columns", "tables", "recipe", "records", "report", "run_folder", "core", "errors",
     },
     "intake": {"intake", "columns", "tables", "recipe", "records", "session", "core", "errors"},
     "commands": {
         "commands", "columns", "tables", "recipe", "records", "report", "session", "intake",
-        "plots", "sheets", "core", "errors",
+        "plots", "sheets", "rigid_body", "core", "errors",
     },
     "app": {"commands", "errors", "interruption", "run_folder"},
     "__main__": {"app", "interruption"},
@@ -41,6 +42,7 @@ ALLOWED: dict[str, set[str]] = {
 # heavy libraries and the rooms that may know them
 LIBRARIES: dict[str, set[str]] = {
     "pandas": {"tables", "logfiles", "values", "session", "commands"},
+    "pinocchio": {"rigid_body"},
     "pyarrow": {"logfiles"},
     "pint": {"units"},
     "matplotlib": {"plots", "report"},
