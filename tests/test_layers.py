@@ -19,11 +19,18 @@ ALLOWED: dict[str, set[str]] = {
     "records": {"records", "core", "errors"},
     "plots": {"plots", "core", "records"},
     "report": {"records", "core"},
-    "sheets": {"sheets", "plots", "report", "intake", "recipe", "core", "records"},
+    "sheets": {
+        "sheets", "plots", "report", "intake", "cell_effects", "recipe", "core", "records",
+    },
     "session": {"columns", "tables", "recipe", "records", "report", "core", "errors"},
-    "intake": {"intake", "columns", "tables", "recipe", "records", "session", "core", "errors"},
+    "cell_effects": {"recipe", "records", "core", "errors"},
+    "intake": {
+        "intake", "cell_effects", "columns", "tables", "recipe", "records", "session", "core",
+        "errors",
+    },
     "commands": {
-        "commands", "columns", "tables", "recipe", "records", "report", "session", "intake",
+        "commands", "cell_effects", "columns", "tables", "recipe", "records", "report", "session",
+        "intake",
         "plots", "sheets", "core", "errors",
     },
     "app": {"commands", "errors"},
