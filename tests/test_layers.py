@@ -23,17 +23,23 @@ ALLOWED: dict[str, set[str]] = {
     "records": {"records", "textfiles", "core", "errors"},
     "plots": {"plots", "core", "records"},
     "report": {"records", "core"},
-    "sheets": {"sheets", "plots", "report", "intake", "recipe", "core", "records"},
+    "sheets": {
+        "sheets", "plots", "report", "intake", "cell_effects", "recipe", "core", "records",
+    },
     "run_folder": {"errors"},
     "interruption": set(),
     "rigid_body": {"core", "errors"},
     "session": {
         "columns", "tables", "recipe", "records", "report", "run_folder", "core", "errors",
     },
-    "intake": {"intake", "columns", "tables", "recipe", "records", "session", "core", "errors"},
+    "cell_effects": {"recipe", "records", "core", "errors"},
+    "intake": {
+        "intake", "cell_effects", "columns", "tables", "recipe", "records", "session", "core",
+        "errors",
+    },
     "commands": {
-        "commands", "columns", "tables", "recipe", "records", "report", "session", "intake",
-        "plots", "sheets", "rigid_body", "core", "errors",
+        "commands", "cell_effects", "columns", "tables", "recipe", "records", "report", "session",
+        "intake", "plots", "sheets", "rigid_body", "core", "errors",
     },
     "app": {"commands", "errors", "interruption", "run_folder"},
     "__main__": {"app", "interruption"},
