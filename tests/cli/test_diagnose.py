@@ -137,7 +137,7 @@ def test_table_2_of_seed_1(run: Run, repository: Path, tmp_path: Path) -> None:
         "diagnose", "--recipe", repository / "recipes/seed1_table2.toml",
         "--experiment", "weights", "--out", tmp_path / "out",
     )  # fmt: skip
-    assert answer.exit_code == 0, answer.err
+    assert answer.exit_code == 3, answer.err
     record = read_record(DiagnosisRecord, tmp_path / "out/diagnosis.json")
     assert record.verdict == "bad-data"
     assert not record.causes

@@ -71,7 +71,8 @@ def diagnosed(
         "diagnose", log, "--experiment", kind, "--recipe", recipe, "--parameters", parameters,
         "--out", out,
     )  # fmt: skip
-    assert answer.exit_code == 0, answer.err
+    record = read_record(DiagnosisRecord, out / "diagnosis.json")
+    assert answer.exit_code == (3 if record.verdict == "bad-data" else 0), answer.err
     return read_record(DiagnosisRecord, out / "diagnosis.json")
 
 
