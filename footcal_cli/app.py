@@ -10,6 +10,7 @@ import typer
 
 from footcal_cli.commands.apply import apply
 from footcal_cli.commands.check import check
+from footcal_cli.commands.convert import convert
 from footcal_cli.commands.diagnose import diagnose
 from footcal_cli.commands.effects import effects
 from footcal_cli.commands.hang_calib import hang_calib
@@ -33,6 +34,7 @@ app = typer.Typer(
 app.command("offline-fit")(offline_fit)
 app.command("apply")(apply)
 app.command("check")(check)
+app.command("convert")(convert)
 app.command("diagnose")(diagnose)
 app.command("static-init")(static_init)
 app.command("hang-calib")(hang_calib)

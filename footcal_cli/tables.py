@@ -11,7 +11,7 @@ import csv
 import gzip
 import hashlib
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -171,6 +171,50 @@ def write_parquet(columns: pd.DataFrame | Mapping[str, object], path: Path) -> N
         path,
         compression="zstd",
     )
+
+
+def write_parquet_pieces(pieces: Iterable[Mapping[str, object]], path: Path) -> int:
+    """Write columns that come piece by piece, a row group each; the first piece sets the types.
+
+    Returns
+    -------
+    rows
+        How many were written.
+    """
+    rows = 0
+    writer: pq.ParquetWriter | None = None
+    try:
+        for piece in pieces:
+            table = pa.table({name: pa.array(values) for name, values in piece.items()})
+            if writer is None:
+                writer = pq.ParquetWriter(path, table.schema, compression="zstd")
+            writer.write_table(table.cast(writer.schema))
+            rows += table.num_rows
+    finally:
+        if writer is not None:
+            writer.close()
+    return rows
+
+
+def read_all(path: Path) -> dict[str, np.ndarray[Any, Any]]:
+    """Every column of a CSV, CSV.gz or Parquet file under its own name, units untouched.
+
+    Raises
+    ------
+    DataError
+        Empty, truncated, no header, or rows of another width.
+    """
+    names = column_names(path)
+    if len(names) == 1 and ";" in names[0]:
+        raise DataError(
+            "the columns are separated by semicolons", file=path,
+            remedy="export it with commas as separators and decimal points",
+        )  # fmt: skip
+    everything = TableType("all", ())
+    frame = _read_columns(path, names, everything, {})
+    if frame.empty:
+        raise DataError("no rows", file=path, remedy="record the log again")
+    return {str(name): column.to_numpy() for name, column in frame.items()}
 
 
 def digest(path: Path) -> str:

@@ -22,9 +22,10 @@ ALLOWED: dict[str, set[str]] = {
     "sheets": {"sheets", "plots", "report", "intake", "recipe", "core", "records"},
     "session": {"columns", "tables", "recipe", "records", "report", "core", "errors"},
     "intake": {"intake", "columns", "tables", "recipe", "records", "session", "core", "errors"},
+    "formats": {"formats", "tables", "errors"},
     "commands": {
-        "commands", "columns", "tables", "recipe", "records", "report", "session", "intake",
-        "plots", "sheets", "core", "errors",
+        "commands", "formats", "columns", "tables", "recipe", "records", "report", "session",
+        "intake", "plots", "sheets", "core", "errors",
     },
     "app": {"commands", "errors"},
     "__main__": {"app"},
@@ -40,7 +41,11 @@ LIBRARIES: dict[str, set[str]] = {
     "typer": {"app", "commands"},
     "rich": {"report", "session"},
     "jinja2": {"report"},
-    "scipy": {"core"},
+    "scipy": {"core", "formats"},
+    "rosbags": {"formats"},
+    "mcap": {"formats"},
+    "ezc3d": {"formats"},
+    "h5py": {"formats"},
 }
 
 
