@@ -6,6 +6,8 @@ OUT ?= out
 PYTEST_WORKERS ?= 2
 BLIND_ROUNDS ?= 30
 BLIND_WORKERS ?= 2
+FAULT_CASES ?= 1345
+FAULT_WORKERS ?= 2
 
 .DEFAULT_GOAL := help
 
@@ -69,6 +71,11 @@ blind: $(VENV)/.installed-dev  ## The sealed blind bench; resumable; writes docs
 	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.blind \
 		--rounds $(BLIND_ROUNDS) --workers $(BLIND_WORKERS) \
 		--out $(OUT)/blind --ledger $(OUT)/blind-ledger
+
+.PHONY: faults
+faults: $(VENV)/.installed-dev  ## Bad inputs and injected faults; resumable; writes docs/reliability.md.
+	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.faults \
+		--cases $(FAULT_CASES) --workers $(FAULT_WORKERS) --out $(OUT)/faults
 
 .PHONY: samples
 samples: $(VENV)/.installed-dev  ## Rebuild sample_data/ from the physics engine.

@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 import sys
 import traceback
+from contextlib import ExitStack
+from typing import NoReturn
 
 import typer
 
@@ -13,16 +15,21 @@ from footcal_cli.commands.check import check
 from footcal_cli.commands.convert import convert
 from footcal_cli.commands.diagnose import diagnose
 from footcal_cli.commands.effects import effects
+from footcal_cli.commands.export import export
 from footcal_cli.commands.hang_calib import hang_calib
+from footcal_cli.commands.kinematics import kinematics
 from footcal_cli.commands.offline_fit import offline_fit
 from footcal_cli.commands.online_replay import online_replay
 from footcal_cli.commands.pose_calib import pose_calib
 from footcal_cli.commands.schema import schema
 from footcal_cli.commands.simulate import simulate
 from footcal_cli.commands.static_init import static_init
-from footcal_cli.errors import FootcalError
+from footcal_cli.errors import FootcalError, of_machine
+from footcal_cli.interruption import Interruption, watched
+from footcal_cli.run_folder import claims
 
 EXIT_BUG = 70
+EXIT_PIPE = 141
 
 app = typer.Typer(
     name="footcal",
@@ -41,6 +48,8 @@ app.command("hang-calib")(hang_calib)
 app.command("pose-calib")(pose_calib)
 app.command("simulate")(simulate)
 app.command("effects")(effects)
+app.command("export")(export)
+app.command("kinematics")(kinematics)
 app.command("online-replay")(online_replay)
 app.command("schema")(schema)
 
@@ -72,24 +81,43 @@ def main(arguments: list[str] | None = None) -> None:
     debug = "--debug" in given
     # --debug works before and behind the command alike
     given = (["--debug"] if debug else []) + [word for word in given if word != "--debug"]
-    try:
-        app(given, prog_name="footcal")
-    except FootcalError as error:
-        if debug:
-            traceback.print_exc()
+    with watched() as interruption:
+        try:
+            with ExitStack() as stack:
+                token = claims.set(stack)
+                try:
+                    app(given, prog_name="footcal")
+                finally:
+                    claims.reset(token)
+        except BaseException as error:
+            _end(error, interruption, debug)
+
+
+def _end(error: BaseException, interruption: Interruption, debug: bool) -> NoReturn:
+    """Say in one line how a command ended, and exit with the code of its kind."""
+    if interruption.signal is not None or isinstance(error, KeyboardInterrupt):
+        _fail("footcal: interrupted, nothing half-written", interruption.exit_code)
+    if isinstance(error, SystemExit):
+        raise error
+    if debug:
+        if not isinstance(error, FootcalError | OSError | MemoryError):
+            raise error
+        traceback.print_exception(error)
+    if isinstance(error, BrokenPipeError):
+        # whoever read our output has heard enough; Python must not flush into the pipe again
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        raise SystemExit(EXIT_PIPE)
+    if isinstance(error, OSError | MemoryError):
+        error = of_machine(error)
+    if isinstance(error, FootcalError):
         _fail(f"footcal: error: {error.line()}", error.exit_code)
-    except KeyboardInterrupt:
-        _fail("footcal: interrupted, nothing was written", 130)
-    except Exception as error:
-        if debug:
-            raise
-        _fail(
-            f"footcal: internal error: {type(error).__name__}: {error} "
-            "(this is our bug; run again with --debug and report it)",
-            EXIT_BUG,
-        )
+    _fail(
+        f"footcal: internal error: {type(error).__name__}: {error} "
+        "(this is our bug; run again with --debug and report it)",
+        EXIT_BUG,
+    )
 
 
-def _fail(message: str, exit_code: int) -> None:
+def _fail(message: str, exit_code: int) -> NoReturn:
     typer.echo(" ".join(message.split()), err=True)
     raise SystemExit(exit_code)

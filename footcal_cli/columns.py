@@ -38,6 +38,8 @@ class Column:
         Whether a log may come without it.
     missing
         Whether an empty cell is refused or kept as NaN (lost samples of a stream).
+    flag
+        A number that is 1 or 0; true and false are taken too.
     """
 
     name: str
@@ -45,6 +47,7 @@ class Column:
     kind: Kind = "number"
     optional: bool = False
     missing: Missing = "refuse"
+    flag: bool = False
 
     @property
     def suffix(self) -> str | None:
@@ -282,7 +285,7 @@ def legs_table() -> TableType:
             Column("phase_rad", "shaft angle"),
             *(Column(axis, "transducer reading", missing="keep") for axis in _AXES),
             *(Column(f"body_q{a}", "body to world quaternion", missing="keep") for a in "xyzw"),
-            Column("contact", "1 where the leg touches the ground", optional=True),
+            Column("contact", "1 where the leg touches the ground", optional=True, flag=True),
         ),
     )
 
@@ -297,6 +300,52 @@ def poses_table() -> TableType:
             Column("phase_rad", "shaft angle"),
             *(Column(axis, "transducer reading", missing="keep") for axis in _AXES),
             *(Column(f"body_q{a}", "body to world quaternion") for a in "xyzw"),
-            Column("contact", "1 where the leg touches the ground", optional=True),
+            Column("contact", "1 where the leg touches the ground", optional=True, flag=True),
         ),
     )
+
+
+def base_columns() -> tuple[Column, ...]:
+    """Pose of a robot's base in the world, as logs of joint positions have it."""
+    names = (
+        *(f"base_{axis}_m" for axis in "xyz"), *(f"base_q{axis}" for axis in "xyzw"),
+        *(f"base_{angle}_rad" for angle in ("roll", "pitch", "yaw")),
+    )  # fmt: skip
+    return tuple(
+        Column(name, "pose of the base in the world", optional=True, missing="keep")
+        for name in names
+    )
+
+
+_ENDINGS = (
+    "_counts", "_load_n", "_n", *(f"_{axis}" for axis in _AXES), *(f"_foot_{a}_m" for a in "xyz"),
+    "_foot_yaw_rad", *(f"_foot_q{a}" for a in "xyzw"),
+)  # fmt: skip
+"""Endings of columns that are named after a channel, a foot or a transducer."""
+
+
+def canonical_names(cells: Sequence[str]) -> set[str]:
+    """Every canonical column that some log of a robot may have, but for those of `_ENDINGS`.
+
+    Parameters
+    ----------
+    cells
+        Names of the robot's load cells, alone and with their foot; their readings are included.
+    """
+    tables = (
+        weights_table(), weights_stream_table(cells), weights_together_table(cells),
+        weights_together_table(cells, known_wrench=True), cop_points_table(),
+        placements_table(cells), cells_table(cells), truth_table(cells), body_table(()),
+        hang_table(), legs_table(), poses_table(), TableType("base", base_columns()),
+    )  # fmt: skip
+    return {column.name for table in tables for column in table.columns}
+
+
+def is_canonical(name: str, cells: Sequence[str]) -> bool:
+    """Whether some log may have a column of this name, given the cells that the recipe names."""
+    if name in canonical_names(cells):
+        return True
+    of_a_sensor = any(name.endswith(f"_{axis}") for axis in _AXES)
+    if cells and name.endswith(("_counts", "_n")) and not of_a_sensor:
+        return False  # the recipe lists its cells: another one is a slip of the pen
+    return any(name.endswith(ending) and name != ending for ending in _ENDINGS)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 from pathlib import Path
 from typing import ClassVar
 
@@ -73,6 +74,41 @@ class FitError(FootcalError):
     """The data were read, but the fit asked for is not to be trusted."""
 
     exit_code = 3
+
+
+class MachineError(FootcalError):
+    """The machine failed: a full disk, a missing permission, no memory left."""
+
+    exit_code = 74
+
+
+_WRONG_PATHS = frozenset(
+    {errno.ENOENT, errno.EISDIR, errno.ENOTDIR, errno.ENAMETOOLONG, errno.ELOOP, errno.EEXIST,
+     errno.ENXIO, errno.EINVAL, errno.ESPIPE}
+)  # fmt: skip
+_REMEDIES = {
+    errno.ENOSPC: "free space on the disk",
+    errno.EDQUOT: "free space in your quota",
+    errno.EFBIG: "raise the limit on file sizes",
+    errno.EACCES: "ask for the permission, or name another place",
+    errno.EPERM: "ask for the permission, or name another place",
+    errno.EROFS: "name a place that can be written",
+    errno.EMFILE: "raise the limit on open files",
+    errno.ENFILE: "close other programs",
+}
+
+
+def of_machine(error: OSError | MemoryError) -> FootcalError:
+    """What the operating system refused, as an error of the user or of the machine."""
+    if isinstance(error, MemoryError):
+        return MachineError(
+            "not enough memory", remedy="close other programs, or give a shorter log"
+        )
+    file = error.filename if isinstance(error.filename, str | Path) else None
+    problem = f"{(error.strerror or str(error) or type(error).__name__).lower()}"
+    if error.errno in _WRONG_PATHS and file is not None:
+        return UsageError(problem, file=file, remedy="check the path")
+    return MachineError(problem, file=file, remedy=_REMEDIES.get(error.errno or 0, "try again"))
 
 
 def nearest(name: str, known: object) -> str:

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from footcal_cli.cell_effects import cells_in_feet, without_cell_effects
 from footcal_cli.columns import body_table, cells_table, six_axis_feet_table
 from footcal_cli.core.chain import Chain, Link, link
 from footcal_cli.core.effects import find_effect
 from footcal_cli.core.effects.calibration import AXES
-from footcal_cli.core.effects.contract import Stage
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.belief import Belief, belief_from, nameplate
 from footcal_cli.core.online.streams import (
@@ -24,6 +24,7 @@ from footcal_cli.core.online.streams import (
     merge_six_axis,
 )
 from footcal_cli.core.parameters import Estimates, FloatArray, Status
+from footcal_cli.core.plausibility import check_total_force, check_walking_cells
 from footcal_cli.core.spatial import rotation_of_quaternion, rotation_of_rpy
 from footcal_cli.errors import DataError, UsageError
 from footcal_cli.recipe import Robot
@@ -125,10 +126,20 @@ def read_recordings(
             belief = None
         else:
             belief = prior_belief(session.parameters, robot, channels)
+            start_n = belief.scale_n_per_count * stream.readings + belief.bias_n
+            session.note(check_total_force(start_n.sum(axis=1), robot.weight_n, table.path.name))
+            if experiment == "walk":
+                foot_of = [foot for foot, spec in robot.feet.items() for _ in spec.cells]
+                session.note(check_walking_cells(start_n, channels, foot_of))
+            places = cells_in_feet(robot)
             if session.parameters is not None:
-                stream = without_cell_effects(stream, session.parameters, robot)
+                warmth = table.number("temperature_degc") if "temperature_degc" in table else None
+                undone = without_cell_effects(stream, session.parameters, robot, warmth)
+                stream, places = undone.stream, undone.cells_m
+                belief = belief.widened(undone.gain_sd, undone.bias_sd_n)
+                session.note(undone.findings)
             merged = merge_cells(
-                stream, motion, belief, cells_in_feet(robot), robot.mass_kg, robot.gravity_mps2,
+                stream, motion, belief, places, robot.mass_kg, robot.gravity_mps2,
                 experiment=experiment, rule=rule,
             )  # fmt: skip
         found.append(
@@ -138,14 +149,6 @@ def read_recordings(
             )
         )  # fmt: skip
     return found
-
-
-def cells_in_feet(robot: Robot) -> tuple[FloatArray, ...]:
-    """Positions of the cells in each foot's frame, shape (cells, 2) each."""
-    return tuple(
-        np.array([(cell.x_m, cell.y_m) for cell in foot.cells.values()])
-        for foot in robot.feet.values()
-    )
 
 
 def estimates_of(record: ParametersRecord) -> Estimates:
@@ -158,46 +161,6 @@ def estimates_of(record: ParametersRecord) -> Estimates:
         covariance=record.covariance_of(names),
         status=tuple(Status(p.status) for p in record.parameters.values()),
     )
-
-
-def without_cell_effects(
-    stream: SensorStream, record: ParametersRecord, robot: Robot
-) -> SensorStream:
-    """The counts that cells without the effects of a calibration would have shown.
-
-    Effects of the body's stream are left to those who know it.
-
-    Raises
-    ------
-    UsageError
-        The calibration contains an effect of the cells that a walk's readings cannot undo.
-    """
-    chain = Chain((link(find_effect("scale_bias"), stream.channels),))
-    rows = len(stream.time_s)
-    places = np.concatenate(cells_in_feet(robot))
-    log = Log(
-        "walk", stream.channels, stream.time_s, stream.readings,
-        {"cell_pos_m": np.tile(places, (rows, 1, 1))}, np.zeros(rows, dtype=np.int64),
-    )  # fmt: skip
-    extended = chain
-    for item in record.effects:
-        effect = find_effect(item.effect)
-        if effect.name == "scale_bias" or effect.stage in (Stage.BODY, Stage.TRANSPORT):
-            continue
-        lacking = [name for name in effect.needs if name not in log.known]
-        if lacking or effect.name == "cell_position":
-            raise UsageError(
-                f"the calibration contains {effect.name}, which cannot be undone here",
-                remedy="give the calibration without it, or correct the recipe where it says so",
-            )
-        extended = extended.with_link(Link(effect, dict(item.owners)))
-    if len(extended.links) == 1:
-        return stream
-    values = {name: parameter.value for name, parameter in record.parameters.items()}
-    good = np.asarray(np.isfinite(stream.readings).all(axis=1))
-    truth, _ = extended.remove(log.with_readings(np.nan_to_num(stream.readings)), values)
-    shown, _ = chain.apply(truth, values)
-    return replace(stream, readings=np.where(good[:, None], shown.readings, np.nan))
 
 
 def without_transducer_effects(log: Log, record: ParametersRecord) -> Log:

@@ -6,17 +6,20 @@ the logs lie (``[data]``, relative to the recipe) and, in one table per command,
 
 from __future__ import annotations
 
+import json
 import tomllib
 from collections.abc import Collection, Mapping
 from pathlib import Path
-from typing import Annotated, Any, Self, TypeVar, get_args
+from typing import Any, Self, TypeVar, get_args
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from footcal_cli.columns import ForeignColumn
+from footcal_cli.columns import ForeignColumn, canonical_names, is_canonical
 from footcal_cli.errors import UsageError, nearest
 
 STANDARD_GRAVITY_MPS2 = 9.80665
+LARGEST_BYTES = 4 * 2**20
+"""No recipe is larger."""
 
 
 class Frozen(BaseModel):
@@ -27,6 +30,8 @@ class Frozen(BaseModel):
 
 class CommandOptions(Frozen):
     """Options of one command: its table in a recipe, overridden by the command line."""
+
+    strict_findings: bool = False
 
 
 class Cell(Frozen):
@@ -123,15 +128,18 @@ def _as_list(value: object) -> object:
 
 
 class Recipe(Frozen):
-    """A whole recipe; `options` keeps the commands' tables as read."""
+    """A whole recipe; `options` keeps the commands' tables as read.
+
+    `data_root` is the folder, relative to the recipe, that its relative paths must not leave: a
+    recipe that came from somebody else reads nothing beside it unless it says so.
+    """
 
     name: str = "unnamed"
     description: str = ""
     robot: Robot = Robot()
-    columns: dict[str, Annotated[_Place, BeforeValidator(_as_place)]] = Field(default_factory=dict)
-    data: dict[str, Annotated[tuple[str, ...], BeforeValidator(_as_list)]] = Field(
-        default_factory=dict
-    )
+    columns: dict[str, _Place] = Field(default_factory=dict)
+    data: dict[str, tuple[str, ...]] = Field(default_factory=dict)
+    data_root: str = "."
     options: dict[str, dict[str, Any]] = Field(default_factory=dict)
     path: Path | None = None
 
@@ -150,8 +158,20 @@ class Recipe(Frozen):
                     f"[data] {role} = '{pattern}' matches no file", file=self.path,
                     remedy="check the pattern; paths are relative to the recipe",
                 )  # fmt: skip
+            if not Path(pattern).is_absolute():
+                self._refuse_outside(pattern, matches)
             found += matches
         return found
+
+    def _refuse_outside(self, pattern: str, paths: Collection[Path]) -> None:
+        folder = self.path.parent if self.path is not None else Path()
+        root = (folder / self.data_root).resolve()
+        if any(not path.resolve().is_relative_to(root) for path in paths):
+            raise UsageError(
+                f"[data] '{pattern}' leaves the recipe's folder", file=self.path,
+                remedy='write data_root = ".." (the folder that holds the data) at the top of the '
+                "recipe if that is on purpose, or an absolute path",
+            )  # fmt: skip
 
 
 Model = TypeVar("Model", bound=BaseModel)
@@ -169,12 +189,16 @@ def read_recipe(path: Path, commands: Collection[str]) -> Recipe:
     """
     try:
         with path.open("rb") as stream:
+            if path.stat().st_size > LARGEST_BYTES:
+                raise UsageError("too large to be a recipe", file=path, remedy="give a recipe")
             content = tomllib.load(stream)
+    except RecursionError:
+        raise UsageError("nested too deeply", file=path, remedy="write it flatter") from None
     except FileNotFoundError:
         raise UsageError("no such recipe", file=path, remedy="check the path") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except ValueError as error:  # not TOML, not UTF-8, or a number of thousands of digits
         raise UsageError(f"not valid TOML: {error}", file=path, remedy="correct the line") from None
-    tables = ("name", "description", "robot", "columns", "data")
+    tables = ("name", "description", "robot", "columns", "data", "data_root")
     for key in content:
         if key not in tables and key not in commands:
             raise UsageError(
@@ -182,8 +206,20 @@ def read_recipe(path: Path, commands: Collection[str]) -> Recipe:
                 remedy=f"known are {', '.join([*tables, *sorted(commands)])}",
             )  # fmt: skip
     options = {name: table for name, table in content.items() if name in commands}
-    top = {name: table for name, table in content.items() if name in tables}
-    return validated(Recipe, {**top, "options": options, "path": path}, file=path)
+    top: dict[str, Any] = {name: table for name, table in content.items() if name in tables}
+    for name, whole in (("columns", _as_place), ("data", _as_list)):
+        if isinstance(top.get(name), dict):
+            top[name] = {key: whole(value) for key, value in top[name].items()}
+    recipe = validated(Recipe, {**top, "options": options, "path": path}, file=path)
+    robot = recipe.robot
+    cells = (*robot.cell_names, *(cell for foot in robot.feet.values() for cell in foot.cells))
+    for name in recipe.columns:
+        if not is_canonical(name, cells):
+            raise UsageError(
+                f"[columns]: no log has a column '{name}'{nearest(name, canonical_names(cells))}",
+                file=path, remedy="the left side is footcal's name, the right side yours",
+            )  # fmt: skip
+    return recipe
 
 
 def validated(
@@ -197,7 +233,8 @@ def validated(
         Names file, key, value and, for an unknown key, the nearest known one.
     """
     try:
-        return model.model_validate(content)
+        # JSON's strict mode: a text or a boolean is no number, a list may be a tuple
+        return model.model_validate_json(json.dumps(content, default=str), strict=True)
     except ValidationError as error:
         fault = error.errors()[0]
         keys = [str(part) for part in fault["loc"]]

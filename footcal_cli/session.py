@@ -8,10 +8,7 @@ from __future__ import annotations
 
 import csv
 import json
-import os
-import shutil
 import sys
-import tempfile
 import time
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
@@ -30,7 +27,8 @@ from footcal_cli.recipe import CommandOptions, Recipe, read_recipe, validated
 from footcal_cli.records.files import Versioned, read_record, write_record
 from footcal_cli.records.results import FindingRecord, ParametersRecord, RmseRecord, RunRecord
 from footcal_cli.report import Report, print_text, render_html, rmse_sheet
-from footcal_cli.tables import Table, digest, has_columns, read_table
+from footcal_cli.run_folder import claim, refuse_folder, whole_folder
+from footcal_cli.tables import Table, digest, read_table, refusal_of
 
 _PIPE_WIDTH = 160  # columns of a table that no terminal limits
 
@@ -51,6 +49,12 @@ class Request:
     seed: int
     quiet: bool
     overrides: Mapping[str, object]
+
+    @property
+    def inputs(self) -> tuple[Path, ...]:
+        """Files that the command line names as inputs."""
+        named = [self.recipe, self.parameters, *self.overrides.values()]
+        return (*self.logs, *(path for path in named if isinstance(path, Path)))
 
 
 @dataclass(frozen=True)
@@ -103,7 +107,7 @@ class Session(Generic[Options]):
         self.request = request
         self.started = datetime.now(UTC)
         self.console = Console(stderr=True, quiet=request.quiet)
-        _refuse_nonempty(request.out, request.overwrite)
+        refuse_folder(request.out, request.overwrite, request.inputs)
         self.recipe = (
             read_recipe(request.recipe, commands) if request.recipe is not None else Recipe()
         )
@@ -115,14 +119,29 @@ class Session(Generic[Options]):
             file=request.recipe,
             table=table,
         )
+        refuse_folder(request.out, request.overwrite, self.input_paths())
+        claim(request.out)
         self.parameters: ParametersRecord | None = None
         self.inputs: dict[str, str] = {}
         self.rows: dict[str, int] = {}
         self.timings_s: dict[str, float] = {}
-        self._noted: list[FindingRecord] = []
+        self._taken: set[Path] = set()
+        self._left_aside: dict[Path, DataError] = {}
+        self._noted: list[Finding] = []
         if request.parameters is not None:
-            self.parameters = read_record(ParametersRecord, request.parameters)
+            self.parameters = read_calibration(request.parameters)
             self.inputs[_shown(request.parameters)] = digest(request.parameters)
+
+    def input_paths(self) -> tuple[Path, ...]:
+        """Every file that this run may read: of the command line, of ``[data]``, of the options."""
+        data = [path for role in self.recipe.data for path in self.recipe.data_paths(role)]
+        folder = self.recipe.path.parent if self.recipe.path is not None else Path()
+        options = [
+            folder / str(value)
+            for value in self.options.model_dump().values()
+            if isinstance(value, (str, Path)) and (folder / str(value)).is_file()
+        ]
+        return (*self.request.inputs, *([] if self.request.logs else data), *options)
 
     def paths(self, role: str) -> list[Path]:
         """Logs of a role: the LOG arguments where given, else the recipe's ``[data]``."""
@@ -143,8 +162,12 @@ class Session(Generic[Options]):
         columns = self.recipe.foreign_columns()
         tables = []
         for path in self.paths(role):
-            if self.request.logs and path.is_file() and not has_columns(path, table, columns):
-                continue
+            if self.request.logs and path.is_file():
+                refusal = refusal_of(path, table, columns)
+                if refusal is not None:
+                    self._left_aside.setdefault(path, refusal)
+                    continue
+            self._taken.add(path)
             read = read_table(path, table, columns, gravity_mps2=self.recipe.robot.gravity_mps2)
             self.inputs[_shown(path)] = read.digest
             self.rows[_shown(path)] = len(read)
@@ -198,16 +221,34 @@ class Session(Generic[Options]):
 
     def note(self, findings: Iterable[Finding]) -> None:
         """Keep findings for the report, whoever made them; `finish` merges them with its own."""
-        self._noted += [FindingRecord.of(finding) for finding in findings]
+        self._noted += findings
+
+    @property
+    def noted(self) -> tuple[Finding, ...]:
+        """Findings kept so far."""
+        return tuple(self._noted)
 
     def created(self) -> str:
         """The run's start as ISO 8601 in UTC."""
         return self.started.isoformat(timespec="seconds")
 
     def finish(self, outcome: Outcome) -> int:
-        """Write the run folder, print the verdict, return the exit code."""
-        outcome = replace(outcome, report=_with_findings(outcome.report, self._noted))
-        exit_code = 3 if not outcome.usable else 1 if outcome.gates_missed else 0
+        """Write the run folder, print the verdict, return the exit code.
+
+        Raises
+        ------
+        DataError
+            A LOG was none of the kinds that the command reads.
+        """
+        for path, refusal in self._left_aside.items():
+            if path not in self._taken:
+                raise refusal
+        outcome = replace(
+            outcome, report=_with_findings(outcome.report, map(FindingRecord.of, self._noted))
+        )
+        missed = (*outcome.gates_missed, *self._strict(outcome.report))
+        outcome = replace(outcome, gates_missed=missed)
+        exit_code = 3 if not outcome.usable else 1 if missed else 0
         run = RunRecord(
             command=self.request.command,
             started=self.created(),
@@ -227,7 +268,7 @@ class Session(Generic[Options]):
             gates_missed=outcome.gates_missed,
             exit_code=exit_code,
         )
-        with _whole_folder(self.request.out, self.request.overwrite) as folder:
+        with whole_folder(self.request.out, self.request.overwrite, self.input_paths()) as folder:
             _write(folder, run, outcome)
         answer = Console(quiet=self.request.quiet, highlight=False)
         if not answer.is_terminal:
@@ -237,6 +278,30 @@ class Session(Generic[Options]):
             print(f"GATE NOT MET  {gate}", file=sys.stderr)  # noqa: T201 - the command's answer
         answer.print(f"report: {self.request.out / 'report.html'}", soft_wrap=True)
         return exit_code
+
+    def _strict(self, report: Report) -> tuple[str, ...]:
+        """The gate of ``--strict-findings``: warnings and alarms of the data, by code."""
+        if not self.options.strict_findings:
+            return ()
+        serious = sorted({f.code for f in report.findings if f.severity != "note"})
+        return (f"strict findings: {', '.join(serious)}",) if serious else ()
+
+
+def read_calibration(path: Path) -> ParametersRecord:
+    """Read a calibration that may be used.
+
+    Raises
+    ------
+    UsageError
+        It cannot be read, or a gate rejected it.
+    """
+    record = read_record(ParametersRecord, path)
+    if record.rejected_because:
+        raise UsageError(
+            f"this calibration was rejected: {record.rejected_because[0]}", file=path,
+            remedy="calibrate again, or change the gate that rejected it",
+        )  # fmt: skip
+    return record
 
 
 _SEVERITIES = ("alarm", "warning", "note")
@@ -255,9 +320,12 @@ def _with_findings(report: Report, noted: Iterable[FindingRecord]) -> Report:
 def _write(folder: Path, run: RunRecord, outcome: Outcome) -> None:
     """Everything a run leaves, into one folder."""
     report = outcome.report
-    write_record(run, folder / "run.json")
     if outcome.parameters is not None:
-        write_record(outcome.parameters, folder / "parameters.json")
+        rejected = run.gates_missed or (() if outcome.usable else (run.verdict.sentence,))
+        # under another name: make and scripts must not take it for an accepted calibration
+        name = "parameters_rejected.json" if rejected else "parameters.json"
+        marked = outcome.parameters.model_copy(update={"rejected_because": rejected})
+        write_record(marked, folder / name)
     if outcome.rmse is not None:
         write_record(outcome.rmse, folder / "rmse.json")
         _write_rmse_csv(outcome.rmse, folder / "rmse.csv")
@@ -282,6 +350,8 @@ def _write(folder: Path, run: RunRecord, outcome: Outcome) -> None:
     (folder / "report.html").write_text(
         render_html(report, run, recipe_text, images), encoding="utf-8"
     )
+    files = sorted(p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.is_file())
+    write_record(run.model_copy(update={"files": tuple(files)}), folder / "run.json")
 
 
 def _write_rmse_csv(rmse: RmseRecord, path: Path) -> None:
@@ -290,47 +360,6 @@ def _write_rmse_csv(rmse: RmseRecord, path: Path) -> None:
         writer = csv.DictWriter(stream, names)
         writer.writeheader()
         writer.writerows(row.model_dump() for row in rmse.rows)
-
-
-def _refuse_nonempty(out: Path, overwrite: bool) -> None:
-    if out.is_file():
-        raise UsageError("--out is a file", file=out, remedy="name a folder")
-    if out.is_dir() and any(out.iterdir()) and not overwrite:
-        raise UsageError(
-            "the output folder is not empty", file=out, remedy="name another --out or --overwrite"
-        )
-
-
-@contextmanager
-def _whole_folder(out: Path, overwrite: bool) -> Iterator[Path]:
-    """A folder that appears under its name only when the block ends well."""
-    _refuse_nonempty(out, overwrite)
-    try:
-        out.parent.mkdir(parents=True, exist_ok=True)
-        partial = Path(tempfile.mkdtemp(prefix=f".{out.name}.partial-", dir=out.parent))
-    except OSError as error:
-        raise UsageError(
-            f"cannot write there: {error.strerror}", file=out, remedy="name another --out"
-        ) from None
-    try:
-        yield partial
-        partial.chmod(0o777 & ~_umask())  # mkdtemp makes folders only their owner can read
-        if out.exists():
-            old = Path(tempfile.mkdtemp(prefix=f".{out.name}.old-", dir=out.parent))
-            out.rename(old / out.name)
-            partial.rename(out)
-            shutil.rmtree(old)
-        else:
-            partial.rename(out)
-    except BaseException:
-        shutil.rmtree(partial, ignore_errors=True)
-        raise
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
 
 
 def _shown(path: Path) -> str:

@@ -16,6 +16,7 @@ from footcal_cli.commands.options import (
     Quiet,
     RecipeFile,
     Seed,
+    StrictFindings,
     begin,
 )
 from footcal_cli.recipe import CommandOptions
@@ -47,6 +48,7 @@ def apply(
             "--cop-correction", metavar="FILE", help="cop_correction.json of offline-fit."
         ),
     ] = None,
+    strict_findings: StrictFindings = None,
     out: Out = Path("out/apply"),
     overwrite: Overwrite = False,
     seed: Seed = 0,
@@ -63,6 +65,7 @@ def apply(
         overwrite=overwrite,
         seed=seed,
         quiet=quiet,
+        strict_findings=strict_findings,
         cop_correction=None if cop_correction is None else str(cop_correction),
     )
     raise typer.Exit(session.finish(_applied(session)))

@@ -31,7 +31,6 @@ _ORDER = {"alarm": 0, "warning": 1, "note": 2}
 class CheckOptions(CommandOptions):
     """``[check]`` of a recipe."""
 
-    strict_findings: bool = False
     intended_load_n: tuple[float, float] | None = None
 
 
@@ -84,7 +83,6 @@ def _check(session: Session[CheckOptions]) -> Outcome:
             "that channels share.",
         ),
     )
-    gates = sorted({f.code for f in serious}) if session.options.strict_findings else []
     return Outcome(
         report=Report(
             title="Check of the log",
@@ -92,7 +90,6 @@ def _check(session: Session[CheckOptions]) -> Outcome:
             sheets=(Sheet("Logs", ("file", "read as", "rows"), looked_at),),
             findings=tuple(FindingRecord.of(finding) for finding in findings),
         ),
-        gates_missed=(f"strict findings: {', '.join(gates)}",) if gates else (),
     )
 
 

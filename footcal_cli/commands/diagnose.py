@@ -16,6 +16,7 @@ from footcal_cli.commands.options import (
     Quiet,
     RecipeFile,
     Seed,
+    StrictFindings,
     begin,
 )
 from footcal_cli.recipe import CommandOptions
@@ -83,6 +84,7 @@ def diagnose(
     no_pictures: Annotated[
         bool, typer.Option("--no-pictures", help="Draw nothing, for pipelines.")
     ] = False,
+    strict_findings: StrictFindings = None,
     out: Out = Path("out/diagnose"),
     overwrite: Overwrite = False,
     seed: Seed = 0,
@@ -104,6 +106,7 @@ def diagnose(
         overwrite=overwrite,
         seed=seed,
         quiet=quiet,
+        strict_findings=strict_findings,
         experiment=experiment,
         tolerance_n=tolerance_n,
         tolerance_mm=tolerance_mm,
@@ -147,6 +150,7 @@ def _diagnose(session: Session[DiagnoseOptions]) -> Outcome:
     rules = Rules(most_effects=session.options.most_effects)
     with session.step("read"):
         read = read_case(session)
+        read.findings.extend(session.noted)
     usable = {k: v for k, v in table.items() if k not in read.untested}
     with session.step("diagnose"):
         stopped = bool(stopping(read.findings))

@@ -17,6 +17,7 @@ from footcal_cli.commands.options import (
     Quiet,
     RecipeFile,
     Seed,
+    StrictFindings,
     begin,
 )
 from footcal_cli.recipe import CommandOptions
@@ -66,6 +67,7 @@ def hang_calib(
     max_force_rmse_n: Annotated[
         float | None, typer.Option("--max-force-rmse-n", help="Gate: exit 1 above this RMSE.")
     ] = None,
+    strict_findings: StrictFindings = None,
     out: Out = Path("out/hang-calib"),
     overwrite: Overwrite = False,
     seed: Seed = 0,
@@ -82,6 +84,7 @@ def hang_calib(
         overwrite=overwrite,
         seed=seed,
         quiet=quiet,
+        strict_findings=strict_findings,
         method=method,
         tilt=tilt,
         max_force_rmse_n=max_force_rmse_n,
@@ -93,6 +96,7 @@ def _calibrate(session: Session[HangCalibOptions]) -> Outcome:
     from footcal_cli.columns import hang_table
     from footcal_cli.commands.parts.hang_logs import leg_logs
     from footcal_cli.core.hang.runs import hang_runs
+    from footcal_cli.core.plausibility import check_leg_weights
     from footcal_cli.records.results import RmseRecord
     from footcal_cli.report import Report
     from footcal_cli.session import Outcome
@@ -123,6 +127,8 @@ def _calibrate(session: Session[HangCalibOptions]) -> Outcome:
         if options.method == "joint"
         else {leg: sheets.without_intervals(other) for leg, other in others[options.method].items()}
     )
+    weights = {leg: float(one[f"{leg}.weight"]) for leg, one in chosen.items()}
+    session.note(check_leg_weights(weights, session.recipe.robot.weight_n))
     return Outcome(
         report=Report(
             title=f"Hanging calibration of {session.recipe.robot.name}",

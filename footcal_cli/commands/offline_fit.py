@@ -65,7 +65,6 @@ class OfflineFitOptions(CommandOptions):
     min_force_n: float = Field(default=5.0, gt=0)
     intended_load_n: tuple[float, float] | None = None
     tolerance_percent: float = Field(default=1.0, gt=0)
-    strict_findings: bool = False
     max_rmse_n: float | None = Field(default=None, gt=0)
     max_cop_rmse_mm: float | None = Field(default=None, gt=0)
 
@@ -271,8 +270,14 @@ def _findings(
     session: Session[OfflineFitOptions], logs: _WeightsLogs, studies: Sequence[ChannelStudy]
 ) -> list[Finding]:
     from footcal_cli.commands.check import weights_findings
+    from footcal_cli.core.plausibility import check_scale
     from footcal_cli.sheets.weights import find_extrapolation
 
+    nameplate = session.recipe.robot.nameplate.scale_n_per_count
+    for study in studies:
+        session.note(
+            check_scale(study.channel, study.estimates[f"{study.channel}.scale"], nameplate)
+        )
     intended = session.options.intended_load_n
     found = weights_findings(logs.tables, session.recipe, intended) if logs.tables else []
     return [*found, *find_extrapolation([study.affine for study in studies], intended)]
@@ -281,10 +286,9 @@ def _findings(
 def _gates(options: OfflineFitOptions, parts: Sequence[Part]) -> tuple[str, ...]:
     missed = []
     if options.strict_findings:
-        serious = [f.code for part in parts for f in part.findings if f.severity != "note"]
-        serious += [part.inadequate for part in parts if part.verdict.level != "good"]
-        if serious:
-            missed.append(f"strict findings: {', '.join(serious)}")
+        inadequate = [part.inadequate for part in parts if part.verdict.level != "good"]
+        if inadequate:
+            missed.append(f"strict findings: {', '.join(inadequate)}")
     rows = [row for part in parts for row in part.rows if row.stage == "after"]
     if options.max_rmse_n is not None:
         over = [r for r in rows if r.quantity.startswith("force") and r.rmse > options.max_rmse_n]

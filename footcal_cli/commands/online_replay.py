@@ -16,6 +16,7 @@ from footcal_cli.commands.options import (
     Quiet,
     RecipeFile,
     Seed,
+    StrictFindings,
     begin,
 )
 from footcal_cli.recipe import CommandOptions, Frozen
@@ -113,6 +114,7 @@ def online_replay(
         float | None,
         typer.Option("--max-vgrf-rmse-n", help="Gate: exit 1 above this force error."),
     ] = None,
+    strict_findings: StrictFindings = None,
     out: Out = Path("out/online-replay"),
     overwrite: Overwrite = False,
     seed: Seed = 0,
@@ -129,6 +131,7 @@ def online_replay(
         overwrite=overwrite,
         seed=seed,
         quiet=quiet,
+        strict_findings=strict_findings,
         method=method,
         delay_s=delay_s,
         causal=causal,
@@ -321,15 +324,14 @@ def _truth(
 
 def _baseline(session: Session[OnlineReplayOptions]) -> Estimates | None:
     from footcal_cli.intake import estimates_of
-    from footcal_cli.records.files import read_record
-    from footcal_cli.records.results import ParametersRecord
+    from footcal_cli.session import read_calibration
 
     if session.options.baseline is None:
         return None
     path = Path(session.options.baseline)
     if not path.is_absolute() and session.recipe.path is not None and not path.is_file():
         path = session.recipe.path.parent / path
-    return estimates_of(read_record(ParametersRecord, path))
+    return estimates_of(read_calibration(path))
 
 
 def _gates(options: OnlineReplayOptions, rmse: RmseRecord) -> tuple[str, ...]:

@@ -17,6 +17,7 @@ from footcal_cli.commands.options import (
     Quiet,
     RecipeFile,
     Seed,
+    StrictFindings,
     begin,
 )
 from footcal_cli.recipe import CommandOptions
@@ -93,6 +94,7 @@ def pose_calib(
     max_force_rmse_n: Annotated[
         float | None, typer.Option("--max-force-rmse-n", help="Gate: exit 1 above this RMSE.")
     ] = None,
+    strict_findings: StrictFindings = None,
     out: Out = Path("out/pose-calib"),
     overwrite: Overwrite = False,
     seed: Seed = 0,
@@ -109,6 +111,7 @@ def pose_calib(
         overwrite=overwrite,
         seed=seed,
         quiet=quiet,
+        strict_findings=strict_findings,
         fit=fit,
         method=method,
         balance=balance,

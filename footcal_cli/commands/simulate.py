@@ -18,6 +18,7 @@ from footcal_cli.commands.options import (
     Quiet,
     RecipeFile,
     Seed,
+    StrictFindings,
     begin,
 )
 from footcal_cli.recipe import CommandOptions
@@ -86,6 +87,7 @@ def simulate(
     noise: Annotated[
         float | None, typer.Option("--noise", help="Factor on all noise; 0 for none.")
     ] = None,
+    strict_findings: StrictFindings = None,
     out: Out = Path("out/simulate"),
     overwrite: Overwrite = False,
     seed: Seed = 0,
@@ -102,6 +104,7 @@ def simulate(
         overwrite=overwrite,
         seed=seed,
         quiet=quiet,
+        strict_findings=strict_findings,
         experiment=experiment,
         effects=tuple(effect) if effect else None,
         duration_s=duration_s,

@@ -17,6 +17,7 @@ from footcal_cli.commands.options import (
     Quiet,
     RecipeFile,
     Seed,
+    StrictFindings,
     begin,
 )
 from footcal_cli.recipe import CommandOptions
@@ -57,6 +58,7 @@ def static_init(
         float | None,
         typer.Option("--max-cop-rmse-mm", help="Gate: exit 1 above this CoP error."),
     ] = None,
+    strict_findings: StrictFindings = None,
     out: Out = Path("out/static-init"),
     overwrite: Overwrite = False,
     seed: Seed = 0,
@@ -73,6 +75,7 @@ def static_init(
         overwrite=overwrite,
         seed=seed,
         quiet=quiet,
+        strict_findings=strict_findings,
         until_s=until_s,
         max_cop_rmse_mm=max_cop_rmse_mm,
     )

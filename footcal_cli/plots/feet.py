@@ -15,7 +15,11 @@ _AXES = (("fx", "N"), ("fy", "N"), ("fz", "N"), ("tx", "Nm"), ("ty", "Nm"), ("tz
 
 
 def plot_feet(
-    time_s: FloatArray, before: FloatArray, after: FloatArray, legs: Sequence[str]
+    time_s: FloatArray,
+    before: FloatArray,
+    after: FloatArray,
+    legs: Sequence[str],
+    along: str = "time (s)",
 ) -> Figure:
     """One column per foot, one row per component; before in grey, after in blue."""
     step = max(time_s.size // _MOST_SAMPLES, 1)
@@ -28,7 +32,7 @@ def plot_feet(
             axes.plot(t, before[::step, k, i], color=BEFORE, linewidth=0.9)
             axes.plot(t, after[::step, k, i], color=AFTER, linewidth=0.9)
             axes.axhline(0.0, color=REFERENCE, linewidth=0.5)
-            tidy(axes, leg.upper() if i == 0 else "", "time (s)" if i == 5 else "",
+            tidy(axes, leg.upper() if i == 0 else "", along if i == 5 else "",
                  f"{axis} ({unit})" if k == 0 else "")  # fmt: skip
     for i in range(6):
         both = np.concatenate([before[:, :, i].ravel(), after[:, :, i].ravel()])

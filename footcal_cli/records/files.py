@@ -30,6 +30,9 @@ class Versioned(Record):
     footcal_version: str = __version__
 
 
+LARGEST_BYTES = 64 * 2**20
+"""No record is larger; a larger file is something else."""
+
 AnyVersioned = TypeVar("AnyVersioned", bound=Versioned)
 
 
@@ -48,10 +51,17 @@ def read_record(model: type[AnyVersioned], path: Path) -> AnyVersioned:
         belong there.
     """
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
+        if path.stat().st_size > LARGEST_BYTES:
+            raise UsageError(
+                "too large to be a record", file=path, remedy="give what footcal wrote"
+            )
+        text = path.read_text(encoding="utf-8")
+        content = json.loads(text)
     except FileNotFoundError:
         raise UsageError("no such file", file=path, remedy="check the path") from None
-    except (json.JSONDecodeError, UnicodeDecodeError) as error:
+    except RecursionError:
+        raise UsageError("nested too deeply", file=path, remedy="write it again") from None
+    except ValueError as error:  # not JSON, not UTF-8, or a number of thousands of digits
         raise UsageError(f"not valid JSON: {error}", file=path, remedy="write it again") from None
     expected = str(model.model_fields["schema_name"].default)
     found = content.get("schema") if isinstance(content, dict) else None
@@ -67,7 +77,7 @@ def read_record(model: type[AnyVersioned], path: Path) -> AnyVersioned:
             file=path, remedy="update footcal",
         )  # fmt: skip
     try:
-        return model.model_validate(content)
+        return model.model_validate_json(text, strict=True)
     except ValidationError as error:
         fault = error.errors()[0]
         key = ".".join(str(part) for part in fault["loc"])

@@ -48,7 +48,9 @@ class ParametersRecord(Versioned):
     """``parameters.json``: a calibration.
 
     `sign_convention`, `frame` and `expressed_at` say how the values are meant; `fitted_range` where
-    they hold; `effects` what a chain contains beyond scale, bias and offset.
+    they hold; `effects` what a chain contains beyond scale, bias and offset; `rejected_because` the
+    gates that were not met: such a calibration is written as ``parameters_rejected.json`` and no
+    command starts from it.
     """
 
     schema_name: Literal["footcal.parameters"] = Field(default="footcal.parameters", alias="schema")
@@ -64,6 +66,7 @@ class ParametersRecord(Versioned):
     fitted_range: dict[str, dict[str, Range]] = Field(default_factory=dict)
     effects: tuple[EffectRecord, ...] = ()
     inputs: dict[str, str] = Field(default_factory=dict)
+    rejected_because: tuple[str, ...] = ()
 
     def value(self, name: str) -> float:
         """Value of one parameter; an absent name is the caller's usage error."""
@@ -142,7 +145,7 @@ class VerdictRecord(Record):
 
 
 class RunRecord(Versioned):
-    """``run.json``: what was run, on what, and how it ended."""
+    """``run.json``: what was run, on what, how it ended, and every file of the folder."""
 
     schema_name: Literal["footcal.run"] = Field(default="footcal.run", alias="schema")
     command: str
@@ -158,6 +161,7 @@ class RunRecord(Versioned):
     findings: tuple[FindingRecord, ...] = ()
     gates_missed: tuple[str, ...] = ()
     exit_code: int
+    files: tuple[str, ...] = ()
 
 
 class TruthRecord(Versioned):

@@ -229,7 +229,7 @@ def test_module_and_script_answer_alike_and_start_light() -> None:
     code = (
         "import sys; sys.argv=['footcal','--help']\n"
         "import runpy\n"
-        "try: runpy.run_module('footcal_cli')\n"
+        "try: runpy.run_module('footcal_cli', run_name='__main__')\n"
         "except SystemExit as end: assert not end.code\n"
         "heavy = {'numpy','scipy','pandas','pyarrow','matplotlib','pint','jinja2'}\n"
         "assert not heavy & set(sys.modules), heavy & set(sys.modules)\n"

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from footcal_cli.cell_effects import temperature_assumed, temperature_doubt, temperature_range
 from footcal_cli.columns import cells_table
 from footcal_cli.core.bench.cop_models import corrected_cop_m
 from footcal_cli.core.bench.matrix import bias_of, mixing_of
@@ -14,6 +15,7 @@ from footcal_cli.core.chain import Chain, Link, link
 from footcal_cli.core.effects import find_effect
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.plausibility import check_total_force
 from footcal_cli.errors import UsageError
 from footcal_cli.records.files import read_record
 from footcal_cli.records.results import (
@@ -96,8 +98,15 @@ def apply_cells(session: Session[ApplyOptions]) -> Outcome:
     known = {"cell_pos_m": np.tile(where, (time_s.size, 1, 1))}
     if len(warmth) == len(tables):
         known["temperature_degc"] = np.concatenate(warmth)
+    elif any("temperature_degc" in find_effect(item.effect).needs for item in record.effects):
+        values = {name: p.value for name, p in record.parameters.items()}
+        middle, half = temperature_range(record)
+        doubt = temperature_doubt(values, cells, half)
+        session.note((temperature_assumed(middle, half, *doubt),))
+        known["temperature_degc"] = np.full(time_s.size, middle)
     log = Log("walk", cells, time_s, counts, known, np.zeros(time_s.size, dtype=np.int64))
     force_n, cell_pos_m = _forces(log, record)
+    session.note(check_total_force(force_n.sum(axis=1), robot.weight_n, "all cells"))
     columns = {"time_s": time_s} | {f"{c}_n": force_n[:, i] for i, c in enumerate(cells)}
     rows = []
     for foot, spec in robot.feet.items():

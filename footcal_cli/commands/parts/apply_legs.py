@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
-from footcal_cli.columns import legs_table
+from footcal_cli.columns import legs_table, poses_table
 from footcal_cli.commands.parts.pose_outcome import WRENCH_COLUMNS, calibration_of, mounting_of
 from footcal_cli.commands.parts.six_axis_logs import frames_of_tables, geometry_of, without_effects
 from footcal_cli.core.pose.data import pose_data
@@ -24,6 +26,13 @@ from footcal_cli.sheets import feet as sheets
 if TYPE_CHECKING:
     from footcal_cli.commands.apply import ApplyOptions
     from footcal_cli.session import Session
+    from footcal_cli.tables import Table
+
+
+def _pose_names(tables: Sequence[Table]) -> NDArray[np.str_]:
+    """Names of the poses in the order in which the logs first have them."""
+    keys = [(i, name) for i, table in enumerate(tables) for name in table.text("pose").tolist()]
+    return np.array([name for _, name in dict.fromkeys(keys)], dtype=np.str_)
 
 
 def apply_legs(session: Session[ApplyOptions]) -> Outcome:
@@ -45,16 +54,22 @@ def apply_legs(session: Session[ApplyOptions]) -> Outcome:
     com = [values.get(n, v) for n, v in zip(com_names, session.options.chassis_com_m, strict=True)]
     geometry = geometry_of(robot.legs, com)
     with session.step("read"):
-        tables = session.read_required(legs_table())
-        frames = frames_of_tables(tables, geometry.legs, "time_s")
+        tables = session.read(legs_table())
+        poses = [] if tables else session.read(poses_table())
+        tables = tables or poses or session.read_required(legs_table())
+        frames = frames_of_tables(tables, geometry.legs, "pose" if poses else "time_s")
     if len(frames.keys) == 0:
         raise DataError("no stamp at which every leg was read", file=tables[0].path)
     with session.step("apply"):
         weight = np.array([leg.weight_n for leg in legs])
-        time_s = frames.columns["time_s"][:, 0]
+        key, along = ("pose", _pose_names(poses)[frames.keys]) if poses else (
+            "time_s", frames.columns["time_s"][:, 0],
+        )  # fmt: skip
+        time_s = np.arange(len(along), dtype=float) if poses else along
         log = pose_log(
-            geometry, frames, robot_weight_n=robot.weight_n, leg_weight_n=weight, time_s=time_s
-        )
+            geometry, frames, robot_weight_n=robot.weight_n, leg_weight_n=weight,
+            time_s=None if poses else time_s,
+        )  # fmt: skip
         data = pose_data(without_effects(log, record))
         offset = np.stack([leg.offset for leg in legs])
         calibration = calibration_of(data, mounting_of(record, geometry), offset, legs)
@@ -65,7 +80,7 @@ def apply_legs(session: Session[ApplyOptions]) -> Outcome:
     with session.step("draw"):
         picture = Picture(
             "foot_wrenches",
-            plot_feet(time_s, before, after, geometry.legs),
+            plot_feet(time_s, before, after, geometry.legs, "pose" if poses else "time (s)"),
             "Wrench of the ground on each foot in the floating-base frame: grey with a tare in "
             "the air and the nominal mounting, blue calibrated. A lifted foot must show zero.",
         )
@@ -88,7 +103,7 @@ def apply_legs(session: Session[ApplyOptions]) -> Outcome:
         stamps, count = after.shape[:2]
         table = pd.DataFrame(
             {
-                "time_s": np.repeat(time_s, count),
+                key: np.repeat(along, count),
                 "leg": np.tile(geometry.legs, stamps),
                 "phase_rad": data.phase_rad.ravel(),
             }

@@ -78,6 +78,7 @@ def read_balanced(session: Session[DiagnoseOptions]) -> CaseRead:
     from footcal_cli.core.experiments import stand, walk
     from footcal_cli.core.online.streams import MergeRule
     from footcal_cli.core.parameters import ParameterSet
+    from footcal_cli.errors import DataError
     from footcal_cli.intake import read_recordings
 
     kind = session.options.experiment
@@ -100,6 +101,11 @@ def read_balanced(session: Session[DiagnoseOptions]) -> CaseRead:
         noises.append(noise_of_smoothed(merged.raw, log.readings, merged.rate_hz))
         if kind == "walk":
             log = swings_apart(log, merged.raw, merged.rate_hz)
+        if not (np.nan_to_num(log.known["contact"][good]) != 0.0).any():
+            raise DataError(
+                "no sample of this log counts: no foot is known to stand", file=recording.name,
+                remedy="check contact, mass, units and the calibration (footcal check)",
+            )  # fmt: skip
         logs.append(cut_balanced(rows_where(log, good)))
     channels = logs[0].channels
     chain, values = chain_of(session.parameters, channels, ("scale_bias",))

@@ -59,7 +59,9 @@ def outcome_of(
         pictures: tuple[Picture, ...] = ()
         if session.options.pictures:
             pictures = _pictures(found, table, moved, answer.menu, seed)
+    record = record_of(found, answer, read, rules, seed)
     return Outcome(
+        usable=record.verdict != "bad-data",
         report=Report(
             title=f"Diagnosis of {session.recipe.robot.name}: {read.case.experiment.name}",
             verdict=answer.verdict,
@@ -83,7 +85,7 @@ def outcome_of(
         ),
         rmse=_rmse(found),
         records={
-            "diagnosis.json": record_of(found, answer, read, rules, seed).model_copy(
+            "diagnosis.json": record.model_copy(
                 update={
                     "suspects": suspect_records(found, table),
                     "after": followed_records(became),

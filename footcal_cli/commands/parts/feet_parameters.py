@@ -17,11 +17,19 @@ SIX_AXIS_SIGNS = {
 
 
 def feet_parameters(session: Session[Any], estimates: Estimates) -> ParametersRecord:
-    """The calibration that the running command has estimated."""
+    """The calibration that the running command has estimated.
+
+    Effects that an earlier calibration contains were undone before the fit; the new one contains
+    them still.
+    """
     from footcal_cli.records.results import ParametersRecord, covariance_blocks, parameter_records
 
     robot, command = session.recipe.robot, session.request.command
     six_axis = not any(foot.cells for foot in robot.feet.values())
+    parameters, earlier = parameter_records(estimates), session.parameters
+    effects = () if earlier is None else earlier.effects
+    if earlier is not None and effects:
+        parameters = {**earlier.parameters, **parameters}
     return ParametersRecord(
         command=command,
         created=session.created(),
@@ -34,7 +42,9 @@ def feet_parameters(session: Session[Any], estimates: Estimates) -> ParametersRe
         ),
         frame="each transducer's axes" if six_axis else "each cell's own axis",
         expressed_at="the transducer" if six_axis else "the cell",
-        parameters=parameter_records(estimates),
+        parameters=parameters,
+        fitted_range={} if earlier is None else earlier.fitted_range,
+        effects=effects,
         covariance=covariance_blocks(estimates),
         inputs=session.inputs,
     )

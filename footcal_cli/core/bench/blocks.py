@@ -1,9 +1,11 @@
-"""Linear regression whose rows come in blocks: the readings of a session share an offset.
+"""Linear regression whose rows come in blocks: readings of a session share an offset and a gain.
 
-``y = X β + u_block + ε``, u ~ N(0, σ_u²), ε ~ N(0, σ_e²). Rows of one session are not independent
-evidence of its offset; treated as such, intervals are far too narrow. The ratio σ_u²/σ_e² is found
-by restricted maximum likelihood (Patterson and Thompson 1971), β by generalised least squares, and
-the t quantiles use Satterthwaite's degrees of freedom.
+``y = X β + Z u_block + ε``, u_k ~ N(0, σ_k²), ε ~ N(0, σ_e²), where Z holds a column of ones and,
+where asked for, the load: re-seating a cell moves its zero and its sensitivity. Rows of one session
+are not independent evidence of either; treated as such, intervals are far too narrow, and a
+quantity that differs between sessions (temperature) is credited with what chance moved. The ratios
+σ_k²/σ_e² are found by restricted maximum likelihood (Patterson and Thompson 1971), β by generalised
+least squares, and the t quantiles use Satterthwaite's degrees of freedom.
 """
 
 from __future__ import annotations
@@ -12,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy import stats
-from scipy.optimize import minimize_scalar
+from scipy.optimize import minimize, minimize_scalar
 
 from footcal_cli.core.parameters import FloatArray, IntArray
 
@@ -20,6 +22,8 @@ _LOG_RATIO_RANGE = (-12.0, 12.0)
 _BOUNDARY_WEIGHT = 0.5
 """Weight of ``−ln λ`` beside the deviance: keeps σ_u off zero, where few sessions would otherwise
 put it too often and make intervals too narrow (Chung et al. 2013)."""
+_SAME_IN_ALL = 1e-3
+"""A column whose share of an offset or a gain varies less than this is the same in all blocks."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +39,9 @@ class BlockFit:
     sd_within
         σ_e, scatter within a block.
     sd_between
-        σ_u, scatter of the blocks' offsets; 0 with one block.
+        Scatter of the blocks' offsets; 0 with one block.
+    sd_gain
+        Scatter of the blocks' gains, per unit of the second column of Z; 0 without one.
     rank, condition
         Of the design with columns scaled to unit length.
     """
@@ -47,6 +53,7 @@ class BlockFit:
     sd_between: float
     rank: int
     condition: float
+    sd_gain: float = 0.0
 
     @property
     def sd(self) -> FloatArray:
@@ -60,33 +67,41 @@ class BlockFit:
 
 @dataclass(frozen=True)
 class _Blocks:
-    """Sums per block from which the likelihood at any variance ratio follows."""
+    """Sums per block from which the likelihood at any variance ratios follows.
 
-    sizes: FloatArray
-    sum_x: FloatArray
-    sum_y: FloatArray
+    `square` is ``ZᵀZ`` (g, q, q), `cross` ``ZᵀX`` (g, q, p), `pull` ``Zᵀy`` (g, q) of each block.
+    """
+
+    square: FloatArray
+    cross: FloatArray
+    pull: FloatArray
     gram: FloatArray
     moment: FloatArray
     energy: float
 
-    def shrink(self, ratio: float) -> FloatArray:
-        """``λ/(1 + λ n_g)``: what a block's own offset takes away from its mean."""
-        return np.asarray(ratio / (1.0 + ratio * self.sizes))
+    def shrink(self, ratio: FloatArray) -> tuple[FloatArray, float]:
+        """``(Λ⁻¹ + ZᵀZ)⁻¹`` of each block, shape (g, q, q), and ``Σ ln det(1 + Λ ZᵀZ)``."""
+        root = np.sqrt(ratio)
+        inner = np.eye(root.size) + root[:, None] * self.square * root
+        taken = root[:, None] * np.linalg.inv(inner) * root
+        return taken, float(np.sum(np.linalg.slogdet(inner)[1]))
 
-    def normal(self, ratio: float) -> tuple[FloatArray, FloatArray, float]:
-        """``XᵀV⁻¹X, XᵀV⁻¹y, yᵀV⁻¹y`` in units of σ_e²."""
-        shrink = self.shrink(ratio)
+    def normal(self, ratio: FloatArray) -> tuple[FloatArray, FloatArray, float, float]:
+        """``XᵀV⁻¹X, XᵀV⁻¹y, yᵀV⁻¹y`` in units of σ_e², and ``ln det V``."""
+        taken, log_det = self.shrink(ratio)
+        carried = np.einsum("gkp,gkl->glp", self.cross, taken)
         return (
-            self.gram - (self.sum_x.T * shrink) @ self.sum_x,
-            self.moment - (self.sum_x.T * shrink) @ self.sum_y,
-            self.energy - float(shrink @ self.sum_y**2),
+            self.gram - np.einsum("glp,glr->pr", carried, self.cross),
+            self.moment - np.einsum("glp,gl->p", carried, self.pull),
+            self.energy - float(np.einsum("gk,gkl,gl->", self.pull, taken, self.pull)),
+            log_det,
         )
 
 
 def fit_blocks(
-    design: FloatArray, target: FloatArray, block: IntArray, offset: FloatArray | None = None
+    design: FloatArray, target: FloatArray, block: IntArray, shared: FloatArray | None = None
 ) -> BlockFit:
-    """Regress with a random offset per block.
+    """Regress with a random offset, and perhaps a random gain, per block.
 
     Parameters
     ----------
@@ -96,8 +111,9 @@ def fit_blocks(
         y, shape (n,).
     block
         Session of each row, shape (n,); one block gives ordinary least squares.
-    offset
-        How a block's offset enters each row, shape (n,); ones unless the rows were whitened.
+    shared
+        Z: how a block's offset (and its gain) enter each row, shape (n, 1) or (n, 2); a column of
+        ones where absent.
     """
     n, p = design.shape
     norms = np.linalg.norm(design, axis=0)
@@ -108,88 +124,131 @@ def fit_blocks(
     condition = float(singular[0] / singular[-1]) if singular[-1] > 0 else np.inf
     names, index = np.unique(block, return_inverse=True)
     many = names.size > 1 and names.size < n and n > p + names.size
-    offset = np.ones(n) if offset is None else offset
-    sums = _sums(scaled, target, index if many else np.zeros(n, dtype=np.int64), offset)
-    ratio = _reml_ratio(sums, n, p) if many else 0.0
-    normal, moment, energy = sums.normal(ratio)
+    shared = np.ones((n, 1)) if shared is None else shared
+    width = np.sqrt(np.mean(shared**2, axis=0))
+    shared = shared / np.where(width > 0, width, 1.0)
+    sums = _sums(scaled, target, index if many else np.zeros(n, dtype=np.int64), shared)
+    ratio = _reml_ratios(sums, n, p) if many else np.zeros(shared.shape[1])
+    normal, moment, energy, _ = sums.normal(ratio)
     inverse = np.asarray(np.linalg.pinv(normal, hermitian=True), dtype=np.float64)
     beta = inverse @ moment
     dof = max(n - rank, 1)
     variance = max(energy - float(beta @ moment), 0.0) / dof if n > rank else np.nan
     coefficient_dof = (
-        _satterthwaite(scaled, index, offset, sums, ratio, inverse) if many else float(dof)
+        _satterthwaite(scaled, index, shared, sums, ratio, inverse) if many else float(dof)
     )
+    between = np.sqrt(variance * ratio) / np.where(width > 0, width, 1.0)
     return BlockFit(
         coefficients=beta / scale,
         covariance=variance * inverse / np.outer(scale, scale),
         dof=np.broadcast_to(np.asarray(coefficient_dof, dtype=float), (p,)),
         sd_within=float(np.sqrt(variance)),
-        sd_between=float(np.sqrt(variance * ratio)),
+        sd_between=float(between[0]),
         rank=rank,
         condition=condition,
+        sd_gain=float(between[1]) if between.size > 1 else 0.0,
     )
 
 
-def _sums(design: FloatArray, target: FloatArray, index: IntArray, offset: FloatArray) -> _Blocks:
-    blocks = int(index.max()) + 1
-    sum_x = np.zeros((blocks, design.shape[1]))
-    np.add.at(sum_x, index, design * offset[:, None])
+def _sums(design: FloatArray, target: FloatArray, index: IntArray, shared: FloatArray) -> _Blocks:
+    blocks, q = int(index.max()) + 1, shared.shape[1]
+    cross = np.zeros((blocks, q, design.shape[1]))
+    np.add.at(cross, index, shared[:, :, None] * design[:, None])
+    square = np.zeros((blocks, q, q))
+    np.add.at(square, index, shared[:, :, None] * shared[:, None])
+    pull = np.zeros((blocks, q))
+    np.add.at(pull, index, shared * target[:, None])
     return _Blocks(
-        sizes=_sum_by(index, offset**2, blocks),
-        sum_x=sum_x,
-        sum_y=_sum_by(index, target * offset, blocks),
+        square=square,
+        cross=cross,
+        pull=pull,
         gram=design.T @ design,
         moment=design.T @ target,
         energy=float(target @ target),
     )
 
 
-def _sum_by(index: IntArray, values: FloatArray, blocks: int) -> FloatArray:
-    return np.asarray(np.bincount(index, weights=values, minlength=blocks), dtype=np.float64)
+def _reml_ratios(sums: _Blocks, n: int, p: int) -> FloatArray:
+    """λ_k = σ_k²/σ_e² that maximise the restricted likelihood, kept off zero, shape (q,)."""
 
-
-def _reml_ratio(sums: _Blocks, n: int, p: int) -> float:
-    """λ = σ_u²/σ_e² that maximises the restricted likelihood, kept off zero."""
-
-    def deviance(ratio: float) -> float:
-        normal, moment, energy = sums.normal(ratio)
+    def deviance(log_ratio: FloatArray) -> float:
+        normal, moment, energy, log_det = sums.normal(np.exp(log_ratio))
         values, vectors = np.linalg.eigh(normal)
         seen = values > 1e-12 * values[-1]  # a design short of rank has no other determinant
         projected = vectors[:, seen].T @ moment
         rss = max(energy - float(np.sum(projected**2 / values[seen])), np.finfo(float).tiny)
-        log_det = float(np.sum(np.log(values[seen])))
-        return float((n - p) * np.log(rss) + np.sum(np.log1p(ratio * sums.sizes)) + log_det)
+        spread = float(np.sum(np.log(values[seen])))
+        return (n - p) * float(np.log(rss)) + log_det + spread
 
-    found = minimize_scalar(
-        lambda log_ratio: deviance(float(np.exp(log_ratio))) - _BOUNDARY_WEIGHT * log_ratio,
+    def cost(log_ratio: FloatArray) -> float:
+        return deviance(log_ratio) - _BOUNDARY_WEIGHT * float(np.sum(log_ratio))
+
+    low, high = _LOG_RATIO_RANGE
+    # the offsets alone first: with them known, one more search finds the gains
+    alone = minimize_scalar(
+        lambda z: cost(np.concatenate([[z], np.full(sums.pull.shape[1] - 1, low)])),
         bounds=_LOG_RATIO_RANGE,
         method="bounded",
     )
-    return float(np.exp(found.x))
+    if sums.pull.shape[1] == 1:
+        return np.array([np.exp(alone.x)])
+    gain = minimize_scalar(
+        lambda z: cost(np.array([alone.x, z])), bounds=_LOG_RATIO_RANGE, method="bounded"
+    )
+    found = minimize(
+        cost,
+        np.array([alone.x, gain.x]),
+        method="Nelder-Mead",
+        bounds=((low, high), (low, high)),
+        options={"xatol": 1e-2, "fatol": 1e-4, "maxfev": 120},
+    )
+    return np.asarray(np.exp(found.x), dtype=np.float64)
 
 
 def _satterthwaite(
     design: FloatArray,
     index: IntArray,
-    offset: FloatArray,
+    shared: FloatArray,
     sums: _Blocks,
-    ratio: float,
+    ratio: FloatArray,
     inverse: FloatArray,
 ) -> FloatArray:
-    """Degrees of freedom per coefficient from the two shares of its variance.
+    """Degrees of freedom per coefficient from the shares of its variance.
 
-    With ``β̂_j = Σ w_ji y_i`` the share from within blocks is ``σ_e² Σ w²``, the one from between
-    them ``σ_u² Σ_g (Σ_g w)²``.
+    With ``β̂_j = Σ w_ji y_i`` the share from within blocks is ``σ_e² Σ w²``, the one of the k-th
+    quantity that blocks share ``σ_k² Σ_g (Σ_g z_k w)²``, known from as many blocks as the design
+    leaves free.
     """
-    shared = (sums.shrink(ratio)[:, None] * sums.sum_x)[index] * offset[:, None]
-    weights = (design - shared) @ inverse
+    taken, _ = sums.shrink(ratio)
+    carried = np.einsum("gkl,glp->gkp", taken, sums.cross)[index]
+    weights = (design - np.einsum("nk,nkp->np", shared, carried)) @ inverse
+    (n, p), blocks = design.shape, sums.pull.shape[0]
     within = np.sum(weights**2, axis=0)
-    per_block = np.zeros_like(sums.sum_x)
-    np.add.at(per_block, index, weights * offset[:, None])
-    between = ratio * np.sum(per_block**2, axis=0)
-    (n, p), blocks = design.shape, sums.sizes.size
-    spread = within**2 / max(n - blocks - p + 1, 1) + between**2 / (blocks - 1)
-    return np.asarray((within + between) ** 2 / spread)
+    total, spread = within, within**2 / max(n - blocks - p + 1, 1)
+    free = _free_blocks(sums)
+    for k in range(shared.shape[1]):
+        per_block = np.zeros((blocks, p))
+        np.add.at(per_block, index, weights * shared[:, k : k + 1])
+        between = ratio[k] * np.sum(per_block**2, axis=0)
+        total, spread = total + between, spread + between**2 / free[k]
+    return np.asarray(total**2 / spread)
+
+
+def _free_blocks(sums: _Blocks) -> FloatArray:
+    """Blocks less the coefficients that differ from block to block, for each column of Z.
+
+    A temperature that is another one in every session takes one of the sessions' gains away from
+    what their scatter is known from.
+    """
+    blocks, q, _ = sums.cross.shape
+    own = np.linalg.pinv(sums.square, hermitian=True) @ sums.cross
+    free = np.empty(q)
+    for k in range(q):
+        norms = np.linalg.norm(own[:, k], axis=0)
+        columns = own[:, k][:, norms > 1e-9 * max(norms.max(), 1e-300)]
+        columns = columns / np.linalg.norm(columns, axis=0)
+        free[k] = max(blocks - np.linalg.matrix_rank(columns, tol=_SAME_IN_ALL), 1)
+    return free
 
 
 def whiten_autoregressive(

@@ -1,6 +1,7 @@
 """One channel's model: scale, bias and what the ladder added, with covariance and predictions.
 
-``scale·S + bias = x + Σ size_j φ_j(x; shape_j) + u_session + ε`` with x the true load. The reading
+``scale·S + bias = x + Σ size_j φ_j(x; shape_j) + u_session + v_session x + ε``, x the true load: a
+session has an offset and a gain of its own (re-seating, warm-up). The reading
 is regressed on the load and the φ, which are known exactly; the noise is the reading's. (The other
 way round a φ that resembles the load would explain the load by itself.) Linear once the shapes are
 given; these are searched, then enter the covariance through their derivatives.
@@ -79,8 +80,9 @@ class ChannelFit:
         Shape (p, 2); of a shape: symmetric in its logarithm.
     dof
         Degrees of freedom behind each interval, shape (p,).
-    sd_within_n, sd_between_n
-        Scatter of a reading about the model, and of the offsets of sessions.
+    sd_within_n, sd_between_n, sd_gain
+        Scatter of a reading about the model, of the offsets of sessions, and of their relative
+        gains.
     correlation_s
         How long the scatter persists; 0: rows are independent.
     load_range_n, reading_range, temperature_range_degc
@@ -113,6 +115,7 @@ class ChannelFit:
     linear_covariance: FloatArray
     centre: float
     sessions: int
+    sd_gain: float = 0.0
 
     @property
     def log_shapes(self) -> FloatArray:
@@ -165,7 +168,8 @@ class ChannelFit:
         )
         calibration = np.einsum("ij,jk,ik->i", design, self.linear_covariance, design)
         parts = np.array([np.clip(calibration, 0, None), calibration * 0, calibration * 0])
-        parts[1], parts[2] = self.sd_between_n**2, self.sd_within_n**2
+        parts[1] = self.sd_between_n**2 + (self.sd_gain * load) ** 2
+        parts[2] = self.sd_within_n**2
         variance = parts.sum(axis=0)
         degrees = np.array([self.dof.min(), max(self.sessions - 1, 1), max(self.dof.max(), 1)])
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -241,9 +245,9 @@ def _finish(
     reading = record.reading[known] - centre
 
     def solve(design: FloatArray) -> BlockFit:
-        stacked = np.column_stack([design, np.ones(len(design))])
+        stacked = np.column_stack([design, np.ones(len(design)), load])
         rows, target = whiten_autoregressive(stacked, reading, time, session, correlation_s)
-        return fit_blocks(rows[:, :-1], target, session, rows[:, -1])
+        return fit_blocks(rows[:, :-2], target, session, rows[:, -2:])
 
     design = design_of(record, drive, terms, shapes)
     fit = solve(design)
@@ -283,6 +287,7 @@ def _finish(
         linear_covariance=covariance,
         centre=centre,
         sessions=int(np.unique(session).size),
+        sd_gain=fit.sd_gain * newtons,
     )
 
 

@@ -1,8 +1,8 @@
 """The ladder of channel models: climbed only where left-out sessions or loads pay for it.
 
 From the affine model upwards the rung that helps held-out groups most is taken, if the one-
-standard-error rule prefers it to staying and its sizes differ from zero; then the remaining rungs
-are tried on top of it.
+standard-error rule prefers it to staying, its sizes differ from zero and it predicts the held-out
+groups better than staying does; then the remaining rungs are tried on top of it.
 """
 
 from __future__ import annotations
@@ -19,7 +19,10 @@ from footcal_cli.core.parameters import BoolArray, FloatArray
 from footcal_cli.errors import FitError
 
 ALPHA = 0.01
-"""A rung whose sizes could be zero at this level is not climbed, however well it predicts."""
+"""A rung whose sizes could be zero at this level is not climbed, however well it predicts.
+
+Shared out over the rungs tried on top of a model (Bonferroni): the best of ten is not one of ten.
+"""
 _MOST_STEPS = 3
 
 
@@ -167,7 +170,13 @@ def climb(
         if not tried:
             break
         p_values = [_added_p(fit, rung) for rung, fit, _ in tried]
-        significant = [i for i, p in enumerate(p_values) if p < alpha]
+        strict = alpha / len(tried)
+        # the rule compares with the best rung of all; none is climbed to predict worse than before
+        significant = [
+            i
+            for i, p in enumerate(p_values)
+            if p < strict and _predicts_better(tried[i][2], here_out)
+        ]
         # of rivals with as many numbers the better fit is the simpler explanation: with few groups
         # it says more than their nearly equal held-out errors
         by_fit = np.argsort(np.argsort([fit.rmse_n for _, fit, _ in tried])) / (len(tried) + 1)
@@ -183,7 +192,7 @@ def climb(
                 out,
                 here_out,
                 i == step,
-                _why(i, step, p_values[i], alpha),
+                _why(i, step, p_values[i], strict),
                 p_values[i],
             )
             for i, (rung, fit, out) in enumerate(tried)
@@ -206,6 +215,12 @@ def climb(
         by_session=bool(np.unique(record.session).size >= 3),
         held_out=here_out,
     )
+
+
+def _predicts_better(one: HeldOut, other: HeldOut) -> bool:
+    """Whether the mean squared error is smaller, over rows and with every group counting alike."""
+    over_groups = float(one.mse_by_group().mean()) < float(other.mse_by_group().mean())
+    return over_groups and one.rmse < other.rmse
 
 
 def _rivals(

@@ -145,7 +145,7 @@ def _touched(labels: np.ndarray, signal: FloatArray, left: FloatArray) -> tuple[
 
 
 def _direction(signal: FloatArray, left: FloatArray) -> str:
-    if np.ptp(signal) == 0:
+    if signal.size == 0 or np.ptp(signal) == 0:
         return "depends on"
     middle, mean, count = _binned(signal, left)
     x = (middle - np.average(middle, weights=count)) / max(float(np.std(middle)), 1e-300)

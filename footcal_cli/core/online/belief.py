@@ -7,7 +7,7 @@ of `footcal_cli.core.online.rows`.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -46,6 +46,11 @@ class Belief:
     def bias_sd_n(self) -> FloatArray:
         """Shape (c,)."""
         return np.sqrt(np.diag(self.covariance)[len(self.channels) :])
+
+    def widened(self, gain_sd: FloatArray, bias_sd_n: FloatArray) -> Belief:
+        """The same belief with independent doubt added to gains and biases, shape (c,) each."""
+        more = np.diag(np.concatenate([gain_sd, bias_sd_n]) ** 2)
+        return replace(self, covariance=self.covariance + more)
 
     def forces(self, counts: FloatArray) -> FloatArray:
         """``F⁰ = c⁰ S + d⁰``, shape (n, c)."""

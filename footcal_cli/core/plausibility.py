@@ -1,0 +1,162 @@
+"""What a recipe states against what a log says: scales, weights, and channels that cannot be right.
+
+Every function returns findings that name the likely cause; none of them changes a number.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.quality import UNIT_RATIOS, Finding
+
+SCALE_RANGE = (0.5, 2.0)
+"""A cell whose scale is off its nameplate by more is another cell, or its loads another unit."""
+TOTAL_RANGE = (0.5, 1.5)
+"""Walking and standing, the vertical forces sum to the weight on average; calibrations are off by
+per cents, wrong units and calibrations of other robots by factors."""
+UNIT_TOLERANCE = 0.1
+"""Share by which a nameplate may be off beside a unit."""
+DEAD_SHARE = 0.01
+"""A cell under a walking robot that moves less than this share of its siblings carries nothing."""
+WALKING_SPAN_N = 2.0
+"""Siblings that move less do not tell a dead cell from one that is not loaded."""
+TURNED_SHARE = 0.1
+"""A cell of the right sign is not unloaded by this share of its siblings when its foot lands."""
+
+
+def check_scale(channel: str, scale: float, nameplate: float | None) -> list[Finding]:
+    """Find a fitted scale that the nameplate contradicts: another unit of the loads, a turned sign.
+
+    Parameters
+    ----------
+    scale, nameplate
+        N/count.
+    """
+    if not nameplate or not np.isfinite(scale):
+        return []
+    ratio = scale / nameplate
+    if SCALE_RANGE[0] < ratio < SCALE_RANGE[1]:
+        return []
+    # loads noted in kg and read as N make the scale 9.8 times too small
+    units = {unit: 1.0 / newtons for unit, newtons in UNIT_RATIOS.items()}
+    unit = next((u for u, r in units.items() if abs(abs(ratio) / r - 1.0) < UNIT_TOLERANCE), None)
+    if unit is not None:
+        cause = f"the loads look noted in {unit}" + (" with a turned sign" if ratio < 0 else "")
+    elif ratio < 0 and SCALE_RANGE[0] < -ratio < SCALE_RANGE[1]:
+        cause = "the sign of the loads, or of the bridge's wires, looks turned"
+    else:
+        cause = "the unit of the loads, the amplifier's gain or the nameplate is wrong"
+    return [
+        Finding(
+            "scale_off_nameplate", "alarm", channel,
+            f"the scale is {scale:.3g} N/count, {ratio:.3g} times the {nameplate:.3g} N/count of "
+            f"the nameplate: {cause}",
+            "correct the unit of the load column in [columns], or scale_n_per_count in "
+            "[robot.nameplate]",
+        )
+    ]  # fmt: skip
+
+
+def check_total_force(total_n: FloatArray, weight_n: float | None, where: str) -> list[Finding]:
+    """Find vertical forces of a standing or walking robot that do not carry its weight.
+
+    Parameters
+    ----------
+    total_n
+        Sum of all vertical forces, shape (n,); NaN where a sample was lost.
+    weight_n
+        m g of the recipe.
+    """
+    good = total_n[np.isfinite(total_n)]
+    if not weight_n or not good.size:
+        return []
+    mean = float(np.median(good))
+    if TOTAL_RANGE[0] < mean / weight_n < TOTAL_RANGE[1]:
+        return []
+    return [
+        Finding(
+            "total_force_off_weight", "alarm", where,
+            f"the vertical forces sum to {mean:.4g} N (median), the robot weighs {weight_n:.4g} N",
+            "check that the calibration is of this robot, its sign and unit, and mass_kg in "
+            "[robot]; a robot that hangs or is held shows this too",
+        )
+    ]  # fmt: skip
+
+
+def check_leg_weights(weights_n: Mapping[str, float], robot_n: float | None) -> list[Finding]:
+    """Find leg weights that cannot be: negative, or together more than the robot.
+
+    Parameters
+    ----------
+    weights_n
+        Weight that each transducer carried while hanging.
+    robot_n
+        m g of the recipe, None where it is not given.
+    """
+    findings = [
+        Finding(
+            "negative_leg_weight", "alarm", leg,
+            f"the leg weighs {weight:.3g} N: its wrench is turned, or orientations are exchanged",
+            "check the transducer's axes and the names of the orientations in the log",
+        )
+        for leg, weight in weights_n.items()
+        if weight < 0
+    ]  # fmt: skip
+    total = sum(weights_n.values())
+    if robot_n is not None and not findings and total > robot_n:
+        findings.append(
+            Finding(
+                "legs_heavier_than_robot", "alarm", "all legs",
+                f"the legs weigh {total:.4g} N together, the robot {robot_n:.4g} N",
+                "check the unit of the forces (N or kgf?) in [columns], and mass_kg in [robot]",
+            )
+        )  # fmt: skip
+    return findings
+
+
+def check_walking_cells(
+    forces_n: FloatArray, cells: Sequence[str], foot: Sequence[str]
+) -> list[Finding]:
+    """Find cells under a walking robot that are dead or of turned sign.
+
+    Parameters
+    ----------
+    forces_n
+        By the calibration to start from, shape (n, c); NaN where a sample was lost.
+    cells, foot
+        Name and foot of every cell.
+    """
+    found: list[Finding] = []
+    low, high = np.nanpercentile(forces_n, [2, 98], axis=0)
+    span = high - low
+    for i, name in enumerate(cells):
+        mates = [j for j in range(len(cells)) if foot[j] == foot[i] and j != i]
+        if not mates or np.median(span[mates]) < WALKING_SPAN_N:
+            continue
+        if span[i] < DEAD_SHARE * float(np.median(span[mates])):
+            found.append(
+                Finding(
+                    "dead_cell", "alarm", name,
+                    f"the cell moves by {span[i]:.2g} N while the others of its foot move by "
+                    f"{float(np.median(span[mates])):.3g} N",
+                    "check its wires, its plug and that it carries the plate",
+                )
+            )  # fmt: skip
+            continue
+        others = np.nansum(np.abs(forces_n[:, mates] - np.nanmedian(low[mates])), axis=1)
+        down, up = others > np.nanpercentile(others, 70), others < np.nanpercentile(others, 30)
+        steps = np.nanmedian(forces_n[down], axis=0) - np.nanmedian(forces_n[up], axis=0)
+        usual = float(np.median(steps[mates]))
+        if usual > WALKING_SPAN_N and steps[i] < -TURNED_SHARE * usual:
+            found.append(
+                Finding(
+                    "turned_sign", "alarm", name,
+                    f"the cell reads {-steps[i]:.3g} N less when its foot carries the robot; the "
+                    f"others read {usual:.3g} N more",
+                    "check the sign of its scale and the wires of its bridge",
+                )
+            )  # fmt: skip
+    return found

@@ -1,0 +1,354 @@
+"""Files of logs as raw columns: CSV, CSV.gz and Parquet, each column with the type it really has.
+
+Nothing is converted here, so that a stamp is not taken for a number, nor a truth value or a text.
+"""
+
+from __future__ import annotations
+
+import csv
+import gzip
+import hashlib
+import io
+import warnings
+import zlib
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
+from numpy.typing import NDArray
+
+from footcal_cli.core.parameters import BoolArray
+from footcal_cli.errors import DataError
+from footcal_cli.textfiles import regular_file
+
+MOST_COLUMNS = 10_000
+MOST_BYTES = 4 * 1024**3
+"""Of a CSV file, unpacked."""
+_LONGEST_HEADER = 2**20
+_NANOSECONDS = {"s": 10**9, "ms": 10**6, "us": 10**3, "ns": 1}
+_EXACT = 2**53
+
+RawKind = Literal["number", "truth", "text", "stamp", "duration"]
+
+
+@dataclass(frozen=True)
+class RawColumn:
+    """A column as the file holds it.
+
+    Parameters
+    ----------
+    kind
+        ``stamp`` counts nanoseconds since 1970 (UTC), ``duration`` nanoseconds.
+    values
+        Shape (n,): integers or floats, booleans, strings, or nanoseconds (int64).
+    empty
+        Where the cell is empty, shape (n,).
+    """
+
+    kind: RawKind
+    values: NDArray[Any]
+    empty: BoolArray
+
+
+def digest(path: Path) -> str:
+    """SHA-256 of a file, in hexadecimal."""
+    with path.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
+
+
+def is_parquet(path: Path) -> bool:
+    """Whether the name is that of a Parquet file; anything else is CSV."""
+    return path.suffix.lower() in {".parquet", ".pq"}
+
+
+def row_words(path: Path, position: int) -> str:
+    """A row for people: lines of a text file count from the header's, rows of Parquet from 1."""
+    return f"row {position + 1}" if is_parquet(path) else f"line {position + 2}"
+
+
+def column_names(path: Path) -> list[str]:
+    """Column names of a file, checked for repeats.
+
+    Raises
+    ------
+    UsageError
+        No such file, or none at all.
+    DataError
+        Empty, truncated or not text, no header, or a name that stands twice.
+    """
+    regular_file(path)
+    if path.stat().st_size == 0:
+        raise DataError("the file is empty", file=path, remedy="record or export the log again")
+    names = list(_parquet(path).schema_arrow.names) if is_parquet(path) else _header(path)
+    if not any(names):
+        raise DataError("no header line", file=path, remedy="name the columns in the first line")
+    if len(names) > MOST_COLUMNS:
+        raise DataError(
+            f"{len(names)} columns, more than {MOST_COLUMNS}", file=path,
+            remedy="check that columns and rows are not exchanged",
+        )  # fmt: skip
+    known: set[str] = set()
+    for name in names:
+        if name in known:
+            raise DataError(
+                "the column name stands twice in the header", file=path, column=short(name),
+                remedy="give every column its own name",
+            )  # fmt: skip
+        known.add(name)
+    return names
+
+
+def raw_columns(
+    path: Path, names: Sequence[str], texts: Collection[str]
+) -> Mapping[str, RawColumn]:
+    """Columns of a file by name; those of `texts` as strings whatever they look like.
+
+    Raises
+    ------
+    DataError
+        The file cannot be read to its end, or holds a type that is neither number, text nor time.
+    """
+    if is_parquet(path):
+        try:
+            table = _parquet(path).read(columns=list(names), use_threads=False)
+        except (pa.ArrowException, OSError) as error:
+            raise _unreadable(path, error) from None
+        return {name: _of_arrow(table.column(name), name, path) for name in names}
+    frame = _frame(path, texts)
+    return {name: _of_series(frame[name]) for name in names}
+
+
+def write_parquet(columns: pd.DataFrame | Mapping[str, object], path: Path) -> None:
+    """Write a table, or columns (n,) by name, as Parquet: zstd, no index, repeatable bytes."""
+    data = columns if isinstance(columns, pd.DataFrame) else pd.DataFrame(dict(columns))
+    pq.write_table(
+        pa.Table.from_pandas(data, preserve_index=False).replace_schema_metadata(None),
+        path,
+        compression="zstd",
+    )
+
+
+def write_parquet_pieces(pieces: Iterable[Mapping[str, object]], path: Path) -> int:
+    """Write columns that come piece by piece, a row group each; the first piece sets the types.
+
+    Returns
+    -------
+    rows
+        How many were written.
+    """
+    rows = 0
+    writer: pq.ParquetWriter | None = None
+    try:
+        for piece in pieces:
+            table = pa.table({name: pa.array(values) for name, values in piece.items()})
+            if writer is None:
+                writer = pq.ParquetWriter(path, table.schema, compression="zstd")
+            writer.write_table(table.cast(writer.schema))
+            rows += table.num_rows
+    finally:
+        if writer is not None:
+            writer.close()
+    return rows
+
+
+def short(text: str, at_most: int = 60) -> str:
+    """A text of the file that can stand in one line."""
+    return text if len(text) <= at_most else text[: at_most - 1] + "…"
+
+
+def _unreadable(path: Path, error: Exception) -> Exception:
+    """What to raise for an error of a reader; what the system refuses stays as it is."""
+    if isinstance(error, OSError) and error.errno is not None:
+        return error
+    first = str(error).splitlines()[0] if str(error) else type(error).__name__
+    return DataError(
+        f"cannot be read to its end (truncated?): {short(first, 120)}", file=path,
+        remedy="copy it again",
+    )  # fmt: skip
+
+
+def _parquet(path: Path) -> pq.ParquetFile:
+    try:
+        return pq.ParquetFile(path, pre_buffer=False)
+    except (pa.ArrowException, OSError) as error:
+        if isinstance(error, OSError) and error.errno is not None:
+            raise
+        raise DataError(
+            "not a readable Parquet file (truncated?)", file=path, remedy="copy it again"
+        ) from None
+
+
+def _of_arrow(column: pa.ChunkedArray, name: str, path: Path) -> RawColumn:
+    """A Parquet column by its declared type."""
+    if pa.types.is_dictionary(column.type):
+        column = column.cast(column.type.value_type)
+    kind = column.type
+    empty = np.asarray(column.is_null().to_numpy(zero_copy_only=False), dtype=np.bool_)
+    if pa.types.is_integer(kind) and empty.any():
+        _exact(column, empty, name, path)
+    if pa.types.is_integer(kind) or pa.types.is_floating(kind):
+        return RawColumn("number", column.to_numpy(zero_copy_only=False), empty)
+    if pa.types.is_decimal(kind):
+        return RawColumn("number", column.cast(pa.float64()).to_numpy(zero_copy_only=False), empty)
+    if pa.types.is_timestamp(kind) or pa.types.is_duration(kind):
+        counted = column.cast(pa.int64()).fill_null(0).to_numpy(zero_copy_only=False)
+        values = _nanoseconds(counted, _NANOSECONDS[kind.unit], name, path)
+        return RawColumn("stamp" if pa.types.is_timestamp(kind) else "duration", values, empty)
+    if pa.types.is_boolean(kind):
+        filled = column.fill_null(False)
+        return RawColumn("truth", filled.to_numpy(zero_copy_only=False), empty)
+    if pa.types.is_string(kind) or pa.types.is_large_string(kind) or pa.types.is_string_view(kind):
+        return RawColumn("text", np.array(column.to_pylist(), dtype=object), empty)
+    if pa.types.is_null(kind):
+        return RawColumn("number", np.full(len(column), np.nan), empty)
+    raise DataError(
+        f"holds the type {short(str(kind))}, which is neither a number nor a text nor a time",
+        file=path, column=name, remedy="export plain numbers, one column each",
+    )  # fmt: skip
+
+
+def _exact(column: pa.ChunkedArray, empty: BoolArray, name: str, path: Path) -> None:
+    """Refuse integers beside empty cells that a float would round."""
+    values = column.fill_null(0).to_numpy(zero_copy_only=False)
+    large = (values > _EXACT) | (values < -_EXACT if values.dtype.kind == "i" else False)
+    if large.any():
+        at = int(np.argmax(large))
+        raise DataError(
+            "an integer above 2^53 in a column with empty cells", file=path, column=name,
+            row=row_words(path, at), value=int(values[at]), remedy="fill in the empty cells",
+        )  # fmt: skip
+
+
+def _nanoseconds(
+    counted: NDArray[np.int64], factor: int, name: str, path: Path
+) -> NDArray[np.int64]:
+    largest = np.iinfo(np.int64).max // factor
+    wide = (counted > largest) | (counted < -largest)
+    if wide.any():
+        at = int(np.argmax(wide))
+        raise DataError(
+            "a date outside the years 1678 to 2262", file=path, column=name,
+            row=row_words(path, at), remedy="correct the stamp",
+        )  # fmt: skip
+    return counted * factor
+
+
+def _bytes(path: Path) -> bytes:
+    """A CSV file's whole text as bytes, unpacked."""
+    opener = gzip.open if path.suffix.lower() == ".gz" else open
+    try:
+        with opener(path, "rb") as stream:
+            content: bytes = stream.read(MOST_BYTES + 1)
+    except (OSError, EOFError, zlib.error) as error:
+        raise _unreadable(path, error) from None
+    if len(content) > MOST_BYTES:
+        raise DataError(
+            f"more than {MOST_BYTES / 1024**3:.0f} GB of text", file=path,
+            remedy="split it, or export it as Parquet",
+        )  # fmt: skip
+    return content
+
+
+def _header(path: Path) -> list[str]:
+    opener = gzip.open if path.suffix.lower() == ".gz" else open
+    try:
+        with opener(path, "rb") as stream:
+            start: bytes = stream.read(_LONGEST_HEADER)
+    except (OSError, EOFError, zlib.error) as error:
+        raise _unreadable(path, error) from None
+    end = start.find(b"\n")
+    if end < 0 and len(start) == _LONGEST_HEADER:
+        raise DataError(
+            "a first line of more than a megabyte", file=path, remedy="export it as CSV or Parquet"
+        )
+    if b"\0" in start or start[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        raise DataError(
+            "not UTF-8 text (UTF-16, or a binary file)", file=path,
+            remedy="export it as CSV (UTF-8) or Parquet",
+        )  # fmt: skip
+    try:
+        text = start.decode("utf-8-sig", errors="strict" if end < 0 else "replace")
+        if "\N{REPLACEMENT CHARACTER}" in text.partition("\n")[0]:
+            raise UnicodeError
+        return [name.strip() for name in next(csv.reader(io.StringIO(text, newline="")), [])]
+    except UnicodeError:
+        raise DataError(
+            "not readable as UTF-8 text", file=path, remedy="export it as CSV (UTF-8) or Parquet"
+        ) from None
+    except csv.Error as error:
+        raise DataError(
+            f"the header cannot be read: {error}", file=path,
+            remedy="export it as CSV (UTF-8) or Parquet",
+        ) from None  # fmt: skip
+
+
+def _frame(path: Path, texts: Collection[str]) -> pd.DataFrame:
+    """All columns of a CSV file."""
+    content = _bytes(path)
+    _refuse_foreign_bytes(content, path)
+    try:
+        with warnings.catch_warnings():
+            # a row with more fields than the header (a decimal comma?) would lose its tail
+            warnings.simplefilter("error", pd.errors.ParserWarning)
+            frame = pd.read_csv(
+                # the whole text at once: a reader that Ctrl-C interrupts would say "truncated"
+                io.BytesIO(content),
+                dtype=dict.fromkeys(texts, str),
+                encoding="utf-8-sig",
+                skipinitialspace=True,
+                low_memory=False,
+                index_col=False,
+            )
+    except pd.errors.ParserWarning:
+        raise DataError(
+            "a row has more fields than the header (a decimal comma?)",
+            file=path,
+            remedy="write decimal points, or one field per column",
+        ) from None
+    except (pd.errors.ParserError, pd.errors.EmptyDataError, csv.Error) as error:
+        raise _unreadable(path, error) from None
+    _refuse_cut_line(content, path)
+    return frame.rename(columns=str.strip)
+
+
+def _refuse_foreign_bytes(content: bytes, path: Path) -> None:
+    at = content.find(b"\0")
+    problem = "a NUL byte" if at >= 0 else ""
+    if at < 0:
+        try:
+            content.decode("utf-8")
+        except UnicodeDecodeError as error:
+            at = error.start
+            problem = f"not UTF-8 text: byte 0x{content[at]:02x}"
+    if problem:
+        raise DataError(
+            problem, file=path, row=f"line {content.count(bytes([10]), 0, at) + 1}",
+            remedy="export it as CSV (UTF-8) or Parquet",
+        )  # fmt: skip
+
+
+def _refuse_cut_line(content: bytes, path: Path) -> None:
+    """Refuse a last line that ends before its last field."""
+    last = content[content.rfind(b"\n") + 1 :]
+    first = content[: content.find(b"\n")]
+    if last.strip() and b'"' not in last + first and last.count(b",") < first.count(b","):
+        raise DataError(
+            "the last line is cut off", file=path, row=f"line {content.count(bytes([10])) + 1}",
+            value=short(last.decode("utf-8")), remedy="copy the file again, or take the line out",
+        )  # fmt: skip
+
+
+def _of_series(column: pd.Series[Any]) -> RawColumn:
+    """A CSV column by what all its cells look like."""
+    empty = np.asarray(column.isna().to_numpy(), dtype=np.bool_)
+    if pd.api.types.is_bool_dtype(column):
+        return RawColumn("truth", column.to_numpy(dtype=bool), empty)
+    if pd.api.types.is_numeric_dtype(column):
+        return RawColumn("number", column.to_numpy(), empty)
+    words = column.to_numpy(dtype=object)
+    return RawColumn("text", words, empty)

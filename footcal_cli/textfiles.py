@@ -1,0 +1,62 @@
+"""Files that people name: they must be files, of a size that can be meant, and text where due."""
+
+from __future__ import annotations
+
+import stat
+from pathlib import Path
+
+from footcal_cli.errors import UsageError
+
+
+def regular_file(path: Path, *, at_most: int | None = None) -> None:
+    """Refuse what is no file: a folder, a pipe, a device, or more bytes than can be meant.
+
+    Parameters
+    ----------
+    path
+        The file.
+    at_most
+        Bytes; None for no limit.
+
+    Raises
+    ------
+    UsageError
+        Says what it is instead.
+    """
+    try:
+        found = path.stat()
+    except (FileNotFoundError, NotADirectoryError):
+        raise UsageError("no such file", file=path, remedy="check the path") from None
+    except ValueError:  # a NUL byte in the name
+        raise UsageError("not the name of a file", remedy="check the path", value=str(path)) from (
+            None
+        )
+    if stat.S_ISDIR(found.st_mode):
+        raise UsageError("is a folder, not a file", file=path, remedy="name a file in it")
+    if not stat.S_ISREG(found.st_mode):
+        raise UsageError(
+            "is a pipe or a device, not a file", file=path, remedy="write it to a file first"
+        )
+    if at_most is not None and found.st_size > at_most:
+        raise UsageError(
+            f"{found.st_size / 1e6:.1f} MB, more than the {at_most / 1e6:.0f} MB that such a file "
+            "may have", file=path, remedy="check that it is the right file",
+        )  # fmt: skip
+
+
+def read_text(path: Path, *, at_most: int) -> str:
+    """The text of a UTF-8 file, without its byte order mark.
+
+    Raises
+    ------
+    UsageError
+        No such file, too large, or not UTF-8.
+    """
+    regular_file(path, at_most=at_most)
+    try:
+        return path.read_bytes().decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise UsageError(
+            f"not UTF-8 text: byte {error.start + 1} is 0x{error.object[error.start]:02x}",
+            file=path, remedy="save it as UTF-8",
+        ) from None  # fmt: skip

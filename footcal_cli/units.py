@@ -1,0 +1,211 @@
+"""Units of columns: which spellings are known, what they are called in full, how they convert.
+
+Only spellings that name one unit beyond doubt are taken: pint knows ``gr`` as grain, ``mil`` as a
+thousandth of an inch and ``kp`` as nothing, where whoever wrote them meant something else.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+
+import pint
+
+from footcal_cli.core.parameters import FloatArray
+from footcal_cli.errors import UsageError, nearest
+
+SPELLINGS = {
+    "N": "newton", "mN": "millinewton", "cN": "centinewton", "daN": "decanewton",
+    "kN": "kilonewton", "MN": "meganewton",
+    "kgf": "kilogram_force", "gf": "gram_force", "lbf": "pound_force", "ozf": "ounce_force",
+    "kg": "kilogram", "g": "gram", "mg": "milligram", "t": "metric_ton", "lb": "pound",
+    "lbs": "pound", "oz": "ounce",
+    "m": "meter", "dm": "decimeter", "cm": "centimeter", "mm": "millimeter", "um": "micrometer",
+    "µm": "micrometer", "μm": "micrometer", "km": "kilometer", "in": "inch", "ft": "foot",
+    "s": "second", "sec": "second", "ms": "millisecond", "us": "microsecond", "µs": "microsecond",
+    "μs": "microsecond", "ns": "nanosecond", "min": "minute", "h": "hour",
+    "rad": "radian", "mrad": "milliradian", "deg": "degree", "°": "degree", "rev": "turn",
+    "rpm": "revolutions_per_minute",
+    "g0": "standard_gravity",
+    "degC": "degree_Celsius", "°C": "degree_Celsius", "degF": "degree_Fahrenheit",
+    "°F": "degree_Fahrenheit", "K": "kelvin",
+    "Pa": "pascal", "hPa": "hectopascal", "kPa": "kilopascal", "MPa": "megapascal", "bar": "bar",
+    "mbar": "millibar", "psi": "pound_force_per_square_inch",
+    "count": "count", "counts": "count",
+    "Nm": "newton * meter", "mNm": "millinewton * meter", "kNm": "kilonewton * meter",
+    "Nmm": "newton * millimeter", "Ncm": "newton * centimeter",
+}  # fmt: skip
+"""Short spellings that are taken -> the unit in full."""
+
+MEANT = {
+    "gr": ("g (gram)", "grain"), "grs": ("g (gram)", "grain"), "gm": ("g (gram)",),
+    "gms": ("g (gram)",), "G": ("g (gram)", "g0 (standard gravity)"),
+    "kp": ("kgf (kilopond)",), "p": ("gf (pond)",), "kgs": ("kg (kilogram)",),
+    "Kg": ("kg (kilogram)",), "KG": ("kg (kilogram)",), "kG": ("kg (kilogram)", "kgf"),
+    "kilo": ("kg (kilogram)", "kgf (kilogram-force)"), "KN": ("kN (kilonewton)",),
+    "mil": ("mm (millimetre)", "0.001 in"), "mils": ("mm (millimetre)", "0.001 in"),
+    "MM": ("mm (millimetre)",), "M": ("m (metre)",), "CM": ("cm (centimetre)",),
+    "NM": ("N*m (newton metre)",), "nm": ("N*m (newton metre)", "nanometer"),
+    "nM": ("N*m (newton metre)",), "n": ("N (newton)",),
+    "S": ("s (second)",), "MS": ("ms (millisecond)",), "mS": ("ms (millisecond)",),
+    "Ms": ("ms (millisecond)",), "NS": ("ns (nanosecond)",), "US": ("us (microsecond)",),
+    "cts": ("counts",), "ct": ("counts",), "cnt": ("counts",), "cnts": ("counts",),
+    "lsb": ("counts",), "LSB": ("counts",), "raw": ("counts",), "adc": ("counts",),
+    "digits": ("counts",), "C": ("degC",), "c": ("degC",), "F": ("degF",), "k": ("K", "kg"),
+    "d": ("deg (degree)", "day"), "RAD": ("rad",), "DEG": ("deg",), "#": ("lb (pound)",),
+    "ton": ("t (tonne)", "short_ton"), "tons": ("t (tonne)", "short_ton"), "T": ("t (tonne)",),
+    "PA": ("Pa",), "pa": ("Pa",), "LB": ("lb",), "Lb": ("lb",), "LBF": ("lbf",),
+    "oz_t": ("oz (ounce)",), "R": ("rev", "rad"), "r": ("rev", "rad"),
+}  # fmt: skip
+"""Spellings that are not taken -> what was probably meant."""
+
+_LONGEST = 40
+_ATOM = re.compile(r"([A-Za-zµμ°][A-Za-z_µμ°0]*)(?:(?:\*\*|\^)(-?[1-4]))?")
+_SUPERSCRIPTS = {"²": "^2", "³": "^3", "·": "*", "⋅": "*", "×": "*"}
+_SHORT = 3
+"""Words of up to so many letters must be a known spelling; longer ones may be a name of pint's."""
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A unit that was understood.
+
+    Parameters
+    ----------
+    spelling
+        As it was written.
+    name
+        In full (``gram``, ``newton * meter``).
+    """
+
+    spelling: str
+    name: str
+
+
+@dataclass(frozen=True)
+class Conversion:
+    """``canonical = slope * value + offset``, and whether a mass was taken as its weight."""
+
+    source: Unit
+    target: Unit
+    slope: float
+    offset: float = 0.0
+    weighed: bool = False
+
+    def __call__(self, values: FloatArray) -> FloatArray:
+        """Values in the target's unit, same shape."""
+        return values * self.slope + self.offset
+
+
+@cache
+def _registry() -> pint.UnitRegistry[float]:
+    registry: pint.UnitRegistry[float] = pint.UnitRegistry()
+    return registry
+
+
+def parse_unit(text: str) -> Unit:
+    """Understand the spelling of a unit: names joined by ``*`` and ``/``, powers up to 4.
+
+    Raises
+    ------
+    UsageError
+        A spelling nobody knows, one that could mean several units, or anything but a unit.
+    """
+    shown = text.strip()
+    if len(shown) > _LONGEST:
+        raise UsageError(
+            f"a unit of {len(shown)} characters", value=shown[:_LONGEST] + "…",
+            remedy="write a unit such as N, kg, g, lbf, kgf, mm or deg",
+        )  # fmt: skip
+    plain = shown
+    for sign, word in _SUPERSCRIPTS.items():
+        plain = plain.replace(sign, word)
+    full = ""
+    # a product that follows a slash is one factor
+    for piece in re.split(r"((?<!\*)\*(?!\*)|/)", plain):
+        part = piece.strip()
+        if part in ("*", "/"):
+            full += f" {part} "
+            continue
+        atom = _ATOM.fullmatch(part)
+        if atom is None:
+            raise UsageError(
+                f"'{shown}' is not the spelling of a unit",
+                remedy="join names by * and /, with powers from 1 to 4: N, kg, N*m, m/s^2, deg/s",
+            )
+        name = _full_name(atom[1], shown)
+        power = f" ** {atom[2]}" if atom[2] else ""
+        product = " " in name and (bool(full) or bool(power))
+        full += f"({name}){power}" if product else name + power
+    return Unit(shown, full)
+
+
+def _full_name(word: str, whole: str) -> str:
+    if word in SPELLINGS:
+        return SPELLINGS[word]
+    if word in MEANT:
+        raise UsageError(
+            f"unit '{whole}': '{word}' is not clear", remedy=f"write {' or '.join(MEANT[word])}"
+        )
+    if len(word) > _SHORT and word.islower():
+        name = word.replace("metre", "meter")
+        try:
+            return str(_registry().get_name(name))
+        except (pint.errors.UndefinedUnitError, pint.errors.DefinitionSyntaxError, ValueError):
+            pass
+    raise UsageError(
+        f"unknown unit '{whole}'{nearest(word, list(SPELLINGS))}",
+        remedy="write a unit such as N, kg, g, lbf, kgf, mm or deg",
+    )
+
+
+def conversion(unit: str, to: str, gravity_mps2: float) -> Conversion:
+    """How values in one unit become values in another; a mass becomes its weight as a force.
+
+    Parameters
+    ----------
+    unit, to
+        Spellings of units.
+    gravity_mps2
+        With which a mass weighs.
+
+    Raises
+    ------
+    UsageError
+        For a unit nobody knows, or one of another quantity.
+    """
+    registry = _registry()
+    named, wanted = parse_unit(unit), parse_unit(to)
+    source, target = registry.Unit(named.name), registry.Unit(wanted.name)
+    if source.is_compatible_with("kg") and target.is_compatible_with("N"):
+        source_n = float(registry.Quantity(1.0, source).to("kg").magnitude) * gravity_mps2
+        slope = source_n / float(registry.Quantity(1.0, target).to("N").magnitude)
+        return Conversion(named, wanted, slope, weighed=True)
+    # to pint a radian is as dimensionless as a count
+    counted = [name.name == "count" for name in (named, wanted)]
+    if counted[0] != counted[1] or not source.is_compatible_with(target):
+        raise UsageError(
+            f"unit '{unit}' ({named.name}) is not one of the same quantity as '{to}'",
+            remedy=f"give a unit that converts to {to}"
+            + (", such as g0 (standard gravity)" if to == "m/s^2" else ""),
+        )
+    offset = float(registry.Quantity(0.0, source).to(target).magnitude)
+    slope = float(registry.Quantity(1.0, source).to(target).magnitude) - offset
+    return Conversion(named, wanted, slope, offset)
+
+
+def unit_factor(unit: str, to: str, gravity_mps2: float) -> Callable[[FloatArray], FloatArray]:
+    """`conversion` as a function of arrays."""
+    return conversion(unit, to, gravity_mps2)
+
+
+@cache
+def converts(unit: str, to: str) -> bool:
+    """Whether a quantity in one unit can be given in another."""
+    try:
+        conversion(unit, to, 1.0)
+    except UsageError:
+        return False
+    return True

@@ -1,0 +1,219 @@
+"""The run folder: nothing of the user's deleted, nothing half-written, one writer at a time."""
+
+from __future__ import annotations
+
+import json
+import os
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from filelock import FileLock
+
+from footcal_cli.errors import UsageError
+from footcal_cli.run_folder import claim, put_in_place
+from tests.conftest import REPOSITORY, Run
+
+FOOTCAL = [sys.executable, "-m", "footcal_cli"]
+LOG = "channel,load_n,counts\n" + "".join(
+    f"left_fl,{load},{round(8.3e6 - load / 3.4e-5) + wiggle}\n"
+    for load in (0, 10, 20, 30, 40)
+    for wiggle in (-20, 0, 30)
+)
+
+
+@pytest.fixture
+def log(tmp_path: Path) -> Path:
+    path = tmp_path / "weights.csv"
+    path.write_text(LOG)
+    return path
+
+
+def files_of(folder: Path) -> set[str]:
+    return {p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.is_file()}
+
+
+def test_a_run_lists_every_file_it_wrote(run: Run, log: Path, tmp_path: Path) -> None:
+    assert run("offline-fit", log, "--out", tmp_path / "out").exit_code == 0
+    listed = json.loads((tmp_path / "out/run.json").read_text())["files"]
+    assert {*listed, "run.json"} == files_of(tmp_path / "out")
+
+
+def test_overwrite_replaces_what_footcal_wrote(run: Run, log: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    assert run("offline-fit", log, "--out", out).exit_code == 0
+    assert run("check", log, "--out", out, "--overwrite").exit_code == 0
+    assert not (out / "parameters.json").exists()
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["out", "weights.csv"]
+
+
+def test_overwrite_never_deletes_what_footcal_did_not_write(
+    run: Run, log: Path, tmp_path: Path
+) -> None:
+    mine = tmp_path / "mine"
+    mine.mkdir()
+    (mine / "notes.txt").write_text("mine")
+    answer = run("offline-fit", log, "--out", mine, "--overwrite")
+    assert answer.exit_code == 2
+    assert "only a folder that footcal wrote" in answer.err
+    out = tmp_path / "out"
+    assert run("offline-fit", log, "--out", out).exit_code == 0
+    (out / "notes.txt").write_text("mine")
+    answer = run("offline-fit", log, "--out", out, "--overwrite")
+    assert answer.exit_code == 2
+    assert "notes.txt" in answer.err
+    assert (out / "notes.txt").read_text() == (mine / "notes.txt").read_text() == "mine"
+
+
+@pytest.mark.parametrize("below", ["", "logs/"])
+def test_overwrite_never_deletes_an_input(run: Run, log: Path, tmp_path: Path, below: str) -> None:
+    out = tmp_path / "out"
+    assert run("offline-fit", log, "--out", out).exit_code == 0
+    inside = out / f"{below}weights.csv"
+    inside.parent.mkdir(exist_ok=True)
+    inside.write_text(LOG)
+    answer = run("offline-fit", inside, "--out", out, "--overwrite")
+    assert answer.exit_code == 2
+    assert "an input of this run" in answer.err
+    assert inside.read_text() == LOG
+
+
+def test_an_input_named_by_the_recipe_is_not_deleted(run: Run, log: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    assert run("offline-fit", log, "--out", out).exit_code == 0
+    shutil.copy(log, out / "day1.csv")
+    recipe = tmp_path / "r.toml"
+    recipe.write_text('[data]\nweights = "out/day*.csv"\n')
+    answer = run("offline-fit", "--recipe", recipe, "--out", out, "--overwrite")
+    assert answer.exit_code == 2
+    assert (out / "day1.csv").read_text() == LOG
+
+
+def test_the_calibration_to_start_from_is_not_deleted(run: Run, log: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    assert run("offline-fit", log, "--out", out).exit_code == 0
+    answer = run(
+        "offline-fit", log, "--parameters", out / "parameters.json", "--out", out, "--overwrite"
+    )
+    assert answer.exit_code == 2
+    assert (out / "parameters.json").is_file()
+
+
+def test_names_are_exchanged_whole(tmp_path: Path) -> None:
+    for name in ("new", "out"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "which").write_text(name)
+    put_in_place(tmp_path / "new", tmp_path / "out")
+    assert (tmp_path / "out/which").read_text() == "new"
+
+
+def test_a_second_writer_is_refused(run: Run, log: Path, tmp_path: Path) -> None:
+    held = FileLock(_lock_of(tmp_path / "out"))
+    with held:
+        answer = run("offline-fit", log, "--out", tmp_path / "out")
+    assert answer.exit_code == 2
+    assert "another run is writing" in answer.err
+    assert run("offline-fit", log, "--out", tmp_path / "out").exit_code == 0
+
+
+def _lock_of(out: Path) -> Path:
+    import hashlib
+    import tempfile
+
+    name = hashlib.sha256(str(out.resolve()).encode()).hexdigest()[:24]
+    return Path(tempfile.gettempdir()) / f"footcal-{name}.lock"
+
+
+def test_leftovers_of_killed_runs_are_removed(run: Run, log: Path, tmp_path: Path) -> None:
+    (tmp_path / ".out.partial-abc").mkdir()
+    (tmp_path / ".other.partial-abc").mkdir()
+    assert run("offline-fit", log, "--out", tmp_path / "out").exit_code == 0
+    assert not (tmp_path / ".out.partial-abc").exists()
+    assert (tmp_path / ".other.partial-abc").exists()
+
+
+def test_a_folder_may_be_claimed_again_after_it_was_refused(tmp_path: Path) -> None:
+    claim(tmp_path / "free")
+    with FileLock(_lock_of(tmp_path / "held")), pytest.raises(UsageError, match="another run"):
+        claim(tmp_path / "held")
+
+
+@pytest.mark.parametrize(
+    ("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGKILL, -9)]
+)
+@pytest.mark.parametrize("after_s", [0.5, 1.6, 2.6])
+def test_a_signal_at_any_moment_loses_nothing(
+    run: Run, log: Path, tmp_path: Path, number: int, code: int, after_s: float
+) -> None:
+    out = tmp_path / "out"
+    assert run("offline-fit", log, "--out", out).exit_code == 0
+    running = subprocess.Popen(
+        [*FOOTCAL, "offline-fit", str(log), "--out", str(out), "--overwrite"],
+        cwd=REPOSITORY, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    time.sleep(after_s)
+    running.send_signal(number)
+    _, said = running.communicate()
+    assert running.returncode in {code, 0}  # 0: it had ended before the signal came
+    if running.returncode in {130, 143}:
+        assert said == "footcal: interrupted, nothing half-written\n"
+    listed = json.loads((out / "run.json").read_text())["files"]
+    assert {*listed, "run.json"} == files_of(out)
+    assert run("offline-fit", log, "--out", out, "--overwrite").exit_code == 0
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["out", "weights.csv"]
+
+
+def test_a_disk_that_is_full_is_the_machine_s_fault(log: Path, tmp_path: Path) -> None:
+    """A limit on file sizes stands for the full disk: the same call fails in the same place."""
+    done = subprocess.run(
+        [*FOOTCAL, "offline-fit", str(log), "--out", str(tmp_path / "out")],
+        cwd=REPOSITORY, capture_output=True, text=True, check=False,
+        preexec_fn=lambda: _small_files(),
+    )  # fmt: skip
+    assert done.returncode == 74
+    assert done.stderr.count("\n") == 1
+    assert "Remedy:" in done.stderr
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["weights.csv"]
+
+
+def _small_files() -> None:
+    signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))
+
+
+@pytest.mark.skipif(os.geteuid() == 0 and shutil.which("setpriv") is None, reason="root may write")
+def test_a_missing_permission_is_the_machine_s_fault(log: Path, tmp_path: Path) -> None:
+    closed = tmp_path / "closed"
+    closed.mkdir(mode=0o555)
+    plain = [] if os.geteuid() else ["setpriv", "--bounding-set", "-all", "--inh-caps", "-all"]
+    done = subprocess.run(
+        [*plain, *FOOTCAL, "offline-fit", str(log), "--out", str(closed / "out")],
+        cwd=REPOSITORY, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    if done.returncode == 0:
+        pytest.skip("this user may write everywhere")
+    assert done.returncode == 74
+    assert "permission denied" in done.stderr
+
+
+@pytest.mark.parametrize("option", ["--recipe", "--parameters"])
+def test_a_folder_or_an_impossible_name_is_the_user_s_fault(
+    run: Run, log: Path, tmp_path: Path, option: str
+) -> None:
+    for path in (tmp_path, "x" * 300, tmp_path / "weights.csv" / "below"):
+        answer = run("offline-fit", log, option, path, "--out", tmp_path / "out")
+        assert answer.exit_code == 2
+        assert answer.err.count("\n") == 1
+    assert not (tmp_path / "out").exists()
+
+
+def test_the_page_forbids_everything_but_itself(run: Run, log: Path, tmp_path: Path) -> None:
+    assert run("offline-fit", log, "--out", tmp_path / "out").exit_code == 0
+    page = (tmp_path / "out/report.html").read_text()
+    assert "default-src 'none'" in page
+    assert "<script" not in page
