@@ -40,8 +40,9 @@ ALLOWED: dict[str, set[str]] = {
     "formats": {"formats", "logfiles", "errors"},
     "exporters": {"exporters", "records", "core", "errors"},
     "commands": {
-        "commands", "formats", "exporters", "cell_effects", "columns", "tables", "recipe", "records", "report", "session",
-        "intake", "plots", "sheets", "rigid_body", "core", "errors",
+        "commands", "formats", "exporters", "logfiles", "cell_effects", "columns", "tables",
+        "recipe", "records", "report", "session", "intake", "plots", "sheets", "rigid_body",
+        "core", "errors",
     },
     "app": {"commands", "errors", "interruption", "run_folder"},
     "__main__": {"app", "interruption"},

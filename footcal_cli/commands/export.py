@@ -36,17 +36,15 @@ def export(
     calibration: Annotated[
         Path | None, typer.Argument(metavar="[PARAMETERS]", help="parameters.json of a run.")
     ] = None,
-    to: Annotated[
-        str | None, typer.Option("--to", help=", ".join(get_args(Target)) + ".")
-    ] = None,
+    to: Annotated[str | None, typer.Option("--to", help=", ".join(get_args(Target)) + ".")] = None,
     sensor: Annotated[
         list[str] | None,
         typer.Option("--sensor", metavar="NAME[=THEIRS]", help="A sensor to write; repeatable."),
     ] = None,
     recipe: RecipeFile = None,
-    out: Annotated[
-        Path, typer.Option("--out", metavar="FILE", help="File to write.")
-    ] = Path("out/export"),
+    out: Annotated[Path, typer.Option("--out", metavar="FILE", help="File to write.")] = Path(
+        "out/export"
+    ),
     overwrite: Overwrite = False,
     quiet: Quiet = False,
 ) -> None:
@@ -54,8 +52,7 @@ def export(
     from footcal_cli.commands import option_tables
     from footcal_cli.errors import UsageError
     from footcal_cli.recipe import Recipe, read_recipe, validated
-    from footcal_cli.records.files import read_record
-    from footcal_cli.records.results import ParametersRecord
+    from footcal_cli.session import read_calibration
 
     read = read_recipe(recipe, option_tables()) if recipe is not None else Recipe()
     given = {"to": to, "sensors": tuple(sensor) if sensor else None}
@@ -72,25 +69,13 @@ def export(
     if out.exists() and (out.is_dir() or not overwrite):
         raise UsageError("the file is there already" if out.is_file() else "--out is a folder",
                          file=out, remedy="name another --out or --overwrite")  # fmt: skip
-    record = read_record(ParametersRecord, calibration)
-    _refuse_rejected(calibration, record)
+    record = read_calibration(calibration)
     exported = _exported(calibration, record, read.robot, options)
     _write(exported, options.to, out)
     for warning in exported.warnings:
         typer.echo(f"footcal: warning: {warning}", err=True)
     if not quiet:
         typer.echo(f"{out}  {options.to} of {calibration}")
-
-
-def _refuse_rejected(path: Path, record: ParametersRecord) -> None:
-    """A calibration that its own run did not accept is not passed on."""
-    from footcal_cli.errors import UsageError
-
-    if record.rejected_because:
-        raise UsageError(
-            f"this calibration was rejected: {record.rejected_because[0]}", file=path,
-            remedy="calibrate again",
-        )  # fmt: skip
 
 
 def _exported(

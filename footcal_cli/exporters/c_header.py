@@ -25,6 +25,7 @@ def export(calibration: Calibration, names: Mapping[str, str]) -> Exported:
     warnings = calibration.beyond(list(names), LINEAR)
     comments = head(
         calibration,
+        names,
         ["Cells: force N = scale * counts + bias, positive when pressed. Transducers: wrench =",
          "matrix * (reading - offset), [fx fy fz tx ty tz] in N and Nm, in the nominal frame."],
         warnings,
@@ -90,7 +91,9 @@ def _transducers(calibration: Calibration, names: Mapping[str, str]) -> list[str
 
 
 def _enumeration(prefix: str, names: Mapping[str, str]) -> list[str]:
-    words = [f"{prefix}_{re.sub(r'[^A-Za-z0-9]', '_', theirs).upper()}" for theirs in names.values()]
+    words = [
+        f"{prefix}_{re.sub(r'[^A-Za-z0-9]', '_', theirs).upper()}" for theirs in names.values()
+    ]
     twice = [word for word in words if words.count(word) > 1]
     if twice:
         raise UsageError(f"two sensors would both be {twice[0]}",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -196,22 +196,27 @@ class Calibration:
             mounted = [name for name in names if self.mounted(name)]
             if mounted:
                 lost.append(f"the mounting of {', '.join(mounted)} is not in this file")
-        unseen = [
-            key for key, parameter in self.record.parameters.items()
-            if parameter.status is Status.PRIOR_KEPT and key.rpartition(".")[0] in names
-        ]  # fmt: skip
-        if unseen:
-            lost.append(f"never observed, prior kept: {', '.join(unseen)}")
         return tuple(lost)
 
 
-def head(calibration: Calibration, lines: Sequence[str], warnings: Sequence[str]) -> list[str]:
-    """Comment lines that open a file: origin, conventions, losses."""
+def head(
+    calibration: Calibration, names: Collection[str], lines: Sequence[str], warnings: Sequence[str]
+) -> list[str]:
+    """Comment lines that open a file: origin, conventions, what was not observed, losses."""
     record = calibration.record
+    kept = [
+        key for key, parameter in record.parameters.items()
+        if parameter.status is Status.PRIOR_KEPT and key.rpartition(".")[0] in names
+    ]  # fmt: skip
     origin = f"{record.robot}, {record.command} of {record.created}, from {calibration.source}"
     return [
         f"Written by footcal {record.footcal_version}: {origin}.",
         *lines,
+        *(
+            [f"Not observable by {record.command}, kept as known before: {', '.join(kept)}."]
+            if kept
+            else []
+        ),
         *(f"WARNING: {warning}." for warning in warnings),
     ]
 

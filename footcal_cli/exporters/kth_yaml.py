@@ -32,6 +32,7 @@ def export(calibration: Calibration, names: Mapping[str, str]) -> Exported:
         )
     comments = head(
         calibration,
+        [name],
         [
             "bias: N and Nm, [fx fy fz tx ty tz]; subtracted from the reading.",
             f"gripper_mass: kg, weight {number(hung.weight_n)} N / "

@@ -10,5 +10,4 @@ from scipy.io import savemat
 
 def write_mat(content: Mapping[str, object], path: Path) -> None:
     """Write variables as MATLAB 5, names of any length up to 63."""
-    with path.open("wb") as stream:
-        savemat(stream, dict(content), long_field_names=True)
+    savemat(str(path), dict(content), appendmat=False, long_field_names=True)

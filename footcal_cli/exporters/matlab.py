@@ -28,7 +28,7 @@ def export(calibration: Calibration, names: Mapping[str, str]) -> Exported:
     warnings = calibration.beyond(list(names), LINEAR)
     lines = [
         "function calibration = footcal_calibration()",
-        *(f"% {line}" for line in head(calibration, _CONVENTIONS, warnings)),
+        *(f"% {line}" for line in head(calibration, names, _CONVENTIONS, warnings)),
     ]
     content: dict[str, dict[str, object]] = {}
     for name, theirs in names.items():
@@ -54,5 +54,5 @@ def export(calibration: Calibration, names: Mapping[str, str]) -> Exported:
             f"{here}.offset = [{rows[0]}]; % N, N, N, Nm, Nm, Nm",
             f"{here}.matrix = [{'; '.join(rows[1:])}];",
         ]
-    notes = {"comment": "\n".join(head(calibration, _CONVENTIONS, warnings))}
+    notes = {"comment": "\n".join(head(calibration, names, _CONVENTIONS, warnings))}
     return Exported("\n".join([*lines, "end"]) + "\n", warnings, {**notes, **content})

@@ -45,6 +45,7 @@ def export(calibration: Calibration, names: Mapping[str, str]) -> Exported:
     values = [mass_kg, *rpy_of(turn), *com_parent_m, *offset[3:], *offset[:3]]
     comments = head(
         calibration,
+        [name],
         [
             f"Rename to calib_data.{theirs}. Order: mass kg; roll pitch yaw rad from the model's",
             "to the real sensor frame; CoM in the parent body m; offset torque Nm, then force N.",

@@ -39,10 +39,11 @@ def export(calibration: Calibration, names: Mapping[str, str]) -> Exported:
             )
     comments = head(
         calibration,
+        names,
         [
             "published = (reading + offset) * multiplier, in N and Nm along the transducer's axes,",
             "applied by what is below on the transducer; so offset is footcal's with its sign",
-            "changed. multiplier needs ros2_controllers 4.24 or later.",
+            "changed. The multiplier came into ros2_controllers in 2025 (pull request 1647).",
         ],
         warnings,
     )

@@ -34,6 +34,7 @@ def export(calibration: Calibration, names: Mapping[str, str]) -> Exported:
     )
     comments = head(
         calibration,
+        names,
         ["Transducer frames in the body: m, and rad about fixed axes (roll, pitch, yaw)."],
         warnings,
     )

@@ -19,10 +19,11 @@ def export(calibration: Calibration, names: Mapping[str, str]) -> Exported:
     warnings = calibration.beyond(list(names), LINEAR)
     comments = head(
         calibration,
+        names,
         [
             "wrench = matrix * reading - offset, [fx fy fz tx ty tz] in N and Nm, applied by what",
-            "is below on the transducer, in the transducer's nominal frame: the matrix undoes gains",
-            "and coupling and turns and moves the wrench from the real mounting to the nominal one.",
+            "is below on the transducer, in the transducer's nominal frame: the matrix undoes",
+            "gains and coupling, turns the wrench and moves it to the nominal origin.",
             "Keep the model's nominal sensor frame with it (not footcal's urdf export as well).",
             "The device uses FT_OFFSET after the rpc command usePreEstimatedOffset.",
         ],
