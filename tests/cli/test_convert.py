@@ -257,12 +257,12 @@ def test_list_tells_what_is_inside_and_writes_nothing(tmp_path: Path, run: Run) 
 # ------------------------------------------------------------------ joins
 @pytest.fixture
 def two_clocks(tmp_path: Path) -> Path:
-    """Forces at 0, 10, 20, 30 ms; temperatures at −1, 12 and 21 ms (after an absolute time)."""
+    """Forces at 0, 10, 20, 30 ms; temperatures at −1, 12 and 20 ms (after an absolute time)."""
     ms = 1_000_000
     force = pd.DataFrame({"time_ns": EPOCH_NS + ms * np.array([0, 10, 20, 30]),
                           "fz": [1.0, 2.0, 3.0, 4.0]})  # fmt: skip
     heat = pd.DataFrame(
-        {"time_ns": EPOCH_NS + ms * np.array([-1, 12, 21]), "t": [20.0, 21.0, 22.0]}
+        {"time_ns": EPOCH_NS + ms * np.array([-1, 12, 20]), "t": [20.0, 21.0, 22.0]}
     )
     return foreign.write_ros2(tmp_path / "two", {"force": force, "heat": heat})
 
@@ -272,8 +272,8 @@ def two_clocks(tmp_path: Path) -> Path:
     [
         ("nearest", "0.005", [20.0, 21.0, 22.0, np.nan]),
         ("nearest", "0.02", [20.0, 21.0, 22.0, 22.0]),
-        ("previous", "0.02", [20.0, 20.0, 21.0, 22.0]),
-        ("previous", "0.0085", [20.0, np.nan, 21.0, np.nan]),
+        ("previous", "0.02", [20.0, 20.0, 22.0, 22.0]),
+        ("previous", "0.0085", [20.0, np.nan, 22.0, np.nan]),
     ],
 )
 def test_topics_are_joined_within_the_stated_distance_only(
@@ -333,6 +333,11 @@ def test_a_force_plate_of_a_c3d_agrees_with_its_publishers_export(
     for axis in "xyz":
         off = plate[f"force_{axis}_n"] - theirs[f"p3_f{axis}_N"]
         assert off.abs().max() <= rounding
+    # the CoP lies where the moment about the plate's centre (0.9, 0.45) m has no part in x and y
+    loaded = plate[plate["force_z_n"] > 50.0]
+    lever_x, lever_y = loaded["cop_x_m"] - 0.9, loaded["cop_y_m"] - 0.45
+    np.testing.assert_allclose(-lever_x * loaded["force_z_n"], loaded["moment_y_nm"], atol=1e-3)
+    np.testing.assert_allclose(lever_y * loaded["force_z_n"], loaded["moment_x_nm"], atol=1e-3)
     for axis in "xy":
         off = 1e3 * plate[f"cop_{axis}_m"] - theirs[f"p3_cop{axis}_mm"]
         assert (off.isna() == theirs[f"p3_cop{axis}_mm"].isna()).all()

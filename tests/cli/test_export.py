@@ -65,7 +65,8 @@ def write(
 ) -> Path:
     record = ParametersRecord(
         command="hang-calib", created="2026-01-01T00:00:00+00:00", robot="rig",
-        gravity_mps2=9.80665, sign_convention="reading = applied + offset", frame="transducer", expressed_at="its origin",
+        gravity_mps2=9.80665, sign_convention="reading = applied + offset",
+        frame="transducer", expressed_at="its origin",
         parameters=parameters, effects=effects, rejected_because=rejected,
     )  # fmt: skip
     path = folder / "parameters.json"
