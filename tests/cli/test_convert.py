@@ -95,7 +95,10 @@ KINDS: dict[str, Callable[[Path, foreign.Frames], list[Path]]] = {
     "ros1": lambda d, f: [foreign.write_ros1(d / "walk.bag", f, LATE_NS)],
     "ros2-sqlite3": lambda d, f: [foreign.write_ros2(d / "walk", f, LATE_NS)],
     "ros2-mcap": lambda d, f: [foreign.write_ros2(d / "walk", f, LATE_NS, StoragePlugin.MCAP)],
-    "mcap": lambda d, f: [foreign.write_mcap(d / "walk.mcap", f)],
+    "mcap-ros2": lambda d, f: [
+        next(foreign.write_ros2(d / "walk", f, LATE_NS, StoragePlugin.MCAP).glob("*.mcap"))
+    ],
+    "mcap-json": lambda d, f: [foreign.write_mcap(d / "walk.mcap", f)],
     "mat-v5": lambda d, f: [foreign.write_mat(d / "walk.mat", f)],
     "mat-v7.3": lambda d, f: [foreign.write_mat73(d / "walk.mat", f)],
     "hdf5": lambda d, f: [foreign.write_hdf5(d / "walk.h5", f)],
@@ -528,6 +531,15 @@ def test_a_misspelt_topic_is_answered_by_the_nearest(
     answer = run("convert", two_clocks, "--topic", "/forse", "--out", tmp_path / "a.parquet")
     assert answer.exit_code == 2
     assert "did you mean '/force'" in answer.err
+
+
+def test_a_recipe_names_sources_and_topics(two_clocks: Path, tmp_path: Path, run: Run) -> None:
+    recipe = tmp_path / "r.toml"
+    recipe.write_text('[data]\nconvert = "two"\n[convert]\ntopics = ["/heat"]\ntime = "log"\n')
+    answer = run("convert", "--recipe", recipe, "--out", tmp_path / "heat.parquet")
+    assert answer.exit_code == 0, answer.err
+    assert "log time" in answer.out
+    assert pd.read_parquet(tmp_path / "heat.parquet")["t"].tolist() == [20.0, 21.0, 22.0]
 
 
 def test_a_message_that_grows_on_the_way_is_refused(tmp_path: Path, run: Run) -> None:
