@@ -12,8 +12,10 @@ import typer
 
 from footcal_cli.commands.apply import apply
 from footcal_cli.commands.check import check
+from footcal_cli.commands.convert import convert
 from footcal_cli.commands.diagnose import diagnose
 from footcal_cli.commands.effects import effects
+from footcal_cli.commands.export import export
 from footcal_cli.commands.hang_calib import hang_calib
 from footcal_cli.commands.kinematics import kinematics
 from footcal_cli.commands.offline_fit import offline_fit
@@ -39,12 +41,14 @@ app = typer.Typer(
 app.command("offline-fit")(offline_fit)
 app.command("apply")(apply)
 app.command("check")(check)
+app.command("convert")(convert)
 app.command("diagnose")(diagnose)
 app.command("static-init")(static_init)
 app.command("hang-calib")(hang_calib)
 app.command("pose-calib")(pose_calib)
 app.command("simulate")(simulate)
 app.command("effects")(effects)
+app.command("export")(export)
 app.command("kinematics")(kinematics)
 app.command("online-replay")(online_replay)
 app.command("schema")(schema)

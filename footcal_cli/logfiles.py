@@ -11,7 +11,7 @@ import hashlib
 import io
 import warnings
 import zlib
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -131,6 +131,29 @@ def write_parquet(columns: pd.DataFrame | Mapping[str, object], path: Path) -> N
         path,
         compression="zstd",
     )
+
+
+def write_parquet_pieces(pieces: Iterable[Mapping[str, object]], path: Path) -> int:
+    """Write columns that come piece by piece, a row group each; the first piece sets the types.
+
+    Returns
+    -------
+    rows
+        How many were written.
+    """
+    rows = 0
+    writer: pq.ParquetWriter | None = None
+    try:
+        for piece in pieces:
+            table = pa.table({name: pa.array(values) for name, values in piece.items()})
+            if writer is None:
+                writer = pq.ParquetWriter(path, table.schema, compression="zstd")
+            writer.write_table(table.cast(writer.schema))
+            rows += table.num_rows
+    finally:
+        if writer is not None:
+            writer.close()
+    return rows
 
 
 def short(text: str, at_most: int = 60) -> str:

@@ -37,9 +37,12 @@ ALLOWED: dict[str, set[str]] = {
         "intake", "cell_effects", "columns", "tables", "recipe", "records", "session", "core",
         "errors",
     },
+    "formats": {"formats", "logfiles", "errors"},
+    "exporters": {"exporters", "records", "core", "errors"},
     "commands": {
-        "commands", "cell_effects", "columns", "tables", "recipe", "records", "report", "session",
-        "intake", "plots", "sheets", "rigid_body", "core", "errors",
+        "commands", "formats", "exporters", "logfiles", "cell_effects", "columns", "tables",
+        "recipe", "records", "report", "session", "intake", "plots", "sheets", "rigid_body",
+        "core", "errors",
     },
     "app": {"commands", "errors", "interruption", "run_folder"},
     "__main__": {"app", "interruption"},
@@ -56,7 +59,11 @@ LIBRARIES: dict[str, set[str]] = {
     "typer": {"app", "commands"},
     "rich": {"report", "session"},
     "jinja2": {"report"},
-    "scipy": {"core"},
+    "scipy": {"core", "formats", "exporters"},
+    "rosbags": {"formats"},
+    "mcap": {"formats"},
+    "ezc3d": {"formats"},
+    "h5py": {"formats"},
 }
 
 

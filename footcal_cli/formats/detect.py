@@ -1,0 +1,50 @@
+"""Which reader a file needs, by its name and, for folders, by what lies in them."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from pathlib import Path
+
+from footcal_cli.errors import DataError, UsageError
+from footcal_cli.formats.contract import Clock, Stream
+
+READERS = {
+    ".bag": "bags", ".db3": "bags", ".mcap": "mcap_files", ".c3d": "c3d", ".mot": "opensim",
+    ".sto": "opensim", ".mat": "matlab", ".h5": "hdf5", ".hdf5": "hdf5", ".hdf": "hdf5",
+    ".jsonl": "lines", ".ndjson": "lines", ".csv": "logs", ".tsv": "logs", ".txt": "logs",
+    ".parquet": "logs", ".pq": "logs",
+}  # fmt: skip
+"""Suffix -> module of this room."""
+
+
+def open_source(path: Path, clock: Clock) -> tuple[Stream, ...]:
+    """The streams of a foreign file or folder.
+
+    Raises
+    ------
+    UsageError
+        No such file, a suffix that no reader knows, or a missing library.
+    DataError
+        The file is empty or damaged.
+    """
+    if not path.exists():
+        raise UsageError("no such file", file=path, remedy="check the path")
+    suffix = Path(path.name.removesuffix(".gz")).suffix.lower()
+    if path.is_dir():
+        if not (path / "metadata.yaml").is_file():
+            raise UsageError(
+                "a folder without metadata.yaml is no ROS 2 bag", file=path,
+                remedy="name the files in it, or run ros2 bag reindex",
+            )  # fmt: skip
+        suffix = ".db3"
+    elif suffix not in READERS:
+        raise UsageError(
+            f"no reader for '{suffix or path.name}'", file=path,
+            remedy=f"one of {' '.join(sorted(READERS))}, or the folder of a ROS 2 bag",
+        )  # fmt: skip
+    elif path.stat().st_size == 0:
+        raise DataError("the file is empty", file=path, remedy="record or export it again")
+    found: tuple[Stream, ...] = import_module(f"footcal_cli.formats.{READERS[suffix]}").streams(
+        path, clock
+    )
+    return found

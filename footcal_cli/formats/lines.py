@@ -1,0 +1,118 @@
+"""JSON lines: one object a line, nested objects as dotted names."""
+
+from __future__ import annotations
+
+import gzip
+import json
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from footcal_cli.errors import DataError
+from footcal_cli.formats.contract import CHUNK_ROWS, Clock, Columns, Stream, seconds, time_column
+from footcal_cli.formats.messages import flat
+
+
+def streams(path: Path, _clock: Clock) -> tuple[Stream, ...]:
+    """The one table of the file; its columns are those of any line.
+
+    Raises
+    ------
+    DataError
+        A line that is no JSON object, or a value that is now a number, now a text.
+    """
+    kinds: dict[str, str] = {}
+    count = 0
+    left_out: dict[str, None] = {}
+    first = last = None
+    for number, values, others in _objects(path):
+        count += 1
+        left_out |= dict.fromkeys(others)
+        for name, value in values.items():
+            kind = _kind(value)
+            before = kinds.setdefault(name, kind)
+            if "text" in {kind, before} and kind != before:
+                raise DataError(
+                    f"now a {before}, now a {kind}", file=path, column=name, row=f"line {number}",
+                    value=value, remedy="write numbers without quotes",
+                )  # fmt: skip
+            if before == "whole" and kind == "number":
+                kinds[name] = "number"
+        if (time := time_column(tuple(kinds))) is not None and kinds[time] != "text":
+            first = values.get(time) if first is None else first
+            last = values.get(time, last)
+    complete = _complete(path, kinds) if count else set()
+    kinds = {n: "number" if k == "whole" and n not in complete else k for n, k in kinds.items()}
+    time = time_column(tuple(kinds))
+    time = None if time is not None and kinds[time] == "text" else time
+    duration_s = None
+    if time is not None and first is not None and last is not None:
+        duration_s = float(seconds(np.array([first, last]), time)[-1])
+    return (
+        Stream(
+            path.name.split(".")[0], "JSON lines", count, tuple(kinds), time,
+            f"column {time}" if time else "no stamps", partial(_chunks, path, kinds),
+            tuple(left_out), duration_s,
+        ),
+    )  # fmt: skip
+
+
+def _complete(path: Path, kinds: dict[str, str]) -> set[str]:
+    """Columns that every line has."""
+    found = set(kinds)
+    for _, values, _ in _objects(path):
+        found &= values.keys()
+    return found
+
+
+def _chunks(path: Path, kinds: dict[str, str]) -> Iterator[Columns]:
+    rows: list[dict[str, Any]] = []
+    for _, values, _ in _objects(path):
+        rows.append(values)
+        if len(rows) >= CHUNK_ROWS:
+            yield _columns(rows, kinds)
+            rows = []
+    if rows:
+        yield _columns(rows, kinds)
+
+
+def _columns(rows: list[dict[str, Any]], kinds: dict[str, str]) -> Columns:
+    dtypes: dict[str, Any] = {"text": object, "whole": np.int64, "number": np.float64}
+    absent: dict[str, Any] = {"text": "", "whole": 0, "number": np.nan}
+    return {
+        name: np.array([row.get(name, absent[kind]) for row in rows], dtype=dtypes[kind])
+        for name, kind in kinds.items()
+    }
+
+
+def _kind(value: object) -> str:
+    if isinstance(value, str):
+        return "text"
+    return "whole" if isinstance(value, int) else "number"
+
+
+def _objects(path: Path) -> Iterator[tuple[int, dict[str, Any], list[str]]]:
+    opener = gzip.open if path.suffix == ".gz" else open
+    try:
+        with opener(path, "rt", encoding="utf-8-sig") as stream:
+            for number, line in enumerate(stream, start=1):
+                if not line.strip():
+                    continue
+                try:
+                    content = json.loads(line)
+                except json.JSONDecodeError as error:
+                    raise DataError(
+                        f"not valid JSON (truncated?): {error.msg}", file=path,
+                        row=f"line {number}", remedy="delete or complete the line",
+                    ) from None  # fmt: skip
+                if not isinstance(content, dict):
+                    raise DataError(
+                        "not a JSON object", file=path, row=f"line {number}",
+                        remedy='write one object a line: {"time_s": 0.0, …}',
+                    )  # fmt: skip
+                yield number, *flat(content)
+    except (UnicodeDecodeError, EOFError, OSError):
+        raise DataError("not readable as UTF-8 text", file=path, remedy="export it again") from None
