@@ -73,7 +73,7 @@ def diagnosed(
     )  # fmt: skip
     record = read_record(DiagnosisRecord, out / "diagnosis.json")
     assert answer.exit_code == (3 if record.verdict == "bad-data" else 0), answer.err
-    return read_record(DiagnosisRecord, out / "diagnosis.json")
+    return record
 
 
 @pytest.fixture
