@@ -130,7 +130,10 @@ def check_walking_cells(
         Name and foot of every cell.
     """
     found: list[Finding] = []
-    low, high = np.nanpercentile(forces_n, [2, 98], axis=0)
+    forces_n = forces_n[np.isfinite(forces_n).all(axis=1)]
+    if not forces_n.size:
+        return found
+    low, high = np.percentile(forces_n, [2, 98], axis=0)
     span = high - low
     for i, name in enumerate(cells):
         mates = [j for j in range(len(cells)) if foot[j] == foot[i] and j != i]
@@ -146,9 +149,10 @@ def check_walking_cells(
                 )
             )  # fmt: skip
             continue
-        others = np.nansum(np.abs(forces_n[:, mates] - np.nanmedian(low[mates])), axis=1)
-        down, up = others > np.nanpercentile(others, 70), others < np.nanpercentile(others, 30)
-        steps = np.nanmedian(forces_n[down], axis=0) - np.nanmedian(forces_n[up], axis=0)
+        others = np.abs(forces_n[:, mates] - np.median(low[mates])).sum(axis=1)
+        # coarse converters repeat one reading: the percentile itself belongs to both sides
+        down, up = others >= np.percentile(others, 70), others <= np.percentile(others, 30)
+        steps = np.median(forces_n[down], axis=0) - np.median(forces_n[up], axis=0)
         usual = float(np.median(steps[mates]))
         if usual > WALKING_SPAN_N and steps[i] < -TURNED_SHARE * usual:
             found.append(
