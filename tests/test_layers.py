@@ -19,6 +19,7 @@ ALLOWED: dict[str, set[str]] = {
     "logfiles": {"textfiles", "core", "errors"},
     "values": {"columns", "logfiles", "core", "errors"},
     "tables": {"columns", "logfiles", "values", "units", "core", "errors"},
+    "copies": {"tables", "core"},
     "recipe": {"columns", "textfiles", "errors"},
     "records": {"records", "textfiles", "core", "errors"},
     "plots": {"plots", "core", "records"},
@@ -30,7 +31,8 @@ ALLOWED: dict[str, set[str]] = {
     "interruption": set(),
     "rigid_body": {"core", "errors"},
     "session": {
-        "columns", "tables", "recipe", "records", "report", "run_folder", "core", "errors",
+        "columns", "tables", "copies", "recipe", "records", "report", "run_folder", "core",
+        "errors",
     },
     "cell_effects": {"recipe", "records", "core", "errors"},
     "intake": {
@@ -50,7 +52,7 @@ ALLOWED: dict[str, set[str]] = {
 }  # fmt: skip
 # heavy libraries and the rooms that may know them
 LIBRARIES: dict[str, set[str]] = {
-    "pandas": {"tables", "logfiles", "values", "session", "commands"},
+    "pandas": {"tables", "copies", "logfiles", "values", "session", "commands"},
     "pinocchio": {"rigid_body"},
     "pyarrow": {"logfiles"},
     "pint": {"units"},
