@@ -153,11 +153,11 @@ def _calibrate(session: Session[HangCalibOptions]) -> Outcome:
 def _joint(session: Session[HangCalibOptions], logs: Mapping[str, list[Log]]) -> dict[str, HangFit]:
     from footcal_cli.core.hang.joint import fit_hang
 
-    asked = asked_of(session.options)
+    asked = asked_of(session.options, session.recipe.robot.gravity_mps2)
     return {leg: fit_hang(log, asked) for leg, log in logs.items()}
 
 
-def asked_of(options: HangCalibOptions) -> HangOptions:
+def asked_of(options: HangCalibOptions, gravity_mps2: float) -> HangOptions:
     """What the core is asked to fit."""
     from footcal_cli.core.hang.joint import HangOptions
 
@@ -169,6 +169,7 @@ def asked_of(options: HangCalibOptions) -> HangOptions:
         temperature=options.temperature,
         drift=options.drift,
         white=options.white,
+        gravity_mps2=gravity_mps2,
     )
 
 

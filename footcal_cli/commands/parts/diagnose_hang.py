@@ -51,7 +51,10 @@ def read_hang(session: Session[DiagnoseOptions]) -> CaseRead:
     undone, _ = leg_logs(
         tables, recipe, asked.orientation_of, asked.leg_weight_n, session.parameters
     )
-    fits = {leg: fit_hang(logs, asked_of(_constant(asked))) for leg, logs in undone.items()}
+    fits = {
+        leg: fit_hang(logs, asked_of(_constant(asked), recipe.robot.gravity_mps2))
+        for leg, logs in undone.items()
+    }
     logs, in_order = blocked(raw)
     weight_n = sum(fit.values.weight_n for fit in fits.values()) / len(fits)
     chain, values, free = _model(session, fits, logs)
@@ -70,7 +73,10 @@ def read_hang(session: Session[DiagnoseOptions]) -> CaseRead:
     )
     timed = () if in_order else ("offset_drift", "offset_change")
     untested = UNTESTED | dict.fromkeys(timed, "time stamps start anew in every hanging")
-    turned = [turned_when_hanging(each, asked_of(_constant(asked))) for each in undone.values()]
+    turned = [
+        turned_when_hanging(each, asked_of(_constant(asked), recipe.robot.gravity_mps2))
+        for each in undone.values()
+    ]
     return CaseRead(case, [t.finding() for t in turned if t is not None], untested)
 
 
