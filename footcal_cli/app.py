@@ -11,6 +11,7 @@ from typing import NoReturn
 import typer
 
 from footcal_cli.commands.apply import apply
+from footcal_cli.commands.batch import batch
 from footcal_cli.commands.check import check
 from footcal_cli.commands.convert import convert
 from footcal_cli.commands.diagnose import diagnose
@@ -40,6 +41,7 @@ app = typer.Typer(
 )
 app.command("offline-fit")(offline_fit)
 app.command("apply")(apply)
+app.command("batch")(batch)
 app.command("check")(check)
 app.command("convert")(convert)
 app.command("diagnose")(diagnose)

@@ -28,7 +28,13 @@ from footcal_cli.recipe import CommandOptions, Recipe, read_recipe, validated
 from footcal_cli.records.files import Versioned, read_record, write_record
 from footcal_cli.records.results import FindingRecord, ParametersRecord, RmseRecord, RunRecord
 from footcal_cli.report import Report, print_text, render_html, rmse_sheet
-from footcal_cli.run_folder import claim, refuse_folder, whole_folder
+from footcal_cli.run_folder import (
+    claim,
+    grown_folder,
+    refuse_folder,
+    refuse_grown,
+    whole_folder,
+)
 from footcal_cli.tables import Table, digest, read_table, refusal_of
 
 _PIPE_WIDTH = 160  # columns of a table that no terminal limits
@@ -50,6 +56,8 @@ class Request:
     seed: int
     quiet: bool
     overrides: Mapping[str, object]
+    goes_on: bool = False
+    """Whether the folder is gone on with: what is done stays."""
 
     @property
     def inputs(self) -> tuple[Path, ...]:
@@ -108,7 +116,8 @@ class Session(Generic[Options]):
         self.request = request
         self.started = datetime.now(UTC)
         self.console = Console(stderr=True, quiet=request.quiet)
-        refuse_folder(request.out, request.overwrite, request.inputs)
+        refuse = refuse_grown if request.goes_on else refuse_folder
+        refuse(request.out, request.overwrite, request.inputs)
         self.recipe = (
             read_recipe(request.recipe, commands) if request.recipe is not None else Recipe()
         )
@@ -120,7 +129,7 @@ class Session(Generic[Options]):
             file=request.recipe,
             table=table,
         )
-        refuse_folder(request.out, request.overwrite, self.input_paths())
+        refuse(request.out, request.overwrite, self.input_paths())
         claim(request.out)
         self.parameters: ParametersRecord | None = None
         self.inputs: dict[str, str] = {}
@@ -290,7 +299,12 @@ class Session(Generic[Options]):
             gates_missed=outcome.gates_missed,
             exit_code=exit_code,
         )
-        with whole_folder(self.request.out, self.request.overwrite, self.input_paths()) as folder:
+        out = self.request.out
+        with (
+            grown_folder(out)
+            if self.request.goes_on
+            else whole_folder(out, self.request.overwrite, self.input_paths())
+        ) as folder:
             _write(folder, run, outcome)
         answer = Console(quiet=self.request.quiet, highlight=False)
         if not answer.is_terminal:

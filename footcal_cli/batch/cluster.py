@@ -6,15 +6,15 @@ Workers must see the logs and the batch's folder under the same paths, and have 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import Any
 
-from footcal_cli.batch.plan import Job
-from footcal_cli.batch.work import Work, died, run_session
+from footcal_cli.batch.plan import Died, Job, Work
 from footcal_cli.errors import MachineError, UsageError
 from footcal_cli.records.batch import SessionRecord
 
 
 def run_on_cluster(
-    jobs: Sequence[Job], scheduler: str, work: Work = run_session
+    jobs: Sequence[Job], scheduler: str, work: Work, died: Died
 ) -> Iterator[SessionRecord]:
     """Run sessions on the workers of a scheduler, in the order in which they end.
 
@@ -27,6 +27,8 @@ def run_on_cluster(
         The sessions; their paths as the workers see them.
     scheduler
         Its address, ``tcp://host:8786``.
+    work, died
+        As `footcal_cli.batch.local.run_here`.
 
     Raises
     ------
@@ -42,7 +44,7 @@ def run_on_cluster(
             "--scheduler needs Dask", remedy="pip install 'footcal[cluster]'"
         ) from None
     try:
-        client = Client(scheduler, timeout="10s", set_as_default=False)
+        client: Any = Client(scheduler, timeout="10s", set_as_default=False)  # type: ignore[no-untyped-call]
     except (OSError, TimeoutError, ValueError) as error:
         raise MachineError(
             f"no Dask scheduler answers at {scheduler}", value=type(error).__name__,
@@ -58,7 +60,7 @@ def run_on_cluster(
             client.submit(work, job, key=f"footcal-{job.name}-{i}", pure=False): job
             for i, job in enumerate(jobs)
         }
-        for task in as_completed(tasks):
+        for task in as_completed(tasks, loop=client.loop):  # type: ignore[no-untyped-call]
             try:
                 yield task.result()
             except KilledWorker:

@@ -9,17 +9,14 @@ from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wai
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
 
-from footcal_cli.batch.plan import Job
-from footcal_cli.batch.work import Work, died, run_session
+from footcal_cli.batch.plan import Died, Job, Work
 from footcal_cli.records.batch import SessionRecord
 
 ATTEMPTS = 2
 """A session over which a worker died is tried once more."""
 
 
-def run_here(
-    jobs: Sequence[Job], workers: int, work: Work = run_session
-) -> Iterator[SessionRecord]:
+def run_here(jobs: Sequence[Job], workers: int, work: Work, died: Died) -> Iterator[SessionRecord]:
     """Run sessions in processes of their own, in the order in which they end.
 
     Every worker is a pool of one process: when one dies it is known over which session, nothing
@@ -33,6 +30,8 @@ def run_here(
         Number of processes.
     work
         What is done with each; a function that a new process can import.
+    died
+        Makes the row of a session over which all workers died.
     """
     waiting = [(job, 1) for job in reversed(jobs)]
     pools = [_worker() for _ in range(max(min(workers, len(jobs)), 1))]

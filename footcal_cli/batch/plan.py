@@ -5,14 +5,17 @@ from __future__ import annotations
 import glob
 import re
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, date, datetime
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from footcal_cli.errors import UsageError, nearest
 from footcal_cli.logfiles import RawColumn, column_names, raw_columns
+
+if TYPE_CHECKING:
+    from footcal_cli.records.batch import SessionRecord
 
 LOG_ENDINGS = (".parquet", ".csv", ".csv.gz")
 TABLE_COLUMNS = ("session", "robot", "date", "operator", "logs", "recipe", "parameters")
@@ -63,6 +66,22 @@ class Job:
     def record(self) -> Path:
         """Where its row is kept."""
         return self.out / "rows" / f"{self.name}.json"
+
+    def anywhere(self) -> Job:
+        """The same job with whole paths."""
+
+        def whole(path: Path | None) -> Path | None:
+            return None if path is None else path.absolute()
+
+        return replace(
+            self, logs=tuple(p.absolute() for p in self.logs), recipe=whole(self.recipe),
+            parameters=whole(self.parameters),
+        )  # fmt: skip
+
+
+Work = Callable[[Job], "SessionRecord"]
+Died = Callable[[Job, int], "SessionRecord"]
+"""The row of a session over which so many workers died."""
 
 
 def plan(given: Sequence[str], common: Job) -> list[Job]:
@@ -220,7 +239,9 @@ def _date_of(value: object, path: Path, row: int) -> str | None:
     if isinstance(value, (datetime, date)):
         return value.isoformat()
     try:
-        return datetime.fromisoformat(str(value)).isoformat()
+        text = str(value).strip()
+        stamp = datetime.fromisoformat(text)
+        return stamp.date().isoformat() if len(text) <= len("2026-05-04") else stamp.isoformat()
     except ValueError:
         raise UsageError(
             "not a date", file=path, column="date", row=f"session {row + 1}", value=value,

@@ -34,6 +34,9 @@ Runnable = Literal[
 ]  # fmt: skip
 
 
+_MOST_REFUSALS = 20
+
+
 class BatchOptions(CommandOptions):
     """``[batch]`` of a recipe.
 
@@ -113,11 +116,12 @@ def _batch(session: Session[BatchOptions], given: Sequence[str]) -> Outcome:
     days = _days(good)
     fleet = study(sheets.sessions_of(good, days))
     limits = session.options.max_drift
-    _known_limits(limits, fleet, session)
+    if good:
+        _known_limits(limits, fleet, session)
     missed = sheets.gates_missed(fleet, limits)
     with session.step("draw"):
         pictures = sheets.pictures_of(fleet, days is not None)
-    refused = [f"session {row.session} was refused: {row.reason}" for row in rows if row not in good]
+    refused = _refused(rows)
     frame = sheets.frame_of(rows)
     return Outcome(
         report=Report(
@@ -152,16 +156,21 @@ def _jobs(session: Session[BatchOptions], given: Sequence[str]) -> list[Job]:
     request, robot = session.request, session.recipe.robot
     common = Job(
         name="", robot=robot.name if "name" in robot.model_fields_set else "", date=None,
-        operator="", logs=(), recipe=_whole(request.recipe),
-        parameters=_whole(request.parameters), command=session.options.command,
+        operator="", logs=(), recipe=request.recipe,
+        parameters=request.parameters, command=session.options.command,
         seed=request.seed, out=request.out.resolve(), again=request.overwrite,
     )  # fmt: skip
     return plan(given, common)
 
 
-def _whole(path: Path | None) -> Path | None:
-    """Workers elsewhere have another working folder."""
-    return None if path is None else path.resolve()
+def _refused(rows: Sequence[SessionRecord]) -> list[str]:
+    """A line per refused session; of many, the first ones."""
+    lines = [f"session {r.session}: {r.reason}" for r in rows if r.outcome == "refused"]
+    more = len(lines) - _MOST_REFUSALS
+    return [
+        *lines[:_MOST_REFUSALS],
+        *([f"{more} more sessions: see sessions.csv"] if more > 0 else []),
+    ]
 
 
 def _rows(session: Session[BatchOptions], jobs: list[Job]) -> Iterable[SessionRecord]:
@@ -169,12 +178,14 @@ def _rows(session: Session[BatchOptions], jobs: list[Job]) -> Iterable[SessionRe
 
     from footcal_cli.batch.cluster import run_on_cluster
     from footcal_cli.batch.local import run_here
+    from footcal_cli.commands.parts.batch_work import died, run_session
 
     options = session.options
     if options.scheduler is not None:
-        ended = run_on_cluster(jobs, options.scheduler)
+        # workers elsewhere have another working folder
+        ended = run_on_cluster([j.anywhere() for j in jobs], options.scheduler, run_session, died)
     else:
-        ended = run_here(jobs, options.workers or os.cpu_count() or 1)
+        ended = run_here(jobs, options.workers or os.cpu_count() or 1, run_session, died)
     return session.progress(ended, "sessions", len(jobs))
 
 
@@ -212,7 +223,7 @@ def _known_limits(
     names = {one.parameter for one in fleet.series}
     known = sorted(names | {name.rsplit(".", 1)[-1] for name in names})
     for name in limits:
-        if known and name not in known:
+        if name not in known:
             raise UsageError(
                 f"[batch] max_drift: no session estimated '{name}'{nearest(name, known)}",
                 file=session.recipe.path, remedy="name a parameter, or its last word",

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from footcal_cli.core.parameters import FloatArray, IntArray
+from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
 FEWEST_SESSIONS = 6
 """Below that neither a change point nor an outlying session can be proved."""
@@ -229,37 +229,56 @@ def outlying(values: FloatArray, sd: FloatArray, segment: IntArray, *, alpha: fl
 
     Each session is left out, level and τ of the others are estimated, its distance over
     ``√(sd² + τ² + sd of the level²)`` compared with Student's t (Bonferroni). The worst one is set
-    aside and the rest looked at again, so that one does not hide another. 1 where nothing can be
-    said.
+    aside and the rest looked at again, up to a quarter of them; all that were set aside until the
+    last significant one lie apart, so that one does not hide another (Rosner, Technometrics 25,
+    1983). 1 where nothing can be said.
 
     Parameters
     ----------
     values, sd, segment
         Shape (n,).
     alpha
-        Up to which p a session is set aside.
+        Of one or more false ones.
     """
-    p = np.ones(values.size)
-    kept = np.ones(values.size, dtype=bool)
-    chunk = max(_MOST_NUMBERS // max(values.size, 1), 1)
-    while True:
-        now = np.ones(values.size)
-        left = np.flatnonzero(kept)
-        for start in range(0, left.size, chunk):
-            at = left[start : start + chunk]
-            others = kept & (segment == segment[at, None])
-            others[np.arange(at.size), at] = False
-            level, level_sd, variance, dof = _levels(others[:, None].astype(float), values, sd)
-            spread = np.sqrt(sd[at] ** 2 + variance + level_sd[:, 0] ** 2)
-            distance = np.abs(values[at] - level[:, 0]) / np.maximum(spread, 1e-300)
-            judged = 2.0 * stats.t.sf(distance, np.maximum(dof, 1))
-            now[at] = np.where(dof >= FEWEST_SESSIONS - 2, judged, 1.0)
-        now = np.minimum(now * values.size, 1.0)
+    p, kept = np.ones(values.size), np.ones(values.size, dtype=bool)
+    aside: list[int] = []
+    last = 0
+    now = _distances(values, sd, segment, kept)
+    first = now
+    for _ in range(max(values.size // 4, 1)):
         worst = int(np.argmin(now))
-        if now[worst] > alpha:
-            p[kept] = now[kept]
-            return p
-        p[worst], kept[worst] = now[worst], False
+        if now[worst] >= 1.0:
+            break
+        p[worst] = now[worst]
+        aside.append(worst)
+        if now[worst] <= alpha:
+            last = len(aside)
+        kept[worst] = False
+        now = _distances(values, sd, segment, kept)
+    apart = np.array(aside[:last], dtype=np.int64)
+    p[apart] = np.minimum.accumulate(p[apart][::-1])[::-1]
+    rest = np.setdiff1d(np.arange(values.size), apart)
+    p[rest] = np.maximum(first[rest], alpha) if last else first[rest]
+    return p
+
+
+def _distances(
+    values: FloatArray, sd: FloatArray, segment: IntArray, kept: BoolArray
+) -> FloatArray:
+    """Significance of each kept session against the other kept ones, 1 for the others."""
+    now = np.ones(values.size)
+    left = np.flatnonzero(kept)
+    chunk = max(_MOST_NUMBERS // max(values.size, 1), 1)
+    for start in range(0, left.size, chunk):
+        at = left[start : start + chunk]
+        others = kept & (segment == segment[at, None])
+        others[np.arange(at.size), at] = False
+        level, level_sd, variance, dof = _levels(others[:, None].astype(float), values, sd)
+        spread = np.sqrt(sd[at] ** 2 + variance + level_sd[:, 0] ** 2)
+        distance = np.abs(values[at] - level[:, 0]) / np.maximum(spread, 1e-300)
+        judged = 2.0 * stats.t.sf(distance, np.maximum(dof, 1))
+        now[at] = np.where(dof >= FEWEST_SESSIONS - 2, judged, 1.0)
+    return np.minimum(now * left.size, 1.0)
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from footcal_cli.plots.style import BAD, BEFORE, CELL_COLOURS, REFERENCE, new_fi
 
 MOST_PANELS = 12
 _MOST_POINTS = 400
-_SOURCES = {"repeatability": "#0072B2", "day": "#E69F00", "operator": "#009E73", "robot": "#CC79A7"}
+_SOURCES = {"repeatability": "#0072B2", "day": "#E69F00", "operator": "#009E73"}
 
 
 def plot_series(series: Sequence[Series], dated: bool) -> Figure:
@@ -26,7 +26,7 @@ def plot_series(series: Sequence[Series], dated: bool) -> Figure:
         Whether time is in days; else sessions are numbered.
     """
     names = list(dict.fromkeys(one.parameter for one in series))[:MOST_PANELS]
-    robots = list(dict.fromkeys(one.robot for one in series))
+    robots = sorted({one.robot for one in series})
     columns = 1 if len(names) == 1 else 2
     rows = -(-len(names) // columns)
     figure = new_figure(2.0 * rows + 0.5)
@@ -36,29 +36,30 @@ def plot_series(series: Sequence[Series], dated: bool) -> Figure:
     for axes, name in zip(panels, names, strict=False):
         for one in (s for s in series if s.parameter == name):
             k = robots.index(one.robot)
+            start = one.levels[0].value if len(robots) > 1 else 0.0
             colour = CELL_COLOURS[k] if k < len(CELL_COLOURS) else BEFORE
             # interval bars of many sessions: every so many-th, but all that lie apart
             every = -(-one.time.size // _MOST_POINTS)
             shown = (np.arange(one.time.size) % every == 0) | one.outlying
             axes.errorbar(
-                one.time[shown], one.values[shown], 2.0 * one.sd[shown], fmt="o", markersize=3,
-                linewidth=0.8, color=colour, label=one.robot,
+                one.time[shown], one.values[shown] - start, 2.0 * one.sd[shown], fmt="o",
+                markersize=3, linewidth=0.8, color=colour, label=one.robot,
             )  # fmt: skip
             for number, level in enumerate(one.levels):
                 inside = one.time[one.segment == number]
                 if one.drifting and one.trend is not None:
                     ends = np.array([one.time.min(), one.time.max()])
                     drift = one.trend.slope * (ends - one.time.mean())
-                    axes.plot(ends, level.value + drift, color=colour, linewidth=1.4)
+                    axes.plot(ends, level.value - start + drift, color=colour, linewidth=1.4)
                 elif inside.size:
-                    axes.plot([inside.min(), inside.max()], [level.value] * 2, color=colour)
+                    axes.plot([inside.min(), inside.max()], [level.value - start] * 2, color=colour)
             for change in one.changes:
                 between = 0.5 * (one.time[change.first_after - 1] + one.time[change.first_after])
                 axes.axvline(between, color=BAD, linestyle="--", linewidth=1.0)
             apart = one.outlying
             axes.plot(
-                one.time[apart], one.values[apart], "o", markersize=9, markerfacecolor="none",
-                markeredgecolor=BAD, linestyle="none",
+                one.time[apart], one.values[apart] - start, "o", markersize=9,
+                markerfacecolor="none", markeredgecolor=BAD, linestyle="none",
             )  # fmt: skip
         unit = next(s.unit for s in series if s.parameter == name)
         tidy(axes, name, "", unit)
@@ -71,14 +72,12 @@ def plot_series(series: Sequence[Series], dated: bool) -> Figure:
 
 
 def plot_budgets(budgets: Sequence[Budget]) -> Figure:
-    """Standard uncertainty of each parameter by source, over its whole; what the fits claim."""
+    """Variance of one robot's parameter by source, and what the fits claim."""
     shown = [b for b in budgets if b.components][: 2 * MOST_PANELS]
     figure = new_figure(0.28 * len(shown) + 1.2)
     axes = figure.subplots()
     place = np.arange(len(shown))[::-1]
-    whole = np.array(
-        [max(float(np.hypot(b.gauge_sd, b.sd_of("robot"))), b.claimed_sd, 1e-300) for b in shown]
-    )
+    whole = np.array([max(b.gauge_sd, b.claimed_sd, 1e-300) for b in shown])
     start = np.zeros(len(shown))
     for name, colour in _SOURCES.items():
         share = np.array([b.sd_of(name) ** 2 for b in shown]) / whole**2
@@ -89,6 +88,11 @@ def plot_budgets(budgets: Sequence[Budget]) -> Figure:
     axes.plot(claimed, place, "|", color=REFERENCE, markersize=11, label="claimed by the fits")
     axes.set_yticks(place, [b.parameter for b in shown])
     axes.set_xlim(0.0, 1.02)
-    tidy(axes, "Variance by source", "share of the larger of total and claimed variance", "")
+    tidy(
+        axes,
+        "Variance by source",
+        "share of the larger of total and claimed variance of one robot",
+        "",
+    )
     axes.legend(fontsize=8, frameon=False, ncols=5, loc="lower center", bbox_to_anchor=(0.5, 1.06))
     return figure

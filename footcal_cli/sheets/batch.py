@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from typing import Literal
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from footcal_cli.report import Picture, Sheet, number, with_sd
 
 _FOLDED = 40
 _MOST_KINDS = 6
+_FEWEST_DRAWN = 3
 
 
 def sessions_of(rows: Sequence[SessionRecord], days: Sequence[float] | None) -> Sessions:
@@ -56,26 +58,30 @@ def verdict_of(rows: Sequence[SessionRecord], fleet: Fleet, alarms: int) -> Verd
     refused, gates = outcomes["refused"], outcomes["gate not met"]
     apart, changed = fleet.outlying_sessions(), [s for s in fleet.series if s.proved]
     robots = len({row.robot for row in rows if row.outcome != "refused"})
-    sentence = f"{len(rows) - refused} of {len(rows)} sessions of {robots} robots came through"
-    parts = [
-        f"{count} {what}"
-        for count, what in (
-            (refused, "refused"), (gates, "did not meet their own gates"),
-            (alarms, "drift gates not met"), (len(apart), "lie apart from the others"),
-            (len(changed), "parameters changed"),
-        )
-        if count
-    ]  # fmt: skip
+    sentence = (
+        f"{len(rows) - refused} of {_count(len(rows), 'session')} of {_count(robots, 'robot')} "
+        "came through"
+    )
+    parts = [f"{refused} refused"] if refused else []
+    parts += [f"gates not met by {gates}"] if gates else []
+    parts += [_count(len(apart), "outlying session")] if apart else []
+    parts += [f"{_count(len(changed), 'parameter')} changed"] if changed else []
+    parts += [f"{_count(alarms, 'drift')} beyond its limit"] if alarms else []
     codes = Counter(code for row in rows for code in row.findings)
     details = []
     if codes:
         common = ", ".join(f"{code} in {n}" for code, n in codes.most_common(5))
         details.append(f"Most common findings: {common} sessions.")
+    level: Literal["good", "warning", "bad"]
     level = "bad" if refused == len(rows) or alarms else "warning" if parts else "good"
     return VerdictRecord(
         level=level, sentence=sentence + (f"; {', '.join(parts)}." if parts else "."),
         details=tuple(details),
     )  # fmt: skip
+
+
+def _count(n: int, what: str) -> str:
+    return f"{n} {what}{'' if n == 1 else 's'}"
 
 
 def findings_of(fleet: Fleet) -> list[FindingRecord]:
@@ -87,26 +93,32 @@ def findings_of(fleet: Fleet) -> list[FindingRecord]:
             name = fleet.sessions.names[one.at[change.first_after]]
             found.append(
                 FindingRecord(
-                    code="parameter_changed", severity="warning", where=where,
+                    code="parameter_changed",
+                    severity="warning",
+                    where=where,
                     sentence=f"changed by {with_sd(change.size, change.sd)} {one.unit} at session "
                     f"{name} (p {number(change.p, 2)}, all places counted)",
                     remedy="ask what was done to the robot before that session",
-                )  # fmt: skip
+                )
             )
         if one.drifting and one.trend is not None:
             found.append(
                 FindingRecord(
-                    code="parameter_drifts", severity="warning", where=where,
+                    code="parameter_drifts",
+                    severity="warning",
+                    where=where,
                     sentence=f"drifts by {with_sd(one.trend.total, one.trend.total_sd)} {one.unit} "
                     f"over the sessions (p {number(one.trend.p, 2)})",
                     remedy="calibrate more often, or find what wears",
-                )  # fmt: skip
+                )
             )
     for name, parameters in fleet.outlying_sessions().items():
         some = ", ".join(parameters[:4]) + ("" if len(parameters) < 5 else " …")
         found.append(
             FindingRecord(
-                code="outlying_session", severity="warning", where=name,
+                code="outlying_session",
+                severity="warning",
+                where=name,
                 sentence=f"lies apart from the other sessions in {some}",
                 remedy="look at its report; run diagnose on its logs",
             )
@@ -153,17 +165,23 @@ def _series_sheet(series: Sequence[Series]) -> Sheet:
         drift = one.drift
         what = "no change shown"
         if one.changes:
-            what = f"{len(one.changes)} change points"
+            what = _count(len(one.changes), "change point")
         elif one.drifting:
             what = "steady drift"
         elif one.trend is None:
             what = "too few sessions to tell"
         lines.append(
             (
-                one.robot, one.parameter, one.unit, str(one.at.size),
-                with_sd(last.value, last.sd), number(last.between_sd, 2),
-                "–" if drift is None else with_sd(*drift), what, str(int(one.outlying.sum())),
-            )  # fmt: skip
+                one.robot,
+                one.parameter,
+                one.unit,
+                str(one.at.size),
+                with_sd(last.value, last.sd),
+                number(last.between_sd, 2),
+                "–" if drift is None else with_sd(*drift),
+                what,
+                str(int(one.outlying.sum())),
+            )
         )
     return Sheet(
         "Parameters over the sessions",
@@ -171,8 +189,8 @@ def _series_sheet(series: Sequence[Series]) -> Sheet:
          "drift, first to last", "verdict", "outlying"),
         lines,
         note="A level is the weighted mean of the sessions between change points, ± sd (Knapp and "
-        "Hartung). 5 % for any false change or outlying session in the whole batch. Parameters that "
-        "a session did not estimate do not count.",
+        "Hartung). 5 % for any false change or outlying session in the whole batch. What a "
+        "session did not estimate does not count.",
         folded_after=_FOLDED if len(lines) > _FOLDED else 0,
     )  # fmt: skip
 
@@ -197,10 +215,16 @@ def _budget_sheet(budgets: Sequence[Budget]) -> Sheet:
             distinct = str(max(int(1.41 * one.sd_of("robot") / one.gauge_sd), 1))
         lines.append(
             (
-                one.parameter, one.unit, str(one.sessions), number(one.claimed_sd, 3), *cells,
-                ratio, number(2.0 * one.standard_uncertainty, 3),
-                "–" if share is None else f"{100 * share:.0f}", distinct,
-            )  # fmt: skip
+                one.parameter,
+                one.unit,
+                str(one.sessions),
+                number(one.claimed_sd, 3),
+                *cells,
+                ratio,
+                number(2.0 * one.standard_uncertainty, 3),
+                "–" if share is None else f"{100 * share:.0f}",
+                distinct,
+            )
         )
     return Sheet(
         "Uncertainty budget (gauge R&R)",
@@ -220,12 +244,15 @@ def pictures_of(fleet: Fleet, dated: bool) -> tuple[Picture, ...]:
     """A figure per kind of parameter, what changed first, and the budget."""
     kinds: dict[str, list[Series]] = {}
     for one in sorted(fleet.series, key=lambda s: (not s.proved, not s.outlying.any())):
+        if one.at.size < _FEWEST_DRAWN:
+            continue
         kinds.setdefault(one.parameter.rsplit(".", 1)[-1], []).append(one)
     pictures = [
         Picture(
             f"over_time_{kind}", plots.plot_series(series, dated),
-            f"'{kind}' of every session with its 95 % interval and levels; dashed red: a change "
-            "point, red circle: an outlying session."
+            f"'{kind}' of every session with its 95 % interval and levels, of several robots as "
+            "changes from each robot's first level; dashed red: a change point, red circle: an "
+            "outlying session."
             + _not_drawn({s.parameter for s in series}),
         )
         for kind, series in list(kinds.items())[:_MOST_KINDS]
@@ -233,8 +260,8 @@ def pictures_of(fleet: Fleet, dated: bool) -> tuple[Picture, ...]:
     if any(b.components for b in fleet.budgets):
         pictures.append(
             Picture("budget", plots.plot_budgets(fleet.budgets),
-                    "Where the variance of each parameter comes from; the bar marks what the fits "
-                    "claim.")
+                    "Where the variance of a robot's parameter comes from, session to session; the "
+                    "upright stroke marks what the fits claim.")
         )  # fmt: skip
     return tuple(pictures)
 

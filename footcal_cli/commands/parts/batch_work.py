@@ -8,7 +8,6 @@ import inspect
 import io
 import os
 import time
-from collections.abc import Callable
 from contextlib import ExitStack
 from importlib import import_module
 from pathlib import Path
@@ -24,8 +23,6 @@ from footcal_cli.run_folder import claims
 
 EXIT_BUG = 70
 EXIT_DIED = 137
-
-Work = Callable[[Job], SessionRecord]
 
 
 def run_session(job: Job) -> SessionRecord:
