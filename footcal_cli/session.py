@@ -26,7 +26,9 @@ from footcal_cli.errors import DataError, UsageError
 from footcal_cli.recipe import CommandOptions, Recipe, read_recipe, validated
 from footcal_cli.records.files import Versioned, read_record, write_record
 from footcal_cli.records.results import FindingRecord, ParametersRecord, RmseRecord, RunRecord
-from footcal_cli.report import Report, print_text, render_html, rmse_sheet
+from footcal_cli.report import Report, history_sheet, rmse_sheet
+from footcal_cli.report.page import render_html
+from footcal_cli.report.text import print_text
 from footcal_cli.run_folder import claim, refuse_folder, whole_folder
 from footcal_cli.tables import Table, digest, read_table, refusal_of
 
@@ -269,7 +271,7 @@ class Session(Generic[Options]):
             exit_code=exit_code,
         )
         with whole_folder(self.request.out, self.request.overwrite, self.input_paths()) as folder:
-            _write(folder, run, outcome)
+            _write(folder, run, self._with_history(outcome))
         answer = Console(quiet=self.request.quiet, highlight=False)
         if not answer.is_terminal:
             answer = Console(quiet=self.request.quiet, highlight=False, width=_PIPE_WIDTH)
@@ -278,6 +280,17 @@ class Session(Generic[Options]):
             print(f"GATE NOT MET  {gate}", file=sys.stderr)  # noqa: T201 - the command's answer
         answer.print(f"report: {self.request.out / 'report.html'}", soft_wrap=True)
         return exit_code
+
+    def _with_history(self, outcome: Outcome) -> Outcome:
+        """The report with what changed since the calibration that the run started from."""
+        report, start = outcome.report, self.request.parameters
+        shown = any(sheet.title.startswith("Changes since") for sheet in report.lead_sheets)
+        if start is None or shown:
+            return outcome
+        sheet = history_sheet(self.parameters, outcome.parameters, _shown(start))
+        if sheet is None:
+            return outcome
+        return replace(outcome, report=replace(report, sheets=(*report.sheets, sheet)))
 
     def _strict(self, report: Report) -> tuple[str, ...]:
         """The gate of ``--strict-findings``: warnings and alarms of the data, by code."""
@@ -329,15 +342,7 @@ def _write(folder: Path, run: RunRecord, outcome: Outcome) -> None:
     if outcome.rmse is not None:
         write_record(outcome.rmse, folder / "rmse.json")
         _write_rmse_csv(outcome.rmse, folder / "rmse.csv")
-        report = Report(
-            report.title,
-            report.verdict,
-            report.pictures,
-            (*report.sheets, rmse_sheet(outcome.rmse)),
-            report.findings,
-            report.footer,
-            report.lead_sheets,
-        )
+        report = replace(report, sheets=(*report.sheets, rmse_sheet(outcome.rmse)))
     for name, record in outcome.records.items():
         write_record(record, folder / name)
     for name, write in outcome.files.items():
@@ -347,8 +352,9 @@ def _write(folder: Path, run: RunRecord, outcome: Outcome) -> None:
     for name, image in images.items():
         (folder / "figures" / f"{name}.png").write_bytes(image)
     recipe_text = json.dumps({**run.recipe, run.command: run.options}, indent=2, ensure_ascii=False)
+    beside = sorted({"run.json", *(p.name for p in folder.iterdir() if p.is_file())})
     (folder / "report.html").write_text(
-        render_html(report, run, recipe_text, images), encoding="utf-8"
+        render_html(report, run, recipe_text, images, beside), encoding="utf-8"
     )
     files = sorted(p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.is_file())
     write_record(run.model_copy(update={"files": tuple(files)}), folder / "run.json")
