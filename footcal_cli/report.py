@@ -14,9 +14,17 @@ from matplotlib.figure import Figure
 from rich.console import Console
 from rich.table import Table as RichTable
 
-from footcal_cli.records.results import FindingRecord, RmseRecord, RunRecord, VerdictRecord
+from footcal_cli.records.results import (
+    FindingRecord,
+    ReadColumnRecord,
+    RmseRecord,
+    RunRecord,
+    VerdictRecord,
+)
 
 FIGURE_DPI = 130
+_READ_ALOUD = 12
+"""So many columns are read aloud before the rest is folded away."""
 _FIGURE_METADATA = {"Software": None}  # keeps figures the same bytes for the same data
 
 
@@ -111,6 +119,34 @@ def rmse_sheet(rmse: RmseRecord) -> Sheet:
         + (", ".join(f"{n} {why}" for why, n in rmse.rejected.items()) or "none")
         + ".",
     )  # fmt: skip
+
+
+def read_as_sheet(columns: Mapping[str, Mapping[str, ReadColumnRecord]]) -> Sheet:
+    """How foreign columns were read: their unit in full, and their range before and after."""
+
+    def spread(ends: tuple[float, float] | None) -> str:
+        return "–" if ends is None else f"{number(ends[0], 6)} … {number(ends[1], 6)}"
+
+    return Sheet(
+        "Columns as read",
+        ("log", "column", "is", "read as", "as written", "used as", "unit"),
+        [
+            (path, c.source, c.name, c.unit or "–", spread(c.as_written), spread(c.as_read),
+             c.canonical_unit or "–")
+            for path, own in columns.items()
+            for c in own.values()
+        ],
+        folded_after=_READ_ALOUD,
+    )  # fmt: skip
+
+
+def read_aloud(columns: Mapping[str, Mapping[str, ReadColumnRecord]]) -> list[str]:
+    """The same for the terminal, converted columns first, each name once."""
+    every = [column for own in columns.values() for column in own.values()]
+    every.sort(key=lambda column: len(column.ranges) < 2)
+    lines = list({column.name: column.sentence for column in every}.values())
+    left = len(lines) - _READ_ALOUD
+    return lines[:_READ_ALOUD] + ([f"… and {left} more columns in the report"] if left > 0 else [])
 
 
 def render_html(

@@ -29,8 +29,12 @@ ALLOWED: dict[str, set[str]] = {
     "run_folder": {"errors"},
     "interruption": set(),
     "rigid_body": {"core", "errors"},
+    "outcome": {"records", "report"},
+    "gates": {"outcome", "recipe", "records", "report", "errors"},
+    "run_files": {"outcome", "records", "report"},
     "session": {
-        "columns", "tables", "recipe", "records", "report", "run_folder", "core", "errors",
+        "columns", "tables", "recipe", "records", "report", "outcome", "gates", "run_files",
+        "run_folder", "core", "errors",
     },
     "cell_effects": {"recipe", "records", "core", "errors"},
     "intake": {
