@@ -19,6 +19,7 @@ from rich.console import Console
 from rich.progress import track
 
 from footcal_cli.columns import TableType
+from footcal_cli.copies import without_copies
 from footcal_cli.core.quality import Finding
 from footcal_cli.errors import DataError, UsageError
 from footcal_cli.gates import gated, merged
@@ -106,6 +107,7 @@ class Session(Generic[Options]):
         self._left_aside: dict[Path, DataError] = {}
         self._noted: list[Finding] = []
         self.read_as: dict[str, dict[str, ReadColumnRecord]] = {}
+        self._read_before: dict[str, dict[str, list[Table]]] = {}
         if request.parameters is not None:
             self.parameters = read_calibration(request.parameters)
             self.inputs[_shown(request.parameters)] = digest(request.parameters)
@@ -143,16 +145,26 @@ class Session(Generic[Options]):
         """Read all logs of a role that have the table's columns.
 
         A LOG argument of another kind is left to the command's other table types; with ``[data]``
-        the role says which log is which.
+        the role says which log is which. What another log of the kind holds already is taken out,
+        with a finding.
 
         Raises
         ------
         DataError
             From the first log that cannot be read.
         """
+        return [log for log in self.read_in_order(table, role) if log is not None]
+
+    def read_in_order(
+        self, table: TableType, role: str | None = None, *, copies: bool = False
+    ) -> list[Table | None]:
+        """As `read`, with None in the place of a log that is a copy of another one.
+
+        With `copies`, copies stay in.
+        """
         role = role or table.name
         columns = self.recipe.foreign_columns()
-        tables = []
+        tables: list[Table] = []
         for path in self.paths(role):
             if self.request.logs and path.is_file():
                 refusal = refusal_of(path, table, columns)
@@ -166,7 +178,17 @@ class Session(Generic[Options]):
             self._read_aloud(read)
             self.note(read.findings)
             tables.append(read)
-        return tables
+        return [*tables] if copies else self._once(tables, table.name, role)
+
+    def _once(self, tables: list[Table], kind: str, role: str) -> list[Table | None]:
+        """Logs of one kind without what they, or another role's logs, hold already."""
+        before = self._read_before.setdefault(kind, {})
+        others = [table for other, logs in before.items() if other != role for table in logs]
+        kept, findings = without_copies(tables, others)
+        if not self.request.logs:  # else all roles are the same files
+            before[role] = tables
+        self.note(findings)
+        return kept
 
     def read_required(self, table: TableType, role: str | None = None) -> list[Table]:
         """As `read`, but at least one log must be there.
