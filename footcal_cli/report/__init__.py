@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from math import floor, isfinite, log10
 
@@ -15,11 +15,14 @@ from matplotlib.figure import Figure
 from footcal_cli.records.results import (
     FindingRecord,
     ParametersRecord,
+    ReadColumnRecord,
     RmseRecord,
     VerdictRecord,
 )
 
 FIGURE_DPI = 130
+_READ_ALOUD = 12
+"""So many columns are printed before the rest is folded away."""
 _FIGURE_METADATA = {"Software": None}  # keeps figures the same bytes for the same data
 
 
@@ -154,6 +157,36 @@ def rmse_sheet(rmse: RmseRecord) -> Sheet:
         + (", ".join(f"{n} {why}" for why, n in rmse.rejected.items()) or "none")
         + ".",
     )  # fmt: skip
+
+
+def read_as_sheet(columns: Mapping[str, Mapping[str, ReadColumnRecord]]) -> Sheet:
+    """How foreign columns were read: their unit in full, and their range before and after."""
+
+    def spread(ends: tuple[float, float] | None) -> str:
+        return "–" if ends is None else f"{number(ends[0], 6)} … {number(ends[1], 6)}"
+
+    return Sheet(
+        "Columns as read",
+        ("log", "column", "is", "read as", "as written", "used as", "unit"),
+        [
+            (path, c.source, c.name, c.unit or "–", spread(c.as_written), spread(c.as_read),
+             c.canonical_unit or "–")
+            for path, own in columns.items()
+            for c in own.values()
+        ],
+        folded_after=_READ_ALOUD,
+    )  # fmt: skip
+
+
+def read_aloud(columns: Mapping[str, Mapping[str, ReadColumnRecord]]) -> list[str]:
+    """The same for the terminal, converted columns first, each name once."""
+    every = [column for own in columns.values() for column in own.values()]
+    every.sort(key=lambda column: len(column.ranges) < 2)
+    lines = list({column.name: column.sentence for column in every}.values())
+    more = len(lines) - _READ_ALOUD
+    if more > 0:
+        lines[_READ_ALOUD:] = [f"… and {plural(more, 'more column')} in the report"]
+    return lines
 
 
 def history_sheet(
