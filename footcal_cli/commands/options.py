@@ -25,6 +25,14 @@ ParametersFile = Annotated[
     Path | None,
     typer.Option("--parameters", metavar="FILE.json", help="The calibration to start from."),
 ]
+ReferenceFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--reference",
+        metavar="FILE.json",
+        help="Gate: exit 1 where a parameter left this calibration ([gates] says by how much).",
+    ),
+]
 Out = Annotated[Path, typer.Option("--out", metavar="DIR", help="Run folder to write.")]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace a run folder.")]
 Seed = Annotated[int, typer.Option("--seed", metavar="N", help="Seed of all that is random.")]
@@ -43,6 +51,7 @@ def begin(
     logs: list[Path] | None,
     recipe: Path | None,
     parameters: Path | None = None,
+    reference: Path | None = None,
     out: Path,
     overwrite: bool,
     seed: int = 0,
@@ -65,5 +74,6 @@ def begin(
         quiet=quiet,
         overrides=overrides,
         goes_on=goes_on,
+        reference=reference,
     )
     return Session(request, options_model, option_tables())
