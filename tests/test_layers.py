@@ -27,7 +27,7 @@ ALLOWED: dict[str, set[str]] = {
     },
     "run_folder": {"errors"},
     "interruption": set(),
-    "rigid_body": {"core", "errors"},
+    "rigid_body": {"textfiles", "core", "errors"},
     "session": {
         "columns", "tables", "copies", "recipe", "records", "report", "run_folder", "core",
         "errors",
