@@ -21,16 +21,19 @@ ALLOWED: dict[str, set[str]] = {
     "recipe": {"columns", "textfiles", "errors"},
     "records": {"records", "textfiles", "core", "errors"},
     "plots": {"plots", "core", "records"},
-    "report": {"records", "core"},
+    "report": {"report", "records", "core"},
     "sheets": {
         "sheets", "plots", "report", "intake", "cell_effects", "recipe", "core", "records",
     },
     "run_folder": {"errors"},
     "interruption": set(),
     "rigid_body": {"textfiles", "core", "errors"},
+    "outcome": {"records", "report"},
+    "gates": {"outcome", "recipe", "records", "report", "errors"},
+    "run_files": {"outcome", "records", "report"},
     "session": {
-        "columns", "tables", "copies", "recipe", "records", "report", "run_folder", "core",
-        "errors",
+        "columns", "tables", "copies", "recipe", "records", "report", "outcome", "gates",
+        "run_files", "run_folder", "core", "errors",
     },
     "cell_effects": {"recipe", "records", "core", "errors"},
     "intake": {
