@@ -8,13 +8,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from importlib import resources
-
-import jinja2
-from matplotlib.figure import Figure
-from rich.console import Console
-from rich.table import Table as RichTable
+from typing import TYPE_CHECKING
 
 from footcal_cli.records.results import FindingRecord, RmseRecord, RunRecord, VerdictRecord
+
+if TYPE_CHECKING:
+    import jinja2
+    from matplotlib.figure import Figure
+    from rich.console import Console
 
 FIGURE_DPI = 130
 _FIGURE_METADATA = {"Software": None}  # keeps figures the same bytes for the same data
@@ -130,6 +131,8 @@ def render_html(
 
 @cache
 def _template() -> jinja2.Template:
+    import jinja2
+
     environment = jinja2.Environment(
         autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
@@ -143,6 +146,8 @@ _SEVERITY = {"alarm": "red", "warning": "yellow", "note": "cyan"}
 
 def print_text(report: Report, console: Console) -> None:
     """The report for a terminal: verdict, findings and the first table."""
+    from rich.table import Table as RichTable
+
     mark = _MARKS[report.verdict.level]
     console.print(f"[bold {mark}]VERDICT[/]  {_plain(report.verdict.sentence)}", soft_wrap=True)
     for line in report.verdict.details:

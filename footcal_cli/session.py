@@ -18,7 +18,6 @@ from pathlib import Path
 from typing import Generic, TypeVar
 
 from rich.console import Console
-from rich.progress import track
 
 from footcal_cli.columns import TableType
 from footcal_cli.core.quality import Finding
@@ -29,11 +28,11 @@ from footcal_cli.records.results import FindingRecord, ParametersRecord, RmseRec
 from footcal_cli.report import Report, print_text, render_html, rmse_sheet
 from footcal_cli.run_folder import claim, refuse_folder, whole_folder
 from footcal_cli.tables import Table, digest, read_table, refusal_of
+from footcal_cli.textfiles import regular_file
 
 _PIPE_WIDTH = 160  # columns of a table that no terminal limits
 
 Options = TypeVar("Options", bound=CommandOptions)
-Item = TypeVar("Item")
 
 
 @dataclass(frozen=True)
@@ -189,13 +188,29 @@ class Session(Generic[Options]):
             return tables
         named = self.paths(role or table.name)
         if not named:
-            raise UsageError(
-                f"no {role or table.name} log given", file=self.recipe.path,
-                remedy=f"name a LOG on the command line or '{role or table.name}' in [data]",
-            )  # fmt: skip
+            raise self._no_log(role or table.name)
         columns = self.recipe.foreign_columns()
         read_table(named[0], table, columns, gravity_mps2=self.recipe.robot.gravity_mps2)
         raise DataError("no log with the needed columns", file=named[0])
+
+    def refuse_missing_logs(self, role: str) -> None:
+        """Refuse a run without a log, or with one that is not there, before heavy imports.
+
+        Raises
+        ------
+        UsageError
+            No log at all was named, or no such file.
+        """
+        if not self.request.logs and not self.recipe.data:
+            raise self._no_log(role)
+        for path in self.request.logs:
+            regular_file(path)
+
+    def _no_log(self, role: str) -> UsageError:
+        return UsageError(
+            f"no {role} log given", file=self.recipe.path,
+            remedy=f"name a LOG on the command line or '{role}' in [data]",
+        )  # fmt: skip
 
     @contextmanager
     def step(self, name: str) -> Iterator[None]:
@@ -207,17 +222,6 @@ class Session(Generic[Options]):
         else:
             yield
         self.timings_s[name] = round(time.perf_counter() - began, 4)
-
-    def progress(self, items: Iterable[Item], description: str, total: int) -> Iterable[Item]:
-        """Iterate with a progress bar on a terminal, quietly in a pipe."""
-        return track(
-            items,
-            description,
-            total=total,
-            console=self.console,
-            disable=not self.console.is_terminal,
-            transient=True,
-        )
 
     def note(self, findings: Iterable[Finding]) -> None:
         """Keep findings for the report, whoever made them; `finish` merges them with its own."""

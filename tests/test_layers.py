@@ -28,7 +28,8 @@ ALLOWED: dict[str, set[str]] = {
     "interruption": set(),
     "rigid_body": {"core", "errors"},
     "session": {
-        "columns", "tables", "recipe", "records", "report", "run_folder", "core", "errors",
+        "columns", "tables", "recipe", "records", "report", "run_folder", "textfiles", "core",
+        "errors",
     },
     "cell_effects": {"recipe", "records", "core", "errors"},
     "intake": {
