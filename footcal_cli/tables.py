@@ -7,7 +7,6 @@ suffix (``load_kg`` for ``load_n``).
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -31,11 +30,6 @@ __all__ = [
     "ReadColumn", "Table", "column_names", "digest", "read_table", "refusal_of", "unit_factor",
     "write_parquet",
 ]  # fmt: skip
-
-_SAME_DIGITS = 8
-"""Copies agree to so many significant digits, whatever their format and unit."""
-_LABELS = frozenset({"session", "repeat"})
-"""Columns that tell recordings apart; a copy may bear another label."""
 
 
 @dataclass(frozen=True)
@@ -112,34 +106,6 @@ class Table:
     def text(self, name: str) -> np.ndarray[Any, np.dtype[np.object_]]:
         """One column as strings, shape (n,)."""
         return self.data[name].astype(str).to_numpy(dtype=object)
-
-    def row_digests(self) -> list[bytes]:
-        """A digest of every row: the same for the same content, whatever the file's format.
-
-        Columns count by name, so that their order is free; labels of recordings do not count.
-        """
-        import pandas as pd
-
-        names = sorted(str(name) for name in self.data.columns if name not in _LABELS)
-        hashes = np.zeros((len(self), len(names)), dtype=np.uint64)
-        for i, name in enumerate(names):
-            values: pd.Series[Any] = self.data[name].reset_index(drop=True)
-            if pd.api.types.is_numeric_dtype(values):
-                values = pd.Series(_rounded(values.to_numpy(dtype=np.float64)))
-            else:
-                values = values.astype(str)
-            hashes[:, i] = pd.util.hash_pandas_object(values, index=False).to_numpy()
-        head = " ".join(names).encode()
-        return [hashlib.blake2b(head + row.tobytes(), digest_size=16).digest() for row in hashes]
-
-
-def _rounded(values: FloatArray) -> FloatArray:
-    """Values to `_SAME_DIGITS` significant digits; −0 is 0, and all NaN are one."""
-    size = np.abs(values)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        step = 10.0 ** (np.floor(np.log10(size)) + 1 - _SAME_DIGITS)
-        rounded = np.round(values / step) * step
-    return np.asarray(np.where(size > 0, rounded, np.where(np.isnan(values), np.nan, 0.0)))
 
 
 def read_table(

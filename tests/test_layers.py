@@ -17,19 +17,23 @@ ALLOWED: dict[str, set[str]] = {
     "logfiles": {"textfiles", "core", "errors"},
     "values": {"columns", "logfiles", "core", "errors"},
     "tables": {"columns", "logfiles", "values", "units", "core", "errors"},
+    "copies": {"tables", "core"},
     "recipe": {"columns", "textfiles", "errors"},
     "records": {"records", "textfiles", "core", "errors"},
     "plots": {"plots", "core", "records"},
-    "report": {"records", "core"},
+    "report": {"report", "records", "core"},
     "sheets": {
         "sheets", "plots", "report", "intake", "cell_effects", "recipe", "core", "records",
     },
     "run_folder": {"errors"},
     "interruption": set(),
     "rigid_body": {"core", "errors"},
+    "outcome": {"records", "report"},
+    "gates": {"outcome", "recipe", "records", "report", "errors"},
+    "run_files": {"outcome", "records", "report"},
     "session": {
-        "columns", "tables", "recipe", "records", "report", "run_folder", "textfiles", "core",
-        "errors",
+        "columns", "tables", "copies", "recipe", "records", "report", "outcome", "gates",
+        "run_files", "run_folder", "textfiles", "core", "errors",
     },
     "cell_effects": {"recipe", "records", "core", "errors"},
     "intake": {
@@ -49,7 +53,7 @@ ALLOWED: dict[str, set[str]] = {
 }  # fmt: skip
 # heavy libraries and the rooms that may know them
 LIBRARIES: dict[str, set[str]] = {
-    "pandas": {"tables", "logfiles", "values", "session", "commands"},
+    "pandas": {"tables", "copies", "logfiles", "values", "session", "commands"},
     "pinocchio": {"rigid_body"},
     "pyarrow": {"logfiles"},
     "pint": {"units"},

@@ -70,6 +70,7 @@ def _check(session: Session[CheckOptions]) -> Outcome:
                 findings += _findings(table, kind, session)
     if not looked_at:
         _refuse(session)
+    findings += session.noted
     findings.sort(key=lambda finding: _ORDER[finding.severity])
     serious = [finding for finding in findings if finding.severity != "note"]
     rows = sum(int(n) for _, _, n in looked_at)

@@ -16,6 +16,7 @@ from footcal_cli.commands.options import (
     ParametersFile,
     Quiet,
     RecipeFile,
+    ReferenceFile,
     Seed,
     StrictFindings,
     begin,
@@ -53,6 +54,11 @@ class HangCalibOptions(CommandOptions):
     compare: bool = True
     max_force_rmse_n: float | None = Field(default=None, gt=0)
 
+    @property
+    def limits(self) -> dict[str, float | None]:
+        """Limits of `max_…`, by quantity, SI units."""
+        return {"* force": self.max_force_rmse_n}
+
 
 def hang_calib(
     logs: Logs = None,
@@ -67,6 +73,7 @@ def hang_calib(
     max_force_rmse_n: Annotated[
         float | None, typer.Option("--max-force-rmse-n", help="Gate: exit 1 above this RMSE.")
     ] = None,
+    reference: ReferenceFile = None,
     strict_findings: StrictFindings = None,
     out: Out = Path("out/hang-calib"),
     overwrite: Overwrite = False,
@@ -80,6 +87,7 @@ def hang_calib(
         logs=logs,
         recipe=recipe,
         parameters=parameters,
+        reference=reference,
         out=out,
         overwrite=overwrite,
         seed=seed,
@@ -146,7 +154,6 @@ def _calibrate(session: Session[HangCalibOptions]) -> Outcome:
         ),
         rmse=rmse,
         parameters=_parameters(session, chosen, logs),
-        gates_missed=sheets.gates(rmse, options.max_force_rmse_n),
         usable=all(fit.fit.converged for fit in fits.values()),
     )
 

@@ -25,6 +25,14 @@ ParametersFile = Annotated[
     Path | None,
     typer.Option("--parameters", metavar="FILE.json", help="The calibration to start from."),
 ]
+ReferenceFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--reference",
+        metavar="FILE.json",
+        help="Gate: exit 1 where a parameter left this calibration ([gates] says by how much).",
+    ),
+]
 Out = Annotated[Path, typer.Option("--out", metavar="DIR", help="Run folder to write.")]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace a run folder.")]
 Seed = Annotated[int, typer.Option("--seed", metavar="N", help="Seed of all that is random.")]
@@ -42,6 +50,7 @@ def begin(
     logs: list[Path] | None,
     recipe: Path | None,
     parameters: Path | None = None,
+    reference: Path | None = None,
     out: Path,
     overwrite: bool,
     seed: int = 0,
@@ -62,5 +71,6 @@ def begin(
         seed=seed,
         quiet=quiet,
         overrides=overrides,
+        reference=reference,
     )
     return Session(request, options_model, option_tables())

@@ -16,6 +16,7 @@ from footcal_cli.commands.options import (
     ParametersFile,
     Quiet,
     RecipeFile,
+    ReferenceFile,
     Seed,
     StrictFindings,
     begin,
@@ -69,6 +70,12 @@ class PoseCalibOptions(CommandOptions):
     block_s: float = Field(default=0.5, gt=0)
     max_force_rmse_n: float | None = Field(default=None, gt=0)
 
+    @property
+    def limits(self) -> dict[str, float | None]:
+        """Limits of `max_…`, by quantity, SI units."""
+        quantity = "* force" if self.fit == "series" else "sum of forces"
+        return {quantity: self.max_force_rmse_n}
+
 
 def pose_calib(
     logs: Logs = None,
@@ -94,6 +101,7 @@ def pose_calib(
     max_force_rmse_n: Annotated[
         float | None, typer.Option("--max-force-rmse-n", help="Gate: exit 1 above this RMSE.")
     ] = None,
+    reference: ReferenceFile = None,
     strict_findings: StrictFindings = None,
     out: Out = Path("out/pose-calib"),
     overwrite: Overwrite = False,
@@ -107,6 +115,7 @@ def pose_calib(
         logs=logs,
         recipe=recipe,
         parameters=parameters,
+        reference=reference,
         out=out,
         overwrite=overwrite,
         seed=seed,

@@ -144,8 +144,39 @@ class VerdictRecord(Record):
     details: tuple[str, ...] = ()
 
 
+class ReadColumnRecord(Record):
+    """How a column that stands under another name or in another unit was read.
+
+    `unit` is what its numbers were taken for, in full; the ranges are in that unit and in
+    `canonical_unit`.
+    """
+
+    name: str
+    source: str
+    unit: str
+    canonical_unit: str
+    as_written: tuple[float, float] | None
+    as_read: tuple[float, float] | None
+
+    @property
+    def sentence(self) -> str:
+        """In one line: ``'weight_g' read as gram: 0 … 3000 = 0 … 29.41995 N (load_n)``."""
+        said = f"'{self.source}' read as {self.unit or 'a bare number'}"
+        shown = " = ".join(f"{low:.7g} … {high:.7g}" for low, high in self.ranges)
+        return f"{said}: {shown} {self.canonical_unit}".rstrip(": ") + f" ({self.name})"
+
+    @property
+    def ranges(self) -> list[tuple[float, float]]:
+        """Smallest and largest value as written and, where that is another, as read."""
+        both = [pair for pair in (self.as_written, self.as_read) if pair is not None]
+        return both[:1] if len(both) == 2 and both[0] == both[1] else both
+
+
 class RunRecord(Versioned):
-    """``run.json``: what was run, on what, how it ended, and every file of the folder."""
+    """``run.json``: what was run, on what, how it ended, and every file of the folder.
+
+    `read_as` holds the columns that stand under other names or in other units in the logs.
+    """
 
     schema_name: Literal["footcal.run"] = Field(default="footcal.run", alias="schema")
     command: str
@@ -155,6 +186,7 @@ class RunRecord(Versioned):
     options: dict[str, Any]
     inputs: dict[str, str]
     rows: dict[str, int]
+    read_as: dict[str, tuple[ReadColumnRecord, ...]] = Field(default_factory=dict)
     seed: int
     timings_s: dict[str, float]
     verdict: VerdictRecord
