@@ -141,6 +141,13 @@ def write_parquet(columns: pd.DataFrame | Mapping[str, object], path: Path) -> N
     )
 
 
+def write_csv(columns: Mapping[str, object], path: Path) -> None:
+    """Write columns (n,) by name as CSV."""
+    import pandas as pd
+
+    pd.DataFrame(dict(columns)).to_csv(path, index=False)
+
+
 def write_parquet_pieces(pieces: Iterable[Mapping[str, object]], path: Path) -> int:
     """Write columns that come piece by piece, a row group each; the first piece sets the types.
 

@@ -29,7 +29,13 @@ from footcal_cli.records.results import FindingRecord, ParametersRecord, ReadCol
 from footcal_cli.report import Report, history_sheet, read_aloud, read_as_sheet
 from footcal_cli.report.text import print_text
 from footcal_cli.run_files import write_run
-from footcal_cli.run_folder import claim, refuse_folder, whole_folder
+from footcal_cli.run_folder import (
+    claim,
+    grown_folder,
+    refuse_folder,
+    refuse_grown,
+    whole_folder,
+)
 from footcal_cli.tables import Table, digest, read_table, refusal_of
 from footcal_cli.textfiles import regular_file
 
@@ -54,6 +60,8 @@ class Request:
     quiet: bool
     overrides: Mapping[str, object]
     reference: Path | None = None
+    goes_on: bool = False
+    """Whether the folder is gone on with: what is done stays."""
 
     @property
     def inputs(self) -> tuple[Path, ...]:
@@ -81,7 +89,8 @@ class Session(Generic[Options]):
         self.request = request
         self.started = datetime.now(UTC)
         self.console = Console(stderr=True, quiet=request.quiet)
-        refuse_folder(request.out, request.overwrite, request.inputs)
+        refuse = refuse_grown if request.goes_on else refuse_folder
+        refuse(request.out, request.overwrite, request.inputs)
         self.recipe = (
             read_recipe(request.recipe, commands) if request.recipe is not None else Recipe()
         )
@@ -97,7 +106,7 @@ class Session(Generic[Options]):
             file=request.recipe,
             table=table,
         )
-        refuse_folder(request.out, request.overwrite, self.input_paths())
+        refuse(request.out, request.overwrite, self.input_paths())
         claim(request.out)
         self.parameters: ParametersRecord | None = None
         self.inputs: dict[str, str] = {}
@@ -305,7 +314,12 @@ class Session(Generic[Options]):
             gates_missed=outcome.gates_missed,
             exit_code=exit_code,
         )
-        with whole_folder(self.request.out, self.request.overwrite, self.input_paths()) as folder:
+        out = self.request.out
+        with (
+            grown_folder(out)
+            if self.request.goes_on
+            else whole_folder(out, self.request.overwrite, self.input_paths())
+        ) as folder:
             write_run(folder, run, self._with_history(outcome))
         answer = Console(quiet=self.request.quiet, highlight=False)
         if not answer.is_terminal:

@@ -19,7 +19,7 @@ from footcal_cli.columns import UNIT_SUFFIXES, Column, ForeignColumn, TableType,
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.quality import Finding
 from footcal_cli.errors import DataError, UsageError, nearest
-from footcal_cli.logfiles import column_names, digest, raw_columns, write_parquet
+from footcal_cli.logfiles import column_names, digest, raw_columns, write_csv, write_parquet
 from footcal_cli.units import Conversion, conversion, unit_factor
 from footcal_cli.values import durations, numbers, seconds, stamps, texts
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "ReadColumn", "Table", "column_names", "digest", "read_table", "refusal_of", "unit_factor",
-    "write_parquet",
+    "write_csv", "write_parquet",
 ]  # fmt: skip
 
 
