@@ -44,6 +44,7 @@ __all__ = ["Outcome", "Request", "Session", "read_calibration"]
 _PIPE_WIDTH = 160  # columns of a table that no terminal limits
 
 Options = TypeVar("Options", bound=CommandOptions)
+Item = TypeVar("Item")
 
 
 @dataclass(frozen=True)
@@ -260,6 +261,19 @@ class Session(Generic[Options]):
         else:
             yield
         self.timings_s[name] = round(time.perf_counter() - began, 4)
+
+    def progress(self, items: Iterable[Item], description: str, total: int) -> Iterable[Item]:
+        """Iterate with a progress bar on a terminal, quietly in a pipe."""
+        from rich.progress import track
+
+        return track(
+            items,
+            description,
+            total=total,
+            console=self.console,
+            disable=not self.console.is_terminal,
+            transient=True,
+        )
 
     def note(self, findings: Iterable[Finding]) -> None:
         """Keep findings for the report, whoever made them; `finish` merges them with its own."""
