@@ -12,14 +12,30 @@ from typing import Literal
 Kind = Literal["number", "text"]
 Missing = Literal["refuse", "keep"]
 
+QUANTITIES: Sequence[Mapping[str, str]] = (
+    {"n": "N", "mn": "mN", "kn": "kN", "kgf": "kgf", "lbf": "lbf"},
+    {"kg": "kg", "g": "g"},
+    {"nm": "N*m", "nmm": "N*mm"},
+    {"m": "m", "cm": "cm", "mm": "mm"},
+    {"s": "s", "ms": "ms", "us": "us", "ns": "ns"},
+    {"rad": "rad", "deg": "deg"},
+    {"radps": "rad/s", "degps": "deg/s"},
+    {"mps2": "m/s^2"},
+    {"degc": "degC", "degf": "degF", "degk": "K"},
+    {"pa": "Pa", "kpa": "kPa", "bar": "bar"},
+    {"counts": "count"},
+)
+"""Suffixes of column names -> unit, one quantity each; forces and masses come first."""
 UNIT_SUFFIXES: Mapping[str, str] = {
-    "n": "N", "mn": "mN", "kn": "kN", "kgf": "kgf", "lbf": "lbf", "kg": "kg", "g": "g",
-    "nm": "N*m", "nmm": "N*mm", "m": "m", "cm": "cm", "mm": "mm", "s": "s", "ms": "ms", "us": "us",
-    "ns": "ns", "rad": "rad", "deg": "deg", "radps": "rad/s", "degps": "deg/s", "mps2": "m/s^2",
-    "degc": "degC", "degf": "degF", "degk": "K", "pa": "Pa", "kpa": "kPa", "bar": "bar",
-    "counts": "count",
-}  # fmt: skip
+    suffix: unit for quantity in QUANTITIES for suffix, unit in quantity.items()
+}
 """Suffix of a column name -> unit."""
+
+
+def converts(suffix: str, to: str) -> bool:
+    """Whether values under one unit suffix can be given under another; a mass has a weight."""
+    forces, masses = QUANTITIES[:2]
+    return any(suffix in q and to in q for q in QUANTITIES) or (suffix in masses and to in forces)
 
 
 @dataclass(frozen=True)

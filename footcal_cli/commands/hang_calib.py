@@ -101,6 +101,7 @@ def hang_calib(
 
 
 def _calibrate(session: Session[HangCalibOptions]) -> Outcome:
+    session.refuse_missing_logs("hang")
     from footcal_cli.columns import hang_table
     from footcal_cli.commands.parts.hang_logs import leg_logs
     from footcal_cli.core.hang.runs import hang_runs
