@@ -16,7 +16,6 @@ from pathlib import Path
 from typing import Generic, TypeVar
 
 from rich.console import Console
-from rich.progress import track
 
 from footcal_cli.columns import TableType
 from footcal_cli.copies import without_copies
@@ -38,6 +37,7 @@ from footcal_cli.run_folder import (
     whole_folder,
 )
 from footcal_cli.tables import Table, digest, read_table, refusal_of
+from footcal_cli.textfiles import regular_file
 
 __all__ = ["Outcome", "Request", "Session", "read_calibration"]
 
@@ -215,13 +215,29 @@ class Session(Generic[Options]):
             return tables
         named = self.paths(role or table.name)
         if not named:
-            raise UsageError(
-                f"no {role or table.name} log given", file=self.recipe.path,
-                remedy=f"name a LOG on the command line or '{role or table.name}' in [data]",
-            )  # fmt: skip
+            raise self._no_log(role or table.name)
         columns = self.recipe.foreign_columns()
         read_table(named[0], table, columns, gravity_mps2=self.recipe.robot.gravity_mps2)
         raise DataError("no log with the needed columns", file=named[0])
+
+    def refuse_missing_logs(self, role: str) -> None:
+        """Refuse a run without a log, or with one that is not there, before heavy imports.
+
+        Raises
+        ------
+        UsageError
+            No log at all was named, or no such file.
+        """
+        if not self.request.logs and not self.recipe.data:
+            raise self._no_log(role)
+        for path in self.request.logs:
+            regular_file(path)
+
+    def _no_log(self, role: str) -> UsageError:
+        return UsageError(
+            f"no {role} log given", file=self.recipe.path,
+            remedy=f"name a LOG on the command line or '{role}' in [data]",
+        )  # fmt: skip
 
     def _read_aloud(self, table: Table) -> None:
         """Keep how foreign columns of a log were read, for run.json, report and terminal."""
@@ -248,6 +264,8 @@ class Session(Generic[Options]):
 
     def progress(self, items: Iterable[Item], description: str, total: int) -> Iterable[Item]:
         """Iterate with a progress bar on a terminal, quietly in a pipe."""
+        from rich.progress import track
+
         return track(
             items,
             description,

@@ -27,13 +27,13 @@ ALLOWED: dict[str, set[str]] = {
     },
     "run_folder": {"errors"},
     "interruption": set(),
-    "rigid_body": {"core", "errors"},
+    "rigid_body": {"textfiles", "core", "errors"},
     "outcome": {"records", "report"},
     "gates": {"outcome", "recipe", "records", "report", "errors"},
     "run_files": {"outcome", "records", "report"},
     "session": {
         "columns", "tables", "copies", "recipe", "records", "report", "outcome", "gates",
-        "run_files", "run_folder", "core", "errors",
+        "run_files", "run_folder", "textfiles", "core", "errors",
     },
     "cell_effects": {"recipe", "records", "core", "errors"},
     "intake": {

@@ -42,7 +42,7 @@ def check(
     overwrite: Overwrite = False,
     quiet: Quiet = False,
 ) -> None:
-    """Look for what is wrong with a log: units, gaps, stuck, saturated or repeated channels."""
+    """Look for what is wrong with a log: units, gaps, stuck, saturated or copied channels."""
     session = begin(
         "check",
         CheckOptions,

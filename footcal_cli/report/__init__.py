@@ -9,8 +9,7 @@ import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from math import floor, isfinite, log10
-
-from matplotlib.figure import Figure
+from typing import TYPE_CHECKING
 
 from footcal_cli.records.results import (
     FindingRecord,
@@ -19,6 +18,9 @@ from footcal_cli.records.results import (
     RmseRecord,
     VerdictRecord,
 )
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 FIGURE_DPI = 130
 _READ_ALOUD = 12

@@ -13,11 +13,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
-
-import jinja2
+from typing import TYPE_CHECKING
 
 from footcal_cli.records.results import RunRecord
 from footcal_cli.report import Picture, Report, Sheet, plural
+
+if TYPE_CHECKING:
+    import jinja2
 
 _NUMERIC = re.compile(
     r"^[<>≤≥≈→ ]*[−+-]?[\d,]*\.?\d+([e×]\S*)?( ± \S+)?( ?%)?( ?\[[^]]*\]( ?%)?)?( of [\d,]+)?$"
@@ -124,6 +126,8 @@ def _table(sheet: Sheet, count: int) -> _Table:
 
 @cache
 def _template() -> jinja2.Template:
+    import jinja2
+
     environment = jinja2.Environment(
         autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
