@@ -334,7 +334,7 @@ def base_columns() -> tuple[Column, ...]:
 
 
 _ENDINGS = (
-    "_counts", "_load_n", "_n", *(f"_{axis}" for axis in _AXES), *(f"_foot_{a}_m" for a in "xyz"),
+    "_counts", *(f"_{axis}" for axis in _AXES), *(f"_foot_{a}_m" for a in "xyz"),
     "_foot_yaw_rad", *(f"_foot_q{a}" for a in "xyzw"),
 )  # fmt: skip
 """Endings of columns that are named after a channel, a foot or a transducer."""
@@ -362,6 +362,6 @@ def is_canonical(name: str, cells: Sequence[str]) -> bool:
     if name in canonical_names(cells):
         return True
     of_a_sensor = any(name.endswith(f"_{axis}") for axis in _AXES)
-    if cells and name.endswith(("_counts", "_n")) and not of_a_sensor:
-        return False  # the recipe lists its cells: another one is a slip of the pen
+    if not of_a_sensor and (name.endswith("_n") or (cells and name.endswith("_counts"))):
+        return False  # forces have a cell of the recipe; readings too where it lists its cells
     return any(name.endswith(ending) and name != ending for ending in _ENDINGS)

@@ -27,7 +27,7 @@ ALLOWED: dict[str, set[str]] = {
     },
     "run_folder": {"errors"},
     "interruption": set(),
-    "rigid_body": {"core", "errors"},
+    "rigid_body": {"textfiles", "core", "errors"},
     "outcome": {"records", "report"},
     "gates": {"outcome", "recipe", "records", "report", "errors"},
     "run_files": {"outcome", "records", "report"},

@@ -195,10 +195,10 @@ def _others(
             "naive": {leg: naive for leg, (_, naive) in both.items()},
             "stepwise": {leg: stepwise for leg, (stepwise, _) in both.items()},
         }
-    except ValueError as error:
+    except FitError:
         if session.options.method == "joint":
             return {}
-        raise FitError(str(error), remedy="use --method joint") from None
+        raise
 
 
 def _pictures(
