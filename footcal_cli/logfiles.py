@@ -86,7 +86,7 @@ def column_names(path: Path) -> list[str]:
     regular_file(path)
     if path.stat().st_size == 0:
         raise DataError("the file is empty", file=path, remedy="record or export the log again")
-    names = list(_parquet(path).schema_arrow.names) if is_parquet(path) else _header(path)
+    names = list(parquet_file(path).schema_arrow.names) if is_parquet(path) else _header(path)
     if not any(names):
         raise DataError("no header line", file=path, remedy="name the columns in the first line")
     if len(names) > MOST_COLUMNS:
@@ -119,12 +119,12 @@ def raw_columns(
         import pyarrow as pa
 
         try:
-            table = _parquet(path).read(columns=list(names), use_threads=False)
+            table = parquet_file(path).read(columns=list(names), use_threads=False)
         except (pa.ArrowException, OSError) as error:
-            raise _unreadable(path, error) from None
-        return {name: _of_arrow(table.column(name), name, path) for name in names}
-    frame = _frame(path, texts)
-    return {name: _of_series(frame[name]) for name in names}
+            raise unreadable(path, error) from None
+        return {name: of_arrow(table.column(name), name, path) for name in names}
+    frame = frame_of(_bytes(path), path, texts)
+    return {name: of_series(frame[name]) for name in names}
 
 
 def write_parquet(columns: pd.DataFrame | Mapping[str, object], path: Path) -> None:
@@ -179,7 +179,7 @@ def short(text: str, at_most: int = 60) -> str:
     return text if len(text) <= at_most else text[: at_most - 1] + "…"
 
 
-def _unreadable(path: Path, error: Exception) -> Exception:
+def unreadable(path: Path, error: Exception) -> Exception:
     """What to raise for an error of a reader; what the system refuses stays as it is."""
     if isinstance(error, OSError) and error.errno is not None:
         return error
@@ -190,7 +190,8 @@ def _unreadable(path: Path, error: Exception) -> Exception:
     )  # fmt: skip
 
 
-def _parquet(path: Path) -> pq.ParquetFile:
+def parquet_file(path: Path) -> pq.ParquetFile:
+    """An opened Parquet file; one line where it is none."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -204,7 +205,7 @@ def _parquet(path: Path) -> pq.ParquetFile:
         ) from None
 
 
-def _of_arrow(column: pa.ChunkedArray, name: str, path: Path) -> RawColumn:
+def of_arrow(column: pa.ChunkedArray, name: str, path: Path) -> RawColumn:
     """A Parquet column by its declared type."""
     import pyarrow as pa
 
@@ -268,7 +269,7 @@ def _bytes(path: Path) -> bytes:
         with opener(path, "rb") as stream:
             content: bytes = stream.read(MOST_BYTES + 1)
     except (OSError, EOFError, zlib.error) as error:
-        raise _unreadable(path, error) from None
+        raise unreadable(path, error) from None
     if len(content) > MOST_BYTES:
         raise DataError(
             f"more than {MOST_BYTES / 1024**3:.0f} GB of text", file=path,
@@ -283,7 +284,7 @@ def _header(path: Path) -> list[str]:
         with opener(path, "rb") as stream:
             start: bytes = stream.read(_LONGEST_HEADER)
     except (OSError, EOFError, zlib.error) as error:
-        raise _unreadable(path, error) from None
+        raise unreadable(path, error) from None
     end = start.find(b"\n")
     if end < 0 and len(start) == _LONGEST_HEADER:
         raise DataError(
@@ -310,11 +311,10 @@ def _header(path: Path) -> list[str]:
         ) from None  # fmt: skip
 
 
-def _frame(path: Path, texts: Collection[str]) -> pd.DataFrame:
-    """All columns of a CSV file."""
+def frame_of(content: bytes, path: Path, texts: Collection[str]) -> pd.DataFrame:
+    """All columns of the text of a CSV file."""
     import pandas as pd
 
-    content = _bytes(path)
     _refuse_foreign_bytes(content, path)
     try:
         with warnings.catch_warnings():
@@ -336,7 +336,7 @@ def _frame(path: Path, texts: Collection[str]) -> pd.DataFrame:
             remedy="write decimal points, or one field per column",
         ) from None
     except (pd.errors.ParserError, pd.errors.EmptyDataError, csv.Error) as error:
-        raise _unreadable(path, error) from None
+        raise unreadable(path, error) from None
     _refuse_cut_line(content, path)
     return frame.rename(columns=str.strip)
 
@@ -368,7 +368,7 @@ def _refuse_cut_line(content: bytes, path: Path) -> None:
         )  # fmt: skip
 
 
-def _of_series(column: pd.Series[Any]) -> RawColumn:
+def of_series(column: pd.Series[Any]) -> RawColumn:
     """A CSV column by what all its cells look like."""
     import pandas as pd
 

@@ -15,8 +15,10 @@ ALLOWED: dict[str, set[str]] = {
     "textfiles": {"errors"},
     "units": {"core", "errors"},
     "logfiles": {"textfiles", "core", "errors"},
+    "longfiles": {"logfiles"},
+    "read_as": {"tables", "records"},
     "values": {"columns", "logfiles", "core", "errors"},
-    "tables": {"columns", "logfiles", "values", "units", "core", "errors"},
+    "tables": {"columns", "logfiles", "longfiles", "values", "units", "core", "errors"},
     "copies": {"tables", "core"},
     "recipe": {"columns", "textfiles", "errors"},
     "records": {"records", "textfiles", "core", "errors"},
@@ -32,8 +34,8 @@ ALLOWED: dict[str, set[str]] = {
     "gates": {"outcome", "recipe", "records", "report", "errors"},
     "run_files": {"outcome", "records", "report"},
     "session": {
-        "columns", "tables", "copies", "recipe", "records", "report", "outcome", "gates",
-        "run_files", "run_folder", "textfiles", "core", "errors",
+        "columns", "longfiles", "read_as", "tables", "copies", "recipe", "records", "report",
+        "outcome", "gates", "run_files", "run_folder", "textfiles", "core", "errors",
     },
     "cell_effects": {"recipe", "records", "core", "errors"},
     "intake": {
@@ -56,7 +58,7 @@ ALLOWED: dict[str, set[str]] = {
 LIBRARIES: dict[str, set[str]] = {
     "pandas": {"tables", "copies", "logfiles", "values", "session", "commands"},
     "pinocchio": {"rigid_body"},
-    "pyarrow": {"logfiles"},
+    "pyarrow": {"logfiles", "longfiles"},
     "pint": {"units"},
     "matplotlib": {"plots", "report"},
     "pydantic": {"recipe", "records", "commands"},
