@@ -23,6 +23,7 @@ from footcal_cli.copies import without_copies
 from footcal_cli.core.quality import Finding
 from footcal_cli.errors import DataError, UsageError
 from footcal_cli.gates import gated, merged
+from footcal_cli.inspection import inspect, inspect_record
 from footcal_cli.outcome import Outcome
 from footcal_cli.recipe import CommandOptions, Recipe, read_recipe, validated
 from footcal_cli.records.files import read_record
@@ -111,6 +112,8 @@ class Session(Generic[Options]):
         if request.parameters is not None:
             self.parameters = read_calibration(request.parameters)
             self.inputs[_shown(request.parameters)] = digest(request.parameters)
+            shown = request.parameters.name
+            self.note(inspect_record(self.parameters, self.recipe.robot, shown))
         path = self._reference_path()
         self.reference = None if path is None else read_calibration(path)
         if path is not None:
@@ -177,6 +180,7 @@ class Session(Generic[Options]):
             self.rows[_shown(path)] = len(read)
             self._read_aloud(read)
             self.note(read.findings)
+            self.note(inspect(read, table, self.recipe.robot))
             tables.append(read)
         return [*tables] if copies else self._once(tables, table.name, role)
 

@@ -28,11 +28,12 @@ ALLOWED: dict[str, set[str]] = {
     "run_folder": {"errors"},
     "interruption": set(),
     "rigid_body": {"core", "errors"},
+    "inspection": {"columns", "tables", "recipe", "records", "core"},
     "outcome": {"records", "report"},
     "gates": {"outcome", "recipe", "records", "report", "errors"},
     "run_files": {"outcome", "records", "report"},
     "session": {
-        "columns", "tables", "copies", "recipe", "records", "report", "outcome", "gates",
+        "columns", "tables", "copies", "recipe", "records", "report", "outcome", "gates", "inspection",
         "run_files", "run_folder", "core", "errors",
     },
     "cell_effects": {"recipe", "records", "core", "errors"},

@@ -1,0 +1,159 @@
+"""Raw channels that cannot be right, by themselves and beside their siblings."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from footcal_cli.core.parameters import BoolArray, FloatArray
+from footcal_cli.core.quality import Finding
+from footcal_cli.core.signals import stretches
+
+LONGEST_GLITCH = 3
+"""Samples in a row that a glitch may have; what lasts longer is a load."""
+FAR = 2.0
+"""A glitch lies outside the channel's usual range by this multiple of it."""
+DEAD_SPAN = 0.02
+"""Share of its siblings' span below which a channel stands still."""
+MOVING = 20.0
+"""Span over the scatter from sample to sample from which siblings are seen to move."""
+LINEAR = 0.5
+"""Squared correlation of counts with known loads below which a cell does not weigh them."""
+
+
+def find_glitches(reading: FloatArray) -> BoolArray:
+    """Single samples far outside the channel's range, shape (n,).
+
+    The range runs from the 1st to the 99th percentile; a glitch lies `FAR` of it outside, which
+    white noise reaches less than once in 10²⁰ samples, and lasts no longer than `LONGEST_GLITCH`.
+
+    Parameters
+    ----------
+    reading
+        Shape (n,), NaN where a sample was lost.
+    """
+    found = np.zeros(reading.size, dtype=bool)
+    good = reading[np.isfinite(reading)]
+    if good.size < 50:
+        return found
+    low, high = np.percentile(good, [1, 99])
+    span = float(high - low)
+    if not span > 0:
+        span = float(np.median(np.abs(good))) * 1e-3 or 1.0
+    with np.errstate(invalid="ignore"):
+        far = (reading < low - FAR * span) | (reading > high + FAR * span)
+    for start, stop in stretches(far):
+        found[start:stop] = stop - start <= LONGEST_GLITCH
+    return found
+
+
+def check_glitches(reading: FloatArray, time_s: FloatArray, where: str) -> list[Finding]:
+    """Say where single samples are far off."""
+    at = np.flatnonzero(find_glitches(reading))
+    if not at.size:
+        return []
+    worst = at[np.argmax(np.abs(reading[at] - np.nanmedian(reading)))]
+    low, high = np.nanpercentile(reading, [1, 99])
+    return [
+        Finding(
+            "outliers", "warning", where,
+            f"{at.size} single samples lie far outside the usual {low:,.6g} … {high:,.6g}, the "
+            f"furthest {reading[worst]:,.6g} at {time_s[worst]:.6g} s",
+            "check the link and the logger; say in [robot.adc] lost_reading what a lost sample "
+            "looks like",
+        )
+    ]  # fmt: skip
+
+
+def check_dead_channels(readings: FloatArray, names: Sequence[str]) -> list[Finding]:
+    """Find channels of one foot that stand still, or only rustle, while their siblings move.
+
+    Parameters
+    ----------
+    readings
+        In units that siblings share, shape (n, c).
+    names
+        Of the channels.
+    """
+    good = readings[np.isfinite(readings).all(axis=1)]
+    if len(good) < 50 or len(names) < 3:
+        return []
+    span = np.subtract(*np.percentile(good, [98, 2], axis=0))
+    scatter = np.median(np.abs(np.diff(good, axis=0)), axis=0)
+    found = []
+    for i, name in enumerate(names):
+        mates = np.delete(np.arange(len(names)), i)
+        usual = float(np.median(span[mates]))
+        moves = usual > MOVING * float(np.median(scatter[mates])) and usual > 0
+        if moves and span[i] < DEAD_SPAN * usual:
+            found.append(
+                Finding(
+                    "dead_cell", "alarm", name,
+                    f"the channel moves by {span[i]:,.4g} while the others of its foot move by "
+                    f"{usual:,.4g}",
+                    "check its wires, its plug and that it carries the plate",
+                )
+            )  # fmt: skip
+    return found
+
+
+def check_turned_channels(readings: FloatArray, names: Sequence[str]) -> list[Finding]:
+    """Find a channel of one foot that falls while all its siblings rise with the load.
+
+    Whatever the sign of the bridges, a foot that is put down moves all of them the same way.
+
+    Parameters
+    ----------
+    readings
+        Shape (n, c); of a foot that is put down and lifted.
+    """
+    good = readings[np.isfinite(readings).all(axis=1)]
+    if len(good) < 50 or len(names) < 3:
+        return []
+    low, high = np.percentile(good, [2, 98], axis=0)
+    span = np.where(high > low, high - low, 1.0)
+    share = (good - low) / span
+    # loaded most of the time or hardly at all: the sign by which most channels move together
+    steps = np.empty(len(names))
+    for i in range(len(names)):
+        others = np.delete(share, i, axis=1).mean(axis=1)
+        down, up = others >= np.percentile(others, 70), others <= np.percentile(others, 30)
+        steps[i] = np.median(share[down, i]) - np.median(share[up, i])
+    turned = np.flatnonzero(steps < -0.2)
+    rest = np.delete(steps, turned)
+    if turned.size != 1 or rest.min() < 0.2:
+        return []
+    name = names[int(turned[0])]
+    return [
+        Finding(
+            "turned_sign", "alarm", name,
+            "the channel moves against all the others of its foot when the foot is put down",
+            "check the sign of its scale and the wires of its bridge",
+        )
+    ]  # fmt: skip
+
+
+def check_known_loads(load_n: FloatArray, counts: FloatArray, channel: str) -> list[Finding]:
+    """Find a cell whose counts do not follow its known loads.
+
+    Parameters
+    ----------
+    load_n, counts
+        Shape (n,).
+    """
+    good = np.isfinite(load_n) & np.isfinite(counts)
+    load, count = load_n[good], counts[good]
+    if load.size < 4 or np.unique(load).size < 3 or not np.ptp(count) > 0:
+        return []
+    with np.errstate(over="ignore", invalid="ignore"):
+        r = float(np.corrcoef(load, count)[0, 1])
+    if r**2 > LINEAR:
+        return []
+    return [
+        Finding(
+            "dead_cell", "alarm", channel,
+            f"the counts do not follow the loads (correlation {r:.2f} over {load.size} rows)",
+            "check that the cell carries the weight, and that no rows or channels are mixed up",
+        )
+    ]  # fmt: skip
