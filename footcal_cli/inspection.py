@@ -95,12 +95,28 @@ def weights_findings(
         np.concatenate([table.number(name) for table in tables]) for name in ("load_n", "counts")
     )
     names = list(dict.fromkeys(channel))
-    codes = [f for n in names for f in quality.check_codes(n, counts[channel == n], robot.adc.bits)]
+    bits = robot.adc.bits
+    codes = [f for n in names for f in readings.check_codes(n, counts[channel == n], bits)]
     found = _merged([f for f in codes if f.severity == "note"], len(names))
     found += quality.check_load_unit(load, intended_load_n, robot.weight_n)
+    session = _sessions(tables)
+    for name in names:
+        at = channel == name
+        found += quality.check_units_of_sessions(name, load[at], counts[at], session[at])
     return found + quality.check_repeats_across_channels(
         {n: counts[channel == n] for n in names}, {n: load[channel == n] for n in names}
     )
+
+
+def _sessions(tables: Sequence[Table]) -> FloatArray:
+    """Number of the session of every row: file by file, and within a file by its column."""
+    labels = [
+        f"{number} {text}"
+        for number, table in enumerate(tables)
+        for text in (table.text("session") if "session" in table else [""] * len(table))
+    ]
+    order = {label: float(i) for i, label in enumerate(dict.fromkeys(labels))}
+    return np.array([order[label] for label in labels])
 
 
 def _weights(table: Table, robot: Robot) -> list[Finding]:
@@ -284,7 +300,7 @@ def _codes(name: str, values: FloatArray, robot: Robot) -> list[Finding]:
     good = values[np.isfinite(values)]
     if not good.size:
         return []
-    found = quality.check_codes(name.removesuffix("_counts"), good, robot.adc.bits)
+    found = readings.check_codes(name.removesuffix("_counts"), good, robot.adc.bits)
     return [f for f in found if f.severity == "alarm"]
 
 

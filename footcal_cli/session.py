@@ -140,6 +140,11 @@ class Session(Generic[Options]):
             options.append(reference)
         return (*self.request.inputs, *([] if self.request.logs else data), *options)
 
+    def every_path(self) -> list[Path]:
+        """All logs: the LOG arguments where given, else those of every role in ``[data]``."""
+        roles = (path for role in self.recipe.data for path in self.recipe.data_paths(role))
+        return list(self.request.logs) or list(dict.fromkeys(roles))
+
     def paths(self, role: str) -> list[Path]:
         """Logs of a role: the LOG arguments where given, else the recipe's ``[data]``."""
         return list(self.request.logs) or self.recipe.data_paths(role)
@@ -174,15 +179,33 @@ class Session(Generic[Options]):
                 if refusal is not None:
                     self._left_aside.setdefault(path, refusal)
                     continue
-            self._taken.add(path)
-            read = read_table(path, table, columns, gravity_mps2=self.recipe.robot.gravity_mps2)
-            self.inputs[_shown(path)] = read.digest
-            self.rows[_shown(path)] = len(read)
-            self._read_aloud(read)
-            self.note(read.findings)
-            self.note(inspect(read, table, self.recipe.robot))
-            tables.append(read)
+            tables.append(self._read(path, table))
         return [*tables] if copies else self._once(tables, table.name, role)
+
+    def _read(self, path: Path, table: TableType) -> Table:
+        """One log, with all that it says."""
+        self._taken.add(path)
+        columns, robot = self.recipe.foreign_columns(), self.recipe.robot
+        read = read_table(path, table, columns, gravity_mps2=robot.gravity_mps2)
+        self.inputs[_shown(path)] = read.digest
+        self.rows[_shown(path)] = len(read)
+        self._read_aloud(read)
+        self.note(read.findings)
+        self.note(inspect(read, table, robot))
+        return read
+
+    def read_any(self, table: TableType) -> list[Table]:
+        """Read every log that is of a kind, whatever its role; copies once."""
+        tables, columns = [], self.recipe.foreign_columns()
+        for path in self.every_path():
+            refusal = refusal_of(path, table, columns) if path.is_file() else None
+            if refusal is not None:
+                self._left_aside.setdefault(path, refusal)
+            else:
+                tables.append(self._read(path, table))
+        kept, findings = without_copies(tables, [])
+        self.note(findings)
+        return [log for log in kept if log is not None]
 
     def _once(self, tables: list[Table], kind: str, role: str) -> list[Table | None]:
         """Logs of one kind without what they, or another role's logs, hold already."""

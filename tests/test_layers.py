@@ -33,8 +33,8 @@ ALLOWED: dict[str, set[str]] = {
     "gates": {"outcome", "recipe", "records", "report", "errors"},
     "run_files": {"outcome", "records", "report"},
     "session": {
-        "columns", "tables", "copies", "recipe", "records", "report", "outcome", "gates", "inspection",
-        "run_files", "run_folder", "core", "errors",
+        "columns", "tables", "copies", "recipe", "records", "report", "outcome", "gates",
+        "inspection", "run_files", "run_folder", "core", "errors",
     },
     "cell_effects": {"recipe", "records", "core", "errors"},
     "intake": {
@@ -45,7 +45,8 @@ ALLOWED: dict[str, set[str]] = {
     "exporters": {"exporters", "records", "core", "errors"},
     "commands": {
         "commands", "formats", "exporters", "logfiles", "cell_effects", "columns", "tables",
-        "recipe", "records", "report", "session", "intake", "plots", "sheets", "rigid_body",
+        "recipe", "records", "report", "session", "intake", "inspection", "plots", "sheets",
+        "rigid_body",
         "core", "errors",
     },
     "app": {"commands", "errors", "interruption", "run_folder"},

@@ -10,6 +10,8 @@ from footcal_cli.core.parameters import BoolArray, FloatArray
 from footcal_cli.core.quality import Finding
 from footcal_cli.core.signals import stretches
 
+OFFSET_BINARY_SHARE = 0.05
+"""Readings this close to mid-scale, as a share of it, look offset-binary."""
 LONGEST_GLITCH = 3
 """Samples in a row that a glitch may have; what lasts longer is a load."""
 FAR = 2.0
@@ -45,6 +47,74 @@ def find_glitches(reading: FloatArray) -> BoolArray:
         far = (reading < low - FAR * span) | (reading > high + FAR * span)
     for start, stop in stretches(far):
         found[start:stop] = stop - start <= LONGEST_GLITCH
+    return found
+
+
+def find_end_codes(counts: FloatArray, bits: int) -> BoolArray:
+    """Readings that are the first or last code of a converter, signed or offset-binary.
+
+    What a converter clips to is the largest or smallest of its readings; others pass such a code
+    by chance.
+
+    Parameters
+    ----------
+    counts
+        Shape (n,), NaN where a sample was lost.
+    """
+    half, full = 2.0 ** (bits - 1), 2.0**bits
+    if not np.isfinite(counts).any():
+        return np.zeros(counts.size, dtype=bool)
+    low, high = np.nanmin(counts), np.nanmax(counts)
+    at_end = (counts == high) & np.isin(counts, [half - 1, full - 1])
+    at_end |= (counts == low) & ((low == -half) | ((low == 0) & (half < high < full)))
+    return np.asarray(at_end)
+
+
+def check_codes(channel: str, counts: FloatArray, bits: int) -> list[Finding]:
+    """Find saturated codes, a stuck channel and offset-binary readings of one channel."""
+    findings = []
+    half = 2.0 ** (bits - 1)
+    at_end = find_end_codes(counts, bits)
+    if at_end.any():
+        findings.append(
+            Finding(
+                "saturated_codes", "alarm", channel,
+                f"{int(at_end.sum())} of {counts.size} readings are an end code of a {bits}-bit "
+                f"converter ({counts[at_end][0]:,.0f})",
+                "lower the gain or the load; check the wiring of the bridge",
+            )
+        )  # fmt: skip
+    if counts.size > 1 and np.ptp(counts) == 0:
+        findings.append(
+            Finding(
+                "stuck_channel", "alarm", channel,
+                f"all {counts.size} readings are {counts[0]:,.0f}",
+                "check that the channel is connected and that its reading is refreshed",
+            )
+        )  # fmt: skip
+    elif counts.size > 1 and np.all(np.abs(counts - half) < OFFSET_BINARY_SHARE * half):
+        findings.append(
+            Finding(
+                "offset_binary", "note", channel,
+                f"readings lie around {half:,.0f} = 2^{bits - 1}: offset-binary, zero is mid-scale",
+                "nothing to do: the bias absorbs it",
+            )
+        )  # fmt: skip
+    return findings
+
+
+def find_frozen(reading: FloatArray, least: int = 50) -> BoolArray:
+    """Samples of runs of one value that last `least` samples and far longer than usual runs."""
+    found = np.zeros(reading.size, dtype=bool)
+    edges = np.concatenate([[0], np.flatnonzero(np.diff(reading) != 0) + 1, [reading.size]])
+    lengths = np.diff(edges)
+    if not lengths.size:
+        return found
+    usual = float(np.percentile(lengths, 90))
+    for start, length in zip(edges[:-1], lengths, strict=True):
+        found[start : start + length] = length >= max(least, 10.0 * usual) or (
+            length == reading.size > 1
+        )
     return found
 
 
