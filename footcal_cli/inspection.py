@@ -202,9 +202,12 @@ def _stream(table: Table, robot: Robot) -> list[Finding]:
     found = body_stream.check_stamp_unit(time_s, table.path.name)
     found += quality.check_stream(time_s, values, names)
     for i, name in enumerate(names):
+        own = values[:, i]
         if name.endswith("_counts"):
-            found += _codes(name, values[:, i], robot)
-        found += readings.check_glitches(values[:, i], time_s, name)
+            known = {(f.code, f.where) for f in found}
+            found += [f for f in _codes(name, own, robot) if (f.code, f.where) not in known]
+            own = np.where(readings.find_end_codes(own, robot.adc.bits), np.nan, own)
+        found += readings.check_glitches(own, time_s, name)
     return found
 
 
@@ -300,7 +303,7 @@ def _codes(name: str, values: FloatArray, robot: Robot) -> list[Finding]:
     good = values[np.isfinite(values)]
     if not good.size:
         return []
-    found = readings.check_codes(name.removesuffix("_counts"), good, robot.adc.bits)
+    found = readings.check_codes(name, good, robot.adc.bits)
     return [f for f in found if f.severity == "alarm"]
 
 

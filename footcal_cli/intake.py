@@ -131,7 +131,9 @@ def read_recordings(
             session.note(check_total_force(start_n.sum(axis=1), robot.weight_n, table.path.name))
             if experiment == "walk":
                 foot_of = [foot for foot, spec in robot.feet.items() for _ in spec.cells]
-                session.note(check_walking_cells(start_n, channels, foot_of))
+                known = {f.where for f in session.noted if f.severity == "alarm"}
+                walking = check_walking_cells(start_n, channels, foot_of)
+                session.note(f for f in walking if f.where not in known)
             places = cells_in_feet(robot)
             if session.parameters is not None:
                 warmth = table.number("temperature_degc") if "temperature_degc" in table else None

@@ -20,7 +20,7 @@ TALLEST_M = 10.0
 """No CoM of a legged robot or a person lies higher above its feet, no two feet further apart."""
 MEAN_ACC_MPS2 = 2.0
 """A body that accelerates so on average leaves the laboratory within seconds."""
-MOTION_WINDOW_S = 0.6
+MOTION_WINDOW_S = 1.0
 """Length of the bump over which positions and accelerations are compared."""
 AGREE = 0.8
 """Correlation of accelerations with the motion from which their ratio means anything."""
@@ -155,7 +155,25 @@ def check_acceleration(
     good = np.isfinite(com_acc_mps2).all(axis=1) & np.isfinite(time_s)
     if good.sum() < _FEWEST:
         return []
-    mean = com_acc_mps2[good].mean(axis=0)
+    ratio, agreement = _motion_ratio(time_s, com_m, com_acc_mps2)
+    if abs(agreement) < AGREE or 0.5 < ratio < 2.0:
+        return _mean_acceleration(com_acc_mps2[good], gravity_mps2, where)
+    unit = min(_ACC_UNITS, key=lambda r: abs(np.log(abs(ratio / r))) + 9.0 * (r * ratio < 0))
+    known = unit * ratio > 0 and 0.7 < ratio / unit < 1.4
+    cause = f"it looks {_ACC_UNITS[unit]}" if known else "its unit or that of the CoM is wrong"
+    return [
+        _alarm(
+            "acceleration_not_of_com", where,
+            f"the acceleration is {ratio:.3g} times that of the CoM's own motion (correlation "
+            f"{agreement:.2f}): {cause}",
+            'give the unit in [columns], com_acc_x_mps2 = { column = "…", unit = "g0" }',
+        )
+    ]  # fmt: skip
+
+
+def _mean_acceleration(acc_mps2: FloatArray, gravity_mps2: float, where: str) -> list[Finding]:
+    """A body that accelerates on average holds gravity, or an offset."""
+    mean = acc_mps2.mean(axis=0)
     largest = int(np.argmax(np.abs(mean)))
     if abs(mean[largest]) > MEAN_ACC_MPS2:
         size = abs(float(mean[largest]))
@@ -172,42 +190,32 @@ def check_acceleration(
                 "log the acceleration of the CoM in the world without gravity (0 at rest)",
             )
         ]  # fmt: skip
-    ratio, agreement = _motion_ratio(time_s, com_m, com_acc_mps2)
-    if abs(agreement) < AGREE or 0.5 < ratio < 2.0:
-        return []
-    unit = min(_ACC_UNITS, key=lambda r: abs(np.log(abs(ratio / r))) + 9.0 * (r * ratio < 0))
-    known = unit * ratio > 0 and 0.7 < ratio / unit < 1.4
-    cause = f"it looks {_ACC_UNITS[unit]}" if known else "its unit or that of the CoM is wrong"
-    return [
-        _alarm(
-            "acceleration_not_of_com", where,
-            f"the acceleration is {ratio:.3g} times that of the CoM's own motion (correlation "
-            f"{agreement:.2f}): {cause}",
-            'give the unit in [columns], com_acc_x_mps2 = { column = "…", unit = "g0" }',
-        )
-    ]  # fmt: skip
+    return []
 
 
 def _motion_ratio(
     time_s: FloatArray, position: FloatArray, acceleration: FloatArray
 ) -> tuple[float, float]:
-    """Slope and correlation of accelerations on the motion, from windows of even stamps."""
-    steps = np.diff(time_s)
-    period = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
-    half = round(MOTION_WINDOW_S / 2 / period) if period > 0 else 0
-    if half < 4 or time_s.size < 6 * half:
+    """Slope and correlation of accelerations on the motion, from windows without gaps."""
+    good = np.isfinite(position).all(axis=1) & np.isfinite(acceleration).all(axis=1)
+    time_s, position, acceleration = time_s[good], position[good], acceleration[good]
+    period = float(np.median(np.diff(time_s))) if time_s.size > 1 else 0.0
+    half = MOTION_WINDOW_S / 2
+    if not 0.0 < period < half / 3:
         return 1.0, 0.0
-    s = np.arange(-half, half + 1) / half
-    bump = (1.0 - s**2) ** 4
-    curved = (-8.0 * (1.0 - s**2) ** 3 + 48.0 * s**2 * (1.0 - s**2) ** 2) / (half * period) ** 2
     from_position, from_acceleration = [], []
-    for middle in range(half, time_s.size - half, half):
-        rows = slice(middle - half, middle + half + 1)
-        even = np.ptp(np.diff(time_s[rows])) < 0.5 * period
-        part, own = position[rows], acceleration[rows]
-        if even and np.isfinite(part).all() and np.isfinite(own).all():
-            from_position.append(curved @ (part - part.mean(axis=0)))
-            from_acceleration.append(bump @ own)
+    for middle in np.arange(time_s[0] + half, time_s[-1] - half, half):
+        rows = np.flatnonzero(np.abs(time_s - middle) < half)
+        if rows.size < 0.8 * 2 * half / period or rows[-1] - rows[0] != rows.size - 1:
+            continue
+        s = (time_s[rows] - middle) / half
+        step = np.gradient(time_s[rows])
+        bump = (1.0 - s**2) ** 4
+        curved = -8.0 * (1.0 - s**2) ** 3 + 48.0 * s**2 * (1.0 - s**2) ** 2
+        line = np.stack([np.ones_like(s), s], axis=1)
+        moved = position[rows] - line @ np.linalg.lstsq(line, position[rows], rcond=None)[0]
+        from_position.append((step * curved) @ moved / half**2)
+        from_acceleration.append((step * bump) @ acceleration[rows])
     if len(from_position) < 5:
         return 1.0, 0.0
     x = np.array(from_position)[:, :2].ravel()

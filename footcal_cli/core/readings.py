@@ -20,6 +20,9 @@ DEAD_SPAN = 0.02
 """Share of its siblings' span below which a channel stands still."""
 MOVING = 20.0
 """Span over the scatter from sample to sample from which siblings are seen to move."""
+UNLOADED = 0.1
+"""A lifted foot's cells all lie within this share of their range, for this share of the time."""
+_FEWEST_STEPS = 4
 LINEAR = 0.5
 """Squared correlation of counts with known loads below which a cell does not weigh them."""
 
@@ -179,12 +182,11 @@ def check_turned_channels(readings: FloatArray, names: Sequence[str]) -> list[Fi
         Shape (n, c); of a foot that is put down and lifted.
     """
     good = readings[np.isfinite(readings).all(axis=1)]
-    if len(good) < 50 or len(names) < 3:
+    if len(good) < 50 or len(names) < 4:
         return []
     low, high = np.percentile(good, [2, 98], axis=0)
     span = np.where(high > low, high - low, 1.0)
     share = (good - low) / span
-    # loaded most of the time or hardly at all: the sign by which most channels move together
     steps = np.empty(len(names))
     for i in range(len(names)):
         others = np.delete(share, i, axis=1).mean(axis=1)
@@ -194,6 +196,11 @@ def check_turned_channels(readings: FloatArray, names: Sequence[str]) -> list[Fi
     rest = np.delete(steps, turned)
     if turned.size != 1 or rest.min() < 0.2:
         return []
+    mates = np.delete(share, turned, axis=1)
+    in_the_air = [(mates < UNLOADED).all(axis=1), (mates > 1.0 - UNLOADED).all(axis=1)]
+    lifted = max(in_the_air, key=lambda flags: int(flags.sum()))
+    if lifted.mean() < UNLOADED or len(stretches(lifted)) < _FEWEST_STEPS:
+        return []  # standing, heel and toes take turns
     name = names[int(turned[0])]
     return [
         Finding(

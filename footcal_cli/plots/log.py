@@ -96,7 +96,7 @@ def plot_channels(
     all_axes = figure.subplots(len(shown), 1, sharex=True, squeeze=False)[:, 0]
     legend: dict[str, Artist] = {}
     for axes, panel in zip(all_axes, shown, strict=True):
-        _strip(axes, x, panel, legend)
+        _strip(axes, x, panel, legend, [start for start, _ in gaps])
         for start, stop in gaps[:200]:
             axes.axvspan(start, stop, color="#f3d9c9", linewidth=0)
         for at, _ in breaks:
@@ -116,13 +116,20 @@ def plot_channels(
     return figure
 
 
-def _strip(axes: Axes, x: FloatArray, panel: Panel, legend: dict[str, Artist]) -> None:
+def _strip(
+    axes: Axes, x: FloatArray, panel: Panel, legend: dict[str, Artist], cuts: Sequence[float]
+) -> None:
     several = len(panel.series) > 1
     every = np.concatenate([np.asarray(values) for values in panel.series.values()])
     finite = every[np.isfinite(every)]
+    # no line runs across a gap
+    cut = np.searchsorted(x, cuts, side="right")
+    along = np.insert(x, cut, cuts)
     for i, (name, values) in enumerate(panel.series.items()):
         colour = CELL_COLOURS[i] if several else BAD if panel.wrong else AFTER
-        (line,) = axes.plot(*envelope(x, values), color=colour, linewidth=0.8)
+        (line,) = axes.plot(
+            *envelope(along, np.insert(values, cut, np.nan)), color=colour, linewidth=0.8
+        )
         if several:
             legend.setdefault(name, line)
     first = next(iter(panel.series.values()))
