@@ -16,6 +16,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 
 from footcal_cli.columns import ForeignColumn, canonical_names, is_canonical
 from footcal_cli.errors import UsageError, nearest
+from footcal_cli.textfiles import read_text
 
 STANDARD_GRAVITY_MPS2 = 9.80665
 LARGEST_BYTES = 4 * 2**20
@@ -228,16 +229,12 @@ def read_recipe(path: Path, commands: Collection[str]) -> Recipe:
     commands
         Names of the tables that hold options of commands.
     """
+    text = read_text(path, at_most=LARGEST_BYTES)
     try:
-        with path.open("rb") as stream:
-            if path.stat().st_size > LARGEST_BYTES:
-                raise UsageError("too large to be a recipe", file=path, remedy="give a recipe")
-            content = tomllib.load(stream)
+        content = tomllib.loads(text)
     except RecursionError:
         raise UsageError("nested too deeply", file=path, remedy="write it flatter") from None
-    except FileNotFoundError:
-        raise UsageError("no such recipe", file=path, remedy="check the path") from None
-    except ValueError as error:  # not TOML, not UTF-8, or a number of thousands of digits
+    except ValueError as error:  # not TOML, or a number of thousands of digits
         raise UsageError(f"not valid TOML: {error}", file=path, remedy="correct the line") from None
     tables = ("name", "description", "robot", "columns", "data", "data_root", "gates")
     for key in content:

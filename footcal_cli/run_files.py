@@ -10,7 +10,8 @@ from pathlib import Path
 from footcal_cli.outcome import Outcome
 from footcal_cli.records.files import write_record
 from footcal_cli.records.results import RmseRecord, RunRecord
-from footcal_cli.report import render_html, rmse_sheet
+from footcal_cli.report import rmse_sheet
+from footcal_cli.report.page import render_html
 
 
 def write_run(folder: Path, run: RunRecord, outcome: Outcome) -> None:
@@ -35,8 +36,9 @@ def write_run(folder: Path, run: RunRecord, outcome: Outcome) -> None:
     for name, image in images.items():
         (folder / "figures" / f"{name}.png").write_bytes(image)
     recipe_text = json.dumps({**run.recipe, run.command: run.options}, indent=2, ensure_ascii=False)
+    beside = sorted({"run.json", *(p.name for p in folder.iterdir() if p.is_file())})
     (folder / "report.html").write_text(
-        render_html(report, run, recipe_text, images), encoding="utf-8"
+        render_html(report, run, recipe_text, images, beside), encoding="utf-8"
     )
     files = sorted(p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.is_file())
     write_record(run.model_copy(update={"files": tuple(files)}), folder / "run.json")

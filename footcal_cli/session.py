@@ -16,7 +16,6 @@ from pathlib import Path
 from typing import Generic, TypeVar
 
 from rich.console import Console
-from rich.progress import track
 
 from footcal_cli.columns import TableType
 from footcal_cli.copies import without_copies
@@ -28,10 +27,18 @@ from footcal_cli.outcome import Outcome
 from footcal_cli.recipe import CommandOptions, Recipe, read_recipe, validated
 from footcal_cli.records.files import read_record
 from footcal_cli.records.results import FindingRecord, ParametersRecord, ReadColumnRecord, RunRecord
-from footcal_cli.report import Report, print_text, read_aloud, read_as_sheet
+from footcal_cli.report import Report, history_sheet, read_aloud, read_as_sheet
+from footcal_cli.report.text import print_text
 from footcal_cli.run_files import write_run
-from footcal_cli.run_folder import claim, refuse_folder, whole_folder
+from footcal_cli.run_folder import (
+    claim,
+    grown_folder,
+    refuse_folder,
+    refuse_grown,
+    whole_folder,
+)
 from footcal_cli.tables import Table, digest, read_table, refusal_of
+from footcal_cli.textfiles import regular_file
 
 __all__ = ["Outcome", "Request", "Session", "read_calibration"]
 
@@ -55,6 +62,8 @@ class Request:
     quiet: bool
     overrides: Mapping[str, object]
     reference: Path | None = None
+    goes_on: bool = False
+    """Whether the folder is gone on with: what is done stays."""
 
     @property
     def inputs(self) -> tuple[Path, ...]:
@@ -82,7 +91,8 @@ class Session(Generic[Options]):
         self.request = request
         self.started = datetime.now(UTC)
         self.console = Console(stderr=True, quiet=request.quiet)
-        refuse_folder(request.out, request.overwrite, request.inputs)
+        refuse = refuse_grown if request.goes_on else refuse_folder
+        refuse(request.out, request.overwrite, request.inputs)
         self.recipe = (
             read_recipe(request.recipe, commands) if request.recipe is not None else Recipe()
         )
@@ -98,7 +108,7 @@ class Session(Generic[Options]):
             file=request.recipe,
             table=table,
         )
-        refuse_folder(request.out, request.overwrite, self.input_paths())
+        refuse(request.out, request.overwrite, self.input_paths())
         claim(request.out)
         self.parameters: ParametersRecord | None = None
         self.inputs: dict[str, str] = {}
@@ -232,13 +242,29 @@ class Session(Generic[Options]):
             return tables
         named = self.paths(role or table.name)
         if not named:
-            raise UsageError(
-                f"no {role or table.name} log given", file=self.recipe.path,
-                remedy=f"name a LOG on the command line or '{role or table.name}' in [data]",
-            )  # fmt: skip
+            raise self._no_log(role or table.name)
         columns = self.recipe.foreign_columns()
         read_table(named[0], table, columns, gravity_mps2=self.recipe.robot.gravity_mps2)
         raise DataError("no log with the needed columns", file=named[0])
+
+    def refuse_missing_logs(self, role: str) -> None:
+        """Refuse a run without a log, or with one that is not there, before heavy imports.
+
+        Raises
+        ------
+        UsageError
+            No log at all was named, or no such file.
+        """
+        if not self.request.logs and not self.recipe.data:
+            raise self._no_log(role)
+        for path in self.request.logs:
+            regular_file(path)
+
+    def _no_log(self, role: str) -> UsageError:
+        return UsageError(
+            f"no {role} log given", file=self.recipe.path,
+            remedy=f"name a LOG on the command line or '{role}' in [data]",
+        )  # fmt: skip
 
     def _read_aloud(self, table: Table) -> None:
         """Keep how foreign columns of a log were read, for run.json, report and terminal."""
@@ -265,6 +291,8 @@ class Session(Generic[Options]):
 
     def progress(self, items: Iterable[Item], description: str, total: int) -> Iterable[Item]:
         """Iterate with a progress bar on a terminal, quietly in a pipe."""
+        from rich.progress import track
+
         return track(
             items,
             description,
@@ -327,8 +355,13 @@ class Session(Generic[Options]):
             gates_missed=outcome.gates_missed,
             exit_code=exit_code,
         )
-        with whole_folder(self.request.out, self.request.overwrite, self.input_paths()) as folder:
-            write_run(folder, run, outcome)
+        out = self.request.out
+        with (
+            grown_folder(out)
+            if self.request.goes_on
+            else whole_folder(out, self.request.overwrite, self.input_paths())
+        ) as folder:
+            write_run(folder, run, self._with_history(outcome))
         answer = Console(quiet=self.request.quiet, highlight=False)
         if not answer.is_terminal:
             answer = Console(quiet=self.request.quiet, highlight=False, width=_PIPE_WIDTH)
@@ -339,6 +372,17 @@ class Session(Generic[Options]):
             print(f"GATE NOT MET  {gate}", file=sys.stderr)  # noqa: T201 - the command's answer
         answer.print(f"report: {self.request.out / 'report.html'}", soft_wrap=True)
         return exit_code
+
+    def _with_history(self, outcome: Outcome) -> Outcome:
+        """The report with what changed since the calibration that the run started from."""
+        report, start = outcome.report, self.request.parameters
+        shown = any(sheet.title.startswith("Changes since") for sheet in report.lead_sheets)
+        if start is None or shown:
+            return outcome
+        sheet = history_sheet(self.parameters, outcome.parameters, _shown(start))
+        if sheet is None:
+            return outcome
+        return replace(outcome, report=replace(report, sheets=(*report.sheets, sheet)))
 
 
 def read_calibration(path: Path) -> ParametersRecord:

@@ -10,23 +10,25 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 
-from footcal_cli.columns import UNIT_SUFFIXES, Column, ForeignColumn, TableType
+from footcal_cli.columns import UNIT_SUFFIXES, Column, ForeignColumn, TableType, converts
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.quality import Finding
 from footcal_cli.errors import DataError, UsageError, nearest
-from footcal_cli.logfiles import column_names, digest, raw_columns, write_parquet
-from footcal_cli.units import Conversion, conversion, converts, unit_factor
+from footcal_cli.logfiles import column_names, digest, raw_columns, write_csv, write_parquet
+from footcal_cli.units import Conversion, conversion, unit_factor
 from footcal_cli.values import durations, numbers, seconds, stamps, texts
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 __all__ = [
     "ReadColumn", "Table", "column_names", "digest", "read_table", "refusal_of", "unit_factor",
-    "write_parquet",
+    "write_csv", "write_parquet",
 ]  # fmt: skip
 
 
@@ -134,6 +136,8 @@ def read_table(
     """
     header = column_names(path)
     places = _places(table, header, columns or {}, path)
+    import pandas as pd
+
     wanted = {c.name: c for c in table.columns}
     as_text = {p.column for name, p in places.found.items() if wanted[name].kind == "text"}
     raw = raw_columns(path, sorted({p.column for p in places.found.values()}), as_text)
@@ -254,7 +258,7 @@ def _own_names(spec: Column, header: Sequence[str], known: set[str]) -> dict[str
     for suffix, unit in UNIT_SUFFIXES.items():
         name = stem + suffix
         # true forces of a cell (left_fl_n) are not its counts in another unit
-        if name in known and name != spec.name and converts(unit, UNIT_SUFFIXES[spec.suffix]):
+        if name in known and name != spec.name and converts(suffix, spec.suffix):
             own[name] = unit
     return own
 

@@ -106,6 +106,7 @@ def hang_calib(
 
 
 def _calibrate(session: Session[HangCalibOptions]) -> Outcome:
+    session.refuse_missing_logs("hang")
     from footcal_cli.columns import hang_table
     from footcal_cli.commands.parts.hang_logs import leg_logs
     from footcal_cli.core.hang.runs import hang_runs
@@ -218,10 +219,10 @@ def _others(
             "naive": {leg: naive for leg, (_, naive) in both.items()},
             "stepwise": {leg: stepwise for leg, (stepwise, _) in both.items()},
         }
-    except ValueError as error:
+    except FitError:
         if session.options.method == "joint":
             return {}
-        raise FitError(str(error), remedy="use --method joint") from None
+        raise
 
 
 def _pictures(

@@ -209,12 +209,21 @@ def _together(session: Session[OfflineFitOptions]) -> tuple[tuple[str, ...], Mat
     """Matrices of cells loaded together, None without such a log."""
     from footcal_cli.columns import weights_together_table
     from footcal_cli.commands.parts.bench_logs import study_together
+    from footcal_cli.core.plausibility import check_scale
 
     channels, wrench = session.recipe.robot.cell_names, session.options.known_wrench
     if not channels:
         return None
     tables = session.read(weights_together_table(channels, known_wrench=wrench))
-    return study_together(tables, channels, known_wrench=wrench) if tables else None
+    if not tables:
+        return None
+    study = study_together(tables, channels, known_wrench=wrench)
+    estimates, nameplate = study[1].chosen.estimates, session.recipe.robot.nameplate
+    for cell in channels:
+        if f"{cell}.scale" in estimates.names:
+            own = estimates[f"{cell}.scale"]
+            session.note(check_scale(cell, own, nameplate.scale_n_per_count))
+    return study
 
 
 def _feet(session: Session[OfflineFitOptions], studies: Sequence[ChannelStudy]) -> list[FootStudy]:

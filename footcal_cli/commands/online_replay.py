@@ -188,7 +188,6 @@ def _cells(session: Session[OnlineReplayOptions], recording: Recording) -> Outco
     from footcal_cli.core.online.memory import MemoryOptions, memory_estimates
     from footcal_cli.core.online.noise import starting_noise
     from footcal_cli.core.online.window import WindowRule
-    from footcal_cli.errors import DataError
     from footcal_cli.records.results import FindingRecord
     from footcal_cli.report import Report
     from footcal_cli.session import Outcome
@@ -224,16 +223,10 @@ def _cells(session: Session[OnlineReplayOptions], recording: Recording) -> Outco
     )
     truth_n, baseline = _truth(session, merged.log.time_s, belief.channels), _baseline(session)
     with session.step("replay"):
-        try:
-            found: Comparison = compare(
-                merged, belief, settings, truth_n=truth_n, baseline=baseline,
-                rng=np.random.default_rng(session.request.seed),
-            )  # fmt: skip
-        except ValueError as error:
-            raise DataError(
-                f"this log cannot be replayed: {error}",
-                remedy="check contact, mass and units (footcal check), or record a longer walk",
-            ) from error
+        found: Comparison = compare(
+            merged, belief, settings, truth_n=truth_n, baseline=baseline,
+            rng=np.random.default_rng(session.request.seed),
+        )  # fmt: skip
     with session.step("evidence"):
         curves = found.sensitivity() if options.sensitivity else []
     with session.step("draw"):

@@ -46,6 +46,7 @@ StrictFindings = Annotated[
 def begin(
     command: str,
     options_model: type[Options],
+    /,
     *,
     logs: list[Path] | None,
     recipe: Path | None,
@@ -55,6 +56,7 @@ def begin(
     overwrite: bool,
     seed: int = 0,
     quiet: bool,
+    goes_on: bool = False,
     **overrides: object,
 ) -> Session[Options]:
     """Open the session of a command; `overrides` that are None leave the recipe's value."""
@@ -71,6 +73,7 @@ def begin(
         seed=seed,
         quiet=quiet,
         overrides=overrides,
+        goes_on=goes_on,
         reference=reference,
     )
     return Session(request, options_model, option_tables())

@@ -108,7 +108,7 @@ def pose_calib(
     seed: Seed = 0,
     quiet: Quiet = False,
 ) -> None:
-    """Fit how hip transducers are mounted, or their offsets again, from standing poses."""
+    """Fit the mounting of hip transducers, or offsets again, from standing poses."""
     session = begin(
         "pose-calib",
         PoseCalibOptions,
@@ -127,6 +127,7 @@ def pose_calib(
         structure=structure,
         max_force_rmse_n=max_force_rmse_n,
     )
+    session.refuse_missing_logs("poses")
     if session.options.fit == "series":
         from footcal_cli.commands.parts.pose_series import series_outcome
 

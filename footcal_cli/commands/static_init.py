@@ -70,7 +70,7 @@ def static_init(
     seed: Seed = 0,
     quiet: Quiet = False,
 ) -> None:
-    """Find scales and biases of foot cells from quiet standing, as far as it shows them."""
+    """Find scales and biases of foot cells as far as quiet standing shows them."""
     session = begin(
         "static-init",
         StaticInitOptions,

@@ -16,6 +16,7 @@ from footcal_cli.core.experiments import walk
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.parameters import FloatArray, IntArray
+from footcal_cli.errors import DataError
 
 
 @dataclass(frozen=True)
@@ -127,7 +128,10 @@ class _Problem:
         balance = walk.cell_balance(log.with_readings(believed), reference)
         rows = np.flatnonzero(balance.valid[:, : len(walk.CELL_TOTALS)].all(axis=1))
         if rows.size == 0:
-            raise ValueError("no sample of this log counts: no foot is known to stand")
+            raise DataError(
+                "no sample of this log counts: no foot is known to stand",
+                remedy="check contact, mass and units (footcal check)",
+            )
         weight = float(np.mean(log.known["mass_kg"] * log.known["gravity_mps2"]))
         return cls(
             rows,

@@ -1,40 +1,63 @@
-"""Record to HTML and text: verdict first, figures, tables, then how it was run."""
+"""What a command has to say: a result, figures, tables, findings.
+
+`footcal_cli.report.page` writes it as one HTML file, `footcal_cli.report.text` for a terminal.
+"""
 
 from __future__ import annotations
 
-import base64
 import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cache
-from importlib import resources
-
-import jinja2
-from matplotlib.figure import Figure
-from rich.console import Console
-from rich.table import Table as RichTable
+from math import floor, isfinite, log10
+from typing import TYPE_CHECKING
 
 from footcal_cli.records.results import (
     FindingRecord,
+    ParametersRecord,
     ReadColumnRecord,
     RmseRecord,
-    RunRecord,
     VerdictRecord,
 )
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 FIGURE_DPI = 130
 _READ_ALOUD = 12
-"""So many columns are read aloud before the rest is folded away."""
+"""So many columns are printed before the rest is folded away."""
 _FIGURE_METADATA = {"Software": None}  # keeps figures the same bytes for the same data
 
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure with its file name (no ending) and what to see in it, in one sentence."""
+    """A figure of a report.
+
+    Parameters
+    ----------
+    name
+        File name without ending.
+    figure
+        What is drawn.
+    caption
+        What to see in it and how to read it.
+    title
+        What it shows, in a few words; empty: the file name in words.
+    result
+        What it shows of these data, in one sentence, for readers who cannot see it; empty: the
+        report's result.
+    """
 
     name: str
     figure: Figure
     caption: str
+    title: str = ""
+    result: str = ""
+
+    @property
+    def heading(self) -> str:
+        """The title, or the file name in words."""
+        words = self.name.replace("_", " ")
+        return self.title or words[:1].upper() + words[1:]
 
     def png(self) -> bytes:
         """The figure as PNG."""
@@ -57,6 +80,8 @@ class Sheet:
         Numbers of the rows to print in grey.
     folded_after
         Rows from this number on are folded away on the page and left out of the terminal; 0: none.
+    brief
+        Columns that a terminal shows; empty: as many of the first as fit.
     """
 
     title: str
@@ -65,13 +90,15 @@ class Sheet:
     note: str = ""
     greyed: frozenset[int] = frozenset()
     folded_after: int = 0
+    brief: Sequence[str] = ()
 
 
 @dataclass(frozen=True)
 class Report:
     """What a command has to say, in the order in which it is shown.
 
-    `lead_sheets` stand before the pictures, `sheets` behind them.
+    `lead_sheets` stand before the pictures, `sheets` behind them; without a lead sheet the first
+    of `sheets` leads.
     """
 
     title: str
@@ -81,6 +108,16 @@ class Report:
     findings: tuple[FindingRecord, ...] = ()
     footer: tuple[str, ...] = field(default=())
     lead_sheets: tuple[Sheet, ...] = ()
+
+    @property
+    def leading(self) -> tuple[Sheet, ...]:
+        """Tables that hold the result."""
+        return self.lead_sheets or self.sheets[:1]
+
+    @property
+    def details(self) -> tuple[Sheet, ...]:
+        """Tables that support it."""
+        return self.sheets if self.lead_sheets else self.sheets[1:]
 
 
 def number(value: float | None, digits: int = 4) -> str:
@@ -95,8 +132,6 @@ def with_sd(value: float, sd: float | None) -> str:
     """``value ± sd``, both to the second digit of the sd."""
     if sd is None or not sd > 0 or sd != sd:
         return number(value, 6)
-    from math import floor, log10
-
     decimals = 1 - floor(log10(sd))
     if -4 < decimals < 7:
         shown = max(decimals, 0)
@@ -105,17 +140,22 @@ def with_sd(value: float, sd: float | None) -> str:
     return f"{number(value, digits)} ± {number(sd, 2)}"
 
 
+def plural(count: int, one: str, many: str = "") -> str:
+    """``1 finding``, ``2 findings``; `many` where the plural is not `one` with an s."""
+    return f"{count} {one if count == 1 else many or one + 's'}"
+
+
 def rmse_sheet(rmse: RmseRecord) -> Sheet:
     """The error table every report has."""
     return Sheet(
-        "Errors",
-        ("quantity", "stage", "against", "split", "RMSE", "unit", "samples"),
+        "Errors before and after",
+        ("quantity", "stage", "against", "data", "RMSE", "unit", "samples"),
         [
             (r.quantity, r.stage, r.reference, r.split.replace("_", " "), number(r.rmse),
              r.unit, str(r.n))
             for r in rmse.rows
         ],
-        note="Rejected samples: "
+        note="Root mean square errors. Held out: data that the fit did not use. Rejected samples: "
         + (", ".join(f"{n} {why}" for why, n in rmse.rejected.items()) or "none")
         + ".",
     )  # fmt: skip
@@ -145,60 +185,37 @@ def read_aloud(columns: Mapping[str, Mapping[str, ReadColumnRecord]]) -> list[st
     every = [column for own in columns.values() for column in own.values()]
     every.sort(key=lambda column: len(column.ranges) < 2)
     lines = list({column.name: column.sentence for column in every}.values())
-    left = len(lines) - _READ_ALOUD
-    return lines[:_READ_ALOUD] + ([f"… and {left} more columns in the report"] if left > 0 else [])
+    more = len(lines) - _READ_ALOUD
+    if more > 0:
+        lines[_READ_ALOUD:] = [f"… and {plural(more, 'more column')} in the report"]
+    return lines
 
 
-def render_html(
-    report: Report, run: RunRecord, recipe_text: str, images: Mapping[str, bytes]
-) -> str:
-    """One self-contained HTML file; `images` holds each picture's PNG by name."""
-    pictures = [
-        {
-            "name": p.name,
-            "caption": p.caption,
-            "data": base64.b64encode(images[p.name]).decode("ascii"),
-        }
-        for p in report.pictures
-    ]
-    return _template().render(report=report, run=run, pictures=pictures, recipe_text=recipe_text)
-
-
-@cache
-def _template() -> jinja2.Template:
-    environment = jinja2.Environment(
-        autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
+def history_sheet(
+    started_from: ParametersRecord | None, now: ParametersRecord | None, source: str
+) -> Sheet | None:
+    """A calibration and the one it started from; None where nothing can be compared."""
+    if started_from is None or now is None:
+        return None
+    rows = []
+    for name, new in now.parameters.items():
+        old = started_from.parameters.get(name)
+        if old is None or old.unit != new.unit:
+            continue
+        change = new.value - old.value
+        known = old.sd is not None and isfinite(old.sd) and old.sd > 0
+        in_sd = f"{change / old.sd:+.1f}".replace("-", "−") if known and old.sd else "–"
+        rows.append(
+            (name, with_sd(old.value, old.sd), with_sd(new.value, new.sd), new.unit, in_sd,
+             str(new.status))
+        )  # fmt: skip
+    if not rows:
+        return None
+    return Sheet(
+        "History: this calibration and the one it started from",
+        ("parameter", "before ± sd", "now ± sd", "unit", "change (sd before)", "status now"),
+        rows,
+        note=f"Before: {source}, made {started_from.created} by {started_from.command}. A change "
+        "beyond ±3 sd means that the sensor, its mounting or the model changed.",
+        folded_after=24 if len(rows) > 30 else 0,
     )
-    source = resources.files("footcal_cli").joinpath("templates/report.html.j2")
-    return environment.from_string(source.read_text(encoding="utf-8"))
-
-
-_MARKS = {"good": "green", "warning": "yellow", "bad": "red"}
-_SEVERITY = {"alarm": "red", "warning": "yellow", "note": "cyan"}
-
-
-def print_text(report: Report, console: Console) -> None:
-    """The report for a terminal: verdict, findings and the first table."""
-    mark = _MARKS[report.verdict.level]
-    console.print(f"[bold {mark}]VERDICT[/]  {_plain(report.verdict.sentence)}", soft_wrap=True)
-    for line in report.verdict.details:
-        console.print(f"  • {_plain(line)}", soft_wrap=True)
-    for finding in report.findings:
-        console.print(
-            f"[{_SEVERITY[finding.severity]}]{finding.severity.upper()}[/] "
-            f"{_plain(finding.where)}: {_plain(finding.sentence)}. → {_plain(finding.remedy)}",
-            soft_wrap=True,
-        )
-    for sheet in (*report.lead_sheets, *report.sheets)[:1]:
-        drawn = RichTable(*[_plain(c) for c in sheet.columns], title=_plain(sheet.title))
-        shown = sheet.rows[: sheet.folded_after or None]
-        if len(shown) < len(sheet.rows):
-            drawn.caption = f"{len(sheet.rows) - len(shown)} more rows in the report"
-        for row in shown:
-            drawn.add_row(*[_plain(cell) for cell in row])
-        console.print(drawn)
-
-
-def _plain(text: str) -> str:
-    """Text whose square brackets are not markup."""
-    return text.replace("[", r"\[")
