@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from footcal_cli.columns import TableType
 from footcal_cli.core.parameters import BoolArray, FloatArray
 from footcal_cli.core.quality import Finding
 from footcal_cli.core.readings import find_end_codes, find_frozen, find_glitches
 from footcal_cli.core.signals import gaps_of
-from footcal_cli.plots.log import Panel, plot_channels, plot_weights
+from footcal_cli.plots.log import Drawing, Panel, plot_channels, plot_weights
 from footcal_cli.recipe import Robot
 from footcal_cli.report import Picture
 from footcal_cli.tables import Table
@@ -34,17 +34,22 @@ def picture_of(
     name = f"log_{number}_{kind.name}"
     where = f"{table.path.name}, read as {kind.name.replace('_', ' ')}"
     if kind.name == "weights":
-        channel, counts, load = (
-            table.text("channel"),
-            table.number("counts"),
-            table.number("load_n"),
-        )
-        each = {str(c): (counts[channel == c], load[channel == c]) for c in dict.fromkeys(channel)}
-        figure = plot_weights(each, {c: w for c in each if (w := _wrong(c, findings))})
-        return Picture(name, figure, f"{where}: known load against counts, channel by channel.")
-    if "leg" in table:
-        return Picture(name, _legs(table, findings), f"{where}: wrench of every leg, row by row.")
-    columns = _columns(table)
+        said, draw = "known load against counts, channel by channel", _weights
+    elif "leg" in table:
+        said, draw = "wrench of every leg, row by row", _legs
+    else:
+        said, draw = "every channel; what was found is red", _stream
+    return Picture(name, draw(table, robot, findings), f"{where}: {said}.")
+
+
+def _weights(table: Table, robot: Robot, findings: Sequence[Finding]) -> Drawing:
+    channel = table.text("channel")
+    counts, load = table.number("counts"), table.number("load_n")
+    each = {str(c): (counts[channel == c], load[channel == c]) for c in dict.fromkeys(channel)}
+    return partial(plot_weights, each, {c: w for c in each if (w := _wrong(c, findings))})
+
+
+def _stream(table: Table, robot: Robot, findings: Sequence[Finding]) -> Drawing:
     timed = "time_s" in table
     x = table.number("time_s") if timed else np.arange(1.0, len(table) + 1)
     panels = [
@@ -52,12 +57,11 @@ def picture_of(
             column.removesuffix("_counts"), {column: table.number(column)},
             _wrong(column, findings), _marks(table.number(column), column, robot),
         )
-        for column in columns
+        for column in _columns(table)
     ]  # fmt: skip
     rising = timed and bool(np.all(np.diff(x) >= 0))
     gaps = [(float(x[i]), float(x[i + 1])) for i in gaps_of(x)] if rising and x.size > 3 else []
-    figure = plot_channels(x, panels, label="time (s)" if timed else "row", gaps=gaps)
-    return Picture(name, figure, f"{where}: every channel; what was found is red.")
+    return partial(plot_channels, x, panels, label="time (s)" if timed else "row", gaps=gaps)
 
 
 def _columns(table: Table) -> list[str]:
@@ -89,7 +93,7 @@ def _wrong(column: str, findings: Sequence[Finding]) -> str:
     return ", ".join(dict.fromkeys(_WORDS.get(code, code.replace("_", " ")) for code in codes))
 
 
-def _legs(table: Table, findings: Sequence[Finding]) -> Figure:
+def _legs(table: Table, robot: Robot, findings: Sequence[Finding]) -> Drawing:
     """Wrenches of all legs, each leg's rows one after the other."""
     leg = table.text("leg")
     names = list(dict.fromkeys(leg))
@@ -113,7 +117,9 @@ def _legs(table: Table, findings: Sequence[Finding]) -> Figure:
         starts = np.flatnonzero(np.concatenate([[True], label[1:] != label[:-1]]))
         if starts.size <= 12:
             breaks = [(float(s), str(label[s])) for s in starts]
-    return plot_channels(np.arange(1.0, length + 1), panels, label="row of the leg", breaks=breaks)
+    return partial(
+        plot_channels, np.arange(1.0, length + 1), panels, label="row of the leg", breaks=breaks
+    )
 
 
 def _legs_named(where: str) -> set[str]:
