@@ -45,7 +45,7 @@ def check(
     no_pictures: NoPictures = False,
     quiet: Quiet = False,
 ) -> None:
-    """Look for what is wrong with a log, by itself and against the recipe, and draw it."""
+    """Look for what is wrong with a log and against its recipe; draw the log."""
     session = begin(
         "check",
         CheckOptions,
