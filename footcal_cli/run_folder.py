@@ -151,7 +151,7 @@ def grown_folder(out: Path) -> Iterator[Path]:
 
 
 def scratch() -> Path:
-    """A folder for what a long log leaves on its way; gone when the command ends, however it ends."""
+    """A folder for what a long log leaves on its way; gone when the command ends."""
     folder = Path(tempfile.mkdtemp(prefix="footcal-"))
     stack = claims.get()
     remove = atexit.register if stack is None else stack.callback

@@ -223,6 +223,9 @@ def apply_cells(session: Session[ApplyOptions]) -> Outcome:
         for foot, seen in feet.items()
     ]
 
+    def move(path: Path) -> None:
+        shutil.move(written, path)
+
     return Outcome(
         report=Report(
             title=f"Forces of {robot.name}",
@@ -240,5 +243,5 @@ def apply_cells(session: Session[ApplyOptions]) -> Outcome:
             ),
         ),
         rmse=RmseRecord(rows=(), rejected={"reading is missing": lost} if lost else {}),
-        files={"calibrated.parquet": lambda path: shutil.move(written, path)},
+        files={"calibrated.parquet": move},
     )
