@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -28,10 +30,14 @@ class Base:
         Also the name of its folder.
     words
         Command line without ``--out``; a word that is a file's name becomes its path.
-    logs, recipe, parameters
+    logs, recipe, parameters, model
         Names of the files that the mutations bend; empty where there is none.
     calibrates
         Whether a ``parameters.json`` comes out that mutations may not move in silence.
+    out
+        Name of what comes out.
+    folder
+        Whether that is a run folder.
     """
 
     name: str
@@ -39,7 +45,10 @@ class Base:
     logs: tuple[str, ...] = ()
     recipe: str = ""
     parameters: str = ""
+    model: str = ""
     calibrates: bool = False
+    out: str = "out"
+    folder: bool = True
 
     @property
     def command(self) -> str:
@@ -49,7 +58,9 @@ class Base:
     @property
     def files(self) -> tuple[str, ...]:
         """All inputs."""
-        return tuple(name for name in (*self.logs, self.recipe, self.parameters) if name)
+        return tuple(
+            name for name in (*self.logs, self.recipe, self.parameters, self.model) if name
+        )
 
 
 _BIPED = ("--recipe", "biped.toml", "--parameters", "cells.json", "--quiet")
@@ -128,8 +139,32 @@ BASES = {
         ),
         Base("effects", ("effects",)),
         Base("schema", ("schema",)),
+        Base(
+            "export", ("export", "cells.json", "--to", "c-header", "--quiet"),
+            parameters="cells.json", out="cells.h", folder=False,
+        ),
+        Base(
+            "convert", ("convert", "forces.mot", "--quiet"), ("forces.mot",), out="forces.parquet",
+            folder=False,
+        ),
+        Base(
+            "convert_lines", ("convert", "messages.jsonl", "--quiet"), ("messages.jsonl",),
+            out="messages.parquet", folder=False,
+        ),
+        Base(
+            "batch",
+            ("batch", "weights.csv", "--command", "offline-fit", "--recipe", "weights.toml",
+             "--workers", "1", "--quiet"),
+            ("weights.csv",), "weights.toml",
+        ),
     )
 }  # fmt: skip
+if all(find_spec(name) for name in ("mujoco", "pinocchio")):
+    BASES["kinematics"] = Base(
+        "kinematics",
+        ("kinematics", "joints.csv", "--recipe", "joints.toml", "--urdf", "robot.urdf", "--quiet"),
+        ("joints.csv",), "joints.toml", model="robot.urdf",
+    )  # fmt: skip
 
 
 def build(folder: Path) -> Path:
@@ -143,6 +178,9 @@ def build(folder: Path) -> Path:
     _bench(folder)
     _biped(folder)
     _hexapod(folder)
+    _foreign(folder)
+    if "kinematics" in BASES:
+        _joints(folder)
     for name, words in {
         "cells.json": ("offline-fit", "biped_weights.csv", "--models", "affine"),
         "bench.json": ("offline-fit", "weights.csv", "--models", "affine"),
@@ -227,6 +265,37 @@ def _hexapod(folder: Path) -> None:
     poses[poses["pose"].astype(int) % 9 == 0].to_csv(folder / "poses.csv", index=False)
     walk = pd.read_parquet(SAMPLES / "hexapod" / "walk.parquet")
     walk[walk["time_s"] < 5.0].iloc[:, :14].to_csv(folder / "legs.csv", index=False)
+
+
+def _foreign(folder: Path) -> None:
+    """A storage file of OpenSim, and messages as lines of JSON."""
+    time_s = np.arange(200) / 100
+    force_n = np.round(700 + 50 * np.sin(2 * np.pi * time_s), 3)
+    head = f"forces\nversion=1\nnRows={time_s.size}\nnColumns=2\ninDegrees=no\nendheader\n"
+    rows = "\n".join(f"{t:.2f}\t{f}" for t, f in zip(time_s, force_n, strict=True))
+    (folder / "forces.mot").write_text(f"{head}time\tground_force_vy\n{rows}\n", "utf-8")
+    lines = [
+        json.dumps({"topic": "/ft", "stamp": t, "wrench": {"force": {"z": f}}})
+        for t, f in zip(time_s, force_n, strict=True)
+    ]
+    (folder / "messages.jsonl").write_text("\n".join(lines) + "\n", "utf-8")
+
+
+def _joints(folder: Path) -> None:
+    """Joint positions of the biped of `sample_data/physics`, and its model."""
+    from tests.core.urdf_robot import biped, joint_names, posture_at, write_urdf
+
+    time_s = np.arange(0.0, 3.0, 0.01)
+    q = np.array([posture_at(t) for t in time_s])
+    log = {"time_s": time_s, **{f"base_{a}_m": q[:, i] for i, a in enumerate("xyz")}}
+    log |= {f"base_q{a}": q[:, 3 + i] for i, a in enumerate("wxyz")}
+    log |= {f"{name}_rad": q[:, 7 + i] for i, name in enumerate(joint_names(biped()))}
+    pd.DataFrame(log).to_csv(folder / "joints.csv", index=False)
+    write_urdf(folder)
+    (folder / "joints.toml").write_text(
+        '[robot]\nname = "biped"\nmass_kg = 5.3\n[kinematics.feet]\nleft = "left_sole"\n'
+        'right = "right_sole"\n', "utf-8",
+    )  # fmt: skip
 
 
 def _affine_only(text: str) -> str:

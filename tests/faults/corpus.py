@@ -17,12 +17,15 @@ def possible() -> list[tuple[str, str, Mutation]]:
     found: list[tuple[str, str, Mutation]] = []
     for base in BASES.values():
         for log in base.logs:
-            found += [(base.name, log, m) for m in (*FILES, *LOGS)]
+            bends = (*FILES, *LOGS) if log.endswith(".csv") else FILES
+            found += [(base.name, log, m) for m in bends]
             # a body stream has no forces; the weighing of check has nothing to compare with
             if base.name in {"weights", "placements", "together", "hang", "pose", "apply_legs"}:
                 found += [(base.name, log, m) for m in FORCES]
         if base.recipe:
             found += [(base.name, base.recipe, m) for m in (*FILES, *RECIPES)]
+        if base.model:
+            found += [(base.name, base.model, m) for m in FILES]
         if base.parameters:
             found += [(base.name, base.parameters, m) for m in (*FILES, *PARAMETERS)]
     return found
@@ -38,7 +41,7 @@ def drawn(count: int, seed: int) -> list[Case]:
             order = np.random.default_rng((seed, again)).permutation(len(pairs))
         base, file, mutation = pairs[order[place]]
         own = int(np.random.default_rng((seed, again, place)).integers(2**31))
-        cases.append(Case(number, BASES[base], file, mutation, own))
+        cases.append(Case(BASES[base], file, mutation, own))
     return cases
 
 

@@ -30,14 +30,14 @@ def test_a_drawn_corpus_holds_every_pair_once_before_any_comes_again() -> None:
 def test_what_a_refusal_should_be_is_demanded_of_the_command(inputs: Path, tmp_path: Path) -> None:
     untouched = Mutation("none", "nothing is wrong", lambda path, rng: None, codes=frozenset({3}))
     outcome = attempt(
-        Case(0, BASES["check_weights"], "weights.csv", untouched, 0), inputs, tmp_path / "case"
+        Case(BASES["check_weights"], "weights.csv", untouched, 0), inputs, tmp_path / "case"
     )
     assert outcome.violations == ("exit code 0, acceptable [3]",)
 
 
 def test_wrong_data_called_good_are_found_out(inputs: Path, tmp_path: Path) -> None:
     wrong = Mutation("none", "nothing is wrong", lambda path, rng: None, wrong=True)
-    outcome = attempt(Case(0, BASES["together"], "together.csv", wrong, 0), inputs, tmp_path / "c")
+    outcome = attempt(Case(BASES["together"], "together.csv", wrong, 0), inputs, tmp_path / "c")
     assert outcome.violations == ("wrong data are called good",)
 
 
@@ -52,7 +52,7 @@ def test_numbers_that_move_in_silence_are_found_out(inputs: Path, tmp_path: Path
         path.write_text("\n".join([head, *(",".join(row) for row in cells)]) + "\n", "utf-8")
 
     moved = Mutation("none", "zero of a cell moved", half)
-    outcome = attempt(Case(0, BASES["together"], "together.csv", moved, 0), inputs, tmp_path / "c")
+    outcome = attempt(Case(BASES["together"], "together.csv", moved, 0), inputs, tmp_path / "c")
     assert [v.split(" by ")[0] for v in outcome.violations] == ["moved in silence: left_fl.bias"]
 
 
