@@ -12,15 +12,23 @@ from rich.progress import track
 from tests.faults.corpus import drawn, prepared
 from tests.faults.injected import kills, machine_faults, races
 from tests.faults.judging import job_of
+from tests.faults.log_relations import log_relations
 from tests.faults.page import write_page
+from tests.faults.relations import relation_jobs
 from tests.faults.running import forget_broken, load_package, outcomes
+from tests.faults.world_relations import world_relations
 
 
 def run(arguments: list[str] | None = None) -> int:
     """Run the jobs, write the page; 1 where a promise was broken."""
     parser = argparse.ArgumentParser(prog="python -m tests.faults", description=__doc__)
     parser.add_argument("--cases", type=int, default=1200, help="bad inputs")
-    parser.add_argument("--parts", nargs="*", default=["input"], help="what to try")
+    parser.add_argument(
+        "--parts",
+        nargs="*",
+        default=["input", "kill", "machine", "race", "relation"],
+        help="what to try",
+    )
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--out", type=Path, default=Path("out/faults"))
@@ -35,6 +43,7 @@ def run(arguments: list[str] | None = None) -> int:
         "kill": lambda: kills(inputs, given.seed),
         "machine": lambda: machine_faults(inputs, given.seed),
         "race": lambda: races(inputs, given.seed),
+        "relation": lambda: relation_jobs((*log_relations(), *world_relations()), inputs),
     }
     jobs = [job for part in given.parts for job in made[part]()]
     kept = given.out / f"outcomes_{given.seed}.jsonl"
