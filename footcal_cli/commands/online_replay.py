@@ -10,6 +10,7 @@ from pydantic import Field
 
 from footcal_cli.commands.options import (
     Logs,
+    NoPictures,
     Out,
     Overwrite,
     ParametersFile,
@@ -124,6 +125,7 @@ def online_replay(
     out: Out = Path("out/online-replay"),
     overwrite: Overwrite = False,
     seed: Seed = 0,
+    no_pictures: NoPictures = False,
     quiet: Quiet = False,
 ) -> None:
     """Track scales and biases of foot sensors along a recorded walk."""
@@ -138,6 +140,7 @@ def online_replay(
         overwrite=overwrite,
         seed=seed,
         quiet=quiet,
+        no_pictures=no_pictures,
         strict_findings=strict_findings,
         method=method,
         delay_s=delay_s,
@@ -229,8 +232,7 @@ def _cells(session: Session[OnlineReplayOptions], recording: Recording) -> Outco
         )  # fmt: skip
     with session.step("evidence"):
         curves = found.sensitivity() if options.sensitivity else []
-    with session.step("draw"):
-        pictures = sheets.pictures_of(found, curves, session.recipe.robot)
+    pictures = sheets.pictures_of(found, curves, session.recipe.robot)
     rmse = sheets.rmse_of(found, options.method)
     estimates = (
         memory_estimates(found.memory, belief)
@@ -271,8 +273,7 @@ def _six_axis(session: Session[OnlineReplayOptions], recording: Recording) -> Ou
             samples_per_update=max(round(merged.rate_hz / options.update_hz), 1),
             scales=options.scales,
         )
-    with session.step("draw"):
-        pictures = sheets.pictures_of(found)
+    pictures = sheets.pictures_of(found)
     return Outcome(
         report=Report(
             title=f"Walking calibration of {session.recipe.robot.name}, {recording.name}",

@@ -283,31 +283,31 @@ def pictures_of(
     states = [n for n in STATE_UNITS if n in track.names]
     states += [n for n in track.names if n.endswith("plate_weight")]
     pictures = [
-        Picture("cop", plots.plot_cop(found, ("han", "window", "memory"), truth),
+        Picture("cop", lambda: plots.plot_cop(found, ("han", "window", "memory"), truth),
                 "Centre of pressure over the last seconds of the walk (as seed 1's Figs. 10, 12, "
                 "14)."),
-        Picture("vgrf", plots.plot_vgrf(found, ("han", "window", "memory"), truth),
+        Picture("vgrf", lambda: plots.plot_vgrf(found, ("han", "window", "memory"), truth),
                 "Vertical force over the same seconds (as seed 1's Figs. 11, 13, 15)."),
-        Picture("cycles", plots.plot_cycles(found, SHOWN),
+        Picture("cycles", lambda: plots.plot_cycles(found, SHOWN),
                 f"Error of every gait cycle against {_AGAINST[found.best_reference]}."),
-        Picture("path", plots.plot_path(found, "memory", feet),
+        Picture("path", lambda: plots.plot_path(found, "memory", feet),
                 "CoP under each foot with its cells and outline; where there is no contact there "
                 "is no point."),
-        Picture("parameters", plots.plot_parameters(track, memory.jumps, ("bias", "gain")),
+        Picture("parameters", lambda: plots.plot_parameters(track, memory.jumps, ("bias", "gain")),
                 "Every cell's bias and gain on top of the prior with ± 2 sd; dashed: a jump."),
-        Picture("innovations", plots.plot_innovations(track, ("fz", "mx", "my")),
+        Picture("innovations", lambda: plots.plot_innovations(track, ("fz", "mx", "my")),
                 "What each update did not expect, over its claimed sd: 95 % should lie in the "
                 "grey band, without a pattern."),
     ]  # fmt: skip
     if states:
         pictures.append(
-            Picture("states", plots.plot_states(track, states, STATE_UNITS),
+            Picture("states", lambda: plots.plot_states(track, states, STATE_UNITS),
                     "What was wrong with the body stream and the feet; the delay is on top of "
                     f"{1e3 * memory.delay_s:.1f} ms found first.")
         )  # fmt: skip
     if curves:
         pictures.append(
-            Picture("sensitivity", plots.plot_sensitivity(curves),
+            Picture("sensitivity", lambda: plots.plot_sensitivity(curves),
                     "How much each weight and noise matters (seed 1, section 3.3.2), the first "
                     "5 s left out.")
         )  # fmt: skip

@@ -56,6 +56,7 @@ def rmse(record: RmseRecord, stage: str, quantity: str, reference: str = "truth"
     )
 
 
+@pytest.mark.usefixtures("drawn")
 def test_the_walk_is_calibrated_and_everything_is_told(
     replayed: tuple[Answer, Path], walk: Recording
 ) -> None:
