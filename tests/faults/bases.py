@@ -38,6 +38,8 @@ class Base:
         Name of what comes out.
     folder
         Whether that is a run folder.
+    values_only
+        A slow one: only values of its logs are bent.
     """
 
     name: str
@@ -49,6 +51,7 @@ class Base:
     calibrates: bool = False
     out: str = "out"
     folder: bool = True
+    values_only: bool = False
 
     @property
     def command(self) -> str:
@@ -75,12 +78,24 @@ BASES = {
         ),
         Base(
             "placements",
-            ("offline-fit", "weights.csv", "placements.csv", "--recipe", "foot.toml", "--quiet"),
+            ("offline-fit", "weights.csv", "placements.csv", "--recipe", "foot.toml", "--models",
+             "affine", "--quiet"),
             ("weights.csv", "placements.csv"), "foot.toml", calibrates=True,
         ),
         Base(
-            "stream", ("offline-fit", "stream.csv", "--recipe", "biped.toml", "--quiet"),
+            "placements_ladder",
+            ("offline-fit", "weights.csv", "placements.csv", "--recipe", "foot.toml", "--quiet"),
+            ("weights.csv", "placements.csv"), "foot.toml", calibrates=True, values_only=True,
+        ),
+        Base(
+            "stream",
+            ("offline-fit", "stream.csv", "--recipe", "biped.toml", "--models", "affine",
+             "--quiet"),
             ("stream.csv",), "biped.toml", calibrates=True,
+        ),
+        Base(
+            "stream_ladder", ("offline-fit", "stream.csv", "--recipe", "biped.toml", "--quiet"),
+            ("stream.csv",), "biped.toml", calibrates=True, values_only=True,
         ),
         Base(
             "together", ("offline-fit", "together.csv", "--recipe", "biped.toml", "--quiet"),
@@ -251,8 +266,8 @@ def _biped(folder: Path) -> None:
 
     cut("stand_cells.parquet", "stand_cells.csv", 60.0, 4)
     cut("stand_body.parquet", "stand_body.csv", 60.5, 4)
-    cut("walk_004_cells.parquet", "walk_cells.csv", 16.0)
-    cut("walk_004_body.parquet", "walk_body.csv", 16.1)
+    cut("walk_004_cells.parquet", "walk_cells.csv", 10.0)
+    cut("walk_004_body.parquet", "walk_body.csv", 10.1)
     weights = pd.read_parquet(SAMPLES / "biped" / "weights.parquet")
     weights.iloc[::5].to_csv(folder / "biped_weights.csv", index=False)
 

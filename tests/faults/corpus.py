@@ -16,6 +16,10 @@ def possible() -> list[tuple[str, str, Mutation]]:
     """Base case, file and mutation: every pair that makes sense."""
     found: list[tuple[str, str, Mutation]] = []
     for base in BASES.values():
+        if base.values_only:
+            values = [m for m in LOGS if m.family == "value"]
+            found += [(base.name, log, m) for log in base.logs for m in values]
+            continue
         for log in base.logs:
             bends = (*FILES, *LOGS) if log.endswith(".csv") else FILES
             found += [(base.name, log, m) for m in bends]
