@@ -41,7 +41,6 @@ def test_wrong_data_called_good_are_found_out(inputs: Path, tmp_path: Path) -> N
     assert outcome.violations == ("wrong data are called good",)
 
 
-@pytest.mark.slow
 def test_numbers_that_move_in_silence_are_found_out(inputs: Path, tmp_path: Path) -> None:
     def half(path: Path, rng: object) -> None:
         head, *rows = path.read_text("utf-8").splitlines()
