@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
@@ -182,8 +182,8 @@ if all(find_spec(name) for name in ("mujoco", "pinocchio")):
     )  # fmt: skip
 
 
-def build(folder: Path) -> Path:
-    """Write the files of all base cases into one folder; keep one that is complete."""
+def build(folder: Path, bases: Collection[Base]) -> Path:
+    """Write the files of base cases into one folder; keep one that is complete."""
     done = folder / "complete"
     if done.is_file():
         return folder
@@ -194,13 +194,15 @@ def build(folder: Path) -> Path:
     _biped(folder)
     _hexapod(folder)
     _foreign(folder)
-    if "kinematics" in BASES:
+    if any(base.model for base in bases):
         _joints(folder)
     for name, words in {
         "cells.json": ("offline-fit", "biped_weights.csv", "--models", "affine"),
         "bench.json": ("offline-fit", "weights.csv", "--models", "affine"),
         "legs.json": ("hang-calib", "hang.csv", "--recipe", "hexapod.toml"),
     }.items():
+        if all(base.parameters != name for base in bases):
+            continue
         out = folder / f"made_{name}"
         code = call([str(folder / w) if (folder / w).is_file() else w for w in words], out)
         made = out / "parameters.json"

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import shutil
+from collections.abc import Collection
 from pathlib import Path
 
 import numpy as np
 
-from tests.faults.bases import BASES, build
+from tests.faults.bases import BASES, Base, build
 from tests.faults.judging import Case, call
 from tests.faults.mutations import FILES, FORCES, LOGS, PARAMETERS, RECIPES, Mutation
 
@@ -49,16 +50,16 @@ def drawn(count: int, seed: int) -> list[Case]:
     return cases
 
 
-def prepared(folder: Path) -> Path:
+def prepared(folder: Path, bases: Collection[Base] = tuple(BASES.values())) -> Path:
     """The inputs, and what comes out of them unbent."""
-    inputs = build(folder)
+    inputs = build(folder, bases)
     references = inputs / "references"
     if references.is_dir():
         return inputs
     fresh = inputs / "fresh"
     shutil.rmtree(fresh, ignore_errors=True)
     fresh.mkdir()
-    for base in BASES.values():
+    for base in bases:
         if not base.calibrates:
             continue
         words = [str(inputs / w) if w in base.files else w for w in base.words]
