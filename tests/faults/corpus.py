@@ -26,7 +26,12 @@ def possible() -> list[tuple[str, str, Mutation]]:
             found += [(base.name, log, m) for m in bends]
             # a body stream has no forces; the weighing of check has nothing to compare with
             if base.name in {"weights", "placements", "together", "hang", "pose", "apply_legs"}:
-                found += [(base.name, log, m) for m in FORCES]
+                found += [
+                    (base.name, log, m)
+                    for m in FORCES
+                    # legs a quarter as heavy may be another robot's: nothing states their weight
+                    if (base.name, m.name.partition(" ")[0]) != ("hang", "lbf")
+                ]
         if base.recipe:
             found += [(base.name, base.recipe, m) for m in (*FILES, *RECIPES)]
         if base.model:
