@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from collections.abc import Collection
 from pathlib import Path
 
 import numpy as np
@@ -42,8 +43,8 @@ def drawn(count: int, seed: int) -> list[Case]:
     return cases
 
 
-def prepared(folder: Path) -> Path:
-    """The inputs, and what comes out of them unbent."""
+def prepared(folder: Path, names: Collection[str] = tuple(BASES)) -> Path:
+    """The inputs, and what comes out of those of the named bases unbent."""
     inputs = build(folder)
     references = inputs / "references"
     if references.is_dir():
@@ -52,7 +53,7 @@ def prepared(folder: Path) -> Path:
     shutil.rmtree(fresh, ignore_errors=True)
     fresh.mkdir()
     for base in BASES.values():
-        if not base.calibrates:
+        if not base.calibrates or base.name not in names:
             continue
         words = [str(inputs / w) if w in base.files else w for w in base.words]
         out = inputs / "run"

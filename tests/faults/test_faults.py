@@ -16,7 +16,7 @@ QUICK = ("check_weights", "check_walk", "check_hang", "apply", "together")
 
 @pytest.fixture(scope="module")
 def inputs(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return prepared(tmp_path_factory.mktemp("faults") / "inputs")
+    return prepared(tmp_path_factory.mktemp("faults") / "inputs", QUICK)
 
 
 def test_a_drawn_corpus_holds_every_pair_once_before_any_comes_again() -> None:
