@@ -61,7 +61,7 @@ def plot_cop(found: Comparison, methods: Sequence[str], truth: Replayed | None) 
         for method in methods:
             cop = 1e3 * (found.replayed[method].total.cop_m[rows, axis] - com)
             left.plot(time_s, cop, color=METHOD_COLOURS[method], linewidth=1.0, label=method)
-            if method != "han":
+            if method != methods[0]:
                 right.plot(time_s, cop - shown, color=METHOD_COLOURS[method], linewidth=1.0)
         right.axhline(0.0, color=REFERENCE, linewidth=0.6)
         below = "time (s)" if name == "y" else ""
