@@ -28,12 +28,13 @@ ALLOWED: dict[str, set[str]] = {
     "run_folder": {"errors"},
     "interruption": set(),
     "rigid_body": {"textfiles", "core", "errors"},
+    "inspection": {"columns", "tables", "recipe", "records", "core"},
     "outcome": {"records", "report"},
     "gates": {"outcome", "recipe", "records", "report", "errors"},
     "run_files": {"outcome", "records", "report"},
     "session": {
         "columns", "tables", "copies", "recipe", "records", "report", "outcome", "gates",
-        "run_files", "run_folder", "textfiles", "core", "errors",
+        "inspection", "run_files", "run_folder", "textfiles", "core", "errors",
     },
     "cell_effects": {"recipe", "records", "core", "errors"},
     "intake": {
@@ -45,8 +46,8 @@ ALLOWED: dict[str, set[str]] = {
     "exporters": {"exporters", "records", "core", "errors"},
     "commands": {
         "commands", "formats", "exporters", "logfiles", "cell_effects", "columns", "tables",
-        "recipe", "records", "report", "run_folder", "session", "intake", "plots", "sheets",
-        "rigid_body", "batch", "core", "errors",
+        "recipe", "records", "report", "run_folder", "session", "intake", "inspection", "plots",
+        "sheets", "rigid_body", "batch", "core", "errors",
     },
     "app": {"commands", "errors", "interruption", "run_folder"},
     "__main__": {"app", "interruption"},

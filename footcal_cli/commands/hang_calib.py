@@ -30,9 +30,14 @@ if TYPE_CHECKING:
     from footcal_cli.core.hang.stepwise import StepwiseFit
     from footcal_cli.core.log import Log
     from footcal_cli.core.parameters import Estimates, FloatArray
+    from footcal_cli.core.quality import Finding
     from footcal_cli.records.results import ParametersRecord
     from footcal_cli.report import Picture
     from footcal_cli.session import Outcome, Session
+
+
+_POOR = 5.0
+"""Residual over the scatter from sample to sample beyond which more than noise is left."""
 
 
 class HangCalibOptions(CommandOptions):
@@ -126,6 +131,7 @@ def _calibrate(session: Session[HangCalibOptions]) -> Outcome:
         runs = {leg: hang_runs(log)[0] for leg, log in logs.items()}
     with session.step("fit"):
         fits = _joint(session, logs)
+        session.note(hanging_axes(logs, runs, fits, asked_of(options)))
     others: dict[str, dict[str, StepwiseFit]] = {}
     if options.compare or options.method != "joint":
         with session.step("compare"):
@@ -158,6 +164,26 @@ def _calibrate(session: Session[HangCalibOptions]) -> Outcome:
         parameters=_parameters(session, chosen, logs),
         usable=all(fit.fit.converged for fit in fits.values()),
     )
+
+
+def hanging_axes(
+    logs: Mapping[str, Sequence[Log]],
+    runs: Mapping[str, Sequence[HangRun]],
+    fits: Mapping[str, HangFit],
+    asked: HangOptions,
+) -> list[Finding]:
+    """Axes of turned sign and turned transducers; axes are refitted only where a fit is poor."""
+    from footcal_cli.core.pose.wiring import turned_when_hanging
+    from footcal_cli.core.turned import check_turned_hanging
+
+    found: list[Finding] = []
+    for leg, own in logs.items():
+        turned = check_turned_hanging(leg, own)
+        if turned or fits[leg].misfit(runs[leg]) > _POOR:
+            axis = turned_when_hanging(own, asked)
+            turned = turned if axis is None else [axis.finding()]
+        found += turned
+    return found
 
 
 def _joint(session: Session[HangCalibOptions], logs: Mapping[str, list[Log]]) -> dict[str, HangFit]:

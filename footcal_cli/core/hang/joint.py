@@ -101,6 +101,14 @@ class HangFit:
         """Direction of gravity per log in the true transducer frame, shape (L, 3)."""
         return self.model.gravity_dir_t(self.estimates.values)
 
+    def misfit(self, runs: Sequence[HangRun]) -> float:
+        """RMS residual over the scatter from sample to sample, of the worst channel."""
+        left = self.residuals(runs)
+        size = np.sqrt(np.mean(np.concatenate(left) ** 2, axis=0))
+        steps = np.concatenate([np.diff(part, axis=0) for part in left])
+        scatter = np.sqrt(np.mean(steps**2, axis=0) / 2.0)
+        return float(np.max(size / np.maximum(scatter, 1e-300)))
+
     def residuals(self, runs: Sequence[HangRun]) -> list[FloatArray]:
         """Measured − model per run, shape (n, 6), N and Nm."""
         tables = self.model.coefficients(self.estimates.values)
