@@ -165,7 +165,7 @@ def kept_of(folder: Path, exit_code: int) -> Kept:
         kept["effects"] = {row["effect"]: row["status"] for row in found["effects"]}
     if (folder / "truth.json").exists():
         true = _read(folder / "truth.json")["parameters"]
-        kept["truth"] = {k: [p["value"], None, "true"] for k, p in true.items()}
+        kept["truth"] = {name: [value, None, "true"] for name, value in true.items()}
     return kept
 
 
