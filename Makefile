@@ -77,6 +77,14 @@ faults: $(VENV)/.installed-dev  ## Bad inputs and injected faults; resumable; wr
 	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.faults \
 		--cases $(FAULT_CASES) --workers $(FAULT_WORKERS) --out $(OUT)/faults
 
+.PHONY: golden
+golden: $(VENV)/.installed-dev  ## Compare all golden outputs; with WHY='...' make them anew.
+	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.golden $(if $(WHY),--why "$(WHY)")
+
+.PHONY: mutations
+mutations: $(VENV)/.installed-dev  ## Seeded mutations of the product: which test catches each.
+	$(BIN)/python -m tests.mutations --out $(OUT)/mutations
+
 .PHONY: samples
 samples: $(VENV)/.installed-dev  ## Rebuild sample_data/ from the physics engine.
 	$(BIN)/python sample_data/make_samples.py

@@ -58,11 +58,6 @@ class ReadColumn:
     as_written: tuple[float, float] | None
     as_read: tuple[float, float] | None
 
-    @property
-    def converted(self) -> bool:
-        """Whether another unit became the canonical one."""
-        return self.factor is not None
-
 
 @dataclass(frozen=True)
 class Table:
