@@ -33,7 +33,14 @@ from footcal_cli.report import Report, history_sheet, read_aloud, read_as_sheet
 from footcal_cli.report.text import print_text
 from footcal_cli.run_files import write_run
 from footcal_cli.run_folder import claim, grown_folder, refuse_folder, refuse_grown, whole_folder
-from footcal_cli.tables import Table, digest, read_pieces, read_table, refusal_of
+from footcal_cli.tables import (
+    Table,
+    digest,
+    read_pieces,
+    read_table,
+    refusal_of,
+    refuse_wrong_units,
+)
 from footcal_cli.textfiles import regular_file, shown
 
 __all__ = ["Outcome", "Request", "Session", "read_calibration"]
@@ -91,6 +98,9 @@ class Session(Generic[Options]):
         refuse(request.out, request.overwrite, request.inputs)
         self.recipe = (
             read_recipe(request.recipe, commands) if request.recipe is not None else Recipe()
+        )
+        refuse_wrong_units(
+            self.recipe.foreign_columns(), self.recipe.robot.gravity_mps2, request.recipe
         )
         table = request.command.replace("-", "_")
         given = {k: v for k, v in request.overrides.items() if v is not None}

@@ -67,11 +67,6 @@ class ReadColumn:
     as_written: tuple[float, float] | None
     as_read: tuple[float, float] | None
 
-    @property
-    def converted(self) -> bool:
-        """Whether another unit became the canonical one."""
-        return self.factor is not None
-
 
 @dataclass(frozen=True)
 class Table:
@@ -226,6 +221,20 @@ def _canonical(
         pd.DataFrame(data), path, sha256, source, tuple(read_as),
         tuple(_passed_over(places, path)),
     )  # fmt: skip
+
+
+def refuse_wrong_units(
+    columns: Mapping[str, ForeignColumn], gravity_mps2: float, recipe: Path | None
+) -> None:
+    """Refuse a recipe that gives a column a unit of another quantity, whether a log has it or not.
+
+    Raises
+    ------
+    UsageError
+        Names the column.
+    """
+    for name, place in columns.items():
+        _conversion(Column(name, ""), place, gravity_mps2, recipe or Path())
 
 
 def refusal_of(
