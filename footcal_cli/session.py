@@ -37,7 +37,7 @@ from footcal_cli.run_folder import (
     refuse_grown,
     whole_folder,
 )
-from footcal_cli.tables import Table, digest, read_table, refusal_of
+from footcal_cli.tables import Table, digest, read_table, refusal_of, refuse_wrong_units
 from footcal_cli.textfiles import regular_file
 
 __all__ = ["Outcome", "Request", "Session", "read_calibration"]
@@ -95,6 +95,9 @@ class Session(Generic[Options]):
         refuse(request.out, request.overwrite, request.inputs)
         self.recipe = (
             read_recipe(request.recipe, commands) if request.recipe is not None else Recipe()
+        )
+        refuse_wrong_units(
+            self.recipe.foreign_columns(), self.recipe.robot.gravity_mps2, request.recipe
         )
         table = request.command.replace("-", "_")
         given = {k: v for k, v in request.overrides.items() if v is not None}

@@ -171,6 +171,20 @@ def read_table(
     )  # fmt: skip
 
 
+def refuse_wrong_units(
+    columns: Mapping[str, ForeignColumn], gravity_mps2: float, recipe: Path | None
+) -> None:
+    """Refuse a recipe that gives a column a unit of another quantity, whether a log has it or not.
+
+    Raises
+    ------
+    UsageError
+        Names the column.
+    """
+    for name, place in columns.items():
+        _conversion(Column(name, ""), place, gravity_mps2, recipe or Path())
+
+
 def refusal_of(
     path: Path, table: TableType, columns: Mapping[str, ForeignColumn]
 ) -> DataError | None:

@@ -15,6 +15,7 @@ import numpy as np
 
 from footcal_cli.core.bench.placement_rows import PlacementRows
 from footcal_cli.core.parameters import FloatArray
+from footcal_cli.errors import FitError
 
 TERMS = {
     "none": 0,
@@ -159,7 +160,14 @@ class CopFit:
         ``y_i = x_i + κ_i mean_{j≠i} x_j`` makes the total ``Σ s_i y_i`` with ``sᵀ M(κ) = 1ᵀ``,
         linear in κ: ``s_j + Σ_{i≠j} s_i κ_i / (c − 1) = 1``. Shape (c,).
         """
-        return np.asarray(np.linalg.solve(_others(self.shares.size) * self.shares, 1 - self.shares))
+        mixing = _others(self.shares.size) * self.shares
+        try:
+            return np.asarray(np.linalg.solve(mixing, 1 - self.shares))
+        except np.linalg.LinAlgError:
+            raise FitError(
+                "no crosstalk explains what the cells read at the placements",
+                remedy="check the cells' calibration and the loads (footcal check)",
+            ) from None
 
     @property
     def bias_corrections_n(self) -> FloatArray:
