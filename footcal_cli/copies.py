@@ -8,15 +8,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 
 from footcal_cli.core.parameters import BoolArray, FloatArray
 from footcal_cli.core.quality import Finding
 from footcal_cli.tables import Table
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 COPIED_SHARE = 0.9
 """Logs share rows by chance only below this share of the shorter one."""
@@ -55,6 +57,8 @@ class Fingerprint:
 
 def fingerprint(table: Table) -> Fingerprint:
     """The fingerprint of a log."""
+    import pandas as pd
+
     data = table.data.drop(columns=[n for n in table.data.columns if n in _LABELS])
     hashes = {str(name): _column_hashes(data[name], str(name)) for name in sorted(data.columns)}
     stamps = None
@@ -150,6 +154,8 @@ def _contained(rows: Hashes, earlier: Hashes) -> BoolArray:
 
 
 def _column_hashes(column: pd.Series[Any], name: str) -> Hashes:
+    import pandas as pd
+
     values: pd.Series[Any] = column.astype(str)
     if pd.api.types.is_numeric_dtype(column):
         numbers = np.asarray(column, dtype=np.float64)

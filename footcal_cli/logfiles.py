@@ -14,17 +14,19 @@ import zlib
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-import pandas as pd
-import pyarrow as pa
-import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
 from footcal_cli.core.parameters import BoolArray
 from footcal_cli.errors import DataError
 from footcal_cli.textfiles import regular_file
+
+if TYPE_CHECKING:  # imported where they are used: a refusal waits for neither
+    import pandas as pd
+    import pyarrow as pa
+    import pyarrow.parquet as pq
 
 MOST_COLUMNS = 10_000
 MOST_BYTES = 4 * 1024**3
@@ -84,7 +86,7 @@ def column_names(path: Path) -> list[str]:
     regular_file(path)
     if path.stat().st_size == 0:
         raise DataError("the file is empty", file=path, remedy="record or export the log again")
-    names = list(_parquet(path).schema_arrow.names) if is_parquet(path) else _header(path)
+    names = list(parquet_file(path).schema_arrow.names) if is_parquet(path) else _header(path)
     if not any(names):
         raise DataError("no header line", file=path, remedy="name the columns in the first line")
     if len(names) > MOST_COLUMNS:
@@ -114,23 +116,36 @@ def raw_columns(
         The file cannot be read to its end, or holds a type that is neither number, text nor time.
     """
     if is_parquet(path):
+        import pyarrow as pa
+
         try:
-            table = _parquet(path).read(columns=list(names), use_threads=False)
+            table = parquet_file(path).read(columns=list(names), use_threads=False)
         except (pa.ArrowException, OSError) as error:
-            raise _unreadable(path, error) from None
-        return {name: _of_arrow(table.column(name), name, path) for name in names}
-    frame = _frame(path, texts)
-    return {name: _of_series(frame[name]) for name in names}
+            raise unreadable(path, error) from None
+        return {name: of_arrow(table.column(name), name, path) for name in names}
+    frame = frame_of(_bytes(path), path, texts)
+    return {name: of_series(frame[name]) for name in names}
 
 
 def write_parquet(columns: pd.DataFrame | Mapping[str, object], path: Path) -> None:
     """Write a table, or columns (n,) by name, as Parquet: zstd, no index, repeatable bytes."""
+    import pandas as pd
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
     data = columns if isinstance(columns, pd.DataFrame) else pd.DataFrame(dict(columns))
     pq.write_table(
         pa.Table.from_pandas(data, preserve_index=False).replace_schema_metadata(None),
         path,
         compression="zstd",
     )
+
+
+def write_csv(columns: Mapping[str, object], path: Path) -> None:
+    """Write columns (n,) by name as CSV."""
+    import pandas as pd
+
+    pd.DataFrame(dict(columns)).to_csv(path, index=False)
 
 
 def write_parquet_pieces(pieces: Iterable[Mapping[str, object]], path: Path) -> int:
@@ -141,6 +156,9 @@ def write_parquet_pieces(pieces: Iterable[Mapping[str, object]], path: Path) -> 
     rows
         How many were written.
     """
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
     rows = 0
     writer: pq.ParquetWriter | None = None
     try:
@@ -161,7 +179,7 @@ def short(text: str, at_most: int = 60) -> str:
     return text if len(text) <= at_most else text[: at_most - 1] + "…"
 
 
-def _unreadable(path: Path, error: Exception) -> Exception:
+def unreadable(path: Path, error: Exception) -> Exception:
     """What to raise for an error of a reader; what the system refuses stays as it is."""
     if isinstance(error, OSError) and error.errno is not None:
         return error
@@ -172,7 +190,11 @@ def _unreadable(path: Path, error: Exception) -> Exception:
     )  # fmt: skip
 
 
-def _parquet(path: Path) -> pq.ParquetFile:
+def parquet_file(path: Path) -> pq.ParquetFile:
+    """An opened Parquet file; one line where it is none."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
     try:
         return pq.ParquetFile(path, pre_buffer=False)
     except (pa.ArrowException, OSError) as error:
@@ -183,8 +205,10 @@ def _parquet(path: Path) -> pq.ParquetFile:
         ) from None
 
 
-def _of_arrow(column: pa.ChunkedArray, name: str, path: Path) -> RawColumn:
+def of_arrow(column: pa.ChunkedArray, name: str, path: Path) -> RawColumn:
     """A Parquet column by its declared type."""
+    import pyarrow as pa
+
     if pa.types.is_dictionary(column.type):
         column = column.cast(column.type.value_type)
     kind = column.type
@@ -245,7 +269,7 @@ def _bytes(path: Path) -> bytes:
         with opener(path, "rb") as stream:
             content: bytes = stream.read(MOST_BYTES + 1)
     except (OSError, EOFError, zlib.error) as error:
-        raise _unreadable(path, error) from None
+        raise unreadable(path, error) from None
     if len(content) > MOST_BYTES:
         raise DataError(
             f"more than {MOST_BYTES / 1024**3:.0f} GB of text", file=path,
@@ -260,7 +284,7 @@ def _header(path: Path) -> list[str]:
         with opener(path, "rb") as stream:
             start: bytes = stream.read(_LONGEST_HEADER)
     except (OSError, EOFError, zlib.error) as error:
-        raise _unreadable(path, error) from None
+        raise unreadable(path, error) from None
     end = start.find(b"\n")
     if end < 0 and len(start) == _LONGEST_HEADER:
         raise DataError(
@@ -287,9 +311,10 @@ def _header(path: Path) -> list[str]:
         ) from None  # fmt: skip
 
 
-def _frame(path: Path, texts: Collection[str]) -> pd.DataFrame:
-    """All columns of a CSV file."""
-    content = _bytes(path)
+def frame_of(content: bytes, path: Path, texts: Collection[str]) -> pd.DataFrame:
+    """All columns of the text of a CSV file."""
+    import pandas as pd
+
     _refuse_foreign_bytes(content, path)
     try:
         with warnings.catch_warnings():
@@ -311,7 +336,7 @@ def _frame(path: Path, texts: Collection[str]) -> pd.DataFrame:
             remedy="write decimal points, or one field per column",
         ) from None
     except (pd.errors.ParserError, pd.errors.EmptyDataError, csv.Error) as error:
-        raise _unreadable(path, error) from None
+        raise unreadable(path, error) from None
     _refuse_cut_line(content, path)
     return frame.rename(columns=str.strip)
 
@@ -343,8 +368,10 @@ def _refuse_cut_line(content: bytes, path: Path) -> None:
         )  # fmt: skip
 
 
-def _of_series(column: pd.Series[Any]) -> RawColumn:
+def of_series(column: pd.Series[Any]) -> RawColumn:
     """A CSV column by what all its cells look like."""
+    import pandas as pd
+
     empty = np.asarray(column.isna().to_numpy(), dtype=np.bool_)
     if pd.api.types.is_bool_dtype(column):
         return RawColumn("truth", column.to_numpy(dtype=bool), empty)

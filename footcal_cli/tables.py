@@ -7,26 +7,37 @@ suffix (``load_kg`` for ``load_n``).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 
-from footcal_cli.columns import UNIT_SUFFIXES, Column, ForeignColumn, TableType
+from footcal_cli.columns import UNIT_SUFFIXES, Column, ForeignColumn, TableType, converts
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.quality import Finding
 from footcal_cli.errors import DataError, UsageError, nearest
-from footcal_cli.logfiles import column_names, digest, raw_columns, write_parquet
-from footcal_cli.units import Conversion, conversion, converts, unit_factor
+from footcal_cli.logfiles import (
+    RawColumn,
+    column_names,
+    digest,
+    raw_columns,
+    write_csv,
+    write_parquet,
+    write_parquet_pieces,
+)
+from footcal_cli.longfiles import raw_pieces
+from footcal_cli.units import Conversion, conversion, unit_factor
 from footcal_cli.values import durations, numbers, seconds, stamps, texts
 
+if TYPE_CHECKING:
+    import pandas as pd
+
 __all__ = [
-    "ReadColumn", "Table", "column_names", "digest", "read_table", "refusal_of", "unit_factor",
-    "write_parquet",
+    "ReadColumn", "Table", "column_names", "digest", "read_pieces", "read_table", "refusal_of",
+    "unit_factor", "write_csv", "write_parquet", "write_parquet_pieces",
 ]  # fmt: skip
 
 
@@ -55,11 +66,6 @@ class ReadColumn:
     factor: float | None
     as_written: tuple[float, float] | None
     as_read: tuple[float, float] | None
-
-    @property
-    def converted(self) -> bool:
-        """Whether another unit became the canonical one."""
-        return self.factor is not None
 
 
 @dataclass(frozen=True)
@@ -132,13 +138,58 @@ def read_table(
         The file is empty, truncated, lacks a column or has it twice, or holds a cell that is not a
         number.
     """
-    header = column_names(path)
-    places = _places(table, header, columns or {}, path)
-    wanted = {c.name: c for c in table.columns}
-    as_text = {p.column for name, p in places.found.items() if wanted[name].kind == "text"}
-    raw = raw_columns(path, sorted({p.column for p in places.found.values()}), as_text)
+    places = _places(table, column_names(path), columns or {}, path)
+    raw = raw_columns(path, *_asked(table, places))
+    return _canonical(raw, table, places, path, digest(path), gravity_mps2)
+
+
+def read_pieces(
+    path: Path,
+    table: TableType,
+    columns: Mapping[str, ForeignColumn] | None = None,
+    *,
+    gravity_mps2: float,
+) -> Iterator[Table]:
+    """As `read_table`, some rows at a time, each piece with the digest of the whole file.
+
+    Raises
+    ------
+    UsageError, DataError
+        As `read_table`.
+    """
+    places = _places(table, column_names(path), columns or {}, path)
+    sha256 = digest(path)
+    rows = 0
+    try:
+        for raw in raw_pieces(path, *_asked(table, places)):
+            piece = _canonical(raw, table, places, path, sha256, gravity_mps2)
+            rows += len(piece)
+            yield piece
+    except DataError:
+        if rows:  # the piece does not know which row of the file it is
+            read_table(path, table, columns, gravity_mps2=gravity_mps2)
+        raise
+    if not rows:
+        raise DataError("no rows", file=path, remedy="record the log again")
+
+
+def _asked(table: TableType, places: _Places) -> tuple[list[str], set[str]]:
+    """Columns of the file to read, and those that are texts."""
+    kinds = {c.name: c.kind for c in table.columns}
+    as_text = {p.column for name, p in places.found.items() if kinds[name] == "text"}
+    return sorted({p.column for p in places.found.values()}), as_text
+
+
+def _canonical(
+    raw: Mapping[str, RawColumn], table: TableType, places: _Places, path: Path, sha256: str,
+    gravity_mps2: float,
+) -> Table:  # fmt: skip
+    """Raw columns in canonical names and units."""
+    import pandas as pd
+
     if any(len(column.values) == 0 for column in raw.values()):
         raise DataError("no rows", file=path, remedy="record the log again")
+    wanted = {c.name: c for c in table.columns}
     data: dict[str, NDArray[Any]] = {}
     read_as: list[ReadColumn] = []
     for name, place in places.found.items():
@@ -167,9 +218,23 @@ def read_table(
             read_as.append(_read_as(spec, place, change, values, data[name]))
     source = {name: place.column for name, place in places.found.items()}
     return Table(
-        pd.DataFrame(data), path, digest(path), source, tuple(read_as),
+        pd.DataFrame(data), path, sha256, source, tuple(read_as),
         tuple(_passed_over(places, path)),
     )  # fmt: skip
+
+
+def refuse_wrong_units(
+    columns: Mapping[str, ForeignColumn], gravity_mps2: float, recipe: Path | None
+) -> None:
+    """Refuse a recipe that gives a column a unit of another quantity, whether a log has it or not.
+
+    Raises
+    ------
+    UsageError
+        Names the column.
+    """
+    for name, place in columns.items():
+        _conversion(Column(name, ""), place, gravity_mps2, recipe or Path())
 
 
 def refusal_of(
@@ -254,7 +319,7 @@ def _own_names(spec: Column, header: Sequence[str], known: set[str]) -> dict[str
     for suffix, unit in UNIT_SUFFIXES.items():
         name = stem + suffix
         # true forces of a cell (left_fl_n) are not its counts in another unit
-        if name in known and name != spec.name and converts(unit, UNIT_SUFFIXES[spec.suffix]):
+        if name in known and name != spec.name and converts(suffix, spec.suffix):
             own[name] = unit
     return own
 

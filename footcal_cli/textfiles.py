@@ -60,3 +60,10 @@ def read_text(path: Path, *, at_most: int) -> str:
             f"not UTF-8 text: byte {error.start + 1} is 0x{error.object[error.start]:02x}",
             file=path, remedy="save it as UTF-8",
         ) from None  # fmt: skip
+
+
+def shown(path: Path) -> str:
+    """A path as people know it: relative to the working folder where it lies below it."""
+    resolved = path.resolve()
+    here = Path.cwd()
+    return resolved.relative_to(here).as_posix() if resolved.is_relative_to(here) else str(path)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import butter, sosfilt, sosfilt_zi, sosfiltfilt
 
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
@@ -173,6 +172,8 @@ def low_pass(
     """
     if cutoff_hz >= 0.45 * rate_hz or len(values) < 2:
         return np.array(values, dtype=float)
+    from scipy.signal import butter, sosfilt, sosfilt_zi, sosfiltfilt
+
     sections = butter(_FILTER_ORDER, cutoff_hz, fs=rate_hz, output="sos")
     if causal:
         start = sosfilt_zi(sections).reshape(len(sections), 2, *(1,) * (values.ndim - 1))
@@ -247,78 +248,3 @@ def autocorrelation_time(series: FloatArray, sequence: IntArray | None = None) -
 def effective_size(series: FloatArray) -> float:
     """Independent samples that a correlated series is worth, ``n / τ``."""
     return series.size / autocorrelation_time(series)
-
-
-@dataclass(frozen=True)
-class Delay:
-    """Delay of one stream behind another.
-
-    Parameters
-    ----------
-    delay_s, sd_s
-        Positive: the second stream shows events later than the first.
-    correlation
-        Of the two once aligned.
-    """
-
-    delay_s: float
-    sd_s: float
-    correlation: float
-
-
-def estimate_delay(
-    time_s: FloatArray,
-    first: FloatArray,
-    late_time_s: FloatArray,
-    late: FloatArray,
-    *,
-    largest_s: float = 0.2,
-) -> Delay:
-    """Delay of a stream behind another by least squares on shifted, interpolated copies.
-
-    Minimises ``Σ (first(t) − a − b·late(t + d))²`` over d on a grid of half a period, then by
-    Gauss-Newton. The sd follows from the slope of the late stream and the residual, corrected for
-    the residual's autocorrelation.
-
-    Parameters
-    ----------
-    time_s, first
-        The undelayed series, shape (n,).
-    late_time_s, late
-        The other, on its own clock, shape (m,).
-    largest_s
-        The delay is looked for within ± this.
-    """
-    period = float(np.median(np.diff(time_s)))
-    inside = (time_s >= late_time_s[0] + largest_s) & (time_s <= late_time_s[-1] - largest_s)
-    if inside.sum() < 20:
-        raise ValueError("the streams overlap too little to tell their delay")
-    at, target = time_s[inside], first[inside]
-
-    def fit(delay: float) -> tuple[FloatArray, float]:
-        shifted = np.interp(at + delay, late_time_s, late)
-        centred = shifted - shifted.mean()
-        gain = float(centred @ target / max(centred @ centred, 1e-300))
-        return target - target.mean() - gain * centred, gain
-
-    grid = np.arange(-largest_s, largest_s + period / 4, period / 2)
-    cost = [float(np.sum(fit(d)[0] ** 2)) for d in grid]
-    delay = float(grid[int(np.argmin(cost))])
-    slope_step = period / 2
-    for _ in range(8):
-        residual, gain = fit(delay)
-        ahead = np.interp(at + delay + slope_step, late_time_s, late)
-        behind = np.interp(at + delay - slope_step, late_time_s, late)
-        slope = gain * (ahead - behind) / (2 * slope_step)
-        slope = slope - slope.mean()
-        information = float(slope @ slope)
-        if information == 0:
-            raise ValueError("the series do not move: no delay can be told")
-        step = float(np.clip(slope @ residual / information, -period, period))
-        delay = float(np.clip(delay + step, -largest_s, largest_s))
-    residual, _ = fit(delay)
-    # the score slope·residual is what averages out; its correlation decides the sd
-    inflation = autocorrelation_time(slope * residual)
-    sd = float(np.sqrt(residual @ residual / residual.size * inflation / information))
-    spread = float(np.sqrt(1.0 - residual @ residual / np.sum((target - target.mean()) ** 2)))
-    return Delay(delay, sd, spread)

@@ -3,22 +3,25 @@
 from __future__ import annotations
 
 import os
+import resource
 import shutil
+import signal
 import subprocess
 import sys
-import xml.etree.ElementTree as ET
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from tests.mutations.sites import Mutant, apply, instrument
 
+COSTS = "tests.mutations.costs"
 _PYTEST = ("-m", "pytest", "-q", "-p", "no:cacheprovider", "-m", "not slow")
 
 
 @dataclass(frozen=True)
 class Reach:
-    """Files of tests that reach each mutant, and how long each file takes (s)."""
+    """Files of tests that reach each mutant, and the CPU time each file takes (s)."""
 
     files: Mapping[int, Sequence[str]]
     seconds: Mapping[str, float]
@@ -43,18 +46,20 @@ def reached(repository: Path, out: Path, mutants: list[Mutant], workers: int) ->
     """Run the whole suite once with every site recording, mutating nothing."""
     tree = copied(repository, out / "tree")
     instrument(tree, mutants)
-    hits, times = out / "hits.tsv", out / "times.xml"
+    hits, costs = out / "hits.tsv", out / "costs.tsv"
     hits.write_text("", encoding="utf-8")
-    _pytest(tree, hits, ["-n", str(workers), "--dist", "worksteal", f"--junit-xml={times}"], None)
+    costs.write_text("", encoding="utf-8")
+    _pytest(tree, hits, ["-n", str(workers), "--dist", "worksteal", "-p", COSTS], None)
     files: dict[int, set[str]] = {}
     for line in hits.read_text(encoding="utf-8").splitlines():
         index, test = line.split("\t")
         if "::" in test:
             files.setdefault(int(index), set()).add(test.split("::")[0])
     seconds: dict[str, float] = {}
-    for case in ET.parse(times).iter("testcase"):
-        file = _file_of(tree, case.get("classname", ""))
-        seconds[file] = seconds.get(file, 0.0) + float(case.get("time", 0))
+    for line in costs.read_text(encoding="utf-8").splitlines():
+        test, cpu_s = line.split("\t")
+        file = test.split("::")[0]
+        seconds[file] = seconds.get(file, 0.0) + float(cpu_s)
     return Reach({k: sorted(v, key=lambda f: seconds.get(f, 0)) for k, v in files.items()}, seconds)
 
 
@@ -67,9 +72,8 @@ def verdict(
         return "gone"
     if not files:
         return "not reached"
-    try:
-        done = _pytest(tree, out / "hits.tsv", ["-x", *files], limit_s)
-    except subprocess.TimeoutExpired:
+    done = _pytest(tree, out / "hits.tsv", ["-x", *files], limit_s)
+    if done.returncode == -signal.SIGKILL:
         return f"survived {limit_s:.0f} s of tests"
     if done.returncode == 0:
         return "survived"
@@ -82,16 +86,16 @@ def _pytest(
 ) -> subprocess.CompletedProcess[str]:
     environment = {
         **os.environ, "PYTHONPATH": str(tree), "MUTATION_HITS": str(hits.resolve()),
+        "TEST_COSTS": str(hits.resolve().with_name("costs.tsv")),
         "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "PYTHONDONTWRITEBYTECODE": "1",
     }  # fmt: skip
     return subprocess.run(
         [sys.executable, *_PYTEST, *arguments],
-        cwd=tree, env=environment, capture_output=True, text=True, timeout=limit_s, check=False,
+        cwd=tree, env=environment, capture_output=True, text=True, check=False,
+        preexec_fn=None if limit_s is None else partial(_limit_cpu, int(limit_s)),
     )  # fmt: skip
 
 
-def _file_of(tree: Path, classname: str) -> str:
-    parts = classname.split(".")
-    while parts and not (tree / ("/".join(parts) + ".py")).is_file():
-        parts.pop()
-    return "/".join(parts) + ".py"
+def _limit_cpu(limit_s: int) -> None:
+    """Let the process end itself after so many seconds of work, whatever else the machine does."""
+    resource.setrlimit(resource.RLIMIT_CPU, (limit_s, limit_s))
