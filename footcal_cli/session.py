@@ -22,7 +22,7 @@ from rich.progress import track
 
 from footcal_cli.columns import TableType
 from footcal_cli.core.quality import Finding
-from footcal_cli.errors import DataError, UsageError
+from footcal_cli.errors import DataError, FootcalError, UsageError
 from footcal_cli.recipe import CommandOptions, Recipe, read_recipe, validated
 from footcal_cli.records.files import Versioned, read_record, write_record
 from footcal_cli.records.results import FindingRecord, ParametersRecord, RmseRecord, RunRecord
@@ -126,7 +126,7 @@ class Session(Generic[Options]):
         self.rows: dict[str, int] = {}
         self.timings_s: dict[str, float] = {}
         self._taken: set[Path] = set()
-        self._left_aside: dict[Path, DataError] = {}
+        self._left_aside: dict[Path, FootcalError] = {}
         self._noted: list[Finding] = []
         if request.parameters is not None:
             self.parameters = read_calibration(request.parameters)
@@ -159,17 +159,17 @@ class Session(Generic[Options]):
             From the first log that cannot be read.
         """
         role = role or table.name
-        columns = self.recipe.foreign_columns()
         tables = []
         for path in self.paths(role):
             if self.request.logs and path.is_file():
-                refusal = refusal_of(path, table, columns)
+                refusal = refusal_of(path, table, self.recipe.reading(path))
                 if refusal is not None:
                     self._left_aside.setdefault(path, refusal)
                     continue
             self._taken.add(path)
-            read = read_table(path, table, columns, gravity_mps2=self.recipe.robot.gravity_mps2)
+            read = self._read(path, table)
             self.inputs[_shown(path)] = read.digest
+            self.inputs |= {_shown(beside): found for beside, found in read.beside.items()}
             self.rows[_shown(path)] = len(read)
             tables.append(read)
         return tables
@@ -193,9 +193,13 @@ class Session(Generic[Options]):
                 f"no {role or table.name} log given", file=self.recipe.path,
                 remedy=f"name a LOG on the command line or '{role or table.name}' in [data]",
             )  # fmt: skip
-        columns = self.recipe.foreign_columns()
-        read_table(named[0], table, columns, gravity_mps2=self.recipe.robot.gravity_mps2)
+        self._read(named[0], table)
         raise DataError("no log with the needed columns", file=named[0])
+
+    def _read(self, path: Path, table: TableType) -> Table:
+        return read_table(
+            path, table, self.recipe.reading(path), gravity_mps2=self.recipe.robot.gravity_mps2
+        )
 
     @contextmanager
     def step(self, name: str) -> Iterator[None]:

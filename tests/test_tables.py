@@ -9,8 +9,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from footcal_cli.columns import Column, ForeignColumn, TableType, cells_table, weights_table
+from footcal_cli.columns import Column, TableType, cells_table, weights_table
 from footcal_cli.errors import DataError, FootcalError, UsageError
+from footcal_cli.reading import ForeignColumn
 from footcal_cli.tables import Table, read_table, refusal_of, unit_factor, write_parquet
 
 G = 9.80665

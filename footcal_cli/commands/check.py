@@ -96,10 +96,14 @@ def _check(session: Session[CheckOptions]) -> Outcome:
 def _table_types(session: Session[CheckOptions]) -> list[TableType]:
     """Kinds of log to try, as far as the recipe or the files' headers name their channels."""
     from footcal_cli import columns
-    from footcal_cli.tables import column_names
+    from footcal_cli.sources import source_names
 
     robot = session.recipe.robot
-    headers = [column_names(path) for path in session.request.logs if path.is_file()]
+    headers = [
+        source_names(path, session.recipe.reading(path))
+        for path in session.request.logs
+        if path.is_file()
+    ]
     counted = [name.removesuffix("_counts") for h in headers for name in h if "_counts" in name]
     channels = robot.cell_names or tuple(dict.fromkeys(counted))
     feet = tuple(robot.feet) or ("left", "right")
