@@ -17,6 +17,7 @@ from footcal_cli.commands.diagnose import diagnose
 from footcal_cli.commands.effects import effects
 from footcal_cli.commands.export import export
 from footcal_cli.commands.hang_calib import hang_calib
+from footcal_cli.commands.init import init
 from footcal_cli.commands.kinematics import kinematics
 from footcal_cli.commands.offline_fit import offline_fit
 from footcal_cli.commands.online_replay import online_replay
@@ -49,6 +50,7 @@ app.command("pose-calib")(pose_calib)
 app.command("simulate")(simulate)
 app.command("effects")(effects)
 app.command("export")(export)
+app.command("init")(init)
 app.command("kinematics")(kinematics)
 app.command("online-replay")(online_replay)
 app.command("schema")(schema)

@@ -130,10 +130,12 @@ _SEPARATORS = {"tab": "\t", "space": BLANKS}
 
 
 def as_place(value: object) -> object:
+    """A bare name written out."""
     return {"column": value} if isinstance(value, str) else value
 
 
 def as_places(table: object) -> object:
+    """A table of places with its bare names written out."""
     return {k: as_place(v) for k, v in table.items()} if isinstance(table, dict) else table
 
 

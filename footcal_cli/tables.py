@@ -266,9 +266,9 @@ def _looked_up(table: TableType, header: Sequence[str], reading: Reading, path: 
     for groups in table.either:
         if not any(all(name in places.found for name in group) for group in groups):
             first = groups[0][0]
-            others = "; ".join(f"{g[0]} …" if len(g) > 1 else g[0] for g in groups[1:])
+            instead = "; ".join(f"{g[0]} …" if len(g) > 1 else g[0] for g in groups[1:])
             places.missing.append(DataError(
-                f"missing column '{first}'{nearest(first, header)}, or {others} instead",
+                f"missing column '{first}'{nearest(first, header)}, or {instead} instead",
                 file=path,
                 remedy=f"map one of them in [columns]; the file has: {_some(header)}",
             ))  # fmt: skip
