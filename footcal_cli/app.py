@@ -17,7 +17,7 @@ from footcal_cli.commands.diagnose import diagnose
 from footcal_cli.commands.effects import effects
 from footcal_cli.commands.export import export
 from footcal_cli.commands.hang_calib import hang_calib
-from footcal_cli.commands.init import init
+from footcal_cli.commands.init import init, looks_like
 from footcal_cli.commands.kinematics import kinematics
 from footcal_cli.commands.offline_fit import offline_fit
 from footcal_cli.commands.online_replay import online_replay
@@ -112,7 +112,9 @@ def _end(error: BaseException, interruption: Interruption, debug: bool) -> NoRet
     if isinstance(error, OSError | MemoryError):
         error = of_machine(error)
     if isinstance(error, FootcalError):
-        _fail(f"footcal: error: {error.line()}", error.exit_code)
+        guess, example = looks_like(error) if error.foreign else ("", error.example)
+        said = f"{error.line().rstrip('.')}; {guess}" if guess else error.line()
+        _fail(f"footcal: error: {said}", error.exit_code, example)
     _fail(
         f"footcal: internal error: {type(error).__name__}: {error} "
         "(this is our bug; run again with --debug and report it)",
@@ -120,6 +122,8 @@ def _end(error: BaseException, interruption: Interruption, debug: bool) -> NoRet
     )
 
 
-def _fail(message: str, exit_code: int) -> NoReturn:
+def _fail(message: str, exit_code: int, example: tuple[str, ...] = ()) -> NoReturn:
     typer.echo(" ".join(message.split()), err=True)
+    if example:
+        typer.echo("\n".join(("for example:", *(f"  {line}" for line in example))), err=True)
     raise SystemExit(exit_code)

@@ -213,16 +213,22 @@ def _csv_header(path: Path) -> list[str]:
             "a first line of more than a megabyte", file=path, remedy="export it as CSV or Parquet"
         )
     if b"\0" in start or start[:2] in (b"\xff\xfe", b"\xfe\xff"):
-        raise DataError("not UTF-8 text (UTF-16, or a binary file)", file=path, remedy=_AS_CSV)
+        raise DataError(
+            "not UTF-8 text (UTF-16, or a binary file)", file=path, remedy=_AS_CSV, foreign=True
+        )
     try:
         text = start.decode("utf-8-sig", errors="strict" if end < 0 else "replace")
         if "\N{REPLACEMENT CHARACTER}" in text.partition("\n")[0]:
             raise UnicodeError
         return [name.strip() for name in next(csv.reader(io.StringIO(text, newline="")), [])]
     except UnicodeError:
-        raise DataError("not readable as UTF-8 text", file=path, remedy=_AS_CSV) from None
+        raise DataError(
+            "not readable as UTF-8 text", file=path, remedy=_AS_CSV, foreign=True
+        ) from None
     except csv.Error as error:
-        raise DataError(f"the header cannot be read: {error}", file=path, remedy=_AS_CSV) from None
+        raise DataError(
+            f"the header cannot be read: {error}", file=path, remedy=_AS_CSV, foreign=True
+        ) from None
 
 
 def _csv_frame(path: Path, texts: Collection[str]) -> pd.DataFrame:
@@ -247,6 +253,7 @@ def _csv_frame(path: Path, texts: Collection[str]) -> pd.DataFrame:
             "a row has more fields than the header (a decimal comma?)",
             file=path,
             remedy="write decimal points, or one field per column",
+            foreign=True,
         ) from None
     except (pd.errors.ParserError, pd.errors.EmptyDataError, csv.Error) as error:
         raise unreadable(path, error) from None
@@ -266,7 +273,7 @@ def _refuse_foreign_bytes(content: bytes, path: Path) -> None:
     if problem:
         raise DataError(
             problem, file=path, row=f"line {content.count(bytes([10]), 0, at) + 1}",
-            remedy=_AS_CSV,
+            remedy=_AS_CSV, foreign=True,
         )  # fmt: skip
 
 

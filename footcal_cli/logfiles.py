@@ -91,7 +91,9 @@ def column_names(path: Path, layout: Layout | None = None) -> list[str]:
         else text_names(path, layout or Layout())
     )
     if not any(names):
-        raise DataError("no header line", file=path, remedy="name the columns in the first line")
+        raise DataError(
+            "no header line", file=path, remedy="name the columns in the first line", foreign=True
+        )
     if len(names) > MOST_COLUMNS:
         raise DataError(
             f"{len(names)} columns, more than {MOST_COLUMNS}", file=path,
@@ -102,7 +104,7 @@ def column_names(path: Path, layout: Layout | None = None) -> list[str]:
         if name in known:
             raise DataError(
                 "the column name stands twice in the header", file=path, column=short(name),
-                remedy="give every column its own name",
+                remedy="give every column its own name", foreign=True,
             )  # fmt: skip
         known.add(name)
     return names

@@ -247,7 +247,7 @@ def _looked_up(table: TableType, header: Sequence[str], reading: Reading, path: 
                 places.missing.append(DataError(
                     f"missing column '{place.column}' that [columns] names for {spec.name}"
                     f"{nearest(place.column, header)}",
-                    file=path, remedy=f"the file has: {_some(header)}",
+                    file=path, remedy=f"the file has: {_some(header)}", foreign=True,
                 ))  # fmt: skip
             continue
         if len(own) > 1:
@@ -262,6 +262,7 @@ def _looked_up(table: TableType, header: Sequence[str], reading: Reading, path: 
                 f"missing column '{spec.name}' ({spec.meaning}){nearest(spec.name, header)}",
                 file=path,
                 remedy=f"map it in the recipe's [columns]; the file has: {_some(header)}",
+                foreign=True,
             ))  # fmt: skip
     for groups in table.either:
         if not any(all(name in places.found for name in group) for group in groups):
@@ -271,6 +272,7 @@ def _looked_up(table: TableType, header: Sequence[str], reading: Reading, path: 
                 f"missing column '{first}'{nearest(first, header)}, or {instead} instead",
                 file=path,
                 remedy=f"map one of them in [columns]; the file has: {_some(header)}",
+                foreign=True,
             ))  # fmt: skip
     return places
 

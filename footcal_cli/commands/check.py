@@ -131,7 +131,7 @@ def _refuse(session: Session[CheckOptions]) -> None:
         if missing is None:
             raise DataError(
                 "the columns are those of no known kind of log", file=session.request.logs[0],
-                remedy="map them in the recipe's [columns]",
+                remedy="map them in the recipe's [columns]", foreign=True,
             )  # fmt: skip
     session.read_required(weights_table())
 

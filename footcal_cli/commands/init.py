@@ -4,11 +4,25 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from footcal_cli.commands.options import Overwrite, Quiet
+
+if TYPE_CHECKING:
+    from footcal_cli.errors import FootcalError
+
+
+def looks_like(error: FootcalError) -> tuple[str, tuple[str, ...]]:
+    """What a log that was refused for its columns looks like, and lines that would be taken.
+
+    Both are empty where nothing can be guessed.
+    """
+    from footcal_cli.sniff.hint import hint
+
+    found = hint(Path(error.file)) if error.file is not None else None
+    return found if found is not None else ("", error.example)
 
 
 def init(
