@@ -13,7 +13,7 @@ from footcal_cli.columns import Column
 from footcal_cli.errors import UsageError
 from footcal_cli.logfiles import RawColumn
 from footcal_cli.reading import ForeignColumn
-from footcal_cli.units import Conversion, conversion, converts
+from footcal_cli.units import Conversion, conversion
 from footcal_cli.values import durations, numbers, seconds, stamps, texts
 
 READING_UNITS = ("V", "mV", "uV", "mV/V")
@@ -52,13 +52,20 @@ class ReadColumn:
         return self.factor is not None
 
 
+def is_reading(spec: Column) -> bool:
+    """Whether a column is the raw reading of a cell."""
+    return spec.unit == "count" or spec.name == "counts"
+
+
 def reading_unit(unit: str | None) -> str | None:
     """Unit of a cell's reading that is not counts: a voltage, or N of a calibrated force."""
-    if unit is None or unit == "count" or converts(unit, "count"):
-        return None
-    if unit in READING_UNITS:
+    if unit is None or unit in READING_UNITS:
         return unit
-    return "N" if converts(unit, "N") else None
+    try:
+        conversion(unit, "N", 1.0)
+    except UsageError:
+        return None
+    return "N"
 
 
 def canonical(
@@ -100,15 +107,15 @@ def _conversion(
     spec: Column, place: ForeignColumn, gravity_mps2: float, path: Path
 ) -> Conversion | None:
     """How a column's numbers become canonical ones; None where they are already."""
-    if place.unit is None or place.unit == spec.unit:
+    target = "count" if is_reading(spec) else spec.unit
+    if place.unit is None or place.unit == target:
         return None
-    if spec.unit is None:
+    if target is None:
         raise UsageError(
             f"{spec.name} has no unit, but [columns] gives it '{place.unit}'", file=path,
             column=place.column, remedy="take the unit out",
         )  # fmt: skip
-    target = spec.unit
-    if spec.unit == "count":
+    if is_reading(spec):
         other = reading_unit(place.unit)
         if other in READING_UNITS:
             return None
@@ -136,7 +143,7 @@ def _read_as(
     factor = None if change is None else change.slope
     if place.factor is not None:
         factor = place.factor * (factor or 1.0)
-    other = reading_unit(place.unit) if spec.unit == "count" else None
+    other = reading_unit(place.unit) if is_reading(spec) else None
     return ReadColumn(
         spec.name, place.column or spec.name, unit, other or spec.unit or "", factor,
         _range(written), _range(read),

@@ -10,14 +10,17 @@ import warnings
 import zlib
 from collections.abc import Collection, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
 
 from footcal_cli.core.parameters import IntArray
 from footcal_cli.errors import DataError
 from footcal_cli.reading import BLANKS, Layout
 from footcal_cli.textfiles import short, unreadable
+
+if TYPE_CHECKING:  # imported where it is used: a refusal does not wait for it
+    import pandas as pd
 
 MOST_BYTES = 4 * 1024**3
 """Of a text log, unpacked."""
@@ -67,6 +70,8 @@ def text_table(path: Path, layout: Layout, texts: Collection[str]) -> tuple[pd.D
         return frame, np.arange(len(frame), dtype=np.int64) + 2
     if layout.line:
         return _searched(path, layout)
+    import pandas as pd
+
     lines, numbers, _ = _lines(path, layout)
     if not lines:
         raise DataError("no rows", file=path, remedy="record the log again")
@@ -159,6 +164,8 @@ def _lines(path: Path, layout: Layout) -> tuple[list[str], list[int], str | None
 
 def _searched(path: Path, layout: Layout) -> tuple[pd.DataFrame, IntArray]:
     """Rows that a regular expression finds, with what was carried on from lines above."""
+    import pandas as pd
+
     row = re.compile(layout.line)
     between = re.compile(layout.carried) if layout.carried else None
     carried: dict[str, str | None] = dict.fromkeys(between.groupindex if between else ())
@@ -233,6 +240,8 @@ def _csv_header(path: Path) -> list[str]:
 
 def _csv_frame(path: Path, texts: Collection[str]) -> pd.DataFrame:
     """All columns of a CSV file."""
+    import pandas as pd
+
     content = _bytes(path)
     _refuse_foreign_bytes(content, path)
     try:

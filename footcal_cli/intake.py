@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from footcal_cli.cell_effects import cells_in_feet, without_cell_effects
-from footcal_cli.columns import body_table, cells_table, six_axis_feet_table
+from footcal_cli.columns import TableType, body_table, cells_table, six_axis_feet_table
+from footcal_cli.core.body_stream import check_overlap
 from footcal_cli.core.chain import Chain, Link, link
 from footcal_cli.core.effects import find_effect
 from footcal_cli.core.effects.calibration import AXES
+from footcal_cli.core.experiments.walk import reference_of
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.belief import Belief, belief_from, nameplate
 from footcal_cli.core.online.streams import (
@@ -25,7 +27,10 @@ from footcal_cli.core.online.streams import (
 )
 from footcal_cli.core.parameters import Estimates, FloatArray, Status
 from footcal_cli.core.plausibility import check_total_force, check_walking_cells
+from footcal_cli.core.quality import Finding
 from footcal_cli.core.spatial import rotation_of_quaternion, rotation_of_rpy
+from footcal_cli.core.turned import check_turned_feet
+from footcal_cli.core.wiring import check_channels_walking, check_exchanged_walking
 from footcal_cli.errors import DataError, UsageError
 from footcal_cli.recipe import Robot
 from footcal_cli.records.results import ParametersRecord
@@ -34,6 +39,8 @@ from footcal_cli.tables import Table
 if TYPE_CHECKING:
     from footcal_cli.session import Session
 
+_MOST_ROWS = 600
+"""Of a recording, to see whether cells are exchanged: neighbours tell the same."""
 _AXIS_COLUMNS = ("fx_n", "fy_n", "fz_n", "tx_nm", "ty_nm", "tz_nm")
 
 
@@ -96,13 +103,7 @@ def read_recordings(
     feet = tuple(robot.feet)
     six_axis = is_six_axis_robot(robot)
     sensor_type = six_axis_feet_table(feet) if six_axis else cells_table(robot.cell_names)
-    sensors = session.read_required(sensor_type, role="cells")
-    bodies = session.read(body_table(feet), role="body")
-    if bodies and len(bodies) != len(sensors):
-        raise UsageError(
-            f"{len(sensors)} sensor logs but {len(bodies)} body logs",
-            remedy="name one body log per sensor log, in the same order",
-        )
+    sensors, bodies = _pairs(session, sensor_type, body_table(feet))
     if body_needed and not bodies:
         raise DataError(
             "no log has the body's columns (com_x_m …, left_foot_x_m …)", file=sensors[0].path,
@@ -130,7 +131,9 @@ def read_recordings(
             session.note(check_total_force(start_n.sum(axis=1), robot.weight_n, table.path.name))
             if experiment == "walk":
                 foot_of = [foot for foot, spec in robot.feet.items() for _ in spec.cells]
-                session.note(check_walking_cells(start_n, channels, foot_of))
+                known = {f.where for f in session.noted if f.severity == "alarm"}
+                walking = check_walking_cells(start_n, channels, foot_of)
+                session.note(f for f in walking if f.where not in known)
             places = cells_in_feet(robot)
             if session.parameters is not None:
                 warmth = table.number("temperature_degc") if "temperature_degc" in table else None
@@ -142,6 +145,14 @@ def read_recordings(
                 stream, motion, belief, places, robot.mass_kg, robot.gravity_mps2,
                 experiment=experiment, rule=rule,
             )  # fmt: skip
+        if body is not None:
+            session.note(
+                check_overlap(
+                    stream.time_s, motion.time_s, table.path.name,
+                    body.path.name if body.path != table.path else "its body stream",
+                )
+            )  # fmt: skip
+        session.note(_wiring(merged, belief, experiment))
         found.append(
             Recording(
                 merged, belief, feet, table.path.name, body is None,
@@ -149,6 +160,56 @@ def read_recordings(
             )
         )  # fmt: skip
     return found
+
+
+def _pairs(
+    session: Session[Any], sensor_type: TableType, body_type: TableType
+) -> tuple[list[Table], list[Table]]:
+    """Sensor logs, and the body logs that belong to them; copies of sensor logs go with theirs."""
+    in_order = session.read_in_order(sensor_type, role="cells")
+    if not in_order:
+        session.read_required(sensor_type, role="cells")  # says what is missing
+    # a body stream is no evidence of its own: two sensor logs may share one
+    bodies = [t for t in session.read_in_order(body_type, "body", copies=True) if t is not None]
+    if bodies and len(bodies) != len(in_order):
+        raise UsageError(
+            f"{len(in_order)} sensor logs but {len(bodies)} body logs",
+            remedy="name one body log per sensor log, in the same order",
+        )
+    kept = [i for i, table in enumerate(in_order) if table is not None]
+    sensors = [table for table in in_order if table is not None]
+    return sensors, [bodies[i] for i in kept] if bodies else []
+
+
+def _wiring(merged: Merged, belief: Belief | None, experiment: str) -> list[Finding]:
+    """Cells that are exchanged and, of a walk, copied or frozen; transducers that are turned."""
+    log = merged.log
+    if belief is None:
+        return [*_carried(log), *check_turned_feet(log)]
+    if experiment == "walk":
+        findings = check_channels_walking(log.time_s, belief.forces(merged.raw), log.channels)
+        if findings:
+            return findings
+    reference = reference_of(log)
+    arms = log.known["cell_pos_m"] - reference.cop_m[:, None]
+    known = np.isfinite(reference.fz_n) & np.isfinite(arms).all(axis=(1, 2))
+    stands = (np.nan_to_num(log.known["contact"]) != 0.0).any(axis=1)
+    rows = np.flatnonzero(known & stands & np.isfinite(log.readings).all(axis=1))
+    if not rows.size:  # insoles without a robot know no CoP that is demanded
+        return []
+    rows = rows[:: max(rows.size // _MOST_ROWS, 1)]
+    forces = belief.forces(log.readings[rows])
+    return check_exchanged_walking(forces, log.channels, arms[rows], reference.fz_n[rows])
+
+
+def _carried(log: Log) -> list[Finding]:
+    """Vertical force of six-axis feet against the weight of the robot."""
+    feet = log.known["foot_rot_wt"].shape[1]
+    force = log.readings.reshape(len(log), feet, 6)[..., :3]
+    vertical = np.einsum("nkj,nkj->nk", log.known["foot_rot_wt"][:, :, 2, :], force)
+    total = vertical.sum(axis=1) + log.known["foot_weight_n"].sum(axis=1)
+    weight = float(log.known["mass_kg"][0] * log.known["gravity_mps2"][0])
+    return check_total_force(total, weight, "all feet")
 
 
 def estimates_of(record: ParametersRecord) -> Estimates:

@@ -9,12 +9,9 @@ import hashlib
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-import pandas as pd
-import pyarrow as pa
-import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
 from footcal_cli.core.parameters import BoolArray, IntArray
@@ -22,6 +19,11 @@ from footcal_cli.delimited import text_names, text_table
 from footcal_cli.errors import DataError
 from footcal_cli.reading import Layout
 from footcal_cli.textfiles import regular_file, short, unreadable
+
+if TYPE_CHECKING:  # imported where they are used: a refusal waits for neither
+    import pandas as pd
+    import pyarrow as pa
+    import pyarrow.parquet as pq
 
 MOST_COLUMNS = 10_000
 _NANOSECONDS = {"s": 10**9, "ms": 10**6, "us": 10**3, "ns": 1}
@@ -121,6 +123,8 @@ def raw_columns(
         The file cannot be read to its end, or holds a type that is neither number, text nor time.
     """
     if is_parquet(path):
+        import pyarrow as pa
+
         try:
             table = _parquet(path).read(columns=list(names), use_threads=False)
         except (pa.ArrowException, OSError) as error:
@@ -132,12 +136,23 @@ def raw_columns(
 
 def write_parquet(columns: pd.DataFrame | Mapping[str, object], path: Path) -> None:
     """Write a table, or columns (n,) by name, as Parquet: zstd, no index, repeatable bytes."""
+    import pandas as pd
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
     data = columns if isinstance(columns, pd.DataFrame) else pd.DataFrame(dict(columns))
     pq.write_table(
         pa.Table.from_pandas(data, preserve_index=False).replace_schema_metadata(None),
         path,
         compression="zstd",
     )
+
+
+def write_csv(columns: Mapping[str, object], path: Path) -> None:
+    """Write columns (n,) by name as CSV."""
+    import pandas as pd
+
+    pd.DataFrame(dict(columns)).to_csv(path, index=False)
 
 
 def write_parquet_pieces(pieces: Iterable[Mapping[str, object]], path: Path) -> int:
@@ -148,6 +163,9 @@ def write_parquet_pieces(pieces: Iterable[Mapping[str, object]], path: Path) -> 
     rows
         How many were written.
     """
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
     rows = 0
     writer: pq.ParquetWriter | None = None
     try:
@@ -164,6 +182,9 @@ def write_parquet_pieces(pieces: Iterable[Mapping[str, object]], path: Path) -> 
 
 
 def _parquet(path: Path) -> pq.ParquetFile:
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
     try:
         return pq.ParquetFile(path, pre_buffer=False)
     except (pa.ArrowException, OSError) as error:
@@ -176,6 +197,8 @@ def _parquet(path: Path) -> pq.ParquetFile:
 
 def _of_arrow(column: pa.ChunkedArray, name: str, path: Path) -> RawColumn:
     """A Parquet column by its declared type."""
+    import pyarrow as pa
+
     if pa.types.is_dictionary(column.type):
         column = column.cast(column.type.value_type)
     kind = column.type
@@ -231,6 +254,8 @@ def _nanoseconds(
 
 def _of_series(column: pd.Series[Any], lines: IntArray) -> RawColumn:
     """A CSV column by what all its cells look like."""
+    import pandas as pd
+
     empty = np.asarray(column.isna().to_numpy(), dtype=np.bool_)
     if pd.api.types.is_bool_dtype(column):
         return RawColumn("truth", column.to_numpy(dtype=bool), empty, lines)

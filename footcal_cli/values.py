@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 
 from footcal_cli.columns import Column
@@ -76,6 +75,8 @@ def stamps(
     Dates count from 1970 in UTC; without a zone they are taken as UTC. `form` is theirs as
     ``strptime`` has it; a time of day without a date counts from midnight.
     """
+    import pandas as pd
+
     if spec.unit != "s":
         return None
     if form is not None:
@@ -104,6 +105,8 @@ def stamps(
 
 def _formatted(raw: RawColumn, spec: Column, name: str, path: Path, form: str) -> NDArray[np.int64]:
     """Stamps of another form than ISO 8601, shape (n,)."""
+    import pandas as pd
+
     _refuse("no stamp", raw.empty, raw, spec, name, None, path)
     words = pd.Series([str(word).strip() for word in raw.values.tolist()])
     try:
@@ -138,6 +141,8 @@ def seconds(nanoseconds: NDArray[np.int64]) -> NDArray[np.float64]:
 
 def _parsed(raw: RawColumn, spec: Column, name: str, unit: str | None, path: Path) -> NDArray[Any]:
     """Strings that are numbers; a flag may be written true and false."""
+    import pandas as pd
+
     words = pd.Series(
         [None if e else str(v).strip() for v, e in zip(raw.values, raw.empty, strict=True)],
         dtype=object,

@@ -11,11 +11,13 @@ from pydantic import Field
 
 from footcal_cli.commands.options import (
     Logs,
+    NoPictures,
     Out,
     Overwrite,
     ParametersFile,
     Quiet,
     RecipeFile,
+    ReferenceFile,
     Seed,
     StrictFindings,
     begin,
@@ -28,9 +30,14 @@ if TYPE_CHECKING:
     from footcal_cli.core.hang.stepwise import StepwiseFit
     from footcal_cli.core.log import Log
     from footcal_cli.core.parameters import Estimates, FloatArray
+    from footcal_cli.core.quality import Finding
     from footcal_cli.records.results import ParametersRecord
     from footcal_cli.report import Picture
     from footcal_cli.session import Outcome, Session
+
+
+_POOR = 5.0
+"""Residual over the scatter from sample to sample beyond which more than noise is left."""
 
 
 class HangCalibOptions(CommandOptions):
@@ -53,6 +60,11 @@ class HangCalibOptions(CommandOptions):
     compare: bool = True
     max_force_rmse_n: float | None = Field(default=None, gt=0)
 
+    @property
+    def limits(self) -> dict[str, float | None]:
+        """Limits of `max_…`, by quantity, SI units."""
+        return {"* force": self.max_force_rmse_n}
+
 
 def hang_calib(
     logs: Logs = None,
@@ -67,10 +79,12 @@ def hang_calib(
     max_force_rmse_n: Annotated[
         float | None, typer.Option("--max-force-rmse-n", help="Gate: exit 1 above this RMSE.")
     ] = None,
+    reference: ReferenceFile = None,
     strict_findings: StrictFindings = None,
     out: Out = Path("out/hang-calib"),
     overwrite: Overwrite = False,
     seed: Seed = 0,
+    no_pictures: NoPictures = False,
     quiet: Quiet = False,
 ) -> None:
     """Fit offsets, leg weight and leg CoM of six-axis transducers hanging in the air."""
@@ -80,10 +94,12 @@ def hang_calib(
         logs=logs,
         recipe=recipe,
         parameters=parameters,
+        reference=reference,
         out=out,
         overwrite=overwrite,
         seed=seed,
         quiet=quiet,
+        no_pictures=no_pictures,
         strict_findings=strict_findings,
         method=method,
         tilt=tilt,
@@ -93,6 +109,7 @@ def hang_calib(
 
 
 def _calibrate(session: Session[HangCalibOptions]) -> Outcome:
+    session.refuse_missing_logs("hang")
     from footcal_cli.columns import hang_table
     from footcal_cli.commands.parts.hang_logs import leg_logs
     from footcal_cli.core.hang.runs import hang_runs
@@ -114,13 +131,13 @@ def _calibrate(session: Session[HangCalibOptions]) -> Outcome:
         runs = {leg: hang_runs(log)[0] for leg, log in logs.items()}
     with session.step("fit"):
         fits = _joint(session, logs)
+        session.note(hanging_axes(logs, runs, fits, asked_of(options)))
     others: dict[str, dict[str, StepwiseFit]] = {}
     if options.compare or options.method != "joint":
         with session.step("compare"):
             others = _others(session, logs)
     residuals = sheets.residuals_by_stage(fits, others, runs, options.method)
-    with session.step("draw"):
-        pictures = _pictures(fits, runs, residuals)
+    pictures = _pictures(fits, runs, residuals)
     rmse = RmseRecord(rows=sheets.rmse_rows(residuals), rejected=rejected)
     chosen: Mapping[str, Estimates] = (
         {leg: fit.estimates for leg, fit in fits.items()}
@@ -145,9 +162,28 @@ def _calibrate(session: Session[HangCalibOptions]) -> Outcome:
         ),
         rmse=rmse,
         parameters=_parameters(session, chosen, logs),
-        gates_missed=sheets.gates(rmse, options.max_force_rmse_n),
         usable=all(fit.fit.converged for fit in fits.values()),
     )
+
+
+def hanging_axes(
+    logs: Mapping[str, Sequence[Log]],
+    runs: Mapping[str, Sequence[HangRun]],
+    fits: Mapping[str, HangFit],
+    asked: HangOptions,
+) -> list[Finding]:
+    """Axes of turned sign and turned transducers; axes are refitted only where a fit is poor."""
+    from footcal_cli.core.pose.wiring import turned_when_hanging
+    from footcal_cli.core.turned import check_turned_hanging
+
+    found: list[Finding] = []
+    for leg, own in logs.items():
+        turned = check_turned_hanging(leg, own)
+        if turned or fits[leg].misfit(runs[leg]) > _POOR:
+            axis = turned_when_hanging(own, asked)
+            turned = turned if axis is None else [axis.finding()]
+        found += turned
+    return found
 
 
 def _joint(session: Session[HangCalibOptions], logs: Mapping[str, list[Log]]) -> dict[str, HangFit]:
@@ -185,10 +221,10 @@ def _others(
             "naive": {leg: naive for leg, (_, naive) in both.items()},
             "stepwise": {leg: stepwise for leg, (stepwise, _) in both.items()},
         }
-    except ValueError as error:
+    except FitError:
         if session.options.method == "joint":
             return {}
-        raise FitError(str(error), remedy="use --method joint") from None
+        raise
 
 
 def _pictures(
@@ -202,7 +238,7 @@ def _pictures(
 
     pictures = [
         Picture(
-            "residuals", plot_residuals(residuals),
+            "residuals", lambda: plot_residuals(residuals),
             "What is left of the readings after offset and leg weight are taken off: one violin "
             "per leg and axis. A good fit is one narrow hump around zero.",
         ),
@@ -211,7 +247,7 @@ def _pictures(
         binned = {leg: binned_com(fit, runs[leg]) for leg, fit in fits.items()}
         pictures.append(
             Picture(
-                "leg_com", plot_com(fits, binned),
+                "leg_com", lambda: plot_com(fits, binned),
                 "Leg CoM in the transducer frame against the shaft angle: dots are medians over "
                 "cycles with quartiles, the line is the fitted series, its band 95 %.",
             )
@@ -219,7 +255,7 @@ def _pictures(
     if any(fit.model.tilt != "none" for fit in fits.values()):
         pictures.append(
             Picture(
-                "orientations", plot_tilts(fits),
+                "orientations", lambda: plot_tilts(fits),
                 "Where gravity really pointed in each orientation, seen along the named axis: what "
                 "all legs share is the robot's tilt, where they differ it is the mounting.",
             )

@@ -25,6 +25,14 @@ ParametersFile = Annotated[
     Path | None,
     typer.Option("--parameters", metavar="FILE.json", help="The calibration to start from."),
 ]
+ReferenceFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--reference",
+        metavar="FILE.json",
+        help="Gate: exit 1 where a parameter left this calibration ([gates] says by how much).",
+    ),
+]
 Out = Annotated[Path, typer.Option("--out", metavar="DIR", help="Run folder to write.")]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace a run folder.")]
 Seed = Annotated[int, typer.Option("--seed", metavar="N", help="Seed of all that is random.")]
@@ -33,19 +41,24 @@ StrictFindings = Annotated[
     bool | None,
     typer.Option("--strict-findings", help="Exit 1 where the data show a warning or an alarm."),
 ]
+NoPictures = Annotated[bool, typer.Option("--no-pictures", help="Draw no figures.")]
 
 
 def begin(
     command: str,
     options_model: type[Options],
+    /,
     *,
     logs: list[Path] | None,
     recipe: Path | None,
     parameters: Path | None = None,
+    reference: Path | None = None,
     out: Path,
     overwrite: bool,
     seed: int = 0,
     quiet: bool,
+    no_pictures: bool = False,
+    goes_on: bool = False,
     **overrides: object,
 ) -> Session[Options]:
     """Open the session of a command; `overrides` that are None leave the recipe's value."""
@@ -61,6 +74,8 @@ def begin(
         overwrite=overwrite,
         seed=seed,
         quiet=quiet,
-        overrides=overrides,
+        overrides={**overrides, "pictures": False if no_pictures else None},
+        goes_on=goes_on,
+        reference=reference,
     )
     return Session(request, options_model, option_tables())

@@ -11,11 +11,13 @@ from pydantic import Field
 
 from footcal_cli.commands.options import (
     Logs,
+    NoPictures,
     Out,
     Overwrite,
     ParametersFile,
     Quiet,
     RecipeFile,
+    ReferenceFile,
     Seed,
     StrictFindings,
     begin,
@@ -69,6 +71,12 @@ class PoseCalibOptions(CommandOptions):
     block_s: float = Field(default=0.5, gt=0)
     max_force_rmse_n: float | None = Field(default=None, gt=0)
 
+    @property
+    def limits(self) -> dict[str, float | None]:
+        """Limits of `max_…`, by quantity, SI units."""
+        quantity = "* force" if self.fit == "series" else "sum of forces"
+        return {quantity: self.max_force_rmse_n}
+
 
 def pose_calib(
     logs: Logs = None,
@@ -94,23 +102,27 @@ def pose_calib(
     max_force_rmse_n: Annotated[
         float | None, typer.Option("--max-force-rmse-n", help="Gate: exit 1 above this RMSE.")
     ] = None,
+    reference: ReferenceFile = None,
     strict_findings: StrictFindings = None,
     out: Out = Path("out/pose-calib"),
     overwrite: Overwrite = False,
     seed: Seed = 0,
+    no_pictures: NoPictures = False,
     quiet: Quiet = False,
 ) -> None:
-    """Fit how hip transducers are mounted, or their offsets again, from standing poses."""
+    """Fit the mounting of hip transducers, or offsets again, from standing poses."""
     session = begin(
         "pose-calib",
         PoseCalibOptions,
         logs=logs,
         recipe=recipe,
         parameters=parameters,
+        reference=reference,
         out=out,
         overwrite=overwrite,
         seed=seed,
         quiet=quiet,
+        no_pictures=no_pictures,
         strict_findings=strict_findings,
         fit=fit,
         method=method,
@@ -118,6 +130,7 @@ def pose_calib(
         structure=structure,
         max_force_rmse_n=max_force_rmse_n,
     )
+    session.refuse_missing_logs("poses")
     if session.options.fit == "series":
         from footcal_cli.commands.parts.pose_series import series_outcome
 
@@ -172,6 +185,7 @@ def _mounting(session: Session[PoseCalibOptions]) -> Outcome:
     from footcal_cli.core.pose.problem import PoseOptions
     from footcal_cli.core.pose.selection import compare_structures, cross_validated
     from footcal_cli.core.pose.stages import alternated, error_of, naive_error, offset_error
+    from footcal_cli.core.turned import standing_axes
     from footcal_cli.errors import UsageError
 
     options = session.options
@@ -191,6 +205,9 @@ def _mounting(session: Session[PoseCalibOptions]) -> Outcome:
         noise_known=noise_known,
     )
     with session.step("fit"):
+        # as `diagnose` asks: with ordinary priors, whatever this run leaves free
+        usual = PoseOptions(com_sd_m=options.com_sd_m, translation_sd_m=0.005)
+        session.note(standing_axes(data, legs, noise_sd, usual))
         legs, findings = _with_directions(options, data, legs, noise_sd, free)
         candidates = compare_structures(data, legs, noise_sd, free, options.folds)
         structure, prior = candidates[0].structure, options.translation_sd_m or np.inf

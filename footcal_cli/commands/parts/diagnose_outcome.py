@@ -55,13 +55,11 @@ def outcome_of(
         left = left_over(found, became)
         if became:
             answer = answer.with_detail(followed_words(became, left))
-    with session.step("draw"):
-        pictures: tuple[Picture, ...] = ()
-        if session.options.pictures:
-            pictures = _pictures(found, table, moved, answer.menu, seed)
+    pictures = _pictures(found, table, moved, answer.menu, seed)
     record = record_of(found, answer, read, rules, seed)
     return Outcome(
         usable=record.verdict != "bad-data",
+        diagnosis=record.verdict,
         report=Report(
             title=f"Diagnosis of {session.recipe.robot.name}: {read.case.experiment.name}",
             verdict=answer.verdict,
@@ -147,19 +145,25 @@ def _pictures(
     from footcal_cli.report import Picture
 
     drawn = [
-        Picture("residual_against_driver", residuals.plot_driver(found), residuals.DRIVER_CAPTION),
-        Picture("line_up", line_up.plot_line_up(found, seed), line_up.LINE_UP_CAPTION),
-        Picture("gain_per_block", gains.plot_gains(found), gains.GAINS_CAPTION),
-        Picture("ladder", ladder.plot_ladder(found), ladder.LADDER_CAPTION),
+        Picture(
+            "residual_against_driver",
+            lambda: residuals.plot_driver(found),
+            residuals.DRIVER_CAPTION,
+        ),
+        Picture("line_up", lambda: line_up.plot_line_up(found, seed), line_up.LINE_UP_CAPTION),
+        Picture("gain_per_block", lambda: gains.plot_gains(found), gains.GAINS_CAPTION),
+        Picture("ladder", lambda: ladder.plot_ladder(found), ladder.LADDER_CAPTION),
         Picture(
             "isolability",
-            isolability.plot_isolability(found, table, menu),
+            lambda: isolability.plot_isolability(found, table, menu),
             isolability.caption(menu),
         ),
     ]
     if moved and found.found:
-        drawn.append(Picture("movement", movement.plot_movement(moved), movement.MOVEMENT_CAPTION))
-    drawn.append(Picture("null_gallery", null.plot_null(found), null.NULL_CAPTION))
+        drawn.append(
+            Picture("movement", lambda: movement.plot_movement(moved), movement.MOVEMENT_CAPTION)
+        )
+    drawn.append(Picture("null_gallery", lambda: null.plot_null(found), null.NULL_CAPTION))
     return tuple(drawn)
 
 

@@ -130,33 +130,32 @@ def mounting_outcome(session: Session[PoseCalibOptions], found: Found) -> Outcom
     rmse = RmseRecord(
         rows=sheets.rmse_rows(found.stages, found.held_out), rejected=dict(found.rejected)
     )
-    with session.step("draw"):
-        pictures = (
-            Picture(
-                "balance",
-                plots.plot_balance(found.stages),
-                "Sum of all wrenches on the chassis minus what its weight demands, one violin per "
-                "axis: zero if every transducer tells the truth.",
-            ),
-            Picture(
-                "mounting",
-                plots.plot_mounting(found.fit),
-                "The robot from above: nominal hips (squares), calibrated hips with 95 % ellipses "
-                "and axes, errors drawn larger than life.",
-            ),
-            Picture(
-                "legs_and_poses",
-                plots.plot_leg_map(found.mapped, names),
-                "Residual that each leg's own readings foretell, pose by pose: a row that lights "
-                "up is a leg with a wrong gain, a twisted axis or a dead channel.",
-            ),
-            Picture(
-                "coverage",
-                plots.plot_coverage(found.data),
-                "Which shaft angles and body tilts the poses cover: yaw and height of the mounting "
-                "are only seen where the body tilts.",
-            ),
-        )
+    pictures = (
+        Picture(
+            "balance",
+            lambda: plots.plot_balance(found.stages),
+            "Sum of all wrenches on the chassis minus what its weight demands, one violin per "
+            "axis: zero if every transducer tells the truth.",
+        ),
+        Picture(
+            "mounting",
+            lambda: plots.plot_mounting(found.fit),
+            "The robot from above: nominal hips (squares), calibrated hips with 95 % ellipses "
+            "and axes, errors drawn larger than life.",
+        ),
+        Picture(
+            "legs_and_poses",
+            lambda: plots.plot_leg_map(found.mapped, names),
+            "Residual that each leg's own readings foretell, pose by pose: a row that lights "
+            "up is a leg with a wrong gain, a twisted axis or a dead channel.",
+        ),
+        Picture(
+            "coverage",
+            lambda: plots.plot_coverage(found.data),
+            "Which shaft angles and body tilts the poses cover: yaw and height of the mounting "
+            "are only seen where the body tilts.",
+        ),
+    )
     mounted = Mounted(found.fit.rot_bt, found.fit.arm_b_m)
     calibration = calibration_of(found.data, mounted, found.fit.mounting.offset, found.legs)
     return Outcome(
@@ -178,7 +177,6 @@ def mounting_outcome(session: Session[PoseCalibOptions], found: Found) -> Outcom
         rmse=rmse,
         parameters=_parameters(session, found.fit.estimates(), found.data),
         files={"wrenches.parquet": wrench_writer(found.data, calibration)},
-        gates_missed=sheets.gates(rmse, options.max_force_rmse_n),
         usable=found.fit.converged,
     )
 
@@ -193,14 +191,13 @@ def offset_outcome(
 ) -> Outcome:
     """Report, records and files of an offset run; a refusal is not usable."""
     names = data.geometry.legs
-    with session.step("draw"):
-        pictures = (
-            Picture(
-                "offset_change",
-                plots.plot_offset_change(found, names),
-                "How far each offset moved since the last calibration, with 95 % intervals.",
-            ),
-        ) if found.accepted else ()  # fmt: skip
+    pictures = (
+        Picture(
+            "offset_change",
+            lambda: plots.plot_offset_change(found, names),
+            "How far each offset moved since the last calibration, with 95 % intervals.",
+        ),
+    ) if found.accepted else ()  # fmt: skip
     old = np.stack([leg.offset for leg in legs])
     parameters = None
     files: dict[str, Callable[[Path], None]] = {}
