@@ -6,7 +6,7 @@ OUT ?= out
 PYTEST_WORKERS ?= 2
 BLIND_ROUNDS ?= 30
 BLIND_WORKERS ?= 2
-FAULT_CASES ?= 1345
+FAULT_CASES ?= 1100
 FAULT_WORKERS ?= 2
 
 .DEFAULT_GOAL := help
@@ -76,6 +76,14 @@ blind: $(VENV)/.installed-dev  ## The sealed blind bench; resumable; writes docs
 faults: $(VENV)/.installed-dev  ## Bad inputs and injected faults; resumable; writes docs/reliability.md.
 	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.faults \
 		--cases $(FAULT_CASES) --workers $(FAULT_WORKERS) --out $(OUT)/faults
+
+.PHONY: golden
+golden: $(VENV)/.installed-dev  ## Compare all golden outputs; with WHY='...' make them anew.
+	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.golden $(if $(WHY),--why "$(WHY)")
+
+.PHONY: mutations
+mutations: $(VENV)/.installed-dev  ## Seeded mutations of the product: which test catches each.
+	$(BIN)/python -m tests.mutations --out $(OUT)/mutations
 
 .PHONY: samples
 samples: $(VENV)/.installed-dev  ## Rebuild sample_data/ from the physics engine.

@@ -257,7 +257,13 @@ def read_recipe(path: Path, commands: Collection[str]) -> Recipe:
         raise UsageError("nested too deeply", file=path, remedy="write it flatter") from None
     except ValueError as error:  # not TOML, or a number of thousands of digits
         raise UsageError(f"not valid TOML: {error}", file=path, remedy="correct the line") from None
+<<<<<<< HEAD
     tables = ("name", "description", "robot", "columns", "files", "data", "data_root", "gates")
+=======
+    if not content:
+        raise UsageError("the recipe is empty", file=path, remedy="copy it again, or leave it out")
+    tables = ("name", "description", "robot", "columns", "data", "data_root", "gates")
+>>>>>>> main
     for key in content:
         if key not in tables and key not in commands:
             raise UsageError(

@@ -37,7 +37,7 @@ from footcal_cli.run_folder import (
     refuse_grown,
     whole_folder,
 )
-from footcal_cli.tables import Table, digest, read_table, refusal_of
+from footcal_cli.tables import Table, digest, read_table, refusal_of, refuse_wrong_units
 from footcal_cli.textfiles import regular_file
 
 __all__ = ["Outcome", "Request", "Session", "read_calibration"]
@@ -96,6 +96,9 @@ class Session(Generic[Options]):
         self.recipe = (
             read_recipe(request.recipe, commands) if request.recipe is not None else Recipe()
         )
+        refuse_wrong_units(
+            self.recipe.foreign_columns(), self.recipe.robot.gravity_mps2, request.recipe
+        )
         table = request.command.replace("-", "_")
         given = {k: v for k, v in request.overrides.items() if v is not None}
         own = self.recipe.options.get(table, {})
@@ -121,13 +124,13 @@ class Session(Generic[Options]):
         self._read_before: dict[str, dict[str, list[Table]]] = {}
         if request.parameters is not None:
             self.parameters = read_calibration(request.parameters)
-            self.inputs[_shown(request.parameters)] = digest(request.parameters)
+            self.inputs[shown(request.parameters)] = digest(request.parameters)
             shown = request.parameters.name
             self.note(inspect_record(self.parameters, self.recipe.robot, shown))
         path = self._reference_path()
         self.reference = None if path is None else read_calibration(path)
         if path is not None:
-            self.inputs[_shown(path)] = digest(path)
+            self.inputs[shown(path)] = digest(path)
 
     def _reference_path(self) -> Path | None:
         """The calibration that gates compare with; the recipe's lies relative to the recipe."""
@@ -196,9 +199,9 @@ class Session(Generic[Options]):
         self._taken.add(path)
         robot = self.recipe.robot
         read = read_table(path, table, self.recipe.reading(path), gravity_mps2=robot.gravity_mps2)
-        self.inputs[_shown(path)] = read.digest
-        self.inputs |= {_shown(beside): found for beside, found in read.beside.items()}
-        self.rows[_shown(path)] = len(read)
+        self.inputs[shown(path)] = read.digest
+        self.inputs |= {shown(beside): found for beside, found in read.beside.items()}
+        self.rows[shown(path)] = len(read)
         self._read_aloud(read)
         self.note(read.findings)
         self.note(inspect(read, table, robot))
@@ -269,7 +272,7 @@ class Session(Generic[Options]):
     def _read_aloud(self, table: Table) -> None:
         """Keep how foreign columns of a log were read, for run.json, report and terminal."""
         for column in table.read_as:
-            self.read_as.setdefault(_shown(table.path), {})[column.name] = ReadColumnRecord(
+            self.read_as.setdefault(shown(table.path), {})[column.name] = ReadColumnRecord(
                 name=column.name,
                 source=column.source,
                 unit=column.unit,
@@ -345,7 +348,7 @@ class Session(Generic[Options]):
             command=self.request.command,
             started=self.created(),
             arguments={
-                "logs": [_shown(path) for path in self.request.logs],
+                "logs": [shown(path) for path in self.request.logs],
                 "recipe": _shown_or_none(self.request.recipe),
                 "parameters": _shown_or_none(self.request.parameters),
             },
@@ -385,7 +388,7 @@ class Session(Generic[Options]):
         shown = any(sheet.title.startswith("Changes since") for sheet in report.lead_sheets)
         if start is None or shown:
             return outcome
-        sheet = history_sheet(self.parameters, outcome.parameters, _shown(start))
+        sheet = history_sheet(self.parameters, outcome.parameters, shown(start))
         if sheet is None:
             return outcome
         return replace(outcome, report=replace(report, sheets=(*report.sheets, sheet)))
@@ -429,4 +432,4 @@ def _shown(path: Path) -> str:
 
 
 def _shown_or_none(path: Path | None) -> str | None:
-    return None if path is None else _shown(path)
+    return None if path is None else shown(path)

@@ -43,6 +43,36 @@ __all__ = [
 
 
 @dataclass(frozen=True)
+<<<<<<< HEAD
+=======
+class ReadColumn:
+    """How one column of a file was read.
+
+    Parameters
+    ----------
+    name, source
+        Canonical name, and the file's own.
+    unit
+        What the file's numbers were taken for, in full; empty for texts and bare numbers.
+    canonical_unit
+        Unit of the canonical column.
+    factor
+        Canonical units in one of the file's; None where nothing was multiplied.
+    as_written, as_read
+        Smallest and largest value before and after; None for texts.
+    """
+
+    name: str
+    source: str
+    unit: str
+    canonical_unit: str
+    factor: float | None
+    as_written: tuple[float, float] | None
+    as_read: tuple[float, float] | None
+
+
+@dataclass(frozen=True)
+>>>>>>> main
 class Table:
     """A log that was read.
 
@@ -141,8 +171,23 @@ def read_table(
     )  # fmt: skip
 
 
+<<<<<<< HEAD
 def _reading(columns: Mapping[str, ForeignColumn] | Reading | None) -> Reading:
     return columns if isinstance(columns, Reading) else Reading(columns or {})
+=======
+def refuse_wrong_units(
+    columns: Mapping[str, ForeignColumn], gravity_mps2: float, recipe: Path | None
+) -> None:
+    """Refuse a recipe that gives a column a unit of another quantity, whether a log has it or not.
+
+    Raises
+    ------
+    UsageError
+        Names the column.
+    """
+    for name, place in columns.items():
+        _conversion(Column(name, ""), place, gravity_mps2, recipe or Path())
+>>>>>>> main
 
 
 def refusal_of(

@@ -270,9 +270,9 @@ def _parameters(
 ) -> ParametersRecord:
     import numpy as np
 
+    from footcal_cli.commands.parts.calibration_record import Conventions, calibration_record
     from footcal_cli.records.results import (
         ParameterRecord,
-        ParametersRecord,
         Range,
         covariance_blocks,
         parameter_records,
@@ -296,20 +296,18 @@ def _parameters(
     if session.parameters is not None and effects:
         kept = session.parameters.parameters
         parameters = {**{n: p for n, p in kept.items() if n not in parameters}, **parameters}
-    return ParametersRecord(
-        command="hang-calib",
-        created=session.created(),
-        robot=session.recipe.robot.name,
-        gravity_mps2=session.recipe.robot.gravity_mps2,
-        sign_convention="reading = applied + offset; applied by leg and ground on the transducer, "
-        "[fx fy fz tx ty tz]; leg CoM = mean + sin · sin φ + cos · cos φ",
-        frame="each transducer's own axes",
-        expressed_at="the transducer's origin",
-        parameters=parameters,
+    return calibration_record(
+        session,
+        Conventions(
+            "reading = applied + offset; applied by leg and ground on the transducer, "
+            "[fx fy fz tx ty tz]; leg CoM = mean + sin · sin φ + cos · cos φ",
+            "each transducer's own axes",
+            "the transducer's origin",
+        ),
+        parameters,
         covariance=covariance_blocks(
             *(e for e in chosen.values() if session.options.method == "joint")
         ),
         fitted_range=ranges,
         effects=effects,
-        inputs=session.inputs,
     )
