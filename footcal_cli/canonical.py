@@ -94,7 +94,7 @@ def canonical(
         said = said or "date, as seconds since 1970 UTC"
         return spans, ReadColumn(spec.name, source, said, "s", None, None, _range(spans))
     values = numbers(raw, spec, source, place.unit, path)
-    change = _conversion(spec, place, gravity_mps2, path)
+    change = conversion_of(spec, place, gravity_mps2, path)
     read_values = values if change is None else change(values.astype(np.float64))
     if place.factor is not None:
         read_values = read_values * place.factor
@@ -103,10 +103,16 @@ def canonical(
     return read_values, _read_as(spec, place, change, values, read_values)
 
 
-def _conversion(
+def conversion_of(
     spec: Column, place: ForeignColumn, gravity_mps2: float, path: Path
 ) -> Conversion | None:
-    """How a column's numbers become canonical ones; None where they are already."""
+    """How a column's numbers become canonical ones; None where they are already.
+
+    Raises
+    ------
+    UsageError
+        A unit nobody knows, or one of another quantity.
+    """
     target = "count" if is_reading(spec) else spec.unit
     if place.unit is None or place.unit == target:
         return None

@@ -18,7 +18,7 @@ from footcal_cli.columns import canonical_names, is_canonical
 from footcal_cli.errors import UsageError, nearest
 from footcal_cli.filespecs import FileSpec, Place, as_file, as_places
 from footcal_cli.models import Frozen, validated
-from footcal_cli.reading import Join, Reading
+from footcal_cli.reading import ForeignColumn, Join, Reading
 from footcal_cli.textfiles import read_text
 
 __all__ = [
@@ -179,6 +179,13 @@ class Recipe(Frozen):
     options: dict[str, dict[str, Any]] = Field(default_factory=dict)
     path: Path | None = None
 
+    def every_place(self) -> list[tuple[str, ForeignColumn]]:
+        """All entries of ``[columns]``, those of ``[[files]]`` too."""
+        tables = [self.columns]
+        for spec in self.files:
+            tables += [spec.columns, *spec.wide.values()]
+        return [(name, place.foreign()) for table in tables for name, place in table.items()]
+
     def reading(self, path: Path) -> Reading:
         """How a log is to be read: ``[columns]`` and the entry of ``[[files]]`` that it matches.
 
@@ -257,13 +264,9 @@ def read_recipe(path: Path, commands: Collection[str]) -> Recipe:
         raise UsageError("nested too deeply", file=path, remedy="write it flatter") from None
     except ValueError as error:  # not TOML, or a number of thousands of digits
         raise UsageError(f"not valid TOML: {error}", file=path, remedy="correct the line") from None
-<<<<<<< HEAD
-    tables = ("name", "description", "robot", "columns", "files", "data", "data_root", "gates")
-=======
     if not content:
         raise UsageError("the recipe is empty", file=path, remedy="copy it again, or leave it out")
-    tables = ("name", "description", "robot", "columns", "data", "data_root", "gates")
->>>>>>> main
+    tables = ("name", "description", "robot", "columns", "files", "data", "data_root", "gates")
     for key in content:
         if key not in tables and key not in commands:
             raise UsageError(
@@ -281,18 +284,10 @@ def read_recipe(path: Path, commands: Collection[str]) -> Recipe:
     validated(Gates, recipe.gates, file=path, table="gates")
     robot = recipe.robot
     cells = (*robot.cell_names, *(cell for foot in robot.feet.values() for cell in foot.cells))
-    for name in _named_columns(recipe):
+    for name, _ in recipe.every_place():
         if not is_canonical(name, cells):
             raise UsageError(
                 f"[columns]: no log has a column '{name}'{nearest(name, canonical_names(cells))}",
                 file=path, remedy="the left side is footcal's name, the right side yours",
             )  # fmt: skip
     return recipe
-
-
-def _named_columns(recipe: Recipe) -> list[str]:
-    """Every canonical column that the recipe says the place of."""
-    names = list(recipe.columns)
-    for spec in recipe.files:
-        names += [*spec.columns, *(name for own in spec.wide.values() for name in own)]
-    return names

@@ -97,7 +97,7 @@ class Session(Generic[Options]):
             read_recipe(request.recipe, commands) if request.recipe is not None else Recipe()
         )
         refuse_wrong_units(
-            self.recipe.foreign_columns(), self.recipe.robot.gravity_mps2, request.recipe
+            self.recipe.every_place(), self.recipe.robot.gravity_mps2, request.recipe
         )
         table = request.command.replace("-", "_")
         given = {k: v for k, v in request.overrides.items() if v is not None}

@@ -7,7 +7,7 @@ suffix (``load_kg`` for ``load_n``).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from footcal_cli.canonical import ReadColumn, canonical
+from footcal_cli.canonical import ReadColumn, canonical, conversion_of
 from footcal_cli.columns import (
     MATRIX,
     QUATERNION,
@@ -43,36 +43,6 @@ __all__ = [
 
 
 @dataclass(frozen=True)
-<<<<<<< HEAD
-=======
-class ReadColumn:
-    """How one column of a file was read.
-
-    Parameters
-    ----------
-    name, source
-        Canonical name, and the file's own.
-    unit
-        What the file's numbers were taken for, in full; empty for texts and bare numbers.
-    canonical_unit
-        Unit of the canonical column.
-    factor
-        Canonical units in one of the file's; None where nothing was multiplied.
-    as_written, as_read
-        Smallest and largest value before and after; None for texts.
-    """
-
-    name: str
-    source: str
-    unit: str
-    canonical_unit: str
-    factor: float | None
-    as_written: tuple[float, float] | None
-    as_read: tuple[float, float] | None
-
-
-@dataclass(frozen=True)
->>>>>>> main
 class Table:
     """A log that was read.
 
@@ -171,12 +141,12 @@ def read_table(
     )  # fmt: skip
 
 
-<<<<<<< HEAD
 def _reading(columns: Mapping[str, ForeignColumn] | Reading | None) -> Reading:
     return columns if isinstance(columns, Reading) else Reading(columns or {})
-=======
+
+
 def refuse_wrong_units(
-    columns: Mapping[str, ForeignColumn], gravity_mps2: float, recipe: Path | None
+    places: Iterable[tuple[str, ForeignColumn]], gravity_mps2: float, recipe: Path | None
 ) -> None:
     """Refuse a recipe that gives a column a unit of another quantity, whether a log has it or not.
 
@@ -185,9 +155,8 @@ def refuse_wrong_units(
     UsageError
         Names the column.
     """
-    for name, place in columns.items():
-        _conversion(Column(name, ""), place, gravity_mps2, recipe or Path())
->>>>>>> main
+    for name, place in places:
+        conversion_of(Column(name, ""), place, gravity_mps2, recipe or Path())
 
 
 def refusal_of(
