@@ -66,7 +66,7 @@ def text_table(path: Path, layout: Layout, texts: Collection[str]) -> tuple[pd.D
         The file cannot be read to its end as its layout says.
     """
     if layout.plain:
-        frame = _csv_frame(path, texts)
+        frame = frame_of(_bytes(path), path, texts)
         return frame, np.arange(len(frame), dtype=np.int64) + 2
     if layout.line:
         return _searched(path, layout)
@@ -238,11 +238,10 @@ def _csv_header(path: Path) -> list[str]:
         ) from None
 
 
-def _csv_frame(path: Path, texts: Collection[str]) -> pd.DataFrame:
-    """All columns of a CSV file."""
+def frame_of(content: bytes, path: Path, texts: Collection[str]) -> pd.DataFrame:
+    """All columns of the text of a CSV file."""
     import pandas as pd
 
-    content = _bytes(path)
     _refuse_foreign_bytes(content, path)
     try:
         with warnings.catch_warnings():

@@ -87,11 +87,10 @@ def column_names(path: Path, layout: Layout | None = None) -> list[str]:
     regular_file(path)
     if path.stat().st_size == 0:
         raise DataError("the file is empty", file=path, remedy="record or export the log again")
-    names = (
-        list(_parquet(path).schema_arrow.names)
-        if is_parquet(path)
-        else text_names(path, layout or Layout())
-    )
+    if is_parquet(path):
+        names = list(parquet_file(path).schema_arrow.names)
+    else:
+        names = text_names(path, layout or Layout())
     if not any(names):
         raise DataError(
             "no header line", file=path, remedy="name the columns in the first line", foreign=True
@@ -126,12 +125,12 @@ def raw_columns(
         import pyarrow as pa
 
         try:
-            table = _parquet(path).read(columns=list(names), use_threads=False)
+            table = parquet_file(path).read(columns=list(names), use_threads=False)
         except (pa.ArrowException, OSError) as error:
             raise unreadable(path, error) from None
-        return {name: _of_arrow(table.column(name), name, path) for name in names}
+        return {name: of_arrow(table.column(name), name, path) for name in names}
     frame, lines = text_table(path, layout or Layout(), texts)
-    return {name: _of_series(frame[name], lines) for name in names}
+    return {name: of_series(frame[name], lines) for name in names}
 
 
 def write_parquet(columns: pd.DataFrame | Mapping[str, object], path: Path) -> None:
@@ -181,7 +180,8 @@ def write_parquet_pieces(pieces: Iterable[Mapping[str, object]], path: Path) -> 
     return rows
 
 
-def _parquet(path: Path) -> pq.ParquetFile:
+def parquet_file(path: Path) -> pq.ParquetFile:
+    """An opened Parquet file; one line where it is none."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -195,7 +195,7 @@ def _parquet(path: Path) -> pq.ParquetFile:
         ) from None
 
 
-def _of_arrow(column: pa.ChunkedArray, name: str, path: Path) -> RawColumn:
+def of_arrow(column: pa.ChunkedArray, name: str, path: Path) -> RawColumn:
     """A Parquet column by its declared type."""
     import pyarrow as pa
 
@@ -252,7 +252,7 @@ def _nanoseconds(
     return counted * factor
 
 
-def _of_series(column: pd.Series[Any], lines: IntArray) -> RawColumn:
+def of_series(column: pd.Series[Any], lines: IntArray | None = None) -> RawColumn:
     """A CSV column by what all its cells look like."""
     import pandas as pd
 

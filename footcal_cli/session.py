@@ -22,23 +22,26 @@ from footcal_cli.copies import without_copies
 from footcal_cli.core.quality import Finding
 from footcal_cli.errors import DataError, FootcalError, UsageError
 from footcal_cli.gates import gated, merged
-from footcal_cli.inspection import inspect, inspect_record
+from footcal_cli.inspection import inspect, inspect_record, over_pieces
+from footcal_cli.longfiles import is_long
 from footcal_cli.outcome import Outcome
+from footcal_cli.read_as import record_of
 from footcal_cli.recipe import CommandOptions, Recipe, read_recipe, validated
 from footcal_cli.records.files import read_record
 from footcal_cli.records.results import FindingRecord, ParametersRecord, ReadColumnRecord, RunRecord
 from footcal_cli.report import Report, history_sheet, read_aloud, read_as_sheet
 from footcal_cli.report.text import print_text
 from footcal_cli.run_files import write_run
-from footcal_cli.run_folder import (
-    claim,
-    grown_folder,
-    refuse_folder,
-    refuse_grown,
-    whole_folder,
+from footcal_cli.run_folder import claim, grown_folder, refuse_folder, refuse_grown, whole_folder
+from footcal_cli.tables import (
+    Table,
+    digest,
+    read_pieces,
+    read_table,
+    refusal_of,
+    refuse_wrong_units,
 )
-from footcal_cli.tables import Table, digest, read_table, refusal_of, refuse_wrong_units
-from footcal_cli.textfiles import regular_file
+from footcal_cli.textfiles import regular_file, shown
 
 __all__ = ["Outcome", "Request", "Session", "read_calibration"]
 
@@ -125,8 +128,8 @@ class Session(Generic[Options]):
         if request.parameters is not None:
             self.parameters = read_calibration(request.parameters)
             self.inputs[shown(request.parameters)] = digest(request.parameters)
-            shown = request.parameters.name
-            self.note(inspect_record(self.parameters, self.recipe.robot, shown))
+            name = request.parameters.name
+            self.note(inspect_record(self.parameters, self.recipe.robot, name))
         path = self._reference_path()
         self.reference = None if path is None else read_calibration(path)
         if path is not None:
@@ -199,11 +202,7 @@ class Session(Generic[Options]):
         self._taken.add(path)
         robot = self.recipe.robot
         read = read_table(path, table, self.recipe.reading(path), gravity_mps2=robot.gravity_mps2)
-        self.inputs[shown(path)] = read.digest
-        self.inputs |= {shown(beside): found for beside, found in read.beside.items()}
-        self.rows[shown(path)] = len(read)
-        self._read_aloud(read)
-        self.note(read.findings)
+        self._keep(read)
         self.note(inspect(read, table, robot))
         return read
 
@@ -269,17 +268,36 @@ class Session(Generic[Options]):
             remedy=f"name a LOG on the command line or '{role}' in [data]",
         )  # fmt: skip
 
+    def pieces(self, table: TableType, role: str | None = None) -> Iterator[Table]:
+        """As `read_required`, one log after another; a single long log some rows at a time."""
+        paths = self.paths(role or table.name)
+        if len(paths) != 1 or not is_long(paths[0]):
+            yield from self.read_required(table, role)
+            return
+        self._taken.add(paths[0])
+        reading, robot = self.recipe.reading(paths[0]), self.recipe.robot
+        rows, said = 0, []
+        for piece in read_pieces(paths[0], table, reading, gravity_mps2=robot.gravity_mps2):
+            self._keep(piece, rows)
+            said.append(inspect(piece, table, robot))
+            rows += len(piece)
+            yield piece
+        self.note(over_pieces(said))
+
+    def _keep(self, read: Table, before: int = 0) -> None:
+        """Note what a log was read as, or a piece of one with so many rows before it."""
+        name = shown(read.path)
+        self.inputs[name] = read.digest
+        self.inputs |= {shown(beside): found for beside, found in read.beside.items()}
+        self.rows[name] = before + len(read)
+        self._read_aloud(read)
+        self.note(read.findings)
+
     def _read_aloud(self, table: Table) -> None:
         """Keep how foreign columns of a log were read, for run.json, report and terminal."""
+        known = self.read_as.setdefault(shown(table.path), {}) if table.read_as else {}
         for column in table.read_as:
-            self.read_as.setdefault(shown(table.path), {})[column.name] = ReadColumnRecord(
-                name=column.name,
-                source=column.source,
-                unit=column.unit,
-                canonical_unit=column.canonical_unit,
-                as_written=column.as_written,
-                as_read=column.as_read,
-            )
+            known[column.name] = record_of(column, known.get(column.name))
 
     @contextmanager
     def step(self, name: str) -> Iterator[None]:
@@ -385,8 +403,8 @@ class Session(Generic[Options]):
     def _with_history(self, outcome: Outcome) -> Outcome:
         """The report with what changed since the calibration that the run started from."""
         report, start = outcome.report, self.request.parameters
-        shown = any(sheet.title.startswith("Changes since") for sheet in report.lead_sheets)
-        if start is None or shown:
+        told = any(sheet.title.startswith("Changes since") for sheet in report.lead_sheets)
+        if start is None or told:
             return outcome
         sheet = history_sheet(self.parameters, outcome.parameters, shown(start))
         if sheet is None:
@@ -422,13 +440,6 @@ def _with_findings(report: Report, noted: Iterable[FindingRecord]) -> Report:
     if findings and findings[0].severity == "alarm":
         verdict = verdict.model_copy(update={"level": "bad"})
     return replace(report, findings=findings, verdict=verdict)
-
-
-def _shown(path: Path) -> str:
-    """A path as people know it: relative to the working folder where it lies below it."""
-    resolved = path.resolve()
-    here = Path.cwd()
-    return resolved.relative_to(here).as_posix() if resolved.is_relative_to(here) else str(path)
 
 
 def _shown_or_none(path: Path | None) -> str | None:

@@ -7,7 +7,7 @@ suffix (``load_kg`` for ``load_n``).
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -28,7 +28,15 @@ from footcal_cli.columns import (
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.quality import Finding
 from footcal_cli.errors import DataError, FootcalError, nearest
-from footcal_cli.logfiles import column_names, digest, write_csv, write_parquet
+from footcal_cli.logfiles import (
+    RawColumn,
+    column_names,
+    digest,
+    write_csv,
+    write_parquet,
+    write_parquet_pieces,
+)
+from footcal_cli.longfiles import raw_pieces
 from footcal_cli.reading import ForeignColumn, Reading
 from footcal_cli.sources import row_time, source_columns, source_names
 from footcal_cli.units import unit_factor
@@ -37,8 +45,8 @@ if TYPE_CHECKING:
     import pandas as pd
 
 __all__ = [
-    "ReadColumn", "Table", "column_names", "digest", "read_table", "refusal_of", "unit_factor",
-    "write_csv", "write_parquet",
+    "ReadColumn", "Table", "column_names", "digest", "read_pieces", "read_table", "refusal_of",
+    "unit_factor", "write_csv", "write_parquet", "write_parquet_pieces",
 ]  # fmt: skip
 
 
@@ -116,28 +124,86 @@ def read_table(
         The file is empty, truncated, lacks a column or has it twice, or holds a cell that is not a
         number.
     """
+    reading = _reading(columns)
+    parts = [
+        (places, source_columns(path, reading, places.found, _texts(table)))
+        for places in _places(table, reading, path)
+    ]
+    beside = {join.path: digest(join.path) for join in reading.joins}
+    return _canonical(parts, table, path, digest(path), gravity_mps2, beside)
+
+
+def read_pieces(
+    path: Path,
+    table: TableType,
+    columns: Mapping[str, ForeignColumn] | Reading | None = None,
+    *,
+    gravity_mps2: float,
+) -> Iterator[Table]:
+    """As `read_table`, some rows at a time, each piece with the digest of the whole file.
+
+    A file that is no plain table by itself comes in one piece.
+
+    Raises
+    ------
+    UsageError, DataError
+        As `read_table`.
+    """
+    reading = _reading(columns)
+    places = _places(table, reading, path)
+    found = places[0].found
+    own = {p.column for p in found.values()} <= set(column_names(path, reading.layout))
+    bare = all(p.in_file and not p.pattern and not p.names for p in found.values())
+    if len(places) > 1 or not (reading.layout.plain and own and bare):
+        yield read_table(path, table, reading, gravity_mps2=gravity_mps2)
+        return
+    sha256 = digest(path)
+    as_text = {found[name].column for name in _texts(table) & found.keys()}
+    rows = 0
+    try:
+        for raw in raw_pieces(path, sorted({p.column for p in found.values()}), as_text):
+            by_name = {name: raw[place.column] for name, place in found.items()}
+            piece = _canonical([(places[0], by_name)], table, path, sha256, gravity_mps2, {})
+            rows += len(piece)
+            yield piece
+    except DataError:
+        if rows:  # the piece does not know which row of the file it is
+            read_table(path, table, columns, gravity_mps2=gravity_mps2)
+        raise
+    if not rows:
+        raise DataError("no rows", file=path, remedy="record the log again")
+
+
+def _texts(table: TableType) -> frozenset[str]:
+    """Canonical names of the columns that are texts."""
+    return frozenset(c.name for c in table.columns if c.kind == "text")
+
+
+def _canonical(
+    parts: Sequence[tuple[_Places, Mapping[str, RawColumn]]], table: TableType, path: Path,
+    sha256: str, gravity_mps2: float, beside: Mapping[Path, str],
+) -> Table:  # fmt: skip
+    """Raw columns in canonical names and units, the entries of a wide file below each other."""
     import pandas as pd
 
-    reading = _reading(columns)
-    found = _places(table, reading, path)
-    parts, read_as = [], []
-    findings: list[Finding] = []
     wanted = {c.name: c for c in table.columns}
-    texts = frozenset(c.name for c in table.columns if c.kind == "text")
-    for places in found:
-        raw = source_columns(path, reading, places.found, texts)
+    frames: list[pd.DataFrame] = []
+    read_as: list[ReadColumn] = []
+    findings: list[Finding] = []
+    for places, raw in parts:
         data: dict[str, NDArray[Any]] = {}
         for name, place in places.found.items():
             data[name], read = canonical(raw[name], wanted[name], place, gravity_mps2, path)
             read_as += [read] if read is not None else []
-        parts.append(pd.DataFrame(data))
+        frames.append(pd.DataFrame(data))
         findings += _passed_over(places, path)
-    frame = parts[0] if len(parts) == 1 else pd.concat(parts, ignore_index=True)
-    source = {name: p.column or name for name, p in found[0].found.items()}
-    beside = {join.path: digest(join.path) for join in reading.joins}
+    frame = frames[0] if len(frames) == 1 else pd.concat(frames, ignore_index=True)
+    if not len(frame):
+        raise DataError("no rows", file=path, remedy="record the log again")
+    source = {name: p.column or name for name, p in parts[0][0].found.items()}
     return Table(
-        with_attitude(frame, table, path), path, digest(path), source, tuple(read_as),
-        tuple(findings), beside,
+        with_attitude(frame, table, path), path, sha256, source, tuple(read_as), tuple(findings),
+        beside,
     )  # fmt: skip
 
 

@@ -76,3 +76,10 @@ def unreadable(path: Path, error: Exception) -> Exception:
         f"cannot be read to its end (truncated?): {short(first, 120)}", file=path,
         remedy="copy it again",
     )  # fmt: skip
+
+
+def shown(path: Path) -> str:
+    """A path as people know it: relative to the working folder where it lies below it."""
+    resolved = path.resolve()
+    here = Path.cwd()
+    return resolved.relative_to(here).as_posix() if resolved.is_relative_to(here) else str(path)

@@ -17,11 +17,14 @@ ALLOWED: dict[str, set[str]] = {
     "reading": set(),
     "delimited": {"reading", "textfiles", "core", "errors"},
     "logfiles": {"delimited", "reading", "textfiles", "core", "errors"},
+    "longfiles": {"delimited", "logfiles", "textfiles"},
+    "read_as": {"tables", "records"},
     "values": {"columns", "logfiles", "textfiles", "core", "errors"},
     "canonical": {"columns", "reading", "logfiles", "values", "units", "core", "errors"},
     "sources": {"canonical", "columns", "logfiles", "reading", "errors"},
     "tables": {
-        "canonical", "columns", "logfiles", "reading", "sources", "units", "core", "errors",
+        "canonical", "columns", "logfiles", "longfiles", "reading", "sources", "units", "core",
+        "errors",
     },
     "copies": {"tables", "core"},
     "models": {"errors"},
@@ -41,8 +44,8 @@ ALLOWED: dict[str, set[str]] = {
     "gates": {"outcome", "recipe", "records", "report", "errors"},
     "run_files": {"outcome", "records", "report"},
     "session": {
-        "columns", "tables", "copies", "recipe", "records", "report", "outcome", "gates",
-        "inspection", "run_files", "run_folder", "textfiles", "core", "errors",
+        "columns", "longfiles", "read_as", "tables", "copies", "recipe", "records", "report",
+        "outcome", "gates", "inspection", "run_files", "run_folder", "textfiles", "core", "errors",
     },
     "cell_effects": {"recipe", "records", "core", "errors"},
     "intake": {
@@ -70,7 +73,7 @@ ALLOWED: dict[str, set[str]] = {
 LIBRARIES: dict[str, set[str]] = {
     "pandas": {"tables", "copies", "logfiles", "delimited", "values", "session", "commands"},
     "pinocchio": {"rigid_body"},
-    "pyarrow": {"logfiles"},
+    "pyarrow": {"logfiles", "longfiles"},
     "pint": {"units"},
     "matplotlib": {"plots", "report"},
     "pydantic": {"models", "filespecs", "recipe", "records", "commands"},
