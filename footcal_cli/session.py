@@ -42,6 +42,7 @@ from footcal_cli.tables import (
     refuse_wrong_units,
 )
 from footcal_cli.textfiles import regular_file, shown
+from footcal_cli.trust import trusted
 
 __all__ = ["Outcome", "Request", "Session", "read_calibration"]
 
@@ -354,7 +355,7 @@ class Session(Generic[Options]):
             report = outcome.report
             sheets = (*report.sheets, read_as_sheet(self.read_as))
             outcome = replace(outcome, report=replace(report, sheets=sheets))
-        outcome = gated(outcome, self.options, self.recipe.gates, self.reference)
+        outcome = gated(trusted(outcome), self.options, self.recipe.gates, self.reference)
         images: dict[str, bytes] = {}
         with self.step("draw"):
             if self.options.pictures:
