@@ -48,12 +48,15 @@ def _worse(outcome: Outcome) -> list[FindingRecord]:
         unit: max(row.rmse for row in before.values() if row.unit == unit)
         for unit in {row.unit for row in before.values()}
     }
+    known = {row.reference for row in before.values()} - {"baseline"}
+    judged = {outcome.reference} & known or known
     found = []
     for row in rows:
         was = before.get(_key(row))
         if row.stage != outcome.stage or was is None:
             continue
-        if row.reference != (outcome.reference or row.reference):
+        # another calibration is something to compare with, not what is true
+        if row.reference not in judged:
             continue
         gained = row.rmse - was.rmse
         floor = max(LEAST.get(row.unit, 0.0), SHARE * largest[row.unit])
