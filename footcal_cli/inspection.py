@@ -47,6 +47,27 @@ def inspect(table: Table, kind: TableType, robot: Robot) -> list[Finding]:
     return look(table, robot) if look is not None else []
 
 
+def over_pieces(said: Sequence[Sequence[Finding]]) -> list[Finding]:
+    """Findings of a long log that was read in pieces: each once, with how many pieces show it."""
+    first: dict[tuple[str, str], Finding] = {}
+    count: dict[tuple[str, str], int] = {}
+    for found in said:
+        for finding in found:
+            key = (finding.code, finding.where)
+            first.setdefault(key, finding)
+            count[key] = count.get(key, 0) + 1
+    if len(said) == 1:
+        return list(first.values())
+    return [
+        replace(
+            finding,
+            sentence=f"{finding.sentence} (the first of {count[key]} pieces that show it, of "
+            f"{len(said)})",
+        )
+        for key, finding in first.items()
+    ]
+
+
 def inspect_record(record: ParametersRecord, robot: Robot, path: str) -> list[Finding]:
     """What a calibration to start from states against the recipe."""
     found = []

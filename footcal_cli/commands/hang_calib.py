@@ -131,7 +131,9 @@ def _calibrate(session: Session[HangCalibOptions]) -> Outcome:
         runs = {leg: hang_runs(log)[0] for leg, log in logs.items()}
     with session.step("fit"):
         fits = _joint(session, logs)
-        session.note(hanging_axes(logs, runs, fits, asked_of(options)))
+        session.note(
+            hanging_axes(logs, runs, fits, asked_of(options, session.recipe.robot.gravity_mps2))
+        )
     others: dict[str, dict[str, StepwiseFit]] = {}
     if options.compare or options.method != "joint":
         with session.step("compare"):
@@ -189,11 +191,11 @@ def hanging_axes(
 def _joint(session: Session[HangCalibOptions], logs: Mapping[str, list[Log]]) -> dict[str, HangFit]:
     from footcal_cli.core.hang.joint import fit_hang
 
-    asked = asked_of(session.options)
+    asked = asked_of(session.options, session.recipe.robot.gravity_mps2)
     return {leg: fit_hang(log, asked) for leg, log in logs.items()}
 
 
-def asked_of(options: HangCalibOptions) -> HangOptions:
+def asked_of(options: HangCalibOptions, gravity_mps2: float) -> HangOptions:
     """What the core is asked to fit."""
     from footcal_cli.core.hang.joint import HangOptions
 
@@ -205,6 +207,7 @@ def asked_of(options: HangCalibOptions) -> HangOptions:
         temperature=options.temperature,
         drift=options.drift,
         white=options.white,
+        gravity_mps2=gravity_mps2,
     )
 
 
@@ -270,9 +273,9 @@ def _parameters(
 ) -> ParametersRecord:
     import numpy as np
 
+    from footcal_cli.commands.parts.calibration_record import Conventions, calibration_record
     from footcal_cli.records.results import (
         ParameterRecord,
-        ParametersRecord,
         Range,
         covariance_blocks,
         parameter_records,
@@ -296,20 +299,18 @@ def _parameters(
     if session.parameters is not None and effects:
         kept = session.parameters.parameters
         parameters = {**{n: p for n, p in kept.items() if n not in parameters}, **parameters}
-    return ParametersRecord(
-        command="hang-calib",
-        created=session.created(),
-        robot=session.recipe.robot.name,
-        gravity_mps2=session.recipe.robot.gravity_mps2,
-        sign_convention="reading = applied + offset; applied by leg and ground on the transducer, "
-        "[fx fy fz tx ty tz]; leg CoM = mean + sin · sin φ + cos · cos φ",
-        frame="each transducer's own axes",
-        expressed_at="the transducer's origin",
-        parameters=parameters,
+    return calibration_record(
+        session,
+        Conventions(
+            "reading = applied + offset; applied by leg and ground on the transducer, "
+            "[fx fy fz tx ty tz]; leg CoM = mean + sin · sin φ + cos · cos φ",
+            "each transducer's own axes",
+            "the transducer's origin",
+        ),
+        parameters,
         covariance=covariance_blocks(
             *(e for e in chosen.values() if session.options.method == "joint")
         ),
         fitted_range=ranges,
         effects=effects,
-        inputs=session.inputs,
     )

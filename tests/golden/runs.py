@@ -60,7 +60,7 @@ RUNS = {
              "sample_data/bench_foot/placements.csv --experiment placements --parameters @bench"),
         _run("cells", f"offline-fit {NAO}"),
         _run("stand", f"static-init {BIPED}/stand_cells.parquet {BIPED}/stand_body.parquet {NAO} "
-             "--parameters @cells", quick=True),
+             "--parameters @cells"),
         _run("stand_diagnosis", f"diagnose {BIPED}/stand_cells.parquet "
              f"{BIPED}/stand_body.parquet --experiment stand {NAO} --parameters @cells"),
         _run("walk", f"online-replay {NAO} --parameters @cells"),
