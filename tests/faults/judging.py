@@ -142,7 +142,8 @@ def not_drawn() -> Iterator[None]:
 
 def spoken(code: int, err: str) -> list[str]:
     """What is wrong with what a user reads."""
-    lines = [line for line in err.splitlines() if line.strip()]
+    said = err.partition("\nfor example:\n")[0]  # what a log looks like, after the sentence
+    lines = [line for line in said.splitlines() if line.strip()]
     broken = []
     if "Traceback" in err:
         broken.append("a traceback")
