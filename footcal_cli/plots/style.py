@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    import numpy as np
+from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 
@@ -13,6 +14,8 @@ CELL_COLOURS = (
     "#0072B2", "#E69F00", "#009E73", "#D55E00", "#56B4E9", "#CC79A7", "#7A5C00", "#000000",
 )  # fmt: skip
 """Okabe-Ito, told apart by colour-blind readers; one per cell or leg."""
+MOST_POINTS = 4000
+"""More points than this no figure of this width shows."""
 BEFORE, AFTER, REFERENCE, BAD = "#9aa1ab", "#0072B2", "#1b1f24", "#D55E00"
 WIDTH_IN = 8.5
 
@@ -25,6 +28,25 @@ def new_figure(height_in: float, width_in: float = WIDTH_IN) -> Figure:
     figure = Figure(figsize=(width_in, height_in), layout="constrained")
     FigureCanvasAgg(figure)
     return figure
+
+
+def outline(values: FloatArray, most: int = MOST_POINTS) -> IntArray:
+    """Numbers of the samples that draw a series of any length, shape (at most `most`,).
+
+    Of every stretch the smallest and the largest value, in their order, so that no peak is lost.
+    """
+    if values.size <= most:
+        return np.arange(values.size)
+    stretches = most // 2
+    length = -(-values.size // stretches)
+    padded = np.full(stretches * length, np.nan)
+    padded[: values.size] = values
+    rows = padded.reshape(stretches, length)
+    start = length * np.arange(stretches)
+    low = start + np.argmin(np.where(np.isnan(rows), np.inf, rows), axis=1)
+    high = start + np.argmax(np.where(np.isnan(rows), -np.inf, rows), axis=1)
+    chosen = np.unique(np.concatenate([low, high]))
+    return np.asarray(chosen[chosen < values.size])
 
 
 def tidy(axes: Axes, title: str = "", x: str = "", y: str = "") -> None:
@@ -42,6 +64,8 @@ def tidy(axes: Axes, title: str = "", x: str = "", y: str = "") -> None:
 def log_axis(axes: Axes) -> None:
     """A logarithmic x axis with plain numbers: 0.04, not 4 × 10⁻²."""
     from matplotlib.ticker import FuncFormatter, LogLocator
+
+from footcal_cli.core.parameters import FloatArray, IntArray
 
     axes.set_xscale("log")
     axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
