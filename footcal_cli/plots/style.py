@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from footcal_cli.core.parameters import FloatArray, IntArray
+
 if TYPE_CHECKING:
-    import numpy as np
-from matplotlib.axes import Axes
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 
@@ -30,7 +33,7 @@ def new_figure(height_in: float, width_in: float = WIDTH_IN) -> Figure:
     return figure
 
 
-def outline(values: FloatArray, most: int = MOST_POINTS) -> IntArray:
+def peaks_kept(values: FloatArray, most: int = MOST_POINTS) -> IntArray:
     """Numbers of the samples that draw a series of any length, shape (at most `most`,).
 
     Of every stretch the smallest and the largest value, in their order, so that no peak is lost.
@@ -64,8 +67,6 @@ def tidy(axes: Axes, title: str = "", x: str = "", y: str = "") -> None:
 def log_axis(axes: Axes) -> None:
     """A logarithmic x axis with plain numbers: 0.04, not 4 × 10⁻²."""
     from matplotlib.ticker import FuncFormatter, LogLocator
-
-from footcal_cli.core.parameters import FloatArray, IntArray
 
     axes.set_xscale("log")
     axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))

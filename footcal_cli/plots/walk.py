@@ -21,7 +21,7 @@ from footcal_cli.plots.style import (
     CELL_COLOURS,
     REFERENCE,
     new_figure,
-    outline,
+    peaks_kept,
     tidy,
 )
 
@@ -145,7 +145,7 @@ def plot_parameters(track: Track, jumps: Sequence[Jump], kinds: Sequence[str]) -
         percent = 100.0 if track.units[at[0]] == "-" else 1.0
         unit = "%" if track.units[at[0]] == "-" else track.units[at[0]]
         for colour, i in zip((*CELL_COLOURS, *CELL_COLOURS), at, strict=False):
-            drawn = outline(track.values[:, i])
+            drawn = peaks_kept(track.values[:, i])
             time_s, value = track.time_s[drawn], percent * track.values[drawn, i]
             sd = percent * track.sd[drawn, i]
             axes.plot(time_s, value, color=colour, linewidth=1.1, label=_owner(track.names[i]))
@@ -189,7 +189,7 @@ def plot_states(
         i = track.names.index(name)
         factor, unit = scale.get(name, (1.0, track.units[i]))
         value, sd = factor * track.values[:, i], factor * track.sd[:, i]
-        drawn = outline(value)
+        drawn = peaks_kept(value)
         time_s, low, high = (x[drawn] for x in (track.time_s, value - 2 * sd, value + 2 * sd))
         axes.plot(time_s, value[drawn], color=AFTER, linewidth=1.1)
         axes.fill_between(time_s, low, high, color=AFTER, alpha=0.15)
@@ -224,7 +224,7 @@ def plot_innovations(track: Track, outputs: Sequence[str]) -> Figure:
         normalised = track.innovation / track.innovation_sd
     for k, (axes, name) in enumerate(zip(panels, outputs, strict=True)):
         axes.axhspan(-2.0, 2.0, color="#eef1f4")
-        drawn = outline(normalised[:, k], _MOST_DOTS)
+        drawn = peaks_kept(normalised[:, k], _MOST_DOTS)
         axes.plot(track.time_s[drawn], normalised[drawn, k], ".", markersize=1.5, color=AFTER)
         axes.set_ylim(-5.5, 5.5)
         title = _OUTPUTS_IN_WORDS.get(name, name)
