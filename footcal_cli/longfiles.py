@@ -7,16 +7,16 @@ import zlib
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 
+from footcal_cli.delimited import frame_of
 from footcal_cli.logfiles import (
     RawColumn,
-    frame_of,
     is_parquet,
     of_arrow,
     of_series,
     parquet_file,
     raw_columns,
-    unreadable,
 )
+from footcal_cli.textfiles import unreadable
 
 LONG_BYTES = 8 * 2**20
 """Files from this size on are read in pieces."""

@@ -20,7 +20,7 @@ from rich.console import Console
 from footcal_cli.columns import TableType
 from footcal_cli.copies import without_copies
 from footcal_cli.core.quality import Finding
-from footcal_cli.errors import DataError, UsageError
+from footcal_cli.errors import DataError, FootcalError, UsageError
 from footcal_cli.gates import gated, merged
 from footcal_cli.inspection import inspect, inspect_record, over_pieces
 from footcal_cli.longfiles import is_long
@@ -100,7 +100,7 @@ class Session(Generic[Options]):
             read_recipe(request.recipe, commands) if request.recipe is not None else Recipe()
         )
         refuse_wrong_units(
-            self.recipe.foreign_columns(), self.recipe.robot.gravity_mps2, request.recipe
+            self.recipe.every_place(), self.recipe.robot.gravity_mps2, request.recipe
         )
         table = request.command.replace("-", "_")
         given = {k: v for k, v in request.overrides.items() if v is not None}
@@ -121,7 +121,7 @@ class Session(Generic[Options]):
         self.rows: dict[str, int] = {}
         self.timings_s: dict[str, float] = {}
         self._taken: set[Path] = set()
-        self._left_aside: dict[Path, DataError] = {}
+        self._left_aside: dict[Path, FootcalError] = {}
         self._noted: list[Finding] = []
         self.read_as: dict[str, dict[str, ReadColumnRecord]] = {}
         self._read_before: dict[str, dict[str, list[Table]]] = {}
@@ -187,11 +187,10 @@ class Session(Generic[Options]):
         With `copies`, copies stay in.
         """
         role = role or table.name
-        columns = self.recipe.foreign_columns()
         tables: list[Table] = []
         for path in self.paths(role):
             if self.request.logs and path.is_file():
-                refusal = refusal_of(path, table, columns)
+                refusal = refusal_of(path, table, self.recipe.reading(path))
                 if refusal is not None:
                     self._left_aside.setdefault(path, refusal)
                     continue
@@ -201,17 +200,18 @@ class Session(Generic[Options]):
     def _read(self, path: Path, table: TableType) -> Table:
         """One log, with all that it says."""
         self._taken.add(path)
-        columns, robot = self.recipe.foreign_columns(), self.recipe.robot
-        read = read_table(path, table, columns, gravity_mps2=robot.gravity_mps2)
+        robot = self.recipe.robot
+        read = read_table(path, table, self.recipe.reading(path), gravity_mps2=robot.gravity_mps2)
         self._keep(read)
         self.note(inspect(read, table, robot))
         return read
 
     def read_any(self, table: TableType) -> list[Table]:
         """Read every log that is of a kind, whatever its role; copies once."""
-        tables, columns = [], self.recipe.foreign_columns()
+        tables: list[Table] = []
         for path in self.every_path():
-            refusal = refusal_of(path, table, columns) if path.is_file() else None
+            reading = self.recipe.reading(path)
+            refusal = refusal_of(path, table, reading) if path.is_file() else None
             if refusal is not None:
                 self._left_aside.setdefault(path, refusal)
             else:
@@ -246,8 +246,7 @@ class Session(Generic[Options]):
         named = self.paths(role or table.name)
         if not named:
             raise self._no_log(role or table.name)
-        columns = self.recipe.foreign_columns()
-        read_table(named[0], table, columns, gravity_mps2=self.recipe.robot.gravity_mps2)
+        self._read(named[0], table)
         raise DataError("no log with the needed columns", file=named[0])
 
     def refuse_missing_logs(self, role: str) -> None:
@@ -276,9 +275,9 @@ class Session(Generic[Options]):
             yield from self.read_required(table, role)
             return
         self._taken.add(paths[0])
-        columns, robot = self.recipe.foreign_columns(), self.recipe.robot
+        reading, robot = self.recipe.reading(paths[0]), self.recipe.robot
         rows, said = 0, []
-        for piece in read_pieces(paths[0], table, columns, gravity_mps2=robot.gravity_mps2):
+        for piece in read_pieces(paths[0], table, reading, gravity_mps2=robot.gravity_mps2):
             self._keep(piece, rows)
             said.append(inspect(piece, table, robot))
             rows += len(piece)
@@ -289,6 +288,7 @@ class Session(Generic[Options]):
         """Note what a log was read as, or a piece of one with so many rows before it."""
         name = shown(read.path)
         self.inputs[name] = read.digest
+        self.inputs |= {shown(beside): found for beside, found in read.beside.items()}
         self.rows[name] = before + len(read)
         self._read_aloud(read)
         self.note(read.findings)

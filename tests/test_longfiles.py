@@ -10,8 +10,9 @@ import pandas as pd
 import pytest
 
 from footcal_cli import longfiles
-from footcal_cli.columns import ForeignColumn, cells_table
+from footcal_cli.columns import cells_table
 from footcal_cli.errors import DataError
+from footcal_cli.reading import ForeignColumn
 from footcal_cli.tables import read_pieces, read_table
 
 TABLE = cells_table(("left_fl", "left_fr"))

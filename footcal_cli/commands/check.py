@@ -183,10 +183,14 @@ LIFTED_SHARE = 0.03
 def _table_types(session: Session[CheckOptions]) -> list[TableType]:
     """Kinds of log to try, as far as the recipe or the files' headers name their channels."""
     from footcal_cli import columns
-    from footcal_cli.tables import column_names
+    from footcal_cli.sources import source_names
 
     robot = session.recipe.robot
-    headers = [column_names(path) for path in session.every_path() if path.is_file()]
+    headers = [
+        source_names(path, session.recipe.reading(path))
+        for path in session.every_path()
+        if path.is_file()
+    ]
     loaded = "load_n" in session.recipe.columns or any("load" in n for h in headers for n in h)
     counted = [name.removesuffix("_counts") for h in headers for name in h if "_counts" in name]
     channels = robot.cell_names or tuple(dict.fromkeys(counted))
@@ -221,6 +225,6 @@ def _refuse(session: Session[CheckOptions]) -> None:
         if missing is None:
             raise DataError(
                 "the columns are those of no known kind of log", file=paths[0],
-                remedy="map them in the recipe's [columns]",
+                remedy="map them in the recipe's [columns]", foreign=True,
             )  # fmt: skip
     session.read_required(weights_table())

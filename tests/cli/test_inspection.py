@@ -43,7 +43,7 @@ def kinds(robot: Robot) -> list[TableType]:
 
 @cache
 def clean(path: Path, kind: TableType, name: str) -> Table:
-    foreign = recipe(name).foreign_columns()
+    foreign = recipe(name).reading(path)
     return read_table(path, kind, foreign, gravity_mps2=G)
 
 
@@ -83,7 +83,7 @@ def test_clean_samples_raise_nothing(name: str, pattern: str) -> None:
 def test_recordings_of_others_raise_nothing_but_what_they_have(
     real_data: Path, name: str, pattern: str, known: set[str]
 ) -> None:
-    robot, foreign, looked = recipe(name).robot, recipe(name).foreign_columns(), 0
+    robot, foreign, looked = recipe(name).robot, recipe(name).reading(Path()), 0
     for path in sorted(real_data.glob(pattern)):
         for kind in kinds(robot):
             if refusal_of(path, kind, foreign) is None:
@@ -156,7 +156,7 @@ def test_quaternions_with_w_first(real_data: Path) -> None:
     assert finding.code == "quaternions_w_first"
     assert check_quaternions(2.0 * upright, "foot")[0].code == "no_unit_quaternions"
     # the ankle link of REEM-C has z forward, as its recipe says: nothing to say about that
-    robot, foreign = recipe("reemc_walking").robot, recipe("reemc_walking").foreign_columns()
+    robot, foreign = recipe("reemc_walking").robot, recipe("reemc_walking").reading(Path())
     kind = columns.body_table(tuple(robot.feet))
     table = read_table(real_data / "reemc-walking/14_1.csv", kind, foreign, gravity_mps2=G)
     assert not alarms(table, kind, robot)
