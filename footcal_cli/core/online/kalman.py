@@ -94,7 +94,7 @@ def innovate(
     variance = total[..., at, at].copy()
     total[..., at, at] = np.maximum(variance, nu**2 / huber**2)
     chol = np.asarray(np.linalg.cholesky(total), dtype=np.float64)
-    root = np.linalg.inv(chol)
+    root = np.asarray(np.linalg.inv(chol), dtype=np.float64)
     standard = np.asarray((root @ nu[..., None])[..., 0])
     diagonal = chol[..., at, at]
     return Innovation(
