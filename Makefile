@@ -94,8 +94,9 @@ effects-page: $(VENV)/.installed-dev  ## Rebuild docs/effects.md and its figures
 	$(BIN)/python docs/make_effects_page.py
 
 .PHONY: bench
-bench: $(VENV)/.installed-dev  ## Benchmarks: ratios measured in one run.
+bench: $(VENV)/.installed-dev  ## Benchmarks: ratios measured in one run; writes docs/benchmarks.md.
 	$(BIN)/python -m pytest tests/benchmarks --benchmark-only --benchmark-columns=median,iqr,rounds
+	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.benchmarks
 
 .PHONY: format
 format: $(VENV)/.installed-dev  ## Format the code.
