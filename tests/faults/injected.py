@@ -83,7 +83,7 @@ def _killed(
         again = start(words, folder.parent / f"{folder.name}.err").wait()
         if again.code not in (0, 1):
             broken.append(f"the next run ends with {again.code}")
-        broken += _after(base, folder, before, earlier)
+        broken += _after(base, folder, before, earlier, whole=True)
     return _outcome(name, "kill", _SIGNALS[number], ended, broken, folder)
 
 
@@ -229,13 +229,16 @@ def _words(base: Base, folder: Path) -> list[str]:
 
 
 def _after(
-    base: Base, folder: Path, before: dict[str, tuple[str, int]], earlier: bool
+    base: Base, folder: Path, before: dict[str, tuple[str, int]], earlier: bool, *,
+    whole: bool = False,
 ) -> list[str]:  # fmt: skip
     """Promises about what lies there, however a run ended."""
     broken = touched(base, folder, before)
     out = folder / base.out
     if not out.exists():
         return broken + (["the earlier result is gone"] if earlier else [])
+    if base.grows and not whole:
+        return broken
     run, faults = read_back(out)
     if run is not None:
         there = {p.relative_to(out).as_posix() for p in out.rglob("*") if p.is_file()}

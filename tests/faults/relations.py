@@ -92,8 +92,8 @@ def _unchanged(base: Base, inputs: Path, folder: Path) -> Facts:
 
 
 def read_log(path: Path) -> pd.DataFrame:
-    """A log with every digit."""
-    return pd.read_csv(path, float_precision="round_trip")
+    """A log of a base case."""
+    return pd.read_csv(path)
 
 
 def of_logs(change: Callable[[pd.DataFrame], pd.DataFrame]) -> Change:
