@@ -134,6 +134,7 @@ def read_balanced(session: Session[DiagnoseOptions]) -> CaseRead:
         raw=_unfiltered(recordings) if kind == "walk" else None,
         directions=gain_and_bias(channels, values) if kind == "walk" else (),
         demand_noisy=kind == "walk",
+        tolerance_stated=session.options.tolerance_n is not None,
         pieces=kind == "stand",
         least_noise={
             channel: size * step / np.sqrt(12.0)

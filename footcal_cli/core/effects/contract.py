@@ -106,7 +106,8 @@ class EffectParameter:
         while the effect's size is neutral, and is searched on `grid`; its `neutral` is only the
         value taken where none is given.
     grid
-        Values worth trying for a shape parameter.
+        Values worth trying for a shape parameter; of a size that acts far from linearly, changes at
+        which its signature is taken beside the derivative.
     grid_of
         The grid is in shares of the largest load in the logs, or the logs bring their own.
     """
