@@ -67,6 +67,7 @@ def read_balanced(session: Session[DiagnoseOptions]) -> CaseRead:
     from footcal_cli.commands.parts.diagnose_cases import (
         CaseRead,
         affine_parameters,
+        baseline_of,
         chain_of,
         rows_where,
     )
@@ -108,7 +109,7 @@ def read_balanced(session: Session[DiagnoseOptions]) -> CaseRead:
             )  # fmt: skip
         logs.append(cut_balanced(rows_where(log, good)))
     channels = logs[0].channels
-    chain, values = chain_of(session.parameters, channels, ("scale_bias",))
+    chain, values = chain_of(baseline_of(session), channels, ("scale_bias",))
     belief = recordings[0].belief
     if belief is not None:
         for i, channel in enumerate(channels):

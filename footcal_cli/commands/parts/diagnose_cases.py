@@ -79,6 +79,29 @@ def chain_of(
     return chain, values
 
 
+def baseline_of(session: Session[DiagnoseOptions]) -> ParametersRecord | None:
+    """The calibration to start from, without the effects that the very same log was fitted with.
+
+    A curve that `offline-fit` took out of these rows would leave nothing to find in them: what one
+    command finds no other denies.
+    """
+    record = session.parameters
+    if record is None or not record.effects:
+        return record
+    if not set(record.inputs.values()) & set(session.inputs.values()):
+        return record
+    from footcal_cli.core.effects import find_effect
+
+    taken = {
+        f"{owner}.{parameter.name}"
+        for item in record.effects
+        for owner in item.owners
+        for parameter in find_effect(item.effect).parameters
+    }
+    kept = {name: value for name, value in record.parameters.items() if name not in taken}
+    return record.model_copy(update={"effects": (), "parameters": kept, "covariance": ()})
+
+
 def affine_parameters(channels: Sequence[str], values: dict[str, float]) -> tuple[Parameter, ...]:
     """Scale and bias of each channel as parameters that the data alone determine."""
     from footcal_cli.core.parameters import Parameter

@@ -164,7 +164,7 @@ def effect_columns(
                 continue
             kept.append(shared)
             far = [
-                {u: _far(case, rows, effect, size, u, shape, by) for u in units} for by in size.grid
+                {u: _far(case, rows, effect, size, u, shape, by) for u in units} for by in size.far
             ]
             for where, owners, members in places(effect, units):
                 signature = Signature(

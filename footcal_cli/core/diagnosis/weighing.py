@@ -111,7 +111,6 @@ _ROUNDING = 1e-10  # share of a column's square that a base leaves, below which 
 _DRAWS, _PARTS = 20_000, 20
 _MANY = 16  # blocks from which permutations reach the level of any family
 _SOME = 0.7
-_FEWEST = 8.0
 _FEWEST_KNOWN = 4.0
 _FEWEST_SINGLE = 3.0
 
@@ -127,9 +126,9 @@ def _in_some_blocks(lib: Library, informative: FloatArray) -> BoolArray:
         return np.asarray(informative >= _FEWEST_KNOWN)
     if has_single_rows(lib.problem) and not lib.problem.drifts:
         return np.asarray(informative >= _FEWEST_SINGLE)
-    if lib.problem.drifts or settings is not None or lib.problem.rate_hz <= 0:
+    if lib.problem.drifts or settings is not None:
         return np.zeros(informative.size, dtype=bool)
-    return np.asarray((informative < _SOME * lib.grams.blocks) & (informative >= _FEWEST))
+    return np.asarray((informative < _SOME * lib.grams.blocks) & (informative >= _FEWEST_KNOWN))
 
 
 def _partial_p(
