@@ -26,4 +26,4 @@ Tables
     `footcal_cli.tables` declares the columns of every kind of log.
 """
 
-__version__ = "0.1.0"
+__version__ = "1.0.0"

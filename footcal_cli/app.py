@@ -5,25 +5,14 @@ from __future__ import annotations
 import os
 import sys
 import traceback
+from collections.abc import Callable
 from contextlib import ExitStack
-from typing import NoReturn
+from importlib import import_module
+from typing import Any, NoReturn
 
 import typer
+from typer.core import TyperGroup
 
-from footcal_cli.commands.apply import apply
-from footcal_cli.commands.check import check
-from footcal_cli.commands.convert import convert
-from footcal_cli.commands.diagnose import diagnose
-from footcal_cli.commands.effects import effects
-from footcal_cli.commands.export import export
-from footcal_cli.commands.hang_calib import hang_calib
-from footcal_cli.commands.kinematics import kinematics
-from footcal_cli.commands.offline_fit import offline_fit
-from footcal_cli.commands.online_replay import online_replay
-from footcal_cli.commands.pose_calib import pose_calib
-from footcal_cli.commands.schema import schema
-from footcal_cli.commands.simulate import simulate
-from footcal_cli.commands.static_init import static_init
 from footcal_cli.errors import FootcalError, of_machine
 from footcal_cli.interruption import Interruption, watched
 from footcal_cli.run_folder import claims
@@ -31,27 +20,54 @@ from footcal_cli.run_folder import claims
 EXIT_BUG = 70
 EXIT_PIPE = 141
 
+COMMANDS = {
+    "offline-fit": "Fit load cells to known weights, and a foot's CoP to weights over known holes.",
+    "apply": "Turn a log into calibrated forces, centres of pressure or foot wrenches.",
+    "batch": "Run one command on many sessions and compare them over dates and robots.",
+    "check": "Look for what is wrong with a log: units, gaps, stuck, saturated or copied channels.",
+    "convert": "Convert bags, MCAP, C3D, OpenSim, MATLAB, HDF5 and JSON lines to Parquet.",
+    "diagnose": "Say what the model gets wrong: name its cause, extend the model, state the gain.",
+    "static-init": "Find scales and biases of foot cells as far as quiet standing shows them.",
+    "hang-calib": "Fit offsets, leg weight and leg CoM of six-axis transducers hanging in the air.",
+    "pose-calib": "Fit the mounting of hip transducers, or offsets again, from standing poses.",
+    "simulate": "Simulate an experiment with any effects; write its logs and its truth.",
+    "effects": "Print the table of effects, or the formula, mimics and remedy of one.",
+    "export": "Write a calibration for ROS, mc_rtc, YARP, URDF, C or MATLAB.",
+    "kinematics": "Turn joint positions and base orientation into CoM, its motion and foot poses.",
+    "online-replay": "Track scales and biases of foot sensors along a recorded walk.",
+    "schema": "Print the JSON Schema of a record, or the names of all records.",
+}
+"""Each command with its sentence in ``--help``; its module is imported when it is asked for."""
+
+
+def function_of(name: str) -> Callable[..., None]:
+    """The function of a command, which bears its name, as its module does."""
+    word = name.replace("-", "_")
+    function: Callable[..., None] = getattr(import_module(f"footcal_cli.commands.{word}"), word)
+    return function
+
+
+class _Commands(TyperGroup):
+    """The commands as stubs that show a name and a sentence; the one asked for is imported."""
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        if args and args[0] in COMMANDS:
+            one = typer.Typer(add_completion=False)
+            one.command(args[0])(function_of(args[0]))
+            self.commands[args[0]] = typer.main.get_command(one)
+        return super().resolve_command(ctx, args)
+
+
 app = typer.Typer(
     name="footcal",
+    cls=_Commands,
     help="Calibrate robots that feel the ground: foot load cells and six-axis transducers.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-app.command("offline-fit")(offline_fit)
-app.command("apply")(apply)
-app.command("check")(check)
-app.command("convert")(convert)
-app.command("diagnose")(diagnose)
-app.command("static-init")(static_init)
-app.command("hang-calib")(hang_calib)
-app.command("pose-calib")(pose_calib)
-app.command("simulate")(simulate)
-app.command("effects")(effects)
-app.command("export")(export)
-app.command("kinematics")(kinematics)
-app.command("online-replay")(online_replay)
-app.command("schema")(schema)
+for _name, _sentence in COMMANDS.items():
+    app.command(_name, help=_sentence)(lambda: None)
 
 
 def _show_version(wanted: bool) -> None:

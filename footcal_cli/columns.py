@@ -12,14 +12,30 @@ from typing import Literal
 Kind = Literal["number", "text"]
 Missing = Literal["refuse", "keep"]
 
+QUANTITIES: Sequence[Mapping[str, str]] = (
+    {"n": "N", "mn": "mN", "kn": "kN", "kgf": "kgf", "lbf": "lbf"},
+    {"kg": "kg", "g": "g"},
+    {"nm": "N*m", "nmm": "N*mm"},
+    {"m": "m", "cm": "cm", "mm": "mm"},
+    {"s": "s", "ms": "ms", "us": "us", "ns": "ns"},
+    {"rad": "rad", "deg": "deg"},
+    {"radps": "rad/s", "degps": "deg/s"},
+    {"mps2": "m/s^2"},
+    {"degc": "degC", "degf": "degF", "degk": "K"},
+    {"pa": "Pa", "kpa": "kPa", "bar": "bar"},
+    {"counts": "count"},
+)
+"""Suffixes of column names -> unit, one quantity each; forces and masses come first."""
 UNIT_SUFFIXES: Mapping[str, str] = {
-    "n": "N", "mn": "mN", "kn": "kN", "kgf": "kgf", "lbf": "lbf", "kg": "kg", "g": "g",
-    "nm": "N*m", "nmm": "N*mm", "m": "m", "cm": "cm", "mm": "mm", "s": "s", "ms": "ms", "us": "us",
-    "ns": "ns", "rad": "rad", "deg": "deg", "radps": "rad/s", "degps": "deg/s", "mps2": "m/s^2",
-    "degc": "degC", "degf": "degF", "degk": "K", "pa": "Pa", "kpa": "kPa", "bar": "bar",
-    "counts": "count",
-}  # fmt: skip
+    suffix: unit for quantity in QUANTITIES for suffix, unit in quantity.items()
+}
 """Suffix of a column name -> unit."""
+
+
+def converts(suffix: str, to: str) -> bool:
+    """Whether values under one unit suffix can be given under another; a mass has a weight."""
+    forces, masses = QUANTITIES[:2]
+    return any(suffix in q and to in q for q in QUANTITIES) or (suffix in masses and to in forces)
 
 
 @dataclass(frozen=True)
@@ -318,7 +334,7 @@ def base_columns() -> tuple[Column, ...]:
 
 
 _ENDINGS = (
-    "_counts", "_load_n", "_n", *(f"_{axis}" for axis in _AXES), *(f"_foot_{a}_m" for a in "xyz"),
+    "_counts", *(f"_{axis}" for axis in _AXES), *(f"_foot_{a}_m" for a in "xyz"),
     "_foot_yaw_rad", *(f"_foot_q{a}" for a in "xyzw"),
 )  # fmt: skip
 """Endings of columns that are named after a channel, a foot or a transducer."""
@@ -346,6 +362,6 @@ def is_canonical(name: str, cells: Sequence[str]) -> bool:
     if name in canonical_names(cells):
         return True
     of_a_sensor = any(name.endswith(f"_{axis}") for axis in _AXES)
-    if cells and name.endswith(("_counts", "_n")) and not of_a_sensor:
-        return False  # the recipe lists its cells: another one is a slip of the pen
+    if not of_a_sensor and (name.endswith("_n") or (cells and name.endswith("_counts"))):
+        return False  # forces have a cell of the recipe; readings too where it lists its cells
     return any(name.endswith(ending) and name != ending for ending in _ENDINGS)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from footcal_cli.cell_effects import cells_in_feet, without_cell_effects
-from footcal_cli.columns import body_table, cells_table, six_axis_feet_table
+from footcal_cli.columns import TableType, body_table, cells_table, six_axis_feet_table
 from footcal_cli.core.chain import Chain, Link, link
 from footcal_cli.core.effects import find_effect
 from footcal_cli.core.effects.calibration import AXES
@@ -96,13 +96,7 @@ def read_recordings(
     feet = tuple(robot.feet)
     six_axis = is_six_axis_robot(robot)
     sensor_type = six_axis_feet_table(feet) if six_axis else cells_table(robot.cell_names)
-    sensors = session.read_required(sensor_type, role="cells")
-    bodies = session.read(body_table(feet), role="body")
-    if bodies and len(bodies) != len(sensors):
-        raise UsageError(
-            f"{len(sensors)} sensor logs but {len(bodies)} body logs",
-            remedy="name one body log per sensor log, in the same order",
-        )
+    sensors, bodies = _pairs(session, sensor_type, body_table(feet))
     if body_needed and not bodies:
         raise DataError(
             "no log has the body's columns (com_x_m …, left_foot_x_m …)", file=sensors[0].path,
@@ -149,6 +143,25 @@ def read_recordings(
             )
         )  # fmt: skip
     return found
+
+
+def _pairs(
+    session: Session[Any], sensor_type: TableType, body_type: TableType
+) -> tuple[list[Table], list[Table]]:
+    """Sensor logs, and the body logs that belong to them; copies of sensor logs go with theirs."""
+    in_order = session.read_in_order(sensor_type, role="cells")
+    if not in_order:
+        session.read_required(sensor_type, role="cells")  # says what is missing
+    # a body stream is no evidence of its own: two sensor logs may share one
+    bodies = [t for t in session.read_in_order(body_type, "body", copies=True) if t is not None]
+    if bodies and len(bodies) != len(in_order):
+        raise UsageError(
+            f"{len(in_order)} sensor logs but {len(bodies)} body logs",
+            remedy="name one body log per sensor log, in the same order",
+        )
+    kept = [i for i, table in enumerate(in_order) if table is not None]
+    sensors = [table for table in in_order if table is not None]
+    return sensors, [bodies[i] for i in kept] if bodies else []
 
 
 def estimates_of(record: ParametersRecord) -> Estimates:

@@ -14,17 +14,19 @@ import zlib
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-import pandas as pd
-import pyarrow as pa
-import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
 from footcal_cli.core.parameters import BoolArray
 from footcal_cli.errors import DataError
 from footcal_cli.textfiles import regular_file
+
+if TYPE_CHECKING:  # imported where they are used: a refusal waits for neither
+    import pandas as pd
+    import pyarrow as pa
+    import pyarrow.parquet as pq
 
 MOST_COLUMNS = 10_000
 MOST_BYTES = 4 * 1024**3
@@ -114,6 +116,8 @@ def raw_columns(
         The file cannot be read to its end, or holds a type that is neither number, text nor time.
     """
     if is_parquet(path):
+        import pyarrow as pa
+
         try:
             table = _parquet(path).read(columns=list(names), use_threads=False)
         except (pa.ArrowException, OSError) as error:
@@ -125,12 +129,23 @@ def raw_columns(
 
 def write_parquet(columns: pd.DataFrame | Mapping[str, object], path: Path) -> None:
     """Write a table, or columns (n,) by name, as Parquet: zstd, no index, repeatable bytes."""
+    import pandas as pd
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
     data = columns if isinstance(columns, pd.DataFrame) else pd.DataFrame(dict(columns))
     pq.write_table(
         pa.Table.from_pandas(data, preserve_index=False).replace_schema_metadata(None),
         path,
         compression="zstd",
     )
+
+
+def write_csv(columns: Mapping[str, object], path: Path) -> None:
+    """Write columns (n,) by name as CSV."""
+    import pandas as pd
+
+    pd.DataFrame(dict(columns)).to_csv(path, index=False)
 
 
 def write_parquet_pieces(pieces: Iterable[Mapping[str, object]], path: Path) -> int:
@@ -141,6 +156,9 @@ def write_parquet_pieces(pieces: Iterable[Mapping[str, object]], path: Path) -> 
     rows
         How many were written.
     """
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
     rows = 0
     writer: pq.ParquetWriter | None = None
     try:
@@ -173,6 +191,9 @@ def _unreadable(path: Path, error: Exception) -> Exception:
 
 
 def _parquet(path: Path) -> pq.ParquetFile:
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
     try:
         return pq.ParquetFile(path, pre_buffer=False)
     except (pa.ArrowException, OSError) as error:
@@ -185,6 +206,8 @@ def _parquet(path: Path) -> pq.ParquetFile:
 
 def _of_arrow(column: pa.ChunkedArray, name: str, path: Path) -> RawColumn:
     """A Parquet column by its declared type."""
+    import pyarrow as pa
+
     if pa.types.is_dictionary(column.type):
         column = column.cast(column.type.value_type)
     kind = column.type
@@ -289,6 +312,8 @@ def _header(path: Path) -> list[str]:
 
 def _frame(path: Path, texts: Collection[str]) -> pd.DataFrame:
     """All columns of a CSV file."""
+    import pandas as pd
+
     content = _bytes(path)
     _refuse_foreign_bytes(content, path)
     try:
@@ -345,6 +370,8 @@ def _refuse_cut_line(content: bytes, path: Path) -> None:
 
 def _of_series(column: pd.Series[Any]) -> RawColumn:
     """A CSV column by what all its cells look like."""
+    import pandas as pd
+
     empty = np.asarray(column.isna().to_numpy(), dtype=np.bool_)
     if pd.api.types.is_bool_dtype(column):
         return RawColumn("truth", column.to_numpy(dtype=bool), empty)

@@ -10,12 +10,13 @@ import json
 import tomllib
 from collections.abc import Collection, Mapping
 from pathlib import Path
-from typing import Any, Self, TypeVar, get_args
+from typing import Annotated, Any, Literal, Self, TypeVar, get_args
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from footcal_cli.columns import ForeignColumn, canonical_names, is_canonical
 from footcal_cli.errors import UsageError, nearest
+from footcal_cli.textfiles import read_text
 
 STANDARD_GRAVITY_MPS2 = 9.80665
 LARGEST_BYTES = 4 * 2**20
@@ -28,10 +29,50 @@ class Frozen(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
+Limit = Annotated[float, Field(gt=0)]
+
+
+class Gates(Frozen):
+    """``[gates]`` of a recipe, or ``[<command>.gates]``: what a result must meet to be accepted.
+
+    `max_rmse` limits errors by quantity (``"force *"``, ``cop_x``; N, N·m or m), on held-out data
+    where there are some; `verdicts` and `diagnoses` are those allowed. `max_change` limits what
+    parameters may differ from those of `reference`, a ``parameters.json``, by name or by what
+    follows the last dot (``bias``), in their unit; `max_change_sd` all of them, in sd.
+    Names may hold ``*`` and ``?``.
+    """
+
+    max_rmse: dict[str, Limit] = Field(default_factory=dict)
+    verdicts: tuple[Literal["good", "warning", "bad"], ...] | None = None
+    diagnoses: (
+        tuple[
+            Literal[
+                "none", "named", "ambiguous", "named+unknown", "unknown", "underpowered", "bad-data"
+            ],
+            ...,
+        ]
+        | None
+    ) = None
+    max_change: dict[str, Limit] = Field(default_factory=dict)
+    max_change_sd: float | None = Field(default=None, gt=0)
+    reference: str | None = None
+
+
+def metres(millimetres: float | None) -> float | None:
+    """A limit in mm as one in m."""
+    return None if millimetres is None else millimetres / 1e3
+
+
 class CommandOptions(Frozen):
     """Options of one command: its table in a recipe, overridden by the command line."""
 
     strict_findings: bool = False
+    gates: Gates = Gates()
+
+    @property
+    def limits(self) -> dict[str, float | None]:
+        """Limits on errors that the command has short options for, by quantity, SI units."""
+        return {}
 
 
 class Cell(Frozen):
@@ -140,6 +181,7 @@ class Recipe(Frozen):
     columns: dict[str, _Place] = Field(default_factory=dict)
     data: dict[str, tuple[str, ...]] = Field(default_factory=dict)
     data_root: str = "."
+    gates: dict[str, Any] = Field(default_factory=dict)
     options: dict[str, dict[str, Any]] = Field(default_factory=dict)
     path: Path | None = None
 
@@ -187,18 +229,14 @@ def read_recipe(path: Path, commands: Collection[str]) -> Recipe:
     commands
         Names of the tables that hold options of commands.
     """
+    text = read_text(path, at_most=LARGEST_BYTES)
     try:
-        with path.open("rb") as stream:
-            if path.stat().st_size > LARGEST_BYTES:
-                raise UsageError("too large to be a recipe", file=path, remedy="give a recipe")
-            content = tomllib.load(stream)
+        content = tomllib.loads(text)
     except RecursionError:
         raise UsageError("nested too deeply", file=path, remedy="write it flatter") from None
-    except FileNotFoundError:
-        raise UsageError("no such recipe", file=path, remedy="check the path") from None
-    except ValueError as error:  # not TOML, not UTF-8, or a number of thousands of digits
+    except ValueError as error:  # not TOML, or a number of thousands of digits
         raise UsageError(f"not valid TOML: {error}", file=path, remedy="correct the line") from None
-    tables = ("name", "description", "robot", "columns", "data", "data_root")
+    tables = ("name", "description", "robot", "columns", "data", "data_root", "gates")
     for key in content:
         if key not in tables and key not in commands:
             raise UsageError(
@@ -211,6 +249,7 @@ def read_recipe(path: Path, commands: Collection[str]) -> Recipe:
         if isinstance(top.get(name), dict):
             top[name] = {key: whole(value) for key, value in top[name].items()}
     recipe = validated(Recipe, {**top, "options": options, "path": path}, file=path)
+    validated(Gates, recipe.gates, file=path, table="gates")
     robot = recipe.robot
     cells = (*robot.cell_names, *(cell for foot in robot.feet.values() for cell in foot.cells))
     for name in recipe.columns:

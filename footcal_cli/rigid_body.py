@@ -16,8 +16,10 @@ import numpy as np
 from footcal_cli.core.kinematics import Posture
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.errors import DataError, UsageError, nearest
+from footcal_cli.textfiles import read_text
 
 INSTALL = "pip install 'pin>=3.1'"
+_LARGEST_URDF_BYTES = 64 * 2**20
 _UNITS = {"revolute": "rad", "continuous": "rad", "prismatic": "m"}
 
 
@@ -171,12 +173,10 @@ def read_urdf(path: Path) -> RigidBody:
         The file is no URDF of a robot with mass, or a joint is floating or planar.
     """
     pin = _pinocchio()
-    if not path.is_file():
-        raise UsageError("no such URDF", file=path, remedy="check --urdf")
+    text = read_text(path, at_most=_LARGEST_URDF_BYTES)
     try:
-        text = path.read_text(encoding="utf-8")
         root = ElementTree.fromstring(text)
-    except (ElementTree.ParseError, UnicodeDecodeError) as error:
+    except (ElementTree.ParseError, ValueError) as error:
         raise DataError(
             f"not a URDF: {error}", file=path, remedy="expand a xacro first: xacro in.xacro > out"
         ) from None

@@ -24,6 +24,8 @@ from filelock import FileLock, Timeout
 from footcal_cli.errors import UsageError
 
 RUN_SCHEMA = "footcal.run"
+GROWN_ROWS = "rows"
+"""Marks a folder that grows from run to run: what is done so far, a file per session."""
 _RENAME_EXCHANGE = 2
 _AT_FDCWD = -100
 
@@ -115,6 +117,36 @@ def claim(out: Path) -> None:
         stack.callback(lock.release)
     for leftover in _leftovers(out):
         shutil.rmtree(leftover, ignore_errors=True)
+
+
+def refuse_grown(out: Path, overwrite: bool, inputs: Iterable[Path]) -> None:
+    """As `refuse_folder`, but a folder of rows and sessions may be gone on with.
+
+    Raises
+    ------
+    UsageError
+        It is in use by something else.
+    """
+    if (out / GROWN_ROWS).is_dir():
+        return
+    refuse_folder(out, overwrite, inputs)
+
+
+@contextmanager
+def grown_folder(out: Path) -> Iterator[Path]:
+    """A folder whose files go into `out`, each whole, ``run.json`` last; the others stay."""
+    out.mkdir(parents=True, exist_ok=True)
+    partial = Path(tempfile.mkdtemp(prefix=".partial-", dir=out))
+    try:
+        yield partial
+        names = sorted(_files(partial), key=lambda name: (name == "run.json", name))
+        for name in sorted((_written_files(out) or set()) - set(names)):
+            (out / name).unlink(missing_ok=True)  # figures of an earlier, longer summary
+        for name in names:
+            (out / name).parent.mkdir(exist_ok=True)
+            (partial / name).replace(out / name)
+    finally:
+        shutil.rmtree(partial, ignore_errors=True)
 
 
 def _leftovers(out: Path) -> list[Path]:

@@ -6,29 +6,40 @@ leaves nothing half-written.
 
 from __future__ import annotations
 
-import csv
-import json
 import sys
 import time
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Generic, TypeVar
 
 from rich.console import Console
-from rich.progress import track
 
 from footcal_cli.columns import TableType
+from footcal_cli.copies import without_copies
 from footcal_cli.core.quality import Finding
 from footcal_cli.errors import DataError, UsageError
+from footcal_cli.gates import gated, merged
+from footcal_cli.outcome import Outcome
 from footcal_cli.recipe import CommandOptions, Recipe, read_recipe, validated
-from footcal_cli.records.files import Versioned, read_record, write_record
-from footcal_cli.records.results import FindingRecord, ParametersRecord, RmseRecord, RunRecord
-from footcal_cli.report import Report, print_text, render_html, rmse_sheet
-from footcal_cli.run_folder import claim, refuse_folder, whole_folder
+from footcal_cli.records.files import read_record
+from footcal_cli.records.results import FindingRecord, ParametersRecord, ReadColumnRecord, RunRecord
+from footcal_cli.report import Report, history_sheet, read_aloud, read_as_sheet
+from footcal_cli.report.text import print_text
+from footcal_cli.run_files import write_run
+from footcal_cli.run_folder import (
+    claim,
+    grown_folder,
+    refuse_folder,
+    refuse_grown,
+    whole_folder,
+)
 from footcal_cli.tables import Table, digest, read_table, refusal_of
+from footcal_cli.textfiles import regular_file
+
+__all__ = ["Outcome", "Request", "Session", "read_calibration"]
 
 _PIPE_WIDTH = 160  # columns of a table that no terminal limits
 
@@ -49,43 +60,15 @@ class Request:
     seed: int
     quiet: bool
     overrides: Mapping[str, object]
+    reference: Path | None = None
+    goes_on: bool = False
+    """Whether the folder is gone on with: what is done stays."""
 
     @property
     def inputs(self) -> tuple[Path, ...]:
         """Files that the command line names as inputs."""
-        named = [self.recipe, self.parameters, *self.overrides.values()]
+        named = [self.recipe, self.parameters, self.reference, *self.overrides.values()]
         return (*self.logs, *(path for path in named if isinstance(path, Path)))
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """What a command found, ready to be written.
-
-    Parameters
-    ----------
-    report
-        What people read.
-    rmse
-        Errors before and after.
-    parameters
-        The calibration, None for a command that makes none.
-    records
-        Further records by file name.
-    files
-        Further files by name -> a function that writes it.
-    gates_missed
-        Sentences of the gates that were not met; any makes the exit code 1.
-    usable
-        False: nothing to be trusted came out (exit code 3).
-    """
-
-    report: Report
-    rmse: RmseRecord | None = None
-    parameters: ParametersRecord | None = None
-    records: Mapping[str, Versioned] = field(default_factory=dict)
-    files: Mapping[str, Callable[[Path], None]] = field(default_factory=dict)
-    gates_missed: tuple[str, ...] = ()
-    usable: bool = True
 
 
 class Session(Generic[Options]):
@@ -107,19 +90,24 @@ class Session(Generic[Options]):
         self.request = request
         self.started = datetime.now(UTC)
         self.console = Console(stderr=True, quiet=request.quiet)
-        refuse_folder(request.out, request.overwrite, request.inputs)
+        refuse = refuse_grown if request.goes_on else refuse_folder
+        refuse(request.out, request.overwrite, request.inputs)
         self.recipe = (
             read_recipe(request.recipe, commands) if request.recipe is not None else Recipe()
         )
         table = request.command.replace("-", "_")
         given = {k: v for k, v in request.overrides.items() if v is not None}
+        own = self.recipe.options.get(table, {})
+        gates = merged(self.recipe.gates, own.get("gates", {}))
+        if request.reference is not None:
+            gates["reference"] = str(request.reference)
         self.options: Options = validated(
             options_model,
-            {**self.recipe.options.get(table, {}), **given},
+            {**own, **given, **({"gates": gates} if gates else {})},
             file=request.recipe,
             table=table,
         )
-        refuse_folder(request.out, request.overwrite, self.input_paths())
+        refuse(request.out, request.overwrite, self.input_paths())
         claim(request.out)
         self.parameters: ParametersRecord | None = None
         self.inputs: dict[str, str] = {}
@@ -128,9 +116,23 @@ class Session(Generic[Options]):
         self._taken: set[Path] = set()
         self._left_aside: dict[Path, DataError] = {}
         self._noted: list[Finding] = []
+        self.read_as: dict[str, dict[str, ReadColumnRecord]] = {}
+        self._read_before: dict[str, dict[str, list[Table]]] = {}
         if request.parameters is not None:
             self.parameters = read_calibration(request.parameters)
             self.inputs[_shown(request.parameters)] = digest(request.parameters)
+        path = self._reference_path()
+        self.reference = None if path is None else read_calibration(path)
+        if path is not None:
+            self.inputs[_shown(path)] = digest(path)
+
+    def _reference_path(self) -> Path | None:
+        """The calibration that gates compare with; the recipe's lies relative to the recipe."""
+        named = self.options.gates.reference
+        if self.request.reference is not None or named is None:
+            return self.request.reference
+        folder = self.recipe.path.parent if self.recipe.path is not None else Path()
+        return folder / named
 
     def input_paths(self) -> tuple[Path, ...]:
         """Every file that this run may read: of the command line, of ``[data]``, of the options."""
@@ -141,6 +143,8 @@ class Session(Generic[Options]):
             for value in self.options.model_dump().values()
             if isinstance(value, (str, Path)) and (folder / str(value)).is_file()
         ]
+        if (reference := self._reference_path()) is not None:
+            options.append(reference)
         return (*self.request.inputs, *([] if self.request.logs else data), *options)
 
     def paths(self, role: str) -> list[Path]:
@@ -151,16 +155,26 @@ class Session(Generic[Options]):
         """Read all logs of a role that have the table's columns.
 
         A LOG argument of another kind is left to the command's other table types; with ``[data]``
-        the role says which log is which.
+        the role says which log is which. What another log of the kind holds already is taken out,
+        with a finding.
 
         Raises
         ------
         DataError
             From the first log that cannot be read.
         """
+        return [log for log in self.read_in_order(table, role) if log is not None]
+
+    def read_in_order(
+        self, table: TableType, role: str | None = None, *, copies: bool = False
+    ) -> list[Table | None]:
+        """As `read`, with None in the place of a log that is a copy of another one.
+
+        With `copies`, copies stay in.
+        """
         role = role or table.name
         columns = self.recipe.foreign_columns()
-        tables = []
+        tables: list[Table] = []
         for path in self.paths(role):
             if self.request.logs and path.is_file():
                 refusal = refusal_of(path, table, columns)
@@ -171,8 +185,20 @@ class Session(Generic[Options]):
             read = read_table(path, table, columns, gravity_mps2=self.recipe.robot.gravity_mps2)
             self.inputs[_shown(path)] = read.digest
             self.rows[_shown(path)] = len(read)
+            self._read_aloud(read)
+            self.note(read.findings)
             tables.append(read)
-        return tables
+        return [*tables] if copies else self._once(tables, table.name, role)
+
+    def _once(self, tables: list[Table], kind: str, role: str) -> list[Table | None]:
+        """Logs of one kind without what they, or another role's logs, hold already."""
+        before = self._read_before.setdefault(kind, {})
+        others = [table for other, logs in before.items() if other != role for table in logs]
+        kept, findings = without_copies(tables, others)
+        if not self.request.logs:  # else all roles are the same files
+            before[role] = tables
+        self.note(findings)
+        return kept
 
     def read_required(self, table: TableType, role: str | None = None) -> list[Table]:
         """As `read`, but at least one log must be there.
@@ -189,13 +215,41 @@ class Session(Generic[Options]):
             return tables
         named = self.paths(role or table.name)
         if not named:
-            raise UsageError(
-                f"no {role or table.name} log given", file=self.recipe.path,
-                remedy=f"name a LOG on the command line or '{role or table.name}' in [data]",
-            )  # fmt: skip
+            raise self._no_log(role or table.name)
         columns = self.recipe.foreign_columns()
         read_table(named[0], table, columns, gravity_mps2=self.recipe.robot.gravity_mps2)
         raise DataError("no log with the needed columns", file=named[0])
+
+    def refuse_missing_logs(self, role: str) -> None:
+        """Refuse a run without a log, or with one that is not there, before heavy imports.
+
+        Raises
+        ------
+        UsageError
+            No log at all was named, or no such file.
+        """
+        if not self.request.logs and not self.recipe.data:
+            raise self._no_log(role)
+        for path in self.request.logs:
+            regular_file(path)
+
+    def _no_log(self, role: str) -> UsageError:
+        return UsageError(
+            f"no {role} log given", file=self.recipe.path,
+            remedy=f"name a LOG on the command line or '{role}' in [data]",
+        )  # fmt: skip
+
+    def _read_aloud(self, table: Table) -> None:
+        """Keep how foreign columns of a log were read, for run.json, report and terminal."""
+        for column in table.read_as:
+            self.read_as.setdefault(_shown(table.path), {})[column.name] = ReadColumnRecord(
+                name=column.name,
+                source=column.source,
+                unit=column.unit,
+                canonical_unit=column.canonical_unit,
+                as_written=column.as_written,
+                as_read=column.as_read,
+            )
 
     @contextmanager
     def step(self, name: str) -> Iterator[None]:
@@ -210,6 +264,8 @@ class Session(Generic[Options]):
 
     def progress(self, items: Iterable[Item], description: str, total: int) -> Iterable[Item]:
         """Iterate with a progress bar on a terminal, quietly in a pipe."""
+        from rich.progress import track
+
         return track(
             items,
             description,
@@ -246,9 +302,12 @@ class Session(Generic[Options]):
         outcome = replace(
             outcome, report=_with_findings(outcome.report, map(FindingRecord.of, self._noted))
         )
-        missed = (*outcome.gates_missed, *self._strict(outcome.report))
-        outcome = replace(outcome, gates_missed=missed)
-        exit_code = 3 if not outcome.usable else 1 if missed else 0
+        if self.read_as:
+            report = outcome.report
+            sheets = (*report.sheets, read_as_sheet(self.read_as))
+            outcome = replace(outcome, report=replace(report, sheets=sheets))
+        outcome = gated(outcome, self.options, self.recipe.gates, self.reference)
+        exit_code = 3 if not outcome.usable else 1 if outcome.gates_missed else 0
         run = RunRecord(
             command=self.request.command,
             started=self.created(),
@@ -261,6 +320,7 @@ class Session(Generic[Options]):
             options=self.options.model_dump(mode="json"),
             inputs=self.inputs,
             rows=self.rows,
+            read_as={path: tuple(columns.values()) for path, columns in self.read_as.items()},
             seed=self.request.seed,
             timings_s=self.timings_s,
             verdict=outcome.report.verdict,
@@ -268,23 +328,34 @@ class Session(Generic[Options]):
             gates_missed=outcome.gates_missed,
             exit_code=exit_code,
         )
-        with whole_folder(self.request.out, self.request.overwrite, self.input_paths()) as folder:
-            _write(folder, run, outcome)
+        out = self.request.out
+        with (
+            grown_folder(out)
+            if self.request.goes_on
+            else whole_folder(out, self.request.overwrite, self.input_paths())
+        ) as folder:
+            write_run(folder, run, self._with_history(outcome))
         answer = Console(quiet=self.request.quiet, highlight=False)
         if not answer.is_terminal:
             answer = Console(quiet=self.request.quiet, highlight=False, width=_PIPE_WIDTH)
         print_text(outcome.report, answer)
+        for line in read_aloud(self.read_as):
+            answer.print(line, soft_wrap=True, markup=False)
         for gate in outcome.gates_missed:
             print(f"GATE NOT MET  {gate}", file=sys.stderr)  # noqa: T201 - the command's answer
         answer.print(f"report: {self.request.out / 'report.html'}", soft_wrap=True)
         return exit_code
 
-    def _strict(self, report: Report) -> tuple[str, ...]:
-        """The gate of ``--strict-findings``: warnings and alarms of the data, by code."""
-        if not self.options.strict_findings:
-            return ()
-        serious = sorted({f.code for f in report.findings if f.severity != "note"})
-        return (f"strict findings: {', '.join(serious)}",) if serious else ()
+    def _with_history(self, outcome: Outcome) -> Outcome:
+        """The report with what changed since the calibration that the run started from."""
+        report, start = outcome.report, self.request.parameters
+        shown = any(sheet.title.startswith("Changes since") for sheet in report.lead_sheets)
+        if start is None or shown:
+            return outcome
+        sheet = history_sheet(self.parameters, outcome.parameters, _shown(start))
+        if sheet is None:
+            return outcome
+        return replace(outcome, report=replace(report, sheets=(*report.sheets, sheet)))
 
 
 def read_calibration(path: Path) -> ParametersRecord:
@@ -315,51 +386,6 @@ def _with_findings(report: Report, noted: Iterable[FindingRecord]) -> Report:
     if findings and findings[0].severity == "alarm":
         verdict = verdict.model_copy(update={"level": "bad"})
     return replace(report, findings=findings, verdict=verdict)
-
-
-def _write(folder: Path, run: RunRecord, outcome: Outcome) -> None:
-    """Everything a run leaves, into one folder."""
-    report = outcome.report
-    if outcome.parameters is not None:
-        rejected = run.gates_missed or (() if outcome.usable else (run.verdict.sentence,))
-        # under another name: make and scripts must not take it for an accepted calibration
-        name = "parameters_rejected.json" if rejected else "parameters.json"
-        marked = outcome.parameters.model_copy(update={"rejected_because": rejected})
-        write_record(marked, folder / name)
-    if outcome.rmse is not None:
-        write_record(outcome.rmse, folder / "rmse.json")
-        _write_rmse_csv(outcome.rmse, folder / "rmse.csv")
-        report = Report(
-            report.title,
-            report.verdict,
-            report.pictures,
-            (*report.sheets, rmse_sheet(outcome.rmse)),
-            report.findings,
-            report.footer,
-            report.lead_sheets,
-        )
-    for name, record in outcome.records.items():
-        write_record(record, folder / name)
-    for name, write in outcome.files.items():
-        write(folder / name)
-    images = {picture.name: picture.png() for picture in report.pictures}
-    (folder / "figures").mkdir()
-    for name, image in images.items():
-        (folder / "figures" / f"{name}.png").write_bytes(image)
-    recipe_text = json.dumps({**run.recipe, run.command: run.options}, indent=2, ensure_ascii=False)
-    (folder / "report.html").write_text(
-        render_html(report, run, recipe_text, images), encoding="utf-8"
-    )
-    files = sorted(p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.is_file())
-    write_record(run.model_copy(update={"files": tuple(files)}), folder / "run.json")
-
-
-def _write_rmse_csv(rmse: RmseRecord, path: Path) -> None:
-    with path.open("w", newline="", encoding="utf-8") as stream:
-        names = ["quantity", "unit", "stage", "reference", "split", "rmse", "n"]
-        writer = csv.DictWriter(stream, names)
-        writer.writeheader()
-        writer.writerows(row.model_dump() for row in rmse.rows)
 
 
 def _shown(path: Path) -> str:

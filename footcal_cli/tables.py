@@ -7,33 +7,29 @@ suffix (``load_kg`` for ``load_n``).
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 
-from footcal_cli.columns import UNIT_SUFFIXES, Column, ForeignColumn, TableType
+from footcal_cli.columns import UNIT_SUFFIXES, Column, ForeignColumn, TableType, converts
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.quality import Finding
 from footcal_cli.errors import DataError, UsageError, nearest
-from footcal_cli.logfiles import column_names, digest, raw_columns, write_parquet
-from footcal_cli.units import Conversion, conversion, converts, unit_factor
+from footcal_cli.logfiles import column_names, digest, raw_columns, write_csv, write_parquet
+from footcal_cli.units import Conversion, conversion, unit_factor
 from footcal_cli.values import durations, numbers, seconds, stamps, texts
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 __all__ = [
     "ReadColumn", "Table", "column_names", "digest", "read_table", "refusal_of", "unit_factor",
-    "write_parquet",
+    "write_csv", "write_parquet",
 ]  # fmt: skip
-
-_SAME_DIGITS = 8
-"""Copies agree to so many significant digits, whatever their format and unit."""
-_LABELS = frozenset({"session", "repeat"})
-"""Columns that tell recordings apart; a copy may bear another label."""
 
 
 @dataclass(frozen=True)
@@ -111,32 +107,6 @@ class Table:
         """One column as strings, shape (n,)."""
         return self.data[name].astype(str).to_numpy(dtype=object)
 
-    def row_digests(self) -> list[bytes]:
-        """A digest of every row: the same for the same content, whatever the file's format.
-
-        Columns count by name, so that their order is free; labels of recordings do not count.
-        """
-        names = sorted(str(name) for name in self.data.columns if name not in _LABELS)
-        hashes = np.zeros((len(self), len(names)), dtype=np.uint64)
-        for i, name in enumerate(names):
-            values: pd.Series[Any] = self.data[name].reset_index(drop=True)
-            if pd.api.types.is_numeric_dtype(values):
-                values = pd.Series(_rounded(values.to_numpy(dtype=np.float64)))
-            else:
-                values = values.astype(str)
-            hashes[:, i] = pd.util.hash_pandas_object(values, index=False).to_numpy()
-        head = " ".join(names).encode()
-        return [hashlib.blake2b(head + row.tobytes(), digest_size=16).digest() for row in hashes]
-
-
-def _rounded(values: FloatArray) -> FloatArray:
-    """Values to `_SAME_DIGITS` significant digits; −0 is 0, and all NaN are one."""
-    size = np.abs(values)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        step = 10.0 ** (np.floor(np.log10(size)) + 1 - _SAME_DIGITS)
-        rounded = np.round(values / step) * step
-    return np.asarray(np.where(size > 0, rounded, np.where(np.isnan(values), np.nan, 0.0)))
-
 
 def read_table(
     path: Path,
@@ -166,6 +136,8 @@ def read_table(
     """
     header = column_names(path)
     places = _places(table, header, columns or {}, path)
+    import pandas as pd
+
     wanted = {c.name: c for c in table.columns}
     as_text = {p.column for name, p in places.found.items() if wanted[name].kind == "text"}
     raw = raw_columns(path, sorted({p.column for p in places.found.values()}), as_text)
@@ -286,7 +258,7 @@ def _own_names(spec: Column, header: Sequence[str], known: set[str]) -> dict[str
     for suffix, unit in UNIT_SUFFIXES.items():
         name = stem + suffix
         # true forces of a cell (left_fl_n) are not its counts in another unit
-        if name in known and name != spec.name and converts(unit, UNIT_SUFFIXES[spec.suffix]):
+        if name in known and name != spec.name and converts(suffix, spec.suffix):
             own[name] = unit
     return own
 

@@ -10,11 +10,13 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
-
-import pint
+from typing import TYPE_CHECKING
 
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.errors import UsageError, nearest
+
+if TYPE_CHECKING:  # the registry takes long to build, and most logs need no unit converted
+    import pint
 
 SPELLINGS = {
     "N": "newton", "mN": "millinewton", "cN": "centinewton", "daN": "decanewton",
@@ -101,6 +103,8 @@ class Conversion:
 
 @cache
 def _registry() -> pint.UnitRegistry[float]:
+    import pint
+
     registry: pint.UnitRegistry[float] = pint.UnitRegistry()
     return registry
 
@@ -150,6 +154,8 @@ def _full_name(word: str, whole: str) -> str:
             f"unit '{whole}': '{word}' is not clear", remedy=f"write {' or '.join(MEANT[word])}"
         )
     if len(word) > _SHORT and word.islower():
+        import pint
+
         name = word.replace("metre", "meter")
         try:
             return str(_registry().get_name(name))
@@ -199,13 +205,3 @@ def conversion(unit: str, to: str, gravity_mps2: float) -> Conversion:
 def unit_factor(unit: str, to: str, gravity_mps2: float) -> Callable[[FloatArray], FloatArray]:
     """`conversion` as a function of arrays."""
     return conversion(unit, to, gravity_mps2)
-
-
-@cache
-def converts(unit: str, to: str) -> bool:
-    """Whether a quantity in one unit can be given in another."""
-    try:
-        conversion(unit, to, 1.0)
-    except UsageError:
-        return False
-    return True

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 
 from footcal_cli.columns import Column
@@ -72,6 +71,8 @@ def stamps(
 
     Dates count from 1970 in UTC; without a zone they are taken as UTC.
     """
+    import pandas as pd
+
     if spec.unit != "s":
         return None
     if raw.kind == "stamp":
@@ -112,6 +113,8 @@ def seconds(nanoseconds: NDArray[np.int64]) -> NDArray[np.float64]:
 
 def _parsed(raw: RawColumn, spec: Column, name: str, unit: str | None, path: Path) -> NDArray[Any]:
     """Strings that are numbers; a flag may be written true and false."""
+    import pandas as pd
+
     words = pd.Series(
         [None if e else str(v).strip() for v, e in zip(raw.values, raw.empty, strict=True)],
         dtype=object,

@@ -9,7 +9,15 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from footcal_cli.columns import Column, ForeignColumn, TableType, cells_table, weights_table
+from footcal_cli.columns import (
+    UNIT_SUFFIXES,
+    Column,
+    ForeignColumn,
+    TableType,
+    cells_table,
+    converts,
+    weights_table,
+)
 from footcal_cli.errors import DataError, FootcalError, UsageError
 from footcal_cli.tables import Table, read_table, refusal_of, unit_factor, write_parquet
 
@@ -150,3 +158,16 @@ def test_lost_samples_of_a_stream_are_kept_as_nan(tmp_path: Path) -> None:
     path = written(tmp_path, "time_s,a_counts\n0.0,5\n0.1,\n0.2,7\n")
     table = read_table(path, stream, gravity_mps2=G)
     np.testing.assert_array_equal(table.number("a_counts"), [5.0, np.nan, 7.0])
+
+
+def test_suffixes_convert_where_their_units_do() -> None:
+    """The table that names columns agrees with the library that converts them."""
+    for suffix, unit in UNIT_SUFFIXES.items():
+        for other, target in UNIT_SUFFIXES.items():
+            try:
+                unit_factor(unit, target, G)
+            except UsageError:
+                possible = False
+            else:
+                possible = True
+            assert converts(suffix, other) == possible, (suffix, other)

@@ -42,7 +42,7 @@ def check(
     overwrite: Overwrite = False,
     quiet: Quiet = False,
 ) -> None:
-    """Look for what is wrong with a log: units, gaps, stuck, saturated or repeated channels."""
+    """Look for what is wrong with a log: units, gaps, stuck, saturated or copied channels."""
     session = begin(
         "check",
         CheckOptions,
@@ -70,6 +70,7 @@ def _check(session: Session[CheckOptions]) -> Outcome:
                 findings += _findings(table, kind, session)
     if not looked_at:
         _refuse(session)
+    findings += session.noted
     findings.sort(key=lambda finding: _ORDER[finding.severity])
     serious = [finding for finding in findings if finding.severity != "note"]
     rows = sum(int(n) for _, _, n in looked_at)

@@ -90,7 +90,7 @@ def diagnose(
     seed: Seed = 0,
     quiet: Quiet = False,
 ) -> None:
-    """Say what the model gets wrong: name the cause, extend the model, measure the gain."""
+    """Say what the model gets wrong: name its cause, extend the model, state the gain."""
     if explain is not None:
         from footcal_cli.commands.parts.diagnose_explain import explained
 
@@ -139,6 +139,7 @@ def _table(session: Session[DiagnoseOptions]) -> dict[str, Effect]:
 
 
 def _diagnose(session: Session[DiagnoseOptions]) -> Outcome:
+    session.refuse_missing_logs(session.options.experiment)
     from footcal_cli.commands.parts.diagnose_cases import read_case
     from footcal_cli.commands.parts.diagnose_outcome import outcome_of
     from footcal_cli.core.diagnosis.investigation import investigate

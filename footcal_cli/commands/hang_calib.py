@@ -16,6 +16,7 @@ from footcal_cli.commands.options import (
     ParametersFile,
     Quiet,
     RecipeFile,
+    ReferenceFile,
     Seed,
     StrictFindings,
     begin,
@@ -53,6 +54,11 @@ class HangCalibOptions(CommandOptions):
     compare: bool = True
     max_force_rmse_n: float | None = Field(default=None, gt=0)
 
+    @property
+    def limits(self) -> dict[str, float | None]:
+        """Limits of `max_…`, by quantity, SI units."""
+        return {"* force": self.max_force_rmse_n}
+
 
 def hang_calib(
     logs: Logs = None,
@@ -67,6 +73,7 @@ def hang_calib(
     max_force_rmse_n: Annotated[
         float | None, typer.Option("--max-force-rmse-n", help="Gate: exit 1 above this RMSE.")
     ] = None,
+    reference: ReferenceFile = None,
     strict_findings: StrictFindings = None,
     out: Out = Path("out/hang-calib"),
     overwrite: Overwrite = False,
@@ -80,6 +87,7 @@ def hang_calib(
         logs=logs,
         recipe=recipe,
         parameters=parameters,
+        reference=reference,
         out=out,
         overwrite=overwrite,
         seed=seed,
@@ -93,6 +101,7 @@ def hang_calib(
 
 
 def _calibrate(session: Session[HangCalibOptions]) -> Outcome:
+    session.refuse_missing_logs("hang")
     from footcal_cli.columns import hang_table
     from footcal_cli.commands.parts.hang_logs import leg_logs
     from footcal_cli.core.hang.runs import hang_runs
@@ -145,7 +154,6 @@ def _calibrate(session: Session[HangCalibOptions]) -> Outcome:
         ),
         rmse=rmse,
         parameters=_parameters(session, chosen, logs),
-        gates_missed=sheets.gates(rmse, options.max_force_rmse_n),
         usable=all(fit.fit.converged for fit in fits.values()),
     )
 
@@ -185,10 +193,10 @@ def _others(
             "naive": {leg: naive for leg, (_, naive) in both.items()},
             "stepwise": {leg: stepwise for leg, (stepwise, _) in both.items()},
         }
-    except ValueError as error:
+    except FitError:
         if session.options.method == "joint":
             return {}
-        raise FitError(str(error), remedy="use --method joint") from None
+        raise
 
 
 def _pictures(

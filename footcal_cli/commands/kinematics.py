@@ -64,7 +64,7 @@ def kinematics(
     overwrite: Overwrite = False,
     quiet: Quiet = False,
 ) -> None:
-    """Turn joint positions and base orientation into CoM, acceleration, L̇ and foot poses."""
+    """Turn joint positions and base orientation into CoM, its motion and foot poses."""
     session = begin(
         "kinematics",
         KinematicsOptions,
@@ -80,6 +80,7 @@ def kinematics(
 
 
 def _moved(session: Session[KinematicsOptions]) -> Outcome:
+    session.refuse_missing_logs("joints")
     import numpy as np
 
     from footcal_cli.commands.parts.joint_logs import base_of, feet_frames, joints_of, read_joints

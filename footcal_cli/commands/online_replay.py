@@ -15,18 +15,18 @@ from footcal_cli.commands.options import (
     ParametersFile,
     Quiet,
     RecipeFile,
+    ReferenceFile,
     Seed,
     StrictFindings,
     begin,
 )
-from footcal_cli.recipe import CommandOptions, Frozen
+from footcal_cli.recipe import CommandOptions, Frozen, metres
 
 if TYPE_CHECKING:
     from footcal_cli.core.online.comparison import Comparison
     from footcal_cli.core.online.noise import Noise
     from footcal_cli.core.parameters import Estimates, FloatArray
     from footcal_cli.intake import Recording
-    from footcal_cli.records.results import RmseRecord
     from footcal_cli.session import Outcome, Session
 
 Method = Literal["memory", "window", "han"]
@@ -82,6 +82,11 @@ class OnlineReplayOptions(CommandOptions):
     max_cop_rmse_mm: float | None = Field(default=None, gt=0)
     max_vgrf_rmse_n: float | None = Field(default=None, gt=0)
 
+    @property
+    def limits(self) -> dict[str, float | None]:
+        """Limits of `max_…`, by quantity, SI units."""
+        return {"cop": metres(self.max_cop_rmse_mm), "vgrf": self.max_vgrf_rmse_n}
+
 
 def online_replay(
     logs: Logs = None,
@@ -114,6 +119,7 @@ def online_replay(
         float | None,
         typer.Option("--max-vgrf-rmse-n", help="Gate: exit 1 above this force error."),
     ] = None,
+    reference: ReferenceFile = None,
     strict_findings: StrictFindings = None,
     out: Out = Path("out/online-replay"),
     overwrite: Overwrite = False,
@@ -127,6 +133,7 @@ def online_replay(
         logs=logs,
         recipe=recipe,
         parameters=parameters,
+        reference=reference,
         out=out,
         overwrite=overwrite,
         seed=seed,
@@ -181,7 +188,6 @@ def _cells(session: Session[OnlineReplayOptions], recording: Recording) -> Outco
     from footcal_cli.core.online.memory import MemoryOptions, memory_estimates
     from footcal_cli.core.online.noise import starting_noise
     from footcal_cli.core.online.window import WindowRule
-    from footcal_cli.errors import DataError
     from footcal_cli.records.results import FindingRecord
     from footcal_cli.report import Report
     from footcal_cli.session import Outcome
@@ -217,16 +223,10 @@ def _cells(session: Session[OnlineReplayOptions], recording: Recording) -> Outco
     )
     truth_n, baseline = _truth(session, merged.log.time_s, belief.channels), _baseline(session)
     with session.step("replay"):
-        try:
-            found: Comparison = compare(
-                merged, belief, settings, truth_n=truth_n, baseline=baseline,
-                rng=np.random.default_rng(session.request.seed),
-            )  # fmt: skip
-        except ValueError as error:
-            raise DataError(
-                f"this log cannot be replayed: {error}",
-                remedy="check contact, mass and units (footcal check), or record a longer walk",
-            ) from error
+        found: Comparison = compare(
+            merged, belief, settings, truth_n=truth_n, baseline=baseline,
+            rng=np.random.default_rng(session.request.seed),
+        )  # fmt: skip
     with session.step("evidence"):
         curves = found.sensitivity() if options.sensitivity else []
     with session.step("draw"):
@@ -250,7 +250,8 @@ def _cells(session: Session[OnlineReplayOptions], recording: Recording) -> Outco
         rmse=rmse,
         parameters=feet_parameters(session, estimates),
         files={"replay.parquet": lambda path: write_parquet(sheets.frame_of(found), path)},
-        gates_missed=_gates(options, rmse),
+        stage=options.method,
+        reference=found.best_reference,
     )
 
 
@@ -282,6 +283,7 @@ def _six_axis(session: Session[OnlineReplayOptions], recording: Recording) -> Ou
             footer=sheets.footer_of(found),
         ),
         rmse=sheets.rmse_of(found),
+        stage="memory",
         parameters=feet_parameters(session, found.estimates),
         files={"replay.parquet": lambda path: write_parquet(sheets.frame_of(found), path)},
     )
@@ -332,18 +334,3 @@ def _baseline(session: Session[OnlineReplayOptions]) -> Estimates | None:
     if not path.is_absolute() and session.recipe.path is not None and not path.is_file():
         path = session.recipe.path.parent / path
     return estimates_of(read_calibration(path))
-
-
-def _gates(options: OnlineReplayOptions, rmse: RmseRecord) -> tuple[str, ...]:
-    limits = {
-        "cop": (options.max_cop_rmse_mm, 1e3, "mm"),
-        "vgrf": (options.max_vgrf_rmse_n, 1.0, "N"),
-    }
-    missed = []
-    best = "truth" if any(r.reference == "truth" for r in rmse.rows) else "motion"
-    for row in rmse.rows:
-        limit, factor, unit = limits.get(row.quantity, (None, 1.0, ""))
-        judged = row.stage == options.method and row.reference == best
-        if limit is not None and judged and factor * row.rmse > limit:
-            missed.append(f"{row.quantity}: RMSE {factor * row.rmse:.3g} {unit} > {limit:g} {unit}")
-    return tuple(missed)

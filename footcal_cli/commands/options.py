@@ -25,6 +25,14 @@ ParametersFile = Annotated[
     Path | None,
     typer.Option("--parameters", metavar="FILE.json", help="The calibration to start from."),
 ]
+ReferenceFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--reference",
+        metavar="FILE.json",
+        help="Gate: exit 1 where a parameter left this calibration ([gates] says by how much).",
+    ),
+]
 Out = Annotated[Path, typer.Option("--out", metavar="DIR", help="Run folder to write.")]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace a run folder.")]
 Seed = Annotated[int, typer.Option("--seed", metavar="N", help="Seed of all that is random.")]
@@ -38,14 +46,17 @@ StrictFindings = Annotated[
 def begin(
     command: str,
     options_model: type[Options],
+    /,
     *,
     logs: list[Path] | None,
     recipe: Path | None,
     parameters: Path | None = None,
+    reference: Path | None = None,
     out: Path,
     overwrite: bool,
     seed: int = 0,
     quiet: bool,
+    goes_on: bool = False,
     **overrides: object,
 ) -> Session[Options]:
     """Open the session of a command; `overrides` that are None leave the recipe's value."""
@@ -62,5 +73,7 @@ def begin(
         seed=seed,
         quiet=quiet,
         overrides=overrides,
+        goes_on=goes_on,
+        reference=reference,
     )
     return Session(request, options_model, option_tables())

@@ -16,6 +16,7 @@ from footcal_cli.commands.options import (
     ParametersFile,
     Quiet,
     RecipeFile,
+    ReferenceFile,
     Seed,
     StrictFindings,
     begin,
@@ -69,6 +70,12 @@ class PoseCalibOptions(CommandOptions):
     block_s: float = Field(default=0.5, gt=0)
     max_force_rmse_n: float | None = Field(default=None, gt=0)
 
+    @property
+    def limits(self) -> dict[str, float | None]:
+        """Limits of `max_…`, by quantity, SI units."""
+        quantity = "* force" if self.fit == "series" else "sum of forces"
+        return {quantity: self.max_force_rmse_n}
+
 
 def pose_calib(
     logs: Logs = None,
@@ -94,19 +101,21 @@ def pose_calib(
     max_force_rmse_n: Annotated[
         float | None, typer.Option("--max-force-rmse-n", help="Gate: exit 1 above this RMSE.")
     ] = None,
+    reference: ReferenceFile = None,
     strict_findings: StrictFindings = None,
     out: Out = Path("out/pose-calib"),
     overwrite: Overwrite = False,
     seed: Seed = 0,
     quiet: Quiet = False,
 ) -> None:
-    """Fit how hip transducers are mounted, or their offsets again, from standing poses."""
+    """Fit the mounting of hip transducers, or offsets again, from standing poses."""
     session = begin(
         "pose-calib",
         PoseCalibOptions,
         logs=logs,
         recipe=recipe,
         parameters=parameters,
+        reference=reference,
         out=out,
         overwrite=overwrite,
         seed=seed,
@@ -118,6 +127,7 @@ def pose_calib(
         structure=structure,
         max_force_rmse_n=max_force_rmse_n,
     )
+    session.refuse_missing_logs("poses")
     if session.options.fit == "series":
         from footcal_cli.commands.parts.pose_series import series_outcome
 

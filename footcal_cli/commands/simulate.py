@@ -115,11 +115,7 @@ def simulate(
 
 
 def _simulate(session: Session[SimulateOptions]) -> Outcome:
-    from footcal_cli.core.simulation.scenario import Spread, simulate
     from footcal_cli.errors import UsageError
-    from footcal_cli.report import Report
-    from footcal_cli.session import Outcome
-    from footcal_cli.sheets import simulated as sheets
 
     options = session.options
     if options.experiment is None:
@@ -127,6 +123,11 @@ def _simulate(session: Session[SimulateOptions]) -> Outcome:
             "no experiment named", file=session.recipe.path,
             remedy=f"add --experiment, one of {', '.join(get_args(Kind))}",
         )  # fmt: skip
+    from footcal_cli.core.simulation.scenario import Spread, simulate
+    from footcal_cli.report import Report
+    from footcal_cli.session import Outcome
+    from footcal_cli.sheets import simulated as sheets
+
     robot = _robot(session, options.experiment)
     requests = [parse_effect(text) for text in options.effects]
     plans = _plans(options, session.request.seed)

@@ -16,17 +16,17 @@ from footcal_cli.commands.options import (
     ParametersFile,
     Quiet,
     RecipeFile,
+    ReferenceFile,
     Seed,
     StrictFindings,
     begin,
 )
-from footcal_cli.recipe import CommandOptions
+from footcal_cli.recipe import CommandOptions, metres
 
 if TYPE_CHECKING:
     from footcal_cli.core.stance_curve import CurvePoint
     from footcal_cli.core.static_init import StanceErrors, StanceRows, StaticInit
     from footcal_cli.intake import Recording
-    from footcal_cli.records.results import RmseRecord
     from footcal_cli.report import Picture
     from footcal_cli.session import Outcome, Session
 
@@ -46,6 +46,11 @@ class StaticInitOptions(CommandOptions):
     lifted_sd_n: float = Field(default=0.15, gt=0)
     max_cop_rmse_mm: float | None = Field(default=None, gt=0)
 
+    @property
+    def limits(self) -> dict[str, float | None]:
+        """Limits of `max_…`, by quantity, SI units."""
+        return {"cop*": metres(self.max_cop_rmse_mm)}
+
 
 def static_init(
     logs: Logs = None,
@@ -58,19 +63,21 @@ def static_init(
         float | None,
         typer.Option("--max-cop-rmse-mm", help="Gate: exit 1 above this CoP error."),
     ] = None,
+    reference: ReferenceFile = None,
     strict_findings: StrictFindings = None,
     out: Out = Path("out/static-init"),
     overwrite: Overwrite = False,
     seed: Seed = 0,
     quiet: Quiet = False,
 ) -> None:
-    """Find scales and biases of foot cells from quiet standing, as far as it shows them."""
+    """Find scales and biases of foot cells as far as quiet standing shows them."""
     session = begin(
         "static-init",
         StaticInitOptions,
         logs=logs,
         recipe=recipe,
         parameters=parameters,
+        reference=reference,
         out=out,
         overwrite=overwrite,
         seed=seed,
@@ -132,7 +139,6 @@ def _cells(session: Session[StaticInitOptions], recordings: Sequence[Recording])
         menu = next_menu(recordings, quiet, rows, weight_n)
     estimates = fit.estimates
     rmse = sheets.rmse_of(errors, quiet)
-    gates = _gates(options, rmse)
     return Outcome(
         report=Report(
             title=f"Standing calibration of {robot.name}",
@@ -164,7 +170,6 @@ def _cells(session: Session[StaticInitOptions], recordings: Sequence[Recording])
         ),
         rmse=rmse,
         parameters=feet_parameters(session, estimates),
-        gates_missed=gates,
     )
 
 
@@ -211,17 +216,3 @@ def _pictures(
             "Where standing moved each gain and bias, in units of the prior sd; the band is ± 2.",
         ),
     )  # fmt: skip
-
-
-def _gates(options: StaticInitOptions, rmse: RmseRecord) -> tuple[str, ...]:
-    if options.max_cop_rmse_mm is None:
-        return ()
-    split = "held_out" if any(r.split == "held_out" for r in rmse.rows) else "all"
-    return tuple(
-        f"{r.quantity}: RMSE {1e3 * r.rmse:.3g} mm > {options.max_cop_rmse_mm:g} mm"
-        for r in rmse.rows
-        if r.stage == "after"
-        and r.split == split
-        and r.quantity.startswith("cop")
-        and 1e3 * r.rmse > options.max_cop_rmse_mm
-    )

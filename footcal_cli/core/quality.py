@@ -8,7 +8,6 @@ from itertools import combinations
 from typing import Literal
 
 import numpy as np
-from scipy import stats
 
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.signals import gaps_of
@@ -90,7 +89,11 @@ def check_repeats_across_channels(
                 examples.append((times, f"{value:,.0f} in {times} channels at {load:.4g} N"))
         group, width = _tightest_majority(values)
         close.append((load, group, width))
-    chance = float(stats.poisson.sf(exact - 1, expected)) if exact else 1.0
+    if not exact:
+        return []
+    from scipy.special import pdtrc
+
+    chance = float(pdtrc(exact - 1, expected))
     if chance > REPEAT_ALPHA:
         return []
     shown = "; ".join(text for _, text in sorted(examples, key=lambda e: -e[0])[:3])

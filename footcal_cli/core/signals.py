@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import butter, sosfilt, sosfilt_zi, sosfiltfilt
 
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
@@ -173,6 +172,8 @@ def low_pass(
     """
     if cutoff_hz >= 0.45 * rate_hz or len(values) < 2:
         return np.array(values, dtype=float)
+    from scipy.signal import butter, sosfilt, sosfilt_zi, sosfiltfilt
+
     sections = butter(_FILTER_ORDER, cutoff_hz, fs=rate_hz, output="sos")
     if causal:
         start = sosfilt_zi(sections).reshape(len(sections), 2, *(1,) * (values.ndim - 1))

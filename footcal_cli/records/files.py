@@ -10,6 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from footcal_cli import __version__
 from footcal_cli.errors import UsageError, nearest
+from footcal_cli.textfiles import read_text
 
 
 class Record(BaseModel):
@@ -50,18 +51,12 @@ def read_record(model: type[AnyVersioned], path: Path) -> AnyVersioned:
         No such file, not JSON, another schema, a newer version, or a key or value that does not
         belong there.
     """
+    text = read_text(path, at_most=LARGEST_BYTES)
     try:
-        if path.stat().st_size > LARGEST_BYTES:
-            raise UsageError(
-                "too large to be a record", file=path, remedy="give what footcal wrote"
-            )
-        text = path.read_text(encoding="utf-8")
         content = json.loads(text)
-    except FileNotFoundError:
-        raise UsageError("no such file", file=path, remedy="check the path") from None
     except RecursionError:
         raise UsageError("nested too deeply", file=path, remedy="write it again") from None
-    except ValueError as error:  # not JSON, not UTF-8, or a number of thousands of digits
+    except ValueError as error:  # not JSON, or a number of thousands of digits
         raise UsageError(f"not valid JSON: {error}", file=path, remedy="write it again") from None
     expected = str(model.model_fields["schema_name"].default)
     found = content.get("schema") if isinstance(content, dict) else None
@@ -81,7 +76,11 @@ def read_record(model: type[AnyVersioned], path: Path) -> AnyVersioned:
     except ValidationError as error:
         fault = error.errors()[0]
         key = ".".join(str(part) for part in fault["loc"])
-        hint = nearest(key, [f.alias or n for n, f in model.model_fields.items()])
+        hint = ""
+        if fault["type"] == "extra_forbidden":
+            hint = nearest(key, [f.alias or n for n, f in model.model_fields.items()])
+        problem = fault["msg"].removeprefix("Value error, ")
         raise UsageError(
-            f"key '{key}': {fault['msg']}{hint}", file=path, remedy="write it with footcal"
-        ) from None
+            f"key '{key}': {problem}{hint}" if key else problem, file=path,
+            remedy="write it with footcal",
+        ) from None  # fmt: skip

@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Any, Literal, Self
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from footcal_cli.core.parameters import Estimates, FloatArray, Status
 from footcal_cli.core.quality import Finding
 from footcal_cli.errors import UsageError, nearest
 from footcal_cli.records.files import Record, Versioned
 
+_ROUNDING = 1e-6
+"""Of correlations."""
+
 
 class ParameterRecord(Record):
     """One calibrated number."""
 
     value: float
-    sd: float | None
+    sd: float | None = Field(ge=0)
     unit: str
     status: Status
 
@@ -27,6 +30,21 @@ class CovarianceBlock(Record):
 
     names: tuple[str, ...]
     matrix: tuple[tuple[float, ...], ...]
+
+    @model_validator(mode="after")
+    def _is_a_covariance(self) -> Self:
+        n = len(self.names)
+        if len(set(self.names)) != n:
+            raise ValueError("a covariance names a parameter twice")
+        if [len(row) for row in self.matrix] != [n] * n:
+            raise ValueError(f"a covariance of {n} parameters has {n} rows of {n} numbers")
+        matrix = np.array(self.matrix).reshape(n, n)
+        sd = np.sqrt(np.maximum(np.diag(matrix), 0.0))
+        scaled = matrix / np.outer(np.where(sd > 0, sd, 1.0), np.where(sd > 0, sd, 1.0))
+        symmetric = np.allclose(scaled, scaled.T, atol=_ROUNDING)
+        if not symmetric or (n and np.linalg.eigvalsh(scaled)[0] < -_ROUNDING):
+            raise ValueError("a covariance is symmetric, with no negative variance")
+        return self
 
 
 class Range(Record):
@@ -57,7 +75,7 @@ class ParametersRecord(Versioned):
     command: str
     created: str
     robot: str
-    gravity_mps2: float
+    gravity_mps2: float = Field(gt=0)
     sign_convention: str
     frame: str
     expressed_at: str
@@ -67,6 +85,17 @@ class ParametersRecord(Versioned):
     effects: tuple[EffectRecord, ...] = ()
     inputs: dict[str, str] = Field(default_factory=dict)
     rejected_because: tuple[str, ...] = ()
+
+    @model_validator(mode="after")
+    def _makes_sense(self) -> Self:
+        for block in self.covariance:
+            unknown = sorted(set(block.names) - self.parameters.keys())
+            if unknown:
+                raise ValueError(f"covariance of '{unknown[0]}', which is no parameter here")
+        for name, parameter in self.parameters.items():
+            if name.endswith(".scale") and parameter.value == 0:
+                raise ValueError(f"{name} is 0: no reading would tell a force")
+        return self
 
     def value(self, name: str) -> float:
         """Value of one parameter; an absent name is the caller's usage error."""
@@ -144,8 +173,39 @@ class VerdictRecord(Record):
     details: tuple[str, ...] = ()
 
 
+class ReadColumnRecord(Record):
+    """How a column that stands under another name or in another unit was read.
+
+    `unit` is what its numbers were taken for, in full; the ranges are in that unit and in
+    `canonical_unit`.
+    """
+
+    name: str
+    source: str
+    unit: str
+    canonical_unit: str
+    as_written: tuple[float, float] | None
+    as_read: tuple[float, float] | None
+
+    @property
+    def sentence(self) -> str:
+        """In one line: ``'weight_g' read as gram: 0 … 3000 = 0 … 29.41995 N (load_n)``."""
+        said = f"'{self.source}' read as {self.unit or 'a bare number'}"
+        shown = " = ".join(f"{low:.7g} … {high:.7g}" for low, high in self.ranges)
+        return f"{said}: {shown} {self.canonical_unit}".rstrip(": ") + f" ({self.name})"
+
+    @property
+    def ranges(self) -> list[tuple[float, float]]:
+        """Smallest and largest value as written and, where that is another, as read."""
+        both = [pair for pair in (self.as_written, self.as_read) if pair is not None]
+        return both[:1] if len(both) == 2 and both[0] == both[1] else both
+
+
 class RunRecord(Versioned):
-    """``run.json``: what was run, on what, how it ended, and every file of the folder."""
+    """``run.json``: what was run, on what, how it ended, and every file of the folder.
+
+    `read_as` holds the columns that stand under other names or in other units in the logs.
+    """
 
     schema_name: Literal["footcal.run"] = Field(default="footcal.run", alias="schema")
     command: str
@@ -155,6 +215,7 @@ class RunRecord(Versioned):
     options: dict[str, Any]
     inputs: dict[str, str]
     rows: dict[str, int]
+    read_as: dict[str, tuple[ReadColumnRecord, ...]] = Field(default_factory=dict)
     seed: int
     timings_s: dict[str, float]
     verdict: VerdictRecord

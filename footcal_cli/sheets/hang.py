@@ -11,7 +11,7 @@ from footcal_cli.core.hang.model import AXES
 from footcal_cli.core.hang.runs import HangRun
 from footcal_cli.core.hang.stepwise import StepwiseFit
 from footcal_cli.core.parameters import Estimates, FloatArray, Status
-from footcal_cli.records.results import FindingRecord, RmseRecord, RmseRow, VerdictRecord
+from footcal_cli.records.results import FindingRecord, RmseRow, VerdictRecord
 from footcal_cli.report import Sheet, number, with_sd
 
 Residuals = Mapping[str, Mapping[str, FloatArray]]
@@ -259,14 +259,3 @@ def footer(method: str) -> tuple[str, ...]:
         "naive": "Half-sums and half-differences of opposite logs without tilt; no intervals.",
     }
     return (text[method],)
-
-
-def gates(rmse: RmseRecord, max_force_rmse_n: float | None) -> tuple[str, ...]:
-    """Legs whose force residual is above the asked limit."""
-    if max_force_rmse_n is None:
-        return ()
-    return tuple(
-        f"{row.quantity}: RMSE {row.rmse:.4g} N > {max_force_rmse_n:g} N"
-        for row in rmse.rows
-        if row.stage == "after" and row.unit == "N" and row.rmse > max_force_rmse_n
-    )

@@ -17,7 +17,7 @@ from footcal_cli.core.pose.leg_map import LegMap
 from footcal_cli.core.pose.selection import Candidate
 from footcal_cli.core.pose.standing import OffsetFit
 from footcal_cli.core.spatial import rotation_log, wrench_transform
-from footcal_cli.records.results import FindingRecord, RmseRecord, RmseRow, VerdictRecord
+from footcal_cli.records.results import FindingRecord, RmseRow, VerdictRecord
 from footcal_cli.report import Sheet, number, with_sd
 
 _SUSPECT_P = 1e-4
@@ -364,15 +364,4 @@ def footer(method: str, balance: str, errors_in_variables: bool) -> tuple[str, .
         f"Chassis balance, joint Levenberg-Marquardt on the Gram matrix of the poses, {eiv}; "
         "offsets, weights and directions of gravity with their joint covariance from hanging "
         "(seed 2, eqs. (8) and (9), in the form in which no leg CoM enters).",
-    )
-
-
-def gates(rmse: RmseRecord, max_force_rmse_n: float | None) -> tuple[str, ...]:
-    """Held-out sum of forces above the asked limit."""
-    if max_force_rmse_n is None:
-        return ()
-    return tuple(
-        f"{row.quantity}: held-out RMSE {row.rmse:.4g} N > {max_force_rmse_n:g} N"
-        for row in rmse.rows
-        if row.split == "held_out" and row.unit == "N" and row.rmse > max_force_rmse_n
     )

@@ -5,10 +5,17 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
+from typing import Literal
 
 import pytest
 
+from footcal_cli.gates import gated, merged
+from footcal_cli.outcome import Outcome
+from footcal_cli.recipe import CommandOptions, Gates
+from footcal_cli.records.results import RmseRecord, RmseRow, VerdictRecord
+from footcal_cli.report import Report
 from tests.cli.test_run_folder import LOG
 from tests.conftest import REPOSITORY, Run
 
@@ -70,3 +77,140 @@ def test_strict_findings_on_a_command_that_never_had_it(
     )  # fmt: skip
     assert answer.exit_code in {1, 3}
     assert not (tmp_path / "out/parameters.json").exists()
+
+
+def recipe_of(folder: Path, text: str) -> Path:
+    path = folder / "recipe.toml"
+    path.write_text(text)
+    return path
+
+
+Split = Literal["all", "train", "held_out"]
+
+
+def outcome(*rows: RmseRow) -> Outcome:
+    report = Report("Test", VerdictRecord(level="good", sentence="Fine."))
+    return Outcome(report, rmse=RmseRecord(rows=rows))
+
+
+def row(quantity: str, rmse: float, split: Split = "all", against: str = "motion") -> RmseRow:
+    return RmseRow(
+        quantity=quantity, unit="N", stage="after", reference=against, split=split, rmse=rmse, n=9
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("gates", "missed"),
+    [
+        ({"max_rmse": {"force *": 0.9}}, ""),
+        ({"max_rmse": {"force *": 0.4}}, "force a: RMSE"),
+        ({"max_rmse": {"forces *": 9.0}}, "judges nothing here"),
+        ({"max_rmse": {"vgrf": 9.0}}, "vgrf: RMSE"),
+        ({"verdicts": ["bad"]}, "verdict good; allowed: bad"),
+        ({"verdicts": ["good", "warning"]}, ""),
+    ],
+)
+def test_gates_judge_the_worst_of_a_quantity(gates: dict[str, object], missed: str) -> None:
+    # held-out errors count where there are some
+    rows = (row("force a", 0.1), row("force a", 0.5, "held_out"), row("vgrf", 9.5))
+    options = CommandOptions(gates=Gates.model_validate_json(json.dumps(gates)))
+    found = gated(outcome(*rows), options, {}, None)
+    assert bool(found.gates_missed) == bool(missed)
+    assert missed in "".join(found.gates_missed)
+
+
+def test_gates_judge_what_the_verdict_quotes() -> None:
+    rows = (row("vgrf", 9.0), row("vgrf", 0.1, against="baseline"))
+    options = CommandOptions(gates=Gates(max_rmse={"vgrf": 1.0}))
+    quoted = replace(outcome(*rows), reference="baseline")
+    assert not gated(quoted, options, {}, None).gates_missed
+    assert gated(replace(quoted, reference="motion"), options, {}, None).gates_missed
+
+
+def test_gates_of_the_recipe_hold_where_there_is_such_a_quantity() -> None:
+    shared = {"max_rmse": {"force *": 0.4, "cop": 1.0}}
+    options = CommandOptions(gates=Gates.model_validate(merged(shared, {})))
+    assert not gated(outcome(), options, shared, None).gates_missed
+    missed = gated(outcome(row("force a", 0.5)), options, shared, None).gates_missed
+    assert [line.split(":")[0] for line in missed] == ["force a"]
+    own = Gates.model_validate(merged(shared, {"max_rmse": {"force *": 0.6}}))
+    found = gated(outcome(row("force a", 0.5)), CommandOptions(gates=own), shared, None)
+    assert not found.gates_missed
+
+
+@pytest.mark.parametrize(
+    ("line", "code", "words"),
+    [
+        ('max_rmse = { "force *" = 1e-9 }', 1, "force left_fl: RMSE"),
+        ("max_change = { bias = 0.1 }", 1, "--reference"),
+        ('max_rsme = { "force *" = 1.0 }', 2, "max_rmse"),
+        ('verdicts = ["fine"]', 2, "verdicts"),
+    ],
+)
+def test_gates_in_a_recipe(
+    run: Run, log: Path, tmp_path: Path, line: str, code: int, words: str
+) -> None:
+    recipe = recipe_of(tmp_path, f"[offline_fit.gates]\n{line}\n")
+    answer = run("offline-fit", log, "--recipe", recipe, "--out", tmp_path / "out")
+    assert answer.exit_code == code, answer.err
+    assert words in answer.err
+
+
+def test_the_largest_change_against_a_reference(run: Run, log: Path, tmp_path: Path) -> None:
+    assert run("offline-fit", log, "--out", tmp_path / "ref").exit_code == 0
+    reference = tmp_path / "ref/parameters.json"
+    again = ("offline-fit", log, "--reference", reference)
+    assert run(*again, "--out", tmp_path / "same").exit_code == 0
+    record = json.loads(reference.read_text())
+    record["parameters"]["left_fl.bias"]["value"] += 0.5
+    moved = tmp_path / "moved.json"
+    moved.write_text(json.dumps(record))
+    answer = run("offline-fit", log, "--reference", moved, "--out", tmp_path / "sd")
+    assert answer.exit_code == 1
+    assert "left_fl.bias: change against the reference" in answer.err
+    for limit, code in ((0.6, 0), (0.4, 1)):
+        recipe = recipe_of(
+            tmp_path,
+            f'[offline_fit.gates]\nmax_change = {{ bias = {limit} }}\nreference = "moved.json"\n',
+        )
+        out = tmp_path / f"units{limit}"
+        answer = run("offline-fit", log, "--recipe", recipe, "--out", out)
+        assert answer.exit_code == code, answer.err
+        assert (out / "parameters_rejected.json").exists() == bool(code)
+    rejected = tmp_path / "units0.4/parameters_rejected.json"
+    assert run("offline-fit", log, "--reference", rejected, "--out", tmp_path / "r").exit_code == 2
+
+
+def test_a_diagnosis_can_be_gated(run: Run, log: Path, tmp_path: Path) -> None:
+    for allowed, code in (("underpowered", 0), ("none", 1)):
+        recipe = recipe_of(tmp_path, f'[diagnose.gates]\ndiagnoses = ["{allowed}"]\n')
+        answer = run(
+            "diagnose", log, "--recipe", recipe, "--experiment", "weights", "--no-pictures",
+            "--out", tmp_path / allowed,
+        )  # fmt: skip
+        assert answer.exit_code == code, answer.err + answer.out
+
+
+def test_columns_are_read_aloud(run: Run, log: Path, tmp_path: Path) -> None:
+    rows = [line.split(",") for line in LOG.splitlines()[1:]]
+    foreign = tmp_path / "grams.csv"
+    foreign.write_text(
+        "channel,m,raw\n" + "".join(f"{c},{1000 * float(n) / 9.80665},{s}\n" for c, n, s in rows)
+    )
+    unit = '[columns]\ncounts = "raw"\nload_n = { column = "m", unit = "%s" }\n'
+    recipe = recipe_of(tmp_path, unit % "g")
+    out = tmp_path / "out"
+    answer = run("offline-fit", foreign, "--recipe", recipe, "--out", out)
+    assert answer.exit_code == 0, answer.err
+    assert "'m' read as gram" in answer.out
+    assert "N (load_n)" in answer.out
+    (columns,) = json.loads((out / "run.json").read_text())["read_as"].values()
+    (load,) = [c for c in columns if c["name"] == "load_n"]
+    largest_n = max(float(n) for _, n, _ in rows)
+    assert load["as_written"][1] == pytest.approx(1000 * largest_n / 9.80665)
+    assert load["as_read"][1] == pytest.approx(largest_n)
+    assert "Columns as read" in (out / "report.html").read_text("utf-8")
+    recipe = recipe_of(tmp_path, unit % "gr")
+    grain = run("offline-fit", foreign, "--recipe", recipe, "--out", tmp_path / "grain")
+    assert grain.exit_code == 2
+    assert "gram" in grain.err

@@ -160,6 +160,20 @@ def test_the_offline_baseline_is_compared_with_as_in_the_paper(
     assert rmse(errors, "memory", "cop", "baseline") > 1e-4
 
 
+def test_gates_judge_against_the_baseline_that_the_verdict_quotes(
+    run: Run, brief: Recording, tmp_path: Path
+) -> None:
+    recipe = write_walk(tmp_path, brief, "[online_replay]\nsensitivity = false")
+    recipe.write_text(recipe.read_text().replace('truth = "truth.parquet"\n', ""))
+    belief = write_belief(tmp_path, brief)
+    answer = run(
+        "online-replay", "--recipe", recipe, "--parameters", belief, "--baseline", belief,
+        "--max-cop-rmse-mm", "1e-6", "--out", tmp_path / "out",
+    )  # fmt: skip
+    assert answer.exit_code == 1
+    assert "cop: RMSE against baseline" in answer.err
+
+
 def test_effects_of_a_calibration_are_undone_before_the_walk_is_judged(
     run: Run, brief: Recording, tmp_path: Path
 ) -> None:

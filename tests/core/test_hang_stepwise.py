@@ -7,6 +7,7 @@ import pytest
 
 from footcal_cli.core.hang.joint import fit_hang
 from footcal_cli.core.hang.stepwise import fit_stepwise, smooth_com
+from footcal_cli.errors import FitError
 from tests.core.six_axis_data import COM_M, FOUR_WAYS, TABLE_2, WEIGHT_N, hang
 
 
@@ -96,7 +97,7 @@ def test_logs_with_other_phases_are_matched_by_the_shaft_angle() -> None:
 
 def test_needs_two_pairs() -> None:
     logs = hang(np.random.default_rng(6), directions=FOUR_WAYS[:3], rows=50).logs
-    with pytest.raises(ValueError, match="two pairs"):
+    with pytest.raises(FitError, match="two pairs"):
         fit_stepwise(logs)
 
 

@@ -15,6 +15,7 @@ from footcal_cli.core.online.window import (
     standing_weights,
 )
 from footcal_cli.core.parameters import FloatArray
+from footcal_cli.errors import DataError
 from tests.core.walk_data import Errors, Recording, make_walk, record
 from tests.core.walking import belief_of, walk_log
 
@@ -105,5 +106,5 @@ def test_weights_come_from_the_scatter_of_quiet_standing(
 def test_a_log_without_contact_is_refused(walk: tuple[Recording, Log, Belief]) -> None:
     _, log, belief = walk
     flying = log.with_known(contact=np.zeros_like(log.known["contact"]))
-    with pytest.raises(ValueError, match="no foot"):
+    with pytest.raises(DataError, match="no foot"):
         run_window(flying, belief, Weights(1.0, 1.0, 1.0))

@@ -38,9 +38,9 @@ def outcome_of(
     changes, since = _changes(session, estimates, feet)
     # placements are what weights are for: they come first
     ordered = list(reversed(parts))
-    sheets = [sheet for part in ordered for sheet in part.sheets]
+    lead = [part.sheets[0] for part in ordered if part.sheets]
     if changes:
-        sheets.insert(1, change_sheet(changes, since))
+        lead.append(change_sheet(changes, since))
     rejected: dict[str, int] = {}
     for part in parts:
         rejected |= part.rejected
@@ -50,7 +50,8 @@ def outcome_of(
             title=f"Offline calibration of {session.recipe.robot.name}",
             verdict=_verdict(ordered, changes, since),
             pictures=tuple(picture for part in ordered for picture in part.pictures),
-            sheets=tuple(sheets),
+            lead_sheets=tuple(lead),
+            sheets=tuple(sheet for part in ordered for sheet in part.sheets[1:]),
             findings=tuple(FindingRecord.of(f) for part in parts for f in part.findings),
             footer=tuple(line for part in parts for line in part.footer),
         ),

@@ -62,6 +62,7 @@ def outcome_of(
     record = record_of(found, answer, read, rules, seed)
     return Outcome(
         usable=record.verdict != "bad-data",
+        diagnosis=record.verdict,
         report=Report(
             title=f"Diagnosis of {session.recipe.robot.name}: {read.case.experiment.name}",
             verdict=answer.verdict,

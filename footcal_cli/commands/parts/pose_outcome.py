@@ -178,7 +178,6 @@ def mounting_outcome(session: Session[PoseCalibOptions], found: Found) -> Outcom
         rmse=rmse,
         parameters=_parameters(session, found.fit.estimates(), found.data),
         files={"wrenches.parquet": wrench_writer(found.data, calibration)},
-        gates_missed=sheets.gates(rmse, options.max_force_rmse_n),
         usable=found.fit.converged,
     )
 

@@ -22,6 +22,8 @@ _LOG_RATIO_RANGE = (-12.0, 12.0)
 _BOUNDARY_WEIGHT = 0.5
 """Weight of ``−ln λ`` beside the deviance: keeps σ_u off zero, where few sessions would otherwise
 put it too often and make intervals too narrow (Chung et al. 2013)."""
+_LEAST_SEEN = 1e-14
+"""Smaller eigenvalues, as a share of the largest, are rounding: they may even be negative."""
 _SAME_IN_ALL = 1e-3
 """A column whose share of an offset or a gain varies less than this is the same in all blocks."""
 
@@ -130,7 +132,7 @@ def fit_blocks(
     sums = _sums(scaled, target, index if many else np.zeros(n, dtype=np.int64), shared)
     ratio = _reml_ratios(sums, n, p) if many else np.zeros(shared.shape[1])
     normal, moment, energy, _ = sums.normal(ratio)
-    inverse = np.asarray(np.linalg.pinv(normal, hermitian=True), dtype=np.float64)
+    inverse = _inverse(normal)
     beta = inverse @ moment
     dof = max(n - rank, 1)
     variance = max(energy - float(beta @ moment), 0.0) / dof if n > rank else np.nan
@@ -148,6 +150,13 @@ def fit_blocks(
         condition=condition,
         sd_gain=float(between[1]) if between.size > 1 else 0.0,
     )
+
+
+def _inverse(normal: FloatArray) -> FloatArray:
+    """Pseudo-inverse of a normal matrix: directions that only rounding shows count as unseen."""
+    values, vectors = np.linalg.eigh(normal)
+    seen = values > _LEAST_SEEN * values[-1]
+    return np.asarray((vectors[:, seen] / values[seen]) @ vectors[:, seen].T)
 
 
 def _sums(design: FloatArray, target: FloatArray, index: IntArray, shared: FloatArray) -> _Blocks:

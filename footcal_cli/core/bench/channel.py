@@ -322,7 +322,10 @@ def _with_shape_prior(covariance: FloatArray, affine: int, seen: BoolArray) -> F
         return covariance
     innovation = covariance[np.ix_(at, at)] + SHAPE_LOG_SD**2 * np.eye(at.size)
     gain = np.linalg.solve(innovation, covariance[at]).T
-    return np.asarray(covariance - gain @ covariance[at])
+    kept = np.eye(len(covariance))
+    kept[:, at] -= gain
+    # Joseph's form: variances stay positive where the plain difference loses all digits
+    return np.asarray(kept @ covariance @ kept.T + SHAPE_LOG_SD**2 * gain @ gain.T)
 
 
 def _estimates(

@@ -14,6 +14,7 @@ from scipy.ndimage import median_filter
 
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 from footcal_cli.core.signals import effective_size
+from footcal_cli.errors import DataError
 
 _MAD_TO_SD = 1.4826
 RAIL_CODES = (float(2**23 - 1), float(-(2**23)), float(2**24 - 1))
@@ -181,7 +182,10 @@ def find_plateaus(
     """
     options = options or PlateauOptions()
     if np.any(np.diff(time_s) < 0):
-        raise ValueError("times of a recording must increase")
+        raise DataError(
+            "times of a recording must increase", column="time_s",
+            remedy="sort the rows by time, or check the clock",
+        )  # fmt: skip
     dropout, glitch = find_outliers(reading, options)
     state = np.full(reading.size, SampleState.MOVING, dtype=np.int64)
     state[dropout], state[glitch] = SampleState.DROPOUT, SampleState.GLITCH

@@ -20,6 +20,7 @@ from footcal_cli.errors import FitError
 _GRID = 12
 _APART = 0.7
 _LOG_STEP = 1e-3
+_WIDEST_LOG = 50.0
 
 
 @dataclass(frozen=True)
@@ -125,14 +126,13 @@ def fit_relaxation(
     sd, quantile = fit.sd, float(stats.t.ppf(0.975, fit.dof[0]))
     log_sd = sd[-constants:]
     tau = np.exp(log_tau)
+    reach = np.exp(np.minimum(quantile * log_sd, _WIDEST_LOG))
     white = rest(log_tau, correlation_s)
     raw = y - linear @ kept
     shape = (constants, names.size)
     return Relaxation(
         tau_s=tau,
-        tau_ci95_s=np.column_stack(
-            [tau * np.exp(-quantile * log_sd), tau * np.exp(quantile * log_sd)]
-        ),
+        tau_ci95_s=np.column_stack([tau / reach, tau * reach]),
         log_tau_sd=log_sd,
         level=kept[: names.size],
         level_sd=sd[: names.size],

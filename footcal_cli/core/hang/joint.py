@@ -15,11 +15,13 @@ from footcal_cli.core.hang.summary import SEEN, Summary, triangle
 from footcal_cli.core.hang.words import hang_gaps
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import Estimates, FloatArray
+from footcal_cli.errors import FitError
 
 MAX_ORDER = 3
 _MIN_NOISE_DOF = 60
 _PHASE_CONDITION = 1e-4
 _NOISE_ROUNDS = 4
+_LEAST_NOISE = 1e-9  # of the weight: logs without any noise
 
 
 @dataclass(frozen=True)
@@ -226,6 +228,11 @@ def _noise_from_fit(
 
     Alternates fit and residual; the fitted parameters are taken off the degrees of freedom in
     proportion.
+
+    Raises
+    ------
+    FitError
+        There are fewer readings than parameters: nothing shows the noise.
     """
     sd = np.array([1.0] * 3 + [0.1] * 3) if noise_sd is None else np.asarray(noise_sd, dtype=float)
     triangles = [triangle(z, w) for z, w in zip(designs, wrenches, strict=True)]
@@ -235,9 +242,14 @@ def _noise_from_fit(
         left = np.concatenate(
             [w - z @ c.T for z, w, c in zip(designs, wrenches, table, strict=True)]
         )
+        if left.size <= theta.size:
+            raise FitError(
+                f"leg {model.leg}: {left.size} readings cannot carry {theta.size} parameters",
+                remedy="hang the leg in more orientations, or record for longer",
+            )
         share = 1.0 - min(theta.size / left.size, 0.9)
         force, torque = (float(np.sqrt(np.mean(part**2) / share)) for part in np.split(left, 2, 1))
-        sd = np.maximum([force] * 3 + [torque] * 3, np.finfo(float).tiny ** 0.25)
+        sd = np.maximum([force] * 3 + [torque] * 3, _LEAST_NOISE * weight_n)
     return _white(sd)
 
 

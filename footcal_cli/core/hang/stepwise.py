@@ -18,6 +18,7 @@ from footcal_cli.core.hang.runs import HangRun, hang_runs
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.spatial import skew
+from footcal_cli.errors import FitError
 
 COST_TOLERANCE = 1e-3
 SMOOTHER_VARIANCE = 0.01
@@ -182,7 +183,10 @@ def _pairs(runs: Sequence[HangRun]) -> list[_Pair]:
                 minus, plus = 0.5 * (w_first - w_second), 0.5 * (w_first + w_second)
                 pairs.append(_Pair(i, j, first.nominal_dir_t, phase, minus, plus))
     if len(pairs) < 2:
-        raise ValueError("the stepwise method needs two pairs of opposite orientations (±x and ±z)")
+        raise FitError(
+            "the stepwise method needs two pairs of opposite orientations (±x and ±z)",
+            remedy="use --method joint",
+        )
     return pairs[:2]
 
 
@@ -194,7 +198,7 @@ def _at_phase(run: HangRun, phase_rad: FloatArray) -> FloatArray:
     order = np.argsort(own, kind="stable")
     low, turns = own[order[0]], np.floor(np.ptp(own) / (2 * np.pi))
     if turns < 1:
-        raise ValueError("the leg must turn at least once in every log")
+        raise FitError("the leg must turn at least once in every log", remedy="use --method joint")
     wanted = low + np.mod(np.unwrap(phase_rad) - low, 2 * np.pi * turns)
     return np.stack([np.interp(wanted, own[order], w[order]) for w in run.wrench.T], axis=1)
 

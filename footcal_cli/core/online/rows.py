@@ -23,6 +23,7 @@ from footcal_cli.core.experiments import walk
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
+from footcal_cli.errors import DataError
 
 REFERENCE_STATES: Mapping[str, tuple[str, float]] = {
     "robot.delay": ("s", 0.01),
@@ -185,7 +186,9 @@ def cell_rows(
     hanging = hanging_of(log)
     blocks = len(log) // samples_per_update
     if blocks == 0:
-        raise ValueError(f"{len(log)} samples are too few for one update")
+        raise DataError(
+            f"{len(log)} samples are too few for one update", remedy="record a longer walk"
+        )
     chunk = max(_CHUNK_ROWS // samples_per_update, 1) * samples_per_update
     parts = []
     for start in range(0, blocks * samples_per_update, chunk):

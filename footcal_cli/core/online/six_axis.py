@@ -15,6 +15,7 @@ from footcal_cli.core.experiments import walk
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.rows import Rows, advanced, block_means
 from footcal_cli.core.parameters import FloatArray
+from footcal_cli.errors import DataError
 
 PRIOR_SD: Mapping[str, tuple[str, float]] = {
     "offset_f": ("N", 30.0),
@@ -93,7 +94,9 @@ def six_axis_rows(
         add(DELAY_STATE, "delay")
     blocks = len(log) // samples_per_update
     if blocks == 0:
-        raise ValueError(f"{len(log)} samples are too few for one update")
+        raise DataError(
+            f"{len(log)} samples are too few for one update", remedy="record a longer walk"
+        )
     used = log.rows(0, blocks * samples_per_update)
     balance = walk.six_axis_balance(used)
     h = _columns(used, scales)[:, :, : len(names)]

@@ -30,6 +30,7 @@ from footcal_cli.core.signals import (
     interpolate_stream,
     low_pass_stretches,
 )
+from footcal_cli.errors import DataError
 
 _LONGEST_BODY_GAP_PERIODS = 5.0
 _CELL_GAP_PERIODS = 3.5
@@ -245,7 +246,10 @@ def merge_six_axis(
     """
     rule = rule or MergeRule()
     if body.feet_rot is None:
-        raise ValueError("six-axis feet need the orientation of the feet")
+        raise DataError(
+            "six-axis feet need the orientation of the feet", column="left_foot_qw …",
+            remedy="log the feet's quaternions or their yaw",
+        )  # fmt: skip
     at, clock, rate, whole = _sensor_rows(sensors)
     readings = sensors.readings[at]
     values, seen, body_clock = _body_on(body, sensors.time_s[at], rule)
@@ -301,7 +305,10 @@ def _sensor_rows(sensors: SensorStream) -> tuple[IntArray, Clock, float, BoolArr
     """Rows kept, the clock, its rate, and which rows are not beside a gap."""
     clock = check_clock(sensors.time_s)
     if clock.keep.size < 4:
-        raise ValueError(f"{clock.keep.size} samples with increasing stamps are too few")
+        raise DataError(
+            f"{clock.keep.size} samples with increasing stamps are too few",
+            remedy="check the stamps (footcal check), or record a longer log",
+        )
     time_s = sensors.time_s[clock.keep]
     whole = np.ones(time_s.size, dtype=bool)
     broken = np.flatnonzero(np.diff(time_s) > _CELL_GAP_PERIODS * clock.period_s)
@@ -316,6 +323,11 @@ def _body_on(
     """The body stream at the sensors' stamps, delay compensated, accelerations filtered."""
     clock = check_clock(body.time_s)
     keep = clock.keep
+    if keep.size < 4:
+        raise DataError(
+            f"{keep.size} samples of the body stream with increasing stamps are too few",
+            column="time_s", remedy="check its stamps (footcal check)",
+        )  # fmt: skip
     time_s = body.time_s[keep]
     parts: dict[str, FloatArray] = {
         "com_m": body.com_m[keep],

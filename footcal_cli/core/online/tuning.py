@@ -100,7 +100,7 @@ def learn_noise(
         points = points.copy()
         points[:, at] = np.clip(points[:, at], origin[at] - _FURTHEST, origin[at] + _FURTHEST)
         likelihood, _, _ = run_settings(
-            rows, Noise.of(np.exp(points)), guards, known_jumps=known_jumps
+            rows, Noise.of(np.exp(points)), guards, known_jumps=known_jumps, states=False
         )
         moved = (points[:, at] - origin[at]) / prior_sd
         return np.asarray(likelihood - 0.5 * np.sum(moved**2, axis=1))

@@ -7,7 +7,8 @@ import io
 from rich.console import Console
 
 from footcal_cli.records.results import VerdictRecord
-from footcal_cli.report import Report, Sheet, print_text
+from footcal_cli.report import Report, Sheet
+from footcal_cli.report.text import print_text
 
 
 def printed(sheet: Sheet) -> str:

@@ -1,0 +1,146 @@
+"""A report as one self-contained HTML file: result and action, evidence, details, how it was run.
+
+Style and script stand in the page; a Content-Security-Policy allows them by their hash and nothing
+else, so that text from a log cannot run.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from importlib import resources
+from typing import TYPE_CHECKING
+
+from footcal_cli.records.results import RunRecord
+from footcal_cli.report import Picture, Report, Sheet, plural
+
+if TYPE_CHECKING:
+    import jinja2
+
+_NUMERIC = re.compile(
+    r"^[<>≤≥≈→ ]*[−+-]?[\d,]*\.?\d+([e×]\S*)?( ± \S+)?( ?%)?( ?\[[^]]*\]( ?%)?)?( of [\d,]+)?$"
+)
+_EMPTY = frozenset({"", "–", "-", "no repeats"})
+_LEVELS = {
+    "good": ("✓", "Result"),
+    "warning": ("!", "Needs attention"),
+    "bad": ("✕", "Not to be relied on"),
+}
+_SEVERITIES = {"alarm": "✕", "warning": "!", "note": "i"}
+_FILES = {
+    "parameters.json": "the calibration, for --parameters",
+    "parameters_rejected.json": "the calibration that was not accepted, with the reason",
+    "parameters_extended.json": "the calibration with the identified effects in it",
+    "diagnosis.json": "the diagnosis for programs",
+    "rmse.json": "errors before and after, for programs",
+    "rmse.csv": "the same for a spreadsheet",
+    "run.json": "what was run, on which files, how long it took",
+    "predictions.parquet": "each reading with its prediction and interval",
+    "placements.parquet": "each placement with raw and corrected CoP",
+    "cop_correction.json": "the CoP correction, for apply --cop-correction",
+    "replay.parquet": "forces, CoP and parameters, sample by sample",
+    "wrenches.parquet": "foot wrenches, pose by pose",
+    "truth.json": "what was true of the simulated logs",
+    "calibrated.parquet": "the log with its calibration applied",
+}
+
+
+@dataclass(frozen=True)
+class _Table:
+    """A table with its number, anchor and the alignment of its columns."""
+
+    number: int
+    anchor: str
+    sheet: Sheet
+    numeric: tuple[bool, ...]
+
+    @property
+    def folded(self) -> int:
+        """How many rows are folded away."""
+        sheet = self.sheet
+        return max(len(sheet.rows) - sheet.folded_after, 0) if sheet.folded_after else 0
+
+    @property
+    def reason_only(self) -> frozenset[int]:
+        """Greyed rows that hold nothing but the reason in their last cell."""
+        return frozenset(
+            i for i in self.sheet.greyed if all(c in _EMPTY for c in self.sheet.rows[i][2:-1])
+        )
+
+
+@dataclass(frozen=True)
+class _Figure:
+    """A figure with its number, and what it shows in words."""
+
+    number: int
+    picture: Picture
+    data: str
+    alt: str
+
+
+def render_html(
+    report: Report,
+    run: RunRecord,
+    recipe_text: str,
+    images: Mapping[str, bytes],
+    files: Sequence[str] = (),
+) -> str:
+    """The page; `images` holds each picture's PNG by name, `files` what lies beside the page."""
+    leading = [_table(sheet, i + 1) for i, sheet in enumerate(report.leading)]
+    details = [_table(s, len(leading) + i + 1) for i, s in enumerate(report.details)]
+    figures = [
+        _Figure(
+            number=i + 1,
+            picture=picture,
+            data=base64.b64encode(images[picture.name]).decode("ascii"),
+            alt=f"{picture.heading}. {picture.result or report.verdict.sentence}",
+        )
+        for i, picture in enumerate(report.pictures)
+    ]
+    mark, level = _LEVELS[report.verdict.level]
+    urgent = [f for f in report.findings if f.severity != "note"]
+    style, script = _asset("report.css"), _asset("report.js")
+    return _template().render(
+        report=report, run=run, recipe_text=recipe_text, leading=leading, details=details,
+        figures=figures, mark=mark, level=level, severities=_SEVERITIES, urgent=urgent,
+        notes=[f for f in report.findings if f.severity == "note"],
+        files=[(name, _FILES.get(name, "")) for name in files], plural=plural,
+        style=style, script=script, style_hash=_hash(style), script_hash=_hash(script),
+    )  # fmt: skip
+
+
+def _table(sheet: Sheet, count: int) -> _Table:
+    """A sheet as the template draws it: columns of numbers are those without other text."""
+    numeric = []
+    for k in range(len(sheet.columns)):
+        cells = [str(row[k]).strip() for i, row in enumerate(sheet.rows) if i not in sheet.greyed]
+        filled = [cell for cell in cells if cell not in _EMPTY]
+        numbers = sum(bool(_NUMERIC.match(cell)) for cell in filled)
+        numeric.append(bool(filled) and numbers >= 0.8 * len(filled))
+    return _Table(count, f"table-{count}", sheet, tuple(numeric))
+
+
+@cache
+def _template() -> jinja2.Template:
+    import jinja2
+
+    environment = jinja2.Environment(
+        autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    return environment.from_string(_asset("report.html.j2"))
+
+
+@cache
+def _asset(name: str) -> str:
+    source = resources.files("footcal_cli").joinpath("templates").joinpath(name)
+    return source.read_text(encoding="utf-8")
+
+
+def _hash(text: str) -> str:
+    """The source expression by which a Content-Security-Policy allows a text."""
+    digest = hashlib.sha256(text.encode("utf-8")).digest()
+    return f"'sha256-{base64.b64encode(digest).decode('ascii')}'"

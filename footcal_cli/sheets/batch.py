@@ -1,0 +1,308 @@
+"""Verdict, tables and figures of `batch`."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from typing import Literal
+
+import numpy as np
+
+from footcal_cli.core.fleet import Budget, Fleet, Series, Sessions
+from footcal_cli.core.parameters import Status
+from footcal_cli.plots import batch as plots
+from footcal_cli.records.batch import SessionRecord
+from footcal_cli.records.results import FindingRecord, VerdictRecord
+from footcal_cli.report import Picture, Sheet, number, with_sd
+
+_FOLDED = 40
+_MOST_KINDS = 6
+_FEWEST_DRAWN = 3
+
+
+def sessions_of(rows: Sequence[SessionRecord], days: Sequence[float] | None) -> Sessions:
+    """Parameters of all sessions that were not refused.
+
+    Parameters
+    ----------
+    rows
+        In the order of time.
+    days
+        After the first session; None where dates are missing.
+    """
+    names = list(dict.fromkeys(name for row in rows for name in row.parameters))
+    values = {name: np.full(len(rows), np.nan) for name in names}
+    sd = {name: np.zeros(len(rows)) for name in names}
+    units: dict[str, str] = {}
+    for i, row in enumerate(rows):
+        for name, found in row.parameters.items():
+            units[name] = found.unit
+            if found.status is Status.ESTIMATED and found.sd is not None:
+                values[name][i], sd[name][i] = found.value, found.sd
+    kept = [name for name in names if np.isfinite(values[name]).any()]
+    return Sessions(
+        names=np.array([row.session for row in rows], dtype=np.str_),
+        robot=np.array([row.robot for row in rows], dtype=np.str_),
+        operator=np.array([row.operator for row in rows], dtype=np.str_),
+        day=np.array([(row.date or "")[:10] for row in rows], dtype=np.str_),
+        time=np.arange(len(rows), dtype=float) if days is None else np.array(days),
+        values={name: values[name] for name in kept},
+        sd={name: sd[name] for name in kept},
+        units=units,
+    )
+
+
+def verdict_of(rows: Sequence[SessionRecord], fleet: Fleet, alarms: int) -> VerdictRecord:
+    """How many sessions there are, and what is wrong with them."""
+    outcomes = Counter(row.outcome for row in rows)
+    refused, gates = outcomes["refused"], outcomes["gate not met"]
+    apart, changed = fleet.outlying_sessions(), [s for s in fleet.series if s.proved]
+    robots = len({row.robot for row in rows if row.outcome != "refused"})
+    sentence = (
+        f"{len(rows) - refused} of {_count(len(rows), 'session')} of {_count(robots, 'robot')} "
+        "came through"
+    )
+    parts = [f"{refused} refused"] if refused else []
+    parts += [f"gates not met by {gates}"] if gates else []
+    parts += [_count(len(apart), "outlying session")] if apart else []
+    parts += [f"{_count(len(changed), 'parameter')} changed"] if changed else []
+    parts += [f"{_count(alarms, 'drift')} beyond its limit"] if alarms else []
+    codes = Counter(code for row in rows for code in row.findings)
+    details = []
+    if codes:
+        common = ", ".join(f"{code} in {n}" for code, n in codes.most_common(5))
+        details.append(f"Most common findings: {common} sessions.")
+    level: Literal["good", "warning", "bad"]
+    level = "bad" if refused == len(rows) or alarms else "warning" if parts else "good"
+    return VerdictRecord(
+        level=level, sentence=sentence + (f"; {', '.join(parts)}." if parts else "."),
+        details=tuple(details),
+    )  # fmt: skip
+
+
+def _count(n: int, what: str) -> str:
+    return f"{n} {what}{'' if n == 1 else 's'}"
+
+
+def findings_of(fleet: Fleet) -> list[FindingRecord]:
+    """Changes, drifts and outlying sessions."""
+    found = []
+    for one in fleet.series:
+        where = f"{one.robot}, {one.parameter}"
+        for change in one.changes:
+            name = fleet.sessions.names[one.at[change.first_after]]
+            found.append(
+                FindingRecord(
+                    code="parameter_changed",
+                    severity="warning",
+                    where=where,
+                    sentence=f"changed by {with_sd(change.size, change.sd)} {one.unit} at session "
+                    f"{name} (p {number(change.p, 2)}, all places counted)",
+                    remedy="ask what was done to the robot before that session",
+                )
+            )
+        if one.drifting and one.trend is not None:
+            found.append(
+                FindingRecord(
+                    code="parameter_drifts",
+                    severity="warning",
+                    where=where,
+                    sentence=f"drifts by {with_sd(one.trend.total, one.trend.total_sd)} {one.unit} "
+                    f"over the sessions (p {number(one.trend.p, 2)})",
+                    remedy="calibrate more often, or find what wears",
+                )
+            )
+    for name, parameters in fleet.outlying_sessions().items():
+        some = ", ".join(parameters[:4]) + ("" if len(parameters) < 5 else " …")
+        found.append(
+            FindingRecord(
+                code="outlying_session",
+                severity="warning",
+                where=name,
+                sentence=f"lies apart from the other sessions in {some}",
+                remedy="look at its report; run diagnose on its logs",
+            )
+        )
+    return found
+
+
+def sheets_of(rows: Sequence[SessionRecord], fleet: Fleet) -> tuple[Sheet, ...]:
+    """Sessions, parameters over time, uncertainty budget."""
+    sheets = [_sessions_sheet(rows)]
+    if fleet.series:
+        sheets.append(_series_sheet(fleet.series))
+    if any(b.components for b in fleet.budgets):
+        sheets.append(_budget_sheet(fleet.budgets))
+    return tuple(sheets)
+
+
+def _sessions_sheet(rows: Sequence[SessionRecord]) -> Sheet:
+    # what went wrong first: with a thousand sessions nobody scrolls
+    order = sorted(range(len(rows)), key=lambda i: (rows[i].outcome == "done", i))
+    return Sheet(
+        "Sessions", ("session", "robot", "date", "outcome", "verdict or reason", "s"),
+        [
+            (
+                rows[i].session, rows[i].robot, rows[i].date or "–", rows[i].outcome,
+                rows[i].reason or _sentence(rows[i]), number(rows[i].seconds, 3),
+            )
+            for i in order
+        ],
+        greyed=frozenset(k for k, i in enumerate(order) if rows[i].outcome == "refused"),
+        folded_after=_FOLDED if len(rows) > _FOLDED else 0,
+    )  # fmt: skip
+
+
+def _sentence(row: SessionRecord) -> str:
+    return "" if row.verdict is None else row.verdict.sentence
+
+
+def _series_sheet(series: Sequence[Series]) -> Sheet:
+    order = sorted(series, key=lambda one: (not one.proved, not one.outlying.any()))
+    lines = []
+    for one in order:
+        last = one.levels[-1]
+        drift = one.drift
+        what = "no change shown"
+        if one.changes:
+            what = _count(len(one.changes), "change point")
+        elif one.drifting:
+            what = "steady drift"
+        elif one.trend is None:
+            what = "too few sessions to tell"
+        lines.append(
+            (
+                one.robot,
+                one.parameter,
+                one.unit,
+                str(one.at.size),
+                with_sd(last.value, last.sd),
+                number(last.between_sd, 2),
+                "–" if drift is None else with_sd(*drift),
+                what,
+                str(int(one.outlying.sum())),
+            )
+        )
+    return Sheet(
+        "Parameters over the sessions",
+        ("robot", "parameter", "unit", "sessions", "last level", "spread beyond claims",
+         "drift, first to last", "verdict", "outlying"),
+        lines,
+        note="A level is the weighted mean of the sessions between change points, ± sd (Knapp and "
+        "Hartung). 5 % for any false change or outlying session in the whole batch. What a "
+        "session did not estimate does not count.",
+        folded_after=_FOLDED if len(lines) > _FOLDED else 0,
+    )  # fmt: skip
+
+
+def _budget_sheet(budgets: Sequence[Budget]) -> Sheet:
+    lines = []
+    for one in budgets:
+        if not one.components:
+            continue
+        by_name = {c.name: c for c in one.components}
+        cells = [
+            f"{number(c.sd, 3)} [{number(c.low, 2)}, {number(c.high, 2)}]"
+            if (c := by_name.get(name)) is not None
+            else "–"
+            for name in ("repeatability", "day", "operator", "robot")
+        ]
+        share = one.gauge_share
+        repeat = one.sd_of("repeatability")
+        ratio = number(repeat / one.claimed_sd, 2) if one.claimed_sd > 0 else "–"
+        distinct = "–"
+        if share is not None and one.gauge_sd > 0:
+            distinct = str(max(int(1.41 * one.sd_of("robot") / one.gauge_sd), 1))
+        lines.append(
+            (
+                one.parameter,
+                one.unit,
+                str(one.sessions),
+                number(one.claimed_sd, 3),
+                *cells,
+                ratio,
+                number(2.0 * one.standard_uncertainty, 3),
+                "–" if share is None else f"{100 * share:.0f}",
+                distinct,
+            )
+        )
+    return Sheet(
+        "Uncertainty budget (gauge R&R)",
+        ("parameter", "unit", "sessions", "claimed sd", "repeatability", "day", "operator",
+         "robot", "repeatability / claimed", "U (k = 2)", "% GRR", "ndc"),
+        lines,
+        note="Sd by source with 95 % interval, change points and drifts taken out and outlying "
+        "sessions left out; – where the sessions cannot tell it apart. U: expanded uncertainty of "
+        "one session's value, from the larger of claim and repeatability, and days or operators; "
+        "an error that all sessions share is not in it. % GRR and ndc as in AIAG, Measurement "
+        "Systems Analysis (2010), robots as parts.",
+        folded_after=_FOLDED if len(lines) > _FOLDED else 0,
+    )  # fmt: skip
+
+
+def pictures_of(fleet: Fleet, dated: bool) -> tuple[Picture, ...]:
+    """A figure per kind of parameter, what changed first, and the budget."""
+    kinds: dict[str, list[Series]] = {}
+    for one in sorted(fleet.series, key=lambda s: (not s.proved, not s.outlying.any())):
+        if one.at.size < _FEWEST_DRAWN:
+            continue
+        kinds.setdefault(one.parameter.rsplit(".", 1)[-1], []).append(one)
+    pictures = [
+        Picture(
+            f"over_time_{kind}", plots.plot_series(series, dated),
+            f"'{kind}' of every session with its 95 % interval and levels, of several robots as "
+            "changes from each robot's first level; dashed red: a change point, red circle: an "
+            "outlying session."
+            + _not_drawn({s.parameter for s in series}),
+        )
+        for kind, series in list(kinds.items())[:_MOST_KINDS]
+    ]  # fmt: skip
+    if any(b.components for b in fleet.budgets):
+        pictures.append(
+            Picture("budget", plots.plot_budgets(fleet.budgets),
+                    "Where the variance of a robot's parameter comes from, session to session; the "
+                    "upright stroke marks what the fits claim.")
+        )  # fmt: skip
+    return tuple(pictures)
+
+
+def _not_drawn(names: set[str]) -> str:
+    more = len(names) - plots.MOST_PANELS
+    return f" {more} more parameters are in the table." if more > 0 else ""
+
+
+def frame_of(rows: Sequence[SessionRecord]) -> dict[str, object]:
+    """``sessions.parquet``: a row per session; parameters with sd, errors by name."""
+    frame: dict[str, object] = {
+        name: [getattr(row, name) for row in rows]
+        for name in (
+            "session", "robot", "date", "operator", "command", "outcome", "exit_code", "reason",
+            "attempts", "seconds", "rows", "digest",
+        )
+    }  # fmt: skip
+    frame["logs"] = ["; ".join(row.logs) for row in rows]
+    frame["verdict"] = [_sentence(row) for row in rows]
+    frame["findings"] = ["; ".join(row.findings) for row in rows]
+    for name in dict.fromkeys(name for row in rows for name in row.parameters):
+        found = [row.parameters.get(name) for row in rows]
+        frame[name] = [np.nan if p is None else p.value for p in found]
+        frame[f"{name}.sd"] = [np.nan if p is None or p.sd is None else p.sd for p in found]
+        frame[f"{name}.status"] = ["" if p is None else str(p.status.value) for p in found]
+    for name in dict.fromkeys(name for row in rows for name in row.rmse):
+        frame[f"rmse.{name}"] = [row.rmse.get(name, np.nan) for row in rows]
+    return frame
+
+
+def gates_missed(fleet: Fleet, limits: Mapping[str, float]) -> list[str]:
+    """Proved drifts beyond their limits; a limit's key is a parameter or its last word."""
+    missed = []
+    for one in fleet.series:
+        limit = limits.get(one.parameter, limits.get(one.parameter.rsplit(".", 1)[-1]))
+        drift = one.drift
+        if limit is None or drift is None or not one.proved or abs(drift[0]) <= limit:
+            continue
+        missed.append(
+            f"{one.robot}, {one.parameter}: drift {with_sd(*drift)} {one.unit} > {limit:g} "
+            f"{one.unit}"
+        )
+    return missed

@@ -1,0 +1,149 @@
+"""`batch`: many sessions, a bad one, a dead worker, and going on where it stopped."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from footcal_cli.batch.local import run_here
+from footcal_cli.batch.plan import Job, plan
+from footcal_cli.commands.parts.batch_work import digest_of, run_session
+from footcal_cli.errors import UsageError
+from tests.cli.killed_work import died, kill_once
+from tests.conftest import Run
+
+RECIPE = 'name = "bench"\n[robot]\nname = "A"\nchannels = ["left_fl"]\n'
+
+
+def write_session(path: Path, bias: float, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    load = np.repeat([0.0, 5.0, 10.0, 20.0], 3)
+    counts = (load - bias) / -3.4e-5 + rng.normal(0.0, 300.0, load.size)
+    frame = pd.DataFrame({"channel": "left_fl", "load_n": load, "counts": counts.round()})
+    frame.to_csv(path, index=False)
+
+
+@pytest.fixture
+def logs(tmp_path: Path) -> Path:
+    """Four sessions of ``check``, the third of them bad."""
+    for i in range(4):
+        write_session(tmp_path / f"bench_2026-05-0{i + 1}.csv", 0.1, i)
+    (tmp_path / "bench_2026-05-03.csv").write_text("channel,load_n,counts\nleft_fl,abc,3\n")
+    (tmp_path / "recipe.toml").write_text(RECIPE)
+    return tmp_path
+
+
+def job_of(folder: Path, name: str) -> Job:
+    return Job(
+        name, "A", None, "", (folder / f"{name}.csv",), None, None, "check", 0,
+        folder / "out", again=False,
+    )  # fmt: skip
+
+
+def test_a_killed_worker_loses_nothing(tmp_path: Path) -> None:
+    (tmp_path / "out").mkdir()
+    jobs = [job_of(tmp_path, f"s{i:02d}") for i in range(20)]
+    rows = {row.session: row for row in run_here(jobs, 2, kill_once, died)}
+    assert sorted(rows) == [job.name for job in jobs]
+    assert (rows["s05"].outcome, rows["s05"].attempts) == ("done", 2)
+    assert (rows["s07"].outcome, rows["s07"].attempts) == ("refused", 2)
+    assert sum(row.outcome == "done" for row in rows.values()) == 19
+
+
+def test_a_bad_session_is_a_row_and_the_others_are_kept(run: Run, logs: Path) -> None:
+    out = logs / "out"
+    arguments = (
+        "batch", str(logs / "bench_*.csv"), "--recipe", logs / "recipe.toml", "--command", "check",
+        "--out", out, "--workers", "1", "--quiet",
+    )  # fmt: skip
+    answer = run(*arguments)
+    assert answer.exit_code == 1
+    assert answer.err.count("\n") == 1
+    assert "bench_2026-05-03.csv, column load_n, line 2" in answer.err
+    table = pd.read_parquet(out / "sessions.parquet")
+    assert table["outcome"].tolist() == ["done", "done", "refused", "done"]
+    assert table["date"].tolist() == [f"2026-05-0{i}" for i in range(1, 5)]
+    assert len(pd.read_csv(out / "sessions.csv")) == 4
+    assert (out / "report.html").is_file()
+    stamps = {p: p.stat().st_mtime_ns for p in out.glob("sessions/*/run.json")}
+    assert len(stamps) == 3
+
+    # the log is mended: only that session is run again
+    write_session(logs / "bench_2026-05-03.csv", 0.1, 9)
+    answer = run(*arguments)
+    assert answer.exit_code == 0, answer.err
+    assert {p: p.stat().st_mtime_ns for p in stamps} == stamps
+    assert set(pd.read_parquet(out / "sessions.parquet")["outcome"]) == {"done"}
+
+
+def test_a_row_carries_parameters_with_their_sd(logs: Path) -> None:
+    common = job_of(logs, "bench_2026-05-01")
+    fields = {"recipe": logs / "recipe.toml", "command": "offline-fit"}
+    row = run_session(Job(**{**common.__dict__, **fields}))
+    bias = row.parameters["left_fl.bias"]
+    assert bias.sd is not None
+    assert abs(bias.value - 0.1) < 4 * bias.sd
+    assert row.outcome == "done"
+    assert row.digest == digest_of(Job(**{**common.__dict__, **fields}))
+
+
+def test_a_table_names_sessions_robots_and_dates(tmp_path: Path) -> None:
+    table = tmp_path / "sessions.csv"
+    table.write_text(
+        "robot,date,operator,logs\nA,2026-05-04,ann,cells.parquet; body.parquet\n"
+        "B,2026-05-05T09:30,ben,other.csv\n"
+    )
+    one, two = plan([str(table)], job_of(tmp_path, "x"))
+    assert (one.name, one.robot, one.date, one.operator) == ("cells", "A", "2026-05-04", "ann")
+    assert [path.name for path in one.logs] == ["cells.parquet", "body.parquet"]
+    assert two.date == "2026-05-05T09:30:00"
+    toml = tmp_path / "sessions.toml"
+    toml.write_text('[[session]]\nlogs = ["a.csv", "b.csv"]\ndate = 2026-05-04\n')
+    (only,) = plan([str(toml)], job_of(tmp_path, "x"))
+    assert (only.name, only.date, len(only.logs)) == ("a", "2026-05-04", 2)
+
+
+def test_folders_of_a_glob_are_sessions_and_equal_names_are_told_apart(tmp_path: Path) -> None:
+    for day in ("2026-05-04", "2026-05-05"):
+        for name in ("cells", "body"):
+            (tmp_path / day / "walk").mkdir(parents=True, exist_ok=True)
+            (tmp_path / day / "walk" / f"{name}.csv").touch()
+    jobs = plan([str(tmp_path / "*" / "walk")], job_of(tmp_path, "x"))
+    assert [job.name for job in jobs] == ["2026-05-04-walk", "2026-05-05-walk"]
+    assert [job.date for job in jobs] == ["2026-05-04", "2026-05-05"]
+    assert [len(job.logs) for job in jobs] == [2, 2]
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        ("robbot,logs\nA,a.csv\n", "did you mean 'robot'"),
+        ("logs,date\na.csv,4 May\n", "not a date"),
+        ("logs\na.csv\na.csv\n", "two sessions are called 'a'"),
+        ("logs\n", "no sessions"),
+    ],
+)
+def test_a_wrong_table_is_refused_in_one_line(tmp_path: Path, content: str, said: str) -> None:
+    table = tmp_path / "sessions.csv"
+    table.write_text(content)
+    with pytest.raises(UsageError, match=said):
+        plan([str(table)], job_of(tmp_path, "x"))
+
+
+@pytest.mark.slow
+def test_local_processes_and_dask_give_the_same_table(run: Run, logs: Path) -> None:
+    from distributed import LocalCluster
+
+    tables = []
+    with LocalCluster(  # type: ignore[no-untyped-call]
+        n_workers=2, threads_per_worker=1, dashboard_address=None
+    ) as cluster:
+        for extra in ((), ("--scheduler", cluster.scheduler_address)):
+            out = logs / f"out{len(extra)}"
+            run("batch", str(logs / "bench_*.csv"), "--recipe", logs / "recipe.toml", "--command",
+                "offline-fit", "--out", out, "--quiet", *extra)  # fmt: skip
+            tables.append(pd.read_parquet(out / "sessions.parquet").drop(columns="seconds"))
+    pd.testing.assert_frame_equal(tables[0], tables[1])

@@ -1,0 +1,122 @@
+"""Known weights on single cells, and known weights on known holes of a foot's top plate."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+
+from tests.foreign.biped import CELLS, CHANNELS, FEET, draw_biped
+from tests.foreign.files import Recorded
+from tests.foreign.noise import Array, slow, stream
+from tests.foreign.streams import Distort
+
+WEIGHT_TOLERANCE = 5e-5
+"""Class M1: half of what a weight of 1 kg may be off, relative."""
+PIN_PLAY_M = 1.5e-4
+
+
+def weights(seed: int, *, repeats: int = 4, distort: Distort | None = None) -> Recorded:
+    """Each cell alone under five loads, up and down, several times; a reading every 20 s.
+
+    Parameters
+    ----------
+    distort : a hidden cause; it sees the loads (n, 8) of all cells in the order of the table
+    """
+    robot, rng = draw_biped(seed), stream(seed, "weights")
+    ladder = np.round(0.6 * robot.weight_n * np.array([0.0, 0.1, 0.25, 0.5, 1.0]), 2)
+    steps = np.concatenate([ladder, ladder[-2::-1]])
+    direction = np.concatenate([np.ones(len(ladder)), -np.ones(len(ladder) - 1)])
+    loads = np.tile(steps, 8 * repeats)
+    channel = np.repeat(np.arange(8), len(steps) * repeats)
+    repeat = np.tile(np.repeat(np.arange(repeats), len(steps)), 8)
+    time_s = 20.0 * np.arange(len(loads)) + rng.uniform(0.0, 2.0, len(loads))
+    real = loads * (1.0 + WEIGHT_TOLERANCE * rng.normal(size=len(ladder))[_rank(loads, ladder)])
+    on_all = np.zeros((len(loads), 8))
+    on_all[np.arange(len(loads)), channel] = real
+    if distort is not None:
+        on_all = distort(time_s, on_all)
+    felt = on_all[np.arange(len(loads)), channel]
+    # the reading is a mean over seconds; what is left wanders from one weight to the next
+    felt = felt + robot.sd_n * (
+        0.3 * rng.normal(size=len(loads)) + 0.4 * slow(rng, len(loads), 1, 6.0)[:, 0]
+    )
+    counts = np.round(robot.zero[channel] + felt / robot.scale[channel])
+    frame = pd.DataFrame(
+        {
+            "channel": np.array(CHANNELS)[channel],
+            "load_n": loads,
+            "counts": counts,
+            "time_s": np.round(time_s, 2),
+            "direction": np.tile(direction, 8 * repeats).astype(int),
+            "repeat": repeat + 1,
+        }
+    )
+    return Recorded(
+        {"weights": frame}, robot.recipe(), {"parameters": robot.truth(), "cell_sd_n": robot.sd_n}
+    )
+
+
+def placements(
+    seed: int, *, rounds: int = 4, distort: Distort | None = None, moved_m: Array | None = None
+) -> Recorded:
+    """Two weights on fifteen holes of both feet, every round in an order of its own.
+
+    Parameters
+    ----------
+    distort : a hidden cause; it sees the loads (n, 8)
+    moved_m : (8, 2) where the cells really are, less where the recipe has them
+    """
+    robot, rng = draw_biped(seed), stream(seed, "placements")
+    moved = np.zeros((8, 2)) if moved_m is None else moved_m
+    frames = []
+    for side, foot in enumerate(FEET):
+        middle = robot.cells_m.mean(axis=0)
+        half = robot.cells_m[0] - middle
+        grid = np.stack(np.meshgrid(np.linspace(-0.6, 0.6, 5), [-0.5, 0.0, 0.5], indexing="ij"), -1)
+        holes = np.round(grid.reshape(-1, 2) * half + middle, 4)
+        known = np.round(robot.weight_n * np.array([0.3, 0.7]), 2)
+        visits = np.array([(h, w) for h in range(len(holes)) for w in range(len(known))])
+        order = np.concatenate([rng.permutation(visits) for _ in range(rounds)])
+        n = len(order)
+        time_s = np.arange(n, dtype=np.float64) * 15.0 + 3600.0 * side
+        load = known[order[:, 1]]
+        pin = holes[order[:, 0]] + PIN_PLAY_M * rng.normal(size=(n, 2))
+        real = robot.cells_m + moved[4 * side : 4 * side + 4]
+        on_all = np.zeros((n, 8))
+        on_all[:, 4 * side : 4 * side + 4] = (
+            _shares(real, pin, 0.04 * rng.normal(size=n)) * load[:, None]
+        )
+        if distort is not None:
+            on_all = distort(time_s, on_all)
+        felt = on_all[:, 4 * side : 4 * side + 4]
+        felt = felt + robot.sd_n * (0.3 * rng.normal(size=(n, 4)) + 0.4 * slow(rng, n, 4, 6.0))
+        part = slice(4 * side, 4 * side + 4)
+        counts = np.round(robot.zero[part] + felt / robot.scale[part])
+        frames.append(
+            pd.DataFrame(
+                {
+                    "foot": foot,
+                    "placement": [f"{foot} hole {h + 1} weight {w + 1}" for h, w in order],
+                    "hole_x_m": holes[order[:, 0], 0],
+                    "hole_y_m": holes[order[:, 0], 1],
+                    "load_n": load,
+                    **{f"{c}_counts": counts[:, i] for i, c in enumerate(CELLS)},
+                    "repeat": np.repeat(np.arange(rounds), len(visits)) + 1,
+                    "time_s": time_s,
+                }
+            )
+        )
+    truth = {"parameters": robot.truth(), "moved_m": moved, "cell_sd_n": robot.sd_n}
+    return Recorded({"placements": pd.concat(frames, ignore_index=True)}, robot.recipe(), truth)
+
+
+def _rank(loads: Array, ladder: Array) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
+    return np.asarray(np.argmin(np.abs(loads[:, None] - ladder), axis=1), dtype=np.int64)
+
+
+def _shares(cells: Array, point: Array, twist: Array) -> Array:
+    """Parts of a weight (n, 4): exact in sum and moments; the plate rocks by `twist`."""
+    grid = np.column_stack([np.ones(4), cells])
+    least = np.linalg.pinv(grid.T) @ np.column_stack([np.ones(len(point)), point]).T
+    free = np.linalg.svd(grid.T)[2][-1]
+    return np.asarray(least.T + twist[:, None] * free)

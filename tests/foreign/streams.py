@@ -1,0 +1,206 @@
+"""What the loggers of a standing or walking biped write: cells, and the state estimator."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pandas as pd
+from scipy.signal import savgol_filter
+
+from tests.foreign.biped import (
+    CHANNELS,
+    FEET,
+    GRAVITY_MPS2,
+    PLATE_KG,
+    Biped,
+    angles_of,
+    draw_biped,
+    leg_points,
+    link_centres,
+)
+from tests.foreign.files import Recorded
+from tests.foreign.motion import (
+    FINE_HZ,
+    Motion,
+    angular_momentum,
+    move,
+    plan_stance,
+    plan_walk,
+    rate,
+)
+from tests.foreign.noise import Array, Rng, coloured, slow, stream
+
+Distort = Callable[[Array, Array], Array]
+"""Hidden cause: (time_s (n,), cell loads (n, 8) in N) -> loads that the cells show."""
+PAUSE_S = 3.0
+STAMP_LAG_S = 0.001
+
+
+def walk(
+    seed: int,
+    *,
+    seconds: float = 60.0,
+    delay_s: float | None = None,
+    stated_delay_s: float | None = None,
+    turn_radps: float | None = None,
+    distort: Distort | None = None,
+) -> Recorded:
+    """A walk on foot load cells.
+
+    Parameters
+    ----------
+    delay_s : lateness of the body stream, drawn from 20–83 ms where not given
+    stated_delay_s : what the recipe says of it; by default right but for `STAMP_LAG_S`
+    turn_radps : of the path; drawn where not given
+    distort : a hidden cause
+    """
+    robot, rng = draw_biped(seed), stream(seed, "walk")
+    motion = move(robot, plan_walk(robot, rng, seconds, turn_radps), rng)
+    return _recorded(robot, [motion], stream(seed, "walk logged"), delay_s, stated_delay_s, distort)
+
+
+def stand(
+    seed: int,
+    *,
+    stances: int = 12,
+    seconds_each: float = 4.0,
+    delay_s: float | None = None,
+    stated_delay_s: float | None = None,
+    distort: Distort | None = None,
+) -> Recorded:
+    """Quiet stances with the feet placed anew; the loggers pause while the robot moves."""
+    robot, rng = draw_biped(seed), stream(seed, "stand")
+    step = seconds_each + PAUSE_S
+    motions = [
+        move(robot, plan_stance(robot, rng, seconds_each, i * step, i), rng) for i in range(stances)
+    ]
+    return _recorded(robot, motions, stream(seed, "stand logged"), delay_s, stated_delay_s, distort)
+
+
+def _recorded(
+    robot: Biped,
+    motions: list[Motion],
+    rng: Rng,
+    delay_s: float | None,
+    stated_delay_s: float | None,
+    distort: Distort | None,
+) -> Recorded:
+    delay = float(np.round(rng.uniform(0.02, 0.083), 3)) if delay_s is None else delay_s
+    stated = delay if stated_delay_s is None else stated_delay_s
+    cells_hz, body_hz = float(rng.choice([80.0, 100.0])), float(rng.choice([100.0, 200.0]))
+    loss = float(rng.uniform(0.15, 0.25))
+    cells = pd.concat(
+        [_cells(robot, m, rng, cells_hz, distort) for m in motions], ignore_index=True
+    )
+    seen = [_body(robot, m, rng, body_hz, loss) for m in motions]
+    body = pd.concat([frame for frame, _ in seen], ignore_index=True)
+    body["time_s"] += delay + STAMP_LAG_S
+    time_s = np.concatenate([m.plan.time_s for m in motions])
+    felt = np.concatenate([m.cells_n for m in motions])
+    truth = {
+        "parameters": robot.truth(),
+        "mass_kg": robot.mass_kg,
+        "delay_s": delay + STAMP_LAG_S,
+        "stated_delay_s": stated,
+        "angmom_loss": loss,
+        "plate_kg": PLATE_KG,
+        "cell_sd_n": robot.sd_n,
+        "com_error_m": np.concatenate([error for _, error in seen]).mean(axis=0),
+        "cells_time_s": cells["time_s"].to_numpy(),
+        "cells_n": np.stack([np.interp(cells["time_s"], time_s, c) for c in felt.T], axis=1),
+    }
+    late = {"delay_s": stated}
+    commands = {"online_replay": late, "static_init": late, "diagnose": late}
+    return Recorded({"cells": cells, "body": body}, robot.recipe(), truth, commands)
+
+
+def _cells(
+    robot: Biped, motion: Motion, rng: Rng, hz: float, distort: Distort | None
+) -> pd.DataFrame:
+    """Counts: means over a few milliseconds, noise, a converter."""
+    fine = motion.plan.time_s
+    time_s = np.arange(fine[0] + 0.01, fine[-1] - 0.01, 1.0 / hz)
+    window = np.ones(3) / 3.0
+    felt = np.stack([np.convolve(c, window, "same") for c in motion.cells_n.T], axis=1)
+    load = np.stack([np.interp(time_s, fine, c) for c in felt.T], axis=1)
+    if distort is not None:
+        load = distort(time_s, load)
+    load = load + robot.sd_n * coloured(rng, len(time_s), 8, 0.1 * hz)
+    counts = np.round(robot.zero + load / robot.scale)
+    return pd.DataFrame(
+        {
+            "time_s": np.round(time_s, 5),
+            **{f"{c}_counts": counts[:, i] for i, c in enumerate(CHANNELS)},
+        }
+    )
+
+
+def _body(
+    robot: Biped, motion: Motion, rng: Rng, hz: float, loss: float
+) -> tuple[pd.DataFrame, Array]:
+    """An ordinary state estimator: leg odometry on quantised joints, differences of positions.
+
+    It knows lengths exactly and masses to a few per cent, its IMU leans by milliradians, a fifth
+    of the angular momentum is missing. Also the error of its CoM over the feet, (n, 3).
+    """
+    every = round(FINE_HZ / hz)
+    plan = motion.plan
+    at = np.arange(0, len(plan.time_s), every)
+    n = len(at)
+    lean = robot.tilt_rad + 3e-4 * slow(rng, n, 2, 1.0 * hz)
+    error = np.tile(np.eye(3), (n, 1, 1))
+    error[:, 0, 2], error[:, 2, 0] = lean[:, 1], -lean[:, 1]
+    error[:, 2, 1], error[:, 1, 2] = lean[:, 0], -lean[:, 0]
+    attitude = error @ motion.attitude[at]
+    hips = np.array([[0.0, robot.hip_m, 0.0], [0.0, -robot.hip_m, 0.0]])
+    ankle_up = np.array([0.0, 0.0, robot.ankle_m])
+    ankle = plan.feet_m[at] + ankle_up - motion.torso_m[at, None]
+    true_leg = np.einsum("nji,nfj->nfi", motion.attitude[at], ankle) - hips
+    knee, shown = leg_points(robot, angles_of(robot, true_leg).quantised(robot.encoder_rad))
+    from_torso = np.einsum("nij,nfj->nfi", attitude, hips + shown)
+    torso, feet = _odometry(from_torso, plan.share[at], plan.feet_m[at[0]] + ankle_up)
+    links = link_centres(robot, torso, attitude, knee, shown)
+    believed = robot.believed_masses_kg
+    com = np.einsum("k,nki->ni", believed, links) / believed.sum()
+    span = max(round(0.05 * hz) // 2 * 2 + 1, 5)
+
+    def derive(values: Array) -> Array:
+        return np.asarray(savgol_filter(values, span, 2, deriv=1, delta=1.0 / hz, axis=0))
+
+    momentum = (1.0 - loss) * derive(angular_momentum(believed, links, com, derive))
+    acc = derive(derive(com))
+    frame: dict[str, Array] = {"time_s": np.round(plan.time_s[at], 5)}
+    specific = rate(rate(motion.torso_m))[at] + np.array([0.0, 0.0, GRAVITY_MPS2])
+    felt = np.einsum("nji,nj->ni", motion.attitude[at], specific) + rng.normal(0, 0.05, (n, 3))
+    for i, axis in enumerate("xyz"):
+        frame[f"com_{axis}_m"] = com[:, i]
+        frame[f"com_acc_{axis}_mps2"] = acc[:, i]
+        if axis != "z":
+            frame[f"angmom_rate_{axis}_nm"] = momentum[:, i]
+        frame[f"imu_acc_{axis}_mps2"] = felt[:, i]
+        frame[f"imu_gyro_{axis}_radps"] = rng.normal(0.0, 0.003, n)
+        for side, foot in enumerate(FEET):
+            frame[f"{foot}_foot_{axis}_m"] = (feet - ankle_up)[:, side, i]
+    for side, foot in enumerate(FEET):
+        frame[f"{foot}_foot_yaw_rad"] = plan.yaw_rad[at, side] + rng.normal(0.0, 5e-4, n)
+    over = (com - feet.mean(axis=1)) - (
+        motion.com_m[at] - (plan.feet_m[at] + ankle_up).mean(axis=1)
+    )
+    return pd.DataFrame(frame), over
+
+
+def _odometry(from_torso: Array, share: Array, start: Array) -> tuple[Array, Array]:
+    """Torso and ankles in a world that hangs on the foot with more weight, (n, 3) and (n, 2, 3)."""
+    stance = np.argmax(share, axis=1)
+    torso = np.empty((len(share), 3))
+    anchor = start[stance[0]]
+    first = 0
+    for last in [*(np.flatnonzero(np.diff(stance)) + 1), len(share)]:
+        foot = stance[first]
+        torso[first:last] = anchor - from_torso[first:last, foot]
+        if last < len(share):
+            anchor = torso[last - 1] + from_torso[last - 1, stance[last]]
+            anchor = np.array([anchor[0], anchor[1], start[0, 2]])
+        first = last
+    return torso, torso[:, None] + from_torso

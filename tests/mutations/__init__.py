@@ -1,0 +1,1 @@
+"""Seeded mutations of the product: what the suite notices when a line of it is wrong."""

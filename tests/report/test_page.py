@@ -1,0 +1,116 @@
+"""The page of a report: order, numbers, anchors, alignment, what cannot be seen in words."""
+
+from __future__ import annotations
+
+import re
+
+import matplotlib.figure
+import pytest
+
+from footcal_cli.records.results import (
+    FindingRecord,
+    ParameterRecord,
+    ParametersRecord,
+    RunRecord,
+    VerdictRecord,
+)
+from footcal_cli.report import Picture, Report, Sheet, history_sheet, plural
+from footcal_cli.report.page import render_html
+
+ALARM = FindingRecord(
+    code="stuck", severity="alarm", where="left_rr", sentence="reads 812 throughout",
+    remedy="replace the cable",
+)  # fmt: skip
+NOTE = FindingRecord(
+    code="repeats", severity="note", where="left_fl", sentence="few repeats", remedy="repeat"
+)
+TABLE = Sheet(
+    "Calibration", ("channel", "scale (N)", "status"),
+    [("left_fl", "−3.40 ± 0.02", "estimated"), ("left_fr", "1,204", "fixed"),
+     ("left_rl", "–", "not observable")],
+)  # fmt: skip
+
+
+def page(**changes: object) -> str:
+    figure = matplotlib.figure.Figure()
+    parts: dict[str, object] = {
+        "title": "Test",
+        "verdict": VerdictRecord(level="warning", sentence="One cell does not fit."),
+        "pictures": (Picture("residuals", figure, "Should be flat.", title="Residual by load"),),
+        "sheets": (TABLE, Sheet("Errors", ("a", "b"), [("x", "1")])),
+        "findings": (ALARM, NOTE),
+    }
+    report = Report(**{**parts, **changes})  # type: ignore[arg-type]
+    run = RunRecord(
+        command="offline-fit", started="2026-11-24", arguments={}, recipe={}, options={},
+        inputs={}, rows={}, seed=0, timings_s={}, verdict=report.verdict, exit_code=0,
+    )  # fmt: skip
+    return render_html(report, run, "{}", {"residuals": b"png"}, ("parameters.json", "rmse.csv"))
+
+
+def test_result_and_action_come_before_evidence_and_details() -> None:
+    text = page()
+    order = [
+        "One cell does not fit.", "replace the cable", "Table 1. Calibration", "few repeats",
+        "<figure", "Table 2. Errors", "parameters.json</a>",
+    ]  # fmt: skip
+    body = text[text.index("<main>") :]
+    body = re.sub(r"<nav.*?</nav>", "", body, flags=re.DOTALL)
+    places = [body.index(words) for words in order]
+    assert places == sorted(places)
+
+
+def test_every_link_of_the_page_leads_somewhere() -> None:
+    text = page()
+    anchors = set(re.findall(r'id="([^"]+)"', text))
+    links = re.findall(r'href="#([^"]+)"', text)
+    assert len(links) >= 4
+    assert set(links) <= anchors
+
+
+def test_numbers_stand_right_and_words_left() -> None:
+    cells = re.findall(r'<td class="(\w+)">([^<]+)</td>', page())
+    kinds = {cell: kind for kind, cell in cells}
+    assert kinds["−3.40 ± 0.02"] == kinds["1,204"] == kinds["–"] == "number"
+    assert kinds["left_fl"] == kinds["estimated"] == "word"
+
+
+def test_a_figure_tells_its_result_to_readers_who_cannot_see_it() -> None:
+    assert 'alt="Residual by load. One cell does not fit."' in page()
+
+
+def test_severity_and_level_are_told_in_words_and_marks() -> None:
+    text = page()
+    assert "✕ alarm" in text
+    assert "! Needs attention" in text
+
+
+def test_a_table_of_a_hostile_log_is_only_text() -> None:
+    text = page(sheets=(Sheet("<script>", ("<b>",), [("<script>alert(1)</script>",)]),))
+    assert "<script>alert" not in text
+    assert "&lt;script&gt;alert(1)" in text
+
+
+def calibration(value: float, sd: float | None, unit: str = "N") -> ParametersRecord:
+    one = ParameterRecord(value=value, sd=sd, unit=unit, status="estimated")  # type: ignore[arg-type]
+    return ParametersRecord(
+        command="offline-fit", created="2026-11-01", robot="r", gravity_mps2=9.8,
+        sign_convention="", frame="", expressed_at="", parameters={"left_fl.bias": one},
+    )  # fmt: skip
+
+
+def test_history_counts_a_change_in_the_sd_that_was_known_before() -> None:
+    sheet = history_sheet(calibration(2.0, 0.5), calibration(3.5, 0.1), "last.json")
+    assert sheet is not None
+    assert sheet.rows[0][1:5] == ("2.00 ± 0.50", "3.50 ± 0.10", "N", "+3.0")
+
+
+@pytest.mark.parametrize("before", [None, calibration(2.0, 0.5, "mN")])
+def test_history_compares_nothing_that_cannot_be_compared(before: ParametersRecord | None) -> None:
+    assert history_sheet(before, calibration(3.5, 0.1), "last.json") is None
+
+
+def test_plurals() -> None:
+    assert plural(1, "finding") == "1 finding"
+    assert plural(2, "finding") == "2 findings"
+    assert plural(3, "repeat of the loss", "repeats of the loss") == "3 repeats of the loss"
