@@ -80,15 +80,16 @@ def chain_of(
 
 
 def baseline_of(session: Session[DiagnoseOptions]) -> ParametersRecord | None:
-    """The calibration to start from, without the effects that the very same log was fitted with.
+    """The calibration to start from, without the effects that `offline-fit` chose on these rows.
 
-    A curve that `offline-fit` took out of these rows would leave nothing to find in them: what one
-    command finds no other denies.
+    A curve that it took out of them would leave nothing to find: what one command finds no other
+    denies.
     """
     record = session.parameters
-    if record is None or not record.effects:
+    if record is None or not record.effects or record.command != "offline-fit":
         return record
-    if not set(record.inputs.values()) & set(session.inputs.values()):
+    given = any(name.endswith(".json") for name in record.inputs)
+    if given or not set(record.inputs.values()) & set(session.inputs.values()):
         return record
     from footcal_cli.core.effects import find_effect
 

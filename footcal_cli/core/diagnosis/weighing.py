@@ -111,6 +111,7 @@ _ROUNDING = 1e-10  # share of a column's square that a base leaves, below which 
 _DRAWS, _PARTS = 20_000, 20
 _MANY = 16  # blocks from which permutations reach the level of any family
 _SOME = 0.7
+_FEWEST = 8.0
 _FEWEST_KNOWN = 4.0
 _FEWEST_SINGLE = 3.0
 
@@ -128,7 +129,9 @@ def _in_some_blocks(lib: Library, informative: FloatArray) -> BoolArray:
         return np.asarray(informative >= _FEWEST_SINGLE)
     if lib.problem.drifts or settings is not None:
         return np.zeros(informative.size, dtype=bool)
-    return np.asarray((informative < _SOME * lib.grams.blocks) & (informative >= _FEWEST_KNOWN))
+    # beside a cause that is in the model few blocks may only show what its form gets wrong
+    fewest = _FEWEST_KNOWN if lib.problem.accepted is None else _FEWEST
+    return np.asarray((informative < _SOME * lib.grams.blocks) & (informative >= fewest))
 
 
 def _partial_p(
