@@ -6,7 +6,7 @@ OUT ?= out
 PYTEST_WORKERS ?= 2
 BLIND_ROUNDS ?= 30
 BLIND_WORKERS ?= 2
-FAULT_CASES ?= 1345
+FAULT_CASES ?= 1100
 FAULT_WORKERS ?= 2
 
 .DEFAULT_GOAL := help
@@ -38,7 +38,7 @@ demo: $(VENV)/.installed  ## Install, run every command on sample data, say wher
 	$(FOOTCAL) static-init $(BIPED)/stand_cells.parquet $(BIPED)/stand_body.parquet \
 		--recipe recipes/nao_walk.toml --parameters $(OUT)/cells/parameters.json \
 		--out $(OUT)/stand --overwrite --quiet
-	$(FOOTCAL) online-replay --recipe recipes/nao_walk.toml \
+	$(FOOTCAL) online-replay --recipe recipes/nao_walk.toml --compare \
 		--parameters $(OUT)/cells/parameters.json --out $(OUT)/walk --overwrite --quiet
 	$(FOOTCAL) hang-calib --recipe recipes/hexapod.toml --out $(OUT)/hang --overwrite --quiet
 	$(FOOTCAL) pose-calib --recipe recipes/hexapod.toml \
@@ -77,6 +77,14 @@ faults: $(VENV)/.installed-dev  ## Bad inputs and injected faults; resumable; wr
 	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.faults \
 		--cases $(FAULT_CASES) --workers $(FAULT_WORKERS) --out $(OUT)/faults
 
+.PHONY: golden
+golden: $(VENV)/.installed-dev  ## Compare all golden outputs; with WHY='...' make them anew.
+	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.golden $(if $(WHY),--why "$(WHY)")
+
+.PHONY: mutations
+mutations: $(VENV)/.installed-dev  ## Seeded mutations of the product: which test catches each.
+	$(BIN)/python -m tests.mutations --out $(OUT)/mutations
+
 .PHONY: samples
 samples: $(VENV)/.installed-dev  ## Rebuild sample_data/ from the physics engine.
 	$(BIN)/python sample_data/make_samples.py
@@ -86,8 +94,9 @@ effects-page: $(VENV)/.installed-dev  ## Rebuild docs/effects.md and its figures
 	$(BIN)/python docs/make_effects_page.py
 
 .PHONY: bench
-bench: $(VENV)/.installed-dev  ## Benchmarks: ratios measured in one run.
+bench: $(VENV)/.installed-dev  ## Benchmarks: ratios measured in one run; writes docs/benchmarks.md.
 	$(BIN)/python -m pytest tests/benchmarks --benchmark-only --benchmark-columns=median,iqr,rounds
+	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.benchmarks
 
 .PHONY: format
 format: $(VENV)/.installed-dev  ## Format the code.

@@ -11,6 +11,7 @@ from pydantic import Field
 
 from footcal_cli.commands.options import (
     Logs,
+    NoPictures,
     Out,
     Overwrite,
     ParametersFile,
@@ -29,9 +30,14 @@ if TYPE_CHECKING:
     from footcal_cli.core.hang.stepwise import StepwiseFit
     from footcal_cli.core.log import Log
     from footcal_cli.core.parameters import Estimates, FloatArray
+    from footcal_cli.core.quality import Finding
     from footcal_cli.records.results import ParametersRecord
     from footcal_cli.report import Picture
     from footcal_cli.session import Outcome, Session
+
+
+_POOR = 5.0
+"""Residual over the scatter from sample to sample beyond which more than noise is left."""
 
 
 class HangCalibOptions(CommandOptions):
@@ -78,6 +84,7 @@ def hang_calib(
     out: Out = Path("out/hang-calib"),
     overwrite: Overwrite = False,
     seed: Seed = 0,
+    no_pictures: NoPictures = False,
     quiet: Quiet = False,
 ) -> None:
     """Fit offsets, leg weight and leg CoM of six-axis transducers hanging in the air."""
@@ -92,6 +99,7 @@ def hang_calib(
         overwrite=overwrite,
         seed=seed,
         quiet=quiet,
+        no_pictures=no_pictures,
         strict_findings=strict_findings,
         method=method,
         tilt=tilt,
@@ -123,13 +131,15 @@ def _calibrate(session: Session[HangCalibOptions]) -> Outcome:
         runs = {leg: hang_runs(log)[0] for leg, log in logs.items()}
     with session.step("fit"):
         fits = _joint(session, logs)
+        session.note(
+            hanging_axes(logs, runs, fits, asked_of(options, session.recipe.robot.gravity_mps2))
+        )
     others: dict[str, dict[str, StepwiseFit]] = {}
     if options.compare or options.method != "joint":
         with session.step("compare"):
             others = _others(session, logs)
     residuals = sheets.residuals_by_stage(fits, others, runs, options.method)
-    with session.step("draw"):
-        pictures = _pictures(fits, runs, residuals)
+    pictures = _pictures(fits, runs, residuals)
     rmse = RmseRecord(rows=sheets.rmse_rows(residuals), rejected=rejected)
     chosen: Mapping[str, Estimates] = (
         {leg: fit.estimates for leg, fit in fits.items()}
@@ -158,14 +168,34 @@ def _calibrate(session: Session[HangCalibOptions]) -> Outcome:
     )
 
 
+def hanging_axes(
+    logs: Mapping[str, Sequence[Log]],
+    runs: Mapping[str, Sequence[HangRun]],
+    fits: Mapping[str, HangFit],
+    asked: HangOptions,
+) -> list[Finding]:
+    """Axes of turned sign and turned transducers; axes are refitted only where a fit is poor."""
+    from footcal_cli.core.pose.wiring import turned_when_hanging
+    from footcal_cli.core.turned import check_turned_hanging
+
+    found: list[Finding] = []
+    for leg, own in logs.items():
+        turned = check_turned_hanging(leg, own)
+        if turned or fits[leg].misfit(runs[leg]) > _POOR:
+            axis = turned_when_hanging(own, asked)
+            turned = turned if axis is None else [axis.finding()]
+        found += turned
+    return found
+
+
 def _joint(session: Session[HangCalibOptions], logs: Mapping[str, list[Log]]) -> dict[str, HangFit]:
     from footcal_cli.core.hang.joint import fit_hang
 
-    asked = asked_of(session.options)
+    asked = asked_of(session.options, session.recipe.robot.gravity_mps2)
     return {leg: fit_hang(log, asked) for leg, log in logs.items()}
 
 
-def asked_of(options: HangCalibOptions) -> HangOptions:
+def asked_of(options: HangCalibOptions, gravity_mps2: float) -> HangOptions:
     """What the core is asked to fit."""
     from footcal_cli.core.hang.joint import HangOptions
 
@@ -177,6 +207,7 @@ def asked_of(options: HangCalibOptions) -> HangOptions:
         temperature=options.temperature,
         drift=options.drift,
         white=options.white,
+        gravity_mps2=gravity_mps2,
     )
 
 
@@ -210,7 +241,7 @@ def _pictures(
 
     pictures = [
         Picture(
-            "residuals", plot_residuals(residuals),
+            "residuals", lambda: plot_residuals(residuals),
             "What is left of the readings after offset and leg weight are taken off: one violin "
             "per leg and axis. A good fit is one narrow hump around zero.",
         ),
@@ -219,7 +250,7 @@ def _pictures(
         binned = {leg: binned_com(fit, runs[leg]) for leg, fit in fits.items()}
         pictures.append(
             Picture(
-                "leg_com", plot_com(fits, binned),
+                "leg_com", lambda: plot_com(fits, binned),
                 "Leg CoM in the transducer frame against the shaft angle: dots are medians over "
                 "cycles with quartiles, the line is the fitted series, its band 95 %.",
             )
@@ -227,7 +258,7 @@ def _pictures(
     if any(fit.model.tilt != "none" for fit in fits.values()):
         pictures.append(
             Picture(
-                "orientations", plot_tilts(fits),
+                "orientations", lambda: plot_tilts(fits),
                 "Where gravity really pointed in each orientation, seen along the named axis: what "
                 "all legs share is the robot's tilt, where they differ it is the mounting.",
             )
@@ -242,9 +273,9 @@ def _parameters(
 ) -> ParametersRecord:
     import numpy as np
 
+    from footcal_cli.commands.parts.calibration_record import Conventions, calibration_record
     from footcal_cli.records.results import (
         ParameterRecord,
-        ParametersRecord,
         Range,
         covariance_blocks,
         parameter_records,
@@ -268,20 +299,18 @@ def _parameters(
     if session.parameters is not None and effects:
         kept = session.parameters.parameters
         parameters = {**{n: p for n, p in kept.items() if n not in parameters}, **parameters}
-    return ParametersRecord(
-        command="hang-calib",
-        created=session.created(),
-        robot=session.recipe.robot.name,
-        gravity_mps2=session.recipe.robot.gravity_mps2,
-        sign_convention="reading = applied + offset; applied by leg and ground on the transducer, "
-        "[fx fy fz tx ty tz]; leg CoM = mean + sin · sin φ + cos · cos φ",
-        frame="each transducer's own axes",
-        expressed_at="the transducer's origin",
-        parameters=parameters,
+    return calibration_record(
+        session,
+        Conventions(
+            "reading = applied + offset; applied by leg and ground on the transducer, "
+            "[fx fy fz tx ty tz]; leg CoM = mean + sin · sin φ + cos · cos φ",
+            "each transducer's own axes",
+            "the transducer's origin",
+        ),
+        parameters,
         covariance=covariance_blocks(
             *(e for e in chosen.values() if session.options.method == "joint")
         ),
         fitted_range=ranges,
         effects=effects,
-        inputs=session.inputs,
     )

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 from pydantic import BeforeValidator, Field
 
-from footcal_cli.commands.options import Logs, Out, Overwrite, Quiet, RecipeFile, begin
+from footcal_cli.commands.options import Logs, NoPictures, Out, Overwrite, Quiet, RecipeFile, begin
 from footcal_cli.recipe import CommandOptions, Frozen
 
 if TYPE_CHECKING:
@@ -62,6 +62,7 @@ def kinematics(
     ] = None,
     out: Out = Path("out/kinematics"),
     overwrite: Overwrite = False,
+    no_pictures: NoPictures = False,
     quiet: Quiet = False,
 ) -> None:
     """Turn joint positions and base orientation into CoM, its motion and foot poses."""
@@ -73,6 +74,7 @@ def kinematics(
         out=out,
         overwrite=overwrite,
         quiet=quiet,
+        no_pictures=no_pictures,
         urdf=urdf,
         anchor=anchor,
     )
@@ -158,7 +160,8 @@ def _findings(
                 )
             )  # fmt: skip
     if known:
-        ground = float(np.nanmedian(np.nanmin(posture.feet_m[:, :, 2], axis=1)))
+        seen = posture.feet_m[np.isfinite(posture.feet_m[:, :, 2]).any(axis=1), :, 2]
+        ground = float(np.median(np.nanmin(seen, axis=1))) if seen.size else 0.0
         if abs(ground) > _GROUND_TOLERANCE_M:
             findings.append(
                 Finding(
@@ -221,13 +224,14 @@ def _outcome(
             ),
             pictures=(
                 Picture(
-                    "accelerations", plot_accelerations(time_s, found),
+                    "accelerations", lambda: plot_accelerations(time_s, found),
                     "The first seconds: central differences (grey), behind the low-pass (blue) "
                     "with ± 2 sd of its noise.",
                 ),
-                Picture("path", plot_path(posture, feet), "The CoM should pass between the feet."),
+                Picture("path", lambda: plot_path(posture, feet),
+                        "The CoM should pass between the feet."),
                 Picture(
-                    "heights", plot_heights(time_s, posture, feet),
+                    "heights", lambda: plot_heights(time_s, posture, feet),
                     "A standing foot should stay at zero.",
                 ),
             ),

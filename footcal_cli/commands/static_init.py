@@ -11,6 +11,7 @@ from pydantic import Field
 
 from footcal_cli.commands.options import (
     Logs,
+    NoPictures,
     Out,
     Overwrite,
     ParametersFile,
@@ -68,6 +69,7 @@ def static_init(
     out: Out = Path("out/static-init"),
     overwrite: Overwrite = False,
     seed: Seed = 0,
+    no_pictures: NoPictures = False,
     quiet: Quiet = False,
 ) -> None:
     """Find scales and biases of foot cells as far as quiet standing shows them."""
@@ -82,6 +84,7 @@ def static_init(
         overwrite=overwrite,
         seed=seed,
         quiet=quiet,
+        no_pictures=no_pictures,
         strict_findings=strict_findings,
         until_s=until_s,
         max_cop_rmse_mm=max_cop_rmse_mm,
@@ -90,7 +93,6 @@ def static_init(
 
 
 def _stand(session: Session[StaticInitOptions]) -> Outcome:
-    from footcal_cli.commands.parts.standing_six_axis import standing_on_six_axis
     from footcal_cli.core.online.streams import MergeRule
     from footcal_cli.intake import is_six_axis_robot, read_recordings
 
@@ -101,6 +103,8 @@ def _stand(session: Session[StaticInitOptions]) -> Outcome:
             session, rule, "stand", body_needed=is_six_axis_robot(session.recipe.robot)
         )
     if recordings[0].belief is None:
+        from footcal_cli.commands.parts.standing_six_axis import standing_on_six_axis
+
         return standing_on_six_axis(session, recordings)
     return _cells(session, recordings)
 
@@ -189,14 +193,14 @@ def _pictures(
     sd = np.sqrt(np.diag(fit.covariance))
     several = (
         Picture(
-            "curve", plot_curve(curve),
+            "curve", lambda: plot_curve(curve),
             "CoP error on a stance not yet seen, after one, two, five … stances: with the prior "
             "it falls; least squares without one needs many before it can be trusted.",
         ),
     )  # fmt: skip
     single = (
         Picture(
-            "stances", plot_stances(errors),
+            "stances", lambda: plot_stances(errors),
             "Error of each stance before and after, and by least squares without a prior.",
         ),
     )  # fmt: skip
@@ -204,12 +208,12 @@ def _pictures(
         *(several if curve else ()),
         *(single if errors[0].vgrf_n.size > 1 else ()),
         Picture(
-            "directions", plot_directions(seen.singular_values, seen.rank),
+            "directions", lambda: plot_directions(seen.singular_values, seen.rank),
             "What the stances see; grey directions keep the prior whatever the fit says.",
         ),
         Picture(
             "beliefs",
-            plot_beliefs(
+            lambda: plot_beliefs(
                 rows.names, rows.units, rows.prior_sd, value, sd,
                 [status == "estimated" for status in fit.estimates.status],
             ),

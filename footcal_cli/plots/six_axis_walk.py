@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from footcal_cli.core.online.filter import Track
 from footcal_cli.core.online.jumps import Jump
 from footcal_cli.core.online.six_axis_replay import SixAxisReplay
 from footcal_cli.plots.style import AFTER, BEFORE, CELL_COLOURS, REFERENCE, new_figure, tidy
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 _AXES = ("fx", "fy", "fz", "tx", "ty", "tz")
 

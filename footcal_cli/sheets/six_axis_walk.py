@@ -217,15 +217,17 @@ def rmse_of(found: SixAxisReplay) -> RmseRecord:
 def pictures_of(found: SixAxisReplay) -> tuple[Picture, ...]:
     """All figures."""
     return (
-        Picture("vertical", plots.plot_vertical(found),
+        Picture("vertical", lambda: plots.plot_vertical(found),
                 "Total vertical force: what both feet read and what the body's motion demands."),
-        Picture("swing", plots.plot_swing(found),
+        Picture("swing", lambda: plots.plot_swing(found),
                 "A foot in the air should read only what hangs below its transducer."),
         Picture("offsets",
-                plots.plot_offsets(found.track, found.smoothed, feet_of(found), found.jumps),
+                lambda: plots.plot_offsets(
+                    found.track, found.smoothed, feet_of(found), found.jumps
+                ),
                 "Offsets along the walk: band ± 2 sd as known then, line with hindsight, dashed: a "
                 "jump."),
-        Picture("innovations", plot_innovations(found.track, found.rows.outputs[:5]),
+        Picture("innovations", lambda: plot_innovations(found.track, found.rows.outputs[:5]),
                 "What each update did not expect, over its claimed sd."),
     )  # fmt: skip
 

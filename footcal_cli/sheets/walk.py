@@ -212,15 +212,16 @@ def _noise_sheet(found: Comparison) -> Sheet:
         )
         for f in fields(Noise)
     ]
-    rows += [
-        ("omega_f", number(float(np.asarray(found.weights.force)), 3), "quiet standing"),
-        ("omega_p", number(float(np.asarray(found.weights.cop)), 3), "quiet standing"),
-        (
-            "omega_s",
-            number(float(np.asarray(found.weights.smooth)), 3),
-            "best prediction, or given",
-        ),
-    ]
+    if found.weights is not None:
+        weights = found.weights
+        rows += [
+            (name, number(float(np.asarray(weight)), 3), source)
+            for name, weight, source in (
+                ("omega_f", weights.force, "quiet standing"),
+                ("omega_p", weights.cop, "quiet standing"),
+                ("omega_s", weights.smooth, "best prediction, or given"),
+            )
+        ]
     return Sheet("Noise and weights", ("setting", "value", "from"), rows)
 
 
@@ -240,8 +241,13 @@ def footer_of(found: Comparison, delay_s: float) -> tuple[str, ...]:
         f"Covariances × {found.memory.repeated:.2f} for errors that come back in every gait cycle.",
         f"{int(found.memory.track.used.sum())} of {found.memory.track.used.size} updates taught "
         "something; the others changed nothing.",
-        f"Delay compensated {1e3 * delay_s:g} ms; window {found.rule.samples} samples every "
-        f"{found.rule.every}, {found.rule.iterations} Gauss-Newton iterations (seed 1, eq. 14).",
+        f"Delay compensated {1e3 * delay_s:g} ms."
+        + (
+            f" Window: {found.rule.samples} samples every {found.rule.every}, "
+            f"{found.rule.iterations} Gauss-Newton iterations (seed 1, eq. 14)."
+            if found.weights is not None
+            else " --compare runs the window of seed 1 and Han's static assumption as well."
+        ),
     )
 
 
@@ -280,34 +286,38 @@ def pictures_of(
         name: (cells, outlines[name])
         for name, cells in zip(robot.feet, cells_in_feet(robot), strict=True)
     }
+    judged = [m for m in SHOWN if m in found.replayed]
+    drawn = tuple(m for m in ("han", "window", "memory") if m in found.replayed)
+    if len(drawn) == 1:
+        drawn = ("before", *drawn)
     states = [n for n in STATE_UNITS if n in track.names]
     states += [n for n in track.names if n.endswith("plate_weight")]
     pictures = [
-        Picture("cop", plots.plot_cop(found, ("han", "window", "memory"), truth),
+        Picture("cop", lambda: plots.plot_cop(found, drawn, truth),
                 "Centre of pressure over the last seconds of the walk (as seed 1's Figs. 10, 12, "
                 "14)."),
-        Picture("vgrf", plots.plot_vgrf(found, ("han", "window", "memory"), truth),
+        Picture("vgrf", lambda: plots.plot_vgrf(found, drawn, truth),
                 "Vertical force over the same seconds (as seed 1's Figs. 11, 13, 15)."),
-        Picture("cycles", plots.plot_cycles(found, SHOWN),
+        Picture("cycles", lambda: plots.plot_cycles(found, judged),
                 f"Error of every gait cycle against {_AGAINST[found.best_reference]}."),
-        Picture("path", plots.plot_path(found, "memory", feet),
+        Picture("path", lambda: plots.plot_path(found, "memory", feet),
                 "CoP under each foot with its cells and outline; where there is no contact there "
                 "is no point."),
-        Picture("parameters", plots.plot_parameters(track, memory.jumps, ("bias", "gain")),
+        Picture("parameters", lambda: plots.plot_parameters(track, memory.jumps, ("bias", "gain")),
                 "Every cell's bias and gain on top of the prior with ± 2 sd; dashed: a jump."),
-        Picture("innovations", plots.plot_innovations(track, ("fz", "mx", "my")),
+        Picture("innovations", lambda: plots.plot_innovations(track, ("fz", "mx", "my")),
                 "What each update did not expect, over its claimed sd: 95 % should lie in the "
                 "grey band, without a pattern."),
     ]  # fmt: skip
     if states:
         pictures.append(
-            Picture("states", plots.plot_states(track, states, STATE_UNITS),
+            Picture("states", lambda: plots.plot_states(track, states, STATE_UNITS),
                     "What was wrong with the body stream and the feet; the delay is on top of "
                     f"{1e3 * memory.delay_s:.1f} ms found first.")
         )  # fmt: skip
     if curves:
         pictures.append(
-            Picture("sensitivity", plots.plot_sensitivity(curves),
+            Picture("sensitivity", lambda: plots.plot_sensitivity(curves),
                     "How much each weight and noise matters (seed 1, section 3.3.2), the first "
                     "5 s left out.")
         )  # fmt: skip
@@ -322,6 +332,8 @@ def frame_of(found: Comparison) -> dict[str, object]:
     for i, channel in enumerate(log.channels):
         frame[f"{channel}_n"] = ours.forces_n[:, i]
     for method in ("memory", "window", "han", "smoother"):
+        if method not in found.replayed:
+            continue
         one = found.replayed[method].total
         suffix = "" if method == "memory" else f"_{method}"
         frame[f"vgrf{suffix}_n"] = one.fz_n

@@ -67,6 +67,7 @@ def diagnosed(run: Run, log: Path, out: Path, *more: object) -> DiagnosisRecord:
     return read_record(DiagnosisRecord, out / "diagnosis.json")
 
 
+@pytest.mark.usefixtures("drawn")
 def test_hidden_hysteresis_is_named_sized_and_worth_something(run: Run, tmp_path: Path) -> None:
     write_weights(tmp_path / "weights.csv", 1, width=0.5)
     record = diagnosed(run, tmp_path / "weights.csv", tmp_path / "out")
@@ -153,6 +154,7 @@ def test_table_2_of_seed_1(run: Run, repository: Path, tmp_path: Path) -> None:
     assert {"readings_repeat_across_channels"} <= {f.code for f in record.findings}
 
 
+@pytest.mark.slow
 def test_a_walk_of_the_physics_engine_with_a_faulty_cell(
     run: Run, repository: Path, tmp_path: Path
 ) -> None:

@@ -7,7 +7,6 @@ import json
 import re
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pandas as pd
@@ -16,7 +15,7 @@ import pytest
 from footcal_cli.records.files import read_record
 from footcal_cli.records.results import ParametersRecord, RmseRecord, RunRecord
 from footcal_cli.tables import write_parquet
-from tests.conftest import Run
+from tests.conftest import Run, drawing
 
 G = 9.80665
 
@@ -66,7 +65,8 @@ def test_strict_findings_and_gates_end_with_1(run: Run, recipe: Path, tmp_path: 
 
 def test_the_run_folder_is_complete(run: Run, recipe: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
-    run("offline-fit", "--recipe", recipe, "--out", out, "--quiet")
+    with drawing():
+        run("offline-fit", "--recipe", recipe, "--out", out, "--quiet")
     names = {p.relative_to(out).as_posix() for p in out.rglob("*") if p.is_file()}
     assert names == {
         "run.json", "parameters.json", "predictions.parquet", "rmse.json", "rmse.csv",
@@ -232,11 +232,9 @@ def test_module_and_script_answer_alike_and_start_light() -> None:
         "heavy = {'numpy','scipy','pandas','pyarrow','matplotlib','pint','jinja2'}\n"
         "assert not heavy & set(sys.modules), heavy & set(sys.modules)\n"
     )
-    began = time.perf_counter()
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert "offline-fit" in done.stdout
-    assert time.perf_counter() - began < 30  # only guards against a hang; speed is benchmarked
 
 
 def test_an_unknown_command_is_a_usage_error(run: Run) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from footcal_cli.core.log import Log
+from footcal_cli.core.online import smoother
 from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.online.compiled import kalman_loops, window_loops
 from footcal_cli.core.online.filter import Guards, Noise, Track, run_filter, run_settings
@@ -66,6 +67,20 @@ def test_compiled_smoother_is_the_array_smoother(rows: Rows) -> None:
     one, other = smooth(past, fast=False), smooth(past)
     np.testing.assert_allclose(one.values, other.values, atol=1e-10 * np.abs(one.values).max())
     np.testing.assert_allclose(one.sd, other.sd, rtol=1e-9)
+
+
+@pytest.mark.parametrize("length", [7, 100, 10_000])
+def test_smoothing_by_stretches_is_smoothing_the_whole(
+    rows: Rows, length: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(smoother, "STRETCH", length)
+    jumps = run_filter(rows, NOISE).jumps
+    quiet = Guards(jump_threshold=np.inf)
+    whole = smooth(run_filter(rows, NOISE, quiet, known_jumps=jumps, keep_history=True))
+    parts = smoother.run_smoother(rows, NOISE, quiet, jumps)
+    for name in ("values", "sd", "nis", "momentary", "covariance"):
+        one, other = getattr(whole, name), getattr(parts, name)
+        np.testing.assert_allclose(one, other, atol=1e-10 * np.abs(one).max())
 
 
 @needs_compiler

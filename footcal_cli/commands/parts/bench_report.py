@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -115,17 +116,18 @@ def _weights_pictures(
     recorded = any(study.samples is not None for study in studies)
     pictures = [
         Picture(
-            "loads_against_counts", plot_loads_against_counts(fits, tolerance_n),
+            "loads_against_counts", lambda: plot_loads_against_counts(fits, tolerance_n),
             "Known load against raw reading with the fitted line, and the error below it; orange "
             "channels leave the band.",
         ),
-        Picture("scales", plot_scales(fits), "Cells of one type should have scales that agree."),
+        Picture("scales", lambda: plot_scales(fits),
+                "Cells of one type should have scales that agree."),
     ]  # fmt: skip
     if not recorded:
         pictures.insert(
             0,
             Picture(
-                "residuals", plot_residuals(fits, tolerance_n),
+                "residuals", lambda: plot_residuals(fits, tolerance_n),
                 "Error left at each known load, one line per cell; lines that bend together share "
                 "a cause. The blue band is what was asked.",
             ),
@@ -133,12 +135,12 @@ def _weights_pictures(
     if climbed:
         pictures[:0] = [
             Picture(
-                "staircases", plot_staircases(studies),
+                "staircases", lambda: plot_staircases(studies),
                 "Error against load of the straight line and of the chosen model; loading and "
                 "unloading apart: a gap between them is memory, a common bend is nonlinearity.",
             ),
             Picture(
-                "ladder", plot_ladder(studies),
+                "ladder", lambda: plot_ladder(studies),
                 "What each model leaves on sessions or loads it was not fitted to; further left is "
                 "better, the filled one is in use.",
             ),
@@ -147,7 +149,7 @@ def _weights_pictures(
         pictures.insert(
             0,
             Picture(
-                "recordings", plot_recordings(studies),
+                "recordings", lambda: plot_recordings(studies),
                 "The recording: blue samples were used, the others not, and why.",
             ),
         )  # fmt: skip
@@ -241,7 +243,7 @@ def together_part(channels: Sequence[str], outputs: Sequence[str], study: Matrix
         ),
         pictures=(
             Picture(
-                "matrix", plot_matrix(channels, outputs, study.full),
+                "matrix", lambda: plot_matrix(channels, outputs, study.full),
                 "What each reading adds to each load, relative to the largest of its row, with "
                 "95 % intervals; grey ones could be zero.",
             ),
@@ -270,12 +272,12 @@ def feet_part(feet: Sequence[FootStudy], robot: Robot) -> Part:
         outline = np.array(spec.outline_m) if spec is not None and spec.outline_m else None
         pictures += [
             Picture(
-                f"cop_errors_{found.foot}", plot_error_map(found, outline),
+                f"cop_errors_{found.foot}", partial(plot_error_map, found, outline),
                 f"{found.foot}: from each hole (circle) to the mean CoP of every load there, "
                 "enlarged as stated; squares are the cells, orange are placements never used.",
             ),
             Picture(
-                f"cop_corrections_{found.foot}", plot_corrections(found),
+                f"cop_corrections_{found.foot}", partial(plot_corrections, found),
                 f"{found.foot}: error of every correction where it was fitted and where not.",
             ),
         ]  # fmt: skip

@@ -119,15 +119,7 @@ def affine_parameters(channels: Sequence[str], values: dict[str, float]) -> tupl
 
 def rows_where(log: Any, good: Any) -> Any:
     """A log's rows where everything is known."""
-    from dataclasses import replace
-
-    return replace(
-        log,
-        time_s=log.time_s[good],
-        readings=log.readings[good],
-        known={name: array[good] for name, array in log.known.items()},
-        block=log.block[good],
-    )
+    return log.at(good)
 
 
 def optional_column(table: Table, name: str) -> FloatArray:

@@ -55,10 +55,7 @@ def outcome_of(
         left = left_over(found, became)
         if became:
             answer = answer.with_detail(followed_words(became, left))
-    with session.step("draw"):
-        pictures: tuple[Picture, ...] = ()
-        if session.options.pictures:
-            pictures = _pictures(found, table, moved, answer.menu, seed)
+    pictures = _pictures(found, table, moved, answer.menu, seed)
     record = record_of(found, answer, read, rules, seed)
     return Outcome(
         usable=record.verdict != "bad-data",
@@ -148,19 +145,25 @@ def _pictures(
     from footcal_cli.report import Picture
 
     drawn = [
-        Picture("residual_against_driver", residuals.plot_driver(found), residuals.DRIVER_CAPTION),
-        Picture("line_up", line_up.plot_line_up(found, seed), line_up.LINE_UP_CAPTION),
-        Picture("gain_per_block", gains.plot_gains(found), gains.GAINS_CAPTION),
-        Picture("ladder", ladder.plot_ladder(found), ladder.LADDER_CAPTION),
+        Picture(
+            "residual_against_driver",
+            lambda: residuals.plot_driver(found),
+            residuals.DRIVER_CAPTION,
+        ),
+        Picture("line_up", lambda: line_up.plot_line_up(found, seed), line_up.LINE_UP_CAPTION),
+        Picture("gain_per_block", lambda: gains.plot_gains(found), gains.GAINS_CAPTION),
+        Picture("ladder", lambda: ladder.plot_ladder(found), ladder.LADDER_CAPTION),
         Picture(
             "isolability",
-            isolability.plot_isolability(found, table, menu),
+            lambda: isolability.plot_isolability(found, table, menu),
             isolability.caption(menu),
         ),
     ]
     if moved and found.found:
-        drawn.append(Picture("movement", movement.plot_movement(moved), movement.MOVEMENT_CAPTION))
-    drawn.append(Picture("null_gallery", null.plot_null(found), null.NULL_CAPTION))
+        drawn.append(
+            Picture("movement", lambda: movement.plot_movement(moved), movement.MOVEMENT_CAPTION)
+        )
+    drawn.append(Picture("null_gallery", lambda: null.plot_null(found), null.NULL_CAPTION))
     return tuple(drawn)
 
 
@@ -188,9 +191,10 @@ def _extended(
     read: CaseRead,
 ) -> ParametersRecord:
     """The calibration with the named effects in it."""
+    from footcal_cli.commands.parts.calibration_record import CELLS, Conventions, calibration_record
     from footcal_cli.commands.parts.diagnose_cases import baseline_of
     from footcal_cli.core.parameters import Status
-    from footcal_cli.records.results import EffectRecord, ParameterRecord, ParametersRecord
+    from footcal_cli.records.results import EffectRecord, ParameterRecord
 
     given = baseline_of(session)
     parameters = dict(given.parameters) if given is not None else {}
@@ -226,19 +230,14 @@ def _extended(
                     unit=unit,
                     status=Status.ESTIMATED if name in sd_of else Status.FIXED,
                 )
-    return ParametersRecord(
-        command="diagnose",
-        created=session.created(),
-        robot=session.recipe.robot.name,
-        gravity_mps2=session.recipe.robot.gravity_mps2,
-        sign_convention=given.sign_convention
-        if given is not None
-        else "force = scale * counts + bias, positive when the cell is pressed",
-        frame=given.frame if given is not None else "each cell's own axis",
-        expressed_at=given.expressed_at if given is not None else "the cell",
-        parameters=parameters,
+    conventions = CELLS
+    if given is not None:
+        conventions = Conventions(given.sign_convention, given.frame, given.expressed_at)
+    return calibration_record(
+        session,
+        conventions,
+        parameters,
         covariance=given.covariance if given is not None and not moved else (),
         fitted_range=given.fitted_range if given is not None else {},
-        effects=tuple(effects),
-        inputs=session.inputs,
+        effects=effects,
     )

@@ -40,7 +40,7 @@ def read_pose(session: Session[DiagnoseOptions]) -> CaseRead:
     from footcal_cli.core.parameters import ParameterSet
     from footcal_cli.core.pose.data import pose_data
     from footcal_cli.core.pose.problem import PoseOptions
-    from footcal_cli.core.pose.wiring import turned_when_standing
+    from footcal_cli.core.turned import standing_axes
     from footcal_cli.recipe import validated
 
     recipe = session.recipe
@@ -65,8 +65,7 @@ def read_pose(session: Session[DiagnoseOptions]) -> CaseRead:
     untested = UNTESTED | {"body_tilt": _tilt_or_mountings(data.geometry, values)}
     sd, _ = pose_noise_sd(asked, len(legs))
     options = PoseOptions(com_sd_m=asked.com_sd_m, translation_sd_m=0.005)
-    turned = turned_when_standing(data, legs, sd, options)
-    return CaseRead(case, [turned.finding()] if turned else [], untested)
+    return CaseRead(case, standing_axes(data, legs, sd, options), untested)
 
 
 def _tilt_or_mountings(geometry: Geometry, values: Mapping[str, float]) -> str:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from footcal_cli.commands.parts.calibration_record import Conventions, calibration_record
 from footcal_cli.core.parameters import Estimates, FloatArray, Status
 from footcal_cli.core.pose.data import Geometry, PoseData
 from footcal_cli.core.pose.hanging import LegKnowledge
@@ -130,33 +131,32 @@ def mounting_outcome(session: Session[PoseCalibOptions], found: Found) -> Outcom
     rmse = RmseRecord(
         rows=sheets.rmse_rows(found.stages, found.held_out), rejected=dict(found.rejected)
     )
-    with session.step("draw"):
-        pictures = (
-            Picture(
-                "balance",
-                plots.plot_balance(found.stages),
-                "Sum of all wrenches on the chassis minus what its weight demands, one violin per "
-                "axis: zero if every transducer tells the truth.",
-            ),
-            Picture(
-                "mounting",
-                plots.plot_mounting(found.fit),
-                "The robot from above: nominal hips (squares), calibrated hips with 95 % ellipses "
-                "and axes, errors drawn larger than life.",
-            ),
-            Picture(
-                "legs_and_poses",
-                plots.plot_leg_map(found.mapped, names),
-                "Residual that each leg's own readings foretell, pose by pose: a row that lights "
-                "up is a leg with a wrong gain, a twisted axis or a dead channel.",
-            ),
-            Picture(
-                "coverage",
-                plots.plot_coverage(found.data),
-                "Which shaft angles and body tilts the poses cover: yaw and height of the mounting "
-                "are only seen where the body tilts.",
-            ),
-        )
+    pictures = (
+        Picture(
+            "balance",
+            lambda: plots.plot_balance(found.stages),
+            "Sum of all wrenches on the chassis minus what its weight demands, one violin per "
+            "axis: zero if every transducer tells the truth.",
+        ),
+        Picture(
+            "mounting",
+            lambda: plots.plot_mounting(found.fit),
+            "The robot from above: nominal hips (squares), calibrated hips with 95 % ellipses "
+            "and axes, errors drawn larger than life.",
+        ),
+        Picture(
+            "legs_and_poses",
+            lambda: plots.plot_leg_map(found.mapped, names),
+            "Residual that each leg's own readings foretell, pose by pose: a row that lights "
+            "up is a leg with a wrong gain, a twisted axis or a dead channel.",
+        ),
+        Picture(
+            "coverage",
+            lambda: plots.plot_coverage(found.data),
+            "Which shaft angles and body tilts the poses cover: yaw and height of the mounting "
+            "are only seen where the body tilts.",
+        ),
+    )
     mounted = Mounted(found.fit.rot_bt, found.fit.arm_b_m)
     calibration = calibration_of(found.data, mounted, found.fit.mounting.offset, found.legs)
     return Outcome(
@@ -192,14 +192,13 @@ def offset_outcome(
 ) -> Outcome:
     """Report, records and files of an offset run; a refusal is not usable."""
     names = data.geometry.legs
-    with session.step("draw"):
-        pictures = (
-            Picture(
-                "offset_change",
-                plots.plot_offset_change(found, names),
-                "How far each offset moved since the last calibration, with 95 % intervals.",
-            ),
-        ) if found.accepted else ()  # fmt: skip
+    pictures = (
+        Picture(
+            "offset_change",
+            lambda: plots.plot_offset_change(found, names),
+            "How far each offset moved since the last calibration, with 95 % intervals.",
+        ),
+    ) if found.accepted else ()  # fmt: skip
     old = np.stack([leg.offset for leg in legs])
     parameters = None
     files: dict[str, Callable[[Path], None]] = {}
@@ -264,19 +263,18 @@ def _parameters(
         )
         for axis, value in zip("xyz", data.geometry.chassis_com_b_m, strict=True)
     }
-    return ParametersRecord(
-        command="pose-calib",
-        created=session.created(),
-        robot=session.recipe.robot.name,
-        gravity_mps2=session.recipe.robot.gravity_mps2,
-        sign_convention=SIGNS,
-        frame="each transducer's own axes; mounting along the nominal ones",
-        expressed_at="the transducer's origin",
-        parameters={**{name: kept[name] for name in names}, **believed, **new},
-        covariance=tuple(blocks),
+    return calibration_record(
+        session,
+        Conventions(
+            SIGNS,
+            "each transducer's own axes; mounting along the nominal ones",
+            "the transducer's origin",
+        ),
+        {**{name: kept[name] for name in names}, **believed, **new},
+        covariance=blocks,
         fitted_range=old.fitted_range,
         effects=old.effects,
-        inputs={**old.inputs, **session.inputs},
+        earlier_inputs=old.inputs,
     )
 
 

@@ -57,14 +57,14 @@ def standing_on_six_axis(
             pictures=(
                 Picture(
                     "beliefs",
-                    plot_beliefs(
+                    lambda: plot_beliefs(
                         rows.names, rows.units, rows.prior_sd, fit.estimates.values,
                         fit.estimates.sd, [s == "estimated" for s in fit.estimates.status],
                     ),
                     "Offsets against the prior of zero; grey ones were not told by standing.",
                 ),
                 Picture(
-                    "directions", plot_directions(seen.singular_values, seen.rank),
+                    "directions", lambda: plot_directions(seen.singular_values, seen.rank),
                     "How well each direction is seen.",
                 ),
             ),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -58,6 +58,10 @@ class Tuned:
     def states(self) -> int:
         """Unknowns and correlated errors together, s."""
         return int(self.walk.shape[1] + self.slow.shape[1])
+
+    def part(self, start: int, stop: int) -> Tuned:
+        """The same for updates ``start:stop``."""
+        return replace(self, stamps=self.stamps[start:stop])
 
     def design(self, h: FloatArray, at: IntArray) -> FloatArray:
         """H of the rows `at` of one update, from its h (k, p); shape (rows, s)."""

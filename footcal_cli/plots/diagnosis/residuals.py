@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from footcal_cli.core.diagnosis.answer import Verdict
 from footcal_cli.core.diagnosis.investigation import Investigation
@@ -14,6 +14,9 @@ from footcal_cli.core.diagnosis.leftovers import left_over
 from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.plots.style import AFTER, BAD, CELL_COLOURS, REFERENCE, new_figure, tidy
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 _MOST_POINTS = 3000
 _BINS = 12
