@@ -224,11 +224,14 @@ def _outcome(
                     "accelerations", plot_accelerations(time_s, found),
                     "The first seconds: central differences (grey), behind the low-pass (blue) "
                     "with ± 2 sd of its noise.",
+                    title="Acceleration of the CoM",
                 ),
-                Picture("path", plot_path(posture, feet), "The CoM should pass between the feet."),
+                Picture("path", plot_path(posture, feet), "The CoM should pass between the feet.",
+                    title="Path of the centre of pressure under each foot"),
                 Picture(
                     "heights", plot_heights(time_s, posture, feet),
                     "A standing foot should stay at zero.",
+                    title="Height of each foot",
                 ),
             ),
             sheets=(sheet,),

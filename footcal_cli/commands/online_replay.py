@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from footcal_cli.intake import Recording
     from footcal_cli.session import Outcome, Session
 
-Method = Literal["memory", "window", "han"]
+Method = Literal["memory", "window", "static"]
 
 
 class NoiseOptions(Frozen):
@@ -94,7 +94,10 @@ def online_replay(
     parameters: ParametersFile = None,
     method: Annotated[
         str | None,
-        typer.Option("--method", help="memory (ours), window (seed 1) or han (static assumption)."),
+        typer.Option(
+            "--method",
+            help="memory, window (sliding Gauss-Newton) or static (zero acceleration, after Han).",
+        ),
     ] = None,
     delay_s: Annotated[
         float | None, typer.Option("--delay-s", help="Delay of the body stream to compensate.")

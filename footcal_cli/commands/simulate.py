@@ -380,5 +380,6 @@ def _pictures(scenario: Scenario) -> tuple[Picture, ...]:
             plot_shown_and_true(scenario.shown, scenario.truth, scenario.chain, scenario.values),
             "What the sensors showed, converted with their true calibration (colour), over what "
             "was true (black); below, the difference: effects and noise.",
+            title="Measured and true loads, and their difference",
         ),
     )

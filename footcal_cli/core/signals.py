@@ -314,7 +314,7 @@ def estimate_delay(
         slope = slope - slope.mean()
         information = float(slope @ slope)
         if information == 0:
-            raise ValueError("the series do not move: no delay can be told")
+            raise ValueError("the series do not move: no delay can be found")
         step = float(np.clip(slope @ residual / information, -period, period))
         delay = float(np.clip(delay + step, -largest_s, largest_s))
     residual, _ = fit(delay)

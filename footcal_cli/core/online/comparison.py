@@ -112,7 +112,7 @@ class Comparison:
     weights
         ωF, ωP and the ωS used.
     replayed
-        Method -> forces and CoP: ``before window han memory smoother`` and, where there is a
+        Method -> forces and CoP: ``before window static memory smoother`` and, where there is a
         truth, ``true``; ``baseline`` where one was given.
     reference
         What the motion demands once the delay and offsets that memory found are taken out.
@@ -208,7 +208,7 @@ class Comparison:
                     "repeated_errors",
                     "warning",
                     "filter",
-                    "what is left comes back in every gait cycle: "
+                    "the residual repeats in every gait cycle: "
                     f"{self.memory.repeated:.1f} times the variance that chance would leave",
                     "run diagnose on this log: an effect is missing from the chain",
                 )
@@ -259,7 +259,7 @@ def compare(
     static = run_window(log, belief, weights, settings.window, static=True)
     replayed = {
         "before": corrected("before", log, belief, np.zeros((n, c)), np.zeros((n, c))),
-        "han": replay_window("han", log, belief, static),
+        "static": replay_window("static", log, belief, static),
         "window": window,
         "memory": replay_track("memory", memory, memory.track, belief),
         "smoother": replay_track("smoother", memory, memory.smoothed, belief),

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from footcal_cli.core.diagnosis.investigation import Investigation
-from footcal_cli.plots.style import AFTER, BEFORE, new_figure, tidy
+from footcal_cli.plots.style import AFTER, BEFORE, legend_below, new_figure, tidy
 
 GAINS_CAPTION = "Error of each block when it is left out of the fit: before and after."
 
@@ -26,5 +26,5 @@ def plot_gains(found: Investigation) -> Figure:
     tidy(axes, title if found.found else f"{gain.output}: error of each held-out block", "block",
          f"RMS error ({gain.unit})")  # fmt: skip
     axes.set_ylim(bottom=0)
-    axes.legend(fontsize=8, frameon=False)
+    legend_below(figure)
     return figure
