@@ -38,7 +38,7 @@ demo: $(VENV)/.installed  ## Install, run every command on sample data, say wher
 	$(FOOTCAL) static-init $(BIPED)/stand_cells.parquet $(BIPED)/stand_body.parquet \
 		--recipe recipes/nao_walk.toml --parameters $(OUT)/cells/parameters.json \
 		--out $(OUT)/stand --overwrite --quiet
-	$(FOOTCAL) online-replay --recipe recipes/nao_walk.toml \
+	$(FOOTCAL) online-replay --recipe recipes/nao_walk.toml --compare \
 		--parameters $(OUT)/cells/parameters.json --out $(OUT)/walk --overwrite --quiet
 	$(FOOTCAL) hang-calib --recipe recipes/hexapod.toml --out $(OUT)/hang --overwrite --quiet
 	$(FOOTCAL) pose-calib --recipe recipes/hexapod.toml \

@@ -67,6 +67,7 @@ class CommandOptions(Frozen):
     """Options of one command: its table in a recipe, overridden by the command line."""
 
     strict_findings: bool = False
+    pictures: bool = True
     gates: Gates = Gates()
 
     @property

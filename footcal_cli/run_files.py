@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,8 +15,8 @@ from footcal_cli.report import rmse_sheet
 from footcal_cli.report.page import render_html
 
 
-def write_run(folder: Path, run: RunRecord, outcome: Outcome) -> None:
-    """Everything a run leaves, into one folder."""
+def write_run(folder: Path, run: RunRecord, outcome: Outcome, images: Mapping[str, bytes]) -> None:
+    """Everything a run leaves, into one folder; `images` holds the PNG of each picture by name."""
     report = outcome.report
     if outcome.parameters is not None:
         rejected = run.gates_missed or (() if outcome.usable else (run.verdict.sentence,))
@@ -31,7 +32,6 @@ def write_run(folder: Path, run: RunRecord, outcome: Outcome) -> None:
         write_record(record, folder / name)
     for name, write in outcome.files.items():
         write(folder / name)
-    images = {picture.name: picture.png() for picture in report.pictures}
     (folder / "figures").mkdir()
     for name, image in images.items():
         (folder / "figures" / f"{name}.png").write_bytes(image)

@@ -307,6 +307,12 @@ class Session(Generic[Options]):
             sheets = (*report.sheets, read_as_sheet(self.read_as))
             outcome = replace(outcome, report=replace(report, sheets=sheets))
         outcome = gated(outcome, self.options, self.recipe.gates, self.reference)
+        images: dict[str, bytes] = {}
+        with self.step("draw"):
+            if self.options.pictures:
+                images = {picture.name: picture.png() for picture in outcome.report.pictures}
+            else:
+                outcome = replace(outcome, report=replace(outcome.report, pictures=()))
         exit_code = 3 if not outcome.usable else 1 if outcome.gates_missed else 0
         run = RunRecord(
             command=self.request.command,
@@ -334,7 +340,7 @@ class Session(Generic[Options]):
             if self.request.goes_on
             else whole_folder(out, self.request.overwrite, self.input_paths())
         ) as folder:
-            write_run(folder, run, self._with_history(outcome))
+            write_run(folder, run, self._with_history(outcome), images)
         answer = Console(quiet=self.request.quiet, highlight=False)
         if not answer.is_terminal:
             answer = Console(quiet=self.request.quiet, highlight=False, width=_PIPE_WIDTH)

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+import zlib
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 
 from footcal_cli.app import main
+from footcal_cli.report import Picture
 
 REPOSITORY = Path(__file__).resolve().parent.parent
 
@@ -26,6 +29,45 @@ def real_data() -> Path:
     if not folder:
         pytest.skip("FOOTCAL_DATA is not set: no measured data at hand")
     return Path(folder)
+
+
+def _one_pixel() -> bytes:
+    """The smallest PNG: a grey pixel."""
+    chunks = (
+        (b"IHDR", b"\0\0\0\1\0\0\0\1\x08\0\0\0\0"),
+        (b"IDAT", zlib.compress(b"\0\x7f")),
+        (b"IEND", b""),
+    )
+    return b"\x89PNG\r\n\x1a\n" + b"".join(
+        len(data).to_bytes(4, "big") + kind + data + zlib.crc32(kind + data).to_bytes(4, "big")
+        for kind, data in chunks
+    )
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _pictures_of_one_pixel() -> Iterator[None]:
+    """Figures take longer than most of what they show: they are drawn where they are asked for."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Picture, "png", lambda picture: _one_pixel())
+        yield
+
+
+_DRAWN = Picture.png
+
+
+@contextmanager
+def drawing() -> Iterator[None]:
+    """Figures are really drawn: for the runs whose figures are looked at."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Picture, "png", _DRAWN)
+        yield
+
+
+@pytest.fixture
+def drawn() -> Iterator[None]:
+    """Figures are really drawn in the test that uses this."""
+    with drawing():
+        yield
 
 
 @dataclass(frozen=True)
@@ -57,4 +99,4 @@ def run(capsys: pytest.CaptureFixture[str]) -> Run:
     return call
 
 
-__all__ = ["REPOSITORY", "Answer", "Run"]
+__all__ = ["REPOSITORY", "Answer", "Run", "drawing"]

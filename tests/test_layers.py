@@ -65,6 +65,7 @@ LIBRARIES: dict[str, set[str]] = {
     "jinja2": {"report"},
     "scipy": {"core", "formats", "exporters"},
     "distributed": {"batch"},
+    "numba": {"core"},
     "rosbags": {"formats"},
     "mcap": {"formats"},
     "ezc3d": {"formats"},

@@ -10,6 +10,7 @@ from pydantic import Field
 
 from footcal_cli.commands.options import (
     Logs,
+    NoPictures,
     Out,
     Overwrite,
     ParametersFile,
@@ -52,6 +53,7 @@ def apply(
     out: Out = Path("out/apply"),
     overwrite: Overwrite = False,
     seed: Seed = 0,
+    no_pictures: NoPictures = False,
     quiet: Quiet = False,
 ) -> None:
     """Turn a log into calibrated forces, centres of pressure or foot wrenches."""
@@ -65,6 +67,7 @@ def apply(
         overwrite=overwrite,
         seed=seed,
         quiet=quiet,
+        no_pictures=no_pictures,
         strict_findings=strict_findings,
         cop_correction=None if cop_correction is None else str(cop_correction),
     )

@@ -10,6 +10,7 @@ import typer
 from pydantic import Field
 
 from footcal_cli.commands.options import (
+    NoPictures,
     Overwrite,
     ParametersFile,
     Quiet,
@@ -77,6 +78,7 @@ def batch(
     ] = Path("out/batch"),
     overwrite: Overwrite = False,
     seed: Seed = 0,
+    no_pictures: NoPictures = False,
     quiet: Quiet = False,
 ) -> None:
     """Run one command on many sessions and compare them over dates and robots."""
@@ -90,6 +92,7 @@ def batch(
         overwrite=overwrite,
         seed=seed,
         quiet=quiet,
+        no_pictures=no_pictures,
         strict_findings=strict_findings,
         goes_on=True,
         command=command,
@@ -119,8 +122,7 @@ def _batch(session: Session[BatchOptions], given: Sequence[str]) -> Outcome:
     if good:
         _known_limits(limits, fleet, session)
     missed = sheets.gates_missed(fleet, limits)
-    with session.step("draw"):
-        pictures = sheets.pictures_of(fleet, days is not None)
+    pictures = sheets.pictures_of(fleet, days is not None)
     refused = _refused(rows)
     frame = sheets.frame_of(rows)
     return Outcome(

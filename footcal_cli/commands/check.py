@@ -10,6 +10,7 @@ import typer
 
 from footcal_cli.commands.options import (
     Logs,
+    NoPictures,
     Out,
     Overwrite,
     Quiet,
@@ -40,6 +41,7 @@ def check(
     strict_findings: StrictFindings = None,
     out: Out = Path("out/check"),
     overwrite: Overwrite = False,
+    no_pictures: NoPictures = False,
     quiet: Quiet = False,
 ) -> None:
     """Look for what is wrong with a log: units, gaps, stuck, saturated or copied channels."""
@@ -51,6 +53,7 @@ def check(
         out=out,
         overwrite=overwrite,
         quiet=quiet,
+        no_pictures=no_pictures,
         strict_findings=strict_findings,
     )
     raise typer.Exit(session.finish(_check(session)))

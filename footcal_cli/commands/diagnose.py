@@ -10,6 +10,7 @@ from pydantic import Field
 
 from footcal_cli.commands.options import (
     Logs,
+    NoPictures,
     Out,
     Overwrite,
     ParametersFile,
@@ -37,7 +38,6 @@ class DiagnoseOptions(CommandOptions):
     delay_s: float = 0.02
     between: tuple[str, ...] = ()
     after: Path | None = None
-    pictures: bool = True
 
 
 def diagnose(
@@ -81,13 +81,11 @@ def diagnose(
             help="diagnosis.json of the log before, whose rivals this log should distinguish.",
         ),
     ] = None,
-    no_pictures: Annotated[
-        bool, typer.Option("--no-pictures", help="Draw nothing, for pipelines.")
-    ] = False,
     strict_findings: StrictFindings = None,
     out: Out = Path("out/diagnose"),
     overwrite: Overwrite = False,
     seed: Seed = 0,
+    no_pictures: NoPictures = False,
     quiet: Quiet = False,
 ) -> None:
     """Say what the model gets wrong: name its cause, extend the model, state the gain."""
@@ -106,6 +104,7 @@ def diagnose(
         overwrite=overwrite,
         seed=seed,
         quiet=quiet,
+        no_pictures=no_pictures,
         strict_findings=strict_findings,
         experiment=experiment,
         tolerance_n=tolerance_n,
@@ -113,7 +112,6 @@ def diagnose(
         without=tuple(without) if without else None,
         between=tuple(between) if between else None,
         after=after,
-        pictures=False if no_pictures else None,
     )
     raise typer.Exit(session.finish(_planned(session) if plan else _diagnose(session)))
 

@@ -11,6 +11,7 @@ from pydantic import Field
 
 from footcal_cli.commands.options import (
     Logs,
+    NoPictures,
     Out,
     Overwrite,
     ParametersFile,
@@ -78,6 +79,7 @@ def hang_calib(
     out: Out = Path("out/hang-calib"),
     overwrite: Overwrite = False,
     seed: Seed = 0,
+    no_pictures: NoPictures = False,
     quiet: Quiet = False,
 ) -> None:
     """Fit offsets, leg weight and leg CoM of six-axis transducers hanging in the air."""
@@ -92,6 +94,7 @@ def hang_calib(
         overwrite=overwrite,
         seed=seed,
         quiet=quiet,
+        no_pictures=no_pictures,
         strict_findings=strict_findings,
         method=method,
         tilt=tilt,
@@ -128,8 +131,7 @@ def _calibrate(session: Session[HangCalibOptions]) -> Outcome:
         with session.step("compare"):
             others = _others(session, logs)
     residuals = sheets.residuals_by_stage(fits, others, runs, options.method)
-    with session.step("draw"):
-        pictures = _pictures(fits, runs, residuals)
+    pictures = _pictures(fits, runs, residuals)
     rmse = RmseRecord(rows=sheets.rmse_rows(residuals), rejected=rejected)
     chosen: Mapping[str, Estimates] = (
         {leg: fit.estimates for leg, fit in fits.items()}
@@ -210,7 +212,7 @@ def _pictures(
 
     pictures = [
         Picture(
-            "residuals", plot_residuals(residuals),
+            "residuals", lambda: plot_residuals(residuals),
             "Residual of the readings after offset and leg weight are subtracted: one violin "
             "per leg and axis. A good fit is one narrow hump around zero.",
             title="Residuals",
@@ -220,7 +222,7 @@ def _pictures(
         binned = {leg: binned_com(fit, runs[leg]) for leg, fit in fits.items()}
         pictures.append(
             Picture(
-                "leg_com", plot_com(fits, binned),
+                "leg_com", lambda: plot_com(fits, binned),
                 "Leg CoM in the transducer frame against the shaft angle: dots are medians over "
                 "cycles with quartiles, the line is the fitted series, its band 95 %.",
                 title="Leg CoM against shaft angle",
@@ -229,7 +231,7 @@ def _pictures(
     if any(fit.model.tilt != "none" for fit in fits.values()):
         pictures.append(
             Picture(
-                "orientations", plot_tilts(fits),
+                "orientations", lambda: plot_tilts(fits),
                 "Where gravity really pointed in each orientation, seen along the named axis: what "
                 "all legs share is the robot's tilt, where they differ it is the mounting.",
                 title="Direction of gravity in each orientation",

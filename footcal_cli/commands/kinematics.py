@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 from pydantic import BeforeValidator, Field
 
-from footcal_cli.commands.options import Logs, Out, Overwrite, Quiet, RecipeFile, begin
+from footcal_cli.commands.options import Logs, NoPictures, Out, Overwrite, Quiet, RecipeFile, begin
 from footcal_cli.recipe import CommandOptions, Frozen
 
 if TYPE_CHECKING:
@@ -62,6 +62,7 @@ def kinematics(
     ] = None,
     out: Out = Path("out/kinematics"),
     overwrite: Overwrite = False,
+    no_pictures: NoPictures = False,
     quiet: Quiet = False,
 ) -> None:
     """Turn joint positions and base orientation into CoM, its motion and foot poses."""
@@ -73,6 +74,7 @@ def kinematics(
         out=out,
         overwrite=overwrite,
         quiet=quiet,
+        no_pictures=no_pictures,
         urdf=urdf,
         anchor=anchor,
     )
@@ -221,15 +223,16 @@ def _outcome(
             ),
             pictures=(
                 Picture(
-                    "accelerations", plot_accelerations(time_s, found),
+                    "accelerations", lambda: plot_accelerations(time_s, found),
                     "The first seconds: central differences (grey), behind the low-pass (blue) "
                     "with ± 2 sd of its noise.",
                     title="Acceleration of the CoM",
                 ),
-                Picture("path", plot_path(posture, feet), "The CoM should pass between the feet.",
+                Picture("path", lambda: plot_path(posture, feet),
+                        "The CoM should pass between the feet.",
                     title="Path of the centre of pressure under each foot"),
                 Picture(
-                    "heights", plot_heights(time_s, posture, feet),
+                    "heights", lambda: plot_heights(time_s, posture, feet),
                     "A standing foot should stay at zero.",
                     title="Height of each foot",
                 ),

@@ -13,6 +13,7 @@ from pydantic import Field
 from footcal_cli.columns import weights_table
 from footcal_cli.commands.options import (
     Logs,
+    NoPictures,
     Out,
     Overwrite,
     ParametersFile,
@@ -97,6 +98,7 @@ def offline_fit(
     out: Out = Path("out/offline-fit"),
     overwrite: Overwrite = False,
     seed: Seed = 0,
+    no_pictures: NoPictures = False,
     quiet: Quiet = False,
 ) -> None:
     """Fit load cells to known weights, and a foot's CoP to weights over known holes."""
@@ -111,6 +113,7 @@ def offline_fit(
         overwrite=overwrite,
         seed=seed,
         quiet=quiet,
+        no_pictures=no_pictures,
         method=method,
         models=models,
         max_rmse_n=max_rmse_n,
@@ -133,23 +136,22 @@ def _calibrate(session: Session[OfflineFitOptions]) -> Outcome:
         feet = _feet(session, studies)
     if not studies and not feet and together is None:
         session.read_required(weights_table())
-    with session.step("draw"):
-        parts = []
-        if studies:
-            parts.append(
-                weights_part(
-                    studies,
-                    logs.held_out,
-                    findings=_findings(session, logs, studies),
-                    intended_load_n=session.options.intended_load_n,
-                    tolerance_percent=session.options.tolerance_percent,
-                    method=session.options.method,
-                )
+    parts = []
+    if studies:
+        parts.append(
+            weights_part(
+                studies,
+                logs.held_out,
+                findings=_findings(session, logs, studies),
+                intended_load_n=session.options.intended_load_n,
+                tolerance_percent=session.options.tolerance_percent,
+                method=session.options.method,
             )
-        if together is not None:
-            parts.append(together_part(session.recipe.robot.cell_names, *together))
-        if feet:
-            parts.append(feet_part(feet, session.recipe.robot))
+        )
+    if together is not None:
+        parts.append(together_part(session.recipe.robot.cell_names, *together))
+    if feet:
+        parts.append(feet_part(feet, session.recipe.robot))
     estimates = [study.estimates for study in studies]
     if together is not None:
         estimates.append(together[1].chosen.estimates)

@@ -10,6 +10,7 @@ from pydantic import Field
 
 from footcal_cli.commands.options import (
     Logs,
+    NoPictures,
     Out,
     Overwrite,
     ParametersFile,
@@ -53,7 +54,11 @@ class NoiseOptions(Frozen):
 
 
 class OnlineReplayOptions(CommandOptions):
-    """``[online_replay]`` of a recipe."""
+    """``[online_replay]`` of a recipe.
+
+    `compare` runs all methods; `sensitivity` scales every setting of them, with `compare` unless
+    it is said.
+    """
 
     method: Method = "memory"
     delay_s: float = 0.02
@@ -76,7 +81,8 @@ class OnlineReplayOptions(CommandOptions):
     align_delay: bool = True
     scales: bool | None = None
     noise: NoiseOptions = NoiseOptions()
-    sensitivity: bool = True
+    compare: bool = False
+    sensitivity: bool | None = None
     baseline: str | None = None
     truth: str | None = None
     max_cop_rmse_mm: float | None = Field(default=None, gt=0)
@@ -98,6 +104,10 @@ def online_replay(
             "--method",
             help="memory, window (sliding Gauss-Newton) or static (zero acceleration, after Han).",
         ),
+    ] = None,
+    compare: Annotated[
+        bool | None,
+        typer.Option("--compare", help="Run all methods and how much their settings matter."),
     ] = None,
     delay_s: Annotated[
         float | None, typer.Option("--delay-s", help="Delay of the body stream to compensate.")
@@ -127,6 +137,7 @@ def online_replay(
     out: Out = Path("out/online-replay"),
     overwrite: Overwrite = False,
     seed: Seed = 0,
+    no_pictures: NoPictures = False,
     quiet: Quiet = False,
 ) -> None:
     """Track scales and biases of foot sensors along a recorded walk."""
@@ -141,8 +152,10 @@ def online_replay(
         overwrite=overwrite,
         seed=seed,
         quiet=quiet,
+        no_pictures=no_pictures,
         strict_findings=strict_findings,
         method=method,
+        compare=compare,
         delay_s=delay_s,
         causal=causal,
         baseline=baseline,
@@ -220,6 +233,7 @@ def _cells(session: Session[OnlineReplayOptions], recording: Recording) -> Outco
             every=every,
             foot_length_m=options.foot_length_m,
         ),
+        others=_others(options),
         smooth_weight=options.smooth_weight,
         causal=options.causal,
         min_force_n=options.min_force_n,
@@ -231,9 +245,9 @@ def _cells(session: Session[OnlineReplayOptions], recording: Recording) -> Outco
             rng=np.random.default_rng(session.request.seed),
         )  # fmt: skip
     with session.step("evidence"):
-        curves = found.sensitivity() if options.sensitivity else []
-    with session.step("draw"):
-        pictures = sheets.pictures_of(found, curves, session.recipe.robot)
+        wanted = options.compare if options.sensitivity is None else options.sensitivity
+        curves = found.sensitivity() if wanted else []
+    pictures = sheets.pictures_of(found, curves, session.recipe.robot)
     rmse = sheets.rmse_of(found, options.method)
     estimates = (
         memory_estimates(found.memory, belief)
@@ -274,8 +288,7 @@ def _six_axis(session: Session[OnlineReplayOptions], recording: Recording) -> Ou
             samples_per_update=max(round(merged.rate_hz / options.update_hz), 1),
             scales=options.scales,
         )
-    with session.step("draw"):
-        pictures = sheets.pictures_of(found)
+    pictures = sheets.pictures_of(found)
     return Outcome(
         report=Report(
             title=f"Walking calibration of {session.recipe.robot.name}, {recording.name}",
@@ -290,6 +303,12 @@ def _six_axis(session: Session[OnlineReplayOptions], recording: Recording) -> Ou
         parameters=feet_parameters(session, found.estimates),
         files={"replay.parquet": lambda path: write_parquet(sheets.frame_of(found), path)},
     )
+
+
+def _others(options: OnlineReplayOptions) -> tuple[str, ...]:
+    """The papers' methods that run: all to compare, else the one that was asked for."""
+    methods = ("window", "static")
+    return methods if options.compare else tuple(m for m in methods if m == options.method)
 
 
 def _noise(options: OnlineReplayOptions, start: Noise) -> tuple[Noise, tuple[str, ...]]:

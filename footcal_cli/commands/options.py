@@ -41,6 +41,7 @@ StrictFindings = Annotated[
     bool | None,
     typer.Option("--strict-findings", help="Exit 1 where the data show a warning or an alarm."),
 ]
+NoPictures = Annotated[bool, typer.Option("--no-pictures", help="Draw no figures.")]
 
 
 def begin(
@@ -56,6 +57,7 @@ def begin(
     overwrite: bool,
     seed: int = 0,
     quiet: bool,
+    no_pictures: bool = False,
     goes_on: bool = False,
     **overrides: object,
 ) -> Session[Options]:
@@ -72,7 +74,7 @@ def begin(
         overwrite=overwrite,
         seed=seed,
         quiet=quiet,
-        overrides=overrides,
+        overrides={**overrides, "pictures": False if no_pictures else None},
         goes_on=goes_on,
         reference=reference,
     )

@@ -11,6 +11,7 @@ from pydantic import Field
 
 from footcal_cli.commands.options import (
     Logs,
+    NoPictures,
     Out,
     Overwrite,
     ParametersFile,
@@ -106,6 +107,7 @@ def pose_calib(
     out: Out = Path("out/pose-calib"),
     overwrite: Overwrite = False,
     seed: Seed = 0,
+    no_pictures: NoPictures = False,
     quiet: Quiet = False,
 ) -> None:
     """Fit the mounting of hip transducers, or offsets again, from standing poses."""
@@ -120,6 +122,7 @@ def pose_calib(
         overwrite=overwrite,
         seed=seed,
         quiet=quiet,
+        no_pictures=no_pictures,
         strict_findings=strict_findings,
         fit=fit,
         method=method,

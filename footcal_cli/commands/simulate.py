@@ -12,6 +12,7 @@ import typer
 from pydantic import Field
 
 from footcal_cli.commands.options import (
+    NoPictures,
     Out,
     Overwrite,
     ParametersFile,
@@ -91,6 +92,7 @@ def simulate(
     out: Out = Path("out/simulate"),
     overwrite: Overwrite = False,
     seed: Seed = 0,
+    no_pictures: NoPictures = False,
     quiet: Quiet = False,
 ) -> None:
     """Simulate an experiment with any effects; write its logs and its truth."""
@@ -104,6 +106,7 @@ def simulate(
         overwrite=overwrite,
         seed=seed,
         quiet=quiet,
+        no_pictures=no_pictures,
         strict_findings=strict_findings,
         experiment=experiment,
         effects=tuple(effect) if effect else None,
@@ -149,8 +152,7 @@ def _simulate(session: Session[SimulateOptions]) -> Outcome:
             ),
             given=_given(session),
         )
-    with session.step("draw"):
-        pictures = _pictures(scenario)
+    pictures = _pictures(scenario)
     return Outcome(
         report=Report(
             title=f"Simulated {options.experiment} of {session.recipe.robot.name}",
@@ -377,7 +379,9 @@ def _pictures(scenario: Scenario) -> tuple[Picture, ...]:
     return (
         Picture(
             "shown_and_true",
-            plot_shown_and_true(scenario.shown, scenario.truth, scenario.chain, scenario.values),
+            lambda: plot_shown_and_true(
+                scenario.shown, scenario.truth, scenario.chain, scenario.values
+            ),
             "What the sensors showed, converted with their true calibration (colour), over what "
             "was true (black); below, the difference: effects and noise.",
             title="Measured and true loads, and their difference",

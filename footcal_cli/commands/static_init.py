@@ -11,6 +11,7 @@ from pydantic import Field
 
 from footcal_cli.commands.options import (
     Logs,
+    NoPictures,
     Out,
     Overwrite,
     ParametersFile,
@@ -68,6 +69,7 @@ def static_init(
     out: Out = Path("out/static-init"),
     overwrite: Overwrite = False,
     seed: Seed = 0,
+    no_pictures: NoPictures = False,
     quiet: Quiet = False,
 ) -> None:
     """Find scales and biases of foot cells as far as quiet standing shows them."""
@@ -82,6 +84,7 @@ def static_init(
         overwrite=overwrite,
         seed=seed,
         quiet=quiet,
+        no_pictures=no_pictures,
         strict_findings=strict_findings,
         until_s=until_s,
         max_cop_rmse_mm=max_cop_rmse_mm,
@@ -190,7 +193,7 @@ def _pictures(
     sd = np.sqrt(np.diag(fit.covariance))
     several = (
         Picture(
-            "curve", plot_curve(curve),
+            "curve", lambda: plot_curve(curve),
             "CoP error on the next, held-out stance after one, two, five … stances: with the prior "
             "it falls; least squares without one needs many before it can be trusted.",
             title="Error on the next stance against the number of stances",
@@ -198,7 +201,7 @@ def _pictures(
     )  # fmt: skip
     single = (
         Picture(
-            "stances", plot_stances(errors),
+            "stances", lambda: plot_stances(errors),
             "Error of each stance before and after, and by least squares without a prior.",
             title="Error of each stance before and after",
         ),
@@ -207,13 +210,13 @@ def _pictures(
         *(several if curve else ()),
         *(single if errors[0].vgrf_n.size > 1 else ()),
         Picture(
-            "directions", plot_directions(seen.singular_values, seen.rank),
+            "directions", lambda: plot_directions(seen.singular_values, seen.rank),
             "What the stances see; grey directions keep the prior whatever the fit says.",
             title="How well each parameter direction is observed",
         ),
         Picture(
             "beliefs",
-            plot_beliefs(
+            lambda: plot_beliefs(
                 rows.names, rows.units, rows.prior_sd, value, sd,
                 [status == "estimated" for status in fit.estimates.status],
             ),

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from footcal_cli.core.fleet import Budget, Series
 from footcal_cli.plots.style import BAD, BEFORE, CELL_COLOURS, REFERENCE, new_figure, tidy
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 MOST_PANELS = 12
 _MOST_POINTS = 400

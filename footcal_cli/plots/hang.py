@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from footcal_cli.core.hang.binned import BinnedCom
 from footcal_cli.core.hang.joint import HangFit
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.spatial import tangent_basis
 from footcal_cli.plots.style import AFTER, BEFORE, CELL_COLOURS, REFERENCE, new_figure, tidy
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _VIOLIN_POINTS = 100
 _VIOLIN_SAMPLES = 3000

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from footcal_cli.core.kinematics import Accelerations, Posture
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.plots.style import AFTER, BEFORE, CELL_COLOURS, legend_below, new_figure, tidy
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 _SHOWN_S = 6.0
 

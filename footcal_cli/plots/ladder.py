@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from footcal_cli.core.bench.plateaus import SampleState, find_direction
 from footcal_cli.core.bench.study import ChannelStudy
@@ -19,6 +19,9 @@ from footcal_cli.plots.style import (
     new_figure,
     tidy,
 )
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 _MOST_PANELS = 8
 

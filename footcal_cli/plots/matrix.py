@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from footcal_cli.core.bench.matrix import MatrixFit
 from footcal_cli.plots.style import AFTER, BEFORE, CELL_COLOURS, new_figure, tidy
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 def plot_matrix(channels: Sequence[str], outputs: Sequence[str], fit: MatrixFit) -> Figure:

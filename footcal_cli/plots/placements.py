@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from footcal_cli.core.bench.cop_study import FootStudy
 from footcal_cli.core.bench.placement_rows import PlacementRows, find_repeats
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.plots.style import AFTER, BAD, BEFORE, REFERENCE, log_axis, new_figure, tidy
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _MM = 1e3
 

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.figure import Figure
-from matplotlib.patches import Ellipse
 
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.pose.data import PoseData
@@ -25,6 +24,9 @@ from footcal_cli.plots.style import (
     new_figure,
     tidy,
 )
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 _CHI2_95_2D = 5.991
 _AXES = ("fx", "fy", "fz", "tx", "ty", "tz")
@@ -59,6 +61,8 @@ def plot_balance(stages: Mapping[str, FloatArray]) -> Figure:
 
 def plot_mounting(fit: PoseFit) -> Figure:
     """Hips from above, nominal and calibrated, errors enlarged; turns with intervals beside."""
+    from matplotlib.patches import Ellipse
+
     legs, geometry = fit.geometry.legs, fit.geometry
     shift = fit.arm_b_m - (geometry.hip_b_m - geometry.chassis_com_b_m)
     common = shift.mean(axis=0)

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from footcal_cli.core.chain import Chain
 from footcal_cli.core.effects.contract import Stage
 from footcal_cli.core.log import Log
 from footcal_cli.plots.style import CELL_COLOURS, REFERENCE, new_figure, tidy
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 SHOWN_ROWS = 1600
 """Rows of a picture: twenty seconds of cells."""

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from footcal_cli.core.online.filter import Track
 from footcal_cli.core.online.jumps import Jump
@@ -19,6 +19,9 @@ from footcal_cli.plots.style import (
     new_figure,
     tidy,
 )
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 _AXES = ("fx", "fy", "fz", "tx", "ty", "tz")
 

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.stance_curve import CurvePoint
 from footcal_cli.core.static_init import StanceErrors
 from footcal_cli.plots.style import AFTER, BAD, BEFORE, REFERENCE, legend_below, new_figure, tidy
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 _WORDS = {
     "before": "prior alone",
@@ -23,6 +25,8 @@ _STAGES = {"before": BEFORE, "after": AFTER, "least squares": BAD}
 
 def plot_stances(errors: Sequence[StanceErrors]) -> Figure:
     """Error of each stance's CoP and force, predicted from the others where there are several."""
+    from matplotlib.ticker import MaxNLocator
+
     held_out = any(e.held_out for e in errors)
     shown = [e for e in errors if e.held_out == held_out]
     figure = new_figure(3.0)
@@ -67,6 +71,8 @@ def plot_curve(curve: Sequence[CurvePoint]) -> Figure:
 
 def plot_directions(singular_values: FloatArray, rank: int) -> Figure:
     """How well each direction is seen: prior sd over the sd that the stances alone would leave."""
+    from matplotlib.ticker import MaxNLocator
+
     figure = new_figure(2.6)
     axes = figure.subplots()
     number = np.arange(1, singular_values.size + 1)

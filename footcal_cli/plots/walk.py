@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.ticker import FormatStrFormatter, LogLocator
 
 from footcal_cli.core.online.comparison import Comparison
 from footcal_cli.core.online.evidence import SETTLING_S
@@ -27,6 +24,10 @@ from footcal_cli.plots.style import (
     new_figure,
     tidy,
 )
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 METHOD_COLOURS = {
     "before": BEFORE,
@@ -61,7 +62,7 @@ def plot_cop(found: Comparison, methods: Sequence[str], truth: Replayed | None) 
         for method in methods:
             cop = 1e3 * (found.replayed[method].total.cop_m[rows, axis] - com)
             left.plot(time_s, cop, color=METHOD_COLOURS[method], linewidth=1.0, label=method)
-            if method != "static":
+            if method != methods[0]:
                 right.plot(time_s, cop - shown, color=METHOD_COLOURS[method], linewidth=1.0)
         right.axhline(0.0, color=REFERENCE, linewidth=0.6)
         below = "time (s)" if name == "y" else ""
@@ -276,6 +277,8 @@ def plot_cycles(found: Comparison, methods: Sequence[str]) -> Figure:
 
 
 def _violins(axes: Axes, series: Mapping[str, FloatArray]) -> None:
+    from matplotlib.ticker import FormatStrFormatter, LogLocator
+
     place = np.arange(len(series)) + 1
     drawn = axes.violinplot(list(series.values()), positions=place, showmedians=True, widths=0.8)
     bodies: Any = drawn["bodies"]

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from footcal_cli.core.bench.regression import AffineFit
 from footcal_cli.plots.style import AFTER, BAD, CELL_COLOURS, new_figure, tidy
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 def plot_loads_against_counts(fits: Sequence[AffineFit], tolerance_n: float) -> Figure:

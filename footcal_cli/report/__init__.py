@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import floor, isfinite, log10
 from typing import TYPE_CHECKING
@@ -36,8 +36,8 @@ class Picture:
     ----------
     name
         File name without ending.
-    figure
-        What is drawn.
+    draw
+        Draws the figure; not called where no pictures are wanted.
     caption
         What to see in it and how to read it.
     title
@@ -48,7 +48,7 @@ class Picture:
     """
 
     name: str
-    figure: Figure
+    draw: Callable[[], Figure]
     caption: str
     title: str = ""
     result: str = ""
@@ -62,7 +62,7 @@ class Picture:
     def png(self) -> bytes:
         """The figure as PNG."""
         buffer = io.BytesIO()
-        self.figure.savefig(buffer, format="png", dpi=FIGURE_DPI, metadata=_FIGURE_METADATA)
+        self.draw().savefig(buffer, format="png", dpi=FIGURE_DPI, metadata=_FIGURE_METADATA)
         return buffer.getvalue()
 
 

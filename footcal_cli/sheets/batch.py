@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -249,7 +250,7 @@ def pictures_of(fleet: Fleet, dated: bool) -> tuple[Picture, ...]:
         kinds.setdefault(one.parameter.rsplit(".", 1)[-1], []).append(one)
     pictures = [
         Picture(
-            f"over_time_{kind}", plots.plot_series(series, dated),
+            f"over_time_{kind}", partial(plots.plot_series, series, dated),
             f"'{kind}' of every session with its 95 % interval and levels, of several robots as "
             "changes from each robot's first level; dashed red: a change point, red circle: an "
             "outlying session."
@@ -259,7 +260,7 @@ def pictures_of(fleet: Fleet, dated: bool) -> tuple[Picture, ...]:
     ]  # fmt: skip
     if any(b.components for b in fleet.budgets):
         pictures.append(
-            Picture("budget", plots.plot_budgets(fleet.budgets),
+            Picture("budget", lambda: plots.plot_budgets(fleet.budgets),
                     "Where the variance of a robot's parameter comes from, session to session; the "
                     "upright stroke marks what the fits claim.")
         )  # fmt: skip

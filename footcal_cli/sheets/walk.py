@@ -130,7 +130,6 @@ def _methods_sheet(found: Comparison) -> Sheet:
         ("method", "against", "CoP (mm)", "each foot's CoP (mm)", "vertical force (N)",
          "memory / method, CoP", "p"),
         rows,
-        brief=("method", "against", "CoP (mm)", "vertical force (N)"),
         note="RMS error per gait cycle, mean ± sd over cycles, the first 5 s left out. Ratios of "
         "RMS errors with 95 % bootstrap intervals over paired cycles; p: Wilcoxon signed-rank. "
         "The smoother knows the whole walk. Truth and cells are in the same 10 Hz band. The "
@@ -213,15 +212,16 @@ def _noise_sheet(found: Comparison) -> Sheet:
         )
         for f in fields(Noise)
     ]
-    rows += [
-        ("omega_f", number(float(np.asarray(found.weights.force)), 3), "quiet standing"),
-        ("omega_p", number(float(np.asarray(found.weights.cop)), 3), "quiet standing"),
-        (
-            "omega_s",
-            number(float(np.asarray(found.weights.smooth)), 3),
-            "best prediction, or given",
-        ),
-    ]
+    if found.weights is not None:
+        weights = found.weights
+        rows += [
+            (name, number(float(np.asarray(weight)), 3), source)
+            for name, weight, source in (
+                ("omega_f", weights.force, "quiet standing"),
+                ("omega_p", weights.cop, "quiet standing"),
+                ("omega_s", weights.smooth, "best prediction, or given"),
+            )
+        ]
     return Sheet("Noise and weights", ("setting", "value", "from"), rows)
 
 
@@ -241,9 +241,13 @@ def footer_of(found: Comparison, delay_s: float) -> tuple[str, ...]:
         f"Covariances × {found.memory.repeated:.2f} for errors that come back in every gait cycle.",
         f"{int(found.memory.track.used.sum())} of {found.memory.track.used.size} updates taught "
         "something; the others changed nothing.",
-        f"Delay compensated {1e3 * delay_s:g} ms; window {found.rule.samples} samples every "
-        f"{found.rule.every}, {found.rule.iterations} Gauss-Newton iterations (NAO CoP "
-        f"self-calibration, eq. 14).",
+        f"Delay compensated {1e3 * delay_s:g} ms."
+        + (
+            f" Window: {found.rule.samples} samples every {found.rule.every}, "
+            f"{found.rule.iterations} Gauss-Newton iterations (NAO CoP self-calibration, eq. 14)."
+            if found.weights is not None
+            else " --compare runs the methods window and static as well."
+        ),
     )
 
 
@@ -282,42 +286,46 @@ def pictures_of(
         name: (cells, outlines[name])
         for name, cells in zip(robot.feet, cells_in_feet(robot), strict=True)
     }
+    judged = [m for m in SHOWN if m in found.replayed]
+    drawn = tuple(m for m in ("static", "window", "memory") if m in found.replayed)
+    if len(drawn) == 1:
+        drawn = ("before", *drawn)
     states = [n for n in STATE_UNITS if n in track.names]
     states += [n for n in track.names if n.endswith("plate_weight")]
     pictures = [
-        Picture("cop", plots.plot_cop(found, ("static", "window", "memory"), truth),
+        Picture("cop", lambda: plots.plot_cop(found, drawn, truth),
                 "Centre of pressure over the last seconds of the walk (compare Figs. 10, 12 and "
                 "14 of NAO CoP self-calibration).",
             title="Centre of pressure by method"),
-        Picture("vgrf", plots.plot_vgrf(found, ("static", "window", "memory"), truth),
+        Picture("vgrf", lambda: plots.plot_vgrf(found, drawn, truth),
                 "Vertical force over the same seconds (compare Figs. 11, 13, 15 of NAO CoP "
                 "self-calibration).",
             title="Vertical force by method"),
-        Picture("cycles", plots.plot_cycles(found, SHOWN),
+        Picture("cycles", lambda: plots.plot_cycles(found, judged),
                 f"Error of every gait cycle against {_AGAINST[found.best_reference]}.",
             title="Error per gait cycle by method"),
-        Picture("path", plots.plot_path(found, "memory", feet),
+        Picture("path", lambda: plots.plot_path(found, "memory", feet),
                 "CoP under each foot with its cells and outline; where there is no contact there "
                 "is no point.",
             title="Path of the centre of pressure under each foot"),
-        Picture("parameters", plots.plot_parameters(track, memory.jumps, ("bias", "gain")),
+        Picture("parameters", lambda: plots.plot_parameters(track, memory.jumps, ("bias", "gain")),
                 "Every cell's bias and gain on top of the prior with ± 2 sd; dashed: a jump.",
             title="Bias and gain of each cell along the walk"),
-        Picture("innovations", plots.plot_innovations(track, ("fz", "mx", "my")),
+        Picture("innovations", lambda: plots.plot_innovations(track, ("fz", "mx", "my")),
                 "What each update did not expect, over its claimed sd: 95 % should lie in the "
                 "grey band, without a pattern.",
             title="Innovations in units of their predicted sd"),
     ]  # fmt: skip
     if states:
         pictures.append(
-            Picture("states", plots.plot_states(track, states, STATE_UNITS),
+            Picture("states", lambda: plots.plot_states(track, states, STATE_UNITS),
                     "What was wrong with the body stream and the feet; the delay is on top of "
                     f"{1e3 * memory.delay_s:.1f} ms found first.",
                 title="Errors of the body stream along the walk")
         )  # fmt: skip
     if curves:
         pictures.append(
-            Picture("sensitivity", plots.plot_sensitivity(curves),
+            Picture("sensitivity", lambda: plots.plot_sensitivity(curves),
                     "How much each weight and noise matters (NAO CoP self-calibration, section "
                     "3.3.2), the first "
                     "5 s left out.",
@@ -334,6 +342,8 @@ def frame_of(found: Comparison) -> dict[str, object]:
     for i, channel in enumerate(log.channels):
         frame[f"{channel}_n"] = ours.forces_n[:, i]
     for method in ("memory", "window", "static", "smoother"):
+        if method not in found.replayed:
+            continue
         one = found.replayed[method].total
         suffix = "" if method == "memory" else f"_{method}"
         frame[f"vgrf{suffix}_n"] = one.fz_n

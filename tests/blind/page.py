@@ -30,8 +30,8 @@ drifting walk: followed), over the RMS of the noise, on the outputs that it touc
 bench's own projection, not by footcal's. *Exact*: every hidden effect named and nothing else.
 *Right answer*: a rival set that holds it counts too. *Designed alias*: no data of that experiment
 distinguishes it from another cause (|cos| > 0.95 by the same projection). Brackets are 95 %
-intervals (Wilson); upper bounds are one-sided 95 % (Clopper–Pearson). Columns of experiments: per cent
-(trials). Bold: demanded and not reached.
+intervals (Wilson); upper bounds are one-sided 95 % (Clopper–Pearson). Columns of experiments:
+per cent (trials). Bold: demanded and not reached.
 """
 LIMITS = """## What could be reached at all
 

@@ -1,8 +1,9 @@
-"""A few blind trials in every test run: hidden effects are found, or honestly not found.
+"""A few blind trials: hidden effects are found, or honestly not found.
 
 The whole bench is ``make blind``. Seeds come from a counter, chosen before anything was diagnosed,
-and stay: each experiment is judged by what so few trials can tell. Nothing but the logs, the recipe
-and the kind of experiment reaches the diagnosis.
+and stay. Every test run has one or two trials per experiment, which must all be right; the others
+(``make studies``) are judged by what so few trials can tell. Nothing but the logs, the recipe and
+the kind of experiment reaches the diagnosis.
 """
 
 from __future__ import annotations
@@ -78,11 +79,24 @@ CELLS = {
     ),
 }
 
+QUICK = {
+    "weights": (0, 1),
+    "placements": (0, 1),
+    "walk": (0, 1),
+    "walk, drifting": (1,),
+    "stand": (0,),
+    "hang": (0,),
+    "pose": (0,),
+}
+"""Trials of every test run, by number: the cheap ones. What stands and legs hide is looked for by
+`tests.core.test_diagnosis_stances`, `tests.core.test_diagnosis_legs`, `tests.cli`."""
 
-def _scores(group: str, cells: Sequence[Cell], folder: Path) -> list[Score]:
+
+def _scores(group: str, numbers: Sequence[int], folder: Path) -> list[Score]:
     counter = open_ledger(folder / "ledger", "development")
     scores = []
-    for number, cell in enumerate(cells):
+    for number in numbers:
+        cell = CELLS[group][number]
         logs = folder / str(number)
         truth = make_trial(cell, counter.seed(f"in every test run: {group} {number}"), logs)
         ask(logs, cell.experiment, cell.left_out)
@@ -106,10 +120,20 @@ def _contradictions(record: dict[str, Any]) -> list[str]:
     return told
 
 
+@pytest.mark.parametrize("group", QUICK)
+def test_a_clear_effect_is_named_and_a_clean_log_is_not(group: str, tmp_path: Path) -> None:
+    for number, score in zip(QUICK[group], _scores(group, QUICK[group], tmp_path), strict=True):
+        told = f"{CELLS[group][number].hidden} -> {score.verdict}"
+        assert not score.wrong, told
+        assert score.right, told
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("group", CELLS)
 def test_hidden_effects_are_found_or_honestly_not_found(group: str, tmp_path: Path) -> None:
-    scores = _scores(group, CELLS[group], tmp_path)
-    told = [f"{c.hidden} -> {s.verdict}" for c, s in zip(CELLS[group], scores, strict=True)]
+    cells = CELLS[group]
+    scores = _scores(group, range(len(cells)), tmp_path)
+    told = [f"{c.hidden} -> {s.verdict}" for c, s in zip(cells, scores, strict=True)]
     most_wrong = int(stats.binom.ppf(1.0 - RARELY, len(scores), WRONG))
     fewest_right = int(stats.binom.ppf(RARELY, len(scores), RIGHT))
     assert sum(s.wrong for s in scores) <= most_wrong, told

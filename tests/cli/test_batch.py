@@ -53,6 +53,7 @@ def test_a_killed_worker_loses_nothing(tmp_path: Path) -> None:
     assert sum(row.outcome == "done" for row in rows.values()) == 19
 
 
+@pytest.mark.usefixtures("drawn")
 def test_a_bad_session_is_a_row_and_the_others_are_kept(run: Run, logs: Path) -> None:
     out = logs / "out"
     arguments = (

@@ -67,6 +67,7 @@ def diagnosed(run: Run, log: Path, out: Path, *more: object) -> DiagnosisRecord:
     return read_record(DiagnosisRecord, out / "diagnosis.json")
 
 
+@pytest.mark.usefixtures("drawn")
 def test_hidden_hysteresis_is_named_sized_and_worth_something(run: Run, tmp_path: Path) -> None:
     write_weights(tmp_path / "weights.csv", 1, width=0.5)
     record = diagnosed(run, tmp_path / "weights.csv", tmp_path / "out")

@@ -61,6 +61,7 @@ def findings(folder: Path) -> set[str]:
     return {f.code for f in read_record(RunRecord, folder / "out" / "run.json").findings}
 
 
+@pytest.mark.usefixtures("drawn")
 def test_com_feet_and_momentum_are_those_of_the_physics_engine(run: Run, tmp_path: Path) -> None:
     answer = run(*write(tmp_path, joint_log()))
     assert answer.exit_code == 0, answer.err

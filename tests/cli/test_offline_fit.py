@@ -16,7 +16,7 @@ import pytest
 from footcal_cli.records.files import read_record
 from footcal_cli.records.results import ParametersRecord, RmseRecord, RunRecord
 from footcal_cli.tables import write_parquet
-from tests.conftest import Run
+from tests.conftest import Run, drawing
 
 G = 9.80665
 
@@ -66,7 +66,8 @@ def test_strict_findings_and_gates_end_with_1(run: Run, recipe: Path, tmp_path: 
 
 def test_the_run_folder_is_complete(run: Run, recipe: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
-    run("offline-fit", "--recipe", recipe, "--out", out, "--quiet")
+    with drawing():
+        run("offline-fit", "--recipe", recipe, "--out", out, "--quiet")
     names = {p.relative_to(out).as_posix() for p in out.rglob("*") if p.is_file()}
     assert names == {
         "run.json", "parameters.json", "predictions.parquet", "rmse.json", "rmse.csv",

@@ -16,7 +16,7 @@ from footcal_cli.records.results import (
     RmseRecord,
     TruthRecord,
 )
-from tests.conftest import Run
+from tests.conftest import Run, drawing
 from tests.core.bench_data import Staircase
 
 
@@ -28,7 +28,7 @@ def bench_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     root = Path(__file__).resolve().parent.parent.parent
     out = tmp_path_factory.mktemp("bench") / "out"
     recipe = str(root / "recipes/bench_foot.toml")
-    with pytest.raises(SystemExit) as end:
+    with drawing(), pytest.raises(SystemExit) as end:
         main(["offline-fit", "--recipe", recipe, "--out", str(out), "--quiet"])
     assert end.value.code == 0
     return out
@@ -168,6 +168,7 @@ def test_placements_alone_need_a_calibration(
     assert "cop left" in missed.err
 
 
+@pytest.mark.usefixtures("drawn")
 @pytest.mark.parametrize(
     ("change", "words"),
     [
@@ -209,6 +210,7 @@ def recording(folder: Path, seed: int = 0) -> Path:
     return path
 
 
+@pytest.mark.usefixtures("drawn")
 def test_a_recording_is_cut_into_holds_with_reasons(run: Run, tmp_path: Path) -> None:
     recipe = tmp_path / "r.toml"
     recipe.write_text(
@@ -283,6 +285,7 @@ def together(folder: Path, crosstalk: float) -> Path:
     return path
 
 
+@pytest.mark.usefixtures("drawn")
 @pytest.mark.parametrize(("crosstalk", "words"), [(0.02, "talk to each other"), (0.0, "No crosst")])
 def test_cells_loaded_together_give_a_matrix_only_where_it_pays(
     run: Run, tmp_path: Path, crosstalk: float, words: str

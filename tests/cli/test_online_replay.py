@@ -42,7 +42,7 @@ def brief() -> Recording:
 
 @pytest.fixture
 def replayed(run: Run, walk: Recording, tmp_path: Path) -> tuple[Answer, Path]:
-    recipe = write_walk(tmp_path, walk, "[online_replay]\nsensitivity = false")
+    recipe = write_walk(tmp_path, walk, "[online_replay]\nsensitivity = false\ncompare = true")
     belief = write_belief(tmp_path, walk)
     out = tmp_path / "out"
     return run("online-replay", "--recipe", recipe, "--parameters", belief, "--out", out), out
@@ -56,6 +56,7 @@ def rmse(record: RmseRecord, stage: str, quantity: str, reference: str = "truth"
     )
 
 
+@pytest.mark.usefixtures("drawn")
 def test_the_walk_is_calibrated_and_everything_is_told(
     replayed: tuple[Answer, Path], walk: Recording
 ) -> None:
@@ -141,6 +142,8 @@ def test_the_papers_methods_run_by_name_and_gates_judge_them(
     )  # fmt: skip
     assert answer.exit_code == 1
     assert answer.out.startswith(f"VERDICT  {method}:")
+    stages = {row.stage for row in read_record(RmseRecord, tmp_path / "out/rmse.json").rows}
+    assert stages - {"true"} == {"before", "memory", "smoother", method}  # nobody asked for others
     assert "GATE NOT MET  cop: RMSE" in answer.err
 
 

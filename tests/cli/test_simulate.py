@@ -25,7 +25,7 @@ from footcal_cli.core.simulation.robots import Biped
 from footcal_cli.records.files import read_record
 from footcal_cli.records.results import TruthRecord
 from footcal_cli.tables import read_table
-from tests.conftest import Run
+from tests.conftest import Run, drawing
 from tests.core.test_simulation import walk_logs
 
 CELLS = tuple(f"{foot}_{cell}" for foot in ("left", "right") for cell in ("fl", "fr", "rl", "rr"))
@@ -143,9 +143,9 @@ def test_a_recorded_motion_brings_its_own_loads(run: Run, tmp_path: Path) -> Non
 
 @pytest.mark.parametrize("recipe", ["nao_simulated", "hexapod_simulated"])
 def test_the_recipes_run(run: Run, tmp_path: Path, repository: Path, recipe: str) -> None:
-    answer = run(
-        "simulate", "--recipe", repository / f"recipes/{recipe}.toml", "--out", tmp_path / "out"
-    )
+    recipe_file = repository / f"recipes/{recipe}.toml"
+    with drawing():
+        answer = run("simulate", "--recipe", recipe_file, "--out", tmp_path / "out")
     assert answer.exit_code == 0, answer.err
     assert (tmp_path / "out/figures/shown_and_true.png").stat().st_size > 10_000
 

@@ -14,7 +14,7 @@ from footcal_cli.records.files import read_record, write_record
 from footcal_cli.records.results import EffectRecord, ParameterRecord, RmseRecord, RunRecord
 from footcal_cli.tables import write_parquet
 from tests.cli.six_axis import AXES, LEGS, calibration, stored_mounting, true_mounting, truth_of
-from tests.conftest import REPOSITORY, Run
+from tests.conftest import REPOSITORY, Run, drawing
 
 RECIPE = REPOSITORY / "recipes/hexapod.toml"
 
@@ -28,16 +28,17 @@ def run_once(*arguments: str | Path) -> None:
 @pytest.fixture(scope="module")
 def hung(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("hung") / "out"
-    run_once("hang-calib", "--recipe", RECIPE, "--out", folder)
+    with drawing():
+        run_once("hang-calib", "--recipe", RECIPE, "--out", folder)
     return folder
 
 
 @pytest.fixture(scope="module")
 def stood(hung: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("stood") / "out"
-    run_once(
-        "pose-calib", "--recipe", RECIPE, "--parameters", hung / "parameters.json", "--out", folder
-    )
+    given = ("--recipe", RECIPE, "--parameters", hung / "parameters.json")
+    with drawing():
+        run_once("pose-calib", *given, "--out", folder)
     return folder
 
 
@@ -191,6 +192,7 @@ def test_pose_calib_cuts_poses_from_a_stand_still_log(run: Run, hung: Path, tmp_
     assert rmse(tmp_path / "out", "sum of forces", "after") < 0.1
 
 
+@pytest.mark.usefixtures("drawn")
 def test_offsets_again_from_tripods_and_not_from_all_feet(
     run: Run, stood: Path, tmp_path: Path
 ) -> None:
@@ -219,6 +221,7 @@ def test_offsets_again_from_tripods_and_not_from_all_feet(
     assert not (tmp_path / "feet/parameters.json").exists()
 
 
+@pytest.mark.usefixtures("drawn")
 def test_a_leg_with_a_wrong_gain_is_named(run: Run, hung: Path, tmp_path: Path) -> None:
     table = pd.read_parquet(REPOSITORY / "sample_data/hexapod/poses.parquet")
     bad = table["leg"] == "mr"
@@ -250,6 +253,7 @@ def test_pose_calib_needs_a_hanging_calibration(run: Run, tmp_path: Path) -> Non
     assert "hang-calib" in answer.err
 
 
+@pytest.mark.usefixtures("drawn")
 def test_apply_gives_the_engines_ground_wrenches(run: Run, stood: Path, tmp_path: Path) -> None:
     answer = run(
         "apply", "--recipe", RECIPE, "--parameters", stood / "parameters.json",

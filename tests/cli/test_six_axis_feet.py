@@ -80,6 +80,7 @@ def test_effects_of_a_calibration_are_undone_before_a_walk_is_judged(
     assert errors["with"] < 0.7 * errors["without"]
 
 
+@pytest.mark.usefixtures("drawn")
 def test_an_offset_that_jumps_while_walking_is_an_alarm_in_the_report(
     run: Run, tmp_path: Path
 ) -> None:

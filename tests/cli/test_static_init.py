@@ -13,7 +13,7 @@ from footcal_cli.core.parameters import Status
 from footcal_cli.records.files import read_record, write_record
 from footcal_cli.records.results import EffectRecord, ParameterRecord, ParametersRecord, RmseRecord
 from tests.cli.walk_files import write_belief, write_stand
-from tests.conftest import Run
+from tests.conftest import Run, drawing
 from tests.core.walk_data import CHANNELS, make_standing
 from tests.core.walking import stand_log
 
@@ -39,7 +39,8 @@ def test_ten_stances_with_lifted_feet_calibrate_the_biases(run: Run, tmp_path: P
     made = make_standing(16, 3, replace=True, lift=True)
     recipe, belief = write_stand(tmp_path, made, OPTIONS), write_belief(tmp_path, made)
     out = tmp_path / "out"
-    answer = run("static-init", "--recipe", recipe, "--parameters", belief, "--out", out)
+    with drawing():
+        answer = run("static-init", "--recipe", recipe, "--parameters", belief, "--out", out)
     assert answer.exit_code == 0, answer.err
     assert "16 stances show 16 of 16 directions" in answer.out.replace("\n", " ")
     record = read_record(ParametersRecord, out / "parameters.json")

@@ -51,6 +51,11 @@ def test_options_are_a_frozen_model_of_their_own(name: str) -> None:
     assert model.__doc__
 
 
+@pytest.mark.parametrize("name", [name for name in RUNS if name not in ("convert", "export")])
+def test_figures_can_be_left_out(name: str) -> None:
+    assert "no_pictures" in inspect.signature(FUNCTIONS[name]).parameters
+
+
 @pytest.mark.parametrize("name", RUNS)
 def test_a_misspelt_option_in_a_recipe_is_named(run: Run, name: str, tmp_path: Path) -> None:
     recipe = tmp_path / "r.toml"

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import re
 
-import matplotlib.figure
 import pytest
+from matplotlib.figure import Figure
 
 from footcal_cli.records.results import (
     FindingRecord,
@@ -32,11 +32,10 @@ TABLE = Sheet(
 
 
 def page(**changes: object) -> str:
-    figure = matplotlib.figure.Figure()
     parts: dict[str, object] = {
         "title": "Test",
         "verdict": VerdictRecord(level="warning", sentence="One cell does not fit."),
-        "pictures": (Picture("residuals", figure, "Should be flat.", title="Residual by load"),),
+        "pictures": (Picture("residuals", Figure, "Should be flat.", title="Residual by load"),),
         "sheets": (TABLE, Sheet("Errors", ("a", "b"), [("x", "1")])),
         "findings": (ALARM, NOTE),
     }

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.conftest import Run
+from tests.conftest import Run, drawing
 from tests.report.browser import A4_WIDTH_PX, CHROMIUM, look
 
 pytestmark = [
@@ -31,7 +31,7 @@ def page(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
     from footcal_cli.app import main
 
     out = tmp_path_factory.mktemp("run") / "out"
-    with pytest.raises(SystemExit) as end:
+    with drawing(), pytest.raises(SystemExit) as end:
         main([*map(str, RUNS[request.param]), "--out", str(out), "--quiet"])
     assert end.value.code in (0, None)
     return out / "report.html"

@@ -77,14 +77,13 @@ def apply_legs(session: Session[ApplyOptions]) -> Outcome:
         coms = tuple(leg.com_m for leg in legs)
         tare = tare_in_the_air(geometry.rot_bt, offset, weight, coms)
         before = naive_wrenches(data, tare, calibration.origin_b_m)
-    with session.step("draw"):
-        picture = Picture(
-            "foot_wrenches",
-            plot_feet(time_s, before, after, geometry.legs, "pose" if poses else "time (s)"),
-            "Wrench of the ground on each foot in the floating-base frame: grey with a tare in "
-            "the air and the nominal mounting, blue calibrated. A lifted foot must show zero.",
-            title="Wrench of the ground on each foot",
-        )
+    picture = Picture(
+        "foot_wrenches",
+        lambda: plot_feet(time_s, before, after, geometry.legs, "pose" if poses else "time (s)"),
+        "Wrench of the ground on each foot in the floating-base frame: grey with a tare in "
+        "the air and the nominal mounting, blue calibrated. A lifted foot must show zero.",
+        title="Wrench of the ground on each foot",
+    )
     rejected = {
         reason: count
         for reason, count in (

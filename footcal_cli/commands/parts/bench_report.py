@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -115,19 +116,20 @@ def _weights_pictures(
     recorded = any(study.samples is not None for study in studies)
     pictures = [
         Picture(
-            "loads_against_counts", plot_loads_against_counts(fits, tolerance_n),
+            "loads_against_counts", lambda: plot_loads_against_counts(fits, tolerance_n),
             "Known load against raw reading with the fitted line, and the error below it; orange "
             "channels leave the band.",
             title="Known load against reading, with the fitted line",
         ),
-        Picture("scales", plot_scales(fits), "Cells of one type should have scales that agree.",
+        Picture("scales", lambda: plot_scales(fits),
+                "Cells of one type should have scales that agree.",
             title="Scales of all cells"),
     ]  # fmt: skip
     if not recorded:
         pictures.insert(
             0,
             Picture(
-                "residuals", plot_residuals(fits, tolerance_n),
+                "residuals", lambda: plot_residuals(fits, tolerance_n),
                 "Residual at each known load, one line per cell; lines that bend together share "
                 "a cause. Blue band: the tolerance.",
                 title="Residuals",
@@ -136,13 +138,13 @@ def _weights_pictures(
     if climbed:
         pictures[:0] = [
             Picture(
-                "staircases", plot_staircases(studies),
+                "staircases", lambda: plot_staircases(studies),
                 "Residual against load of the straight line and of the chosen model; loading and "
                 "unloading apart: a gap between them is memory, a common bend is nonlinearity.",
                 title="Residual against load: straight line and chosen model",
             ),
             Picture(
-                "ladder", plot_ladder(studies),
+                "ladder", lambda: plot_ladder(studies),
                 "Error of each model on sessions or loads that it was not fitted to; further "
                 "left is "
                 "better, the filled one is in use.",
@@ -153,7 +155,7 @@ def _weights_pictures(
         pictures.insert(
             0,
             Picture(
-                "recordings", plot_recordings(studies),
+                "recordings", lambda: plot_recordings(studies),
                 "The recording: blue samples were used, the others not, and why.",
                 title="Recording, with the samples used and rejected",
             ),
@@ -248,7 +250,7 @@ def together_part(channels: Sequence[str], outputs: Sequence[str], study: Matrix
         ),
         pictures=(
             Picture(
-                "matrix", plot_matrix(channels, outputs, study.full),
+                "matrix", lambda: plot_matrix(channels, outputs, study.full),
                 "What each reading adds to each load, relative to the largest of its row, with "
                 "95 % intervals; grey ones could be zero.",
                 title="Contribution of each reading to each load",
@@ -278,13 +280,13 @@ def feet_part(feet: Sequence[FootStudy], robot: Robot) -> Part:
         outline = np.array(spec.outline_m) if spec is not None and spec.outline_m else None
         pictures += [
             Picture(
-                f"cop_errors_{found.foot}", plot_error_map(found, outline),
+                f"cop_errors_{found.foot}", partial(plot_error_map, found, outline),
                 f"{found.foot}: from each hole (circle) to the mean CoP of every load there, "
                 "enlarged as stated; squares are the cells, orange are placements never used.",
                 title=f"CoP error at each hole, {found.foot} foot",
             ),
             Picture(
-                f"cop_corrections_{found.foot}", plot_corrections(found),
+                f"cop_corrections_{found.foot}", partial(plot_corrections, found),
                 f"{found.foot}: error of every correction where it was fitted and where not.",
                 title=f"Error of each CoP correction, {found.foot} foot",
             ),

@@ -55,10 +55,7 @@ def outcome_of(
         left = left_over(found, became)
         if became:
             answer = answer.with_detail(followed_words(became, left))
-    with session.step("draw"):
-        pictures: tuple[Picture, ...] = ()
-        if session.options.pictures:
-            pictures = _pictures(found, table, moved, answer.menu, seed)
+    pictures = _pictures(found, table, moved, answer.menu, seed)
     record = record_of(found, answer, read, rules, seed)
     return Outcome(
         usable=record.verdict != "bad-data",
@@ -150,31 +147,31 @@ def _pictures(
     drawn = [
         Picture(
             "residual_against_driver",
-            residuals.plot_driver(found),
+            lambda: residuals.plot_driver(found),
             residuals.DRIVER_CAPTION,
             title="Residual before and after the identified effect",
         ),
         Picture(
             "line_up",
-            line_up.plot_line_up(found, seed),
+            lambda: line_up.plot_line_up(found, seed),
             line_up.LINE_UP_CAPTION,
             title="The data among nineteen random panels",
         ),
         Picture(
             "gain_per_block",
-            gains.plot_gains(found),
+            lambda: gains.plot_gains(found),
             gains.GAINS_CAPTION,
             title="Error of each held-out block before and after",
         ),
         Picture(
             "ladder",
-            ladder.plot_ladder(found),
+            lambda: ladder.plot_ladder(found),
             ladder.LADDER_CAPTION,
             title="Held-out error of each model",
         ),
         Picture(
             "isolability",
-            isolability.plot_isolability(found, table, menu),
+            lambda: isolability.plot_isolability(found, table, menu),
             isolability.caption(menu),
             title="Which effects look alike",
         ),
@@ -183,7 +180,7 @@ def _pictures(
         drawn.append(
             Picture(
                 "movement",
-                movement.plot_movement(moved),
+                lambda: movement.plot_movement(moved),
                 movement.MOVEMENT_CAPTION,
                 title="Change of each calibration parameter",
             )
@@ -191,7 +188,7 @@ def _pictures(
     drawn.append(
         Picture(
             "null_gallery",
-            null.plot_null(found),
+            lambda: null.plot_null(found),
             null.NULL_CAPTION,
             title="Largest statistic of the data and by chance",
         )

@@ -130,37 +130,36 @@ def mounting_outcome(session: Session[PoseCalibOptions], found: Found) -> Outcom
     rmse = RmseRecord(
         rows=sheets.rmse_rows(found.stages, found.held_out), rejected=dict(found.rejected)
     )
-    with session.step("draw"):
-        pictures = (
-            Picture(
-                "balance",
-                plots.plot_balance(found.stages),
-                "Sum of all wrenches on the chassis minus what its weight demands, one violin per "
-                "axis: zero if every transducer tells the truth.",
-                title="Balance of all wrenches on the chassis",
-            ),
-            Picture(
-                "mounting",
-                plots.plot_mounting(found.fit),
-                "The robot from above: nominal hips (squares), calibrated hips with 95 % ellipses "
-                "and axes, errors drawn larger than life.",
-                title="Nominal and calibrated hips, from above",
-            ),
-            Picture(
-                "legs_and_poses",
-                plots.plot_leg_map(found.mapped, names),
-                "Residual that each leg's own readings predict, pose by pose: a row that lights "
-                "up is a leg with a wrong gain, a twisted axis or a dead channel.",
-                title="Residual predicted by each leg, pose by pose",
-            ),
-            Picture(
-                "coverage",
-                plots.plot_coverage(found.data),
-                "Which shaft angles and body tilts the poses cover: yaw and height of the mounting "
-                "are only seen where the body tilts.",
-                title="Shaft angles and body tilts covered by the poses",
-            ),
-        )
+    pictures = (
+        Picture(
+            "balance",
+            lambda: plots.plot_balance(found.stages),
+            "Sum of all wrenches on the chassis minus what its weight demands, one violin per "
+            "axis: zero if every transducer tells the truth.",
+            title="Balance of all wrenches on the chassis",
+        ),
+        Picture(
+            "mounting",
+            lambda: plots.plot_mounting(found.fit),
+            "The robot from above: nominal hips (squares), calibrated hips with 95 % ellipses "
+            "and axes, errors drawn larger than life.",
+            title="Nominal and calibrated hips, from above",
+        ),
+        Picture(
+            "legs_and_poses",
+            lambda: plots.plot_leg_map(found.mapped, names),
+            "Residual that each leg's own readings predict, pose by pose: a row that lights "
+            "up is a leg with a wrong gain, a twisted axis or a dead channel.",
+            title="Residual predicted by each leg, pose by pose",
+        ),
+        Picture(
+            "coverage",
+            lambda: plots.plot_coverage(found.data),
+            "Which shaft angles and body tilts the poses cover: yaw and height of the mounting "
+            "are only seen where the body tilts.",
+            title="Shaft angles and body tilts covered by the poses",
+        ),
+    )
     mounted = Mounted(found.fit.rot_bt, found.fit.arm_b_m)
     calibration = calibration_of(found.data, mounted, found.fit.mounting.offset, found.legs)
     return Outcome(
@@ -196,15 +195,14 @@ def offset_outcome(
 ) -> Outcome:
     """Report, records and files of an offset run; a refusal is not usable."""
     names = data.geometry.legs
-    with session.step("draw"):
-        pictures = (
-            Picture(
-                "offset_change",
-                plots.plot_offset_change(found, names),
-                "How far each offset moved since the last calibration, with 95 % intervals.",
-                title="Change of each offset since the last calibration",
-            ),
-        ) if found.accepted else ()  # fmt: skip
+    pictures = (
+        Picture(
+            "offset_change",
+            lambda: plots.plot_offset_change(found, names),
+            "How far each offset moved since the last calibration, with 95 % intervals.",
+            title="Change of each offset since the last calibration",
+        ),
+    ) if found.accepted else ()  # fmt: skip
     old = np.stack([leg.offset for leg in legs])
     parameters = None
     files: dict[str, Callable[[Path], None]] = {}

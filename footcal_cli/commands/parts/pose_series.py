@@ -64,7 +64,7 @@ def series_outcome(session: Session[PoseCalibOptions]) -> Outcome:
             ),
             pictures=(
                 Picture(
-                    "series", plot_series(fits),
+                    "series", lambda: plot_series(fits),
                     "Force on the second transducer of each pair that the first does not explain, "
                     "over the log: flat while quiet, what appears with tipping is weight turning "
                     "with the leg, hands, or gain.",

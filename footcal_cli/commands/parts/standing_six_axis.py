@@ -57,7 +57,7 @@ def standing_on_six_axis(
             pictures=(
                 Picture(
                     "beliefs",
-                    plot_beliefs(
+                    lambda: plot_beliefs(
                         rows.names, rows.units, rows.prior_sd, fit.estimates.values,
                         fit.estimates.sd, [s == "estimated" for s in fit.estimates.status],
                     ),
@@ -66,7 +66,7 @@ def standing_on_six_axis(
                     title="Each parameter before and after standing",
                 ),
                 Picture(
-                    "directions", plot_directions(seen.singular_values, seen.rank),
+                    "directions", lambda: plot_directions(seen.singular_values, seen.rank),
                     "How well each direction is seen.",
                     title="How well each parameter direction is observed",
                 ),

@@ -45,7 +45,13 @@ from footcal_cli.core.online.replay import (
 )
 from footcal_cli.core.online.sensitivity import Sensitivity, memory_sensitivity, window_sensitivity
 from footcal_cli.core.online.streams import Merged
-from footcal_cli.core.online.window import Weights, WindowRule, run_window, standing_weights
+from footcal_cli.core.online.window import (
+    Weights,
+    WindowRule,
+    WindowTrack,
+    run_window,
+    standing_weights,
+)
 from footcal_cli.core.parameters import BoolArray, Estimates, FloatArray, IntArray, Status
 from footcal_cli.core.quality import Finding
 from footcal_cli.core.signals import low_pass_stretches
@@ -62,6 +68,8 @@ class Settings:
     ----------
     memory, window
         Of the two estimators.
+    others
+        Which of the papers' methods run besides memory: ``window``, ``static``.
     smooth_weight
         ωS; None: the one whose held parameters predict the motion's demand best.
     causal
@@ -72,6 +80,7 @@ class Settings:
 
     memory: MemoryOptions = field(default_factory=MemoryOptions)
     window: WindowRule = field(default_factory=WindowRule)
+    others: tuple[str, ...] = ("window", "static")
     smooth_weight: float | None = None
     causal: bool = False
     min_force_n: float = MIN_FORCE_N
@@ -110,10 +119,10 @@ class Comparison:
     memory
         The estimator that remembers.
     weights
-        ωF, ωP and the ωS used.
+        ωF, ωP and the ωS used; None where no window ran.
     replayed
-        Method -> forces and CoP: ``before window static memory smoother`` and, where there is a
-        truth, ``true``; ``baseline`` where one was given.
+        Method -> forces and CoP: ``before memory smoother``, those of ``window static`` that ran,
+        where there is a truth ``true``, and ``baseline`` where one was given.
     reference
         What the motion demands once the delay and offsets that memory found are taken out.
     cycle
@@ -135,7 +144,7 @@ class Comparison:
     merged: Merged
     belief: Belief
     memory: Memory
-    weights: Weights
+    weights: Weights | None
     rule: WindowRule
     replayed: Mapping[str, Replayed]
     reference: Reference
@@ -167,8 +176,12 @@ class Comparison:
         elif self.best_reference == "baseline":
             against = self.replayed["baseline"]
         ours = memory_sensitivity(self.memory, self.belief, against)
-        paper = window_sensitivity(self.merged.log, self.belief, self.weights, against, self.rule)
-        return [("memory", s) for s in ours] + [("window", s) for s in paper]
+        curves = [("memory", s) for s in ours]
+        if self.weights is not None:
+            log = self.merged.log
+            paper = window_sensitivity(log, self.belief, self.weights, against, self.rule)
+            curves += [("window", s) for s in paper]
+        return curves
 
     def window_estimates(self, method: str) -> Estimates:
         """The last solution of the window; it has no covariance of its own."""
@@ -236,7 +249,7 @@ def compare(
     baseline: Estimates | None = None,
     rng: np.random.Generator,
 ) -> Comparison:
-    """Run every method on a walk and judge it.
+    """Run the methods on a walk and judge them.
 
     Parameters
     ----------
@@ -255,12 +268,16 @@ def compare(
     n, c = log.readings.shape
     memory = (run_live if settings.causal else run_memory)(log, belief, settings.memory)
     reference = memory_reference(memory)
-    weights, window = _window(log, belief, settings, walk.reference_of(log))
-    static = run_window(log, belief, weights, settings.window, static=True)
-    replayed = {
-        "before": corrected("before", log, belief, np.zeros((n, c)), np.zeros((n, c))),
-        "static": replay_window("static", log, belief, static),
-        "window": window,
+    replayed = {"before": corrected("before", log, belief, np.zeros((n, c)), np.zeros((n, c)))}
+    weights = None
+    if settings.others:
+        weights, track = _window(log, belief, settings, walk.reference_of(log))
+        if "static" in settings.others:
+            static = run_window(log, belief, weights, settings.window, static=True)
+            replayed["static"] = replay_window("static", log, belief, static)
+        if "window" in settings.others:
+            replayed["window"] = replay_window("window", log, belief, track)
+    replayed |= {
         "memory": replay_track("memory", memory, memory.track, belief),
         "smoother": replay_track("smoother", memory, memory.smoothed, belief),
     }
@@ -292,7 +309,7 @@ def compare(
 
 def _window(
     log: Log, belief: Belief, settings: Settings, reference: Reference
-) -> tuple[Weights, Replayed]:
+) -> tuple[Weights, WindowTrack]:
     """The paper's window with weights from quiet standing, or its first samples."""
     standing = log.rows(*_quiet_start(log))
     base = standing_weights(standing, belief, settings.window)
@@ -303,7 +320,7 @@ def _window(
     else:
         smooth = settings.smooth_weight
         track = run_window(log, belief, Weights(base.force, base.cop, smooth), settings.window)
-    return Weights(base.force, base.cop, smooth), replay_window("window", log, belief, track)
+    return Weights(base.force, base.cop, smooth), track
 
 
 def _quiet_start(log: Log) -> tuple[int, int]:

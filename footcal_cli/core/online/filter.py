@@ -9,19 +9,19 @@ generalised likelihood ratio of Willsky and Jones (IEEE TAC 21, 1976).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from footcal_cli.core.online.compiled import kalman_loops
 from footcal_cli.core.online.jumps import Jump, JumpBank
+from footcal_cli.core.online.kalman import correct, innovate, predict
 from footcal_cli.core.online.noise import Guards as Guards
 from footcal_cli.core.online.noise import Noise as Noise
+from footcal_cli.core.online.passes import Found, Pass, open_biases, plain
 from footcal_cli.core.online.rows import Rows
+from footcal_cli.core.online.tuned import spread
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
-
-_LOG_2PI = float(np.log(2.0 * np.pi))
-_LEAST_SHARE = 0.1
-"""A correlated error of a cell below this share of its white noise is not worth a state."""
 
 
 @dataclass(frozen=True)
@@ -106,80 +106,6 @@ class History:
     own: IntArray
 
 
-@dataclass(frozen=True)
-class _Tuned:
-    """Noise of B settings spread over states and rows."""
-
-    walk: FloatArray  # variance rate of z per second, (B, p)
-    slow: FloatArray  # stationary variance of the correlated errors, (B, e)
-    slow_s: FloatArray  # their correlation times, (B, e)
-    columns: FloatArray  # how each of them adds to the rows, (u, k, e)
-    white: FloatArray  # row variances, (B, k)
-    shared: FloatArray  # variances of what several rows share, (B, 2): cells, stamps
-    sharing: FloatArray  # its covariance per variance, (2, u, k, k)
-    own: IntArray  # which states are the channels' slow noise that the totals see, (c,) or (0,)
-
-    def noise(self, update: int, at: IntArray) -> FloatArray:
-        """Covariance of the rows' white noise, shape (B, rows, rows)."""
-        i = np.arange(at.size)
-        total = np.tensordot(self.shared, self.sharing[:, update][:, at[:, None], at], axes=1)
-        total[:, i, i] += self.white[:, at]
-        return np.asarray(total)
-
-
-def _spread(rows: Rows, noise: Noise, walk_factor: FloatArray | None) -> _Tuned:
-    """Give every state and row its noise."""
-    table = noise.stacked()
-    named = {f.name: table[:, i] for i, f in enumerate(fields(Noise))}
-    settings, totals = len(table), rows.totals
-    sd = np.empty((settings, len(rows.names)))
-    for i, name in enumerate(rows.names):
-        kind = name.rsplit(".", 1)[-1]
-        if kind in ("gain", "scale"):
-            sd[:, i] = named["gain_walk"] / rows.prior_sd[i]
-        elif kind == "bias" or kind.startswith("offset_f"):
-            sd[:, i] = named["bias_walk_n"] / rows.prior_sd[i]
-        else:
-            sd[:, i] = named["state_walk"]
-    if walk_factor is not None:
-        sd = sd * walk_factor
-    force = np.array([name.startswith("f") for name in rows.outputs[:totals]])
-    slow = np.where(force, named["force_slow_n"][:, None], named["moment_slow_nm"][:, None])
-    white = np.empty((settings, len(rows.outputs)))
-    white[:, :totals] = np.where(force, named["force_n"][:, None], named["moment_nm"][:, None])
-    white[:, totals:] = named["swing_n"][:, None] * rows.swing_sd_factor
-    slow, white[:, :totals] = (part * rows.total_sd_factor for part in (slow, white[:, :totals]))
-    slow_s = np.where(force, named["force_slow_s"][:, None], named["moment_slow_s"][:, None])
-    u, k = rows.error.shape
-    unit = np.broadcast_to(np.eye(k), (u, k, k))
-    own = (
-        unit[:, :, totals:]
-        if rows.own is None
-        else rows.h[:, :, rows.own] / rows.prior_sd[rows.own]
-    )
-    columns, seen = [unit[:, :, :totals]], np.zeros(0, dtype=np.int64)
-    for name, adds in (("swing_slow_n", own), ("swing_fixed_n", unit[:, :, totals:])):
-        time_s = named[name.removesuffix("n") + "s"]
-        if np.any(named[name] > _LEAST_SHARE * named["swing_n"]):
-            if name == "swing_slow_n" and rows.own is not None:
-                seen = len(rows.names) + slow.shape[1] + np.arange(k - totals)
-            kept = named[name][:, None] * rows.swing_sd_factor
-            slow = np.concatenate([slow, kept], axis=1)
-            slow_s = np.concatenate([slow_s, np.tile(time_s[:, None], kept.shape[1])], axis=1)
-            columns.append(adds)
-    sharing = np.zeros((2, u, k, k))
-    if rows.own is not None:
-        white[:, totals:] = 0.0
-        sharing[0] = own @ own.transpose(0, 2, 1)
-    if rows.per_stamp_s is not None:
-        stamps = rows.per_stamp_s
-        sharing[1, :, :totals, :totals] = stamps[:, :, None] * stamps[:, None, :]
-    shared = np.stack([named["swing_n"], named["jitter_s"]], axis=1)
-    return _Tuned(
-        sd**2, slow**2, slow_s, np.concatenate(columns, axis=2), white**2, shared**2, sharing, seen
-    )
-
-
 def run_filter(
     rows: Rows,
     noise: Noise,
@@ -188,6 +114,7 @@ def run_filter(
     walk_factor: FloatArray | None = None,
     known_jumps: Sequence[Jump] = (),
     keep_history: bool = False,
+    fast: bool = True,
 ) -> Track:
     """Filter a walk with one setting of the noise.
 
@@ -205,124 +132,49 @@ def run_filter(
         Onsets at which a bias is opened, found in an earlier pass; no others are looked for.
     keep_history
         Keep what `footcal_cli.core.online.smoother` needs.
+    fast
+        Use compiled loops where they are at hand; the array code gives the same to rounding.
     """
     guards = guards or Guards()
-    tuned = _spread(rows, noise, walk_factor)
-    u, k = rows.error.shape
-    p, t = len(rows.names), tuned.slow.shape[1]
-    s = p + t
-    mean = np.zeros(s)
-    cov = np.zeros((s, s))
-    cov[:p, :p] = rows.prior_correlation
-    cov[p:, p:] = np.diag(tuned.slow[0])
-    h_all = np.zeros((u, k, s))
-    h_all[:, :, :p] = rows.h
-    h_all[:, :, p:] = tuned.columns
-    interval = np.diff(rows.time_s, prepend=rows.time_s[0])
-    decay = np.ones((u, s))
-    decay[:, p:] = np.exp(-interval[:, None] / tuned.slow_s[0])
-    drive = np.empty((u, s))
-    drive[:, :p] = tuned.walk[0] * interval[:, None]
-    drive[:, p:] = tuned.slow[0] * (1.0 - decay[:, p:] ** 2)
-
-    values, sd, momentary = np.empty((u, p)), np.empty((u, p)), np.empty((u, tuned.own.size))
-    nis, gain_nats = np.zeros(u), np.zeros(u)
-    innovation, innovation_sd = np.full((u, k), np.nan), np.full((u, k), np.nan)
-    used = np.zeros(u, dtype=bool)
-    log_likelihood = 0.0
-    _open_biases(drive, rows, known_jumps)
+    begun = Pass.begin(rows, noise, walk_factor, known_jumps)
     bank = None
     if not known_jumps:
         bank = JumpBank.start(
-            rows, s, guards.jump_threshold, guards.least_jump_n, guards.jump_memory_s
+            rows, begun.mean.size, guards.jump_threshold, guards.least_jump_n, guards.jump_memory_s
         )
-    past = _Past.start(u, s) if keep_history else None
-    diagonal = np.arange(s)
-    for j in range(u):
-        mean *= decay[j]
-        cov *= decay[j][:, None] * decay[j]
-        cov[diagonal, diagonal] += drive[j]
-        if past is not None:
-            past.mean_ahead[j], past.covariance_ahead[j] = mean, cov
-        at = np.flatnonzero(rows.valid[j])
-        if at.size:
-            h = h_all[j, at]
-            nu = -(rows.error[j, at] + h @ mean)
-            ph = cov @ h.T
-            total = h @ ph + tuned.noise(j, at)[0]
-            variance = np.diag(total).copy()
-            # Huber: a row further off than it should be gets the noise that would explain it
-            extra = np.maximum(nu**2 / guards.huber**2 - variance, 0.0)
-            total += np.diag(extra)
-            inverse = np.linalg.inv(total)
-            whitened = inverse @ nu
-            nis[j] = nu @ whitened
-            innovation[j, at], innovation_sd[j, at] = nu, np.sqrt(variance)
-            log_det = np.linalg.slogdet(total)[1]
-            log_likelihood -= 0.5 * (nis[j] + log_det + at.size * _LOG_2PI)
-            gain = ph @ inverse
-            now = cov[:p, :p]
-            # information about z alone: how far the update would shrink its covariance
-            gain_nats[j] = 0.5 * (
-                np.linalg.slogdet(now)[1] - np.linalg.slogdet(now - gain[:p] @ ph[:p].T)[1]
-            )
-            if gain_nats[j] > guards.least_gain_nats:
-                used[j] = True
-                mean = mean + gain @ nu
-                cov = cov - gain @ ph.T
-                cov = 0.5 * (cov + cov.T)
-                if bank is not None:
-                    mean, cov = bank.update(j, h, gain, inverse, nu, decay[j], mean, cov)
-        values[j], momentary[j] = mean[:p], mean[tuned.own]
-        sd[j] = cov[diagonal[:p], diagonal[:p]]
-        if past is not None:
-            past.mean[j], past.covariance[j] = mean, cov
-    history = None if past is None else past.history(decay, rows.prior_sd, tuned.own)
+    found = begun.run(rows, guards, bank, keep_history=keep_history, fast=fast)
+    history = None
+    if keep_history:
+        history = History(
+            found.past_mean, found.past_cov, found.ahead_mean, found.ahead_cov, begun.decay,
+            rows.prior_sd, begun.tuned.seen,
+        )  # fmt: skip
+    return track_of(rows, begun, found, bank, history)
+
+
+def track_of(
+    rows: Rows, passed: Pass, found: Found, bank: JumpBank | None, history: History | None = None
+) -> Track:
+    """What a pass found, in the units of the rows."""
+    p = len(rows.names)
     return Track(
         time_s=rows.time_s,
         names=rows.names,
         units=rows.units,
-        values=values * rows.prior_sd,
-        sd=np.sqrt(np.clip(sd, 0.0, None)) * rows.prior_sd,
-        momentary=momentary if tuned.own.size else None,
-        covariance=cov[:p, :p] * np.outer(rows.prior_sd, rows.prior_sd),
-        nis=nis,
+        values=found.values * rows.prior_sd,
+        sd=np.sqrt(np.clip(found.variances, 0.0, None)) * rows.prior_sd,
+        momentary=found.momentary if passed.tuned.seen.size else None,
+        covariance=passed.cov[:p, :p] * np.outer(rows.prior_sd, rows.prior_sd),
+        nis=found.nis,
         dof=rows.valid.sum(axis=1).astype(float),
-        innovation=innovation,
-        innovation_sd=innovation_sd,
-        gain_nats=gain_nats,
-        used=used,
-        log_likelihood=float(log_likelihood),
+        innovation=found.innovation,
+        innovation_sd=np.sqrt(found.innovation_var),
+        gain_nats=found.gain_nats,
+        used=found.used,
+        log_likelihood=float(found.log_likelihood),
         jumps=() if bank is None else tuple(bank.found),
         history=history,
     )
-
-
-def _open_biases(drive: FloatArray, rows: Rows, jumps: Sequence[Jump]) -> None:
-    """Let each jumped bias move by the size of its jump at its onset, in place."""
-    for jump in jumps:
-        at = rows.names.index(jump.name)
-        update = int(np.clip(np.searchsorted(rows.time_s, jump.onset_s), 1, len(rows) - 1))
-        drive[update, at] += (jump.size**2 + jump.sd**2) / rows.prior_sd[at] ** 2
-
-
-@dataclass
-class _Past:
-    """Buffers that the filter fills for the smoother."""
-
-    mean: FloatArray
-    covariance: FloatArray
-    mean_ahead: FloatArray
-    covariance_ahead: FloatArray
-
-    @classmethod
-    def start(cls, u: int, s: int) -> _Past:
-        return cls(np.empty((u, s)), np.empty((u, s, s)), np.empty((u, s)), np.empty((u, s, s)))
-
-    def history(self, decay: FloatArray, scale: FloatArray, own: IntArray) -> History:
-        return History(
-            self.mean, self.covariance, self.mean_ahead, self.covariance_ahead, decay, scale, own
-        )
 
 
 def run_settings(
@@ -331,6 +183,8 @@ def run_settings(
     guards: Guards | None = None,
     *,
     known_jumps: Sequence[Jump] = (),
+    states: bool = True,
+    fast: bool = True,
 ) -> tuple[FloatArray, FloatArray, FloatArray | None]:
     """Filter a walk with many settings of the noise in one pass, without jumps and gate.
 
@@ -344,6 +198,10 @@ def run_settings(
         Only `huber` is used.
     known_jumps
         Onsets at which a bias is opened.
+    states
+        False: the likelihood alone is wanted, and the states have no updates.
+    fast
+        As `run_filter`.
 
     Returns
     -------
@@ -351,49 +209,39 @@ def run_settings(
     momentary errors as in `Track`, shape (u, settings, c)
     """
     huber = (guards or Guards()).huber
-    tuned = _spread(rows, noise, None)
-    b = len(tuned.walk)
-    u, k = rows.error.shape
-    p, t = len(rows.names), tuned.slow.shape[1]
-    s = p + t
-    mean = np.zeros((b, s))
-    cov = np.zeros((b, s, s))
-    cov[:, :p, :p] = rows.prior_correlation
-    cov[:, p + np.arange(t), p + np.arange(t)] = tuned.slow
+    tuned = spread(rows, noise)
+    b, p, s, u = len(tuned.walk), len(rows.names), tuned.states, len(rows)
     interval = np.diff(rows.time_s, prepend=rows.time_s[0])
-    values, momentary = np.empty((u, b, p)), np.empty((u, b, tuned.own.size))
-    log_likelihood = np.zeros(b)
-    diagonal = np.arange(s)
-    decay = np.ones((b, s))
-    drive = np.empty((b, s))
     opened = np.zeros((u, p))
-    _open_biases(opened, rows, known_jumps)
-    h_full = np.zeros((k, s))
+    open_biases(opened, rows, known_jumps)
+    kept = u if states else 0
+    values, momentary = np.empty((kept, b, p)), np.empty((kept, b, tuned.seen.size))
+    mean, cov = np.zeros(s), np.zeros((s, s))
+    cov[:p, :p] = rows.prior_correlation
+    loops = kalman_loops() if fast else None
+    if loops is not None:
+        log_likelihood = loops.filter_settings(
+            mean, cov, *plain(rows, tuned), interval, opened, tuned.walk, tuned.slow,
+            tuned.slow_s, tuned.white, tuned.shared, huber, tuned.seen, states, values, momentary,
+        )  # fmt: skip
+        return log_likelihood, values * rows.prior_sd, momentary if tuned.seen.size else None
+    log_likelihood = np.zeros(b)
+    means, covs = np.zeros((b, s)), np.tile(cov, (b, 1, 1))
+    slow_states = np.arange(p, s)
+    covs[:, slow_states, slow_states] = tuned.slow
+    decay, drive = np.ones((b, s)), np.empty((b, s))
     for j in range(u):
         decay[:, p:] = np.exp(-interval[j] / tuned.slow_s)
-        drive[:, :p] = tuned.walk * interval[j]
-        drive[:, :p] += opened[j]
+        drive[:, :p] = tuned.walk * interval[j] + opened[j]
         drive[:, p:] = tuned.slow * (1.0 - decay[:, p:] ** 2)
-        mean = mean * decay
-        cov = cov * (decay[:, :, None] * decay[:, None, :])
-        cov[:, diagonal, diagonal] += drive
+        means, covs = predict(means, covs, decay, drive)
         at = np.flatnonzero(rows.valid[j])
         if at.size:
-            h_full[:, :p], h_full[:, p:] = rows.h[j], tuned.columns[j]
-            h = h_full[at]
-            nu = -(rows.error[j, at] + mean @ h.T)
-            ph = cov @ h.T
-            total = h @ ph + tuned.noise(j, at)
-            i = np.arange(at.size)
-            total[:, i, i] = np.maximum(total[:, i, i], nu**2 / huber**2)
-            inverse = np.linalg.inv(total)
-            whitened = np.einsum("bij,bj->bi", inverse, nu)
-            log_likelihood -= 0.5 * (
-                np.sum(nu * whitened, axis=1) + np.linalg.slogdet(total)[1] + at.size * _LOG_2PI
-            )
-            gain = ph @ inverse
-            mean = mean + np.einsum("bsi,bi->bs", gain, nu)
-            cov = cov - gain @ ph.transpose(0, 2, 1)
-            cov = 0.5 * (cov + cov.transpose(0, 2, 1))
-        values[j], momentary[j] = mean[:, :p], mean[:, tuned.own]
-    return log_likelihood, values * rows.prior_sd, momentary if tuned.own.size else None
+            h = tuned.design(rows.h[j], at)
+            nu = -(rows.error[j, at] + means @ h.T)
+            seen = innovate(covs, h, nu, tuned.noise(j, rows.h[j], at), huber)
+            log_likelihood += seen.log_likelihood
+            means, covs = correct(means, covs, seen)
+        if states:
+            values[j], momentary[j] = means[:, :p], means[:, tuned.seen]
+    return log_likelihood, values * rows.prior_sd, momentary if tuned.seen.size else None

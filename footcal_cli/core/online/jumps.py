@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from footcal_cli.core.online.kalman import Innovation
 from footcal_cli.core.online.rows import Rows
 from footcal_cli.core.parameters import FloatArray, IntArray
 
@@ -96,9 +97,7 @@ class JumpBank:
         self,
         j: int,
         h: FloatArray,
-        gain: FloatArray,
-        inverse: FloatArray,
-        nu: FloatArray,
+        found: Innovation,
         decay: FloatArray,
         mean: FloatArray,
         cov: FloatArray,
@@ -112,32 +111,39 @@ class JumpBank:
         self.score[slot] = self.information[slot] = 0.0
         self.onset[slot] = j
         flat = self.response.reshape(s, -1)
-        signature = h @ flat
-        whitened = inverse @ signature
-        self.score += (nu @ whitened).reshape(size, count)
-        self.information += np.sum(signature * whitened, axis=0).reshape(size, count)
-        flat -= gain @ signature
+        whitened = np.linalg.solve(found.chol, h @ flat)
+        self.score += (found.standard @ whitened).reshape(size, count)
+        self.information += np.sum(whitened**2, axis=0).reshape(size, count)
+        flat -= found.weight.T @ whitened
         evidence = self.score**2 / np.maximum(self.information, 1e-12)
         best = np.unravel_index(int(np.argmax(evidence)), evidence.shape)
         if evidence[best] <= self.threshold:
             return mean, cov
         index = int(self.biases[best[1]])
-        unit = float(self.rows.prior_sd[index])
         size_z = float(self.score[best] / self.information[best])
         variance = float(1.0 / self.information[best])
-        if abs(size_z) * unit < self.least[best[1]]:
+        if abs(size_z) * self.rows.prior_sd[index] < self.least[best[1]]:
             return mean, cov
-        self.found.append(
-            Jump(
-                name=self.rows.names[index],
-                onset_s=float(self.rows.time_s[self.onset[best[0]]]),
-                found_s=float(self.rows.time_s[j]),
-                size=size_z * unit,
-                sd=float(np.sqrt(variance)) * unit,
-                evidence=float(evidence[best]),
-            )
-        )
+        onset = int(self.onset[best[0]])
+        self.believe(int(best[1]), onset, j, size_z, variance, float(evidence[best]))
         left = self.response[:, best[0], best[1]].copy()
         self.response[:] = 0.0
         self.score[:] = self.information[:] = 0.0
         return mean + left * size_z, cov + np.outer(left, left) * variance
+
+    def believe(
+        self, which: int, onset: int, proof: int, size_z: float, variance: float, evidence: float
+    ) -> None:
+        """Keep a jump of the `which`-th bias, size and variance in units of its prior sd."""
+        index = int(self.biases[which])
+        unit = float(self.rows.prior_sd[index])
+        self.found.append(
+            Jump(
+                name=self.rows.names[index],
+                onset_s=float(self.rows.time_s[onset]),
+                found_s=float(self.rows.time_s[proof]),
+                size=size_z * unit,
+                sd=float(np.sqrt(variance)) * unit,
+                evidence=evidence,
+            )
+        )

@@ -25,7 +25,7 @@ from footcal_cli.core.online.memory import (
     rows_of,
 )
 from footcal_cli.core.online.rows import Rows, advanced
-from footcal_cli.core.online.smoother import smooth
+from footcal_cli.core.online.smoother import run_smoother
 from footcal_cli.core.online.tuning import Tuning, learn_noise
 from footcal_cli.core.parameters import FloatArray, IntArray
 
@@ -88,15 +88,13 @@ def run_live(log: Log, belief: Belief, options: MemoryOptions | None = None) -> 
     moved = advanced(log, last.delay_s)
     rows = _without(rows_of(moved, belief, options), last.unneeded)
     live = _joined(pieces, rows, last.delay_s)
-    past = run_filter(
-        rows, last.noise, replace(options.guards, jump_threshold=np.inf),
-        known_jumps=live.jumps, keep_history=True,
-    )  # fmt: skip
+    quiet = replace(options.guards, jump_threshold=np.inf)
+    past = run_smoother(rows, last.noise, quiet, live.jumps)
     delay_sd = 0.0
     if "robot.delay" in rows.names:
         delay_sd = float(live.sd[-1, rows.names.index("robot.delay")])
     return Memory(
-        rows, live, smooth(past), live.jumps, last.tuning, last.noise, factor, last.delay_s,
+        rows, live, past, live.jumps, last.tuning, last.noise, factor, last.delay_s,
         delay_sd, moved,
     )  # fmt: skip
 

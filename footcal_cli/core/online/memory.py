@@ -19,7 +19,7 @@ from footcal_cli.core.online.filter import Guards, Noise, Track, run_filter
 from footcal_cli.core.online.jumps import Jump
 from footcal_cli.core.online.replay import Replayed, corrected, held
 from footcal_cli.core.online.rows import PLATE_STATE, REFERENCE_STATES, Rows, advanced, cell_rows
-from footcal_cli.core.online.smoother import smooth
+from footcal_cli.core.online.smoother import run_smoother
 from footcal_cli.core.online.tuning import LEARNT, Tuning, learn_noise
 from footcal_cli.core.parameters import Estimates, FloatArray, Status
 
@@ -147,20 +147,15 @@ def run_memory(log: Log, belief: Belief, options: MemoryOptions | None = None) -
     first = run_filter(rows, noise, options.guards)
     rows = believed(rows, noise, options.guards, repetition(first, phase, rows.totals))
     track = run_filter(rows, noise, options.guards)
-    past = run_filter(
-        rows,
-        noise,
-        replace(options.guards, jump_threshold=np.inf),
-        known_jumps=track.jumps,
-        keep_history=True,
-    )
+    quiet = replace(options.guards, jump_threshold=np.inf)
+    past = run_smoother(rows, noise, quiet, track.jumps)
     delay_sd = 0.0
     if "robot.delay" in rows.names:
         at = rows.names.index("robot.delay")
         delay_sd = float(track.sd[-1, at])
     repeated = repetition(track, phase, rows.totals)
     track = track.inflated(repeated)
-    smoothed = smooth(past).inflated(repeated)
+    smoothed = past.inflated(repeated)
     jumps = tuple(sized(jump, smoothed) for jump in track.jumps)
     return Memory(rows, track, smoothed, jumps, tuning, noise, repeated, delay, delay_sd, moved)
 

@@ -114,7 +114,10 @@ class Rows:
 
     def part(self, start: int, stop: int) -> Rows:
         """Blocks ``start:stop``."""
-        cut = slice(start, stop)
+        return self.chosen(slice(start, stop))
+
+    def chosen(self, cut: slice | IntArray) -> Rows:
+        """Some blocks, in their order; the states wander through the gaps."""
         return replace(
             self,
             time_s=self.time_s[cut],

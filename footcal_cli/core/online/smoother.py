@@ -2,14 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from footcal_cli.core.online.filter import Track
+from footcal_cli.core.online.compiled import kalman_loops
+from footcal_cli.core.online.filter import History, Track, track_of
+from footcal_cli.core.online.jumps import Jump
+from footcal_cli.core.online.kalman import smooth_back
+from footcal_cli.core.online.noise import Guards, Noise
+from footcal_cli.core.online.passes import Found, Pass
+from footcal_cli.core.online.rows import Rows
+from footcal_cli.core.parameters import FloatArray
+
+STRETCH = 500
+"""Updates whose history is held at once (20 MB for a biped)."""
 
 
-def smooth(track: Track) -> Track:
+def smooth(track: Track, *, fast: bool = True) -> Track:
     """Every state given the whole walk.
 
     ``x̂ₖ|N = x̂ₖ + Cₖ (x̂ₖ₊₁|N − x̂ₖ₊₁|k)``, ``Cₖ = Pₖ Φᵀ P⁻¹ₖ₊₁|k`` (Rauch, Tung, Striebel,
@@ -20,6 +31,8 @@ def smooth(track: Track) -> Track:
     track
         From `footcal_cli.core.online.filter.run_filter` with ``keep_history=True`` and, where it
         found jumps, filtered again with these known: a correction is not a transition.
+    fast
+        Use compiled loops where they are at hand.
     """
     past = track.history
     if past is None:
@@ -28,11 +41,7 @@ def smooth(track: Track) -> Track:
         raise ValueError("filter again with the jumps as known_jumps before smoothing")
     mean, cov = past.mean.copy(), past.covariance.copy()
     p = past.scale.size
-    for j in range(len(mean) - 2, -1, -1):
-        crossed = past.covariance[j] * past.decay[j + 1]
-        reach = np.linalg.solve(past.covariance_ahead[j + 1], crossed.T).T
-        mean[j] += reach @ (mean[j + 1] - past.mean_ahead[j + 1])
-        cov[j] += reach @ (cov[j + 1] - past.covariance_ahead[j + 1]) @ reach.T
+    _back(mean, cov, past, fast=fast)
     variance = np.diagonal(cov, axis1=1, axis2=2)[:, :p]
     return replace(
         track,
@@ -41,3 +50,75 @@ def smooth(track: Track) -> Track:
         momentary=mean[:, past.own] if past.own.size else None,
         history=None,
     )
+
+
+def run_smoother(
+    rows: Rows,
+    noise: Noise,
+    guards: Guards,
+    known_jumps: Sequence[Jump] = (),
+    *,
+    fast: bool = True,
+) -> Track:
+    """Filter and smooth a walk, the history of one stretch in memory at a time.
+
+    The filter runs forwards and leaves its state at the start of every stretch; backwards, each
+    stretch is filtered again with its history and smoothed.
+
+    Parameters
+    ----------
+    rows, noise, guards, known_jumps, fast
+        As `footcal_cli.core.online.filter.run_filter`; other jumps are not looked for.
+    """
+    whole = Pass.begin(rows, noise, None, known_jumps)
+    starts = range(0, len(rows), STRETCH)
+    pieces, states = [], []
+    for start in starts:
+        part = whole.part(start, start + STRETCH)
+        states.append((part.mean.copy(), part.cov.copy()))
+        pieces.append(part.run(rows.part(start, start + STRETCH), guards, fast=fast))
+        whole.mean, whole.cov = part.mean, part.cov
+    track = track_of(rows, whole, Found.joined(pieces), None)
+    values, variance = np.empty(track.values.shape), np.empty(track.values.shape)
+    seen = whole.tuned.seen
+    momentary = np.empty((len(rows), seen.size))
+    p = len(rows.names)
+    ahead = (whole.mean, whole.cov)
+    later: tuple[FloatArray, FloatArray] | None = None
+    for start, state in zip(reversed(starts), reversed(states), strict=True):
+        part = whole.part(start, start + STRETCH)
+        part.mean, part.cov = state
+        found = part.run(rows.part(start, start + STRETCH), guards, keep_history=True, fast=fast)
+        past = History(
+            found.past_mean, found.past_cov, found.ahead_mean, found.ahead_cov, part.decay,
+            rows.prior_sd, seen,
+        )  # fmt: skip
+        mean, cov = past.mean.copy(), past.covariance.copy()
+        if later is not None:
+            decay = whole.decay[start + STRETCH]
+            mean[-1], cov[-1] = smooth_back(mean[-1], cov[-1], decay, ahead, later)
+        _back(mean, cov, past, fast=fast)
+        cut = slice(start, start + STRETCH)
+        values[cut], momentary[cut] = mean[:, :p], mean[:, seen]
+        variance[cut] = np.diagonal(cov, axis1=1, axis2=2)[:, :p]
+        ahead, later = (past.mean_ahead[0], past.covariance_ahead[0]), (mean[0], cov[0])
+    return replace(
+        track,
+        values=values * rows.prior_sd,
+        sd=np.sqrt(np.clip(variance, 0.0, None)) * rows.prior_sd,
+        momentary=momentary if seen.size else None,
+    )
+
+
+def _back(mean: FloatArray, cov: FloatArray, past: History, *, fast: bool) -> None:
+    """Smooth in place from the last update, smoothed already, to the first."""
+    loops = kalman_loops() if fast else None
+    if loops is not None:
+        loops.smooth_walk(
+            mean, cov, past.covariance, past.mean_ahead, past.covariance_ahead, past.decay
+        )
+        return
+    for j in range(len(mean) - 2, -1, -1):
+        ahead = (past.mean_ahead[j + 1], past.covariance_ahead[j + 1])
+        later = (mean[j + 1], cov[j + 1])
+        mean[j], cov[j] = smooth_back(mean[j], cov[j], past.decay[j + 1], ahead, later)

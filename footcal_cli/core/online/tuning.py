@@ -15,7 +15,7 @@ import numpy as np
 from footcal_cli.core.online.filter import Guards, Noise, run_settings
 from footcal_cli.core.online.jumps import Jump
 from footcal_cli.core.online.rows import Rows
-from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.parameters import FloatArray, IntArray
 
 _GIVEN = ("swing_fixed_n", "swing_fixed_s")
 LEARNT = tuple(f.name for f in fields(Noise) if f.name not in _GIVEN)
@@ -30,6 +30,25 @@ the place of the gains.
 _CORRELATION_TIMES = ("force_slow_s", "moment_slow_s", "swing_slow_s")
 _FIRST_STEP = 0.7
 _LARGEST_STEP = 1.5
+
+
+MOST_UPDATES = 2400
+"""Noise is learnt from so many updates; their likelihood says no more that a user could see."""
+_STRETCH = 200
+"""Updates in a row: many times the longest correlation time that is learnt."""
+
+
+def spread_stretches(updates: int) -> IntArray:
+    """Numbers of at most `MOST_UPDATES` updates: all, or stretches from all over the walk.
+
+    The filter goes through the gaps by prediction alone, so that slow walks of the parameters are
+    seen over the whole time.
+    """
+    if updates <= MOST_UPDATES:
+        return np.arange(updates)
+    count = MOST_UPDATES // _STRETCH
+    starts = np.linspace(0, updates - _STRETCH, count).astype(np.int64)
+    return np.asarray((starts[:, None] + np.arange(_STRETCH)).ravel())
 
 
 @dataclass(frozen=True)
@@ -84,6 +103,7 @@ def learn_noise(
         Bias jumps found before: left closed, one jump would be learnt as wandering or as noise.
     """
     start = start or Noise()
+    rows = rows.chosen(spread_stretches(len(rows)))
     if rows.per_stamp_s is None:
         learnt = [name for name in learnt if name != "jitter_s"]
     names = [f.name for f in fields(Noise)]
@@ -100,7 +120,7 @@ def learn_noise(
         points = points.copy()
         points[:, at] = np.clip(points[:, at], origin[at] - _FURTHEST, origin[at] + _FURTHEST)
         likelihood, _, _ = run_settings(
-            rows, Noise.of(np.exp(points)), guards, known_jumps=known_jumps
+            rows, Noise.of(np.exp(points)), guards, known_jumps=known_jumps, states=False
         )
         moved = (points[:, at] - origin[at]) / prior_sd
         return np.asarray(likelihood - 0.5 * np.sum(moved**2, axis=1))

@@ -15,6 +15,7 @@ from footcal_cli.core.centroidal import MIN_FORCE_N
 from footcal_cli.core.experiments import walk
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.belief import Belief
+from footcal_cli.core.online.compiled import window_loops
 from footcal_cli.core.parameters import FloatArray, IntArray
 from footcal_cli.errors import DataError
 
@@ -121,6 +122,11 @@ class _Problem:
     cop: FloatArray
     weight_n: float
 
+    def plain(self) -> tuple[FloatArray, ...]:
+        """Forces, positions, Fz and CoP as the loops take them."""
+        parts = (self.believed, self.positions, self.fz, self.cop)
+        return tuple(np.ascontiguousarray(part) for part in parts)
+
     @classmethod
     def of(cls, log: Log, belief: Belief, *, static: bool) -> _Problem:
         reference = walk.reference_of(log, static=static)
@@ -150,6 +156,7 @@ def run_window(
     rule: WindowRule | None = None,
     *,
     static: bool = False,
+    fast: bool = True,
 ) -> WindowTrack:
     """The paper's estimator as printed, for one or many settings of its weights.
 
@@ -163,6 +170,8 @@ def run_window(
         ωF, ωP, ωS.
     static
         Han's static assumption: CoP below the CoM, Fz = m g.
+    fast
+        Use compiled loops where they are at hand; the array code gives the same to rounding.
     """
     rule = rule or WindowRule()
     problem = _Problem.of(log, belief, static=static)
@@ -174,6 +183,14 @@ def run_window(
     stop = np.searchsorted(problem.rows, ends)
     theta = np.zeros((settings, 2 * c))
     solutions = np.empty((ends.size, settings, 2 * c))
+    loops = window_loops() if fast else None
+    if loops is not None:
+        loops.window_exact(
+            *problem.plain(), unit, first, stop, force_w / problem.weight_n**2,
+            cop_w / rule.foot_length_m**2, np.array(smooth_w), rule.iterations,
+            rule.largest_step, MIN_FORCE_N, solutions,
+        )  # fmt: skip
+        return _track(log, ends, solutions * unit)
     to_force = np.sqrt(force_w) / problem.weight_n
     to_cop = np.sqrt(cop_w) / rule.foot_length_m
     identity = np.eye(2 * c)
@@ -208,7 +225,12 @@ def run_window(
                 step = -np.linalg.solve(normal, pull[:, :, None])[:, :, 0]
                 theta = theta + np.clip(step, -rule.largest_step, rule.largest_step)
         solutions[j] = theta
-    solutions = solutions * unit
+    return _track(log, ends, solutions * unit)
+
+
+def _track(log: Log, ends: IntArray, solutions: FloatArray) -> WindowTrack:
+    """Solutions (u, settings, 2c), each known after ``ends`` samples, shape (u,)."""
+    c = len(log.channels)
     return WindowTrack(log.time_s[ends - 1], ends - 1, solutions[:, :, :c], solutions[:, :, c:])
 
 
@@ -226,6 +248,7 @@ def run_window_fast(
     rule: WindowRule | None = None,
     *,
     static: bool = False,
+    fast: bool = True,
 ) -> WindowTrack:
     """The same window with moments in place of the ratio: quadratic, so its sums slide.
 
@@ -234,7 +257,7 @@ def run_window_fast(
 
     Parameters
     ----------
-    log, belief, weights, rule, static
+    log, belief, weights, rule, static, fast
         As `run_window`.
     """
     rule = rule or WindowRule()
@@ -242,6 +265,22 @@ def run_window_fast(
     force_w, cop_w, smooth_w = weights.stacked()
     c = len(log.channels)
     unit = np.concatenate([belief.gain_sd, belief.bias_sd_n])
+    # sums per block of samples between updates, then over the blocks of the window
+    blocks = len(log) // rule.every
+    ends = np.arange(1, blocks + 1) * rule.every
+    edges = np.searchsorted(problem.rows // rule.every, np.arange(blocks + 1))
+    length = max(rule.samples // rule.every, 1)
+    bound = rule.largest_step * rule.iterations
+    to_force = force_w / problem.weight_n**2
+    to_cop = cop_w / rule.foot_length_m**2
+    solutions = np.empty((blocks, force_w.size, 2 * c))
+    loops = window_loops() if fast else None
+    if loops is not None:
+        loops.window_sums(
+            *problem.plain(), unit, edges, length, to_force, to_cop, np.array(smooth_w), bound,
+            solutions,
+        )  # fmt: skip
+        return _track(log, ends, solutions * unit)
     n, believed = problem.rows.size, problem.believed
     features = np.concatenate([believed, np.ones((n, c))], axis=1) * unit
     arms = (problem.positions - problem.cop[:, None]) / problem.fz[:, None, None]
@@ -249,18 +288,13 @@ def run_window_fast(
     moments = features[:, :, None] * axes
     force_miss = believed.sum(axis=1) - problem.fz
     moment_miss = np.einsum("nc,nck->nk", believed, arms)
-    # sums per block of samples between updates, then over the blocks of the window
-    blocks = len(log) // rule.every
-    block = problem.rows // rule.every
-    kept = block < blocks
-    edges = np.searchsorted(block[kept], np.arange(blocks))
-    length = max(rule.samples // rule.every, 1)
 
     def slide(values: FloatArray) -> FloatArray:
         per_block = np.zeros((blocks, *values.shape[1:]))
-        filled = np.diff(np.append(edges, int(kept.sum()))) > 0
+        filled = np.diff(edges) > 0
         if filled.any():
-            per_block[filled] = np.add.reduceat(values[kept], edges[filled], axis=0)
+            starts = edges[:-1][filled]
+            per_block[filled] = np.add.reduceat(values[: edges[-1]], starts, axis=0)
         sums = np.cumsum(per_block, axis=0)
         sums[length:] -= sums[:-length].copy()
         return sums
@@ -269,11 +303,7 @@ def run_window_fast(
     cop_normal = slide(np.einsum("npk,nqk->npq", moments, moments))
     force_pull = slide(features * force_miss[:, None])
     cop_pull = slide(np.einsum("npk,nk->np", moments, moment_miss))
-    to_force = force_w / problem.weight_n**2
-    to_cop = cop_w / rule.foot_length_m**2
-    bound = rule.largest_step * rule.iterations
     theta = np.zeros((force_w.size, 2 * c))
-    solutions = np.empty((blocks, force_w.size, 2 * c))
     ridge = smooth_w[:, None, None] * np.eye(2 * c)
     for j in range(blocks):
         normal = (
@@ -287,6 +317,4 @@ def run_window_fast(
         step = -np.linalg.solve(normal, pull[:, :, None])[:, :, 0]
         theta = theta + np.clip(step, -bound, bound)
         solutions[j] = theta
-    solutions = solutions * unit
-    ends = np.arange(1, blocks + 1) * rule.every - 1
-    return WindowTrack(log.time_s[ends], ends, solutions[:, :, :c], solutions[:, :, c:])
+    return _track(log, ends, solutions * unit)

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-from matplotlib.figure import Figure
 
 from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.plots.style import AFTER, BEFORE, legend_below, new_figure, tidy
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 GAINS_CAPTION = "Error of each block when it is left out of the fit: before and after."
 

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.patches import Rectangle
 
 from footcal_cli.core.diagnosis.answer import EffectStatus
 from footcal_cli.core.diagnosis.investigation import Investigation
@@ -20,6 +18,10 @@ from footcal_cli.core.diagnosis.rehearsal import rehearsed
 from footcal_cli.core.effects.contract import Effect
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.plots.style import BAD, new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 ISOLABILITY_CAPTION = (
     "Likeness of effects after the calibration is fitted, |cos|: 0 (white) none, 1 (dark) the "
@@ -125,6 +127,8 @@ def _now(found: Investigation, signatures: Sequence[Signature]) -> FloatArray:
 
 
 def _draw(axes: Axes, cos: FloatArray, names: Sequence[str], title: str, *, named: bool) -> None:
+    from matplotlib.patches import Rectangle
+
     k = len(names)
     axes.imshow(cos, cmap="Blues", vmin=0, vmax=1)
     for i in np.flatnonzero(np.diag(cos) == 0):

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from footcal_cli.core.diagnosis.attribution import Attribution, attributions
 from footcal_cli.core.diagnosis.gain import output_losses, without_rivals
@@ -14,6 +13,10 @@ from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.whitening import noise_of, residual_within_blocks
 from footcal_cli.plots.style import AFTER, BAD, BEFORE, REFERENCE, new_figure, tidy
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 LADDER_CAPTION = (
     "Error on held-out blocks: of the calibration alone, with the identified effects, with any "

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-from matplotlib.figure import Figure
 
 from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.core.diagnosis.leftovers import left_over
 from footcal_cli.plots.diagnosis.residuals import binned, driver_of, main_output
 from footcal_cli.plots.style import AFTER, REFERENCE, new_figure, tidy
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 LINE_UP_CAPTION = (
     "Nineteen panels show residuals with random signs, one shows the data. Picking the right one "

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from footcal_cli.core.diagnosis.movement import Movement
 from footcal_cli.plots.style import AFTER, BAD, REFERENCE, new_figure, tidy
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 MOVEMENT_CAPTION = (
     "How far each calibration parameter moves when the effect enters the model, in its own sd."

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-from matplotlib.figure import Figure
 
 from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.plots.style import BAD, REFERENCE, new_figure, tidy
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 NULL_CAPTION = (
     "The largest statistic over the whole table when whole blocks change sign at random, and the "

@@ -1,0 +1,203 @@
+"""A pass of the filter over a walk, from any state on: by array code or by compiled loops."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from types import ModuleType
+
+import numpy as np
+
+from footcal_cli.core.online.compiled import kalman_loops
+from footcal_cli.core.online.jumps import Jump, JumpBank
+from footcal_cli.core.online.kalman import correct, information, innovate, predict
+from footcal_cli.core.online.noise import Guards, Noise
+from footcal_cli.core.online.rows import Rows
+from footcal_cli.core.online.tuned import Tuned, spread
+from footcal_cli.core.parameters import BoolArray, FloatArray
+
+
+@dataclass
+class Pass:
+    """A pass of the filter: noise, transitions and the state that it has come to.
+
+    Parameters
+    ----------
+    tuned
+        One setting.
+    mean, cov
+        As after the last update that was run, in units of the prior sd.
+    decay, drive
+        Diagonals of Φ and Q into each update, shape (u, s).
+    """
+
+    tuned: Tuned
+    mean: FloatArray
+    cov: FloatArray
+    decay: FloatArray
+    drive: FloatArray
+
+    @classmethod
+    def begin(
+        cls, rows: Rows, noise: Noise, walk_factor: FloatArray | None, jumps: Sequence[Jump]
+    ) -> Pass:
+        """At the prior, before the first update."""
+        tuned = spread(rows, noise, walk_factor)
+        u, p, s = len(rows), len(rows.names), tuned.states
+        cov = np.zeros((s, s))
+        cov[:p, :p] = rows.prior_correlation
+        cov[p:, p:] = np.diag(tuned.slow[0])
+        interval = np.diff(rows.time_s, prepend=rows.time_s[0])
+        decay, drive = np.ones((u, s)), np.empty((u, s))
+        decay[:, p:] = np.exp(-interval[:, None] / tuned.slow_s[0])
+        drive[:, :p] = tuned.walk[0] * interval[:, None]
+        drive[:, p:] = tuned.slow[0] * (1.0 - decay[:, p:] ** 2)
+        open_biases(drive, rows, jumps)
+        return cls(tuned, np.zeros(s), cov, decay, drive)
+
+    def part(self, start: int, stop: int) -> Pass:
+        """The same for updates ``start:stop``; its state is its own."""
+        cut = slice(start, stop)
+        return Pass(
+            self.tuned.part(start, stop), self.mean.copy(), self.cov.copy(), self.decay[cut],
+            self.drive[cut],
+        )  # fmt: skip
+
+    def run(
+        self,
+        rows: Rows,
+        guards: Guards,
+        bank: JumpBank | None = None,
+        *,
+        keep_history: bool = False,
+        fast: bool = True,
+    ) -> Found:
+        """Filter all its updates from its state on."""
+        u, k = rows.error.shape
+        p, s, tuned = len(rows.names), self.mean.size, self.tuned
+        found = Found.empty(u, k, p, tuned.seen.size, s if keep_history else 0)
+        run = (rows, tuned, guards, self.mean, self.cov, self.decay, self.drive, bank, found)
+        loops = kalman_loops() if fast else None
+        if loops is None:
+            _by_arrays(*run)
+        else:
+            _by_loops(loops, *run)
+        return found
+
+
+@dataclass
+class Found:
+    """What a filter fills while it runs, in units of the prior sd."""
+
+    values: FloatArray
+    variances: FloatArray
+    momentary: FloatArray
+    nis: FloatArray
+    gain_nats: FloatArray
+    innovation: FloatArray
+    innovation_var: FloatArray
+    used: BoolArray
+    past_mean: FloatArray
+    past_cov: FloatArray
+    ahead_mean: FloatArray
+    ahead_cov: FloatArray
+    log_likelihood: float = 0.0
+
+    @classmethod
+    def joined(cls, pieces: Sequence[Found]) -> Found:
+        """Passes over stretches that follow each other as one, without their history."""
+        names = (
+            "values", "variances", "momentary", "nis", "gain_nats", "innovation",
+            "innovation_var", "used",
+        )  # fmt: skip
+        whole = {name: np.concatenate([getattr(one, name) for one in pieces]) for name in names}
+        no_history = cls.empty(0, 0, 0, 0, 0)
+        return replace(
+            no_history, **whole, log_likelihood=sum(one.log_likelihood for one in pieces)
+        )
+
+    @classmethod
+    def empty(cls, u: int, k: int, p: int, seen: int, history: int) -> Found:
+        """Room for u updates; `history` states kept, 0 for none."""
+        kept, s = (u, history) if history else (0, 1)
+        return cls(
+            np.empty((u, p)), np.empty((u, p)), np.empty((u, seen)), np.zeros(u), np.zeros(u),
+            np.full((u, k), np.nan), np.full((u, k), np.nan), np.zeros(u, dtype=bool),
+            np.empty((kept, s)), np.empty((kept, s, s)), np.empty((kept, s)),
+            np.empty((kept, s, s)),
+        )  # fmt: skip
+
+
+def _by_arrays(
+    rows: Rows, tuned: Tuned, guards: Guards, mean: FloatArray, cov: FloatArray,
+    decay: FloatArray, drive: FloatArray, bank: JumpBank | None, found: Found,
+) -> None:  # fmt: skip
+    """Fill `found` update by update; `mean` and `cov` are left as after the last one."""
+    p = len(rows.names)
+    for j in range(len(rows)):
+        mean[:], cov[:] = predict(mean, cov, decay[j], drive[j])
+        if found.past_mean.size:
+            found.ahead_mean[j], found.ahead_cov[j] = mean, cov
+        at = np.flatnonzero(rows.valid[j])
+        if at.size:
+            h = tuned.design(rows.h[j], at)
+            nu = -(rows.error[j, at] + h @ mean)
+            seen = innovate(cov, h, nu, tuned.noise(j, rows.h[j], at)[0], guards.huber)
+            found.innovation[j, at], found.innovation_var[j, at] = nu, seen.variance
+            found.nis[j] = seen.nis
+            found.log_likelihood += float(seen.log_likelihood)
+            # what it teaches about z alone; one that teaches nothing changes nothing
+            found.gain_nats[j] = information(cov[:p, :p], seen.weight[:, :p])
+            if found.gain_nats[j] > guards.least_gain_nats:
+                found.used[j] = True
+                mean[:], cov[:] = correct(mean, cov, seen)
+                if bank is not None:
+                    mean[:], cov[:] = bank.update(j, h, seen, decay[j], mean, cov)
+        found.values[j], found.momentary[j] = mean[:p], mean[tuned.seen]
+        found.variances[j] = np.diagonal(cov)[:p]
+        if found.past_mean.size:
+            found.past_mean[j], found.past_cov[j] = mean, cov
+
+
+def _by_loops(
+    loops: ModuleType, rows: Rows, tuned: Tuned, guards: Guards, mean: FloatArray, cov: FloatArray,
+    decay: FloatArray, drive: FloatArray, bank: JumpBank | None, found: Found,
+) -> None:  # fmt: skip
+    """As `_by_arrays`, compiled."""
+    none = np.zeros((1, 1))
+    most = np.zeros((len(rows) if bank is not None else 0, 6))
+    found.log_likelihood, jumps = loops.filter_walk(
+        mean, cov, *plain(rows, tuned), decay, drive, tuned.white[0], tuned.shared[0],
+        guards.huber, guards.least_gain_nats, tuned.seen, found.values, found.variances,
+        found.momentary, found.nis, found.gain_nats, found.innovation, found.innovation_var,
+        found.used, found.past_mean, found.past_cov, found.ahead_mean, found.ahead_cov,
+        np.zeros(0, dtype=np.int64) if bank is None else bank.biases,
+        np.zeros((1, 1, 1)) if bank is None else bank.response,
+        none if bank is None else bank.score,
+        none if bank is None else bank.information,
+        np.zeros(1, dtype=np.int64) if bank is None else bank.onset,
+        np.inf if bank is None else bank.threshold,
+        np.zeros(1) if bank is None else bank.least / rows.prior_sd[bank.biases],
+        most,
+    )  # fmt: skip
+    if bank is not None:
+        for which, onset, proof, size, variance, evidence in most[:jumps]:
+            bank.believe(int(which), int(onset), int(proof), size, variance, evidence)
+
+
+def plain(rows: Rows, tuned: Tuned) -> tuple[object, ...]:
+    """The rows as the loops take them."""
+    return (
+        np.ascontiguousarray(rows.h), np.ascontiguousarray(rows.error),
+        np.ascontiguousarray(rows.valid), tuned.fixed, tuned.own_start,
+        tuned.own.astype(np.int64), tuned.own_scale, np.ascontiguousarray(tuned.stamps),
+        rows.totals,
+    )  # fmt: skip
+
+
+def open_biases(drive: FloatArray, rows: Rows, jumps: Sequence[Jump]) -> None:
+    """Let each jumped bias move by the size of its jump at its onset, in place."""
+    for jump in jumps:
+        at = rows.names.index(jump.name)
+        update = int(np.clip(np.searchsorted(rows.time_s, jump.onset_s), 1, len(rows) - 1))
+        drive[update, at] += (jump.size**2 + jump.sd**2) / rows.prior_sd[at] ** 2
