@@ -6,7 +6,7 @@ OUT ?= out
 PYTEST_WORKERS ?= 2
 BLIND_ROUNDS ?= 30
 BLIND_WORKERS ?= 2
-FAULT_CASES ?= 1345
+FAULT_CASES ?= 1100
 FAULT_WORKERS ?= 2
 
 .DEFAULT_GOAL := help
@@ -78,6 +78,14 @@ faults: $(VENV)/.installed-dev  ## Bad inputs and injected faults; resumable; wr
 	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.faults \
 		--cases $(FAULT_CASES) --workers $(FAULT_WORKERS) --out $(OUT)/faults
 
+.PHONY: golden
+golden: $(VENV)/.installed-dev  ## Compare all golden outputs; with WHY='...' make them anew.
+	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.golden $(if $(WHY),--why "$(WHY)")
+
+.PHONY: mutations
+mutations: $(VENV)/.installed-dev  ## Seeded mutations of the product: which test catches each.
+	$(BIN)/python -m tests.mutations --out $(OUT)/mutations
+
 .PHONY: samples
 samples: $(VENV)/.installed-dev  ## Rebuild sample_data/ from the physics engine.
 	$(BIN)/python sample_data/make_samples.py
@@ -97,8 +105,9 @@ language: $(VENV)/.installed-dev  ## Words and plurals that users must not read.
 	$(BIN)/python -m tests.language.words
 
 .PHONY: bench
-bench: $(VENV)/.installed-dev  ## Benchmarks: ratios measured in one run.
+bench: $(VENV)/.installed-dev  ## Benchmarks: ratios measured in one run; writes docs/benchmarks.md.
 	$(BIN)/python -m pytest tests/benchmarks --benchmark-only --benchmark-columns=median,iqr,rounds
+	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.benchmarks
 
 .PHONY: format
 format: $(VENV)/.installed-dev  ## Format the code.

@@ -24,7 +24,7 @@ COMMANDS = {
     "offline-fit": "Fit load cells to known weights, and a foot's CoP to weights over known holes.",
     "apply": "Turn a log into calibrated forces, centres of pressure or foot wrenches.",
     "batch": "Run one command on many sessions and compare them over dates and robots.",
-    "check": "Look for what is wrong with a log: units, gaps, stuck, saturated or copied channels.",
+    "check": "Look for what is wrong with a log and against its recipe; draw the log.",
     "convert": "Convert bags, MCAP, C3D, OpenSim, MATLAB, HDF5 and JSON lines to Parquet.",
     "diagnose": "Say what the model gets wrong: name its cause, extend the model, state the gain.",
     "static-init": "Find scales and biases of foot cells as far as quiet standing shows them.",
@@ -33,6 +33,7 @@ COMMANDS = {
     "simulate": "Simulate an experiment with any effects; write its logs and its truth.",
     "effects": "Print the table of effects, or the formula, mimics and remedy of one.",
     "export": "Write a calibration for ROS, mc_rtc, YARP, URDF, C or MATLAB.",
+    "init": "Guess what logs of any layout hold and write a commented recipe for them.",
     "kinematics": "Turn joint positions and base orientation into CoM, its motion and foot poses.",
     "online-replay": "Track scales and biases of foot sensors along a recorded walk.",
     "schema": "Print the JSON Schema of a record, or the names of all records.",
@@ -126,7 +127,13 @@ def _end(error: BaseException, interruption: Interruption, debug: bool) -> NoRet
     if isinstance(error, OSError | MemoryError):
         error = of_machine(error)
     if isinstance(error, FootcalError):
-        _fail(f"footcal: error: {error.line()}", error.exit_code)
+        guess, example = "", error.example
+        if error.foreign:
+            from footcal_cli.commands.init import looks_like
+
+            guess, example = looks_like(error)
+        said = f"{error.line().rstrip('.')}; {guess}" if guess else error.line()
+        _fail(f"footcal: error: {said}", error.exit_code, example)
     _fail(
         f"footcal: internal error: {type(error).__name__}: {error} "
         "(this is our bug; run again with --debug and report it)",
@@ -134,6 +141,8 @@ def _end(error: BaseException, interruption: Interruption, debug: bool) -> NoRet
     )
 
 
-def _fail(message: str, exit_code: int) -> NoReturn:
+def _fail(message: str, exit_code: int, example: tuple[str, ...] = ()) -> NoReturn:
     typer.echo(" ".join(message.split()), err=True)
+    if example:
+        typer.echo("\n".join(("for example:", *(f"  {line}" for line in example))), err=True)
     raise SystemExit(exit_code)

@@ -80,20 +80,25 @@ class Column:
 
 @dataclass(frozen=True)
 class TableType:
-    """The columns a kind of log has."""
+    """The columns a kind of log has.
+
+    Parameters
+    ----------
+    name, columns
+        The kind and its columns.
+    either
+        Groups of optional columns of which one must be complete, several times over.
+    """
 
     name: str
     columns: tuple[Column, ...]
+    either: tuple[tuple[tuple[str, ...], ...], ...] = ()
 
 
-@dataclass(frozen=True)
-class ForeignColumn:
-    """Where a canonical column is found in a file: ``[columns]`` of a recipe."""
-
-    column: str
-    unit: str | None = None
-
-
+QUATERNION = tuple(f"body_q{a}" for a in "xyzw")
+RPY = tuple(f"body_{angle}_rad" for angle in ("roll", "pitch", "yaw"))
+MATRIX = tuple(f"body_r{i}{j}" for i in "123" for j in "123")
+GRAVITY = tuple(f"gravity_{a}" for a in "xyz")
 _AXES = ("fx_n", "fy_n", "fz_n", "tx_nm", "ty_nm", "tz_nm")
 
 
@@ -268,26 +273,42 @@ def body_table(feet: Sequence[str]) -> TableType:
     )
 
 
+def _attitude(missing: Missing) -> tuple[Column, ...]:
+    """Attitude of the body, or of what a transducer is mounted on, in one of three forms."""
+    names = (
+        *((name, "body to world quaternion") for name in QUATERNION),
+        *((name, "body to world: Rz(yaw) Ry(pitch) Rx(roll)") for name in RPY),
+        *((name, "body to world rotation matrix, row by row") for name in MATRIX),
+    )
+    return tuple(Column(n, meaning, optional=True, missing=missing) for n, meaning in names)
+
+
+_ANY_ATTITUDE = (QUATERNION, RPY, MATRIX)
+
+
 def hang_table() -> TableType:
     """A robot hanging, its legs turning slowly, long form (one row per leg and stamp)."""
     return TableType(
         "hang",
         (
-            Column("orientation", "axis along gravity (+x -x +z -z), or a name", kind="text"),
+            Column(
+                "orientation",
+                "axis along gravity (+x -x +z -z), or a name",
+                kind="text",
+                optional=True,
+            ),
             Column("time_s", "time stamp"),
             Column("leg", "which leg", kind="text"),
             Column("phase_rad", "shaft angle; absent where nothing turns", optional=True),
             *(
-                Column(
-                    f"gravity_{a}",
-                    "known direction of gravity in the transducer frame",
-                    optional=True,
-                )
-                for a in "xyz"
+                Column(name, "known direction of gravity in the transducer frame", optional=True)
+                for name in GRAVITY
             ),
+            *_attitude("keep"),
             *(Column(axis, "transducer reading", missing="keep") for axis in _AXES),
             Column("temperature_degc", "temperature at the transducer", optional=True),
         ),
+        either=((("orientation",), GRAVITY, *_ANY_ATTITUDE),),
     )
 
 
@@ -300,9 +321,10 @@ def legs_table() -> TableType:
             Column("leg", "which leg", kind="text"),
             Column("phase_rad", "shaft angle"),
             *(Column(axis, "transducer reading", missing="keep") for axis in _AXES),
-            *(Column(f"body_q{a}", "body to world quaternion", missing="keep") for a in "xyzw"),
+            *_attitude("keep"),
             Column("contact", "1 where the leg touches the ground", optional=True, flag=True),
         ),
+        either=(_ANY_ATTITUDE,),
     )
 
 
@@ -315,9 +337,10 @@ def poses_table() -> TableType:
             Column("leg", "which leg", kind="text"),
             Column("phase_rad", "shaft angle"),
             *(Column(axis, "transducer reading", missing="keep") for axis in _AXES),
-            *(Column(f"body_q{a}", "body to world quaternion") for a in "xyzw"),
+            *_attitude("refuse"),
             Column("contact", "1 where the leg touches the ground", optional=True, flag=True),
         ),
+        either=(_ANY_ATTITUDE,),
     )
 
 

@@ -18,6 +18,11 @@ class FootcalError(Exception):
         Where, as far as it is known. `row` is already in words (``line 8``).
     remedy
         What to do about it.
+    example
+        Lines of what would be taken instead; they follow the message.
+    foreign
+        Whether `file` was refused for its columns or its layout, so that it may be another kind
+        of log.
     """
 
     exit_code: ClassVar[int] = 2
@@ -32,6 +37,8 @@ class FootcalError(Exception):
         value: object = None,
         unit: str | None = None,
         remedy: str | None = None,
+        example: tuple[str, ...] = (),
+        foreign: bool = False,
     ) -> None:
         self.problem = problem
         self.file = file
@@ -40,6 +47,8 @@ class FootcalError(Exception):
         self.value = value
         self.unit = unit
         self.remedy = remedy
+        self.example = example
+        self.foreign = foreign
         super().__init__(self.line())
 
     def line(self) -> str:

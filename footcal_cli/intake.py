@@ -10,9 +10,11 @@ import numpy as np
 
 from footcal_cli.cell_effects import cells_in_feet, without_cell_effects
 from footcal_cli.columns import TableType, body_table, cells_table, six_axis_feet_table
+from footcal_cli.core.body_stream import check_overlap
 from footcal_cli.core.chain import Chain, Link, link
 from footcal_cli.core.effects import find_effect
 from footcal_cli.core.effects.calibration import AXES
+from footcal_cli.core.experiments.walk import reference_of
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.belief import Belief, belief_from, nameplate
 from footcal_cli.core.online.streams import (
@@ -25,7 +27,9 @@ from footcal_cli.core.online.streams import (
 )
 from footcal_cli.core.parameters import Estimates, FloatArray, Status
 from footcal_cli.core.plausibility import check_total_force, check_walking_cells
+from footcal_cli.core.quality import Finding
 from footcal_cli.core.spatial import rotation_of_quaternion, rotation_of_rpy
+from footcal_cli.core.wiring import check_channels_walking, check_exchanged_walking
 from footcal_cli.errors import DataError, UsageError
 from footcal_cli.recipe import Robot
 from footcal_cli.records.results import ParametersRecord
@@ -34,6 +38,8 @@ from footcal_cli.tables import Table
 if TYPE_CHECKING:
     from footcal_cli.session import Session
 
+_MOST_ROWS = 600
+"""Of a recording, to see whether cells are exchanged: neighbours tell the same."""
 _AXIS_COLUMNS = ("fx_n", "fy_n", "fz_n", "tx_nm", "ty_nm", "tz_nm")
 
 
@@ -124,7 +130,9 @@ def read_recordings(
             session.note(check_total_force(start_n.sum(axis=1), robot.weight_n, table.path.name))
             if experiment == "walk":
                 foot_of = [foot for foot, spec in robot.feet.items() for _ in spec.cells]
-                session.note(check_walking_cells(start_n, channels, foot_of))
+                known = {f.where for f in session.noted if f.severity == "alarm"}
+                walking = check_walking_cells(start_n, channels, foot_of)
+                session.note(f for f in walking if f.where not in known)
             places = cells_in_feet(robot)
             if session.parameters is not None:
                 warmth = table.number("temperature_degc") if "temperature_degc" in table else None
@@ -136,6 +144,14 @@ def read_recordings(
                 stream, motion, belief, places, robot.mass_kg, robot.gravity_mps2,
                 experiment=experiment, rule=rule,
             )  # fmt: skip
+        if body is not None:
+            session.note(
+                check_overlap(
+                    stream.time_s, motion.time_s, table.path.name,
+                    body.path.name if body.path != table.path else "its body stream",
+                )
+            )  # fmt: skip
+        session.note(_wiring(merged, belief, experiment))
         found.append(
             Recording(
                 merged, belief, feet, table.path.name, body is None,
@@ -162,6 +178,39 @@ def _pairs(
     kept = [i for i, table in enumerate(in_order) if table is not None]
     sensors = [table for table in in_order if table is not None]
     return sensors, [bodies[i] for i in kept] if bodies else []
+
+
+def _wiring(merged: Merged, belief: Belief | None, experiment: str) -> list[Finding]:
+    """Cells that are exchanged and, of a walk, copied or frozen; transducers that are turned."""
+    log = merged.log
+    if belief is None:
+        from footcal_cli.core.turned import check_turned_feet
+
+        return [*_carried(log), *check_turned_feet(log)]
+    if experiment == "walk":
+        findings = check_channels_walking(log.time_s, belief.forces(merged.raw), log.channels)
+        if findings:
+            return findings
+    reference = reference_of(log)
+    arms = log.known["cell_pos_m"] - reference.cop_m[:, None]
+    known = np.isfinite(reference.fz_n) & np.isfinite(arms).all(axis=(1, 2))
+    stands = (np.nan_to_num(log.known["contact"]) != 0.0).any(axis=1)
+    rows = np.flatnonzero(known & stands & np.isfinite(log.readings).all(axis=1))
+    if not rows.size:  # insoles without a robot know no CoP that is demanded
+        return []
+    rows = rows[:: max(rows.size // _MOST_ROWS, 1)]
+    forces = belief.forces(log.readings[rows])
+    return check_exchanged_walking(forces, log.channels, arms[rows], reference.fz_n[rows])
+
+
+def _carried(log: Log) -> list[Finding]:
+    """Vertical force of six-axis feet against the weight of the robot."""
+    feet = log.known["foot_rot_wt"].shape[1]
+    force = log.readings.reshape(len(log), feet, 6)[..., :3]
+    vertical = np.einsum("nkj,nkj->nk", log.known["foot_rot_wt"][:, :, 2, :], force)
+    total = vertical.sum(axis=1) + log.known["foot_weight_n"].sum(axis=1)
+    weight = float(log.known["mass_kg"][0] * log.known["gravity_mps2"][0])
+    return check_total_force(total, weight, "all feet")
 
 
 def estimates_of(record: ParametersRecord) -> Estimates:

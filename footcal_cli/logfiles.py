@@ -5,12 +5,7 @@ Nothing is converted here, so that a stamp is not taken for a number, nor a trut
 
 from __future__ import annotations
 
-import csv
-import gzip
 import hashlib
-import io
-import warnings
-import zlib
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,9 +14,11 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from footcal_cli.core.parameters import BoolArray
+from footcal_cli.core.parameters import BoolArray, IntArray
+from footcal_cli.delimited import text_names, text_table
 from footcal_cli.errors import DataError
-from footcal_cli.textfiles import regular_file
+from footcal_cli.reading import Layout
+from footcal_cli.textfiles import regular_file, short, unreadable
 
 if TYPE_CHECKING:  # imported where they are used: a refusal waits for neither
     import pandas as pd
@@ -29,9 +26,6 @@ if TYPE_CHECKING:  # imported where they are used: a refusal waits for neither
     import pyarrow.parquet as pq
 
 MOST_COLUMNS = 10_000
-MOST_BYTES = 4 * 1024**3
-"""Of a CSV file, unpacked."""
-_LONGEST_HEADER = 2**20
 _NANOSECONDS = {"s": 10**9, "ms": 10**6, "us": 10**3, "ns": 1}
 _EXACT = 2**53
 
@@ -50,11 +44,18 @@ class RawColumn:
         Shape (n,): integers or floats, booleans, strings, or nanoseconds (int64).
     empty
         Where the cell is empty, shape (n,).
+    lines
+        Line of every row in a text file, shape (n,); None for Parquet.
     """
 
     kind: RawKind
     values: NDArray[Any]
     empty: BoolArray
+    lines: NDArray[np.int64] | None = None
+
+    def row(self, position: int) -> str:
+        """A row for people: lines of a text file, rows of Parquet counted from 1."""
+        return f"row {position + 1}" if self.lines is None else f"line {self.lines[position]}"
 
 
 def digest(path: Path) -> str:
@@ -68,13 +69,13 @@ def is_parquet(path: Path) -> bool:
     return path.suffix.lower() in {".parquet", ".pq"}
 
 
-def row_words(path: Path, position: int) -> str:
-    """A row for people: lines of a text file count from the header's, rows of Parquet from 1."""
-    return f"row {position + 1}" if is_parquet(path) else f"line {position + 2}"
-
-
-def column_names(path: Path) -> list[str]:
+def column_names(path: Path, layout: Layout | None = None) -> list[str]:
     """Column names of a file, checked for repeats.
+
+    Parameters
+    ----------
+    path, layout
+        The file, and how its text is laid out; plain CSV where absent.
 
     Raises
     ------
@@ -86,9 +87,14 @@ def column_names(path: Path) -> list[str]:
     regular_file(path)
     if path.stat().st_size == 0:
         raise DataError("the file is empty", file=path, remedy="record or export the log again")
-    names = list(_parquet(path).schema_arrow.names) if is_parquet(path) else _header(path)
+    if is_parquet(path):
+        names = list(parquet_file(path).schema_arrow.names)
+    else:
+        names = text_names(path, layout or Layout())
     if not any(names):
-        raise DataError("no header line", file=path, remedy="name the columns in the first line")
+        raise DataError(
+            "no header line", file=path, remedy="name the columns in the first line", foreign=True
+        )
     if len(names) > MOST_COLUMNS:
         raise DataError(
             f"{len(names)} columns, more than {MOST_COLUMNS}", file=path,
@@ -99,14 +105,14 @@ def column_names(path: Path) -> list[str]:
         if name in known:
             raise DataError(
                 "the column name stands twice in the header", file=path, column=short(name),
-                remedy="give every column its own name",
+                remedy="give every column its own name", foreign=True,
             )  # fmt: skip
         known.add(name)
     return names
 
 
 def raw_columns(
-    path: Path, names: Sequence[str], texts: Collection[str]
+    path: Path, names: Sequence[str], texts: Collection[str], layout: Layout | None = None
 ) -> Mapping[str, RawColumn]:
     """Columns of a file by name; those of `texts` as strings whatever they look like.
 
@@ -119,12 +125,12 @@ def raw_columns(
         import pyarrow as pa
 
         try:
-            table = _parquet(path).read(columns=list(names), use_threads=False)
+            table = parquet_file(path).read(columns=list(names), use_threads=False)
         except (pa.ArrowException, OSError) as error:
-            raise _unreadable(path, error) from None
-        return {name: _of_arrow(table.column(name), name, path) for name in names}
-    frame = _frame(path, texts)
-    return {name: _of_series(frame[name]) for name in names}
+            raise unreadable(path, error) from None
+        return {name: of_arrow(table.column(name), name, path) for name in names}
+    frame, lines = text_table(path, layout or Layout(), texts)
+    return {name: of_series(frame[name], lines) for name in names}
 
 
 def write_parquet(columns: pd.DataFrame | Mapping[str, object], path: Path) -> None:
@@ -174,23 +180,8 @@ def write_parquet_pieces(pieces: Iterable[Mapping[str, object]], path: Path) -> 
     return rows
 
 
-def short(text: str, at_most: int = 60) -> str:
-    """A text of the file that can stand in one line."""
-    return text if len(text) <= at_most else text[: at_most - 1] + "…"
-
-
-def _unreadable(path: Path, error: Exception) -> Exception:
-    """What to raise for an error of a reader; what the system refuses stays as it is."""
-    if isinstance(error, OSError) and error.errno is not None:
-        return error
-    first = str(error).splitlines()[0] if str(error) else type(error).__name__
-    return DataError(
-        f"cannot be read to its end (truncated?): {short(first, 120)}", file=path,
-        remedy="copy it again",
-    )  # fmt: skip
-
-
-def _parquet(path: Path) -> pq.ParquetFile:
+def parquet_file(path: Path) -> pq.ParquetFile:
+    """An opened Parquet file; one line where it is none."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -204,7 +195,7 @@ def _parquet(path: Path) -> pq.ParquetFile:
         ) from None
 
 
-def _of_arrow(column: pa.ChunkedArray, name: str, path: Path) -> RawColumn:
+def of_arrow(column: pa.ChunkedArray, name: str, path: Path) -> RawColumn:
     """A Parquet column by its declared type."""
     import pyarrow as pa
 
@@ -243,7 +234,7 @@ def _exact(column: pa.ChunkedArray, empty: BoolArray, name: str, path: Path) -> 
         at = int(np.argmax(large))
         raise DataError(
             "an integer above 2^53 in a column with empty cells", file=path, column=name,
-            row=row_words(path, at), value=int(values[at]), remedy="fill in the empty cells",
+            row=f"row {at + 1}", value=int(values[at]), remedy="fill in the empty cells",
         )  # fmt: skip
 
 
@@ -256,126 +247,19 @@ def _nanoseconds(
         at = int(np.argmax(wide))
         raise DataError(
             "a date outside the years 1678 to 2262", file=path, column=name,
-            row=row_words(path, at), remedy="correct the stamp",
+            row=f"row {at + 1}", remedy="correct the stamp",
         )  # fmt: skip
     return counted * factor
 
 
-def _bytes(path: Path) -> bytes:
-    """A CSV file's whole text as bytes, unpacked."""
-    opener = gzip.open if path.suffix.lower() == ".gz" else open
-    try:
-        with opener(path, "rb") as stream:
-            content: bytes = stream.read(MOST_BYTES + 1)
-    except (OSError, EOFError, zlib.error) as error:
-        raise _unreadable(path, error) from None
-    if len(content) > MOST_BYTES:
-        raise DataError(
-            f"more than {MOST_BYTES / 1024**3:.0f} GB of text", file=path,
-            remedy="split it, or export it as Parquet",
-        )  # fmt: skip
-    return content
-
-
-def _header(path: Path) -> list[str]:
-    opener = gzip.open if path.suffix.lower() == ".gz" else open
-    try:
-        with opener(path, "rb") as stream:
-            start: bytes = stream.read(_LONGEST_HEADER)
-    except (OSError, EOFError, zlib.error) as error:
-        raise _unreadable(path, error) from None
-    end = start.find(b"\n")
-    if end < 0 and len(start) == _LONGEST_HEADER:
-        raise DataError(
-            "a first line of more than a megabyte", file=path, remedy="export it as CSV or Parquet"
-        )
-    if b"\0" in start or start[:2] in (b"\xff\xfe", b"\xfe\xff"):
-        raise DataError(
-            "not UTF-8 text (UTF-16, or a binary file)", file=path,
-            remedy="export it as CSV (UTF-8) or Parquet",
-        )  # fmt: skip
-    try:
-        text = start.decode("utf-8-sig", errors="strict" if end < 0 else "replace")
-        if "\N{REPLACEMENT CHARACTER}" in text.partition("\n")[0]:
-            raise UnicodeError
-        return [name.strip() for name in next(csv.reader(io.StringIO(text, newline="")), [])]
-    except UnicodeError:
-        raise DataError(
-            "not readable as UTF-8 text", file=path, remedy="export it as CSV (UTF-8) or Parquet"
-        ) from None
-    except csv.Error as error:
-        raise DataError(
-            f"the header cannot be read: {error}", file=path,
-            remedy="export it as CSV (UTF-8) or Parquet",
-        ) from None  # fmt: skip
-
-
-def _frame(path: Path, texts: Collection[str]) -> pd.DataFrame:
-    """All columns of a CSV file."""
-    import pandas as pd
-
-    content = _bytes(path)
-    _refuse_foreign_bytes(content, path)
-    try:
-        with warnings.catch_warnings():
-            # a row with more fields than the header (a decimal comma?) would lose its tail
-            warnings.simplefilter("error", pd.errors.ParserWarning)
-            frame = pd.read_csv(
-                # the whole text at once: a reader that Ctrl-C interrupts would say "truncated"
-                io.BytesIO(content),
-                dtype=dict.fromkeys(texts, str),
-                encoding="utf-8-sig",
-                skipinitialspace=True,
-                low_memory=False,
-                index_col=False,
-            )
-    except pd.errors.ParserWarning:
-        raise DataError(
-            "a row has more fields than the header (a decimal comma?)",
-            file=path,
-            remedy="write decimal points, or one field per column",
-        ) from None
-    except (pd.errors.ParserError, pd.errors.EmptyDataError, csv.Error) as error:
-        raise _unreadable(path, error) from None
-    _refuse_cut_line(content, path)
-    return frame.rename(columns=str.strip)
-
-
-def _refuse_foreign_bytes(content: bytes, path: Path) -> None:
-    at = content.find(b"\0")
-    problem = "a NUL byte" if at >= 0 else ""
-    if at < 0:
-        try:
-            content.decode("utf-8")
-        except UnicodeDecodeError as error:
-            at = error.start
-            problem = f"not UTF-8 text: byte 0x{content[at]:02x}"
-    if problem:
-        raise DataError(
-            problem, file=path, row=f"line {content.count(bytes([10]), 0, at) + 1}",
-            remedy="export it as CSV (UTF-8) or Parquet",
-        )  # fmt: skip
-
-
-def _refuse_cut_line(content: bytes, path: Path) -> None:
-    """Refuse a last line that ends before its last field."""
-    last = content[content.rfind(b"\n") + 1 :]
-    first = content[: content.find(b"\n")]
-    if last.strip() and b'"' not in last + first and last.count(b",") < first.count(b","):
-        raise DataError(
-            "the last line is cut off", file=path, row=f"line {content.count(bytes([10])) + 1}",
-            value=short(last.decode("utf-8")), remedy="copy the file again, or take the line out",
-        )  # fmt: skip
-
-
-def _of_series(column: pd.Series[Any]) -> RawColumn:
+def of_series(column: pd.Series[Any], lines: IntArray | None = None) -> RawColumn:
     """A CSV column by what all its cells look like."""
     import pandas as pd
 
     empty = np.asarray(column.isna().to_numpy(), dtype=np.bool_)
     if pd.api.types.is_bool_dtype(column):
-        return RawColumn("truth", column.to_numpy(dtype=bool), empty)
+        return RawColumn("truth", column.to_numpy(dtype=bool), empty, lines)
     if pd.api.types.is_numeric_dtype(column):
-        return RawColumn("number", column.to_numpy(), empty)
+        return RawColumn("number", column.to_numpy(), empty, lines)
     words = column.to_numpy(dtype=object)
-    return RawColumn("text", words, empty)
+    return RawColumn("text", words, empty, lines)

@@ -6,27 +6,28 @@ the logs lie (``[data]``, relative to the recipe) and, in one table per command,
 
 from __future__ import annotations
 
-import json
 import tomllib
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
+from fnmatch import fnmatch
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self, TypeVar, get_args
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import Field, model_validator
 
-from footcal_cli.columns import ForeignColumn, canonical_names, is_canonical
+from footcal_cli.columns import canonical_names, is_canonical
 from footcal_cli.errors import UsageError, nearest
+from footcal_cli.filespecs import FileSpec, Place, as_file, as_places
+from footcal_cli.models import Frozen, validated
+from footcal_cli.reading import ForeignColumn, Join, Reading
 from footcal_cli.textfiles import read_text
+
+__all__ = [
+    "CommandOptions", "Frozen", "Gates", "Recipe", "Robot", "metres", "read_recipe", "validated",
+]  # fmt: skip
 
 STANDARD_GRAVITY_MPS2 = 9.80665
 LARGEST_BYTES = 4 * 2**20
 """No recipe is larger."""
-
-
-class Frozen(BaseModel):
-    """A model that refuses unknown keys and cannot be changed."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
 Limit = Annotated[float, Field(gt=0)]
@@ -156,15 +157,6 @@ class Robot(Frozen):
         return None if self.mass_kg is None else self.mass_kg * self.gravity_mps2
 
 
-class _Place(Frozen):
-    column: str
-    unit: str | None = None
-
-
-def _as_place(value: object) -> object:
-    return {"column": value} if isinstance(value, str) else value
-
-
 def _as_list(value: object) -> object:
     return [value] if isinstance(value, str) else value
 
@@ -179,16 +171,54 @@ class Recipe(Frozen):
     name: str = "unnamed"
     description: str = ""
     robot: Robot = Robot()
-    columns: dict[str, _Place] = Field(default_factory=dict)
+    columns: dict[str, Place] = Field(default_factory=dict)
+    files: tuple[FileSpec, ...] = ()
     data: dict[str, tuple[str, ...]] = Field(default_factory=dict)
     data_root: str = "."
     gates: dict[str, Any] = Field(default_factory=dict)
     options: dict[str, dict[str, Any]] = Field(default_factory=dict)
     path: Path | None = None
 
-    def foreign_columns(self) -> dict[str, ForeignColumn]:
-        """``[columns]`` in the form that `footcal_cli.tables` reads."""
-        return {name: ForeignColumn(p.column, p.unit) for name, p in self.columns.items()}
+    def every_place(self) -> list[tuple[str, ForeignColumn]]:
+        """All entries of ``[columns]``, those of ``[[files]]`` too."""
+        tables = [self.columns]
+        for spec in self.files:
+            tables += [spec.columns, *spec.wide.values()]
+        return [(name, place.foreign()) for table in tables for name, place in table.items()]
+
+    def reading(self, path: Path) -> Reading:
+        """How a log is to be read: ``[columns]`` and the entry of ``[[files]]`` that it matches.
+
+        Raises
+        ------
+        UsageError
+            A file to be joined is not there, or joins others itself.
+        """
+        common = {name: place.foreign() for name, place in self.columns.items()}
+        spec = next((s for s in self.files if fnmatch(path.name, s.match)), None)
+        if spec is None:
+            return Reading(common)
+        joins = []
+        for join in spec.join:
+            beside = path.parent / join.file
+            if not beside.is_file():
+                raise UsageError(
+                    f"no file '{join.file}' to join to {path.name}", file=self.path,
+                    remedy="correct [[files]] join; the file lies in the log's folder",
+                )  # fmt: skip
+            other = self.reading(beside)
+            if other.joins:
+                raise UsageError(
+                    f"'{join.file}' is joined to {path.name} and has a join itself",
+                    file=self.path, remedy="let one [[files]] entry hold all joins",
+                )  # fmt: skip
+            joins.append(Join(beside, other, join.by, join.offset_s, join.how, join.tolerance_s))
+        return Reading(
+            {**common, **{name: place.foreign() for name, place in spec.columns.items()}},
+            spec.layout(), spec.rate_hz, spec.wide_into,
+            {e: {n: p.foreign() for n, p in own.items()} for e, own in spec.wide.items()},
+            tuple(joins),
+        )  # fmt: skip
 
     def data_paths(self, role: str) -> list[Path]:
         """Logs of one role in ``[data]``, resolved against the recipe's folder."""
@@ -217,9 +247,6 @@ class Recipe(Frozen):
             )  # fmt: skip
 
 
-Model = TypeVar("Model", bound=BaseModel)
-
-
 def read_recipe(path: Path, commands: Collection[str]) -> Recipe:
     """Read a recipe.
 
@@ -237,7 +264,9 @@ def read_recipe(path: Path, commands: Collection[str]) -> Recipe:
         raise UsageError("nested too deeply", file=path, remedy="write it flatter") from None
     except ValueError as error:  # not TOML, or a number of thousands of digits
         raise UsageError(f"not valid TOML: {error}", file=path, remedy="correct the line") from None
-    tables = ("name", "description", "robot", "columns", "data", "data_root", "gates")
+    if not content:
+        raise UsageError("the recipe is empty", file=path, remedy="copy it again, or leave it out")
+    tables = ("name", "description", "robot", "columns", "files", "data", "data_root", "gates")
     for key in content:
         if key not in tables and key not in commands:
             raise UsageError(
@@ -246,72 +275,19 @@ def read_recipe(path: Path, commands: Collection[str]) -> Recipe:
             )  # fmt: skip
     options = {name: table for name, table in content.items() if name in commands}
     top: dict[str, Any] = {name: table for name, table in content.items() if name in tables}
-    for name, whole in (("columns", _as_place), ("data", _as_list)):
-        if isinstance(top.get(name), dict):
-            top[name] = {key: whole(value) for key, value in top[name].items()}
+    top["columns"] = as_places(top.get("columns", {}))
+    if isinstance(top.get("data"), dict):
+        top["data"] = {key: _as_list(value) for key, value in top["data"].items()}
+    if isinstance(top.get("files"), list):
+        top["files"] = [as_file(entry) for entry in top["files"]]
     recipe = validated(Recipe, {**top, "options": options, "path": path}, file=path)
     validated(Gates, recipe.gates, file=path, table="gates")
     robot = recipe.robot
     cells = (*robot.cell_names, *(cell for foot in robot.feet.values() for cell in foot.cells))
-    for name in recipe.columns:
+    for name, _ in recipe.every_place():
         if not is_canonical(name, cells):
             raise UsageError(
                 f"[columns]: no log has a column '{name}'{nearest(name, canonical_names(cells))}",
                 file=path, remedy="the left side is footcal's name, the right side yours",
             )  # fmt: skip
     return recipe
-
-
-def validated(
-    model: type[Model], content: Mapping[str, Any], *, file: Path | None, table: str = ""
-) -> Model:
-    """Build a model; the first fault becomes one line.
-
-    Raises
-    ------
-    UsageError
-        Names file, key, value and, for an unknown key, the nearest known one.
-    """
-    try:
-        # JSON's strict mode: a text or a boolean is no number, a list may be a tuple
-        return model.model_validate_json(json.dumps(content, default=str), strict=True)
-    except ValidationError as error:
-        fault = error.errors()[0]
-        keys = [str(part) for part in fault["loc"]]
-        shown = ".".join([table, *keys] if table else keys)
-        if fault["type"] == "extra_forbidden":
-            known = _known_keys(model, keys[:-1])
-            raise UsageError(
-                f"unknown key '{shown}'{nearest(keys[-1], known)}", file=file,
-                remedy=f"known here: {', '.join(sorted(known))}" if known else None,
-            ) from None  # fmt: skip
-        problem = fault["msg"].removeprefix("Value error, ")
-        raise UsageError(
-            f"key '{shown}': {problem}" if shown else problem, file=file,
-            value=fault["input"] if not isinstance(fault["input"], dict) else None,
-            remedy="correct the value",
-        ) from None  # fmt: skip
-
-
-def _known_keys(model: type[BaseModel], keys: list[str]) -> list[str]:
-    """Field names of the model that stands at a path of keys."""
-    current: Any = model
-    for key in keys:
-        if isinstance(current, type) and issubclass(current, BaseModel):
-            field = current.model_fields.get(key)
-            current = field.annotation if field is not None else None
-        else:  # dict[str, X] or tuple[X, ...]: step into X
-            inner = [a for a in get_args(current) if a is not str and a is not ...]
-            current = inner[0] if inner else None
-        if not isinstance(current, type):
-            models = [a for a in get_args(current) if _is_model(a)]
-            current = models[0] if len(models) == 1 and not _is_mapping(current) else current
-    return list(current.model_fields) if _is_model(current) else []
-
-
-def _is_model(item: object) -> bool:
-    return isinstance(item, type) and issubclass(item, BaseModel)
-
-
-def _is_mapping(annotation: object) -> bool:
-    return getattr(annotation, "__origin__", None) is dict

@@ -6,6 +6,7 @@ one. Imported by `footcal_cli.session` and `footcal_cli.app`.
 
 from __future__ import annotations
 
+import atexit
 import ctypes
 import errno
 import hashlib
@@ -147,6 +148,15 @@ def grown_folder(out: Path) -> Iterator[Path]:
             (partial / name).replace(out / name)
     finally:
         shutil.rmtree(partial, ignore_errors=True)
+
+
+def scratch() -> Path:
+    """A folder for what a long log leaves on its way; gone when the command ends."""
+    folder = Path(tempfile.mkdtemp(prefix="footcal-"))
+    stack = claims.get()
+    remove = atexit.register if stack is None else stack.callback
+    remove(shutil.rmtree, folder, ignore_errors=True)
+    return folder
 
 
 def _leftovers(out: Path) -> list[Path]:

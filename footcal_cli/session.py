@@ -20,24 +20,28 @@ from rich.console import Console
 from footcal_cli.columns import TableType
 from footcal_cli.copies import without_copies
 from footcal_cli.core.quality import Finding
-from footcal_cli.errors import DataError, UsageError
+from footcal_cli.errors import DataError, FootcalError, UsageError
 from footcal_cli.gates import gated, merged
+from footcal_cli.inspection import inspect, inspect_record, over_pieces
+from footcal_cli.longfiles import is_long
 from footcal_cli.outcome import Outcome
+from footcal_cli.read_as import record_of
 from footcal_cli.recipe import CommandOptions, Recipe, read_recipe, validated
 from footcal_cli.records.files import read_record
 from footcal_cli.records.results import FindingRecord, ParametersRecord, ReadColumnRecord, RunRecord
 from footcal_cli.report import Report, history_sheet, read_aloud, read_as_sheet
 from footcal_cli.report.text import print_text
 from footcal_cli.run_files import write_run
-from footcal_cli.run_folder import (
-    claim,
-    grown_folder,
-    refuse_folder,
-    refuse_grown,
-    whole_folder,
+from footcal_cli.run_folder import claim, grown_folder, refuse_folder, refuse_grown, whole_folder
+from footcal_cli.tables import (
+    Table,
+    digest,
+    read_pieces,
+    read_table,
+    refusal_of,
+    refuse_wrong_units,
 )
-from footcal_cli.tables import Table, digest, read_table, refusal_of
-from footcal_cli.textfiles import regular_file
+from footcal_cli.textfiles import regular_file, shown
 
 __all__ = ["Outcome", "Request", "Session", "read_calibration"]
 
@@ -95,6 +99,9 @@ class Session(Generic[Options]):
         self.recipe = (
             read_recipe(request.recipe, commands) if request.recipe is not None else Recipe()
         )
+        refuse_wrong_units(
+            self.recipe.every_place(), self.recipe.robot.gravity_mps2, request.recipe
+        )
         table = request.command.replace("-", "_")
         given = {k: v for k, v in request.overrides.items() if v is not None}
         own = self.recipe.options.get(table, {})
@@ -114,17 +121,19 @@ class Session(Generic[Options]):
         self.rows: dict[str, int] = {}
         self.timings_s: dict[str, float] = {}
         self._taken: set[Path] = set()
-        self._left_aside: dict[Path, DataError] = {}
+        self._left_aside: dict[Path, FootcalError] = {}
         self._noted: list[Finding] = []
         self.read_as: dict[str, dict[str, ReadColumnRecord]] = {}
         self._read_before: dict[str, dict[str, list[Table]]] = {}
         if request.parameters is not None:
             self.parameters = read_calibration(request.parameters)
-            self.inputs[_shown(request.parameters)] = digest(request.parameters)
+            self.inputs[shown(request.parameters)] = digest(request.parameters)
+            name = request.parameters.name
+            self.note(inspect_record(self.parameters, self.recipe.robot, name))
         path = self._reference_path()
         self.reference = None if path is None else read_calibration(path)
         if path is not None:
-            self.inputs[_shown(path)] = digest(path)
+            self.inputs[shown(path)] = digest(path)
 
     def _reference_path(self) -> Path | None:
         """The calibration that gates compare with; the recipe's lies relative to the recipe."""
@@ -146,6 +155,11 @@ class Session(Generic[Options]):
         if (reference := self._reference_path()) is not None:
             options.append(reference)
         return (*self.request.inputs, *([] if self.request.logs else data), *options)
+
+    def every_path(self) -> list[Path]:
+        """All logs: the LOG arguments where given, else those of every role in ``[data]``."""
+        roles = (path for role in self.recipe.data for path in self.recipe.data_paths(role))
+        return list(self.request.logs) or list(dict.fromkeys(roles))
 
     def paths(self, role: str) -> list[Path]:
         """Logs of a role: the LOG arguments where given, else the recipe's ``[data]``."""
@@ -173,22 +187,38 @@ class Session(Generic[Options]):
         With `copies`, copies stay in.
         """
         role = role or table.name
-        columns = self.recipe.foreign_columns()
         tables: list[Table] = []
         for path in self.paths(role):
             if self.request.logs and path.is_file():
-                refusal = refusal_of(path, table, columns)
+                refusal = refusal_of(path, table, self.recipe.reading(path))
                 if refusal is not None:
                     self._left_aside.setdefault(path, refusal)
                     continue
-            self._taken.add(path)
-            read = read_table(path, table, columns, gravity_mps2=self.recipe.robot.gravity_mps2)
-            self.inputs[_shown(path)] = read.digest
-            self.rows[_shown(path)] = len(read)
-            self._read_aloud(read)
-            self.note(read.findings)
-            tables.append(read)
+            tables.append(self._read(path, table))
         return [*tables] if copies else self._once(tables, table.name, role)
+
+    def _read(self, path: Path, table: TableType) -> Table:
+        """One log, with all that it says."""
+        self._taken.add(path)
+        robot = self.recipe.robot
+        read = read_table(path, table, self.recipe.reading(path), gravity_mps2=robot.gravity_mps2)
+        self._keep(read)
+        self.note(inspect(read, table, robot))
+        return read
+
+    def read_any(self, table: TableType) -> list[Table]:
+        """Read every log that is of a kind, whatever its role; copies once."""
+        tables: list[Table] = []
+        for path in self.every_path():
+            reading = self.recipe.reading(path)
+            refusal = refusal_of(path, table, reading) if path.is_file() else None
+            if refusal is not None:
+                self._left_aside.setdefault(path, refusal)
+            else:
+                tables.append(self._read(path, table))
+        kept, findings = without_copies(tables, [])
+        self.note(findings)
+        return [log for log in kept if log is not None]
 
     def _once(self, tables: list[Table], kind: str, role: str) -> list[Table | None]:
         """Logs of one kind without what they, or another role's logs, hold already."""
@@ -216,8 +246,7 @@ class Session(Generic[Options]):
         named = self.paths(role or table.name)
         if not named:
             raise self._no_log(role or table.name)
-        columns = self.recipe.foreign_columns()
-        read_table(named[0], table, columns, gravity_mps2=self.recipe.robot.gravity_mps2)
+        self._read(named[0], table)
         raise DataError("no log with the needed columns", file=named[0])
 
     def refuse_missing_logs(self, role: str) -> None:
@@ -239,17 +268,36 @@ class Session(Generic[Options]):
             remedy=f"name a LOG on the command line or '{role}' in [data]",
         )  # fmt: skip
 
+    def pieces(self, table: TableType, role: str | None = None) -> Iterator[Table]:
+        """As `read_required`, one log after another; a single long log some rows at a time."""
+        paths = self.paths(role or table.name)
+        if len(paths) != 1 or not is_long(paths[0]):
+            yield from self.read_required(table, role)
+            return
+        self._taken.add(paths[0])
+        reading, robot = self.recipe.reading(paths[0]), self.recipe.robot
+        rows, said = 0, []
+        for piece in read_pieces(paths[0], table, reading, gravity_mps2=robot.gravity_mps2):
+            self._keep(piece, rows)
+            said.append(inspect(piece, table, robot))
+            rows += len(piece)
+            yield piece
+        self.note(over_pieces(said))
+
+    def _keep(self, read: Table, before: int = 0) -> None:
+        """Note what a log was read as, or a piece of one with so many rows before it."""
+        name = shown(read.path)
+        self.inputs[name] = read.digest
+        self.inputs |= {shown(beside): found for beside, found in read.beside.items()}
+        self.rows[name] = before + len(read)
+        self._read_aloud(read)
+        self.note(read.findings)
+
     def _read_aloud(self, table: Table) -> None:
         """Keep how foreign columns of a log were read, for run.json, report and terminal."""
+        known = self.read_as.setdefault(shown(table.path), {}) if table.read_as else {}
         for column in table.read_as:
-            self.read_as.setdefault(_shown(table.path), {})[column.name] = ReadColumnRecord(
-                name=column.name,
-                source=column.source,
-                unit=column.unit,
-                canonical_unit=column.canonical_unit,
-                as_written=column.as_written,
-                as_read=column.as_read,
-            )
+            known[column.name] = record_of(column, known.get(column.name))
 
     @contextmanager
     def step(self, name: str) -> Iterator[None]:
@@ -318,7 +366,7 @@ class Session(Generic[Options]):
             command=self.request.command,
             started=self.created(),
             arguments={
-                "logs": [_shown(path) for path in self.request.logs],
+                "logs": [shown(path) for path in self.request.logs],
                 "recipe": _shown_or_none(self.request.recipe),
                 "parameters": _shown_or_none(self.request.parameters),
             },
@@ -355,10 +403,10 @@ class Session(Generic[Options]):
     def _with_history(self, outcome: Outcome) -> Outcome:
         """The report with what changed since the calibration that the run started from."""
         report, start = outcome.report, self.request.parameters
-        shown = any(sheet.title.startswith("Changes since") for sheet in report.lead_sheets)
-        if start is None or shown:
+        told = any(sheet.title.startswith("Changes since") for sheet in report.lead_sheets)
+        if start is None or told:
             return outcome
-        sheet = history_sheet(self.parameters, outcome.parameters, _shown(start))
+        sheet = history_sheet(self.parameters, outcome.parameters, shown(start))
         if sheet is None:
             return outcome
         return replace(outcome, report=replace(report, sheets=(*report.sheets, sheet)))
@@ -394,12 +442,5 @@ def _with_findings(report: Report, noted: Iterable[FindingRecord]) -> Report:
     return replace(report, findings=findings, verdict=verdict)
 
 
-def _shown(path: Path) -> str:
-    """A path as people know it: relative to the working folder where it lies below it."""
-    resolved = path.resolve()
-    here = Path.cwd()
-    return resolved.relative_to(here).as_posix() if resolved.is_relative_to(here) else str(path)
-
-
 def _shown_or_none(path: Path | None) -> str | None:
-    return None if path is None else _shown(path)
+    return None if path is None else shown(path)

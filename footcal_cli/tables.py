@@ -7,61 +7,47 @@ suffix (``load_kg`` for ``load_n``).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from footcal_cli.columns import UNIT_SUFFIXES, Column, ForeignColumn, TableType, converts
+from footcal_cli.canonical import ReadColumn, canonical, conversion_of
+from footcal_cli.columns import (
+    MATRIX,
+    QUATERNION,
+    RPY,
+    UNIT_SUFFIXES,
+    Column,
+    TableType,
+    converts,
+)
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.quality import Finding
-from footcal_cli.errors import DataError, UsageError, nearest
-from footcal_cli.logfiles import column_names, digest, raw_columns, write_csv, write_parquet
-from footcal_cli.units import Conversion, conversion, unit_factor
-from footcal_cli.values import durations, numbers, seconds, stamps, texts
+from footcal_cli.errors import DataError, FootcalError, nearest
+from footcal_cli.logfiles import (
+    RawColumn,
+    column_names,
+    digest,
+    write_csv,
+    write_parquet,
+    write_parquet_pieces,
+)
+from footcal_cli.longfiles import raw_pieces
+from footcal_cli.reading import ForeignColumn, Reading
+from footcal_cli.sources import row_time, source_columns, source_names
+from footcal_cli.units import unit_factor
 
 if TYPE_CHECKING:
     import pandas as pd
 
 __all__ = [
-    "ReadColumn", "Table", "column_names", "digest", "read_table", "refusal_of", "unit_factor",
-    "write_csv", "write_parquet",
+    "ReadColumn", "Table", "column_names", "digest", "read_pieces", "read_table", "refusal_of",
+    "unit_factor", "write_csv", "write_parquet", "write_parquet_pieces",
 ]  # fmt: skip
-
-
-@dataclass(frozen=True)
-class ReadColumn:
-    """How one column of a file was read.
-
-    Parameters
-    ----------
-    name, source
-        Canonical name, and the file's own.
-    unit
-        What the file's numbers were taken for, in full; empty for texts and bare numbers.
-    canonical_unit
-        Unit of the canonical column.
-    factor
-        Canonical units in one of the file's; None where nothing was multiplied.
-    as_written, as_read
-        Smallest and largest value before and after; None for texts.
-    """
-
-    name: str
-    source: str
-    unit: str
-    canonical_unit: str
-    factor: float | None
-    as_written: tuple[float, float] | None
-    as_read: tuple[float, float] | None
-
-    @property
-    def converted(self) -> bool:
-        """Whether another unit became the canonical one."""
-        return self.factor is not None
 
 
 @dataclass(frozen=True)
@@ -80,6 +66,8 @@ class Table:
         Columns that stand under another name or in another unit in the file.
     findings
         What the choice of columns left to say.
+    beside
+        Files joined to it, with their SHA-256.
     """
 
     data: pd.DataFrame
@@ -88,6 +76,7 @@ class Table:
     source: Mapping[str, str] = field(default_factory=dict)
     read_as: tuple[ReadColumn, ...] = ()
     findings: tuple[Finding, ...] = ()
+    beside: Mapping[Path, str] = field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.data)
@@ -111,7 +100,7 @@ class Table:
 def read_table(
     path: Path,
     table: TableType,
-    columns: Mapping[str, ForeignColumn] | None = None,
+    columns: Mapping[str, ForeignColumn] | Reading | None = None,
     *,
     gravity_mps2: float,
 ) -> Table:
@@ -122,7 +111,8 @@ def read_table(
     path, table
         The file, and the columns wanted of it.
     columns
-        Where columns stand under foreign names or in other units.
+        Where columns stand under foreign names or in other units, or all that a recipe says of
+        the file.
     gravity_mps2
         With which masses weigh.
 
@@ -134,54 +124,146 @@ def read_table(
         The file is empty, truncated, lacks a column or has it twice, or holds a cell that is not a
         number.
     """
-    header = column_names(path)
-    places = _places(table, header, columns or {}, path)
+    reading = _reading(columns)
+    parts = [
+        (places, source_columns(path, reading, places.found, _texts(table)))
+        for places in _places(table, reading, path)
+    ]
+    beside = {join.path: digest(join.path) for join in reading.joins}
+    return _canonical(parts, table, path, digest(path), gravity_mps2, beside)
+
+
+def read_pieces(
+    path: Path,
+    table: TableType,
+    columns: Mapping[str, ForeignColumn] | Reading | None = None,
+    *,
+    gravity_mps2: float,
+) -> Iterator[Table]:
+    """As `read_table`, some rows at a time, each piece with the digest of the whole file.
+
+    A file that is no plain table by itself comes in one piece.
+
+    Raises
+    ------
+    UsageError, DataError
+        As `read_table`.
+    """
+    reading = _reading(columns)
+    places = _places(table, reading, path)
+    found = places[0].found
+    own = {p.column for p in found.values()} <= set(column_names(path, reading.layout))
+    bare = all(p.in_file and not p.pattern and not p.names for p in found.values())
+    if len(places) > 1 or not (reading.layout.plain and own and bare):
+        yield read_table(path, table, reading, gravity_mps2=gravity_mps2)
+        return
+    sha256 = digest(path)
+    as_text = {found[name].column for name in _texts(table) & found.keys()}
+    rows = 0
+    try:
+        for raw in raw_pieces(path, sorted({p.column for p in found.values()}), as_text):
+            by_name = {name: raw[place.column] for name, place in found.items()}
+            piece = _canonical([(places[0], by_name)], table, path, sha256, gravity_mps2, {})
+            rows += len(piece)
+            yield piece
+    except DataError:
+        if rows:  # the piece does not know which row of the file it is
+            read_table(path, table, columns, gravity_mps2=gravity_mps2)
+        raise
+    if not rows:
+        raise DataError("no rows", file=path, remedy="record the log again")
+
+
+def _texts(table: TableType) -> frozenset[str]:
+    """Canonical names of the columns that are texts."""
+    return frozenset(c.name for c in table.columns if c.kind == "text")
+
+
+def _canonical(
+    parts: Sequence[tuple[_Places, Mapping[str, RawColumn]]], table: TableType, path: Path,
+    sha256: str, gravity_mps2: float, beside: Mapping[Path, str],
+) -> Table:  # fmt: skip
+    """Raw columns in canonical names and units, the entries of a wide file below each other."""
     import pandas as pd
 
     wanted = {c.name: c for c in table.columns}
-    as_text = {p.column for name, p in places.found.items() if wanted[name].kind == "text"}
-    raw = raw_columns(path, sorted({p.column for p in places.found.values()}), as_text)
-    if any(len(column.values) == 0 for column in raw.values()):
-        raise DataError("no rows", file=path, remedy="record the log again")
-    data: dict[str, NDArray[Any]] = {}
+    frames: list[pd.DataFrame] = []
     read_as: list[ReadColumn] = []
-    for name, place in places.found.items():
-        spec, column = wanted[name], raw[place.column]
-        renamed = place.column != name
-        if spec.kind == "text":
-            data[name] = texts(column, spec, place.column, path)
-            if renamed:
-                read_as.append(ReadColumn(name, place.column, "text", "", None, None, None))
-            continue
-        nanoseconds = stamps(column, spec, place.column, place.unit, path)
-        spans = durations(column, spec, place.column, path)
-        if nanoseconds is not None:
-            spans = seconds(nanoseconds)
-        if spans is not None:
-            data[name] = spans
-            said = {"duration": "duration", "number": "nanosecond"}.get(column.kind)
-            said = said or "date, as seconds since 1970 UTC"
-            span = _range(data[name])
-            read_as.append(ReadColumn(name, place.column, said, "s", None, None, span))
-            continue
-        values = numbers(column, spec, place.column, place.unit, path)
-        change = _conversion(spec, place, gravity_mps2, path)
-        data[name] = values if change is None else change(values.astype(np.float64))
-        if renamed or change is not None:
-            read_as.append(_read_as(spec, place, change, values, data[name]))
-    source = {name: place.column for name, place in places.found.items()}
+    findings: list[Finding] = []
+    for places, raw in parts:
+        data: dict[str, NDArray[Any]] = {}
+        for name, place in places.found.items():
+            data[name], read = canonical(raw[name], wanted[name], place, gravity_mps2, path)
+            read_as += [read] if read is not None else []
+        frames.append(pd.DataFrame(data))
+        findings += _passed_over(places, path)
+    frame = frames[0] if len(frames) == 1 else pd.concat(frames, ignore_index=True)
+    if not len(frame):
+        raise DataError("no rows", file=path, remedy="record the log again")
+    source = {name: p.column or name for name, p in parts[0][0].found.items()}
     return Table(
-        pd.DataFrame(data), path, digest(path), source, tuple(read_as),
-        tuple(_passed_over(places, path)),
+        with_attitude(frame, table, path), path, sha256, source, tuple(read_as), tuple(findings),
+        beside,
     )  # fmt: skip
 
 
+def _reading(columns: Mapping[str, ForeignColumn] | Reading | None) -> Reading:
+    return columns if isinstance(columns, Reading) else Reading(columns or {})
+
+
+def refuse_wrong_units(
+    places: Iterable[tuple[str, ForeignColumn]], gravity_mps2: float, recipe: Path | None
+) -> None:
+    """Refuse a recipe that gives a column a unit of another quantity, whether a log has it or not.
+
+    Raises
+    ------
+    UsageError
+        Names the column.
+    """
+    for name, place in places:
+        conversion_of(Column(name, ""), place, gravity_mps2, recipe or Path())
+
+
 def refusal_of(
-    path: Path, table: TableType, columns: Mapping[str, ForeignColumn]
-) -> DataError | None:
+    path: Path, table: TableType, columns: Mapping[str, ForeignColumn] | Reading
+) -> FootcalError | None:
     """Why a file is no log of a table type (the first column it lacks), None where it is one."""
-    missing = _looked_up(table, column_names(path), columns, path).missing
-    return missing[0] if missing else None
+    reading = _reading(columns)
+    for places in _every_entry(table, reading, path):
+        if places.missing:
+            return places.missing[0]
+    return None
+
+
+def _places(table: TableType, reading: Reading, path: Path) -> list[_Places]:
+    """`_every_entry`, refusing what is missing or ambiguous."""
+    found = _every_entry(table, reading, path)
+    for places in found:
+        if places.missing:
+            raise places.missing[0]
+        for name, several in places.twice.items():
+            raise DataError(
+                f"{name} stands there more than once: {', '.join(several)}", file=path,
+                column=several[0],
+                remedy=f"say which one in [columns], {name} = '{several[0]}', or take one out",
+            )  # fmt: skip
+    return found
+
+
+def _every_entry(table: TableType, reading: Reading, path: Path) -> list[_Places]:
+    """Where the columns stand: once, or for every entry of a wide file."""
+    header = source_names(path, reading)
+    apart = any(column.name == reading.wide_into for column in table.columns)
+    if not reading.wide or not apart:
+        return [_looked_up(table, header, reading, path)]
+    return [
+        _looked_up(
+            table, header, replace(reading, columns={**reading.columns, into: label, **own}), path
+        )
+        for entry, own in reading.wide.items()
+        for into, label in [(reading.wide_into, ForeignColumn(value=entry))]
+    ]  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -198,33 +280,18 @@ class _Places:
     passed_over: dict[str, list[str]]
 
 
-def _places(
-    table: TableType, header: Sequence[str], columns: Mapping[str, ForeignColumn], path: Path
-) -> _Places:
-    """`_looked_up`, refusing what is missing or ambiguous."""
-    places = _looked_up(table, header, columns, path)
-    if places.missing:
-        raise places.missing[0]
-    for name, names in places.twice.items():
-        raise DataError(
-            f"{name} stands there more than once: {', '.join(names)}", file=path, column=names[0],
-            remedy=f"say which one in [columns], {name} = '{names[0]}', or take one out",
-        )  # fmt: skip
-    return places
-
-
-def _looked_up(
-    table: TableType, header: Sequence[str], columns: Mapping[str, ForeignColumn], path: Path
-) -> _Places:
+def _looked_up(table: TableType, header: Sequence[str], reading: Reading, path: Path) -> _Places:
     """Find every column: mapped by the recipe, by its name, or by its stem and a unit."""
     places = _Places({}, [], {}, {})
-    known = set(header)
+    known, columns = set(header), reading.columns
     for spec in table.columns:
         own = _own_names(spec, header, known)
         if spec.name in columns:
             place = columns[spec.name]
-            if place.column in known:
-                places.found[spec.name] = ForeignColumn(place.column, place.unit or spec.unit)
+            if not place.in_file:
+                places.found[spec.name] = place
+            elif place.column in known:
+                places.found[spec.name] = replace(place, unit=place.unit or spec.unit)
                 others = [name for name in own if name != place.column]
                 if others:
                     places.passed_over[spec.name] = others
@@ -232,7 +299,7 @@ def _looked_up(
                 places.missing.append(DataError(
                     f"missing column '{place.column}' that [columns] names for {spec.name}"
                     f"{nearest(place.column, header)}",
-                    file=path, remedy=f"the file has: {_some(header)}",
+                    file=path, remedy=f"the file has: {_some(header)}", foreign=True,
                 ))  # fmt: skip
             continue
         if len(own) > 1:
@@ -240,11 +307,24 @@ def _looked_up(
         if own:
             name = next(iter(own))
             places.found[spec.name] = ForeignColumn(name, own[name])
+        elif spec.name == "time_s" and (counted := row_time(reading)) is not None:
+            places.found[spec.name] = counted
         elif not spec.optional:
             places.missing.append(DataError(
                 f"missing column '{spec.name}' ({spec.meaning}){nearest(spec.name, header)}",
                 file=path,
                 remedy=f"map it in the recipe's [columns]; the file has: {_some(header)}",
+                foreign=True,
+            ))  # fmt: skip
+    for groups in table.either:
+        if not any(all(name in places.found for name in group) for group in groups):
+            first = groups[0][0]
+            instead = "; ".join(f"{g[0]} …" if len(g) > 1 else g[0] for g in groups[1:])
+            places.missing.append(DataError(
+                f"missing column '{first}'{nearest(first, header)}, or {instead} instead",
+                file=path,
+                remedy=f"map one of them in [columns]; the file has: {_some(header)}",
+                foreign=True,
             ))  # fmt: skip
     return places
 
@@ -263,6 +343,35 @@ def _own_names(spec: Column, header: Sequence[str], known: set[str]) -> dict[str
     return own
 
 
+def with_attitude(frame: pd.DataFrame, table: TableType, path: Path) -> pd.DataFrame:
+    """Fill in the quaternions of attitudes logged as roll-pitch-yaw or as matrices.
+
+    Raises
+    ------
+    DataError
+        A matrix that is no rotation.
+    """
+    if "body_qw" not in {c.name for c in table.columns} or "body_qw" in frame:
+        return frame
+    from footcal_cli.core.attitude import nearest_rotations, quaternions_of, rotations_of_rpy
+
+    if set(RPY) <= set(frame.columns):
+        rotations = rotations_of_rpy(frame[list(RPY)].to_numpy(dtype=np.float64))
+    elif set(MATRIX) <= set(frame.columns):
+        matrices = frame[list(MATRIX)].to_numpy(dtype=np.float64).reshape(-1, 3, 3)
+        rotations = nearest_rotations(matrices)
+        bad = np.isnan(rotations).any(axis=(1, 2)) & np.isfinite(matrices).all(axis=(1, 2))
+        if bad.any():
+            raise DataError(
+                "body_r11 … body_r33 are no rotation matrix", file=path,
+                row=f"row {int(np.argmax(bad)) + 1} of the data",
+                remedy="check their order: row by row, body to world",
+            )  # fmt: skip
+    else:
+        return frame
+    return frame.assign(**dict(zip(QUATERNION, quaternions_of(rotations).T, strict=True)))
+
+
 def _passed_over(places: _Places, path: Path) -> list[Finding]:
     return [
         Finding(
@@ -273,49 +382,6 @@ def _passed_over(places: _Places, path: Path) -> list[Finding]:
         )
         for name, others in places.passed_over.items()
     ]  # fmt: skip
-
-
-def _conversion(
-    spec: Column, place: ForeignColumn, gravity_mps2: float, path: Path
-) -> Conversion | None:
-    """How a column's numbers become canonical ones; None where they are already."""
-    if place.unit is None or place.unit == spec.unit:
-        return None
-    if spec.unit is None:
-        raise UsageError(
-            f"{spec.name} has no unit, but [columns] gives it '{place.unit}'", file=path,
-            column=place.column, remedy="take the unit out",
-        )  # fmt: skip
-    try:
-        change = conversion(place.unit, spec.unit, gravity_mps2)
-    except UsageError as error:
-        raise UsageError(
-            error.problem, file=path, column=place.column, remedy=error.remedy
-        ) from None
-    same = change.slope == 1.0 and change.offset == 0.0 and not change.weighed
-    return None if same else change
-
-
-def _read_as(
-    spec: Column,
-    place: ForeignColumn,
-    change: Conversion | None,
-    written: NDArray[Any],
-    read: NDArray[Any],
-) -> ReadColumn:
-    unit = place.unit or ""
-    if change is not None:
-        unit = change.source.name + (" (its weight)" if change.weighed else "")
-    return ReadColumn(
-        spec.name, place.column, unit, spec.unit or "",
-        None if change is None else change.slope,
-        _range(written), _range(read),
-    )  # fmt: skip
-
-
-def _range(values: NDArray[Any]) -> tuple[float, float] | None:
-    finite = values[np.isfinite(values)]
-    return (float(finite.min()), float(finite.max())) if finite.size else None
 
 
 def _some(names: Sequence[str], at_most: int = 8) -> str:

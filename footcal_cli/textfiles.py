@@ -5,7 +5,7 @@ from __future__ import annotations
 import stat
 from pathlib import Path
 
-from footcal_cli.errors import UsageError
+from footcal_cli.errors import DataError, UsageError
 
 
 def regular_file(path: Path, *, at_most: int | None = None) -> None:
@@ -60,3 +60,26 @@ def read_text(path: Path, *, at_most: int) -> str:
             f"not UTF-8 text: byte {error.start + 1} is 0x{error.object[error.start]:02x}",
             file=path, remedy="save it as UTF-8",
         ) from None  # fmt: skip
+
+
+def short(text: str, at_most: int = 60) -> str:
+    """A text of the file that can stand in one line."""
+    return text if len(text) <= at_most else text[: at_most - 1] + "…"
+
+
+def unreadable(path: Path, error: Exception) -> Exception:
+    """What to raise for an error of a reader; what the system refuses stays as it is."""
+    if isinstance(error, OSError) and error.errno is not None:
+        return error
+    first = str(error).splitlines()[0] if str(error) else type(error).__name__
+    return DataError(
+        f"cannot be read to its end (truncated?): {short(first, 120)}", file=path,
+        remedy="copy it again",
+    )  # fmt: skip
+
+
+def shown(path: Path) -> str:
+    """A path as people know it: relative to the working folder where it lies below it."""
+    resolved = path.resolve()
+    here = Path.cwd()
+    return resolved.relative_to(here).as_posix() if resolved.is_relative_to(here) else str(path)

@@ -36,6 +36,7 @@ SPELLINGS = {
     "Pa": "pascal", "hPa": "hectopascal", "kPa": "kilopascal", "MPa": "megapascal", "bar": "bar",
     "mbar": "millibar", "psi": "pound_force_per_square_inch",
     "count": "count", "counts": "count",
+    "V": "volt", "mV": "millivolt", "uV": "microvolt", "µV": "microvolt",
     "Nm": "newton * meter", "mNm": "millinewton * meter", "kNm": "kilonewton * meter",
     "Nmm": "newton * millimeter", "Ncm": "newton * centimeter",
 }  # fmt: skip

@@ -11,12 +11,14 @@ from numpy.typing import NDArray
 
 from footcal_cli.columns import Column
 from footcal_cli.errors import DataError
-from footcal_cli.logfiles import RawColumn, row_words, short
+from footcal_cli.logfiles import RawColumn
+from footcal_cli.textfiles import short
 
 LARGEST = 1e30
 """No reading is larger; squares and their sums stay far from overflow."""
 EXACT = 2**53
 """Integers up to here are exact as float64."""
+_DAY_NS = 86_400 * 10**9
 _TRUE_AND_FALSE = {"true": 1.0, "false": 0.0}
 _ISO = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d")
 _ZONE = re.compile(r"(?:Z|[+-]\d\d:?\d\d)$")
@@ -25,7 +27,7 @@ _ZONE = re.compile(r"(?:Z|[+-]\d\d:?\d\d)$")
 def texts(raw: RawColumn, spec: Column, name: str, path: Path) -> NDArray[np.object_]:
     """One column as strings, shape (n,)."""
     if raw.empty.any() and spec.missing == "refuse":
-        row = row_words(path, int(np.argmax(raw.empty)))
+        row = raw.row(int(np.argmax(raw.empty)))
         raise DataError(
             "empty cell", file=path, column=name, row=row, remedy=f"fill in {spec.meaning}"
         )
@@ -65,16 +67,20 @@ def numbers(raw: RawColumn, spec: Column, name: str, unit: str | None, path: Pat
 
 
 def stamps(
-    raw: RawColumn, spec: Column, name: str, unit: str | None, path: Path
-) -> NDArray[np.int64] | None:
+    raw: RawColumn, spec: Column, name: str, unit: str | None, path: Path,
+    form: str | None = None,
+) -> NDArray[np.int64] | None:  # fmt: skip
     """Stamps of a time column as integer nanoseconds (n,); None where it holds other numbers.
 
-    Dates count from 1970 in UTC; without a zone they are taken as UTC.
+    Dates count from 1970 in UTC; without a zone they are taken as UTC. `form` is theirs as
+    ``strptime`` has it; a time of day without a date counts from midnight.
     """
     import pandas as pd
 
     if spec.unit != "s":
         return None
+    if form is not None:
+        return _formatted(raw, spec, name, path, form)
     if raw.kind == "stamp":
         _refuse("no stamp", raw.empty, raw, spec, name, None, path)
         return raw.values
@@ -95,6 +101,28 @@ def stamps(
     outside = ~dates.dt.year.between(1678, 2261).to_numpy()
     _refuse("a date outside the years 1678 to 2261", outside, raw, spec, name, None, path)
     return np.asarray(dates.dt.tz_localize(None).astype("datetime64[ns]").astype(np.int64))
+
+
+def _formatted(raw: RawColumn, spec: Column, name: str, path: Path, form: str) -> NDArray[np.int64]:
+    """Stamps of another form than ISO 8601, shape (n,)."""
+    import pandas as pd
+
+    _refuse("no stamp", raw.empty, raw, spec, name, None, path)
+    words = pd.Series([str(word).strip() for word in raw.values.tolist()])
+    try:
+        dates = pd.to_datetime(words, format=form, errors="coerce", utc=True)
+    except ValueError as error:
+        raise DataError(
+            f"format '{form}' of [columns] is none: {error}", file=path, column=name,
+            remedy="write it as strptime has it, such as %d.%m.%Y %H:%M:%S.%f",
+        ) from None  # fmt: skip
+    _refuse(f"not of the format '{form}'", dates.isna().to_numpy(), raw, spec, name, None, path)
+    found = np.asarray(dates.dt.tz_localize(None).astype("datetime64[ns]").astype(np.int64))
+    if "%d" in form or "%j" in form or "%b" in form:
+        return found
+    # a time of day: past midnight another day begins
+    found = found - int(pd.Timestamp(1900, 1, 1).value)
+    return np.asarray(found + _DAY_NS * np.cumsum(np.diff(found, prepend=found[0]) < -_DAY_NS // 2))
 
 
 def durations(raw: RawColumn, spec: Column, name: str, path: Path) -> NDArray[np.float64] | None:
@@ -139,7 +167,7 @@ def _refuse(
     at = int(np.argmax(bad))
     value: object = raw.values[at]
     raise DataError(
-        problem, file=path, column=name, row=row_words(path, at),
+        problem, file=path, column=name, row=raw.row(at),
         value=short(value) if isinstance(value, str) else None if raw.empty[at] else value,
         unit=unit if raw.kind == "number" else None,
         remedy=f"correct the cell or leave the row out; the column is {spec.meaning}",

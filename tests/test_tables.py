@@ -12,13 +12,13 @@ import pytest
 from footcal_cli.columns import (
     UNIT_SUFFIXES,
     Column,
-    ForeignColumn,
     TableType,
     cells_table,
     converts,
     weights_table,
 )
 from footcal_cli.errors import DataError, FootcalError, UsageError
+from footcal_cli.reading import ForeignColumn
 from footcal_cli.tables import Table, read_table, refusal_of, unit_factor, write_parquet
 
 G = 9.80665

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,20 +14,19 @@ from footcal_cli.commands.options import (
     NoPictures,
     Out,
     Overwrite,
+    ParametersFile,
     Quiet,
     RecipeFile,
     StrictFindings,
     begin,
 )
-from footcal_cli.recipe import CommandOptions, Recipe
+from footcal_cli.recipe import CommandOptions
 
 if TYPE_CHECKING:
     from footcal_cli.columns import TableType
     from footcal_cli.core.quality import Finding
     from footcal_cli.session import Outcome, Session
     from footcal_cli.tables import Table
-
-_ORDER = {"alarm": 0, "warning": 1, "note": 2}
 
 
 class CheckOptions(CommandOptions):
@@ -38,18 +38,20 @@ class CheckOptions(CommandOptions):
 def check(
     logs: Logs = None,
     recipe: RecipeFile = None,
+    parameters: ParametersFile = None,
     strict_findings: StrictFindings = None,
     out: Out = Path("out/check"),
     overwrite: Overwrite = False,
     no_pictures: NoPictures = False,
     quiet: Quiet = False,
 ) -> None:
-    """Look for what is wrong with a log: units, gaps, stuck, saturated or copied channels."""
+    """Look for what is wrong with a log and against its recipe; draw the log."""
     session = begin(
         "check",
         CheckOptions,
         logs=logs,
         recipe=recipe,
+        parameters=parameters,
         out=out,
         overwrite=overwrite,
         quiet=quiet,
@@ -60,50 +62,136 @@ def check(
 
 
 def _check(session: Session[CheckOptions]) -> Outcome:
-    from footcal_cli.records.results import FindingRecord, VerdictRecord
+    from footcal_cli.commands.parts.log_pictures import picture_of
+    from footcal_cli.core.quality import check_clock
+    from footcal_cli.records.results import VerdictRecord
     from footcal_cli.report import Report, Sheet
     from footcal_cli.session import Outcome
 
-    findings: list[Finding] = []
-    looked_at: list[tuple[str, str, str]] = []
     with session.step("read"):
-        for kind in _table_types(session):
-            for table in session.read(kind, kind.name):
-                looked_at.append((table.path.name, kind.name, str(len(table))))
-                findings += _findings(table, kind, session)
-    if not looked_at:
-        _refuse(session)
-    findings += session.noted
-    findings.sort(key=lambda finding: _ORDER[finding.severity])
-    serious = [finding for finding in findings if finding.severity != "note"]
-    rows = sum(int(n) for _, _, n in looked_at)
+        read = [(table, kind) for kind in _table_types(session) for table in session.read_any(kind)]
+        # a recording of known loads is no walk; without loads it is none of weights
+        weighed = {table.path for table, kind in read if "load_n" in table}
+        tables = [
+            (table, kind)
+            for table, kind in read
+            if not (kind.name == "cells" and table.path in weighed)
+            and not (kind.name == "weights_stream" and table.path not in weighed)
+        ]
+        if not tables:
+            _refuse(session)
+        for table, kind in tables:
+            if "time_s" in table and kind.name not in _TIMED_BY_PARTS:
+                session.note(check_clock(table.number("time_s"), table.path.name))
+            elif "time_s" in table:
+                session.note(_clocks(table))
+        _together(session, tables)
+    findings = {(f.code, f.where, f.sentence): f for f in session.noted}
+    serious = [finding for finding in findings.values() if finding.severity != "note"]
+    pictures = tuple(
+        picture_of(table, kind, session.recipe.robot, serious, number)
+        for number, (table, kind) in enumerate(tables[:MOST_PICTURES], start=1)
+    )
+    rows = sum(len(table) for table, _ in tables)
+    alarmed = any(finding.severity == "alarm" for finding in serious)
+    count = f"{len(serious)} finding{'s' if len(serious) != 1 else ''}"
     verdict = VerdictRecord(
-        level="good" if not serious else "bad" if serious[0].severity == "alarm" else "warning",
-        sentence=f"{len(serious)} findings in {rows} rows."
-        if serious
-        else f"Nothing wrong found in {rows} rows.",
+        level="good" if not serious else "bad" if alarmed else "warning",
+        sentence=f"{count} in {rows} rows." if serious else f"Nothing wrong found in {rows} rows.",
         details=(
-            "Checked: units, stamps and gaps, lost samples, end codes, stuck channels, readings "
-            "that channels share.",
+            "Checked: units of stamps, loads, positions, headings and accelerations; gaps, lost "
+            "and far-off samples, end codes; channels that stand still, repeat, read with the sign "
+            "turned or are exchanged; loads, weight and calibration against the recipe.",
         ),
     )
+    looked_at = [(table.path.name, kind.name, str(len(table))) for table, kind in tables]
     return Outcome(
         report=Report(
             title="Check of the log",
             verdict=verdict,
-            sheets=(Sheet("Logs", ("file", "read as", "rows"), looked_at),),
-            findings=tuple(FindingRecord.of(finding) for finding in findings),
+            pictures=pictures,
+            lead_sheets=(Sheet("Logs", ("file", "read as", "rows"), looked_at),),
         ),
     )
+
+
+MOST_PICTURES = 12
+_TIMED_BY_PARTS = frozenset({"weights", "hang", "legs", "placements"})
+"""Kinds of log in which stamps rise only within one channel, leg or placement."""
+
+
+def _clocks(table: Table) -> list[Finding]:
+    """Stamps of a long log, channel by channel or leg by leg, and orientation by orientation."""
+    import numpy as np
+
+    from footcal_cli.core.quality import check_clock
+
+    groups = [g for g in ("leg", "channel", "orientation", "session") if g in table]
+    if "leg" not in groups:  # single readings may lie any time apart
+        return []
+    keys = list(zip(*(table.text(g) for g in groups), strict=True))
+    found: list[Finding] = []
+    for key in dict.fromkeys(keys):
+        at = np.array([k == key for k in keys])
+        found += check_clock(table.number("time_s")[at], ", ".join(map(str, key)))
+    return found
+
+
+def _together(session: Session[CheckOptions], tables: Sequence[tuple[Table, TableType]]) -> None:
+    """What shows only where streams, recipe and calibration come together."""
+    from footcal_cli.errors import DataError, FitError, UsageError
+    from footcal_cli.inspection import weights_findings
+
+    by_kind: dict[str, list[Table]] = {}
+    for table, kind in tables:
+        by_kind.setdefault(kind.name, []).append(table)
+    robot, intended = session.recipe.robot, session.options.intended_load_n
+    if "weights" in by_kind:
+        session.note(weights_findings(by_kind["weights"], robot, intended))
+    hang = session.recipe.options.get("hang_calib", {})
+    # what a log lacks for a check is no fault of the log
+    with suppress(DataError, UsageError, FitError, ValueError):
+        if "hang" in by_kind:
+            from footcal_cli.commands.parts.hang_logs import leg_logs
+            from footcal_cli.core.turned import check_turned_hanging
+
+            whose = str(hang.get("orientation_of", "transducer"))
+            logs, _ = leg_logs(by_kind["hang"], session.recipe, whose, 0.0)
+            for leg, own in logs.items():
+                session.note(check_turned_hanging(leg, own))
+    with suppress(DataError, UsageError, FitError, ValueError):
+        if "body" in by_kind and ("cells" in by_kind or "six_axis_feet" in by_kind):
+            _walking(session)
+
+
+def _walking(session: Session[CheckOptions]) -> None:
+    """The checks of `footcal_cli.intake`; those of walks where every foot is lifted."""
+    from footcal_cli.core.online.streams import MergeRule
+    from footcal_cli.intake import read_recordings
+
+    for recording in read_recordings(session, MergeRule(), "stand"):
+        lifted = (recording.merged.log.known["contact"] == 0.0).mean(axis=0)
+        if lifted.size and lifted.min() > LIFTED_SHARE:
+            read_recordings(session, MergeRule(), "walk")
+            return
+
+
+LIFTED_SHARE = 0.03
+"""A log in which every foot is in the air for longer is a walk."""
 
 
 def _table_types(session: Session[CheckOptions]) -> list[TableType]:
     """Kinds of log to try, as far as the recipe or the files' headers name their channels."""
     from footcal_cli import columns
-    from footcal_cli.tables import column_names
+    from footcal_cli.sources import source_names
 
     robot = session.recipe.robot
-    headers = [column_names(path) for path in session.request.logs if path.is_file()]
+    headers = [
+        source_names(path, session.recipe.reading(path))
+        for path in session.every_path()
+        if path.is_file()
+    ]
+    loaded = "load_n" in session.recipe.columns or any("load" in n for h in headers for n in h)
     counted = [name.removesuffix("_counts") for h in headers for name in h if "_counts" in name]
     channels = robot.cell_names or tuple(dict.fromkeys(counted))
     feet = tuple(robot.feet) or ("left", "right")
@@ -112,13 +200,18 @@ def _table_types(session: Session[CheckOptions]) -> list[TableType]:
         columns.weights_table(),
         columns.hang_table(),
         columns.poses_table(),
+        columns.legs_table(),
+        columns.cop_points_table(),
         columns.body_table(feet),
         columns.six_axis_feet_table(feet),
     ]
     if cells_of_a_foot:
         kinds.append(columns.placements_table(cells_of_a_foot))
     if channels:
+        kinds.append(columns.weights_together_table(channels))
         kinds.append(columns.cells_table(channels))
+        if loaded:
+            kinds.append(columns.weights_stream_table(channels))
     return kinds
 
 
@@ -126,89 +219,12 @@ def _refuse(session: Session[CheckOptions]) -> None:
     from footcal_cli.columns import weights_table
     from footcal_cli.errors import DataError
 
-    if session.request.logs:
-        missing = next((path for path in session.request.logs if not path.is_file()), None)
+    paths = session.every_path()
+    if paths:
+        missing = next((path for path in paths if not path.is_file()), None)
         if missing is None:
             raise DataError(
-                "the columns are those of no known kind of log", file=session.request.logs[0],
-                remedy="map them in the recipe's [columns]",
+                "the columns are those of no known kind of log", file=paths[0],
+                remedy="map them in the recipe's [columns]", foreign=True,
             )  # fmt: skip
     session.read_required(weights_table())
-
-
-def _findings(table: Table, kind: TableType, session: Session[CheckOptions]) -> list[Finding]:
-    """The findings that make sense for a kind of log."""
-    import numpy as np
-
-    from footcal_cli.core.quality import check_clock, check_codes, check_stream
-
-    if kind.name == "weights":
-        return weights_findings([table], session.recipe, session.options.intended_load_n)
-    names = [c.name for c in kind.columns if c.missing == "keep" and c.name in table]
-    if kind.name in {"hang", "poses"}:
-        group = "orientation" if kind.name == "hang" else "pose"
-        findings = []
-        for leg in dict.fromkeys(table.text("leg")):
-            rows = table.text("leg") == leg
-            readings = table.numbers(names)[rows]
-            order = np.arange(readings.shape[0], dtype=float)
-            labels = [f"{leg}.{name.rsplit('_', 1)[0]}" for name in names]
-            findings += check_stream(order, readings, labels)
-            if "time_s" in table:
-                for part in dict.fromkeys(table.text(group)):
-                    at = rows & (table.text(group) == part)
-                    findings += check_clock(table.number("time_s")[at], f"{leg}, {part}")
-        return findings
-    readings = table.numbers(names)
-    if "time_s" not in table:
-        return []
-    stream = f"{table.path.name}"
-    found = check_clock(table.number("time_s"), stream)
-    found += check_stream(table.number("time_s"), readings, names)
-    for name in (n for n in names if n.endswith("_counts")):
-        values = table.number(name)
-        found += [
-            f
-            for f in check_codes(name, values[np.isfinite(values)], session.recipe.robot.adc.bits)
-            if f.severity == "alarm" and f.code == "saturated_codes"
-        ]
-    return found
-
-
-def weights_findings(
-    tables: Sequence[Table], recipe: Recipe, intended_load_n: tuple[float, float] | None
-) -> list[Finding]:
-    """All findings on weights logs."""
-    import numpy as np
-
-    from footcal_cli.commands.parts.bench_logs import by_channel
-    from footcal_cli.core.quality import (
-        check_codes,
-        check_load_unit,
-        check_repeats_across_channels,
-    )
-
-    channels = by_channel(tables)
-    loads = {name: load_n for name, load_n, _ in channels}
-    counts = {name: values for name, _, values in channels}
-    findings = [
-        f for name in counts for f in check_codes(name, counts[name], recipe.robot.adc.bits)
-    ]
-    findings = _merged(findings, len(channels))
-    findings += check_load_unit(
-        np.concatenate(list(loads.values())), intended_load_n, recipe.robot.weight_n
-    )
-    findings += check_repeats_across_channels(counts, loads)
-    return sorted(findings, key=lambda finding: _ORDER[finding.severity])
-
-
-def _merged(findings: Sequence[Finding], channels: int) -> list[Finding]:
-    """One finding where every channel has the same one."""
-    from dataclasses import replace
-
-    kept: list[Finding] = []
-    for code in dict.fromkeys(finding.code for finding in findings):
-        alike = [finding for finding in findings if finding.code == code]
-        same = len(alike) == channels > 1 and len({f.sentence for f in alike}) == 1
-        kept += [replace(alike[0], where="all channels")] if same else alike
-    return kept

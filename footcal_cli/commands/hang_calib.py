@@ -30,9 +30,14 @@ if TYPE_CHECKING:
     from footcal_cli.core.hang.stepwise import StepwiseFit
     from footcal_cli.core.log import Log
     from footcal_cli.core.parameters import Estimates, FloatArray
+    from footcal_cli.core.quality import Finding
     from footcal_cli.records.results import ParametersRecord
     from footcal_cli.report import Picture
     from footcal_cli.session import Outcome, Session
+
+
+_POOR = 5.0
+"""Residual over the scatter from sample to sample beyond which more than noise is left."""
 
 
 class HangCalibOptions(CommandOptions):
@@ -126,6 +131,9 @@ def _calibrate(session: Session[HangCalibOptions]) -> Outcome:
         runs = {leg: hang_runs(log)[0] for leg, log in logs.items()}
     with session.step("fit"):
         fits = _joint(session, logs)
+        session.note(
+            hanging_axes(logs, runs, fits, asked_of(options, session.recipe.robot.gravity_mps2))
+        )
     others: dict[str, dict[str, StepwiseFit]] = {}
     if options.compare or options.method != "joint":
         with session.step("compare"):
@@ -160,14 +168,34 @@ def _calibrate(session: Session[HangCalibOptions]) -> Outcome:
     )
 
 
+def hanging_axes(
+    logs: Mapping[str, Sequence[Log]],
+    runs: Mapping[str, Sequence[HangRun]],
+    fits: Mapping[str, HangFit],
+    asked: HangOptions,
+) -> list[Finding]:
+    """Axes of turned sign and turned transducers; axes are refitted only where a fit is poor."""
+    from footcal_cli.core.pose.wiring import turned_when_hanging
+    from footcal_cli.core.turned import check_turned_hanging
+
+    found: list[Finding] = []
+    for leg, own in logs.items():
+        turned = check_turned_hanging(leg, own)
+        if turned or fits[leg].misfit(runs[leg]) > _POOR:
+            axis = turned_when_hanging(own, asked)
+            turned = turned if axis is None else [axis.finding()]
+        found += turned
+    return found
+
+
 def _joint(session: Session[HangCalibOptions], logs: Mapping[str, list[Log]]) -> dict[str, HangFit]:
     from footcal_cli.core.hang.joint import fit_hang
 
-    asked = asked_of(session.options)
+    asked = asked_of(session.options, session.recipe.robot.gravity_mps2)
     return {leg: fit_hang(log, asked) for leg, log in logs.items()}
 
 
-def asked_of(options: HangCalibOptions) -> HangOptions:
+def asked_of(options: HangCalibOptions, gravity_mps2: float) -> HangOptions:
     """What the core is asked to fit."""
     from footcal_cli.core.hang.joint import HangOptions
 
@@ -179,6 +207,7 @@ def asked_of(options: HangCalibOptions) -> HangOptions:
         temperature=options.temperature,
         drift=options.drift,
         white=options.white,
+        gravity_mps2=gravity_mps2,
     )
 
 
@@ -247,9 +276,9 @@ def _parameters(
 ) -> ParametersRecord:
     import numpy as np
 
+    from footcal_cli.commands.parts.calibration_record import Conventions, calibration_record
     from footcal_cli.records.results import (
         ParameterRecord,
-        ParametersRecord,
         Range,
         covariance_blocks,
         parameter_records,
@@ -273,20 +302,18 @@ def _parameters(
     if session.parameters is not None and effects:
         kept = session.parameters.parameters
         parameters = {**{n: p for n, p in kept.items() if n not in parameters}, **parameters}
-    return ParametersRecord(
-        command="hang-calib",
-        created=session.created(),
-        robot=session.recipe.robot.name,
-        gravity_mps2=session.recipe.robot.gravity_mps2,
-        sign_convention="reading = applied + offset; applied by leg and ground on the transducer, "
-        "[fx fy fz tx ty tz]; leg CoM = mean + sin · sin φ + cos · cos φ",
-        frame="each transducer's own axes",
-        expressed_at="the transducer's origin",
-        parameters=parameters,
+    return calibration_record(
+        session,
+        Conventions(
+            "reading = applied + offset; applied by leg and ground on the transducer, "
+            "[fx fy fz tx ty tz]; leg CoM = mean + sin · sin φ + cos · cos φ",
+            "each transducer's own axes",
+            "the transducer's origin",
+        ),
+        parameters,
         covariance=covariance_blocks(
             *(e for e in chosen.values() if session.options.method == "joint")
         ),
         fitted_range=ranges,
         effects=effects,
-        inputs=session.inputs,
     )

@@ -160,7 +160,8 @@ def _findings(
                 )
             )  # fmt: skip
     if known:
-        ground = float(np.nanmedian(np.nanmin(posture.feet_m[:, :, 2], axis=1)))
+        seen = posture.feet_m[np.isfinite(posture.feet_m[:, :, 2]).any(axis=1), :, 2]
+        ground = float(np.median(np.nanmin(seen, axis=1))) if seen.size else 0.0
         if abs(ground) > _GROUND_TOLERANCE_M:
             findings.append(
                 Finding(

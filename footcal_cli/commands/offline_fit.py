@@ -288,17 +288,17 @@ def _calibration(
 def _findings(
     session: Session[OfflineFitOptions], logs: _WeightsLogs, studies: Sequence[ChannelStudy]
 ) -> list[Finding]:
-    from footcal_cli.commands.check import weights_findings
     from footcal_cli.core.plausibility import check_scale
+    from footcal_cli.inspection import weights_findings
     from footcal_cli.sheets.weights import find_extrapolation
 
     nameplate = session.recipe.robot.nameplate.scale_n_per_count
-    for study in studies:
-        session.note(
-            check_scale(study.channel, study.estimates[f"{study.channel}.scale"], nameplate)
-        )
-    intended = session.options.intended_load_n
-    found = weights_findings(logs.tables, session.recipe, intended) if logs.tables else []
+    for study in studies:  # those whose loads stand in the recipe, not in the log
+        known = any(f.where == study.channel and f.severity == "alarm" for f in session.noted)
+        scale = study.estimates[f"{study.channel}.scale"]
+        session.note([] if known else check_scale(study.channel, scale, nameplate))
+    intended, robot = session.options.intended_load_n, session.recipe.robot
+    found = weights_findings(logs.tables, robot, intended) if logs.tables else []
     return [*found, *find_extrapolation([study.affine for study in studies], intended)]
 
 

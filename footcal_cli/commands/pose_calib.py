@@ -185,6 +185,7 @@ def _mounting(session: Session[PoseCalibOptions]) -> Outcome:
     from footcal_cli.core.pose.problem import PoseOptions
     from footcal_cli.core.pose.selection import compare_structures, cross_validated
     from footcal_cli.core.pose.stages import alternated, error_of, naive_error, offset_error
+    from footcal_cli.core.turned import standing_axes
     from footcal_cli.errors import UsageError
 
     options = session.options
@@ -204,6 +205,9 @@ def _mounting(session: Session[PoseCalibOptions]) -> Outcome:
         noise_known=noise_known,
     )
     with session.step("fit"):
+        # as `diagnose` asks: with ordinary priors, whatever this run leaves free
+        usual = PoseOptions(com_sd_m=options.com_sd_m, translation_sd_m=0.005)
+        session.note(standing_axes(data, legs, noise_sd, usual))
         legs, findings = _with_directions(options, data, legs, noise_sd, free)
         candidates = compare_structures(data, legs, noise_sd, free, options.folds)
         structure, prior = candidates[0].structure, options.translation_sd_m or np.inf

@@ -50,38 +50,6 @@ class Pressure:
     valid: BoolArray
 
 
-def momentum_rates(
-    forces_n: FloatArray,
-    points_m: FloatArray,
-    com_m: FloatArray,
-    mass_kg: FloatArray | float,
-    gravity_mps2: FloatArray | float,
-) -> tuple[FloatArray, FloatArray]:
-    """Acceleration of the CoM and rate of angular momentum about it: seed 1, eqs. (6)(7).
-
-    ``m c̈ = Σ fᵢ + m g``, ``L̇ = Σ (pᵢ − c) × fᵢ``.
-
-    Parameters
-    ----------
-    forces_n, points_m
-        Ground forces on the robot and where they act, shape (n, k, 3).
-    com_m
-        Shape (n, 3).
-    mass_kg, gravity_mps2
-        Scalars or shape (n,).
-
-    Returns
-    -------
-    com_acc_mps2, angmom_rate_nm
-        Shape (n, 3) each.
-    """
-    total = forces_n.sum(axis=1)
-    acceleration = total / np.broadcast_to(mass_kg, len(com_m))[:, None]
-    acceleration[:, 2] -= gravity_mps2
-    moment = np.cross(points_m - com_m[:, None], forces_n).sum(axis=1)
-    return acceleration, moment
-
-
 def vertical_force(
     com_acc_z_mps2: FloatArray, mass_kg: FloatArray | float, gravity_mps2: FloatArray | float
 ) -> FloatArray:

@@ -284,16 +284,6 @@ class Interval:
         return 2.0 * abs(self.value) / max(self.high - self.low, 1e-300)
 
 
-def mean_interval(values: FloatArray, level: float = 0.95) -> Interval:
-    """Mean of block values with Student's interval on blocks − 1 degrees of freedom."""
-    mean = float(np.mean(values))
-    if values.size < 2:
-        return Interval(mean, -np.inf, np.inf)
-    half = stats.t.ppf(0.5 + level / 2, values.size - 1) * np.std(values, ddof=1)
-    half /= np.sqrt(values.size)
-    return Interval(mean, mean - float(half), mean + float(half))
-
-
 def jackknife_interval(
     value: float, without: FloatArray, level: float = 0.95, informative: float | None = None
 ) -> Interval:

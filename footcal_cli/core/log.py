@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from footcal_cli.core.parameters import FloatArray, IntArray
+from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
 
 @dataclass(frozen=True)
@@ -56,6 +56,16 @@ class Log:
     def with_known(self, **changes: FloatArray) -> Log:
         """The same recording with some of the known quantities replaced."""
         return replace(self, known={**self.known, **changes})
+
+    def at(self, rows: BoolArray | IntArray) -> Log:
+        """The chosen rows."""
+        return replace(
+            self,
+            time_s=self.time_s[rows],
+            readings=self.readings[rows],
+            known={name: array[rows] for name, array in self.known.items()},
+            block=self.block[rows],
+        )
 
     def rows(self, start: int, stop: int) -> Log:
         """Rows ``start:stop``, for chunk-wise work."""

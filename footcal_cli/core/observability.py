@@ -66,10 +66,6 @@ class Observability:
         words += [describe_direction(v, self.names) for v in others[: max(count - len(words), 0)]]
         return words[:count]
 
-    def unseen_share(self) -> FloatArray:
-        """Part of each unknown's prior variance that lies in unseen directions, 0 to 1."""
-        return np.asarray(np.sum(self.directions[self.rank :] ** 2, axis=0))
-
 
 def observability(
     whitened: FloatArray, names: Sequence[str], tolerance: float = RANK_TOLERANCE

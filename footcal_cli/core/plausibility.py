@@ -14,6 +14,8 @@ from footcal_cli.core.quality import UNIT_RATIOS, Finding
 
 SCALE_RANGE = (0.5, 2.0)
 """A cell whose scale is off its nameplate by more is another cell, or its loads another unit."""
+LIGHT_LEGS = 0.08
+"""Legs that are a smaller share of their robot may be weighed in kgf; few legs are so light."""
 TOTAL_RANGE = (0.5, 1.5)
 """Walking and standing, the vertical forces sum to the weight on average; calibrations are off by
 per cents, wrong units and calibrations of other robots by factors."""
@@ -112,6 +114,15 @@ def check_leg_weights(weights_n: Mapping[str, float], robot_n: float | None) -> 
                 "legs_heavier_than_robot", "alarm", "all legs",
                 f"the legs weigh {total:.4g} N together, the robot {robot_n:.4g} N",
                 "check the unit of the forces (N or kgf?) in [columns], and mass_kg in [robot]",
+            )
+        )  # fmt: skip
+    if robot_n is not None and not findings and len(weights_n) > 1 and total < LIGHT_LEGS * robot_n:
+        findings.append(
+            Finding(
+                "legs_very_light", "warning", "all legs",
+                f"the legs weigh {total:.4g} N together, {total / robot_n:.1%} of the robot",
+                "check the unit of the forces (N or kgf?) in [columns]; nothing to do where so "
+                "little hangs below the transducers",
             )
         )  # fmt: skip
     return findings

@@ -18,8 +18,6 @@ INDEPENDENT_SPREAD = 1e-3
 """Cells that are at all independent differ by more than this share of their loading span."""
 REPEAT_ALPHA = 1e-3
 """Chance below which repeated readings across channels are called unlikely."""
-OFFSET_BINARY_SHARE = 0.05
-"""Readings this close to mid-scale, as a share of it, look offset-binary."""
 IMPLAUSIBLE_RATIO = 100.0
 """Loads this many times outside the intended range are a unit that cannot be right."""
 
@@ -180,43 +178,6 @@ def copied_rows_finding(copied: FloatArray) -> list[Finding]:
             "check how the log was put together; a copy is no repeat",
         )
     ]  # fmt: skip
-
-
-def check_codes(channel: str, counts: FloatArray, bits: int) -> list[Finding]:
-    """Find saturated codes, a stuck channel and offset-binary readings of one channel."""
-    findings = []
-    half = 2.0 ** (bits - 1)
-    full = 2.0**bits
-    low, high = counts.min(), counts.max()
-    # what a converter clips to is the largest or smallest of its readings; others pass by chance
-    at_end = (counts == high) & np.isin(counts, [half - 1, full - 1])
-    at_end |= (counts == low) & ((low == -half) | ((low == 0) & (half < high < full)))
-    if at_end.any():
-        findings.append(
-            Finding(
-                "saturated_codes", "alarm", channel,
-                f"{int(at_end.sum())} of {counts.size} readings are an end code of a {bits}-bit "
-                f"converter ({counts[at_end][0]:,.0f})",
-                "lower the gain or the load; check the wiring of the bridge",
-            )
-        )  # fmt: skip
-    if counts.size > 1 and np.ptp(counts) == 0:
-        findings.append(
-            Finding(
-                "stuck_channel", "alarm", channel,
-                f"all {counts.size} readings are {counts[0]:,.0f}",
-                "check that the channel is connected and that its reading is refreshed",
-            )
-        )  # fmt: skip
-    elif counts.size > 1 and np.all(np.abs(counts - half) < OFFSET_BINARY_SHARE * half):
-        findings.append(
-            Finding(
-                "offset_binary", "note", channel,
-                f"readings lie around {half:,.0f} = 2^{bits - 1}: offset-binary, zero is mid-scale",
-                "nothing to do: the bias absorbs it",
-            )
-        )  # fmt: skip
-    return findings
 
 
 def check_load_unit(

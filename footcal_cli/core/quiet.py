@@ -140,17 +140,15 @@ def select_quiet(
 
 def _displaced(log: Log, period_s: float) -> BoolArray:
     """Where the CoM or a cell moves by more than `_STANCE_M` within a moment: another stance."""
-    place = (
-        np.concatenate(
-            [log.known["com_m"][:, :2], log.known["cell_pos_m"].reshape(len(log), -1)], axis=1
-        )
-        if "cell_pos_m" in log.known
-        else log.known["com_m"][:, :2]
-    )
+    n = len(log)
+    points = [log.known["com_m"][:, None, :2]]
+    if "cell_pos_m" in log.known:
+        points.append(log.known["cell_pos_m"].reshape(n, -1, 2))
+    place = np.concatenate(points, axis=1)
     half = max(round(_MOMENT_S / 2 / period_s), 1)
-    moved = np.zeros(len(log), dtype=bool)
-    step = np.abs(place[2 * half :] - place[: -2 * half])
-    moved[half : len(log) - half] = (np.nan_to_num(step) > _STANCE_M).any(axis=1)
+    moved = np.zeros(n, dtype=bool)
+    step = np.linalg.norm(place[2 * half :] - place[: -2 * half], axis=2)
+    moved[half : n - half] = (np.nan_to_num(step) > _STANCE_M).any(axis=1)
     return moved
 
 

@@ -55,24 +55,6 @@ def cayley(q: FloatArray) -> FloatArray:
     return rotation
 
 
-def cayley_derivative(q: FloatArray) -> FloatArray:
-    """``dR/dq_i`` of `cayley` in ``[..., i, :, :]``: (..., 3) to (..., 3, 3, 3)."""
-    square = np.sum(q * q, axis=-1)[..., None, None, None]
-    each = q[..., :, None, None]
-    unit_outer = _EYE[:, :, None] * q[..., None, None, :]
-    symmetric = unit_outer + np.swapaxes(unit_outer, -1, -2)
-    numerator = -2.0 * each * _EYE + 2.0 * symmetric - 2.0 * _BASIS_SKEW
-    derivative: FloatArray = (numerator - 2.0 * each * cayley(q)[..., None, :, :]) / (1.0 + square)
-    return derivative
-
-
-def cayley_inverse(rotation: FloatArray) -> FloatArray:
-    """The q of `cayley`; infinite at a half turn: (..., 3, 3) to (..., 3)."""
-    trace = np.trace(rotation, axis1=-2, axis2=-1)[..., None]
-    q: FloatArray = -2.0 * unskew(rotation) / (1.0 + trace)
-    return q
-
-
 def rotation_exp(rotvec_rad: FloatArray) -> FloatArray:
     """Rotation of a rotation vector, ``exp [v]`` (Rodrigues): (..., 3) to (..., 3, 3)."""
     angle = np.linalg.norm(rotvec_rad, axis=-1)[..., None, None]
@@ -152,13 +134,6 @@ def wrench_transform(rot_ab: FloatArray, pos_a_m: FloatArray) -> FloatArray:
     transform[..., 3:, 3:] = rot_ab
     transform[..., 3:, :3] = skew(pos_a_m) @ rot_ab
     return transform
-
-
-def angle_between_rad(rotation_1: FloatArray, rotation_2: FloatArray) -> FloatArray:
-    """Angle of the rotation from one to the other: (..., 3, 3) twice to (...)."""
-    relative = np.swapaxes(rotation_1, -1, -2) @ rotation_2
-    angle: FloatArray = np.linalg.norm(rotation_log(relative), axis=-1)
-    return angle
 
 
 def rotation_of_quaternion(quaternion: FloatArray) -> FloatArray:

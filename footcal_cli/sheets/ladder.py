@@ -134,6 +134,14 @@ def weights_verdict(
             f"{number(float(np.median(left)), 2)} N.",
             details=tuple(details),
         )
+    bare = [fit.channel for fit in plain if fit.load_n.size <= 2]
+    if bare:
+        return VerdictRecord(
+            level="warning",
+            sentence=f"Two readings fix scale and bias of {len(bare)} of the {len(studies)} "
+            f"channels ({', '.join(bare)}): nothing shows their error.",
+            details=(*details, "Weigh at three loads or more, each of them twice."),
+        )
     if not bad:
         worst = max((study.affine for study in studies), key=lambda fit: fit.worst_n)
         return VerdictRecord(

@@ -81,6 +81,7 @@ def test_a_scale_corrects_the_robot_s_weight_and_no_leg_s(tmp_path: Path, key: s
     np.testing.assert_allclose(shown, first[order, :3], atol=1e-5)
 
 
+@pytest.mark.slow
 def test_the_second_experiment_leaves_the_hidden_one_of_two_rivals(tmp_path: Path) -> None:
     """A CoM that is off, or cells that all are: with toes out and in the same size is there."""
     truth = make_trial(Cell("alias", "stand", ("com_offset/standing",), 1.0), 1234, tmp_path / "a")
@@ -101,6 +102,7 @@ def test_the_second_experiment_leaves_the_hidden_one_of_two_rivals(tmp_path: Pat
     assert "com_offset" not in third["survivors"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("plan", "settles"), [("weigh_robot", "robot_weight"), ("hang_again", "leg_weight")]
 )

@@ -124,3 +124,23 @@ def test_a_full_matrix_gives_the_loads_back(tmp_path: Path, run: Run) -> None:
     found = pd.read_parquet(tmp_path / "out/calibrated.parquet")[["a_n", "b_n"]].to_numpy()
     # crosstalk left in would show as 0.03 x 40 N
     assert np.abs(found - fresh).max() < 0.05
+
+
+def test_a_long_log_is_calibrated_piece_by_piece_as_at_once(
+    run: Run, bench: Path, log: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from footcal_cli import longfiles
+
+    parquet = tmp_path / "stream.parquet"
+    pd.read_csv(log).to_parquet(parquet, index=False)
+    frames = []
+    for name in ("whole", "pieces"):
+        answer = run("apply", parquet, "--recipe", RECIPE, "--parameters", bench /
+                     "parameters.json", "--out", tmp_path / name, "--quiet")  # fmt: skip
+        assert answer.exit_code == 0, answer.err
+        frames.append(pd.read_parquet(tmp_path / name / "calibrated.parquet"))
+        runs = json.loads((tmp_path / name / "run.json").read_text())
+        assert runs["rows"] == {str(parquet): len(frames[0])}
+        monkeypatch.setattr(longfiles, "LONG_BYTES", 0)
+        monkeypatch.setattr(longfiles, "PIECE_ROWS", 5)
+    pd.testing.assert_frame_equal(frames[0], frames[1])

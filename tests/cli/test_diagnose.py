@@ -154,6 +154,7 @@ def test_table_2_of_seed_1(run: Run, repository: Path, tmp_path: Path) -> None:
     assert {"readings_repeat_across_channels"} <= {f.code for f in record.findings}
 
 
+@pytest.mark.slow
 def test_a_walk_of_the_physics_engine_with_a_faulty_cell(
     run: Run, repository: Path, tmp_path: Path
 ) -> None:

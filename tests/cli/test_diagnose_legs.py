@@ -83,8 +83,9 @@ def recipe(tmp_path: Path) -> Path:
     return path
 
 
+@pytest.mark.parametrize("again_too", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_a_dragging_cable_is_named_and_the_extended_model_leaves_nothing(
-    run: Run, tmp_path: Path, recipe: Path
+    run: Run, tmp_path: Path, recipe: Path, again_too: bool
 ) -> None:
     log, first, again = tmp_path / "hang.csv", tmp_path / "first", tmp_path / "again"
     write_hang(log, 11, drag_n=0.1)
@@ -104,6 +105,8 @@ def test_a_dragging_cable_is_named_and_the_extended_model_leaves_nothing(
     answer = run("hang-calib", log, "--recipe", recipe, "--out", again,
                  "--parameters", out / "parameters_extended.json")  # fmt: skip
     assert answer.exit_code == 0, answer.err
+    if not again_too:
+        return
     second = diagnosed(run, log, recipe, again / "parameters.json", tmp_path / "out2", "hang")
     assert second.verdict == "none", second.sentence
 

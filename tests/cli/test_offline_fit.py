@@ -7,7 +7,6 @@ import json
 import re
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pandas as pd
@@ -233,11 +232,9 @@ def test_module_and_script_answer_alike_and_start_light() -> None:
         "heavy = {'numpy','scipy','pandas','pyarrow','matplotlib','pint','jinja2'}\n"
         "assert not heavy & set(sys.modules), heavy & set(sys.modules)\n"
     )
-    began = time.perf_counter()
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert "offline-fit" in done.stdout
-    assert time.perf_counter() - began < 30  # only guards against a hang; speed is benchmarked
 
 
 def test_an_unknown_command_is_a_usage_error(run: Run) -> None:

@@ -44,27 +44,24 @@ def biped(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def next_commands(biped: Path, out: Path, *given: object) -> None:
-    for command, kind in (
-        ("static-init", "stand"),
-        ("online-replay", "walk"),
-        ("diagnose", "walk"),
-    ):
+    for command, kind in (("static-init", "stand"), ("online-replay", "walk")):
         logs = (biped / kind / "cells.parquet", biped / kind / "body.parquet")
-        more = ("--experiment", kind) if command == "diagnose" else ()
-        asked = ("--recipe", biped / "recipe.toml", "--out", out / command, *more, *given)
+        asked = ("--recipe", biped / "recipe.toml", "--out", out / command, *given)
         assert run(command, *logs, *asked) == 0, command
 
 
-def test_bench_stand_walk_and_diagnosis_run_with_the_recipe_alone(
-    biped: Path, tmp_path: Path
-) -> None:
+def test_stand_and_walk_run_with_the_recipe_alone(biped: Path, tmp_path: Path) -> None:
     next_commands(biped, tmp_path)
 
 
 def test_bench_stand_walk_and_diagnosis_run_with_the_calibration_of_the_bench(
     biped: Path, tmp_path: Path
 ) -> None:
-    next_commands(biped, tmp_path, "--parameters", biped / "fit" / "parameters.json")
+    given = ("--parameters", biped / "fit" / "parameters.json")
+    next_commands(biped, tmp_path, *given)
+    logs = (biped / "walk" / "cells.parquet", biped / "walk" / "body.parquet")
+    asked = ("--recipe", biped / "recipe.toml", "--experiment", "walk", *given)
+    assert run("diagnose", *logs, *asked, "--out", tmp_path / "diagnose") == 0
     # the hysteresis that the bench found is still in the calibration that standing refined
     effects = [e["effect"] for e in record(tmp_path / "static-init", "parameters")["effects"]]
     assert effects == ["hysteresis"]

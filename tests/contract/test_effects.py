@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from footcal_cli.core.effects import TABLE, UnknownEffectError, effects_seen_by, find_effect
+from footcal_cli.core.effects import TABLE, UnknownEffectError, find_effect
 from footcal_cli.core.effects.contract import Effect, GridOf, Stage, is_neutral, units_of
 from footcal_cli.core.effects.memory import linear_recurrence, play
 from footcal_cli.core.effects.transport import REMEMBERED_ROWS
@@ -267,8 +267,6 @@ def test_a_misspelt_effect_names_the_nearest() -> None:
     with pytest.raises(UnknownEffectError, match="did you mean hysteresis"):
         find_effect("histeresis")
     assert find_effect("creep").name == "creep"
-    assert TABLE["delay"] in effects_seen_by("walk")
-    assert TABLE["delay"] not in effects_seen_by("weights")
 
 
 @pytest.mark.parametrize("name", sorted(EXPERIMENTS))

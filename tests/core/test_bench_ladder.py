@@ -53,7 +53,7 @@ def climbed(stairs: Staircase, seeds: range, *, warm: bool = False) -> list[Ladd
 
 def test_hysteresis_of_a_third_of_a_percent_is_found_and_sized() -> None:
     for stairs in (HYSTERETIC, replace(HYSTERETIC, sessions=3, session_sd_n=0.05)):
-        for ladder in climbed(stairs, range(4)):
+        for ladder in climbed(stairs, range(2)):
             assert ladder.rungs[0].startswith("hysteresis"), ladder.model
             if ladder.model != "hysteresis":
                 continue
@@ -63,30 +63,35 @@ def test_hysteresis_of_a_third_of_a_percent_is_found_and_sized() -> None:
 
 def test_what_hysteresis_does_to_the_affine_scale_is_stated() -> None:
     """Play from rest is behind all the way up and ahead all the way down, but not at both ends."""
-    found = climbed(replace(HYSTERETIC, noise_n=0.01), range(3))
+    found = climbed(replace(HYSTERETIC, noise_n=0.01), range(2))
     stated = np.array([ladder.affine_scale_error for ladder in found])
     true = [ladder.affine.estimates[f"{CELL}.scale"] / HYSTERETIC.scale - 1.0 for ladder in found]
     assert np.mean(np.abs(true)) > 1.5e-3
     np.testing.assert_allclose(stated, true, atol=4e-4)
 
 
-def test_a_perfect_cell_stays_affine() -> None:
-    names = [ladder.model for ladder in climbed(Staircase(), range(10))]
-    names += [ladder.model for ladder in climbed(Staircase(sessions=3, session_sd_n=0.1), range(6))]
-    assert names.count("affine") >= 15, names
+@pytest.mark.parametrize(
+    ("one", "three"), [(3, 2), pytest.param(10, 6, marks=pytest.mark.slow)], ids=["few", "many"]
+)
+def test_a_perfect_cell_stays_affine(one: int, three: int) -> None:
+    """Of records in one session, and of records in three."""
+    names = [ladder.model for ladder in climbed(Staircase(), range(one))]
+    together = Staircase(sessions=3, session_sd_n=0.1)
+    names += [ladder.model for ladder in climbed(together, range(three))]
+    assert names.count("affine") >= len(names) - len(names) // 10, names
 
 
 def test_curvature_is_a_polynomial_and_not_a_memory() -> None:
-    for ladder in climbed(Staircase(quadratic=1e-4, sessions=3), range(3)):
+    for ladder in climbed(Staircase(quadratic=1e-4, sessions=3), range(2)):
         assert ladder.rungs[0] == "polynomial 2"
         assert covered(ladder.chosen, "quadratic", 1e-4)
 
 
 def test_creep_is_told_from_hysteresis_and_drift() -> None:
     stairs = Staircase(creep=0.006, rows_per_hold=4, hold_s=60.0, creep_time=90.0)
-    for ladder in climbed(stairs, range(3)):
+    for ladder in climbed(stairs, range(1)):
         assert ladder.rungs[0] == "creep" or "creep" in ladder.rivals, ladder.model
-    for ladder in climbed(replace(stairs, noise_n=0.01), range(2)):
+    for ladder in climbed(replace(stairs, noise_n=0.01), range(1)):
         assert ladder.rungs[0] == "creep"
         assert "hysteresis" not in ladder.rivals
         fit = fit_channel(record(stairs, 0), creep(record(stairs, 0), 1).terms)

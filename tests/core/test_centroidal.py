@@ -3,11 +3,11 @@ import pytest
 
 from footcal_cli.core.centroidal import (
     dynamic_reference,
-    momentum_rates,
     points_in_world,
     pressure,
     static_reference,
 )
+from footcal_cli.core.parameters import FloatArray
 from tests.core.walk_data import make_walk
 
 G = 9.80665
@@ -25,10 +25,18 @@ def random_contacts(
     return forces, points, com
 
 
+def motion_under(
+    forces_n: FloatArray, points_m: FloatArray, com_m: FloatArray, mass_kg: float
+) -> tuple[FloatArray, FloatArray]:
+    """Acceleration of the CoM and rate of angular momentum about it: seed 1, eqs. (6)(7)."""
+    acc = forces_n.sum(axis=1) / mass_kg - np.array([0.0, 0.0, G])
+    return acc, np.cross(points_m - com_m[:, None], forces_n).sum(axis=1)
+
+
 def test_newton_and_euler_give_back_the_cop_of_any_contact_forces() -> None:
     # (6)(7) turn forces into motion, (9)-(11) turn the motion back into Fz and CoP: exact
     forces, points, com = random_contacts(1)
-    acc, rate = momentum_rates(forces, points, com, 5.3, G)
+    acc, rate = motion_under(forces, points, com, 5.3)
     reference = dynamic_reference(com, acc, rate[:, :2], 5.3, G)
     centre = pressure(forces[:, :, 2], points[:, :, :2])
     np.testing.assert_allclose(reference.fz_n, centre.fz_n, rtol=1e-12)
@@ -37,7 +45,7 @@ def test_newton_and_euler_give_back_the_cop_of_any_contact_forces() -> None:
 
 def test_without_the_angular_momentum_the_cop_is_off_by_its_share() -> None:
     forces, points, com = random_contacts(2)
-    acc, rate = momentum_rates(forces, points, com, 5.3, G)
+    acc, rate = motion_under(forces, points, com, 5.3)
     full = dynamic_reference(com, acc, rate[:, :2], 5.3, G)
     without = dynamic_reference(com, acc, np.zeros((50, 2)), 5.3, G)
     expected = np.stack([rate[:, 1], -rate[:, 0]], axis=1) / full.fz_n[:, None]

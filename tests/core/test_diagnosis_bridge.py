@@ -167,6 +167,7 @@ def test_a_drifting_walk_is_no_effect_and_forty_milliseconds_come_out_as_forty()
         assert found.model.values["robot.delay"] == pytest.approx(0.04, abs=0.002)
 
 
+@pytest.mark.slow
 def test_tilt_while_walking_is_named_as_its_alias_group() -> None:
     tilted = walk_case(7, ("imu_tilt", {"robot": ("robot",)}, {"robot.imu_pitch": 0.0175}))
     found = investigate(tilted, TABLE, describe)

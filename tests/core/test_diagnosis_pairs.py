@@ -92,7 +92,7 @@ def test_pairs_are_the_hidden_ones_and_resemble_each_other_in_one_at_most() -> N
     assert hit == 6
 
 
-@pytest.mark.parametrize("first", [0, 1])
+@pytest.mark.parametrize("first", [0, pytest.param(1, marks=pytest.mark.slow)])
 def test_whichever_of_two_it_begins_with_both_are_named(first: int) -> None:
     everyone = {"all": ROBOT.channels}
     case = weights_case(

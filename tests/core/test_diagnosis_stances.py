@@ -124,24 +124,24 @@ def test_an_effect_does_not_pass_for_poor_repeatability() -> None:
 def test_nothing_is_taken_for_an_effect_more_often_than_said() -> None:
     """z of a candidate that is not there, the variance estimated from the same stances."""
     z = []
-    for seed in range(200):
+    for seed in range(100):
         found, sd = estimate(standing(seed), 1)
         z.append(found / sd)
     # 24 stances tell of the variance: Student's t on some 20 degrees of freedom
-    assert np.mean(np.abs(z) > stats.t.isf(0.025, 20)) < 0.05 + 3 * np.sqrt(0.05 / 200)
+    assert np.mean(np.abs(z) > stats.t.isf(0.025, 20)) < 0.05 + 3 * np.sqrt(0.05 / 100)
 
 
 def test_noise_of_stances_bends_with_nothing() -> None:
     """Pieces of one stance are no observations apart: 3 % and less of clean logs below 0.03."""
     p = []
-    for seed in range(120):
+    for seed in range(60):
         problem = standing(seed)
         assert has_single_rows(problem)
         features = features_of(problem)
         grams, _ = whitened_grams(problem, features.columns)
         signs = sign_patterns(grams.blocks)
         p.append(detect(problem, grams, features, grams.calibration, signs).curve.p)
-    assert np.sum(np.array(p) < 0.03) <= stats.binom.ppf(0.999, 120, 0.03)
+    assert np.sum(np.array(p) < 0.03) <= stats.binom.ppf(0.999, 60, 0.03)
     assert np.mean(np.array(p) < 0.5) > 0.25
 
 

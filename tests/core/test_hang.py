@@ -101,7 +101,7 @@ def cramer_rao_sd(hanging: Hanging, fit: HangFit, theta: Array, memory_s: float)
     return np.asarray(np.sqrt(np.diag(np.linalg.inv(information))))
 
 
-@pytest.mark.parametrize("memory_s", [0.0, 2.0])
+@pytest.mark.parametrize("memory_s", [pytest.param(0.0, marks=pytest.mark.slow), 2.0])
 def test_error_reaches_the_bound_and_intervals_cover(memory_s: float) -> None:
     result = study(240, memory_s)
     ratio = np.sqrt(np.mean((result.error / result.bound) ** 2, axis=0))

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from footcal_cli.core.chain import Chain
 from footcal_cli.core.diagnosis.menu import LIKE, advice, menu_for, repeats_for
-from footcal_cli.core.diagnosis.plans import PLANS, plan_of
+from footcal_cli.core.diagnosis.plans import PLANS, Plan
 from footcal_cli.core.diagnosis.problem import Signature
 from footcal_cli.core.diagnosis.rehearsal import Contender, Rehearsal, rehearsed
 from footcal_cli.core.diagnosis.rig import Rig
@@ -26,6 +26,10 @@ from footcal_cli.sheets.diagnosis.experiment import experiment_record
 
 BENCH = Rig(noise_n=0.05, full_load_n=30.0, kinds=("weights",))
 WALKER = Rig(noise={"fz": 0.2, "mx": 0.02, "my": 0.02}, independent_hz=10.0)
+
+
+def plan_of(name: str) -> Plan:
+    return next(plan for plan in PLANS if plan.id == name)
 
 
 def contender(name: str, **values: float) -> Contender:

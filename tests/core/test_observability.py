@@ -45,12 +45,12 @@ def test_feet_with_three_cells_are_named_cell_by_cell() -> None:
     assert describe_direction(np.array([0.0, 0.0, 0.0, 1.0]), names) == "robot.delay"
 
 
-def test_rank_and_unseen_share_of_rows_that_see_two_of_three() -> None:
+def test_rank_and_unseen_direction_of_rows_that_see_two_of_three() -> None:
     rows = np.array([[2.0, 0.0, 0.0], [0.0, 1.0, 1.0]])
     seen = observability(rows, ("a", "b", "c"))
     assert (seen.rank, seen.unknowns) == (2, 3)
     np.testing.assert_allclose(seen.singular_values, [2.0, np.sqrt(2.0), 0.0], atol=1e-12)
-    np.testing.assert_allclose(seen.unseen_share(), [0.0, 0.5, 0.5], atol=1e-12)
+    np.testing.assert_allclose(np.abs(seen.directions[2]), [0.0, 0.5**0.5, 0.5**0.5], atol=1e-12)
     assert "against" in seen.weakest(1)[0]
 
 

@@ -295,3 +295,20 @@ def test_an_instrument_without_cells_gets_the_polynomials_only() -> None:
     assert study.chosen.name == "affine"
     assert study["affine"].left_out.rmse < 0.5 * study["none"].left_out.rmse
     assert np.isfinite(study["affine"].cop_sd_m(rows)).all()
+
+
+@pytest.mark.parametrize("ridge", [0.0, 1e-3])
+def test_no_correction_depends_on_the_foot_frame(ridge: float) -> None:
+    """Measured at 6403e2b: 2 % of the corrections between frames, through the ridge."""
+    _, _, rows, _ = bench(3, crosstalk=0.03, position_m=0.004, repeats=4)
+    angle, shift = np.deg2rad(25.0), np.array([0.3, -0.2])
+    rot = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    moved = replace(
+        rows, cell_pos_m=rows.cell_pos_m @ rot.T + shift, hole_m=rows.hole_m @ rot.T + shift
+    )
+    for model in MODELS:
+        here, there = (fit_cop(model, r, ridge).cop_m(r) for r in (rows, moved))
+        correction = rows.raw_cop_m - here
+        back = (there - shift) @ rot
+        size = float(np.sqrt(np.nanmean(correction**2)))
+        assert np.nanmax(np.abs(back - here)) < 1e-7 * max(size, 1e-4), model.name

@@ -119,7 +119,9 @@ def test_error_of_a_median_matches_its_sd_also_where_noise_persists() -> None:
         wide = PlateauOptions(max_change=20.0, max_scatter=20.0)
         found = find_plateaus(np.arange(600) / RATE_HZ, 100.0 + noise, wide)
         if len(found) == 1:
-            ratios.append((found.median[0] - 100.0) / found.sd_of_median[0])
+            # large-sample error of a median: sd·sqrt(π/2 / n_effective)
+            sd = found.sd[0] * np.sqrt(np.pi / 2.0 / found.n_effective[0])
+            ratios.append((found.median[0] - 100.0) / sd)
     assert len(ratios) > 150
     assert np.std(ratios) == pytest.approx(1.0, abs=0.2)
 

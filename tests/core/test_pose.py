@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from footcal_cli.core.experiments.pose import EXPERIMENT
-from footcal_cli.core.parameters import Status
+from footcal_cli.core.parameters import FloatArray, Status
 from footcal_cli.core.pose.alternating import fit_alternating
 from footcal_cli.core.pose.data import pose_data, summarise
 from footcal_cli.core.pose.hanging import HangRows
@@ -24,7 +24,7 @@ from footcal_cli.core.pose.model import (
 )
 from footcal_cli.core.pose.problem import PoseOptions
 from footcal_cli.core.pose.wrenches import FootCalibration, foot_wrenches, naive_wrenches
-from footcal_cli.core.spatial import angle_between_rad, tangent_basis
+from footcal_cli.core.spatial import tangent_basis
 from tests.core.pose_cases import HIGH, LOW, Case, case, rms
 from tests.core.six_axis_data import (
     COM_M,
@@ -36,6 +36,11 @@ from tests.core.six_axis_data import (
     draw_robot,
     stand,
 )
+
+
+def angle_between_rad(first: FloatArray, second: FloatArray) -> FloatArray:
+    """Angle of the rotations from the first to the second: (n, 3, 3) twice to (n,)."""
+    return np.asarray(Rotation.from_matrix(np.swapaxes(first, -1, -2) @ second).magnitude())
 
 
 def random_mounting(seed: int, logs: int = 4) -> Mounting:

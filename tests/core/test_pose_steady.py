@@ -11,7 +11,6 @@ from footcal_cli.core.pose.steady import (
     Verdict,
     force_rate_nps,
     medians,
-    pose_of_row,
     steady_stretches,
 )
 from tests.core.six_axis_data import Array
@@ -66,10 +65,6 @@ def test_median_represents_the_pose_and_ignores_a_spike() -> None:
     spiked[100, 0, 2] += 50.0
     middle = medians(spiked, stretches)
     np.testing.assert_allclose(middle[:, 0, 2], [0.0, 5.0], atol=0.05)
-    label = pose_of_row(time_s.size, stretches)
-    assert label[10] == 0
-    assert label[-10] == 1
-    assert (label == -1).any()
 
 
 def test_noisy_sensors_need_a_longer_window() -> None:

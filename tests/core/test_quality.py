@@ -9,12 +9,12 @@ import pytest
 
 from footcal_cli.core.quality import (
     check_clock,
-    check_codes,
     check_duplicate_channels,
     check_load_unit,
     check_repeats_across_channels,
     check_stream,
 )
+from footcal_cli.core.readings import check_codes
 
 LOADS = np.array([0.0, 1.0, 2.0, 5.0])
 

@@ -13,7 +13,6 @@ from footcal_cli.core.signals import (
     autocorrelation_time,
     check_clock,
     effective_size,
-    estimate_delay,
     interpolate_stream,
     low_pass,
     low_pass_stretches,
@@ -94,30 +93,6 @@ def test_autocorrelation_time_of_a_first_order_process_is_the_closed_form() -> N
     mixed = np.concatenate(rng.permutation(x.reshape(200, -1)))
     assert autocorrelation_time(mixed, stretches) == pytest.approx(closed, rel=0.1)
     assert effective_size(rng.normal(size=5000)) == pytest.approx(5000, rel=0.1)
-
-
-def test_the_delay_between_two_clocks_is_found_with_an_honest_sd() -> None:
-    scores = []
-    for seed in range(20):
-        rng = np.random.default_rng(seed)
-        fine = np.arange(0.0, 30.0, 0.001)
-        signal = sum(
-            rng.normal() * np.sin(2 * np.pi * f * fine + rng.uniform(0, 6))
-            for f in (0.8, 1.3, 1.7, 2.9)
-        )
-        ours, theirs = np.arange(0.2, 29.0, 1 / 80), np.arange(0.2, 29.0, 0.01)
-        first = np.interp(ours, fine, signal) + rng.normal(0, 0.1, ours.size)
-        late = np.interp(theirs - 0.0234, fine, signal) + rng.normal(0, 0.1, theirs.size)
-        found = estimate_delay(ours, first, theirs, late)
-        assert found.delay_s == pytest.approx(0.0234, abs=0.004)
-        scores.append((found.delay_s - 0.0234) / found.sd_s)
-    assert 0.5 < np.sqrt(np.mean(np.square(scores))) < 1.8
-
-
-def test_no_delay_is_claimed_from_series_that_do_not_move() -> None:
-    t = np.arange(0.0, 10.0, 0.01)
-    with pytest.raises(ValueError, match="do not move"):
-        estimate_delay(t, np.zeros(t.size), t, np.ones(t.size))
 
 
 def steps(bias: float) -> tuple[np.ndarray, np.ndarray]:

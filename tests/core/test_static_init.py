@@ -193,9 +193,13 @@ def test_held_out_stances_are_predicted_better_than_by_the_prior() -> None:
 
     assert rms("after", False) < rms("after", True) < rms("before", True)
     assert rms("before", False) == pytest.approx(rms("before", True))
-    # the CoP error of a stance is that of its mean force, against the CoM
+    # the CoP error of a stance is that of its mean force, against the CoM, as the robot faces
     forces = belief.forces(log.readings)
-    centre = pressure(forces, made.cells).cop_m - made.com[:, :2]
+    error = pressure(forces, made.cells).cop_m - made.com[:, :2]
+    yaw = log.known["foot_yaw_rad"]
+    heading = np.arctan2(np.sin(yaw).mean(axis=1), np.cos(yaw).mean(axis=1))
+    x, y, cos, sin = *error.T, np.cos(heading), np.sin(heading)
+    centre = np.stack([cos * x + sin * y, cos * y - sin * x], axis=1)
     mean = np.array([centre[made.stance == k].mean(axis=0) for k in range(12)])
     np.testing.assert_allclose(found["before", False].cop_m, mean, atol=1.5e-4)
 
@@ -220,3 +224,39 @@ def test_more_stances_never_harm_the_next_one_and_least_squares_does(
         )
         assert after < before
         assert plain > (2.0 if used < 5 else 1.0) * after
+
+
+def turned(log: Log, angle_rad: float, shift_m: FloatArray) -> Log:
+    """The same recording in a world whose axes point elsewhere."""
+    rot = np.eye(3)
+    rot[:2, :2] = [
+        [np.cos(angle_rad), -np.sin(angle_rad)],
+        [np.sin(angle_rad), np.cos(angle_rad)],
+    ]
+    known = dict(log.known)
+    known["com_m"] = known["com_m"] @ rot.T + np.array([*shift_m, 0.0])
+    known["com_acc_mps2"] = known["com_acc_mps2"] @ rot.T
+    known["angmom_rate_nm"] = known["angmom_rate_nm"] @ rot[:2, :2].T
+    known["cell_pos_m"] = known["cell_pos_m"] @ rot[:2, :2].T + shift_m
+    known["foot_yaw_rad"] = known["foot_yaw_rad"] + angle_rad
+    return log.with_known(**known)
+
+
+@pytest.mark.parametrize("angle_deg", [37.0, 90.0, -161.0])
+def test_nothing_depends_on_where_the_world_lies(angle_deg: float) -> None:
+    """Measured at 6403e2b: 0.16 sd between headings."""
+    made = make_standing(8, 5, replace=True)
+    log, belief = stand_log(made), belief_of(made)
+    # sway along one axis of the robot, so that the scatter differs from axis to axis
+    rng = np.random.default_rng(3)
+    sway = np.cumsum(rng.normal(0.0, 2e-4, len(log)))
+    log = log.with_known(com_m=log.known["com_m"] + sway[:, None] * np.array([0.0, 1.0, 0.0]))
+    fits = []
+    for one in (log, turned(log, np.deg2rad(angle_deg), np.array([130.0, -70.0]))):
+        quiet = select_quiet(one, belief.forces(one.readings), rule=QuietRule(warm_s=0.0))
+        fits.append(fit_static(stance_rows(one, quiet, belief), belief))
+    first, second = fits
+    sd = first.estimates.sd
+    assert first.dof == second.dof
+    assert np.all(np.abs(second.estimates.values - first.estimates.values) < 1e-6 * sd)
+    assert second.estimates.sd == pytest.approx(sd, rel=1e-6)

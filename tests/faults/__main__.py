@@ -10,33 +10,55 @@ from rich.console import Console
 from rich.progress import track
 
 from tests.faults.corpus import drawn, prepared
+from tests.faults.injected import kills, machine_faults, races
+from tests.faults.judging import job_of
+from tests.faults.log_relations import log_relations
 from tests.faults.page import write_page
-from tests.faults.running import outcomes
+from tests.faults.relations import relation_jobs
+from tests.faults.running import forget_broken, load_package, outcomes
+from tests.faults.world_relations import world_relations
 
 
 def run(arguments: list[str] | None = None) -> int:
-    """Run the cases, write the page; 1 where a promise was broken."""
+    """Run the jobs, write the page; 1 where a promise was broken."""
     parser = argparse.ArgumentParser(prog="python -m tests.faults", description=__doc__)
-    parser.add_argument("--cases", type=int, default=1345)
+    parser.add_argument("--cases", type=int, default=1200, help="bad inputs")
+    parser.add_argument(
+        "--parts",
+        nargs="*",
+        default=["input", "kill", "machine", "race", "relation"],
+        help="what to try",
+    )
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--out", type=Path, default=Path("out/faults"))
     parser.add_argument("--page", type=Path, default=Path("docs/reliability.md"))
+    parser.add_argument("--again", action="store_true", help="first forget what broke a promise")
     given = parser.parse_args(arguments)
     given.out.mkdir(parents=True, exist_ok=True)
+    load_package()
     inputs = prepared((given.out / "inputs").resolve())
-    cases = drawn(given.cases, given.seed)
+    made = {
+        "input": lambda: [job_of(case, inputs) for case in drawn(given.cases, given.seed)],
+        "kill": lambda: kills(inputs, given.seed),
+        "machine": lambda: machine_faults(inputs, given.seed),
+        "race": lambda: races(inputs, given.seed),
+        "relation": lambda: relation_jobs((*log_relations(), *world_relations()), inputs),
+    }
+    jobs = [job for part in given.parts for job in made[part]()]
     kept = given.out / f"outcomes_{given.seed}.jsonl"
+    if given.again:
+        forget_broken(kept)
     console = Console(stderr=True)
     found = list(
         track(
-            outcomes(cases, inputs, given.out.resolve(), given.workers, kept),
-            "bad inputs", total=len(cases), console=console, disable=not console.is_terminal,
+            outcomes(jobs, given.out.resolve(), given.workers, kept),
+            "faults", total=len(jobs), console=console, disable=not console.is_terminal,
         )
     )  # fmt: skip
-    write_page(cases, found, given.page)
+    write_page(found, given.page)
     broken = sum(bool(outcome.violations) for outcome in found)
-    sys.stdout.write(f"{len(found)} bad inputs, {broken} broke a promise: {given.page}\n")
+    sys.stdout.write(f"{len(found)} tried, {broken} broke a promise: {given.page}\n")
     return 1 if broken else 0
 
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -28,10 +30,16 @@ class Base:
         Also the name of its folder.
     words
         Command line without ``--out``; a word that is a file's name becomes its path.
-    logs, recipe, parameters
+    logs, recipe, parameters, model
         Names of the files that the mutations bend; empty where there is none.
     calibrates
         Whether a ``parameters.json`` comes out that mutations may not move in silence.
+    out
+        Name of what comes out.
+    folder
+        Whether that is a run folder.
+    values_only
+        A slow one: only values of its logs are bent.
     """
 
     name: str
@@ -39,7 +47,11 @@ class Base:
     logs: tuple[str, ...] = ()
     recipe: str = ""
     parameters: str = ""
+    model: str = ""
     calibrates: bool = False
+    out: str = "out"
+    folder: bool = True
+    values_only: bool = False
 
     @property
     def command(self) -> str:
@@ -49,7 +61,9 @@ class Base:
     @property
     def files(self) -> tuple[str, ...]:
         """All inputs."""
-        return tuple(name for name in (*self.logs, self.recipe, self.parameters) if name)
+        return tuple(
+            name for name in (*self.logs, self.recipe, self.parameters, self.model) if name
+        )
 
 
 _BIPED = ("--recipe", "biped.toml", "--parameters", "cells.json", "--quiet")
@@ -64,12 +78,24 @@ BASES = {
         ),
         Base(
             "placements",
-            ("offline-fit", "weights.csv", "placements.csv", "--recipe", "foot.toml", "--quiet"),
+            ("offline-fit", "weights.csv", "placements.csv", "--recipe", "foot.toml", "--models",
+             "affine", "--quiet"),
             ("weights.csv", "placements.csv"), "foot.toml", calibrates=True,
         ),
         Base(
-            "stream", ("offline-fit", "stream.csv", "--recipe", "biped.toml", "--quiet"),
+            "placements_ladder",
+            ("offline-fit", "weights.csv", "placements.csv", "--recipe", "foot.toml", "--quiet"),
+            ("weights.csv", "placements.csv"), "foot.toml", calibrates=True, values_only=True,
+        ),
+        Base(
+            "stream",
+            ("offline-fit", "stream.csv", "--recipe", "biped.toml", "--models", "affine",
+             "--quiet"),
             ("stream.csv",), "biped.toml", calibrates=True,
+        ),
+        Base(
+            "stream_ladder", ("offline-fit", "stream.csv", "--recipe", "biped.toml", "--quiet"),
+            ("stream.csv",), "biped.toml", calibrates=True, values_only=True,
         ),
         Base(
             "together", ("offline-fit", "together.csv", "--recipe", "biped.toml", "--quiet"),
@@ -128,12 +154,36 @@ BASES = {
         ),
         Base("effects", ("effects",)),
         Base("schema", ("schema",)),
+        Base(
+            "export", ("export", "cells.json", "--to", "c-header", "--quiet"),
+            parameters="cells.json", out="cells.h", folder=False,
+        ),
+        Base(
+            "convert", ("convert", "forces.mot", "--quiet"), ("forces.mot",), out="forces.parquet",
+            folder=False,
+        ),
+        Base(
+            "convert_lines", ("convert", "messages.jsonl", "--quiet"), ("messages.jsonl",),
+            out="messages.parquet", folder=False,
+        ),
+        Base(
+            "batch",
+            ("batch", "weights.csv", "--command", "offline-fit", "--recipe", "weights.toml",
+             "--workers", "1", "--quiet"),
+            ("weights.csv",), "weights.toml",
+        ),
     )
 }  # fmt: skip
+if all(find_spec(name) for name in ("mujoco", "pinocchio")):
+    BASES["kinematics"] = Base(
+        "kinematics",
+        ("kinematics", "joints.csv", "--recipe", "joints.toml", "--urdf", "robot.urdf", "--quiet"),
+        ("joints.csv",), "joints.toml", model="robot.urdf",
+    )  # fmt: skip
 
 
-def build(folder: Path) -> Path:
-    """Write the files of all base cases into one folder; keep one that is complete."""
+def build(folder: Path, bases: Collection[Base]) -> Path:
+    """Write the files of base cases into one folder; keep one that is complete."""
     done = folder / "complete"
     if done.is_file():
         return folder
@@ -143,11 +193,16 @@ def build(folder: Path) -> Path:
     _bench(folder)
     _biped(folder)
     _hexapod(folder)
+    _foreign(folder)
+    if any(base.model for base in bases):
+        _joints(folder)
     for name, words in {
         "cells.json": ("offline-fit", "biped_weights.csv", "--models", "affine"),
         "bench.json": ("offline-fit", "weights.csv", "--models", "affine"),
         "legs.json": ("hang-calib", "hang.csv", "--recipe", "hexapod.toml"),
     }.items():
+        if all(base.parameters != name for base in bases):
+            continue
         out = folder / f"made_{name}"
         code = call([str(folder / w) if (folder / w).is_file() else w for w in words], out)
         made = out / "parameters.json"
@@ -213,8 +268,8 @@ def _biped(folder: Path) -> None:
 
     cut("stand_cells.parquet", "stand_cells.csv", 60.0, 4)
     cut("stand_body.parquet", "stand_body.csv", 60.5, 4)
-    cut("walk_004_cells.parquet", "walk_cells.csv", 16.0)
-    cut("walk_004_body.parquet", "walk_body.csv", 16.1)
+    cut("walk_004_cells.parquet", "walk_cells.csv", 10.0)
+    cut("walk_004_body.parquet", "walk_body.csv", 10.1)
     weights = pd.read_parquet(SAMPLES / "biped" / "weights.parquet")
     weights.iloc[::5].to_csv(folder / "biped_weights.csv", index=False)
 
@@ -227,6 +282,37 @@ def _hexapod(folder: Path) -> None:
     poses[poses["pose"].astype(int) % 9 == 0].to_csv(folder / "poses.csv", index=False)
     walk = pd.read_parquet(SAMPLES / "hexapod" / "walk.parquet")
     walk[walk["time_s"] < 5.0].iloc[:, :14].to_csv(folder / "legs.csv", index=False)
+
+
+def _foreign(folder: Path) -> None:
+    """A storage file of OpenSim, and messages as lines of JSON."""
+    time_s = np.arange(200) / 100
+    force_n = np.round(700 + 50 * np.sin(2 * np.pi * time_s), 3)
+    head = f"forces\nversion=1\nnRows={time_s.size}\nnColumns=2\ninDegrees=no\nendheader\n"
+    rows = "\n".join(f"{t:.2f}\t{f}" for t, f in zip(time_s, force_n, strict=True))
+    (folder / "forces.mot").write_text(f"{head}time\tground_force_vy\n{rows}\n", "utf-8")
+    lines = [
+        json.dumps({"topic": "/ft", "stamp": t, "wrench": {"force": {"z": f}}})
+        for t, f in zip(time_s, force_n, strict=True)
+    ]
+    (folder / "messages.jsonl").write_text("\n".join(lines) + "\n", "utf-8")
+
+
+def _joints(folder: Path) -> None:
+    """Joint positions of the biped of `sample_data/physics`, and its model."""
+    from tests.core.urdf_robot import biped, joint_names, posture_at, write_urdf
+
+    time_s = np.arange(0.0, 3.0, 0.01)
+    q = np.array([posture_at(t) for t in time_s])
+    log = {"time_s": time_s, **{f"base_{a}_m": q[:, i] for i, a in enumerate("xyz")}}
+    log |= {f"base_q{a}": q[:, 3 + i] for i, a in enumerate("wxyz")}
+    log |= {f"{name}_rad": q[:, 7 + i] for i, name in enumerate(joint_names(biped()))}
+    pd.DataFrame(log).to_csv(folder / "joints.csv", index=False)
+    write_urdf(folder)
+    (folder / "joints.toml").write_text(
+        '[robot]\nname = "biped"\nmass_kg = 5.3\n[kinematics.feet]\nleft = "left_sole"\n'
+        'right = "right_sole"\n', "utf-8",
+    )  # fmt: skip
 
 
 def _affine_only(text: str) -> str:

@@ -6,25 +6,24 @@ from collections import Counter, defaultdict
 from collections.abc import Sequence
 from pathlib import Path
 
-from tests.faults.judging import Case, Outcome
+from tests.faults.running import Outcome
 
 
-def write_page(cases: Sequence[Case], outcomes: Sequence[Outcome], page: Path) -> None:
+def write_page(outcomes: Sequence[Outcome], page: Path) -> None:
     """Write the page."""
-    case_of = {case.number: case for case in cases}
-    families: dict[str, list[Outcome]] = defaultdict(list)
-    for outcome in sorted(outcomes, key=lambda o: o.number):
-        families[case_of[outcome.number].mutation.family].append(outcome)
-    broken = [o for o in sorted(outcomes, key=lambda o: o.number) if o.violations]
+    broken = [o for o in outcomes if o.violations]
     lines = [
         "# Reliability",
         "Valid inputs, each spoilt in one way drawn by seed; written by `make faults`.",
         "",
-        f"{len(outcomes)} bad inputs, {len(broken)} broke a promise.",
+        f"{len(outcomes)} tried, {len(broken)} broke a promise.",
         "",
         "| class | inputs | exit 0 | 1 | 2 | 3 | other | broken | what a user reads |",
         "|---|---|---|---|---|---|---|---|---|",
     ]
+    families: dict[str, list[Outcome]] = defaultdict(list)
+    for outcome in outcomes:
+        families[f"{outcome.part}: {outcome.family}"].append(outcome)
     for family, found in sorted(families.items()):
         codes = Counter(o.exit_code for o in found)
         other = sum(n for code, n in codes.items() if code not in (0, 1, 2, 3))
@@ -38,21 +37,22 @@ def write_page(cases: Sequence[Case], outcomes: Sequence[Outcome], page: Path) -
         lines += ["| promise | times | first case |", "|---|---|---|"]
     grouped: dict[str, list[Outcome]] = defaultdict(list)
     for outcome in broken:
-        grouped[_kind(case_of[outcome.number], outcome)].append(outcome)
+        grouped[_kind(outcome)].append(outcome)
     for kind, found in sorted(grouped.items(), key=lambda item: -len(item[1])):
-        first = case_of[found[0].number]
-        detail = f"{first.words}: {found[0].violations[0]}"
-        lines.append(f"| {_cell(kind)} | {len(found)} | {_cell(detail)} |")
+        lines.append(
+            f"| {_cell(kind)} | {len(found)} | {_cell(found[0].key)}: "
+            f"{_cell(found[0].violations[0])} |"
+        )
     if not broken:
         lines.append("None.")
     page.parent.mkdir(parents=True, exist_ok=True)
     page.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-def _kind(case: Case, outcome: Outcome) -> str:
+def _kind(outcome: Outcome) -> str:
     """What joins broken promises into one class."""
     first = outcome.violations[0].split(":")[0].split(",")[0]
-    return f"{first} – {case.mutation.family}, {case.mutation.name}"
+    return f"{first} – {outcome.part}, {outcome.family}"
 
 
 def _cell(text: str) -> str:

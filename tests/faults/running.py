@@ -1,113 +1,151 @@
-"""Cases in worker processes, each with a limit of time; one that hangs is killed and counted."""
+"""Jobs in processes of their own, forked from one that has imported the package; resumable."""
 
 from __future__ import annotations
 
+import importlib
 import json
 import multiprocessing
+import pkgutil
+import resource
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
+from itertools import count
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 
-from tests.faults.judging import Case, Outcome, attempt
+import footcal_cli
 
-LIMIT_S = 60.0
+PROCESSOR_LIMIT_S = 90
+"""Processor time of a job: one that computes for longer is taken for endless."""
+WAITING_LIMIT_S = 900.0
+"""Time on the clock, however busy the machine: one that takes longer waits for something."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a job ended; `violations` are the promises that were broken.
+
+    Parameters
+    ----------
+    key
+        The job in one line.
+    part, family
+        ``input``, ``kill``, ``machine``, ``race`` or ``relation``, and the class within it.
+    exit_code, sentence, level
+        How the command ended, what it said, its verdict.
+    """
+
+    key: str
+    part: str
+    family: str
+    exit_code: int
+    sentence: str
+    level: str
+    violations: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Job:
+    """Something to try in an empty folder."""
+
+    key: str
+    part: str
+    family: str
+    run: Callable[[Path], Outcome]
+
+
+def load_package() -> None:
+    """Import all modules once, so that forked processes need not."""
+    for module in pkgutil.walk_packages(footcal_cli.__path__, "footcal_cli."):
+        if not module.name.endswith("__main__"):
+            with suppress(ImportError):  # an extra that is not installed
+                importlib.import_module(module.name)
 
 
 def outcomes(
-    cases: Sequence[Case], inputs: Path, folder: Path, workers: int, kept: Path | None = None
+    jobs: Sequence[Job], folder: Path, workers: int, kept: Path | None = None
 ) -> Iterator[Outcome]:
-    """Yield what became of every case; those that `kept` (JSON lines) holds are not run again."""
+    """Yield what became of every job; those that `kept` (JSON lines) holds are not run again."""
     before = _kept(kept)
-    yield from (before[case.number] for case in cases if case.number in before)
-    waiting = [case for case in cases if case.number not in before][::-1]
-    pool = [_Worker(inputs, folder / f"worker_{i}") for i in range(workers)]
+    yield from (before[job.key] for job in jobs if job.key in before)
+    waiting = [job for job in jobs if job.key not in before][::-1]
+    running: list[_Running] = []
     try:
-        while waiting or any(worker.case for worker in pool):
-            for worker in pool:
-                if worker.case is None and waiting:
-                    worker.give(waiting.pop())
-            wait([worker.pipe for worker in pool if worker.case], timeout=0.5)
-            for worker in pool:
-                outcome = worker.take()
-                if outcome is not None:
-                    if kept is not None:
-                        with kept.open("a", encoding="utf-8") as stream:
-                            stream.write(json.dumps(asdict(outcome)) + "\n")
-                    yield outcome
+        while waiting or running:
+            while waiting and len(running) < workers:
+                free = next(i for i in count() if all(i != each.place for each in running))
+                running.append(_Running(waiting.pop(), folder, free))
+            wait([each.pipe for each in running], timeout=0.5)
+            for each in list(running):
+                outcome = each.outcome()
+                if outcome is None:
+                    continue
+                running.remove(each)
+                if kept is not None:
+                    with kept.open("a", encoding="utf-8") as stream:
+                        stream.write(json.dumps(asdict(outcome)) + "\n")
+                yield outcome
     finally:
-        for worker in pool:
-            worker.end()
+        for each in running:
+            each.end()
 
 
-def _kept(path: Path | None) -> dict[int, Outcome]:
+def _kept(path: Path | None) -> dict[str, Outcome]:
     if path is None or not path.is_file():
         return {}
     rows = [json.loads(line) for line in path.read_text("utf-8").splitlines()]
-    return {
-        row["number"]: Outcome(**{**row, "violations": tuple(row["violations"])}) for row in rows
-    }
+    return {r["key"]: Outcome(**{**r, "violations": tuple(r["violations"])}) for r in rows}
 
 
-class _Worker:
-    """A process that runs cases one by one."""
+def forget_broken(path: Path) -> None:
+    """Take out of the kept outcomes those that broke a promise, so that they are tried again."""
+    kept = [o for o in _kept(path).values() if not o.violations]
+    path.write_text("".join(json.dumps(asdict(o)) + "\n" for o in kept), "utf-8")
 
-    def __init__(self, inputs: Path, folder: Path) -> None:
-        self._inputs, self._folder = inputs, folder
-        self.case: Case | None = None
-        self._start()
 
-    def _start(self) -> None:
+class _Running:
+    """A job in its process."""
+
+    def __init__(self, job: Job, folder: Path, place: int) -> None:
+        self._job, self._since, self.place = job, time.monotonic(), place
         context = multiprocessing.get_context("fork")
-        self.pipe, theirs = context.Pipe()
-        self.process: BaseProcess = context.Process(
-            target=_work, args=(theirs, self._inputs, self._folder), daemon=True
+        self.pipe, theirs = context.Pipe(duplex=False)
+        self._process: BaseProcess = context.Process(
+            target=_work, args=(job, folder / f"worker_{place}", theirs)
         )
-        self.process.start()
+        self._process.start()
         theirs.close()
 
-    def give(self, case: Case) -> None:
-        """Start a case."""
-        # mutations hold functions, which do not pass through a pipe: the worker draws by number
-        self.case, self._since = case, time.monotonic()
-        self.pipe.send((case.base.name, case.file, case.mutation.name, case.number, case.seed))
-
-    def take(self) -> Outcome | None:
-        """The outcome of a case that ended, died or took too long."""
-        if self.case is None:
-            return None
-        number, fault = self.case.number, ""
+    def outcome(self) -> Outcome | None:
+        """What became of it, None while it runs."""
+        fault = ""
         if self.pipe.poll():
             with suppress(EOFError):
-                outcome = self.pipe.recv()
-                self.case = None
-                return outcome if isinstance(outcome, Outcome) else None
-            fault = "the process died"
-        elif time.monotonic() - self._since > LIMIT_S:
-            fault = f"runs longer than {LIMIT_S:.0f} s"
+                found = self.pipe.recv()
+                self.end()
+                return found if isinstance(found, Outcome) else None
+            self._process.join()
+            fault = f"the process died with {self._process.exitcode}"
+            if self._process.exitcode == -24:
+                fault = f"runs longer than {PROCESSOR_LIMIT_S} s"
+        elif time.monotonic() - self._since > WAITING_LIMIT_S:
+            fault = "waits for ever"
         if not fault:
             return None
         self.end()
-        self._start()
-        self.case = None
-        return Outcome(number, -1, "", "", (fault,))
+        return Outcome(self._job.key, self._job.part, self._job.family, -1, "", "", (fault,))
 
     def end(self) -> None:
         """Kill the process."""
-        self.process.kill()
-        self.process.join()
+        self._process.kill()
+        self._process.join()
         self.pipe.close()
 
 
-def _work(pipe: Connection, inputs: Path, folder: Path) -> None:
-    from tests.faults.bases import BASES
-    from tests.faults.corpus import possible
-
-    known = {(base, file, m.name): m for base, file, m in possible()}
-    while True:
-        base, file, name, number, seed = pipe.recv()
-        case = Case(number, BASES[base], file, known[base, file, name], seed)
-        pipe.send(attempt(case, inputs, folder))
+def _work(job: Job, folder: Path, pipe: Connection) -> None:
+    hard = resource.getrlimit(resource.RLIMIT_CPU)[1]
+    resource.setrlimit(resource.RLIMIT_CPU, (PROCESSOR_LIMIT_S, hard))
+    pipe.send(job.run(folder))

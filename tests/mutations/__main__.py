@@ -21,7 +21,9 @@ def run(arguments: list[str] | None = None) -> int:
     parser.add_argument("--draw", type=int, metavar="N", help="draw N new mutants first")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--workers", type=int, default=2)
-    parser.add_argument("--limit", type=float, default=300.0, help="seconds of tests per mutant")
+    parser.add_argument(
+        "--limit", type=float, default=300.0, help="CPU seconds of tests per mutant"
+    )
     parser.add_argument("--out", type=Path, default=Path("out/mutations"))
     given = parser.parse_args(arguments)
     given.out.mkdir(parents=True, exist_ok=True)

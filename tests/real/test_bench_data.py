@@ -148,6 +148,7 @@ def test_creep_recipe_end_to_end(
     assert (tmp_path / "out/figures/recordings.png").exists()
 
 
+@pytest.mark.slow
 def test_insole_recipe_with_the_validation_run_kept_apart(
     run: Run, real_data: Path, repository: Path, tmp_path: Path
 ) -> None:

@@ -56,6 +56,7 @@ def test_load_cell_with_hung_weights(diagnose: Diagnose, real_data: Path, tmp_pa
     assert float(said[1]) == pytest.approx(peak_hz, abs=0.3)  # it swings a little with the weight
 
 
+@pytest.mark.slow
 def test_insole_under_air_pressure(diagnose: Diagnose, tmp_path: Path) -> None:
     answer = diagnose("insole-plenum/calibration_dataset.parquet", "insole_plenum.toml", "weights")
     assert answer.exit_code == 0, answer.err

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import shutil
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -26,15 +29,26 @@ from footcal_cli.records.results import (
     VerdictRecord,
 )
 from footcal_cli.report import Report, Sheet, number
+from footcal_cli.run_folder import scratch
 from footcal_cli.session import Outcome
+from footcal_cli.tables import write_parquet_pieces
+
+_MOST_KEPT = 2**20
+"""Values from which a median is told; of longer logs every second, fourth …"""
 
 if TYPE_CHECKING:
     from footcal_cli.commands.apply import ApplyOptions
     from footcal_cli.session import Session
+    from footcal_cli.tables import Table
 
 
-def _forces(log: Log, record: ParametersRecord) -> tuple[FloatArray, FloatArray]:
-    """Counts through the inverse of the calibration: forces (n, c), cell positions (n, c, 2)."""
+def _forces(
+    log: Log, record: ParametersRecord, state: Mapping[int, Any] | None
+) -> tuple[FloatArray, FloatArray, dict[int, Any]]:
+    """Counts through the inverse of the calibration: forces (n, c), cell positions (n, c, 2).
+
+    `state` is what the piece of the log before has left in effects with a memory.
+    """
     values = {name: p.value for name, p in record.parameters.items()}
     mixing = mixing_of(values, log.channels)
     chain = Chain(())
@@ -53,8 +67,8 @@ def _forces(log: Log, record: ParametersRecord) -> tuple[FloatArray, FloatArray]
                 remedy="use online-replay, which knows them",
             )
         chain = chain.with_link(Link(effect, dict(item.owners)))
-    truth, _ = chain.remove(log, values)
-    return truth.readings, truth.known["cell_pos_m"]
+    truth, left = chain.remove(log, values, state)
+    return truth.readings, truth.known["cell_pos_m"], left
 
 
 def _correction(
@@ -76,51 +90,71 @@ def _correction(
     return feet
 
 
-def apply_cells(session: Session[ApplyOptions]) -> Outcome:
-    """Counts to newtons by ``F = scale · S + bias``, effects of the calibration undone, and CoP."""
+@dataclass(frozen=True)
+class _Calibration:
+    """What a piece of a log needs to become forces."""
+
+    record: ParametersRecord
+    cells: tuple[str, ...]
+    where: FloatArray
+    warmth: float | None
+    corrections: dict[str, CopCorrectionRecord]
+    feet: Mapping[str, list[str]]
+    least_force_n: float
+
+
+def _calibration(session: Session[ApplyOptions], first: Table) -> _Calibration:
+    """Where the cells lie, and what else the calibration contains."""
     record, robot = session.parameters, session.recipe.robot
     assert record is not None, "checked by the caller"
     cells = robot.cell_names
-    with session.step("read"):
-        tables = session.read_required(cells_table(cells))
-    time_s = np.concatenate([table.number("time_s") for table in tables])
-    counts = np.concatenate([table.numbers([f"{c}_counts" for c in cells]) for table in tables])
     for cell in cells:
         record.value(f"{cell}.scale")
-    corrections = _correction(session, record)
-    warmth = [t.number("temperature_degc") for t in tables if "temperature_degc" in t]
     places = {
         f"{foot}_{cell}": (at.x_m, at.y_m)
         for foot, spec in robot.feet.items()
         for cell, at in spec.cells.items()
     }
-    where = np.array([places.get(cell, (np.nan, np.nan)) for cell in cells])
-    known = {"cell_pos_m": np.tile(where, (time_s.size, 1, 1))}
-    if len(warmth) == len(tables):
-        known["temperature_degc"] = np.concatenate(warmth)
-    elif any("temperature_degc" in find_effect(item.effect).needs for item in record.effects):
+    warmth = None
+    needs = [need for item in record.effects for need in find_effect(item.effect).needs]
+    if "temperature_degc" in needs:
         values = {name: p.value for name, p in record.parameters.items()}
-        middle, half = temperature_range(record)
-        doubt = temperature_doubt(values, cells, half)
-        session.note((temperature_assumed(middle, half, *doubt),))
-        known["temperature_degc"] = np.full(time_s.size, middle)
+        warmth, half = temperature_range(record)
+        if "temperature_degc" not in first:
+            doubt = temperature_doubt(values, cells, half)
+            session.note((temperature_assumed(warmth, half, *doubt),))
+    feet = {f: [f"{f}_{cell}" for cell in spec.cells] for f, spec in robot.feet.items()}
+    return _Calibration(
+        record, cells, np.array([places.get(cell, (np.nan, np.nan)) for cell in cells]), warmth,
+        _correction(session, record),
+        {f: own for f, own in feet.items() if own and all(cell in cells for cell in own)},
+        session.options.least_force_n,
+    )  # fmt: skip
+
+
+def _applied(
+    table: Table, calibration: _Calibration, state: Mapping[int, Any] | None
+) -> tuple[dict[str, FloatArray], dict[int, Any]]:
+    """Columns of ``calibrated.parquet`` for a piece of a log, and what the next piece needs."""
+    cells, time_s = calibration.cells, table.number("time_s")
+    known = {"cell_pos_m": np.tile(calibration.where, (time_s.size, 1, 1))}
+    if "temperature_degc" in table:
+        known["temperature_degc"] = table.number("temperature_degc")
+    elif calibration.warmth is not None:
+        known["temperature_degc"] = np.full(time_s.size, calibration.warmth)
+    counts = table.numbers([f"{c}_counts" for c in cells])
     log = Log("walk", cells, time_s, counts, known, np.zeros(time_s.size, dtype=np.int64))
-    force_n, cell_pos_m = _forces(log, record)
-    session.note(check_total_force(force_n.sum(axis=1), robot.weight_n, "all cells"))
+    force_n, cell_pos_m, state = _forces(log, calibration.record, state)
     columns = {"time_s": time_s} | {f"{c}_n": force_n[:, i] for i, c in enumerate(cells)}
-    rows = []
-    for foot, spec in robot.feet.items():
-        own_cells = [f"{foot}_{cell}" for cell in spec.cells]
-        if not own_cells or any(cell not in cells for cell in own_cells):
-            continue
+    for foot, own_cells in calibration.feet.items():
         at = [cells.index(cell) for cell in own_cells]
         own = force_n[:, at]
         total = own.sum(axis=1)
-        loaded = total > session.options.least_force_n
+        loaded = total > calibration.least_force_n
         moment = np.einsum("nc,nck->nk", own, cell_pos_m[:, at])
         cop = np.where(loaded[:, None], moment / np.where(loaded, total, 1.0)[:, None], np.nan)
-        if foot in corrections:
-            found = corrections[foot]
+        if foot in calibration.corrections:
+            found = calibration.corrections[foot]
             both = np.column_stack([found.coefficients_x, found.coefficients_y])
             cop = corrected_cop_m(found.terms, both, cop, own, own_cells)
         columns |= {
@@ -128,30 +162,77 @@ def apply_cells(session: Session[ApplyOptions]) -> Outcome:
             f"{foot}_cop_x_m": cop[:, 0],
             f"{foot}_cop_y_m": cop[:, 1],
         }
-        rows.append(
-            (
-                foot,
-                number(float(np.nanmedian(total)), 4),
-                number(float(np.nanmax(total)), 4),
-                f"{100 * float(loaded.mean()):.0f}",
-            )
+    return columns, state
+
+
+class _Seen:
+    """A series of which so many values are kept as its median needs; all up to `_MOST_KEPT`."""
+
+    def __init__(self) -> None:
+        self.kept = np.zeros(0)
+        self.every, self.count, self.loaded, self.largest = 1, 0, 0, -np.inf
+
+    def add(self, values: FloatArray, least: float) -> None:
+        """Take in the next values; `least` is the load from which a foot counts as loaded."""
+        chosen = values[(-self.count) % self.every :: self.every]
+        self.kept = np.concatenate([self.kept, chosen])
+        while self.kept.size > _MOST_KEPT:
+            self.kept, self.every = self.kept[::2], 2 * self.every
+        self.count += values.size
+        self.loaded += int(np.sum(values > least))
+        self.largest = max(self.largest, float(np.nanmax(values, initial=-np.inf)))
+
+    @property
+    def median(self) -> float:
+        """Of all that were kept."""
+        return float(np.nanmedian(self.kept))
+
+
+def apply_cells(session: Session[ApplyOptions]) -> Outcome:
+    """Counts to newtons by ``F = scale · S + bias``, effects of the calibration undone, and CoP."""
+    robot = session.recipe.robot
+    cells = robot.cell_names
+    feet: dict[str, _Seen] = {}
+    total, lost = _Seen(), 0
+    written = scratch() / "calibrated.parquet"
+
+    def pieces() -> Iterator[dict[str, FloatArray]]:
+        nonlocal lost
+        calibration, state = None, None
+        for table in session.pieces(cells_table(cells)):
+            calibration = calibration or _calibration(session, table)
+            columns, state = _applied(table, calibration, state)
+            force_n = np.column_stack([columns[f"{c}_n"] for c in cells])
+            total.add(force_n.sum(axis=1), 0.0)
+            lost += int((~np.isfinite(force_n).all(axis=1)).sum())
+            for foot in calibration.feet:
+                seen = feet.setdefault(foot, _Seen())
+                seen.add(columns[f"{foot}_fz_n"], session.options.least_force_n)
+            yield columns
+
+    with session.step("apply"):
+        write_parquet_pieces(pieces(), written)
+    session.note(check_total_force(total.kept, robot.weight_n, "all cells"))
+    rows = [
+        (
+            foot,
+            number(seen.median, 4),
+            number(seen.largest, 4),
+            f"{100 * seen.loaded / seen.count:.0f}",
         )
+        for foot, seen in feet.items()
+    ]
 
-    def write(path: Path) -> None:
-        import pandas as pd
+    def move(path: Path) -> None:
+        shutil.move(written, path)
 
-        from footcal_cli.tables import write_parquet
-
-        write_parquet(pd.DataFrame(columns), path)
-
-    lost = int((~np.isfinite(force_n).all(axis=1)).sum())
     return Outcome(
         report=Report(
             title=f"Forces of {robot.name}",
             verdict=VerdictRecord(
                 level="good",
-                sentence=f"{len(cells)} cells calibrated over {time_s.size:,} samples; sum of all "
-                f"forces {number(float(np.nanmedian(force_n.sum(axis=1))), 4)} N (median).",
+                sentence=f"{len(cells)} cells calibrated over {total.count:,} samples; sum of all "
+                f"forces {number(total.median, 4)} N (median).",
             ),
             sheets=(
                 Sheet("Feet", ("foot", "median Fz (N)", "largest Fz (N)", "loaded (%)"), rows),
@@ -163,5 +244,5 @@ def apply_cells(session: Session[ApplyOptions]) -> Outcome:
             ),
         ),
         rmse=RmseRecord(rows=(), rejected={"reading is missing": lost} if lost else {}),
-        files={"calibrated.parquet": write},
+        files={"calibrated.parquet": move},
     )

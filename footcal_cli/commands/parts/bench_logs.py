@@ -22,17 +22,6 @@ FRAMES_OF_A_POINT = 50
 """With more rows than this per point they are frames of a recording, condensed to medians."""
 
 
-def by_channel(tables: Sequence[Table]) -> list[tuple[str, FloatArray, FloatArray]]:
-    """Channel, loads (n,) and counts (n,) over all logs, channels in order of appearance."""
-    import numpy as np
-
-    channel = np.concatenate([table.text("channel") for table in tables])
-    load_n = np.concatenate([table.number("load_n") for table in tables])
-    counts = np.concatenate([table.number("counts") for table in tables])
-    names = list(dict.fromkeys(channel))
-    return [(str(name), load_n[channel == name], counts[channel == name]) for name in names]
-
-
 def records_of_rows(tables: Sequence[Table]) -> list[BenchRecord]:
     """Long weights logs, one record per channel; every file and session is one of its sessions."""
     import numpy as np

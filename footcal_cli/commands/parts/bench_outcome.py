@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -146,10 +147,10 @@ def _parameters(
     feet: Sequence[FootStudy],
 ) -> ParametersRecord | None:
     """Channels and, where physics was chosen, the corrections of cells by their placements."""
+    from footcal_cli.commands.parts.calibration_record import CELLS, calibration_record
     from footcal_cli.records.results import (
         EffectRecord,
         ParameterRecord,
-        ParametersRecord,
         Range,
         covariance_blocks,
         parameter_records,
@@ -183,17 +184,11 @@ def _parameters(
             effects.append(EffectRecord(effect=effect, owners=owners))
     if not parameters:
         return None
-    return ParametersRecord(
-        command="offline-fit",
-        created=session.created(),
-        robot=session.recipe.robot.name,
-        gravity_mps2=session.recipe.robot.gravity_mps2,
-        sign_convention="force = scale * counts + bias, positive when the cell is pressed",
-        frame="each cell's own axis; positions in the foot frame",
-        expressed_at="the cell",
-        parameters=parameters,
+    return calibration_record(
+        session,
+        replace(CELLS, frame=f"{CELLS.frame}; positions in the foot frame"),
+        parameters,
         covariance=covariance_blocks(*groups),
         fitted_range=ranges,
-        effects=tuple(effects),
-        inputs=session.inputs,
+        effects=effects,
     )

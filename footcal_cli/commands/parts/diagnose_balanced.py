@@ -8,7 +8,6 @@ if TYPE_CHECKING:
     from footcal_cli.commands.diagnose import DiagnoseOptions
     from footcal_cli.commands.parts.diagnose_cases import CaseRead
     from footcal_cli.core.diagnosis.lines import Series
-    from footcal_cli.core.quality import Finding
     from footcal_cli.intake import Recording
     from footcal_cli.session import Session
 
@@ -27,35 +26,6 @@ WALK_UNTESTED = {
 """What a walk alone cannot show, and what would."""
 
 
-def _wiring(recording: Recording, kind: str) -> list[Finding]:
-    """Cells that are exchanged and, of a walk, copied or frozen."""
-    import numpy as np
-
-    from footcal_cli.core.experiments.walk import reference_of
-    from footcal_cli.core.wiring import check_channels_walking, check_exchanged_walking
-
-    merged, belief = recording.merged, recording.belief
-    if belief is None:  # six-axis feet have no cells
-        return []
-    log = merged.log
-    if kind == "walk":
-        findings = check_channels_walking(log.time_s, belief.forces(merged.raw), log.channels)
-        if findings:
-            return findings
-    reference = reference_of(log)
-    arms = log.known["cell_pos_m"] - reference.cop_m[:, None]
-    known = np.isfinite(reference.fz_n) & np.isfinite(arms).all(axis=(1, 2))
-    stands = (np.nan_to_num(log.known["contact"]) != 0.0).any(axis=1)
-    rows = np.flatnonzero(known & stands & np.isfinite(log.readings).all(axis=1))
-    if not rows.size:  # insoles without a robot know no CoP that is demanded
-        return []
-    rows = rows[:: max(rows.size // MOST_ROWS, 1)]
-    forces = belief.forces(log.readings[rows])
-    return check_exchanged_walking(forces, log.channels, arms[rows], reference.fz_n[rows])
-
-
-MOST_ROWS = 600
-"""Of a recording, to see whether cells are exchanged: neighbours tell the same."""
 PAUSE_S = 60.0
 """Between recordings that are set one after the other."""
 
@@ -67,6 +37,7 @@ def read_balanced(session: Session[DiagnoseOptions]) -> CaseRead:
     from footcal_cli.commands.parts.diagnose_cases import (
         CaseRead,
         affine_parameters,
+        baseline_of,
         chain_of,
         rows_where,
     )
@@ -85,7 +56,6 @@ def read_balanced(session: Session[DiagnoseOptions]) -> CaseRead:
     experiment = walk.EXPERIMENT if kind == "walk" else stand.EXPERIMENT
     rule = MergeRule(delay_s=session.options.delay_s)
     recordings = read_recordings(session, rule, kind, body_needed=kind == "walk")
-    findings = [f for r in recordings for f in _wiring(r, kind)]
     logs, steps, noises = [], [], []
     for recording in recordings:
         merged = recording.merged
@@ -108,7 +78,7 @@ def read_balanced(session: Session[DiagnoseOptions]) -> CaseRead:
             )  # fmt: skip
         logs.append(cut_balanced(rows_where(log, good)))
     channels = logs[0].channels
-    chain, values = chain_of(session.parameters, channels, ("scale_bias",))
+    chain, values = chain_of(baseline_of(session), channels, ("scale_bias",))
     belief = recordings[0].belief
     if belief is not None:
         for i, channel in enumerate(channels):
@@ -134,6 +104,7 @@ def read_balanced(session: Session[DiagnoseOptions]) -> CaseRead:
         raw=_unfiltered(recordings) if kind == "walk" else None,
         directions=gain_and_bias(channels, values) if kind == "walk" else (),
         demand_noisy=kind == "walk",
+        tolerance_stated=session.options.tolerance_n is not None,
         pieces=kind == "stand",
         least_noise={
             channel: size * step / np.sqrt(12.0)
@@ -141,7 +112,7 @@ def read_balanced(session: Session[DiagnoseOptions]) -> CaseRead:
         },
         reading_noise_n=float(np.median(scale * np.median(noises, axis=0))),
     )
-    return CaseRead(case, findings, WALK_UNTESTED if kind == "walk" else {})
+    return CaseRead(case, [], WALK_UNTESTED if kind == "walk" else {})
 
 
 def _unfiltered(recordings: list[Recording]) -> Series:

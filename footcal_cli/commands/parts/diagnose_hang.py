@@ -31,15 +31,15 @@ def read_hang(session: Session[DiagnoseOptions]) -> CaseRead:
     stay in the model.
     """
     from footcal_cli.columns import hang_table
-    from footcal_cli.commands.hang_calib import HangCalibOptions, asked_of
+    from footcal_cli.commands.hang_calib import HangCalibOptions, asked_of, hanging_axes
     from footcal_cli.commands.parts.diagnose_cases import CaseRead
     from footcal_cli.commands.parts.hang_logs import leg_logs
     from footcal_cli.core.diagnosis.case import Case
     from footcal_cli.core.experiments.hang import EXPERIMENT
     from footcal_cli.core.hang.blocks import blocked
     from footcal_cli.core.hang.joint import fit_hang
+    from footcal_cli.core.hang.runs import hang_runs
     from footcal_cli.core.parameters import ParameterSet
-    from footcal_cli.core.pose.wiring import turned_when_hanging
     from footcal_cli.recipe import validated
 
     recipe = session.recipe
@@ -51,7 +51,10 @@ def read_hang(session: Session[DiagnoseOptions]) -> CaseRead:
     undone, _ = leg_logs(
         tables, recipe, asked.orientation_of, asked.leg_weight_n, session.parameters
     )
-    fits = {leg: fit_hang(logs, asked_of(_constant(asked))) for leg, logs in undone.items()}
+    fits = {
+        leg: fit_hang(logs, asked_of(_constant(asked), recipe.robot.gravity_mps2))
+        for leg, logs in undone.items()
+    }
     logs, in_order = blocked(raw)
     weight_n = sum(fit.values.weight_n for fit in fits.values()) / len(fits)
     chain, values, free = _model(session, fits, logs)
@@ -70,8 +73,9 @@ def read_hang(session: Session[DiagnoseOptions]) -> CaseRead:
     )
     timed = () if in_order else ("offset_drift", "offset_change")
     untested = UNTESTED | dict.fromkeys(timed, "time stamps start anew in every hanging")
-    turned = [turned_when_hanging(each, asked_of(_constant(asked))) for each in undone.values()]
-    return CaseRead(case, [t.finding() for t in turned if t is not None], untested)
+    runs = {leg: hang_runs(each)[0] for leg, each in undone.items()}
+    turned = hanging_axes(undone, runs, fits, asked_of(_constant(asked), recipe.robot.gravity_mps2))
+    return CaseRead(case, turned, untested)
 
 
 MOST_SAMPLES = 2_000
@@ -89,12 +93,12 @@ def _model(
     """Chain, its values, and what of it is calibrated."""
     from dataclasses import replace
 
-    from footcal_cli.commands.parts.diagnose_cases import chain_of
+    from footcal_cli.commands.parts.diagnose_cases import baseline_of, chain_of
     from footcal_cli.core.chain import Link
     from footcal_cli.core.hang.effect import hanging_effect
 
     channels = tuple(c for log in logs for c in log.channels)
-    chain, values = chain_of(session.parameters, channels, ("offset",))
+    chain, values = chain_of(baseline_of(session), channels, ("offset",))
     free: list[Parameter] = []
     for leg, fit in fits.items():
         chain = chain.with_link(Link(hanging_effect(fit.model), {leg: (leg,)}))

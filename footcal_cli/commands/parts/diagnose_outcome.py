@@ -220,10 +220,12 @@ def _extended(
     read: CaseRead,
 ) -> ParametersRecord:
     """The calibration with the named effects in it."""
+    from footcal_cli.commands.parts.calibration_record import CELLS, Conventions, calibration_record
+    from footcal_cli.commands.parts.diagnose_cases import baseline_of
     from footcal_cli.core.parameters import Status
-    from footcal_cli.records.results import EffectRecord, ParameterRecord, ParametersRecord
+    from footcal_cli.records.results import EffectRecord, ParameterRecord
 
-    given = session.parameters
+    given = baseline_of(session)
     parameters = dict(given.parameters) if given is not None else {}
     after = {m.name: (m.after, m.sd) for m in moved}
     for parameter in read.case.calibration:
@@ -257,19 +259,14 @@ def _extended(
                     unit=unit,
                     status=Status.ESTIMATED if name in sd_of else Status.FIXED,
                 )
-    return ParametersRecord(
-        command="diagnose",
-        created=session.created(),
-        robot=session.recipe.robot.name,
-        gravity_mps2=session.recipe.robot.gravity_mps2,
-        sign_convention=given.sign_convention
-        if given is not None
-        else "force = scale * counts + bias, positive when the cell is pressed",
-        frame=given.frame if given is not None else "each cell's own axis",
-        expressed_at=given.expressed_at if given is not None else "the cell",
-        parameters=parameters,
+    conventions = CELLS
+    if given is not None:
+        conventions = Conventions(given.sign_convention, given.frame, given.expressed_at)
+    return calibration_record(
+        session,
+        conventions,
+        parameters,
         covariance=given.covariance if given is not None and not moved else (),
         fitted_range=given.fitted_range if given is not None else {},
-        effects=tuple(effects),
-        inputs=session.inputs,
+        effects=effects,
     )

@@ -40,7 +40,7 @@ def read_pose(session: Session[DiagnoseOptions]) -> CaseRead:
     from footcal_cli.core.parameters import ParameterSet
     from footcal_cli.core.pose.data import pose_data
     from footcal_cli.core.pose.problem import PoseOptions
-    from footcal_cli.core.pose.wiring import turned_when_standing
+    from footcal_cli.core.turned import standing_axes
     from footcal_cli.recipe import validated
 
     recipe = session.recipe
@@ -65,8 +65,7 @@ def read_pose(session: Session[DiagnoseOptions]) -> CaseRead:
     untested = UNTESTED | {"body_tilt": _tilt_or_mountings(data.geometry, values)}
     sd, _ = pose_noise_sd(asked, len(legs))
     options = PoseOptions(com_sd_m=asked.com_sd_m, translation_sd_m=0.005)
-    turned = turned_when_standing(data, legs, sd, options)
-    return CaseRead(case, [turned.finding()] if turned else [], untested)
+    return CaseRead(case, standing_axes(data, legs, sd, options), untested)
 
 
 def _tilt_or_mountings(geometry: Geometry, values: Mapping[str, float]) -> str:
@@ -97,10 +96,10 @@ def _model(
     session: Session[DiagnoseOptions], channels: Sequence[str]
 ) -> tuple[Chain, dict[str, float], tuple[Parameter, ...]]:
     """Chain, its values, and what of it is calibrated."""
-    from footcal_cli.commands.parts.diagnose_cases import chain_of
+    from footcal_cli.commands.parts.diagnose_cases import baseline_of, chain_of
 
     calibrated = ("offset", *CALIBRATED)
-    chain, values = chain_of(session.parameters, channels, calibrated)
+    chain, values = chain_of(baseline_of(session), channels, calibrated)
     names = [item.names() for item in chain.links if item.effect.name in calibrated]
     free = [p for p in chain.parameters() if any(p.name in own for own in names)]
     return chain, values, tuple(_at(p, values) for p in free)

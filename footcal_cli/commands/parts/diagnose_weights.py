@@ -24,17 +24,18 @@ def read_weights(session: Session[DiagnoseOptions]) -> CaseRead:
     import numpy as np
 
     from footcal_cli.columns import weights_table
-    from footcal_cli.commands.check import weights_findings
     from footcal_cli.commands.parts.diagnose_cases import (
         TIMED,
         CaseRead,
         affine_parameters,
+        baseline_of,
         chain_of,
     )
     from footcal_cli.core.diagnosis.case import Case
     from footcal_cli.core.experiments.weights import EXPERIMENT
     from footcal_cli.core.parameters import ParameterSet
-    from footcal_cli.core.quality import check_units_of_sessions, copied_rows_finding
+    from footcal_cli.core.quality import copied_rows_finding
+    from footcal_cli.inspection import weights_findings
 
     findings: list[Finding] = []
     streams = _running(session)
@@ -42,16 +43,11 @@ def read_weights(session: Session[DiagnoseOptions]) -> CaseRead:
         logs, timed = _stream_logs(session, streams), True
     else:
         tables = session.read_required(weights_table())
-        findings = weights_findings(tables, session.recipe, None)
+        findings = weights_findings(tables, session.recipe.robot, None)
         logs, timed, copied = _row_logs(tables)
         findings += copied_rows_finding(copied)
-        for log in logs:
-            findings += check_units_of_sessions(
-                log.channels[0], log.known["load_n"][:, 0], log.readings[:, 0],
-                log.block.astype(float),
-            )  # fmt: skip
     channels = tuple(log.channels[0] for log in logs)
-    chain, values = chain_of(session.parameters, channels, ("scale_bias",))
+    chain, values = chain_of(baseline_of(session), channels, ("scale_bias",))
     values |= _affine_start(logs, values)
     largest = max(float(np.nanmax(np.abs(log.known["load_n"]))) for log in logs)
     tolerance = session.options.tolerance_n or 0.002 * largest

@@ -22,29 +22,23 @@ def feet_parameters(session: Session[Any], estimates: Estimates) -> ParametersRe
     Effects that an earlier calibration contains were undone before the fit; the new one contains
     them still.
     """
-    from footcal_cli.records.results import ParametersRecord, covariance_blocks, parameter_records
+    from footcal_cli.commands.parts.calibration_record import CELLS, Conventions, calibration_record
+    from footcal_cli.records.results import covariance_blocks, parameter_records
 
-    robot, command = session.recipe.robot, session.request.command
-    six_axis = not any(foot.cells for foot in robot.feet.values())
+    six_axis = not any(foot.cells for foot in session.recipe.robot.feet.values())
     parameters, earlier = parameter_records(estimates), session.parameters
     effects = () if earlier is None else earlier.effects
     if earlier is not None and effects:
         parameters = {**earlier.parameters, **parameters}
-    return ParametersRecord(
-        command=command,
-        created=session.created(),
-        robot=robot.name,
-        gravity_mps2=robot.gravity_mps2,
-        sign_convention=(
-            SIX_AXIS_SIGNS[command]
-            if six_axis
-            else "force = scale * counts + bias, positive when the cell is pressed"
-        ),
-        frame="each transducer's axes" if six_axis else "each cell's own axis",
-        expressed_at="the transducer" if six_axis else "the cell",
-        parameters=parameters,
+    conventions = CELLS
+    if six_axis:
+        signs = SIX_AXIS_SIGNS[session.request.command]
+        conventions = Conventions(signs, "each transducer's axes", "the transducer")
+    return calibration_record(
+        session,
+        conventions,
+        parameters,
         fitted_range={} if earlier is None else earlier.fitted_range,
         effects=effects,
         covariance=covariance_blocks(estimates),
-        inputs=session.inputs,
     )

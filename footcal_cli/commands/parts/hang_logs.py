@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from footcal_cli.columns import GRAVITY, QUATERNION
 from footcal_cli.commands.parts.six_axis_logs import WRENCH_COLUMNS, without_effects
+from footcal_cli.core.attitude import gravity_in
 from footcal_cli.core.hang.intake import (
     finite_rows,
     gravity_of_orientation,
@@ -16,7 +18,7 @@ from footcal_cli.core.hang.intake import (
 )
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray, IntArray
-from footcal_cli.core.spatial import rotation_of_rpy
+from footcal_cli.core.spatial import rotation_of_quaternion, rotation_of_rpy
 from footcal_cli.errors import DataError, UsageError
 
 if TYPE_CHECKING:
@@ -78,21 +80,35 @@ def _gravity(
     table: Table, part: IntArray, leg: str, recipe: Recipe, orientation_of: str
 ) -> FloatArray:
     """Nominal direction of gravity in the transducer frame of a leg's rows, shape (n, 3)."""
-    if "gravity_x" in table:
-        return table.numbers(["gravity_x", "gravity_y", "gravity_z"])[part]
+    if all(name in table for name in GRAVITY):
+        return table.numbers(GRAVITY)[part]
     rot = None
-    if orientation_of == "body":
-        if leg not in recipe.robot.legs:
+    by_attitude = "orientation" not in table
+    if orientation_of == "body" or by_attitude:
+        if leg in recipe.robot.legs:
+            rot = rotation_of_rpy(recipe.robot.legs[leg].rotation_rpy_rad)
+        elif not by_attitude:
             raise UsageError(
                 f"orientation_of = 'body' needs the mounting of leg '{leg}'", file=recipe.path,
                 remedy=f"add [robot.legs.{leg}]",
             )  # fmt: skip
-        rot = rotation_of_rpy(recipe.robot.legs[leg].rotation_rpy_rad)
+    if by_attitude:
+        attitude = _rotations(table.numbers(QUATERNION)[part])
+        return gravity_in(attitude) @ (np.eye(3) if rot is None else rot)
     gravity, unknown = gravity_of_orientation(table.text("orientation")[part], rot)
     if unknown:
         raise DataError(
             f"orientation '{unknown[0]}' is none of +x −x +y −y +z −z",
             file=table.path, column="orientation",
-            remedy="name the axis along gravity, or give gravity_x gravity_y gravity_z",
+            remedy="name the axis along gravity, or give gravity_x gravity_y gravity_z or body_qx "
+            "body_qy body_qz body_qw",
         )  # fmt: skip
     return gravity
+
+
+def _rotations(quaternion: FloatArray) -> FloatArray:
+    """Rotations of quaternions x y z w, NaN where one is lost, shape (n, 3, 3)."""
+    good = np.isfinite(quaternion).all(axis=1) & (np.linalg.norm(quaternion, axis=1) > 0.5)
+    matrices = np.full((len(quaternion), 3, 3), np.nan)
+    matrices[good] = rotation_of_quaternion(quaternion[good])
+    return matrices

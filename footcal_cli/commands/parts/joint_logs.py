@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from footcal_cli.columns import Column, ForeignColumn, TableType, base_columns
+from footcal_cli.columns import Column, TableType, base_columns
 from footcal_cli.core.kinematics import Accelerations, Posture, quaternion_of_rpy, unit_quaternion
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.errors import DataError, UsageError, nearest
+from footcal_cli.reading import ForeignColumn
 from footcal_cli.rigid_body import RigidBody
-from footcal_cli.tables import Table, column_names, read_table
+from footcal_cli.sources import source_names
+from footcal_cli.tables import Table, read_table
 
 if TYPE_CHECKING:
     from footcal_cli.commands.kinematics import KinematicsOptions
@@ -81,8 +84,9 @@ def read_joints(
     path = paths[0]
     if not path.is_file():
         raise UsageError("no such file", file=path, remedy="check the path")
-    header = column_names(path)
-    columns = session.recipe.foreign_columns()
+    reading = session.recipe.reading(path)
+    header = source_names(path, reading)
+    columns = dict(reading.columns)
     for name, unit in body.units.items():
         usual = options.joint_unit if unit == "rad" else unit
         if name in options.joints:
@@ -96,7 +100,10 @@ def read_joints(
             columns[f"{name}_{unit}"] = ForeignColumn(place.column, place.unit or usual)
         elif name in header:
             columns[f"{name}_{unit}"] = ForeignColumn(name, usual)
-    log = read_table(path, joints_table(body, feet), columns, gravity_mps2=robot.gravity_mps2)
+    log = read_table(
+        path, joints_table(body, feet), replace(reading, columns=columns),
+        gravity_mps2=robot.gravity_mps2,
+    )  # fmt: skip
     session.inputs[path.name] = log.digest
     session.rows[path.name] = len(log)
     return log

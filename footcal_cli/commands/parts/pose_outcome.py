@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from footcal_cli.commands.parts.calibration_record import Conventions, calibration_record
 from footcal_cli.core.parameters import Estimates, FloatArray, Status
 from footcal_cli.core.pose.data import Geometry, PoseData
 from footcal_cli.core.pose.hanging import LegKnowledge
@@ -267,19 +268,18 @@ def _parameters(
         )
         for axis, value in zip("xyz", data.geometry.chassis_com_b_m, strict=True)
     }
-    return ParametersRecord(
-        command="pose-calib",
-        created=session.created(),
-        robot=session.recipe.robot.name,
-        gravity_mps2=session.recipe.robot.gravity_mps2,
-        sign_convention=SIGNS,
-        frame="each transducer's own axes; mounting along the nominal ones",
-        expressed_at="the transducer's origin",
-        parameters={**{name: kept[name] for name in names}, **believed, **new},
-        covariance=tuple(blocks),
+    return calibration_record(
+        session,
+        Conventions(
+            SIGNS,
+            "each transducer's own axes; mounting along the nominal ones",
+            "the transducer's origin",
+        ),
+        {**{name: kept[name] for name in names}, **believed, **new},
+        covariance=blocks,
         fitted_range=old.fitted_range,
         effects=old.effects,
-        inputs={**old.inputs, **session.inputs},
+        earlier_inputs=old.inputs,
     )
 
 

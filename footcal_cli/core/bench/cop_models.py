@@ -15,6 +15,7 @@ import numpy as np
 
 from footcal_cli.core.bench.placement_rows import PlacementRows
 from footcal_cli.core.parameters import FloatArray
+from footcal_cli.errors import FitError
 
 TERMS = {
     "none": 0,
@@ -88,8 +89,10 @@ class CopFit:
     weights
         Empirical: coefficients of the standardised features, shape (k, 2). Physical: shape
         (c + 1, 3), what each cell (last row: the offset) adds to load, load·x, load·y.
+    origin_m
+        From where the polynomial counts x and y: the middle of the cells, shape (2,).
     centre, width
-        Standardisation of the empirical features, shape (k,).
+        Standardisation of the empirical features, shape (k,); one width for all of a degree.
     ridge
         Penalty on the standardised coefficients other than the constant's.
     rank, condition
@@ -98,6 +101,7 @@ class CopFit:
 
     model: CopModel
     weights: FloatArray
+    origin_m: FloatArray
     centre: FloatArray
     width: FloatArray
     ridge: float
@@ -115,7 +119,8 @@ class CopFit:
             return corrected
         if self.model == NONE:
             return raw
-        features = (_features(self.model, raw, rows.forces_n) - self.centre) / self.width
+        features = _features(self.model, raw - self.origin_m, rows.forces_n)
+        features = (features - self.centre) / self.width
         return np.asarray(raw + features @ self.weights)
 
     def total_n(self, rows: PlacementRows) -> FloatArray:
@@ -128,7 +133,20 @@ class CopFit:
         """Empirical: coefficients of the terms as they are, not standardised, shape (k, 2)."""
         found = self.weights / self.width[:, None]
         found[0] -= self.centre[1:] @ found[1:]
-        return np.asarray(found)
+        x, y = self.origin_m
+        # what each feature is of 1, x, y, x², xy, y²
+        back = np.array(
+            [
+                [1.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+                [-x, 1.0, 0.0, 0.0, 0.0, 0.0],
+                [-y, 0.0, 1.0, 0.0, 0.0, 0.0],
+                [x * x, -2.0 * x, 0.0, 1.0, 0.0, 0.0],
+                [_MIXED * x * y, -_MIXED * y, -_MIXED * x, 0.0, _MIXED, 0.0],
+                [y * y, 0.0, -2.0 * y, 0.0, 0.0, 1.0],
+            ]
+        )
+        count = TERMS[self.model.name]
+        return np.concatenate([back[:count, :count].T @ found[:count], found[count:]])
 
     @property
     def shares(self) -> FloatArray:
@@ -142,7 +160,14 @@ class CopFit:
         ``y_i = x_i + κ_i mean_{j≠i} x_j`` makes the total ``Σ s_i y_i`` with ``sᵀ M(κ) = 1ᵀ``,
         linear in κ: ``s_j + Σ_{i≠j} s_i κ_i / (c − 1) = 1``. Shape (c,).
         """
-        return np.asarray(np.linalg.solve(_others(self.shares.size) * self.shares, 1 - self.shares))
+        mixing = _others(self.shares.size) * self.shares
+        try:
+            return np.asarray(np.linalg.solve(mixing, 1 - self.shares))
+        except np.linalg.LinAlgError:
+            raise FitError(
+                "no crosstalk explains what the cells read at the placements",
+                remedy="check the cells' calibration and the loads (footcal check)",
+            ) from None
 
     @property
     def bias_corrections_n(self) -> FloatArray:
@@ -174,11 +199,26 @@ def _with_offset(forces_n: FloatArray) -> FloatArray:
     return np.column_stack([forces_n, np.ones(len(forces_n))])
 
 
-def _features(model: CopModel, raw: FloatArray, forces_n: FloatArray) -> FloatArray:
-    """Columns 1, x, y, x², xy, y², then the cell forces, shape (n, k)."""
-    x, y = raw.T
-    columns = [np.ones_like(x), x, y, x * x, x * y, y * y][: TERMS[model.name]]
+_MIXED = np.sqrt(2.0)
+"""Of the term xy: with it, a turned foot frame turns the quadratic terms without stretching them,
+and a ridge on their coefficients means the same along all axes."""
+
+
+def _features(model: CopModel, at_m: FloatArray, forces_n: FloatArray) -> FloatArray:
+    """Columns 1, x, y, x², √2 xy, y², then the cell forces, shape (n, k)."""
+    x, y = at_m.T
+    columns = [np.ones_like(x), x, y, x * x, _MIXED * x * y, y * y][: TERMS[model.name]]
     return np.column_stack([*columns, forces_n] if model.with_forces else columns)
+
+
+def _width(features: FloatArray, terms: int) -> FloatArray:
+    """Scatter of the features, shape (k,), one for all terms of a degree."""
+    width = features.std(axis=0)
+    for degree in (slice(1, min(3, terms)), slice(3, terms)):
+        if width[degree].size:
+            width[degree] = np.sqrt(np.mean(width[degree] ** 2))
+    width[0] = 1.0
+    return np.asarray(np.where(width > 1e-12, width, 1.0))
 
 
 def corrected_cop_m(
@@ -226,13 +266,13 @@ def fit_cop(model: CopModel, rows: PlacementRows, ridge: float = 0.0) -> CopFit:
     if model.physical:
         return _fit_physical(model, rows)
     if model == NONE:
-        return CopFit(model, np.zeros((0, 2)), np.zeros(0), np.zeros(0), 0.0, 0, 1.0)
+        return CopFit(model, np.zeros((0, 2)), np.zeros(2), np.zeros(0), np.zeros(0), 0.0, 0, 1.0)
     used = rows.valid
     raw = rows.raw_cop_m[used]
-    features = _features(model, raw, rows.forces_n[used])
-    centre, width = features.mean(axis=0), features.std(axis=0)
-    centre[0], width[0] = 0.0, 1.0
-    width = np.where(width > 1e-12, width, 1.0)
+    origin = rows.cell_pos_m.mean(axis=0) if rows.cells else raw.mean(axis=0)
+    features = _features(model, raw - origin, rows.forces_n[used])
+    centre, width = features.mean(axis=0), _width(features, TERMS[model.name])
+    centre[0] = 0.0
     design = (features - centre) / width
     left, singular, right = np.linalg.svd(design, full_matrices=False)
     rank = int(np.sum(singular > max(design.shape) * np.finfo(float).eps * singular[0]))
@@ -245,7 +285,7 @@ def fit_cop(model: CopModel, rows: PlacementRows, ridge: float = 0.0) -> CopFit:
         penalty[0, 0] = 0.0
         weights = np.linalg.solve(design.T @ design + penalty, design.T @ target)
     condition = float(singular[0] / singular[-1]) if singular[-1] > 0 else np.inf
-    return CopFit(model, np.asarray(weights), centre, width, ridge, rank, condition)
+    return CopFit(model, np.asarray(weights), origin, centre, width, ridge, rank, condition)
 
 
 def _fit_physical(model: CopModel, rows: PlacementRows) -> CopFit:
@@ -274,7 +314,7 @@ def _fit_physical(model: CopModel, rows: PlacementRows) -> CopFit:
     singular = np.linalg.svd(design / np.linalg.norm(design, axis=0), compute_uv=False)
     rank = int(np.sum(singular > max(design.shape) * np.finfo(float).eps * singular[0]))
     condition = float(singular[0] / singular[-1]) if singular[-1] > 0 else np.inf
-    return CopFit(model, weights, np.zeros(0), np.zeros(0), 0.0, rank, condition)
+    return CopFit(model, weights, np.zeros(2), np.zeros(0), np.zeros(0), 0.0, rank, condition)
 
 
 def _lstsq(design: FloatArray, target: FloatArray) -> FloatArray:

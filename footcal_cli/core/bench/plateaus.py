@@ -116,11 +116,6 @@ class Plateaus:
     def __len__(self) -> int:
         return self.start_s.size
 
-    @property
-    def sd_of_median(self) -> FloatArray:
-        """``sd·sqrt(π/2 / n_effective)``: large-sample error of a median, shape (h,)."""
-        return np.asarray(self.sd * np.sqrt(np.pi / 2.0 / self.n_effective))
-
     def counts(self) -> dict[str, int]:
         """Samples per reason, settled ones included."""
         return {state.reason: int(np.sum(self.state == state)) for state in SampleState}

@@ -105,8 +105,3 @@ PLANS: tuple[Plan, ...] = (
          "hang-calib once more, and the same log diagnosed again from there: a wrong weight of the "
          "robot stays", 30.0, 15, robot.pose_tilted, settles=("leg_weight",), anew=False),
 )  # fmt: skip
-
-
-def plan_of(name: str) -> Plan:
-    """The plan with an id."""
-    return next(plan for plan in PLANS if plan.id == name)

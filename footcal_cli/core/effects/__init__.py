@@ -68,8 +68,3 @@ def find_effect(name: str) -> Effect:
         return TABLE[name]
     except KeyError:
         raise UnknownEffectError(name) from None
-
-
-def effects_seen_by(experiment: str) -> tuple[Effect, ...]:
-    """Effects whose signature the balance of an experiment can show."""
-    return tuple(effect for effect in TABLE.values() if experiment in effect.experiments)

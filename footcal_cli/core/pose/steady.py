@@ -12,7 +12,7 @@ from enum import StrEnum
 import numpy as np
 from scipy.signal import savgol_filter
 
-from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
+from footcal_cli.core.parameters import BoolArray, FloatArray
 
 
 class Verdict(StrEnum):
@@ -130,12 +130,3 @@ def medians(columns: FloatArray, stretches: tuple[Stretch, ...]) -> FloatArray:
     return np.array([np.median(columns[s.start : s.stop], axis=0) for s in kept]).reshape(
         len(kept), *columns.shape[1:]
     )
-
-
-def pose_of_row(rows: int, stretches: tuple[Stretch, ...]) -> IntArray:
-    """Number of the pose that each row belongs to, −1 where discarded, shape (n,)."""
-    label = np.full(rows, -1, dtype=np.int64)
-    kept = [s for s in stretches if s.verdict is Verdict.KEPT]
-    for number, stretch in enumerate(kept):
-        label[stretch.start : stretch.stop] = number
-    return label

@@ -1,0 +1,243 @@
+"""Make docs/architecture.md: imports, circles and lines read from the source, paths from runs.
+
+``python docs/make_architecture_page.py``; subsystems are the packages of the core and the rooms
+around it, as `tests.test_layers` names them.
+"""
+
+from __future__ import annotations
+
+import ast
+import sys
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from types import FrameType
+from typing import Any
+
+HERE = Path(__file__).resolve().parent
+REPOSITORY = HERE.parent
+PACKAGE = REPOSITORY / "footcal_cli"
+LEVELS = (
+    ("start", ("__main__", "app", "interruption")),
+    ("commands", ("commands", "batch", "formats", "exporters")),
+    ("around", ("session", "run_files", "run_folder", "outcome", "gates", "intake", "copies",
+                "cell_effects", "sheets", "plots", "report", "recipe", "rigid_body")),
+    ("files", ("tables", "values", "logfiles", "textfiles", "units", "columns", "records")),
+    ("core", ("core",)),
+)  # fmt: skip
+"""Rooms from the door to the ground; what is in none of them stands with "around"."""
+PATHS = {
+    "A weights log": ("offline-fit", "--recipe", "recipes/seed1_table2.toml"),
+    "A walk": (
+        "online-replay", "sample_data/biped/walk_002_cells.parquet",
+        "sample_data/biped/walk_002_body.parquet", "--recipe", "recipes/nao_walk.toml",
+    ),
+    "A diagnosis": (
+        "diagnose", "sample_data/bench_foot/weights.csv", "--experiment", "weights", "--recipe",
+        "recipes/bench_foot.toml",
+    ),
+}  # fmt: skip
+
+
+def module_name(path: Path) -> str:
+    """``core.online.memory`` of its file."""
+    parts = path.relative_to(PACKAGE).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" and len(parts) > 1 else parts)
+
+
+def subsystem(module: str) -> str:
+    """The room of a module; in the core its package, or ``core`` for the files that lie bare."""
+    parts = module.split(".")
+    if parts[0] != "core":
+        return parts[0]
+    inner = (PACKAGE / "core" / parts[1]).is_dir() if len(parts) > 1 else False
+    return f"core.{parts[1]}" if inner else "core"
+
+
+def imports_of(path: Path, known: Mapping[str, Path]) -> Iterator[str]:
+    """Modules of footcal that a file imports when it runs, wherever in it; types alone are none."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    for_types = {
+        id(inner)
+        for node in ast.walk(tree)
+        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test)
+        for inner in ast.walk(node)
+    }
+    for node in ast.walk(tree):
+        if not isinstance(node, ast.ImportFrom) or id(node) in for_types:
+            continue
+        name = (node.module or "").removeprefix("footcal_cli").lstrip(".")
+        if not (node.module or "").startswith("footcal_cli"):
+            continue
+        for alias in node.names:
+            whole = f"{name}.{alias.name}".lstrip(".")
+            if whole in known:
+                yield whole
+            elif name in known:
+                yield name
+
+
+def modules() -> dict[str, Path]:
+    """All modules of the package by name."""
+    return {module_name(path): path for path in sorted(PACKAGE.rglob("*.py"))}
+
+
+def arrows() -> Counter[tuple[str, str]]:
+    """Imports between subsystems: (from, to) -> how many."""
+    known = modules()
+    return Counter(
+        (subsystem(name), subsystem(other))
+        for name, path in known.items()
+        for other in set(imports_of(path, known))
+        if subsystem(name) != subsystem(other)
+    )
+
+
+def circles(edges: Counter[tuple[str, str]]) -> list[tuple[str, ...]]:
+    """Groups of subsystems that import each other, directly or around (Tarjan)."""
+    after: dict[str, list[str]] = {}
+    for start, end in edges:
+        after.setdefault(start, []).append(end)
+        after.setdefault(end, [])
+    index: dict[str, int] = {}
+    low: dict[str, int] = {}
+    stack: list[str] = []
+    found: list[tuple[str, ...]] = []
+
+    def visit(node: str) -> None:
+        index[node] = low[node] = len(index)
+        stack.append(node)
+        for other in after[node]:
+            if other not in index:
+                visit(other)
+                low[node] = min(low[node], low[other])
+            elif other in stack:
+                low[node] = min(low[node], index[other])
+        if low[node] == index[node]:
+            group = stack[stack.index(node) :]
+            del stack[stack.index(node) :]
+            if len(group) > 1:
+                found.append(tuple(sorted(group)))
+
+    for node in sorted(after):
+        if node not in index:
+            visit(node)
+    return sorted(found)
+
+
+@dataclass
+class Walked:
+    """What a run went through: files in the order of their first call, and types it made."""
+
+    files: dict[str, None] = field(default_factory=dict)
+    types: set[str] = field(default_factory=set)
+
+    def __call__(self, frame: FrameType, event: str, _argument: Any) -> None:
+        """Note a call, as `sys.setprofile` tells of it."""
+        if event != "call":
+            return
+        file = frame.f_code.co_filename
+        if file.startswith(str(PACKAGE)) and frame.f_code.co_name != "<module>":
+            self.files.setdefault(module_name(Path(file)))
+        if frame.f_code.co_name == "__init__":
+            made = type(frame.f_locals.get("self"))
+            if made.__module__.startswith("footcal_cli"):
+                self.types.add(f"{made.__module__}.{made.__name__}")
+
+
+def walked(words: tuple[str, ...]) -> Walked:
+    """Run a command and note its way."""
+    from footcal_cli.app import main
+
+    seen = Walked()
+    named = [str(REPOSITORY / word) if (REPOSITORY / word).is_file() else word for word in words]
+    with TemporaryDirectory() as folder:
+        sys.setprofile(seen)
+        try:
+            main([*named, "--out", f"{folder}/run", "--quiet", "--no-pictures"])
+        except SystemExit:
+            pass
+        finally:
+            sys.setprofile(None)
+    return seen
+
+
+def drawing(edges: Counter[tuple[str, str]], inside: bool) -> str:
+    """The imports as a Mermaid graph: of the rooms, or of the packages of the core."""
+    drawn: Counter[tuple[str, str]] = Counter()
+    for (start, end), count in edges.items():
+        if inside:
+            if start.startswith("core.") and end.startswith("core."):
+                drawn[start.removeprefix("core."), end.removeprefix("core.")] += count
+        else:
+            pair = start.split(".")[0], end.split(".")[0]
+            drawn[pair] += count if pair[0] != pair[1] else 0
+    ringed = {name for group in circles(drawn) for name in group}
+    lines = ["```mermaid", "flowchart TD"]
+    nodes = {name for pair, count in drawn.items() if count for name in pair}
+    if not inside:
+        placed = {room: level for level, rooms in LEVELS for room in rooms}
+        for level in dict(LEVELS):
+            rooms = [n for n in sorted(nodes) if placed.get(n, "around") == level]
+            members = "; ".join(rooms)
+            lines.append(f"  subgraph {level}_rooms[{level}]\n    {members}\n  end")
+    lines += [f"  {a} -->|{count}| {b}" for (a, b), count in sorted(drawn.items()) if count]
+    lines += [f"  style {name} stroke:#c00,stroke-width:2px" for name in sorted(ringed)]
+    return "\n".join([*lines, "```"])
+
+
+def page() -> str:
+    """The page as Markdown."""
+    known, edges = modules(), arrows()
+    lines, files = Counter[str](), Counter[str]()
+    for name, path in known.items():
+        files[subsystem(name)] += 1
+        lines[subsystem(name)] += len(path.read_text(encoding="utf-8").splitlines())
+    fan_out = Counter(start for start, _ in edges)
+    fan_in = Counter(end for _, end in edges)
+    rows = [
+        f"| {name} | {files[name]} | {count:,} | {fan_out[name]} | {fan_in[name]} |"
+        for name, count in lines.most_common()
+    ]
+    rings = [f"- {' · '.join(group)}" for group in circles(edges)] or ["None."]
+    ways = []
+    for title, words in PATHS.items():
+        seen = walked(words)
+        rooms = dict.fromkeys(subsystem(name) for name in seen.files)
+        ways.append(
+            f"- {title} (`footcal {words[0]}`): {len(seen.files)} files, {len(seen.types)} types: "
+            f"{' → '.join(rooms)}."
+        )
+    return "\n".join(
+        [
+            "# How footcal is built",
+            "",
+            "Made by `docs/make_architecture_page.py` from the source; numbers on arrows are "
+            "imports. Imports for types alone are left out. Rooms outlined in red import each "
+            "other in a circle.",
+            "",
+            "## Rooms", "", drawing(edges, inside=False), "",
+            "## Packages of the core", "", drawing(edges, inside=True), "",
+            "## Circles", "", *rings, "",
+            "## The way of a log",
+            "",
+            "Files in which a function ran and types of footcal that were made, rooms in the "
+            "order of their first call.",
+            "",
+            *ways, "",
+            "## Lines",
+            "",
+            f"{sum(files.values())} files, {sum(lines.values()):,} lines.",
+            "",
+            "| subsystem | files | lines | imports from | imported by |",
+            "|---|---|---|---|---|",
+            *rows,
+            "",
+        ]
+    )  # fmt: skip
+
+
+if __name__ == "__main__":
+    (HERE / "architecture.md").write_text(page(), encoding="utf-8")

@@ -1,0 +1,75 @@
+"""``footcal init``: a recipe for logs of unknown origin, every guess with how sure it is."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from footcal_cli.commands.options import Overwrite, Quiet
+
+if TYPE_CHECKING:
+    from footcal_cli.errors import FootcalError
+
+
+def looks_like(error: FootcalError) -> tuple[str, tuple[str, ...]]:
+    """What a log that was refused for its columns looks like, and lines that would be taken.
+
+    Both are empty where nothing can be guessed.
+    """
+    from footcal_cli.sniff.hint import hint
+
+    found = hint(Path(error.file)) if error.file is not None else None
+    return found if found is not None else ("", error.example)
+
+
+def init(
+    logs: Annotated[list[Path], typer.Argument(metavar="LOG...", help="Logs as they are.")],
+    output: Annotated[
+        Path, typer.Option("--output", "-o", metavar="FILE.toml", help="Recipe to write.")
+    ] = Path("recipe.toml"),
+    overwrite: Overwrite = False,
+    quiet: Quiet = False,
+) -> None:
+    """Guess what logs of any layout hold and write a commented recipe for them."""
+    from footcal_cli.errors import DataError, UsageError
+    from footcal_cli.sniff.columns import guess_file
+    from footcal_cli.sniff.hint import accepted
+    from footcal_cli.sniff.recipe_text import listing, next_step, recipe_text
+    from footcal_cli.sniff.several import parts_of
+
+    if output.exists() and not overwrite:
+        raise UsageError(
+            "the file is there already", file=output, remedy="name another with -o, or --overwrite"
+        )
+    if output.suffix.lower() != ".toml":
+        raise UsageError("a recipe ends in .toml", file=output, remedy="name it so")
+    files = [guess_file(path) for path in logs]
+    parts, others = parts_of(files)
+    if not parts:
+        raise DataError(
+            "its columns fit no experiment that footcal knows: "
+            f"{', '.join(c.column for c in others[0].columns[:8])}",
+            file=others[0].path,
+            remedy="name readings and known loads, feet or an attitude in the header",
+            example=accepted("weights"),
+        )  # fmt: skip
+    text = recipe_text(parts, output, f"--recipe {output}")
+    output.parent.mkdir(parents=True, exist_ok=True)
+    waiting = output.with_name(f".{output.name}.partial-{os.getpid()}")
+    try:
+        waiting.write_text(text, encoding="utf-8")
+        waiting.replace(output)
+    finally:
+        waiting.unlink(missing_ok=True)
+    if quiet:
+        return
+    typer.echo("\n".join(listing(parts)))
+    for other in others:
+        typer.echo(f"{other.path.name}: left out, its columns fit no experiment")
+    typer.echo(f"recipe: {output}")
+    typer.echo(f"next: {next_step(parts, f'--recipe {output}')}")
+    if not all(part.plan.ready for part in parts):
+        typer.echo(f"as it is: footcal check --recipe {output}")

@@ -1,0 +1,236 @@
+"""Raw channels that cannot be right, by themselves and beside their siblings."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from footcal_cli.core.parameters import BoolArray, FloatArray
+from footcal_cli.core.quality import Finding
+from footcal_cli.core.signals import stretches
+
+OFFSET_BINARY_SHARE = 0.05
+"""Readings this close to mid-scale, as a share of it, look offset-binary."""
+LONGEST_GLITCH = 3
+"""Samples in a row that a glitch may have; what lasts longer is a load."""
+FAR = 2.0
+"""A glitch lies outside the channel's usual range by this multiple of it."""
+DEAD_SPAN = 0.02
+"""Share of its siblings' span below which a channel stands still."""
+MOVING = 20.0
+"""Span over the scatter from sample to sample from which siblings are seen to move."""
+UNLOADED = 0.1
+"""A lifted foot's cells all lie within this share of their range, for this share of the time."""
+_FEWEST_STEPS = 4
+LINEAR = 0.5
+"""Squared correlation of counts with known loads below which a cell does not weigh them."""
+
+
+def find_glitches(reading: FloatArray) -> BoolArray:
+    """Single samples far outside the channel's range, shape (n,).
+
+    The range runs from the 1st to the 99th percentile; a glitch lies `FAR` of it outside, which
+    white noise reaches less than once in 10²⁰ samples, and lasts no longer than `LONGEST_GLITCH`.
+
+    Parameters
+    ----------
+    reading
+        Shape (n,), NaN where a sample was lost.
+    """
+    found = np.zeros(reading.size, dtype=bool)
+    good = reading[np.isfinite(reading)]
+    if good.size < 50:
+        return found
+    low, high = np.percentile(good, [1, 99])
+    span = float(high - low)
+    if not span > 0:
+        span = float(np.median(np.abs(good))) * 1e-3 or 1.0
+    with np.errstate(invalid="ignore"):
+        far = (reading < low - FAR * span) | (reading > high + FAR * span)
+    for start, stop in stretches(far):
+        found[start:stop] = stop - start <= LONGEST_GLITCH
+    return found
+
+
+def find_end_codes(counts: FloatArray, bits: int) -> BoolArray:
+    """Readings that are the first or last code of a converter, signed or offset-binary.
+
+    What a converter clips to is the largest or smallest of its readings; others pass such a code
+    by chance.
+
+    Parameters
+    ----------
+    counts
+        Shape (n,), NaN where a sample was lost.
+    """
+    half, full = 2.0 ** (bits - 1), 2.0**bits
+    if not np.isfinite(counts).any():
+        return np.zeros(counts.size, dtype=bool)
+    low, high = np.nanmin(counts), np.nanmax(counts)
+    at_end = (counts == high) & np.isin(counts, [half - 1, full - 1])
+    at_end |= (counts == low) & ((low == -half) | ((low == 0) & (half < high < full)))
+    return np.asarray(at_end)
+
+
+def check_codes(channel: str, counts: FloatArray, bits: int) -> list[Finding]:
+    """Find saturated codes, a stuck channel and offset-binary readings of one channel."""
+    findings = []
+    half = 2.0 ** (bits - 1)
+    at_end = find_end_codes(counts, bits)
+    if at_end.any():
+        findings.append(
+            Finding(
+                "saturated_codes", "alarm", channel,
+                f"{int(at_end.sum())} of {counts.size} readings are an end code of a {bits}-bit "
+                f"converter ({counts[at_end][0]:,.0f})",
+                "lower the gain or the load; check the wiring of the bridge",
+            )
+        )  # fmt: skip
+    if counts.size > 1 and np.ptp(counts) == 0:
+        findings.append(
+            Finding(
+                "stuck_channel", "alarm", channel,
+                f"all {counts.size} readings are {counts[0]:,.0f}",
+                "check that the channel is connected and that its reading is refreshed",
+            )
+        )  # fmt: skip
+    elif counts.size > 1 and np.all(np.abs(counts - half) < OFFSET_BINARY_SHARE * half):
+        findings.append(
+            Finding(
+                "offset_binary", "note", channel,
+                f"readings lie around {half:,.0f} = 2^{bits - 1}: offset-binary, zero is mid-scale",
+                "nothing to do: the bias absorbs it",
+            )
+        )  # fmt: skip
+    return findings
+
+
+def find_frozen(reading: FloatArray, least: int = 50) -> BoolArray:
+    """Samples of runs of one value that last `least` samples and far longer than usual runs."""
+    found = np.zeros(reading.size, dtype=bool)
+    edges = np.concatenate([[0], np.flatnonzero(np.diff(reading) != 0) + 1, [reading.size]])
+    lengths = np.diff(edges)
+    if not lengths.size:
+        return found
+    usual = float(np.percentile(lengths, 90))
+    for start, length in zip(edges[:-1], lengths, strict=True):
+        found[start : start + length] = length >= max(least, 10.0 * usual) or (
+            length == reading.size > 1
+        )
+    return found
+
+
+def check_glitches(reading: FloatArray, time_s: FloatArray, where: str) -> list[Finding]:
+    """Say where single samples are far off."""
+    at = np.flatnonzero(find_glitches(reading))
+    if not at.size:
+        return []
+    worst = at[np.argmax(np.abs(reading[at] - np.nanmedian(reading)))]
+    low, high = np.nanpercentile(reading, [1, 99])
+    return [
+        Finding(
+            "outliers", "warning", where,
+            f"{at.size} single samples lie far outside the usual {low:,.6g} … {high:,.6g}, the "
+            f"furthest {reading[worst]:,.6g} at {time_s[worst]:.6g} s",
+            "check the link and the logger; say in [robot.adc] lost_reading what a lost sample "
+            "looks like",
+        )
+    ]  # fmt: skip
+
+
+def check_dead_channels(readings: FloatArray, names: Sequence[str]) -> list[Finding]:
+    """Find channels of one foot that stand still, or only rustle, while their siblings move.
+
+    Parameters
+    ----------
+    readings
+        In units that siblings share, shape (n, c).
+    names
+        Of the channels.
+    """
+    good = readings[np.isfinite(readings).all(axis=1)]
+    if len(good) < 50 or len(names) < 3:
+        return []
+    span = np.subtract(*np.percentile(good, [98, 2], axis=0))
+    scatter = np.median(np.abs(np.diff(good, axis=0)), axis=0)
+    found = []
+    for i, name in enumerate(names):
+        mates = np.delete(np.arange(len(names)), i)
+        usual = float(np.median(span[mates]))
+        moves = usual > MOVING * float(np.median(scatter[mates])) and usual > 0
+        if moves and span[i] < DEAD_SPAN * usual:
+            found.append(
+                Finding(
+                    "dead_cell", "alarm", name,
+                    f"the channel moves by {span[i]:,.4g} while the others of its foot move by "
+                    f"{usual:,.4g}",
+                    "check its wires, its plug and that it carries the plate",
+                )
+            )  # fmt: skip
+    return found
+
+
+def check_turned_channels(readings: FloatArray, names: Sequence[str]) -> list[Finding]:
+    """Find a channel of one foot that falls while all its siblings rise with the load.
+
+    Whatever the sign of the bridges, a foot that is put down moves all of them the same way.
+
+    Parameters
+    ----------
+    readings
+        Shape (n, c); of a foot that is put down and lifted.
+    """
+    good = readings[np.isfinite(readings).all(axis=1)]
+    if len(good) < 50 or len(names) < 4:
+        return []
+    low, high = np.percentile(good, [2, 98], axis=0)
+    span = np.where(high > low, high - low, 1.0)
+    share = (good - low) / span
+    steps = np.empty(len(names))
+    for i in range(len(names)):
+        others = np.delete(share, i, axis=1).mean(axis=1)
+        down, up = others >= np.percentile(others, 70), others <= np.percentile(others, 30)
+        steps[i] = np.median(share[down, i]) - np.median(share[up, i])
+    turned = np.flatnonzero(steps < -0.2)
+    rest = np.delete(steps, turned)
+    if turned.size != 1 or rest.min() < 0.2:
+        return []
+    mates = np.delete(share, turned, axis=1)
+    in_the_air = [(mates < UNLOADED).all(axis=1), (mates > 1.0 - UNLOADED).all(axis=1)]
+    lifted = max(in_the_air, key=lambda flags: int(flags.sum()))
+    if lifted.mean() < UNLOADED or len(stretches(lifted)) < _FEWEST_STEPS:
+        return []  # standing, heel and toes take turns
+    name = names[int(turned[0])]
+    return [
+        Finding(
+            "turned_sign", "alarm", name,
+            "the channel moves against all the others of its foot when the foot is put down",
+            "check the sign of its scale and the wires of its bridge",
+        )
+    ]  # fmt: skip
+
+
+def check_known_loads(load_n: FloatArray, counts: FloatArray, channel: str) -> list[Finding]:
+    """Find a cell whose counts do not follow its known loads.
+
+    Parameters
+    ----------
+    load_n, counts
+        Shape (n,).
+    """
+    good = np.isfinite(load_n) & np.isfinite(counts)
+    load, count = load_n[good], counts[good]
+    if load.size < 4 or np.unique(load).size < 3 or not np.ptp(count) > 0:
+        return []
+    with np.errstate(over="ignore", invalid="ignore"):
+        r = float(np.corrcoef(load, count)[0, 1])
+    if r**2 > LINEAR:
+        return []
+    return [
+        Finding(
+            "dead_cell", "alarm", channel,
+            f"the counts do not follow the loads (correlation {r:.2f} over {load.size} rows)",
+            "check that the cell carries the weight, and that no rows or channels are mixed up",
+        )
+    ]  # fmt: skip

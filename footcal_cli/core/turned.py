@@ -1,0 +1,188 @@
+"""Six-axis transducers that are mounted half or quarter turns off, by what their wrenches balance.
+
+Such a turn exchanges or reverses two axes of force and of torque at once. It is no small error
+that a fit could find: every one of the 24 right-angled turns is tried instead.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from itertools import permutations, product
+
+import numpy as np
+
+from footcal_cli.core.experiments.walk import balance, feet_of
+from footcal_cli.core.hang.runs import hang_runs
+from footcal_cli.core.log import Log
+from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.pose.data import PoseData, summarise
+from footcal_cli.core.pose.hanging import LegKnowledge
+from footcal_cli.core.pose.joint import fit_pose
+from footcal_cli.core.pose.problem import PoseOptions
+from footcal_cli.core.pose.wiring import turned_when_standing
+from footcal_cli.core.quality import Finding
+from footcal_cli.core.spatial import rotation_log
+
+MUCH_BETTER = 0.2
+"""Share of the squared misfit that may be left when the right transducer is turned back."""
+CLEARLY = 0.5
+"""And at most this share of the next best turn; closer ones are named together."""
+LEVER_M = 0.1
+"""Moments count as forces at this lever."""
+_MOST_ROWS = 400
+_FEWEST_ROWS = 20
+
+
+def _turns() -> list[FloatArray]:
+    """The 23 right-angled turns other than none, shape (3, 3) each."""
+    found = []
+    for order in permutations(range(3)):
+        for signs in product((1.0, -1.0), repeat=3):
+            turn = np.eye(3)[list(order)] * np.array(signs)[:, None]
+            if np.linalg.det(turn) > 0 and not np.array_equal(turn, np.eye(3)):
+                found.append(turn)
+    return found
+
+
+TURNS = _turns()
+
+
+def words_of(turn: FloatArray) -> str:
+    """``half a turn about z``, ``a quarter turn about x``, ``a third … about (1, 1, 1)``."""
+    if np.trace(turn) < -0.9:  # half a turn: the axis is the eigenvector of 1
+        axis = np.linalg.eigh(turn + turn.T)[1][:, -1]
+        axis = axis * np.sign(axis[np.argmax(np.abs(axis))])
+        size = "half a turn"
+    else:
+        axis = rotation_log(turn)
+        size = "a quarter turn" if np.trace(turn) > 0.5 else "a third of a turn"
+    axis = np.round(axis / np.abs(axis).max())
+    if np.abs(axis).sum() == 1:
+        at = int(np.argmax(np.abs(axis)))
+        return f"{size} about {'xyz'[at]}"
+    return f"{size} about ({', '.join(f'{x:g}' for x in axis)})"
+
+
+def _best_turn(
+    names: Sequence[str], misfit: Callable[[int, FloatArray], float], given: float
+) -> list[Finding]:
+    """The transducer and the turn that explain a misfit, where one does so clearly."""
+    tried = sorted(
+        ((misfit(k, turn), k, i) for k in range(len(names)) for i, turn in enumerate(TURNS)),
+    )
+    least = tried[0][0]
+    if not np.isfinite(given) or least > MUCH_BETTER * given:
+        return []
+    alike = [(k, i) for left, k, i in tried if left <= least / CLEARLY]
+    legs = list(dict.fromkeys(names[k] for k, _ in alike))
+    turns = list(dict.fromkeys(words_of(TURNS[i]) for _, i in alike))
+    return [
+        Finding(
+            "transducer_turned", "alarm", " or ".join(legs),
+            f"the transducer of {' or '.join(legs)} looks mounted {' or '.join(turns[:3])} off: "
+            f"turned back, {least / given:.1%} of the squared misfit remains",
+            "correct its axes in the recipe or in [columns], then calibrate again",
+        )
+    ]  # fmt: skip
+
+
+def check_turned_hanging(leg: str, logs: Sequence[Log]) -> list[Finding]:
+    """Find a hanging transducer whose forces do not point where the orientations say.
+
+    ``F = w e + o`` with the named directions e and a weight w > 0; offsets o fall out of the
+    differences between orientations.
+
+    Parameters
+    ----------
+    logs
+        Of one leg, in two opposite orientations or more.
+    """
+    runs = hang_runs(logs)[0]
+    if len(runs) < 2:
+        return []
+    force = np.array([np.median(run.wrench[:, :3], axis=0) for run in runs])
+    named = np.array([run.nominal_dir_t for run in runs])
+    force, named = force - force.mean(axis=0), named - named.mean(axis=0)
+    if np.linalg.matrix_rank(named, tol=0.5) < 1 or not (force**2).sum() > 0:
+        return []
+
+    def misfit(_: int, turn: FloatArray) -> float:
+        back = force @ turn
+        weight = max(float((back * named).sum() / (named**2).sum()), 0.0)
+        return float(((back - weight * named) ** 2).sum())
+
+    return _best_turn((leg,), misfit, misfit(0, np.eye(3)))
+
+
+def check_turned_standing(
+    data: PoseData, legs: tuple[LegKnowledge, ...], noise_sd: FloatArray, options: PoseOptions
+) -> list[Finding]:
+    """Find a hip transducer that was turned after hanging: the chassis then balances nowhere."""
+    summary = summarise(data)
+
+    def misfit(leg: int, turn: FloatArray) -> float:
+        size = summary.gram.shape[0]
+        change = np.eye(size)
+        rows = slice(6 * leg, 6 * leg + 6)
+        both = np.kron(np.eye(2), turn.T)
+        change[rows, rows] = both
+        change[rows, -1] = legs[leg].offset - both @ legs[leg].offset  # offsets stay where they are
+        gram = change @ summary.gram @ change.T
+        return fit_pose(replace(summary, gram=gram), legs, noise_sd, options).chi2_poses
+
+    given = fit_pose(summary, legs, noise_sd, options).chi2_poses
+    return _best_turn(data.geometry.legs, misfit, given)
+
+
+def standing_axes(
+    data: PoseData, legs: tuple[LegKnowledge, ...], noise_sd: FloatArray, options: PoseOptions
+) -> list[Finding]:
+    """An axis of turned sign, else a transducer that is turned, of a standing robot."""
+    axis = turned_when_standing(data, legs, noise_sd, options)
+    if axis is not None:
+        return [axis.finding()]
+    return check_turned_standing(data, legs, noise_sd, options)
+
+
+def check_turned_feet(log: Log) -> list[Finding]:
+    """Find a foot's transducer whose wrenches do not balance the motion, offsets left free.
+
+    Parameters
+    ----------
+    log
+        Standing or walking on six-axis feet.
+    """
+    good = np.isfinite(log.readings).all(axis=1) & np.isfinite(log.known["com_m"]).all(axis=1)
+    good &= np.isfinite(log.known["com_acc_mps2"]).all(axis=1)
+    good &= np.isfinite(log.known["foot_rot_wt"]).all(axis=(1, 2, 3))
+    rows = np.flatnonzero(good)
+    if rows.size < _FEWEST_ROWS:
+        return []
+    log = log.at(rows[:: max(rows.size // _MOST_ROWS, 1)])
+    to_newtons = np.array([1.0, 1.0, 1.0, 1.0 / LEVER_M, 1.0 / LEVER_M])
+
+    def errors(readings: FloatArray) -> FloatArray:
+        found = balance(log.with_readings(readings))
+        use = found.valid[:, :5].all(axis=1)
+        return np.asarray((found.error[:, :5] * to_newtons)[use].ravel())
+
+    start = errors(log.readings)
+    if start.size < 5 * _FEWEST_ROWS:
+        return []
+    unit = np.eye(log.readings.shape[1])
+    offsets = np.stack([errors(log.readings + one) - start for one in unit], axis=1)
+    basis = np.linalg.svd(offsets, full_matrices=False)
+    seen = basis[0][:, basis[1] > 1e-6 * basis[1][0]]
+
+    def left(error: FloatArray) -> float:
+        rest = error - seen @ (seen.T @ error)
+        return float(rest @ rest)
+
+    def misfit(foot: int, turn: FloatArray) -> float:
+        readings = log.readings.copy()
+        for first in (6 * foot, 6 * foot + 3):
+            readings[:, first : first + 3] = readings[:, first : first + 3] @ turn
+        return left(errors(readings))
+
+    return _best_turn(feet_of(log), misfit, left(start))

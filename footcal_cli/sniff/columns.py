@@ -1,0 +1,278 @@
+"""What each column of a log is taken for, by its name and by its numbers."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from footcal_cli.core.parameters import FloatArray
+from footcal_cli.logfiles import RawColumn, column_names, is_parquet, raw_columns
+from footcal_cli.reading import Layout
+from footcal_cli.sniff.names import NameGuess, name_guess
+from footcal_cli.sniff.text import TextGuess, guess_text
+from footcal_cli.sniff.tokens import date_format, with_unit
+from footcal_cli.sniff.units import known_unit
+
+Sure = Literal["sure", "likely", "guess"]
+_FEW = 25
+"""A load takes no more than so many values."""
+_EPOCHS = {"s": 1e9, "ms": 1e12, "us": 1e15, "ns": 1e18}
+_MOST_HZ = 20_000.0
+_NICE_STEPS = 1e-6
+
+
+@dataclass(frozen=True)
+class ColumnGuess:
+    """What a column is taken for.
+
+    Parameters
+    ----------
+    column
+        Its name in the file.
+    name
+        What its name says; the quantity may come from the numbers instead.
+    unit
+        Of its numbers, None where nothing says so.
+    sure, why
+        How sure, and by what.
+    values
+        Its numbers, shape (n,); None for texts.
+    words
+        Different texts of a text column, in order of appearance.
+    format, pattern
+        Of dates, and of numbers among words.
+    """
+
+    column: str
+    name: NameGuess
+    unit: str | None
+    sure: Sure
+    why: str
+    values: FloatArray | None = None
+    words: tuple[str, ...] = ()
+    format: str | None = None
+    pattern: str | None = None
+
+    @property
+    def quantity(self) -> str:
+        """What is measured."""
+        return self.name.quantity
+
+    @property
+    def counts(self) -> bool:
+        """Whether its numbers are those of a converter: whole ones."""
+        if self.values is None:
+            return False
+        good = self.values[np.isfinite(self.values)]
+        return bool(good.size and np.all(good == np.round(good)) and np.ptp(good) > 3)
+
+    def as_quantity(self, quantity: str, sure: Sure, why: str) -> ColumnGuess:
+        """The same column taken for something else."""
+        name = replace(self.name, quantity=quantity)  # type: ignore[arg-type]
+        return replace(self, name=name, sure=sure, why=why)
+
+
+@dataclass(frozen=True)
+class FileGuess:
+    """One log: how it is laid out and what its columns are taken for."""
+
+    path: Path
+    text: TextGuess
+    columns: tuple[ColumnGuess, ...]
+    rows: int
+    rate_hz: float | None = None
+
+    @property
+    def layout(self) -> Layout:
+        """How its text is laid out."""
+        return self.text.layout
+
+    def of(self, *quantities: str) -> list[ColumnGuess]:
+        """Columns taken for any of these."""
+        return [column for column in self.columns if column.quantity in quantities]
+
+
+def guess_file(path: Path) -> FileGuess:
+    """Look at one log.
+
+    Raises
+    ------
+    DataError
+        It is no table of numbers.
+    """
+    text = TextGuess(Layout()) if is_parquet(path) else guess_text(path)
+    names = column_names(path, text.layout)
+    raw = raw_columns(path, names, (), text.layout)
+    units = dict(zip(names, text.units, strict=False))
+    columns = [_column(name, raw[name], units.get(name, "")) for name in names]
+    columns = _by_numbers(columns)
+    rows = len(next(iter(raw.values())).values)
+    return FileGuess(path, text, tuple(columns), rows, _rate(columns))
+
+
+def _column(column: str, raw: RawColumn, unit_row: str) -> ColumnGuess:
+    name = name_guess(column)
+    unit = known_unit(unit_row) or name.unit
+    said = "its name" + (" and its row of units" if known_unit(unit_row) else "")
+    if raw.kind in ("stamp", "duration"):
+        return ColumnGuess(column, replace(name, quantity="time"), None, "sure", "dates")
+    if raw.kind == "text":
+        return _text_column(column, name, unit, raw)
+    values = np.asarray(raw.values, dtype=np.float64)
+    if raw.kind == "truth" or not np.isfinite(values).any():
+        name = replace(name, quantity="other")
+        return ColumnGuess(column, name, None, "likely", "empty, or true and false", values)
+    if name.quantity in ("label", "orientation", "placement") and raw.values.dtype.kind == "f":
+        name = replace(name, quantity="reading")
+    sure: Sure = "guess" if name.quantity == "unknown" else "likely"
+    return ColumnGuess(column, name, unit, sure, said, values)
+
+
+def _text_column(column: str, name: NameGuess, unit: str | None, raw: RawColumn) -> ColumnGuess:
+    """Dates, numbers with a unit beside them, or labels."""
+    words = [str(v).strip() for v, e in zip(raw.values, raw.empty, strict=True) if not e]
+    some = words[:: max(1, len(words) // 40)]
+    iso = bool(some) and all(re.match(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d", word) for word in some)
+    if iso:
+        return ColumnGuess(column, replace(name, quantity="time"), None, "sure", "ISO 8601 dates")
+    form = date_format(some) if some else None
+    if form is not None:
+        name = replace(name, quantity="time")
+        return ColumnGuess(column, name, None, "sure", f"dates {form}", format=form)
+    pairs = [with_unit(word) for word in some]
+    if some and all(pairs):
+        found = {known_unit(pair[1]) for pair in pairs if pair} - {None}
+        if len(found) == 1:
+            numbers = np.array(
+                [float(p[0].replace(",", ".")) if (p := with_unit(w)) else np.nan for w in words]
+            )
+            both = found.pop()
+            name = replace(name, quantity="load" if name.quantity == "unknown" else name.quantity)
+            return ColumnGuess(
+                column, name, both, "likely", "numbers with their unit", numbers,
+                pattern=r"([-+]?[\d.]+)",
+            )  # fmt: skip
+    different = tuple(dict.fromkeys(words))
+    if name.quantity not in ("label", "orientation", "placement", "session", "direction"):
+        kind = "label" if 1 < len(different) <= _FEW and len(words) > len(different) else "other"
+        if name.quantity in ("reading", "unknown", "load") and kind == "label":
+            name = replace(name, quantity="label")
+        else:
+            name = replace(name, quantity="other")
+    return ColumnGuess(column, name, None, "likely", "texts", words=different)
+
+
+def _by_numbers(columns: list[ColumnGuess]) -> list[ColumnGuess]:
+    """Columns whose names say little, by their numbers; time by how it increases."""
+    found = [_numbered(column) for column in columns]
+    found = _one_time(found)
+    if not any(column.quantity in ("load", "time", "sequence") for column in found):
+        found = [_counted(c) for c in found]
+    return found
+
+
+def _numbered(column: ColumnGuess) -> ColumnGuess:
+    values = column.values
+    if values is None:
+        return column
+    if column.quantity in ("label", "contact"):
+        return column.as_quantity("reading", "guess", "a number among labels")
+    if column.quantity == "unknown" and column.unit in ("N", "kN", "mN", "kgf", "lbf", "gf"):
+        return column.as_quantity("force", "likely", "its unit is that of a force")
+    if column.quantity == "unknown" and _increases(values) and _even(values):
+        step = float(np.median(np.diff(values)))
+        if step == 1.0 and abs(values[0]) <= 1:
+            return column.as_quantity("sequence", "likely", "counts its rows")
+        return column.as_quantity("time", "likely", "increases evenly")
+    if column.quantity == "time" and not _increases(values, strictly=False):
+        return column.as_quantity("other", "guess", "called time, but does not increase")
+    return column
+
+
+def _one_time(columns: list[ColumnGuess]) -> list[ColumnGuess]:
+    """The best column of time stamps alone is time, with its unit."""
+    times = [c for c in columns if c.quantity == "time"]
+    if not times:
+        return columns
+    with_dates = [c for c in times if c.values is None]
+    stamped = [c for c in times if "stamp" in c.column.lower() and "header" in c.column.lower()]
+    named = [c for c in times if c.unit is not None]
+    best = (stamped or named or with_dates or times)[0]
+    if with_dates and best.values is not None and np.ptp(best.values) == 0:
+        best = with_dates[0]
+    made = []
+    for column in columns:
+        if column.quantity != "time":
+            made.append(column)
+        elif column is not best:
+            made.append(column.as_quantity("other", "likely", "another clock"))
+        else:
+            made.append(_with_time_unit(column))
+    return made
+
+
+def _with_time_unit(column: ColumnGuess) -> ColumnGuess:
+    values = column.values
+    if values is None or column.unit in ("s", "ms", "us", "ns", "min", "h"):
+        return replace(column, sure="sure") if column.unit else column
+    first, steps = abs(float(values[0])), np.diff(values)
+    step = float(np.median(steps[steps > 0])) if np.any(steps > 0) else 0.0
+    words = column.column.lower()
+    for word, unit in (("milli", "ms"), ("micro", "us"), ("nano", "ns"), ("msec", "ms")):
+        if word in words:
+            return replace(column, unit=unit, sure="sure")
+    for unit, size in reversed(_EPOCHS.items()):
+        if 0.5 * size < first < 5 * size:
+            return replace(column, unit=unit, sure="sure", why=f"{unit} since 1970")
+    if step == 0.0 or np.any(values != np.round(values)):
+        rate = 1 / step if step else 0.0
+        why = f"steps of {step:.4g}: {rate:.4g} Hz if in s"
+        return replace(
+            column, unit="s", sure="likely" if 0.2 < rate < _MOST_HZ else "guess", why=why
+        )
+    unit = "s" if step <= 1 and float(values[-1]) < 1e5 and step == 1 else (
+        "ms" if step <= 2000 else "us" if step <= 2e6 else "ns"
+    )  # fmt: skip
+    return replace(
+        column, unit=unit, sure="guess", why=f"whole steps of {step:g}: taken for {unit}"
+    )
+
+
+def _counted(column: ColumnGuess) -> ColumnGuess:
+    """A column of few, round values is a load, where no other is."""
+    values = column.values
+    if values is None or column.quantity not in ("unknown", "reading") or values.size < 3:
+        return column
+    different = np.unique(values[np.isfinite(values)])
+    largest = float(np.abs(different).max()) if different.size else 0.0
+    round_ones = np.all(np.abs(different * 1000 - np.round(different * 1000)) < _NICE_STEPS)
+    few = 2 <= different.size <= max(_FEW, 1) and different.size < values.size / 2
+    if column.quantity == "unknown" and few and round_ones and largest < 1e5:
+        return column.as_quantity("load", "guess", f"{different.size} round values")
+    return column
+
+
+def _increases(values: FloatArray, strictly: bool = True) -> bool:
+    good = values[np.isfinite(values)]
+    steps = np.diff(good)
+    return bool(good.size > 2 and (np.all(steps > 0) if strictly else np.all(steps >= 0)))
+
+
+def _even(values: FloatArray) -> bool:
+    steps = np.diff(values)
+    return bool(np.quantile(np.abs(steps - np.median(steps)), 0.8) <= 0.3 * np.median(steps))
+
+
+def _rate(columns: list[ColumnGuess]) -> float | None:
+    scale: Mapping[str | None, float] = {"ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60, "h": 3600}
+    for column in columns:
+        if column.quantity == "time" and column.values is not None:
+            steps = np.diff(column.values)
+            steps = steps[steps > 0] * scale.get(column.unit, 1.0)
+            return float(1 / np.median(steps)) if steps.size else None
+    return None

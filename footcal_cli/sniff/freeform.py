@@ -1,0 +1,95 @@
+"""Logs without fields, such as a serial monitor's: one value per line between words."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from dataclasses import replace
+
+from footcal_cli.reading import Layout
+
+_NUMBER = r"[+-]?(?:\d+\.\d+|\d+)(?:[eE][+-]?\d+)?"
+_STAMP = r"(?:\d{4}-\d\d-\d\d[ T])?\d\d:\d\d:\d\d(?:[.,]\d+)?"
+_PIECE = re.compile(rf"(?P<stamp>{_STAMP})|(?<![\w.])(?P<number>{_NUMBER})(?!\w*\d)")
+_LEAST = 0.4
+_BOUND = re.compile(r"[A-Za-z)\]]\s*[:=]|->|→")
+"""What binds a word to a value: not a table's separator."""
+_UNITS = {"kg", "g", "N", "lb", "mg", "kN", "lbs", "oz", "mN"}
+_HEAVY = re.compile(r"weight|load|mass|gewicht|last|poids|peso|known|put|add|tare|empty|leer", re.I)
+
+
+def free_form(lines: list[str], encoding: str) -> Layout | None:
+    """A layout of lines that say the same with other numbers, None where there are none.
+
+    Two shapes of line may alternate: readings, and the loads that hold from there on.
+    """
+    written = [line.strip() for line in lines if line.strip()]
+    shapes = Counter(_shape(line) for line in written)
+    ranked = [shape for shape, _ in shapes.most_common(12) if "\x01" in shape]
+    if not ranked:
+        return None
+    row = ranked[0]
+    count = shapes[row]
+    typed = [s for s in ranked[1:] if s.count("\x01") == 1 and _is_load(s) and shapes[s] < count]
+    bare = row in ("\x01", "\x02\x01")
+    if count < 3 or count + sum(shapes[s] for s in typed) < _LEAST * len(written):
+        return None
+    if any(sign in row for sign in (",\x01", ";\x01", "\t\x01")) and not _BOUND.search(row):
+        return None
+    if not (_BOUND.search(row) or (typed and bare)):
+        return None
+    if row.count("\x01") > 4:
+        return None
+    layout = Layout(encoding=encoding, line=_expression(row, "reading"))
+    if typed:
+        layout = replace(layout, carried=_expression(typed[0], "load"))
+    return layout
+
+
+def _shape(line: str) -> str:
+    """A line with its numbers and its stamps replaced by one control character each."""
+    return _PIECE.sub(lambda found: "\x02" if found["stamp"] else "\x01", line)
+
+
+def _is_load(shape: str) -> bool:
+    after = re.search(r"\x01\s*([A-Za-z]+)", shape)
+    return bool((after and after[1] in _UNITS) or _HEAVY.search(shape))
+
+
+def _expression(shape: str, called: str) -> str:
+    """A regular expression for a shape; groups are named after the words before them."""
+    made = "^"
+    names: Counter[str] = Counter()
+    pieces = re.split(r"(\x01|\x02)", shape)
+    for at, piece in enumerate(pieces):
+        if piece == "\x02":
+            names["time"] += 1
+            made += rf"(?P<{_numbered('time', names)}>{_STAMP})"
+        elif piece == "\x01":
+            name = _name(made_words, called) if (made_words := _words(shape, names)) else called
+            unit = re.match(r"\s*([A-Za-z]+)\b", pieces[at + 1]) if at + 1 < len(pieces) else None
+            if called == "load" and unit and unit[1] in _UNITS:
+                name = f"{name}_{unit[1].lower()}"
+            names[name] += 1
+            made += rf"(?P<{_numbered(name, names)}>{_NUMBER})"
+        else:
+            made += re.sub(r"\s+", r"\\s*", re.escape(piece).replace(r"\ ", " "))
+    return made
+
+
+def _numbered(name: str, names: Counter[str]) -> str:
+    return name if names[name] == 1 else f"{name}_{names[name]}"
+
+
+def _words(shape: str, names: Counter[str]) -> list[str]:
+    """Words just before the next number."""
+    pieces = re.split(r"\x01|\x02", shape)
+    before = pieces[min(sum(names.values()), len(pieces) - 1)]
+    return re.findall(r"[A-Za-z][A-Za-z0-9]*", before)
+
+
+def _name(words: list[str], called: str) -> str:
+    if called == "load":
+        return called
+    name = "_".join(words[-2:]).lower()
+    return name if name.isidentifier() else called

@@ -1,0 +1,154 @@
+"""Columns that belong together: axes of a transducer, an attitude, the cells of the feet."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from footcal_cli.sniff.columns import ColumnGuess, FileGuess
+
+AXES = ("fx", "fy", "fz", "tx", "ty", "tz")
+_INDEXED = re.compile(r"^(.*?)[\[_. (]*(\d+)[\])]*$")
+_WRENCH_STEM = re.compile(r"wrench|ft|force|tcp", re.IGNORECASE)
+_LARGER = 3.0
+"""Forces in N are larger than torques in Nm by this much, in nearly every log."""
+
+
+def wrenches(file: FileGuess) -> dict[str, dict[str, ColumnGuess]]:
+    """Complete six-axis transducers by name: axis -> column."""
+    groups: dict[str, dict[str, ColumnGuess]] = {}
+    for column in file.of("force"):
+        if column.name.axis in AXES:
+            groups.setdefault(column.name.address, {}).setdefault(column.name.axis, column)
+    return {_owner(name): g for name, g in groups.items() if set(g) == set(AXES)}
+
+
+def _owner(address: str) -> str:
+    return re.sub(r"\W+", "_", address).strip("_") or "sensor"
+
+
+def indexed_wrenches(file: FileGuess) -> FileGuess:
+    """The log with six numbered or nameless columns taken for a wrench."""
+    stems: dict[str, list[ColumnGuess]] = {}
+    for column in file.columns:
+        found = _INDEXED.match(column.column)
+        if found and _WRENCH_STEM.search(found[1]) and column.values is not None:
+            stems.setdefault(found[1], []).append(column)
+    six = {stem: c for stem, c in stems.items() if len(c) == 6}
+    nameless = [c for c in file.columns if c.column.startswith("column_")]
+    free = [c for c in nameless if c.quantity == "unknown" and c.values is not None]
+    if not six and len(free) == 6 and not any(c.counts for c in free):
+        six = {"": free}
+    if not six:
+        return file
+    made = {c.column: c for c in file.columns}
+    for stem, columns in six.items():
+        spread = [float(np.nanstd(c.values)) + 1e-9 for c in columns if c.values is not None]
+        first, second = max(spread[:3]), max(spread[3:])
+        torque_first = second > _LARGER * first
+        order = AXES[3:] + AXES[:3] if torque_first else AXES
+        why = "six columns in a row; " + (
+            "the last three vary more, so they are the forces" if torque_first
+            else "forces first, as most logs have them"
+        )  # fmt: skip
+        owner = _owner(re.sub(r"(?i)wrench|force|ft|tcp|actual|[\[_.]+", " ", stem).strip())
+        for axis, column in zip(order, columns, strict=True):
+            name = replace(
+                column.name, quantity="force", axis=axis, owner="" if owner == "sensor" else owner
+            )
+            made[column.column] = replace(column, name=name, sure="guess", why=why)
+    return replace(file, columns=tuple(made.values()))
+
+
+def attitude(file: FileGuess) -> dict[str, tuple[ColumnGuess, str | None]]:
+    """Canonical columns of an attitude or of gravity -> column and unit; empty without one."""
+    quaternion = _one_owner(file.of("quaternion"), "xyzw")
+    if quaternion:
+        return {f"body_q{a}": (c, None) for a, c in quaternion.items()}
+    gravity = _one_owner(file.of("gravity"), "xyz")
+    if gravity:
+        return {f"gravity_{a}": (c, None) for a, c in gravity.items()}
+    angles = _one_owner(file.of("angle"), ("roll", "pitch", "yaw"))
+    if not angles:
+        two = _one_owner(file.of("angle"), ("roll", "pitch"))
+        return {} if not two else {f"body_{a}_rad": (c, angle_unit(two)) for a, c in two.items()}
+    if angles:
+        return {f"body_{a}_rad": (c, angle_unit(angles)) for a, c in angles.items()}
+    return {}
+
+
+def matrix(file: FileGuess) -> dict[str, tuple[ColumnGuess, str | None]]:
+    """Canonical columns of a rotation matrix -> column."""
+    found = {c.name.axis: c for c in file.of("matrix")}
+    zero = any("0" in axis for axis in found)
+    wanted = [f"{i}{j}" for i in range(3) for j in range(3)]
+    if not zero:
+        wanted = [f"{i}{j}" for i in range(1, 4) for j in range(1, 4)]
+    if not all(axis in found for axis in wanted):
+        return {}
+    made = [f"body_r{i}{j}" for i in range(1, 4) for j in range(1, 4)]
+    return {name: (found[axis], None) for name, axis in zip(made, wanted, strict=True)}
+
+
+def angle_unit(columns: Mapping[str, ColumnGuess]) -> str:
+    """Radians or degrees, by the names and else by the largest angle."""
+    for column in columns.values():
+        if column.unit in ("rad", "deg"):
+            return column.unit
+    angles = [c.values for c in columns.values() if c.values is not None]
+    largest = max(float(np.nanmax(np.abs(one))) for one in angles)
+    return "deg" if largest > 2 * np.pi else "rad"
+
+
+def _one_owner(columns: Iterable[ColumnGuess], axes: Iterable[str]) -> dict[str, ColumnGuess]:
+    """The first complete set of axes of one owner; body and base before others."""
+    groups: dict[str, dict[str, ColumnGuess]] = {}
+    for column in columns:
+        groups.setdefault(column.name.address, {}).setdefault(column.name.axis, column)
+    whole = {name: g for name, g in groups.items() if set(axes) <= set(g)}
+    for name in sorted(
+        whole, key=lambda n: not re.search(r"body|base|imu|torso|tool|tcp|sensor", n)
+    ):
+        return {axis: whole[name][axis] for axis in axes}
+    return {}
+
+
+def readings(file: FileGuess) -> list[ColumnGuess]:
+    """Columns taken for readings of cells: those called so, else those nothing else explains."""
+    named = [c for c in file.of("reading") if c.values is not None]
+    plain = [c for c in file.of("force") if c.name.axis in ("", "fz")]
+    unknown = [c for c in file.of("unknown") if c.values is not None and np.ptp(_finite(c)) > 0]
+    if named:
+        placed = [c for c in unknown if c.name.side or c.name.place]
+        return [*named, *placed] if placed and not any(c.name.side for c in named) else named
+    if plain and not wrenches(file):
+        return plain
+    return unknown
+
+
+def _finite(column: ColumnGuess) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+    assert column.values is not None, "asked of numbers only"
+    return column.values[np.isfinite(column.values)]
+
+
+def channel_names(columns: Iterable[ColumnGuess]) -> dict[str, ColumnGuess]:
+    """Readings by the name of their channel: the address where it tells them apart."""
+    columns = list(columns)
+    addresses = [c.name.address for c in columns]
+    if all(addresses) and len(set(addresses)) == len(addresses):
+        names = [a if not a[0].isdigit() else f"cell_{a}" for a in addresses]
+    else:
+        names = [_slug(c.column) for c in columns]
+    twice = Counter(names)
+    names = [n if twice[n] == 1 else f"{n}_{i + 1}" for i, n in enumerate(names)]
+    return dict(zip(names, columns, strict=True))
+
+
+def _slug(name: str) -> str:
+    plain = re.sub(r"[^A-Za-z0-9]+", "_", name).strip("_").lower()
+    plain = re.sub(r"_(counts|n|adc|raw)$", "", plain) or "cell"
+    return f"cell_{plain}" if plain[0].isdigit() else plain

@@ -1,0 +1,219 @@
+"""What the name of a column says: its quantity, its axis, and the sensor, foot or leg it is of."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import Literal
+
+from footcal_cli.sniff.units import split_unit
+
+Quantity = Literal[
+    "time", "sequence", "load", "reading", "force", "cop", "quaternion", "angle", "matrix",
+    "gravity", "com", "com_acc", "foot_position", "hole", "temperature", "label", "direction",
+    "repeat", "session", "phase", "orientation", "placement", "contact", "pressure", "other",
+    "unknown",
+]  # fmt: skip
+
+_CAMEL = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+|[А-Яа-яÀ-ÿ]+")
+_AXIS = re.compile(r"([fmt])([xyz])(\d{0,2})")
+_WORDS: dict[str, Quantity] = {}
+for _meaning, _spellings in {
+    "time": "time zeit timestamp stamp temps tiempo tempo t secs seconds millis micros elapsed "
+    "uhrzeit clock date datetime datum date_time zeitstempel tid czas timer timestep",
+    "sequence": "seq sample index idx frame frames nr no number id row record counter packet n "
+    "subframe sub messung probe nummer",
+    "load": "load weight mass masse gewicht last poids charge peso carga applied known reference "
+    "ref true nominal referenz belastung soll target gewichte weights loads std standard setpoint "
+    "kraft_soll gram grams gramm kilogram pound pounds vikt massa",
+    "reading": "reading readings counts count raw adc value val signal output fsr cell loadcell "
+    "volt volts voltage spannung messwert wert hx taxel bits lsb data sensor scale strain bridge "
+    "lc ain analog a channel ch kanal zelle medida mesure valeur lectura cap capacitance",
+    "temperature": "temp temperature temperatur temperature",
+    "label": "cell channel sensor zelle kanal foot fuss leg bein device name side location bein",
+    "direction": "direction dir richtung updown",
+    "repeat": "repeat rep repetition trial run cycle durchgang wiederholung",
+    "session": "session day tag set block sitzung",
+    "phase": "phase",
+    "orientation": "orientation lage attitude ori",
+    "placement": "placement hole point position loch punkt place spot pose",
+    "contact": "contact kontakt stance",
+    "pressure": "pressure druck pression",
+    "other": "status state flag error err battery batt dropout valid quality rssi crc checksum "
+    "comment remark note notiz bemerkung units unit einheit weg displacement stroke travel "
+    "tracking min max peak",
+}.items():
+    for _word in _spellings.split():
+        _WORDS.setdefault(_word, _meaning)  # type: ignore[arg-type]
+_FORCE = {"force", "kraft", "fuerza", "effort", "f", "forza", "grf"}
+_TORQUE = {"torque", "moment", "tau", "drehmoment", "m", "t", "couple"}
+_NOISE = {
+    "field", "wrench", "header", "data", "fsr", "sensor", "value", "device", "sub", "list", "raw",
+    "counts", "count", "adc", "reading", "cell", "lc", "loadcell", "load", "sole", "ft", "msg",
+    "force", "torque", "moment", "measured", "sensors", "analog", "val", "s", "hx", "signal",
+    "readings", "channel", "ch", "output", "kraft", "stamped", "foot", "feet", "total", "vertical",
+    "effort", "filtered", "state", "zone", "pad", "corner", "n", "volt", "voltage", "est",
+}  # fmt: skip
+_PLACES = {
+    "fl": "fl", "fr": "fr", "rl": "rl", "rr": "rr", "bl": "rl", "br": "rr", "hl": "hl", "hr": "hr",
+    "ml": "ml", "mr": "mr", "lf": "fl", "rf": "fr", "lh": "hl", "rh": "hr", "lb": "rl", "rb": "rr",
+    "lm": "ml", "rm": "mr",
+}  # fmt: skip
+_ENDS = {"front": "f", "fore": "f", "rear": "r", "back": "r", "hind": "h", "middle": "m",
+         "mid": "m", "vorne": "f", "hinten": "r", "vorn": "f"}  # fmt: skip
+_ZONES = {"medial", "lateral", "heel", "toe", "hallux", "midfoot", "arch", *_ENDS}
+_SIDES = {"left": "left", "l": "left", "links": "left", "right": "right", "r": "right",
+          "rechts": "right", "lfoot": "left", "rfoot": "right", "gauche": "left",
+          "droite": "right", "droit": "right", "izq": "left", "der": "right", "li": "left",
+          "re": "right", "ftl": "left", "ftr": "right", "footl": "left", "footr": "right",
+          "lleg": "left", "rleg": "right", "ll": "left"}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class NameGuess:
+    """What a name says.
+
+    Parameters
+    ----------
+    quantity
+        What is measured.
+    axis
+        ``fx`` … ``tz``, ``x y z w``, ``roll pitch yaw``, ``11`` … ``33``; empty without one.
+    side, place
+        Left or right, and where on the foot or which leg; empty where nothing says so.
+    owner
+        What is left of the name, for telling sensors apart.
+    unit
+        As the name states it.
+    """
+
+    quantity: Quantity
+    axis: str = ""
+    side: str = ""
+    place: str = ""
+    owner: str = ""
+    unit: str | None = None
+
+    @property
+    def address(self) -> str:
+        """Name of the cell, foot or leg, as footcal writes it."""
+        return "_".join(part for part in (self.side, self.place) if part) or self.owner
+
+
+def words_of(name: str) -> list[str]:
+    """Words of a name in small letters: ``LFsrFL`` is l, fsr, fl."""
+    return [word.lower() for word in _CAMEL.findall(name)]
+
+
+def name_guess(name: str) -> NameGuess:
+    """What a column's name says of it."""
+    stem, unit = split_unit(name.lstrip("%#$/ "))
+    words = words_of(stem)
+    side, place, rest = _address(words)
+    quantity, axis, used = _quantity(stem, words, unit)
+    owner = "_".join(w for w in rest if w not in used and w not in _NOISE)
+    if quantity == "force" and axis and words[-1].isdigit() and words[-1] not in owner:
+        owner = f"{owner}_{words[-1]}".strip("_")  # plates are counted: Fx1, Fx2
+    return NameGuess(quantity, axis, side, place, owner, unit)
+
+
+def _address(words: list[str]) -> tuple[str, str, list[str]]:
+    """Side, place and the other words."""
+    side = place = ""
+    rest: list[str] = []
+    i = 0
+    while i < len(words):
+        word = words[i]
+        following = words[i + 1] if i + 1 < len(words) else ""
+        if word in _ENDS and _SIDES.get(following) and len(following) > 1 and not place:
+            place, i = _ENDS[word] + _SIDES[following][0], i + 2
+            continue
+        if word in _SIDES and len(word) > 1 and following in _ENDS and not place and side:
+            place, i = _ENDS[following] + _SIDES[word][0], i + 2
+            continue
+        if word in _PLACES and not place:
+            # lf before another place is the left foot
+            later = any(w in _PLACES or w in _ENDS for w in words[i + 1 :])
+            if later and word in ("lf", "rf") and not side:
+                side = {"lf": "left", "rf": "right"}[word]
+            else:
+                place = _PLACES[word]
+        elif word in _SIDES and not side:
+            side = _SIDES[word]
+        elif word in _ZONES and not place:
+            place = word
+        else:
+            rest.append(word)
+        i += 1
+    return side, place, rest
+
+
+def _quantity(stem: str, words: list[str], unit: str | None) -> tuple[Quantity, str, set[str]]:
+    """Quantity and axis of a name, and the words that said so."""
+    compact = [w for w in words if not w.isdigit()]
+    last = words[-1] if words else ""
+    axis = _AXIS.fullmatch("".join(words[-1:])) or _AXIS.fullmatch("".join(words[-2:]))
+    kinds = {w for w in words if w in _FORCE or w in _TORQUE}
+    if "cop" in words or re.search(r"cop_?[xyzap]", stem.lower()):
+        found = re.search(r"(?:cop)[\W_]*([xyzap])|([xy])[\W_]*cop", stem.lower())
+        letter = (found[1] or found[2]) if found else last[:1]
+        return "cop", {"a": "x"}.get(letter, letter), {"cop", "x", "y", "copx", "copy"}
+    if {"com", "center", "centre"} & set(words) and last in ("x", "y", "z") and "cop" not in words:
+        acc = {"acc", "accel", "acceleration", "dd"} & set(words)
+        return ("com_acc" if acc else "com"), last, set(words)
+    if "gravity" in words and last in "xyz":
+        return "gravity", last, {"gravity", last}
+    if axis and not (set(words) & {"com", "acc", "gyro", "imu", "position", "pos"}):
+        kind = "f" if axis[1] == "f" else "t"
+        return "force", kind + axis[2], {axis[0], axis[1], axis[2], axis[1] + axis[2]}
+    if kinds and last in ("x", "y", "z"):
+        kind = "f" if kinds & _FORCE and not kinds & {"torque", "moment", "tau"} else "t"
+        return "force", kind + last, {last, *kinds}
+    if (
+        re.fullmatch(r"q[xyzw]|q_[xyzw]", stem.lower().split(".")[-1].split("_q")[0])
+        or (
+            {"quat", "quaternion", "orientation", "q", "rotation", "rot"} & set(words)
+            and last in ("x", "y", "z", "w")
+        )
+        or re.fullmatch(r"q[xyzw]", last)
+    ):
+        return "quaternion", last[-1], {"quat", "quaternion", "orientation", "q", last}
+    for angle in ("roll", "pitch", "yaw"):
+        if angle in words:
+            return "angle", angle, {angle}
+    found = re.fullmatch(r"r_?([0-3])_?([0-3])", stem.lower().split(".")[-1].split("rot_")[-1])
+    if found:
+        return "matrix", found[1] + found[2], {"r"}
+    if (last in ("x", "y") and set(words) & {
+        "hole", "point", "pos", "position", "target", "loch", "ref", "true", "place",
+    }) or (stem.lower() in ("x", "y") and unit in ("m", "mm", "cm", None)):  # fmt: skip
+        return "hole", last, {last}
+    if set(words) & {"acc", "accel", "gyro", "imu", "mag", "ang", "angvel", "velocity"}:
+        return "other", "", set()
+    return _by_words(words, compact, unit)
+
+
+def _by_words(
+    words: list[str], compact: list[str], unit: str | None
+) -> tuple[Quantity, str, set[str]]:
+    """Quantity by a word of the vocabulary, the last one first, or by the unit alone."""
+    if any(
+        w in ("weight", "load", "mass", "gewicht", "masse", "poids", "last") for w in words
+    ) and (any(w in ("cell", "sensor", "raw", "counts", "adc") for w in words)):
+        return "reading", "", set()
+    for quantity in ("time", "load", "temperature", "direction", "repeat", "session", "phase",
+                     "orientation", "placement", "contact", "pressure", "reading", "label",
+                     "sequence", "other"):  # fmt: skip
+        said = [w for w in compact if _WORDS.get(w) == quantity]
+        if said:
+            if quantity == "load" and unit in ("count", "V", "mV"):
+                return "reading", "", set(said)
+            return quantity, "", set(said)
+    if set(words) & _FORCE:
+        return "force", "", set(words) & _FORCE
+    if not compact or all(len(w) <= 2 for w in compact):
+        if unit in ("s", "ms", "us", "ns"):
+            return "time", "", set()
+        if unit in ("kg", "g", "lb", "oz", "kgf", "lbf"):
+            return "load", "", set()
+    return "unknown", "", set()

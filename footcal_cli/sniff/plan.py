@@ -1,0 +1,99 @@
+"""What a log is for: the experiment, footcal's columns in it, the command, and what is missing."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from footcal_cli.sniff.columns import ColumnGuess, FileGuess, Sure
+
+
+@dataclass(frozen=True)
+class Entry:
+    """Where one of footcal's columns is found: an entry of ``[columns]``.
+
+    Parameters
+    ----------
+    column
+        The file's, None for a value.
+    unit, value, file_name, factor
+        As in a recipe.
+    sure, why
+        How sure, and by what.
+    """
+
+    column: ColumnGuess | None = None
+    unit: str | None = None
+    value: str | None = None
+    file_name: str | None = None
+    factor: float | None = None
+    names: Mapping[str, str] = field(default_factory=dict)
+    sure: Sure = "likely"
+    why: str = ""
+
+
+def of(column: ColumnGuess, unit: str | None = None) -> Entry:
+    """An entry for a column as it was guessed."""
+    return Entry(column, unit or column.unit, sure=column.sure, why=column.why)
+
+
+@dataclass(frozen=True)
+class Blank:
+    """Something that no log says: lines of a recipe to be filled in, and why.
+
+    `needed` is for commands that refuse to run without it.
+    """
+
+    lines: tuple[str, ...]
+    why: str
+    needed: bool = True
+
+
+@dataclass(frozen=True)
+class Plan:
+    """How one log, or several of one kind, are to be used.
+
+    Parameters
+    ----------
+    file
+        The log that the guess was made on.
+    kind, why, sure
+        What it is in words, by what, and how sure.
+    command, role
+        The command that makes a calibration of it, and its name in ``[data]``.
+    entries
+        Canonical column -> where.
+    channels
+        Load cells, for ``[robot] channels``.
+    wide, wide_into
+        Entries of one row, as ``[[files]] wide``.
+    rate_hz
+        To be counted with, where the log has no stamps.
+    robot, options
+        Further lines of ``[robot…]`` tables and of the command's table.
+    blanks
+        What is to be filled in.
+    warnings
+        What could be otherwise.
+    """
+
+    file: FileGuess
+    kind: str
+    why: str
+    sure: Sure
+    command: str
+    role: str
+    entries: Mapping[str, Entry]
+    channels: tuple[str, ...] = ()
+    wide: Mapping[str, Mapping[str, Entry]] = field(default_factory=dict)
+    wide_into: str = "channel"
+    rate_hz: float | None = None
+    robot: tuple[str, ...] = ()
+    options: tuple[str, ...] = ()
+    blanks: tuple[Blank, ...] = ()
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def ready(self) -> bool:
+        """Whether the command runs as it is."""
+        return not any(blank.needed for blank in self.blanks)

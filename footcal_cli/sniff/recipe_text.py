@@ -1,0 +1,219 @@
+"""A guess as a recipe with a comment on every line, and as lines for people."""
+
+from __future__ import annotations
+
+import os.path
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+
+from footcal_cli.reading import BLANKS, Layout
+from footcal_cli.sniff.columns import FileGuess
+from footcal_cli.sniff.plan import Entry, Plan
+from footcal_cli.sniff.several import Part
+
+
+def recipe_text(parts: Sequence[Part], target: Path, command_line: str) -> str:
+    """The whole recipe."""
+    stem = parts[0].paths[0].name.split(".")[0]
+    lines = [
+        "# Written by footcal init. Every guess says how sure it is: sure, likely, guess.",
+        *(f"# {part.plan.kind} ({part.plan.sure}: {part.plan.why})" for part in parts),
+        f"# Next: {next_step(parts, command_line)}",
+        *(f"# Check: {warning}" for part in parts for warning in part.plan.warnings),
+        f"name = {_quoted(stem)}",
+    ]
+    root = _data_root(parts, target)
+    if root != ".":
+        lines.append(f"data_root = {_quoted(root)}    # the folder that holds recipe and logs")
+    channels = [c for part in parts for c in part.plan.channels]
+    lines += ["", "[robot]", f"name = {_quoted(stem)}"]
+    if channels and all(part.plan.role != "placements" for part in parts):
+        lines.append(f"channels = [{', '.join(_quoted(c) for c in dict.fromkeys(channels))}]")
+    for part in parts:
+        for table in part.plan.robot:
+            lines += ["", table]
+    for part in parts:
+        for blank in part.plan.blanks:
+            needed = "TO FILL IN" if blank.needed else "if known"
+            lines += ["", f"# {needed}: {blank.why}.", *blank.lines]
+    several = len(parts) > 1
+    for part in parts:
+        lines += ["", *_file_lines(part, several)]
+    if not several:
+        lines += ["", "[columns]", *_entries(parts[0].plan.entries)]
+    lines += ["", "[data]"]
+    roles: dict[str, list[str]] = {}
+    for part in parts:
+        roles.setdefault(part.plan.role, []).extend(_relative(p, target) for p in part.paths)
+    lines += [f"{role} = [{', '.join(map(_quoted, names))}]" for role, names in roles.items()]
+    for part in parts:
+        if part.plan.options:
+            lines += ["", f"[{part.plan.command.replace('-', '_')}]", *part.plan.options]
+    return "\n".join(lines) + "\n"
+
+
+def next_step(parts: Sequence[Part], command_line: str) -> str:
+    """The exact command, after what is to be filled in."""
+    plan = parts[0].plan
+    command = f"footcal {plan.command} {command_line}"
+    wanted = [blank.why for part in parts for blank in part.plan.blanks if blank.needed]
+    if not wanted:
+        return command
+    return f"fill in what is marked TO FILL IN ({'; '.join(wanted)}), then {command}"
+
+
+def listing(parts: Sequence[Part]) -> list[str]:
+    """What every column was taken for, a line each."""
+    lines = []
+    for part in parts:
+        for file in (part.plan.file, *(b.file for b in part.beside)):
+            said = "; ".join(file.text.said)
+            rate = f", {file.rate_hz:.4g} Hz" if file.rate_hz else ""
+            lines.append(
+                f"{file.path.name}: {file.rows} rows{rate}" + (f"; {said}" if said else "")
+            )
+        if len(part.paths) > 1:
+            lines.append(f"  and {len(part.paths) - 1} more like it")
+        lines.append(f"  {part.plan.sure}: {part.plan.kind}, by {part.plan.why}")
+        used: dict[str, tuple[str, Entry]] = {}
+        for name, entry in _all_entries(part.plan):
+            if entry.column is not None:
+                used[entry.column.column] = (name, entry)
+            elif entry.file_name is not None:
+                lines.append(f"  {name}: from the file's name ({entry.why})")
+        for column in part.plan.file.columns:
+            if column.column in used:
+                name, entry = used.pop(column.column)
+                unit = f" in {entry.unit}" if entry.unit else ""
+                lines.append(f"  {column.column} -> {name}{unit}   {entry.sure}: {entry.why}")
+            else:
+                lines.append(f"  {column.column} -> not used   ({column.quantity}: {column.why})")
+        for source, (name, entry) in used.items():
+            lines.append(f"  {source} -> {name}   {entry.sure}: {entry.why}")
+        lines += [f"  check: {warning}" for warning in part.plan.warnings]
+    return lines
+
+
+def _all_entries(plan: Plan) -> Iterator[tuple[str, Entry]]:
+    yield from plan.entries.items()
+    for entry, own in plan.wide.items():
+        for name, place in own.items():
+            yield f"{entry}: {name}", place
+
+
+def _file_lines(part: Part, several: bool) -> list[str]:
+    """The entries of ``[[files]]`` for a kind of log and what is joined to it."""
+    plan = part.plan
+    lines: list[str] = []
+    own = _layout_lines(plan.file)
+    if plan.rate_hz is not None:
+        own.append(f"rate_hz = {plan.rate_hz:g}    # guess: the log has no time stamps")
+    for beside in part.beside:
+        offset = f", offset_s = {beside.offset_s!r}" if beside.offset_s else ""
+        name = _quoted(beside.file.path.name)
+        one = f"{{ file = {name}, by = {_quoted(beside.by)}{offset} }}"
+        own.append(f"join = [{one}]    # {beside.why}")
+    if len(part.beside) > 1:
+        joins = [line for line in own if line.startswith("join = ")]
+        own = [line for line in own if not line.startswith("join = ")]
+        inner = ",\n    ".join(line.split("[", 1)[1].rsplit("]", 1)[0] for line in joins)
+        own.append(f"join = [    # {part.beside[0].why}\n    {inner},\n]")
+    if own or several or plan.wide:
+        lines += ["[[files]]", f"match = {_quoted(part.match)}", *own]
+    if plan.wide:
+        lines.append(f"wide_into = {_quoted(plan.wide_into)}    # a row for every entry of wide")
+    if several:
+        lines += ["[files.columns]", *_entries(plan.entries)]
+    for entry, columns in plan.wide.items():
+        lines += [f"[files.wide.{_key(entry)}]", *_entries(columns)]
+    for beside in part.beside:
+        other = beside.file
+        more = [*_layout_lines(other)]
+        times = other.of("time")
+        if more or times:
+            lines += ["", "[[files]]", f"match = {_quoted(other.path.name)}", *more]
+        if times:
+            unit = times[0].unit
+            lines += ["[files.columns]",
+                      *_entries({"time_s": Entry(times[0], unit, sure=times[0].sure,
+                                                 why=times[0].why)})]  # fmt: skip
+    return lines
+
+
+def _layout_lines(file: FileGuess) -> list[str]:
+    """Lines of a layout that is no plain CSV."""
+    layout, plain = file.layout, Layout()
+    lines = []
+    if layout.line:
+        lines.append(f"line = {_literal(layout.line)}    # every line that it finds itself in")
+        if layout.carried:
+            lines.append(f"carried = {_literal(layout.carried)}    # holds for the rows below")
+    if layout.separator != plain.separator:
+        name = {BLANKS: "space", "\t": "tab"}.get(layout.separator, layout.separator)
+        lines.append(f"separator = {_quoted(name)}")
+    for key in ("decimal", "encoding", "comment"):
+        value = getattr(layout, key)
+        if value != getattr(plain, key):
+            lines.append(f"{key} = {_quoted(value)}")
+    if layout.skip_rows:
+        lines.append(f"skip_rows = {layout.skip_rows}    # above the header")
+    if not layout.header:
+        lines.append("header = false")
+    if layout.names:
+        lines.append(f"names = [{', '.join(map(_quoted, layout.names))}]")
+    if layout.skip_below:
+        lines.append(f"skip_below = {layout.skip_below}    # units")
+    return lines
+
+
+def _entries(entries: Mapping[str, Entry]) -> list[str]:
+    return [f"{_key(name)} = {_place(entry)}    # {entry.sure}: {entry.why}"
+            for name, entry in entries.items()]  # fmt: skip
+
+
+def _place(entry: Entry) -> str:
+    said = []
+    if entry.column is not None:
+        said.append(f"column = {_quoted(entry.column.column)}")
+    if entry.value is not None:
+        number = entry.value.replace(".", "", 1).lstrip("-").isdigit()
+        said.append(f"value = {entry.value if number else _quoted(entry.value)}")
+    if entry.file_name is not None:
+        said.append(f"file_name = {_literal(entry.file_name)}")
+    if entry.unit is not None:
+        said.append(f"unit = {_quoted(entry.unit)}")
+    if entry.factor is not None:
+        said.append(f"factor = {entry.factor}")
+    if entry.column is not None and entry.column.format:
+        said.append(f"format = {_quoted(entry.column.format)}")
+    if entry.column is not None and entry.column.pattern:
+        said.append(f"pattern = {_literal(entry.column.pattern)}")
+    if len(said) == 1 and entry.column is not None:
+        return _quoted(entry.column.column)
+    return f"{{ {', '.join(said)} }}"
+
+
+def _quoted(text: str) -> str:
+    escaped = text.replace("\\", "\\\\").replace('"', '\\"').replace("\t", "\\t")
+    return f'"{escaped}"'
+
+
+def _literal(text: str) -> str:
+    return f"'{text}'" if "'" not in text else _quoted(text)
+
+
+def _key(name: str) -> str:
+    plain = all(c.isascii() and (c.isalnum() or c in "_-") for c in name)
+    return name if plain and name else _quoted(name)
+
+
+def _relative(path: Path, target: Path) -> str:
+    return Path(os.path.relpath(path.resolve(), target.resolve().parent)).as_posix()
+
+
+def _data_root(parts: Sequence[Part], target: Path) -> str:
+    """The folder, seen from the recipe, that its paths must not leave."""
+    folder = target.resolve().parent
+    logs = [path.resolve().parent for part in parts for path in part.paths]
+    common = Path(os.path.commonpath([folder, *logs]))
+    return Path(os.path.relpath(common, folder)).as_posix()

@@ -1,0 +1,245 @@
+"""The layout of a text log, guessed from its lines."""
+
+from __future__ import annotations
+
+import csv
+import gzip
+import zlib
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+
+from footcal_cli.errors import DataError
+from footcal_cli.reading import BLANKS, Layout
+from footcal_cli.sniff.freeform import free_form
+from footcal_cli.sniff.tokens import decimal_of, is_moment, is_number, worth
+from footcal_cli.sniff.units import looks_like_units
+from footcal_cli.textfiles import regular_file, unreadable
+
+_MOST = 2**20
+"""Bytes that are looked at."""
+_COMMENTS = ("#", "%", "//", "!", ";", "'")
+_SEPARATORS = (",", ";", "\t", "|", BLANKS)
+_ALIKE = 0.7
+"""Share of lines that must be alike for a layout to be taken."""
+_CALLED = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars", BLANKS: "blanks"}
+
+
+@dataclass(frozen=True)
+class TextGuess:
+    """How a text log seems to be laid out.
+
+    Parameters
+    ----------
+    layout
+        The guess.
+    units
+        What a row of units says of each column; empty without one.
+    said
+        What was noticed, a short sentence each.
+    """
+
+    layout: Layout
+    units: tuple[str, ...] = ()
+    said: tuple[str, ...] = ()
+
+
+def guess_text(path: Path) -> TextGuess:
+    """Guess encoding, separator, decimal sign, preamble, header and row of units.
+
+    Raises
+    ------
+    DataError
+        No text, or no rows that are alike.
+    """
+    text, encoding = _decoded(path)
+    lines = text.splitlines()
+    if len(text) > _MOST // 2 and len(lines) > 1:
+        lines = lines[:-1]
+    if not any(line.strip() for line in lines):
+        raise DataError("the file is empty", file=path, remedy="record or export the log again")
+    said = [] if encoding == "utf-8" else [f"encoding {encoding}"]
+    free = free_form(lines, encoding)
+    if free is not None:
+        return TextGuess(free, (), (*said, "no fields: values are found in each line by a pattern"))
+    found = max(
+        (_Body.of(lines, separator) for separator in _SEPARATORS), key=lambda body: body.score
+    )
+    if found.share < _ALIKE or found.numbers == 0:
+        raise DataError(
+            "no rows of numbers that are alike", file=path,
+            remedy="export one table of numbers per file, its columns named in the first line",
+        )  # fmt: skip
+    guess = _laid_out(lines, found, encoding)
+    return TextGuess(guess.layout, guess.units, (*said, *guess.said))
+
+
+def _decoded(path: Path) -> tuple[str, str]:
+    """The first part of a text and its encoding."""
+    regular_file(path)
+    opener = gzip.open if path.suffix.lower() == ".gz" else open
+    try:
+        with opener(path, "rb") as stream:
+            content: bytes = stream.read(_MOST)
+    except (OSError, EOFError, zlib.error) as error:
+        raise unreadable(path, error) from None
+    if content[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        return content[: len(content) // 2 * 2].decode("utf-16", errors="ignore"), "utf-16"
+    if b"\0" in content:
+        raise DataError(
+            "a binary file, not text", file=path,
+            remedy="run `footcal convert --list` on it; it reads bags, MCAP, C3D, MATLAB and HDF5",
+        )  # fmt: skip
+    try:
+        return content.decode("utf-8-sig"), "utf-8"
+    except UnicodeDecodeError as error:
+        if error.start > len(content) - 4 and len(content) == _MOST:
+            return content.decode("utf-8-sig", errors="ignore"), "utf-8"
+    encoding = "cp1252" if any(0x80 <= byte < 0xA0 for byte in content) else "latin-1"
+    return content.decode(encoding, errors="replace"), encoding
+
+
+def fields_of(line: str, separator: str) -> list[str]:
+    """Fields of a line, stripped."""
+    if separator == BLANKS:
+        return line.split()
+    return [f.strip() for f in next(csv.reader([line.strip("\r\n")], delimiter=separator), [])]
+
+
+@dataclass(frozen=True)
+class _Body:
+    """The rows of a text under one separator.
+
+    `share` of the lines have `width` fields; `numbers` of these hold numbers, in `numeric` columns.
+    """
+
+    separator: str
+    decimal: str
+    width: int
+    share: float
+    numbers: float
+    score: float
+    numeric: tuple[int, ...]
+
+    @classmethod
+    def of(cls, lines: list[str], separator: str) -> _Body:
+        written = [line for line in lines if line.strip()]
+        tail = written[len(written) // 3 :][:400] if len(written) > 6 else written[-3:] or written
+        tail = [line for line in tail if not line.lstrip().startswith(("#", "%", "//"))] or tail
+        split = [fields_of(line.rstrip(separator), separator) for line in tail]
+        width = Counter(map(len, split)).most_common(1)[0][0]
+        rows = [row for row in split if len(row) == width]
+        decimal = "." if separator == "," else decimal_of([f for row in rows for f in row])
+        worths = [[worth(field, decimal) for field in row] for row in rows]
+        share = len(rows) / len(split)
+        numeric = tuple(
+            i for i in range(width)
+            if sum(is_number(row[i], decimal) or row[i] == "" for row in rows) > 0.8 * len(rows)
+            and any(is_number(row[i], decimal) for row in rows)
+        )  # fmt: skip
+        moments = sum(
+            sum(is_moment(row[i]) for row in rows) > 0.8 * len(rows) for i in range(width)
+        )
+        score = share * sum(map(sum, worths)) / len(rows)
+        return cls(separator, decimal, width, share, len(numeric) + moments, score, numeric)
+
+    def is_row(self, line: str) -> bool:
+        fields = fields_of(line.rstrip(self.separator), self.separator)
+        if len(fields) != self.width:
+            return False
+        if not self.numeric:
+            return any(is_moment(field) for field in fields)
+        good = [is_number(fields[i], self.decimal) for i in self.numeric]
+        return sum(good) >= max(1, (len(good) + 1) // 2)
+
+
+def _laid_out(lines: list[str], body: _Body, encoding: str) -> TextGuess:
+    """Header, preamble, units and comments around the rows."""
+    first = next(i for i, line in enumerate(lines) if body.is_row(line))
+    comment = _comment(lines[first:], body)
+    above = [(i, line) for i, line in enumerate(lines[:first]) if line.strip()]
+    names: tuple[str, ...] = ()
+    units: tuple[str, ...] = ()
+    header_at: int | None = None
+    candidates = [(i, _header_fields(line, body, comment)) for i, line in above]
+    candidates = [(i, fields) for i, fields in candidates if fields]
+    if candidates:
+        header_at, fields = candidates[-1]
+        if len(candidates) > 1 and looks_like_units(fields):
+            units = tuple(fields)
+            header_at, fields = candidates[-2]
+        names = tuple(fields)
+    said = [f"fields separated by {_CALLED[body.separator]}"] if body.width > 1 else []
+    if body.decimal == ",":
+        said.append("decimal commas")
+    if units:
+        said.append("a row of units below the header")
+    separator, decimal = body.separator, "," if body.decimal == "," else "."
+    kept = [i for i in range(first) if not (comment and lines[i].lstrip().startswith(comment))]
+    if header_at is None:
+        said.append("no header")
+        skip = len(kept)
+        layout = Layout(separator, decimal, encoding, comment, skip, header=False)  # type: ignore[arg-type]
+        return TextGuess(layout, (), tuple(said))
+    own = fields_of(lines[header_at].rstrip(separator), separator)
+    readable = header_at in kept and tuple(own) == names and len(set(own)) == len(own)
+    readable &= all(name.strip() for name in own)
+    if readable:
+        skip = sum(i < header_at for i in kept)
+        # blank lines between count as lines below the header
+        below = sum(i > header_at for i in kept)
+        layout = Layout(separator, decimal, encoding, comment, skip, skip_below=below)  # type: ignore[arg-type]
+    else:
+        names = _once(names)
+        layout = Layout(separator, decimal, encoding, comment, len(kept), False, names)  # type: ignore[arg-type]
+        said.append("names put together from the lines above the rows")
+    if layout.skip_rows:
+        said.append(f"{layout.skip_rows} lines above the header")
+    return TextGuess(layout, units, tuple(said))
+
+
+def _comment(lines: list[str], body: _Body) -> str:
+    """What lines between the rows begin with that are none."""
+    others = [line.lstrip() for line in lines if line.strip() and not body.is_row(line)]
+    for sign in _COMMENTS:
+        if any(line.startswith(sign) for line in others):
+            return sign
+    return ""
+
+
+def _header_fields(line: str, body: _Body, comment: str) -> list[str]:
+    """Names in a line above the rows, empty where it is none."""
+    plain = line.strip("\r\n")
+    for sign in ("#", "%", "//", comment):
+        if sign and plain.lstrip().startswith(sign):
+            bare = plain.lstrip().removeprefix(sign).strip()
+            fields = _split(bare, body)
+            if fields and sign == "%" and " " not in plain[:2]:
+                return _split(plain, body)  # rostopic's %time
+            return fields
+    return _split(plain, body)
+
+
+def _split(line: str, body: _Body) -> list[str]:
+    fields = fields_of(line.rstrip(body.separator), body.separator)
+    if len(fields) == body.width - 1 and body.separator != BLANKS and body.width > 2:
+        fields = fields_of(line, body.separator)
+    if len(fields) != body.width and body.separator == BLANKS:
+        import re
+
+        fields = [f.strip() for f in re.split(r"\t+|\s{2,}|,\s*|;\s*", line.strip())]
+    if len(fields) != body.width:
+        return []
+    words = [f for f in fields if f and not is_number(f, body.decimal)]
+    return fields if len(words) * 2 >= sum(bool(f) for f in fields) and words else []
+
+
+def _once(names: tuple[str, ...]) -> tuple[str, ...]:
+    """Names made different, none empty."""
+    seen: Counter[str] = Counter()
+    made = []
+    for i, name in enumerate(names):
+        plain = name.strip() or f"column_{i + 1}"
+        seen[plain] += 1
+        made.append(plain if seen[plain] == 1 else f"{plain}.{seen[plain]}")
+    return tuple(made)

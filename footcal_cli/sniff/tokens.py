@@ -1,0 +1,73 @@
+"""What one cell of a text file looks like: a number, a date, a word, or two fields run together."""
+
+from __future__ import annotations
+
+import re
+
+POINT = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
+COMMA = re.compile(r"[+-]?(?:\d+,\d+|\d+)(?:[eE][+-]?\d+)?")
+_COMMA_ONLY = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
+_POINT_ONLY = re.compile(r"[+-]?\d*\.\d+(?:[eE][+-]?\d+)?")
+_TIME_OF_DAY = r"\d{1,2}:\d\d(?::\d\d(?:[.,]\d+)?)?(?: ?[AP]M)?"
+_DATE = re.compile(
+    rf"(?:\d{{4}}[-/.]\d\d?[-/.]\d\d?|\d\d?[./-]\d\d?[./-]\d{{2,4}})(?:[T _]{_TIME_OF_DAY})?"
+    r"(?:Z|[+-]\d\d:?\d\d)?"
+)
+_TIME = re.compile(_TIME_OF_DAY)
+_WITH_UNIT = re.compile(r"([+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?)\s*([A-Za-zµ%°]{1,5})")
+_WORD = re.compile(r"[^\d;\t|,][^;\t|,]*")
+NOTHING = {"", "nan", "na", "n/a", "null", "none", "-nan", "inf", "-inf", "-", "--", "#n/a"}
+
+
+def is_number(text: str, decimal: str) -> bool:
+    """Whether a cell is a number with that decimal sign."""
+    return bool((POINT if decimal == "." else COMMA).fullmatch(text))
+
+
+def is_moment(text: str) -> bool:
+    """Whether a cell is a date or a time of day."""
+    return bool(_DATE.fullmatch(text) or _TIME.fullmatch(text))
+
+
+def with_unit(text: str) -> tuple[str, str] | None:
+    """Number and unit of a cell such as ``0.5 kg``."""
+    found = _WITH_UNIT.fullmatch(text.strip())
+    return (found[1], found[2]) if found else None
+
+
+def worth(text: str, decimal: str) -> float:
+    """How well a cell stands as one field: numbers 1, words a little, fields run together −1."""
+    if text.lower() in NOTHING:
+        return 0.0
+    if is_number(text, decimal) or is_moment(text):
+        return 1.0
+    if with_unit(text):
+        return 0.7
+    return 0.1 if _WORD.fullmatch(text) else -1.0
+
+
+def decimal_of(texts: list[str]) -> str:
+    """The decimal sign of fields that are not separated by commas."""
+    commas = sum(bool(_COMMA_ONLY.fullmatch(text)) for text in texts)
+    points = sum(bool(_POINT_ONLY.fullmatch(text)) for text in texts)
+    return "," if commas > points else "."
+
+
+def date_format(texts: list[str]) -> str | None:
+    """``strptime`` format of dates that are not ISO 8601, None where no common one fits."""
+    from datetime import datetime
+
+    dates = ("%d.%m.%Y", "%Y/%m/%d", "%Y-%m-%d", "%Y.%m.%d", "%m/%d/%Y", "%d/%m/%Y", "%d-%m-%Y",
+             "%d.%m.%y", "")  # fmt: skip
+    times = ("%H:%M:%S.%f", "%H:%M:%S,%f", "%H:%M:%S", "%I:%M:%S %p", "%I:%M:%S.%f %p", "%H:%M")
+    for date in dates:
+        for time in times:
+            for between in (" ", "T", "_") if date else ("",):
+                form = f"{date}{between}{time}"
+                try:
+                    for text in texts:
+                        datetime.strptime(text, form)
+                except ValueError:
+                    continue
+                return form
+    return None

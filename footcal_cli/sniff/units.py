@@ -1,0 +1,69 @@
+"""Units that people write into headers and rows of units."""
+
+from __future__ import annotations
+
+import re
+
+from footcal_cli.units import SPELLINGS
+
+_ALSO = {
+    "newton": "N", "newtons": "N", "kilogram": "kg", "kilograms": "kg", "gram": "g", "grams": "g",
+    "gramm": "g", "sec": "s", "secs": "s", "seconds": "s", "second": "s", "sekunden": "s",
+    "millis": "ms", "msec": "ms", "milliseconds": "ms", "usec": "us", "micros": "us", "nsec": "ns",
+    "nanoseconds": "ns", "volts": "V", "volt": "V", "n.mm": "N*mm", "n*mm": "N*mm", "nmm": "N*mm",
+    "n.m": "N*m", "n*m": "N*m", "n-m": "N*m", "nm": "N*m", "n m": "N*m", "n·m": "N*m",
+    "n⋅m": "N*m", "degrees": "deg", "degree": "deg", "radians": "rad", "celsius": "degC",
+    "deg c": "degC", "°c": "degC", "m/s²": "m/s^2", "m/s2": "m/s^2", "m/s^2": "m/s^2",
+    "lsb": "count", "raw": "count", "adc": "count", "cnt": "count", "cts": "count",
+    "digits": "count", "counts": "count", "count": "count", "pounds": "lb", "lbf-in": "lbf*in",
+    "lbf*in": "lbf*in", "lb-in": "lbf*in", "mv/v": "mV/V", "rad/s": "rad/s", "deg/s": "deg/s",
+    "ncm": "N*cm", "n.cm": "N*cm", "kn": "kN", "kilonewton": "kN", "mn": "mN", "hz": "",
+    "millimeter": "mm", "millimetre": "mm", "meter": "m", "metre": "m", "meters": "m",
+    "metres": "m", "s": "s", "m": "m", "n": "N",
+}  # fmt: skip
+_BRACKETED = re.compile(r"^(?P<stem>.*?)[\s_]*[\[(<{](?P<unit>[^\])>}]*)[\])>}]\s*$")
+_SUFFIXES = {
+    "n": "N", "nm": "N*m", "kg": "kg", "g": "g", "mn": "mN", "kn": "kN", "nmm": "N*mm", "s": "s",
+    "ms": "ms", "us": "us", "ns": "ns", "mm": "mm", "m": "m", "cm": "cm", "deg": "deg",
+    "rad": "rad", "counts": "count", "raw": "count", "adc": "count", "v": "V", "mv": "mV",
+    "lb": "lb", "lbs": "lb", "lbf": "lbf", "degc": "degC", "grams": "g", "sec": "s", "gf": "gf",
+    "kgf": "kgf", "oz": "oz", "mg": "mg", "newton": "N", "newtons": "N", "kpa": "kPa",
+    "bar": "bar", "millis": "ms", "micros": "us", "volts": "V", "mvv": "mV/V",
+}  # fmt: skip
+_SPLIT = re.compile(r"[_\s/.\-,]+")
+
+
+def known_unit(text: str) -> str | None:
+    """A unit as footcal spells it, None where the text is none."""
+    plain = text.strip().strip("[](){}<>").strip()
+    if plain in SPELLINGS or plain in ("mV/V", "N*m", "N*mm", "m/s^2"):
+        return "count" if plain == "counts" else plain
+    return _ALSO.get(plain.lower()) or None
+
+
+def split_unit(name: str) -> tuple[str, str | None]:
+    """A column's name without its unit, and the unit.
+
+    >>> split_unit("Kraft [N]")
+    ('Kraft', 'N')
+    """
+    found = _BRACKETED.match(name)
+    if found and (unit := known_unit(found["unit"])) is not None:
+        return found["stem"], unit
+    parts = [part for part in _SPLIT.split(name) if part]
+    if len(parts) > 1:
+        last = parts[-1]
+        spelled = known_unit(last) if last in SPELLINGS else None
+        unit = spelled or _SUFFIXES.get(last.lower())
+        # left_m and force_g are a unit, leg_L is none; x_N as much as x_n
+        if unit is not None and last.lower() not in ("l", "r"):
+            return name[: name.rindex(last)].rstrip("_ /.-,"), unit
+    return name, None
+
+
+def looks_like_units(fields: list[str]) -> bool:
+    """Whether a row of a text holds units."""
+    said = [field for field in fields if field.strip().strip("[]()-")]
+    if not said:
+        return False
+    return sum(known_unit(field) is not None for field in said) * 2 >= len(said)

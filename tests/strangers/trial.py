@@ -1,0 +1,65 @@
+"""One log of a stranger: `footcal init`, then the one command that it names."""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from tests.conftest import Run
+from tests.strangers.rigs import Made, Write
+
+
+@dataclass(frozen=True)
+class Trial:
+    """How a log fared.
+
+    Parameters
+    ----------
+    outcome
+        ``calibration``, ``next step``, or why it is neither.
+    made
+        The log and its truth.
+    """
+
+    outcome: str
+    made: Made
+
+    @property
+    def good(self) -> bool:
+        """Whether the outcome is one of the two that were promised."""
+        return self.outcome in ("calibration", "next step")
+
+
+def trial(shape: Write, folder: Path, run: Run, seed: int = 0) -> Trial:
+    """Make a log, run `init` on it and the command it names, compare with the truth."""
+    folder.mkdir(parents=True, exist_ok=True)
+    made = shape(folder, np.random.default_rng(seed))
+    recipe = folder / "guess.toml"
+    answer = run("init", *made.paths, "-o", recipe)
+    if answer.exit_code != 0:
+        said = made.says and made.says in answer.err and "Remedy" in answer.err
+        return Trial("next step" if said else f"init: {answer.err.strip()}", made)
+    line = next(x for x in answer.out.splitlines() if x.startswith("next: "))
+    command = re.search(r"footcal ([a-z-]+) ", line)
+    assert command is not None, line
+    done = run(command[1], "--recipe", recipe, "--out", folder / "out", "--quiet")
+    if made.says:
+        told = made.says in line and done.exit_code in (2, 3) and "Remedy" in done.err
+        return Trial("next step" if told else f"{line} | {done.exit_code} {done.err}", made)
+    if done.exit_code != 0:
+        return Trial(f"{command[1]} ended with {done.exit_code}: {done.err.strip()}", made)
+    if made.cop_within_m:
+        rows = json.loads((folder / "out" / "rmse.json").read_text())["rows"]
+        left = [r["rmse"] for r in rows if r["split"] == "held_out" and r["stage"] == "after"]
+        good = len(left) == 1 and left[0] < made.cop_within_m
+        return Trial("calibration" if good else f"CoP errors {left}", made)
+    record = json.loads((folder / "out" / "parameters.json").read_text())["parameters"]
+    for end, value in made.truth.values.items():
+        found = [p["value"] for name, p in record.items() if name.endswith(end)]
+        if len(found) != 1 or abs(found[0] - value) > made.truth.within[end]:
+            return Trial(f"{end}: {found} for {value:.6g} ± {made.truth.within[end]:.2g}", made)
+    return Trial("calibration", made)

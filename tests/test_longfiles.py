@@ -1,0 +1,87 @@
+"""Long logs read in pieces: the same rows, units and refusals as when they are read at once."""
+
+from __future__ import annotations
+
+import gzip
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from footcal_cli import longfiles
+from footcal_cli.columns import cells_table
+from footcal_cli.errors import DataError
+from footcal_cli.reading import ForeignColumn
+from footcal_cli.tables import read_pieces, read_table
+
+TABLE = cells_table(("left_fl", "left_fr"))
+FOREIGN = {"time_s": ForeignColumn("stamp", "ms"), "left_fl_counts": ForeignColumn("FL", None)}
+GRAVITY = 9.80665
+
+
+@pytest.fixture(autouse=True)
+def small_pieces(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(longfiles, "PIECE_ROWS", 7)
+    monkeypatch.setattr(longfiles, "PIECE_BYTES", 100)
+
+
+def frame() -> pd.DataFrame:
+    rng = np.random.default_rng(0)
+    counts = rng.integers(-5_000_000, 9_000_000, (40, 2))
+    return pd.DataFrame(
+        {"stamp": 12.5 * np.arange(40), "FL": counts[:, 0], "left_fr_counts": counts[:, 1]}
+    )
+
+
+def write(folder: Path, ending: str) -> Path:
+    path = folder / f"log{ending}"
+    if ending == ".parquet":
+        frame().to_parquet(path, index=False, row_group_size=11)
+    elif ending == ".csv.gz":
+        path.write_bytes(gzip.compress(frame().to_csv(index=False).encode()))
+    else:
+        path.write_text(frame().to_csv(index=False).rstrip("\n"))  # no line end at the end
+    return path
+
+
+@pytest.mark.parametrize("ending", [".parquet", ".csv", ".csv.gz"])
+def test_pieces_are_the_whole(tmp_path: Path, ending: str) -> None:
+    path = write(tmp_path, ending)
+    whole = read_table(path, TABLE, FOREIGN, gravity_mps2=GRAVITY)
+    pieces = list(read_pieces(path, TABLE, FOREIGN, gravity_mps2=GRAVITY))
+    assert len(pieces) > 4
+    joined = pd.concat([piece.data for piece in pieces], ignore_index=True)
+    pd.testing.assert_frame_equal(joined, whole.data)
+    assert {piece.digest for piece in pieces} == {whole.digest}
+
+
+def test_a_bad_cell_of_a_late_piece_is_named_by_its_line_in_the_file(tmp_path: Path) -> None:
+    path = write(tmp_path, ".csv")
+    lines = path.read_text().splitlines()
+    lines[30] = "375.0,many,3"
+    path.write_text("\n".join(lines))
+    with pytest.raises(DataError, match=r"column FL, line 31: not a number \(value 'many'\)"):
+        list(read_pieces(path, TABLE, FOREIGN, gravity_mps2=GRAVITY))
+
+
+def test_a_line_that_is_cut_off_is_refused(tmp_path: Path) -> None:
+    path = write(tmp_path, ".csv")
+    path.write_text(path.read_text().rpartition(",")[0])
+    with pytest.raises(DataError, match="the last line is cut off"):
+        list(read_pieces(path, TABLE, FOREIGN, gravity_mps2=GRAVITY))
+
+
+def test_a_file_without_rows_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text("stamp,FL,left_fr_counts\n")
+    with pytest.raises(DataError, match="no rows"):
+        list(read_pieces(path, TABLE, FOREIGN, gravity_mps2=GRAVITY))
+
+
+def test_quoted_texts_are_read_at_once(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    table = frame().assign(note='a "b"\nc')
+    table.to_csv(path, index=False)
+    (whole,) = read_pieces(path, TABLE, FOREIGN, gravity_mps2=GRAVITY)
+    assert len(whole) == 40
