@@ -50,11 +50,11 @@ def curvature_sentence(fits: Sequence[AffineFit], curvature: Curvature | None) -
         return None
     if any(fit.lack_of_fit is not None for fit in fits):
         return (
-            f"The curvature has the same sign in all channels "
+            f"The curvature has the same sign in all {len(curvature.bows)} channels "
             f"(sign test p = {curvature.sign_p:.3f})."
         )
     return (
-        f"The curvature has the same sign in all channels (sensitivity "
+        f"The curvature has the same sign in all {len(curvature.bows)} channels (sensitivity "
         f"{'falls' if curvature.mean > 0 else 'rises'} with load; mean bow "
         f"{100 * curvature.mean:.1f} % of the span, sign test p = {curvature.sign_p:.3f}): a "
         "shared cause, not noise of single channels. Without repeated loads it is unknown "
