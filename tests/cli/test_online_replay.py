@@ -66,7 +66,7 @@ def test_the_walk_is_calibrated_and_everything_is_told(
     for quantity, ratio in (("cop", 0.65), ("foot_cop", 0.6)):
         assert rmse(errors, "memory", quantity) < ratio * rmse(errors, "window", quantity)
     assert rmse(errors, "memory", "cop") < 1e-3
-    assert rmse(errors, "han", "cop") > 3 * rmse(errors, "window", "cop")
+    assert rmse(errors, "static", "cop") > 3 * rmse(errors, "window", "cop")
     sentence = answer.out.splitlines()[0]
     assert sentence.startswith("VERDICT  memory: CoP error")
     assert sentence.endswith("against the truth.")
@@ -130,7 +130,7 @@ def test_losing_samples_costs_only_those_samples(run: Run, walk: Recording, tmp_
     assert frame.vgrf_n[frame.reason == "dropout"].isna().all()
 
 
-@pytest.mark.parametrize(("method", "code"), [("window", 1), ("han", 3)])
+@pytest.mark.parametrize(("method", "code"), [("window", 1), ("static", 3)])
 def test_the_papers_methods_run_by_name_and_gates_judge_them(
     run: Run, brief: Recording, tmp_path: Path, method: str, code: int
 ) -> None:
@@ -140,7 +140,7 @@ def test_the_papers_methods_run_by_name_and_gates_judge_them(
         "online-replay", "--recipe", recipe, "--parameters", belief, "--method", method,
         "--max-cop-rmse-mm", "0.05", "--out", tmp_path / "out",
     )  # fmt: skip
-    # Han's assumption leaves the CoP of this walk worse than it was: no calibration to be trusted
+    # the static assumption leaves the CoP of this walk worse than it was: no calibration to be trusted
     assert answer.exit_code == code
     assert answer.out.startswith(f"VERDICT  {method}:")
     stages = {row.stage for row in read_record(RmseRecord, tmp_path / "out/rmse.json").rows}
