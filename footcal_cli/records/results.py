@@ -12,7 +12,7 @@ from footcal_cli.core.quality import Finding
 from footcal_cli.errors import UsageError, nearest
 from footcal_cli.records.files import Record, Versioned
 
-_LARGEST = 1e100
+_LARGEST = 1e30
 """Larger values and sds overflow when they are squared."""
 _ROUNDING = 1e-6
 """Of correlations."""
