@@ -37,6 +37,9 @@ class CauseRecord(Record):
     blocks_better: int
     rivals: tuple[str, ...] = ()
     places: tuple[str, ...] = ()
+    matters: bool = True
+    """Whether its size is one that matters; a small cause may be as certain as a large one."""
+    remedy: str = ""
 
 
 class EffectRowRecord(Record):
@@ -81,7 +84,7 @@ class NextExperimentRecord(Record):
 
 
 class PlanRecord(Versioned):
-    """``plan.json``: the experiment that tells effects apart, and the menu it was chosen from."""
+    """``plan.json``: the experiment that distinguishes effects, and the menu it was chosen from."""
 
     schema_name: Literal["footcal.plan"] = Field(default="footcal.plan", alias="schema")
     between: tuple[str, ...]

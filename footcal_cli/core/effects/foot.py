@@ -122,7 +122,7 @@ CELL_POSITION = Effect(
     remove=on_known("cell_pos_m", _cell_position(1.0)),
     experiments=("placements", "stand", "walk"),
     formula="true cell position = believed position + δ, in foot axes",
-    source="seed 1, eqs. (3)–(5): the offline CoP correction absorbs it",
+    source="NAO CoP self-calibration, eqs. (3)–(5): the offline CoP correction absorbs it",
     remedy="measure the cells' places; check the model's foot",
     needs=("cell_pos_m",),
     mimics=("crosstalk", "com_offset"),
@@ -145,7 +145,7 @@ SLIP = Effect(
     remove=on_known("cell_pos_m", _slip(1.0)),
     experiments=("stand", "walk"),
     formula="true foot = believed foot + δ · clip((t − t₀ − t_s) / T, 0, 1), in the world",
-    source="seed 1, section 5.1 (slip); Newton–Euler holds while sliding",
+    source="NAO CoP self-calibration, section 5.1 (slip); Newton–Euler holds while sliding",
     remedy="put a rubber sole on the foot, or track the feet with a camera",
     needs=("cell_pos_m",),
     mimics=("com_offset", "wrong_hole"),
@@ -166,8 +166,8 @@ LOAD_BYPASS = Effect(
     remove=on_readings(_unbypass),
     experiments=("placements", "stand", "walk"),
     formula="cells carry F − s · max(F − F_touch, 0) of the foot's load F, in proportion",
-    source="a stop, cable or shell that touches beside the cells",
-    remedy="look for a second load path beside the cells and clear it",
+    source="a stop, cable or shell that touches parallel to the cells",
+    remedy="look for a second load path parallel to the cells and clear it",
     mimics=("nonlinearity", "mass", "hinge"),
     separates="load single cells with weights: a bypass answers to the sum, a curve to each cell",
 )
@@ -181,11 +181,42 @@ HANGING_PLATE = Effect(
     remove=on_readings(_plate(1.0)),
     experiments=("walk",),
     formula="y_i = x_i − W / cells while the foot is in the air: the loose sole hangs on the cells",
-    source="seed 1's feet; a sole that rests on the floor in stance and hangs in swing",
+    source="the feet of the NAO CoP paper; a sole that rests on the floor in stance and hangs in "
+    "swing",
     remedy="fix the sole to the cells' seats, or weigh it and give its weight to the recipe",
     needs=("contact",),
     mimics=("scale_bias", "bias_drift"),
     separates="lift the foot with and without its sole",
 )
+
+
+def _with_inertia(sign: float) -> ArrayTransform:
+    def moved(x: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+        if "foot_acc_mps2" not in log.known:
+            return x, state
+        y = x.copy()
+        acceleration = log.known["foot_acc_mps2"]
+        for foot, own in enumerate(columns_of(Scope.FOOT, log.channels)):
+            force = theta["plate_mass"][foot] * acceleration[:, foot, 2:]
+            y[:, own] -= sign * force / own.size
+        return y, state
+
+    return moved
+
+
+PLATE_INERTIA = Effect(
+    name="plate_inertia",
+    stage=Stage.FOOT,
+    scope=Scope.FOOT,
+    parameters=(EffectParameter("plate_mass", "kg", 0.0, -5.0, 5.0, 0.1),),
+    apply=on_readings(_with_inertia(1.0)),
+    remove=on_readings(_with_inertia(-1.0)),
+    experiments=("walk",),
+    formula="y_i = x_i − m a / cells, a the vertical acceleration of the foot",
+    source="Newton: cells drive what is mounted below them; its weight is part of their bias",
+    remedy="weigh what hangs below the cells",
+    needs=("foot_acc_mps2",),
+)
+"""No row of the table: every plate below cells has it, and it is fitted beside every cause."""
 
 EFFECTS = (CELL_POSITION, SLIP, LOAD_BYPASS, HANGING_PLATE)

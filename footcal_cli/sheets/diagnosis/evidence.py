@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from footcal_cli.core.diagnosis.answer import EffectRow, EffectStatus, Verdict
-from footcal_cli.core.diagnosis.evidence_table import AS_GOOD, found_row, rival_row
+from footcal_cli.core.diagnosis.evidence_table import AS_GOOD, found_row, order_of_row, rival_row
 from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.report import Sheet, number
 from footcal_cli.sheets.diagnosis.words import with_interval, words
@@ -39,6 +39,7 @@ def evidence_sheet(found: Investigation, untested: Mapping[str, str]) -> Sheet:
          "found from", "visible", "verdict"),
         rows,
         note=_HOW_TO_READ,
+        brief=("effect", "where", "size [95 %]", "gain", "verdict"),
         greyed=frozenset(range(tested, len(rows))),
         folded_after=max(min(tested, _MOST_ROWS), 1) if len(rows) > _MOST_ROWS else 0,
     )  # fmt: skip
@@ -57,7 +58,9 @@ def table_rows(found: Investigation) -> list[EffectRow]:
     if found.verdict is Verdict.UNKNOWN:
         # what was accepted on the way did not stand in the end
         return [
-            _open(row, "too much is left beside it") if row.status is EffectStatus.PRESENT else row
+            _open(row, "the residual is still too large")
+            if row.status is EffectStatus.PRESENT
+            else row
             for row in found.rounds[0].effects
         ]
     rows: list[EffectRow] = []
@@ -76,7 +79,7 @@ def table_rows(found: Investigation) -> list[EffectRow]:
         rows += [other for other in weighed if other is not None]
         seen |= {rival.effect for rival in rivals}
     rows += [r for r in found.rounds[-1].effects if r.signature.effect not in seen]
-    return sorted(rows, key=lambda r: (r.status is EffectStatus.NOT_TESTABLE, -r.gain))
+    return sorted(rows, key=order_of_row)
 
 
 def _open(row: EffectRow, reason: str) -> EffectRow:

@@ -16,7 +16,9 @@ from footcal_cli.sheets.diagnosis.words import (
     causes_words,
     could_not,
     gain_words,
+    matters,
     place_words,
+    remedy_of,
     shape_words,
     size_words,
     together,
@@ -41,10 +43,10 @@ def none_found(found: Investigation, untested: Mapping[str, str]) -> tuple[str, 
         details.append(f"It could NOT have shown: {missing}.")
     details += [f"Set aside: {text}." for text in found.rounds[0].search.refused]
     details += _scope_lines(found)
-    details.append("Not found does not mean not there; the table says what was looked for.")
+    details.append("Not found does not mean absent; the table lists what was looked for.")
     if not any(r.status is not EffectStatus.NOT_TESTABLE for r in found.rounds[0].effects):
         return "Nothing was found because nothing could be looked for.", details
-    return "No unmodelled effect found: what is left looks like noise.", details
+    return "No unmodelled effect found: the residual looks like noise.", details
 
 
 def _would_show(row: EffectRow) -> bool:
@@ -58,16 +60,22 @@ def _at_least(row: EffectRow) -> str:
 
 def named(found: Investigation, untested: Mapping[str, str]) -> tuple[str, list[str]]:
     """One name or several, and nothing else."""
-    sentence = f"Cause: {causes_words(found)}. {gain_words(found)}. Nothing else is missing."
+    lead = "Cause" if any(matters(found, f) for f in found.found) else "Nothing that matters"
+    sentence = f"{lead}: {causes_words(found)}. {gain_words(found)}. Nothing else is missing."
     last = found.rounds[-1].before
     other = next_best(found)
     lines = [] if other is None else [other]
     lines += _detail_lines(found)
+    lines += [f"What to do: {text}." for text in _remedies(found)]
     lines.append(
         f"With this in the model nothing else stands out (p = {number(last.p, 2)}); any function "
         f"of the recorded signals would explain {100 * last.ceiling:.1f} % more."
     )
     return sentence, [*lines, *cannot_lines(found, untested)]
+
+
+def _remedies(found: Investigation) -> list[str]:
+    return list(dict.fromkeys(remedy_of(found, item) for item in found.found))
 
 
 def ambiguous(found: Investigation, untested: Mapping[str, str]) -> tuple[str, list[str]]:
@@ -81,10 +89,10 @@ def ambiguous(found: Investigation, untested: Mapping[str, str]) -> tuple[str, l
         if f.cause.rivals
     ]
     certain = [f for f in found.found if not f.cause.rivals]
-    sentence = f"Either {', and either '.join(groups)}: these data cannot tell them apart"
+    sentence = f"Either {', and either '.join(groups)}: these data cannot distinguish them"
     if certain:
         sure = together(words(f.cause.signature.effect) for f in certain)
-        sentence += f" (beside {sure}, which is certain)"
+        sentence += f" (in addition to {sure}, which is certain)"
     lines = [
         f"Were it {words(f.cause.signature.effect)}{place_words(f.cause.signature.where)}: "
         f"{size_words(f)}."
