@@ -140,7 +140,7 @@ def test_the_papers_methods_run_by_name_and_gates_judge_them(
         "online-replay", "--recipe", recipe, "--parameters", belief, "--method", method,
         "--max-cop-rmse-mm", "0.05", "--out", tmp_path / "out",
     )  # fmt: skip
-    # the static assumption leaves the CoP of this walk worse than it was: no calibration to be trusted
+    # the static assumption leaves the CoP of this walk worse than it was: not to be trusted
     assert answer.exit_code == code
     assert answer.out.startswith(f"VERDICT  {method}:")
     stages = {row.stage for row in read_record(RmseRecord, tmp_path / "out/rmse.json").rows}
