@@ -142,7 +142,8 @@ def _not_drawn() -> Iterator[None]:
 
 def spoken(code: int, err: str) -> list[str]:
     """What is wrong with what a user reads."""
-    lines = [line for line in err.splitlines() if line.strip()]
+    said, _, _ = err.partition("\nfor example:\n")  # three lines of what would be taken follow
+    lines = [line for line in said.splitlines() if line.strip()]
     broken = []
     if "Traceback" in err:
         broken.append("a traceback")
