@@ -102,8 +102,9 @@ strangers: $(VENV)/.installed-dev  ## Logs in the shapes that people have: init,
 	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -m slow -s tests/strangers
 
 .PHONY: bench
-bench: $(VENV)/.installed-dev  ## Benchmarks: ratios measured in one run.
+bench: $(VENV)/.installed-dev  ## Benchmarks: ratios measured in one run; writes docs/benchmarks.md.
 	$(BIN)/python -m pytest tests/benchmarks --benchmark-only --benchmark-columns=median,iqr,rounds
+	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.benchmarks
 
 .PHONY: format
 format: $(VENV)/.installed-dev  ## Format the code.

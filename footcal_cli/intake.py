@@ -29,7 +29,6 @@ from footcal_cli.core.parameters import Estimates, FloatArray, Status
 from footcal_cli.core.plausibility import check_total_force, check_walking_cells
 from footcal_cli.core.quality import Finding
 from footcal_cli.core.spatial import rotation_of_quaternion, rotation_of_rpy
-from footcal_cli.core.turned import check_turned_feet
 from footcal_cli.core.wiring import check_channels_walking, check_exchanged_walking
 from footcal_cli.errors import DataError, UsageError
 from footcal_cli.recipe import Robot
@@ -185,6 +184,8 @@ def _wiring(merged: Merged, belief: Belief | None, experiment: str) -> list[Find
     """Cells that are exchanged and, of a walk, copied or frozen; transducers that are turned."""
     log = merged.log
     if belief is None:
+        from footcal_cli.core.turned import check_turned_feet
+
         return [*_carried(log), *check_turned_feet(log)]
     if experiment == "walk":
         findings = check_channels_walking(log.time_s, belief.forces(merged.raw), log.channels)

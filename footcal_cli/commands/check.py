@@ -88,11 +88,10 @@ def _check(session: Session[CheckOptions]) -> Outcome:
         _together(session, tables)
     findings = {(f.code, f.where, f.sentence): f for f in session.noted}
     serious = [finding for finding in findings.values() if finding.severity != "note"]
-    with session.step("draw"):
-        pictures = tuple(
-            picture_of(table, kind, session.recipe.robot, serious, number)
-            for number, (table, kind) in enumerate(tables[:MOST_PICTURES], start=1)
-        )
+    pictures = tuple(
+        picture_of(table, kind, session.recipe.robot, serious, number)
+        for number, (table, kind) in enumerate(tables[:MOST_PICTURES], start=1)
+    )
     rows = sum(len(table) for table, _ in tables)
     alarmed = any(finding.severity == "alarm" for finding in serious)
     count = f"{len(serious)} finding{'s' if len(serious) != 1 else ''}"
@@ -140,8 +139,6 @@ def _clocks(table: Table) -> list[Finding]:
 
 def _together(session: Session[CheckOptions], tables: Sequence[tuple[Table, TableType]]) -> None:
     """What shows only where streams, recipe and calibration come together."""
-    from footcal_cli.commands.parts.hang_logs import leg_logs
-    from footcal_cli.core.turned import check_turned_hanging
     from footcal_cli.errors import DataError, FitError, UsageError
     from footcal_cli.inspection import weights_findings
 
@@ -155,6 +152,9 @@ def _together(session: Session[CheckOptions], tables: Sequence[tuple[Table, Tabl
     # what a log lacks for a check is no fault of the log
     with suppress(DataError, UsageError, FitError, ValueError):
         if "hang" in by_kind:
+            from footcal_cli.commands.parts.hang_logs import leg_logs
+            from footcal_cli.core.turned import check_turned_hanging
+
             whose = str(hang.get("orientation_of", "transducer"))
             logs, _ = leg_logs(by_kind["hang"], session.recipe, whose, 0.0)
             for leg, own in logs.items():

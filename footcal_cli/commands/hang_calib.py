@@ -131,7 +131,9 @@ def _calibrate(session: Session[HangCalibOptions]) -> Outcome:
         runs = {leg: hang_runs(log)[0] for leg, log in logs.items()}
     with session.step("fit"):
         fits = _joint(session, logs)
-        session.note(hanging_axes(logs, runs, fits, asked_of(options)))
+        session.note(
+            hanging_axes(logs, runs, fits, asked_of(options, session.recipe.robot.gravity_mps2))
+        )
     others: dict[str, dict[str, StepwiseFit]] = {}
     if options.compare or options.method != "joint":
         with session.step("compare"):
@@ -189,11 +191,11 @@ def hanging_axes(
 def _joint(session: Session[HangCalibOptions], logs: Mapping[str, list[Log]]) -> dict[str, HangFit]:
     from footcal_cli.core.hang.joint import fit_hang
 
-    asked = asked_of(session.options)
+    asked = asked_of(session.options, session.recipe.robot.gravity_mps2)
     return {leg: fit_hang(log, asked) for leg, log in logs.items()}
 
 
-def asked_of(options: HangCalibOptions) -> HangOptions:
+def asked_of(options: HangCalibOptions, gravity_mps2: float) -> HangOptions:
     """What the core is asked to fit."""
     from footcal_cli.core.hang.joint import HangOptions
 
@@ -205,6 +207,7 @@ def asked_of(options: HangCalibOptions) -> HangOptions:
         temperature=options.temperature,
         drift=options.drift,
         white=options.white,
+        gravity_mps2=gravity_mps2,
     )
 
 

@@ -93,7 +93,6 @@ def static_init(
 
 
 def _stand(session: Session[StaticInitOptions]) -> Outcome:
-    from footcal_cli.commands.parts.standing_six_axis import standing_on_six_axis
     from footcal_cli.core.online.streams import MergeRule
     from footcal_cli.intake import is_six_axis_robot, read_recordings
 
@@ -104,6 +103,8 @@ def _stand(session: Session[StaticInitOptions]) -> Outcome:
             session, rule, "stand", body_needed=is_six_axis_robot(session.recipe.robot)
         )
     if recordings[0].belief is None:
+        from footcal_cli.commands.parts.standing_six_axis import standing_on_six_axis
+
         return standing_on_six_axis(session, recordings)
     return _cells(session, recordings)
 

@@ -126,6 +126,32 @@ def detect_contact(
     return contact
 
 
+def flicker(
+    foot_force_n: FloatArray, weight_n: float, rate_hz: float, rule: ContactRule | None = None
+) -> BoolArray:
+    """Samples of phases too short to be a stance or a swing, shape (n, feet).
+
+    A foot in the air that carries hundreds of newtons for one sample is a broken reading: left in,
+    a low-pass spreads it over its neighbours.
+
+    Parameters
+    ----------
+    foot_force_n, weight_n, rate_hz, rule
+        As `detect_contact`; forces as read, not filtered.
+    """
+    rule = rule or ContactRule()
+    shortest = max(round(rule.min_phase_s * rate_hz), 1)
+    found = np.zeros(foot_force_n.shape, dtype=bool)
+    for foot, force in enumerate(foot_force_n.T):
+        loaded = _hysteresis(force, rule.off_share * weight_n, rule.on_share * weight_n)
+        found[:, foot] = _without_flicker(loaded, shortest) != loaded
+        for value in (False, True):
+            for start, stop in stretches(loaded == value):
+                at_an_end = (start == 0) != (stop == force.size)
+                found[start:stop, foot] |= at_an_end and stop - start < shortest
+    return found
+
+
 def contact_now(
     foot_force_n: FloatArray, weight_n: float, rate_hz: float, rule: ContactRule | None = None
 ) -> FloatArray:

@@ -21,6 +21,7 @@ from footcal_cli.plots.style import (
     CELL_COLOURS,
     REFERENCE,
     new_figure,
+    peaks_kept,
     tidy,
 )
 
@@ -38,6 +39,7 @@ METHOD_COLOURS = {
 }
 _SHOWN_S = 6.0
 _MOST_CURVES = 6
+_MOST_DOTS = 20_000
 
 
 def _excerpt(found: Comparison) -> BoolArray:
@@ -111,6 +113,7 @@ def plot_path(
         to_first = _turned(np.broadcast_to(cells[0], (len(yaw), 2)), -yaw)
         origin = log.known["cell_pos_m"][:, first] - to_first
         local = 1e3 * _turned(found.replayed[method].feet[k].cop_m - origin, yaw)
+        local = local[:: -(-len(local) // _MOST_DOTS)]
         axes.plot(-local[:, 1], local[:, 0], ".", markersize=1.0, color=AFTER)
         axes.plot(-1e3 * cells[:, 1], 1e3 * cells[:, 0], "s", color=REFERENCE, markersize=5)
         if len(outline):
@@ -142,12 +145,12 @@ def plot_parameters(track: Track, jumps: Sequence[Jump], kinds: Sequence[str]) -
         percent = 100.0 if track.units[at[0]] == "-" else 1.0
         unit = "%" if track.units[at[0]] == "-" else track.units[at[0]]
         for colour, i in zip((*CELL_COLOURS, *CELL_COLOURS), at, strict=False):
-            value, sd = percent * track.values[:, i], percent * track.sd[:, i]
-            axes.plot(
-                track.time_s, value, color=colour, linewidth=1.1, label=_owner(track.names[i])
-            )
+            drawn = peaks_kept(track.values[:, i])
+            time_s, value = track.time_s[drawn], percent * track.values[drawn, i]
+            sd = percent * track.sd[drawn, i]
+            axes.plot(time_s, value, color=colour, linewidth=1.1, label=_owner(track.names[i]))
             axes.fill_between(
-                track.time_s, value - 2 * sd, value + 2 * sd, color=colour, alpha=0.12, linewidth=0
+                time_s, value - 2 * sd, value + 2 * sd, color=colour, alpha=0.12, linewidth=0
             )
         for jump in jumps:
             if kind == "bias":
@@ -186,8 +189,10 @@ def plot_states(
         i = track.names.index(name)
         factor, unit = scale.get(name, (1.0, track.units[i]))
         value, sd = factor * track.values[:, i], factor * track.sd[:, i]
-        axes.plot(track.time_s, value, color=AFTER, linewidth=1.1)
-        axes.fill_between(track.time_s, value - 2 * sd, value + 2 * sd, color=AFTER, alpha=0.15)
+        drawn = peaks_kept(value)
+        time_s, low, high = (x[drawn] for x in (track.time_s, value - 2 * sd, value + 2 * sd))
+        axes.plot(time_s, value[drawn], color=AFTER, linewidth=1.1)
+        axes.fill_between(time_s, low, high, color=AFTER, alpha=0.15)
         axes.axhline(0.0, color=REFERENCE, linewidth=0.6)
         _to_settled(axes, track, [value], [sd])
         tidy(axes, state_in_words(name), "", unit)
@@ -219,7 +224,8 @@ def plot_innovations(track: Track, outputs: Sequence[str]) -> Figure:
         normalised = track.innovation / track.innovation_sd
     for k, (axes, name) in enumerate(zip(panels, outputs, strict=True)):
         axes.axhspan(-2.0, 2.0, color="#eef1f4")
-        axes.plot(track.time_s, normalised[:, k], ".", markersize=1.5, color=AFTER)
+        drawn = peaks_kept(normalised[:, k], _MOST_DOTS)
+        axes.plot(track.time_s[drawn], normalised[drawn, k], ".", markersize=1.5, color=AFTER)
         axes.set_ylim(-5.5, 5.5)
         title = _OUTPUTS_IN_WORDS.get(name, name)
         tidy(axes, f"{title}: surprise over its claimed sd", "", "sd")

@@ -1,41 +1,51 @@
-"""Time of the online estimators over one walk; divide by its updates for the paper's 2.5 ms."""
+"""The contenders of `make bench` do the same thing: they give the same answers."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 import pytest
 
-from footcal_cli.core.log import Log
-from footcal_cli.core.online.belief import Belief
-from footcal_cli.core.online.filter import Noise, run_filter
-from footcal_cli.core.online.rows import cell_rows
-from footcal_cli.core.online.window import Weights, run_window, run_window_fast
-from tests.core.walk_data import Errors, make_walk, record
-from tests.core.walking import belief_of, walk_log
+from footcal_cli.core.online.window import WindowTrack
+from tests.benchmarks.contenders import Contender, contenders
+from tests.benchmarks.limits import compiler
 
-ONE = Weights(4e4, 3e4, 3e3)
-MANY = Weights(4e4, 3e4, np.geomspace(1.0, 1e6, 64))
+SLOW_TO_CONVERGE = "SciPy"
 
 
 @pytest.fixture(scope="module")
-def walk() -> tuple[Log, Belief]:
-    recording = record(make_walk(0.04, 20.0, seed=1), Errors(), seed=1)
-    return walk_log(recording), belief_of(recording)
+def groups() -> dict[str, dict[str, Callable[[], object]]]:
+    found: dict[str, dict[str, Callable[[], object]]] = {}
+    for one in contenders():
+        assert isinstance(one, Contender)
+        found.setdefault(one.group, {})[one.name] = one.run
+    return found
 
 
-METHODS: dict[str, Callable[[Log, Belief], object]] = {
-    "window": lambda log, belief: run_window(log, belief, ONE),
-    "window by sliding sums": lambda log, belief: run_window_fast(log, belief, ONE),
-    "window by sliding sums, 64 settings": lambda log, belief: run_window_fast(log, belief, MANY),
-    "memory": lambda log, belief: run_filter(cell_rows(log, belief), Noise(swing_fixed_n=0.07)),
-}
+def theta(answer: object) -> np.ndarray:
+    """Solutions of a window, (u, settings, 2c)."""
+    if isinstance(answer, WindowTrack):
+        return np.concatenate([answer.gain, answer.bias_n], axis=2)
+    return np.asarray(answer).reshape(-1, np.asarray(answer).shape[-2], 16)
 
 
-@pytest.mark.benchmark(group="20 s of walking")
-@pytest.mark.parametrize("method", METHODS)
-def test_online(benchmark: Any, walk: tuple[Log, Belief], method: str) -> None:
-    benchmark.extra_info["updates"] = len(cell_rows(*walk))
-    benchmark.pedantic(METHODS[method], args=walk, rounds=5, warmup_rounds=1)
+@pytest.mark.skipif(compiler() is None, reason="no C compiler")
+@pytest.mark.parametrize("start", ["window, 5", "window, sliding sums, 64"])
+def test_windows_in_c_solve_what_the_package_solves(
+    groups: dict[str, dict[str, Callable[[], object]]], start: str
+) -> None:
+    own = next(group for name, group in groups.items() if name.startswith(start))
+    package, limit = theta(own["compiled"]()), np.asarray(own["C limit"]())
+    np.testing.assert_allclose(
+        limit.reshape(package.shape), package, atol=1e-7 * np.abs(package).max()
+    )
+
+
+@pytest.mark.skipif(compiler() is None, reason="no C compiler")
+def test_the_filter_in_c_and_in_a_textbook_find_what_the_package_finds(
+    groups: dict[str, dict[str, Callable[[], object]]],
+) -> None:
+    own = next(group for name, group in groups.items() if "without the search" in name)
+    textbook, limit = np.asarray(own["textbook NumPy loop with an inverse"]()), own["C limit"]()
+    np.testing.assert_allclose(np.asarray(limit), textbook, atol=1e-7 * np.abs(textbook).max())

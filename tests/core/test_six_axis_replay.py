@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from footcal_cli.core.contact import judge
+from footcal_cli.core.contact import flicker, judge
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.six_axis_replay import GUARDS, SixAxisReplay, replay_six_axis
 from footcal_cli.core.online.streams import Merged
@@ -131,3 +131,12 @@ def test_a_wrong_model_gets_less_weight_until_the_innovations_fit() -> None:
     fx, fy = np.asarray(found.rows.total_sd_factor)[:2] * found.tuning.noise.force_slow_n
     assert fx > 1.3 * fy
     assert np.sqrt(np.mean(np.square(wrong.scores(found)[:12]))) < 1.5
+
+
+def test_phases_of_one_sample_are_broken_readings_at_the_ends_of_a_log_too() -> None:
+    force = np.full((400, 1), 700.0)
+    force[100:150] = force[250:300] = 5.0
+    force[120] = force[280] = 900.0
+    force[399] = 4.0  # a swing of one sample at the end
+    found = flicker(force, 700.0, 50.0)
+    assert np.flatnonzero(found[:, 0]).tolist() == [120, 280, 399]

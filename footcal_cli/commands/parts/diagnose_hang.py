@@ -51,7 +51,10 @@ def read_hang(session: Session[DiagnoseOptions]) -> CaseRead:
     undone, _ = leg_logs(
         tables, recipe, asked.orientation_of, asked.leg_weight_n, session.parameters
     )
-    fits = {leg: fit_hang(logs, asked_of(_constant(asked))) for leg, logs in undone.items()}
+    fits = {
+        leg: fit_hang(logs, asked_of(_constant(asked), recipe.robot.gravity_mps2))
+        for leg, logs in undone.items()
+    }
     logs, in_order = blocked(raw)
     weight_n = sum(fit.values.weight_n for fit in fits.values()) / len(fits)
     chain, values, free = _model(session, fits, logs)
@@ -71,7 +74,7 @@ def read_hang(session: Session[DiagnoseOptions]) -> CaseRead:
     timed = () if in_order else ("offset_drift", "offset_change")
     untested = UNTESTED | dict.fromkeys(timed, "time stamps start anew in every hanging")
     runs = {leg: hang_runs(each)[0] for leg, each in undone.items()}
-    turned = hanging_axes(undone, runs, fits, asked_of(_constant(asked)))
+    turned = hanging_axes(undone, runs, fits, asked_of(_constant(asked), recipe.robot.gravity_mps2))
     return CaseRead(case, turned, untested)
 
 

@@ -42,7 +42,10 @@ def binned_com(fit: HangFit, runs: Sequence[HangRun], bins: int = 36) -> BinnedC
         turned = np.unwrap(run.phase_rad)
         cycle = np.floor((turned - turned.min()) / (2 * np.pi)).astype(int)
         place = np.floor(np.mod(run.phase_rad, 2 * np.pi) / (2 * np.pi) * bins).astype(int) % bins
-        torque = run.wrench[:, 3:] - fit.values.offset[3:]
+        turning = fit.model.inertial_wrench(
+            fit.values, run.phase_rad, run.shaft_radps, run.shaft_radps2
+        )
+        torque = (run.wrench - turning)[:, 3:] - fit.values.offset[3:]
         total = np.zeros((cycle.max() + 1, bins, 3))
         count = np.zeros((cycle.max() + 1, bins))
         np.add.at(total, (cycle, place), torque)

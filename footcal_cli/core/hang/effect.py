@@ -18,7 +18,7 @@ from footcal_cli.core.effects.contract import (
     Theta,
     Transform,
 )
-from footcal_cli.core.hang.model import HangModel, leg_com_t_m
+from footcal_cli.core.hang.model import HangModel, leg_com_acc_t_mps2, leg_com_t_m
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import ParameterSet
 from footcal_cli.core.spatial import rotation_exp
@@ -50,7 +50,7 @@ def hanging_effect(model: HangModel) -> Effect:
         apply=kept,
         remove=_remove_of(model),
         experiments=("hang",),
-        formula="w = [m g u; r(φ) × m g u], u = exp([s]) e",
+        formula="w = [m (g u − r̈); r(φ) × m (g u − r̈)], u = exp([s]) e",
         source="seed 2, eqs. (4)-(7)",
         remedy="calibrate: hang-calib",
     )
@@ -73,9 +73,14 @@ def _remove_of(model: HangModel) -> Transform:
         turn = model.tilt_design @ np.array([theta[name][0] for name in tilts])
         direction = (rotation_exp(turn) @ model.nominal_dir_t[..., None])[..., 0]
         com = np.array([theta[name][0] for name in coms]).reshape(3, model.com_columns)
+        phase = log.known["phase_rad"]
+        if "shaft_radps" in log.known:
+            shaft = log.known["shaft_radps"], log.known["shaft_radps2"]
+            moved = leg_com_acc_t_mps2(com, phase, *shaft) / model.gravity_mps2
+            log = log.with_known(leg_acc_g=moved)
         return log.with_known(
             leg_weight_n=np.full(len(log), theta["weight"][0]),
-            leg_com_m=leg_com_t_m(com, log.known["phase_rad"]),
+            leg_com_m=leg_com_t_m(com, phase),
             gravity_dir=direction[log.known[RUN].astype(np.int64)],
         ), state
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footcal_cli.core.hang.model import AXES
+from footcal_cli.core.hang.turning import shaft_motion
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 
@@ -72,11 +73,14 @@ def hang_log(
     """
     rows = time_s.shape[0]
     changed = np.any(gravity_dir[1:] != gravity_dir[:-1], axis=1)
+    speed, acceleration = shaft_motion(time_s, phase_rad, np.concatenate([[True], changed]))
     known = {
         "phase_rad": phase_rad,
         "gravity_dir": gravity_dir,
         "leg_weight_n": np.full(rows, leg_weight_n),
         "leg_com_m": np.zeros((rows, 3)),
+        "shaft_radps": speed,
+        "shaft_radps2": acceleration,
     }
     if temperature_degc is not None:
         known["temperature_degc"] = temperature_degc

@@ -21,6 +21,8 @@ MAX_ORDER = 3
 _MIN_NOISE_DOF = 60
 _PHASE_CONDITION = 1e-4
 _NOISE_ROUNDS = 4
+_INERTIAL_ROUNDS = 2
+_TYPICAL_SD = np.array([1.0] * 3 + [0.1] * 3)
 _LEAST_NOISE = 1e-9  # of the weight: logs without any noise
 
 
@@ -42,6 +44,8 @@ class HangOptions:
         True: take every sample as independent (for comparison; too short intervals).
     noise_sd
         Noise per channel, shape (6,), for records too short to show it; None: estimated.
+    gravity_mps2
+        Turns the weight of a leg into the mass that a turning leg accelerates.
     """
 
     order: int | None = None
@@ -52,6 +56,7 @@ class HangOptions:
     drift: bool = False
     white: bool = False
     noise_sd: FloatArray | None = None
+    gravity_mps2: float = 9.80665
 
 
 @dataclass(frozen=True)
@@ -113,7 +118,7 @@ class HangFit:
         """Measured − model per run, shape (n, 6), N and Nm."""
         tables = self.model.coefficients(self.estimates.values)
         return [
-            run.wrench
+            _at_rest(run, self.model, self.values)
             - self.model.regressors(
                 run.phase_rad,
                 run.temperature_degc - self.reference_temperature_degc,
@@ -143,7 +148,8 @@ def fit_hang(logs: Sequence[Log], options: HangOptions | None = None) -> HangFit
     """Fit one leg's offsets, weight, CoM and tilts to all its hanging logs at once.
 
     Minimises ``Σ_logs Σ_channels ‖n_lc‖²`` with n the whitened noise of
-    ``w = offset + [m g u; r(φ) × m g u]`` (seed 2, eqs. (4)-(7), all at once).
+    ``w = offset + [m (g u − r̈); r × m (g u − r̈)]`` (seed 2, eqs. (4)-(7), all at once, and the
+    acceleration of a leg that turns). The part of r̈ is taken off as a first fit gives it.
 
     Parameters
     ----------
@@ -162,6 +168,7 @@ def fit_hang(logs: Sequence[Log], options: HangOptions | None = None) -> HangFit
         asked.tilt_sd_rad,
         asked.temperature,
         asked.drift,
+        asked.gravity_mps2,
     )
     samples = sum(run.wrench.shape[0] for run in runs)
     references = (
@@ -184,6 +191,11 @@ def fit_hang(logs: Sequence[Log], options: HangOptions | None = None) -> HangFit
         designs = [z[:, kept] for z in designs]
         grams = [gram[np.ix_(kept, kept)] for gram in grams]
     triangles = [triangle(*each) for each in zip(designs, wrenches, grams, strict=True)]
+    for _ in range(_INERTIAL_ROUNDS if any(run.shaft_radps.any() for run in runs) else 0):
+        first = Summary.of(designs, wrenches, _white(_TYPICAL_SD), triangles)
+        values = model.split(first.solve(model, weight_n))
+        wrenches = [_at_rest(run, model, values) for run in runs]
+        triangles = [triangle(*each) for each in zip(designs, wrenches, grams, strict=True)]
     if asked.noise_sd is None and samples - sum(z.shape[1] for z in designs) >= _MIN_NOISE_DOF:
         residuals = [
             w - z @ np.linalg.lstsq(*triangle, rcond=SEEN)[0]
@@ -203,6 +215,15 @@ def fit_hang(logs: Sequence[Log], options: HangOptions | None = None) -> HangFit
     fit = summary.fit(model, start, weight_n)
     return HangFit(
         model, fit, noise, evidence, samples, effective, *references, hang_gaps(model, fit)
+    )
+
+
+def _at_rest(run: HangRun, model: HangModel, values: HangValues) -> FloatArray:
+    """Readings without what the turning of the leg adds, shape (n, 6)."""
+    if not run.shaft_radps.any():
+        return run.wrench
+    return run.wrench - model.inertial_wrench(
+        values, run.phase_rad, run.shaft_radps, run.shaft_radps2
     )
 
 
@@ -242,7 +263,7 @@ def _noise_from_fit(
     FitError
         There are fewer readings than parameters: nothing shows the noise.
     """
-    sd = np.array([1.0] * 3 + [0.1] * 3) if noise_sd is None else np.asarray(noise_sd, dtype=float)
+    sd = _TYPICAL_SD if noise_sd is None else np.asarray(noise_sd, dtype=float)
     triangles = [triangle(z, w) for z, w in zip(designs, wrenches, strict=True)]
     for _ in range(_NOISE_ROUNDS if noise_sd is None else 0):
         theta = Summary.of(designs, wrenches, _white(sd), triangles).solve(model, weight_n)

@@ -1,9 +1,10 @@
 """The wrench of a hanging leg, exact in the tilt, as coefficients of a few regressors.
 
-``w = offset + [m g u; r(φ) × m g u]`` with ``u = exp([s]) e``: e is the nominal direction of
-gravity in the transducer frame and s the small turn between nominal and true of that log
-(seed 2, eqs. (4)-(7), with the full rotation instead of ``I + [s]``). With
-``r(φ) = Σ_h r_h z_h(φ)``, z = (1, sin φ, cos φ, sin 2φ …), each log is linear in z.
+``w = offset + [m (g u − r̈); r × m (g u − r̈)]`` with ``u = exp([s]) e``: e is the nominal direction
+of gravity in the transducer frame and s the small turn between nominal and true of that log
+(seed 2, eqs. (4)-(7), with the full rotation instead of ``I + [s]``, and with the acceleration r̈
+of a leg that turns). With ``r(φ) = Σ_h r_h z_h(φ)``, z = (1, sin φ, cos φ, sin 2φ …), the part of
+gravity is linear in z; the part of r̈ is `HangModel.inertial_wrench`.
 """
 
 from __future__ import annotations
@@ -46,6 +47,8 @@ class HangModel:
         Prior sd of each component of s.
     temperature, drift
         Whether the six offsets follow temperature, and time.
+    gravity_mps2
+        Turns a weight into a mass.
     """
 
     leg: str
@@ -55,6 +58,7 @@ class HangModel:
     tilt_sd_rad: float = 0.2
     temperature: bool = False
     drift: bool = False
+    gravity_mps2: float = 9.80665
 
     @property
     def com_columns(self) -> int:
@@ -184,6 +188,23 @@ class HangModel:
         turn = self.split(theta).turn_rad
         return np.asarray((rotation_exp(turn) @ self.nominal_dir_t[..., None])[..., 0])
 
+    def inertial_wrench(
+        self, values: HangValues, phase_rad: FloatArray, speed: FloatArray, acceleration: FloatArray
+    ) -> FloatArray:
+        """``[−m r̈; r × −m r̈]`` of a turning leg, shape (n, 6).
+
+        Parameters
+        ----------
+        values
+            Its weight and CoM.
+        phase_rad, speed, acceleration
+            Of the shaft, shape (n,): rad, rad/s, rad/s².
+        """
+        com = leg_com_t_m(values.com_m, phase_rad)
+        moved = leg_com_acc_t_mps2(values.com_m, phase_rad, speed, acceleration)
+        force = -values.weight_n / self.gravity_mps2 * moved
+        return np.concatenate([force, np.cross(com, force)], axis=1)
+
     def coefficients(self, theta: FloatArray) -> FloatArray:
         """Wrench per unit of each regressor, shape (L, 6, d)."""
         values = self.split(theta)
@@ -256,6 +277,22 @@ def leg_com_t_m(com_m: FloatArray, phase_rad: FloatArray) -> FloatArray:
     """Leg CoM ``r(φ)`` from its Fourier coefficients (3, 1 + 2 order), shape (..., 3), m."""
     columns = fourier_columns(phase_rad, (com_m.shape[1] - 1) // 2)
     return np.asarray(np.stack(columns, axis=-1) @ com_m.T)
+
+
+def leg_com_acc_t_mps2(
+    com_m: FloatArray, phase_rad: FloatArray, speed: FloatArray, acceleration: FloatArray
+) -> FloatArray:
+    """``r̈ = r″(φ) φ̇² + r′(φ) φ̈`` of the leg CoM, shape (n, 3), m/s²."""
+    order = (com_m.shape[1] - 1) // 2
+    columns = fourier_columns(phase_rad, order)
+    moved = [np.zeros_like(phase_rad)]
+    for h in range(1, order + 1):
+        sine, cosine = columns[2 * h - 1], columns[2 * h]
+        moved += [
+            h * cosine * acceleration - h**2 * sine * speed**2,
+            -h * sine * acceleration - h**2 * cosine * speed**2,
+        ]
+    return np.asarray(np.stack(moved, axis=-1) @ com_m.T)
 
 
 def fourier_columns(phase_rad: FloatArray, order: int) -> list[FloatArray]:

@@ -26,6 +26,8 @@ class HangRun:
         Shape (n,); temperature is 0 where the log has none.
     leg_weight_n
         Believed weight of the leg.
+    shaft_radps, shaft_radps2
+        Speed and acceleration of the shaft, shape (n,); zero where the log does not say.
     """
 
     nominal_dir_t: FloatArray
@@ -34,6 +36,8 @@ class HangRun:
     time_s: FloatArray
     temperature_degc: FloatArray
     leg_weight_n: float
+    shaft_radps: FloatArray
+    shaft_radps2: FloatArray
 
 
 def hang_runs(logs: Sequence[Log]) -> tuple[tuple[HangRun, ...], str]:
@@ -66,6 +70,8 @@ def hang_runs(logs: Sequence[Log]) -> tuple[tuple[HangRun, ...], str]:
                     log.time_s[part],
                     log.known.get("temperature_degc", np.zeros(len(log)))[part],
                     float(log.known["leg_weight_n"][start]),
+                    log.known.get("shaft_radps", np.zeros(len(log)))[part],
+                    log.known.get("shaft_radps2", np.zeros(len(log)))[part],
                 )
             )
     if not runs:

@@ -17,6 +17,7 @@ SETTLING_S = 5.0
 _STEADY_SHARE = 1.0 / 3.0
 _LEVEL = 0.95
 _PHASES, _LEAST_CYCLES = 24, 5
+_HUBER = 3.0
 
 
 @dataclass(frozen=True)
@@ -256,16 +257,21 @@ def repetition(track: Track, phase: FloatArray, totals: int, *, skip_s: float = 
     """
     use = np.isfinite(phase) & (track.time_s - track.time_s[0] > skip_s)
     values: list[float] = []
+    cycles: list[int] = []
     for k in range(totals):
-        normalised = track.innovation[:, k] / track.innovation_sd[:, k]
+        # one broken sample is no repetition
+        normalised = np.clip(track.innovation[:, k] / track.innovation_sd[:, k], -_HUBER, _HUBER)
         good = use & np.isfinite(normalised)
         place = np.floor(phase[good] * _PHASES).astype(int)
         count = np.bincount(place, minlength=_PHASES)
         total = np.bincount(place, weights=normalised[good], minlength=_PHASES)
         filled = count >= _LEAST_CYCLES
         if filled.any():
+            cycles.extend(count[filled])
             values.extend(total[filled] ** 2 / count[filled])
     found = float(np.mean(values)) if values else 1.0
+    # n cycles of an error are at worst one: a larger factor would switch the rows off
+    found = min(found, float(np.median(cycles))) if cycles else found
     by_chance = float(stats.chi2.ppf(_LEVEL, len(values))) / len(values) if values else 1.0
     return found if found > by_chance else 1.0
 

@@ -111,7 +111,7 @@ class JumpBank:
         self.score[slot] = self.information[slot] = 0.0
         self.onset[slot] = j
         flat = self.response.reshape(s, -1)
-        whitened = np.linalg.solve(found.chol, h @ flat)
+        whitened = found.root @ (h @ flat)
         self.score += (found.standard @ whitened).reshape(size, count)
         self.information += np.sum(whitened**2, axis=0).reshape(size, count)
         flat -= found.weight.T @ whitened

@@ -44,8 +44,8 @@ class Innovation:
 
     Parameters
     ----------
-    chol
-        L, shape (…, k, k).
+    root
+        L⁻¹, shape (…, k, k).
     standard
         z, shape (…, k): independent with variance 1 where the model holds.
     weight
@@ -56,7 +56,7 @@ class Innovation:
         Shape (…).
     """
 
-    chol: FloatArray
+    root: FloatArray
     standard: FloatArray
     weight: FloatArray
     variance: FloatArray
@@ -94,11 +94,11 @@ def innovate(
     variance = total[..., at, at].copy()
     total[..., at, at] = np.maximum(variance, nu**2 / huber**2)
     chol = np.asarray(np.linalg.cholesky(total), dtype=np.float64)
-    white = np.linalg.solve(chol, np.concatenate([hp, nu[..., None]], axis=-1))
-    standard = white[..., -1]
+    root = np.asarray(np.linalg.inv(chol), dtype=np.float64)
+    standard = np.asarray((root @ nu[..., None])[..., 0])
     diagonal = chol[..., at, at]
     return Innovation(
-        chol, standard, white[..., :-1], variance,
+        root, standard, np.asarray(root @ hp), variance,
         np.asarray(np.sum(standard**2, axis=-1)),
         np.asarray(2.0 * np.sum(np.log(diagonal), axis=-1), dtype=np.float64),
     )  # fmt: skip

@@ -151,12 +151,12 @@ def _columns(log: Log, scales: bool) -> FloatArray:
             lever = np.cross(np.eye(3)[i], pull)
             h[:, :totals, at_com + i] = -np.einsum("nij,nj->ni", unit[:, :, 3:], lever)
             h[:, totals + 6 * k + 3 : totals + 6 * k + 6, at_com + i] = -lever
-    specific = known["com_acc_mps2"].copy()
-    specific[:, 2] += known["gravity_mps2"]
-    h[:, :3, carriers] = -specific
-    load = known["mass_kg"][:, None] * specific
-    h[:, 4, carriers + 1] = load[:, 2]
-    h[:, 3, carriers + 2] = -load[:, 2]
+    # Mass and CoM act through gravity alone: regressed on an acceleration that is itself measured
+    # they would be pulled towards zero, and the offsets would take up the weight.
+    h[:, 2, carriers] = -known["gravity_mps2"]
+    weight = known["mass_kg"] * known["gravity_mps2"]
+    h[:, 4, carriers + 1] = weight
+    h[:, 3, carriers + 2] = -weight
     ends = [
         walk.six_axis_balance(advanced(log, sign * _DELAY_STEP_S)).error for sign in (1.0, -1.0)
     ]

@@ -269,8 +269,9 @@ def _same(kinds: Sequence[str], k: int) -> list[int]:
 
 
 def _root_mean(squared: FloatArray) -> float:
+    """Root mean of squares of normalised values, each counted up to the limit of the filter."""
     seen = squared[np.isfinite(squared)]
-    return float(np.sqrt(np.mean(seen))) if seen.size else 1.0
+    return float(np.sqrt(np.mean(np.minimum(seen, GUARDS.huber**2)))) if seen.size else 1.0
 
 
 def _vertical_sd(rows: Rows, noise: Noise) -> float:

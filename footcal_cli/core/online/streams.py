@@ -16,6 +16,7 @@ from footcal_cli.core.contact import (
     airborne_now,
     contact_now,
     detect_contact,
+    flicker,
     judge,
 )
 from footcal_cli.core.log import Log
@@ -253,7 +254,6 @@ def merge_six_axis(
     readings = sensors.readings[at]
     values, seen, body_clock = _body_on(body, sensors.time_s[at], rule)
     good = whole & np.isfinite(readings).all(axis=1)
-    filtered = low_pass_stretches(readings, good, rate, rule.cutoff_hz, causal=rule.causal)
     feet_rot = _orthonormal(values["feet_rot"])
     rot = np.stack(
         [feet_rot[:, k] @ turned for k, (_, turned) in enumerate(sensor_in_foot)], axis=1
@@ -266,12 +266,23 @@ def merge_six_axis(
         axis=1,
     )
     n, feet = at.size, len(sensor_in_foot)
-    wrench = filtered.reshape(n, feet, 6)
-    vertical = np.einsum("nkj,nkj->nk", rot[:, :, 2, :], wrench[..., :3]) + weight_below_n
+
+    def vertical_of(wrench: FloatArray) -> FloatArray:
+        force = wrench.reshape(n, feet, 6)[..., :3]
+        return np.asarray(np.einsum("nkj,nkj->nk", rot[:, :, 2, :], force) + weight_below_n)
+
+    broken = np.zeros(n, dtype=bool)
+    if not rule.causal:
+        spikes = flicker(vertical_of(readings), mass_kg * gravity_mps2, rate, rule.contact)
+        broken = spikes.any(axis=1) & good
+    sound = good & ~broken
+    filtered = low_pass_stretches(readings, sound, rate, rule.cutoff_hz, causal=rule.causal)
+    vertical = vertical_of(np.where(sound[:, None], filtered, np.nan))
     contact = detect_contact(vertical, mass_kg * gravity_mps2, rate, rule.contact)
     validity = judge(
         {
             Reason.DROPOUT: ~(good & seen),
+            Reason.OUTLIER: broken,
             Reason.TRANSITION: np.isnan(contact).all(axis=1) & good,
         },
         n,
@@ -290,7 +301,7 @@ def merge_six_axis(
         "foot_com_m": np.tile(com_below_m, (n, 1, 1)),
         "foot_acc_mps2": values["feet_acc_mps2"].reshape(n, feet, -1),
     }
-    usable = np.where((good & seen)[:, None], filtered, np.nan)
+    usable = np.where((sound & seen)[:, None], filtered, np.nan)
     log = Log(
         experiment, sensors.channels, sensors.time_s[at], usable, known, np.zeros(n, dtype=np.int64)
     )

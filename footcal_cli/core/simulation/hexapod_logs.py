@@ -64,7 +64,8 @@ def hang_log(
 ) -> Simulated:
     """One leg hanging in all four orientations, one after the other; block: orientation and cycle.
 
-    ``f = m g d̂``, ``τ = r(φ) × f`` with d̂ the true direction of gravity (seed 2, eqs. (4)–(7)).
+    ``f = m (g d̂ − r̈)``, ``τ = r(φ) × f`` with d̂ the true direction of gravity and r̈ the leg's
+    acceleration (seed 2, eqs. (4)–(7), which hold for a leg at rest).
     """
     spec = robot.legs[leg]
     per_way = int(plan.cycles * plan.cycle_s * plan.rate_hz)
@@ -84,13 +85,16 @@ def hang_log(
             "gravity_dir": np.array(list(HANGINGS.values()), dtype=float)[way],
             "leg_weight_n": np.full(rows, spec.weight_n),
             "leg_com_m": spec.com_m(phase),
+            "leg_acc_g": spec.com_acc_mps2(phase, 2.0 * np.pi / plan.cycle_s) / robot.gravity_mps2,
             "temperature_degc": np.full(rows, 22.0),
         },
         way * plan.cycles + np.minimum((within / plan.cycle_s).astype(int), plan.cycles - 1),
     )
 
     def loads(log: Log) -> FloatArray:
-        force = log.known["leg_weight_n"][:, None] * log.known["gravity_dir"]
+        force = log.known["leg_weight_n"][:, None] * (
+            log.known["gravity_dir"] - log.known["leg_acc_g"]
+        )
         return np.concatenate([force, np.cross(log.known["leg_com_m"], force)], axis=1)
 
     return measure(

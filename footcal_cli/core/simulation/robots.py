@@ -106,6 +106,11 @@ class HexapodLeg:
     com_cos_m: tuple[float, float, float]
     com_mean_m: tuple[float, float, float]
 
+    def com_acc_mps2(self, phase_rad: FloatArray, speed_radps: float) -> FloatArray:
+        """Acceleration of the CoM of a leg that turns evenly, shape (n, 3)."""
+        com: FloatArray = speed_radps**2 * (np.array(self.com_mean_m) - self.com_m(phase_rad))
+        return com
+
     def com_m(self, phase_rad: FloatArray) -> FloatArray:
         """Leg CoM in the transducer frame, shape (n, 3)."""
         sine = np.sin(phase_rad)[..., None] * np.array(self.com_sin_m)

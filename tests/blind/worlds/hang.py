@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from tests.blind.noise import FAMILIES, Spread
-from tests.blind.world import Array, Maker, Rng, World
+from tests.blind.world import GRAVITY_MPS2, Array, Maker, Rng, World
 from tests.blind.worlds.files import write_recipe
 from tests.blind.worlds.legs import (
     ALL_LEGS,
@@ -54,6 +54,8 @@ def hanging(rng: Rng, legs: Legs, turns: int, sd_n: float | None = None) -> Worl
         "down": down,
         "weight_n": legs.weight_n[leg],
         "com": legs.com_m[leg],
+        # an evenly turning leg: r̈ = −ω² (r − its mean)
+        "spin2_over_g": np.full(log.size, (2 * np.pi / turn_s) ** 2 / GRAVITY_MPS2),
         "temperature_degc": (rng.uniform(18, 28) + rng.uniform(-4, 4, 4))[log]
         + rng.uniform(-2, 3) * (1 - np.exp(-clock / 60.0)),
     }
@@ -90,8 +92,10 @@ def hanging(rng: Rng, legs: Legs, turns: int, sd_n: float | None = None) -> Worl
 
 def error(world: World) -> Array:
     """Shown − what a hanging leg of the believed weight and CoM weighs, shape (n, 6 · legs)."""
-    force = world.row["weight_n"][:, None] * world.row["down"]
     arm = com_at(world.row["com"], world.row["phase_rad"])
+    off = arm - world.row["com"][:, :, 0]
+    down = world.row["down"] + world.row["spin2_over_g"][:, None] * off
+    force = world.row["weight_n"][:, None] * down
     left = world.shown - np.column_stack([force, np.cross(arm, force)])
     if not left.size or not world.shown.any():
         return left
