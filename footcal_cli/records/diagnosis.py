@@ -37,6 +37,9 @@ class CauseRecord(Record):
     blocks_better: int
     rivals: tuple[str, ...] = ()
     places: tuple[str, ...] = ()
+    matters: bool = True
+    """Whether its size is one that matters; a small cause may be as certain as a large one."""
+    remedy: str = ""
 
 
 class EffectRowRecord(Record):

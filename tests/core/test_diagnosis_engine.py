@@ -167,6 +167,18 @@ def test_an_effect_smaller_than_what_matters_is_not_reported() -> None:
     assert row.status == EffectStatus.ABSENT
 
 
+def test_a_small_effect_that_is_most_of_the_error_is_named_and_called_small() -> None:
+    """Which cause it is and whether it matters are two questions."""
+    rng = np.random.default_rng(851)
+    world = make_world(rng)
+    change = sized(world, library_effects(world)["shear"][0][1], 1.5)
+    answer = diagnose(problem_of(world, noise_of(world, "ar9", rng) + change, tolerance=20.0))
+    assert [cause.signature.effect for cause in answer.causes] == ["shear"]
+    row = next(r for r in answer.effects if r.signature.effect == "shear")
+    assert abs(answer.causes[0].size.value) < row.smallest
+    assert row.status is not EffectStatus.PRESENT
+
+
 def test_what_only_the_calibration_brings_into_an_output_counts_in_all_its_rows() -> None:
     rng = np.random.default_rng(881)
     world = make_world(rng)

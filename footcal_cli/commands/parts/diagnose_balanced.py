@@ -37,6 +37,7 @@ def read_balanced(session: Session[DiagnoseOptions]) -> CaseRead:
     from footcal_cli.commands.parts.diagnose_cases import (
         CaseRead,
         affine_parameters,
+        baseline_of,
         chain_of,
         rows_where,
     )
@@ -77,7 +78,7 @@ def read_balanced(session: Session[DiagnoseOptions]) -> CaseRead:
             )  # fmt: skip
         logs.append(cut_balanced(rows_where(log, good)))
     channels = logs[0].channels
-    chain, values = chain_of(session.parameters, channels, ("scale_bias",))
+    chain, values = chain_of(baseline_of(session), channels, ("scale_bias",))
     belief = recordings[0].belief
     if belief is not None:
         for i, channel in enumerate(channels):
@@ -103,6 +104,7 @@ def read_balanced(session: Session[DiagnoseOptions]) -> CaseRead:
         raw=_unfiltered(recordings) if kind == "walk" else None,
         directions=gain_and_bias(channels, values) if kind == "walk" else (),
         demand_noisy=kind == "walk",
+        tolerance_stated=session.options.tolerance_n is not None,
         pieces=kind == "stand",
         least_noise={
             channel: size * step / np.sqrt(12.0)

@@ -79,6 +79,30 @@ def chain_of(
     return chain, values
 
 
+def baseline_of(session: Session[DiagnoseOptions]) -> ParametersRecord | None:
+    """The calibration to start from, without the effects that `offline-fit` chose on these rows.
+
+    A curve that it took out of them would leave nothing to find: what one command finds no other
+    denies.
+    """
+    record = session.parameters
+    if record is None or not record.effects or record.command != "offline-fit":
+        return record
+    given = any(name.endswith(".json") for name in record.inputs)
+    if given or not set(record.inputs.values()) & set(session.inputs.values()):
+        return record
+    from footcal_cli.core.effects import find_effect
+
+    taken = {
+        f"{owner}.{parameter.name}"
+        for item in record.effects
+        for owner in item.owners
+        for parameter in find_effect(item.effect).parameters
+    }
+    kept = {name: value for name, value in record.parameters.items() if name not in taken}
+    return record.model_copy(update={"effects": (), "parameters": kept, "covariance": ()})
+
+
 def affine_parameters(channels: Sequence[str], values: dict[str, float]) -> tuple[Parameter, ...]:
     """Scale and bias of each channel as parameters that the data alone determine."""
     from footcal_cli.core.parameters import Parameter

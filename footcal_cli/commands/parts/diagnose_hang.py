@@ -93,12 +93,12 @@ def _model(
     """Chain, its values, and what of it is calibrated."""
     from dataclasses import replace
 
-    from footcal_cli.commands.parts.diagnose_cases import chain_of
+    from footcal_cli.commands.parts.diagnose_cases import baseline_of, chain_of
     from footcal_cli.core.chain import Link
     from footcal_cli.core.hang.effect import hanging_effect
 
     channels = tuple(c for log in logs for c in log.channels)
-    chain, values = chain_of(session.parameters, channels, ("offset",))
+    chain, values = chain_of(baseline_of(session), channels, ("offset",))
     free: list[Parameter] = []
     for leg, fit in fits.items():
         chain = chain.with_link(Link(hanging_effect(fit.model), {leg: (leg,)}))

@@ -192,10 +192,11 @@ def _extended(
 ) -> ParametersRecord:
     """The calibration with the named effects in it."""
     from footcal_cli.commands.parts.calibration_record import CELLS, Conventions, calibration_record
+    from footcal_cli.commands.parts.diagnose_cases import baseline_of
     from footcal_cli.core.parameters import Status
     from footcal_cli.records.results import EffectRecord, ParameterRecord
 
-    given = session.parameters
+    given = baseline_of(session)
     parameters = dict(given.parameters) if given is not None else {}
     after = {m.name: (m.after, m.sd) for m in moved}
     for parameter in read.case.calibration:

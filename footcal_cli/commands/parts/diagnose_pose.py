@@ -96,10 +96,10 @@ def _model(
     session: Session[DiagnoseOptions], channels: Sequence[str]
 ) -> tuple[Chain, dict[str, float], tuple[Parameter, ...]]:
     """Chain, its values, and what of it is calibrated."""
-    from footcal_cli.commands.parts.diagnose_cases import chain_of
+    from footcal_cli.commands.parts.diagnose_cases import baseline_of, chain_of
 
     calibrated = ("offset", *CALIBRATED)
-    chain, values = chain_of(session.parameters, channels, calibrated)
+    chain, values = chain_of(baseline_of(session), channels, calibrated)
     names = [item.names() for item in chain.links if item.effect.name in calibrated]
     free = [p for p in chain.parameters() if any(p.name in own for own in names)]
     return chain, values, tuple(_at(p, values) for p in free)

@@ -31,7 +31,7 @@ def read_six_axis_feet(session: Session[DiagnoseOptions]) -> CaseRead:
     """
     import numpy as np
 
-    from footcal_cli.commands.parts.diagnose_cases import CaseRead, chain_of
+    from footcal_cli.commands.parts.diagnose_cases import CaseRead, baseline_of, chain_of
     from footcal_cli.core.diagnosis.case import Case
     from footcal_cli.core.experiments import stand, walk
     from footcal_cli.core.online.streams import MergeRule
@@ -43,7 +43,7 @@ def read_six_axis_feet(session: Session[DiagnoseOptions]) -> CaseRead:
     recordings = read_recordings(session, MergeRule(delay_s=options.delay_s), kind)
     logs = [_cut(recording.merged.log, experiment) for recording in recordings]
     channels = logs[0].channels
-    chain, values = chain_of(session.parameters, channels, ("offset",))
+    chain, values = chain_of(baseline_of(session), channels, ("offset",))
     calibration = offset_parameters(channels, values)
     values |= {parameter.name: parameter.value for parameter in calibration}
     weight = session.recipe.robot.weight_n or 700.0

@@ -28,6 +28,7 @@ def read_weights(session: Session[DiagnoseOptions]) -> CaseRead:
         TIMED,
         CaseRead,
         affine_parameters,
+        baseline_of,
         chain_of,
     )
     from footcal_cli.core.diagnosis.case import Case
@@ -46,7 +47,7 @@ def read_weights(session: Session[DiagnoseOptions]) -> CaseRead:
         logs, timed, copied = _row_logs(tables)
         findings += copied_rows_finding(copied)
     channels = tuple(log.channels[0] for log in logs)
-    chain, values = chain_of(session.parameters, channels, ("scale_bias",))
+    chain, values = chain_of(baseline_of(session), channels, ("scale_bias",))
     values |= _affine_start(logs, values)
     largest = max(float(np.nanmax(np.abs(log.known["load_n"]))) for log in logs)
     tolerance = session.options.tolerance_n or 0.002 * largest

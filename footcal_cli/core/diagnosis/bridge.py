@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Mapping
 import numpy as np
 
 from footcal_cli.core.diagnosis.case import Case, Rows, balanced, channels_of, residual
+from footcal_cli.core.diagnosis.imperfections import with_imperfections
 from footcal_cli.core.diagnosis.lines import Traces
 from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.settings import Settings
@@ -49,7 +50,7 @@ def problem_from(
     tolerance = np.array(
         [case.tolerance_nm if unit == "Nm" else case.tolerance_n for unit in rows.units]
     )
-    return Problem(
+    problem = Problem(
         residual=residual(case, rows, case.values),
         calibration=calibration,
         calibration_names=numbered(calibration),
@@ -76,6 +77,7 @@ def problem_from(
         traces=_traces(case, rows) if rows.rate_hz > 0 else None,
         raw=case.raw,
     )
+    return with_imperfections(problem, ideal, rows)
 
 
 def calibration_of(

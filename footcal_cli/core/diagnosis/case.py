@@ -64,6 +64,8 @@ class Case:
     raw
         Channels as they were recorded where they should show nothing but noise, if the logs are
         filtered.
+    tolerance_stated
+        Whether the user said what matters: a usual imperfection is then no larger.
     """
 
     experiment: Experiment
@@ -86,6 +88,7 @@ class Case:
     least_noise: Mapping[str, float] = field(default_factory=dict)
     reading_noise_n: float = 0.0
     raw: Series | None = None
+    tolerance_stated: bool = False
 
     @cached_property
     def judged(self) -> tuple[Log, ...]:

@@ -100,7 +100,8 @@ def refitted_with(
             value = shapes.get(parameter.name, parameter.neutral)
             if parameter.name == newest.signature.parameter:
                 # the linear size may overshoot a bent effect; begin inside its range
-                inside = np.clip(newest.size.value, -3 * parameter.prior_sd, 3 * parameter.prior_sd)
+                most = max(3 * parameter.prior_sd, *np.abs(parameter.far), 0.0)
+                inside = np.clip(newest.size.value, -most, most)
                 value = float(np.clip(parameter.neutral + inside, parameter.lower, parameter.upper))
                 value = 1.0 if effect.name in SWITCHES else value
             start.setdefault(f"{owner}.{parameter.name}", value)

@@ -47,6 +47,8 @@ class Detection:
         The signal with which the residual bends most surely, where rows are no series.
     driver
         Block-level driver of `between_p`.
+    tolerated
+        Share of the squared error that may be anything: no output is off by its tolerance.
     """
 
     groups: tuple[str, ...]
@@ -60,6 +62,7 @@ class Detection:
     line: Line
     curve: Curve
     driver: str
+    tolerated: float = 0.0
 
     @property
     def line_p(self) -> float:
@@ -119,7 +122,15 @@ def detect(
         line=line,
         curve=_curve_test(problem, grams, features, base),
         driver=driver,
+        tolerated=_tolerated(problem, loss),
     )
+
+
+def _tolerated(problem: Problem, loss: FloatArray) -> float:
+    """Share of a squared error that changes no output by its tolerance, were it all in that one."""
+    rms = problem.noise * np.sqrt(float(loss.sum()) / max(problem.residual.size, 1))
+    tolerance = problem.tolerance[problem.output]
+    return float(np.min((tolerance / np.maximum(rms, 1e-300)) ** 2, initial=np.inf))
 
 
 def _curve_test(problem: Problem, grams: Grams, features: Features, base: IntArray) -> Curve:

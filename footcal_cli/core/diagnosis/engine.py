@@ -80,13 +80,14 @@ def leftover(detection: Detection, rules: Rules) -> bool:
     """Whether something is left that a name should exist for.
 
     A dependence on the recorded signals must be worth something, on blocks it was not fitted to or
-    beyond chance; in long recordings the slightest imperfection is significant.
+    beyond chance, and larger than what matters: in long recordings the slightest imperfection is
+    significant.
     """
     if detection.p >= rules.alpha_unknown:
         return False
     bent = detection.curve.p < rules.alpha_unknown * LEVEL_SHARE["curve"]
     worth = max(detection.ceiling, detection.curve.share if bent else 0.0)
-    return left_apart(detection, rules) or worth >= rules.smallest_gain
+    return left_apart(detection, rules) or worth >= max(rules.smallest_gain, detection.tolerated)
 
 
 def left_apart(detection: Detection, rules: Rules) -> bool:

@@ -44,7 +44,13 @@ def evidence_rows(lib: Library, found: Search, rules: Rules) -> tuple[EffectRow,
             rows.append(_as_good(_row(lib, found, found.first, causes, rules), rivals[effect]))
         else:
             rows.append(_row(lib, found, found.last, causes, rules))
-    return tuple(sorted(rows, key=lambda r: (r.status is EffectStatus.NOT_TESTABLE, -r.gain)))
+    return tuple(sorted(rows, key=order_of_row))
+
+
+def order_of_row(row: EffectRow) -> tuple[bool, bool, float]:
+    """By gain; sizes that cannot be come after those that can, and what was not tested last."""
+    possible = row.size.high >= row.signature.lower and row.size.low <= row.signature.upper
+    return row.status is EffectStatus.NOT_TESTABLE, not possible, -row.gain
 
 
 def rival_row(answer: Diagnosis, rival: Signature, named: str) -> EffectRow | None:

@@ -134,8 +134,7 @@ def whitened_grams(
     kept = whitener.kept
     tracked = problem.tracking is not None
     wandering = wandering_columns(problem, whitener)
-    accepted = problem.fitted[:, problem.calibration.shape[1] :]
-    parts = (problem.calibration, accepted, wandering, problem.columns, features)
+    parts = (problem.calibration, problem.shared, wandering, problem.columns, features)
     raw = np.hstack([*parts, problem.residual[:, None]])
     edges = np.cumsum([0, *(part.shape[1] for part in parts)])
     numbers = [np.arange(a, b) for a, b in itertools.pairwise(edges)]

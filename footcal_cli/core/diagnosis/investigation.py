@@ -322,9 +322,9 @@ def _verdict(
         c for i, c in enumerate(lib.causes) if lib.between[lib.index(lib.columns[i][0])]
     }
     between = any(c.signature.cause in acts_between for c in causes)
-    if any(rival.spoils(removed, rules) for rival in unnamed):
-        return Verdict.UNKNOWN, share
     several = any(cause.rivals for cause in causes)
+    if any(rival.spoils(removed, rules, several=several) for rival in unnamed):
+        return Verdict.UNKNOWN, share
     if not enough(share, last.before, form, rules, between=between, several=several) or (
         len(causes) > 1 and look_alike(lib, _columns_of(first, causes), rules)
     ):

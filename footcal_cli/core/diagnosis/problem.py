@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -115,6 +115,9 @@ class Problem:
     raw
         Channels as they were recorded where they should show nothing but noise, if the rows are
         filtered or thinned out.
+    usual, usual_of
+        Columns of the experiment's usual imperfections, fitted with the calibration but common to
+        all blocks, in usual sizes, shape (m, u), and what they are.
     """
 
     residual: FloatArray
@@ -143,6 +146,8 @@ class Problem:
     least: FloatArray | None = None
     traces: Traces | None = None
     raw: Series | None = None
+    usual: FloatArray | None = None
+    usual_of: tuple[Signature, ...] = ()
 
     def __post_init__(self) -> None:
         rows = self.residual.shape[0]
@@ -169,8 +174,27 @@ class Problem:
 
     def holding(self, columns: FloatArray) -> Problem:
         """The same problem with further columns accepted, shape (m, a)."""
-        before = self.fitted[:, self.calibration.shape[1] :]
-        return replace(self, accepted=np.hstack([before, columns]))
+        before = [] if self.accepted is None else [self.accepted]
+        return replace(self, accepted=np.hstack([*before, columns]))
+
+    def scaled(self, rows: FloatArray) -> Problem:
+        """Residual and all that is fitted, row by row over a number, shape (m,)."""
+        share = rows[:, None]
+        return replace(
+            self,
+            residual=self.residual / rows,
+            calibration=self.calibration / share,
+            accepted=None if self.accepted is None else self.accepted / share,
+            usual=None if self.usual is None else self.usual / share,
+        )
+
+    def without_usual(self, effects: Collection[str]) -> Problem:
+        """The same problem where some imperfections are causes."""
+        kept = [i for i, s in enumerate(self.usual_of) if s.effect not in effects]
+        if self.usual is None or len(kept) == len(self.usual_of):
+            return self
+        named = tuple(self.usual_of[i] for i in kept)
+        return replace(self, usual=self.usual[:, kept], usual_of=named)
 
     @property
     def averaged(self) -> Problem:
@@ -190,6 +214,7 @@ class Problem:
             regressors={name: mean(values) for name, values in self.regressors.items()},
             pieces=False,
             accepted=None if self.accepted is None else mean(self.accepted),
+            usual=None if self.usual is None else mean(self.usual),
         )  # fmt: skip
 
     @property
@@ -208,12 +233,14 @@ class Problem:
 
     @property
     def fitted(self) -> FloatArray:
-        """Everything that is fitted: calibration and accepted effects, shape (m, p + a)."""
-        return (
-            self.calibration
-            if self.accepted is None
-            else np.hstack([self.calibration, self.accepted])
-        )
+        """Everything that is fitted: calibration, then what all blocks share, shape (m, p + a)."""
+        return np.hstack([self.calibration, self.shared])
+
+    @property
+    def shared(self) -> FloatArray:
+        """What all blocks share beside the calibration: imperfections and accepted effects."""
+        parts = [part for part in (self.usual, self.accepted) if part is not None]
+        return np.hstack([self.calibration[:, :0], *parts])
 
     def left(self) -> FloatArray:
         """What calibration and accepted effects cannot absorb of each candidate, shape (m, k)."""
@@ -221,7 +248,7 @@ class Problem:
         if not self.drifts:
             return np.asarray(self.columns - fitted @ least_squares(fitted, self.columns, _RCOND))
         left = self.columns.copy()
-        extra = np.empty((left.shape[0], 0)) if self.accepted is None else self.accepted.copy()
+        extra = self.shared
         for b in range(self.blocks):
             rows = self.block == b
             basis = self.calibration[rows]

@@ -174,7 +174,11 @@ def _next_step(
             why.append(f"{name}: significant, but that it removes {bought} is not sure "
                        f"(p = {earned:.2g}, at most {rules.alpha_rival:g} is asked)")  # fmt: skip
             return None, why
-        if abs(size) < lib.smallest[lib.index(int(evidence.best[c]))]:
+        small = abs(size) < lib.smallest[lib.index(int(evidence.best[c]))]
+        worth = float(plain.sum()) >= rules.later_share * total_loss
+        if small and (lib.problem.drifts or not worth):
+            # a small cause that is certain is named and called small, but not what the form of a
+            # larger one gets wrong, nor what is usual in a walk
             why.append(f"{name}: significant, but {abs(size):.3g} {signature.unit} is below the "
                        "size that matters")  # fmt: skip
             return None, why

@@ -163,15 +163,18 @@ def effect_columns(
             if idle or any(_alike(shared, other) for other in kept):
                 continue
             kept.append(shared)
+            far = [
+                {u: _far(case, rows, effect, size, u, shape, by) for u in units} for by in size.far
+            ]
             for where, owners, members in places(effect, units):
-                signatures.append(
-                    Signature(
-                        effect=effect.name, parameter=size.name, where=where, unit=size.unit,
-                        shape=tuple(shape.items()), lower=lower - size.neutral,
-                        upper=upper - size.neutral, owners=owners,
-                    )
+                signature = Signature(
+                    effect=effect.name, parameter=size.name, where=where, unit=size.unit,
+                    shape=tuple(shape.items()), lower=lower - size.neutral,
+                    upper=upper - size.neutral, owners=owners,
                 )  # fmt: skip
-                columns.append(np.sum([single[m] for m in members], axis=0))
+                for of_each in (single, *far):
+                    signatures.append(signature)
+                    columns.append(np.sum([of_each[m] for m in members], axis=0))
         if not kept:
             where, owners, _ = places(effect, units)[0]
             signatures.append(Signature(effect.name, size.name, where, size.unit, owners=owners))
@@ -260,6 +263,28 @@ def derivative(
     low = -step if size.neutral - step >= size.lower else 0.0
     high = step if size.neutral + step <= size.upper else 0.0
     return np.asarray(-(shifted(high) - shifted(low)) / (high - low))
+
+
+def _far(
+    case: Case,
+    rows: Rows,
+    effect: Effect,
+    size: EffectParameter,
+    unit: str,
+    shape: Mapping[str, float],
+    by: float,
+) -> FloatArray:
+    """What an effect of a size far from neutral adds to the residual, over that size, (m,).
+
+    A delay of a quarter of a step has no gradient at none, and one deep minimum where it is.
+    """
+    chain = case.chain.with_link(Link(effect, {unit: (unit,)}))
+    values = {**case.values, **{f"{unit}.{name}": value for name, value in shape.items()}}
+    none, much = (
+        residual(case, rows, {**values, f"{unit}.{size.name}": size.neutral + change}, chain)
+        for change in (0.0, by)
+    )
+    return np.asarray((none - much) / by)
 
 
 def extended_chain(chain: Chain, effect: Effect, signature: Signature) -> Chain:

@@ -44,7 +44,8 @@ class Subject:
     def refitted(self, causes: Sequence[Cause], start: Mapping[str, float]) -> Refit:
         """The model with all of these causes, from starting values."""
         accepted = [(self.table[c.signature.effect], c.signature) for c in causes]
-        return refit(self.case, self.rows, self.problem, accepted, start)
+        problem = self.problem.without_usual({effect.name for effect, _ in accepted})
+        return refit(self.case, self.rows, problem, accepted, start)
 
     def extended(self, model: Refit, causes: Sequence[Cause]) -> Problem:
         """The problem on the extended model: its effects and their rivals are calibration now.
@@ -66,7 +67,7 @@ class Subject:
         within = self.problem.calibration_turn
         calibration, turn = calibration_of(model.ideal, self.rows, within)
         return replace(
-            self.problem,
+            self.problem.without_usual({c.signature.effect for c in causes}),
             residual=model.residual,
             calibration=calibration,
             calibration_names=numbered(calibration),
@@ -92,13 +93,7 @@ class Subject:
 
     def without_credit(self, extended: Problem, fitted: Refit) -> Problem:
         """The extended problem in rows of equal noise: no model has credit for making it small."""
-        share = shrinkage(self.case, self.rows, fitted.chain, fitted.values)[:, None]
-        return replace(
-            extended,
-            residual=extended.residual / share[:, 0],
-            calibration=extended.calibration / share,
-            accepted=None if extended.accepted is None else extended.accepted / share,
-        )
+        return extended.scaled(shrinkage(self.case, self.rows, fitted.chain, fitted.values))
 
     def _accepted(self, model: Refit, causes: Sequence[Cause]) -> FloatArray:
         """Columns of the effects in the model and of their rivals, shape (m, a)."""

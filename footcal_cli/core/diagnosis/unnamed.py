@@ -106,7 +106,7 @@ class Unnamed:
     rival: bool
     as_form: bool = False
 
-    def spoils(self, removed: float, rules: Rules) -> bool:
+    def spoils(self, removed: float, rules: Rules, *, several: bool = False) -> bool:
         """Whether the names cannot be said for them.
 
         As of a later cause, a small share beside what the names remove may be what their own form
@@ -118,9 +118,12 @@ class Unnamed:
             Held-out squared error that the names remove.
         rules
             Thresholds.
+        several
+            Whether the answer is a set, which says less of a form.
         """
         beside = self.left.p < rules.alpha_form
-        allowed = 1.0 - rules.share_form if self.as_form else rules.later_share
+        least = min(rules.share_form, rules.share_set) if several else rules.share_form
+        allowed = 1.0 - least if self.as_form else rules.later_share
         return self.rival or (beside and self.left.bought > allowed * removed)
 
 

@@ -65,10 +65,7 @@ def _in_noise(problem: Problem, candidate: int, scale: FloatArray) -> Problem:
     """One candidate alone, rows in units of a noise that is smaller by a factor per output."""
     rows = scale[problem.output]
     return replace(
-        problem,
-        residual=problem.residual / rows,
-        calibration=problem.calibration / rows[:, None],
-        accepted=None if problem.accepted is None else problem.accepted / rows[:, None],
+        problem.scaled(rows),
         columns=problem.columns[:, [candidate]] / rows[:, None],
         signatures=(problem.signatures[candidate],),
         noise=problem.noise * rows,

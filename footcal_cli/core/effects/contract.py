@@ -109,6 +109,9 @@ class EffectParameter:
         Values worth trying for a shape parameter.
     grid_of
         The grid is in shares of the largest load in the logs, or the logs bring their own.
+    far
+        Changes of a size that acts far from linearly, at which its signature is taken beside the
+        derivative.
     """
 
     name: str
@@ -120,6 +123,7 @@ class EffectParameter:
     shape: bool = False
     grid: tuple[float, ...] = ()
     grid_of: GridOf = GridOf.ITSELF
+    far: tuple[float, ...] = ()
 
     @property
     def tried(self) -> str:

@@ -188,4 +188,34 @@ HANGING_PLATE = Effect(
     separates="lift the foot with and without its sole",
 )
 
+
+def _with_inertia(sign: float) -> ArrayTransform:
+    def moved(x: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+        if "foot_acc_mps2" not in log.known:
+            return x, state
+        y = x.copy()
+        acceleration = log.known["foot_acc_mps2"]
+        for foot, own in enumerate(columns_of(Scope.FOOT, log.channels)):
+            force = theta["plate_mass"][foot] * acceleration[:, foot, 2:]
+            y[:, own] -= sign * force / own.size
+        return y, state
+
+    return moved
+
+
+PLATE_INERTIA = Effect(
+    name="plate_inertia",
+    stage=Stage.FOOT,
+    scope=Scope.FOOT,
+    parameters=(EffectParameter("plate_mass", "kg", 0.0, -5.0, 5.0, 0.1),),
+    apply=on_readings(_with_inertia(1.0)),
+    remove=on_readings(_with_inertia(-1.0)),
+    experiments=("walk",),
+    formula="y_i = x_i − m a / cells, a the vertical acceleration of the foot",
+    source="Newton: cells drive what is mounted below them; its weight is part of their bias",
+    remedy="weigh what hangs below the cells",
+    needs=("foot_acc_mps2",),
+)
+"""No row of the table: every plate below cells has it, and it is fitted beside every cause."""
+
 EFFECTS = (CELL_POSITION, SLIP, LOAD_BYPASS, HANGING_PLATE)

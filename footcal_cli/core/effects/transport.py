@@ -172,6 +172,11 @@ def _keep(y: FloatArray, _log: Log, _theta: Theta, state: State) -> tuple[FloatA
     return y, state
 
 
+_DELAYS_S = (
+    -0.15, -0.12, -0.09, -0.07, -0.05, -0.03, 0.03, 0.05, 0.07, 0.09, 0.12, 0.15,
+)  # fmt: skip
+_PPM = (-4e-3, -2e-3, -1e-3, -5e-4, 5e-4, 1e-3, 2e-3, 4e-3)
+
 LAG = Effect(
     name="lag",
     stage=Stage.TRANSPORT,
@@ -193,7 +198,7 @@ CLOCK_DRIFT = Effect(
     name="clock_drift",
     stage=Stage.TRANSPORT,
     scope=Scope.ROBOT,
-    parameters=(EffectParameter("clock_drift", "s/s", 0.0, -0.05, 0.05, 1e-4),),
+    parameters=(EffectParameter("clock_drift", "s/s", 0.0, -0.05, 0.05, 1e-4, far=_PPM),),
     apply=_clock,
     remove=_unclock,
     experiments=("walk",),
@@ -211,7 +216,7 @@ DELAY = Effect(
     name="delay",
     stage=Stage.TRANSPORT,
     scope=Scope.ROBOT,
-    parameters=(EffectParameter("delay", "s", 0.0, -0.5, 0.5, 0.02),),
+    parameters=(EffectParameter("delay", "s", 0.0, -0.5, 0.5, 0.02, far=_DELAYS_S),),
     apply=_delay,
     remove=_undelay,
     experiments=("walk",),

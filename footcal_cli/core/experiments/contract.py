@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from footcal_cli.core.chain import Chain
+from footcal_cli.core.effects.contract import Effect
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import BoolArray, FloatArray
 
@@ -44,6 +45,22 @@ class Balance:
 
 
 @dataclass(frozen=True)
+class Imperfection:
+    """What every log of an experiment has and nobody hides: fitted beside every cause.
+
+    Parameters
+    ----------
+    effect
+        How it distorts a log.
+    usual
+        Size parameter -> sd of what is met in practice, in its unit.
+    """
+
+    effect: Effect
+    usual: Mapping[str, float]
+
+
+@dataclass(frozen=True)
 class Experiment:
     """One way of knowing the truth beside the log.
 
@@ -57,12 +74,15 @@ class Experiment:
         Residual of a log whose distortions are removed.
     calibration
         Names of the effects a user of this experiment always calibrates.
+    imperfections
+        Usual ones, which are no findings.
     """
 
     name: str
     known: Mapping[str, str]
     balance: Callable[[Log], Balance]
     calibration: tuple[str, ...]
+    imperfections: tuple[Imperfection, ...] = ()
 
 
 def residual(

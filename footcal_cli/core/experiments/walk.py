@@ -14,8 +14,10 @@ from dataclasses import replace
 import numpy as np
 
 from footcal_cli.core.centroidal import MIN_FORCE_N, Reference, dynamic_reference, static_reference
+from footcal_cli.core.effects import find_effect
 from footcal_cli.core.effects.contract import Scope, columns_of, is_six_axis, units_of
-from footcal_cli.core.experiments.contract import Balance, Experiment
+from footcal_cli.core.effects.foot import PLATE_INERTIA
+from footcal_cli.core.experiments.contract import Balance, Experiment, Imperfection
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import BoolArray, FloatArray
 
@@ -160,16 +162,28 @@ def _valid(log: Log, error: FloatArray, totals: int, carried: BoolArray) -> Bool
     return valid
 
 
+OF_THE_BODY = (
+    Imperfection(find_effect("angular_momentum"), {"angmom_loss": 0.1}),
+    Imperfection(find_effect("delay"), {"delay": 0.0015}),
+    Imperfection(
+        find_effect("com_offset"), {"com_correction_x": 7.5e-4, "com_correction_y": 7.5e-4}
+    ),
+)
+"""What an ordinary state estimator gets wrong: light limbs left out of the angular momentum, stamps
+that are off by a millisecond, a CAD model of the masses."""
+
 EXPERIMENT = Experiment(
     name="walk",
     known=KNOWN,
     balance=balance,
     calibration=("scale_bias",),
+    imperfections=(*OF_THE_BODY, Imperfection(PLATE_INERTIA, {"plate_mass": 0.1})),
 )
 
 ON_SIX_AXIS = replace(
     EXPERIMENT,
     known={**{k: v for k, v in KNOWN.items() if k != "cell_pos_m"}, **SIX_AXIS_KNOWN},
     calibration=("offset",),
+    imperfections=OF_THE_BODY,
 )
 """The same on feet with six-axis transducers."""

@@ -208,6 +208,7 @@ def merge_cells(
         "gravity_mps2": np.full(n, gravity_mps2),
         "cell_pos_m": np.concatenate(positions, axis=1),
         "foot_yaw_rad": body_values["feet_yaw_rad"],
+        "foot_acc_mps2": body_values["feet_acc_mps2"].reshape(n, len(cells_foot_m), -1),
         "contact": contact,
         "airborne": hanging,
     }

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from footcal_cli.core.diagnosis.answer import EffectRow, EffectStatus, Verdict
-from footcal_cli.core.diagnosis.evidence_table import AS_GOOD, found_row, rival_row
+from footcal_cli.core.diagnosis.evidence_table import AS_GOOD, found_row, order_of_row, rival_row
 from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.report import Sheet, number
 from footcal_cli.sheets.diagnosis.words import with_interval, words
@@ -76,7 +76,7 @@ def table_rows(found: Investigation) -> list[EffectRow]:
         rows += [other for other in weighed if other is not None]
         seen |= {rival.effect for rival in rivals}
     rows += [r for r in found.rounds[-1].effects if r.signature.effect not in seen]
-    return sorted(rows, key=lambda r: (r.status is EffectStatus.NOT_TESTABLE, -r.gain))
+    return sorted(rows, key=order_of_row)
 
 
 def _open(row: EffectRow, reason: str) -> EffectRow:

@@ -16,7 +16,7 @@ from footcal_cli.records.results import FindingRecord
 from footcal_cli.sheets.diagnosis.contract import Answer
 from footcal_cli.sheets.diagnosis.evidence import table_rows
 from footcal_cli.sheets.diagnosis.experiment import experiment_words
-from footcal_cli.sheets.diagnosis.words import main_gain
+from footcal_cli.sheets.diagnosis.words import main_gain, matters, remedy_of
 
 
 def record_of(
@@ -99,6 +99,8 @@ def _cause_record(found: Investigation, item: Found) -> CauseRecord:
         blocks_better=cause.blocks_better,
         rivals=tuple(dict.fromkeys(r.effect for r in cause.rivals)),
         places=tuple(dict.fromkeys(s.where for s in cause.places)),
+        matters=matters(found, item),
+        remedy=remedy_of(found, item),
     )  # fmt: skip
 
 

@@ -16,7 +16,9 @@ from footcal_cli.sheets.diagnosis.words import (
     causes_words,
     could_not,
     gain_words,
+    matters,
     place_words,
+    remedy_of,
     shape_words,
     size_words,
     together,
@@ -58,16 +60,22 @@ def _at_least(row: EffectRow) -> str:
 
 def named(found: Investigation, untested: Mapping[str, str]) -> tuple[str, list[str]]:
     """One name or several, and nothing else."""
-    sentence = f"Cause: {causes_words(found)}. {gain_words(found)}. Nothing else is missing."
+    lead = "Cause" if any(matters(found, f) for f in found.found) else "Nothing that matters"
+    sentence = f"{lead}: {causes_words(found)}. {gain_words(found)}. Nothing else is missing."
     last = found.rounds[-1].before
     other = next_best(found)
     lines = [] if other is None else [other]
     lines += _detail_lines(found)
+    lines += [f"What to do: {text}." for text in _remedies(found)]
     lines.append(
         f"With this in the model nothing else stands out (p = {number(last.p, 2)}); any function "
         f"of the recorded signals would explain {100 * last.ceiling:.1f} % more."
     )
     return sentence, [*lines, *cannot_lines(found, untested)]
+
+
+def _remedies(found: Investigation) -> list[str]:
+    return list(dict.fromkeys(remedy_of(found, item) for item in found.found))
 
 
 def ambiguous(found: Investigation, untested: Mapping[str, str]) -> tuple[str, list[str]]:

@@ -183,3 +183,19 @@ def _plain(reason: str) -> str:
     if "informative blocks" in reason:
         return "too few blocks know of it"
     return reason.split(";")[0]
+
+
+def matters(found: Investigation, item: Found) -> bool:
+    """Whether a cause is as large as what matters: another question than whether it is there."""
+    signature = item.cause.signature
+    rows = [r for r in item.answer.effects if r.signature.effect == signature.effect]
+    return not rows or abs(item.cause.size.value) >= rows[0].smallest
+
+
+def remedy_of(found: Investigation, item: Found) -> str:
+    """What a user would do about a cause."""
+    if found.model is None:
+        return ""
+    links = found.model.chain.links
+    name = item.cause.signature.effect
+    return next((link.effect.remedy for link in links if link.effect.name == name), "")

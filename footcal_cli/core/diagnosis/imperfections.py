@@ -1,0 +1,110 @@
+"""Usual imperfections of an experiment, fitted beside every cause; a large one is a cause again.
+
+A robot's own estimate lacks a share of its angular momentum, is late by a millisecond, and has its
+CoM half a millimetre off; a plate moves with the foot below the cells. None of it is worth a name,
+and all of it repeats with the gait, so that a test for anything that repeats finds it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from footcal_cli.core.diagnosis.case import Case, Rows, channels_of
+from footcal_cli.core.diagnosis.grams import whitened_grams
+from footcal_cli.core.diagnosis.problem import Excluded, Problem, Signature
+from footcal_cli.core.diagnosis.scores import joint_sizes
+from footcal_cli.core.diagnosis.signatures import derivative, places
+from footcal_cli.core.effects import TABLE
+from footcal_cli.core.effects.contract import Effect, Scope, units_of
+from footcal_cli.core.parameters import FloatArray
+
+LIMIT = 4.0
+"""So many usual sizes are the most that an imperfection may have."""
+_NOTHING = 1e-6
+
+
+def with_imperfections(problem: Problem, ideal: Case, rows: Rows) -> Problem:
+    """The problem with what every log of its experiment has among what is fitted.
+
+    An imperfection of the table that is larger than `LIMIT` usual sizes, or than what matters to a
+    user who said so, stays a candidate; the others are none.
+
+    Parameters
+    ----------
+    problem
+        The arrays of a model.
+    ideal, rows
+        Its recordings without noise, and which errors count.
+    """
+    columns, signatures = _columns(ideal, rows)
+    if not signatures:
+        return problem
+    # rounds, since what one large imperfection pushes another to is no size of that one
+    kept = list(range(len(signatures)))
+    limits = _limits(problem, ideal, columns, signatures)
+    while kept:
+        sizes = sizes_of_imperfections(problem, columns[:, kept])
+        beyond = np.array([abs(s) / limits[k] for s, k in zip(sizes, kept, strict=True)])
+        if beyond.max() <= 1.0:
+            break
+        out = signatures[kept[int(np.argmax(beyond))]].effect
+        kept = [k for k in kept if signatures[k].effect != out]
+    effects = dict.fromkeys(signatures[k].effect for k in kept)
+    reason = f"fitted as a usual imperfection of a {ideal.experiment.name}"
+    return replace(
+        problem.without(*effects),
+        usual=columns[:, kept],
+        usual_of=tuple(signatures[k] for k in kept),
+        excluded=(
+            *problem.excluded, *(Excluded(e, "", reason) for e in effects if e in TABLE)
+        ),
+    )  # fmt: skip
+
+
+def sizes_of_imperfections(problem: Problem, columns: FloatArray) -> FloatArray:
+    """Of columns fitted together beside the calibration, in their own units, shape (k,)."""
+    grams, _ = whitened_grams(problem.without_candidates, columns, counted=False)
+    return joint_sizes(grams, grams.calibration, grams.features)[0]
+
+
+def _columns(ideal: Case, rows: Rows) -> tuple[FloatArray, list[Signature]]:
+    """What a usual size of each imperfection adds to the residual, shape (m, k)."""
+    present = {link.effect.name for link in ideal.chain.links}
+    known = set.intersection(*(set(log.known) for log in ideal.logs))
+    columns, signatures = [np.empty((rows.row.size, 0))], []
+    for item in ideal.experiment.imperfections:
+        effect = item.effect
+        if effect.name in present or not known.issuperset(effect.needs):
+            continue
+        for name, usual in item.usual.items():
+            size = next(p for p in effect.sizes if p.name == name)
+            for where, owners in _each(ideal, effect):
+                column = usual * derivative(ideal, rows, effect, size, dict(owners), {})
+                if np.sqrt(np.mean(column**2)) > _NOTHING:
+                    columns.append(column[:, None])
+                    signatures.append(
+                        Signature(effect.name, name, where, size.unit, (), -usual, usual, owners)
+                    )
+    return np.hstack(columns), signatures
+
+
+def _each(ideal: Case, effect: Effect) -> list[tuple[str, tuple[tuple[str, tuple[str, ...]], ...]]]:
+    """Every single owner of an effect."""
+    units = units_of(effect.scope, channels_of(ideal.logs))
+    single = [p for p in places(effect, units) if len(p[2]) == 1 or effect.scope is Scope.ROBOT]
+    return [(where, owners) for where, owners, _ in single]
+
+
+def _limits(
+    problem: Problem, ideal: Case, columns: FloatArray, signatures: Sequence[Signature]
+) -> FloatArray:
+    """Largest sizes that are no causes, in usual ones, shape (k,)."""
+    limits = np.array([LIMIT if s.effect in TABLE else np.inf for s in signatures])
+    if not ideal.tolerance_stated:
+        return limits
+    alone = replace(problem.without_candidates, columns=columns, signatures=tuple(signatures))
+    smallest = alone.smallest_sizes(alone.left())
+    return np.where(np.isfinite(limits), np.minimum(limits, smallest), limits)

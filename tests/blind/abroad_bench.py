@@ -1,0 +1,156 @@
+"""The bench in the foreign world: ``python -m tests.blind.abroad_bench``; it goes on where it was.
+
+Development seeds are for looking at, sealed ones for the page; both are fixed by a word, so that
+two versions of footcal are compared on the same logs.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import shutil
+import sys
+import tempfile
+import time
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from scipy import stats
+
+from tests.blind.abroad import TRIALS, Abroad, make
+from tests.blind.diagnosing import FINE, footcal
+from tests.blind.scoring import Verdict
+
+ANSWERS = ("right", "set", "unknown", "none", "underpowered", "bad-data", "WRONG", "error")
+
+
+def seed_of(stream: str, name: str, number: int) -> int:
+    """The seed of one trial."""
+    return int(hashlib.sha256(f"{stream} {name} {number}".encode()).hexdigest()[:6], 16)
+
+
+def diagnosed(trial: Abroad, seed: int, folder: Path) -> dict[str, Any]:
+    """Write a trial, calibrate, diagnose; ``diagnosis.json`` and the seconds it took."""
+    make(trial, seed, folder)
+    began, record = time.process_time(), {"verdict": "error"}
+    for command in _commands(trial.experiment, folder):
+        code, said = footcal([*command, "--recipe", folder / "recipe.toml"])
+        if code not in FINE:
+            return {"verdict": "error", "said": said[-800:], "step": command[0]}
+    path = folder / "diagnosis" / "diagnosis.json"
+    record = json.loads(path.read_text("utf-8")) if path.is_file() else record
+    return {**record, "seconds": time.process_time() - began}
+
+
+def _commands(experiment: str, folder: Path) -> list[list[str | Path]]:
+    """The ordinary calibration of an experiment, then its diagnosis."""
+
+    def log(role: str) -> Path:
+        return folder / f"{role}.parquet"
+
+    given: list[str | Path] = ["--parameters", folder / "calibration" / "parameters.json"]
+    out: list[str | Path] = ["--out", folder / "calibration"]
+    logs = {"walk": ["cells", "body"], "stand": ["cells", "body"], "pose": ["poses"]}
+    judged = [log(role) for role in logs.get(experiment, [experiment])]
+    diagnosis = ["diagnose", *judged, "--experiment", experiment, *given, "--no-pictures",
+                 "--out", folder / "diagnosis"]  # fmt: skip
+    if experiment == "hang":
+        return [["hang-calib", log("hang"), *out], diagnosis]
+    if experiment == "pose":
+        hung = folder / "hung"
+        before: list[str | Path] = ["--parameters", hung / "parameters.json"]
+        return [
+            ["hang-calib", log("hang"), "--out", hung],
+            ["pose-calib", log("poses"), *before, *out],
+            diagnosis,
+        ]
+    return [["offline-fit", log("weights"), *out], diagnosis]
+
+
+def answer(trial: Abroad, record: Mapping[str, Any]) -> str:
+    """One of `ANSWERS`."""
+    if record["verdict"] in ("error", "not available"):
+        return "error"
+    said, right = Verdict.read(record), frozenset(trial.right)
+    if said.names - right:
+        return "WRONG"
+    if not right:
+        return "right" if said.verdict == "none" else said.verdict
+    if said.verdict == "bad-data":
+        return "right" if trial.wiring else "bad-data"
+    if said.names & right:
+        return "right"
+    held = [group for group in said.rivals if group & right]
+    if held:
+        return "right" if held[0] <= right else "set"
+    return "unknown" if said.verdict in ("ambiguous", "named+unknown") else said.verdict
+
+
+def run(arguments: list[str] | None = None) -> None:
+    """Make, diagnose and count what is asked for."""
+    parser = argparse.ArgumentParser(prog="python -m tests.blind.abroad_bench", description=__doc__)
+    parser.add_argument("--stream", choices=("development", "sealed"), default="development")
+    parser.add_argument("--out", type=Path, default=Path("out/abroad"))
+    parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--count", type=int, default=1, help="of each kind of trial")
+    parser.add_argument("--only", default="", help="kinds that begin so")
+    given = parser.parse_args(arguments)
+    kept = given.out / given.stream
+    kept.mkdir(parents=True, exist_ok=True)
+    for number in range(given.first, given.first + given.count):
+        for name, trial in TRIALS.items():
+            file = kept / f"{name.replace(' ', '_')}_{number}.json"
+            if not name.startswith(given.only) or file.is_file():
+                continue
+            folder = Path(tempfile.mkdtemp())
+            record = diagnosed(trial, seed_of(given.stream, name, number), folder)
+            shutil.rmtree(folder)
+            file.write_text(json.dumps(record), "utf-8")
+            names = [c["effect"] for c in record.get("causes", ())]
+            sys.stdout.write(
+                f"{name} {number}: {answer(trial, record)} ({record['verdict']} {names}, "
+                f"{record.get('seconds', 0.0):.0f} s)\n"
+            )
+            sys.stdout.flush()
+    sys.stdout.write(counted(kept))
+
+
+def answers(kept: Path) -> list[tuple[Abroad, str]]:
+    """Every trial that was diagnosed, with its answer."""
+    found = []
+    for name, trial in TRIALS.items():
+        for file in sorted(kept.glob(f"{name.replace(' ', '_')}_[0-9]*.json")):
+            found.append((trial, answer(trial, json.loads(file.read_text("utf-8")))))
+    return found
+
+
+def counted(kept: Path) -> str:
+    """A table of answers by experiment, clean logs apart."""
+    found = answers(kept)
+    lines = [f"| trials | n | {' | '.join(ANSWERS)} |", f"|---|---|{'---|' * len(ANSWERS)}"]
+    kinds = list(dict.fromkeys((t.experiment, bool(t.cause)) for t, _ in found))
+    for kind in [*kinds, ("all", False), ("all", True)]:
+        alike = [(t, a) for t, a in found if bool(t.cause) == kind[1]]
+        mine = [a for t, a in alike if kind[0] in (t.experiment, "all")]
+        if mine:
+            share = Counter(mine)
+            words = " | ".join(str(share[a]) for a in ANSWERS)
+            name = f"{kind[0]}, {'a cause hidden' if kind[1] else 'clean'}"
+            lines.append(f"| {name} | {len(mine)} | {words} |")
+    return "\n".join(lines) + "\n"
+
+
+def share_words(hits: Sequence[bool]) -> str:
+    """``80 % [68, 88] (40/50)``, Wilson's 95 % interval."""
+    if not hits:
+        return "–"
+    interval = stats.binomtest(sum(hits), len(hits)).proportion_ci(method="wilson")
+    low, high = 100.0 * interval.low, 100.0 * interval.high
+    return f"{100 * sum(hits) / len(hits):.0f} % [{low:.0f}, {high:.0f}] ({sum(hits)}/{len(hits)})"
+
+
+if __name__ == "__main__":
+    run()
