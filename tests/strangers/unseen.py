@@ -49,7 +49,9 @@ def matlab_ascii(to: Path, rng: Rng) -> Made:
     one, load = cell(rng, "volt"), steps((0, 10, 20, 30, 10, 0), 50)
     t = np.arange(load.size) / 10
     body = rows(t, load, one.read(load, rng, False), sep="  ", form="% .7e")
-    return Made([write(to / "save_ascii.txt", [f"  {line}" for line in body])], truth_of(one, 40))
+    return Made(
+        [write(to / "save_ascii.txt", [f"  {line}" for line in body])], says="the unit of the load"
+    )
 
 
 def json_lines(to: Path, rng: Rng) -> Made:
