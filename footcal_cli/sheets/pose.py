@@ -11,6 +11,7 @@ from footcal_cli.core.hang.model import AXES
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.pose.common import common_turn
 from footcal_cli.core.pose.data import PoseData
+from footcal_cli.core.pose.departures import Departure
 from footcal_cli.core.pose.hanging import LegKnowledge
 from footcal_cli.core.pose.joint import PoseFit
 from footcal_cli.core.pose.leg_map import LegMap
@@ -23,6 +24,8 @@ from footcal_cli.report import Sheet, number, with_sd
 _SUSPECT_P = 1e-4
 _SUSPECT_SHARE = 0.1
 _NOISY = 1.5
+_MOST_DEPARTURES = 4
+"""So many contradictions are told; they have one cause, mostly."""
 
 
 def rmse_rows(stages: Mapping[str, FloatArray], held_out: Candidate) -> tuple[RmseRow, ...]:
@@ -269,6 +272,29 @@ def findings(fit: PoseFit, mapped: LegMap) -> tuple[FindingRecord, ...]:
             )
         )
     return tuple(found)
+
+
+def departure_findings(found: Sequence[Departure]) -> tuple[FindingRecord, ...]:
+    """Where the poses contradict the scale or the hanging robot."""
+    findings = []
+    for one in found[:_MOST_DEPARTURES]:
+        of_robot = one.name == "robot.weight"
+        said = "the recipe's mass" if of_robot else "hanging"
+        findings.append(
+            FindingRecord(
+                code="robot_weight_differs" if of_robot else "differs_from_hanging",
+                severity="warning",
+                where=one.name,
+                sentence=f"the poses say {with_sd(one.found, one.found_sd)} {one.unit}, {said} "
+                f"{with_sd(one.believed, one.believed_sd)} {one.unit}: {one.sigmas:.0f} sd apart",
+                remedy="weigh the robot as it stood, with battery and cables; if the scale is "
+                "right, the transducers' gain is off"
+                if of_robot
+                else "hang the robot again and compare; an offset that moved since asks for "
+                "--fit offsets",
+            )
+        )
+    return tuple(findings)
 
 
 def disagreeing_directions(fit: PoseFit) -> FindingRecord:

@@ -83,7 +83,7 @@ QUICK = {
     "weights": (0, 1),
     "placements": (0, 1),
     "walk": (0, 1),
-    "walk, drifting": (1,),
+    "walk, drifting": (0, 1),
     "stand": (0,),
     "hang": (0,),
     "pose": (0,),

@@ -178,6 +178,7 @@ def recordings(source: str, count: int, errors: Errors, *, body: bool) -> list[R
     ]
 
 
+@pytest.mark.slow
 def test_one_walk_per_speed_shows_what_the_study_shows() -> None:
     outcomes = [study(r) for r in recordings("samples", 3, DRIFTING, body=True)]
     show("samples, one seed", outcomes)

@@ -135,8 +135,11 @@ def _names() -> Iterator[Relation]:
         for name, (value, sd) in facts.numbers.items():
             if name.endswith(".scale") or "scale_from" in name:
                 numbers[name] = (value / gain, sd / abs(gain))
-            if name.endswith(".bias"):
-                numbers.pop(name)  # its sd changes with the zero; the force it gives does not
+        for name in [n for n in numbers if n.endswith(".bias")]:
+            scale, _ = facts.numbers[name.replace(".bias", ".scale")]
+            value, sd = numbers[name]
+            # its sd is that of the force at zero counts, which lie elsewhere now
+            numbers[name] = (value - scale * zero / gain, sd if zero == 0 else -1.0)
         return Facts(numbers, facts.words)
 
     yield Relation("cells of the other foot", "names", BASES["weights"], of_logs(renamed),

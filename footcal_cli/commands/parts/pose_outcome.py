@@ -12,6 +12,7 @@ import numpy as np
 from footcal_cli.commands.parts.calibration_record import Conventions, calibration_record
 from footcal_cli.core.parameters import Estimates, FloatArray, Status
 from footcal_cli.core.pose.data import Geometry, PoseData
+from footcal_cli.core.pose.departures import departures
 from footcal_cli.core.pose.hanging import LegKnowledge
 from footcal_cli.core.pose.joint import PoseFit
 from footcal_cli.core.pose.leg_map import LegMap
@@ -172,7 +173,13 @@ def mounting_outcome(session: Session[PoseCalibOptions], found: Found) -> Outcom
                 sheets.common_sheet(found.fit),
                 sheets.prior_sheet(found.fit, found.legs),
             ),
-            findings=(*found.findings, *sheets.findings(found.fit, found.mapped)),
+            findings=(
+                *found.findings,
+                *sheets.findings(found.fit, found.mapped),
+                *sheets.departure_findings(
+                    departures(found.fit, found.legs, found.data.robot_weight_n)
+                ),
+            ),
             footer=sheets.footer(options.method, options.balance, options.errors_in_variables),
         ),
         rmse=rmse,

@@ -1,0 +1,77 @@
+"""What the poses say against the experiments before them: a scale, and the hanging robot.
+
+A prior that is pulled away by many of its own sd is no detail of the fit: one of the two
+experiments is wrong, and a fit that gives way hides it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from footcal_cli.core.pose.hanging import LegKnowledge
+from footcal_cli.core.pose.joint import PoseFit
+
+_SIGMAS = 4.0
+_LEAST_SHARE = 0.1
+"""Of a prior sd: the change of an unknown that the poses hardly see is not judged finer."""
+
+
+@dataclass(frozen=True)
+class Departure:
+    """One quantity on which poses and earlier experiments disagree.
+
+    Parameters
+    ----------
+    name, unit
+        As in ``parameters.json``.
+    believed, believed_sd
+        Before the poses.
+    found, found_sd
+        With them.
+    sigmas
+        The change over the sd that a change should have, ``√(believed² − found²)``.
+    """
+
+    name: str
+    unit: str
+    believed: float
+    believed_sd: float
+    found: float
+    found_sd: float
+    sigmas: float
+
+
+def departures(
+    fit: PoseFit, legs: tuple[LegKnowledge, ...], robot_weight_n: float
+) -> tuple[Departure, ...]:
+    """Offsets, leg weights and robot weight that moved further than chance, the surest first.
+
+    Parameters
+    ----------
+    fit
+        Of poses and priors together.
+    legs
+        What hanging said.
+    robot_weight_n
+        What the scale said.
+    """
+    found = fit.estimates()
+    count = len(legs)
+    at = np.arange(6 * count, 13 * count + 1)
+    believed = np.concatenate(
+        [*(leg.offset for leg in legs), [leg.weight_n for leg in legs], [robot_weight_n]]
+    )
+    prior_sd, sd, value = fit.prior_sd[at], found.sd[at], found.values[at]
+    usual = np.sqrt(np.maximum(prior_sd**2 - sd**2, (_LEAST_SHARE * prior_sd) ** 2))
+    sigmas = np.abs(value - believed) / usual
+    order = np.argsort(-sigmas, kind="stable")
+    return tuple(
+        Departure(
+            found.names[at[i]], found.units[at[i]], float(believed[i]), float(prior_sd[i]),
+            float(value[i]), float(sd[i]), float(sigmas[i]),
+        )
+        for i in order
+        if sigmas[i] > _SIGMAS
+    )  # fmt: skip
