@@ -59,6 +59,7 @@ check: $(VENV)/.installed-dev  ## Lint, types and tests; before each commit.
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+	$(MAKE) language
 	$(MAKE) test
 
 .PHONY: studies
@@ -100,6 +101,16 @@ recipes-page: $(VENV)/.installed-dev  ## Rebuild docs/recipes.md from the models
 .PHONY: strangers
 strangers: $(VENV)/.installed-dev  ## Logs in the shapes that people have: init, one command, the truth.
 	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -m slow -s tests/strangers
+
+.PHONY: docs
+docs: $(VENV)/.installed  ## Build the documentation site into site/.
+	$(BIN)/pip install --quiet --disable-pip-version-check '.[docs]'
+	$(BIN)/mkdocs build --strict
+	@echo "open site/index.html"
+
+.PHONY: language
+language: $(VENV)/.installed-dev  ## Words and plurals that users must not read.
+	$(BIN)/python -m tests.language.words
 
 .PHONY: bench
 bench: $(VENV)/.installed-dev  ## Benchmarks: ratios measured in one run; writes docs/benchmarks.md.

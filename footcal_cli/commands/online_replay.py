@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from footcal_cli.intake import Recording
     from footcal_cli.session import Outcome, Session
 
-Method = Literal["memory", "window", "han"]
+Method = Literal["memory", "window", "static"]
 
 
 class NoiseOptions(Frozen):
@@ -100,7 +100,10 @@ def online_replay(
     parameters: ParametersFile = None,
     method: Annotated[
         str | None,
-        typer.Option("--method", help="memory (ours), window (seed 1) or han (static assumption)."),
+        typer.Option(
+            "--method",
+            help="memory, window (sliding Gauss-Newton) or static (zero acceleration, after Han).",
+        ),
     ] = None,
     compare: Annotated[
         bool | None,
@@ -304,7 +307,7 @@ def _six_axis(session: Session[OnlineReplayOptions], recording: Recording) -> Ou
 
 def _others(options: OnlineReplayOptions) -> tuple[str, ...]:
     """The papers' methods that run: all to compare, else the one that was asked for."""
-    methods = ("window", "han")
+    methods = ("window", "static")
     return methods if options.compare else tuple(m for m in methods if m == options.method)
 
 

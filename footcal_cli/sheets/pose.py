@@ -141,7 +141,7 @@ def _common_sd(fit: PoseFit, first: int) -> float:
 
 
 def suspect_legs(mapped: LegMap, legs: Sequence[str]) -> list[str]:
-    """Legs whose own readings foretell the residual, the worst one only."""
+    """Legs whose own readings predict the residual, the worst one only."""
     found = [
         (share, leg)
         for leg, share, p in zip(legs, mapped.share, mapped.p, strict=True)
@@ -170,7 +170,7 @@ def mounting_sheet(fit: PoseFit) -> Sheet:
          "shift z (mm)"),
         rows,
         note="Along the nominal transducer's axes, ± one standard deviation. A shift is the hip's "
-        "minus the chassis CoM's: standing shows only their sum (p̃ + p_BC in seed 2).",
+        "minus the chassis CoM's: standing shows only their sum (p̃ + p_BC in Wu & Revzen).",
     )  # fmt: skip
 
 
@@ -238,11 +238,11 @@ def findings(fit: PoseFit, mapped: LegMap) -> tuple[FindingRecord, ...]:
     """A leg that does not fit, poses that do not suffice, a turn that all mountings share."""
     found = [
         FindingRecord(
-            code="leg_foretells_residual",
+            code="leg_predicts_residual",
             severity="warning",
             where=f"leg {leg}",
-            sentence=f"its own readings foretell {100 * mapped.share[k]:.0f} % of what is left of "
-            "the balance",
+            sentence=f"its own readings predict {100 * mapped.share[k]:.0f} % of "
+            "the residual of the balance",
             remedy="check gain, axes and channels of that transducer; run diagnose",
         )
         for k, leg in enumerate(fit.geometry.legs)
@@ -384,10 +384,12 @@ def footer(method: str, balance: str, errors_in_variables: bool) -> tuple[str, .
     """How it was computed."""
     if method == "alternating":
         form = "as printed (fixed CoM)" if balance == "printed" else "exact chassis balance"
-        return (f"Alternating least squares of seed 2, eqs. (8) and (9), {form}; no intervals.",)
+        return (
+            f"Alternating least squares of Wu & Revzen, eqs. (8) and (9), {form}; no intervals.",
+        )
     eiv = "noise of the wrenches compensated" if errors_in_variables else "plain least squares"
     return (
         f"Chassis balance, joint Levenberg-Marquardt on the Gram matrix of the poses, {eiv}; "
         "offsets, weights and directions of gravity with their joint covariance from hanging "
-        "(seed 2, eqs. (8) and (9), in the form in which no leg CoM enters).",
+        "(Wu & Revzen, eqs. (8) and (9), in the form in which no leg CoM enters).",
     )

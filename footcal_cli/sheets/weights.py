@@ -58,7 +58,7 @@ def curvature_sentence(fits: Sequence[AffineFit], curvature: Curvature | None) -
         f"The curvature has the same sign in all {len(curvature.bows)} channels (sensitivity "
         f"{'falls' if curvature.mean > 0 else 'rises'} with load; mean bow "
         f"{100 * curvature.mean:.1f} % of the span, sign test p = {curvature.sign_p:.3f}): a "
-        "shared cause, not noise of single channels. Without repeated loads it cannot be told "
+        "shared cause, not noise of single channels. Without repeated loads it is unknown "
         "whether that is nonlinearity, creep or the order of loading."
     )
 
@@ -132,6 +132,7 @@ def parameter_sheet(fits: Sequence[AffineFit]) -> Sheet:
         ("channel", "scale (µN/count)", "bias (N)", "zero at (counts)", "sd at mid-load (N)",
          "RMSE (N)", "worst (N)", "µN per count", "smallest step (N)", "loads (N)", "n"),
         rows,
+        brief=("channel", "scale (µN/count)", "bias (N)", "RMSE (N)", "worst (N)"),
         note="± is one standard deviation from the residuals of the fit; parameters.json has the "
         "covariance of scale and bias, which are nearly collinear at these readings.",
     )  # fmt: skip
