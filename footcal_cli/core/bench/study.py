@@ -341,8 +341,8 @@ def find_loads(record: BenchRecord, options: PlateauOptions, loads_n: Sequence[f
         has_load = np.isfinite(load).any()
         raise DataError(
             "no load is known while the reading stands still" if has_load
-            else f"the recording has no load column and no loads are given; {found.size} hold(s) "
-            "were found", column=record.channel,
+            else f"the recording has no load column and no loads are given; holds found: "
+            f"{found.size}", column=record.channel,
             remedy='give loads = "… kg" in [offline_fit.plateaus], one per hold in order of time',
         )  # fmt: skip
     return Samples(
