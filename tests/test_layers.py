@@ -65,7 +65,8 @@ ALLOWED: dict[str, set[str]] = {
         "recipe", "records", "report", "run_folder", "session", "intake", "inspection", "plots",
         "sheets", "rigid_body", "batch", "core", "errors",
     },
-    "app": {"commands", "errors", "interruption", "run_folder"},
+    "helptexts": set(),
+    "app": {"commands", "errors", "interruption", "run_folder", "helptexts"},
     "__main__": {"app", "interruption"},
     "__init__": set(),
 }  # fmt: skip

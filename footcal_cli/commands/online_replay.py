@@ -209,7 +209,7 @@ def _cells(session: Session[OnlineReplayOptions], recording: Recording) -> Outco
     from footcal_cli.session import Outcome
     from footcal_cli.sheets import walk as sheets
     from footcal_cli.sheets.streams import stream_findings
-    from footcal_cli.tables import write_parquet
+    from footcal_cli.tables import write_parquet_pieces
 
     options, merged, belief = session.options, recording.merged, recording.belief
     assert belief is not None
@@ -255,6 +255,10 @@ def _cells(session: Session[OnlineReplayOptions], recording: Recording) -> Outco
         else found.window_estimates(options.method)
     )
     findings = [*stream_findings(recording), *map(FindingRecord.of, found.findings())]
+
+    def write(path: Path) -> None:
+        write_parquet_pieces(sheets.frames_of(found), path)
+
     return Outcome(
         report=Report(
             title=f"Walking calibration of {session.recipe.robot.name}, {recording.name}",
@@ -266,7 +270,7 @@ def _cells(session: Session[OnlineReplayOptions], recording: Recording) -> Outco
         ),
         rmse=rmse,
         parameters=feet_parameters(session, estimates),
-        files={"replay.parquet": lambda path: write_parquet(sheets.frame_of(found), path)},
+        files={"replay.parquet": write},
         stage=options.method,
         reference=found.best_reference,
     )

@@ -39,7 +39,7 @@ def _alarm(code: str, where: str, sentence: str, remedy: str) -> Finding:
 def check_stamp_unit(
     time_s: FloatArray, where: str, *, slowest_s: float = SLOWEST_S
 ) -> list[Finding]:
-    """Find stamps that cannot be seconds, by the usual interval.
+    """Find stamps that cannot be seconds, by the usual interval, in whatever order they stand.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ def check_stamp_unit(
     slowest_s
         Longest interval that such a recording may have.
     """
-    steps = np.diff(time_s[np.isfinite(time_s)])
+    steps = np.diff(np.sort(time_s[np.isfinite(time_s)]))
     steps = steps[steps > 0]
     if steps.size < _FEWEST:
         return []

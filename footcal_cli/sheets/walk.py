@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import fields
+from collections.abc import Iterator, Sequence
+from dataclasses import fields, replace
 
 import numpy as np
 
@@ -21,6 +21,8 @@ from footcal_cli.report import Picture, Sheet, number, with_sd
 from footcal_cli.sheets.stand import beliefs_sheet
 
 _QUANTITIES = (("cop", "m", 1e3, "mm"), ("foot_cop", "m", 1e3, "mm"), ("vgrf", "N", 1.0, "N"))
+_PIECE_ROWS = 2**16
+"""Samples written at a time."""
 _TITLES = {"cop": "CoP", "foot_cop": "CoP of each foot", "vgrf": "vertical force"}
 _AGAINST = {
     "truth": "the truth",
@@ -334,34 +336,41 @@ def pictures_of(
     return tuple(pictures)
 
 
-def frame_of(found: Comparison) -> dict[str, object]:
-    """``replay.parquet``: per sample forces, CoP, parameters, sd, validity and reason."""
+def frames_of(found: Comparison) -> Iterator[dict[str, object]]:
+    """``replay.parquet`` in pieces: per sample forces, CoP, parameters, sd, validity, reason."""
+    for start in range(0, len(found.memory.log), _PIECE_ROWS):
+        yield _frame_of(found, slice(start, start + _PIECE_ROWS))
+
+
+def _frame_of(found: Comparison, part: slice) -> dict[str, object]:
     log, ours = found.memory.log, found.replayed["memory"]
-    n = len(log)
-    frame: dict[str, object] = {"time_s": log.time_s, "gait_cycle": found.cycle}
+    frame: dict[str, object] = {"time_s": log.time_s[part], "gait_cycle": found.cycle[part]}
     for i, channel in enumerate(log.channels):
-        frame[f"{channel}_n"] = ours.forces_n[:, i]
+        frame[f"{channel}_n"] = ours.forces_n[part, i]
     for method in ("memory", "window", "static", "smoother"):
         if method not in found.replayed:
             continue
         one = found.replayed[method].total
         suffix = "" if method == "memory" else f"_{method}"
-        frame[f"vgrf{suffix}_n"] = one.fz_n
-        frame[f"cop{suffix}_x_m"], frame[f"cop{suffix}_y_m"] = one.cop_m.T
+        frame[f"vgrf{suffix}_n"] = one.fz_n[part]
+        frame[f"cop{suffix}_x_m"], frame[f"cop{suffix}_y_m"] = one.cop_m[part].T
     for name, pressure in zip(_feet_names(log.channels), ours.feet, strict=True):
-        frame[f"{name}_cop_x_m"], frame[f"{name}_cop_y_m"] = pressure.cop_m.T
+        frame[f"{name}_cop_x_m"], frame[f"{name}_cop_y_m"] = pressure.cop_m[part].T
     for k, name in enumerate(_feet_names(log.channels)):
-        frame[f"{name}_contact"] = log.known["contact"][:, k]
-    frame["reference_vgrf_n"] = found.reference.fz_n
-    frame["reference_cop_x_m"], frame["reference_cop_y_m"] = found.reference.cop_m.T
+        frame[f"{name}_contact"] = log.known["contact"][part, k]
+    reference = found.reference
+    frame["reference_vgrf_n"] = reference.fz_n[part]
+    frame["reference_cop_x_m"], frame["reference_cop_y_m"] = reference.cop_m[part].T
     track, last = found.memory.track, found.memory.rows.last_sample
-    update = np.clip(np.searchsorted(last, np.arange(n), side="right") - 1, 0, None)
+    samples = np.arange(*part.indices(len(log)))
+    update = np.clip(np.searchsorted(last, samples, side="right") - 1, 0, None)
     for i, name in enumerate(track.names):
         frame[name.replace(".", "_")] = track.values[update, i]
         frame[f"{name.replace('.', '_')}_sd"] = track.sd[update, i]
-    frame["cop_valid"] = ours.total.valid
-    frame["used"] = found.validity.valid
-    frame["reason"] = found.validity.words()
+    validity = found.validity
+    frame["cop_valid"] = ours.total.valid[part]
+    frame["used"] = validity.valid[part]
+    frame["reason"] = replace(validity, reason=validity.reason[part]).words()
     return frame
 
 

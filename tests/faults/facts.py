@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-_OF_THE_LOG = ("session", "phase_rad")
+_OF_THE_LOG = ("session", "phase_rad", "counts")
 """Columns that an answer repeats as the log has them."""
 
 

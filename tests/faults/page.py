@@ -28,7 +28,7 @@ _COUNTED = {
 }  # fmt: skip
 
 
-def write_page(outcomes: Sequence[Outcome], planned: int, page: Path) -> None:
+def write_page(outcomes: Sequence[Outcome], planned: Sequence[str], page: Path) -> None:
     """Write the page.
 
     Parameters
@@ -36,7 +36,7 @@ def write_page(outcomes: Sequence[Outcome], planned: int, page: Path) -> None:
     outcomes
         What was tried.
     planned
-        How many jobs there are.
+        Keys of all jobs.
     """
     count = Counter(o.part for o in outcomes)
     broken = [o for o in outcomes if o.violations]
@@ -48,8 +48,8 @@ def write_page(outcomes: Sequence[Outcome], planned: int, page: Path) -> None:
         "",
         f"{count['input']} bad inputs, {count['machine'] + count['kill'] + count['race']} injected "
         f"faults and {count['relation']} relations were tried"
-        + (f" ({len(outcomes)} of the {planned} of the whole corpus)" if len(outcomes) < planned
-           else "")
+        + (f" ({len(outcomes)} of the {len(planned)} of the whole corpus)"
+           if len(outcomes) < len(planned) else "")
         + f"; {len(broken)} broke a promise.",
         "",
         "| what must not happen | cases |",
@@ -67,6 +67,10 @@ def write_page(outcomes: Sequence[Outcome], planned: int, page: Path) -> None:
         own = [o for o in outcomes if o.part == part]
         if own:
             lines += ["", f"## {title}", "", f"{words[0].upper()}{words[1:]}.", "", *_table(own)]
+    lines += ["", "## Commands", "", "| base case | tried | of |", "|---|---|---|"]
+    of, tried = (Counter(k.split(" | ")[0] for k in keys) for keys in
+                 (planned, [o.key for o in outcomes]))  # fmt: skip
+    lines += [f"| {base} | {tried[base]} | {n} |" for base, n in sorted(of.items())]
     lines += ["", "## Broken promises", ""]
     if broken:
         lines += ["| case | exit | what was wrong |", "|---|---|---|"]

@@ -14,8 +14,6 @@ from footcal_cli.core.pose.hanging import LegKnowledge
 from footcal_cli.core.pose.joint import PoseFit
 
 _SIGMAS = 4.0
-_LEAST_SHARE = 0.1
-"""Of a prior sd: the change of an unknown that the poses hardly see is not judged finer."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +29,7 @@ class Departure:
     found, found_sd
         With them.
     sigmas
-        The change over the sd that a change should have, ``√(believed² − found²)``.
+        The change over the sd believed before; chance makes no more of it than one or two.
     """
 
     name: str
@@ -64,8 +62,7 @@ def departures(
         [*(leg.offset for leg in legs), [leg.weight_n for leg in legs], [robot_weight_n]]
     )
     prior_sd, sd, value = fit.prior_sd[at], found.sd[at], found.values[at]
-    usual = np.sqrt(np.maximum(prior_sd**2 - sd**2, (_LEAST_SHARE * prior_sd) ** 2))
-    sigmas = np.abs(value - believed) / usual
+    sigmas = np.abs(value - believed) / prior_sd
     order = np.argsort(-sigmas, kind="stable")
     return tuple(
         Departure(
