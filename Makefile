@@ -15,13 +15,13 @@ FAULT_WORKERS ?= 2
 help:  ## Show the targets.
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
 
-$(VENV)/.installed: pyproject.toml
+$(VENV)/.installed: pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/pip install --quiet --disable-pip-version-check --editable .
+	$(BIN)/pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable .
 	@touch $@
 
 $(VENV)/.installed-dev: $(VENV)/.installed
-	$(BIN)/pip install --quiet --disable-pip-version-check --editable '.[dev]'
+	$(BIN)/pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[dev]'
 	@touch $@
 
 .PHONY: install
@@ -59,6 +59,7 @@ check: $(VENV)/.installed-dev  ## Lint, types and tests; before each commit.
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+	$(MAKE) language
 	$(MAKE) test
 
 .PHONY: studies
@@ -92,6 +93,20 @@ samples: $(VENV)/.installed-dev  ## Rebuild sample_data/ from the physics engine
 .PHONY: effects-page
 effects-page: $(VENV)/.installed-dev  ## Rebuild docs/effects.md and its figures.
 	$(BIN)/python docs/make_effects_page.py
+
+.PHONY: strangers
+strangers: $(VENV)/.installed-dev  ## Logs in the shapes that people have: init, one command, the truth.
+	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -m slow -s tests/strangers
+
+.PHONY: docs
+docs: $(VENV)/.installed  ## Build the documentation site into site/.
+	$(BIN)/pip install --quiet --disable-pip-version-check '.[docs]'
+	$(BIN)/mkdocs build --strict
+	@echo "open site/index.html"
+
+.PHONY: language
+language: $(VENV)/.installed-dev  ## Words and plurals that users must not read.
+	$(BIN)/python -m tests.language.words
 
 .PHONY: bench
 bench: $(VENV)/.installed-dev  ## Benchmarks: ratios measured in one run; writes docs/benchmarks.md.

@@ -102,7 +102,7 @@ def section(effect: Effect, experiment: str, sizes: str, quantity: str) -> str:
 {rows}
 
 - One value per {effect.scope.value}; seen by {", ".join(effect.experiments)}.
-- Looks like {", ".join(f"[{name}](#{name})" for name in effect.mimics)}; told apart by
+- Looks like {", ".join(f"[{name}](#{name})" for name in effect.mimics)}; distinguished by
   {effect.separates}.
 - What to do: {effect.remedy}.
 - Inverse: {inverse}. Source: {effect.source}.

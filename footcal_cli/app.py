@@ -14,6 +14,7 @@ import typer
 from typer.core import TyperGroup
 
 from footcal_cli.errors import FootcalError, of_machine
+from footcal_cli.helptexts import GROUP_OF, epilog_of
 from footcal_cli.interruption import Interruption, watched
 from footcal_cli.run_folder import claims
 
@@ -54,7 +55,7 @@ class _Commands(TyperGroup):
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         if args and args[0] in COMMANDS:
             one = typer.Typer(add_completion=False)
-            one.command(args[0])(function_of(args[0]))
+            one.command(args[0], epilog=epilog_of(args[0]))(function_of(args[0]))
             self.commands[args[0]] = typer.main.get_command(one)
         return super().resolve_command(ctx, args)
 
@@ -68,7 +69,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 for _name, _sentence in COMMANDS.items():
-    app.command(_name, help=_sentence)(lambda: None)
+    app.command(_name, help=_sentence, rich_help_panel=GROUP_OF.get(_name))(lambda: None)
 
 
 def _show_version(wanted: bool) -> None:

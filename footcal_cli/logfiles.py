@@ -26,6 +26,8 @@ if TYPE_CHECKING:  # imported where they are used: a refusal waits for neither
     import pyarrow.parquet as pq
 
 MOST_COLUMNS = 10_000
+MOST_VALUES = 500_000_000
+"""Of a Parquet file read as a whole: a small one can unpack to more than any memory."""
 _NANOSECONDS = {"s": 10**9, "ms": 10**6, "us": 10**3, "ns": 1}
 _EXACT = 2**53
 
@@ -124,8 +126,15 @@ def raw_columns(
     if is_parquet(path):
         import pyarrow as pa
 
+        file = parquet_file(path)
+        if file.metadata.num_rows * len(names) > MOST_VALUES:
+            raise DataError(
+                f"{file.metadata.num_rows} rows of {len(names)} columns are more than "
+                f"{MOST_VALUES / 1e6:.0f} million values", file=path,
+                remedy="cut the log, or leave out rows",
+            )  # fmt: skip
         try:
-            table = parquet_file(path).read(columns=list(names), use_threads=False)
+            table = file.read(columns=list(names), use_threads=False)
         except (pa.ArrowException, OSError) as error:
             raise unreadable(path, error) from None
         return {name: of_arrow(table.column(name), name, path) for name in names}

@@ -165,7 +165,7 @@ class Recipe(Frozen):
     """A whole recipe; `options` keeps the commands' tables as read.
 
     `data_root` is the folder, relative to the recipe, that its relative paths must not leave: a
-    recipe that came from somebody else reads nothing beside it unless it says so.
+    recipe that came from somebody else reads nothing next to it unless it says so.
     """
 
     name: str = "unnamed"

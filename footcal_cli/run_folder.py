@@ -163,7 +163,9 @@ def _leftovers(out: Path) -> list[Path]:
     if not out.parent.is_dir():
         return []
     starts = (f".{out.name}.partial-", f".{out.name}.old-")
-    return [p for p in out.parent.iterdir() if p.is_dir() and p.name.startswith(starts)]
+    beside = [p for p in out.parent.iterdir() if p.is_dir() and p.name.startswith(starts)]
+    grown = out.glob(".partial-*") if (out / GROWN_ROWS).is_dir() else ()
+    return [*beside, *(p for p in grown if p.is_dir())]
 
 
 @contextmanager

@@ -61,11 +61,12 @@ ALLOWED: dict[str, set[str]] = {
     "exporters": {"exporters", "records", "core", "errors"},
     "commands": {
         "commands", "formats", "exporters", "logfiles", "cell_effects", "columns", "tables",
-        "reading", "sources", "sniff",
+        "reading", "sources", "sniff", "units",
         "recipe", "records", "report", "run_folder", "session", "intake", "inspection", "plots",
         "sheets", "rigid_body", "batch", "core", "errors",
     },
-    "app": {"commands", "errors", "interruption", "run_folder"},
+    "helptexts": set(),
+    "app": {"commands", "errors", "interruption", "run_folder", "helptexts"},
     "__main__": {"app", "interruption"},
     "__init__": set(),
 }  # fmt: skip

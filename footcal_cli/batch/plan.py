@@ -43,6 +43,8 @@ class Job:
         Folder of the batch.
     again
         Run even if the same session is done.
+    pictures
+        Whether the sessions' own reports have figures.
     """
 
     name: str
@@ -56,6 +58,7 @@ class Job:
     seed: int
     out: Path
     again: bool
+    pictures: bool = True
 
     @property
     def folder(self) -> Path:

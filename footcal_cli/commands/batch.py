@@ -161,6 +161,7 @@ def _jobs(session: Session[BatchOptions], given: Sequence[str]) -> list[Job]:
         operator="", logs=(), recipe=request.recipe,
         parameters=request.parameters, command=session.options.command,
         seed=request.seed, out=request.out.resolve(), again=request.overwrite,
+        pictures=session.options.pictures,
     )  # fmt: skip
     return plan(given, common)
 

@@ -71,14 +71,14 @@ def diagnose(
     ] = False,
     between: Annotated[
         list[str] | None,
-        typer.Option("--between", metavar="EFFECT", help="Rivals that --plan should tell apart."),
+        typer.Option("--between", metavar="EFFECT", help="Rivals that --plan should distinguish."),
     ] = None,
     after: Annotated[
         Path | None,
         typer.Option(
             "--after",
             metavar="FILE",
-            help="diagnosis.json of the log before, whose rivals this one is to tell apart.",
+            help="diagnosis.json of the log before, whose rivals this log should distinguish.",
         ),
     ] = None,
     strict_findings: StrictFindings = None,

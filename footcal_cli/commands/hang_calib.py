@@ -242,8 +242,9 @@ def _pictures(
     pictures = [
         Picture(
             "residuals", lambda: plot_residuals(residuals),
-            "What is left of the readings after offset and leg weight are taken off: one violin "
+            "Residual of the readings after offset and leg weight are subtracted: one violin "
             "per leg and axis. A good fit is one narrow hump around zero.",
+            title="Residuals",
         ),
     ]  # fmt: skip
     if any(fit.model.order > 0 for fit in fits.values()):
@@ -253,6 +254,7 @@ def _pictures(
                 "leg_com", lambda: plot_com(fits, binned),
                 "Leg CoM in the transducer frame against the shaft angle: dots are medians over "
                 "cycles with quartiles, the line is the fitted series, its band 95 %.",
+                title="Leg CoM against shaft angle",
             )
         )  # fmt: skip
     if any(fit.model.tilt != "none" for fit in fits.values()):
@@ -261,6 +263,7 @@ def _pictures(
                 "orientations", lambda: plot_tilts(fits),
                 "Where gravity really pointed in each orientation, seen along the named axis: what "
                 "all legs share is the robot's tilt, where they differ it is the mounting.",
+                title="Direction of gravity in each orientation",
             )
         )  # fmt: skip
     return tuple(pictures)

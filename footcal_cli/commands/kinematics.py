@@ -227,12 +227,15 @@ def _outcome(
                     "accelerations", lambda: plot_accelerations(time_s, found),
                     "The first seconds: central differences (grey), behind the low-pass (blue) "
                     "with ± 2 sd of its noise.",
+                    title="Acceleration of the CoM",
                 ),
                 Picture("path", lambda: plot_path(posture, feet),
-                        "The CoM should pass between the feet."),
+                        "The CoM should pass between the feet.",
+                    title="Path of the centre of pressure under each foot"),
                 Picture(
                     "heights", lambda: plot_heights(time_s, posture, feet),
                     "A standing foot should stay at zero.",
+                    title="Height of each foot",
                 ),
             ),
             sheets=(sheet,),

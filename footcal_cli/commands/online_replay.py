@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from footcal_cli.intake import Recording
     from footcal_cli.session import Outcome, Session
 
-Method = Literal["memory", "window", "han"]
+Method = Literal["memory", "window", "static"]
 
 
 class NoiseOptions(Frozen):
@@ -100,7 +100,10 @@ def online_replay(
     parameters: ParametersFile = None,
     method: Annotated[
         str | None,
-        typer.Option("--method", help="memory (ours), window (seed 1) or han (static assumption)."),
+        typer.Option(
+            "--method",
+            help="memory, window (sliding Gauss-Newton) or static (zero acceleration, after Han).",
+        ),
     ] = None,
     compare: Annotated[
         bool | None,
@@ -206,7 +209,7 @@ def _cells(session: Session[OnlineReplayOptions], recording: Recording) -> Outco
     from footcal_cli.session import Outcome
     from footcal_cli.sheets import walk as sheets
     from footcal_cli.sheets.streams import stream_findings
-    from footcal_cli.tables import write_parquet
+    from footcal_cli.tables import write_parquet_pieces
 
     options, merged, belief = session.options, recording.merged, recording.belief
     assert belief is not None
@@ -252,6 +255,10 @@ def _cells(session: Session[OnlineReplayOptions], recording: Recording) -> Outco
         else found.window_estimates(options.method)
     )
     findings = [*stream_findings(recording), *map(FindingRecord.of, found.findings())]
+
+    def write(path: Path) -> None:
+        write_parquet_pieces(sheets.frames_of(found), path)
+
     return Outcome(
         report=Report(
             title=f"Walking calibration of {session.recipe.robot.name}, {recording.name}",
@@ -263,7 +270,7 @@ def _cells(session: Session[OnlineReplayOptions], recording: Recording) -> Outco
         ),
         rmse=rmse,
         parameters=feet_parameters(session, estimates),
-        files={"replay.parquet": lambda path: write_parquet(sheets.frame_of(found), path)},
+        files={"replay.parquet": write},
         stage=options.method,
         reference=found.best_reference,
     )
@@ -304,7 +311,7 @@ def _six_axis(session: Session[OnlineReplayOptions], recording: Recording) -> Ou
 
 def _others(options: OnlineReplayOptions) -> tuple[str, ...]:
     """The papers' methods that run: all to compare, else the one that was asked for."""
-    methods = ("window", "han")
+    methods = ("window", "static")
     return methods if options.compare else tuple(m for m in methods if m == options.method)
 
 

@@ -16,7 +16,7 @@ Options = TypeVar("Options", bound=CommandOptions)
 
 Logs = Annotated[
     list[Path] | None,
-    typer.Argument(metavar="[LOG]...", help="Logs (CSV, CSV.gz, Parquet); replace [data]."),
+    typer.Argument(metavar="[LOG]...", help="Logs (CSV, CSV.gz, Parquet); replace \\[data]."),
 ]
 RecipeFile = Annotated[
     Path | None, typer.Option("--recipe", metavar="FILE.toml", help="Robot, columns, options.")

@@ -1,4 +1,4 @@
-"""``footcal pose-calib``: mounting of hip transducers from standing poses (seed 2, III-B)."""
+"""``footcal pose-calib``: mounting of hip transducers from standing poses (Wu & Revzen, III-B)."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ def pose_calib(
     ] = None,
     balance: Annotated[
         str | None,
-        typer.Option("--balance", help="exact, or as printed in seed 2 (alternating only)."),
+        typer.Option("--balance", help="exact, or as printed in Wu & Revzen (alternating only)."),
     ] = None,
     structure: Annotated[
         str | None,

@@ -1,4 +1,4 @@
-"""``footcal static-init``: scale and bias of foot cells from quiet standing (seed 1, 3.3.1)."""
+"""``footcal static-init``: scale and bias of foot cells from quiet standing."""
 
 from __future__ import annotations
 
@@ -165,7 +165,8 @@ def _cells(session: Session[StaticInitOptions], recordings: Sequence[Recording])
             ),
             findings=standing_findings(recordings, (fit.chi2, fit.dof)),
             footer=(
-                "Model: Σ(1 + γ)F⁰ + β per cell against weight and projected CoM (seed 1, eqs. 12, "
+                "Model: Σ(1 + γ)F⁰ + β per cell against weight and projected CoM (NAO CoP "
+                "self-calibration, eqs. 12, "
                 "13), maximum a posteriori in centred units; the prior is --parameters or the "
                 "nameplate.",
                 f"A stance counts {options.force_sd_n:g} N in force and "
@@ -194,14 +195,16 @@ def _pictures(
     several = (
         Picture(
             "curve", lambda: plot_curve(curve),
-            "CoP error on a stance not yet seen, after one, two, five … stances: with the prior "
+            "CoP error on the next, held-out stance after one, two, five … stances: with the prior "
             "it falls; least squares without one needs many before it can be trusted.",
+            title="Error on the next stance against the number of stances",
         ),
     )  # fmt: skip
     single = (
         Picture(
             "stances", lambda: plot_stances(errors),
             "Error of each stance before and after, and by least squares without a prior.",
+            title="Error of each stance before and after",
         ),
     )  # fmt: skip
     return (
@@ -210,6 +213,7 @@ def _pictures(
         Picture(
             "directions", lambda: plot_directions(seen.singular_values, seen.rank),
             "What the stances see; grey directions keep the prior whatever the fit says.",
+            title="How well each parameter direction is observed",
         ),
         Picture(
             "beliefs",
@@ -218,5 +222,6 @@ def _pictures(
                 [status == "estimated" for status in fit.estimates.status],
             ),
             "Where standing moved each gain and bias, in units of the prior sd; the band is ± 2.",
+            title="Each parameter before and after standing",
         ),
     )  # fmt: skip

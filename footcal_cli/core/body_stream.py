@@ -39,7 +39,7 @@ def _alarm(code: str, where: str, sentence: str, remedy: str) -> Finding:
 def check_stamp_unit(
     time_s: FloatArray, where: str, *, slowest_s: float = SLOWEST_S
 ) -> list[Finding]:
-    """Find stamps that cannot be seconds, by the usual interval.
+    """Find stamps that cannot be seconds, by the usual interval, in whatever order they stand.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ def check_stamp_unit(
     slowest_s
         Longest interval that such a recording may have.
     """
-    steps = np.diff(time_s[np.isfinite(time_s)])
+    steps = np.diff(np.sort(time_s[np.isfinite(time_s)]))
     steps = steps[steps > 0]
     if steps.size < _FEWEST:
         return []
@@ -113,7 +113,7 @@ def check_positions(com_m: FloatArray, feet_m: FloatArray, where: str) -> list[F
         return [
             _alarm(
                 "positions_not_metres", where,
-                f"the CoM lies {height:.4g} m above and {aside:.4g} m beside the feet, and the "
+                f"the CoM lies {height:.4g} m above and {aside:.4g} m away from the feet, and the "
                 f"feet {wide:.4g} m apart: {' and '.join(which) or 'one of them'} may be in mm, or "
                 "in another frame",
                 'give the unit in [columns], com_x_m = { column = "…", unit = "mm" }',
@@ -131,7 +131,7 @@ def check_positions(com_m: FloatArray, feet_m: FloatArray, where: str) -> list[F
         return [
             _alarm(
                 "com_not_over_feet", where,
-                f"the CoM lies {aside:.3g} m beside the feet (its height: {height:.3g} m): they "
+                f"the CoM lies {aside:.3g} m away from the feet (its height: {height:.3g} m): they "
                 "are given in different frames",
                 "log CoM and feet in the same world frame",
             )

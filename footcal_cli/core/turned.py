@@ -81,7 +81,7 @@ def _best_turn(
         Finding(
             "transducer_turned", "alarm", " or ".join(legs),
             f"the transducer of {' or '.join(legs)} looks mounted {' or '.join(turns[:3])} off: "
-            f"turned back, {least / given:.1%} of the squared misfit is left",
+            f"turned back, {least / given:.1%} of the squared misfit remains",
             "correct its axes in the recipe or in [columns], then calibrate again",
         )
     ]  # fmt: skip

@@ -9,7 +9,7 @@ import numpy as np
 
 from footcal_cli.core.kinematics import Accelerations, Posture
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.plots.style import AFTER, BEFORE, CELL_COLOURS, new_figure, tidy
+from footcal_cli.plots.style import AFTER, BEFORE, CELL_COLOURS, legend_below, new_figure, tidy
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -27,7 +27,7 @@ def plot_path(posture: Posture, feet: Sequence[str]) -> Figure:
         axes.plot(place[:, 0], place[:, 1], color=colour, linewidth=0.8, label=foot)
     axes.set_aspect("equal", adjustable="datalim")
     tidy(axes, "From above", "x (m)", "y (m)")
-    axes.legend(fontsize=8, frameon=False)
+    legend_below(figure)
     return figure
 
 
@@ -61,5 +61,5 @@ def plot_heights(time_s: FloatArray, posture: Posture, feet: Sequence[str]) -> F
     for i, (foot, colour) in enumerate(zip(feet, CELL_COLOURS, strict=False)):
         axes.plot(time_s, 1e3 * posture.feet_m[:, i, 2], color=colour, linewidth=1.0, label=foot)
     tidy(axes, "Height of the feet", "time (s)", "mm")
-    axes.legend(fontsize=8, frameon=False)
+    legend_below(figure)
     return figure

@@ -94,7 +94,7 @@ def plot_staircases(studies: Sequence[ChannelStudy]) -> Figure:
                 axes.plot(record.load_n[known][at], error[at], "o", color=colour, markersize=3,
                           alpha=0.7, label=label if at.any() else None)  # fmt: skip
             axes.axhline(0, color=REFERENCE, linewidth=0.7)
-            tidy(axes, title, "known load (N)" if k else "", "error (N)" if column == 0 else "")
+            tidy(axes, title, "known load (N)" if k else "", "residual (N)" if column == 0 else "")
             panels.append(axes)
         for axes in panels:
             axes.set_ylim(-1.15 * limit, 1.15 * limit)

@@ -15,7 +15,15 @@ from footcal_cli.core.pose.series import SeriesFit
 from footcal_cli.core.pose.standing import OffsetFit
 from footcal_cli.core.spatial import rotation_exp, rotation_log
 from footcal_cli.plots.hang import draw_violins
-from footcal_cli.plots.style import AFTER, BEFORE, CELL_COLOURS, REFERENCE, new_figure, tidy
+from footcal_cli.plots.style import (
+    AFTER,
+    BEFORE,
+    CELL_COLOURS,
+    REFERENCE,
+    legend_below,
+    new_figure,
+    tidy,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -107,7 +115,9 @@ def plot_mounting(fit: PoseFit) -> Figure:
     turns.axvline(0, color=REFERENCE, linewidth=0.7)
     turns.set_yticks(places, [leg.upper() for leg in legs])
     tidy(turns, "Mounting rotation with 95 % interval", "body axes (°)", "")
-    turns.legend(fontsize=8, frameon=False)
+    turns.legend(
+        fontsize=8, frameon=False, loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=3
+    )
     return figure
 
 
@@ -123,7 +133,7 @@ def plot_leg_map(mapped: LegMap, legs: Sequence[str]) -> Figure:
         interpolation="nearest",
     )  # fmt: skip
     axes.set_yticks(range(len(legs)), [leg.upper() for leg in legs])
-    tidy(axes, "Residual foretold by each leg's readings", "pose", "")
+    tidy(axes, "Residual predicted by each leg's readings", "pose", "")
     axes.grid(False)
     figure.colorbar(image, ax=axes, label="in units of the noise", pad=0.01)
     bars.barh(range(len(legs)), 100 * mapped.share, color=AFTER)
@@ -181,5 +191,5 @@ def plot_series(fits: Sequence[SeriesFit]) -> Figure:
             row[0].plot(fit.left[:, a], color=CELL_COLOURS[a], linewidth=1.0, label=f"f{name}")
         row[0].axhline(0, color=REFERENCE, linewidth=0.6)
         tidy(row[0], f"{fit.first} → {fit.second}", "block", "unexplained (N)")
-    grid[0][0].legend(fontsize=8, frameon=False, ncols=3)
+    legend_below(figure)
     return figure

@@ -41,7 +41,7 @@ def plot_shown_and_true(
             x, believed.readings[rows, i] - truth.readings[rows, i],
             color=CELL_COLOURS[i], linewidth=0.7,
         )  # fmt: skip
-    tidy(upper, "Shown (colour) and true (black)", "", "load (N; Nm on torque axes)")
+    tidy(upper, "Measured (colour) and true (black)", "", "load (N; Nm on torque axes)")
     upper.legend(fontsize=8, frameon=False, loc="center left", bbox_to_anchor=(1.0, 0.5))
-    tidy(lower, "Shown − true", "time (s)" if by_time else "row", "difference (N; Nm)")
+    tidy(lower, "Measured − true", "time (s)" if by_time else "row", "difference (N; Nm)")
     return figure

@@ -10,7 +10,15 @@ import numpy as np
 from footcal_cli.core.online.filter import Track
 from footcal_cli.core.online.jumps import Jump
 from footcal_cli.core.online.six_axis_replay import SixAxisReplay
-from footcal_cli.plots.style import AFTER, BEFORE, CELL_COLOURS, REFERENCE, new_figure, tidy
+from footcal_cli.plots.style import (
+    AFTER,
+    BEFORE,
+    CELL_COLOURS,
+    REFERENCE,
+    legend_below,
+    new_figure,
+    tidy,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -30,7 +38,7 @@ def plot_vertical(found: SixAxisReplay) -> Figure:
     ):
         axes.plot(time_s, found.vertical_n[:, column], color=colour, linewidth=1.0, label=label)
     tidy(axes, "Total vertical force on both feet", "time (s)", "N")
-    axes.legend(fontsize=8, frameon=False, ncols=3, loc="lower right")
+    legend_below(figure)
     return figure
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.stance_curve import CurvePoint
 from footcal_cli.core.static_init import StanceErrors
-from footcal_cli.plots.style import AFTER, BAD, BEFORE, REFERENCE, new_figure, tidy
+from footcal_cli.plots.style import AFTER, BAD, BEFORE, REFERENCE, legend_below, new_figure, tidy
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -45,7 +45,7 @@ def plot_stances(errors: Sequence[StanceErrors]) -> Figure:
     right.axhline(0.0, color=REFERENCE, linewidth=0.8)
     for axes in (left, right):
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    left.legend(fontsize=8, frameon=False)
+    legend_below(figure)
     return figure
 
 
@@ -65,7 +65,7 @@ def plot_curve(curve: Sequence[CurvePoint]) -> Figure:
     axes.set_xticks(used, [str(n) for n in used])
     axes.minorticks_off()
     tidy(axes, "CoP error on the stance that follows", "stances used", "mm")
-    axes.legend(fontsize=8, frameon=False)
+    legend_below(figure)
     return figure
 
 

@@ -64,6 +64,19 @@ def tidy(axes: Axes, title: str = "", x: str = "", y: str = "") -> None:
         axes.spines[side].set_visible(False)
 
 
+def legend_below(figure: Figure, columns: int = 5) -> None:
+    """One legend of all panels below the figure, off the curves; each label once."""
+    named = {
+        label: handle
+        for axes in figure.axes
+        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
+    }
+    figure.legend(
+        list(named.values()), list(named), loc="outside lower center", fontsize=8, frameon=False,
+        ncols=min(len(named), columns) or 1,
+    )  # fmt: skip
+
+
 def log_axis(axes: Axes) -> None:
     """A logarithmic x axis with plain numbers: 0.04, not 4 × 10⁻²."""
     from matplotlib.ticker import FuncFormatter, LogLocator

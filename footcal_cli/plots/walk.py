@@ -20,6 +20,7 @@ from footcal_cli.plots.style import (
     BEFORE,
     CELL_COLOURS,
     REFERENCE,
+    legend_below,
     new_figure,
     peaks_kept,
     tidy,
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
 
 METHOD_COLOURS = {
     "before": BEFORE,
-    "han": "#E69F00",
+    "static": "#E69F00",
     "window": BAD,
     "memory": AFTER,
     "smoother": "#009E73",
@@ -69,9 +70,7 @@ def plot_cop(found: Comparison, methods: Sequence[str], truth: Replayed | None) 
         below = "time (s)" if name == "y" else ""
         tidy(left, f"CoP {name}, from below the CoM", below, "mm")
         tidy(right, f"its error, without {methods[0]}", below, "mm")
-    # in the panel that the curves leave free
-    figure.axes[2].legend(fontsize=7, frameon=False, ncols=2, loc="upper left")
-    figure.axes[2].set_ylim(top=2.0 * figure.axes[2].get_ylim()[1])
+    legend_below(figure)
     return figure
 
 
@@ -88,7 +87,7 @@ def plot_vgrf(found: Comparison, methods: Sequence[str], truth: Replayed | None)
         force = found.replayed[method].total.fz_n[rows]
         axes.plot(time_s, force, color=METHOD_COLOURS[method], linewidth=1.0, label=method)
     tidy(axes, "Vertical ground reaction force", "time (s)", "N")
-    axes.legend(fontsize=8, frameon=False, ncols=4, loc="upper left")
+    legend_below(figure)
     return figure
 
 
@@ -158,8 +157,8 @@ def plot_parameters(track: Track, jumps: Sequence[Jump], kinds: Sequence[str]) -
         _to_settled(axes, track, [percent * track.values[:, i] for i in at],
                     [percent * track.sd[:, i] for i in at])  # fmt: skip
         tidy(axes, f"{kind} on top of the prior, ± 2 sd", "", unit)
-        axes.legend(fontsize=7, frameon=False, ncols=8, loc="upper center", handlelength=1.0)
     panels[-1].set_xlabel("time (s)", fontsize=9)
+    legend_below(figure, columns=8)
     return figure
 
 
@@ -253,7 +252,9 @@ def plot_sensitivity(curves: Sequence[tuple[str, Sensitivity]]) -> Figure:
             rest = 1e3 * float(np.ptp(chosen[_MOST_CURVES].cop_m))
             title += f" ({len(chosen) - _MOST_CURVES} others: < {rest:.2g} mm)"
         tidy(axes, title, "factor", "CoP RMSE (mm)" if method == "window" else "")
-        axes.legend(fontsize=6.5, frameon=False, ncols=2, loc="lower left")
+        axes.legend(
+            fontsize=6.5, frameon=False, ncols=2, loc="upper center", bbox_to_anchor=(0.5, -0.18)
+        )
     panels[0].set_ylim(bottom=0.0)
     return figure
 

@@ -37,7 +37,7 @@ def plot_loads_against_counts(fits: Sequence[AffineFit], tolerance_n: float) -> 
         lower.plot(thousands, fit.residual_n, "o", color=colour, markersize=3.5)
         lower.axhline(0, color="#1b1f24", linewidth=0.7)
         lower.set_ylim(-worst, worst)
-        tidy(lower, "", "counts − mean (10³)", "error (N)" if column == 0 else "")
+        tidy(lower, "", "counts − mean (10³)", "residual (N)" if column == 0 else "")
     return figure
 
 
@@ -52,7 +52,7 @@ def plot_residuals(fits: Sequence[AffineFit], tolerance_n: float) -> Figure:
         colour = CELL_COLOURS[i % len(CELL_COLOURS)]
         axes.plot(loads, mean, "o-", color=colour, linewidth=1.2, markersize=4, label=fit.channel)
     axes.axhline(0, color="#1b1f24", linewidth=0.8)
-    tidy(axes, "Error of the affine calibration (should be flat)", "known load (N)",
+    tidy(axes, "Residual of the affine calibration (should be flat)", "known load (N)",
          "measured − known (N)")  # fmt: skip
     axes.legend(fontsize=8, ncols=1, frameon=False, loc="center left", bbox_to_anchor=(1.0, 0.5))
     return figure

@@ -84,7 +84,7 @@ class NextExperimentRecord(Record):
 
 
 class PlanRecord(Versioned):
-    """``plan.json``: the experiment that tells effects apart, and the menu it was chosen from."""
+    """``plan.json``: the experiment that distinguishes effects, and the menu it was chosen from."""
 
     schema_name: Literal["footcal.plan"] = Field(default="footcal.plan", alias="schema")
     between: tuple[str, ...]

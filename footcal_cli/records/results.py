@@ -12,6 +12,8 @@ from footcal_cli.core.quality import Finding
 from footcal_cli.errors import UsageError, nearest
 from footcal_cli.records.files import Record, Versioned
 
+_LARGEST = 1e30
+"""Larger values and sds overflow when they are squared."""
 _ROUNDING = 1e-6
 """Of correlations."""
 
@@ -93,6 +95,8 @@ class ParametersRecord(Versioned):
             if unknown:
                 raise ValueError(f"covariance of '{unknown[0]}', which is no parameter here")
         for name, parameter in self.parameters.items():
+            if max(abs(parameter.value), parameter.sd or 0.0) > _LARGEST:
+                raise ValueError(f"{name} is too large to be a parameter ({parameter.value:g})")
             if name.endswith(".scale") and parameter.value == 0:
                 raise ValueError(f"{name} is 0: no reading would tell a force")
         return self

@@ -233,7 +233,7 @@ def _budget_sheet(budgets: Sequence[Budget]) -> Sheet:
          "robot", "repeatability / claimed", "U (k = 2)", "% GRR", "ndc"),
         lines,
         note="Sd by source with 95 % interval, change points and drifts taken out and outlying "
-        "sessions left out; – where the sessions cannot tell it apart. U: expanded uncertainty of "
+        "sessions left out; – where the sessions do not determine it. U: expanded uncertainty of "
         "one session's value, from the larger of claim and repeatability, and days or operators; "
         "an error that all sessions share is not in it. % GRR and ndc as in AIAG, Measurement "
         "Systems Analysis (2010), robots as parts.",

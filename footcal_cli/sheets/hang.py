@@ -17,7 +17,7 @@ from footcal_cli.report import Sheet, number, with_sd
 Residuals = Mapping[str, Mapping[str, FloatArray]]
 """Stage -> leg -> residuals (n, 6)."""
 POOR_FORCE_N = 0.2
-"""Seed 2 reaches 0.2 N per axis when hanging; a larger sd deserves a warning."""
+"""Wu & Revzen reaches 0.2 N per axis when hanging; a larger sd deserves a warning."""
 _LARGE_TILT_DEG = 10.0
 
 
@@ -144,7 +144,7 @@ def parameter_sheet(fits: Mapping[str, HangFit]) -> Sheet:
          "tz (mNm)"),
         rows,
         note="± one standard deviation, autocorrelation of the noise counted. A dash in place of "
-        "the sd: not observable from these orientations. Seed 2, Table II.",
+        "the sd: not observable from these orientations. Wu & Revzen, Table II.",
     )  # fmt: skip
 
 
@@ -198,7 +198,8 @@ def method_sheets(
             "Methods side by side",
             ("leg", "method", "weight (N)", "fx", "fy", "fz", "tx", "ty", "tz"),
             rows,
-            note="stepwise: seed 2, III-A, biased low in weight by about the cosine of the tilt; "
+            note="stepwise: Wu & Revzen, III-A, biased low in weight by about the cosine of the "
+            "tilt; "
             "naive: no tilt at all.",
         ),
     )
@@ -254,8 +255,9 @@ def footer(method: str) -> tuple[str, ...]:
     text = {
         "joint": "Joint maximum likelihood over all logs: reading = offset + [m g u; r(φ) × m g u] "
         "with u = exp([s]) e per log, r(φ) a Fourier series with the order of lowest BIC; noise "
-        "autoregressive per channel (seed 2, eqs. (4)–(7), exact in the tilt).",
-        "stepwise": "Seed 2, section III-A step by step, Kalman smoother included; no intervals.",
+        "autoregressive per channel (Wu & Revzen, eqs. (4)–(7), exact in the tilt).",
+        "stepwise": "Wu & Revzen, section III-A step by step, Kalman smoother included; no "
+        "intervals.",
         "naive": "Half-sums and half-differences of opposite logs without tilt; no intervals.",
     }
     return (text[method],)

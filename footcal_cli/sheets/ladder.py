@@ -129,7 +129,7 @@ def weights_verdict(
         good = not bad and max(left) <= tolerance_n
         return VerdictRecord(
             level="good" if good else "warning",
-            sentence=f"{len(extended)} of the {len(studies)} channels need more than a scale and a "
+            sentence=f"{_some(len(extended), len(studies))} more than a scale and a "
             f"bias ({kinds}): error on unseen data {number(float(np.median(before)), 2)} → "
             f"{number(float(np.median(left)), 2)} N.",
             details=tuple(details),
@@ -146,7 +146,7 @@ def weights_verdict(
         worst = max((study.affine for study in studies), key=lambda fit: fit.worst_n)
         return VerdictRecord(
             level="good",
-            sentence=f"A scale and a bias describe all {len(studies)} channels: largest error "
+            sentence=f"A scale and a bias describe {_all(len(studies))}: largest error "
             f"{number(worst.worst_n, 2)} N ({worst.channel}).",
             details=tuple(details),
         )
@@ -154,10 +154,23 @@ def weights_verdict(
         details.append(bent)
     return VerdictRecord(
         level="warning",
-        sentence=f"The affine model does not fit {len(bad)} of the {len(studies)} channels: errors "
+        sentence=f"The affine model does not fit {_share(len(bad), len(studies))}: errors "
         f"up to {number(bad[0].worst_n, 2)} N ({bad[0].channel}).",
         details=(*details, NEXT_RECORDING),
     )
+
+
+def _all(channels: int) -> str:
+    return "the only channel" if channels == 1 else f"all {channels} channels"
+
+
+def _share(some: int, channels: int) -> str:
+    return "the only channel" if channels == 1 else f"{some} of the {channels} channels"
+
+
+def _some(some: int, channels: int) -> str:
+    subject = _share(some, channels)
+    return f"{subject[:1].upper()}{subject[1:]} {'needs' if some == 1 else 'need'}"
 
 
 def model_sheet(studies: Sequence[ChannelStudy]) -> Sheet:
@@ -189,7 +202,7 @@ def model_sheet(studies: Sequence[ChannelStudy]) -> Sheet:
         ("channel", "model", "left out in turn", "affine, held out (N)", "model, held out (N)",
          "scatter (N)", "between sessions (N)", "affine scale off by (%)"),
         rows,
-        note="A model is climbed to where it beats the simpler one by more than one standard error "
+        note="A model is extended where it beats the simpler one by more than one standard error "
         "on left-out sessions (three or more) or loads, and its sizes are not zero. With one "
         "session nothing is known of changes from session to session, and intervals do not "
         "contain them.",

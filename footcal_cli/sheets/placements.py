@@ -85,6 +85,7 @@ def correction_sheet(found: FootStudy) -> Sheet:
         ("correction", "numbers", "rank", "condition", "ridge", "fitted (mm)", "left out (mm)",
          "never used (mm)", "vGRF left out (N)"),
         rows,
+        brief=("correction", "fitted (mm)", "left out (mm)", "vGRF left out (N)"),
         note="Root mean squared distance from the hole. Left out: each placement predicted by a "
         "fit without it, ± one standard error over placements. → marks the choice: the simplest "
         "within one standard error of the best, CoP and vGRF together. Crosstalk is what a share "

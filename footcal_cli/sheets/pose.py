@@ -11,6 +11,7 @@ from footcal_cli.core.hang.model import AXES
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.pose.common import common_turn
 from footcal_cli.core.pose.data import PoseData
+from footcal_cli.core.pose.departures import Departure
 from footcal_cli.core.pose.hanging import LegKnowledge
 from footcal_cli.core.pose.joint import PoseFit
 from footcal_cli.core.pose.leg_map import LegMap
@@ -23,6 +24,8 @@ from footcal_cli.report import Sheet, number, with_sd
 _SUSPECT_P = 1e-4
 _SUSPECT_SHARE = 0.1
 _NOISY = 1.5
+_MOST_DEPARTURES = 4
+"""So many contradictions are told; they have one cause, mostly."""
 
 
 def rmse_rows(stages: Mapping[str, FloatArray], held_out: Candidate) -> tuple[RmseRow, ...]:
@@ -138,7 +141,7 @@ def _common_sd(fit: PoseFit, first: int) -> float:
 
 
 def suspect_legs(mapped: LegMap, legs: Sequence[str]) -> list[str]:
-    """Legs whose own readings foretell the residual, the worst one only."""
+    """Legs whose own readings predict the residual, the worst one only."""
     found = [
         (share, leg)
         for leg, share, p in zip(legs, mapped.share, mapped.p, strict=True)
@@ -167,7 +170,7 @@ def mounting_sheet(fit: PoseFit) -> Sheet:
          "shift z (mm)"),
         rows,
         note="Along the nominal transducer's axes, ± one standard deviation. A shift is the hip's "
-        "minus the chassis CoM's: standing shows only their sum (p̃ + p_BC in seed 2).",
+        "minus the chassis CoM's: standing shows only their sum (p̃ + p_BC in Wu & Revzen).",
     )  # fmt: skip
 
 
@@ -235,11 +238,11 @@ def findings(fit: PoseFit, mapped: LegMap) -> tuple[FindingRecord, ...]:
     """A leg that does not fit, poses that do not suffice, a turn that all mountings share."""
     found = [
         FindingRecord(
-            code="leg_foretells_residual",
+            code="leg_predicts_residual",
             severity="warning",
             where=f"leg {leg}",
-            sentence=f"its own readings foretell {100 * mapped.share[k]:.0f} % of what is left of "
-            "the balance",
+            sentence=f"its own readings predict {100 * mapped.share[k]:.0f} % of "
+            "the residual of the balance",
             remedy="check gain, axes and channels of that transducer; run diagnose",
         )
         for k, leg in enumerate(fit.geometry.legs)
@@ -269,6 +272,29 @@ def findings(fit: PoseFit, mapped: LegMap) -> tuple[FindingRecord, ...]:
             )
         )
     return tuple(found)
+
+
+def departure_findings(found: Sequence[Departure]) -> tuple[FindingRecord, ...]:
+    """Where the poses contradict the scale or the hanging robot."""
+    findings = []
+    for one in found[:_MOST_DEPARTURES]:
+        of_robot = one.name == "robot.weight"
+        said = "the recipe's mass" if of_robot else "hanging"
+        findings.append(
+            FindingRecord(
+                code="robot_weight_differs" if of_robot else "differs_from_hanging",
+                severity="warning",
+                where=one.name,
+                sentence=f"the poses say {with_sd(one.found, one.found_sd)} {one.unit}, {said} "
+                f"{with_sd(one.believed, one.believed_sd)} {one.unit}: {one.sigmas:.0f} sd apart",
+                remedy="weigh the robot as it stood, with battery and cables; if the scale is "
+                "right, the transducers' gain is off"
+                if of_robot
+                else "hang the robot again and compare; an offset that moved since asks for "
+                "--fit offsets",
+            )
+        )
+    return tuple(findings)
 
 
 def disagreeing_directions(fit: PoseFit) -> FindingRecord:
@@ -358,10 +384,12 @@ def footer(method: str, balance: str, errors_in_variables: bool) -> tuple[str, .
     """How it was computed."""
     if method == "alternating":
         form = "as printed (fixed CoM)" if balance == "printed" else "exact chassis balance"
-        return (f"Alternating least squares of seed 2, eqs. (8) and (9), {form}; no intervals.",)
+        return (
+            f"Alternating least squares of Wu & Revzen, eqs. (8) and (9), {form}; no intervals.",
+        )
     eiv = "noise of the wrenches compensated" if errors_in_variables else "plain least squares"
     return (
         f"Chassis balance, joint Levenberg-Marquardt on the Gram matrix of the poses, {eiv}; "
         "offsets, weights and directions of gravity with their joint covariance from hanging "
-        "(seed 2, eqs. (8) and (9), in the form in which no leg CoM enters).",
+        "(Wu & Revzen, eqs. (8) and (9), in the form in which no leg CoM enters).",
     )

@@ -218,17 +218,21 @@ def pictures_of(found: SixAxisReplay) -> tuple[Picture, ...]:
     """All figures."""
     return (
         Picture("vertical", lambda: plots.plot_vertical(found),
-                "Total vertical force: what both feet read and what the body's motion demands."),
+                "Total vertical force: what both feet read and what the body's motion demands.",
+            title="Total vertical force: measured and demanded by the motion"),
         Picture("swing", lambda: plots.plot_swing(found),
-                "A foot in the air should read only what hangs below its transducer."),
+                "A foot in the air should read only what hangs below its transducer.",
+            title="Reading of each foot in the air"),
         Picture("offsets",
                 lambda: plots.plot_offsets(
                     found.track, found.smoothed, feet_of(found), found.jumps
                 ),
                 "Offsets along the walk: band ± 2 sd as known then, line with hindsight, dashed: a "
-                "jump."),
+                "jump.",
+            title="Offsets along the walk"),
         Picture("innovations", lambda: plot_innovations(found.track, found.rows.outputs[:5]),
-                "What each update did not expect, over its claimed sd."),
+                "What each update did not expect, over its claimed sd.",
+            title="Innovations in units of their predicted sd"),
     )  # fmt: skip
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import log
 
 import numpy as np
 
@@ -74,7 +75,8 @@ def stances_sheet(errors: Sequence[StanceErrors], effective: FloatArray) -> Shee
         ("stance", "stage", "how", "force error (N)", "CoP x (mm)", "CoP y (mm)",
          "independent samples"),
         rows[:300],
-        note="Against weight and projected CoM. Least squares is eq. (13) of seed 1 as printed, "
+        note="Against weight and projected CoM. Least squares is eq. (13) of NAO CoP "
+             "self-calibration as printed, "
         "without a prior.",
     )  # fmt: skip
 
@@ -127,7 +129,7 @@ def menu_sheet(menu: Sequence[NextStep]) -> Sheet:
     rows = [
         (
             step.name,
-            number(step.gain_nats, 3),
+            number(step.gain_nats / log(2.0), 3),
             f"{100 * (1 - step.sd_ratio):.0f} %",
             str(step.rank),
             step.direction,
@@ -136,11 +138,11 @@ def menu_sheet(menu: Sequence[NextStep]) -> Sheet:
     ]
     return Sheet(
         "Stand next",
-        ("stance", "expected gain (nats)", "best direction's sd falls by", "rank then",
+        ("stance", "information gain (bits)", "best direction's sd falls by", "rank then",
          "that direction"),
         rows,
         note="Expected from the geometry of the last stance; a squat only repeats what is known "
-        "(it tells a CoM offset from a tilted IMU, not one cell from another).",
+        "(it distinguishes a CoM offset from a tilted IMU, not one cell from another).",
     )  # fmt: skip
 
 
@@ -180,15 +182,16 @@ def verdict_of(
     ]
     if has_cop and held:
         details.append(
-            "Plain least squares of eq. (13), without a prior, would put the CoP of a stance it "
-            f"has not seen off by {number(cop_mm['least squares'], 2)} mm."
+            "Plain least squares without a prior would be wrong in the CoP of a held-out stance "
+            f"by {number(cop_mm['least squares'], 2)} mm."
         )
     if menu:
         best = menu[0]
         details.append(
-            f"Stand next: {best.name} (+{number(best.gain_nats, 2)} nats, rank {best.rank})."
+            f"Stand next: {best.name} (+{number(best.gain_nats / log(2.0), 2)} bits of "
+            f"information, rank {best.rank})."
         )
-    how = "on stances it has not seen" if held else "on the fitted stance"
+    how = "on held-out stances" if held else "on the fitted stance"
     return VerdictRecord(
         level="good" if known == seen.unknowns else "warning",
         sentence=f"{counted(stances)} {seen.rank} of {seen.unknowns} directions; {shown} {how}.",

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import fields
+from collections.abc import Iterator, Sequence
+from dataclasses import fields, replace
 
 import numpy as np
 
@@ -21,13 +21,15 @@ from footcal_cli.report import Picture, Sheet, number, with_sd
 from footcal_cli.sheets.stand import beliefs_sheet
 
 _QUANTITIES = (("cop", "m", 1e3, "mm"), ("foot_cop", "m", 1e3, "mm"), ("vgrf", "N", 1.0, "N"))
+_PIECE_ROWS = 2**16
+"""Samples written at a time."""
 _TITLES = {"cop": "CoP", "foot_cop": "CoP of each foot", "vgrf": "vertical force"}
 _AGAINST = {
     "truth": "the truth",
     "baseline": "the offline baseline",
     "motion": "what the motion demands, its delay and offsets taken out",
 }
-SHOWN = ("before", "han", "window", "memory", "smoother")
+SHOWN = ("before", "static", "window", "memory", "smoother")
 STATE_UNITS = {
     "robot.delay": (1e3, "ms"),
     "robot.com_correction_x": (1e3, "mm"),
@@ -44,7 +46,7 @@ def verdict_of(found: Comparison, method: str) -> VerdictRecord:
     force = [rms(e.vgrf_n) for e in (before, after)]
     alarms = len(found.memory.jumps)
     details = []
-    for other in ("window", "han"):
+    for other in ("window", "static"):
         if other == method or (other, reference, "cop") not in found.ratios:
             continue
         ratio, p = found.ratios[other, reference, "cop"]
@@ -52,7 +54,7 @@ def verdict_of(found: Comparison, method: str) -> VerdictRecord:
             f"CoP error {_interval(ratio)} × that of {_METHODS[other]} over {ratio.n} gait cycles "
             f"(Wilcoxon p {_p(p)})."
             if method == "memory"
-            else f"The estimator that remembers has {_interval(ratio)} × the CoP error of "
+            else f"The estimator with memory has {_interval(ratio)} × the CoP error of "
             f"{_METHODS[other]} on this walk."
         )
     states = found.memory.track
@@ -85,7 +87,7 @@ def verdict_of(found: Comparison, method: str) -> VerdictRecord:
     )
 
 
-_METHODS = {"window": "seed 1's window", "han": "Han's static assumption"}
+_METHODS = {"window": "the sliding window", "static": "the zero-acceleration assumption"}
 
 
 def _interval(interval: Interval) -> str:
@@ -244,9 +246,9 @@ def footer_of(found: Comparison, delay_s: float) -> tuple[str, ...]:
         f"Delay compensated {1e3 * delay_s:g} ms."
         + (
             f" Window: {found.rule.samples} samples every {found.rule.every}, "
-            f"{found.rule.iterations} Gauss-Newton iterations (seed 1, eq. 14)."
+            f"{found.rule.iterations} Gauss-Newton iterations (NAO CoP self-calibration, eq. 14)."
             if found.weights is not None
-            else " --compare runs the window of seed 1 and Han's static assumption as well."
+            else " --compare runs the methods window and static as well."
         ),
     )
 
@@ -287,71 +289,88 @@ def pictures_of(
         for name, cells in zip(robot.feet, cells_in_feet(robot), strict=True)
     }
     judged = [m for m in SHOWN if m in found.replayed]
-    drawn = tuple(m for m in ("han", "window", "memory") if m in found.replayed)
+    drawn = tuple(m for m in ("static", "window", "memory") if m in found.replayed)
     if len(drawn) == 1:
         drawn = ("before", *drawn)
     states = [n for n in STATE_UNITS if n in track.names]
     states += [n for n in track.names if n.endswith("plate_weight")]
     pictures = [
         Picture("cop", lambda: plots.plot_cop(found, drawn, truth),
-                "Centre of pressure over the last seconds of the walk (as seed 1's Figs. 10, 12, "
-                "14)."),
+                "Centre of pressure over the last seconds of the walk (compare Figs. 10, 12 and "
+                "14 of NAO CoP self-calibration).",
+            title="Centre of pressure by method"),
         Picture("vgrf", lambda: plots.plot_vgrf(found, drawn, truth),
-                "Vertical force over the same seconds (as seed 1's Figs. 11, 13, 15)."),
+                "Vertical force over the same seconds (compare Figs. 11, 13, 15 of NAO CoP "
+                "self-calibration).",
+            title="Vertical force by method"),
         Picture("cycles", lambda: plots.plot_cycles(found, judged),
-                f"Error of every gait cycle against {_AGAINST[found.best_reference]}."),
+                f"Error of every gait cycle against {_AGAINST[found.best_reference]}.",
+            title="Error per gait cycle by method"),
         Picture("path", lambda: plots.plot_path(found, "memory", feet),
                 "CoP under each foot with its cells and outline; where there is no contact there "
-                "is no point."),
+                "is no point.",
+            title="Path of the centre of pressure under each foot"),
         Picture("parameters", lambda: plots.plot_parameters(track, memory.jumps, ("bias", "gain")),
-                "Every cell's bias and gain on top of the prior with ± 2 sd; dashed: a jump."),
+                "Every cell's bias and gain on top of the prior with ± 2 sd; dashed: a jump.",
+            title="Bias and gain of each cell along the walk"),
         Picture("innovations", lambda: plots.plot_innovations(track, ("fz", "mx", "my")),
                 "What each update did not expect, over its claimed sd: 95 % should lie in the "
-                "grey band, without a pattern."),
+                "grey band, without a pattern.",
+            title="Innovations in units of their predicted sd"),
     ]  # fmt: skip
     if states:
         pictures.append(
             Picture("states", lambda: plots.plot_states(track, states, STATE_UNITS),
                     "What was wrong with the body stream and the feet; the delay is on top of "
-                    f"{1e3 * memory.delay_s:.1f} ms found first.")
+                    f"{1e3 * memory.delay_s:.1f} ms found first.",
+                title="Errors of the body stream along the walk")
         )  # fmt: skip
     if curves:
         pictures.append(
             Picture("sensitivity", lambda: plots.plot_sensitivity(curves),
-                    "How much each weight and noise matters (seed 1, section 3.3.2), the first "
-                    "5 s left out.")
+                    "How much each weight and noise matters (NAO CoP self-calibration, section "
+                    "3.3.2), the first "
+                    "5 s left out.",
+                title="Sensitivity to weights and noise settings")
         )  # fmt: skip
     return tuple(pictures)
 
 
-def frame_of(found: Comparison) -> dict[str, object]:
-    """``replay.parquet``: per sample forces, CoP, parameters, sd, validity and reason."""
+def frames_of(found: Comparison) -> Iterator[dict[str, object]]:
+    """``replay.parquet`` in pieces: per sample forces, CoP, parameters, sd, validity, reason."""
+    for start in range(0, len(found.memory.log), _PIECE_ROWS):
+        yield _frame_of(found, slice(start, start + _PIECE_ROWS))
+
+
+def _frame_of(found: Comparison, part: slice) -> dict[str, object]:
     log, ours = found.memory.log, found.replayed["memory"]
-    n = len(log)
-    frame: dict[str, object] = {"time_s": log.time_s, "gait_cycle": found.cycle}
+    frame: dict[str, object] = {"time_s": log.time_s[part], "gait_cycle": found.cycle[part]}
     for i, channel in enumerate(log.channels):
-        frame[f"{channel}_n"] = ours.forces_n[:, i]
-    for method in ("memory", "window", "han", "smoother"):
+        frame[f"{channel}_n"] = ours.forces_n[part, i]
+    for method in ("memory", "window", "static", "smoother"):
         if method not in found.replayed:
             continue
         one = found.replayed[method].total
         suffix = "" if method == "memory" else f"_{method}"
-        frame[f"vgrf{suffix}_n"] = one.fz_n
-        frame[f"cop{suffix}_x_m"], frame[f"cop{suffix}_y_m"] = one.cop_m.T
+        frame[f"vgrf{suffix}_n"] = one.fz_n[part]
+        frame[f"cop{suffix}_x_m"], frame[f"cop{suffix}_y_m"] = one.cop_m[part].T
     for name, pressure in zip(_feet_names(log.channels), ours.feet, strict=True):
-        frame[f"{name}_cop_x_m"], frame[f"{name}_cop_y_m"] = pressure.cop_m.T
+        frame[f"{name}_cop_x_m"], frame[f"{name}_cop_y_m"] = pressure.cop_m[part].T
     for k, name in enumerate(_feet_names(log.channels)):
-        frame[f"{name}_contact"] = log.known["contact"][:, k]
-    frame["reference_vgrf_n"] = found.reference.fz_n
-    frame["reference_cop_x_m"], frame["reference_cop_y_m"] = found.reference.cop_m.T
+        frame[f"{name}_contact"] = log.known["contact"][part, k]
+    reference = found.reference
+    frame["reference_vgrf_n"] = reference.fz_n[part]
+    frame["reference_cop_x_m"], frame["reference_cop_y_m"] = reference.cop_m[part].T
     track, last = found.memory.track, found.memory.rows.last_sample
-    update = np.clip(np.searchsorted(last, np.arange(n), side="right") - 1, 0, None)
+    samples = np.arange(*part.indices(len(log)))
+    update = np.clip(np.searchsorted(last, samples, side="right") - 1, 0, None)
     for i, name in enumerate(track.names):
         frame[name.replace(".", "_")] = track.values[update, i]
         frame[f"{name.replace('.', '_')}_sd"] = track.sd[update, i]
-    frame["cop_valid"] = ours.total.valid
-    frame["used"] = found.validity.valid
-    frame["reason"] = found.validity.words()
+    validity = found.validity
+    frame["cop_valid"] = ours.total.valid[part]
+    frame["used"] = validity.valid[part]
+    frame["reason"] = replace(validity, reason=validity.reason[part]).words()
     return frame
 
 

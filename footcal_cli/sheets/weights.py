@@ -8,6 +8,7 @@ import numpy as np
 
 from footcal_cli.core.bench.record import load_levels
 from footcal_cli.core.bench.regression import AffineFit, Curvature, fit_affine
+from footcal_cli.core.bench.study import ChannelStudy
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.quality import Finding
 from footcal_cli.records.results import RmseRow
@@ -57,9 +58,35 @@ def curvature_sentence(fits: Sequence[AffineFit], curvature: Curvature | None) -
         f"The curvature has the same sign in all {len(curvature.bows)} channels (sensitivity "
         f"{'falls' if curvature.mean > 0 else 'rises'} with load; mean bow "
         f"{100 * curvature.mean:.1f} % of the span, sign test p = {curvature.sign_p:.3f}): a "
-        "shared cause, not noise of single channels. Without repeated loads it cannot be told "
+        "shared cause, not noise of single channels. Without repeated loads it is unknown "
         "whether that is nonlinearity, creep or the order of loading."
     )
+
+
+_ATTENUATED = 0.002
+
+
+def moving_findings(study: ChannelStudy) -> list[Finding]:
+    """What a reference that never stands still means for a channel."""
+    if not study.lags_s:
+        return []
+    lags = ", ".join(f"{1e3 * lag:.3g}" for lag in study.lags_s)
+    found = [
+        Finding(
+            "moving_reference", "note", study.channel,
+            f"the reference never stands still: compared sample by sample, the reading {lags} ms "
+            "late", "nothing to do: the lag is taken out",
+        )
+    ]  # fmt: skip
+    if study.attenuation > _ATTENUATED:
+        found.append(
+            Finding(
+                "noisy_regressor", "warning", study.channel,
+                f"noise pulls the scale towards zero by up to {100 * study.attenuation:.2g} %",
+                "record slower or longer ramps, or hold the load",
+            )
+        )  # fmt: skip
+    return found
 
 
 def find_extrapolation(
@@ -105,6 +132,7 @@ def parameter_sheet(fits: Sequence[AffineFit]) -> Sheet:
         ("channel", "scale (µN/count)", "bias (N)", "zero at (counts)", "sd at mid-load (N)",
          "RMSE (N)", "worst (N)", "µN per count", "smallest step (N)", "loads (N)", "n"),
         rows,
+        brief=("channel", "scale (µN/count)", "bias (N)", "RMSE (N)", "worst (N)"),
         note="± is one standard deviation from the residuals of the fit; parameters.json has the "
         "covariance of scale and bias, which are nearly collinear at these readings.",
     )  # fmt: skip

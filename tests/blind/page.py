@@ -29,9 +29,9 @@ READING = """**ρ** is the RMS of what an effect leaves after the calibration ha
 drifting walk: followed), over the RMS of the noise, on the outputs that it touches; measured by the
 bench's own projection, not by footcal's. *Exact*: every hidden effect named and nothing else.
 *Right answer*: a rival set that holds it counts too. *Designed alias*: no data of that experiment
-can tell it from another cause (|cos| > 0.95 by the same projection). Brackets are 95 % intervals
-(Wilson); upper bounds are one-sided 95 % (Clopper–Pearson). Columns of experiments: per cent
-(trials). Bold: demanded and not reached.
+distinguishes it from another cause (|cos| > 0.95 by the same projection). Brackets are 95 %
+intervals (Wilson); upper bounds are one-sided 95 % (Clopper–Pearson). Columns of experiments:
+per cent (trials). Bold: demanded and not reached.
 """
 LIMITS = """## What could be reached at all
 
@@ -51,8 +51,8 @@ several that fit alike, since what is hidden here is then often that one.
 HOW = """Generators write the logs of a drawn robot, gait or set of poses, noise, converter and
 block repeatability; more than half of the effects are implemented otherwise than in footcal
 (`tests/blind/foreign.py`), and a third of walks and poses come from a physics engine. Truths are
-committed to by SHA-256(secret + truth) and lie in a folder that the processes that diagnose are
-never told. Every plan line takes turns through its effects; a run that is interrupted has the same
+committed to by SHA-256(secret + truth) and lie in a folder that the processes that diagnose
+never see. Every plan line takes turns through its effects; a run that is interrupted has the same
 mixture with fewer trials.
 
 The size of a hysteresis, whatever its implementation, is the widest loop (falling less rising, N)

@@ -48,6 +48,7 @@ def test_what_a_cell_hears_of_a_plane_is_stated_in_the_forms_that_data_leave_ope
     assert (min(abs(low), abs(high)) < 2.0 / 3.0 * abs(true) * 1.1) == (rho < 1.0)
 
 
+@pytest.mark.slow
 def test_which_neighbour_a_cell_hears_is_told_in_a_walk(tmp_path: Path) -> None:
     """By the linear proxy the mean of all others does as well; refitted in full, it leaves a rest.
 

@@ -58,7 +58,7 @@ def test_a_bad_session_is_a_row_and_the_others_are_kept(run: Run, logs: Path) ->
     out = logs / "out"
     arguments = (
         "batch", str(logs / "bench_*.csv"), "--recipe", logs / "recipe.toml", "--command", "check",
-        "--out", out, "--workers", "1", "--quiet",
+        "--out", out, "--workers", "1", "--quiet", "--no-pictures",
     )  # fmt: skip
     answer = run(*arguments)
     assert answer.exit_code == 1
@@ -71,6 +71,7 @@ def test_a_bad_session_is_a_row_and_the_others_are_kept(run: Run, logs: Path) ->
     assert (out / "report.html").is_file()
     stamps = {p: p.stat().st_mtime_ns for p in out.glob("sessions/*/run.json")}
     assert len(stamps) == 3
+    assert not list(out.rglob("*.png"))
 
     # the log is mended: only that session is run again
     write_session(logs / "bench_2026-05-03.csv", 0.1, 9)

@@ -111,6 +111,7 @@ def test_a_dragging_cable_is_named_and_the_extended_model_leaves_nothing(
     assert second.verdict == "none", second.sentence
 
 
+@pytest.mark.slow
 def test_swapped_wires_stop_the_diagnosis(run: Run, tmp_path: Path, recipe: Path) -> None:
     log = tmp_path / "hang.csv"
     write_hang(log, 12, turned=True)

@@ -66,7 +66,7 @@ def test_the_walk_is_calibrated_and_everything_is_told(
     for quantity, ratio in (("cop", 0.65), ("foot_cop", 0.6)):
         assert rmse(errors, "memory", quantity) < ratio * rmse(errors, "window", quantity)
     assert rmse(errors, "memory", "cop") < 1e-3
-    assert rmse(errors, "han", "cop") > 3 * rmse(errors, "window", "cop")
+    assert rmse(errors, "static", "cop") > 3 * rmse(errors, "window", "cop")
     sentence = answer.out.splitlines()[0]
     assert sentence.startswith("VERDICT  memory: CoP error")
     assert sentence.endswith("against the truth.")
@@ -130,7 +130,7 @@ def test_losing_samples_costs_only_those_samples(run: Run, walk: Recording, tmp_
     assert frame.vgrf_n[frame.reason == "dropout"].isna().all()
 
 
-@pytest.mark.parametrize("method", ["window", "han"])
+@pytest.mark.parametrize("method", ["window", "static"])
 def test_the_papers_methods_run_by_name_and_gates_judge_them(
     run: Run, brief: Recording, tmp_path: Path, method: str
 ) -> None:

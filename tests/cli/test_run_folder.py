@@ -20,7 +20,7 @@ import pytest
 from filelock import FileLock
 
 from footcal_cli.errors import UsageError
-from footcal_cli.run_folder import claim, put_in_place
+from footcal_cli.run_folder import GROWN_ROWS, claim, put_in_place
 from tests.conftest import REPOSITORY, Run
 
 FOOTCAL = [sys.executable, "-m", "footcal_cli"]
@@ -226,3 +226,10 @@ def test_the_page_forbids_everything_but_itself(run: Run, log: Path, tmp_path: P
         found = base64.b64encode(hashlib.sha256(text.encode("utf-8")).digest()).decode("ascii")
         assert digest == f"sha256-{found}"
     assert "<script src" not in page
+
+
+def test_a_folder_that_grows_is_rid_of_what_a_killed_run_left_in_it(tmp_path: Path) -> None:
+    (tmp_path / "out" / GROWN_ROWS).mkdir(parents=True)
+    (tmp_path / "out" / ".partial-x").mkdir()
+    claim(tmp_path / "out")
+    assert [p.name for p in (tmp_path / "out").iterdir()] == [GROWN_ROWS]

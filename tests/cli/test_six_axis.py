@@ -233,7 +233,7 @@ def test_a_leg_with_a_wrong_gain_is_named(run: Run, hung: Path, tmp_path: Path) 
         "--out", tmp_path / "out",
     )  # fmt: skip
     assert "leg mr" in answer.out
-    assert "foretell" in answer.out
+    assert "own readings predict" in answer.out
 
 
 def test_alternating_as_printed_is_worse_and_printed_needs_it(

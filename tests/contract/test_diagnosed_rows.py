@@ -21,9 +21,10 @@ def answered(experiment: str, name: str) -> tuple[Investigation, float]:
     return diagnosed(experiment, case, SEED), hidden.size
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("experiment", "name"),
-    [("weights", "creep_slow"), pytest.param("placements", "load_bypass", marks=pytest.mark.slow)],
+    [("weights", "creep_slow"), ("placements", "load_bypass")],
 )
 def test_a_size_is_stated_for_every_shape_that_no_refit_moves(experiment: str, name: str) -> None:
     """A time constant beyond the pauses, the load between two weights at which a stop touches."""

@@ -157,6 +157,7 @@ def test_clean_weights_name_nothing() -> None:
     assert found.model is None
 
 
+@pytest.mark.slow
 def test_a_drifting_walk_is_no_effect_and_forty_milliseconds_come_out_as_forty() -> None:
     assert investigate(walk_case(5, None, drift=4.0), TABLE, describe).verdict == "none"
     late = walk_case(6, ("delay", {"robot": ("robot",)}, {"robot.delay": 0.04}))

@@ -110,7 +110,7 @@ def test_the_static_assumption_is_far_worse_while_walking() -> None:
         case.log, case.belief, Weights(weights.force, weights.cop, best), static=True
     )
     window = case.error(replay_window("window", case.log, case.belief, exact))
-    han = case.error(replay_window("han", case.log, case.belief, static))
+    han = case.error(replay_window("static", case.log, case.belief, static))
     assert han[0] > 3 * window[0]
 
 

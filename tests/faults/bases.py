@@ -40,6 +40,8 @@ class Base:
         Whether that is a run folder.
     values_only
         A slow one: only values of its logs are bent.
+    grows
+        A stopped run leaves the sessions it has finished, and the next one goes on with them.
     """
 
     name: str
@@ -52,6 +54,7 @@ class Base:
     out: str = "out"
     folder: bool = True
     values_only: bool = False
+    grows: bool = False
 
     @property
     def command(self) -> str:
@@ -170,7 +173,7 @@ BASES = {
             "batch",
             ("batch", "weights.csv", "--command", "offline-fit", "--recipe", "weights.toml",
              "--workers", "1", "--quiet"),
-            ("weights.csv",), "weights.toml",
+            ("weights.csv",), "weights.toml", grows=True,
         ),
     )
 }  # fmt: skip

@@ -11,6 +11,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+_OF_THE_LOG = ("session", "phase_rad", "counts")
+"""Columns that an answer repeats as the log has them."""
+
 
 @dataclass(frozen=True)
 class Facts:
@@ -19,7 +22,7 @@ class Facts:
     Parameters
     ----------
     numbers
-        Name -> value and sd.
+        Name -> value and sd; a negative sd is not compared.
     words
         Verdict and findings.
     """
@@ -50,7 +53,7 @@ def facts_of(out: Path) -> Facts:
         numbers |= {f"{path.stem}/{n}": (p["value"], p["sd"] or 0.0) for n, p in known.items()}
     for path in sorted(out.glob("*.parquet")):
         table = pd.read_parquet(path).select_dtypes("number")
-        for name in table.columns:
+        for name in [n for n in table.columns if n not in _OF_THE_LOG]:
             values = table[name].to_numpy(dtype=float)
             seen = values[np.isfinite(values)]
             if seen.size:
@@ -80,6 +83,8 @@ def differences(
         broken.append(f"{name} is in one only")
     for name in sorted(was.numbers.keys() & now.numbers.keys()):
         (value, sd), (other, other_sd) = was.numbers[name], now.numbers[name]
+        if sd < 0:
+            sd = other_sd
         if abs(other - value) > sds * sd + relative * abs(value) + 1e-12:
             apart = f"{abs(other - value) / sd:.3g} sd" if sd else f"{other - value:.3g}"
             broken.append(f"moved: {name} by {apart}")

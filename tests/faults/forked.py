@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import sys
 from collections.abc import Callable, Sequence
@@ -10,6 +11,7 @@ from pathlib import Path
 from typing import NoReturn
 
 from footcal_cli.app import main
+from tests.faults.judging import not_drawn
 
 _EVENTS = frozenset({"open", "os.rename", "os.mkdir", "os.remove", "os.rmdir", "os.chmod",
                      "shutil.rmtree", "tempfile.mkdtemp"})  # fmt: skip
@@ -38,15 +40,18 @@ class Started:
         return Ended(os.waitstatus_to_exitcode(status), self.err.read_text("utf-8", "replace"))
 
 
-def start(words: Sequence[str], err: Path, before: Callable[[], None] = lambda: None) -> Started:
+def start(
+    words: Sequence[str], err: Path, before: Callable[[], None] = lambda: None, *,
+    drawn: bool = False,
+) -> Started:  # fmt: skip
     """Fork, call `before`, run the command line, its standard error into a file."""
     number = os.fork()
     if number == 0:
-        _run(words, err, before)
+        _run(words, err, before, drawn)
     return Started(number, err)
 
 
-def _run(words: Sequence[str], err: Path, before: Callable[[], None]) -> NoReturn:
+def _run(words: Sequence[str], err: Path, before: Callable[[], None], drawn: bool) -> NoReturn:
     code = 70
     try:
         at = os.open(err, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
@@ -54,7 +59,8 @@ def _run(words: Sequence[str], err: Path, before: Callable[[], None]) -> NoRetur
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
         sys.stdout, sys.stderr = os.fdopen(1, "w"), os.fdopen(2, "w")
         before()
-        main(list(words))
+        with contextlib.nullcontext() if drawn else not_drawn():
+            main(list(words))
         code = 0
     except SystemExit as end:
         code = end.code if isinstance(end.code, int) else 1

@@ -60,7 +60,7 @@ def attempt(case: Case, inputs: Path, folder: Path) -> Outcome:
     case.mutation.bend(folder / case.file, np.random.default_rng(case.seed))
     out = folder / case.base.out
     before = fingerprint(folder)
-    with contextlib.nullcontext() if case.seed % DRAWN_ONE_IN == 0 else _not_drawn():
+    with contextlib.nullcontext() if case.seed % DRAWN_ONE_IN == 0 else not_drawn():
         code, _, err = call([*words_in(case.base, folder), "--out", str(out)])
     broken = touched(case.base, folder, before)
     broken += spoken(code, err)
@@ -126,7 +126,7 @@ def call(words: list[str]) -> tuple[int, str, str]:
 
 
 @contextlib.contextmanager
-def _not_drawn() -> Iterator[None]:
+def not_drawn() -> Iterator[None]:
     """Make figures, but do not render them: that takes most of the time of a small case."""
 
     def built(picture: Picture) -> bytes:
@@ -142,7 +142,8 @@ def _not_drawn() -> Iterator[None]:
 
 def spoken(code: int, err: str) -> list[str]:
     """What is wrong with what a user reads."""
-    lines = [line for line in err.splitlines() if line.strip()]
+    said = err.partition("\nfor example:\n")[0]  # what a log looks like, after the sentence
+    lines = [line for line in said.splitlines() if line.strip()]
     broken = []
     if "Traceback" in err:
         broken.append("a traceback")

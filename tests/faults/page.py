@@ -8,51 +8,100 @@ from pathlib import Path
 
 from tests.faults.running import Outcome
 
+_PARTS = {
+    "input": ("Bad inputs", "a valid input of a command, spoilt in one way"),
+    "machine": (
+        "A machine that fails", "from a drawn file access on, or from the start, the system refuses"
+    ),
+    "kill": ("Killed runs", "a signal at a drawn file access or moment; the next run must succeed"),
+    "race": ("Races", "two runs write one folder at the same time"),
+    "relation": ("Relations", "a change of the input after which the answer must be the same"),
+}  # fmt: skip
+_COUNTED = {
+    "tracebacks or warnings of the interpreter": ("a traceback", "a warning of the interpreter"),
+    "exits 70": ("exit code 70",),
+    "numbers moved in silence": ("moved", "wrong data are called good", "said "),
+    "half results": ("half a result", "left behind", "the earlier result is gone", "no run.json",
+                     "no report.html", "no run folder", "both wrote", "no parameters.json"),
+    "inputs touched": ("input touched",),
+    "runs without an end": ("runs longer", "waits for ever", "the process died"),
+}  # fmt: skip
 
-def write_page(outcomes: Sequence[Outcome], page: Path) -> None:
-    """Write the page."""
+
+def write_page(outcomes: Sequence[Outcome], planned: Sequence[str], page: Path) -> None:
+    """Write the page.
+
+    Parameters
+    ----------
+    outcomes
+        What was tried.
+    planned
+        Keys of all jobs.
+    """
+    count = Counter(o.part for o in outcomes)
     broken = [o for o in outcomes if o.violations]
     lines = [
         "# Reliability",
-        "Valid inputs, each spoilt in one way drawn by seed; written by `make faults`.",
         "",
-        f"{len(outcomes)} tried, {len(broken)} broke a promise.",
+        "Written by `make faults`: what was tried to make footcal misread a log, lose a result or "
+        "touch an input, and what came of it. Every case is drawn by seed and can be repeated.",
         "",
-        "| class | inputs | exit 0 | 1 | 2 | 3 | other | broken | what a user reads |",
-        "|---|---|---|---|---|---|---|---|---|",
+        f"{count['input']} bad inputs, {count['machine'] + count['kill'] + count['race']} injected "
+        f"faults and {count['relation']} relations were tried"
+        + (f" ({len(outcomes)} of the {len(planned)} of the whole corpus)"
+           if len(outcomes) < len(planned) else "")
+        + f"; {len(broken)} broke a promise.",
+        "",
+        "| what must not happen | cases |",
+        "|---|---|",
+    ]  # fmt: skip
+    said = [[v for o in outcomes for v in o.violations if v.startswith(s)] for s in
+            _COUNTED.values()]  # fmt: skip
+    lines += [f"| {name} | {len(v)} |" for name, v in zip(_COUNTED, said, strict=True)]
+    rest = [v for o in outcomes for v in o.violations]
+    rest = [
+        v for v in rest if not v.startswith(tuple(s for each in _COUNTED.values() for s in each))
     ]
-    families: dict[str, list[Outcome]] = defaultdict(list)
-    for outcome in outcomes:
-        families[f"{outcome.part}: {outcome.family}"].append(outcome)
-    for family, found in sorted(families.items()):
-        codes = Counter(o.exit_code for o in found)
-        other = sum(n for code, n in codes.items() if code not in (0, 1, 2, 3))
-        said = next((o.sentence for o in found if o.exit_code in (2, 3) and not o.violations), "")
-        lines.append(
-            f"| {family} | {len(found)} | {codes[0]} | {codes[1]} | {codes[2]} | {codes[3]} | "
-            f"{other} | {sum(bool(o.violations) for o in found)} | {_cell(said)} |"
-        )
+    lines.append(f"| anything else: another exit code, several lines of error | {len(rest)} |")
+    for part, (title, words) in _PARTS.items():
+        own = [o for o in outcomes if o.part == part]
+        if own:
+            lines += ["", f"## {title}", "", f"{words[0].upper()}{words[1:]}.", "", *_table(own)]
+    lines += ["", "## Commands", "", "| base case | tried | of |", "|---|---|---|"]
+    of, tried = (Counter(k.split(" | ")[0] for k in keys) for keys in
+                 (planned, [o.key for o in outcomes]))  # fmt: skip
+    lines += [f"| {base} | {tried[base]} | {n} |" for base, n in sorted(of.items())]
     lines += ["", "## Broken promises", ""]
     if broken:
-        lines += ["| promise | times | first case |", "|---|---|---|"]
-    grouped: dict[str, list[Outcome]] = defaultdict(list)
-    for outcome in broken:
-        grouped[_kind(outcome)].append(outcome)
-    for kind, found in sorted(grouped.items(), key=lambda item: -len(item[1])):
-        lines.append(
-            f"| {_cell(kind)} | {len(found)} | {_cell(found[0].key)}: "
-            f"{_cell(found[0].violations[0])} |"
-        )
+        lines += ["| case | exit | what was wrong |", "|---|---|---|"]
+    lines += [f"| {_cell(o.key)} | {o.exit_code} | {_cell(o.violations[0])} |" for o in broken]
     if not broken:
         lines.append("None.")
     page.parent.mkdir(parents=True, exist_ok=True)
     page.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-def _kind(outcome: Outcome) -> str:
-    """What joins broken promises into one class."""
-    first = outcome.violations[0].split(":")[0].split(",")[0]
-    return f"{first} – {outcome.part}, {outcome.family}"
+def _table(outcomes: Sequence[Outcome]) -> list[str]:
+    """One row per class: how it ended, and what a user reads."""
+    families: dict[str, list[Outcome]] = defaultdict(list)
+    for outcome in outcomes:
+        families[outcome.family].append(outcome)
+    lines = ["| class | cases | exit codes | broken | what a user reads |", "|---|---|---|---|---|"]
+    for family, found in sorted(families.items()):
+        codes = sorted(Counter(o.exit_code for o in found).items())
+        ended = ", ".join(f"{n} × {_code(code)}" for code, n in codes)
+        good = [
+            o.sentence for o in found if o.exit_code in (2, 3, 74, 130, 143) and not o.violations
+        ]
+        lines.append(
+            f"| {family} | {len(found)} | {ended} | {sum(bool(o.violations) for o in found)} | "
+            f"{_cell(min(good, key=len) if good else '')} |"
+        )
+    return lines
+
+
+def _code(code: int) -> str:
+    return "killed" if code < 0 else str(code)
 
 
 def _cell(text: str) -> str:

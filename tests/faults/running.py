@@ -66,15 +66,21 @@ def load_package() -> None:
 
 
 def outcomes(
-    jobs: Sequence[Job], folder: Path, workers: int, kept: Path | None = None
-) -> Iterator[Outcome]:
-    """Yield what became of every job; those that `kept` (JSON lines) holds are not run again."""
+    jobs: Sequence[Job], folder: Path, workers: int, kept: Path | None = None,
+    end: float | None = None,
+) -> Iterator[Outcome]:  # fmt: skip
+    """Yield what became of every job; those that `kept` (JSON lines) holds are not run again.
+
+    From the time `end` of the monotonic clock on, no job is started any more.
+    """
     before = _kept(kept)
     yield from (before[job.key] for job in jobs if job.key in before)
     waiting = [job for job in jobs if job.key not in before][::-1]
     running: list[_Running] = []
     try:
         while waiting or running:
+            if end is not None and time.monotonic() > end:
+                waiting.clear()
             while waiting and len(running) < workers:
                 free = next(i for i in count() if all(i != each.place for each in running))
                 running.append(_Running(waiting.pop(), folder, free))

@@ -65,7 +65,7 @@ def _frames() -> Iterator[Relation]:
                        ROUNDED)  # fmt: skip
     for name in ("stand", "walk", "apply"):
         yield Relation(
-            "the robot seen in a mirror", "mirror", BASES[name], of_logs(_mirrored), GEOMETRY,
+            "the robot seen in a mirror", "mirror", BASES[name], _mirrored_world, GEOMETRY,
             expected=_mirrored_facts, words=name != "walk",
         )  # fmt: skip
 
@@ -86,6 +86,22 @@ def _mirrored(log: pd.DataFrame) -> pd.DataFrame:
         if name.endswith(("_y_m", "_y_mps2", "_yaw_rad", "angmom_rate_x_nm")):
             log = log.assign(**{name: -log[name]})
     return log.rename(columns=_other_side)
+
+
+def _mirrored_world(folder: Path, words: Words) -> Words:
+    """Logs, and the calibration to start from: each cell's own belongs to its mirror image."""
+    for word in [w for w in words if w.endswith(".json")]:
+        record = json.loads(Path(word).read_text("utf-8"))
+        known = record["parameters"]
+        record["parameters"] = {
+            ".".join(_other_side(part) for part in name.split(".")): p for name, p in known.items()
+        }
+        for block in record["covariance"]:
+            block["names"] = [
+                ".".join(_other_side(part) for part in name.split(".")) for name in block["names"]
+            ]
+        Path(word).write_text(json.dumps(record), "utf-8")
+    return of_logs(_mirrored)(folder, words)
 
 
 def _mirrored_facts(facts: Facts) -> Facts:
@@ -135,8 +151,11 @@ def _names() -> Iterator[Relation]:
         for name, (value, sd) in facts.numbers.items():
             if name.endswith(".scale") or "scale_from" in name:
                 numbers[name] = (value / gain, sd / abs(gain))
-            if name.endswith(".bias"):
-                numbers.pop(name)  # its sd changes with the zero; the force it gives does not
+        for name in [n for n in numbers if n.endswith(".bias")]:
+            scale, _ = facts.numbers[name.replace(".bias", ".scale")]
+            value, sd = numbers[name]
+            # its sd is that of the force at zero counts, which lie elsewhere now
+            numbers[name] = (value - scale * zero / gain, sd if zero == 0 else -1.0)
         return Facts(numbers, facts.words)
 
     yield Relation("cells of the other foot", "names", BASES["weights"], of_logs(renamed),

@@ -166,9 +166,17 @@ def _hanging(
 
 
 def poses(
-    seed: int, *, count: int = 120, force_sd_n: float = 0.05, torque_sd_nm: float = 0.003
+    seed: int,
+    *,
+    count: int = 120,
+    force_sd_n: float = 0.05,
+    torque_sd_nm: float = 0.003,
+    slow_share: float = 0.3,
 ) -> Recorded:
-    """Standing still in `count` poses on uneven ground, every third on a tripod."""
+    """Standing still in `count` poses on uneven ground, every third on a tripod.
+
+    `slow_share` of the noise's variance lasts for some eight poses.
+    """
     robot, rng = draw_hexapod(seed), stream(seed, "poses")
     attitude = Rotation.from_euler(
         "zyx", rng.normal(0.0, 1.0, (count, 3)) * np.array([0.3, 0.12, 0.12])
@@ -188,7 +196,9 @@ def poses(
     sd = np.array([force_sd_n] * 3 + [torque_sd_nm] * 3)
     # a pose is a mean over seconds: its noise is fresh, with a slow part from pose to pose
     slowly = slow(rng, count, 36, 8.0).reshape(count, 6, 6)
-    noise = sd * (rng.normal(size=(count, 6, 6)) * np.sqrt(0.7) + np.sqrt(0.3) * slowly)
+    noise = sd * (
+        rng.normal(size=(count, 6, 6)) * np.sqrt(1.0 - slow_share) + np.sqrt(slow_share) * slowly
+    )
     shown = np.array(wrench) + robot.offset + noise
     pose, leg = (g.ravel() for g in np.meshgrid(np.arange(count), np.arange(6), indexing="ij"))
     seen = Rotation.from_rotvec(rng.normal(0.0, 3e-4, (count, 3))) * attitude

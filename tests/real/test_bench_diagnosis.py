@@ -35,6 +35,7 @@ def diagnose(run: Run, real_data: Path, repository: Path, tmp_path: Path) -> Dia
     return diagnosed
 
 
+@pytest.mark.slow
 def test_load_cell_with_hung_weights(diagnose: Diagnose, real_data: Path, tmp_path: Path) -> None:
     answer = diagnose("loadcell-creep/test2.csv", "loadcell_creep.toml", "weights")
     assert answer.exit_code == 0, answer.err

@@ -18,6 +18,7 @@ def log(real_data: Path) -> Path:
     return real_data / "icub-four-ft/trial3_four_ft.csv"
 
 
+@pytest.mark.usefixtures("drawn")
 def test_icub_says_what_can_be_known_of_its_offsets_and_what_cannot(
     run: Run, log: Path, tmp_path: Path
 ) -> None:

@@ -1,4 +1,4 @@
-"""`apply` for feet with load cells: forces and centres of pressure (seed 1, eqs. (1), (2), (8))."""
+"""`apply` for feet with load cells: forces and centres of pressure."""
 
 from __future__ import annotations
 
@@ -239,7 +239,8 @@ def apply_cells(session: Session[ApplyOptions]) -> Outcome:
             ),
             footer=(
                 "F = scale · S + bias per cell; CoP = Σ p F / Σ F in the foot frame, absent where "
-                f"Fz ≤ {session.options.least_force_n:g} N (seed 1, eqs. (1), (2), (8)).",
+                f"Fz ≤ {session.options.least_force_n:g} N (NAO CoP self-calibration, eqs. (1), "
+                f"(2), (8)).",
             ),
         ),
         rmse=RmseRecord(rows=(), rejected={"reading is missing": lost} if lost else {}),

@@ -1,4 +1,4 @@
-"""`apply` for a robot with hip transducers: ground wrenches per foot (seed 2, Figs. 8 and 9)."""
+"""`apply` for a robot with hip transducers: ground wrenches per foot."""
 
 from __future__ import annotations
 
@@ -82,6 +82,7 @@ def apply_legs(session: Session[ApplyOptions]) -> Outcome:
         lambda: plot_feet(time_s, before, after, geometry.legs, "pose" if poses else "time (s)"),
         "Wrench of the ground on each foot in the floating-base frame: grey with a tare in "
         "the air and the nominal mounting, blue calibrated. A lifted foot must show zero.",
+        title="Wrench of the ground on each foot",
     )
     rejected = {
         reason: count
@@ -122,7 +123,7 @@ def apply_legs(session: Session[ApplyOptions]) -> Outcome:
             footer=(
                 "Floating base: origin fixed in the body at the robot's CoM with all shafts at 0 "
                 f"({', '.join(f'{1e3 * x:.1f}' for x in calibration.origin_b_m)} mm in the body "
-                "frame), z up, x along the heading (seed 2, eq. (3)).",
+                "frame), z up, x along the heading (Wu & Revzen, eq. (3)).",
             ),
         ),
         rmse=RmseRecord(rows=sheets.rmse_rows(stages, data), rejected=rejected),

@@ -88,6 +88,7 @@ def _run(job: Job) -> tuple[int, str]:
     given = {
         "logs": list(job.logs) or None, "recipe": job.recipe, "parameters": job.parameters,
         "out": job.folder, "overwrite": True, "quiet": True, "seed": job.seed,
+        "no_pictures": not job.pictures,
     }  # fmt: skip
     known = inspect.signature(command).parameters
     with ExitStack() as stack:

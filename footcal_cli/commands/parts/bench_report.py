@@ -97,7 +97,7 @@ def weights_part(
         findings=tuple(findings),
         footer=(
             f"Model: F = scale · S + bias per channel, {method} regression of load on counts "
-            "(seed 1, eqs. 1 and 2). Adequate: no residual above "
+            "(NAO CoP self-calibration, eqs. 1 and 2). Adequate: no residual above "
             f"{tolerance_percent:g} % of the largest load ({tolerance_n:.3g} N).",
         ),
         rejected=rejected,
@@ -119,30 +119,36 @@ def _weights_pictures(
             "loads_against_counts", lambda: plot_loads_against_counts(fits, tolerance_n),
             "Known load against raw reading with the fitted line, and the error below it; orange "
             "channels leave the band.",
+            title="Known load against reading, with the fitted line",
         ),
         Picture("scales", lambda: plot_scales(fits),
-                "Cells of one type should have scales that agree."),
+                "Cells of one type should have scales that agree.",
+            title="Scales of all cells"),
     ]  # fmt: skip
     if not recorded:
         pictures.insert(
             0,
             Picture(
                 "residuals", lambda: plot_residuals(fits, tolerance_n),
-                "Error left at each known load, one line per cell; lines that bend together share "
-                "a cause. The blue band is what was asked.",
+                "Residual at each known load, one line per cell; lines that bend together share "
+                "a cause. Blue band: the tolerance.",
+                title="Residuals",
             ),
         )  # fmt: skip
     if climbed:
         pictures[:0] = [
             Picture(
                 "staircases", lambda: plot_staircases(studies),
-                "Error against load of the straight line and of the chosen model; loading and "
+                "Residual against load of the straight line and of the chosen model; loading and "
                 "unloading apart: a gap between them is memory, a common bend is nonlinearity.",
+                title="Residual against load: straight line and chosen model",
             ),
             Picture(
                 "ladder", lambda: plot_ladder(studies),
-                "What each model leaves on sessions or loads it was not fitted to; further left is "
+                "Error of each model on sessions or loads that it was not fitted to; further "
+                "left is "
                 "better, the filled one is in use.",
+                title="Held-out error of each model",
             ),
         ]  # fmt: skip
     if recorded:
@@ -151,6 +157,7 @@ def _weights_pictures(
             Picture(
                 "recordings", lambda: plot_recordings(studies),
                 "The recording: blue samples were used, the others not, and why.",
+                title="Recording, with the samples used and rejected",
             ),
         )  # fmt: skip
     return tuple(pictures)
@@ -246,6 +253,7 @@ def together_part(channels: Sequence[str], outputs: Sequence[str], study: Matrix
                 "matrix", lambda: plot_matrix(channels, outputs, study.full),
                 "What each reading adds to each load, relative to the largest of its row, with "
                 "95 % intervals; grey ones could be zero.",
+                title="Contribution of each reading to each load",
             ),
         ),
         sheets=(sheets.matrix_sheet(channels, outputs, study), sheets.error_sheet(outputs, study)),
@@ -275,10 +283,12 @@ def feet_part(feet: Sequence[FootStudy], robot: Robot) -> Part:
                 f"cop_errors_{found.foot}", partial(plot_error_map, found, outline),
                 f"{found.foot}: from each hole (circle) to the mean CoP of every load there, "
                 "enlarged as stated; squares are the cells, orange are placements never used.",
+                title=f"CoP error at each hole, {found.foot} foot",
             ),
             Picture(
                 f"cop_corrections_{found.foot}", partial(plot_corrections, found),
                 f"{found.foot}: error of every correction where it was fitted and where not.",
+                title=f"Error of each CoP correction, {found.foot} foot",
             ),
         ]  # fmt: skip
         cell = sheets.cell_sheet(found)
@@ -297,7 +307,8 @@ def feet_part(feet: Sequence[FootStudy], robot: Robot) -> Part:
         rows=tuple(row for found in feet for row in sheets.placement_errors(found)),
         inadequate="cop_inadequate",
         footer=(
-            "CoP corrections: seed 1, eqs. (3)–(5), solved as the linear problem they are; the "
+            "CoP corrections: NAO CoP self-calibration, eqs. (3)–(5), solved as the linear "
+            "problem they are; the "
             "physical alternatives correct the cells instead. Each row's own placement is left "
             "out where it says so.",
         ),

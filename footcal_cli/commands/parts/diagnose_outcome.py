@@ -149,21 +149,50 @@ def _pictures(
             "residual_against_driver",
             lambda: residuals.plot_driver(found),
             residuals.DRIVER_CAPTION,
+            title="Residual before and after the identified effect",
         ),
-        Picture("line_up", lambda: line_up.plot_line_up(found, seed), line_up.LINE_UP_CAPTION),
-        Picture("gain_per_block", lambda: gains.plot_gains(found), gains.GAINS_CAPTION),
-        Picture("ladder", lambda: ladder.plot_ladder(found), ladder.LADDER_CAPTION),
+        Picture(
+            "line_up",
+            lambda: line_up.plot_line_up(found, seed),
+            line_up.LINE_UP_CAPTION,
+            title="The data among nineteen random panels",
+        ),
+        Picture(
+            "gain_per_block",
+            lambda: gains.plot_gains(found),
+            gains.GAINS_CAPTION,
+            title="Error of each held-out block before and after",
+        ),
+        Picture(
+            "ladder",
+            lambda: ladder.plot_ladder(found),
+            ladder.LADDER_CAPTION,
+            title="Held-out error of each model",
+        ),
         Picture(
             "isolability",
             lambda: isolability.plot_isolability(found, table, menu),
             isolability.caption(menu),
+            title="Which effects look alike",
         ),
     ]
     if moved and found.found:
         drawn.append(
-            Picture("movement", lambda: movement.plot_movement(moved), movement.MOVEMENT_CAPTION)
+            Picture(
+                "movement",
+                lambda: movement.plot_movement(moved),
+                movement.MOVEMENT_CAPTION,
+                title="Change of each calibration parameter",
+            )
         )
-    drawn.append(Picture("null_gallery", lambda: null.plot_null(found), null.NULL_CAPTION))
+    drawn.append(
+        Picture(
+            "null_gallery",
+            lambda: null.plot_null(found),
+            null.NULL_CAPTION,
+            title="Largest statistic of the data and by chance",
+        )
+    )
     return tuple(drawn)
 
 

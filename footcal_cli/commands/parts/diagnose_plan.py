@@ -49,7 +49,7 @@ def planned(session: Session[DiagnoseOptions]) -> Outcome:
                 sentence=f"To tell {asked} apart, run: {experiment_words(chosen)}.",
                 details=(f"Then: footcal diagnose … --experiment {options_of(chosen)}.",)
                 if chosen.id
-                else ("No log that footcal knows tells them apart.",),
+                else ("No experiment that footcal knows distinguishes them.",),
             ),
             lead_sheets=menu_sheets(menu),
         ),
@@ -82,7 +82,7 @@ def _rivals(session: Session[DiagnoseOptions]) -> tuple[Contender, ...]:
             )
     if len(names) < 2:
         raise UsageError(
-            "--plan needs two effects to tell apart",
+            "--plan needs two effects to distinguish",
             remedy="give --between EFFECT twice, or a diagnosis.json whose verdict is ambiguous",
         )
     sizes: dict[str, dict[str, float]] = {}

@@ -12,6 +12,7 @@ import numpy as np
 from footcal_cli.commands.parts.calibration_record import Conventions, calibration_record
 from footcal_cli.core.parameters import Estimates, FloatArray, Status
 from footcal_cli.core.pose.data import Geometry, PoseData
+from footcal_cli.core.pose.departures import departures
 from footcal_cli.core.pose.hanging import LegKnowledge
 from footcal_cli.core.pose.joint import PoseFit
 from footcal_cli.core.pose.leg_map import LegMap
@@ -137,24 +138,28 @@ def mounting_outcome(session: Session[PoseCalibOptions], found: Found) -> Outcom
             lambda: plots.plot_balance(found.stages),
             "Sum of all wrenches on the chassis minus what its weight demands, one violin per "
             "axis: zero if every transducer tells the truth.",
+            title="Balance of all wrenches on the chassis",
         ),
         Picture(
             "mounting",
             lambda: plots.plot_mounting(found.fit),
             "The robot from above: nominal hips (squares), calibrated hips with 95 % ellipses "
             "and axes, errors drawn larger than life.",
+            title="Nominal and calibrated hips, from above",
         ),
         Picture(
             "legs_and_poses",
             lambda: plots.plot_leg_map(found.mapped, names),
-            "Residual that each leg's own readings foretell, pose by pose: a row that lights "
+            "Residual that each leg's own readings predict, pose by pose: a row that lights "
             "up is a leg with a wrong gain, a twisted axis or a dead channel.",
+            title="Residual predicted by each leg, pose by pose",
         ),
         Picture(
             "coverage",
             lambda: plots.plot_coverage(found.data),
             "Which shaft angles and body tilts the poses cover: yaw and height of the mounting "
             "are only seen where the body tilts.",
+            title="Shaft angles and body tilts covered by the poses",
         ),
     )
     mounted = Mounted(found.fit.rot_bt, found.fit.arm_b_m)
@@ -172,7 +177,13 @@ def mounting_outcome(session: Session[PoseCalibOptions], found: Found) -> Outcom
                 sheets.common_sheet(found.fit),
                 sheets.prior_sheet(found.fit, found.legs),
             ),
-            findings=(*found.findings, *sheets.findings(found.fit, found.mapped)),
+            findings=(
+                *found.findings,
+                *sheets.findings(found.fit, found.mapped),
+                *sheets.departure_findings(
+                    departures(found.fit, found.legs, found.data.robot_weight_n)
+                ),
+            ),
             footer=sheets.footer(options.method, options.balance, options.errors_in_variables),
         ),
         rmse=rmse,
@@ -197,6 +208,7 @@ def offset_outcome(
             "offset_change",
             lambda: plots.plot_offset_change(found, names),
             "How far each offset moved since the last calibration, with 95 % intervals.",
+            title="Change of each offset since the last calibration",
         ),
     ) if found.accepted else ()  # fmt: skip
     old = np.stack([leg.offset for leg in legs])
@@ -231,7 +243,7 @@ def offset_outcome(
             findings=(),
             footer=(
                 "Chassis balance of every pose plus, for every lifted leg, reading = offset + its "
-                "own weight; mounting, weights and CoM kept (seed 2, section V).",
+                "own weight; mounting, weights and CoM kept (Wu & Revzen, section V).",
             ),
         ),
         rmse=RmseRecord(rows=rows, rejected=dict(rejected)),

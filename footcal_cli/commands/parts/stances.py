@@ -116,7 +116,7 @@ def standing_findings(
             FindingRecord(
                 code="no_body", severity="warning", where="log",
                 sentence="without a body stream only the total weight is known, not the CoP",
-                remedy="log the CoM and the feet's poses beside the cells",
+                remedy="log the CoM and the feet's poses besides the cells",
             )
         )  # fmt: skip
     chi2, dof = misfit or (0.0, 0)

@@ -50,7 +50,7 @@ def standing_on_six_axis(
                 "their prior.",
                 details=(
                     "With both feet down only sums over the feet are seen: lift each foot once, or "
-                    "walk (online-replay), to tell their offsets apart.",
+                    "walk (online-replay), to distinguish their offsets.",
                     f"Not seen: {'; '.join(seen.weakest(3))}.",
                 ),
             ),
@@ -61,11 +61,14 @@ def standing_on_six_axis(
                         rows.names, rows.units, rows.prior_sd, fit.estimates.values,
                         fit.estimates.sd, [s == "estimated" for s in fit.estimates.status],
                     ),
-                    "Offsets against the prior of zero; grey ones were not told by standing.",
+                    "Offsets against the prior of zero; grey ones are not observable from "
+                    "standing.",
+                    title="Each parameter before and after standing",
                 ),
                 Picture(
                     "directions", lambda: plot_directions(seen.singular_values, seen.rank),
                     "How well each direction is seen.",
+                    title="How well each parameter direction is observed",
                 ),
             ),
             sheets=(

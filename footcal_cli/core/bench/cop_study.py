@@ -137,7 +137,7 @@ class CopStudy:
             return f"{physics} beats {polynomial} in {' and '.join(won)}: {errors}"
         if lost and not won:
             return f"{polynomial} beats {physics} in {' and '.join(lost)}: {errors}"
-        return f"{physics} and {polynomial} cannot be told apart: {errors}"
+        return f"{physics} and {polynomial} cannot be distinguished: {errors}"
 
 
 @dataclass(frozen=True)

@@ -267,12 +267,12 @@ def _same_family(one: Rung, other: Rung) -> bool:
 
 def _why(index: int, step: int, p: float, alpha: float) -> str:
     if index == step:
-        return "climbed: one-standard-error rule on held-out groups"
+        return "chosen: one-standard-error rule on held-out groups"
     if p >= alpha:
         return f"its sizes could be zero (p = {p:.2g})"
     if step < 0:
         return "not better than the simpler model by one standard error"
-    return "more complex or larger held-out error than the rung climbed"
+    return "more complex or larger held-out error than the chosen model"
 
 
 def _row(

@@ -112,7 +112,7 @@ def _standing(log: Log) -> dict[str, FloatArray]:
         middle = log.known["cell_pos_m"].mean(axis=1)
     return {
         "CoM ahead of the feet": com[:, 0] - middle[:, 0],
-        "CoM beside the feet": com[:, 1] - middle[:, 1],
+        "CoM to the left of the feet": com[:, 1] - middle[:, 1],
         "CoM height": com[:, 2],
         **_on_each_foot(log),
     }
@@ -139,7 +139,7 @@ def _on_each_foot(log: Log) -> dict[str, FloatArray]:
         yaw = log.known["foot_yaw_rad"][:, k] if "foot_yaw_rad" in log.known else 0.0 * load
         cos, sin = np.cos(yaw), np.sin(yaw)
         signals[f"CoP ahead in {foot}"] = cos * cop[:, 0] + sin * cop[:, 1]
-        signals[f"CoP beside in {foot}"] = cos * cop[:, 1] - sin * cop[:, 0]
+        signals[f"CoP to the left in {foot}"] = cos * cop[:, 1] - sin * cop[:, 0]
     return signals
 
 

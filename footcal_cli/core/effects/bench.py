@@ -93,7 +93,7 @@ WRONG_WEIGHT = Effect(
     remove=on_known("load_n", _relabel),
     experiments=("weights", "placements"),
     formula="true load = written load + δ wherever the weight with that label was used",
-    source="a mislabelled weight; seed 1 uses 0.01, 0.05 and 0.2 kg",
+    source="a mislabelled weight; NAO CoP self-calibration uses 0.01, 0.05 and 0.2 kg",
     remedy="put the weight on a balance",
     needs=("load_n",),
     mimics=("nonlinearity", "hinge"),

@@ -174,7 +174,8 @@ CROSSTALK = Effect(
     remove=on_readings(_uncrosstalk),
     experiments=("weights", "placements", "stand", "walk"),
     formula="y_i = x_i + κ_i · mean of the foot's other cells, or · the n-th cell before it",
-    source="seed 1, section 5.1; OIML R 76 eccentric loading; multiplexed converters",
+    source="NAO CoP self-calibration, section 5.1; OIML R 76 eccentric loading; multiplexed "
+    "converters",
     remedy="load the cells one at a time; decouple their seats or the wiring of the amplifier",
     mimics=("cell_position", "scale_bias"),
     separates="weights on single cells while all cells are read",
@@ -189,7 +190,8 @@ NONLINEARITY = Effect(
     remove=on_readings(_unbend),
     experiments=LOADED,
     formula="y = x + q x²; inverse x = 2y / (1 + √(1 + 4 q y))",
-    source="load-cell data sheets: combined error; seed 1, Table 2 (falling sensitivity)",
+    source="load-cell data sheets: combined error; NAO CoP self-calibration, Table 2 (falling "
+    "sensitivity)",
     remedy="calibrate with at least six loads over the whole range and keep the quadratic term",
     mimics=("load_bypass", "nonlinearity_cubic", "hinge", "saturation"),
     separates="weights up and down over the whole range, cell by cell",
@@ -335,10 +337,10 @@ QUANTISATION = Effect(
     remove=on_readings(_keep),
     experiments=LOADED,
     formula="y = q · round(x / q)",
-    source="seed 1: smallest visible force step 0.5 N",
+    source="NAO CoP self-calibration: smallest visible force step 0.5 N",
     remedy="log the raw counts instead of rounded forces; average while loads vary",
     mimics=("dead_zone", "hysteresis"),
-    separates="a slowly growing load: the reading climbs in steps",
+    separates="a slowly growing load: the reading rises in steps",
     invertible=False,
 )
 

@@ -135,7 +135,8 @@ CHANNEL_DUPLICATE = Effect(
     remove=on_readings(_unduplicate),
     experiments=("placements", "stand", "walk", "pose"),
     formula="y_b = x_b + s (x_a − x_b), s = 1 where b shows what a shows",
-    source="one converter read twice; a copied column (seed 1, Table 2 looks like it)",
+    source="one converter read twice; a copied column (NAO CoP self-calibration, Table 2 looks "
+    "like it)",
     remedy="check the addresses of the converters and the logging code",
     mimics=("channel_stuck", "crosstalk"),
     separates="press one cell by hand: both readings move alike",

@@ -191,7 +191,7 @@ BIAS_DRIFT = Effect(
     remove=on_readings(_undrift),
     experiments=("weights", "placements", "stand", "walk"),
     formula="y = x + k (t − t₀)",
-    source="load-cell data sheets: zero drift; seed 1, open points",
+    source="load-cell data sheets: zero drift; NAO CoP self-calibration, open points",
     remedy="re-zero often, e.g. at every swing; log the temperature to find out why",
     mimics=("temperature_bias", "creep"),
     separates="ten minutes unloaded at a constant temperature",

@@ -23,7 +23,7 @@ from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 
 HANGINGS = {"px": (1, 0, 0), "mx": (-1, 0, 0), "pz": (0, 0, 1), "mz": (0, 0, -1)}
-"""Transducer axis along gravity: +x, −x, +z, −z (seed 2, section III-A)."""
+"""Transducer axis along gravity: +x, −x, +z, −z (Wu & Revzen, section III-A)."""
 TILTS = tuple(f"tilt_{name}_{axis}" for name in HANGINGS for axis in "xyz" if axis != name[1])
 """Small rotations of each hanging about the two transducer axes across gravity."""
 
@@ -117,7 +117,7 @@ LEG_WEIGHT = Effect(
     remove=on_known("leg_weight_n", _leg_weight(1.0)),
     experiments=("hang", "pose"),
     formula="true m_k g = believed m_k g + δ",
-    source="seed 2, eqs. (2)–(7), Table II",
+    source="Wu & Revzen, eqs. (2)–(7), Table II",
     remedy="calibrate: hang-calib; weigh the leg with everything beyond the transducer",
     needs=("leg_weight_n",),
     mimics=("robot_weight", "scale_matrix"),
@@ -136,7 +136,7 @@ LEG_COM = Effect(
     remove=on_known("leg_com_m", _leg_com(1.0)),
     experiments=("hang",),
     formula="true r(φ) = believed r(φ) + sin, cos and mean in x and z, mean in y",
-    source="seed 2, section III-A-3: r(φ) = A sin(φ + C) + D",
+    source="Wu & Revzen, section III-A-3: r(φ) = A sin(φ + C) + D",
     remedy="calibrate: hang-calib; correct the masses in the leg's model",
     needs=("leg_com_m", "phase_rad"),
     mimics=("offset", "cable_drag", "mount_translation"),
@@ -152,7 +152,7 @@ HANG_TILT = Effect(
     remove=on_known("gravity_dir", _hang_tilted),
     experiments=("hang",),
     formula="true direction of gravity = exp([s]) · nominal direction, one s per orientation",
-    source="seed 2, eqs. (4)–(7)",
+    source="Wu & Revzen, eqs. (4)–(7)",
     remedy="nothing: hang-calib estimates it; hang the robot from two points if it sways",
     needs=("gravity_dir",),
     mimics=("mount_rotation", "offset"),
@@ -168,7 +168,7 @@ ROBOT_WEIGHT = Effect(
     remove=on_known("robot_weight_n", _robot_weight(1.0)),
     experiments=("pose",),
     formula="true M g = believed M g + δ",
-    source="seed 2, eq. (8): G; 8.18 kg on a hanging scale",
+    source="Wu & Revzen, eq. (8): G; 8.18 kg on a hanging scale",
     remedy="weigh the robot with battery and cables",
     needs=("robot_weight_n",),
     mimics=("leg_weight", "case_strain", "scale_matrix"),
@@ -187,7 +187,7 @@ BODY_TILT = Effect(
     remove=on_known("rot_wb", _right_tilt),
     experiments=("pose",),
     formula="true R_wb = believed R_wb · R, R: roll about x, then pitch about y, body axes",
-    source="seed 2, section I-B: markers define the body frame",
+    source="Wu & Revzen, section I-B: markers define the body frame",
     remedy="define the marker frame with the chassis on a levelled plate",
     needs=("rot_wb",),
     mimics=("mount_rotation",),

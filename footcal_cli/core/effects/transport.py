@@ -221,7 +221,7 @@ DELAY = Effect(
     remove=_undelay,
     experiments=("walk",),
     formula="y(t) = x(t − d) on every quantity of the body stream",
-    source="seed 1: fixed telemetry delay of 20 ms",
+    source="NAO CoP self-calibration: fixed telemetry delay of 20 ms",
     remedy="give the delay to the recipe (`delay_s`), or stamp samples where they are taken",
     needs=("com_acc_mps2",),
     mimics=("lag", "sensor_lag", "clock_drift"),

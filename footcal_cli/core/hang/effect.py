@@ -51,7 +51,7 @@ def hanging_effect(model: HangModel) -> Effect:
         remove=_remove_of(model),
         experiments=("hang",),
         formula="w = [m (g u − r̈); r(φ) × m (g u − r̈)], u = exp([s]) e",
-        source="seed 2, eqs. (4)-(7)",
+        source="Wu & Revzen, eqs. (4)-(7)",
         remedy="calibrate: hang-calib",
     )
 

@@ -39,7 +39,8 @@ def hang_gaps(model: HangModel, fit: Fit) -> tuple[str, ...]:
         )
     elif not _has_opposites(direction) and direction.shape[0] <= 3:
         sentences.append(
-            f"{model.leg}: no opposite pair of orientations: offset and weight are told apart by "
+            f"{model.leg}: no opposite pair of orientations: offset and weight are distinguished "
+            f"by "
             "the change of direction alone and are several times less exact than with pairs"
         )
     sentences += [f"{model.leg}: not seen: {words}" for words in weak_directions(fit)]

@@ -69,7 +69,7 @@ class Settings:
     memory, window
         Of the two estimators.
     others
-        Which of the papers' methods run besides memory: ``window``, ``han``.
+        Which of the papers' methods run besides memory: ``window``, ``static``.
     smooth_weight
         ωS; None: the one whose held parameters predict the motion's demand best.
     causal
@@ -80,7 +80,7 @@ class Settings:
 
     memory: MemoryOptions = field(default_factory=MemoryOptions)
     window: WindowRule = field(default_factory=WindowRule)
-    others: tuple[str, ...] = ("window", "han")
+    others: tuple[str, ...] = ("window", "static")
     smooth_weight: float | None = None
     causal: bool = False
     min_force_n: float = MIN_FORCE_N
@@ -121,7 +121,7 @@ class Comparison:
     weights
         ωF, ωP and the ωS used; None where no window ran.
     replayed
-        Method -> forces and CoP: ``before memory smoother``, those of ``window han`` that ran,
+        Method -> forces and CoP: ``before memory smoother``, those of ``window static`` that ran,
         where there is a truth ``true``, and ``baseline`` where one was given.
     reference
         What the motion demands once the delay and offsets that memory found are taken out.
@@ -221,7 +221,7 @@ class Comparison:
                     "repeated_errors",
                     "warning",
                     "filter",
-                    "what is left comes back in every gait cycle: "
+                    "the residual repeats in every gait cycle: "
                     f"{self.memory.repeated:.1f} times the variance that chance would leave",
                     "run diagnose on this log: an effect is missing from the chain",
                 )
@@ -272,9 +272,9 @@ def compare(
     weights = None
     if settings.others:
         weights, track = _window(log, belief, settings, walk.reference_of(log))
-        if "han" in settings.others:
+        if "static" in settings.others:
             static = run_window(log, belief, weights, settings.window, static=True)
-            replayed["han"] = replay_window("han", log, belief, static)
+            replayed["static"] = replay_window("static", log, belief, static)
         if "window" in settings.others:
             replayed["window"] = replay_window("window", log, belief, track)
     replayed |= {

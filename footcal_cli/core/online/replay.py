@@ -29,7 +29,7 @@ class Replayed:
     Parameters
     ----------
     method
-        ``before window han memory smoother``.
+        ``before window static memory smoother``.
     gain, bias_n
         In force at each sample, momentary errors included, shape (n, c).
     forces_n

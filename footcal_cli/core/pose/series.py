@@ -124,5 +124,5 @@ def series_words(fit: SeriesFit) -> tuple[str, ...]:
         f"{pair}: {100 * fit.explained:.0f} % of the change of force agrees between them; "
         f"{fit.force_left_n:.1f} N per axis does not. The weight of the segment between them, "
         "turning with the leg, or a hand on it would do that: without the body's orientation "
-        "neither can be told from a wrong gain",
+        "neither can be distinguished from a wrong gain",
     )

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from footcal_cli.core.diagnosis.investigation import Investigation
-from footcal_cli.plots.style import AFTER, BEFORE, new_figure, tidy
+from footcal_cli.plots.style import AFTER, BEFORE, legend_below, new_figure, tidy
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -30,5 +30,5 @@ def plot_gains(found: Investigation) -> Figure:
     tidy(axes, title if found.found else f"{gain.output}: error of each held-out block", "block",
          f"RMS error ({gain.unit})")  # fmt: skip
     axes.set_ylim(bottom=0)
-    axes.legend(fontsize=8, frameon=False)
+    legend_below(figure)
     return figure

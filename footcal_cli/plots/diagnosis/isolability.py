@@ -24,14 +24,15 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 ISOLABILITY_CAPTION = (
-    "Which effects look alike beside the calibration: 0 (white) not at all, 1 (dark) the same. "
-    "Framed: groups so alike (|cos| > 0.95) that none but a large effect is told from the others."
+    "Likeness of effects after the calibration is fitted, |cos|: 0 (white) none, 1 (dark) the "
+    "same. "
+    "Framed: groups so alike (|cos| > 0.95) that only a large effect is distinguished in them."
 )
 AFTER_CAPTION = (
-    "Which effects look alike beside the calibration: 0 (white) not at all, 1 (dark) the same; "
-    "left in these data, right after the proposed experiment. Framed: groups so alike "
-    "(|cos| > 0.95) that none but a large effect is told from the others. Hatched: not visible "
-    "there."
+    "Likeness of effects after the calibration is fitted, |cos|: 0 (white) none, 1 (dark) the "
+    "same. "
+    "Left panel: these data; right panel: the proposed experiment. Framed: groups so alike "
+    "(|cos| > 0.95) that only a large effect is distinguished in them. Hatched: not visible."
 )
 _SAME = 0.95
 _SHOWN = 0.02  # visible share from which an effect is worth comparing

@@ -19,10 +19,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 LADDER_CAPTION = (
-    "How far the error on unseen blocks falls: as it was, with what was named, with any function "
-    "of the recorded signals (the ceiling no cause can beat), and with a calibration of its own in "
-    "every block (how well the blocks repeat at all). Several effects: each added first, added "
-    "last, and on average over all orders (dot); only the dots add up."
+    "Error on held-out blocks: of the calibration alone, with the identified effects, with any "
+    "function of the recorded signals (the most that any cause could explain), and with a separate "
+    "calibration for every block (repeatability). Several effects: the gain of each when added "
+    "first, when added last, and on average over all orders (dot); only the dots add up."
 )
 _CEILING, _FLOOR = "#009E73", "#7A5C00"
 
@@ -50,7 +50,7 @@ def _steps(found: Investigation) -> list[tuple[str, float, str]]:
         steps.append((f"with {names}", _rms(end, found.problem), AFTER))
     explained = float(last.flexible_gain.sum()) / max(float(last.loss.sum()), 1e-300)
     ceiling = _rms(end * (1.0 - np.clip(explained, 0.0, 1.0)), found.problem)
-    steps.append(("any function of\nthe signals beside", ceiling, _CEILING))
+    steps.append(("any function of\nthe other signals", ceiling, _CEILING))
     if not found.case.drifts and found.problem.blocks > 2:
         steps.append(("calibration free\nin every block", _free_rms(found), _FLOOR))
     return steps
@@ -61,7 +61,7 @@ def _draw_steps(axes: Axes, steps: Sequence[tuple[str, float, str]]) -> None:
     axes.barh(places, [s[1] for s in steps], color=[s[2] for s in steps], height=0.62)
     for place, (_, value, _) in zip(places, steps, strict=True):
         axes.text(value, place, f" {value:.3g}", va="center", fontsize=8.5)
-    tidy(axes, "Error on unseen blocks, all outputs", "RMS error (units of the noise)", "")
+    tidy(axes, "Error on held-out blocks, all outputs", "RMS error (units of the noise)", "")
     axes.set_yticks(places, [s[0] for s in steps])
     axes.set_xlim(0, 1.15 * max(s[1] for s in steps))
     axes.grid(visible=False, axis="y")
@@ -78,11 +78,12 @@ def _draw_parts(axes: Axes, parts: Sequence[Attribution]) -> None:
         [100 * p.mean for p in parts], places, "o", color=BAD, markersize=6, label="on average"
     )
     axes.axvline(0, color=REFERENCE, linewidth=0.8)
-    tidy(axes, "What each effect takes away", "share of the squared error (%)", "")
+    tidy(axes, "Error that each effect explains", "share of the squared error (%)", "")
     axes.set_yticks(places, [p.effect.replace("_", " ") for p in parts])
     axes.grid(visible=False, axis="y")
-    axes.set_xlim(right=1.45 * axes.get_xlim()[1])
-    axes.legend(fontsize=7.5, frameon=False, loc="upper right")
+    axes.legend(
+        fontsize=7.5, frameon=False, ncols=3, loc="upper center", bbox_to_anchor=(0.5, -0.2)
+    )
 
 
 def _rms(loss: float, problem: Problem) -> float:

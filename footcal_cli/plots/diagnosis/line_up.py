@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 LINE_UP_CAPTION = (
-    "Nineteen of these panels show what chance makes of these data, one shows the data. If you can "
-    "pick it, that alone is p = 1/20. The answer stands upside down below."
+    "Nineteen panels show residuals with random signs, one shows the data. Picking the right one "
+    "at sight is evidence at p = 1/20. The answer is printed upside down below the panels."
 )
 
 
@@ -49,6 +49,6 @@ def plot_line_up(found: Investigation, seed: int) -> Figure:
         axes.tick_params(labelsize=6)
     grid.ravel()[0].set_ylim(-1.1 * spread - 1e-12, 1.1 * spread + 1e-12)
     figure.supxlabel(name, fontsize=9)
-    figure.supylabel("mean of what is left (noise sd)", fontsize=9)
+    figure.supylabel("mean residual (noise sd)", fontsize=9)
     figure.text(0.99, 0.005, f"panel {place + 1}", rotation=180, fontsize=7, ha="right")
     return figure

@@ -13,7 +13,15 @@ from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.core.diagnosis.leftovers import left_over
 from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.plots.style import AFTER, BAD, CELL_COLOURS, REFERENCE, new_figure, tidy
+from footcal_cli.plots.style import (
+    AFTER,
+    BAD,
+    CELL_COLOURS,
+    REFERENCE,
+    legend_below,
+    new_figure,
+    tidy,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -86,8 +94,8 @@ def main_output(found: Investigation) -> int:
 
 
 DRIVER_CAPTION = (
-    "What is left against the signal that tells it best, before and after the named effect; "
-    "points are rows, the thick line their mean with its 95 % band over blocks. It should be flat."
+    "Residual against the signal that predicts it best, before and after the identified effect is "
+    "modelled. Points: rows; line: their mean with its 95 % band over blocks. It should be flat."
 )
 
 
@@ -121,11 +129,11 @@ def plot_driver(found: Investigation) -> Figure:
             axes.plot(xs, ys, "--", color=BAD, linewidth=1.8, label="fitted effect")
         axes.axhline(0, color=REFERENCE, linewidth=0.8)
         title = "Before: should be flat" if stage == "before" else "After: should be flat"
-        tidy(axes, title, name, f"left in {problem.outputs[output]} ({unit})" if i == 0 else "")
-        axes.legend(fontsize=7.5, frameon=False)
+        tidy(axes, title, name, f"residual {problem.outputs[output]} ({unit})" if i == 0 else "")
         spread = float(np.quantile(np.abs(left), 0.99)) if left.size else 0.0
         if i == 0:
             axes.set_ylim(-1.3 * (spread or 1.0), 1.3 * (spread or 1.0))
+    legend_below(figure)
     return figure
 
 

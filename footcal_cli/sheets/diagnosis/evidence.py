@@ -39,6 +39,7 @@ def evidence_sheet(found: Investigation, untested: Mapping[str, str]) -> Sheet:
          "found from", "visible", "verdict"),
         rows,
         note=_HOW_TO_READ,
+        brief=("effect", "where", "size [95 %]", "gain", "verdict"),
         greyed=frozenset(range(tested, len(rows))),
         folded_after=max(min(tested, _MOST_ROWS), 1) if len(rows) > _MOST_ROWS else 0,
     )  # fmt: skip
@@ -57,7 +58,9 @@ def table_rows(found: Investigation) -> list[EffectRow]:
     if found.verdict is Verdict.UNKNOWN:
         # what was accepted on the way did not stand in the end
         return [
-            _open(row, "too much is left beside it") if row.status is EffectStatus.PRESENT else row
+            _open(row, "the residual is still too large")
+            if row.status is EffectStatus.PRESENT
+            else row
             for row in found.rounds[0].effects
         ]
     rows: list[EffectRow] = []

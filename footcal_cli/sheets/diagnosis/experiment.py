@@ -103,12 +103,12 @@ def menu_sheets(menu: Menu | None) -> tuple[Sheet, ...]:
         now = f" In the present data the nearest rival has a likeness of {menu.now.cosine:.3f}."
     return (
         Sheet(
-            f"Which experiment would tell {names} apart",
-            ("experiment", "kind", "rivals left", "likeness", "separation", "runs", "minutes"),
+            f"Which experiment would distinguish {names}",
+            ("experiment", "kind", "rivals remaining", "likeness", "separation", "runs", "minutes"),
             rows,
             note="Every experiment is simulated with the fitted sizes and this data's noise, "
-            "calibration and rival refitted. Rivals left: how many stay beside the true one. "
-            "Likeness: largest |cos| of two that are told apart, 0 where one hides there. "
+            "calibration and rival refitted. Rivals remaining: how many, besides the true one. "
+            "Likeness: largest |cos| of two that it distinguishes, 0 where one is invisible. "
             "Separation: in noise sd of one run, a third of the prediction. Runs: for a power of "
             f"0.8.{now}",
             folded_after=8,

@@ -41,8 +41,8 @@ def _by_form(cause: Cause, other: str) -> str:
     if found is None or found.left >= min(_NOISE, found.left_by_named):
         return ""
     return (
-        f", and what it leaves is not noise (p = {number(found.left, 2)}; "
-        f"beside {words(cause.signature.effect)} p = {number(found.left_by_named, 2)})"
+        f", and its residual is not noise (p = {number(found.left, 2)}; "
+        f"with {words(cause.signature.effect)} p = {number(found.left_by_named, 2)})"
     )
 
 

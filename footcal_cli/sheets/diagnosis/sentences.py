@@ -43,10 +43,10 @@ def none_found(found: Investigation, untested: Mapping[str, str]) -> tuple[str, 
         details.append(f"It could NOT have shown: {missing}.")
     details += [f"Set aside: {text}." for text in found.rounds[0].search.refused]
     details += _scope_lines(found)
-    details.append("Not found does not mean not there; the table says what was looked for.")
+    details.append("Not found does not mean absent; the table lists what was looked for.")
     if not any(r.status is not EffectStatus.NOT_TESTABLE for r in found.rounds[0].effects):
         return "Nothing was found because nothing could be looked for.", details
-    return "No unmodelled effect found: what is left looks like noise.", details
+    return "No unmodelled effect found: the residual looks like noise.", details
 
 
 def _would_show(row: EffectRow) -> bool:
@@ -89,10 +89,10 @@ def ambiguous(found: Investigation, untested: Mapping[str, str]) -> tuple[str, l
         if f.cause.rivals
     ]
     certain = [f for f in found.found if not f.cause.rivals]
-    sentence = f"Either {', and either '.join(groups)}: these data cannot tell them apart"
+    sentence = f"Either {', and either '.join(groups)}: these data cannot distinguish them"
     if certain:
         sure = together(words(f.cause.signature.effect) for f in certain)
-        sentence += f" (beside {sure}, which is certain)"
+        sentence += f" (in addition to {sure}, which is certain)"
     lines = [
         f"Were it {words(f.cause.signature.effect)}{place_words(f.cause.signature.where)}: "
         f"{size_words(f)}."

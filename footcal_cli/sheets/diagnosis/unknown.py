@@ -35,7 +35,7 @@ def unknown(found: Investigation, untested: Mapping[str, str]) -> tuple[str, lis
     details = []
     if found.nearest:
         nearest = "; ".join(f"{cause_words(item)}{_or_rivals(item)}" for item in found.nearest)
-        details.append(f"Nearest: {nearest}, but too much is left beside it.")
+        details.append(f"Nearest: {nearest}, but the residual is still too large.")
     details += [
         f"Considered and refused: {text.replace(' -,', ',')}."
         for r in found.rounds

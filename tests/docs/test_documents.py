@@ -1,0 +1,142 @@
+"""Every command, recipe, table and Python example of README and documents is run as printed."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from footcal_cli.app import main
+from footcal_cli.commands import option_tables
+from footcal_cli.recipe import read_recipe
+from tests.conftest import REPOSITORY
+
+PAGES = [
+    REPOSITORY / "README.md",
+    *sorted((REPOSITORY / "docs" / "tutorials").glob("*.md")),
+    *sorted((REPOSITORY / "docs" / "howto").glob("*.md")),
+    REPOSITORY / "docs" / "ci.md",
+    REPOSITORY / "docs" / "explanation" / "python.md",
+]
+NOT_RUN = ("pip ", "pipx ")
+"""Commands that would change the environment."""
+
+
+@dataclass(frozen=True)
+class Block:
+    """A fenced block: language, the words behind it, text."""
+
+    language: str
+    info: str
+    text: str
+
+    @property
+    def title(self) -> str:
+        """The file that the block is, empty where it is none."""
+        found = re.search(r'title="([^"]+)"', self.info)
+        return found.group(1) if found else ""
+
+    @property
+    def exit_code(self) -> int:
+        """How its commands end."""
+        found = re.search(r"exit=(\d+)", self.info)
+        return int(found.group(1)) if found else 0
+
+
+def blocks(page: Path) -> list[Block]:
+    text = page.read_text(encoding="utf-8")
+    fences = re.findall(r"^```(\w*) ?([^\n]*)\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
+    return [Block(*fence) for fence in fences]
+
+
+def commands(block: Block) -> list[str]:
+    lines = block.text.replace("\\\n", " ").splitlines()
+    stripped = (line.split("  #")[0].strip() for line in lines)
+    return [line for line in stripped if line and not line.startswith("#")]
+
+
+def has_slow(page: Path) -> bool:
+    return any(b.language == "sh" and "slow" in b.info for b in blocks(page))
+
+
+@pytest.fixture
+def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder as a checkout looks to a reader: samples and recipes at hand."""
+    for name in ("recipes", "sample_data"):
+        (tmp_path / name).symlink_to(REPOSITORY / name)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def shell(line: str) -> int:
+    words = shlex.split(line)
+    if words[0] == "python":
+        return subprocess.run([sys.executable, *words[1:]], check=False).returncode
+    assert words[0] == "footcal", f"neither run nor listed in NOT_RUN: {line}"
+    words += [] if words[1] in ("schema", "effects") else ["--no-pictures", "--overwrite"]
+    with pytest.raises(SystemExit) as end:
+        main(words[1:])
+    return int(end.value.code or 0)
+
+
+def follow(page: Path, place: Path, *, slow: bool) -> None:
+    """Write the page's files and run its commands in order."""
+    for block in blocks(page):
+        if block.title:
+            (place / block.title).write_text(block.text, encoding="utf-8")
+        if block.language != "sh" or ("slow" in block.info and not slow):
+            continue
+        for line in commands(block):
+            if line.startswith(NOT_RUN):
+                continue
+            assert shell(line) == block.exit_code, line
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda p: p.stem)
+def test_quick_commands_of_the_page_run(page: Path, place: Path) -> None:
+    follow(page, place, slow=False)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("page", [p for p in PAGES if has_slow(p)], ids=lambda p: p.stem)
+def test_all_commands_of_the_page_run(page: Path, place: Path) -> None:
+    follow(page, place, slow=True)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda p: p.stem)
+def test_recipes_of_the_page_can_be_read(page: Path, tmp_path: Path) -> None:
+    for k, block in enumerate(blocks(page)):
+        if block.language == "toml":
+            recipe = tmp_path / f"{k}.toml"
+            recipe.write_text(block.text, encoding="utf-8")
+            read_recipe(recipe, option_tables())
+
+
+def test_python_examples_run() -> None:
+    page = REPOSITORY / "docs" / "explanation" / "python.md"
+    names: dict[str, object] = {}
+    examples = [b for b in blocks(page) if b.language == "python"]
+    assert len(examples) >= 2
+    for example in examples:
+        exec(compile(example.text, str(page), "exec"), names)
+    assert 0 < float(names["fit"].rmse_n) < 0.5  # type: ignore[attr-defined]
+
+
+LINK = re.compile(r"\]\((?!https?://|#)([^)#\s]+)")
+SITE_ONLY = "reference/"
+"""Pages that `make docs` generates."""
+
+
+@pytest.mark.parametrize(
+    "page", [REPOSITORY / "README.md", *sorted((REPOSITORY / "docs").rglob("*.md"))],
+    ids=lambda p: p.relative_to(REPOSITORY).as_posix(),
+)  # fmt: skip
+def test_links_lead_to_files(page: Path) -> None:
+    for target in LINK.findall(page.read_text(encoding="utf-8")):
+        if not target.startswith(SITE_ONLY):
+            assert (page.parent / target).exists(), target

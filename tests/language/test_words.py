@@ -1,0 +1,34 @@
+"""Plain English: words that users must not read, and plurals that agree."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.language.words import all_faults, faults
+
+
+def test_users_read_plain_english() -> None:
+    found = all_faults()
+    assert not found, "\n" + "\n".join(map(str, found))
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "as in seed 1", "gain of 0.3 nats", "what is left of it", "tell hysteresis from creep",
+        "visible beside it", "1 findings", "all 1 channels", "finding(s)", "see eq. (13)",
+    ],
+)  # fmt: skip
+def test_the_check_finds_planted_faults(text: str) -> None:
+    assert list(faults(text, "here"))
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "the left foot", "placements left out of the fit", "time (s)", "11 findings",
+        "Wu & Revzen, eqs. (8)(9)", "a foot in the air", "besides the cells",
+    ],
+)  # fmt: skip
+def test_the_check_lets_good_english_pass(text: str) -> None:
+    assert not list(faults(text, "here"))
