@@ -25,7 +25,7 @@ from footcal_cli.gates import gated, merged
 from footcal_cli.inspection import inspect, inspect_record, over_pieces
 from footcal_cli.longfiles import is_long
 from footcal_cli.outcome import Outcome
-from footcal_cli.read_as import record_of
+from footcal_cli.read_as import in_units_of_readings, record_of
 from footcal_cli.recipe import CommandOptions, Recipe, read_recipe, validated
 from footcal_cli.records.files import read_record
 from footcal_cli.records.results import FindingRecord, ParametersRecord, ReadColumnRecord, RunRecord
@@ -355,6 +355,9 @@ class Session(Generic[Options]):
             report = outcome.report
             sheets = (*report.sheets, read_as_sheet(self.read_as))
             outcome = replace(outcome, report=replace(report, sheets=sheets))
+        if outcome.parameters is not None:
+            record = in_units_of_readings(outcome.parameters, self.read_as)
+            outcome = replace(outcome, parameters=record)
         outcome = gated(trusted(outcome), self.options, self.recipe.gates, self.reference)
         images: dict[str, bytes] = {}
         with self.step("draw"):

@@ -63,7 +63,7 @@ ALLOWED: dict[str, set[str]] = {
     "exporters": {"exporters", "records", "core", "errors"},
     "commands": {
         "commands", "formats", "exporters", "logfiles", "cell_effects", "columns", "tables",
-        "reading", "sources", "sniff",
+        "reading", "sources", "sniff", "units",
         "recipe", "records", "report", "run_folder", "session", "intake", "inspection", "plots",
         "sheets", "rigid_body", "batch", "core", "errors",
     },
