@@ -28,6 +28,9 @@ MUCH_BETTER = 0.2
 """Share of the squared misfit that may be left when the right transducer is turned back."""
 CLEARLY = 0.5
 """And at most this share of the next best turn; closer ones are named together."""
+TURNED_NOISE = 3.0
+"""A turned transducer leaves 5 to 50 times the noise of a pose: nearer to it, none is looked for,
+since each of the 23 turns of each leg costs a fit."""
 LEVER_M = 0.1
 """Moments count as forces at this lever."""
 _MOST_ROWS = 400
@@ -131,8 +134,10 @@ def check_turned_standing(
         gram = change @ summary.gram @ change.T
         return fit_pose(replace(summary, gram=gram), legs, noise_sd, options).chi2_poses
 
-    given = fit_pose(summary, legs, noise_sd, options).chi2_poses
-    return _best_turn(data.geometry.legs, misfit, given)
+    given = fit_pose(summary, legs, noise_sd, options)
+    if given.noise_factor < TURNED_NOISE:
+        return []
+    return _best_turn(data.geometry.legs, misfit, given.chi2_poses)
 
 
 def standing_axes(
