@@ -94,6 +94,10 @@ samples: $(VENV)/.installed-dev  ## Rebuild sample_data/ from the physics engine
 effects-page: $(VENV)/.installed-dev  ## Rebuild docs/effects.md and its figures.
 	$(BIN)/python docs/make_effects_page.py
 
+.PHONY: strangers
+strangers: $(VENV)/.installed-dev  ## Logs in the shapes that people have: init, one command, the truth.
+	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -m slow -s tests/strangers
+
 .PHONY: docs
 docs: $(VENV)/.installed  ## Build the documentation site into site/.
 	$(BIN)/pip install --quiet --disable-pip-version-check '.[docs]'

@@ -14,6 +14,7 @@ from pydantic import BaseModel
 
 from footcal_cli import columns
 from footcal_cli.app import COMMANDS, function_of
+from footcal_cli.filespecs import FileSpec, JoinSpec, Place
 from footcal_cli.recipe import CommandOptions, Recipe
 from footcal_cli.records.schemas import SCHEMAS
 
@@ -79,6 +80,11 @@ def recipe_page() -> str:
     head = ("key", "type", "default")
     own = [row for row in keys(Recipe) if not row[0].startswith(("`options", "`path"))]
     parts = ["# Recipe keys\n", inspect.cleandoc(Recipe.__doc__ or ""), "\n", table(head, own)]
+    for title, model in (
+        ("[columns]: an entry", Place), ("[[files]]", FileSpec), ("[[files]] join", JoinSpec),
+    ):  # fmt: skip
+        said = inspect.cleandoc(model.__doc__ or "")
+        parts.append(f"## {title}\n{said}\n\n{table(head, keys(model))}")
     parts.append(f"## Every command\n{table(head, keys(CommandOptions))}")
     shared = {row[0] for row in keys(CommandOptions)}
     for name in COMMANDS:

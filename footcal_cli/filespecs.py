@@ -55,7 +55,7 @@ def _expression(text: str) -> re.Pattern[str]:
 
 
 class JoinSpec(Frozen):
-    """A file beside a log: its columns are called ``<file name without suffix>.<column>``.
+    """A file joined to a log: its columns are called ``<file name without suffix>.<column>``.
 
     `file` lies in the log's folder; its own ``[[files]]`` entry says how it is read. `by` time or
     row; `offset_s` is added to its stamps; `how` fills in between them, no farther than
@@ -80,7 +80,7 @@ class FileSpec(Frozen):
     named groups for texts without fields: each line it is found in is a row; `carried` is one for
     lines whose groups hold for the rows below. `rate_hz` counts rows where there are no stamps.
     `columns` are the files' own, before ``[columns]``. `wide` makes one row of the file into one
-    row per entry, told apart by the column `wide_into`. `join` brings in columns of files beside.
+    row per entry, distinguished by the column `wide_into`. `join` brings in columns of other files.
     """
 
     match: str = "*"

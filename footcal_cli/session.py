@@ -25,7 +25,7 @@ from footcal_cli.gates import gated, merged
 from footcal_cli.inspection import inspect, inspect_record, over_pieces
 from footcal_cli.longfiles import is_long
 from footcal_cli.outcome import Outcome
-from footcal_cli.read_as import record_of
+from footcal_cli.read_as import in_units_of_readings, record_of
 from footcal_cli.recipe import CommandOptions, Recipe, read_recipe, validated
 from footcal_cli.records.files import read_record
 from footcal_cli.records.results import FindingRecord, ParametersRecord, ReadColumnRecord, RunRecord
@@ -42,6 +42,7 @@ from footcal_cli.tables import (
     refuse_wrong_units,
 )
 from footcal_cli.textfiles import regular_file, shown
+from footcal_cli.trust import trusted
 
 __all__ = ["Outcome", "Request", "Session", "read_calibration"]
 
@@ -354,7 +355,10 @@ class Session(Generic[Options]):
             report = outcome.report
             sheets = (*report.sheets, read_as_sheet(self.read_as))
             outcome = replace(outcome, report=replace(report, sheets=sheets))
-        outcome = gated(outcome, self.options, self.recipe.gates, self.reference)
+        if outcome.parameters is not None:
+            record = in_units_of_readings(outcome.parameters, self.read_as)
+            outcome = replace(outcome, parameters=record)
+        outcome = gated(trusted(outcome), self.options, self.recipe.gates, self.reference)
         images: dict[str, bytes] = {}
         with self.step("draw"):
             if self.options.pictures:

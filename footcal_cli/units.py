@@ -206,3 +206,25 @@ def conversion(unit: str, to: str, gravity_mps2: float) -> Conversion:
 def unit_factor(unit: str, to: str, gravity_mps2: float) -> Callable[[FloatArray], FloatArray]:
     """`conversion` as a function of arrays."""
     return conversion(unit, to, gravity_mps2)
+
+
+def load_list(text: str, gravity_mps2: float) -> tuple[float, ...]:
+    """Loads in N of a text such as ``0, 1, 2, 5 lb``; a mass becomes its weight.
+
+    Raises
+    ------
+    UsageError
+        No unit, one that is none of a force or a mass, or a word among the numbers.
+    """
+    found = re.fullmatch(r"\[?([-+\d.,;\seE]+?)\]?\s*([A-Za-zµ]+)", text.strip())
+    words = re.split(r"[\s,;]+", found[1].strip(" ,;")) if found else []
+    try:
+        values = [float(word) for word in words]
+    except ValueError:
+        values = []
+    if found is None or not values:
+        raise UsageError(
+            f"'{text}' is no list of loads", remedy='write numbers and a unit: "0, 1, 2, 5 lb"'
+        )
+    change = conversion(found[2], "N", gravity_mps2)
+    return tuple(value * change.slope for value in values)

@@ -40,8 +40,9 @@ if TYPE_CHECKING:
 class PlateauSettings(Frozen):
     """``[offline_fit.plateaus]``: what counts as standing still in a running recording.
 
-    Tolerances that are 0 are chosen from the recording. `loads_n` names the loads in the order in
-    which they were put on, where the recording does not have them.
+    Tolerances that are 0 are chosen from the recording. `loads` names the loads in the order in
+    which they were put on, with their unit (``"0, 1, 2, 5 lb"``), where the recording does not have
+    them; `loads_n` is the same in N.
     """
 
     window_s: float = Field(default=2.0, gt=0)
@@ -52,6 +53,15 @@ class PlateauSettings(Frozen):
     same_level: float = Field(default=0.02, ge=0)
     glitch_sd: float = Field(default=8.0, gt=0)
     loads_n: tuple[float, ...] = ()
+    loads: str = ""
+
+    def known_n(self, gravity_mps2: float) -> tuple[float, ...]:
+        """The loads in N, masses as their weight."""
+        if not self.loads:
+            return self.loads_n
+        from footcal_cli.units import load_list
+
+        return load_list(self.loads, gravity_mps2)
 
 
 class OfflineFitOptions(CommandOptions):
@@ -131,7 +141,8 @@ def _calibrate(session: Session[OfflineFitOptions]) -> Outcome:
     with session.step("read"):
         logs = _read(session)
     with session.step("fit"):
-        studies = [_study(record, session.options) for record in logs.records]
+        gravity_mps2 = session.recipe.robot.gravity_mps2
+        studies = [_study(record, session.options, gravity_mps2) for record in logs.records]
         together = _together(session)
         feet = _feet(session, studies)
     if not studies and not feet and together is None:
@@ -187,7 +198,7 @@ def _read(session: Session[OfflineFitOptions]) -> _WeightsLogs:
     return _WeightsLogs(tables, records, held_out)
 
 
-def _study(record: BenchRecord, options: OfflineFitOptions) -> ChannelStudy:
+def _study(record: BenchRecord, options: OfflineFitOptions, gravity_mps2: float) -> ChannelStudy:
     from footcal_cli.commands.parts.bench_logs import is_recording
     from footcal_cli.core.bench.plateaus import PlateauOptions
     from footcal_cli.core.bench.study import study_rows, study_samples
@@ -196,12 +207,12 @@ def _study(record: BenchRecord, options: OfflineFitOptions) -> ChannelStudy:
     dense = is_recording(record) if options.samples is None else options.samples
     if not dense:
         return study_rows(record, options.method, extend=extend, most_degree=options.most_degree)
-    given = options.plateaus.model_dump(exclude={"loads_n"})
+    given = options.plateaus.model_dump(exclude={"loads_n", "loads"})
     return study_samples(
         record,
         options.method,
         options=PlateauOptions(**given),
-        loads_n=options.plateaus.loads_n,
+        loads_n=options.plateaus.known_n(gravity_mps2),
         extend=extend,
         most_degree=options.most_degree,
     )
@@ -290,12 +301,13 @@ def _findings(
 ) -> list[Finding]:
     from footcal_cli.core.plausibility import check_scale
     from footcal_cli.inspection import weights_findings
-    from footcal_cli.sheets.weights import find_extrapolation
+    from footcal_cli.sheets.weights import find_extrapolation, moving_findings
 
     nameplate = session.recipe.robot.nameplate.scale_n_per_count
     for study in studies:  # those whose loads stand in the recipe, not in the log
         known = any(f.where == study.channel and f.severity == "alarm" for f in session.noted)
         scale = study.estimates[f"{study.channel}.scale"]
+        session.note(moving_findings(study))
         session.note([] if known else check_scale(study.channel, scale, nameplate))
     intended, robot = session.options.intended_load_n, session.recipe.robot
     found = weights_findings(logs.tables, robot, intended) if logs.tables else []

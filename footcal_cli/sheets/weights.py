@@ -8,6 +8,7 @@ import numpy as np
 
 from footcal_cli.core.bench.record import load_levels
 from footcal_cli.core.bench.regression import AffineFit, Curvature, fit_affine
+from footcal_cli.core.bench.study import ChannelStudy
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.quality import Finding
 from footcal_cli.records.results import RmseRow
@@ -60,6 +61,32 @@ def curvature_sentence(fits: Sequence[AffineFit], curvature: Curvature | None) -
         "shared cause, not noise of single channels. Without repeated loads it is unknown "
         "whether that is nonlinearity, creep or the order of loading."
     )
+
+
+_ATTENUATED = 0.002
+
+
+def moving_findings(study: ChannelStudy) -> list[Finding]:
+    """What a reference that never stands still means for a channel."""
+    if not study.lags_s:
+        return []
+    lags = ", ".join(f"{1e3 * lag:.3g}" for lag in study.lags_s)
+    found = [
+        Finding(
+            "moving_reference", "note", study.channel,
+            f"the reference never stands still: compared sample by sample, the reading {lags} ms "
+            "late", "nothing to do: the lag is taken out",
+        )
+    ]  # fmt: skip
+    if study.attenuation > _ATTENUATED:
+        found.append(
+            Finding(
+                "noisy_regressor", "warning", study.channel,
+                f"noise pulls the scale towards zero by up to {100 * study.attenuation:.2g} %",
+                "record slower or longer ramps, or hold the load",
+            )
+        )  # fmt: skip
+    return found
 
 
 def find_extrapolation(

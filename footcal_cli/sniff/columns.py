@@ -106,7 +106,7 @@ def guess_file(path: Path) -> FileGuess:
         It is no table of numbers.
     """
     text = TextGuess(Layout()) if is_parquet(path) else guess_text(path)
-    names = column_names(path, text.layout)
+    names = [name for name in column_names(path, text.layout) if name]
     raw = raw_columns(path, names, (), text.layout)
     units = dict(zip(names, text.units, strict=False))
     columns = [_column(name, raw[name], units.get(name, "")) for name in names]
@@ -170,10 +170,28 @@ def _text_column(column: str, name: NameGuess, unit: str | None, raw: RawColumn)
 def _by_numbers(columns: list[ColumnGuess]) -> list[ColumnGuess]:
     """Columns whose names say little, by their numbers; time by how it increases."""
     found = [_numbered(column) for column in columns]
-    found = _one_time(found)
-    if not any(column.quantity in ("load", "time", "sequence") for column in found):
-        found = [_counted(c) for c in found]
+    found = _one_time(_first_in_time(found))
+    if not any(column.quantity == "load" for column in found):
+        counted = [_counted(c) for c in found]
+        loads = [c for c in counted if c.quantity == "load"]
+        others = [c for c in counted if c.quantity in ("reading", "unknown")]
+        if len(loads) == 1 and any(c.values is not None for c in others):
+            return counted
     return found
+
+
+def _first_in_time(columns: list[ColumnGuess]) -> list[ColumnGuess]:
+    """A first column that increases evenly is time where no other is, whatever it is called."""
+    first = columns[0]
+    values = first.values
+    if (
+        any(column.quantity == "time" for column in columns)
+        or first.quantity not in ("reading", "unknown", "hole")
+        or values is None
+        or not (_increases(values) and _even(values))
+    ):
+        return columns
+    return [first.as_quantity("time", "guess", "the first column, increases evenly"), *columns[1:]]
 
 
 def _numbered(column: ColumnGuess) -> ColumnGuess:

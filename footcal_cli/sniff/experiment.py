@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from footcal_cli.sniff.columns import ColumnGuess, FileGuess, Sure
+from footcal_cli.sniff.columns import ColumnGuess, FileGuess
 from footcal_cli.sniff.groups import (
     attitude,
     channel_names,
@@ -26,6 +26,11 @@ _AXIS_COLUMNS = {"fx": "fx_n", "fy": "fy_n", "fz": "fz_n", "tx": "tx_nm", "ty": 
 _MASS = Blank(
     ("# [robot]", "# mass_kg =    # the whole robot, batteries and cables included"),
     "no log says what the robot weighs",
+)
+UNIT_TO_FILL_IN = "?"
+UNIT_ASKED = Blank(
+    ('# in [columns]: unit = "?" of load_n becomes N, kg, g, lb …',),
+    "nothing says the unit of the load",
 )
 _RATE = Blank(
     ("# rate_hz = 100.0    # rows per second",),
@@ -121,11 +126,7 @@ def _reading(column: ColumnGuess) -> Entry:
 def _weights(file: FileGuess, loads: list[ColumnGuess], cells: list[ColumnGuess]) -> Plan:
     """Known loads beside readings."""
     load = loads[0]
-    unit = load.unit if load.unit != "count" else None
-    guessed: Sure = load.sure if unit else "guess"
-    entry = replace(of(load, unit or _load_unit(load)), sure=guessed)
-    if unit is None:
-        entry = replace(entry, why=f"{load.why}; its unit is not said: check it")
+    entry, asked = _load_entry(load)
     labels = [c for c in file.of("label") if len(c.words) > 0]
     time, _, _ = _times(file, needed=False)
     entries = {"load_n": entry, **time, **_extras(file)}
@@ -144,7 +145,7 @@ def _weights(file: FileGuess, loads: list[ColumnGuess], cells: list[ColumnGuess]
         channel = of(labels[0]) if labels else Entry(value="cell", why="one cell alone")
         dense = bool(time) and file.rows >= _ROWS_OF_A_STREAM and not labels
         if dense:
-            return _stream(file, {"cell": cell}, entries)
+            return _stream(file, {"cell": cell}, entries, asked)
         direction = file.of("direction")
         if direction and direction[0].values is not None:
             entries["direction"] = of(direction[0])
@@ -152,15 +153,15 @@ def _weights(file: FileGuess, loads: list[ColumnGuess], cells: list[ColumnGuess]
         return Plan(
             file, "known weights, one row per reading", "a load beside each reading",
             "likely", "offline-fit", "weights", entries,
-            tuple(labels[0].words) if labels else ("cell",),
+            tuple(labels[0].words) if labels else ("cell",), blanks=asked,
         )  # fmt: skip
     if time and file.rows >= _ROWS_OF_A_STREAM:
-        return _stream(file, named, entries)
+        return _stream(file, named, entries, asked)
     wide = {name: {"counts": _reading(column)} for name, column in named.items()}
     return Plan(
         file, f"known weights, the readings of {len(cells)} cells beside each other",
         "one load and several readings in a row", "guess", "offline-fit", "weights",
-        entries, tuple(named), wide,
+        entries, tuple(named), wide, blanks=asked,
         warnings=(
             "taken that every cell carried the whole load by itself; if the load stood on all "
             "of them, give each its share",
@@ -168,18 +169,23 @@ def _weights(file: FileGuess, loads: list[ColumnGuess], cells: list[ColumnGuess]
     )  # fmt: skip
 
 
-def _load_unit(column: ColumnGuess) -> str:
-    """Grams or kilograms where nothing says so: a weight of 500 is no 500 kg."""
-    assert column.values is not None, "a load has numbers"
-    return "g" if float(np.nanmax(np.abs(column.values))) >= 100 else "kg"
+def _load_entry(load: ColumnGuess) -> tuple[Entry, tuple[Blank, ...]]:
+    """The entry of known loads; their unit is asked for where nothing says it."""
+    if load.unit is not None and load.unit != "count":
+        return of(load), ()
+    return replace(of(load, UNIT_TO_FILL_IN), sure="guess"), (UNIT_ASKED,)
 
 
-def _stream(file: FileGuess, named: dict[str, ColumnGuess], entries: dict[str, Entry]) -> Plan:
+def _stream(
+    file: FileGuess, named: dict[str, ColumnGuess], entries: dict[str, Entry],
+    asked: tuple[Blank, ...],
+) -> Plan:  # fmt: skip
+    """A recording of one or more cells under a load that is read too."""
     entries = {k: v for k, v in entries.items() if k in ("time_s", "load_n", "temperature_degc")}
     entries |= {f"{name}_counts": _reading(column) for name, column in named.items()}
     return Plan(
         file, "a running recording while the load changes", "time, load and readings", "likely",
-        "offline-fit", "weights_stream", entries, tuple(named),
+        "offline-fit", "weights_stream", entries, tuple(named), blanks=asked,
     )  # fmt: skip
 
 
@@ -267,7 +273,7 @@ def _placements(
         "foot": of(labels[0]) if labels else Entry(value="foot", why="one foot"),
         "placement": of(points[0]) if points else Entry(value="point", why="no name of the points"),
         **{f"hole_{a}_m": of(holes[a], holes[a].unit or "m") for a in "xy"},
-        "load_n": of(load, load.unit or _load_unit(load)),
+        "load_n": _load_entry(load)[0],
         **{f"{n}_counts": _reading(c) for n, c in named.items()},
     }
     foot = labels[0].words[0] if labels else "foot"
@@ -277,6 +283,7 @@ def _placements(
         file, "a known weight over known holes of a foot", "holes, a load and readings", "likely",
         "offline-fit", "placements", entries,
         blanks=(
+            *_load_entry(load)[1],
             Blank(lines, "no log says where the cells sit"),
             Blank(("# weights = […]    # in [data]: each cell under known weights",),
                   "placements need calibrated cells: their weights too, or --parameters"),

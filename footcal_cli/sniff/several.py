@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from footcal_cli.sniff.columns import FileGuess
-from footcal_cli.sniff.experiment import body_entries, plan_of
+from footcal_cli.sniff.experiment import UNIT_ASKED, UNIT_TO_FILL_IN, body_entries, plan_of
 from footcal_cli.sniff.groups import readings
 from footcal_cli.sniff.names import name_guess
 from footcal_cli.sniff.plan import Entry, Plan
@@ -114,8 +114,8 @@ def _per_load(
     expression = rf"^{re.escape(head)}[_ -]*(\d+(?:\.\d+)?)"
     sure = "likely" if unit else "guess"
     load = Entry(
-        file_name=expression, unit=known_unit(unit or "") or "g", sure=sure,  # type: ignore[arg-type]
-        why="a number in the file's name" + ("" if unit else "; its unit is not said: check it"),
+        file_name=expression, unit=known_unit(unit or "") or UNIT_TO_FILL_IN, sure=sure,  # type: ignore[arg-type]
+        why="a number in the file's name",
     )  # fmt: skip
     cell = readings(group[0])[0]
     entries = {
@@ -125,6 +125,7 @@ def _per_load(
     plan = Plan(
         group[0], "known weights, one file per weight", "the files' names differ by a number",
         "likely", "offline-fit", "weights", entries, ("cell",),
+        blanks=() if unit else (UNIT_ASKED,),
     )  # fmt: skip
     return Part(plan, paths, match)
 

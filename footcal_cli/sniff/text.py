@@ -58,6 +58,12 @@ def guess_text(path: Path) -> TextGuess:
         lines = lines[:-1]
     if not any(line.strip() for line in lines):
         raise DataError("the file is empty", file=path, remedy="record or export the log again")
+    if next(line for line in lines if line.strip()).lstrip().startswith("{"):
+        raise DataError(
+            "JSON lines, not a table", file=path,
+            remedy=f"run `footcal convert {path} --out {path.stem}.parquet`, then footcal init on "
+            "what it writes",
+        )  # fmt: skip
     said = [] if encoding == "utf-8" else [f"encoding {encoding}"]
     free = free_form(lines, encoding)
     if free is not None:
@@ -184,6 +190,8 @@ def _laid_out(lines: list[str], body: _Body, encoding: str) -> TextGuess:
     own = fields_of(lines[header_at].rstrip(separator), separator)
     readable = header_at in kept and tuple(own) == names and len(set(own)) == len(own)
     readable &= all(name.strip() for name in own)
+    # the plain reader takes what follows the last separator for a column
+    readable &= not lines[header_at].rstrip("\r\n").endswith(separator)
     if readable:
         skip = sum(i < header_at for i in kept)
         # blank lines between count as lines below the header
@@ -224,6 +232,8 @@ def _split(line: str, body: _Body) -> list[str]:
     fields = fields_of(line.rstrip(body.separator), body.separator)
     if len(fields) == body.width - 1 and body.separator != BLANKS and body.width > 2:
         fields = fields_of(line, body.separator)
+    if body.width < len(fields) <= body.width + 2 and body.separator != BLANKS:
+        fields = fields[: body.width]  # rows without the comments that the header announces
     if len(fields) != body.width and body.separator == BLANKS:
         import re
 

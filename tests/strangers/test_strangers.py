@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.conftest import Run
-from tests.strangers import seen
+from tests.strangers import seen, unseen
 from tests.strangers.rigs import Write
 from tests.strangers.trial import trial
 
@@ -21,3 +21,14 @@ SAMPLE = (
 def test_a_sample_of_the_corpus(shape: Write, run: Run, tmp_path: Path) -> None:
     found = trial(shape, tmp_path, run)
     assert found.outcome == ("next step" if found.made.says else "calibration")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("corpus", ["seen", "unseen"])
+def test_the_whole_corpus(corpus: str, run: Run, tmp_path: Path) -> None:
+    shapes = {"seen": seen.SEEN, "unseen": unseen.UNSEEN}[corpus]
+    found = {shape.__name__: trial(shape, tmp_path / shape.__name__, run) for shape in shapes}
+    for kind in ("calibration", "next step"):
+        count = sum(one.outcome == kind for one in found.values())
+        print(f"{corpus}: {count} of {len(found)} to a {kind}")  # noqa: T201 - the study's answer
+    assert {name: one.outcome for name, one in found.items() if not one.good} == {}

@@ -189,10 +189,8 @@ def find_plateaus(
     if used.sum() < 3:
         return _collect(time_s, reading, state, hold, 0.0)
     slope, scatter = _window_trend(time_s[used], reading[used], options.window_s)
-    quiet = float(np.quantile(scatter, 0.2))
     low, high = np.quantile(reading[used], [0.01, 0.99])
-    max_change = options.max_change or max(4.0 * quiet, 0.002 * (high - low))
-    max_scatter = options.max_scatter or max(4.0 * quiet, 0.001 * (high - low))
+    max_change, max_scatter = _tolerances(reading[used], scatter, options)
     still = (np.abs(slope) * options.window_s <= max_change) & (scatter <= max_scatter)
     at = np.flatnonzero(used)
     number = 0
@@ -205,6 +203,17 @@ def find_plateaus(
         state[run], hold[run] = SampleState.SETTLED, number
         number += 1
     return _collect(time_s, reading, state, hold, options.same_level * float(high - low))
+
+
+def _tolerances(
+    reading: FloatArray, scatter: FloatArray, options: PlateauOptions
+) -> tuple[float, float]:
+    """Largest trend and largest scatter of a window that stands still."""
+    quiet = float(np.quantile(scatter, 0.2))
+    low, high = np.quantile(reading, [0.01, 0.99])
+    max_change = options.max_change or max(4.0 * quiet, 0.002 * (high - low))
+    max_scatter = options.max_scatter or max(4.0 * quiet, 0.001 * (high - low))
+    return float(max_change), float(max_scatter)
 
 
 def find_direction(
@@ -317,3 +326,51 @@ def _collect(
         n=table[5].astype(np.int64),
         n_effective=table[6],
     )
+
+
+def why_no_hold(
+    time_s: FloatArray, reading: FloatArray, options: PlateauOptions
+) -> tuple[str, str]:
+    """Why nothing stands still long enough, and the tolerance that would take the stillest part.
+
+    Parameters
+    ----------
+    time_s, reading
+        One session, shape (n,).
+    options
+        The thresholds that found nothing.
+    """
+    dropout, glitch = find_outliers(reading, options)
+    used = ~(dropout | glitch)
+    if used.sum() < 3:
+        return f"{int(dropout.sum())} of {reading.size} readings are dropouts", "check the wiring"
+    times, values = time_s[used], reading[used]
+    if np.ptp(times) < options.min_hold_s:
+        return (
+            f"the recording lasts {np.ptp(times):.3g} s, less than min_hold_s = "
+            f"{options.min_hold_s:g} s", f"set min_hold_s below {np.ptp(times):.3g}",
+        )  # fmt: skip
+    slope, scatter = _window_trend(times, values, options.window_s)
+    max_change, max_scatter = _tolerances(values, scatter, options)
+    trend = np.abs(slope) * options.window_s
+    still = (trend <= max_change) & (scatter <= max_scatter)
+    runs = [(times[last] - times[first], times[first]) for first, last in _runs(times, still)]
+    if runs:
+        longest, start = max(runs)
+        return (
+            f"the longest stretch that stands still lasts {longest:.3g} s (from {start:.5g} s), "
+            f"less than min_hold_s = {options.min_hold_s:g} s",
+            f"hold each load longer, or set min_hold_s = {0.9 * longest:.2g}",
+        )  # fmt: skip
+    at = int(np.argmin(np.maximum(trend / max_change, scatter / max_scatter)))
+    if trend[at] > max_change:
+        return (
+            f"the stillest window of {options.window_s:g} s (at {times[at]:.5g} s) still changes "
+            f"by {trend[at]:.3g}, more than max_change = {max_change:.3g}",
+            f"hold each load longer, or set max_change = {1.2 * trend[at]:.2g}",
+        )  # fmt: skip
+    return (
+        f"the stillest window of {options.window_s:g} s (at {times[at]:.5g} s) scatters by "
+        f"{scatter[at]:.3g}, more than max_scatter = {max_scatter:.3g}",
+        f"damp the rig, or set max_scatter = {1.2 * scatter[at]:.2g}",
+    )  # fmt: skip

@@ -9,7 +9,14 @@ import numpy as np
 
 from footcal_cli.core.bench.channel import ChannelFit, Prediction
 from footcal_cli.core.bench.ladder import Ladder, climb
-from footcal_cli.core.bench.plateaus import PlateauOptions, Plateaus, SampleState, find_plateaus
+from footcal_cli.core.bench.moving import aligned, never_still
+from footcal_cli.core.bench.plateaus import (
+    PlateauOptions,
+    Plateaus,
+    SampleState,
+    find_plateaus,
+    why_no_hold,
+)
 from footcal_cli.core.bench.record import BenchRecord, condense
 from footcal_cli.core.bench.regression import AffineFit, Method, fit_affine
 from footcal_cli.core.bench.relaxation import Relaxation, fit_relaxation
@@ -81,6 +88,10 @@ class ChannelStudy:
         Of a running recording, else None.
     relaxation, waiting
         Creep within holds and what it does to the scale; None without long holds.
+    lags_s
+        How late the reading is in each session, where the reference never stands still.
+    attenuation
+        Share by which noise pulls the scale towards zero there.
     """
 
     channel: str
@@ -90,6 +101,8 @@ class ChannelStudy:
     samples: Samples | None = None
     relaxation: Relaxation | None = None
     waiting: Waiting | None = None
+    lags_s: tuple[float, ...] = ()
+    attenuation: float = 0.0
 
     @property
     def fit(self) -> ChannelFit | None:
@@ -240,13 +253,11 @@ def study_samples(
     DataError
         The number of loads found is not the number of loads given, or none is given at all.
     """
-    samples = find_loads(record, options or PlateauOptions(), loads_n)
+    asked = options or PlateauOptions()
+    if not len(loads_n) and never_still(record, asked):
+        return _study_moving(record, method, asked, extend=extend, most_degree=most_degree)
+    samples = find_loads(record, asked, loads_n)
     settled = samples.hold >= 0
-    if not settled.any():
-        raise DataError(
-            "no settled sample", column=record.channel,
-            remedy="hold each load longer, or widen the tolerances in [offline_fit.plateaus]",
-        )  # fmt: skip
     bad = samples.state >= SampleState.GLITCH
     filtered = replace(
         record,
@@ -262,6 +273,22 @@ def study_samples(
         samples=samples,
         relaxation=relaxation,
         waiting=waiting,
+    )
+
+
+def _study_moving(
+    record: BenchRecord, method: Method, options: PlateauOptions, *, extend: bool, most_degree: int
+) -> ChannelStudy:
+    """Study a channel under a reference that never stands still, its lag taken out."""
+    found = aligned(record, options, max(1, len(record) // ROWS_FOR_FITS))
+    study = study_rows(_condensed(found.record), method, extend=extend, most_degree=most_degree)
+    samples = Samples(
+        record.time_s, record.reading, found.record.load_n, found.state,
+        np.where(found.record.known, 0, -1), record.session, record.temperature_degc, options,
+    )  # fmt: skip
+    affine = replace(study.affine, lack_of_fit=None)
+    return replace(
+        study, affine=affine, samples=samples, lags_s=found.lags_s, attenuation=found.attenuation
     )
 
 
@@ -290,6 +317,12 @@ def find_loads(record: BenchRecord, options: PlateauOptions, loads_n: Sequence[f
         hold[part] = _levels(steady, first)
         first = int(hold.max()) + 1
     usable = state == SampleState.SETTLED
+    if not usable.any():
+        problem, remedy = why_no_hold(record.time_s, record.reading, options)
+        raise DataError(
+            f"no hold was found: {problem}", column=record.channel,
+            remedy=f"{remedy} in [offline_fit.plateaus]",
+        )  # fmt: skip
     hold = np.where(usable, hold, -1)
     load = record.load_n.copy()
     if len(loads_n):
@@ -304,9 +337,13 @@ def find_loads(record: BenchRecord, options: PlateauOptions, loads_n: Sequence[f
             )
         load[usable] = np.asarray(loads_n, dtype=float)[np.searchsorted(found, hold[usable])]
     elif not np.isfinite(load[usable]).any():
+        found = np.unique(hold[hold >= 0])
+        has_load = np.isfinite(load).any()
         raise DataError(
-            "the recording has no load column and no loads are given", column=record.channel,
-            remedy="give loads_n in [offline_fit.plateaus], one per load in order of time",
+            "no load is known while the reading stands still" if has_load
+            else f"the recording has no load column and no loads are given; holds found: "
+            f"{found.size}", column=record.channel,
+            remedy='give loads = "… kg" in [offline_fit.plateaus], one per hold in order of time',
         )  # fmt: skip
     return Samples(
         record.time_s,

@@ -15,7 +15,7 @@ import numpy as np
 from footcal_cli.core.diagnosis.case import Case, Rows, channels_of
 from footcal_cli.core.diagnosis.grams import whitened_grams
 from footcal_cli.core.diagnosis.problem import Excluded, Problem, Signature
-from footcal_cli.core.diagnosis.scores import joint_sizes
+from footcal_cli.core.diagnosis.scores import coefficients
 from footcal_cli.core.diagnosis.signatures import derivative, places
 from footcal_cli.core.effects import TABLE
 from footcal_cli.core.effects.contract import Effect, Scope, units_of
@@ -46,8 +46,8 @@ def with_imperfections(problem: Problem, ideal: Case, rows: Rows) -> Problem:
     kept = list(range(len(signatures)))
     limits = _limits(problem, ideal, columns, signatures)
     while kept:
-        sizes = sizes_of_imperfections(problem, columns[:, kept])
-        beyond = np.array([abs(s) / limits[k] for s, k in zip(sizes, kept, strict=True)])
+        size, sd = sizes_of_imperfections(problem, columns[:, kept])
+        beyond = (np.abs(size) - 2.0 * sd) / limits[kept]
         if beyond.max() <= 1.0:
             break
         out = signatures[kept[int(np.argmax(beyond))]].effect
@@ -64,10 +64,26 @@ def with_imperfections(problem: Problem, ideal: Case, rows: Rows) -> Problem:
     )  # fmt: skip
 
 
-def sizes_of_imperfections(problem: Problem, columns: FloatArray) -> FloatArray:
-    """Of columns fitted together beside the calibration, in their own units, shape (k,)."""
+def sizes_of_imperfections(problem: Problem, columns: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Of columns in usual sizes, fitted together beside the calibration, and their sd, (k,) each.
+
+    ``(M + 1) s = g̃ · r``: each is known to one usual size, so that of two that look alike (a delay
+    and a lag of some milliseconds) neither grows against the other. The sd is of the jackknife.
+    """
     grams, _ = whitened_grams(problem.without_candidates, columns, counted=False)
-    return joint_sizes(grams, grams.calibration, grams.features)[0]
+    last = grams.inner.shape[1] - 1
+    base, wanted = grams.calibration, np.append(grams.features, last)
+    prior = np.eye(len(wanted) - 1)
+
+    def fitted(total: FloatArray) -> FloatArray:
+        known = coefficients(total, base, wanted)
+        left = total[np.ix_(wanted, wanted)] - total[np.ix_(wanted, base)] @ known
+        return np.asarray(np.linalg.solve(left[:-1, :-1] + prior, left[:-1, -1]))
+
+    total = grams.inner.sum(axis=0)
+    without = np.array([fitted(total - own) for own in grams.inner])
+    share = (len(without) - 1) / max(len(without), 1)
+    return fitted(total), np.sqrt(share * np.sum((without - without.mean(axis=0)) ** 2, axis=0))
 
 
 def _columns(ideal: Case, rows: Rows) -> tuple[FloatArray, list[Signature]]:

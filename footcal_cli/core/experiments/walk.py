@@ -164,13 +164,14 @@ def _valid(log: Log, error: FloatArray, totals: int, carried: BoolArray) -> Bool
 
 OF_THE_BODY = (
     Imperfection(find_effect("angular_momentum"), {"angmom_loss": 0.1}),
-    Imperfection(find_effect("delay"), {"delay": 0.0015}),
+    Imperfection(find_effect("delay"), {"delay": 0.0025}),
+    Imperfection(find_effect("lag"), {"lag": 0.005}),
     Imperfection(
         find_effect("com_offset"), {"com_correction_x": 7.5e-4, "com_correction_y": 7.5e-4}
     ),
 )
 """What an ordinary state estimator gets wrong: light limbs left out of the angular momentum, stamps
-that are off by a millisecond, a CAD model of the masses."""
+that are off by milliseconds, velocities smoothed over some, a CAD model of the masses."""
 
 EXPERIMENT = Experiment(
     name="walk",
