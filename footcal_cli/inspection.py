@@ -17,6 +17,7 @@ from footcal_cli.core import body_stream, quality, readings
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.plausibility import check_scale
 from footcal_cli.core.quality import Finding
+from footcal_cli.core.wiring import check_exchanged_cells
 from footcal_cli.recipe import Robot
 from footcal_cli.records.results import ParametersRecord
 from footcal_cli.tables import Table
@@ -187,6 +188,7 @@ def _placements(table: Table, robot: Robot) -> list[Finding]:
     for name in names:
         found += _codes(name, table.number(name), robot)
     found += _loads(table.number("load_n"), robot)
+    found += _exchanged(table, robot)
     furthest = float(np.nanmax(np.abs(table.numbers(["hole_x_m", "hole_y_m"]))))
     if furthest > 2.0:
         found.append(
@@ -196,6 +198,28 @@ def _placements(table: Table, robot: Robot) -> list[Finding]:
                 'give the unit in [columns], hole_x_m = { column = "…", unit = "mm" }',
             )
         )  # fmt: skip
+    return found
+
+
+def _exchanged(table: Table, robot: Robot) -> list[Finding]:
+    """Cells of a foot that are copied or exchanged, by its placements: means by hole and load."""
+    foot, load = table.text("foot"), table.number("load_n")
+    hole = table.numbers(["hole_x_m", "hole_y_m"])
+    found: list[Finding] = []
+    for name, spec in robot.feet.items():
+        columns = [f"{cell}_counts" for cell in spec.cells]
+        mine = np.flatnonzero(foot == name)
+        if not columns or not mine.size or any(c not in table for c in columns):
+            continue
+        names = [f"{name}_{cell}" for cell in spec.cells]
+        rows = np.column_stack([hole, load, table.numbers(columns)])[mine]
+        rows = rows[np.isfinite(rows).all(axis=1)]
+        _, own = np.unique(rows[:, :3].round(6), axis=0, return_inverse=True)
+        own = own.ravel()
+        means = np.stack([rows[own == k].mean(axis=0) for k in range(int(own.max(initial=-1)) + 1)])
+        found += quality.check_duplicate_channels(rows[:, 3:], names)
+        cells = np.array([[cell.x_m, cell.y_m] for cell in spec.cells.values()])
+        found += check_exchanged_cells(means[:, 3:], names, cells, means[:, :2], means[:, 2])
     return found
 
 

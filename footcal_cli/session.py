@@ -42,6 +42,7 @@ from footcal_cli.tables import (
     refuse_wrong_units,
 )
 from footcal_cli.textfiles import regular_file, shown
+from footcal_cli.trust import trusted
 
 __all__ = ["Outcome", "Request", "Session", "read_calibration"]
 
@@ -357,7 +358,7 @@ class Session(Generic[Options]):
         if outcome.parameters is not None:
             record = in_units_of_readings(outcome.parameters, self.read_as)
             outcome = replace(outcome, parameters=record)
-        outcome = gated(outcome, self.options, self.recipe.gates, self.reference)
+        outcome = gated(trusted(outcome), self.options, self.recipe.gates, self.reference)
         images: dict[str, bytes] = {}
         with self.step("draw"):
             if self.options.pictures:

@@ -41,11 +41,13 @@ ALLOWED: dict[str, set[str]] = {
     "rigid_body": {"textfiles", "core", "errors"},
     "inspection": {"columns", "tables", "recipe", "records", "core"},
     "outcome": {"records", "report"},
+    "trust": {"outcome", "records"},
     "gates": {"outcome", "recipe", "records", "report", "errors"},
     "run_files": {"outcome", "records", "report"},
     "session": {
         "columns", "longfiles", "read_as", "tables", "copies", "recipe", "records", "report",
-        "outcome", "gates", "inspection", "run_files", "run_folder", "textfiles", "core", "errors",
+        "outcome", "gates", "inspection", "trust", "run_files", "run_folder",
+        "textfiles", "core", "errors",
     },
     "cell_effects": {"recipe", "records", "core", "errors"},
     "intake": {

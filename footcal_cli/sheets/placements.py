@@ -16,6 +16,9 @@ from footcal_cli.report import Sheet, number, with_sd
 _MOST_ROWS = 120
 _MM = 1e3
 
+POOR_M, POOR_RATIO = 2e-3, 5.0
+"""CoP errors that are called good: smaller than this, or than so many sd of repeats."""
+
 
 def cop_errors_m(cop_m: FloatArray, rows: PlacementRows) -> FloatArray:
     """Distance vectors from the hole where there is a CoP, shape (m, 2)."""
@@ -43,6 +46,15 @@ def feet_headline(feet: Sequence[FootStudy]) -> str:
         f"At placements left out of the fit the CoP is right to {error} mm ({worst.foot}, "
         f"{chosen.name}); uncorrected {raw:.2f} mm."
     )
+
+
+def explains(found: FootStudy) -> bool:
+    """Whether what the chosen correction leaves is small, or no larger than repeats scatter."""
+    chosen = found.study.chosen
+    repeats = find_repeats(found.rows, chosen.fit.cop_m(found.rows))
+    scatter = float(np.linalg.norm(repeats.pooled_sd_m))
+    known = np.isfinite(scatter)
+    return bool(chosen.left_out.rmse < max(POOR_M, POOR_RATIO * scatter if known else 0.0))
 
 
 def foot_sentence(found: FootStudy) -> str:

@@ -24,6 +24,10 @@ def _unit_of(name: str) -> str:
     return "Nm" if name.rsplit("_", 1)[-1][0] == "t" else "N"
 
 
+POOR_SHARE = 0.05
+"""Error of the vertical force over the weight that no good calibration leaves."""
+
+
 def _column(found: SixAxisReplay, name: str) -> tuple[float, float]:
     """Value and sd of one estimate at the end."""
     return found.estimates[name], found.estimates.sd_of(name)
@@ -62,8 +66,10 @@ def verdict_of(found: SixAxisReplay) -> VerdictRecord:
     ]
     known = sum(s is Status.ESTIMATED for s in found.estimates.status)
     consistent = 0.8 < found.consistency.ratio < 1.25
+    known_of = found.merged.log.known
+    small = after < POOR_SHARE * float(known_of["mass_kg"][0] * known_of["gravity_mps2"][0])
     return VerdictRecord(
-        level="good" if consistent and after < before else "warning",
+        level="good" if consistent and small and after < before else "warning",
         sentence=f"Total vertical force off by {number(before, 3)} → {number(after, 3)} N; "
         f"{known} of {len(found.estimates.names)} unknowns of the feet estimated.",
         details=tuple(details),
@@ -107,7 +113,7 @@ def findings_of(found: SixAxisReplay) -> list[FindingRecord]:
         where: str,
         sentence: str,
         remedy: str,
-        severity: Literal["alarm", "warning"] = "warning",
+        severity: Literal["alarm", "warning", "note"] = "warning",
     ) -> None:
         findings.append(
             FindingRecord(
@@ -121,7 +127,7 @@ def findings_of(found: SixAxisReplay) -> list[FindingRecord]:
             f"the offset jumped by {with_sd(jump.size, jump.sd)} {_unit_of(jump.name)} at "
             f"{jump.onset_s:.2f} s (proved {jump.found_s - jump.onset_s:.2f} s later)",
             "check the transducer's cable and screws; before and after are calibrated apart",
-            "alarm",
+            "alarm" if jump.sure else "note",
         )  # fmt: skip
     widened = max(found.inflated * found.repeated[0], found.inflated * found.repeated[1])
     if widened > _WIDENED:

@@ -15,6 +15,8 @@ from footcal_cli.core.static_init import StanceErrors, StanceRows, StaticInit
 from footcal_cli.records.results import RmseRecord, RmseRow, VerdictRecord
 from footcal_cli.report import Sheet, number, with_sd
 
+MISFIT = 9.0
+"""chi² per row beyond which more than noise and prior is left: no fit to be called good."""
 BELIEFS_NOTE = (
     "Gain in per cent and bias in newtons on top of the prior; parameters.json has scale and bias "
     "of the raw counts. Estimated: standing at least halved the sd. The others keep their prior "
@@ -193,7 +195,7 @@ def verdict_of(
         )
     how = "on held-out stances" if held else "on the fitted stance"
     return VerdictRecord(
-        level="good" if known == seen.unknowns else "warning",
+        level="good" if known == seen.unknowns and fit.chi2 <= MISFIT * fit.dof else "warning",
         sentence=f"{counted(stances)} {seen.rank} of {seen.unknowns} directions; {shown} {how}.",
         details=tuple(details),
     )

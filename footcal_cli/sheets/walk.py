@@ -29,6 +29,8 @@ _AGAINST = {
     "baseline": "the offline baseline",
     "motion": "what the motion demands, its delay and offsets taken out",
 }
+POOR_COP_MM, POOR_SHARE = 20.0, 0.05
+"""Errors of the CoP, and of the vertical force over the weight, that no good calibration leaves."""
 SHOWN = ("before", "static", "window", "memory", "smoother")
 STATE_UNITS = {
     "robot.delay": (1e3, "ms"),
@@ -44,7 +46,7 @@ def verdict_of(found: Comparison, method: str) -> VerdictRecord:
     before, after = (found.of(m, reference).errors for m in ("before", method))
     cop = [1e3 * rms(e.cop_m) for e in (before, after)]
     force = [rms(e.vgrf_n) for e in (before, after)]
-    alarms = len(found.memory.jumps)
+    alarms = sum(jump.sure for jump in found.memory.jumps)
     details = []
     for other in ("window", "static"):
         if other == method or (other, reference, "cop") not in found.ratios:
@@ -78,6 +80,14 @@ def verdict_of(found: Comparison, method: str) -> VerdictRecord:
         for jump in found.memory.jumps
     ]
     worse = cop[1] > cop[0]
+    known = found.merged.log.known
+    weight_n = float(known["mass_kg"][0] * known["gravity_mps2"][0])
+    if not (cop[1] < POOR_COP_MM and force[1] < POOR_SHARE * weight_n):
+        details.insert(
+            0, "What is left is large whatever it was before: something is not in the model; run "
+            "diagnose.",
+        )  # fmt: skip
+        alarms += 1
     consistent = 0.8 < found.consistency.ratio < 1.25
     return VerdictRecord(
         level="bad" if worse else "good" if consistent and not alarms else "warning",

@@ -11,11 +11,13 @@ from typing import Literal
 
 import pytest
 
+from footcal_cli.core.online.jumps import Jump
 from footcal_cli.gates import gated, merged
 from footcal_cli.outcome import Outcome
 from footcal_cli.recipe import CommandOptions, Gates
-from footcal_cli.records.results import RmseRecord, RmseRow, VerdictRecord
+from footcal_cli.records.results import ParametersRecord, RmseRecord, RmseRow, VerdictRecord
 from footcal_cli.report import Report
+from footcal_cli.trust import trusted
 from tests.cli.test_run_folder import LOG
 from tests.conftest import REPOSITORY, Run
 
@@ -214,3 +216,43 @@ def test_columns_are_read_aloud(run: Run, log: Path, tmp_path: Path) -> None:
     grain = run("offline-fit", foreign, "--recipe", recipe, "--out", tmp_path / "grain")
     assert grain.exit_code == 2
     assert "gram" in grain.err
+
+
+def calibration() -> ParametersRecord:
+    return ParametersRecord(
+        command="online-replay", created="", robot="A", gravity_mps2=9.81, sign_convention="",
+        frame="", expressed_at="", parameters={},
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "good"),
+    [
+        ((50.0, 10.0), (5.0, 24.0), False),  # the total gained, the swinging feet did not
+        ((50.0, 10.0), (5.0, 11.0), True),
+        ((0.001, 0.001), (0.002, 0.002), True),  # too small to matter
+        ((5.0, 5.0), (4.0, 1.0), True),
+    ],
+)
+def test_what_got_worse_on_any_quantity_is_no_good_fit(
+    before: tuple[float, float], after: tuple[float, float], good: bool
+) -> None:
+    names = ("vgrf", "left.fx")
+    was = [row(n, e) for n, e in zip(names, before, strict=True)]
+    rows = [one.model_copy(update={"stage": "before"}) for one in was]
+    rows += [row(n, e) for n, e in zip(names, after, strict=True)]
+    found = trusted(replace(outcome(*rows), parameters=calibration()))
+    assert (found.report.verdict.level == "good") is found.usable is good
+    assert [f.where for f in found.report.findings] == ([] if good else ["left.fx"])
+    # a diagnosis and a command without a calibration have nothing to reject
+    assert trusted(outcome(*rows)).usable
+
+
+def test_a_fit_that_did_not_converge_is_not_good() -> None:
+    found = trusted(replace(outcome(), parameters=calibration(), usable=False))
+    assert found.report.verdict.level == "bad"
+
+
+def test_a_jump_without_a_sure_size_is_no_alarm() -> None:
+    assert Jump("left_fl.bias", 1.0, 1.5, 2.0, 0.3, 40.0).sure
+    assert not Jump("left_fl.bias", 1.0, 1.5, -2.0, 0.9, 40.0).sure

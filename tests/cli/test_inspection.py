@@ -272,3 +272,16 @@ def test_what_a_calibration_states_against_the_recipe() -> None:
     ):
         (finding,) = inspect_record(record.model_copy(update=change), robot, "p.json")
         assert (finding.code, finding.severity) == (code, severity)
+
+
+def test_placements_whose_cells_are_exchanged_copied_or_in_millimetres() -> None:
+    robot = recipe("bench_foot").robot
+    kind = columns.placements_table(tuple(robot.feet["left"].cells))
+    table = clean(SAMPLES / "bench_foot/placements.csv", kind, "bench_foot")
+    swapped = {"fl_counts": "rr_counts", "rr_counts": "fl_counts"}
+    for change, code in (
+        (lambda log: log.rename(columns=swapped), "exchanged_channels"),
+        (lambda log: log.assign(fl_counts=log["fr_counts"]), "duplicate_channel"),
+        (times("hole_", 1e3), "holes_not_metres"),
+    ):
+        assert code in alarms(bent(table, change), kind, robot)

@@ -130,9 +130,9 @@ def test_losing_samples_costs_only_those_samples(run: Run, walk: Recording, tmp_
     assert frame.vgrf_n[frame.reason == "dropout"].isna().all()
 
 
-@pytest.mark.parametrize("method", ["window", "static"])
+@pytest.mark.parametrize(("method", "code"), [("window", 1), ("static", 3)])
 def test_the_papers_methods_run_by_name_and_gates_judge_them(
-    run: Run, brief: Recording, tmp_path: Path, method: str
+    run: Run, brief: Recording, tmp_path: Path, method: str, code: int
 ) -> None:
     recipe = write_walk(tmp_path, brief, "[online_replay]\nsensitivity = false")
     belief = write_belief(tmp_path, brief)
@@ -140,7 +140,8 @@ def test_the_papers_methods_run_by_name_and_gates_judge_them(
         "online-replay", "--recipe", recipe, "--parameters", belief, "--method", method,
         "--max-cop-rmse-mm", "0.05", "--out", tmp_path / "out",
     )  # fmt: skip
-    assert answer.exit_code == 1
+    # the static assumption leaves the CoP of this walk worse than it was: not to be trusted
+    assert answer.exit_code == code
     assert answer.out.startswith(f"VERDICT  {method}:")
     stages = {row.stage for row in read_record(RmseRecord, tmp_path / "out/rmse.json").rows}
     assert stages - {"true"} == {"before", "memory", "smoother", method}  # nobody asked for others

@@ -294,8 +294,9 @@ def feet_part(feet: Sequence[FootStudy], robot: Robot) -> Part:
         cell = sheets.cell_sheet(found)
         tables += [sheets.correction_sheet(found), *([cell] if cell is not None else [])]
         tables.append(sheets.repeat_sheet(found))
+    poor = [found.foot for found in feet if not sheets.explains(found)]
     verdict = VerdictRecord(
-        level="good",
+        level="warning" if poor else "good",
         sentence=sheets.feet_headline(feet),
         details=tuple(sheets.foot_sentence(found) for found in feet),
     )

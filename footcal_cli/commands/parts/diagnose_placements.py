@@ -30,11 +30,9 @@ def read_placements(session: Session[DiagnoseOptions]) -> CaseRead:
     from footcal_cli.core.log import Log
     from footcal_cli.core.parameters import ParameterSet
     from footcal_cli.core.quality import (
-        check_duplicate_channels,
         copied_rows_finding,
         find_copied_rows,
     )
-    from footcal_cli.core.wiring import check_exchanged_cells
     from footcal_cli.errors import UsageError
 
     findings: list[Finding] = []
@@ -78,7 +76,6 @@ def read_placements(session: Session[DiagnoseOptions]) -> CaseRead:
         moved = np.any(np.diff(place.round(6), axis=0, prepend=place[:1].round(6)) != 0, axis=1)
         block = np.cumsum(moved)
         when = mean(stamps) if timed else np.arange(float(number))
-        findings += check_duplicate_channels(counts[mine], [f"{name}_{c}" for c in cells])
         position = np.array([[c.x_m, c.y_m] for c in robot.feet[str(name)].cells.values()])
         known = {
             "load_n": mean(load),
@@ -87,7 +84,6 @@ def read_placements(session: Session[DiagnoseOptions]) -> CaseRead:
             "cell_pos_m": np.tile(position, (number, 1, 1)),
         }
         channels = tuple(f"{name}_{cell}" for cell in cells)
-        findings += check_exchanged_cells(mean(counts), channels, position, place, mean(load))
         known["round"] = _round_of(np.column_stack([place, mean(load)]).round(6))
         logs.append(Log("placements", channels, when, mean(counts), known, block.astype(np.int64)))
     channels = tuple(dict.fromkeys(c for log in logs for c in log.channels))

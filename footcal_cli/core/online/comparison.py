@@ -196,7 +196,7 @@ class Comparison:
         found = [
             Finding(
                 "bias_jump",
-                "alarm",
+                "alarm" if jump.sure else "note",
                 jump.name.removesuffix(".bias"),
                 f"the bias jumped by {jump.size:.2f} ± {jump.sd:.2f} N at {jump.onset_s:.2f} s "
                 f"(proved {jump.found_s - jump.onset_s:.2f} s later)",

@@ -20,6 +20,10 @@ _TORQUE = 0.1
 """Smallest jump of a torque in Nm, over that of a force in N."""
 
 
+SURE_SD = 3.0
+"""Sizes within so many sd of zero may be no jump at all."""
+
+
 @dataclass(frozen=True)
 class Jump:
     """A bias that left its interval at once.
@@ -42,6 +46,11 @@ class Jump:
     size: float
     sd: float
     evidence: float
+
+    @property
+    def sure(self) -> bool:
+        """Whether its size is known well enough for an alarm."""
+        return abs(self.size) > SURE_SD * self.sd
 
 
 @dataclass
