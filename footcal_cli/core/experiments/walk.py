@@ -164,8 +164,8 @@ def _valid(log: Log, error: FloatArray, totals: int, carried: BoolArray) -> Bool
 
 OF_THE_BODY = (
     Imperfection(find_effect("angular_momentum"), {"angmom_loss": 0.1}),
-    Imperfection(find_effect("delay"), {"delay": 0.0025}),
-    Imperfection(find_effect("lag"), {"lag": 0.005}),
+    Imperfection(find_effect("delay"), {"delay": 0.0015}),
+    Imperfection(find_effect("lag"), {"lag": 0.0015}),
     Imperfection(
         find_effect("com_offset"), {"com_correction_x": 7.5e-4, "com_correction_y": 7.5e-4}
     ),
