@@ -192,7 +192,9 @@ class Problem:
             weigh = np.zeros_like(matrix)
             nominal = transforms(geometry, self.start, structure)
             weigh[:, : 6 * count] = np.moveaxis(nominal, 0, 1).reshape(6, -1)
-        weight = np.linalg.inv((weigh * noise) @ weigh.T)
+        # a factor of the covariance, not of its inverse: far-off steps round the latter indefinite
+        root = np.linalg.inv(np.linalg.cholesky((weigh * noise) @ weigh.T))
+        weight = root.T @ root
         gram, poses = self.summary.gram, self.summary.poses
         weighed = weight @ matrix @ gram
         chi2_poses = float(np.sum(weighed * matrix))
@@ -207,7 +209,6 @@ class Problem:
         unknowns, features = derivative.shape[0], derivative.shape[2]
         gradient = np.zeros(self.columns.shape[0])
         gradient[:unknowns] = derivative.reshape(unknowns, -1) @ weighed.ravel()
-        root = np.linalg.cholesky(weight).T
         free = self.columns[:unknowns].T @ (root @ derivative).reshape(unknowns, -1)
 
         rows, slope = self.hang.rows(geometry, mounting, tangent_basis(mounting.hang_dir_b))
