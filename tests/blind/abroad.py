@@ -258,7 +258,7 @@ def _mislabelled(seed: int, rng: Rng, *, once: bool) -> Recorded:
     wrong = where[int(rng.integers(len(where)))]
     apart = np.linalg.norm(where - wrong, axis=1)
     there = where[np.argsort(apart)[1 if not once else 3]]
-    xy = table[["hole_x_m", "hole_y_m"]].to_numpy()
+    xy = table[["hole_x_m", "hole_y_m"]].to_numpy(copy=True)
     rows = np.flatnonzero((table["foot"] == "left") & np.all(xy == wrong, axis=1))
     rows = rows[:1] if once else rows
     xy[rows] = there

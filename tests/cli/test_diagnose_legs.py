@@ -20,7 +20,7 @@ DOWN = {
     "-z": (0.0, 0.0, -1.0),
 }
 AXES = ("fx_n", "fy_n", "fz_n", "tx_nm", "ty_nm", "tz_nm")
-TURNS, ROWS = 8, 24
+TURNS, ROWS, STEP_S = 8, 24, 0.5
 RECIPE = """
 [robot]
 name = "two legs"
@@ -47,13 +47,15 @@ def write_hang(path: Path, seed: int, drag_n: float = 0.0, turned: bool = False)
             down = np.array(nominal) + np.cross(rng.normal(0, 0.02, 3), nominal)
             force = 6.2 * down / np.linalg.norm(down)
             arm = np.stack([0.03 * np.cos(phase), 0 * phase + 0.06, 0.03 * np.sin(phase)], -1)
-            wrench = np.hstack([np.tile(force, (phase.size, 1)), np.cross(arm, force)])
+            speed = 2 * np.pi / (ROWS * STEP_S)  # the leg's CoM goes round: r̈ = −ω² (r − r̄)
+            pulled = force + 6.2 / 9.80665 * speed**2 * arm * [1, 0, 1]
+            wrench = np.hstack([pulled, np.cross(arm, pulled)])
             wrench += rng.normal(0, 0.004, 6) * [1, 1, 1, 0.06, 0.06, 0.06]
             wrench += rng.normal(0, 0.03, wrench.shape) * [1, 1, 1, 0.06, 0.06, 0.06]
             if leg == "fl":
                 wrench[:, 0] += drag_n * np.cos(phase - 0.3)
                 wrench[:, 0] *= 1 - 2 * turned
-            time_s = clock + np.arange(phase.size) * 0.5
+            time_s = clock + np.arange(phase.size) * STEP_S
             clock = time_s[-1] + 60.0
             frames.append(
                 pd.DataFrame(

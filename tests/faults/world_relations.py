@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import locale
 import os
+import re
 import time
 from collections.abc import Iterator, Mapping
 from functools import partial
@@ -146,6 +147,19 @@ def _names() -> Iterator[Relation]:
         names = [n for n in log.columns if n.endswith("counts")]
         return log.assign(**{n: gain * log[n] + zero for n in names})
 
+    def recounted(gain: float, zero: float, folder: Path, words: Words) -> Words:
+        words = of_logs(partial(counted, gain, zero))(folder, words)
+        for recipe in (Path(word) for word in words if word.endswith(".toml")):
+            text = recipe.read_text("utf-8")  # the amplifier's nameplate goes with its counts
+            for key, new in (("scale_n_per_count", lambda v: v / gain),
+                             ("zero_counts", lambda v: gain * v + zero)):  # fmt: skip
+                text = re.sub(
+                    rf"^{key} = (\S+)", lambda m, k=key, f=new: f"{k} = {f(float(m[1]))!r}", text,
+                    flags=re.MULTILINE,
+                )  # fmt: skip
+            recipe.write_text(text, "utf-8")
+        return words
+
     def scaled(gain: float, zero: float, facts: Facts) -> Facts:
         numbers = dict(facts.numbers)
         for name, (value, sd) in facts.numbers.items():
@@ -166,7 +180,7 @@ def _names() -> Iterator[Relation]:
         for gain, zero in ((2.0, 0.0), (-1.0, 0.0), (1.0, 4096.0), (0.5, -1000.0)):
             yield Relation(
                 f"counts times {gain:g} plus {zero:g}", "scale", BASES[name],
-                of_logs(partial(counted, gain, zero)), ROUNDED, partial(scaled, gain, zero),
+                partial(recounted, gain, zero), ROUNDED, partial(scaled, gain, zero),
                 words=False,
             )  # fmt: skip
 

@@ -30,6 +30,7 @@ _UPPER = 0.1
 """The variance is taken so large that a larger one would have shown less with this probability."""
 _ALIKE = 1e-6  # a load that stands still is an offset
 _QUIETEST = 0.1  # share of its usual noise that an axis has at least
+_SHOWN = 0.05  # share of its largest influence from which a setting shows a column
 _LEAST, _MOST = 1e-6, 1e6  # variance between settings against that of one row
 RCOND = 1e-9
 _PART_START, _PART_LEAST = 0.05, 1e-5  # variance of one part against that of one row
@@ -81,9 +82,15 @@ class Settings:
 
     @cached_property
     def spread(self) -> FloatArray:
-        """The columns of each setting on its own rows, shape (m, settings q)."""
+        """The columns of each setting on its own rows, shape (m, settings q).
+
+        Settings draw what differs between them from one law: where a setting hardly shows a column
+        that others show, only a change that these exclude could explain anything there.
+        """
         one = np.eye(int(self.number.max(initial=0)) + 1)[self.number]
         whole = one[:, :, None] * self.columns[:, None, :]
+        size = np.sqrt(np.sum(whole**2, axis=0))
+        whole = whole * (size >= _SHOWN * size.max(axis=0))
         return np.asarray(whole.reshape(len(self.number), -1))
 
 
