@@ -84,7 +84,7 @@ def verdict_of(found: Comparison, method: str) -> VerdictRecord:
     weight_n = float(known["mass_kg"][0] * known["gravity_mps2"][0])
     if not (cop[1] < POOR_COP_MM and force[1] < POOR_SHARE * weight_n):
         details.insert(
-            0, "What is left is large whatever it was before: something is not in the model; run "
+            0, "The residual is large, whatever it was before: something is not in the model; run "
             "diagnose.",
         )  # fmt: skip
         alarms += 1

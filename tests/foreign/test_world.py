@@ -23,7 +23,8 @@ def _forces(recorded: Recorded, role: str) -> np.ndarray[tuple[int, int], np.dty
 
 
 def test_nothing_here_knows_the_product() -> None:
-    for path in set(Path(__file__).parent.glob("*.py")) - set(Path(__file__).parent.glob("test_*.py")):
+    here = Path(__file__).parent
+    for path in set(here.glob("*.py")) - set(here.glob("test_*.py")):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             names = [a.name for a in node.names] if isinstance(node, ast.Import) else []
             names += [node.module or ""] if isinstance(node, ast.ImportFrom) else []

@@ -317,7 +317,7 @@ def _sensor_rows(sensors: SensorStream) -> tuple[IntArray, Clock, float, BoolArr
     clock = check_clock(sensors.time_s)
     if clock.keep.size < 4:
         raise DataError(
-            f"{clock.keep.size} samples with increasing stamps are too few",
+            f"too few samples have increasing stamps: {clock.keep.size}",
             remedy="check the stamps (footcal check), or record a longer log",
         )
     time_s = sensors.time_s[clock.keep]
