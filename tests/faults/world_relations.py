@@ -151,12 +151,13 @@ def _names() -> Iterator[Relation]:
         words = of_logs(partial(counted, gain, zero))(folder, words)
         for recipe in (Path(word) for word in words if word.endswith(".toml")):
             text = recipe.read_text("utf-8")  # the amplifier's nameplate goes with its counts
-            for key, new in (("scale_n_per_count", lambda v: v / gain),
-                             ("zero_counts", lambda v: gain * v + zero)):  # fmt: skip
-                text = re.sub(
-                    rf"^{key} = (\S+)", lambda m, k=key, f=new: f"{k} = {f(float(m[1]))!r}", text,
-                    flags=re.MULTILINE,
-                )  # fmt: skip
+            for key, slope, added in (
+                ("scale_n_per_count", 1.0 / gain, 0.0), ("zero_counts", gain, zero),
+            ):  # fmt: skip
+                given = re.search(rf"^{key} = (\S+)", text, re.MULTILINE)
+                if given:
+                    new = slope * float(given[1]) + added
+                    text = text.replace(given[0], f"{key} = {new!r}")
             recipe.write_text(text, "utf-8")
         return words
 
