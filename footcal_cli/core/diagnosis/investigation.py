@@ -24,7 +24,7 @@ from footcal_cli.core.diagnosis.engine import (
 )
 from footcal_cli.core.diagnosis.form import Form, form_of
 from footcal_cli.core.diagnosis.gain import Gain, gains_of, without_rivals
-from footcal_cli.core.diagnosis.growth import named_columns
+from footcal_cli.core.diagnosis.growth import at_an_end, named_columns
 from footcal_cli.core.diagnosis.mixtures import against_mixtures, applies_to, mixtures_of
 from footcal_cli.core.diagnosis.nested import nested_losses
 from footcal_cli.core.diagnosis.pairs import likely_pairs
@@ -42,6 +42,7 @@ from footcal_cli.core.parameters import IntArray
 
 _CLEAR = (Verdict.NAMED, Verdict.AMBIGUOUS)
 """Verdicts that leave nothing beside the names."""
+_NAMING = (*_CLEAR, Verdict.NAMED_UNKNOWN)
 
 
 @dataclass(frozen=True)
@@ -151,7 +152,7 @@ def investigate(
         path, verdict, share = _searched(subject, path, rules, seed)
     rounds, causes, model, current = path.rounds, path.causes, path.model, path.current
     found = _found(subject, path)
-    named = verdict in (Verdict.NAMED, Verdict.NAMED_UNKNOWN, Verdict.AMBIGUOUS)
+    named = verdict in _NAMING
     final, model = (current, model) if named else (problem, None)
     nested, alike = None, np.ones(problem.blocks, dtype=bool)
     if named:
@@ -212,7 +213,11 @@ def _judged(subject: Subject, path: Path, rules: Rules, seed: int) -> tuple[Verd
     """The verdict on a path, and the share of what can be explained that its names explain."""
     form = _form(path.current, path.model, path.causes, seed)
     unnamed = _unnamed(subject, path.current, path.model, path.causes, rules, seed)
-    return _verdict(path.rounds, path.causes, form, unnamed, rules, path.removed)
+    verdict, share = _verdict(path.rounds, path.causes, form, unnamed, rules, path.removed)
+    if verdict in _NAMING and at_an_end(subject, path.causes, path.model):
+        # a size that only its bound stops is the size of something else
+        return Verdict.UNKNOWN, share
+    return verdict, share
 
 
 def _form(current: Problem, model: Refit | None, causes: Sequence[Cause], seed: int) -> Form | None:
