@@ -19,7 +19,7 @@ from footcal_cli.core.diagnosis.scores import coefficients
 from footcal_cli.core.diagnosis.signatures import derivative, places
 from footcal_cli.core.effects import TABLE
 from footcal_cli.core.effects.contract import Effect, Scope, units_of
-from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.parameters import BoolArray, FloatArray
 
 LIMIT = 4.0
 """So many usual sizes are the most that an imperfection may have."""
@@ -47,7 +47,9 @@ def with_imperfections(problem: Problem, ideal: Case, rows: Rows) -> Problem:
     limits = _limits(problem, ideal, columns, signatures)
     while kept:
         size, sd = sizes_of_imperfections(problem, columns[:, kept])
-        beyond = (np.abs(size) - 2.0 * sd) / limits[kept]
+        beyond = (np.abs(size) - 2.0 * sd) / np.where(
+            _possible(size, signatures, kept), limits[kept], 1e-3
+        )
         if beyond.max() <= 1.0:
             break
         out = signatures[kept[int(np.argmax(beyond))]].effect
@@ -62,6 +64,20 @@ def with_imperfections(problem: Problem, ideal: Case, rows: Rows) -> Problem:
             *problem.excluded, *(Excluded(e, "", reason) for e in effects if e in TABLE)
         ),
     )  # fmt: skip
+
+
+def _possible(size: FloatArray, signatures: Sequence[Signature], kept: list[int]) -> BoolArray:
+    """Where an effect may have that size; one of a size that cannot be fits something else.
+
+    A negative lag against a delay of the same size is the second derivative of the motion.
+    """
+    allowed = np.ones(size.size, dtype=bool)
+    for i, k in enumerate(kept):
+        effect = TABLE.get(signatures[k].effect)
+        for p in effect.sizes if effect is not None else ():
+            if p.name == signatures[k].parameter:
+                allowed[i] = p.lower <= size[i] * signatures[k].upper <= p.upper
+    return allowed
 
 
 def sizes_of_imperfections(problem: Problem, columns: FloatArray) -> tuple[FloatArray, FloatArray]:
