@@ -24,6 +24,8 @@ from footcal_cli.core.parameters import BoolArray, FloatArray
 LIMIT = 4.0
 """So many usual sizes are the most that an imperfection may have."""
 _NOTHING = 1e-6
+_NO_SIZE = 1e-3
+"""Limit, in usual sizes, of an imperfection whose size cannot be: it is the first to go."""
 
 
 def with_imperfections(problem: Problem, ideal: Case, rows: Rows) -> Problem:
@@ -48,7 +50,7 @@ def with_imperfections(problem: Problem, ideal: Case, rows: Rows) -> Problem:
     while kept:
         size, sd = sizes_of_imperfections(problem, columns[:, kept])
         beyond = (np.abs(size) - 2.0 * sd) / np.where(
-            _possible(size, signatures, kept), limits[kept], 1e-3
+            _possible(size, signatures, kept), limits[kept], _NO_SIZE
         )
         if beyond.max() <= 1.0:
             break
