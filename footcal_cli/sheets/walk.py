@@ -308,32 +308,32 @@ def pictures_of(
         Picture("cop", lambda: plots.plot_cop(found, drawn, truth),
                 "Centre of pressure over the last seconds of the walk (compare Figs. 10, 12 and "
                 "14 of NAO CoP self-calibration).",
-            title="Centre of pressure by method"),
+            title="Centre of pressure by method", zoom=True),
         Picture("vgrf", lambda: plots.plot_vgrf(found, drawn, truth),
                 "Vertical force over the same seconds (compare Figs. 11, 13, 15 of NAO CoP "
                 "self-calibration).",
-            title="Vertical force by method"),
+            title="Vertical force by method", zoom=True),
         Picture("cycles", lambda: plots.plot_cycles(found, judged),
                 f"Error of every gait cycle against {_AGAINST[found.best_reference]}.",
-            title="Error per gait cycle by method"),
+            title="Error per gait cycle by method", zoom=True),
         Picture("path", lambda: plots.plot_path(found, "memory", feet),
                 "CoP under each foot with its cells and outline; where there is no contact there "
                 "is no point.",
             title="Path of the centre of pressure under each foot"),
         Picture("parameters", lambda: plots.plot_parameters(track, memory.jumps, ("bias", "gain")),
                 "Every cell's bias and gain on top of the prior with ± 2 sd; dashed: a jump.",
-            title="Bias and gain of each cell along the walk"),
+            title="Bias and gain of each cell along the walk", zoom=True),
         Picture("innovations", lambda: plots.plot_innovations(track, ("fz", "mx", "my")),
                 "What each update did not expect, over its claimed sd: 95 % should lie in the "
                 "grey band, without a pattern.",
-            title="Innovations in units of their predicted sd"),
+            title="Innovations in units of their predicted sd", zoom=True),
     ]  # fmt: skip
     if states:
         pictures.append(
             Picture("states", lambda: plots.plot_states(track, states, STATE_UNITS),
                     "What was wrong with the body stream and the feet; the delay is on top of "
                     f"{1e3 * memory.delay_s:.1f} ms found first.",
-                title="Errors of the body stream along the walk")
+                title="Errors of the body stream along the walk", zoom=True)
         )  # fmt: skip
     if curves:
         pictures.append(
