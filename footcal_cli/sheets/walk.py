@@ -27,7 +27,7 @@ _TITLES = {"cop": "CoP", "foot_cop": "CoP of each foot", "vgrf": "vertical force
 _AGAINST = {
     "truth": "the truth",
     "baseline": "the offline baseline",
-    "motion": "what the motion demands, its delay and offsets taken out",
+    "motion": "the demand of the motion",
 }
 POOR_COP_MM, POOR_SHARE = 20.0, 0.05
 """Errors of the CoP, and of the vertical force over the weight, that no good calibration leaves."""
@@ -91,13 +91,19 @@ def verdict_of(found: Comparison, method: str) -> VerdictRecord:
     consistent = 0.8 < found.consistency.ratio < 1.25
     return VerdictRecord(
         level="bad" if worse else "good" if consistent and not alarms else "warning",
-        sentence=f"{method}: CoP error {number(cop[0], 3)} → {number(cop[1], 3)} mm, vertical "
-        f"force {number(force[0], 3)} → {number(force[1], 3)} N against {_AGAINST[reference]}.",
+        sentence=f"CoP error {number(cop[0], 3)} → {number(cop[1], 3)} mm, error of the vertical "
+        f"force {number(force[0], 3)} → {number(force[1], 3)} N against {_AGAINST[reference]}, "
+        f"by {_METHODS[method]}.",
         details=tuple(details),
     )
 
 
-_METHODS = {"window": "the sliding window", "static": "the zero-acceleration assumption"}
+_METHODS = {
+    "memory": "the filter with memory",
+    "smoother": "the smoother",
+    "window": "the sliding window",
+    "static": "the zero-acceleration assumption",
+}
 
 
 def _interval(interval: Interval) -> str:
@@ -131,7 +137,7 @@ def _methods_sheet(found: Comparison) -> Sheet:
                     continue
                 mean = found.per_cycle[key]
                 spread = float(np.nanstd(getattr(one, quantity)))
-                cells.append(f"{number(factor * mean.value, 3)} ± {number(factor * spread, 2)}")
+                cells.append(with_sd(factor * mean.value, factor * spread))
             key = (one.method, reference, "cop")
             ratio, p = found.ratios.get(key, (None, float("nan")))
             cells.append(_interval(ratio) if ratio is not None else "1")
@@ -144,9 +150,9 @@ def _methods_sheet(found: Comparison) -> Sheet:
         rows,
         note="RMS error per gait cycle, mean ± sd over cycles, the first 5 s left out. Ratios of "
         "RMS errors with 95 % bootstrap intervals over paired cycles; p: Wilcoxon signed-rank. "
-        "The smoother knows the whole walk. Truth and cells are in the same 10 Hz band. The "
-        "demand of the motion is taken with the delay, CoM offset and L̇ that memory found: it "
-        "judges scatter, not who is right about them.",
+        "The smoother uses the whole walk. Truth and cells are in the same 10 Hz band. The "
+        "demand of the motion is taken with the delay, CoM offset and L̇ that memory estimated: it "
+        "judges the scatter of the methods, not these estimates.",
     )  # fmt: skip
 
 
