@@ -84,7 +84,9 @@ def _of_folder(folder: Path, kind: str) -> Group:
     command = str(run.get("command", ""))
     parameters = folder / "parameters.json"
     if command and command not in ("simulate", "convert"):
-        logs = tuple(p for p in map(Path, run.get("inputs", {})) if _is_log(p) and p.is_file())
+        inputs = run.get("inputs")
+        paths = [Path(name) for name in inputs] if isinstance(inputs, dict) else []
+        logs = tuple(path for path in paths if _is_log(path) and path.is_file())
         found = kind or _kind_of_run(command, run)
     else:
         logs = tuple(p for p in sorted(folder.iterdir()) if _is_log(p))

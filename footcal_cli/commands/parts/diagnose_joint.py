@@ -10,7 +10,8 @@ if TYPE_CHECKING:
     from footcal_cli.commands.diagnose import DiagnoseOptions
     from footcal_cli.commands.parts.diagnose_cases import CaseRead
     from footcal_cli.commands.parts.diagnose_groups import Group
-    from footcal_cli.core.diagnosis.joint import JointDiagnosis, JointSize
+    from footcal_cli.core.diagnosis.joint import JointDiagnosis
+    from footcal_cli.core.diagnosis.joint_hypotheses import JointSize
     from footcal_cli.core.diagnosis.joint_sizes import SingleDiagnosis
     from footcal_cli.core.diagnosis.rules import Rules
     from footcal_cli.core.effects.contract import Effect
@@ -177,7 +178,7 @@ def _values(item: JointSize, number: int, owner: str, effect: Effect) -> dict[st
     from footcal_cli.core.parameters import Status
     from footcal_cli.records.results import ParameterRecord
 
-    interval, shape = item.size[number], dict(item.cause.shape)
+    interval, shape = item.size[number], dict(item.shape)
     found = {}
     for p in effect.parameters:
         value, sd, status = shape.get(p.name, p.neutral), None, Status.FIXED

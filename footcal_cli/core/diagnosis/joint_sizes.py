@@ -71,6 +71,11 @@ class SizeSeen:
     sd: float
     freedom: float
 
+    @property
+    def sureness(self) -> float:
+        """How many sd it is from nothing."""
+        return abs(self.size) / max(self.sd, 1e-300)
+
 
 @dataclass(frozen=True, eq=False)
 class SingleDiagnosis:

@@ -7,7 +7,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from footcal_cli.core.diagnosis.answer import Verdict
-from footcal_cli.core.diagnosis.joint import JointDiagnosis, JointSize
+from footcal_cli.core.diagnosis.joint import JointDiagnosis
+from footcal_cli.core.diagnosis.joint_hypotheses import JointSize
 from footcal_cli.core.diagnosis.joint_sizes import SingleDiagnosis, SizeSeen
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.effects.contract import Effect
@@ -35,6 +36,7 @@ def joint_verdict(joint: JointDiagnosis, table: Mapping[str, Effect]) -> Verdict
     sentence, details = _said(joint)
     details += [_remedy(item, table) for item in joint.causes if joint.agreed]
     details += [line for item in joint.causes for line in _resolved(item, joint)]
+    details += [_plan(item) for item in joint.causes if joint.agreed and len(item.rivals) > 1]
     for single in joint.singles:
         if single.name in joint.open_in:
             details.append(
@@ -43,8 +45,11 @@ def joint_verdict(joint: JointDiagnosis, table: Mapping[str, Effect]) -> Verdict
             )
         if single.found.verdict is Verdict.BAD_DATA:
             details.append(f"{single.name}: its readings are wrong, so it says nothing here.")
-    level = "good" if joint.verdict is Verdict.NONE else "warning"
-    return VerdictRecord(level=level, sentence=sentence, details=tuple(details))
+    return VerdictRecord(
+        level="good" if joint.verdict is Verdict.NONE else "warning",
+        sentence=sentence,
+        details=tuple(details),
+    )
 
 
 def _said(joint: JointDiagnosis) -> tuple[str, list[str]]:
@@ -63,10 +68,9 @@ def _said(joint: JointDiagnosis) -> tuple[str, list[str]]:
         some = together(joint.open_in)
         return f"Something is missing in {some}, and no effect of the table explains it.", []
     causes = "; ".join(_cause_words(item) for item in joint.causes)
-    if kind is Verdict.AMBIGUOUS:
-        return f"{causes}.", []
-    rest = f"; in {together(joint.open_in)} more is left, without a name" * bool(joint.open_in)
-    return f"{causes[0].upper()}{causes[1:]}{rest}.", []
+    if joint.open_in:
+        causes += f"; in {together(joint.open_in)} more is left, without a name"
+    return f"{causes[0].upper()}{causes[1:]}.", []
 
 
 def _cause_words(item: JointSize) -> str:
@@ -96,33 +100,34 @@ def _contradiction(item: JointSize) -> str:
 
 
 def _resolved(item: JointSize, joint: JointDiagnosis) -> list[str]:
-    """Which rivals an experiment left open that another one closes."""
-    before = {
-        signature.effect
-        for single in joint.singles
-        if single.name in item.named_by
-        for found in single.findings
-        for signature in (found.cause.signature, *found.cause.rivals)
-        if item.cause.effect in {s.effect for s in (found.cause.signature, *found.cause.rivals)}
-    }
-    gone = sorted(before - set(item.rivals))
-    if not gone:
-        return []
-    verb = "is" if len(gone) == 1 else "are"
-    return [
-        f"{together(item.named_by)} alone cannot distinguish {words(item.cause.effect)} from "
-        f"{together(words(n) for n in gone)}; with the other experiments {verb} "
-        f"{together(words(n) for n in gone)} ruled out."
-    ]
+    """Which rivals each experiment leaves open by itself that the others rule out."""
+    lines = []
+    for single in joint.singles:
+        if single.name not in item.named_by:
+            continue
+        own = next(names for names in _named_alone(single) if item.cause.effect in names)
+        gone = [words(name) for name in own if name not in item.rivals]
+        if gone:
+            lines.append(
+                f"{single.name} alone cannot distinguish {words(item.cause.effect)} from "
+                f"{together(gone, 'or')}; the other experiments rule "
+                f"{'it' if len(gone) == 1 else 'them'} out."
+            )
+    return lines
 
 
 def _remedy(item: JointSize, table: Mapping[str, Effect]) -> str:
     return f"To do about {words(item.cause.effect)}: {table[item.cause.effect].remedy}."
 
 
+def _plan(item: JointSize) -> str:
+    between = " ".join(f"--between {name}" for name in item.rivals)
+    return f"The experiment that would distinguish them: footcal diagnose --plan {between}."
+
+
 def _seen_words(seen: Sequence[SizeSeen | None], item: JointSize) -> str:
     known = [s for s in seen if s is not None]
-    surest = max(known, key=lambda s: abs(s.size) / s.sd)
+    surest = max(known, key=lambda s: s.sureness)
     unit = "" if item.cause.unit in ("", "-") else f" {item.cause.unit}"
     return f"{number(surest.size, 3)} ± {number(surest.sd, 2)}{unit}"
 
@@ -160,7 +165,7 @@ def size_sheet(joint: JointDiagnosis) -> Sheet:
 
 
 def _sds(seen: Sequence[SizeSeen | None]) -> str:
-    return f"{max(abs(s.size) / s.sd for s in seen if s is not None):.1f}"
+    return f"{max(s.sureness for s in seen if s is not None):.1f}"
 
 
 def experiment_sheet(joint: JointDiagnosis) -> Sheet:
@@ -168,7 +173,8 @@ def experiment_sheet(joint: JointDiagnosis) -> Sheet:
     rows = [
         (
             single.name, single.kind, single.found.verdict.value,
-            "; ".join(_named_alone(single)) or "–", str(single.found.problem.blocks),
+            "; ".join(together(map(words, names), "or") for names in _named_alone(single)) or "–",
+            str(single.found.problem.blocks),
         )
         for single in joint.singles
     ]  # fmt: skip
@@ -177,13 +183,12 @@ def experiment_sheet(joint: JointDiagnosis) -> Sheet:
     )
 
 
-def _named_alone(single: SingleDiagnosis) -> list[str]:
+def _named_alone(single: SingleDiagnosis) -> list[tuple[str, ...]]:
+    """What an experiment names by itself: each cause with its rivals."""
     return [
-        together(
-            (words(s.effect) for s in (found.cause.signature, *found.cause.rivals)), "or"
-        )
-        for found in single.findings
-    ]  # fmt: skip
+        tuple(dict.fromkeys(s.effect for s in (f.cause.signature, *f.cause.rivals)))
+        for f in single.findings
+    ]
 
 
 def unseen_sheet(joint: JointDiagnosis) -> Sheet:
@@ -235,7 +240,7 @@ def _experiment_record(single: SingleDiagnosis, joint: JointDiagnosis) -> Experi
     sizes = []
     for item in joint.causes:
         seen = [s for s in item.seen.get(single.name, ()) if s is not None]
-        surest = max(seen, key=lambda s: abs(s.size) / s.sd, default=None)
+        surest = max(seen, key=lambda s: s.sureness, default=None)
         sizes.append(
             SizeInExperimentRecord(
                 effect=item.cause.effect,
@@ -250,10 +255,7 @@ def _experiment_record(single: SingleDiagnosis, joint: JointDiagnosis) -> Experi
         name=single.name,
         kind=single.kind,
         verdict=single.found.verdict.value,
-        names=tuple(
-            tuple(dict.fromkeys(s.effect for s in (f.cause.signature, *f.cause.rivals)))
-            for f in single.findings
-        ),
+        names=tuple(_named_alone(single)),
         sizes=tuple(sizes),
     )
 
@@ -278,7 +280,7 @@ def _cause_record(
         sd=(size.high - size.low) / 4.0,
         unit=item.cause.unit,
         ci95=(size.low, size.high),
-        shape=dict(item.cause.shape),
+        shape=dict(item.shape),
         p=min(c.p for c in own),
         held_out_gain=None,
         blocks_better=sum(c.blocks_better for c in own),
