@@ -33,9 +33,9 @@ from footcal_cli.core.diagnosis.joint_likelihood import (
 )
 from footcal_cli.core.diagnosis.joint_refit import RefittedCause, refitted
 from footcal_cli.core.diagnosis.joint_sizes import JointCause, SingleDiagnosis, SizeSeen, members
-from footcal_cli.core.diagnosis.problem import Signature
 from footcal_cli.core.effects.contract import Effect
-from footcal_cli.core.evidence import Interval
+from footcal_cli.core.inference.evidence import Interval
+from footcal_cli.core.inference.problem import Signature
 
 CREDIBLE = 0.95
 EXCLUDED = 0.003

@@ -9,7 +9,7 @@ from scipy import stats
 from scipy.special import logsumexp
 
 from footcal_cli.core.diagnosis.joint_sizes import SizeSeen
-from footcal_cli.core.evidence import Interval
+from footcal_cli.core.inference.evidence import Interval
 from footcal_cli.core.parameters import FloatArray
 
 FORM_ERRORS = ((0.0, 0.4), (0.03, 0.2), (0.1, 0.2), (0.2, 0.2))

@@ -13,11 +13,11 @@ import numpy as np
 
 from footcal_cli.core.diagnosis.answer import Cause
 from footcal_cli.core.diagnosis.joint_sizes import JointCause, SingleDiagnosis, SizeSeen
-from footcal_cli.core.diagnosis.problem import Signature
 from footcal_cli.core.diagnosis.signals import describe
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.effects.contract import Effect
-from footcal_cli.core.evidence import Interval
+from footcal_cli.core.inference.evidence import Interval
+from footcal_cli.core.inference.problem import Signature
 
 _SDS = 4.0  # in a 95 % interval
 

@@ -13,12 +13,12 @@ from functools import cached_property
 import numpy as np
 
 from footcal_cli.core.diagnosis.answer import EffectStatus, Verdict
-from footcal_cli.core.diagnosis.grams import Grams, whitened_grams
 from footcal_cli.core.diagnosis.investigation import Found, Investigation
-from footcal_cli.core.diagnosis.problem import Signature
-from footcal_cli.core.diagnosis.scores import coefficients, scores
-from footcal_cli.core.diagnosis.whitening import noise_of
-from footcal_cli.core.evidence import effective_blocks
+from footcal_cli.core.inference.evidence import effective_blocks
+from footcal_cli.core.inference.grams import Grams, whitened_grams
+from footcal_cli.core.inference.problem import Signature
+from footcal_cli.core.inference.scores import coefficients, scores
+from footcal_cli.core.inference.whitening import noise_of
 from footcal_cli.core.parameters import IntArray
 
 _CERTAIN = (Verdict.NAMED, Verdict.AMBIGUOUS, Verdict.NAMED_UNKNOWN)

@@ -24,10 +24,10 @@ from footcal_cli.sheets.diagnosis.words import place_words, together, with_inter
 
 _HOW_TO_READ = (
     "A column per experiment: the size that its data prefer ± standard deviation, its own "
-    "calibration and the other causes fitted beside it; in brackets by how many standard "
-    "deviations it differs from nothing. Bold facts first: the common size is what all experiments "
-    "say together. Agreement: probability that sizes of one cause differ as much by chance, a "
-    "form error of 20 % allowed for. Probability: of the name among its rivals."
+    "calibration and the other causes fitted together with it; in brackets its distance from zero "
+    "in standard deviations. The common size is what all experiments say together. Agreement: "
+    "probability that sizes of one cause differ as much by chance, a form error of 20 % allowed "
+    "for. Probability: of the name among its rivals."
 )
 
 
@@ -40,7 +40,7 @@ def joint_verdict(joint: JointDiagnosis, table: Mapping[str, Effect]) -> Verdict
     for single in joint.singles:
         if single.name in joint.open_in:
             details.append(
-                f"In {single.name} something is left that no name explains; its sizes of other "
+                f"In {single.name} a residual remains that no name explains; its sizes of other "
                 "causes do not count."
             )
         if single.found.verdict is Verdict.BAD_DATA:
@@ -69,7 +69,7 @@ def _said(joint: JointDiagnosis) -> tuple[str, list[str]]:
         return f"Something is missing in {some}, and no effect of the table explains it.", []
     causes = "; ".join(_cause_words(item) for item in joint.causes)
     if joint.open_in:
-        causes += f"; in {together(joint.open_in)} more is left, without a name"
+        causes += f"; in {together(joint.open_in)} a residual without a name remains"
     return f"{causes[0].upper()}{causes[1:]}.", []
 
 
