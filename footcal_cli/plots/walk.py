@@ -274,7 +274,7 @@ def plot_cycles(found: Comparison, methods: Sequence[str]) -> Figure:
     ):  # fmt: skip
         series = {}
         for method in methods:
-            values = getattr(found.of(method, reference), quantity)
+            values = found.of(method, reference).cycles(quantity)
             values = factor * values[np.isfinite(values)]
             if values.size > 2:
                 series[method] = values

@@ -9,11 +9,11 @@ import numpy as np
 
 from footcal_cli.cell_effects import cells_in_feet
 from footcal_cli.core.online.comparison import Comparison
-from footcal_cli.core.online.evidence import Interval, rms
+from footcal_cli.core.online.evidence import Interval
 from footcal_cli.core.online.filter import Noise
 from footcal_cli.core.online.memory import LEARNT_RATIO
 from footcal_cli.core.online.sensitivity import Sensitivity
-from footcal_cli.core.parameters import FloatArray, Status
+from footcal_cli.core.parameters import Status
 from footcal_cli.plots import walk as plots
 from footcal_cli.recipe import Robot
 from footcal_cli.records.results import RmseRecord, RmseRow, VerdictRecord
@@ -43,9 +43,9 @@ STATE_UNITS = {
 def verdict_of(found: Comparison, method: str) -> VerdictRecord:
     """The first sentence and what it rests on."""
     reference = found.best_reference
-    before, after = (found.of(m, reference).errors for m in ("before", method))
-    cop = [1e3 * rms(e.cop_m) for e in (before, after)]
-    force = [rms(e.vgrf_n) for e in (before, after)]
+    before, after = (found.of(m, reference) for m in ("before", method))
+    cop = [1e3 * one.rms("cop") for one in (before, after)]
+    force = [one.rms("vgrf") for one in (before, after)]
     alarms = sum(jump.sure for jump in found.memory.jumps)
     details = []
     for other in ("window", "static"):
@@ -136,7 +136,7 @@ def _methods_sheet(found: Comparison) -> Sheet:
                     cells.append("–")
                     continue
                 mean = found.per_cycle[key]
-                spread = float(np.nanstd(getattr(one, quantity)))
+                spread = float(np.nanstd(one.cycles(quantity)))
                 cells.append(with_sd(factor * mean.value, factor * spread))
             key = (one.method, reference, "cop")
             ratio, p = found.ratios.get(key, (None, float("nan")))
@@ -273,20 +273,13 @@ def rmse_of(found: Comparison, method: str) -> RmseRecord:
     """Errors of every method against every reference, per axis and for the vector."""
     rows = []
     for one in found.judged:
-        series: dict[str, tuple[str, FloatArray]] = {
-            "cop": ("m", one.errors.cop_m),
-            "cop_x": ("m", one.errors.cop_m[:, 0]),
-            "cop_y": ("m", one.errors.cop_m[:, 1]),
-            "foot_cop": ("m", one.errors.foot_cop_m.reshape(-1, 2)),
-            "vgrf": ("N", one.errors.vgrf_n),
-        }
-        for quantity, (unit, values) in series.items():
-            n = int(np.isfinite(values.reshape(len(values), -1)).all(axis=1).sum())
-            if n:
+        for quantity, sums in one.whole.items():
+            if sums.count:
                 rows.append(
                     RmseRow(
-                        quantity=quantity, unit=unit, stage=one.method, reference=one.reference,
-                        split="all", rmse=rms(values), n=n,
+                        quantity=quantity, unit="N" if quantity == "vgrf" else "m",
+                        stage=one.method, reference=one.reference, split="all",
+                        rmse=one.rms(quantity), n=int(sums.count),
                     )
                 )  # fmt: skip
     del method
