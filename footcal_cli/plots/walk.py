@@ -87,11 +87,13 @@ def plot_cop(
             cop = 1e3 * (found.replayed[method].total.cop_m[rows, axis] - com)
             left.plot(time_s, cop, color=METHOD_COLOURS[method], linewidth=1.0, label=method)
             if method != methods[0]:
-                right.plot(time_s, cop - shown, color=METHOD_COLOURS[method], linewidth=1.0)
+                right.plot(
+                    time_s, cop - shown, color=METHOD_COLOURS[method], linewidth=1.0, label=method
+                )
         right.axhline(0.0, color=REFERENCE, linewidth=0.6)
         below = "time (s)" if name == "y" else ""
         tidy(left, f"CoP {name}, from below the CoM", below, "mm")
-        tidy(right, f"its error, without {methods[0]}", below, "mm")
+        tidy(right, f"error, without {methods[0]}", below, "mm")
     legend_below(figure)
     return figure
 
@@ -300,7 +302,7 @@ def plot_cycles(found: Comparison, methods: Sequence[str]) -> Figure:
     ):  # fmt: skip
         series = {}
         for method in methods:
-            values = getattr(found.of(method, reference), quantity)
+            values = found.of(method, reference).cycles(quantity)
             values = factor * values[np.isfinite(values)]
             if values.size > 2:
                 series[method] = values

@@ -25,10 +25,11 @@ def read_placements(session: Session[DiagnoseOptions]) -> CaseRead:
         chain_of,
         optional_column,
     )
-    from footcal_cli.core.diagnosis.case import Case
     from footcal_cli.core.experiments.placements import EXPERIMENT
+    from footcal_cli.core.inference.case import Case
     from footcal_cli.core.log import Log
     from footcal_cli.core.parameters import ParameterSet
+    from footcal_cli.core.plausibility import check_shares
     from footcal_cli.core.quality import (
         copied_rows_finding,
         find_copied_rows,
@@ -88,6 +89,10 @@ def read_placements(session: Session[DiagnoseOptions]) -> CaseRead:
         logs.append(Log("placements", channels, when, mean(counts), known, block.astype(np.int64)))
     channels = tuple(dict.fromkeys(c for log in logs for c in log.channels))
     chain, values = chain_of(_needed(session), channels, ("scale_bias",))
+    for log in logs:
+        scale, bias = ([values[f"{c}.{n}"] for c in log.channels] for n in ("scale", "bias"))
+        forces = log.readings * scale + bias
+        findings += check_shares(forces, log.channels, log.known["load_n"], calibrated=True)
     largest = float(np.max(np.abs(load)))
     case = Case(
         experiment=EXPERIMENT,

@@ -197,7 +197,7 @@ def study_cop(rows: PlacementRows, models: tuple[CopModel, ...] = MODELS) -> Cop
     Raises
     ------
     FitError
-        Fewer than three placements with a CoP.
+        Fewer than three placements with a CoP, or none with a load.
     """
     groups = np.unique(rows.placement[rows.valid]).size
     if groups < 3:
@@ -205,6 +205,12 @@ def study_cop(rows: PlacementRows, models: tuple[CopModel, ...] = MODELS) -> Cop
             f"{groups} placements with more than {rows.min_force_n:g} N cannot be left out one by "
             "one",
             remedy="place weights over at least three holes",
+        )
+    known = rows.load_n[np.isfinite(rows.load_n)]
+    if known.size and not (known > 0).any():
+        raise FitError(
+            f"no load at the {groups} placements is above 0 N (largest {known.max():.4g} N)",
+            remedy="check the load column and its sign",
         )
     cells = len(rows.cells)
     tried = [
@@ -348,4 +354,4 @@ def _rms(values: FloatArray) -> float:
 
 
 def _rms_norm(error: FloatArray) -> float:
-    return float(np.sqrt(np.nanmean(np.sum(error**2, axis=1))))
+    return _rms(np.linalg.norm(error, axis=1))

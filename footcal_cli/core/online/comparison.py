@@ -16,13 +16,15 @@ from footcal_cli.core.online.evidence import (
     Departure,
     Interval,
     Settling,
+    Squares,
     bootstrap_mean,
     bootstrap_ratio,
     check_consistency,
     departures,
     paired_p,
-    rms_per_cycle,
     settle,
+    squares,
+    squares_per_cycle,
 )
 from footcal_cli.core.online.live import run_live
 from footcal_cli.core.online.memory import (
@@ -34,7 +36,6 @@ from footcal_cli.core.online.memory import (
     run_memory,
 )
 from footcal_cli.core.online.replay import (
-    Errors,
     Replayed,
     corrected,
     errors_against,
@@ -81,18 +82,25 @@ class Judged:
     ----------
     method, reference
         Who, against what (``truth``, ``baseline``, ``motion``).
-    errors
-        Per sample, NaN while settling.
-    cop, foot_cop, vgrf
-        RMS error per gait cycle, shape (cycles,).
+    whole
+        Quantity -> squared errors of all samples but the first seconds: those of `per_cycle`, and
+        ``cop_x cop_y``.
+    per_cycle
+        ``cop foot_cop vgrf`` -> those of each gait cycle.
     """
 
     method: str
     reference: str
-    errors: Errors
-    cop: FloatArray
-    foot_cop: FloatArray
-    vgrf: FloatArray
+    whole: Mapping[str, Squares]
+    per_cycle: Mapping[str, Squares]
+
+    def rms(self, quantity: str) -> float:
+        """RMS error over the walk."""
+        return float(self.whole[quantity].rms)
+
+    def cycles(self, quantity: str) -> FloatArray:
+        """RMS error of each gait cycle, NaN where none of its samples counts, shape (cycles,)."""
+        return self.per_cycle[quantity].rms
 
 
 @dataclass(frozen=True)
@@ -340,17 +348,26 @@ def _judge(
 ) -> Judged:  # fmt: skip
     found = errors_against(ours, against)
     blank = np.where(settled, 1.0, np.nan)
-    errors = Errors(
-        found.cop_m * blank[:, None], found.vgrf_n * blank, found.foot_cop_m * blank[:, None, None]
-    )
-    per_foot = np.concatenate([errors.foot_cop_m[:, f] for f in range(found.foot_cop_m.shape[1])])
-    twice = np.tile(cycle, found.foot_cop_m.shape[1])
-    every = np.ones(settled.size, dtype=bool)
+    cop, force = found.cop_m * blank[:, None], found.vgrf_n * blank
+    foot_cop = found.foot_cop_m * blank[:, None, None]
+    feet = foot_cop.shape[1]
+    one_by_one = np.concatenate([foot_cop[:, f] for f in range(feet)])
     return Judged(
-        method, name, errors, rms_per_cycle(errors.cop_m, cycle, every),
-        rms_per_cycle(per_foot, twice, np.ones(twice.size, dtype=bool)),
-        rms_per_cycle(errors.vgrf_n, cycle, every),
-    )  # fmt: skip
+        method,
+        name,
+        {
+            "cop": squares(cop),
+            "cop_x": squares(cop[:, 0]),
+            "cop_y": squares(cop[:, 1]),
+            "foot_cop": squares(foot_cop.reshape(-1, 2)),
+            "vgrf": squares(force),
+        },
+        {
+            "cop": squares_per_cycle(cop, cycle),
+            "foot_cop": squares_per_cycle(one_by_one, np.tile(cycle, feet)),
+            "vgrf": squares_per_cycle(force, cycle),
+        },
+    )
 
 
 def _statistics(
@@ -362,13 +379,13 @@ def _statistics(
     for one in judged:
         ours = next(j for j in judged if j.method == "memory" and j.reference == one.reference)
         for quantity in ("cop", "foot_cop", "vgrf"):
-            series = getattr(one, quantity)
+            series = one.cycles(quantity)
             if not np.isfinite(series).any():
                 continue
             key = (one.method, one.reference, quantity)
             per_cycle[key] = bootstrap_mean(series, rng)
             if one.method != "memory":
-                mine = getattr(ours, quantity)
+                mine = ours.cycles(quantity)
                 ratios[key] = (bootstrap_ratio(mine, series, rng), paired_p(mine, series))
     return per_cycle, ratios
 
