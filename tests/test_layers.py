@@ -119,7 +119,6 @@ SOLVERS_OUTSIDE = {
     "core/diagnosis/movement.py": 1,
     "core/effects/six_axis.py": 1,
     "core/hang/stepwise.py": 3,
-    "core/hang/summary.py": 2,
     "core/online/kalman.py": 1,
     "core/pose/alternating.py": 2,
     "core/pose/hanging.py": 1,

@@ -15,7 +15,7 @@ from typing import Literal
 
 import numpy as np
 
-from footcal_cli.core.parameters import FloatArray, Parameter, ParameterSet
+from footcal_cli.core.parameters import FloatArray, IntArray, Parameter, ParameterSet
 from footcal_cli.core.spatial import left_jacobian, rotation_exp, skew, tangent_basis
 
 AXES = ("fx", "fy", "fz", "tx", "ty", "tz")
@@ -72,6 +72,11 @@ class HangModel:
         columns = fourier_columns(phase_rad, self.order)
         columns += [temperature_degc] * self.temperature + [time_s] * self.drift
         return np.stack(columns).T
+
+    def among(self, full: HangModel) -> IntArray:
+        """Which regressors of a model with more harmonics are its own."""
+        total = full.com_columns + self.temperature + self.drift
+        return np.r_[: self.com_columns, full.com_columns : total]
 
     @cached_property
     def tilt_design(self) -> FloatArray:
@@ -151,11 +156,6 @@ class HangModel:
                 for i, (name, unit, sd) in enumerate(rows)
             )
         )
-
-    @cached_property
-    def prior_sd(self) -> FloatArray:
-        """Prior sd of every parameter, shape (n,)."""
-        return np.array([parameter.sd for parameter in self.parameters(0.0)])
 
     def split(self, theta: FloatArray) -> HangValues:
         """Name the pieces of a parameter vector, shape (n,)."""
