@@ -139,7 +139,7 @@ EFFECT_NAMES_OUTSIDE: dict[str, set[str]] = {
     "core/bench/terms.py": {"creep", "hysteresis"},
     "core/diagnosis/bridge.py": {"offset"},
     "core/hang/model.py": {"offset", "offset_drift", "temperature_bias"},
-    "core/hang/words.py": {"hang_tilt", "offset_drift", "temperature_bias"},
+    "core/hang/words.py": {"hang_tilt"},
     "core/online/comparison.py": {"bias_jump"},
     "core/online/rows.py": {"delay"},
     "core/online/six_axis.py": {"delay"},

@@ -55,9 +55,11 @@ noise = np.random.default_rng(3).normal(0.0, 0.05, load.size)[:, None]
 shown, _ = chain.apply(truth.with_readings(truth.readings + noise), {"left_fl.bow": 0.7})
 free = chain.parameters()
 sd = np.array([0.05])
-fit = fit_map(
-    lambda theta: residual(EXPERIMENT, chain, shown, dict(zip(free.names, theta)), sd), free
-)
+
+def whitened(theta):
+    return residual(EXPERIMENT, chain, shown, dict(zip(free.names, theta))).whitened(sd)
+
+fit = fit_map(whitened, free)
 print(fit.estimates["left_fl.bow"], fit.estimates.sd_of("left_fl.bow"))
 """
 COMMAND = '''"""``footcal greet``."""

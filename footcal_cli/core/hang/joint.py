@@ -7,6 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from footcal_cli.core.experiments.contract import residual
+from footcal_cli.core.experiments.hang import EXPERIMENT
+from footcal_cli.core.hang.effect import hanging_chain
 from footcal_cli.core.hang.model import HangModel, HangValues, Tilt, leg_com_t_m
 from footcal_cli.core.hang.runs import HangRun, hang_runs
 from footcal_cli.core.hang.words import hang_gaps, with_unseen
@@ -115,17 +118,13 @@ class HangFit:
         return float(np.max(size / np.maximum(scatter, 1e-300)))
 
     def residuals(self, runs: Sequence[HangRun]) -> list[FloatArray]:
-        """Measured − model per run, shape (n, 6), N and Nm."""
-        tables = self.model.coefficients(self.estimates.values)
+        """What the experiment's balance leaves of each run, shape (n, 6), N and Nm."""
+        chain = hanging_chain(self.model)
+        values = dict(zip(self.estimates.names, self.estimates.values.tolist(), strict=True))
+        since = self.reference_temperature_degc, self.reference_time_s
         return [
-            _at_rest(run, self.model, self.values)
-            - self.model.regressors(
-                run.phase_rad,
-                run.temperature_degc - self.reference_temperature_degc,
-                run.time_s - self.reference_time_s,
-            )
-            @ table.T
-            for run, table in zip(runs, tables, strict=True)
+            residual(EXPERIMENT, chain, run.log(self.model.leg, number, *since), values).error
+            for number, run in enumerate(runs)
         ]
 
     def com_t_m(self, phase_rad: FloatArray) -> FloatArray:
