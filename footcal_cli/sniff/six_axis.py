@@ -23,6 +23,8 @@ COUNTED = Blank(
     "the six axes are counts, and nothing says how many make a newton",
 )
 _MOST_N = 20_000.0
+_LONGEST_LEVER = 5.0
+"""Torques that change so much beside forces of unknown unit are not in Nm."""
 TURNED = Blank(
     ("# the attitude in [columns] must be the transducer's own",),
     "in this attitude the forces are not the weight of one thing: it may be that of another frame",
@@ -132,13 +134,22 @@ def _counted(six: dict[str, dict[str, ColumnGuess]]) -> bool:
     )
 
 
+def _lever(group: dict[str, ColumnGuess]) -> float:
+    """How much the torques change beside the forces: metres, if they are in N and Nm."""
+    values = np.column_stack([group[axis].values for axis in _AXIS_COLUMNS])  # type: ignore[misc]
+    spread = np.nanstd(values, axis=0)
+    force, torque = float(np.linalg.norm(spread[:3])), float(np.linalg.norm(spread[3:]))
+    return torque / force if force > 0 else 0.0
+
+
 def _axes(
     group: dict[str, ColumnGuess], said: _Said, sign: float = 1.0, prefix: str = ""
 ) -> dict[str, Entry]:
     entries = {}
+    torque = "N*mm" if _lever(group) > _LONGEST_LEVER else "N*m"
     for axis, name in _AXIS_COLUMNS.items():
         column, kind = group[axis], axis[0]
-        unit = column.unit or said.unit.get(kind) or ("N" if kind == "f" else "N*m")
+        unit = column.unit or said.unit.get(kind) or ("N" if kind == "f" else torque)
         factor = sign * said.per_count.get(kind, 1.0) if column.counts else sign
         entries[prefix + name] = replace(of(column, unit), factor=None if factor == 1 else factor)
     return entries

@@ -8,7 +8,7 @@ POINT = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 COMMA = re.compile(r"[+-]?(?:\d+,\d+|\d+)(?:[eE][+-]?\d+)?")
 _COMMA_ONLY = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
 _POINT_ONLY = re.compile(r"[+-]?\d*\.\d+(?:[eE][+-]?\d+)?")
-_GROUPED = re.compile(r"[+-]?\d{1,3}(?:([.,' \u00a0\u202f])\d{3})(?:\1\d{3})*(?:[.,]\d+)?")
+_GROUPED = re.compile(r"[+-]?\d{1,3}(?:([.,' \u00a0\u202f])\d{3})(?:\1\d{3})*((?!\1)[.,]\d+)?")
 _TIME_OF_DAY = r"\d{1,2}:\d\d(?::\d\d(?:[.,]\d+)?)?(?: ?[AP]M)?"
 _DATE = re.compile(
     rf"(?:\d{{4}}[-/.]\d\d?[-/.]\d\d?|\d\d?[./-]\d\d?[./-]\d{{2,4}})(?:[T _]{_TIME_OF_DAY})?"
@@ -58,12 +58,13 @@ def worth(text: str, decimal: str, thousands: str = "") -> float:
 def number_signs(texts: list[str], separator: str) -> tuple[str, str]:
     """The decimal sign of fields, and the sign between groups of thousands, empty for none.
 
-    Two of a sign in one number are between groups; so is one that always has three digits behind
+    Two of a sign in one number are between groups, or one before the other sign; so is one that always has three digits behind
     it beside numbers with the other sign. One sign alone (``8.388``) is the decimal one, but in a
     text that is itself separated by commas.
     """
+    texts = [pair[0] if (pair := with_unit(text)) else text for text in texts]
     grouped = [found for text in texts if (found := _GROUPED.fullmatch(text))]
-    twice = {found[1] for found in grouped if found[0].count(found[1]) > 1}
+    twice = {found[1] for found in grouped if found[2] or found[0].count(found[1]) > 1}
     commas = [text for text in texts if _COMMA_ONLY.fullmatch(text)]
     points = [text for text in texts if _POINT_ONLY.fullmatch(text)]
     whole = {sign: _all_grouped(alone) for sign, alone in ((",", commas), (".", points))}

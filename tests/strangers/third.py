@@ -296,9 +296,7 @@ def english_thousands(to: Path, rng: Rng) -> Made:
 def hex_counts(to: Path, rng: Rng) -> Made:
     """A converter's registers as they were read."""
     one, g = cell(rng), steps((0, 500, 1000, 2000), 4)
-    body = [
-        f"{k:.0f},0x{int(c):06X}" for k, c in zip(g, one.read(g * G / 1e3, rng), strict=True)
-    ]
+    body = [f"{k:.0f},0x{int(c):06X}" for k, c in zip(g, one.read(g * G / 1e3, rng), strict=True)]
     return Made([write(to / "registers.csv", ["load_g,raw_hex", *body])], truth_of(one))
 
 
