@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from copy import copy
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -29,7 +30,7 @@ from footcal_cli.read_as import in_units_of_readings, record_of
 from footcal_cli.recipe import CommandOptions, Recipe, read_recipe, validated
 from footcal_cli.records.files import read_record
 from footcal_cli.records.results import FindingRecord, ParametersRecord, ReadColumnRecord, RunRecord
-from footcal_cli.report import Report, history_sheet, read_aloud, read_as_sheet
+from footcal_cli.report import Drawn, Report, history_sheet, read_aloud, read_as_sheet
 from footcal_cli.report.text import print_text
 from footcal_cli.run_files import write_run
 from footcal_cli.run_folder import claim, grown_folder, refuse_folder, refuse_grown, whole_folder
@@ -136,6 +137,35 @@ class Session(Generic[Options]):
         if path is not None:
             self.inputs[shown(path)] = digest(path)
 
+    def part(
+        self, logs: Sequence[Path], parameters: Path | None, options: Options
+    ) -> Session[Options]:
+        """The same run with other logs, options and, if given, another calibration to start from.
+
+        What it reads counts as read by this run; its findings are its own.
+        """
+        other = copy(self)
+        other.request = replace(self.request, logs=tuple(logs))
+        other.options = options
+        other._taken, other._left_aside = set(), {}
+        other._noted, other._read_before = [], {}
+        if parameters is not None:
+            other.parameters = read_calibration(parameters)
+            self.inputs[shown(parameters)] = digest(parameters)
+        return other
+
+    def refuse_unread(self) -> None:
+        """Refuse a run with a LOG that was none of the kinds that the command reads.
+
+        Raises
+        ------
+        DataError
+            Why the first such log was not read.
+        """
+        for path, refusal in self._left_aside.items():
+            if path not in self._taken:
+                raise refusal
+
     def _reference_path(self) -> Path | None:
         """The calibration that gates compare with; the recipe's lies relative to the recipe."""
         named = self.options.gates.reference
@@ -158,8 +188,12 @@ class Session(Generic[Options]):
         return (*self.request.inputs, *([] if self.request.logs else data), *options)
 
     def every_path(self) -> list[Path]:
-        """All logs: the LOG arguments where given, else those of every role in ``[data]``."""
-        roles = (path for role in self.recipe.data for path in self.recipe.data_paths(role))
+        """All logs: the LOG arguments where given, else those of every role in ``[data]``.
+
+        Not the truth of a simulated log, which is the answer and no recording.
+        """
+        measured = (role for role in self.recipe.data if role != "truth")
+        roles = (path for role in measured for path in self.recipe.data_paths(role))
         return list(self.request.logs) or list(dict.fromkeys(roles))
 
     def paths(self, role: str) -> list[Path]:
@@ -345,9 +379,7 @@ class Session(Generic[Options]):
         DataError
             A LOG was none of the kinds that the command reads.
         """
-        for path, refusal in self._left_aside.items():
-            if path not in self._taken:
-                raise refusal
+        self.refuse_unread()
         outcome = replace(
             outcome, report=_with_findings(outcome.report, map(FindingRecord.of, self._noted))
         )
@@ -359,10 +391,10 @@ class Session(Generic[Options]):
             record = in_units_of_readings(outcome.parameters, self.read_as)
             outcome = replace(outcome, parameters=record)
         outcome = gated(trusted(outcome), self.options, self.recipe.gates, self.reference)
-        images: dict[str, bytes] = {}
+        images: dict[str, Drawn] = {}
         with self.step("draw"):
             if self.options.pictures:
-                images = {picture.name: picture.png() for picture in outcome.report.pictures}
+                images = {picture.name: picture.drawn() for picture in outcome.report.pictures}
             else:
                 outcome = replace(outcome, report=replace(outcome.report, pictures=()))
         exit_code = 3 if not outcome.usable else 1 if outcome.gates_missed else 0

@@ -96,8 +96,10 @@ def without_intervals(fit: StepwiseFit) -> Estimates:
     )
 
 
-def verdict(fits: Mapping[str, HangFit], residuals: Residuals) -> VerdictRecord:
+def verdict(fits: Mapping[str, HangFit], residuals: Residuals, method: str) -> VerdictRecord:
     """One sentence with the worst leg's leftover, and what is not seen."""
+    if method != "joint":
+        return _plain_verdict(residuals, method)
     sd = {leg: float(left[:, :3].std(axis=0).max()) for leg, left in residuals["after"].items()}
     worst = max(sd, key=sd.__getitem__)
     gaps = [gap for fit in fits.values() for gap in fit.gaps]
@@ -129,11 +131,28 @@ def verdict(fits: Mapping[str, HangFit], residuals: Residuals) -> VerdictRecord:
     )
 
 
-def parameter_sheet(fits: Mapping[str, HangFit]) -> Sheet:
+def _plain_verdict(residuals: Residuals, method: str) -> VerdictRecord:
+    """The sentence for the stepwise and the naive method, which give no intervals."""
+    sd, joint = (
+        {leg: float(left[:, :3].std(axis=0).max()) for leg, left in residuals[stage].items()}
+        for stage in ("after", "joint")
+    )
+    worst = max(sd, key=sd.__getitem__)
+    return VerdictRecord(
+        level="warning" if sd[worst] > POOR_FORCE_N else "good",
+        sentence=f"{method}: hanging legs are explained to {number(sd[worst], 2)} N sd per axis "
+        f"({worst}, the worst of {len(sd)}).",
+        details=(
+            "This method gives no intervals.",
+            f"The joint fit leaves {number(max(joint.values()), 2)} N on the same logs.",
+        ),
+    )
+
+
+def parameter_sheet(chosen: Mapping[str, Estimates]) -> Sheet:
     """Table II: offsets and leg weight with their sd."""
     rows = []
-    for leg, fit in fits.items():
-        estimates = fit.estimates
+    for leg, estimates in chosen.items():
         names = ["weight", *(f"offset_{axis}" for axis in AXES)]
         rows.append(
             (
@@ -149,8 +168,8 @@ def parameter_sheet(fits: Mapping[str, HangFit]) -> Sheet:
         ("leg", "weight (N)", "fx (N)", "fy (N)", "fz (N)", "tx (mNm)", "ty (mNm)",
          "tz (mNm)"),
         rows,
-        note="± one standard deviation, autocorrelation of the noise counted. A dash in place of "
-        "the sd: not observable from these orientations. Wu & Revzen, Table II.",
+        note="± one standard deviation, autocorrelation of the noise counted; without ± the method "
+        "gives none. A dash: not observable from these orientations. Wu & Revzen, Table II.",
     )  # fmt: skip
 
 
@@ -161,11 +180,10 @@ def _shown(estimates: Estimates, name: str, factor: float) -> str:
     return with_sd(factor * estimates[name], factor * estimates.sd_of(name))
 
 
-def com_sheet(fits: Mapping[str, HangFit]) -> Sheet:
+def com_sheet(chosen: Mapping[str, Estimates]) -> Sheet:
     """Leg CoM coefficients in millimetres."""
     rows = []
-    for leg, fit in fits.items():
-        estimates = fit.estimates
+    for leg, estimates in chosen.items():
         for axis in "xyz":
             cells = []
             for term in ("mean", "sin", "cos"):
@@ -270,7 +288,7 @@ def _no_weight(leg: str, fit: HangFit, runs: Sequence[HangRun]) -> list[FindingR
             FindingRecord(
                 code="forces_unexplained", severity="alarm", where=f"leg {leg}",
                 sentence=f"the forces are not the weight of one thing in the attitudes of the log: "
-                f"{number(rms, 3)} N per axis are left of a weight of {number(weight, 3)} N",
+                f"residual {number(rms, 3)} N per axis at a weight of {number(weight, 3)} N",
                 remedy="check the order and the sense of the attitude's angles or quaternion, and "
                 "the mounting of the transducer (rotation_rpy_rad)",
             )

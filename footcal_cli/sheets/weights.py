@@ -19,6 +19,7 @@ NEXT_RECORDING = (
     "of five minutes at the top and one unloaded, the whole repeated three times, each cell alone."
 )
 LACK_OF_FIT_ALPHA = 0.01
+_CHANCE = 0.05  # p of the sign test below which channels are said to bend together
 _MOST_ROWS = 200
 _MOST_READINGS = 60
 
@@ -46,8 +47,10 @@ def misfit_sentence(fit: AffineFit) -> str:
 
 
 def curvature_sentence(fits: Sequence[AffineFit], curvature: Curvature | None) -> str | None:
-    """What the channels' bends say together, None where they do not agree."""
+    """What the channels' bends say together, None where chance alone would make them agree."""
     if curvature is None or curvature.same_sign != len(curvature.bows):
+        return None
+    if not curvature.sign_p < _CHANCE:
         return None
     if any(fit.lack_of_fit is not None for fit in fits):
         return (
@@ -115,7 +118,7 @@ def parameter_sheet(fits: Sequence[AffineFit]) -> Sheet:
         (
             fit.channel,
             with_sd(1e6 * fit.scale_n_per_count, 1e6 * float(fit.estimates.sd[0])),
-            number(fit.bias_n, 7),
+            with_sd(fit.bias_n, fit.centre_sd_n).partition(" ± ")[0],
             f"{fit.zero_counts:,.0f}",
             number(fit.centre_sd_n, 2),
             number(fit.rmse_n, 3),

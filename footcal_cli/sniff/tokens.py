@@ -58,8 +58,8 @@ def worth(text: str, decimal: str, thousands: str = "") -> float:
 def number_signs(texts: list[str], separator: str) -> tuple[str, str]:
     """The decimal sign of fields, and the sign between groups of thousands, empty for none.
 
-    Two of a sign in one number are between groups, or one before the other sign; so is one that always has three digits behind
-    it beside numbers with the other sign. One sign alone (``8.388``) is the decimal one, but in a
+    Two of a sign in one number are between groups, or one before the other sign; so is one that
+    always has three digits after it where other numbers have the other sign. One sign alone (``8.388``) is the decimal one, but in a
     text that is itself separated by commas.
     """
     texts = [pair[0] if (pair := with_unit(text)) else text for text in texts]

@@ -14,16 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from footcal_cli.core.diagnosis.answer import Cause
-from footcal_cli.core.diagnosis.case import Case, Rows, channels_of
 from footcal_cli.core.diagnosis.detection import flexible_gain
 from footcal_cli.core.diagnosis.form import Form
-from footcal_cli.core.diagnosis.grams import whitened_grams
-from footcal_cli.core.diagnosis.linear import unit_columns
-from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.rules import Rules
-from footcal_cli.core.diagnosis.scores import held_out_loss, scores
-from footcal_cli.core.diagnosis.signatures import derivative
-from footcal_cli.core.diagnosis.whitening import noise_of
+from footcal_cli.core.effects import having
 from footcal_cli.core.effects.contract import (
     Effect,
     EffectParameter,
@@ -31,14 +25,22 @@ from footcal_cli.core.effects.contract import (
     Stage,
     State,
     Theta,
+    Trait,
     is_six_axis,
     on_readings,
 )
-from footcal_cli.core.evidence import sign_flip_group
+from footcal_cli.core.inference.case import Case, Rows, channels_of
+from footcal_cli.core.inference.evidence import sign_flip_group
+from footcal_cli.core.inference.grams import whitened_grams
+from footcal_cli.core.inference.linear import unit_columns
+from footcal_cli.core.inference.problem import Problem
+from footcal_cli.core.inference.scores import held_out_loss, scores
+from footcal_cli.core.inference.signatures import derivative
+from footcal_cli.core.inference.whitening import noise_of
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 
-CURVES = frozenset({"nonlinearity", "nonlinearity_cubic", "saturation", "hinge", "dead_zone"})
+CURVES = having(Trait.CURVE)
 """Names of a curve of a cell's own load: what is left of one is told by its form."""
 KNEES = (0.2, 0.5, 0.8)
 """Quantiles of a cell's load at which the curve may bend."""
