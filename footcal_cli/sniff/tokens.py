@@ -59,8 +59,8 @@ def number_signs(texts: list[str], separator: str) -> tuple[str, str]:
     """The decimal sign of fields, and the sign between groups of thousands, empty for none.
 
     Two of a sign in one number are between groups, or one before the other sign; so is one that
-    always has three digits after it where other numbers have the other sign. One sign alone (``8.388``) is the decimal one, but in a
-    text that is itself separated by commas.
+    always has three digits after it where other numbers have the other sign. One sign alone
+    (``8.388``) is the decimal one, but in a text that is itself separated by commas.
     """
     texts = [pair[0] if (pair := with_unit(text)) else text for text in texts]
     grouped = [found for text in texts if (found := _GROUPED.fullmatch(text))]
