@@ -19,7 +19,7 @@ from footcal_cli.sniff.six_axis import forces_of
 from footcal_cli.sniff.units import MASSES, WEIGHTS, known_unit
 
 _LOAD = re.compile(r"(\d+(?:[.,p]\d+)?)[ _]*(kg|g|N|lb|lbs|mg|kN)?", re.IGNORECASE)
-_NOTHING = {"tare", "zero", "empty", "noload", "no_load", "unloaded", "leer", "null", "offset"}
+_NOTHING = {"tare", "zero", "empty", "noload", "no_load", "unloaded", "leer", "null"}
 _LEAST_ORIENTATIONS = 3
 
 
