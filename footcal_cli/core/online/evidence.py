@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy import stats
 
 from footcal_cli.core.online.filter import Track
-from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
+from footcal_cli.core.parameters import FloatArray, IntArray
 from footcal_cli.core.signals import autocorrelation_time
 
 SETTLING_S = 5.0
@@ -18,6 +18,8 @@ _STEADY_SHARE = 1.0 / 3.0
 _LEVEL = 0.95
 _PHASES, _LEAST_CYCLES = 24, 5
 _HUBER = 3.0
+_MOST_PICKS = 2**21
+"""Resampled cycles held at once (16 MB)."""
 
 
 @dataclass(frozen=True)
@@ -115,25 +117,67 @@ def rms(values: FloatArray) -> float:
     return float(np.sqrt(finite.mean())) if finite.size else float("nan")
 
 
-def rms_per_cycle(errors: FloatArray, cycle: IntArray, valid: BoolArray) -> FloatArray:
-    """RMS error of each gait cycle, shape (cycles,); NaN where none of its samples counts.
+@dataclass(frozen=True)
+class Squares:
+    """Sums of squared errors, from which those of parts of a walk add up.
+
+    Parameters
+    ----------
+    total
+        Sum of the squares, a number or of each gait cycle, shape (cycles,).
+    count
+        How many errors stand behind it, of the same shape.
+    """
+
+    total: FloatArray
+    count: FloatArray
+
+    @property
+    def rms(self) -> FloatArray:
+        """``√(total / count)``, NaN where nothing counts."""
+        with np.errstate(invalid="ignore"):
+            return np.asarray(np.sqrt(self.total / np.where(self.count > 0, self.count, np.nan)))
+
+    def __add__(self, other: Squares) -> Squares:
+        return Squares(self.total + other.total, self.count + other.count)
+
+    def widened(self, cycles: int) -> Squares:
+        """The same with room for so many gait cycles."""
+        more = (0, cycles - self.count.size)
+        return Squares(np.pad(self.total, more), np.pad(self.count, more))
+
+
+def squares(values: FloatArray) -> Squares:
+    """Of the finite errors, shape (n,), or of vectors, shape (n, k)."""
+    squared = values**2 if values.ndim == 1 else np.sum(values**2, axis=1)
+    finite = squared[np.isfinite(squared)]
+    return Squares(np.asarray(finite.sum()), np.asarray(float(finite.size)))
+
+
+def squares_per_cycle(errors: FloatArray, cycle: IntArray) -> Squares:
+    """Of each gait cycle.
 
     Parameters
     ----------
     errors
-        Shape (n,) or (n, k).
+        Shape (n,) or (n, k); not finite ones do not count.
     cycle
         Number of the cycle of each sample, negative for none, shape (n,).
-    valid
-        Shape (n,).
     """
     squared = errors**2 if errors.ndim == 1 else np.sum(errors**2, axis=1)
-    use = valid & (cycle >= 0) & np.isfinite(squared)
+    use = (cycle >= 0) & np.isfinite(squared)
     count = int(cycle.max(initial=-1)) + 1
-    total = np.bincount(cycle[use], weights=squared[use], minlength=count)
-    size = np.bincount(cycle[use], minlength=count)
-    with np.errstate(invalid="ignore"):
-        return np.asarray(np.sqrt(total / np.where(size > 0, size, np.nan)))
+    return Squares(
+        np.bincount(cycle[use], weights=squared[use], minlength=count).astype(float),
+        np.bincount(cycle[use], minlength=count).astype(float),
+    )
+
+
+def _picks(size: int, resamples: int, rng: np.random.Generator) -> Iterator[IntArray]:
+    """Numbers of the cycles of every resample, some resamples at a time, shape (some, size)."""
+    at_once = max(_MOST_PICKS // size, 1)
+    for start in range(0, resamples, at_once):
+        yield rng.integers(0, size, (min(at_once, resamples - start), size))
 
 
 def bootstrap_mean(values: FloatArray, rng: np.random.Generator, resamples: int = 2000) -> Interval:
@@ -142,7 +186,8 @@ def bootstrap_mean(values: FloatArray, rng: np.random.Generator, resamples: int 
     if values.size < 2:
         value = float(values.mean()) if values.size else float("nan")
         return Interval(value, float("nan"), float("nan"), values.size)
-    draws = values[rng.integers(0, values.size, (resamples, values.size))].mean(axis=1)
+    picks = _picks(values.size, resamples, rng)
+    draws = np.concatenate([values[pick].mean(axis=1) for pick in picks])
     low, high = np.quantile(draws, [(1 - _LEVEL) / 2, (1 + _LEVEL) / 2])
     return Interval(float(values.mean()), float(low), float(high), values.size)
 
@@ -161,8 +206,8 @@ def bootstrap_ratio(
     a, b = ours[both] ** 2, theirs[both] ** 2
     if a.size < 2 or not b.any():
         return Interval(float("nan"), float("nan"), float("nan"), a.size)
-    pick = rng.integers(0, a.size, (resamples, a.size))
-    draws = np.sqrt(a[pick].mean(axis=1) / b[pick].mean(axis=1))
+    picks = _picks(a.size, resamples, rng)
+    draws = np.concatenate([np.sqrt(a[p].mean(axis=1) / b[p].mean(axis=1)) for p in picks])
     low, high = np.quantile(draws, [(1 - _LEVEL) / 2, (1 + _LEVEL) / 2])
     return Interval(float(np.sqrt(a.mean() / b.mean())), float(low), float(high), a.size)
 
