@@ -24,7 +24,7 @@ ALLOWED: dict[str, set[str]] = {
     "read_as": {"tables", "records"},
     "values": {"columns", "logfiles", "textfiles", "core", "errors"},
     "canonical": {"columns", "reading", "logfiles", "values", "units", "core", "errors"},
-    "sources": {"canonical", "columns", "logfiles", "reading", "errors"},
+    "sources": {"canonical", "columns", "logfiles", "reading", "units", "errors"},
     "tables": {
         "canonical", "columns", "logfiles", "longfiles", "reading", "sources", "units", "core",
         "errors",
