@@ -217,8 +217,8 @@ def test_with_a_perfect_body_stream_memory_is_better_still(errors: Errors, sourc
     assert ratios(outcomes, "memory", "window", 1)[2] < 0.65
     assert ratios(outcomes, "memory", "window", 2)[2] < 1.05
     assert ratios(outcomes, "memory", "floor", 0)[2] < 1.3
-    # with a wrong body model the best window hardly moves, and Han's in the same window neither
-    assert ratios(outcomes, "static", "window", 0)[1] > 3.0
+    # each at its own ωS; with a wrong body model both hardly move
+    assert ratios(outcomes, "static", "window", 0)[1] > 2.0
 
 
 @pytest.mark.slow

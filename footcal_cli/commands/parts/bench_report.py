@@ -296,7 +296,7 @@ def feet_part(feet: Sequence[FootStudy], robot: Robot) -> Part:
                 Picture(
                     f"total_force_{found.foot}", partial(plot_total_force, found),
                     f"{found.foot}: sum of the cells against the weight that lay on the foot, and "
-                    "what is left of it.",
+                    "its error.",
                     title=f"Total force against the known load, {found.foot} foot",
                 )
             )  # fmt: skip
