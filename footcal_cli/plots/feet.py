@@ -90,7 +90,7 @@ def plot_groups(
             title = " · ".join(legs[k].upper() for k in group) if i == 0 else ""
             below = "shaft angle (°), 0 straight down" if i == len(_AXES) - 1 else ""
             tidy(axes, title, below, f"{axis} ({unit})" if j == 0 else "")
-        column[0].legend(fontsize=8, frameon=False, ncols=len(group))
+        column[0].legend(fontsize=8, frameon=False, loc="upper left")
     figure.supxlabel("thin: tare in the air, nominal mounting; thick: calibrated; medians over "
                      "the cycles", fontsize=8)  # fmt: skip
     return figure

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from tests.papers import bench, hips, walks
+from tests.papers import bench, hips, modes, walks
 from tests.papers.page import copy_pictures, page
 from tests.papers.systems import Found
 
@@ -27,8 +27,9 @@ def run(arguments: list[str] | None = None) -> None:
     folders |= more
     walked = walks.run_walks(out)
     found = Found(
-        bench.table_2(), table_3, walked, hung, stood, hips.walking_error(folders["walk"])
-    )
+        bench.table_2(), table_3, walked, hung, stood, hips.walking_error(folders["walk"]),
+        modes.run_modes(out),
+    )  # fmt: skip
     copy_pictures(folders, out / "pictures", given.page.parent / "pictures" / "papers")
     given.page.write_text(page(found), encoding="utf-8")
 

@@ -183,7 +183,7 @@ def open_points(walks: Sequence[Walk]) -> str:
         + "\n\nSettled: from then on every gait cycle's CoP error stays below mean + 2 sd of the "
         "last third; in how many walks it does. Between trials and sessions: components of "
         "variance of the CoP error, speeds apart. The simulated cells do not drift; memory "
-        f"states: {_drift(walks)}."
+        f"states, as far as a minute can say: {_drift(walks)}."
     )
 
 
