@@ -83,5 +83,5 @@ def run_modes(out: Path) -> Rows:
         found = run("diagnose", made / "cells.parquet", body, "--experiment", "walk", "--recipe",
                     RECIPE, "--no-pictures", out=folder / "diagnosis")  # fmt: skip
         record = read_record(DiagnosisRecord, found / "diagnosis.json")
-        rows.append((mode.mode, mode.shown, record.verdict, record.sentence))
+        rows.append((mode.mode, mode.shown, record.verdict, record.sentence.split(". ")[0]))
     return rows
