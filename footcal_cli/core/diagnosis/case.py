@@ -66,6 +66,9 @@ class Case:
         filtered.
     tolerance_stated
         Whether the user said what matters: a usual imperfection is then no larger.
+    known
+        Precision with which the calibration was known before these logs, in the order of
+        `calibration`, shape (p, p); None where these logs alone say what it is.
     """
 
     experiment: Experiment
@@ -89,6 +92,7 @@ class Case:
     reading_noise_n: float = 0.0
     raw: Series | None = None
     tolerance_stated: bool = False
+    known: FloatArray | None = None
 
     @cached_property
     def judged(self) -> tuple[Log, ...]:
