@@ -11,12 +11,12 @@ from pathlib import Path
 from footcal_cli.outcome import Outcome
 from footcal_cli.records.files import write_record
 from footcal_cli.records.results import RmseRecord, RunRecord
-from footcal_cli.report import rmse_sheet
+from footcal_cli.report import Drawn, rmse_sheet
 from footcal_cli.report.page import render_html
 
 
-def write_run(folder: Path, run: RunRecord, outcome: Outcome, images: Mapping[str, bytes]) -> None:
-    """Everything a run leaves, into one folder; `images` holds the PNG of each picture by name."""
+def write_run(folder: Path, run: RunRecord, outcome: Outcome, images: Mapping[str, Drawn]) -> None:
+    """Everything a run leaves, into one folder; `images` holds each picture by name, drawn."""
     report = outcome.report
     if outcome.parameters is not None:
         rejected = run.gates_missed or (() if outcome.usable else (run.verdict.sentence,))
@@ -34,7 +34,7 @@ def write_run(folder: Path, run: RunRecord, outcome: Outcome, images: Mapping[st
         write(folder / name)
     (folder / "figures").mkdir()
     for name, image in images.items():
-        (folder / "figures" / f"{name}.png").write_bytes(image)
+        (folder / "figures" / f"{name}.png").write_bytes(image.png)
     recipe_text = json.dumps({**run.recipe, run.command: run.options}, indent=2, ensure_ascii=False)
     beside = sorted({"run.json", *(p.name for p in folder.iterdir() if p.is_file())})
     (folder / "report.html").write_text(

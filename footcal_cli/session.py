@@ -29,7 +29,7 @@ from footcal_cli.read_as import in_units_of_readings, record_of
 from footcal_cli.recipe import CommandOptions, Recipe, read_recipe, validated
 from footcal_cli.records.files import read_record
 from footcal_cli.records.results import FindingRecord, ParametersRecord, ReadColumnRecord, RunRecord
-from footcal_cli.report import Report, history_sheet, read_aloud, read_as_sheet
+from footcal_cli.report import Drawn, Report, history_sheet, read_aloud, read_as_sheet
 from footcal_cli.report.text import print_text
 from footcal_cli.run_files import write_run
 from footcal_cli.run_folder import claim, grown_folder, refuse_folder, refuse_grown, whole_folder
@@ -158,8 +158,12 @@ class Session(Generic[Options]):
         return (*self.request.inputs, *([] if self.request.logs else data), *options)
 
     def every_path(self) -> list[Path]:
-        """All logs: the LOG arguments where given, else those of every role in ``[data]``."""
-        roles = (path for role in self.recipe.data for path in self.recipe.data_paths(role))
+        """All logs: the LOG arguments where given, else those of every role in ``[data]``.
+
+        Not the truth of a simulated log, which is the answer and no recording.
+        """
+        measured = (role for role in self.recipe.data if role != "truth")
+        roles = (path for role in measured for path in self.recipe.data_paths(role))
         return list(self.request.logs) or list(dict.fromkeys(roles))
 
     def paths(self, role: str) -> list[Path]:
@@ -359,10 +363,10 @@ class Session(Generic[Options]):
             record = in_units_of_readings(outcome.parameters, self.read_as)
             outcome = replace(outcome, parameters=record)
         outcome = gated(trusted(outcome), self.options, self.recipe.gates, self.reference)
-        images: dict[str, bytes] = {}
+        images: dict[str, Drawn] = {}
         with self.step("draw"):
             if self.options.pictures:
-                images = {picture.name: picture.png() for picture in outcome.report.pictures}
+                images = {picture.name: picture.drawn() for picture in outcome.report.pictures}
             else:
                 outcome = replace(outcome, report=replace(outcome.report, pictures=()))
         exit_code = 3 if not outcome.usable else 1 if outcome.gates_missed else 0

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from footcal_cli.app import main
-from footcal_cli.report import Picture
+from footcal_cli.report import Drawn, Picture
 
 REPOSITORY = Path(__file__).resolve().parent.parent
 
@@ -48,18 +48,18 @@ def _one_pixel() -> bytes:
 def _pictures_of_one_pixel() -> Iterator[None]:
     """Figures take longer than most of what they show: they are drawn where they are asked for."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Picture, "png", lambda picture: _one_pixel())
+        patch.setattr(Picture, "drawn", lambda picture: Drawn(_one_pixel()))
         yield
 
 
-_DRAWN = Picture.png
+_DRAWN = Picture.drawn
 
 
 @contextmanager
 def drawing() -> Iterator[None]:
     """Figures are really drawn: for the runs whose figures are looked at."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Picture, "png", _DRAWN)
+        patch.setattr(Picture, "drawn", _DRAWN)
         yield
 
 

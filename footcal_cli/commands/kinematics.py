@@ -227,7 +227,7 @@ def _outcome(
                     "accelerations", lambda: plot_accelerations(time_s, found),
                     "The first seconds: central differences (grey), behind the low-pass (blue) "
                     "with ± 2 sd of its noise.",
-                    title="Acceleration of the CoM",
+                    title="Acceleration of the CoM", zoom=True,
                 ),
                 Picture("path", lambda: plot_path(posture, feet),
                         "The CoM should pass between the feet.",
@@ -235,7 +235,7 @@ def _outcome(
                 Picture(
                     "heights", lambda: plot_heights(time_s, posture, feet),
                     "A standing foot should stay at zero.",
-                    title="Height of each foot",
+                    title="Height of each foot", zoom=True,
                 ),
             ),
             sheets=(sheet,),

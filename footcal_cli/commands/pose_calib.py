@@ -178,12 +178,11 @@ def _mounting(session: Session[PoseCalibOptions]) -> Outcome:
 
     from footcal_cli.commands.parts.pose_logs import read_poses
     from footcal_cli.commands.parts.pose_outcome import Found, mounting_outcome
-    from footcal_cli.core.pose.data import summarise
-    from footcal_cli.core.pose.joint import fit_pose
     from footcal_cli.core.pose.leg_map import leg_map
     from footcal_cli.core.pose.model import Structure
     from footcal_cli.core.pose.problem import PoseOptions
     from footcal_cli.core.pose.selection import compare_structures, cross_validated
+    from footcal_cli.core.pose.slow_noise import fit_pose_slowly
     from footcal_cli.core.pose.stages import alternated, error_of, naive_error, offset_error
     from footcal_cli.core.turned import standing_axes
     from footcal_cli.errors import UsageError
@@ -217,7 +216,7 @@ def _mounting(session: Session[PoseCalibOptions]) -> Outcome:
             # Hips are never exactly in place: what the evidence does not demand keeps its prior.
             structure = structure.with_translations
         final = replace(free, structure=structure, translation_sd_m=prior)
-        fit = fit_pose(summarise(data), legs, noise_sd, final)
+        fit, slow = fit_pose_slowly(data, legs, noise_sd, final)
         held_out = cross_validated(data, legs, noise_sd, fit, options.folds)
     stages = {"before": naive_error(data, legs), "offsets only": offset_error(data, legs)}
     if options.method == "alternating":
@@ -230,7 +229,7 @@ def _mounting(session: Session[PoseCalibOptions]) -> Outcome:
         mapped = leg_map(data, fit, scaled)
     return mounting_outcome(
         session,
-        Found(data, legs, fit, candidates, held_out, stages, mapped, findings, rejected),
+        Found(data, legs, fit, slow, candidates, held_out, stages, mapped, findings, rejected),
     )
 
 

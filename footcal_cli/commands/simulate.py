@@ -385,5 +385,6 @@ def _pictures(scenario: Scenario) -> tuple[Picture, ...]:
             "What the sensors showed, converted with their true calibration (colour), over what "
             "was true (black); below, the difference: effects and noise.",
             title="Measured and true loads, and their difference",
+            zoom=True,
         ),
     )

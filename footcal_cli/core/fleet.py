@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
-from footcal_cli.core.repeated import (
+from footcal_cli.core.inference.repeated import (
     FEWEST_SESSIONS,
     Change,
     Component,
@@ -22,6 +21,7 @@ from footcal_cli.core.repeated import (
     segments_of,
     trend_of,
 )
+from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
 ALPHA = 0.05
 """Probability of a false change, trend or outlying session in a whole batch."""

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from footcal_cli.core.observability import NextStep, rank_candidates
+from footcal_cli.core.inference.observability import NextStep, rank_candidates
 from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.parameters import FloatArray, IntArray
 from footcal_cli.core.static_init import FORCE_SD_N, MOMENT_SD_NM, SWING_SD_N, StanceRows

@@ -159,3 +159,13 @@ class Estimates:
     def sd_of(self, name: str) -> float:
         """Standard deviation of one parameter."""
         return float(self.sd[self.names.index(name)])
+
+    def summary(self) -> str:
+        """One line per parameter: name, value ± sd, unit, status."""
+        width = max((len(name) for name in self.names), default=0)
+        return "\n".join(
+            f"{name:<{width}}  {value:.6g} ± {sd:.2g} {unit}  ({status.value})"
+            for name, value, sd, unit, status in zip(
+                self.names, self.values, self.sd, self.units, self.status, strict=True
+            )
+        )

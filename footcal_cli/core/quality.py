@@ -303,8 +303,9 @@ def check_clock(time_s: FloatArray, stream: str) -> list[Finding]:
         findings.append(
             Finding(
                 "gaps", "warning", stream,
-                f"{gaps.size} gaps, the longest {widths[longest]:.3g} s at "
-                f"{rising[longest]:.6g} s (usual interval {np.median(widths):.3g} s)",
+                f"{gaps.size} gap{'s' if gaps.size > 1 else ''}, the longest "
+                f"{widths[longest]:.3g} s at {rising[longest]:.6g} s "
+                f"(usual interval {np.median(widths):.3g} s)",
                 "check the link or the logger's load; nothing is interpolated across a gap",
             )
         )  # fmt: skip

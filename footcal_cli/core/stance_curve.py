@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from footcal_cli.core.observability import observability
+from footcal_cli.core.inference.observability import observability
 from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.static_init import StanceRows, fit_static

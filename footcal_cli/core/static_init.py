@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from footcal_cli.core.effects.body import heading_rad
+from footcal_cli.core.inference.observability import Observability, observability
 from footcal_cli.core.log import Log
-from footcal_cli.core.observability import Observability, observability
 from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.online.rows import Rows, cell_rows
 from footcal_cli.core.online.six_axis import six_axis_rows

@@ -65,11 +65,13 @@ def plot_cop(found: Comparison, methods: Sequence[str], truth: Replayed | None) 
             cop = 1e3 * (found.replayed[method].total.cop_m[rows, axis] - com)
             left.plot(time_s, cop, color=METHOD_COLOURS[method], linewidth=1.0, label=method)
             if method != methods[0]:
-                right.plot(time_s, cop - shown, color=METHOD_COLOURS[method], linewidth=1.0)
+                right.plot(
+                    time_s, cop - shown, color=METHOD_COLOURS[method], linewidth=1.0, label=method
+                )
         right.axhline(0.0, color=REFERENCE, linewidth=0.6)
         below = "time (s)" if name == "y" else ""
         tidy(left, f"CoP {name}, from below the CoM", below, "mm")
-        tidy(right, f"its error, without {methods[0]}", below, "mm")
+        tidy(right, f"error, without {methods[0]}", below, "mm")
     legend_below(figure)
     return figure
 

@@ -29,6 +29,14 @@ _FIGURE_METADATA = {"Software": None}  # keeps figures the same bytes for the sa
 
 
 @dataclass(frozen=True)
+class Drawn:
+    """A figure as drawn: the PNG, and its curves as JSON where they can be zoomed into."""
+
+    png: bytes
+    curves: str = ""
+
+
+@dataclass(frozen=True)
 class Picture:
     """A figure of a report.
 
@@ -45,6 +53,8 @@ class Picture:
     result
         What it shows of these data, in one sentence, for readers who cannot see it; empty: the
         report's result.
+    zoom
+        Whether the page can zoom into its curves and read values off them.
     """
 
     name: str
@@ -52,6 +62,7 @@ class Picture:
     caption: str
     title: str = ""
     result: str = ""
+    zoom: bool = False
 
     @property
     def heading(self) -> str:
@@ -59,11 +70,13 @@ class Picture:
         words = self.name.replace("_", " ")
         return self.title or words[:1].upper() + words[1:]
 
-    def png(self) -> bytes:
-        """The figure as PNG."""
-        buffer = io.BytesIO()
-        self.draw().savefig(buffer, format="png", dpi=FIGURE_DPI, metadata=_FIGURE_METADATA)
-        return buffer.getvalue()
+    def drawn(self) -> Drawn:
+        """The figure, drawn."""
+        from footcal_cli.report.curves import curves_of
+
+        figure, buffer = self.draw(), io.BytesIO()
+        figure.savefig(buffer, format="png", dpi=FIGURE_DPI, metadata=_FIGURE_METADATA)
+        return Drawn(buffer.getvalue(), curves_of(figure) if self.zoom else "")
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from importlib import resources
 from typing import TYPE_CHECKING
 
 from footcal_cli.records.results import RunRecord
-from footcal_cli.report import Picture, Report, Sheet, plural
+from footcal_cli.report import Drawn, Picture, Report, Sheet, plural
 
 if TYPE_CHECKING:
     import jinja2
@@ -79,6 +79,7 @@ class _Figure:
     number: int
     picture: Picture
     data: str
+    curves: str
     alt: str
 
 
@@ -86,17 +87,18 @@ def render_html(
     report: Report,
     run: RunRecord,
     recipe_text: str,
-    images: Mapping[str, bytes],
+    images: Mapping[str, Drawn],
     files: Sequence[str] = (),
 ) -> str:
-    """The page; `images` holds each picture's PNG by name, `files` what lies beside the page."""
+    """The page; `images` holds each picture by name, drawn, `files` what lies beside the page."""
     leading = [_table(sheet, i + 1) for i, sheet in enumerate(report.leading)]
     details = [_table(s, len(leading) + i + 1) for i, s in enumerate(report.details)]
     figures = [
         _Figure(
             number=i + 1,
             picture=picture,
-            data=base64.b64encode(images[picture.name]).decode("ascii"),
+            data=base64.b64encode(images[picture.name].png).decode("ascii"),
+            curves=images[picture.name].curves,
             alt=f"{picture.heading}. {picture.result or report.verdict.sentence}",
         )
         for i, picture in enumerate(report.pictures)
@@ -104,6 +106,8 @@ def render_html(
     mark, level = _LEVELS[report.verdict.level]
     urgent = [f for f in report.findings if f.severity != "note"]
     style, script = _asset("report.css"), _asset("report.js")
+    if any(figure.curves for figure in figures):
+        style, script = _asset("uplot.css") + style, _asset("uplot.js") + script
     return _template().render(
         report=report, run=run, recipe_text=recipe_text, leading=leading, details=details,
         figures=figures, mark=mark, level=level, severities=_SEVERITIES, urgent=urgent,

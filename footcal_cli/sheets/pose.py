@@ -16,6 +16,7 @@ from footcal_cli.core.pose.hanging import LegKnowledge
 from footcal_cli.core.pose.joint import PoseFit
 from footcal_cli.core.pose.leg_map import LegMap
 from footcal_cli.core.pose.selection import Candidate
+from footcal_cli.core.pose.slow_noise import SlowNoise
 from footcal_cli.core.pose.standing import OffsetFit
 from footcal_cli.core.spatial import rotation_log, wrench_transform
 from footcal_cli.records.results import FindingRecord, RmseRow, VerdictRecord
@@ -24,6 +25,8 @@ from footcal_cli.report import Sheet, number, with_sd
 _SUSPECT_P = 1e-4
 _SUSPECT_SHARE = 0.1
 _NOISY = 1.5
+_BELIEF = {"robot.weight": "the recipe's mass"}
+"""Who believed in a quantity before the poses; all others are known from hanging."""
 _MOST_DEPARTURES = 4
 """So many contradictions are told; they have one cause, mostly."""
 
@@ -74,6 +77,8 @@ def verdict(
     mapped: LegMap,
     held_out: Candidate,
     best: Candidate,
+    slow: SlowNoise,
+    contradicted: Sequence[Departure],
 ) -> VerdictRecord:
     """One sentence: what the sum of forces was off by, and is now on poses not used."""
     before = _rms(stages["before"][:, :3])
@@ -88,6 +93,7 @@ def verdict(
         f"Moments: {number(_rms(stages['before'][:, 3:]), 2)} Nm before, "
         f"{number(moment, 2)} Nm now.",
         *common_words(fit),
+        *slow_words(slow),
     ]
     suspects = suspect_legs(mapped, fit.geometry.legs)
     if not fit.converged:
@@ -105,6 +111,9 @@ def verdict(
             sentence=f"{sentence} Leg {', '.join(suspects)} does not fit the others.",
             details=tuple(details),
         )
+    if contradicted:
+        names = {_BELIEF.get(one.name, "hanging") for one in contradicted}
+        sentence = f"{sentence} The poses contradict {' and '.join(sorted(names))}."
     noisy = fit.options.noise_known and fit.noise_factor > _NOISY
     if noisy:
         details.insert(
@@ -112,7 +121,9 @@ def verdict(
             "be: something is not in the model; run diagnose.",
         )  # fmt: skip
     return VerdictRecord(
-        level="warning" if noisy else "good", sentence=sentence, details=tuple(details)
+        level="warning" if noisy or contradicted else "good",
+        sentence=sentence,
+        details=tuple(details),
     )
 
 
@@ -131,6 +142,16 @@ def common_words(fit: PoseFit) -> tuple[str, ...]:
         words.append(f"A yaw common to all transducers is known to ± {np.rad2deg(yaw):.2g}°")
     words.append(f"a height common to all hips to ± {1e3 * height:.2g} mm")
     return (f"{'; '.join(words)} (one sd); tilt the body more to see them better.",)
+
+
+def slow_words(slow: SlowNoise) -> tuple[str, ...]:
+    """What of the noise lasts from pose to pose, where any does."""
+    if slow.share == 0.0:
+        return ()
+    return (
+        f"{100 * slow.share:.0f} % of the noise's variance is drift that lasts about "
+        f"{slow.memory_poses:.0f} poses; the intervals allow for it.",
+    )
 
 
 def _common_sd(fit: PoseFit, first: int) -> float:
@@ -279,7 +300,7 @@ def departure_findings(found: Sequence[Departure]) -> tuple[FindingRecord, ...]:
     findings = []
     for one in found[:_MOST_DEPARTURES]:
         of_robot = one.name == "robot.weight"
-        said = "the recipe's mass" if of_robot else "hanging"
+        said = _BELIEF.get(one.name, "hanging")
         findings.append(
             FindingRecord(
                 code="robot_weight_differs" if of_robot else "differs_from_hanging",

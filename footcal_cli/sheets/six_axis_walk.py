@@ -225,20 +225,20 @@ def pictures_of(found: SixAxisReplay) -> tuple[Picture, ...]:
     return (
         Picture("vertical", lambda: plots.plot_vertical(found),
                 "Total vertical force: what both feet read and what the body's motion demands.",
-            title="Total vertical force: measured and demanded by the motion"),
+            title="Total vertical force: measured and demanded by the motion", zoom=True),
         Picture("swing", lambda: plots.plot_swing(found),
                 "A foot in the air should read only what hangs below its transducer.",
-            title="Reading of each foot in the air"),
+            title="Reading of each foot in the air", zoom=True),
         Picture("offsets",
                 lambda: plots.plot_offsets(
                     found.track, found.smoothed, feet_of(found), found.jumps
                 ),
                 "Offsets along the walk: band ± 2 sd as known then, line with hindsight, dashed: a "
                 "jump.",
-            title="Offsets along the walk"),
+            title="Offsets along the walk", zoom=True),
         Picture("innovations", lambda: plot_innovations(found.track, found.rows.outputs[:5]),
                 "What each update did not expect, over its claimed sd.",
-            title="Innovations in units of their predicted sd"),
+            title="Innovations in units of their predicted sd", zoom=True),
     )  # fmt: skip
 
 

@@ -7,7 +7,7 @@ from math import log
 
 import numpy as np
 
-from footcal_cli.core.observability import NextStep, Observability
+from footcal_cli.core.inference.observability import NextStep, Observability
 from footcal_cli.core.parameters import FloatArray, Status
 from footcal_cli.core.quiet import QuietSet
 from footcal_cli.core.stance_curve import CurvePoint

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from footcal_cli.intake import Recording
 from footcal_cli.records.results import FindingRecord
+from footcal_cli.report import plural
 
 
 def stream_findings(recording: Recording) -> list[FindingRecord]:
@@ -27,8 +28,8 @@ def stream_findings(recording: Recording) -> list[FindingRecord]:
             found.append(
                 FindingRecord(
                     code="gaps", severity="warning", where=where,
-                    sentence=f"{clock.gaps} gaps, the longest {clock.longest_gap_s:.3g} s, about "
-                    f"{clock.missing} samples missing",
+                    sentence=f"{plural(clock.gaps, 'gap')}, the longest "
+                    f"{clock.longest_gap_s:.3g} s, about {clock.missing} samples missing",
                     remedy="nothing was interpolated across long gaps; look at the logger's load",
                 )
             )  # fmt: skip

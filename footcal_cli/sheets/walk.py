@@ -27,7 +27,7 @@ _TITLES = {"cop": "CoP", "foot_cop": "CoP of each foot", "vgrf": "vertical force
 _AGAINST = {
     "truth": "the truth",
     "baseline": "the offline baseline",
-    "motion": "what the motion demands, its delay and offsets taken out",
+    "motion": "the demand of the motion",
 }
 POOR_COP_MM, POOR_SHARE = 20.0, 0.05
 """Errors of the CoP, and of the vertical force over the weight, that no good calibration leaves."""
@@ -91,13 +91,19 @@ def verdict_of(found: Comparison, method: str) -> VerdictRecord:
     consistent = 0.8 < found.consistency.ratio < 1.25
     return VerdictRecord(
         level="bad" if worse else "good" if consistent and not alarms else "warning",
-        sentence=f"{method}: CoP error {number(cop[0], 3)} → {number(cop[1], 3)} mm, vertical "
-        f"force {number(force[0], 3)} → {number(force[1], 3)} N against {_AGAINST[reference]}.",
+        sentence=f"CoP error {number(cop[0], 3)} → {number(cop[1], 3)} mm, error of the vertical "
+        f"force {number(force[0], 3)} → {number(force[1], 3)} N against {_AGAINST[reference]}, "
+        f"by {_METHODS[method]}.",
         details=tuple(details),
     )
 
 
-_METHODS = {"window": "the sliding window", "static": "the zero-acceleration assumption"}
+_METHODS = {
+    "memory": "the filter with memory",
+    "smoother": "the smoother",
+    "window": "the sliding window",
+    "static": "the zero-acceleration assumption",
+}
 
 
 def _interval(interval: Interval) -> str:
@@ -131,7 +137,7 @@ def _methods_sheet(found: Comparison) -> Sheet:
                     continue
                 mean = found.per_cycle[key]
                 spread = float(np.nanstd(getattr(one, quantity)))
-                cells.append(f"{number(factor * mean.value, 3)} ± {number(factor * spread, 2)}")
+                cells.append(with_sd(factor * mean.value, factor * spread))
             key = (one.method, reference, "cop")
             ratio, p = found.ratios.get(key, (None, float("nan")))
             cells.append(_interval(ratio) if ratio is not None else "1")
@@ -144,9 +150,9 @@ def _methods_sheet(found: Comparison) -> Sheet:
         rows,
         note="RMS error per gait cycle, mean ± sd over cycles, the first 5 s left out. Ratios of "
         "RMS errors with 95 % bootstrap intervals over paired cycles; p: Wilcoxon signed-rank. "
-        "The smoother knows the whole walk. Truth and cells are in the same 10 Hz band. The "
-        "demand of the motion is taken with the delay, CoM offset and L̇ that memory found: it "
-        "judges scatter, not who is right about them.",
+        "The smoother uses the whole walk. Truth and cells are in the same 10 Hz band. The "
+        "demand of the motion is taken with the delay, CoM offset and L̇ that memory estimated: it "
+        "judges the scatter of the methods, not these estimates.",
     )  # fmt: skip
 
 
@@ -308,32 +314,32 @@ def pictures_of(
         Picture("cop", lambda: plots.plot_cop(found, drawn, truth),
                 "Centre of pressure over the last seconds of the walk (compare Figs. 10, 12 and "
                 "14 of NAO CoP self-calibration).",
-            title="Centre of pressure by method"),
+            title="Centre of pressure by method", zoom=True),
         Picture("vgrf", lambda: plots.plot_vgrf(found, drawn, truth),
                 "Vertical force over the same seconds (compare Figs. 11, 13, 15 of NAO CoP "
                 "self-calibration).",
-            title="Vertical force by method"),
+            title="Vertical force by method", zoom=True),
         Picture("cycles", lambda: plots.plot_cycles(found, judged),
                 f"Error of every gait cycle against {_AGAINST[found.best_reference]}.",
-            title="Error per gait cycle by method"),
+            title="Error per gait cycle by method", zoom=True),
         Picture("path", lambda: plots.plot_path(found, "memory", feet),
                 "CoP under each foot with its cells and outline; where there is no contact there "
                 "is no point.",
             title="Path of the centre of pressure under each foot"),
         Picture("parameters", lambda: plots.plot_parameters(track, memory.jumps, ("bias", "gain")),
                 "Every cell's bias and gain on top of the prior with ± 2 sd; dashed: a jump.",
-            title="Bias and gain of each cell along the walk"),
+            title="Bias and gain of each cell along the walk", zoom=True),
         Picture("innovations", lambda: plots.plot_innovations(track, ("fz", "mx", "my")),
                 "What each update did not expect, over its claimed sd: 95 % should lie in the "
                 "grey band, without a pattern.",
-            title="Innovations in units of their predicted sd"),
+            title="Innovations in units of their predicted sd", zoom=True),
     ]  # fmt: skip
     if states:
         pictures.append(
             Picture("states", lambda: plots.plot_states(track, states, STATE_UNITS),
                     "What was wrong with the body stream and the feet; the delay is on top of "
                     f"{1e3 * memory.delay_s:.1f} ms found first.",
-                title="Errors of the body stream along the walk")
+                title="Errors of the body stream along the walk", zoom=True)
         )  # fmt: skip
     if curves:
         pictures.append(

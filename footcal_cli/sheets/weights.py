@@ -19,6 +19,7 @@ NEXT_RECORDING = (
     "of five minutes at the top and one unloaded, the whole repeated three times, each cell alone."
 )
 LACK_OF_FIT_ALPHA = 0.01
+_CHANCE = 0.05  # p of the sign test below which channels are said to bend together
 _MOST_ROWS = 200
 _MOST_READINGS = 60
 
@@ -46,8 +47,10 @@ def misfit_sentence(fit: AffineFit) -> str:
 
 
 def curvature_sentence(fits: Sequence[AffineFit], curvature: Curvature | None) -> str | None:
-    """What the channels' bends say together, None where they do not agree."""
+    """What the channels' bends say together, None where chance alone would make them agree."""
     if curvature is None or curvature.same_sign != len(curvature.bows):
+        return None
+    if not curvature.sign_p < _CHANCE:
         return None
     if any(fit.lack_of_fit is not None for fit in fits):
         return (

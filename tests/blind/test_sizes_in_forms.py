@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from footcal_cli.core.diagnosis.stated import in_any_form
-from footcal_cli.core.evidence import Interval
+from footcal_cli.core.inference.evidence import Interval
 from tests.blind.bench import ask
 from tests.blind.diagnosing import diagnosed
 from tests.blind.plan import Cell

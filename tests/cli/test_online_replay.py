@@ -68,8 +68,8 @@ def test_the_walk_is_calibrated_and_everything_is_told(
     assert rmse(errors, "memory", "cop") < 1e-3
     assert rmse(errors, "static", "cop") > 3 * rmse(errors, "window", "cop")
     sentence = answer.out.splitlines()[0]
-    assert sentence.startswith("VERDICT  memory: CoP error")
-    assert sentence.endswith("against the truth.")
+    assert sentence.startswith("VERDICT  CoP error")
+    assert sentence.endswith("against the truth, by the filter with memory.")
     assert "left_rl: the bias jumped by" in answer.out.replace("\n", " ")
     run_record = read_record(RunRecord, out / "run.json")
     jump = next(f for f in run_record.findings if f.code == "bias_jump")
@@ -122,7 +122,7 @@ def test_losing_samples_costs_only_those_samples(run: Run, walk: Recording, tmp_
     out = tmp_path / "out"
     answer = run("online-replay", "--recipe", recipe, "--parameters", belief, "--out", out)
     assert answer.exit_code == 0, answer.err
-    assert "1 gaps, the longest 0.76" in answer.out.replace("\n", " ")
+    assert "1 gap, the longest 0.76" in answer.out.replace("\n", " ")
     rejected = read_record(RmseRecord, out / "rmse.json").rejected
     assert rejected["dropout"] == 20 + 1
     frame = pd.read_parquet(out / "replay.parquet")
@@ -142,7 +142,8 @@ def test_the_papers_methods_run_by_name_and_gates_judge_them(
     )  # fmt: skip
     # the static assumption leaves the CoP of this walk worse than it was: not to be trusted
     assert answer.exit_code == code
-    assert answer.out.startswith(f"VERDICT  {method}:")
+    called = {"window": "the sliding window", "static": "the zero-acceleration assumption"}
+    assert answer.out.splitlines()[0].endswith(f"against the truth, by {called[method]}.")
     stages = {row.stage for row in read_record(RmseRecord, tmp_path / "out/rmse.json").rows}
     assert stages - {"true"} == {"before", "memory", "smoother", method}  # nobody asked for others
     assert "GATE NOT MET  cop: RMSE" in answer.err

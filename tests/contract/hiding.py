@@ -12,15 +12,15 @@ from functools import cache
 import numpy as np
 
 from footcal_cli.core.diagnosis.bridge import problem_from
-from footcal_cli.core.diagnosis.case import Case, Rows, residual, rows_of
-from footcal_cli.core.diagnosis.grams import whitened_grams
 from footcal_cli.core.diagnosis.investigation import Investigation, investigate
-from footcal_cli.core.diagnosis.problem import Problem, Signature
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.signals import describe
-from footcal_cli.core.diagnosis.signatures import SWITCHES
 from footcal_cli.core.effects import TABLE
 from footcal_cli.core.effects.contract import Effect, GridOf, Scope, columns_of
+from footcal_cli.core.inference.case import Case, Rows, residual, rows_of
+from footcal_cli.core.inference.grams import whitened_grams
+from footcal_cli.core.inference.problem import Problem, Signature
+from footcal_cli.core.inference.signatures import SWITCHES
 from footcal_cli.core.parameters import FloatArray
 from tests.contract.worlds import WORLDS, Hidden
 

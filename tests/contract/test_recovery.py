@@ -14,7 +14,7 @@ from footcal_cli.core.effects import TABLE
 from footcal_cli.core.effects.contract import Effect, Scope, can_carry
 from footcal_cli.core.experiments import hang, placements, pose, stand, walk, weights
 from footcal_cli.core.experiments.whitening import white_errors, whitening
-from footcal_cli.core.fit import fit_map, numeric_jacobian
+from footcal_cli.core.inference.fit import fit_map, numeric_jacobian
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray, Parameter, ParameterSet
 from footcal_cli.core.simulation.bench_logs import (

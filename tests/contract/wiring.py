@@ -6,10 +6,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from footcal_cli.core.diagnosis.case import Case
 from footcal_cli.core.effects.calibration import AXES
 from footcal_cli.core.experiments import walk
 from footcal_cli.core.hang.joint import HangOptions
+from footcal_cli.core.inference.case import Case
 from footcal_cli.core.log import Log
 from footcal_cli.core.pose.data import pose_data
 from footcal_cli.core.pose.hanging import known_offsets

@@ -20,13 +20,13 @@ from footcal_cli.commands.parts.diagnose_pose import UNTESTED as POSE_UNTESTED
 from footcal_cli.core.chain import Chain, Link, chain_of, link
 from footcal_cli.core.contact import airborne
 from footcal_cli.core.diagnosis.blocks import block_means, cut_balanced, piece_means
-from footcal_cli.core.diagnosis.case import Case
-from footcal_cli.core.diagnosis.tracking import gain_and_bias
 from footcal_cli.core.effects import TABLE
 from footcal_cli.core.effects.contract import Effect
 from footcal_cli.core.experiments import hang, placements, pose, stand, walk, weights
 from footcal_cli.core.experiments.contract import Experiment
 from footcal_cli.core.hang.blocks import blocked
+from footcal_cli.core.inference.case import Case
+from footcal_cli.core.inference.tracking import gain_and_bias
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import ParameterSet
 from footcal_cli.core.simulation.bench_logs import (

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import lfilter
 
-from footcal_cli.core.diagnosis.problem import Problem, Signature
+from footcal_cli.core.inference.problem import Problem, Signature
 from footcal_cli.core.parameters import FloatArray
 
 RATE_HZ = 20.0

@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 
 from footcal_cli.core.chain import Chain, Link, chain_of, link
-from footcal_cli.core.diagnosis.case import Case
 from footcal_cli.core.diagnosis.investigation import Investigation, investigate
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.signals import describe
@@ -17,6 +16,7 @@ from footcal_cli.core.experiments import hang, pose
 from footcal_cli.core.hang.blocks import blocked
 from footcal_cli.core.hang.effect import hanging_effect
 from footcal_cli.core.hang.joint import fit_hang
+from footcal_cli.core.inference.case import Case
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray, Parameter, ParameterSet
 from footcal_cli.core.simulation.hexapod_logs import (

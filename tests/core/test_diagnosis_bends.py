@@ -10,14 +10,14 @@ from scipy import stats
 
 from footcal_cli.core.diagnosis.answer import Cause
 from footcal_cli.core.diagnosis.bends import Bends, against_bends, bends_of, bent_axes
-from footcal_cli.core.diagnosis.case import Case, rows_of
 from footcal_cli.core.diagnosis.curves import explained_p
-from footcal_cli.core.diagnosis.grams import whitened_grams
-from footcal_cli.core.diagnosis.problem import Problem, Signature
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.unnamed import KNEES, Unnamed
-from footcal_cli.core.diagnosis.whitening import has_single_rows
-from footcal_cli.core.evidence import Interval, sign_patterns
+from footcal_cli.core.inference.case import Case, rows_of
+from footcal_cli.core.inference.evidence import Interval, sign_patterns
+from footcal_cli.core.inference.grams import whitened_grams
+from footcal_cli.core.inference.problem import Problem, Signature
+from footcal_cli.core.inference.whitening import has_single_rows
 from footcal_cli.core.parameters import FloatArray
 from tests.core.leg_cases import distorting, pose_case
 

@@ -11,13 +11,13 @@ from scipy.signal import butter, sosfiltfilt
 from footcal_cli.core.chain import Chain, Link, link
 from footcal_cli.core.contact import gait_cycles
 from footcal_cli.core.diagnosis.blocks import cut_blocks
-from footcal_cli.core.diagnosis.case import Case, balanced, residual, rows_of
 from footcal_cli.core.diagnosis.investigation import Investigation, investigate
 from footcal_cli.core.diagnosis.signals import describe
-from footcal_cli.core.diagnosis.signatures import derivative
-from footcal_cli.core.diagnosis.tracking import gain_and_bias
 from footcal_cli.core.effects import TABLE
 from footcal_cli.core.experiments import walk, weights
+from footcal_cli.core.inference.case import Case, balanced, residual, rows_of
+from footcal_cli.core.inference.signatures import derivative
+from footcal_cli.core.inference.tracking import gain_and_bias
 from footcal_cli.core.parameters import Parameter, ParameterSet
 from footcal_cli.core.simulation.bench_logs import WeightsPlan, weights_logs
 from footcal_cli.core.simulation.biped_logs import biped_logs

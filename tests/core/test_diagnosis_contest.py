@@ -12,7 +12,6 @@ from scipy import stats
 from footcal_cli.core.diagnosis import growth
 from footcal_cli.core.diagnosis.answer import Cause, EffectStatus
 from footcal_cli.core.diagnosis.bridge import problem_from
-from footcal_cli.core.diagnosis.case import Case, rows_of
 from footcal_cli.core.diagnosis.contest import _best, _where, _white_loss, _worse
 from footcal_cli.core.diagnosis.investigation import investigate
 from footcal_cli.core.diagnosis.kindred import (
@@ -22,17 +21,18 @@ from footcal_cli.core.diagnosis.kindred import (
     of_two_classes,
     share_for_form,
 )
-from footcal_cli.core.diagnosis.linear import left_by
-from footcal_cli.core.diagnosis.problem import Signature
-from footcal_cli.core.diagnosis.refit import Refit
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.signals import describe
-from footcal_cli.core.diagnosis.size_intervals import Scatter
 from footcal_cli.core.diagnosis.stated import stated_size
 from footcal_cli.core.diagnosis.subject import Subject
-from footcal_cli.core.diagnosis.whitening import noise_of
 from footcal_cli.core.effects import TABLE
-from footcal_cli.core.evidence import Interval, sign_flip_group, sign_patterns
+from footcal_cli.core.inference.case import Case, rows_of
+from footcal_cli.core.inference.evidence import Interval, sign_flip_group, sign_patterns
+from footcal_cli.core.inference.linear import left_by
+from footcal_cli.core.inference.problem import Signature
+from footcal_cli.core.inference.refit import Refit
+from footcal_cli.core.inference.size_intervals import Scatter
+from footcal_cli.core.inference.whitening import noise_of
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.simulation.bench_logs import WeightsPlan
 from footcal_cli.sheets.diagnosis.evidence import table_rows

@@ -12,13 +12,13 @@ from footcal_cli.core.diagnosis.curves import Curve, strongest_curve
 from footcal_cli.core.diagnosis.detection import detect
 from footcal_cli.core.diagnosis.engine import leftover
 from footcal_cli.core.diagnosis.features import features_of
-from footcal_cli.core.diagnosis.grams import whitened_grams
-from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.rules import Rules
-from footcal_cli.core.diagnosis.scores import scores
 from footcal_cli.core.diagnosis.weighing import single_rows_p
-from footcal_cli.core.diagnosis.whitening import noise_of
-from footcal_cli.core.evidence import sign_patterns
+from footcal_cli.core.inference.evidence import sign_patterns
+from footcal_cli.core.inference.grams import whitened_grams
+from footcal_cli.core.inference.problem import Problem
+from footcal_cli.core.inference.scores import scores
+from footcal_cli.core.inference.whitening import noise_of
 from footcal_cli.core.parameters import FloatArray
 
 STANCES = 24

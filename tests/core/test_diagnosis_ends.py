@@ -11,12 +11,12 @@ import pytest
 
 from footcal_cli.core.diagnosis.answer import Cause
 from footcal_cli.core.diagnosis.ends import against_other_sign, held_at_zero
-from footcal_cli.core.diagnosis.problem import Problem, Signature
-from footcal_cli.core.diagnosis.refit import Refit
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.unnamed import Unnamed
 from footcal_cli.core.effects import TABLE
-from footcal_cli.core.evidence import Interval, sign_patterns
+from footcal_cli.core.inference.evidence import Interval, sign_patterns
+from footcal_cli.core.inference.problem import Problem, Signature
+from footcal_cli.core.inference.refit import Refit
 from footcal_cli.core.parameters import FloatArray
 
 RULES = Rules()

@@ -12,15 +12,15 @@ from footcal_cli.core.diagnosis.answer import Diagnosis, EffectStatus
 from footcal_cli.core.diagnosis.engine import diagnose
 from footcal_cli.core.diagnosis.features import features_of
 from footcal_cli.core.diagnosis.gain import rms_gain
-from footcal_cli.core.diagnosis.grams import whitened_grams
 from footcal_cli.core.diagnosis.library import library
 from footcal_cli.core.diagnosis.nested import nested_losses
-from footcal_cli.core.diagnosis.problem import Problem, Signature
 from footcal_cli.core.diagnosis.rules import Rules
-from footcal_cli.core.diagnosis.scores import held_out_loss, scores
 from footcal_cli.core.diagnosis.weighing import weigh
 from footcal_cli.core.diagnosis.yardsticks import yardsticks
-from footcal_cli.core.evidence import sign_patterns
+from footcal_cli.core.inference.evidence import sign_patterns
+from footcal_cli.core.inference.grams import whitened_grams
+from footcal_cli.core.inference.problem import Problem, Signature
+from footcal_cli.core.inference.scores import held_out_loss, scores
 from footcal_cli.core.parameters import BoolArray
 from tests.core.diagnosis_world import (
     NOISES,

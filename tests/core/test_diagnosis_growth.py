@@ -11,12 +11,12 @@ import numpy as np
 from footcal_cli.core.diagnosis.answer import Cause
 from footcal_cli.core.diagnosis.gain import losses
 from footcal_cli.core.diagnosis.growth import _is_something
-from footcal_cli.core.diagnosis.problem import Problem, Signature
-from footcal_cli.core.diagnosis.refit import Refit
-from footcal_cli.core.diagnosis.size_intervals import Scatter
-from footcal_cli.core.diagnosis.whitening import noise_of
 from footcal_cli.core.effects import TABLE
-from footcal_cli.core.evidence import Interval
+from footcal_cli.core.inference.evidence import Interval
+from footcal_cli.core.inference.problem import Problem, Signature
+from footcal_cli.core.inference.refit import Refit
+from footcal_cli.core.inference.size_intervals import Scatter
+from footcal_cli.core.inference.whitening import noise_of
 from footcal_cli.core.parameters import FloatArray
 
 BLOCKS, ROWS = 12, 60

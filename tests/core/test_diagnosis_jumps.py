@@ -10,8 +10,8 @@ from scipy import stats
 from scipy.signal import lfilter
 
 from footcal_cli.core.diagnosis.jumps import jump_p
-from footcal_cli.core.diagnosis.lines import Traces
-from footcal_cli.core.diagnosis.problem import Problem
+from footcal_cli.core.inference.lines import Traces
+from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.parameters import FloatArray
 
 CELLS, SWINGS, ROWS, RATE_HZ, CYCLE_S = 4, 50, 6, 20.0, 1.2

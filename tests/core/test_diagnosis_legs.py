@@ -10,13 +10,13 @@ import pytest
 from footcal_cli.core.chain import Link
 from footcal_cli.core.diagnosis.answer import Verdict
 from footcal_cli.core.diagnosis.bridge import problem_from
-from footcal_cli.core.diagnosis.case import rows_of
 from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.core.diagnosis.moments import at_its_moment
 from footcal_cli.core.diagnosis.signals import describe
-from footcal_cli.core.diagnosis.signatures import calibration_columns
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.effects import TABLE
+from footcal_cli.core.inference.case import rows_of
+from footcal_cli.core.inference.signatures import calibration_columns
 from tests.core.leg_cases import (
     FAMILIES,
     distorting,

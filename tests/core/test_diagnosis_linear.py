@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from footcal_cli.core.diagnosis.linear import (
+from footcal_cli.core.inference.linear import (
     least_squares,
     left_by,
     orthonormal,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from footcal_cli.core.diagnosis.lines import (
+from footcal_cli.core.inference.lines import (
     Series,
     Traces,
     pieces_of,

@@ -10,7 +10,7 @@ import pytest
 from footcal_cli.core.diagnosis.mixtures import MIXTURE, against_mixtures
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.unnamed import Unnamed
-from footcal_cli.core.evidence import sign_patterns
+from footcal_cli.core.inference.evidence import sign_patterns
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 from tests.core.diagnosis_world import (

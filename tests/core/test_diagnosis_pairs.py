@@ -12,17 +12,17 @@ import pytest
 from footcal_cli.core.diagnosis import investigation
 from footcal_cli.core.diagnosis.answer import Verdict
 from footcal_cli.core.diagnosis.bridge import problem_from
-from footcal_cli.core.diagnosis.case import rows_of
-from footcal_cli.core.diagnosis.grams import whitened_grams
 from footcal_cli.core.diagnosis.investigation import investigate
 from footcal_cli.core.diagnosis.library import Library, library
 from footcal_cli.core.diagnosis.pairs import likely_pairs
 from footcal_cli.core.diagnosis.path import Path, beginning, together
-from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.signals import describe
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.effects import TABLE
+from footcal_cli.core.inference.case import rows_of
+from footcal_cli.core.inference.grams import whitened_grams
+from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.parameters import FloatArray
 from tests.core.diagnosis_world import (
     library_effects,

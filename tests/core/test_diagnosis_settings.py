@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from footcal_cli.core.diagnosis.problem import Problem, Signature
-from footcal_cli.core.diagnosis.settings import (
+from footcal_cli.core.inference.problem import Problem, Signature
+from footcal_cli.core.inference.settings import (
     Parts,
     Settings,
     part_variances,
@@ -16,9 +16,9 @@ from footcal_cli.core.diagnosis.settings import (
     variance_between,
     within_settings,
 )
-from footcal_cli.core.diagnosis.settled import settled
-from footcal_cli.core.diagnosis.shapes import times_of
-from footcal_cli.core.diagnosis.whitening import fit_row_whitener
+from footcal_cli.core.inference.settled import settled
+from footcal_cli.core.inference.shapes import times_of
+from footcal_cli.core.inference.whitening import fit_row_whitener
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray, IntArray
 

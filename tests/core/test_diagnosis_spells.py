@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.spells import spell_p
-from footcal_cli.core.evidence import local_max_t, sign_patterns
+from footcal_cli.core.inference.evidence import local_max_t, sign_patterns
+from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.parameters import FloatArray, IntArray
 
 BLOCKS, ROWS = 24, 100

@@ -10,13 +10,13 @@ from scipy import stats
 
 from footcal_cli.core.diagnosis.detection import detect
 from footcal_cli.core.diagnosis.features import features_of
-from footcal_cli.core.diagnosis.grams import Grams, whitened_grams
-from footcal_cli.core.diagnosis.problem import Problem, Signature
-from footcal_cli.core.diagnosis.scores import scores
-from footcal_cli.core.diagnosis.wandering import variance_beside, wandering_variance
 from footcal_cli.core.diagnosis.weighing import alike_as
-from footcal_cli.core.diagnosis.whitening import has_single_rows, noise_of
-from footcal_cli.core.evidence import sign_patterns
+from footcal_cli.core.inference.evidence import sign_patterns
+from footcal_cli.core.inference.grams import Grams, whitened_grams
+from footcal_cli.core.inference.problem import Problem, Signature
+from footcal_cli.core.inference.scores import scores
+from footcal_cli.core.inference.wandering import variance_beside, wandering_variance
+from footcal_cli.core.inference.whitening import has_single_rows, noise_of
 from footcal_cli.core.parameters import FloatArray
 
 STANCES, PIECES, OUTPUTS = 24, 4, 3

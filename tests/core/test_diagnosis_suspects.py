@@ -8,7 +8,7 @@ import pytest
 
 from footcal_cli.core.diagnosis.answer import Verdict
 from footcal_cli.core.diagnosis.suspects import Followed, Says, survivors
-from footcal_cli.core.evidence import Interval
+from footcal_cli.core.inference.evidence import Interval
 from footcal_cli.sheets.diagnosis.followed import followed_words
 
 THERE = Followed("delay", Interval(1.1, 0.8, 1.4))

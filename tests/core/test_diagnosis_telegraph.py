@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from footcal_cli.core.diagnosis.lines import Traces
-from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.telegraph import levels_p, switching_p
+from footcal_cli.core.inference.lines import Traces
+from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.parameters import FloatArray
 from tests.core.test_diagnosis_spells import BLOCKS, ROWS, series, spells
 

@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.unnamed import KNEE, Curves, Unnamed, against_curves
-from footcal_cli.core.evidence import sign_patterns
+from footcal_cli.core.inference.evidence import sign_patterns
+from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 from tests.core.diagnosis_world import (

@@ -13,9 +13,9 @@ from footcal_cli.core.diagnosis.curves import Curve
 from footcal_cli.core.diagnosis.detection import Detection
 from footcal_cli.core.diagnosis.form import Form
 from footcal_cli.core.diagnosis.investigation import _verdict
-from footcal_cli.core.diagnosis.lines import Line
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.unnamed import Unnamed
+from footcal_cli.core.inference.lines import Line
 
 QUIET = Detection(
     groups=("gait phase",), group_p=np.ones(1), bump_p=0.6, flexible_p=1.0, line=Line(),

@@ -12,15 +12,15 @@ from footcal_cli.core.chain import Link
 from footcal_cli.core.contact import airborne
 from footcal_cli.core.diagnosis.aliases import aliases
 from footcal_cli.core.diagnosis.bridge import problem_from
-from footcal_cli.core.diagnosis.case import every, residual, rows_of
 from footcal_cli.core.diagnosis.contest import never_told
-from footcal_cli.core.diagnosis.grams import whitened_grams
 from footcal_cli.core.diagnosis.library import Library, library
-from footcal_cli.core.diagnosis.problem import Problem, Signature
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.signals import describe
-from footcal_cli.core.diagnosis.whitening import RowWhitener, noise_of
 from footcal_cli.core.effects import TABLE
+from footcal_cli.core.inference.case import every, residual, rows_of
+from footcal_cli.core.inference.grams import whitened_grams
+from footcal_cli.core.inference.problem import Problem, Signature
+from footcal_cli.core.inference.whitening import RowWhitener, noise_of
 from footcal_cli.core.parameters import FloatArray
 from tests.core.test_diagnosis_bridge import ROBOT, walk_case
 

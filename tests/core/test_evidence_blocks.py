@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from footcal_cli.core.evidence import (
+from footcal_cli.core.inference.evidence import (
     Pooled,
     effective_blocks,
     held_out_interval,

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from footcal_cli.core.experiments.hang import EXPERIMENT
-from footcal_cli.core.fit import numeric_jacobian
 from footcal_cli.core.hang.joint import HangFit, HangOptions, fit_hang
 from footcal_cli.core.hang.model import HangModel
+from footcal_cli.core.inference.fit import numeric_jacobian
 from footcal_cli.core.parameters import Status
 from tests.core.six_axis_data import (
     AXES,

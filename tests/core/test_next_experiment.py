@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from footcal_cli.core.chain import Chain
 from footcal_cli.core.diagnosis.menu import LIKE, advice, menu_for, repeats_for
 from footcal_cli.core.diagnosis.plans import PLANS, Plan
-from footcal_cli.core.diagnosis.problem import Signature
 from footcal_cli.core.diagnosis.rehearsal import Contender, Rehearsal, rehearsed
 from footcal_cli.core.diagnosis.rig import Rig
 from footcal_cli.core.effects import TABLE
 from footcal_cli.core.experiments import stand
+from footcal_cli.core.inference.problem import Signature
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.simulation.biped_logs import StandPlan, Streams, biped_logs, standing

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from footcal_cli.core.observability import (
+from footcal_cli.core.inference.observability import (
     describe_direction,
     observability,
     rank_candidates,

@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from footcal_cli.core.fit import fit_map, numeric_jacobian
+from footcal_cli.core.inference.fit import fit_map, numeric_jacobian
 from footcal_cli.core.parameters import FloatArray, Parameter, ParameterSet, Status
 
 

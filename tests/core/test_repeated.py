@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from footcal_cli.core.fleet import Sessions, study
-from footcal_cli.core.repeated import (
+from footcal_cli.core.inference.repeated import (
     components_of,
     find_changes,
     level_of,

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import json
 import re
 import shlex
 import subprocess
 import sys
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 
 from footcal_cli.app import main
 from footcal_cli.commands import option_tables
+from footcal_cli.core.hang.model import AXES
 from footcal_cli.recipe import read_recipe
 from tests.conftest import REPOSITORY
 
@@ -117,14 +121,37 @@ def test_recipes_of_the_page_can_be_read(page: Path, tmp_path: Path) -> None:
             read_recipe(recipe, option_tables())
 
 
-def test_python_examples_run() -> None:
+def test_python_examples_run(place: Path) -> None:
+    """Every calibration of the page finds what is true of the sample it runs on."""
     page = REPOSITORY / "docs" / "explanation" / "python.md"
-    names: dict[str, object] = {}
-    examples = [b for b in blocks(page) if b.language == "python"]
-    assert len(examples) >= 2
-    for example in examples:
-        exec(compile(example.text, str(page), "exec"), names)
-    assert 0 < float(names["fit"].rmse_n) < 0.5  # type: ignore[attr-defined]
+    names: dict[str, Any] = {}
+    for example in blocks(page):
+        if example.language == "python":
+            exec(compile(example.text, str(page), "exec"), names)
+    bench, biped, hexapod = (
+        json.loads((place / "sample_data" / file).read_text(encoding="utf-8"))
+        for file in ("bench_foot/truth.json", "biped/walk_004_truth.json", "hexapod/truth.json")
+    )
+    stood = json.loads((place / "sample_data/biped/stand_truth.json").read_text(encoding="utf-8"))
+    legs = {
+        f"{leg}.{name}": value
+        for leg, truth in hexapod["legs"].items()
+        for name, value in {
+            "weight": truth["mass_kg"] * hexapod["gravity_mps2"],
+            **dict(zip((f"offset_{axis}" for axis in AXES), truth["offset"], strict=True)),
+        }.items()
+    }
+    for found, truth in (
+        (names["found"], bench["parameters"]), (names["foot"], bench["parameters"]),
+        (names["stood"], stood["parameters"]), (names["walked"], biped["parameters"]),
+        *((leg, legs) for leg in names["legs"]), (names["robot"], legs),
+    ):  # fmt: skip
+        known = [i for i, name in enumerate(found.estimates.names) if name in truth]
+        error = found.estimates.values - [truth.get(n, 0.0) for n in found.estimates.names]
+        in_sd = (error / np.maximum(found.sd, 1e-300))[known]
+        assert len(known) >= 2
+        assert np.sqrt(np.mean(in_sd**2)) < 2.0, found.summary()
+        assert len(found.summary().splitlines()) == len(found.estimates.names)
 
 
 LINK = re.compile(r"\]\((?!https?://|#)([^)#\s]+)")

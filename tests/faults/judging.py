@@ -18,7 +18,7 @@ from scipy import stats
 from footcal_cli.app import main
 from footcal_cli.records.files import Versioned
 from footcal_cli.records.results import ParametersRecord, RmseRecord, RunRecord
-from footcal_cli.report import Picture
+from footcal_cli.report import Drawn, Picture
 from tests.faults.bases import Base
 from tests.faults.mutations import Mutation
 from tests.faults.running import Job, Outcome
@@ -129,15 +129,15 @@ def call(words: list[str]) -> tuple[int, str, str]:
 def not_drawn() -> Iterator[None]:
     """Make figures, but do not render them: that takes most of the time of a small case."""
 
-    def built(picture: Picture) -> bytes:
+    def built(picture: Picture) -> Drawn:
         picture.draw().clear()
-        return b""
+        return Drawn(b"")
 
-    drawn, Picture.png = Picture.png, built  # type: ignore[method-assign, assignment]
+    drawn, Picture.drawn = Picture.drawn, built  # type: ignore[method-assign, assignment]
     try:
         yield
     finally:
-        Picture.png = drawn  # type: ignore[method-assign]
+        Picture.drawn = drawn  # type: ignore[method-assign]
 
 
 def spoken(code: int, err: str) -> list[str]:

@@ -14,7 +14,7 @@ from footcal_cli.records.results import (
     RunRecord,
     VerdictRecord,
 )
-from footcal_cli.report import Picture, Report, Sheet, history_sheet, plural
+from footcal_cli.report import Drawn, Picture, Report, Sheet, history_sheet, plural
 from footcal_cli.report.page import render_html
 
 ALARM = FindingRecord(
@@ -44,7 +44,9 @@ def page(**changes: object) -> str:
         command="offline-fit", started="2026-11-24", arguments={}, recipe={}, options={},
         inputs={}, rows={}, seed=0, timings_s={}, verdict=report.verdict, exit_code=0,
     )  # fmt: skip
-    return render_html(report, run, "{}", {"residuals": b"png"}, ("parameters.json", "rmse.csv"))
+    return render_html(
+        report, run, "{}", {"residuals": Drawn(b"png")}, ("parameters.json", "rmse.csv")
+    )
 
 
 def test_result_and_action_come_before_evidence_and_details() -> None:

@@ -157,7 +157,7 @@ def _weights_pictures(
             Picture(
                 "recordings", lambda: plot_recordings(studies),
                 "The recording: blue samples were used, the others not, and why.",
-                title="Recording, with the samples used and rejected",
+                title="Recording, with the samples used and rejected", zoom=True,
             ),
         )  # fmt: skip
     return tuple(pictures)

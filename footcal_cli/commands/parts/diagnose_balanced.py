@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from footcal_cli.commands.diagnose import DiagnoseOptions
     from footcal_cli.commands.parts.diagnose_cases import CaseRead
-    from footcal_cli.core.diagnosis.lines import Series
+    from footcal_cli.core.inference.lines import Series
     from footcal_cli.intake import Recording
     from footcal_cli.session import Session
 
@@ -44,10 +44,10 @@ def read_balanced(session: Session[DiagnoseOptions]) -> CaseRead:
     )
     from footcal_cli.core.contact import airborne
     from footcal_cli.core.diagnosis.blocks import cut_balanced
-    from footcal_cli.core.diagnosis.case import Case
     from footcal_cli.core.diagnosis.recording import noise_of_smoothed, steps_of, swings_apart
-    from footcal_cli.core.diagnosis.tracking import gain_and_bias
     from footcal_cli.core.experiments import stand, walk
+    from footcal_cli.core.inference.case import Case
+    from footcal_cli.core.inference.tracking import gain_and_bias
     from footcal_cli.core.online.streams import MergeRule
     from footcal_cli.core.parameters import ParameterSet
     from footcal_cli.errors import DataError
@@ -121,8 +121,8 @@ def _unfiltered(recordings: list[Recording]) -> Series:
     """Swinging cells before the filter, all recordings one after the other."""
     import numpy as np
 
-    from footcal_cli.core.diagnosis.lines import swing_series
     from footcal_cli.core.experiments.walk import channel_contact
+    from footcal_cli.core.inference.lines import swing_series
 
     time_s, forces, contact, rates, last = [], [], [], [], 0.0
     for recording in recordings:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from footcal_cli.commands.diagnose import DiagnoseOptions
     from footcal_cli.core.chain import Chain
-    from footcal_cli.core.diagnosis.case import Case
+    from footcal_cli.core.inference.case import Case
     from footcal_cli.core.parameters import FloatArray, Parameter
     from footcal_cli.core.quality import Finding
     from footcal_cli.records.results import ParametersRecord

@@ -34,11 +34,11 @@ def read_hang(session: Session[DiagnoseOptions]) -> CaseRead:
     from footcal_cli.commands.hang_calib import HangCalibOptions, asked_of, hanging_axes
     from footcal_cli.commands.parts.diagnose_cases import CaseRead
     from footcal_cli.commands.parts.hang_logs import leg_logs
-    from footcal_cli.core.diagnosis.case import Case
     from footcal_cli.core.experiments.hang import EXPERIMENT
     from footcal_cli.core.hang.blocks import blocked
     from footcal_cli.core.hang.joint import fit_hang
     from footcal_cli.core.hang.runs import hang_runs
+    from footcal_cli.core.inference.case import Case
     from footcal_cli.core.parameters import ParameterSet
     from footcal_cli.recipe import validated
 

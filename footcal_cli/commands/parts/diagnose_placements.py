@@ -25,8 +25,8 @@ def read_placements(session: Session[DiagnoseOptions]) -> CaseRead:
         chain_of,
         optional_column,
     )
-    from footcal_cli.core.diagnosis.case import Case
     from footcal_cli.core.experiments.placements import EXPERIMENT
+    from footcal_cli.core.inference.case import Case
     from footcal_cli.core.log import Log
     from footcal_cli.core.parameters import ParameterSet
     from footcal_cli.core.quality import (

@@ -65,9 +65,9 @@ def planned(session: Session[DiagnoseOptions]) -> Outcome:
 
 def _rivals(session: Session[DiagnoseOptions]) -> tuple[Contender, ...]:
     """The effects to tell apart, with the sizes that a diagnosis gave them or their usual ones."""
-    from footcal_cli.core.diagnosis.problem import Signature
     from footcal_cli.core.diagnosis.rehearsal import Contender
     from footcal_cli.core.effects import TABLE
+    from footcal_cli.core.inference.problem import Signature
     from footcal_cli.errors import UsageError, nearest
 
     record = _diagnosis(session.request.logs)

@@ -35,8 +35,8 @@ def read_pose(session: Session[DiagnoseOptions]) -> CaseRead:
     from footcal_cli.commands.parts.pose_logs import raw_poses
     from footcal_cli.commands.parts.six_axis_logs import without_effects
     from footcal_cli.commands.pose_calib import PoseCalibOptions, pose_noise_sd
-    from footcal_cli.core.diagnosis.case import Case
     from footcal_cli.core.experiments.pose import EXPERIMENT
+    from footcal_cli.core.inference.case import Case
     from footcal_cli.core.parameters import ParameterSet
     from footcal_cli.core.pose.data import pose_data
     from footcal_cli.core.pose.problem import PoseOptions

@@ -9,8 +9,8 @@ if TYPE_CHECKING:
 
     from footcal_cli.commands.diagnose import DiagnoseOptions
     from footcal_cli.commands.parts.diagnose_cases import CaseRead
-    from footcal_cli.core.diagnosis.tracking import Direction
     from footcal_cli.core.experiments.contract import Experiment
+    from footcal_cli.core.inference.tracking import Direction
     from footcal_cli.core.log import Log
     from footcal_cli.core.parameters import Parameter
     from footcal_cli.session import Session
@@ -32,8 +32,8 @@ def read_six_axis_feet(session: Session[DiagnoseOptions]) -> CaseRead:
     import numpy as np
 
     from footcal_cli.commands.parts.diagnose_cases import CaseRead, baseline_of, chain_of
-    from footcal_cli.core.diagnosis.case import Case
     from footcal_cli.core.experiments import stand, walk
+    from footcal_cli.core.inference.case import Case
     from footcal_cli.core.online.streams import MergeRule
     from footcal_cli.core.parameters import ParameterSet
     from footcal_cli.intake import read_recordings
@@ -98,7 +98,7 @@ def offset_parameters(channels: Sequence[str], values: dict[str, float]) -> tupl
 
 def offset_directions(channels: Sequence[str]) -> tuple[Direction, ...]:
     """Each axis's offset as a way of drifting, forces and torques with a speed of their own."""
-    from footcal_cli.core.diagnosis.tracking import Direction
+    from footcal_cli.core.inference.tracking import Direction
     from footcal_cli.core.online.six_axis import PRIOR_SD
 
     found = []

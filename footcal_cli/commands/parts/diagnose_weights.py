@@ -31,8 +31,8 @@ def read_weights(session: Session[DiagnoseOptions]) -> CaseRead:
         baseline_of,
         chain_of,
     )
-    from footcal_cli.core.diagnosis.case import Case
     from footcal_cli.core.experiments.weights import EXPERIMENT
+    from footcal_cli.core.inference.case import Case
     from footcal_cli.core.parameters import ParameterSet
     from footcal_cli.core.quality import copied_rows_finding
     from footcal_cli.inspection import weights_findings

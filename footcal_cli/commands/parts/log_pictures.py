@@ -39,7 +39,7 @@ def picture_of(
         said, draw = "wrench of every leg, row by row", _legs
     else:
         said, draw = "every channel; what was found is red", _stream
-    return Picture(name, draw(table, robot, findings), f"{where}: {said}.")
+    return Picture(name, draw(table, robot, findings), f"{where}: {said}.", zoom=True)
 
 
 def _weights(table: Table, robot: Robot, findings: Sequence[Finding]) -> Drawing:

@@ -17,6 +17,7 @@ from footcal_cli.core.pose.hanging import LegKnowledge
 from footcal_cli.core.pose.joint import PoseFit
 from footcal_cli.core.pose.leg_map import LegMap
 from footcal_cli.core.pose.selection import Candidate
+from footcal_cli.core.pose.slow_noise import SlowNoise
 from footcal_cli.core.pose.standing import OffsetFit
 from footcal_cli.core.pose.wrenches import FootCalibration, foot_wrenches, reference_com_b_m
 from footcal_cli.core.spatial import rotation_exp
@@ -53,6 +54,8 @@ class Found:
 
     Parameters
     ----------
+    slow
+        How the noise lasts from pose to pose.
     held_out
         The fit judged on poses it was not made with.
     stages
@@ -62,6 +65,7 @@ class Found:
     data: PoseData
     legs: tuple[LegKnowledge, ...]
     fit: PoseFit
+    slow: SlowNoise
     candidates: tuple[Candidate, ...]
     held_out: Candidate
     stages: Mapping[str, FloatArray]
@@ -162,14 +166,22 @@ def mounting_outcome(session: Session[PoseCalibOptions], found: Found) -> Outcom
             title="Shaft angles and body tilts covered by the poses",
         ),
     )
+    contradicted = departures(found.fit, found.legs, found.data.robot_weight_n)
+    verdict = sheets.verdict(
+        found.fit,
+        found.stages,
+        found.mapped,
+        found.held_out,
+        found.candidates[0],
+        found.slow,
+        contradicted,
+    )
     mounted = Mounted(found.fit.rot_bt, found.fit.arm_b_m)
     calibration = calibration_of(found.data, mounted, found.fit.mounting.offset, found.legs)
     return Outcome(
         report=Report(
             title=f"Standing calibration of {session.recipe.robot.name}",
-            verdict=sheets.verdict(
-                found.fit, found.stages, found.mapped, found.held_out, found.candidates[0]
-            ),
+            verdict=verdict,
             pictures=pictures,
             sheets=(
                 sheets.mounting_sheet(found.fit),
@@ -180,9 +192,7 @@ def mounting_outcome(session: Session[PoseCalibOptions], found: Found) -> Outcom
             findings=(
                 *found.findings,
                 *sheets.findings(found.fit, found.mapped),
-                *sheets.departure_findings(
-                    departures(found.fit, found.legs, found.data.robot_weight_n)
-                ),
+                *sheets.departure_findings(contradicted),
             ),
             footer=sheets.footer(options.method, options.balance, options.errors_in_variables),
         ),

@@ -68,7 +68,7 @@ def series_outcome(session: Session[PoseCalibOptions]) -> Outcome:
                     "Force on the second transducer of each pair that the first does not explain, "
                     "over the log: flat while quiet, what appears with tipping is weight turning "
                     "with the leg, hands, or gain.",
-                    title="Force that the first transducer of a pair does not explain",
+                    title="Force that the first transducer of a pair does not explain", zoom=True,
                 ),
             ),
             sheets=(_pair_sheet(fits),),

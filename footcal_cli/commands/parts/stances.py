@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from footcal_cli.commands.static_init import StaticInitOptions
-    from footcal_cli.core.observability import NextStep
+    from footcal_cli.core.inference.observability import NextStep
     from footcal_cli.core.quiet import QuietSet
     from footcal_cli.core.static_init import StanceRows
     from footcal_cli.intake import Recording

@@ -32,7 +32,7 @@ from footcal_cli.core.bench.regressors import (
     within,
 )
 from footcal_cli.core.bench.terms import Term
-from footcal_cli.core.fit import PRIOR_KEPT_RATIO
+from footcal_cli.core.inference.fit import PRIOR_KEPT_RATIO
 from footcal_cli.core.parameters import BoolArray, Estimates, FloatArray, Status
 from footcal_cli.errors import FitError
 

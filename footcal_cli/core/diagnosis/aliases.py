@@ -7,8 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from footcal_cli.core.diagnosis.library import Library
-from footcal_cli.core.diagnosis.linear import scaled_inverse
-from footcal_cli.core.diagnosis.problem import Signature
+from footcal_cli.core.inference.linear import scaled_inverse
+from footcal_cli.core.inference.problem import Signature
 from footcal_cli.core.parameters import FloatArray, IntArray
 
 

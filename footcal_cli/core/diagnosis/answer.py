@@ -9,12 +9,12 @@ from enum import StrEnum
 from footcal_cli.core.diagnosis.detection import Detection
 from footcal_cli.core.diagnosis.features import Features
 from footcal_cli.core.diagnosis.form import Form
-from footcal_cli.core.diagnosis.grams import Grams
 from footcal_cli.core.diagnosis.library import Library
-from footcal_cli.core.diagnosis.problem import Signature
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.search import Search
-from footcal_cli.core.evidence import Interval, smallest_p
+from footcal_cli.core.inference.evidence import Interval, smallest_p
+from footcal_cli.core.inference.grams import Grams
+from footcal_cli.core.inference.problem import Signature
 
 
 class Verdict(StrEnum):

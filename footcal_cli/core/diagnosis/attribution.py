@@ -13,11 +13,11 @@ from math import comb
 
 import numpy as np
 
-from footcal_cli.core.diagnosis.grams import whitened_grams
 from footcal_cli.core.diagnosis.investigation import Investigation
-from footcal_cli.core.diagnosis.problem import Signature
-from footcal_cli.core.diagnosis.refit import Refit
-from footcal_cli.core.diagnosis.scores import held_out_loss
+from footcal_cli.core.inference.grams import whitened_grams
+from footcal_cli.core.inference.problem import Signature
+from footcal_cli.core.inference.refit import Refit
+from footcal_cli.core.inference.scores import held_out_loss
 from footcal_cli.core.parameters import FloatArray, IntArray
 
 

@@ -15,12 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from footcal_cli.core.diagnosis.answer import Cause
-from footcal_cli.core.diagnosis.case import Case, Rows, channels_of
 from footcal_cli.core.diagnosis.curves import explained_p
 from footcal_cli.core.diagnosis.form import Form
-from footcal_cli.core.diagnosis.grams import whitened_grams
-from footcal_cli.core.diagnosis.linear import unit_columns
-from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.unnamed import (
     CURVES,
     KNEES,
@@ -29,8 +25,12 @@ from footcal_cli.core.diagnosis.unnamed import (
     left_beside,
     loads_of,
 )
-from footcal_cli.core.diagnosis.whitening import has_single_rows
 from footcal_cli.core.effects.contract import is_six_axis
+from footcal_cli.core.inference.case import Case, Rows, channels_of
+from footcal_cli.core.inference.grams import whitened_grams
+from footcal_cli.core.inference.linear import unit_columns
+from footcal_cli.core.inference.problem import Problem
+from footcal_cli.core.inference.whitening import has_single_rows
 from footcal_cli.core.parameters import FloatArray
 
 

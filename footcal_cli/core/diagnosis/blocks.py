@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from footcal_cli.core.contact import gait_cycles
-from footcal_cli.core.diagnosis.case import MOST_BLOCKS
+from footcal_cli.core.inference.case import MOST_BLOCKS
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray, IntArray
 

@@ -6,18 +6,18 @@ from collections.abc import Callable, Iterable, Mapping
 
 import numpy as np
 
-from footcal_cli.core.diagnosis.case import Case, Rows, balanced, channels_of, residual
 from footcal_cli.core.diagnosis.imperfections import with_imperfections
-from footcal_cli.core.diagnosis.lines import Traces
-from footcal_cli.core.diagnosis.problem import Problem
-from footcal_cli.core.diagnosis.settings import Settings
-from footcal_cli.core.diagnosis.signatures import (
+from footcal_cli.core.effects.contract import Effect
+from footcal_cli.core.inference.case import Case, Rows, balanced, channels_of, residual
+from footcal_cli.core.inference.lines import Traces
+from footcal_cli.core.inference.problem import Problem
+from footcal_cli.core.inference.settings import Settings
+from footcal_cli.core.inference.signatures import (
     calibration_columns,
     direction_columns,
     library_columns,
 )
-from footcal_cli.core.diagnosis.tracking import Tracking
-from footcal_cli.core.effects.contract import Effect
+from footcal_cli.core.inference.tracking import Tracking
 from footcal_cli.core.parameters import FloatArray
 
 Describe = Callable[[Case, Rows], tuple[Mapping[str, FloatArray], Mapping[str, FloatArray]]]

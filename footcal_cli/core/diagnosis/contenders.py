@@ -11,12 +11,12 @@ import numpy as np
 from footcal_cli.core.diagnosis.aliases import aliases
 from footcal_cli.core.diagnosis.answer import Cause, Diagnosis
 from footcal_cli.core.diagnosis.moments import at_its_moment, has_moment
-from footcal_cli.core.diagnosis.problem import Problem, Signature
-from footcal_cli.core.diagnosis.refit import Refit
-from footcal_cli.core.diagnosis.signatures import SWITCHES
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.effects.contract import Effect
-from footcal_cli.core.evidence import Interval
+from footcal_cli.core.inference.evidence import Interval
+from footcal_cli.core.inference.problem import Problem, Signature
+from footcal_cli.core.inference.refit import Refit
+from footcal_cli.core.inference.signatures import SWITCHES
 
 Contender: TypeAlias = tuple[Cause, Refit, Problem]
 """A cause, its refit beside all others, and the problem that it leaves."""

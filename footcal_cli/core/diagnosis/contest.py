@@ -8,7 +8,6 @@ from dataclasses import replace
 from footcal_cli.core.diagnosis.aliases import aliases
 from footcal_cli.core.diagnosis.answer import Cause, Compared, Diagnosis
 from footcal_cli.core.diagnosis.contenders import KNEES, fit, refitted, refitted_with
-from footcal_cli.core.diagnosis.grams import calibration_grams
 from footcal_cli.core.diagnosis.kindred import (
     Tried,
     excess_of,
@@ -22,21 +21,22 @@ from footcal_cli.core.diagnosis.kindred import (
 )
 from footcal_cli.core.diagnosis.mixtures import LINEAR
 from footcal_cli.core.diagnosis.moments import moved
-from footcal_cli.core.diagnosis.problem import Problem, Signature
-from footcal_cli.core.diagnosis.refit import Refit
 from footcal_cli.core.diagnosis.rules import Rules
-from footcal_cli.core.diagnosis.scores import held_out_loss
-from footcal_cli.core.diagnosis.settings import Settings
-from footcal_cli.core.diagnosis.shapes import shapes_of
-from footcal_cli.core.diagnosis.signatures import SWITCHES, own_place
 from footcal_cli.core.diagnosis.subject import Subject
-from footcal_cli.core.diagnosis.whitening import Noise, noise_of
 from footcal_cli.core.effects.contract import Effect
-from footcal_cli.core.evidence import (
+from footcal_cli.core.inference.evidence import (
     Interval,
     sign_flip_mean,
     sign_patterns,
 )
+from footcal_cli.core.inference.grams import calibration_grams
+from footcal_cli.core.inference.problem import Problem, Signature
+from footcal_cli.core.inference.refit import Refit
+from footcal_cli.core.inference.scores import held_out_loss
+from footcal_cli.core.inference.settings import Settings
+from footcal_cli.core.inference.shapes import shapes_of
+from footcal_cli.core.inference.signatures import SWITCHES, own_place
+from footcal_cli.core.inference.whitening import Noise, noise_of
 from footcal_cli.core.parameters import FloatArray
 
 OF_ANY_ORDER = frozenset({"lag", "sensor_lag"})

@@ -13,8 +13,8 @@ import numpy as np
 from scipy import stats
 
 from footcal_cli.core.diagnosis.features import Features
-from footcal_cli.core.diagnosis.grams import Grams
-from footcal_cli.core.diagnosis.scores import coefficients
+from footcal_cli.core.inference.grams import Grams
+from footcal_cli.core.inference.scores import coefficients
 from footcal_cli.core.parameters import FloatArray, IntArray
 
 _DEPENDENT = 1e-3

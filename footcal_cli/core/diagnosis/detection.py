@@ -11,15 +11,15 @@ from scipy.sparse.csgraph import connected_components
 
 from footcal_cli.core.diagnosis.curves import Curve, strongest_curve
 from footcal_cli.core.diagnosis.features import MEMORY, Features, features_of
-from footcal_cli.core.diagnosis.grams import Grams, whitened_grams
-from footcal_cli.core.diagnosis.linear import scaled_inverse
-from footcal_cli.core.diagnosis.lines import Line, Traces, pieces_of, strongest_line
-from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.rules import LEVEL_SHARE
-from footcal_cli.core.diagnosis.scores import held_out_loss, scores
 from footcal_cli.core.diagnosis.spells import spell_p
 from footcal_cli.core.diagnosis.telegraph import levels_p
-from footcal_cli.core.evidence import permutation_max_t, sign_flip_mean
+from footcal_cli.core.inference.evidence import permutation_max_t, sign_flip_mean
+from footcal_cli.core.inference.grams import Grams, whitened_grams
+from footcal_cli.core.inference.linear import scaled_inverse
+from footcal_cli.core.inference.lines import Line, Traces, pieces_of, strongest_line
+from footcal_cli.core.inference.problem import Problem
+from footcal_cli.core.inference.scores import held_out_loss, scores
 from footcal_cli.core.parameters import FloatArray, IntArray
 
 _RCOND = 1e-9
@@ -100,7 +100,7 @@ def detect(
     base
         Columns that are fitted: calibration and accepted candidates.
     signs
-        From `footcal_cli.core.evidence.sign_patterns`.
+        From `footcal_cli.core.inference.evidence.sign_patterns`.
     accepted
         Row columns of accepted candidates, shape (m, a).
     """

@@ -14,11 +14,11 @@ from dataclasses import replace
 import numpy as np
 
 from footcal_cli.core.diagnosis.answer import Cause
-from footcal_cli.core.diagnosis.linear import unit_columns
-from footcal_cli.core.diagnosis.problem import Problem
-from footcal_cli.core.diagnosis.refit import Refit
 from footcal_cli.core.diagnosis.unnamed import Unnamed, left_beside
 from footcal_cli.core.effects.contract import Effect
+from footcal_cli.core.inference.linear import unit_columns
+from footcal_cli.core.inference.problem import Problem
+from footcal_cli.core.inference.refit import Refit
 from footcal_cli.core.parameters import BoolArray, FloatArray
 
 _AT = 1e-3

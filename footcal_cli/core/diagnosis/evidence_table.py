@@ -10,12 +10,12 @@ from scipy import stats
 
 from footcal_cli.core.diagnosis.answer import Diagnosis, EffectRow, EffectStatus
 from footcal_cli.core.diagnosis.library import Library
-from footcal_cli.core.diagnosis.problem import Problem, Signature
 from footcal_cli.core.diagnosis.rules import Rules
-from footcal_cli.core.diagnosis.scores import held_out_loss
 from footcal_cli.core.diagnosis.search import Search, Step, sizes_of
 from footcal_cli.core.diagnosis.weighing import Evidence
-from footcal_cli.core.evidence import Interval, jackknife_interval, smallest_p
+from footcal_cli.core.inference.evidence import Interval, jackknife_interval, smallest_p
+from footcal_cli.core.inference.problem import Problem, Signature
+from footcal_cli.core.inference.scores import held_out_loss
 
 AS_GOOD = "explains as much as "
 """Begins the reason of what is undecided between rivals."""

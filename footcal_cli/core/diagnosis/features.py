@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from footcal_cli.core.diagnosis.problem import Problem
+from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
 KNOTS = (0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0)

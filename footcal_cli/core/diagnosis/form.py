@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from footcal_cli.core.diagnosis.detection import flexible_gain
-from footcal_cli.core.diagnosis.grams import whitened_grams
-from footcal_cli.core.diagnosis.problem import Problem
-from footcal_cli.core.diagnosis.scores import scores
-from footcal_cli.core.evidence import sign_flip_group
+from footcal_cli.core.inference.evidence import sign_flip_group
+from footcal_cli.core.inference.grams import whitened_grams
+from footcal_cli.core.inference.problem import Problem
+from footcal_cli.core.inference.scores import scores
 from footcal_cli.core.parameters import FloatArray
 
 _FARTHEST = 2.5  # a regressor counts up to this many of its sd

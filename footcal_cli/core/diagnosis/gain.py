@@ -7,14 +7,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from footcal_cli.core.diagnosis.grams import calibration_grams
-from footcal_cli.core.diagnosis.linear import unit_columns
 from footcal_cli.core.diagnosis.nested import Nested
-from footcal_cli.core.diagnosis.problem import Problem
-from footcal_cli.core.diagnosis.refit import Refit
-from footcal_cli.core.diagnosis.scores import held_out_loss
-from footcal_cli.core.diagnosis.whitening import Noise
-from footcal_cli.core.evidence import Interval, effective_blocks, held_out_interval
+from footcal_cli.core.inference.evidence import Interval, effective_blocks, held_out_interval
+from footcal_cli.core.inference.grams import calibration_grams
+from footcal_cli.core.inference.linear import unit_columns
+from footcal_cli.core.inference.problem import Problem
+from footcal_cli.core.inference.refit import Refit
+from footcal_cli.core.inference.scores import held_out_loss
+from footcal_cli.core.inference.whitening import Noise
 from footcal_cli.core.parameters import BoolArray, FloatArray
 
 

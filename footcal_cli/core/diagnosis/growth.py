@@ -10,12 +10,12 @@ from scipy import stats
 from footcal_cli.core.diagnosis.answer import Cause, Diagnosis
 from footcal_cli.core.diagnosis.contest import decided
 from footcal_cli.core.diagnosis.engine import diagnose
-from footcal_cli.core.diagnosis.linear import scaled_inverse
-from footcal_cli.core.diagnosis.problem import Problem
-from footcal_cli.core.diagnosis.refit import Refit
-from footcal_cli.core.diagnosis.signatures import SWITCHES
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.effects.contract import Effect, Scope
+from footcal_cli.core.inference.linear import scaled_inverse
+from footcal_cli.core.inference.problem import Problem
+from footcal_cli.core.inference.refit import Refit
+from footcal_cli.core.inference.signatures import SWITCHES
 from footcal_cli.core.parameters import FloatArray
 
 _HALF = 0.5  # a switch that is not even half on is off

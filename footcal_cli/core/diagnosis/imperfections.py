@@ -12,13 +12,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from footcal_cli.core.diagnosis.case import Case, Rows, channels_of
-from footcal_cli.core.diagnosis.grams import whitened_grams
-from footcal_cli.core.diagnosis.problem import Excluded, Problem, Signature
-from footcal_cli.core.diagnosis.scores import coefficients
-from footcal_cli.core.diagnosis.signatures import derivative, places
 from footcal_cli.core.effects import TABLE
 from footcal_cli.core.effects.contract import Effect, Scope, units_of
+from footcal_cli.core.inference.case import Case, Rows, channels_of
+from footcal_cli.core.inference.grams import whitened_grams
+from footcal_cli.core.inference.problem import Excluded, Problem, Signature
+from footcal_cli.core.inference.scores import coefficients
+from footcal_cli.core.inference.signatures import derivative, places
 from footcal_cli.core.parameters import BoolArray, FloatArray
 
 LIMIT = 4.0

@@ -13,7 +13,6 @@ import numpy as np
 from footcal_cli.core.diagnosis.answer import Cause, Diagnosis, Verdict
 from footcal_cli.core.diagnosis.bends import against_bends, bends_of, bent_axes
 from footcal_cli.core.diagnosis.bridge import Describe, problem_from
-from footcal_cli.core.diagnosis.case import Case, Rows, rows_of
 from footcal_cli.core.diagnosis.ends import against_other_sign, held_at_zero
 from footcal_cli.core.diagnosis.engine import (
     enough,
@@ -29,15 +28,16 @@ from footcal_cli.core.diagnosis.mixtures import against_mixtures, applies_to, mi
 from footcal_cli.core.diagnosis.nested import nested_losses
 from footcal_cli.core.diagnosis.pairs import likely_pairs
 from footcal_cli.core.diagnosis.path import Path, beginning, grown, together
-from footcal_cli.core.diagnosis.problem import Problem
-from footcal_cli.core.diagnosis.refit import Refit
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.stated import stated_size
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.diagnosis.unnamed import Unnamed, against_curves, applies, curves_of
-from footcal_cli.core.diagnosis.whitening import noise_of
 from footcal_cli.core.effects.contract import Effect, GridOf
-from footcal_cli.core.evidence import Interval, sign_patterns
+from footcal_cli.core.inference.case import Case, Rows, rows_of
+from footcal_cli.core.inference.evidence import Interval, sign_patterns
+from footcal_cli.core.inference.problem import Problem
+from footcal_cli.core.inference.refit import Refit
+from footcal_cli.core.inference.whitening import noise_of
 from footcal_cli.core.parameters import IntArray
 
 _CLEAR = (Verdict.NAMED, Verdict.AMBIGUOUS)

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 import numpy as np
 from scipy import stats
 
-from footcal_cli.core.diagnosis.problem import Problem
+from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.parameters import FloatArray
 
 SWINGS = (1, 2, 4)

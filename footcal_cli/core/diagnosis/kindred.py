@@ -10,22 +10,22 @@ from scipy import optimize, stats
 
 from footcal_cli.core.diagnosis.answer import Cause
 from footcal_cli.core.diagnosis.curves import explained
-from footcal_cli.core.diagnosis.grams import whitened_grams
-from footcal_cli.core.diagnosis.problem import Problem, Signature
-from footcal_cli.core.diagnosis.refit import Refit
 from footcal_cli.core.diagnosis.rules import Rules
-from footcal_cli.core.diagnosis.scores import scores
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.diagnosis.unnamed import CURVES
 from footcal_cli.core.diagnosis.weighing import single_rows_p
-from footcal_cli.core.diagnosis.whitening import Noise, has_single_rows
 from footcal_cli.core.effects.contract import Effect
-from footcal_cli.core.evidence import (
+from footcal_cli.core.inference.evidence import (
     Interval,
     jackknife_interval,
     sign_flip_group,
     sign_flip_max_t,
 )
+from footcal_cli.core.inference.grams import whitened_grams
+from footcal_cli.core.inference.problem import Problem, Signature
+from footcal_cli.core.inference.refit import Refit
+from footcal_cli.core.inference.scores import scores
+from footcal_cli.core.inference.whitening import Noise, has_single_rows
 from footcal_cli.core.parameters import FloatArray
 
 SMOOTH = frozenset({"nonlinearity", "nonlinearity_cubic"})

@@ -8,7 +8,7 @@ import numpy as np
 
 from footcal_cli.core.diagnosis.answer import Diagnosis, Verdict
 from footcal_cli.core.diagnosis.investigation import Investigation
-from footcal_cli.core.diagnosis.problem import Problem, Signature
+from footcal_cli.core.inference.problem import Problem, Signature
 from footcal_cli.core.parameters import FloatArray, IntArray
 
 BINS = 12

@@ -7,10 +7,10 @@ from functools import cached_property
 
 import numpy as np
 
-from footcal_cli.core.diagnosis.grams import Grams
-from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.rules import Rules
-from footcal_cli.core.diagnosis.scores import coefficients, scores
+from footcal_cli.core.inference.grams import Grams
+from footcal_cli.core.inference.problem import Problem
+from footcal_cli.core.inference.scores import coefficients, scores
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
 

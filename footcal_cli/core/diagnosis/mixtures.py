@@ -13,10 +13,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from footcal_cli.core.diagnosis.answer import Cause
-from footcal_cli.core.diagnosis.case import Case, Rows, channels_of
-from footcal_cli.core.diagnosis.linear import unit_columns
-from footcal_cli.core.diagnosis.problem import Problem
-from footcal_cli.core.diagnosis.signatures import derivative
 from footcal_cli.core.diagnosis.unnamed import Unnamed, left_beside
 from footcal_cli.core.effects.cells import mixing
 from footcal_cli.core.effects.contract import (
@@ -30,6 +26,10 @@ from footcal_cli.core.effects.contract import (
     is_six_axis,
     on_readings,
 )
+from footcal_cli.core.inference.case import Case, Rows, channels_of
+from footcal_cli.core.inference.linear import unit_columns
+from footcal_cli.core.inference.problem import Problem
+from footcal_cli.core.inference.signatures import derivative
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 

@@ -14,15 +14,15 @@ import numpy as np
 from scipy import stats
 
 from footcal_cli.core.diagnosis.answer import Cause
-from footcal_cli.core.diagnosis.case import balanced
 from footcal_cli.core.diagnosis.curves import explained
-from footcal_cli.core.diagnosis.grams import whitened_grams
-from footcal_cli.core.diagnosis.problem import Signature
-from footcal_cli.core.diagnosis.refit import Refit
-from footcal_cli.core.diagnosis.signatures import derivative
 from footcal_cli.core.diagnosis.subject import Subject
-from footcal_cli.core.diagnosis.whitening import noise_of
 from footcal_cli.core.effects.contract import Effect, GridOf
+from footcal_cli.core.inference.case import balanced
+from footcal_cli.core.inference.grams import whitened_grams
+from footcal_cli.core.inference.problem import Signature
+from footcal_cli.core.inference.refit import Refit
+from footcal_cli.core.inference.signatures import derivative
+from footcal_cli.core.inference.whitening import noise_of
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 

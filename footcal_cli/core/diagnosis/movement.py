@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from footcal_cli.core.diagnosis.case import Case
-from footcal_cli.core.diagnosis.grams import calibration_grams
-from footcal_cli.core.diagnosis.problem import Problem
+from footcal_cli.core.inference.case import Case
+from footcal_cli.core.inference.grams import calibration_grams
+from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.parameters import FloatArray
 
 

@@ -12,11 +12,11 @@ from footcal_cli.core.diagnosis.investigation import Found, Investigation
 from footcal_cli.core.diagnosis.leftovers import nameless
 from footcal_cli.core.diagnosis.library import Library
 from footcal_cli.core.diagnosis.menu import LIKE, Menu, menu_for
-from footcal_cli.core.diagnosis.problem import Signature
 from footcal_cli.core.diagnosis.rehearsal import Contender, present
 from footcal_cli.core.diagnosis.rig import Rig, rig_of
-from footcal_cli.core.diagnosis.signatures import SWITCHES
 from footcal_cli.core.effects.contract import Effect
+from footcal_cli.core.inference.problem import Signature
+from footcal_cli.core.inference.signatures import SWITCHES
 
 _NEAREST = 3
 

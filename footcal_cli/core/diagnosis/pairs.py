@@ -11,7 +11,7 @@ import numpy as np
 
 from footcal_cli.core.diagnosis.library import Library
 from footcal_cli.core.diagnosis.rules import Rules
-from footcal_cli.core.diagnosis.scores import scores
+from footcal_cli.core.inference.scores import scores
 
 _SPREAD = 3.0  # sd of its own by which a size may lie beyond its bounds
 

@@ -12,13 +12,13 @@ from footcal_cli.core.diagnosis.engine import diagnose
 from footcal_cli.core.diagnosis.gain import losses, without_rivals
 from footcal_cli.core.diagnosis.growth import at_an_end, grown_by_one
 from footcal_cli.core.diagnosis.library import Library
-from footcal_cli.core.diagnosis.problem import Problem
-from footcal_cli.core.diagnosis.refit import Refit
 from footcal_cli.core.diagnosis.rules import Rules
-from footcal_cli.core.diagnosis.scores import scores
 from footcal_cli.core.diagnosis.subject import Subject
-from footcal_cli.core.diagnosis.whitening import noise_of
-from footcal_cli.core.evidence import Interval
+from footcal_cli.core.inference.evidence import Interval
+from footcal_cli.core.inference.problem import Problem
+from footcal_cli.core.inference.refit import Refit
+from footcal_cli.core.inference.scores import scores
+from footcal_cli.core.inference.whitening import noise_of
 
 
 @dataclass(frozen=True)

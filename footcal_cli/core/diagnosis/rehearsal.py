@@ -9,14 +9,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from footcal_cli.core.chain import Chain, Link
-from footcal_cli.core.diagnosis.case import Case, balanced
-from footcal_cli.core.diagnosis.linear import orthonormal
 from footcal_cli.core.diagnosis.plans import Plan
-from footcal_cli.core.diagnosis.problem import Signature
 from footcal_cli.core.diagnosis.rig import Rig
 from footcal_cli.core.effects import TABLE
 from footcal_cli.core.effects.contract import Effect, units_of
 from footcal_cli.core.experiments.contract import Experiment
+from footcal_cli.core.inference.case import Case, balanced
+from footcal_cli.core.inference.linear import orthonormal
+from footcal_cli.core.inference.problem import Signature
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 from footcal_cli.core.signals import CUTOFF_HZ

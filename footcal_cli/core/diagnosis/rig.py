@@ -7,10 +7,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from footcal_cli.core.diagnosis.case import Case
-from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.effects.contract import is_six_axis
 from footcal_cli.core.experiments.walk import CELL_TOTALS
+from footcal_cli.core.inference.case import Case
+from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.simulation.robots import Biped, Hexapod, leg_at

@@ -8,18 +8,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from footcal_cli.core.diagnosis.library import Library
-from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.rules import Rules
-from footcal_cli.core.diagnosis.scores import (
+from footcal_cli.core.diagnosis.weighing import Evidence, between_blocks, single_rows_p, weigh
+from footcal_cli.core.inference.evidence import sign_flip_max_t, sign_flip_mean
+from footcal_cli.core.inference.problem import Problem
+from footcal_cli.core.inference.scores import (
     cosines,
     held_out_gains,
     held_out_loss,
     joint_sizes,
     scores,
 )
-from footcal_cli.core.diagnosis.weighing import Evidence, between_blocks, single_rows_p, weigh
-from footcal_cli.core.diagnosis.whitening import has_single_rows
-from footcal_cli.core.evidence import sign_flip_max_t, sign_flip_mean
+from footcal_cli.core.inference.whitening import has_single_rows
 from footcal_cli.core.parameters import FloatArray, IntArray
 
 

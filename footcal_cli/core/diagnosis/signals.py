@@ -7,9 +7,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from footcal_cli.core.contact import gait_cycles
-from footcal_cli.core.diagnosis.case import Case, Rows
 from footcal_cli.core.effects.contract import Scope, columns_of, is_six_axis
 from footcal_cli.core.experiments.walk import feet_of
+from footcal_cli.core.inference.case import Case, Rows
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 

@@ -6,10 +6,10 @@ import numpy as np
 from scipy import ndimage
 
 from footcal_cli.core.diagnosis.jumps import jump_p
-from footcal_cli.core.diagnosis.linear import left_by
-from footcal_cli.core.diagnosis.problem import Problem
-from footcal_cli.core.diagnosis.whitening import residual_within_blocks
-from footcal_cli.core.evidence import sign_flip_max_t
+from footcal_cli.core.inference.evidence import sign_flip_max_t
+from footcal_cli.core.inference.linear import left_by
+from footcal_cli.core.inference.problem import Problem
+from footcal_cli.core.inference.whitening import residual_within_blocks
 from footcal_cli.core.parameters import FloatArray
 
 WINDOWS = (1, 5, 13)

@@ -8,17 +8,17 @@ from dataclasses import replace
 import numpy as np
 
 from footcal_cli.core.chain import Chain, Link
-from footcal_cli.core.diagnosis.case import Case, balanced
-from footcal_cli.core.diagnosis.grams import whitened_grams
-from footcal_cli.core.diagnosis.problem import Signature
-from footcal_cli.core.diagnosis.refit import Refit
-from footcal_cli.core.diagnosis.scores import scores
-from footcal_cli.core.diagnosis.shapes import shapes_of
-from footcal_cli.core.diagnosis.signatures import derivative
 from footcal_cli.core.diagnosis.subject import Subject
-from footcal_cli.core.diagnosis.whitening import noise_of
 from footcal_cli.core.effects.contract import OF_THE_LOGS, Effect, EffectParameter, GridOf
-from footcal_cli.core.evidence import Interval
+from footcal_cli.core.inference.case import Case, balanced
+from footcal_cli.core.inference.evidence import Interval
+from footcal_cli.core.inference.grams import whitened_grams
+from footcal_cli.core.inference.problem import Signature
+from footcal_cli.core.inference.refit import Refit
+from footcal_cli.core.inference.scores import scores
+from footcal_cli.core.inference.shapes import shapes_of
+from footcal_cli.core.inference.signatures import derivative
+from footcal_cli.core.inference.whitening import noise_of
 from footcal_cli.core.log import Log
 
 _STEP = 0.01  # of a parameter, for the derivative

@@ -13,16 +13,16 @@ from enum import StrEnum
 import numpy as np
 
 from footcal_cli.core.diagnosis.answer import Diagnosis, Verdict
-from footcal_cli.core.diagnosis.case import Case, balanced, channels_of
-from footcal_cli.core.diagnosis.grams import Grams, whitened_grams
 from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.core.diagnosis.menu import LIKE
 from footcal_cli.core.diagnosis.next_experiment import ambiguity
 from footcal_cli.core.diagnosis.rehearsal import Contender
-from footcal_cli.core.diagnosis.scores import joint_sizes, scores
-from footcal_cli.core.diagnosis.signatures import derivative
 from footcal_cli.core.effects.contract import Effect, can_carry, units_of
-from footcal_cli.core.evidence import Interval, jackknife_interval
+from footcal_cli.core.inference.case import Case, balanced, channels_of
+from footcal_cli.core.inference.evidence import Interval, jackknife_interval
+from footcal_cli.core.inference.grams import Grams, whitened_grams
+from footcal_cli.core.inference.scores import joint_sizes, scores
+from footcal_cli.core.inference.signatures import derivative
 from footcal_cli.core.parameters import FloatArray, IntArray
 
 HALF = 0.5

@@ -16,8 +16,8 @@ from itertools import product
 import numpy as np
 from scipy.linalg import solve_toeplitz
 
-from footcal_cli.core.diagnosis.problem import Problem
-from footcal_cli.core.diagnosis.whitening import residual_within_blocks
+from footcal_cli.core.inference.problem import Problem
+from footcal_cli.core.inference.whitening import residual_within_blocks
 from footcal_cli.core.parameters import FloatArray, IntArray
 
 _ORDER = 5

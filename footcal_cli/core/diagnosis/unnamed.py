@@ -14,16 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from footcal_cli.core.diagnosis.answer import Cause
-from footcal_cli.core.diagnosis.case import Case, Rows, channels_of
 from footcal_cli.core.diagnosis.detection import flexible_gain
 from footcal_cli.core.diagnosis.form import Form
-from footcal_cli.core.diagnosis.grams import whitened_grams
-from footcal_cli.core.diagnosis.linear import unit_columns
-from footcal_cli.core.diagnosis.problem import Problem
 from footcal_cli.core.diagnosis.rules import Rules
-from footcal_cli.core.diagnosis.scores import held_out_loss, scores
-from footcal_cli.core.diagnosis.signatures import derivative
-from footcal_cli.core.diagnosis.whitening import noise_of
 from footcal_cli.core.effects.contract import (
     Effect,
     EffectParameter,
@@ -34,7 +27,14 @@ from footcal_cli.core.effects.contract import (
     is_six_axis,
     on_readings,
 )
-from footcal_cli.core.evidence import sign_flip_group
+from footcal_cli.core.inference.case import Case, Rows, channels_of
+from footcal_cli.core.inference.evidence import sign_flip_group
+from footcal_cli.core.inference.grams import whitened_grams
+from footcal_cli.core.inference.linear import unit_columns
+from footcal_cli.core.inference.problem import Problem
+from footcal_cli.core.inference.scores import held_out_loss, scores
+from footcal_cli.core.inference.signatures import derivative
+from footcal_cli.core.inference.whitening import noise_of
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 

@@ -8,13 +8,9 @@ import numpy as np
 from scipy import stats
 
 from footcal_cli.core.diagnosis.detection import block_calibrations
-from footcal_cli.core.diagnosis.grams import Grams
 from footcal_cli.core.diagnosis.library import Library
-from footcal_cli.core.diagnosis.problem import Problem, Signature
 from footcal_cli.core.diagnosis.rules import Rules
-from footcal_cli.core.diagnosis.scores import Scores, coefficients, held_out_gains, scores
-from footcal_cli.core.diagnosis.whitening import has_single_rows
-from footcal_cli.core.evidence import (
+from footcal_cli.core.inference.evidence import (
     Interval,
     Pooled,
     effective_blocks,
@@ -24,6 +20,10 @@ from footcal_cli.core.evidence import (
     sign_flip_max_t,
     student_p,
 )
+from footcal_cli.core.inference.grams import Grams
+from footcal_cli.core.inference.problem import Problem, Signature
+from footcal_cli.core.inference.scores import Scores, coefficients, held_out_gains, scores
+from footcal_cli.core.inference.whitening import has_single_rows
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
 

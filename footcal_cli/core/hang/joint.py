@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from footcal_cli.core.fit import Fit
 from footcal_cli.core.hang.model import HangModel, HangValues, Tilt, leg_com_t_m
 from footcal_cli.core.hang.noise import MAX_LAGS, ChannelNoise, fit_noise
 from footcal_cli.core.hang.runs import HangRun, hang_runs
 from footcal_cli.core.hang.summary import SEEN, Summary, triangle
 from footcal_cli.core.hang.words import hang_gaps
+from footcal_cli.core.inference.fit import Fit
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import Estimates, FloatArray
 from footcal_cli.errors import FitError

@@ -11,10 +11,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from footcal_cli.core.fit import Fit, fit_map
 from footcal_cli.core.hang.model import HangModel, HangValues
 from footcal_cli.core.hang.noise import ChannelNoise
 from footcal_cli.core.hang.words import with_unseen
+from footcal_cli.core.inference.fit import Fit, fit_map
 from footcal_cli.core.parameters import FloatArray
 
 _MAX_STEPS = 30

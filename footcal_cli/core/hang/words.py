@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from footcal_cli.core.fit import Fit
 from footcal_cli.core.hang.model import HangModel
+from footcal_cli.core.inference.fit import Fit
 from footcal_cli.core.parameters import FloatArray, Status
 
 _DISTINCT = np.sin(np.deg2rad(20.0))

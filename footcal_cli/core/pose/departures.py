@@ -14,6 +14,8 @@ from footcal_cli.core.pose.hanging import LegKnowledge
 from footcal_cli.core.pose.joint import PoseFit
 
 _SIGMAS = 4.0
+_TAUGHT = 0.98
+"""Share of the prior variance that may be left where poses have a say at all."""
 
 
 @dataclass(frozen=True)
@@ -27,9 +29,9 @@ class Departure:
     believed, believed_sd
         Before the poses.
     found, found_sd
-        With them.
+        What the poses alone say, all other priors kept.
     sigmas
-        The change over the sd believed before; chance makes no more of it than one or two.
+        Their difference over its sd.
     """
 
     name: str
@@ -46,6 +48,9 @@ def departures(
 ) -> tuple[Departure, ...]:
     """Offsets, leg weights and robot weight that moved further than chance, the surest first.
 
+    With variance V before and v with the poses, these alone have ``1/u = 1/v − 1/V``, and the
+    change has variance V − v.
+
     Parameters
     ----------
     fit
@@ -61,13 +66,17 @@ def departures(
     believed = np.concatenate(
         [*(leg.offset for leg in legs), [leg.weight_n for leg in legs], [robot_weight_n]]
     )
-    prior_sd, sd, value = fit.prior_sd[at], found.sd[at], found.values[at]
-    sigmas = np.abs(value - believed) / prior_sd
+    before, after = fit.prior_sd[at] ** 2, found.sd[at] ** 2
+    taught = after < _TAUGHT * before
+    change = found.values[at] - believed
+    gain = np.where(taught, 1.0 - after / before, 1.0)
+    alone, alone_sd = believed + change / gain, np.sqrt(after / gain)
+    sigmas = np.where(taught, np.abs(change) / np.sqrt(before * gain), 0.0)
     order = np.argsort(-sigmas, kind="stable")
     return tuple(
         Departure(
-            found.names[at[i]], found.units[at[i]], float(believed[i]), float(prior_sd[i]),
-            float(value[i]), float(sd[i]), float(sigmas[i]),
+            found.names[at[i]], found.units[at[i]], float(believed[i]), float(np.sqrt(before[i])),
+            float(alone[i]), float(alone_sd[i]), float(sigmas[i]),
         )
         for i in order
         if sigmas[i] > _SIGMAS

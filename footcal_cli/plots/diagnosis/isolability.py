@@ -13,9 +13,9 @@ from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.core.diagnosis.menu import Menu
 from footcal_cli.core.diagnosis.next_experiment import rig_at
 from footcal_cli.core.diagnosis.plans import Plan
-from footcal_cli.core.diagnosis.problem import Signature
 from footcal_cli.core.diagnosis.rehearsal import rehearsed
 from footcal_cli.core.effects.contract import Effect
+from footcal_cli.core.inference.problem import Signature
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.plots.style import BAD, new_figure
 

@@ -10,8 +10,8 @@ import numpy as np
 from footcal_cli.core.diagnosis.attribution import Attribution, attributions
 from footcal_cli.core.diagnosis.gain import output_losses, without_rivals
 from footcal_cli.core.diagnosis.investigation import Investigation
-from footcal_cli.core.diagnosis.problem import Problem
-from footcal_cli.core.diagnosis.whitening import noise_of, residual_within_blocks
+from footcal_cli.core.inference.problem import Problem
+from footcal_cli.core.inference.whitening import noise_of, residual_within_blocks
 from footcal_cli.plots.style import AFTER, BAD, BEFORE, REFERENCE, new_figure, tidy
 
 if TYPE_CHECKING:

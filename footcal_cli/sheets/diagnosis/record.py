@@ -8,9 +8,9 @@ import numpy as np
 
 from footcal_cli.core.diagnosis.answer import EffectRow, EffectStatus
 from footcal_cli.core.diagnosis.investigation import Found, Investigation
-from footcal_cli.core.diagnosis.problem import Signature
 from footcal_cli.core.diagnosis.rules import Rules
-from footcal_cli.core.evidence import Interval
+from footcal_cli.core.inference.evidence import Interval
+from footcal_cli.core.inference.problem import Signature
 from footcal_cli.records.diagnosis import CauseRecord, DiagnosisRecord, EffectRowRecord, HeldOutGain
 from footcal_cli.records.results import FindingRecord
 from footcal_cli.sheets.diagnosis.contract import Answer

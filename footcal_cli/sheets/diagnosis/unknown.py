@@ -10,8 +10,8 @@ from footcal_cli.core.diagnosis.answer import Verdict
 from footcal_cli.core.diagnosis.detection import Detection
 from footcal_cli.core.diagnosis.investigation import Found, Investigation
 from footcal_cli.core.diagnosis.leftovers import Leftover, leftover_of, nameless
-from footcal_cli.core.diagnosis.lines import Line
 from footcal_cli.core.diagnosis.menu import Menu
+from footcal_cli.core.inference.lines import Line
 from footcal_cli.report import Sheet, number
 from footcal_cli.sheets.diagnosis.experiment import sharpening
 from footcal_cli.sheets.diagnosis.words import (

@@ -10,7 +10,7 @@ from footcal_cli.core.diagnosis.answer import EffectStatus
 from footcal_cli.core.diagnosis.gain import Gain
 from footcal_cli.core.diagnosis.investigation import Found, Investigation
 from footcal_cli.core.effects import find_effect
-from footcal_cli.core.evidence import Interval
+from footcal_cli.core.inference.evidence import Interval
 from footcal_cli.report import number
 
 OUTPUTS = {

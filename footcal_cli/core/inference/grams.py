@@ -11,10 +11,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from footcal_cli.core.diagnosis.problem import Problem
-from footcal_cli.core.diagnosis.tracking import PART_S, Tracking, innovations, parts_of, starts_of
-from footcal_cli.core.diagnosis.wandering import partial_out, variance_beside, wandering_columns
-from footcal_cli.core.diagnosis.whitening import PIECE, Noise, RowWhitener, kept_tracking, noise_of
+from footcal_cli.core.inference.problem import Problem
+from footcal_cli.core.inference.tracking import PART_S, Tracking, innovations, parts_of, starts_of
+from footcal_cli.core.inference.wandering import partial_out, variance_beside, wandering_columns
+from footcal_cli.core.inference.whitening import PIECE, Noise, RowWhitener, kept_tracking, noise_of
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
 _FREE = 1e8

@@ -8,15 +8,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from footcal_cli.core.diagnosis.linear import scaled_inverse
-from footcal_cli.core.diagnosis.outstanding import (
+from footcal_cli.core.inference.linear import scaled_inverse
+from footcal_cli.core.inference.outstanding import (
     MOST_SUSPECTS,
     SHARES,
     outstanding,
     strongest,
 )
-from footcal_cli.core.diagnosis.problem import Problem
-from footcal_cli.core.diagnosis.whitening import RowWhitener
+from footcal_cli.core.inference.problem import Problem
+from footcal_cli.core.inference.whitening import RowWhitener
 from footcal_cli.core.parameters import FloatArray, IntArray
 
 _EM_STEPS = 30

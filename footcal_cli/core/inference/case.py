@@ -9,9 +9,9 @@ from functools import cached_property
 import numpy as np
 
 from footcal_cli.core.chain import Chain, Seen
-from footcal_cli.core.diagnosis.lines import Series
-from footcal_cli.core.diagnosis.tracking import Direction
 from footcal_cli.core.experiments.contract import Balance, Experiment
+from footcal_cli.core.inference.lines import Series
+from footcal_cli.core.inference.tracking import Direction
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray, IntArray, ParameterSet
 
@@ -118,7 +118,7 @@ class Rows:
     log, row, column
         Where each entry comes from, shape (m,).
     block, output, sequence
-        As in `footcal_cli.core.diagnosis.problem.Problem`.
+        As in `footcal_cli.core.inference.problem.Problem`.
     outputs, units
         Pooled outputs.
     noise

@@ -7,7 +7,6 @@ from itertools import product
 
 import numpy as np
 
-from footcal_cli.core.diagnosis.case import Case, channels_of
 from footcal_cli.core.effects.contract import (
     OF_THE_LOGS,
     Effect,
@@ -17,6 +16,7 @@ from footcal_cli.core.effects.contract import (
     columns_of,
     is_six_axis,
 )
+from footcal_cli.core.inference.case import Case, channels_of
 from footcal_cli.core.log import Log
 
 MOST_SHAPES = 30

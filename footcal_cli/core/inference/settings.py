@@ -19,7 +19,7 @@ from itertools import product
 import numpy as np
 from scipy import optimize, stats
 
-from footcal_cli.core.diagnosis.linear import least_squares, scaled_inverse
+from footcal_cli.core.inference.linear import least_squares, scaled_inverse
 from footcal_cli.core.parameters import FloatArray, IntArray
 
 _STEPS = 40

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from footcal_cli.core.diagnosis.grams import Grams
-from footcal_cli.core.diagnosis.scores import joint_sizes, scores
-from footcal_cli.core.evidence import Interval, effective_blocks, jackknife_interval
+from footcal_cli.core.inference.evidence import Interval, effective_blocks, jackknife_interval
+from footcal_cli.core.inference.grams import Grams
+from footcal_cli.core.inference.scores import joint_sizes, scores
 from footcal_cli.core.parameters import FloatArray, IntArray
 
 MODEL_ERROR = 0.05

@@ -8,16 +8,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from footcal_cli.core.chain import Chain
-from footcal_cli.core.diagnosis.case import Case, Rows, balanced, residual
-from footcal_cli.core.diagnosis.freed import Freed, acts, bounded, freed_of, seen
-from footcal_cli.core.diagnosis.grams import Grams, whitened_grams
-from footcal_cli.core.diagnosis.problem import Problem, Signature
-from footcal_cli.core.diagnosis.scores import joint_sizes
-from footcal_cli.core.diagnosis.signatures import extended_chain
-from footcal_cli.core.diagnosis.size_intervals import Scatter, scatter_of
-from footcal_cli.core.diagnosis.whitening import Noise, noise_of
 from footcal_cli.core.effects.contract import Effect
-from footcal_cli.core.evidence import Interval
+from footcal_cli.core.inference.case import Case, Rows, balanced, residual
+from footcal_cli.core.inference.evidence import Interval
+from footcal_cli.core.inference.freed import Freed, acts, bounded, freed_of, seen
+from footcal_cli.core.inference.grams import Grams, whitened_grams
+from footcal_cli.core.inference.problem import Problem, Signature
+from footcal_cli.core.inference.scores import joint_sizes
+from footcal_cli.core.inference.signatures import extended_chain
+from footcal_cli.core.inference.size_intervals import Scatter, scatter_of
+from footcal_cli.core.inference.whitening import Noise, noise_of
 from footcal_cli.core.parameters import FloatArray, IntArray
 
 MOST_ITERATIONS = 10

@@ -7,10 +7,17 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+<<<<<<< HEAD:footcal_cli/core/diagnosis/problem.py
 from footcal_cli.core.diagnosis.linear import least_squares, scaled_inverse
 from footcal_cli.core.diagnosis.lines import Series, Traces
 from footcal_cli.core.diagnosis.settings import Settings
 from footcal_cli.core.diagnosis.tracking import Tracking
+=======
+from footcal_cli.core.inference.linear import least_squares
+from footcal_cli.core.inference.lines import Series, Traces
+from footcal_cli.core.inference.settings import Settings
+from footcal_cli.core.inference.tracking import Tracking
+>>>>>>> main:footcal_cli/core/inference/problem.py
 from footcal_cli.core.parameters import FloatArray, IntArray
 
 _RCOND = 1e-10

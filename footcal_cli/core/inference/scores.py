@@ -8,8 +8,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from footcal_cli.core.diagnosis.grams import Grams
-from footcal_cli.core.diagnosis.linear import scaled_inverse
+from footcal_cli.core.inference.grams import Grams
+from footcal_cli.core.inference.linear import scaled_inverse
 from footcal_cli.core.parameters import FloatArray, IntArray
 
 _RCOND = 1e-9

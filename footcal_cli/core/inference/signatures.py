@@ -8,9 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from footcal_cli.core.chain import Chain, Link
-from footcal_cli.core.diagnosis.case import Case, Rows, channels_of, residual
-from footcal_cli.core.diagnosis.problem import Excluded, Signature
-from footcal_cli.core.diagnosis.shapes import shapes_of
 from footcal_cli.core.effects.contract import (
     Effect,
     EffectParameter,
@@ -18,6 +15,9 @@ from footcal_cli.core.effects.contract import (
     can_carry,
     units_of,
 )
+from footcal_cli.core.inference.case import Case, Rows, channels_of, residual
+from footcal_cli.core.inference.problem import Excluded, Signature
+from footcal_cli.core.inference.shapes import shapes_of
 from footcal_cli.core.parameters import FloatArray
 
 STEP = 0.02

@@ -11,15 +11,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from footcal_cli.core.diagnosis.linear import orthonormal
-from footcal_cli.core.diagnosis.outstanding import (
+from footcal_cli.core.inference.linear import orthonormal
+from footcal_cli.core.inference.outstanding import (
     MOST_SUSPECTS,
     SHARES,
     outstanding,
     strongest,
 )
-from footcal_cli.core.diagnosis.problem import Problem
-from footcal_cli.core.diagnosis.settings import (
+from footcal_cli.core.inference.problem import Problem
+from footcal_cli.core.inference.settings import (
     RCOND,
     Parts,
     half_log_det,

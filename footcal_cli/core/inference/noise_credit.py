@@ -12,7 +12,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from footcal_cli.core.chain import Chain
-from footcal_cli.core.diagnosis.case import TORQUE_SHARE, Case, Rows
+from footcal_cli.core.inference.case import TORQUE_SHARE, Case, Rows
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 

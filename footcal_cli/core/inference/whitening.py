@@ -8,10 +8,10 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from scipy.linalg import solve_toeplitz
 
-from footcal_cli.core.diagnosis.linear import left_by, orthonormal
-from footcal_cli.core.diagnosis.problem import Problem
-from footcal_cli.core.diagnosis.settled import Settled, settled
-from footcal_cli.core.diagnosis.tracking import (
+from footcal_cli.core.inference.linear import left_by, orthonormal
+from footcal_cli.core.inference.problem import Problem
+from footcal_cli.core.inference.settled import Settled, settled
+from footcal_cli.core.inference.tracking import (
     Tracking,
     parts_of,
     walk_variance,

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from footcal_cli.core.diagnosis.linear import left_by, orthonormal
-from footcal_cli.core.diagnosis.problem import Problem, Signature
 from footcal_cli.core.effects.contract import OF_THE_LOGS, Effect, EffectParameter, GridOf
+from footcal_cli.core.inference.linear import left_by, orthonormal
+from footcal_cli.core.inference.problem import Problem, Signature
 from footcal_cli.core.parameters import FloatArray
 
 _RCOND, _RANK = 1e-9, 1e-8
