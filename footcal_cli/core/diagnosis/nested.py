@@ -12,17 +12,12 @@ from footcal_cli.core.diagnosis.library import Library
 from footcal_cli.core.diagnosis.pairs import likely_pairs
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.search import search
-<<<<<<< HEAD
 from footcal_cli.core.diagnosis.weighing import alike_as
-from footcal_cli.core.diagnosis.whitening import Noise, has_single_rows
-from footcal_cli.core.evidence import sign_patterns, smallest_p
-=======
 from footcal_cli.core.inference.evidence import sign_patterns, smallest_p
 from footcal_cli.core.inference.grams import Grams, whitened_grams
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.scores import coefficients
-from footcal_cli.core.inference.whitening import Noise
->>>>>>> main
+from footcal_cli.core.inference.whitening import Noise, has_single_rows
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
 

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from footcal_cli.core.diagnosis.answer import Cause
-<<<<<<< HEAD
 from footcal_cli.core.diagnosis.bridge import (
     Describe,
     calibration_of,
@@ -16,15 +15,6 @@ from footcal_cli.core.diagnosis.bridge import (
     numbered,
     problem_from,
 )
-from footcal_cli.core.diagnosis.case import Case, Rows
-from footcal_cli.core.diagnosis.linear import unit_columns
-from footcal_cli.core.diagnosis.noise_credit import shrinkage
-from footcal_cli.core.diagnosis.problem import Problem, Signature
-from footcal_cli.core.diagnosis.refit import Refit, refit
-from footcal_cli.core.diagnosis.signatures import derivative
-=======
-from footcal_cli.core.diagnosis.bridge import Describe, calibration_of, numbered, problem_from
->>>>>>> main
 from footcal_cli.core.effects.contract import Effect
 from footcal_cli.core.inference.case import Case, Rows
 from footcal_cli.core.inference.linear import unit_columns

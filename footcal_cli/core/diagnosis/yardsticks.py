@@ -6,14 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-<<<<<<< HEAD
-from footcal_cli.core.diagnosis.grams import Grams
-from footcal_cli.core.diagnosis.problem import Problem
-=======
 from footcal_cli.core.inference.grams import Grams
-from footcal_cli.core.inference.linear import least_squares
 from footcal_cli.core.inference.problem import Problem
->>>>>>> main
 from footcal_cli.core.parameters import FloatArray
 
 _SWOLLEN = 0.25  # of an output's squared error is left beside a candidate: the rest was no noise

@@ -7,17 +7,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-<<<<<<< HEAD:footcal_cli/core/diagnosis/problem.py
-from footcal_cli.core.diagnosis.linear import least_squares, scaled_inverse
-from footcal_cli.core.diagnosis.lines import Series, Traces
-from footcal_cli.core.diagnosis.settings import Settings
-from footcal_cli.core.diagnosis.tracking import Tracking
-=======
-from footcal_cli.core.inference.linear import least_squares
+from footcal_cli.core.inference.linear import least_squares, scaled_inverse
 from footcal_cli.core.inference.lines import Series, Traces
 from footcal_cli.core.inference.settings import Settings
 from footcal_cli.core.inference.tracking import Tracking
->>>>>>> main:footcal_cli/core/inference/problem.py
 from footcal_cli.core.parameters import FloatArray, IntArray
 
 _RCOND = 1e-10
@@ -278,7 +271,8 @@ class Problem:
         products = fitted.T @ fitted
         own = np.arange(len(self.known))
         products[np.ix_(own, own)] += self.known
-        return np.asarray(target - fitted @ (scaled_inverse(products, _RCOND) @ (fitted.T @ target)))
+        known = scaled_inverse(products, _RCOND) @ (fitted.T @ target)
+        return np.asarray(target - fitted @ known)
 
     def visible(self, left: FloatArray) -> FloatArray:
         """Share of each candidate's RMS that calibration cannot absorb, shape (k,)."""
