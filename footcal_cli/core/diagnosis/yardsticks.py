@@ -18,6 +18,9 @@ def yardsticks(problem: Problem, grams: Grams) -> tuple[FloatArray, FloatArray]:
     """Visible fraction and smallest size that matters of each candidate, shape (k,) each."""
     if problem.tracking is None:
         left = problem.left()
+        if problem.known is not None:
+            # what matters is what the calibration in use makes of an effect
+            return problem.visible(left), problem.smallest_sizes(problem.columns)
         return problem.visible(left), _smallest_sizes(problem, left)
     smallest = np.full(len(problem.signatures), np.inf)
     for o in range(len(problem.outputs)):

@@ -170,6 +170,8 @@ def whitened_grams(
             own = np.ix_(np.arange(problem.blocks), numbers[0], numbers[0])
             inner[own] += problem.known / problem.blocks
             within[own] += problem.known / problem.blocks
+            if counted:
+                plain[own] += problem.known / problem.blocks
     return (
         Grams(
             inner=inner,

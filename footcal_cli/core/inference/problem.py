@@ -275,9 +275,13 @@ class Problem:
         return np.asarray(target - fitted @ known)
 
     def visible(self, left: FloatArray) -> FloatArray:
-        """Share of each candidate's RMS that calibration cannot absorb, shape (k,)."""
+        """Share of each candidate's RMS that calibration cannot absorb, shape (k,).
+
+        ``√(g · g̃)`` over ``|g|``: where something was known of the calibration, what an absorbing
+        one is off by counts as what is left in the rows does.
+        """
         whole = np.sqrt(np.sum(self.columns**2, axis=0))
-        part = np.sqrt(np.sum(left**2, axis=0))
+        part = np.sqrt(np.maximum(np.sum(self.columns * left, axis=0), 0.0))
         return np.asarray(np.divide(part, whole, out=np.zeros_like(part), where=whole > 0))
 
     def smallest_sizes(self, left: FloatArray) -> FloatArray:

@@ -29,6 +29,8 @@ _NOTHING = 1e-6  # RMS change in noise units at a usual size: below it is roundi
 _CARRIED = 1.0  # RMS change in noise units of a whole swap: below it the axis carries nothing
 SWITCHES = frozenset({"channel_swap", "axis_flip"})
 """Effects that are on or off: differentiated at the swapped readings, a whole one looks like −1."""
+_WHOLE = frozenset({"sign_flip"})
+"""Effects that are on or off too, but as steep in their size at none: half a one is none."""
 _CHOICES = frozenset(
     {"channel_stuck", "channel_duplicate", "quantisation", "dropped_samples", "wrong_unit"}
 )
@@ -169,6 +171,8 @@ def effect_columns(
         # seen from swapped readings a whole swap is −1; half a swap there is not
         switch = effect.name in SWITCHES
         lower, upper = (-1.3, -0.7) if switch else (size.lower, size.upper)
+        if effect.name in _WHOLE:
+            lower, upper = 0.7, 1.3
         kept: list[FloatArray] = []
         for shape in shapes:
             single = {u: derivative(case, rows, effect, size, {u: (u,)}, shape) for u in units}
