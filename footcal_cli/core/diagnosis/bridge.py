@@ -100,6 +100,8 @@ def calibration_of(
 
 def known_of(case: Case, turn: FloatArray | None) -> FloatArray | None:
     """Precision known beforehand of what each calibration column turns, shape (p, p)."""
+    if case.drifts:  # a calibration that is tracked, or free in every block, has a prior of its own
+        return None
     return None if case.known is None or turn is None else turn.T @ case.known @ turn
 
 

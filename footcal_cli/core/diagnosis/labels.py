@@ -120,11 +120,12 @@ def _displacements(case: Case) -> tuple[FloatArray, IntArray, IntArray]:
             sd = float(np.median(np.abs(left[mine]))) / _MIDDLE
             weight[mine] = np.minimum(1.0, _FAR * sd / np.maximum(np.abs(left[mine]), 1e-300))
     left = left * rows.noise
-    load = np.array([case.logs[i].known["load_n"][k] for i, k in zip(rows.log, rows.row,
-                                                                    strict=True)])  # fmt: skip
-    key = np.stack([rows.log, np.array([case.logs[i].block[k] for i, k in
-                                        zip(rows.log, rows.row, strict=True)])], axis=1)  # fmt: skip
-    kinds, at = np.unique(key, axis=0, return_inverse=True)
+    load, block = np.empty(target.size), np.empty(target.size, dtype=np.int64)
+    for i, log in enumerate(case.logs):
+        here = rows.log == i
+        load[here] = log.known["load_n"][rows.row[here]]
+        block[here] = log.block[rows.row[here]]
+    kinds, at = np.unique(np.stack([rows.log, block], axis=1), axis=0, return_inverse=True)
     at = np.asarray(at).ravel()
     shift = np.zeros((len(kinds), 2))
     for axis, name in enumerate(("moment_x", "moment_y")):
