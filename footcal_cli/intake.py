@@ -17,7 +17,13 @@ from footcal_cli.core.effects.calibration import AXES
 from footcal_cli.core.effects.contract import Trait
 from footcal_cli.core.experiments.walk import reference_of
 from footcal_cli.core.log import Log
-from footcal_cli.core.online.belief import Belief, belief_from, nameplate
+from footcal_cli.core.online.belief import (
+    BIAS_SD_N,
+    GAIN_SD,
+    Belief,
+    belief_from,
+    nameplate,
+)
 from footcal_cli.core.online.streams import (
     BodyStream,
     Merged,
@@ -41,6 +47,8 @@ if TYPE_CHECKING:
 
 _MOST_ROWS = 600
 """Of a recording, to see whether cells are exchanged: neighbours tell the same."""
+_DRIFT_SHARE = 0.005
+"""What a cell's zero may move by, of the robot's weight, since it was calibrated."""
 _AXIS_COLUMNS = ("fx_n", "fy_n", "fz_n", "tx_nm", "ty_nm", "tz_nm")
 
 
@@ -251,7 +259,7 @@ def prior_belief(
 ) -> Belief:
     """What is believed of the cells: an earlier calibration, or the nameplate.
 
-    A bench calibration is widened by the nameplate's spread: mounting a cell moves scale and zero.
+    An earlier calibration is widened: mounting a cell moves scale and zero, and so do days.
     """
     plate = robot.nameplate
     if record is not None:
@@ -260,7 +268,9 @@ def prior_belief(
             record.value(f"{channel}.bias")
         return belief_from(
             estimates_of(record), channels,
-            least_gain_sd=plate.scale_relative_sd, least_bias_sd_n=plate.bias_sd_n,
+            least_gain_sd=plate.mounted_scale_relative_sd or min(plate.scale_relative_sd, GAIN_SD),
+            least_bias_sd_n=plate.mounted_bias_sd_n
+            or min(plate.bias_sd_n, max(BIAS_SD_N, _DRIFT_SHARE * (robot.weight_n or 0.0))),
         )  # fmt: skip
     if plate.scale_n_per_count is None:
         raise UsageError(

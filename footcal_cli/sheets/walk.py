@@ -78,7 +78,9 @@ def verdict_of(found: Comparison, method: str) -> VerdictRecord:
         f"{jump.name.removesuffix('.bias')}: bias jumped by {number(jump.size, 2)} N at "
         f"{jump.onset_s:.2f} s."
         for jump in found.memory.jumps
+        if jump.sure
     ]
+    alarms += len(found.weighed.findings())
     worse = cop[1] > cop[0]
     known = found.merged.log.known
     weight_n = float(known["mass_kg"][0] * known["gravity_mps2"][0])

@@ -42,6 +42,7 @@ from footcal_cli.core.online.replay import (
 )
 from footcal_cli.core.online.sensitivity import Sensitivity, memory_sensitivity, window_sensitivity
 from footcal_cli.core.online.streams import Merged
+from footcal_cli.core.online.weighed import Weighed, weighed_walking
 from footcal_cli.core.online.window import Weights, WindowRule
 from footcal_cli.core.online.windows import QUIET_S, GivenWeights, run_windows
 from footcal_cli.core.parameters import BoolArray, Estimates, FloatArray, IntArray, Status
@@ -191,8 +192,15 @@ class Comparison:
             last.gain[-1], last.bias_n[-1], self.belief.covariance, [Status.PRIOR_KEPT] * (2 * c)
         )
 
+    @property
+    def weighed(self) -> Weighed:
+        """The robot on its own cells, against its stated mass."""
+        track, c = self.memory.track, len(self.belief.channels)
+        mass_kg = float(self.merged.log.known["mass_kg"][0])
+        return weighed_walking(self.belief, track.values[-1, :c], track.covariance[:c, :c], mass_kg)
+
     def findings(self) -> list[Finding]:
-        """Jumps, parameters that left their interval, inconsistent innovations."""
+        """Jumps, a wrong mass, parameters that left their interval, inconsistent innovations."""
         found = [
             Finding(
                 "bias_jump",
@@ -204,6 +212,7 @@ class Comparison:
             )
             for jump in self.memory.jumps
         ]
+        found += self.weighed.findings()
         found += [
             Finding(
                 "left_interval",
