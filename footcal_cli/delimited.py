@@ -149,6 +149,8 @@ def _lines(path: Path, layout: Layout) -> tuple[list[str], list[int], str | None
     for number, line in enumerate(decoded(path, layout).splitlines(), start=1):
         if layout.comment and line.lstrip().startswith(layout.comment):
             continue
+        if layout.until and kept and line.startswith(layout.until):
+            break
         if skip:
             skip -= 1
         elif waits:
