@@ -1,4 +1,4 @@
-"""Ten more shapes, written down after the third corpus was mended and run once before any change."""
+"""Ten more shapes, written after the third corpus was mended and run once before any change."""
 
 from __future__ import annotations
 
