@@ -141,7 +141,8 @@ def decoded(path: Path, layout: Layout) -> str:
 
 def _lines(path: Path, layout: Layout) -> tuple[list[str], list[int], str | None]:
     """Lines of rows, their numbers from 1, and the header's line."""
-    kept, numbers = [], []
+    kept: list[str] = []
+    numbers: list[int] = []
     header: str | None = None
     skip = layout.skip_rows
     below = layout.skip_below
