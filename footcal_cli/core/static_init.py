@@ -66,11 +66,6 @@ class StanceRows:
     effective_samples: FloatArray
 
     @property
-    def prior_correlation(self) -> FloatArray:
-        """Inverse of `prior_information`, shape (p, p)."""
-        return np.asarray(np.linalg.inv(self.prior_information), dtype=float)
-
-    @property
     def whitened(self) -> FloatArray:
         """Rows in units of their noise."""
         return self.h / self.sd[:, None]
