@@ -273,16 +273,25 @@ class Session(Generic[Options]):
             remedy=f"name a LOG on the command line or '{role}' in [data]",
         )  # fmt: skip
 
+    def only_log(self, table: TableType, role: str | None = None) -> Path | None:
+        """The one log of a role that has the table's columns; None where none or several do."""
+        paths = self.paths(role or table.name)
+        if self.request.logs:
+            files = [path for path in paths if path.is_file()]
+            refusals = {p: refusal_of(p, table, self.recipe.reading(p)) for p in files}
+            paths = [path for path in files if refusals[path] is None]
+        return paths[0] if len(paths) == 1 else None
+
     def pieces(self, table: TableType, role: str | None = None) -> Iterator[Table]:
         """As `read_required`, one log after another; a single long log some rows at a time."""
-        paths = self.paths(role or table.name)
-        if len(paths) != 1 or not is_long(paths[0]):
+        path = self.only_log(table, role)
+        if path is None or not is_long(path):
             yield from self.read_required(table, role)
             return
-        self._taken.add(paths[0])
-        reading, robot = self.recipe.reading(paths[0]), self.recipe.robot
+        self._taken.add(path)
+        reading, robot = self.recipe.reading(path), self.recipe.robot
         rows, said = 0, []
-        for piece in read_pieces(paths[0], table, reading, gravity_mps2=robot.gravity_mps2):
+        for piece in read_pieces(path, table, reading, gravity_mps2=robot.gravity_mps2):
             self._keep(piece, rows)
             said.append(inspect(piece, table, robot))
             rows += len(piece)
