@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from copy import copy
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -135,6 +136,35 @@ class Session(Generic[Options]):
         self.reference = None if path is None else read_calibration(path)
         if path is not None:
             self.inputs[shown(path)] = digest(path)
+
+    def part(
+        self, logs: Sequence[Path], parameters: Path | None, options: Options
+    ) -> Session[Options]:
+        """The same run with other logs, options and, if given, another calibration to start from.
+
+        What it reads counts as read by this run; its findings are its own.
+        """
+        other = copy(self)
+        other.request = replace(self.request, logs=tuple(logs))
+        other.options = options
+        other._taken, other._left_aside = set(), {}
+        other._noted, other._read_before = [], {}
+        if parameters is not None:
+            other.parameters = read_calibration(parameters)
+            self.inputs[shown(parameters)] = digest(parameters)
+        return other
+
+    def refuse_unread(self) -> None:
+        """Refuse a run with a LOG that was none of the kinds that the command reads.
+
+        Raises
+        ------
+        DataError
+            Why the first such log was not read.
+        """
+        for path, refusal in self._left_aside.items():
+            if path not in self._taken:
+                raise refusal
 
     def _reference_path(self) -> Path | None:
         """The calibration that gates compare with; the recipe's lies relative to the recipe."""
@@ -358,9 +388,7 @@ class Session(Generic[Options]):
         DataError
             A LOG was none of the kinds that the command reads.
         """
-        for path, refusal in self._left_aside.items():
-            if path not in self._taken:
-                raise refusal
+        self.refuse_unread()
         outcome = replace(
             outcome, report=_with_findings(outcome.report, map(FindingRecord.of, self._noted))
         )

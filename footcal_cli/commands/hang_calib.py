@@ -139,7 +139,7 @@ def _calibrate(session: Session[HangCalibOptions]) -> Outcome:
         with session.step("compare"):
             others = _others(session, logs)
     residuals = sheets.residuals_by_stage(fits, others, runs, options.method)
-    pictures = _pictures(fits, runs, residuals)
+    pictures = _pictures(fits, runs, residuals, others.get(options.method))
     rmse = RmseRecord(rows=sheets.rmse_rows(residuals), rejected=rejected)
     chosen: Mapping[str, Estimates] = (
         {leg: fit.estimates for leg, fit in fits.items()}
@@ -151,11 +151,11 @@ def _calibrate(session: Session[HangCalibOptions]) -> Outcome:
     return Outcome(
         report=Report(
             title=f"Hanging calibration of {session.recipe.robot.name}",
-            verdict=sheets.verdict(fits, residuals),
+            verdict=sheets.verdict(fits, residuals, options.method),
             pictures=pictures,
             sheets=(
-                sheets.parameter_sheet(fits),
-                sheets.com_sheet(fits),
+                sheets.parameter_sheet(chosen),
+                sheets.com_sheet(chosen),
                 *sheets.method_sheets(fits, others),
                 sheets.noise_sheet(fits),
             ),
@@ -164,7 +164,7 @@ def _calibrate(session: Session[HangCalibOptions]) -> Outcome:
         ),
         rmse=rmse,
         parameters=_parameters(session, chosen, logs),
-        usable=all(fit.fit.converged for fit in fits.values()),
+        usable=options.method != "joint" or all(fit.fit.converged for fit in fits.values()),
     )
 
 
@@ -234,7 +234,9 @@ def _pictures(
     fits: Mapping[str, HangFit],
     runs: Mapping[str, Sequence[HangRun]],
     residuals: Mapping[str, Mapping[str, FloatArray]],
+    own: Mapping[str, StepwiseFit] | None,
 ) -> tuple[Picture, ...]:
+    """Figures of the method that was asked for: `own`, or the joint fit where None."""
     from footcal_cli.core.hang.binned import binned_com
     from footcal_cli.plots.hang import plot_com, plot_residuals, plot_tilts
     from footcal_cli.report import Picture
@@ -247,20 +249,26 @@ def _pictures(
             title="Residuals",
         ),
     ]  # fmt: skip
+    shown: Mapping[str, HangFit | StepwiseFit] = own or fits
     if any(fit.model.order > 0 for fit in fits.values()):
-        binned = {leg: binned_com(fit, runs[leg]) for leg, fit in fits.items()}
+        binned = {leg: binned_com(fit, runs[leg]) for leg, fit in shown.items()}
         pictures.append(
             Picture(
-                "leg_com", lambda: plot_com(fits, binned),
+                "leg_com", lambda: plot_com(shown, binned),
                 "Leg CoM in the transducer frame against the shaft angle: dots are medians over "
-                "cycles with quartiles, the line is the fitted series, its band 95 %.",
+                "cycles, dark the quartiles, light 95 % of the cycles; dashed the fitted series.",
                 title="Leg CoM against shaft angle",
             )
         )  # fmt: skip
-    if any(fit.model.tilt != "none" for fit in fits.values()):
+    tilted = own is None or any(fit.turn_rad.any() for fit in own.values())
+    if tilted and any(fit.model.tilt != "none" for fit in fits.values()):
+        directions = {
+            leg: fit.gravity_dir_t if own is None else own[leg].gravity_dir_t(runs[leg])
+            for leg, fit in fits.items()
+        }
         pictures.append(
             Picture(
-                "orientations", lambda: plot_tilts(fits),
+                "orientations", lambda: plot_tilts(fits, directions),
                 "Where gravity really pointed in each orientation, seen along the named axis: what "
                 "all legs share is the robot's tilt, where they differ it is the mounting.",
                 title="Direction of gravity in each orientation",

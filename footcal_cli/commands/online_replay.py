@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -56,7 +57,8 @@ class NoiseOptions(Frozen):
 class OnlineReplayOptions(CommandOptions):
     """``[online_replay]`` of a recipe.
 
-    `compare` runs all methods; `sensitivity` scales every setting of them, with `compare` unless
+    `picture_span_s` says which part of the walk the figures show, from its first sample. `compare`
+    runs all methods; `sensitivity` scales every setting of them, with `compare` unless
     it is said.
     """
 
@@ -69,6 +71,8 @@ class OnlineReplayOptions(CommandOptions):
     update_hz: float = Field(default=20.0, gt=0)
     window_s: float = Field(default=0.5, gt=0)
     foot_length_m: float = Field(default=0.16, gt=0)
+    force_weight: float | None = Field(default=None, gt=0)
+    cop_weight: float | None = Field(default=None, gt=0)
     smooth_weight: float | None = Field(default=None, gt=0)
     states: tuple[str, ...] = (
         "robot.delay",
@@ -83,6 +87,7 @@ class OnlineReplayOptions(CommandOptions):
     noise: NoiseOptions = NoiseOptions()
     compare: bool = False
     sensitivity: bool | None = None
+    picture_span_s: tuple[float, float] | None = None
     baseline: str | None = None
     truth: str | None = None
     max_cop_rmse_mm: float | None = Field(default=None, gt=0)
@@ -197,6 +202,7 @@ def _replay(session: Session[OnlineReplayOptions]) -> Outcome:
 
 def _cells(session: Session[OnlineReplayOptions], recording: Recording) -> Outcome:
     import numpy as np
+    import pandas as pd
 
     from footcal_cli.commands.parts.feet_parameters import feet_parameters
     from footcal_cli.core.experiments.walk import channel_contact
@@ -204,12 +210,14 @@ def _cells(session: Session[OnlineReplayOptions], recording: Recording) -> Outco
     from footcal_cli.core.online.memory import MemoryOptions, memory_estimates
     from footcal_cli.core.online.noise import starting_noise
     from footcal_cli.core.online.window import WindowRule
+    from footcal_cli.core.online.windows import QUIET_S, GivenWeights
+    from footcal_cli.errors import DataError
     from footcal_cli.records.results import FindingRecord
     from footcal_cli.report import Report
     from footcal_cli.session import Outcome
     from footcal_cli.sheets import walk as sheets
     from footcal_cli.sheets.streams import stream_findings
-    from footcal_cli.tables import write_parquet_pieces
+    from footcal_cli.tables import write_parquet, write_parquet_pieces
 
     options, merged, belief = session.options, recording.merged, recording.belief
     assert belief is not None
@@ -232,11 +240,11 @@ def _cells(session: Session[OnlineReplayOptions], recording: Recording) -> Outco
             samples=max(round(options.window_s * merged.rate_hz), every),
             every=every,
             foot_length_m=options.foot_length_m,
+            min_force_n=options.min_force_n,
         ),
         others=_others(options),
-        smooth_weight=options.smooth_weight,
+        weights=GivenWeights(options.force_weight, options.cop_weight, options.smooth_weight),
         causal=options.causal,
-        min_force_n=options.min_force_n,
     )
     truth_n, baseline = _truth(session, merged.log.time_s, belief.channels), _baseline(session)
     with session.step("replay"):
@@ -244,11 +252,18 @@ def _cells(session: Session[OnlineReplayOptions], recording: Recording) -> Outco
             merged, belief, settings, truth_n=truth_n, baseline=baseline,
             rng=np.random.default_rng(session.request.seed),
         )  # fmt: skip
+    if options.method not in found.replayed:
+        raise DataError(
+            f"method '{options.method}' takes its weights from standing still, and this log starts "
+            f"with less than {QUIET_S} s of it",
+            remedy="record half a second of standing before the first step, or give force_weight "
+            "and cop_weight in [online_replay]",
+        )
     with session.step("evidence"):
         wanted = options.compare if options.sensitivity is None else options.sensitivity
         curves = found.sensitivity() if wanted else []
-    pictures = sheets.pictures_of(found, curves, session.recipe.robot)
-    rmse = sheets.rmse_of(found, options.method)
+    pictures = sheets.pictures_of(found, curves, session.recipe.robot, options.picture_span_s)
+    rmse = sheets.rmse_of(found)
     estimates = (
         memory_estimates(found.memory, belief)
         if options.method == "memory"
@@ -259,6 +274,11 @@ def _cells(session: Session[OnlineReplayOptions], recording: Recording) -> Outco
     def write(path: Path) -> None:
         write_parquet_pieces(sheets.frames_of(found), path)
 
+    extra: dict[str, Callable[[Path], None]] = {}
+    if curves:
+        extra["sensitivity.parquet"] = lambda path: write_parquet(
+            pd.DataFrame(sheets.sensitivity_frame(curves)), path
+        )
     return Outcome(
         report=Report(
             title=f"Walking calibration of {session.recipe.robot.name}, {recording.name}",
@@ -270,7 +290,7 @@ def _cells(session: Session[OnlineReplayOptions], recording: Recording) -> Outco
         ),
         rmse=rmse,
         parameters=feet_parameters(session, estimates),
-        files={"replay.parquet": write},
+        files={"replay.parquet": write, **extra},
         stage=options.method,
         reference=found.best_reference,
     )

@@ -90,8 +90,10 @@ def without_intervals(fit: StepwiseFit) -> Estimates:
     )
 
 
-def verdict(fits: Mapping[str, HangFit], residuals: Residuals) -> VerdictRecord:
+def verdict(fits: Mapping[str, HangFit], residuals: Residuals, method: str) -> VerdictRecord:
     """One sentence with the worst leg's leftover, and what is not seen."""
+    if method != "joint":
+        return _plain_verdict(residuals, method)
     sd = {leg: float(left[:, :3].std(axis=0).max()) for leg, left in residuals["after"].items()}
     worst = max(sd, key=sd.__getitem__)
     gaps = [gap for fit in fits.values() for gap in fit.gaps]
@@ -123,11 +125,28 @@ def verdict(fits: Mapping[str, HangFit], residuals: Residuals) -> VerdictRecord:
     )
 
 
-def parameter_sheet(fits: Mapping[str, HangFit]) -> Sheet:
+def _plain_verdict(residuals: Residuals, method: str) -> VerdictRecord:
+    """The sentence for the stepwise and the naive method, which give no intervals."""
+    sd, joint = (
+        {leg: float(left[:, :3].std(axis=0).max()) for leg, left in residuals[stage].items()}
+        for stage in ("after", "joint")
+    )
+    worst = max(sd, key=sd.__getitem__)
+    return VerdictRecord(
+        level="warning" if sd[worst] > POOR_FORCE_N else "good",
+        sentence=f"{method}: hanging legs are explained to {number(sd[worst], 2)} N sd per axis "
+        f"({worst}, the worst of {len(sd)}).",
+        details=(
+            "This method gives no intervals.",
+            f"The joint fit leaves {number(max(joint.values()), 2)} N on the same logs.",
+        ),
+    )
+
+
+def parameter_sheet(chosen: Mapping[str, Estimates]) -> Sheet:
     """Table II: offsets and leg weight with their sd."""
     rows = []
-    for leg, fit in fits.items():
-        estimates = fit.estimates
+    for leg, estimates in chosen.items():
         names = ["weight", *(f"offset_{axis}" for axis in AXES)]
         rows.append(
             (
@@ -143,8 +162,8 @@ def parameter_sheet(fits: Mapping[str, HangFit]) -> Sheet:
         ("leg", "weight (N)", "fx (N)", "fy (N)", "fz (N)", "tx (mNm)", "ty (mNm)",
          "tz (mNm)"),
         rows,
-        note="± one standard deviation, autocorrelation of the noise counted. A dash in place of "
-        "the sd: not observable from these orientations. Wu & Revzen, Table II.",
+        note="± one standard deviation, autocorrelation of the noise counted; without ± the method "
+        "gives none. A dash: not observable from these orientations. Wu & Revzen, Table II.",
     )  # fmt: skip
 
 
@@ -155,11 +174,10 @@ def _shown(estimates: Estimates, name: str, factor: float) -> str:
     return with_sd(factor * estimates[name], factor * estimates.sd_of(name))
 
 
-def com_sheet(fits: Mapping[str, HangFit]) -> Sheet:
+def com_sheet(chosen: Mapping[str, Estimates]) -> Sheet:
     """Leg CoM coefficients in millimetres."""
     rows = []
-    for leg, fit in fits.items():
-        estimates = fit.estimates
+    for leg, estimates in chosen.items():
         for axis in "xyz":
             cells = []
             for term in ("mean", "sin", "cos"):

@@ -230,14 +230,13 @@ def _noise_sheet(found: Comparison) -> Sheet:
         )
         for f in fields(Noise)
     ]
-    if found.weights is not None:
-        weights = found.weights
+    for method, weights in found.weights.items():
         rows += [
-            (name, number(float(np.asarray(weight)), 3), source)
+            (f"{method}: {name}", number(float(np.asarray(weight)), 3), source)
             for name, weight, source in (
-                ("omega_f", weights.force, "quiet standing"),
-                ("omega_p", weights.cop, "quiet standing"),
-                ("omega_s", weights.smooth, "best prediction, or given"),
+                ("omega_f", weights.force, "quiet standing, or given"),
+                ("omega_p", weights.cop, "quiet standing, or given"),
+                ("omega_s", weights.smooth, "best prediction of the motion's demand, or given"),
             )
         ]
     return Sheet("Noise and weights", ("setting", "value", "from"), rows)
@@ -263,13 +262,13 @@ def footer_of(found: Comparison, delay_s: float) -> tuple[str, ...]:
         + (
             f" Window: {found.rule.samples} samples every {found.rule.every}, "
             f"{found.rule.iterations} Gauss-Newton iterations (NAO CoP self-calibration, eq. 14)."
-            if found.weights is not None
+            if found.weights
             else " --compare runs the methods window and static as well."
         ),
     )
 
 
-def rmse_of(found: Comparison, method: str) -> RmseRecord:
+def rmse_of(found: Comparison) -> RmseRecord:
     """Errors of every method against every reference, per axis and for the vector."""
     rows = []
     for one in found.judged:
@@ -282,15 +281,16 @@ def rmse_of(found: Comparison, method: str) -> RmseRecord:
                         rmse=one.rms(quantity), n=int(sums.count),
                     )
                 )  # fmt: skip
-    del method
     return RmseRecord(rows=tuple(rows), rejected=found.validity.counts)
 
 
 def pictures_of(
-    found: Comparison, curves: Sequence[tuple[str, Sensitivity]], robot: Robot
+    found: Comparison,
+    curves: Sequence[tuple[str, Sensitivity]],
+    robot: Robot,
+    span_s: tuple[float, float] | None = None,
 ) -> tuple[Picture, ...]:
-    """All figures."""
-    truth = found.replayed.get("true")
+    """All figures; CoP and force over `span_s`, or the last seconds."""
     track, memory = found.memory.track, found.memory
     outlines = {name: foot.outline_m for name, foot in robot.feet.items()}
     feet = {
@@ -301,15 +301,16 @@ def pictures_of(
     drawn = tuple(m for m in ("static", "window", "memory") if m in found.replayed)
     if len(drawn) == 1:
         drawn = ("before", *drawn)
+    against = _AGAINST[found.best_reference]
     states = [n for n in STATE_UNITS if n in track.names]
     states += [n for n in track.names if n.endswith("plate_weight")]
     pictures = [
-        Picture("cop", lambda: plots.plot_cop(found, drawn, truth),
-                "Centre of pressure over the last seconds of the walk (compare Figs. 10, 12 and "
-                "14 of NAO CoP self-calibration).",
+        Picture("cop", lambda: plots.plot_cop(found, drawn, span_s),
+                f"Centre of pressure; black: {against} (compare Figs. 10, 12 and 14 of NAO CoP "
+                "self-calibration).",
             title="Centre of pressure by method", zoom=True),
-        Picture("vgrf", lambda: plots.plot_vgrf(found, drawn, truth),
-                "Vertical force over the same seconds (compare Figs. 11, 13, 15 of NAO CoP "
+        Picture("vgrf", lambda: plots.plot_vgrf(found, drawn, span_s),
+                f"Vertical force; black: {against} (compare Figs. 11, 13, 15 of NAO CoP "
                 "self-calibration).",
             title="Vertical force by method", zoom=True),
         Picture("cycles", lambda: plots.plot_cycles(found, judged),
@@ -343,6 +344,18 @@ def pictures_of(
                 title="Sensitivity to weights and noise settings")
         )  # fmt: skip
     return tuple(pictures)
+
+
+def sensitivity_frame(curves: Sequence[tuple[str, Sensitivity]]) -> dict[str, object]:
+    """``sensitivity.parquet``: one row per method, setting and factor."""
+    size = [curve.factors.size for _, curve in curves]
+    return {
+        "method": np.repeat([method for method, _ in curves], size),
+        "setting": np.repeat([curve.setting for _, curve in curves], size),
+        "factor": np.concatenate([curve.factors for _, curve in curves]),
+        "cop_rmse_m": np.concatenate([curve.cop_m for _, curve in curves]),
+        "vgrf_rmse_n": np.concatenate([curve.vgrf_n for _, curve in curves]),
+    }
 
 
 def frames_of(found: Comparison) -> Iterator[dict[str, object]]:

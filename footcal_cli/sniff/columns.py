@@ -24,6 +24,8 @@ _FEW = 25
 _EPOCHS = {"s": 1e9, "ms": 1e12, "us": 1e15, "ns": 1e18}
 _MOST_HZ = 20_000.0
 _NICE_STEPS = 1e-6
+_TYPED_ROWS, _HELD_S = 100, 5.0
+"""Fewer rows than this, further apart than this, are readings noted one by one."""
 
 
 @dataclass(frozen=True)
@@ -253,6 +255,9 @@ def _with_time_unit(column: ColumnGuess) -> ColumnGuess:
         return replace(
             column, unit="s", sure="likely" if 0.2 < rate < _MOST_HZ else "guess", why=why
         )
+    if values.size < _TYPED_ROWS and _HELD_S <= step < 1e4:
+        why = f"whole steps of {step:g} in {values.size} rows: typed by hand, in s"
+        return replace(column, unit="s", sure="guess", why=why)
     unit = "s" if step <= 1 and float(values[-1]) < 1e5 and step == 1 else (
         "ms" if step <= 2000 else "us" if step <= 2e6 else "ns"
     )  # fmt: skip

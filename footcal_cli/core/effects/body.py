@@ -173,6 +173,7 @@ FLOOR_SLOPE = Effect(
     apply=on_known("com_acc_mps2", _slope),
     remove=on_known("com_acc_mps2", _unslope),
     experiments=("walk",),
+    of_recording=True,
     formula="as imu_tilt, with axes fixed to the floor",
     source="gravity is not normal to the floor; NAO CoP self-calibration, eqs. (10)(11) take "
     "ground at z = 0",

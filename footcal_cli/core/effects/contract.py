@@ -177,6 +177,9 @@ class Effect:
     by_column
         True where each channel is removed by itself, from its own readings and the stamps alone:
         what a change of another channel leaves as it was need not be removed again.
+    of_recording
+        True where its size belongs to one recording (a wrong label, a slip, a drift), not to the
+        robot: another recording says nothing of it.
     anticipates
         True where removing needs samples that come later (a delay): chunk by chunk, the last
         samples of each chunk are extrapolated.
@@ -198,6 +201,7 @@ class Effect:
     tolerance: float = 1e-9
     invertible: bool = True
     anticipates: bool = False
+    of_recording: bool = False
     by_column: bool = False
     stated: Callable[[Log, Log], FloatArray] | None = None
     stated_as: str = ""

@@ -144,6 +144,7 @@ SLIP = Effect(
     apply=on_known("cell_pos_m", _slip(-1.0)),
     remove=on_known("cell_pos_m", _slip(1.0)),
     experiments=("stand", "walk"),
+    of_recording=True,
     formula="true foot = believed foot + δ · clip((t − t₀ − t_s) / T, 0, 1), in the world",
     source="NAO CoP self-calibration, section 5.1 (slip); Newton–Euler holds while sliding",
     remedy="put a rubber sole on the foot, or track the feet with a camera",

@@ -242,6 +242,7 @@ DROPPED_SAMPLES = Effect(
     apply=on_readings(_drop),
     remove=on_readings(_keep),
     experiments=("walk", "hang"),
+    of_recording=True,
     formula="y_k = x of the last row that arrived; a share p of the rows does not",
     source="lossy radio or bus; telemetry that repeats its last packet",
     remedy="shorten the bus, lower the rate, or log a packet counter and leave repeats out",

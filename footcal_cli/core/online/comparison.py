@@ -7,10 +7,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from footcal_cli.core.centroidal import MIN_FORCE_N, Reference
+from footcal_cli.core.centroidal import Reference
 from footcal_cli.core.contact import Reason, Validity, gait_cycles, judge
-from footcal_cli.core.experiments import walk
-from footcal_cli.core.log import Log
 from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.online.evidence import (
     SETTLING_S,
@@ -39,25 +37,17 @@ from footcal_cli.core.online.memory import (
 )
 from footcal_cli.core.online.replay import (
     Replayed,
-    best_smoothing,
     corrected,
     errors_against,
-    replay_window,
 )
 from footcal_cli.core.online.sensitivity import Sensitivity, memory_sensitivity, window_sensitivity
 from footcal_cli.core.online.streams import Merged
-from footcal_cli.core.online.window import (
-    Weights,
-    WindowRule,
-    WindowTrack,
-    run_window,
-    standing_weights,
-)
+from footcal_cli.core.online.window import Weights, WindowRule
+from footcal_cli.core.online.windows import QUIET_S, GivenWeights, run_windows
 from footcal_cli.core.parameters import BoolArray, Estimates, FloatArray, IntArray, Status
 from footcal_cli.core.quality import Finding
 from footcal_cli.core.signals import low_pass_stretches
 
-SMOOTH_CANDIDATES = np.geomspace(1e1, 1e6, 11)
 _OUTLIER_SD = 6.0
 
 
@@ -71,20 +61,17 @@ class Settings:
         Of the two estimators.
     others
         Which of the papers' methods run besides memory: ``window``, ``static``.
-    smooth_weight
-        ωS; None: the one whose held parameters predict the motion's demand best.
+    weights
+        ωF, ωP and ωS of the papers' methods, None for those that the log itself must give.
     causal
         Memory learns from the past alone, as a live run must.
-    min_force_n
-        ε of the CoP.
     """
 
     memory: MemoryOptions = field(default_factory=MemoryOptions)
     window: WindowRule = field(default_factory=WindowRule)
     others: tuple[str, ...] = ("window", "static")
-    smooth_weight: float | None = None
+    weights: GivenWeights = field(default_factory=GivenWeights)
     causal: bool = False
-    min_force_n: float = MIN_FORCE_N
 
 
 @dataclass(frozen=True)
@@ -127,7 +114,7 @@ class Comparison:
     memory
         The estimator that remembers.
     weights
-        ωF, ωP and the ωS used; None where no window ran.
+        ωF, ωP and ωS of the papers' methods that ran.
     replayed
         Method -> forces and CoP: ``before memory smoother``, those of ``window static`` that ran,
         where there is a truth ``true``, and ``baseline`` where one was given.
@@ -147,12 +134,14 @@ class Comparison:
         Of the filter.
     causal
         Whether memory learnt from the past alone.
+    left_out
+        Methods that were asked for and had no standing to take their weights from.
     """
 
     merged: Merged
     belief: Belief
     memory: Memory
-    weights: Weights | None
+    weights: Mapping[str, Weights]
     rule: WindowRule
     replayed: Mapping[str, Replayed]
     reference: Reference
@@ -165,6 +154,7 @@ class Comparison:
     settling: tuple[Settling, ...]
     departures: tuple[Departure, ...]
     causal: bool
+    left_out: tuple[str, ...] = ()
 
     @property
     def best_reference(self) -> str:
@@ -183,11 +173,13 @@ class Comparison:
             against = self.replayed["true"]
         elif self.best_reference == "baseline":
             against = self.replayed["baseline"]
-        ours = memory_sensitivity(self.memory, self.belief, against)
+        ours = memory_sensitivity(
+            self.memory, self.belief, against, min_force_n=self.rule.min_force_n
+        )
         curves = [("memory", s) for s in ours]
-        if self.weights is not None:
-            log = self.merged.log
-            paper = window_sensitivity(log, self.belief, self.weights, against, self.rule)
+        if "window" in self.weights:
+            log, weights = self.merged.log, self.weights["window"]
+            paper = window_sensitivity(log, self.belief, weights, against, self.rule)
             curves += [("window", s) for s in paper]
         return curves
 
@@ -223,6 +215,17 @@ class Comparison:
             )
             for d in self.departures
         ]
+        if self.left_out:
+            found.append(
+                Finding(
+                    "no_standing_start",
+                    "note",
+                    " and ".join(self.left_out),
+                    "not compared: their weights come from standing still, and this log starts "
+                    f"with less than {QUIET_S} s of it",
+                    "give force_weight and cop_weight, or record standing before the first step",
+                )
+            )
         if self.memory.repeated > INADEQUATE:
             found.append(
                 Finding(
@@ -276,25 +279,20 @@ def compare(
     n, c = log.readings.shape
     memory = (run_live if settings.causal else run_memory)(log, belief, settings.memory)
     reference = memory_reference(memory)
-    replayed = {"before": corrected("before", log, belief, np.zeros((n, c)), np.zeros((n, c)))}
-    weights = None
-    if settings.others:
-        weights, track = _window(log, belief, settings, walk.reference_of(log))
-        if "static" in settings.others:
-            static = run_window(log, belief, weights, settings.window, static=True)
-            replayed["static"] = replay_window("static", log, belief, static)
-        if "window" in settings.others:
-            replayed["window"] = replay_window("window", log, belief, track)
+    nothing, least_n = np.zeros((n, c)), settings.window.min_force_n
+    replayed = {"before": corrected("before", log, belief, nothing, nothing, min_force_n=least_n)}
+    windows = run_windows(log, belief, settings.others, settings.window, settings.weights)
+    replayed |= {method: one.replayed for method, one in windows.items()}
     replayed |= {
-        "memory": replay_track("memory", memory, memory.track, belief),
-        "smoother": replay_track("smoother", memory, memory.smoothed, belief),
+        "memory": replay_track("memory", memory, memory.track, belief, least_n),
+        "smoother": replay_track("smoother", memory, memory.smoothed, belief, least_n),
     }
     references: dict[str, Replayed | Reference] = {}
     if truth_n is not None:
-        replayed["true"] = _true(memory, merged, belief, truth_n, causal=settings.causal)
+        replayed["true"] = _true(memory, merged, belief, truth_n, settings)
         references["truth"] = replayed["true"]
     if baseline is not None:
-        replayed["baseline"] = _by_estimates(merged, belief, baseline)
+        replayed["baseline"] = _by_estimates(merged, belief, baseline, least_n)
         references["baseline"] = replayed["baseline"]
     references["motion"] = reference
     cycle = gait_cycles(log.known["contact"])
@@ -308,59 +306,39 @@ def compare(
     per_cycle, ratios = _statistics(judged, rng)
     names = [f"{channel}.{kind}" for kind in ("gain", "bias") for channel in belief.channels]
     return Comparison(
-        merged, belief, memory, weights, settings.window, replayed, reference, cycle, judged,
+        merged, belief, memory, {method: one.weights for method, one in windows.items()},
+        settings.window, replayed, reference, cycle, judged,
         ratios, per_cycle, _used(merged, memory), check_consistency(memory.track),
         tuple(settle(memory.track, names)),
         tuple(departures(memory.track, memory.rows.prior_sd)), settings.causal,
+        tuple(method for method in settings.others if method not in windows),
     )  # fmt: skip
 
 
-def _window(
-    log: Log, belief: Belief, settings: Settings, reference: Reference
-) -> tuple[Weights, WindowTrack]:
-    """The paper's window with weights from quiet standing, or its first samples."""
-    standing = log.rows(*_quiet_start(log))
-    base = standing_weights(standing, belief, settings.window)
-    if settings.smooth_weight is None:
-        smooth, track = best_smoothing(
-            log, belief, base, reference, SMOOTH_CANDIDATES, settings.window
-        )
-    else:
-        smooth = settings.smooth_weight
-        track = run_window(log, belief, Weights(base.force, base.cop, smooth), settings.window)
-    return Weights(base.force, base.cop, smooth), track
-
-
-def _quiet_start(log: Log) -> tuple[int, int]:
-    """Rows before the first swing, or the whole log where it is shorter than half a second."""
-    contact = log.known["contact"]
-    moving = np.flatnonzero((contact != 1.0).any(axis=1))
-    usable = np.isfinite(log.readings).all(axis=1)
-    first = int(np.argmax(usable))
-    inner = moving[moving > first + 40]
-    stop = int(inner[0]) if inner.size else len(log)
-    return (first, stop) if stop - first >= 40 else (0, len(log))
-
-
 def _true(
-    memory: Memory, merged: Merged, belief: Belief, truth_n: FloatArray, *, causal: bool
+    memory: Memory, merged: Merged, belief: Belief, truth_n: FloatArray, settings: Settings
 ) -> Replayed:
     """The true forces in the band of the cells, as if a calibration had produced them."""
     log = memory.log
     good = np.asarray(np.isfinite(truth_n).all(axis=1))
-    filtered = low_pass_stretches(truth_n, good, merged.rate_hz, causal=causal)
+    filtered = low_pass_stretches(truth_n, good, merged.rate_hz, causal=settings.causal)
     believed = belief.forces(log.readings)
-    return corrected("true", log, belief, np.zeros(truth_n.shape), filtered - believed)
+    return corrected(
+        "true", log, belief, np.zeros(truth_n.shape), filtered - believed,
+        min_force_n=settings.window.min_force_n,
+    )  # fmt: skip
 
 
-def _by_estimates(merged: Merged, belief: Belief, estimates: Estimates) -> Replayed:
+def _by_estimates(
+    merged: Merged, belief: Belief, estimates: Estimates, min_force_n: float
+) -> Replayed:
     scale = np.array([estimates[f"{name}.scale"] for name in belief.channels])
     bias = np.array([estimates[f"{name}.bias"] for name in belief.channels])
     gain = scale / belief.scale_n_per_count - 1.0
     shape = merged.log.readings.shape
     return corrected(
         "baseline", merged.log, belief, np.broadcast_to(gain, shape),
-        np.broadcast_to(bias - belief.bias_n * (1.0 + gain), shape),
+        np.broadcast_to(bias - belief.bias_n * (1.0 + gain), shape), min_force_n=min_force_n,
     )  # fmt: skip
 
 

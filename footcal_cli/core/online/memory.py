@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from footcal_cli.core.centroidal import Reference
+from footcal_cli.core.centroidal import MIN_FORCE_N, Reference
 from footcal_cli.core.contact import gait_cycles
 from footcal_cli.core.effects.body import heading_rad
 from footcal_cli.core.experiments import walk
@@ -220,7 +220,9 @@ def sized(jump: Jump, smoothed: Track) -> Jump:
     return replace(jump, size=size, sd=float(np.hypot(*smoothed.sd[[before, after], at])))
 
 
-def replay_track(method: str, memory: Memory, track: Track, belief: Belief) -> Replayed:
+def replay_track(
+    method: str, memory: Memory, track: Track, belief: Belief, min_force_n: float = MIN_FORCE_N
+) -> Replayed:
     """Forces and CoP along a filter's or a smoother's track."""
     n, c = len(memory.log), len(belief.channels)
     values = held(memory.rows.last_sample, track.values, n)
@@ -229,7 +231,7 @@ def replay_track(method: str, memory: Memory, track: Track, belief: Belief) -> R
     bias = values[:, c : 2 * c]
     if track.momentary is not None:
         bias = bias + held(memory.rows.last_sample, track.momentary, n)
-    return corrected(method, memory.log, belief, values[:, :c], bias, plate)
+    return corrected(method, memory.log, belief, values[:, :c], bias, plate, min_force_n)
 
 
 def memory_reference(memory: Memory) -> Reference:
