@@ -275,6 +275,7 @@ def prior_belief(
 def sensor_stream_of(
     table: Table, channels: tuple[str, ...], feet: tuple[str, ...], lost: float | None
 ) -> SensorStream:
+    """Readings of cells or, where `feet` are named, of their transducers; lost ones are NaN."""
     columns = (
         [f"{foot}_{axis}" for foot in feet for axis in _AXIS_COLUMNS]
         if feet
@@ -287,6 +288,7 @@ def sensor_stream_of(
 
 
 def body_stream_of(table: Table, feet: tuple[str, ...]) -> BodyStream:
+    """The body's columns; what a log may lack is zero or None."""
     n = len(table)
 
     def triple(pattern: str) -> FloatArray:

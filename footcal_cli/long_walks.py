@@ -10,15 +10,16 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 import numpy as np
 
 from footcal_cli.cell_effects import cells_in_feet, without_cell_effects
-from footcal_cli.columns import TableType, body_table, cells_table
+from footcal_cli.columns import TableType, body_table, cells_table, truth_table
 from footcal_cli.core.body_stream import check_overlap
 from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.online.parts import AHEAD_S, BEFORE_S, PART_S, Part
+from footcal_cli.core.online.references import in_band
 from footcal_cli.core.online.streams import BodyStream, Merged, MergeRule, SensorStream, merge_cells
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.plausibility import check_total_force, check_walking_cells
 from footcal_cli.core.quality import Finding
-from footcal_cli.core.signals import Clock, gaps_of
+from footcal_cli.core.signals import Clock, gaps_of, interpolate_stream
 from footcal_cli.inspection import over_pieces
 from footcal_cli.intake import (
     Recording,
@@ -33,6 +34,8 @@ from footcal_cli.tables import Table, read_pieces
 if TYPE_CHECKING:
     from footcal_cli.session import Session
 
+_LONGEST_GAP = 5.0
+"""Sampling periods of the truth across which it is interpolated."""
 LONG_S = 1200.0
 """Walks longer than this are run in parts."""
 _LEAST_BYTES = 2**19
@@ -118,7 +121,7 @@ class _Stamps:
 
 def _chosen(stream: Stream, at: Any) -> Stream:
     """Some rows of a stream."""
-    changes = {
+    changes: dict[str, Any] = {
         f.name: getattr(stream, f.name)[at]
         for f in fields(stream)
         if isinstance(getattr(stream, f.name), np.ndarray)
@@ -130,7 +133,7 @@ def _joined(streams: list[Stream]) -> Stream:
     """Pieces of a stream that follow each other as one."""
     if len(streams) == 1:
         return streams[0]
-    changes = {
+    changes: dict[str, Any] = {
         f.name: np.concatenate([getattr(one, f.name) for one in streams])
         for f in fields(streams[0])
         if isinstance(getattr(streams[0], f.name), np.ndarray)
@@ -167,12 +170,15 @@ class LongWalk:
         Rate of the filter's updates: parts begin with one.
     read
         Where pieces of logs come from; the session's own, which keeps what it reads.
+    truth
+        File of the true cell forces, None where there is none.
     """
 
     session: Session[Any]
     rule: MergeRule
     update_hz: float
     read: Read
+    truth: Path | None = None
     belief: Belief | None = None
     _places: tuple[FloatArray, ...] = ()
     _state: Any = None
@@ -183,12 +189,13 @@ class LongWalk:
     _names: dict[str, str] = field(default_factory=dict)
     _said: list[list[Finding]] = field(default_factory=list)
     _no_momentum: bool = False
-    _last: Merged | None = None
 
     @classmethod
-    def of(cls, session: Session[Any], rule: MergeRule, update_hz: float) -> LongWalk:
+    def of(
+        cls, session: Session[Any], rule: MergeRule, update_hz: float, truth: Path | None
+    ) -> LongWalk:
         """The walk that the command runs; what is read is kept in the session."""
-        return cls(session, rule, update_hz, session.pieces)
+        return cls(session, rule, update_hz, session.pieces, truth)
 
     def again(self) -> LongWalk:
         """The same walk read for itself, from its beginning."""
@@ -201,6 +208,13 @@ class LongWalk:
         return LongWalk(self.session, self.rule, self.update_hz, read)
 
     @property
+    def path(self) -> Path:
+        """File of the sensors' log."""
+        path = self.session.only_log(cells_table(self.session.recipe.robot.cell_names), "cells")
+        assert path is not None, "is_long_walk has found it"
+        return path
+
+    @property
     def feet(self) -> tuple[str, ...]:
         """Names of the feet."""
         return tuple(self.session.recipe.robot.feet)
@@ -209,12 +223,12 @@ class LongWalk:
         """The walk part by part, each with what lies around it."""
         robot = self.session.recipe.robot
         body, cells = _Ahead(self._bodies()), _Ahead(self._sensors())
+        truth = None if self.truth is None else _Ahead(self._truths(self.truth))
         time_s = cells.first().time_s
         rate_hz = 1.0 / float(np.median(np.diff(time_s)))
         every = max(round(rate_hz / self.update_hz), 1)
-        lead, own, tail = (
-            max(round(length * rate_hz / every), 1) * every for length in (BEFORE_S, PART_S, AHEAD_S)
-        )
+        updates = (round(length * rate_hz / every) for length in (BEFORE_S, PART_S, AHEAD_S))
+        lead, own, tail = (max(count, 1) * every for count in updates)
         start = 0
         while True:
             whole = cells.rows_until(start + own + 2 * tail)
@@ -238,10 +252,13 @@ class LongWalk:
             at = np.flatnonzero(own_body)
             if at.size:
                 self._body.count_gaps(motion.time_s, int(at[0]), int(at[-1]) + 1)
-            part = Part(merged, start, stop)
-            self._said.append(wiring_of(part.own, self.belief, "walk"))
-            self._last = merged
-            yield part
+            true_n = None if truth is None else self._true(truth, merged)
+            own_part = merged.part(start, stop)
+            self._said.append(wiring_of(own_part, self.belief, "walk"))
+            made = [Part(merged, start, stop, true_n)]
+            del window, whole, motion, merged, true_n, own_part
+            # nothing of a part is held here while the next one is read
+            yield made.pop()
             if last:
                 return
             cells.drop(max(stop - lead, 0))
@@ -277,24 +294,43 @@ class LongWalk:
             self._no_momentum = "angmom_rate_x_nm" not in table
             yield self._body.increasing(body_stream_of(table, self.feet))
 
-    def recording(self) -> Recording:
+    def _truths(self, path: Path) -> Iterator[SensorStream]:
+        """Pieces of the true cell forces."""
+        robot = self.session.recipe.robot
+        kind = truth_table(robot.cell_names)
+        for table in read_pieces(path, kind, {}, gravity_mps2=robot.gravity_mps2):
+            self.session.inputs[path.name] = table.digest
+            values = table.numbers([f"{cell}_n" for cell in robot.cell_names])
+            yield SensorStream(table.number("time_s"), values, robot.cell_names)
+
+    def _true(self, truth: _Ahead[SensorStream], merged: Merged) -> FloatArray:
+        """True cell forces at the samples, in the band of the cells, NaN where unknown, (n, c)."""
+        time_s = merged.log.time_s
+        known = truth.between(float(time_s[0]), float(time_s[-1]))
+        longest = _LONGEST_GAP * float(np.median(np.diff(known.time_s)))
+        values, good = interpolate_stream(known.time_s, known.readings, time_s, max_gap_s=longest)
+        values = np.where(good[:, None], values, np.nan)
+        return in_band(values, merged.rate_hz, causal=self.rule.causal)
+
+    def recording(self, last: Merged) -> Recording:
         """What the whole walk was read as, once all parts are; findings go to the session."""
         robot, session = self.session.recipe.robot, self.session
-        assert self._last is not None and self._start_n.rows is not None, "no part was read"
         start_n, name = self._start_n.rows, self._names["cells"]
+        assert start_n is not None, "no part was read"
         session.note(check_total_force(start_n.sum(axis=1), robot.weight_n, name))
         foot_of = [foot for foot, spec in robot.feet.items() for _ in spec.cells]
         known = {f.where for f in session.noted if f.severity == "alarm"}
         walking = check_walking_cells(start_n, robot.cell_names, foot_of)
         session.note(f for f in walking if f.where not in known)
         beside = self._names["body"]
-        ends = (np.array([one.first_s, one.last_s]) for one in (self._cells, self._body))
-        session.note(check_overlap(*ends, name, beside if beside != name else "its body stream"))
+        cells, body = (np.array([one.first_s, one.last_s]) for one in (self._cells, self._body))
+        other = beside if beside != name else "its body stream"
+        session.note(check_overlap(cells, body, name, other))
         session.note(over_pieces(self._said))
         merged = replace(
-            self._last,
-            sensor_clock=self._cells.clock(self._last.sensor_clock),
-            body_clock=self._body.clock(self._last.body_clock),
+            last,
+            sensor_clock=self._cells.clock(last.sensor_clock),
+            body_clock=self._body.clock(last.body_clock),
         )
         return Recording(merged, self.belief, self.feet, name, False, self._no_momentum)
 
@@ -303,7 +339,7 @@ class _Ahead(Generic[Stream]):
     """Pieces of a stream, read as far as they are wanted and dropped once they are not."""
 
     def __init__(self, pieces: Iterator[Stream]) -> None:
-        self._pieces = pieces
+        self._pieces: Iterator[Stream] = pieces
         self._held: list[Stream] = []
         self.ended = False
 

@@ -26,6 +26,7 @@ from footcal_cli.gates import gated, merged
 from footcal_cli.inspection import inspect, inspect_record, over_pieces
 from footcal_cli.longfiles import is_long
 from footcal_cli.outcome import Outcome
+from footcal_cli.progress import Advance, bar
 from footcal_cli.read_as import in_units_of_readings, record_of
 from footcal_cli.recipe import CommandOptions, Recipe, read_recipe, validated
 from footcal_cli.records.files import read_record
@@ -354,18 +355,20 @@ class Session(Generic[Options]):
             yield
         self.timings_s[name] = round(time.perf_counter() - began, 4)
 
-    def progress(self, items: Iterable[Item], description: str, total: int) -> Iterable[Item]:
-        """Iterate with a progress bar on a terminal, quietly in a pipe."""
-        from rich.progress import track
+    @contextmanager
+    def counted(self, name: str, unit: str, total: float | None) -> Iterator[Advance]:
+        """As `step`; a terminal shows how much is done, how fast, and the time left."""
+        began = time.perf_counter()
+        with bar(self.console, name, unit, total) as advance:
+            yield advance
+        self.timings_s[name] = round(time.perf_counter() - began, 4)
 
-        return track(
-            items,
-            description,
-            total=total,
-            console=self.console,
-            disable=not self.console.is_terminal,
-            transient=True,
-        )
+    def progress(self, items: Iterable[Item], description: str, total: int) -> Iterator[Item]:
+        """Iterate with a progress bar on a terminal, quietly in a pipe."""
+        with bar(self.console, description, "", total) as advance:
+            for item in items:
+                yield item
+                advance(1)
 
     def note(self, findings: Iterable[Finding]) -> None:
         """Keep findings for the report, whoever made them; `finish` merges them with its own."""

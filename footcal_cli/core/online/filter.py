@@ -24,7 +24,6 @@ from footcal_cli.core.online.rows import Rows
 from footcal_cli.core.online.tuned import spread
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
-
 _PER_UPDATE = (
     "time_s", "values", "sd", "momentary", "nis", "dof", "innovation", "innovation_sd",
     "gain_nats", "used",
@@ -90,9 +89,11 @@ class Track:
         return replace(self, **{name: values[at] for name, values in self._series().items()})
 
     def followed_by(self, later: Track) -> Track:
-        """This track and one that goes on from it."""
+        """The track and one that goes on from it, joined."""
         more = later._series()
-        joined = {name: np.concatenate([own, more[name]]) for name, own in self._series().items()}
+        joined: dict[str, Any] = {
+            name: np.concatenate([own, more[name]]) for name, own in self._series().items()
+        }
         return replace(
             later, **joined, log_likelihood=self.log_likelihood + later.log_likelihood,
             jumps=(*self.jumps, *later.jumps),

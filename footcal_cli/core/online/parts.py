@@ -17,21 +17,23 @@ from footcal_cli.core.contact import gait_cycles
 from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.online.comparison import (
     Comparison,
-    Judged,
+    InParts,
     Settings,
-    References,
     judged_walk,
     with_statistics,
 )
 from footcal_cli.core.online.evidence import SETTLING_S, Consistency, Repeats, repeats
-from footcal_cli.core.online.filter import Track, track_of
+from footcal_cli.core.online.filter import Noise, Track, track_of
+from footcal_cli.core.online.judged import Judged
 from footcal_cli.core.online.jumps import Jump, JumpBank
 from footcal_cli.core.online.live import run_live
 from footcal_cli.core.online.memory import Memory, gait_phase, rows_of, run_memory, sized
 from footcal_cli.core.online.passes import Pass, open_biases
+from footcal_cli.core.online.references import References
 from footcal_cli.core.online.rows import Rows, advanced
 from footcal_cli.core.online.smoother import run_smoother
 from footcal_cli.core.online.streams import Merged
+from footcal_cli.core.online.tuning import Tuning
 from footcal_cli.core.parameters import Estimates, FloatArray
 
 PART_S = 600.0
@@ -43,6 +45,8 @@ ENOUGH_CYCLES = 20
 """Gait cycles from which a part teaches delay and noise."""
 _MOST_UPDATES = 40_000
 """Updates kept for tables and figures; of longer walks every second, fourth …"""
+_NO_TIME_S = 1e-9
+"""Leaves out the update that a part takes over from the one before."""
 _MOVED_S = 2e-4
 """A delay that has moved by less stays as it is."""
 
@@ -106,6 +110,34 @@ class _Seam:
     cycle: int
 
 
+@dataclass(frozen=True)
+class _Learnt:
+    """What one part teaches for all of them.
+
+    Parameters
+    ----------
+    delay_s, noise, tuning
+        As in `footcal_cli.core.online.memory.Memory`.
+    names, prior_sd
+        States that are believed in.
+    live
+        Track of a live run over that part, else None.
+    """
+
+    delay_s: float
+    noise: Noise
+    tuning: Tuning | None
+    names: tuple[str, ...]
+    prior_sd: FloatArray
+    live: Track | None
+
+    @classmethod
+    def of(cls, memory: Memory, *, live: bool) -> _Learnt:
+        """From a run over the part."""
+        rows, track = memory.rows, memory.track if live else None
+        return cls(memory.delay_s, memory.noise, memory.tuning, rows.names, rows.prior_sd, track)
+
+
 class Walk:
     """A walk that is taken in part by part.
 
@@ -127,7 +159,8 @@ class Walk:
     ) -> None:
         self.belief, self.settings, self.baseline = belief, replace(settings, others=()), baseline
         run = run_live if settings.causal else run_memory
-        self.learnt: Memory = run(teacher.own.log, belief, settings.memory)
+        memory = run(teacher.own.log, belief, settings.memory)
+        self._learnt = _Learnt.of(memory, live=settings.causal)
         self.taught_from_s = float(teacher.own.log.time_s[0])
         self._seam: _Seam | None = None
         self._repeats: Repeats | None = None
@@ -140,21 +173,29 @@ class Walk:
         self._last: Comparison | None = None
         self.parts = 0
 
+    @property
+    def noise(self) -> Noise:
+        """That was learnt."""
+        return self._learnt.noise
+
     def take(self, part: Part) -> Comparison:
         """Run the next part; its samples replayed and judged, without statistics over cycles."""
+        self._last = None  # it may go: another one comes
         seam, options = self._seam, self.settings.memory
         delay_s = self._delay_at(seam)
         log = advanced(part.merged.log, delay_s)
         rows = rows_of(log, self.belief, options)
-        unneeded = ~np.isin(rows.names, self.learnt.rows.names)
+        unneeded = ~np.isin(rows.names, self._learnt.names)
         rows = rows.without(unneeded) if unneeded.any() else rows
         first = part.start // options.samples_per_update
         stop = first + (part.stop - part.start) // options.samples_per_update
         phase = gait_phase(log, rows)[first:stop]
-        passes = _Passes.over(rows, first, stop, self, seam, delay_s)
+        passes = _Passes.over(rows, first, stop, self, seam)
         track, smoothed, jumps = passes.track, passes.smoothed, passes.jumps
         if seam is None and self.settings.causal:
-            track, jumps = self.learnt.track, self.learnt.jumps
+            track = self._learnt.live or track
+            jumps = track.jumps
+            self._learnt = replace(self._learnt, live=None)
         skip_s = SETTLING_S if seam is None else -1.0
         again = repeats(track, phase, rows.totals, skip_s=skip_s)
         self._repeats = again if self._repeats is None else self._repeats + again
@@ -177,7 +218,7 @@ class Walk:
             delay_sd = float(known.sd[-1, rows.names.index("robot.delay")])
         memory = Memory(
             _from_sample(rows.part(first, stop), part.start), shown, back, jumps,
-            self.learnt.tuning, self.learnt.noise, factor, delay_s, delay_sd,
+            self._learnt.tuning, self._learnt.noise, factor, delay_s, delay_sd,
             log.rows(part.start, part.stop),
         )  # fmt: skip
         settled = np.ones(part.stop - part.start, dtype=bool)
@@ -186,7 +227,8 @@ class Walk:
         truth_n = None if part.truth_n is None else part.truth_n[own]
         found = judged_walk(
             memory, part.own, self.belief, self.settings,
-            References(truth_n, self.baseline), cycle[own], settled, skip_s=2.0 if seam is None else 0.0,
+            References(truth_n, self.baseline), cycle[own], settled,
+            skip_s=2.0 if seam is None else _NO_TIME_S,
         )  # fmt: skip
         self._seam = _Seam(
             passes.live, passes.past, passes.bank, known.chosen(slice(-1, None)),
@@ -198,8 +240,9 @@ class Walk:
     def finish(self, rng: np.random.Generator) -> Comparison:
         """The whole walk: sums over all parts; samples and figures of CoP and force of the last."""
         last = self._last
-        assert last is not None and self._thinned is not None, "no part was taken"
         track = self._thinned
+        if last is None or track is None:
+            raise ValueError("no part was taken")
         if "robot.delay" in track.names:
             values = track.values.copy()
             values[:, track.names.index("robot.delay")] -= last.memory.delay_s
@@ -212,14 +255,14 @@ class Walk:
             rejected=self._rejected,
             taught=(self._used, self._updates),
             consistency=Consistency.joined(self._consistency),
-            parts=self.parts,
+            in_parts=InParts(self.parts, PART_S, AHEAD_S, self.taught_from_s, self._every),
         )
         return with_statistics(whole, rng)
 
     def _delay_at(self, seam: _Seam | None) -> float:
         """Delay about which the next rows are linearised; the states at the seam move with it."""
         if seam is None:
-            return self.learnt.delay_s
+            return self._learnt.delay_s
         names = seam.track.names
         if not self.settings.memory.align or "robot.delay" not in names:
             return seam.delay_s
@@ -227,7 +270,7 @@ class Walk:
         step = float(seam.track.values[-1, at])
         if abs(step) < _MOVED_S:
             return seam.delay_s
-        unit = self.learnt.rows.prior_sd[self.learnt.rows.names.index("robot.delay")]
+        unit = self._learnt.prior_sd[self._learnt.names.index("robot.delay")]
         for mean, _ in (seam.live, seam.past):
             mean[at] -= step / unit
         for track in (seam.track, seam.smoothed):
@@ -277,12 +320,9 @@ class _Passes:
     bank: JumpBank | None
 
     @classmethod
-    def over(
-        cls, rows: Rows, first: int, stop: int, walk: Walk, seam: _Seam | None, delay_s: float
-    ) -> _Passes:
+    def over(cls, rows: Rows, first: int, stop: int, walk: Walk, seam: _Seam | None) -> _Passes:
         """Run both over updates ``first:stop`` of the rows."""
-        del delay_s
-        guards, noise = walk.settings.memory.guards, walk.learnt.noise
+        guards, noise = walk.settings.memory.guards, walk.noise
         own, ahead = rows.part(first, stop), rows.part(first, len(rows))
         whole = Pass.begin(rows, noise, None, ())
         filtered = whole.part(first, stop)
@@ -295,19 +335,30 @@ class _Passes:
             filtered.mean, filtered.cov = seam.live
             bank = None if seam.bank is None else seam.bank.moved_on(own)
         track = track_of(own, filtered, filtered.run(own, guards, bank), bank)
+        # jumps that come soon, and those near the end that only later updates prove
+        coming = whole.part(stop, len(rows))
+        coming.mean, coming.cov = filtered.mean.copy(), filtered.cov.copy()
+        later = rows.part(stop, len(rows))
+        next_bank = None if bank is None else bank.moved_on(later)
+        coming.run(later, guards, next_bank)
+        known = [*track.jumps, *([] if next_bank is None else next_bank.found)]
         quiet = replace(guards, jump_threshold=np.inf)
         begun = whole.part(first, len(rows))
         if seam is not None:
             begun.mean, begun.cov = (state.copy() for state in seam.past)
-        open_biases(begun.drive, ahead, track.jumps)
+        # one from before the start was opened in the part before
+        open_biases(begun.drive, ahead, [j for j in known if j.onset_s >= ahead.time_s[0]])
         going = begun.part(0, stop - first)
         going.run(own, quiet)
-        smoothed = run_smoother(ahead, noise, quiet, track.jumps, begun=begun)
+        smoothed = run_smoother(ahead, noise, quiet, begun=begun)
         return cls(
-            track, smoothed.chosen(slice(0, stop - first)),
+            track,
+            smoothed.chosen(slice(0, stop - first)),
             tuple(sized(jump, smoothed) for jump in track.jumps),
-            (filtered.mean, filtered.cov), (going.mean, going.cov), bank,
-        )  # fmt: skip
+            (filtered.mean, filtered.cov),
+            (going.mean, going.cov),
+            bank,
+        )
 
 
 def _from_sample(rows: Rows, start: int) -> Rows:
