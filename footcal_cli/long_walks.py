@@ -24,22 +24,19 @@ from footcal_cli.inspection import over_pieces
 from footcal_cli.intake import (
     Recording,
     body_stream_of,
-    is_six_axis_robot,
     prior_belief,
     sensor_stream_of,
     wiring_of,
 )
+from footcal_cli.longfiles import rows_about
 from footcal_cli.tables import Table, read_pieces
+from footcal_cli.walk_length import pieces_of
 
 if TYPE_CHECKING:
     from footcal_cli.session import Session
 
 _LONGEST_GAP = 5.0
 """Sampling periods of the truth across which it is interpolated."""
-LONG_S = 1200.0
-"""Walks longer than this are run in parts."""
-_LEAST_BYTES = 2**19
-"""A smaller log of eight cells holds no walk of that length."""
 _AROUND_ROWS, _AROUND_S = 8, 5.0
 """Of the body stream, kept on both sides of a part."""
 _MOST_KEPT = 2**16
@@ -47,31 +44,6 @@ _MOST_KEPT = 2**16
 
 Stream = TypeVar("Stream", SensorStream, BodyStream)
 Read = Callable[[TableType, str], Iterable[Table]]
-
-
-def is_long_walk(session: Session[Any]) -> bool:
-    """Whether the session has one sensor log longer than `LONG_S`, and one body log."""
-    robot = session.recipe.robot
-    if not robot.feet or robot.mass_kg is None or is_six_axis_robot(robot):
-        return False
-    cells = cells_table(robot.cell_names)
-    path = session.only_log(cells, "cells")
-    body = session.only_log(body_table(tuple(robot.feet)), "body")
-    if path is None or body is None or not path.is_file() or path.stat().st_size < _LEAST_BYTES:
-        return False
-    first = None
-    for table in _pieces_of(session, path, cells):
-        time_s = table.number("time_s")
-        first = float(np.nanmin(time_s)) if first is None else first
-        if float(np.nanmax(time_s)) - first > LONG_S:
-            return True
-    return False
-
-
-def _pieces_of(session: Session[Any], path: Path, table: TableType) -> Iterator[Table]:
-    """A log some rows at a time, nothing noted."""
-    reading, robot = session.recipe.reading(path), session.recipe.robot
-    return read_pieces(path, table, reading, gravity_mps2=robot.gravity_mps2)
 
 
 @dataclass
@@ -203,16 +175,15 @@ class LongWalk:
         def read(table: TableType, role: str) -> Iterator[Table]:
             path = self.session.only_log(table, role)
             assert path is not None, "is_long_walk has found it"
-            return _pieces_of(self.session, path, table)
+            return pieces_of(self.session, path, table)
 
         return LongWalk(self.session, self.rule, self.update_hz, read)
 
     @property
-    def path(self) -> Path:
-        """File of the sensors' log."""
+    def samples(self) -> float | None:
+        """About how many the sensors' log has."""
         path = self.session.only_log(cells_table(self.session.recipe.robot.cell_names), "cells")
-        assert path is not None, "is_long_walk has found it"
-        return path
+        return None if path is None else rows_about(path)
 
     @property
     def feet(self) -> tuple[str, ...]:

@@ -45,8 +45,9 @@ ALLOWED: dict[str, set[str]] = {
     "trust": {"outcome", "records"},
     "gates": {"outcome", "recipe", "records", "report", "errors"},
     "run_files": {"outcome", "records", "report"},
+    "progress": set(),
     "session": {
-        "columns", "longfiles", "read_as", "tables", "copies", "recipe", "records", "report",
+        "columns", "longfiles", "progress", "read_as", "tables", "copies", "recipe", "records", "report",
         "outcome", "gates", "inspection", "trust", "run_files", "run_folder",
         "textfiles", "core", "errors",
     },
@@ -54,6 +55,11 @@ ALLOWED: dict[str, set[str]] = {
     "intake": {
         "intake", "cell_effects", "columns", "tables", "recipe", "records", "session", "core",
         "errors",
+    },
+    "walk_length": {"columns", "tables", "session"},
+    "long_walks": {
+        "intake", "walk_length", "cell_effects", "columns", "tables", "longfiles", "inspection",
+        "session", "core",
     },
     "batch": {"batch", "logfiles", "records", "errors"},
     "sniff": {
@@ -66,7 +72,7 @@ ALLOWED: dict[str, set[str]] = {
         "commands", "formats", "exporters", "logfiles", "cell_effects", "columns", "tables",
         "reading", "sources", "sniff", "units",
         "recipe", "records", "report", "run_folder", "session", "intake", "inspection", "plots",
-        "sheets", "rigid_body", "batch", "core", "errors",
+        "walk_length", "long_walks", "sheets", "rigid_body", "batch", "core", "errors",
     },
     "helptexts": set(),
     "app": {"commands", "errors", "interruption", "run_folder", "helptexts"},
@@ -82,7 +88,7 @@ LIBRARIES: dict[str, set[str]] = {
     "matplotlib": {"plots", "report"},
     "pydantic": {"models", "filespecs", "recipe", "records", "commands"},
     "typer": {"app", "commands"},
-    "rich": {"report", "session"},
+    "rich": {"report", "session", "progress"},
     "jinja2": {"report"},
     "scipy": {"core", "formats", "exporters"},
     "distributed": {"batch"},

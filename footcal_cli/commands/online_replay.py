@@ -173,7 +173,7 @@ def _replay(session: Session[OnlineReplayOptions]) -> Outcome:
     from footcal_cli.core.online.streams import MergeRule
     from footcal_cli.errors import UsageError
     from footcal_cli.intake import read_recordings
-    from footcal_cli.long_walks import is_long_walk
+    from footcal_cli.walk_length import is_long_walk
 
     options = session.options
     rule = MergeRule(

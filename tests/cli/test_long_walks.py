@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from footcal_cli import long_walks, longfiles
+from footcal_cli import long_walks, longfiles, walk_length
 from footcal_cli.core.online.noise import Noise
 from footcal_cli.records.files import read_record
 from footcal_cli.records.results import ParametersRecord, RmseRecord, RunRecord
@@ -46,8 +46,8 @@ def walk() -> Recording:
 def short_parts(monkeypatch: pytest.MonkeyPatch) -> None:
     """Parts of ten seconds, files read 500 rows or 64 kB at a time."""
     for module, name, value in (
-        (long_walks, "LONG_S", 15.0), (long_walks, "PART_S", 10.0), (long_walks, "AHEAD_S", 5.0),
-        (long_walks, "_LEAST_BYTES", 1), (longfiles, "LONG_BYTES", 1),
+        (walk_length, "LONG_S", 15.0), (long_walks, "PART_S", 10.0), (long_walks, "AHEAD_S", 5.0),
+        (walk_length, "_LEAST_BYTES", 1), (longfiles, "LONG_BYTES", 1),
         (longfiles, "PIECE_ROWS", 500), (longfiles, "PIECE_BYTES", 2**16),
     ):  # fmt: skip
         monkeypatch.setattr(module, name, value)
@@ -85,6 +85,7 @@ def test_parts_give_the_answer_of_the_whole(
     whole, parts = (read_record(ParametersRecord, out / "parameters.json") for out in both)
     for name, one in whole.parameters.items():
         ours = parts.parameters[name]
+        assert one.sd is not None
         assert ours.value == pytest.approx(one.value, abs=1e-6 * one.sd)
         if not causal:
             assert ours.sd == pytest.approx(one.sd, rel=1e-6)

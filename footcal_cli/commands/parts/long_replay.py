@@ -16,7 +16,6 @@ from footcal_cli.core.online.memory import memory_estimates
 from footcal_cli.core.online.parts import ENOUGH_CYCLES, Part, Walk
 from footcal_cli.core.online.streams import MergeRule
 from footcal_cli.long_walks import LongWalk
-from footcal_cli.longfiles import rows_about
 from footcal_cli.records.results import FindingRecord
 from footcal_cli.report import Report
 from footcal_cli.run_folder import scratch
@@ -50,7 +49,7 @@ def replay_long(session: Session[OnlineReplayOptions], rule: MergeRule) -> Outco
             del found
             advance(size)
 
-    with session.counted("replay", "samples", rows_about(streams.path)) as advance:
+    with session.counted("replay", "samples", streams.samples) as advance:
         write_parquet_pieces(pieces(advance), written)
     with session.step("evidence"):
         found = walk.finish(np.random.default_rng(session.request.seed))
