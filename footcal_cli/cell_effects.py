@@ -9,9 +9,13 @@ from typing import Any
 import numpy as np
 
 from footcal_cli.core.chain import Chain, Link, link
-from footcal_cli.core.effects import find_effect
-from footcal_cli.core.effects.cells import TEMPERATURE_REFERENCE_DEGC
-from footcal_cli.core.effects.contract import Stage
+from footcal_cli.core.effects import calibration_of, find_effect
+from footcal_cli.core.effects.cells import (
+    TEMPERATURE_BIAS,
+    TEMPERATURE_REFERENCE_DEGC,
+    TEMPERATURE_SCALE,
+)
+from footcal_cli.core.effects.contract import Stage, Trait
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.streams import SensorStream
 from footcal_cli.core.parameters import FloatArray
@@ -83,7 +87,7 @@ def without_cell_effects(
     UsageError
         The calibration contains an effect that needs what a stand or a walk never records.
     """
-    chain = Chain((link(find_effect("scale_bias"), stream.channels),))
+    chain = Chain((link(calibration_of(stream.channels), stream.channels),))
     rows, count = len(stream.time_s), len(stream.channels)
     believed = cells_in_feet(robot)
     places = np.concatenate(believed)
@@ -95,7 +99,7 @@ def without_cell_effects(
     links = []
     for item in record.effects:
         effect = find_effect(item.effect)
-        if effect.name == "scale_bias" or effect.stage in (Stage.BODY, Stage.TRANSPORT):
+        if Trait.CALIBRATION in effect.traits or effect.stage in (Stage.BODY, Stage.TRANSPORT):
             continue
         lacking = set(effect.needs) - set(log.known) - {"temperature_degc"}
         if lacking:
@@ -159,7 +163,7 @@ def temperature_doubt(
     """Sd of gains and biases (N) where the temperature is not known to within ± `half_k`."""
     per_kelvin = [
         [abs(values.get(f"{channel}.{name}", 0.0)) for channel in channels]
-        for name in ("temperature_scale", "temperature_bias")
+        for name in (TEMPERATURE_SCALE.size.name, TEMPERATURE_BIAS.size.name)
     ]
     gain, bias = half_k * np.array(per_kelvin)
     return gain, bias

@@ -91,9 +91,9 @@ def text_table(path: Path, layout: Layout, texts: Collection[str]) -> tuple[pd.D
         frame = pd.read_csv(
             io.StringIO("".join(line.rstrip("\r\n") + "\n" for line in lines)),
             sep=r"\s+" if layout.separator == BLANKS else layout.separator,
-            decimal=layout.decimal, header=None, names=wanted, index_col=False,
-            dtype=dict.fromkeys(texts, str), skipinitialspace=True, low_memory=False,
-            skip_blank_lines=False,
+            decimal=layout.decimal, thousands=layout.thousands or None, header=None,
+            names=wanted, index_col=False, dtype=dict.fromkeys(texts, str),
+            skipinitialspace=True, low_memory=False, skip_blank_lines=False,
         )  # fmt: skip
     except (pd.errors.ParserError, pd.errors.EmptyDataError, csv.Error) as error:
         raise unreadable(path, error) from None

@@ -12,8 +12,9 @@ from footcal_cli.cell_effects import cells_in_feet, without_cell_effects
 from footcal_cli.columns import TableType, body_table, cells_table, six_axis_feet_table
 from footcal_cli.core.body_stream import check_overlap
 from footcal_cli.core.chain import Chain, Link, link
-from footcal_cli.core.effects import find_effect
+from footcal_cli.core.effects import calibration_of, find_effect
 from footcal_cli.core.effects.calibration import AXES
+from footcal_cli.core.effects.contract import Trait
 from footcal_cli.core.experiments.walk import reference_of
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.belief import Belief, belief_from, nameplate
@@ -230,11 +231,12 @@ def without_transducer_effects(log: Log, record: ParametersRecord) -> Log:
 
     Offsets stay in: the walk or the stand finds them.
     """
-    offsets = Chain((link(find_effect("offset"), log.channels),))
+    offsets = Chain((link(calibration_of(log.channels), log.channels),))
     extended = offsets
     for item in record.effects:
-        if item.effect != "offset":
-            extended = extended.with_link(Link(find_effect(item.effect), dict(item.owners)))
+        effect = find_effect(item.effect)
+        if Trait.CALIBRATION not in effect.traits:
+            extended = extended.with_link(Link(effect, dict(item.owners)))
     if len(extended.links) == 1:
         return log
     values = {name: parameter.value for name, parameter in record.parameters.items()}
