@@ -49,8 +49,8 @@ ALLOWED: dict[str, set[str]] = {
     "run_files": {"outcome", "records", "report"},
     "progress": set(),
     "session": {
-        "columns", "longfiles", "progress", "read_as", "tables", "copies", "recipe", "records", "report",
-        "outcome", "gates", "inspection", "trust", "run_files", "run_folder",
+        "columns", "longfiles", "progress", "read_as", "tables", "copies", "recipe", "records",
+        "report", "outcome", "gates", "inspection", "trust", "run_files", "run_folder",
         "textfiles", "core", "errors",
     },
     "cell_effects": {"recipe", "records", "core", "errors"},
