@@ -119,9 +119,10 @@ def test_parts_give_the_answer_of_the_whole(
 
 
 def test_delay_and_noise_are_learnt_where_the_robot_walks(
-    run: Run, walk: Recording, tmp_path: Path, short_parts: None
+    run: Run, walk: Recording, tmp_path: Path, short_parts: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The first parts of the log are quiet standing, from which nothing can be learnt."""
+    """The first part of the log is quiet standing, from which nothing can be learnt."""
+    monkeypatch.setattr(long_walks, "PART_S", 20.0)
     first = int(np.searchsorted(walk.cell_time, 1.0))
     quiet = 1600
     still = np.repeat(walk.counts[first : first + 1], quiet, axis=0)
@@ -133,11 +134,12 @@ def test_delay_and_noise_are_learnt_where_the_robot_walks(
     def held(values: np.ndarray) -> np.ndarray:
         return np.concatenate([np.repeat(values[body : body + 1], 2000, axis=0), values])
 
+    moving = (np.arange(2000 + walk.body_time.size) >= 2000)[:, None]
     longer = replace(
         walk, cell_time=np.concatenate([stamps, walk.cell_time + 20.0]), counts=counts,
         force=np.concatenate([np.repeat(walk.force[first : first + 1], quiet, axis=0), walk.force]),
         body_time=np.concatenate([ahead, walk.body_time + 20.0]), com=held(walk.com),
-        acc=0.0 * held(walk.acc), angmom_rate=held(walk.angmom_rate), feet=held(walk.feet),
+        acc=held(walk.acc) * moving, angmom_rate=held(walk.angmom_rate) * moving, feet=held(walk.feet),
         yaw=held(walk.yaw),
     )  # fmt: skip
     recipe = write_walk(tmp_path, longer)

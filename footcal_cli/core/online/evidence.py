@@ -274,24 +274,31 @@ class Repeats:
     def __add__(self, other: Repeats) -> Repeats:
         return Repeats(self.total + other.total, self.count + other.count)
 
-    @property
-    def factor(self) -> float:
+    def factor(self, unknowns: int | None = None) -> float:
         """How much of the error comes back in every gait cycle, as a factor of variance.
 
         chi² over degrees of freedom of the innovations' means at each phase of the gait, all
         totals together; 1 where that is no more than chance (95 %). An error that repeats is
         counted anew by every cycle though it teaches nothing new: n cycles of it are worth one,
         which is what this factor takes back.
+
+        Parameters
+        ----------
+        unknowns
+            Given where errors of this walk are known to repeat: then chance is no excuse, and so
+            many unknowns have taken their part of what repeats, since a walk shows no more than
+            the phases of one cycle.
         """
         filled = self.count >= _LEAST_CYCLES
         if not filled.any():
             return 1.0
         cycles = self.count[filled]
-        found = float(np.mean(self.total[filled] ** 2 / cycles))
+        taken = 0 if unknowns is None else min(unknowns, cycles.size // 2)
+        found = float(np.sum(self.total[filled] ** 2 / cycles)) / (cycles.size - taken)
         # n cycles of an error are at worst one: a larger factor would switch the rows off
         found = min(found, float(np.median(cycles)))
         by_chance = float(stats.chi2.ppf(_LEVEL, cycles.size)) / cycles.size
-        return found if found > by_chance else 1.0
+        return max(found, 1.0) if unknowns is not None or found > by_chance else 1.0
 
 
 def repeats(track: Track, phase: FloatArray, totals: int, *, skip_s: float = 5.0) -> Repeats:
@@ -318,9 +325,9 @@ def repeats(track: Track, phase: FloatArray, totals: int, *, skip_s: float = 5.0
     return Repeats(total, count)
 
 
-def repetition(track: Track, phase: FloatArray, totals: int) -> float:
-    """`Repeats.factor` of a track."""
-    return repeats(track, phase, totals).factor
+def repetition(track: Track, phase: FloatArray, totals: int, *, known: bool = False) -> float:
+    """`Repeats.factor` of a track; `known`: errors of this walk do repeat."""
+    return repeats(track, phase, totals).factor(len(track.names) if known else None)
 
 
 @dataclass(frozen=True)

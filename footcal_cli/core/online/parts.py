@@ -22,6 +22,7 @@ from footcal_cli.core.online.comparison import (
     judged_walk,
     with_statistics,
 )
+from footcal_cli.core.online.credible import within_band
 from footcal_cli.core.online.evidence import SETTLING_S, Consistency, Repeats, repeats
 from footcal_cli.core.online.filter import Noise, Track, track_of
 from footcal_cli.core.online.judged import Judged
@@ -116,7 +117,7 @@ class _Learnt:
 
     Parameters
     ----------
-    delay_s, noise, tuning
+    delay_s, noise, tuning, band_hz
         As in `footcal_cli.core.online.memory.Memory`.
     names, prior_sd
         States that are believed in.
@@ -129,13 +130,17 @@ class _Learnt:
     tuning: Tuning | None
     names: tuple[str, ...]
     prior_sd: FloatArray
+    band_hz: float
     live: Track | None
 
     @classmethod
     def of(cls, memory: Memory, *, live: bool) -> _Learnt:
         """From a run over the part."""
         rows, track = memory.rows, memory.track if live else None
-        return cls(memory.delay_s, memory.noise, memory.tuning, rows.names, rows.prior_sd, track)
+        return cls(
+            memory.delay_s, memory.noise, memory.tuning, rows.names, rows.prior_sd, memory.band_hz,
+            track,
+        )  # fmt: skip
 
 
 class Walk:
@@ -187,6 +192,7 @@ class Walk:
         rows = rows_of(log, self.belief, options)
         unneeded = ~np.isin(rows.names, self._learnt.names)
         rows = rows.without(unneeded) if unneeded.any() else rows
+        rows = within_band(rows, self._learnt.band_hz)
         first = part.start // options.samples_per_update
         stop = first + (part.stop - part.start) // options.samples_per_update
         phase = gait_phase(log, rows)[first:stop]
@@ -199,7 +205,8 @@ class Walk:
         skip_s = SETTLING_S if seam is None else -1.0
         again = repeats(track, phase, rows.totals, skip_s=skip_s)
         self._repeats = again if self._repeats is None else self._repeats + again
-        factor = self._repeats.factor
+        known_to = len(rows.names) if np.isfinite(self._learnt.band_hz) else None
+        factor = self._repeats.factor(known_to)
         known = track if seam is None and self.settings.causal else track.inflated(factor)
         smoothed = smoothed.inflated(factor)
         self._jumps += jumps
@@ -219,7 +226,7 @@ class Walk:
         memory = Memory(
             _from_sample(rows.part(first, stop), part.start), shown, back, jumps,
             self._learnt.tuning, self._learnt.noise, factor, delay_s, delay_sd,
-            log.rows(part.start, part.stop),
+            log.rows(part.start, part.stop), self._learnt.band_hz,
         )  # fmt: skip
         settled = np.ones(part.stop - part.start, dtype=bool)
         if seam is None:

@@ -10,6 +10,7 @@ import numpy as np
 from footcal_cli.core.effects.calibration import AXES
 from footcal_cli.core.experiments import walk
 from footcal_cli.core.log import Log
+from footcal_cli.core.online.alignment import coarse_delay_s
 from footcal_cli.core.online.evidence import Consistency, check_consistency, repetition
 from footcal_cli.core.online.filter import Guards, Noise, Track, run_filter
 from footcal_cli.core.online.jumps import Jump
@@ -203,7 +204,10 @@ def _aligned(log: Log, samples_per_update: int, guards: Guards) -> _Aligned:
     and another later, the motion is wrong in another way, and it is left as it is.
     """
     quiet = replace(guards, jump_threshold=np.inf)
-    delay, moved = 0.0, log
+    delay = coarse_delay_s(
+        log, lambda late: _rows(late, samples_per_update, scales=False), DELAY_STATE, START, quiet
+    )
+    moved = advanced(log, delay)
     rows = _rows(moved, samples_per_update, scales=False)
     at = rows.names.index(DELAY_STATE)
     for _ in range(_DELAY_PASSES):
