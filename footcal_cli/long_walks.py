@@ -13,7 +13,7 @@ from footcal_cli.cell_effects import cells_in_feet, without_cell_effects
 from footcal_cli.columns import TableType, body_table, cells_table, truth_table
 from footcal_cli.core.body_stream import check_overlap
 from footcal_cli.core.online.belief import Belief
-from footcal_cli.core.online.parts import AHEAD_S, BEFORE_S, PART_S, Part
+from footcal_cli.core.online.parts import AHEAD_S, BEFORE_S, ENOUGH_CYCLES, PART_S, Part
 from footcal_cli.core.online.references import in_band
 from footcal_cli.core.online.streams import BodyStream, Merged, MergeRule, SensorStream, merge_cells
 from footcal_cli.core.parameters import FloatArray
@@ -224,10 +224,11 @@ class LongWalk:
             if at.size:
                 self._body.count_gaps(motion.time_s, int(at[0]), int(at[-1]) + 1)
             true_n = None if truth is None else self._true(truth, merged)
-            own_part = merged.part(start, stop)
-            self._said.append(wiring_of(own_part, self.belief, "walk"))
-            made = [Part(merged, start, stop, true_n)]
-            del window, whole, motion, merged, true_n, own_part
+            part = Part(merged, start, stop, true_n)
+            if part.cycles >= ENOUGH_CYCLES:  # standing tells no cell from another
+                self._said.append(wiring_of(part.own, self.belief, "walk"))
+            made = [part]
+            del window, whole, motion, merged, true_n, part
             # nothing of a part is held here while the next one is read
             yield made.pop()
             if last:

@@ -125,7 +125,8 @@ def test_delay_and_noise_are_learnt_where_the_robot_walks(
     monkeypatch.setattr(long_walks, "PART_S", 20.0)
     first = int(np.searchsorted(walk.cell_time, 1.0))
     quiet = 1600
-    still = np.repeat(walk.counts[first : first + 1], quiet, axis=0)
+    noise = np.random.default_rng(0).normal(0.0, 0.1, (quiet, len(CHANNELS))) / walk.scale0
+    still = np.round(walk.counts[first] + noise)
     stamps = np.arange(quiet) / 80.0
     counts = np.concatenate([still, walk.counts])
     body = int(np.searchsorted(walk.body_time, 1.0))
@@ -139,15 +140,15 @@ def test_delay_and_noise_are_learnt_where_the_robot_walks(
         walk, cell_time=np.concatenate([stamps, walk.cell_time + 20.0]), counts=counts,
         force=np.concatenate([np.repeat(walk.force[first : first + 1], quiet, axis=0), walk.force]),
         body_time=np.concatenate([ahead, walk.body_time + 20.0]), com=held(walk.com),
-        acc=held(walk.acc) * moving, angmom_rate=held(walk.angmom_rate) * moving, feet=held(walk.feet),
-        yaw=held(walk.yaw),
+        acc=held(walk.acc) * moving, angmom_rate=held(walk.angmom_rate) * moving,
+        feet=held(walk.feet), yaw=held(walk.yaw),
     )  # fmt: skip
     recipe = write_walk(tmp_path, longer)
     answer = run(
         "online-replay", "--recipe", recipe, "--parameters", write_belief(tmp_path, walk),
         "--no-pictures", "--out", tmp_path / "out",
     )  # fmt: skip
-    assert answer.exit_code == 0, answer.err
+    assert answer.exit_code == 0, answer.out
     page = (tmp_path / "out/report.html").read_text("utf-8")
     start = float(page.split("from ten minutes from ")[1].split(" s on")[0])
     assert start >= 20.0
