@@ -125,8 +125,8 @@ def read_recordings(
             if six_axis
             else robot.cell_names
         )
-        stream = _sensor_stream(table, channels, feet if six_axis else (), robot.adc.lost_reading)
-        motion = _body_stream(body, feet) if body is not None else _no_body(stream, len(feet))
+        stream = sensor_stream_of(table, channels, feet if six_axis else (), robot.adc.lost_reading)
+        motion = body_stream_of(body, feet) if body is not None else _no_body(stream, len(feet))
         if six_axis:
             merged = _merge_six_axis(stream, motion, robot, rule, experiment)
             if session.parameters is not None:
@@ -160,7 +160,7 @@ def read_recordings(
                     body.path.name if body.path != table.path else "its body stream",
                 )
             )  # fmt: skip
-        session.note(_wiring(merged, belief, experiment))
+        session.note(wiring_of(merged, belief, experiment))
         found.append(
             Recording(
                 merged, belief, feet, table.path.name, body is None,
@@ -189,7 +189,7 @@ def _pairs(
     return sensors, [bodies[i] for i in kept] if bodies else []
 
 
-def _wiring(merged: Merged, belief: Belief | None, experiment: str) -> list[Finding]:
+def wiring_of(merged: Merged, belief: Belief | None, experiment: str) -> list[Finding]:
     """Cells that are exchanged and, of a walk, copied or frozen; transducers that are turned."""
     log = merged.log
     if belief is None:
@@ -284,9 +284,10 @@ def prior_belief(
     )
 
 
-def _sensor_stream(
+def sensor_stream_of(
     table: Table, channels: tuple[str, ...], feet: tuple[str, ...], lost: float | None
 ) -> SensorStream:
+    """Readings of cells or, where `feet` are named, of their transducers; lost ones are NaN."""
     columns = (
         [f"{foot}_{axis}" for foot in feet for axis in _AXIS_COLUMNS]
         if feet
@@ -298,7 +299,8 @@ def _sensor_stream(
     return SensorStream(table.number("time_s"), readings, channels)
 
 
-def _body_stream(table: Table, feet: tuple[str, ...]) -> BodyStream:
+def body_stream_of(table: Table, feet: tuple[str, ...]) -> BodyStream:
+    """The body's columns; what a log may lack is zero or None."""
     n = len(table)
 
     def triple(pattern: str) -> FloatArray:
