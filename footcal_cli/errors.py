@@ -120,6 +120,18 @@ def of_machine(error: OSError | MemoryError) -> FootcalError:
     return MachineError(problem, file=file, remedy=_REMEDIES.get(error.errno or 0, "try again"))
 
 
+def missing_library(name: str, error: ImportError, problem: str, remedy: str) -> FootcalError:
+    """An optional library that could not be imported: not installed, or no memory to load it."""
+    from importlib.util import find_spec
+
+    if find_spec(name.partition(".")[0]) is None:
+        return UsageError(problem, remedy=remedy)
+    return MachineError(
+        f"the package {name} is installed but cannot be loaded: {str(error).rsplit(': ', 1)[-1]}",
+        remedy=f"close other programs if memory lacks, else install it again: {remedy}",
+    )
+
+
 def nearest(name: str, known: object) -> str:
     """`` (did you mean 'x'?)`` for the closest known name, else nothing."""
     from difflib import get_close_matches

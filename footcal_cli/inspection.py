@@ -15,7 +15,7 @@ import numpy as np
 from footcal_cli.columns import TableType
 from footcal_cli.core import body_stream, quality, readings
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.core.plausibility import check_scale
+from footcal_cli.core.plausibility import check_scale, check_shares
 from footcal_cli.core.quality import Finding
 from footcal_cli.core.wiring import check_exchanged_cells
 from footcal_cli.recipe import Robot
@@ -220,6 +220,11 @@ def _exchanged(table: Table, robot: Robot) -> list[Finding]:
         found += quality.check_duplicate_channels(rows[:, 3:], names)
         cells = np.array([[cell.x_m, cell.y_m] for cell in spec.cells.values()])
         found += check_exchanged_cells(means[:, 3:], names, cells, means[:, :2], means[:, 2])
+        turned = check_shares(rows[:, 3:], names, rows[:, 2], calibrated=False)
+        # where no nameplate says which way the bridges read, one may be wired the other way round
+        known = robot.nameplate.scale_n_per_count is not None
+        found += turned if known else [replace(f, severity="warning") for f in turned]
+        found += readings.check_dead_channels(rows[:, 3:], names)
     return found
 
 
@@ -245,6 +250,7 @@ def _stream(table: Table, robot: Robot) -> list[Finding]:
     if robot.adc.lost_reading is not None:
         values = np.where(values == robot.adc.lost_reading, np.nan, values)
     found = body_stream.check_stamp_unit(time_s, table.path.name)
+    found += quality.check_order(time_s, table.path.name)
     found += quality.check_stream(time_s, values, names)
     for i, name in enumerate(names):
         own = values[:, i]
@@ -259,6 +265,7 @@ def _stream(table: Table, robot: Robot) -> list[Finding]:
 def _body(table: Table, robot: Robot) -> list[Finding]:
     time_s, where = table.number("time_s"), table.path.name
     found = body_stream.check_stamp_unit(time_s, where)
+    found += quality.check_order(time_s, where)
     names = _kept(table)
     lost = [n for n in names if not np.isfinite(table.number(n)).any()]
     found += quality.check_stream(time_s, table.numbers(lost), lost) if lost else []
@@ -331,6 +338,13 @@ def _known(channel: str, load: FloatArray, counts: FloatArray, robot: Robot) -> 
 def _loads(load: FloatArray, robot: Robot) -> list[Finding]:
     load = load[np.isfinite(load)]
     found = quality.check_load_unit(load, None, robot.weight_n) if load.size else []
+    if load.size and not load.any():
+        found.append(
+            Finding(
+                "no_load", "warning", "load", f"all {load.size} loads are 0 N",
+                "check the load column; rows without a load tell the zero alone",
+            )
+        )  # fmt: skip
     if load.size and float(load.max()) <= 0.0 and float(load.min()) < 0.0:
         found.append(
             Finding(

@@ -15,7 +15,7 @@ import numpy as np
 
 from footcal_cli.core.kinematics import Posture
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.errors import DataError, UsageError, nearest
+from footcal_cli.errors import DataError, UsageError, missing_library, nearest
 from footcal_cli.textfiles import read_text
 
 INSTALL = "pip install 'pin>=3.1'"
@@ -216,8 +216,8 @@ def read_urdf(path: Path) -> RigidBody:
 def _pinocchio() -> Any:
     try:
         import pinocchio
-    except ImportError:
-        raise UsageError(
-            "kinematics needs Pinocchio, which is not installed", remedy=INSTALL
-        ) from (None)
+    except ImportError as error:
+        raise missing_library(
+            "pinocchio", error, "kinematics needs Pinocchio, which is not installed", INSTALL
+        ) from None
     return pinocchio

@@ -27,6 +27,8 @@ from footcal_cli.errors import UsageError
 RUN_SCHEMA = "footcal.run"
 GROWN_ROWS = "rows"
 """Marks a folder that grows from run to run: what is done so far, a file per session."""
+_EARLIER_RUN = ".run.json"
+"""Where the earlier ``run.json`` of such a folder lies while its summary is replaced."""
 _RENAME_EXCHANGE = 2
 _AT_FDCWD = -100
 
@@ -63,7 +65,7 @@ def refuse_folder(out: Path, overwrite: bool, inputs: Iterable[Path]) -> None:
                 f"--overwrite would delete an input of this run, {path}", file=out,
                 remedy="name another --out",
             )  # fmt: skip
-    written = _written_files(out)
+    written = _written_files(out / "run.json")
     if written is None:
         raise UsageError(
             "--overwrite replaces only a folder that footcal wrote, and this one has no run.json",
@@ -81,10 +83,10 @@ def _files(folder: Path) -> set[str]:
     return {p.relative_to(folder).as_posix() for p in folder.rglob("*") if not p.is_dir()}
 
 
-def _written_files(folder: Path) -> set[str] | None:
-    """Files that footcal wrote there, empty for a run before they were listed; None: no run."""
+def _written_files(record: Path) -> set[str] | None:
+    """Files that a ``run.json`` lists, empty for a run before they were listed; None: no run."""
     try:
-        run = json.loads((folder / "run.json").read_text(encoding="utf-8"))
+        run = json.loads(record.read_text(encoding="utf-8"))
     except (FileNotFoundError, ValueError, RecursionError):
         return None
     if not isinstance(run, dict) or run.get("schema") != RUN_SCHEMA:
@@ -135,17 +137,24 @@ def refuse_grown(out: Path, overwrite: bool, inputs: Iterable[Path]) -> None:
 
 @contextmanager
 def grown_folder(out: Path) -> Iterator[Path]:
-    """A folder whose files go into `out`, each whole, ``run.json`` last; the others stay."""
+    """A folder whose files go into `out`, ``run.json`` last; the others stay.
+
+    While files are replaced there is no ``run.json``: a summary that has one is whole.
+    """
     out.mkdir(parents=True, exist_ok=True)
     partial = Path(tempfile.mkdtemp(prefix=".partial-", dir=out))
+    run, earlier = out / "run.json", out / _EARLIER_RUN
     try:
         yield partial
         names = sorted(_files(partial), key=lambda name: (name == "run.json", name))
-        for name in sorted((_written_files(out) or set()) - set(names)):
+        if run.exists():
+            run.replace(earlier)
+        for name in sorted((_written_files(earlier) or set()) - set(names)):
             (out / name).unlink(missing_ok=True)  # figures of an earlier, longer summary
         for name in names:
             (out / name).parent.mkdir(exist_ok=True)
             (partial / name).replace(out / name)
+        earlier.unlink(missing_ok=True)
     finally:
         shutil.rmtree(partial, ignore_errors=True)
 

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from footcal_cli.batch.plan import Died, Job, Work
-from footcal_cli.errors import MachineError, UsageError
+from footcal_cli.errors import MachineError, missing_library
 from footcal_cli.records.batch import SessionRecord
 
 
@@ -39,9 +39,9 @@ def run_on_cluster(
     """
     try:
         from distributed import Client, KilledWorker, as_completed
-    except ImportError:
-        raise UsageError(
-            "--scheduler needs Dask", remedy="pip install 'footcal[cluster]'"
+    except ImportError as error:
+        raise missing_library(
+            "distributed", error, "--scheduler needs Dask", "pip install 'footcal[cluster]'"
         ) from None
     try:
         client: Any = Client(scheduler, timeout="10s", set_as_default=False)  # type: ignore[no-untyped-call]

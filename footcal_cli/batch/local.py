@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import multiprocessing
+import os
 import signal
+import threading
 from collections.abc import Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
+from multiprocessing.process import BaseProcess
 
 from footcal_cli.batch.plan import Died, Job, Work
 from footcal_cli.records.batch import SessionRecord
@@ -34,10 +37,11 @@ def run_here(jobs: Sequence[Job], workers: int, work: Work, died: Died) -> Itera
         Makes the row of a session over which all workers died.
     """
     waiting = [(job, 1) for job in reversed(jobs)]
-    pools = [_worker() for _ in range(max(min(workers, len(jobs)), 1))]
+    pools: list[ProcessPoolExecutor] = []
     busy: dict[Future[SessionRecord], tuple[int, Job, int]] = {}
-    free = list(range(len(pools)))
+    free = list(range(max(min(workers, len(jobs)), 1)))
     try:
+        pools += (_worker() for _ in free)
         while waiting or busy:
             while waiting and free:
                 slot, (job, attempt) = free.pop(), waiting.pop()
@@ -66,10 +70,23 @@ def run_here(jobs: Sequence[Job], workers: int, work: Work, died: Died) -> Itera
 def _worker() -> ProcessPoolExecutor:
     # a fresh interpreter on every system: a fork of a process with threads may hang
     context = multiprocessing.get_context("spawn")
-    return ProcessPoolExecutor(1, mp_context=context, initializer=_deaf)
+    return ProcessPoolExecutor(1, mp_context=context, initializer=_of_parent)
 
 
-def _deaf() -> None:
-    """Ctrl-C goes to all processes of a terminal; the first one ends the others."""
+def _of_parent() -> None:
+    """A worker ends with the process that started it, however that one ends, and not before.
+
+    Ctrl-C goes to all processes of a terminal; the first one ends the others. A worker that went
+    on after it was killed would write beside the next run.
+    """
     with suppress(ValueError):
         signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(
+        target=_end_with, args=(multiprocessing.parent_process(),), daemon=True
+    ).start()
+
+
+def _end_with(parent: BaseProcess | None) -> None:
+    if parent is not None:
+        parent.join()
+        os._exit(1)

@@ -148,6 +148,8 @@ def _together(session: Session[CheckOptions], tables: Sequence[tuple[Table, Tabl
     robot, intended = session.recipe.robot, session.options.intended_load_n
     if "weights" in by_kind:
         session.note(weights_findings(by_kind["weights"], robot, intended))
+    if "placements" in by_kind and session.parameters is not None:
+        _placements(session, by_kind["placements"])
     hang = session.recipe.options.get("hang_calib", {})
     # what a log lacks for a check is no fault of the log
     with suppress(DataError, UsageError, FitError, ValueError):
@@ -162,6 +164,23 @@ def _together(session: Session[CheckOptions], tables: Sequence[tuple[Table, Tabl
     with suppress(DataError, UsageError, FitError, ValueError):
         if "body" in by_kind and ("cells" in by_kind or "six_axis_feet" in by_kind):
             _walking(session)
+
+
+def _placements(session: Session[CheckOptions], tables: Sequence[Table]) -> None:
+    """Weights on feet against the calibration of their cells."""
+    from footcal_cli.commands.parts.bench_logs import calibrated_cells, read_placements
+    from footcal_cli.core.plausibility import check_shares
+    from footcal_cli.errors import UsageError
+
+    if session.parameters is None:
+        return
+    with suppress(UsageError):  # cells without a calibration
+        logs = read_placements(
+            tables, session.recipe.robot, calibrated_cells(session.parameters), 0.0
+        )
+        for log in logs.values():
+            rows = log.rows
+            session.note(check_shares(rows.forces_n, rows.cells, rows.load_n, calibrated=True))
 
 
 def _walking(session: Session[CheckOptions]) -> None:

@@ -245,6 +245,7 @@ def _feet(session: Session[OfflineFitOptions], studies: Sequence[ChannelStudy]) 
 
     from footcal_cli.columns import cop_points_table, placements_table
     from footcal_cli.commands.parts.bench_logs import read_cop_points, read_placements, study_foot
+    from footcal_cli.core.plausibility import check_shares
     from footcal_cli.errors import UsageError, nearest
 
     robot, options = session.recipe.robot, session.options
@@ -269,6 +270,8 @@ def _feet(session: Session[OfflineFitOptions], studies: Sequence[ChannelStudy]) 
             )  # fmt: skip
     found = []
     for foot, log in logs.items():
+        rows = log.rows
+        session.note(check_shares(rows.forces_n, rows.cells, rows.load_n, calibrated=True))
         out = np.isin(log.names.astype(str), options.held_out_placements)
         study = study_foot(foot, log, out)
         found.append(replace(study, held_out=apart[foot].rows) if foot in apart else study)
@@ -279,15 +282,9 @@ def _calibration(
     session: Session[OfflineFitOptions], studies: Sequence[ChannelStudy]
 ) -> dict[str, tuple[float, float]]:
     """Scale and bias per channel: of this run's weights, else of --parameters."""
-    found = {}
-    if session.parameters is not None:
-        known = session.parameters.parameters
-        owners = {name.removesuffix(".scale") for name in known if name.endswith(".scale")}
-        found = {
-            owner: (known[f"{owner}.scale"].value, known[f"{owner}.bias"].value)
-            for owner in owners
-            if f"{owner}.bias" in known
-        }
+    from footcal_cli.commands.parts.bench_logs import calibrated_cells
+
+    found = {} if session.parameters is None else calibrated_cells(session.parameters)
     for study in studies:
         estimates = study.estimates
         found[study.channel] = (

@@ -23,6 +23,8 @@ UNIT_TOLERANCE = 0.1
 """Share by which a nameplate may be off beside a unit."""
 DEAD_SHARE = 0.01
 """A cell under a walking robot that moves less than this share of its siblings carries nothing."""
+TURNED_SHARES = 0.3
+"""Known loads turn a cell's share over by all of it; crosstalk and misplaced cells do not."""
 WALKING_SPAN_N = 2.0
 """Siblings that move less do not tell a dead cell from one that is not loaded."""
 TURNED_SHARE = 0.1
@@ -42,9 +44,7 @@ def check_scale(channel: str, scale: float, nameplate: float | None) -> list[Fin
     ratio = scale / nameplate
     if SCALE_RANGE[0] < ratio < SCALE_RANGE[1]:
         return []
-    # loads noted in kg and read as N make the scale 9.8 times too small
-    units = {unit: 1.0 / newtons for unit, newtons in UNIT_RATIOS.items()}
-    unit = next((u for u, r in units.items() if abs(abs(ratio) / r - 1.0) < UNIT_TOLERANCE), None)
+    unit = _unit_of_loads(ratio)
     if unit is not None:
         cause = f"the loads look noted in {unit}" + (" with a turned sign" if ratio < 0 else "")
     elif ratio < 0 and SCALE_RANGE[0] < -ratio < SCALE_RANGE[1]:
@@ -58,6 +58,75 @@ def check_scale(channel: str, scale: float, nameplate: float | None) -> list[Fin
             f"the nameplate: {cause}",
             "correct the unit of the load column in [columns], or scale_n_per_count in "
             "[robot.nameplate]",
+        )
+    ]  # fmt: skip
+
+
+def _unit_of_loads(ratio: float) -> str | None:
+    """The unit in which loads were noted that read so many times what they should in newtons."""
+    # loads noted in kg and read as N make a scale 9.8 times too small
+    units = {unit: 1.0 / newtons for unit, newtons in UNIT_RATIOS.items()}
+    return next((u for u, r in units.items() if abs(abs(ratio) / r - 1.0) < UNIT_TOLERANCE), None)
+
+
+def check_shares(
+    forces_n: FloatArray, cells: Sequence[str], load_n: FloatArray, *, calibrated: bool
+) -> list[Finding]:
+    """Find cells of a foot that known loads on it contradict: ``Σ s_i F_i + f = W``, s_i near 1.
+
+    Parameters
+    ----------
+    forces_n
+        By the calibration or, up to a common factor, by the nameplate, shape (n, c).
+    cells
+        Their names.
+    load_n
+        Weights W put on the foot, shape (n,).
+    calibrated
+        Whether the forces are in newtons.
+    """
+    good = np.isfinite(forces_n).all(axis=1) & np.isfinite(load_n)
+    force, load = forces_n[good], load_n[good]
+    count = len(cells)
+    if len(load) < 3 * count or not (np.ptp(force, axis=0) > 0).all() or not np.ptp(load) > 0:
+        return []
+    centre, size = force.mean(axis=0), force.std(axis=0)
+    design = np.column_stack([(force - centre) / size, np.ones(len(load))])
+    left, singular, right = np.linalg.svd(design, full_matrices=False)
+    if singular[-1] < 1e-6 * singular[0]:
+        return []
+    found = right.T @ (left.T @ load / singular)
+    noise = np.sqrt(np.sum((load - design @ found) ** 2) / (len(load) - count - 1))
+    sd = noise * np.sqrt(np.sum((right.T / singular) ** 2, axis=1))[:count] / size
+    share = found[:count] / size
+    typical = float(np.median(share))
+    if not calibrated:
+        share, sd, typical = share / typical, sd / abs(typical), 1.0
+    turned = (share * np.sign(typical) < -TURNED_SHARES * abs(typical)) & (np.abs(share) > 4.0 * sd)
+    if 0 < turned.sum() < count / 2:
+        return [
+            Finding(
+                "turned_sign", "alarm", cell,
+                f"the cell reads less where it carries more: of each newton it shows, {s:.2g} N "
+                f"are of the weights on the foot, of the other cells' {typical:.2g} N",
+                "check the sign of its scale and the wires of its bridge",
+            )
+            for cell, s in zip(np.array(cells)[turned].tolist(), share[turned], strict=True)
+        ]  # fmt: skip
+    if SCALE_RANGE[0] < typical < SCALE_RANGE[1]:
+        return []
+    unit = _unit_of_loads(typical)
+    cause = (
+        f"the loads look noted in {unit}" if unit is not None
+        else "the unit of the loads or the calibration is wrong"
+    ) + (", with a turned sign" if typical < 0 else "")  # fmt: skip
+    return [
+        Finding(
+            "loads_off_calibration", "alarm", ", ".join(cells),
+            f"the weights on the foot are {typical:.3g} times what its calibrated cells show: "
+            f"{cause}",
+            "correct the unit of the load column in [columns], or give the calibration of this "
+            "foot",
         )
     ]  # fmt: skip
 

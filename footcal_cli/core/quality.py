@@ -265,6 +265,34 @@ STUCK_SECONDS = 1.0
 """A channel that shows one value for longer while others move is stuck."""
 
 
+LATE_SHARE = 0.01
+"""More samples than this that come after a later one are no stragglers of a link."""
+
+
+def check_order(time_s: FloatArray, stream: str) -> list[Finding]:
+    """Find stamps that go back: rows out of order, or recordings that were joined.
+
+    Parameters
+    ----------
+    time_s
+        Stamps in order of the file, shape (n,).
+    """
+    time_s = time_s[np.isfinite(time_s)]
+    back = np.flatnonzero(np.diff(time_s) < 0)
+    if not back.size:
+        return []
+    at, late = int(back[0]), int(np.sum(time_s < np.maximum.accumulate(time_s)))
+    return [
+        Finding(
+            "time_goes_back", "alarm" if late > LATE_SHARE * time_s.size else "warning", stream,
+            f"{back.size} stamps lie before their predecessor, the first at row {at + 2} "
+            f"({time_s[at]:.6g} s, then {time_s[at + 1]:.6g} s); {late} of {time_s.size} samples "
+            "come too late to be used",
+            "sort the log by time, or split recordings that were joined",
+        )
+    ]  # fmt: skip
+
+
 def check_clock(time_s: FloatArray, stream: str) -> list[Finding]:
     """Find stamps that go back or repeat, gaps, and an uneven rate.
 
@@ -277,16 +305,7 @@ def check_clock(time_s: FloatArray, stream: str) -> list[Finding]:
         return []
     steps = np.diff(time_s)
     findings = []
-    if np.any(steps < 0):
-        at = int(np.argmax(steps < 0))
-        findings.append(
-            Finding(
-                "time_goes_back", "alarm", stream,
-                f"{int(np.sum(steps < 0))} stamps lie before their predecessor, the first at row "
-                f"{at + 2} ({time_s[at]:.6g} s, then {time_s[at + 1]:.6g} s)",
-                "sort the log by time, or split recordings that were joined",
-            )
-        )  # fmt: skip
+    findings += check_order(time_s, stream)
     if np.any(steps == 0):
         findings.append(
             Finding(

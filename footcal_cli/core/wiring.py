@@ -88,6 +88,8 @@ def _exchanged(
     if len(load_n) < 2 * count + 2:
         return []
     given = _misfit(counts, arms, load_n)
+    if not given > 0:
+        return []
     tried = []
     for a, b in combinations(range(count), 2):
         order = np.arange(count)

@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from footcal_cli.errors import UsageError
+from footcal_cli.errors import missing_library
 
 Array = NDArray[Any]
 Columns = dict[str, Array]
@@ -88,14 +88,16 @@ def library(name: str, extra: str, what: str) -> Any:
     ------
     UsageError
         It is not installed; gives the command that installs it.
+    MachineError
+        It is installed, but there is no memory to load it.
     """
     try:
         return import_module(name)
-    except ImportError:
-        raise UsageError(
-            f"{what} needs the package {name.split('.')[0]}",
-            remedy=f"pip install 'footcal[{extra}]'",
-        ) from None
+    except ImportError as error:
+        raise missing_library(
+            name, error, f"{what} needs the package {name.split('.')[0]}",
+            f"pip install 'footcal[{extra}]'",
+        ) from None  # fmt: skip
 
 
 def with_unit(name: str, unit: str) -> str:

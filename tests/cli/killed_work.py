@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import time
 
 from footcal_cli.batch.plan import Job
 from footcal_cli.records.batch import SessionRecord
@@ -25,3 +26,10 @@ def kill_once(job: Job) -> SessionRecord:
     if job.name == "s07" or (job.name == "s05" and first):
         os.kill(os.getpid(), signal.SIGKILL)
     return died(job, 1).model_copy(update={"outcome": "done"})
+
+
+def sleep_long(job: Job) -> SessionRecord:
+    """Work that takes a minute; it says which process is at it."""
+    (job.out / "worker").write_text(str(os.getpid()), "utf-8")
+    time.sleep(60)
+    return died(job, 1)

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +17,7 @@ from footcal_cli.batch.plan import Job, plan
 from footcal_cli.commands.parts.batch_work import digest_of, run_session
 from footcal_cli.errors import UsageError
 from tests.cli.killed_work import died, kill_once
-from tests.conftest import Run
+from tests.conftest import REPOSITORY, Run
 
 RECIPE = 'name = "bench"\n[robot]\nname = "A"\nchannels = ["left_fl"]\n'
 
@@ -149,3 +153,36 @@ def test_local_processes_and_dask_give_the_same_table(run: Run, logs: Path) -> N
                 "offline-fit", "--out", out, "--quiet", *extra)  # fmt: skip
             tables.append(pd.read_parquet(out / "sessions.parquet").drop(columns="seconds"))
     pd.testing.assert_frame_equal(tables[0], tables[1])
+
+
+def test_a_worker_ends_with_the_run_that_started_it(tmp_path: Path) -> None:
+    """A worker that outlived a killed run would write beside the next one."""
+    words = (
+        "from tests.cli.killed_work import died, sleep_long; from tests.cli.test_batch import *\n"
+        f"if __name__ == '__main__': list(run_here([job_of(Path({str(tmp_path)!r}), 's')], 1, "
+        "sleep_long, died))\n"
+    )
+    (tmp_path / "out").mkdir()
+    (tmp_path / "run.py").write_text(words, "utf-8")
+    run = subprocess.Popen([sys.executable, tmp_path / "run.py"], cwd=REPOSITORY,
+                           env={**os.environ, "PYTHONPATH": str(REPOSITORY)})  # fmt: skip
+    mark = tmp_path / "out" / "worker"
+    while not mark.exists() or not mark.read_text("utf-8"):
+        assert run.poll() is None
+        time.sleep(0.05)
+    run.kill()
+    run.wait()
+    for _ in range(200):
+        if not _lives(int(mark.read_text("utf-8"))):
+            return
+        time.sleep(0.05)
+    pytest.fail("the worker still runs")
+
+
+def _lives(number: int) -> bool:
+    try:
+        os.kill(number, 0)
+    except ProcessLookupError:
+        return False
+    stat = Path(f"/proc/{number}/stat")  # one that nobody has waited for is dead all the same
+    return not stat.is_file() or stat.read_text("utf-8").rpartition(")")[2].split()[0] != "Z"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -14,6 +15,7 @@ from footcal_cli import columns
 from footcal_cli.columns import TableType
 from footcal_cli.commands import option_tables
 from footcal_cli.core.body_stream import check_acceleration, check_overlap, check_quaternions
+from footcal_cli.core.plausibility import check_shares
 from footcal_cli.inspection import inspect, inspect_record
 from footcal_cli.recipe import Recipe, Robot, read_recipe
 from footcal_cli.records.results import ParametersRecord
@@ -285,3 +287,42 @@ def test_placements_whose_cells_are_exchanged_copied_or_in_millimetres() -> None
         (times("hole_", 1e3), "holes_not_metres"),
     ):
         assert code in alarms(bent(table, change), kind, robot)
+
+
+@pytest.mark.parametrize("cell", ["fl", "fr", "rl", "rr"])
+def test_placements_with_a_cell_of_turned_sign(cell: str) -> None:
+    robot = recipe("bench_foot").robot
+    kind = columns.placements_table(tuple(robot.feet["left"].cells))
+    table = clean(SAMPLES / "bench_foot/placements.csv", kind, "bench_foot")
+    turned = bent(table, times(f"{cell}_counts", -1.0))
+    (finding,) = [f for f in inspect(turned, kind, robot) if f.code == "turned_sign"]
+    assert (finding.severity, finding.where) == ("alarm", f"left_{cell}")
+    # no nameplate says how the bridge is wired: its calibration has to
+    unnamed = robot.model_copy(update={"nameplate": Robot().nameplate})
+    (finding,) = [f for f in inspect(turned, kind, unnamed) if f.code == "turned_sign"]
+    assert finding.severity == "warning"
+
+
+@pytest.mark.parametrize(
+    ("load", "turn", "codes"),
+    [
+        (1.0, (1, 1, 1, 1), []),
+        (1.0, (1, -1, 1, 1), ["turned_sign"]),
+        (1.0 / G, (1, 1, 1, 1), ["loads_off_calibration"]),
+        (1.0 / 4.448222, (1, 1, 1, 1), ["loads_off_calibration"]),
+        (-1.0, (1, 1, 1, 1), ["loads_off_calibration"]),
+    ],
+)
+def test_weights_on_a_foot_against_the_calibration_of_its_cells(
+    load: float, turn: tuple[int, ...], codes: list[str]
+) -> None:
+    robot = recipe("bench_foot").robot
+    kind = columns.placements_table(tuple(robot.feet["left"].cells))
+    table = clean(SAMPLES / "bench_foot/placements.csv", kind, "bench_foot")
+    truth = json.loads((SAMPLES / "bench_foot/truth.json").read_text("utf-8"))["parameters"]
+    cells = [f"left_{cell}" for cell in robot.feet["left"].cells]
+    scale, bias = (np.array([truth[f"{c}.{n}"] for c in cells]) for n in ("scale", "bias"))
+    counts = table.numbers([f"{cell}_counts" for cell in robot.feet["left"].cells])
+    forces = scale * counts * np.array(turn) + bias
+    found = check_shares(forces, cells, load * table.number("load_n"), calibrated=True)
+    assert [f.code for f in found] == codes

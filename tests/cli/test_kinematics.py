@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from footcal_cli.errors import missing_library
 from footcal_cli.recipe import read_recipe
 from footcal_cli.records.files import read_record
 from footcal_cli.records.results import RunRecord
@@ -233,6 +234,14 @@ def test_a_model_that_cannot_be_used_is_refused(
     assert answer.exit_code == 3
     assert words in answer.err
     assert answer.err.count("\n") == 1
+
+
+def test_a_library_without_memory_to_load_it_is_not_called_missing() -> None:
+    words = "libpinocchio.so: failed to map segment from shared object"
+    there = missing_library("json", ImportError(words), "needs json", "install it")
+    absent = missing_library("no_such_package", ImportError(words), "needs it", "install it")
+    assert (there.exit_code, absent.exit_code) == (74, 2)
+    assert words.rpartition(": ")[2] in there.line()
 
 
 def test_without_pinocchio_it_says_how_to_install_it(

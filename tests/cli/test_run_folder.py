@@ -20,7 +20,7 @@ import pytest
 from filelock import FileLock
 
 from footcal_cli.errors import UsageError
-from footcal_cli.run_folder import GROWN_ROWS, claim, put_in_place
+from footcal_cli.run_folder import GROWN_ROWS, claim, grown_folder, put_in_place
 from tests.conftest import REPOSITORY, Run
 
 FOOTCAL = [sys.executable, "-m", "footcal_cli"]
@@ -233,3 +233,33 @@ def test_a_folder_that_grows_is_rid_of_what_a_killed_run_left_in_it(tmp_path: Pa
     (tmp_path / "out" / ".partial-x").mkdir()
     claim(tmp_path / "out")
     assert [p.name for p in (tmp_path / "out").iterdir()] == [GROWN_ROWS]
+
+
+def test_a_summary_that_is_killed_while_it_is_replaced_is_none_at_all(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out = tmp_path / "out"
+
+    def write(*names: str) -> None:
+        with grown_folder(out) as new:
+            for name in names:
+                (new / name).write_text("x", "utf-8")
+            listed = {"schema": "footcal.run", "files": names}
+            (new / "run.json").write_text(json.dumps(listed), "utf-8")
+
+    write("one.png", "two.png", "three.png")
+    replace, done = Path.replace, list[Path]()
+
+    def killed(self: Path, target: Path) -> Path:
+        done.append(self)
+        if len(done) == 3:  # the earlier run.json is away, one file is replaced
+            raise KeyboardInterrupt
+        return replace(self, target)
+
+    monkeypatch.setattr(Path, "replace", killed)
+    with pytest.raises(KeyboardInterrupt):
+        write("one.png", "two.png")
+    monkeypatch.undo()
+    assert not (out / "run.json").exists()
+    write("one.png")
+    assert sorted(p.name for p in out.iterdir()) == ["one.png", "run.json"]

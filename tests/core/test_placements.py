@@ -282,6 +282,12 @@ def test_too_few_placements_are_refused_and_too_many_coefficients_not_tried() ->
     assert POSITIONS.name in names
 
 
+def test_placements_without_a_load_are_refused() -> None:
+    rows = bench(1)[1]
+    with pytest.raises(FitError, match="above 0 N"):
+        study_cop(replace(rows, load_n=0.0 * rows.load_n))
+
+
 def test_an_instrument_without_cells_gets_the_polynomials_only() -> None:
     rng = np.random.default_rng(0)
     hole = np.repeat(rng.uniform(0, 0.6, size=(20, 2)), 5, axis=0)

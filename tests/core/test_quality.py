@@ -11,6 +11,7 @@ from footcal_cli.core.quality import (
     check_clock,
     check_duplicate_channels,
     check_load_unit,
+    check_order,
     check_repeats_across_channels,
     check_stream,
 )
@@ -102,6 +103,16 @@ def test_a_healthy_clock_is_quiet_and_faults_are_named() -> None:
     shown = re.search(r"longest ([\d.]+) s", gap.sentence)
     assert shown is not None
     assert float(shown[1]) == pytest.approx(41 * 0.0125, abs=1e-3)
+
+
+def test_stragglers_are_a_warning_and_shuffled_rows_an_alarm() -> None:
+    time_s = 0.01 * np.arange(500.0)
+    late = time_s.copy()
+    late[200] = time_s[190] + 1e-3
+    joined = np.concatenate([time_s, time_s])
+    shuffled = np.random.default_rng(0).permutation(time_s)
+    found = [check_order(stamps, "cells") for stamps in (time_s, late, joined, shuffled)]
+    assert [[f.severity for f in each] for each in found] == [[], ["warning"], ["alarm"], ["alarm"]]
 
 
 @pytest.mark.parametrize("period_s", [0.005, 0.008, 0.01])

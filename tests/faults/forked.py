@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import multiprocessing.util
 import os
 import sys
 from collections.abc import Callable, Sequence
@@ -67,6 +68,8 @@ def _run(words: Sequence[str], err: Path, before: Callable[[], None], drawn: boo
     except BaseException as error:  # what `main` lets through would be a traceback
         os.write(2, f"Traceback: {error!r}\n".encode())
     sys.stderr.flush()
+    # as at the end of a process of its own; the exit handlers of the one that forked stay unheard
+    multiprocessing.util._exit_function()  # type: ignore[attr-defined]
     os._exit(code)
 
 

@@ -237,14 +237,23 @@ def _after(
     out = folder / base.out
     if not out.exists():
         return broken + (["the earlier result is gone"] if earlier else [])
-    if base.grows and not whole:
-        return broken
+    if not base.grows:
+        return broken + _half(out)
+    # sessions that are done stay, each of them whole; a summary is whole or not there
+    sessions = list((out / "sessions").iterdir()) if (out / "sessions").is_dir() else []
+    if whole or (out / "run.json").is_file():
+        broken += _half(out, but=("rows", "sessions"))
+    return broken + [b for each in sessions if whole or each.name[0] != "." for b in _half(each)]
+
+
+def _half(out: Path, but: tuple[str, ...] = ()) -> list[str]:
+    """What a folder of results lacks, or holds besides; some of its folders are not looked at."""
     run, faults = read_back(out)
     if run is not None:
-        there = {p.relative_to(out).as_posix() for p in out.rglob("*") if p.is_file()}
-        if there != {"run.json", *run.files}:
+        there = {p.relative_to(out) for p in out.rglob("*") if p.is_file()}
+        if {p.as_posix() for p in there if p.parts[0] not in but} != {"run.json", *run.files}:
             faults.append("half a result")
-    return broken + faults
+    return faults
 
 
 def _outcome(

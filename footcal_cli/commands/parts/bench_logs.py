@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from footcal_cli.core.bench.record import BenchRecord
     from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
     from footcal_cli.recipe import Robot
+    from footcal_cli.records.results import ParametersRecord
     from footcal_cli.tables import Table
 
 ROWS_OF_A_RECORDING = 20
@@ -162,6 +163,17 @@ def study_together(
         _, case = np.unique(np.round(loads, 6), axis=0, return_inverse=True)
     group = case.reshape(-1).astype(np.int64)
     return outputs, study_matrix(channels, readings, outputs, loads, session, group, units)
+
+
+def calibrated_cells(record: ParametersRecord) -> dict[str, tuple[float, float]]:
+    """Scale (N/count) and bias (N) of the channels of a calibration."""
+    known = record.parameters
+    owners = {name.removesuffix(".scale") for name in known if name.endswith(".scale")}
+    return {
+        owner: (known[f"{owner}.scale"].value, known[f"{owner}.bias"].value)
+        for owner in owners
+        if f"{owner}.bias" in known
+    }
 
 
 def read_placements(

@@ -16,6 +16,8 @@ from scipy.optimize import nnls
 from footcal_cli.core.bench.choice import Choice, HeldOut, choose, folds
 from footcal_cli.core.bench.cop_models import MODELS, CopFit, CopModel, fit_cop
 from footcal_cli.core.bench.placement_rows import PlacementRows
+from footcal_cli.core.effects.cells import CROSSTALK
+from footcal_cli.core.effects.foot import CELL_POSITION
 from footcal_cli.core.parameters import BoolArray, Estimates, FloatArray, Status
 from footcal_cli.errors import FitError
 
@@ -174,7 +176,7 @@ class FootStudy:
         model = self.study.chosen.fit.model
         if not model.physical:
             return ()
-        return ("cell_position", "crosstalk") if model.with_forces else ("cell_position",)
+        return (CELL_POSITION.name, CROSSTALK.name) if model.with_forces else (CELL_POSITION.name,)
 
     def bias_changes(self) -> dict[str, float]:
         """What the chosen model adds to the cells' biases, N."""
@@ -197,7 +199,7 @@ def study_cop(rows: PlacementRows, models: tuple[CopModel, ...] = MODELS) -> Cop
     Raises
     ------
     FitError
-        Fewer than three placements with a CoP.
+        Fewer than three placements with a CoP, or none with a load.
     """
     groups = np.unique(rows.placement[rows.valid]).size
     if groups < 3:
@@ -205,6 +207,12 @@ def study_cop(rows: PlacementRows, models: tuple[CopModel, ...] = MODELS) -> Cop
             f"{groups} placements with more than {rows.min_force_n:g} N cannot be left out one by "
             "one",
             remedy="place weights over at least three holes",
+        )
+    known = rows.load_n[np.isfinite(rows.load_n)]
+    if known.size and not (known > 0).any():
+        raise FitError(
+            f"no load at the {groups} placements is above 0 N (largest {known.max():.4g} N)",
+            remedy="check the load column and its sign",
         )
     cells = len(rows.cells)
     tried = [
@@ -348,4 +356,4 @@ def _rms(values: FloatArray) -> float:
 
 
 def _rms_norm(error: FloatArray) -> float:
-    return float(np.sqrt(np.nanmean(np.sum(error**2, axis=1))))
+    return _rms(np.linalg.norm(error, axis=1))

@@ -130,7 +130,7 @@ def _tolerated(problem: Problem, loss: FloatArray) -> float:
     """Share of a squared error that changes no output by its tolerance, were it all in that one."""
     rms = problem.noise * np.sqrt(float(loss.sum()) / max(problem.residual.size, 1))
     tolerance = problem.tolerance[problem.output]
-    return float(np.min((tolerance / np.maximum(rms, 1e-300)) ** 2, initial=np.inf))
+    return float(np.min((tolerance / np.maximum(rms, 1e-100)) ** 2, initial=np.inf))
 
 
 def _curve_test(problem: Problem, grams: Grams, features: Features, base: IntArray) -> Curve:
