@@ -117,6 +117,7 @@ def affine_parameters(channels: Sequence[str], values: dict[str, float]) -> tupl
     return tuple(found)
 
 
+_RCOND = 1e-14
 GAIN_MOVES, BIAS_MOVES_N, BIAS_MOVES = 0.01, 0.1, 0.003
 """How far a calibration may have moved since it was made: its gain; its bias in newtons, and as a
 share of the largest load that it was fitted to."""
@@ -132,6 +133,8 @@ def known_before(
     """
     import numpy as np
 
+    from footcal_cli.core.inference.linear import scaled_inverse
+
     record = session.parameters
     names = [f"{channel}.{what}" for channel in channels for what in ("scale", "bias")]
     if record is None or set(record.inputs.values()) & set(session.inputs.values()):
@@ -146,8 +149,7 @@ def known_before(
         largest = 0.0 if fitted is None else max(abs(fitted.lowest), abs(fitted.highest))
         bias = np.array([0.0, max(BIAS_MOVES_N, BIAS_MOVES * largest)])
         covariance[at, at] += np.outer(gain, gain) + np.outer(bias, bias)
-    sd = np.sqrt(np.diag(covariance))
-    return np.asarray(np.linalg.inv(covariance / np.outer(sd, sd)) / np.outer(sd, sd))
+    return scaled_inverse(covariance, _RCOND)
 
 
 def rows_where(log: Any, good: Any) -> Any:

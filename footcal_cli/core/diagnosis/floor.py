@@ -10,11 +10,13 @@ from __future__ import annotations
 import numpy as np
 
 from footcal_cli.core.inference.case import Case, Rows
+from footcal_cli.core.inference.linear import scaled_inverse
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.signatures import calibration_columns
 from footcal_cli.core.inference.whitening import noise_of
 from footcal_cli.core.parameters import FloatArray
 
+_RCOND = 1e-12
 MOST = 5.0
 """So many times the floor is no residual of nothing."""
 
@@ -33,9 +35,8 @@ def times_floor(case: Case, rows: Rows, problem: Problem) -> FloatArray:
         left = problem.left_of(left)
     else:
         columns, turn = calibration_columns(case, rows)
-        root = np.linalg.cholesky(np.linalg.pinv(turn.T @ case.known @ turn, hermitian=True))
-        of_rows = np.sum((columns @ root) ** 2, axis=1)
-        floor = floor + _mean(of_rows, problem)
+        covariance = scaled_inverse(turn.T @ case.known @ turn, _RCOND)
+        floor = floor + _mean(np.sum((columns @ covariance) * columns, axis=1), problem)
     return np.sqrt(_mean(left**2, problem) / np.maximum(floor, 1e-300))
 
 
