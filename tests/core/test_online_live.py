@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from footcal_cli.core.contact import airborne_now, contact_now, detect_contact
+from footcal_cli.core.online.estimator import LiveEstimator
 from footcal_cli.core.online.evidence import rms
 from footcal_cli.core.online.live import FIRST_LEARNING_S, run_live
 from footcal_cli.core.online.memory import replay_track, run_memory
@@ -78,3 +79,26 @@ def test_a_plate_is_found_live() -> None:
     memory = run_live(walk_log(heavy, causal=True), belief_of(heavy))
     at = memory.track.names.index("left.plate_weight")
     assert memory.track.values[-1, at] == pytest.approx(1.5, abs=0.6)
+
+
+def test_sample_by_sample_is_the_same_run(walk: Recording) -> None:
+    log, belief = walk_log(walk, causal=True), belief_of(walk)
+    whole = run_live(log, belief).track
+    estimator = LiveEstimator(belief)
+    updates = []
+    for i in range(len(log)):
+        updates += estimator.push(log.rows(i, i + 1))
+    late = len(whole.time_s) - len(updates)
+    assert 0 <= late <= 3
+    updates += estimator.finish()
+    np.testing.assert_array_equal([u.time_s for u in updates], whole.time_s)
+    delays = np.array([u.delay_s for u in updates])
+    assert len(set(delays)) >= 2, "learnt once or more"
+    for name in whole.names:
+        at = whole.names.index(name)
+        has = np.array([name in u.names for u in updates])
+        known = [(u.values, u.sd, u.names.index(name)) for u in updates if name in u.names]
+        values, sds = (np.array([one[k][one[2]] for one in known]) for k in (0, 1))
+        said = values + (delays[has] - delays[-1] if name == "robot.delay" else 0.0)
+        np.testing.assert_allclose(said, whole.values[has, at], rtol=0, atol=1e-9)
+        np.testing.assert_allclose(sds, whole.sd[has, at], rtol=1e-9, atol=1e-9)

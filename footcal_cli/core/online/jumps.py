@@ -65,6 +65,8 @@ class JumpBank:
         Running sums of signature against innovations, shape (onsets, biases).
     onset
         Update of each hypothesis, −1 while empty.
+    first
+        Number of the update that is handed in as the first.
     least
         Smaller jumps are left to the random walk, in each bias's unit, shape (biases,).
     """
@@ -78,6 +80,7 @@ class JumpBank:
     threshold: float
     least: FloatArray
     found: list[Jump] = field(default_factory=list)
+    first: int = 0
 
     @classmethod
     def start(
@@ -112,6 +115,7 @@ class JumpBank:
         cov: FloatArray,
     ) -> tuple[FloatArray, FloatArray]:
         """Take in update j of the filter; correct its state where a jump is proved."""
+        j += self.first
         s, size, count = self.response.shape
         slot = j % size
         self.response *= decay[:, None, None]
