@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -49,6 +50,8 @@ class Undone:
         What could not be undone exactly adds to the belief, shape (c,).
     findings
         What was assumed.
+    state
+        What the stream leaves in effects with a memory, for what follows it.
     """
 
     stream: SensorStream
@@ -56,6 +59,7 @@ class Undone:
     gain_sd: FloatArray
     bias_sd_n: FloatArray
     findings: tuple[Finding, ...] = ()
+    state: Mapping[int, Any] | None = None
 
 
 def without_cell_effects(
@@ -63,6 +67,7 @@ def without_cell_effects(
     record: ParametersRecord,
     robot: Robot,
     temperature_degc: FloatArray | None = None,
+    state: Mapping[int, Any] | None = None,
 ) -> Undone:
     """The counts that cells without the effects of a calibration would have shown.
 
@@ -74,6 +79,8 @@ def without_cell_effects(
     ----------
     temperature_degc
         Of the stream's rows, shape (n,).
+    state
+        Of what came before, where the stream is a piece of a longer one.
 
     Raises
     ------
@@ -119,7 +126,7 @@ def without_cell_effects(
     for one in links:
         extended = extended.with_link(one)
     good = np.asarray(np.isfinite(stream.readings).all(axis=1))
-    truth, _ = extended.remove(log.with_readings(np.nan_to_num(stream.readings)), values)
+    truth, left = extended.remove(log.with_readings(np.nan_to_num(stream.readings)), values, state)
     shown, _ = chain.apply(truth, values)
     moved = truth.known["cell_pos_m"][0] if rows else places
     edges = np.cumsum([len(foot) for foot in believed])[:-1]
@@ -129,6 +136,7 @@ def without_cell_effects(
         gain_sd,
         bias_sd_n,
         findings,
+        left,
     )
 
 

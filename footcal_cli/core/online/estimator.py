@@ -64,6 +64,7 @@ class _Running:
     cov: FloatArray
     bank: JumpBank | None
     factor: float
+    jumps: tuple[Jump, ...] = ()
 
 
 class LiveEstimator:
@@ -92,7 +93,7 @@ class LiveEstimator:
         self._recent: Log | None = None
         self._recent_start = 0
         self._count = 0
-        self._times = np.zeros(1024)
+        self._first_s = 0.0
         self._done = 0
         self._next_learning_s = FIRST_LEARNING_S
         self._running: _Running | None = None
@@ -147,7 +148,7 @@ class LiveEstimator:
         size, at = self._options.samples_per_update, self._done
         latest = self._latest
         stamp = float(latest.time_s[(at + 1) * size - 1 - self._recent_start])
-        if at == 0 or stamp < self._times[0] + self._next_learning_s:
+        if at == 0 or stamp < self._first_s + self._next_learning_s:
             return False
         log = self._log(at * size + self._ahead())
         rows = rows_by_then(log, at, self._learnt, self._belief, self._options)
@@ -174,7 +175,8 @@ class LiveEstimator:
             return _Running(begun.mean, begun.cov, bank, 1.0)
         found = begun.run(past, guards, bank)
         track = track_of(past, begun, found, bank)
-        return _Running(begun.mean, begun.cov, bank, repeated_by_then(log, past, track, options))
+        factor = repeated_by_then(log, past, track, options)
+        return _Running(begun.mean, begun.cov, bank, factor, track.jumps)
 
     def _step(self, running: _Running) -> LiveUpdate:
         """One update of the filter."""
@@ -183,19 +185,20 @@ class LiveEstimator:
         now = len(rows) - 1
         passed = Pass.begin(rows, self._learnt.noise, None, ()).part(now, now + 1)
         passed.mean, passed.cov = running.mean, running.cov
-        if at == self._times.size:
-            self._times = np.concatenate([self._times, np.zeros(self._times.size)])
-        self._times[at] = rows.time_s[now]
-        bank = running.bank
+        if at == 0:
+            self._first_s = float(rows.time_s[now])
+        last, bank = rows.part(now, now + 1), running.bank
         if bank is not None:
-            bank.first, bank.rows = at, replace(bank.rows, time_s=self._times[: at + 1])
-        found = passed.run(rows.part(now, now + 1), options.guards, bank, fast=False)
+            bank = replace(bank, rows=last) if at == 0 else bank.moved_on(last)
+            running.bank = bank
+        found = passed.run(last, options.guards, bank)
+        running.jumps += () if bank is None else tuple(bank.found)
         self._done += 1
         self._forget()
         sd = np.sqrt(np.clip(found.variances[0], 0.0, None) * running.factor)
         return LiveUpdate(
             float(rows.time_s[now]), rows.names, found.values[0] * rows.prior_sd,
-            sd * rows.prior_sd, self._learnt.delay_s, () if bank is None else tuple(bank.found),
+            sd * rows.prior_sd, self._learnt.delay_s, running.jumps,
         )  # fmt: skip
 
     def _rows_at(self, at: int) -> Rows:
