@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from footcal_cli.core.chain import Chain, Link, link
-from footcal_cli.core.effects import calibration_of, find_effect
+from footcal_cli.core.effects import calibration_of
 from footcal_cli.core.effects.cells import (
     TEMPERATURE_BIAS,
     TEMPERATURE_REFERENCE_DEGC,
@@ -21,6 +21,7 @@ from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.quality import Finding
 from footcal_cli.errors import UsageError
 from footcal_cli.recipe import Robot
+from footcal_cli.records.effects import effect_of
 from footcal_cli.records.results import ParametersRecord
 
 LEAST_TEMPERATURE_DOUBT_K = 5.0
@@ -91,7 +92,7 @@ def without_cell_effects(
     )  # fmt: skip
     links = []
     for item in record.effects:
-        effect = find_effect(item.effect)
+        effect = effect_of(item)
         if Trait.CALIBRATION in effect.traits or effect.stage in (Stage.BODY, Stage.TRANSPORT):
             continue
         lacking = set(effect.needs) - set(log.known) - {"temperature_degc"}

@@ -12,7 +12,7 @@ from footcal_cli.cell_effects import cells_in_feet, without_cell_effects
 from footcal_cli.columns import TableType, body_table, cells_table, six_axis_feet_table
 from footcal_cli.core.body_stream import check_overlap
 from footcal_cli.core.chain import Chain, Link, link
-from footcal_cli.core.effects import calibration_of, find_effect
+from footcal_cli.core.effects import calibration_of
 from footcal_cli.core.effects.calibration import AXES
 from footcal_cli.core.effects.contract import Trait
 from footcal_cli.core.experiments.walk import reference_of
@@ -33,6 +33,7 @@ from footcal_cli.core.spatial import rotation_of_quaternion, rotation_of_rpy
 from footcal_cli.core.wiring import check_channels_walking, check_exchanged_walking
 from footcal_cli.errors import DataError, UsageError
 from footcal_cli.recipe import Robot
+from footcal_cli.records.effects import effect_of
 from footcal_cli.records.results import ParametersRecord
 from footcal_cli.tables import Table
 
@@ -234,7 +235,7 @@ def without_transducer_effects(log: Log, record: ParametersRecord) -> Log:
     offsets = Chain((link(calibration_of(log.channels), log.channels),))
     extended = offsets
     for item in record.effects:
-        effect = find_effect(item.effect)
+        effect = effect_of(item)
         if Trait.CALIBRATION not in effect.traits:
             extended = extended.with_link(Link(effect, dict(item.owners)))
     if len(extended.links) == 1:

@@ -32,8 +32,11 @@ ALLOWED: dict[str, set[str]] = {
     "copies": {"tables", "core"},
     "models": {"errors"},
     "filespecs": {"models", "reading"},
-    "recipe": {"columns", "filespecs", "models", "reading", "textfiles", "errors"},
-    "records": {"records", "textfiles", "core", "errors"},
+    "own_effects": {"models"},
+    "recipe": {
+        "columns", "filespecs", "models", "own_effects", "reading", "textfiles", "errors",
+    },
+    "records": {"records", "own_effects", "textfiles", "core", "errors"},
     "plots": {"plots", "core", "records"},
     "report": {"report", "records", "core"},
     "sheets": {
