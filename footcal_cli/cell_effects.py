@@ -64,6 +64,7 @@ def without_cell_effects(
     record: ParametersRecord,
     robot: Robot,
     temperature_degc: FloatArray | None = None,
+    moving: Mapping[str, FloatArray] | None = None,
 ) -> Undone:
     """The counts that cells without the effects of a calibration would have shown.
 
@@ -75,6 +76,8 @@ def without_cell_effects(
     ----------
     temperature_degc
         Of the stream's rows, shape (n,).
+    moving
+        What is known of the body's motion at the stream's rows (`Log.known`).
 
     Raises
     ------
@@ -88,7 +91,8 @@ def without_cell_effects(
     values = {name: parameter.value for name, parameter in record.parameters.items()}
     log = Log(
         "walk", stream.channels, stream.time_s, stream.readings,
-        {"cell_pos_m": np.tile(places, (rows, 1, 1))}, np.zeros(rows, dtype=np.int64),
+        {"cell_pos_m": np.tile(places, (rows, 1, 1)), **(moving or {})},
+        np.zeros(rows, dtype=np.int64),
     )  # fmt: skip
     links = []
     for item in record.effects:

@@ -138,7 +138,8 @@ def read_recordings(
             places = cells_in_feet(robot)
             if session.parameters is not None:
                 warmth = table.number("temperature_degc") if "temperature_degc" in table else None
-                undone = without_cell_effects(stream, session.parameters, robot, warmth)
+                moving = None if body is None else _moving(stream, motion, rule, robot.mass_kg)
+                undone = without_cell_effects(stream, session.parameters, robot, warmth, moving)
                 stream, places = undone.stream, undone.cells_m
                 belief = belief.widened(undone.gain_sd, undone.bias_sd_n)
                 session.note(undone.findings)
@@ -161,6 +162,20 @@ def read_recordings(
             )
         )  # fmt: skip
     return found
+
+
+def _moving(
+    stream: SensorStream, motion: BodyStream, rule: MergeRule, mass_kg: float
+) -> dict[str, FloatArray]:
+    """Mass and acceleration of the CoM when the cells were read; the body's stamps are late."""
+    good = np.isfinite(motion.time_s) & np.isfinite(motion.com_acc_mps2).all(axis=1)
+    if not good.any():
+        return {}
+    then = motion.time_s[good] - rule.delay_s
+    acc = [np.interp(stream.time_s, then, a) for a in motion.com_acc_mps2[good].T]
+    return {
+        "mass_kg": np.full(len(stream.time_s), mass_kg), "com_acc_mps2": np.stack(acc, axis=1)
+    }  # fmt: skip
 
 
 def _pairs(

@@ -135,9 +135,8 @@ def own_effect(row: OwnRow) -> Effect:
     for signal in sorted(signals):
         lacking = [e for e in experiments if e not in SIGNALS[signal].experiments]
         if lacking or not experiments:
-            raise FormulaError(
-                f"'{signal}' is not known in {' '.join(lacking) or 'one experiment'}"
-            )
+            where = " ".join(lacking) or "any experiment together with the others"
+            raise FormulaError(f"'{signal}' is not known in {where}")
     _refuse_at_zero(formula, row, signals)
     on_hips = set(experiments) <= _ON_HIPS
     needs = () if on_hips else tuple(n for s in sorted(signals) for n in SIGNALS[s].needs)
