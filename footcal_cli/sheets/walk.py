@@ -255,7 +255,13 @@ def footer_of(found: Comparison, delay_s: float) -> tuple[str, ...]:
         f"these are worth [{c.low:.3f}, {c.high:.3f}]), {100 * c.inside:.0f} % of {c.updates} "
         f"updates inside their own band, lag-one correlation of the force innovation "
         f"{c.whiteness:.2f}.",
-        f"Covariances × {found.memory.repeated:.2f} for errors that come back in every gait cycle.",
+        f"Covariances × {found.memory.repeated:.2f} for errors that come back in every gait cycle."
+        + (
+            f" Total force and moments count up to {found.memory.band_hz:.1f} Hz: above that the "
+            "motion's errors repeat with the steps."
+            if found.memory.band_hz < np.inf
+            else ""
+        ),
         f"{int(found.memory.track.used.sum())} of {found.memory.track.used.size} updates taught "
         "something; the others changed nothing.",
         f"Delay compensated {1e3 * delay_s:g} ms."

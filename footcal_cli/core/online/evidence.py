@@ -285,7 +285,9 @@ def check_consistency(track: Track, *, skip_s: float = 2.0) -> Consistency:
     )
 
 
-def repetition(track: Track, phase: FloatArray, totals: int, *, skip_s: float = 5.0) -> float:
+def repetition(
+    track: Track, phase: FloatArray, totals: int, *, skip_s: float = 5.0, known: bool = False
+) -> float:
     """How much of the totals' error comes back in every gait cycle, as a factor of variance.
 
     chi² over degrees of freedom of the innovations' means at each phase of the gait, all totals
@@ -299,6 +301,9 @@ def repetition(track: Track, phase: FloatArray, totals: int, *, skip_s: float = 
         Share of the gait cycle of each update, NaN where unknown, shape (u,).
     totals
         Number of rows of the whole robot.
+    known
+        That errors of this walk do repeat: then chance is no excuse, and the unknowns have taken
+        their part of what repeats, since a walk shows no more than the phases of one cycle.
     """
     use = np.isfinite(phase) & (track.time_s - track.time_s[0] > skip_s)
     values: list[float] = []
@@ -314,11 +319,12 @@ def repetition(track: Track, phase: FloatArray, totals: int, *, skip_s: float = 
         if filled.any():
             cycles.extend(count[filled])
             values.extend(total[filled] ** 2 / count[filled])
-    found = float(np.mean(values)) if values else 1.0
+    taken = min(len(track.names), len(values) // 2) if known else 0
+    found = float(np.sum(values)) / (len(values) - taken) if values else 1.0
     # n cycles of an error are at worst one: a larger factor would switch the rows off
     found = min(found, float(np.median(cycles))) if cycles else found
     by_chance = float(stats.chi2.ppf(_LEVEL, len(values))) / len(values) if values else 1.0
-    return found if found > by_chance else 1.0
+    return max(found, 1.0) if known or found > by_chance else 1.0
 
 
 @dataclass(frozen=True)
