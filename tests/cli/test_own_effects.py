@@ -98,7 +98,7 @@ def test_packages_bring_effects_by_entry_points(run: Run, monkeypatch: pytest.Mo
     theirs: Effect = own_effect(OwnRow("theirs", "k * load ** 2", "ask them", "1/N", 0.01))
     monkeypatch.setattr(effects, "entry_points", lambda group: [_Point([theirs])])
     assert "ask them" in run("effects", "theirs").out
-    owners = {"all": ("left_fl",)}
+    owners: dict[str, tuple[str, ...]] = {"all": ("left_fl",)}
     assert effects.effect_of(EffectRecord(effect="theirs", owners=owners)) is theirs
     monkeypatch.setattr(effects, "entry_points", lambda group: [_Point([object()])])
     assert "no new effect" in run("effects").err

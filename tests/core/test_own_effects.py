@@ -113,7 +113,8 @@ def test_where_it_acts_follows_from_its_signals() -> None:
     [
         (row("1 + k"), "where k is zero"), (row("load"), "does not use 'k'"),
         (row("k * cop_x", experiments=("hang",)), "not known in hang"),
-        (row("k * phase * cop_x"), "not known in any"), (row("load", size="load"), "something else"),
+        (row("k * phase * cop_x"), "not known in any"),
+        (row("load", size="load"), "something else"),
     ],
 )  # fmt: skip
 def test_rows_that_cannot_be_are_refused(written: OwnRow, why: str) -> None:

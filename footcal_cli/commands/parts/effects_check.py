@@ -29,8 +29,11 @@ def checked(own: Sequence[Effect], table: Mapping[str, Effect]) -> tuple[str, bo
         for promise in promises_of(effect):
             sound &= promise.kept
             lines.append(f"{'ok' if promise.kept else 'FAILS':<8} {promise.says} ({promise.found})")
-        lines += ["", "likeness to the table's effects, 1 being identical (|cos| beside the "
-                      "calibration, planned experiment):"]  # fmt: skip
+        lines += [
+            "",
+            "likeness to the table's effects, 1 being identical (|cos| once the calibration is "
+            "fitted, in a planned experiment):",
+        ]
         for experiment in effect.experiments:
             others = [e for e in table.values() if experiment in e.experiments]
             lines.append(f"  {experiment:<11} {_likeness(effect, experiment, others)}")
