@@ -69,7 +69,7 @@ ALLOWED: dict[str, set[str]] = {
     "exporters": {"exporters", "records", "core", "errors"},
     "commands": {
         "commands", "formats", "exporters", "logfiles", "cell_effects", "columns", "tables",
-        "reading", "sources", "sniff", "units",
+        "own_effects", "reading", "sources", "sniff", "units",
         "recipe", "records", "report", "run_folder", "session", "intake", "inspection", "plots",
         "sheets", "rigid_body", "batch", "core", "errors",
     },
@@ -85,7 +85,7 @@ LIBRARIES: dict[str, set[str]] = {
     "pyarrow": {"logfiles", "longfiles"},
     "pint": {"units"},
     "matplotlib": {"plots", "report"},
-    "pydantic": {"models", "filespecs", "recipe", "records", "commands"},
+    "pydantic": {"own_effects", "models", "filespecs", "recipe", "records", "commands"},
     "typer": {"app", "commands"},
     "rich": {"report", "session"},
     "jinja2": {"report"},
