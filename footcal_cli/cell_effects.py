@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -50,6 +51,8 @@ class Undone:
         What could not be undone exactly adds to the belief, shape (c,).
     findings
         What was assumed.
+    state
+        What the stream leaves in effects with a memory, for what follows it.
     """
 
     stream: SensorStream
@@ -57,6 +60,7 @@ class Undone:
     gain_sd: FloatArray
     bias_sd_n: FloatArray
     findings: tuple[Finding, ...] = ()
+    state: Mapping[int, Any] | None = None
 
 
 def without_cell_effects(
@@ -64,6 +68,7 @@ def without_cell_effects(
     record: ParametersRecord,
     robot: Robot,
     temperature_degc: FloatArray | None = None,
+    state: Mapping[int, Any] | None = None,
     moving: Mapping[str, FloatArray] | None = None,
 ) -> Undone:
     """The counts that cells without the effects of a calibration would have shown.
@@ -76,6 +81,8 @@ def without_cell_effects(
     ----------
     temperature_degc
         Of the stream's rows, shape (n,).
+    state
+        Of what came before, where the stream is a piece of a longer one.
     moving
         What is known of the body's motion at the stream's rows (`Log.known`).
 
@@ -124,7 +131,7 @@ def without_cell_effects(
     for one in links:
         extended = extended.with_link(one)
     good = np.asarray(np.isfinite(stream.readings).all(axis=1))
-    truth, _ = extended.remove(log.with_readings(np.nan_to_num(stream.readings)), values)
+    truth, left = extended.remove(log.with_readings(np.nan_to_num(stream.readings)), values, state)
     shown, _ = chain.apply(truth, values)
     moved = truth.known["cell_pos_m"][0] if rows else places
     edges = np.cumsum([len(foot) for foot in believed])[:-1]
@@ -134,6 +141,7 @@ def without_cell_effects(
         gain_sd,
         bias_sd_n,
         findings,
+        left,
     )
 
 
