@@ -95,9 +95,11 @@ def test_a_plate_is_found_live() -> None:
     assert memory.track.values[-1, at] == pytest.approx(1.5, abs=0.6)
 
 
-def test_sample_by_sample_is_the_same_run(walk: Recording) -> None:
-    log, belief = walk_log(walk, causal=True), belief_of(walk)
+def test_sample_by_sample_is_the_same_run() -> None:
+    jumped = record(make_walk(0.04, 20.0, seed=8), replace(ERRORS, jumps=((2, 12.0, 1.5),)), seed=8)
+    log, belief = walk_log(jumped, causal=True), belief_of(jumped)
     whole = run_live(log, belief).track
+    assert whole.jumps, "one is there to be found"
     estimator = LiveEstimator(belief)
     updates = []
     for i in range(len(log)):
@@ -108,11 +110,15 @@ def test_sample_by_sample_is_the_same_run(walk: Recording) -> None:
     np.testing.assert_array_equal([u.time_s for u in updates], whole.time_s)
     delays = np.array([u.delay_s for u in updates])
     assert len(set(delays)) >= 2, "learnt once or more"
+    for jump in whole.jumps:
+        then = next(u for u in updates if u.time_s >= jump.found_s)
+        assert (jump.name, jump.onset_s) in {(j.name, j.onset_s) for j in then.jumps}
     for name in whole.names:
         at = whole.names.index(name)
         has = np.array([name in u.names for u in updates])
         known = [(u.values, u.sd, u.names.index(name)) for u in updates if name in u.names]
-        values, sds = (np.array([one[k][one[2]] for one in known]) for k in (0, 1))
+        values = np.array([value[i] for value, _, i in known])
+        sds = np.array([sd[i] for _, sd, i in known])
         said = values + (delays[has] - delays[-1] if name == "robot.delay" else 0.0)
         np.testing.assert_allclose(said, whole.values[has, at], rtol=0, atol=1e-9)
         np.testing.assert_allclose(sds, whole.sd[has, at], rtol=1e-9, atol=1e-9)
