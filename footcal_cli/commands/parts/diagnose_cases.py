@@ -66,6 +66,7 @@ def chain_of(
     """The chain that a calibration describes, its effects included, and its values."""
     from footcal_cli.core.chain import Chain, Link, link
     from footcal_cli.core.effects import find_effect
+    from footcal_cli.records.effects import effect_of
 
     chain = Chain(())
     for name in calibration:
@@ -75,7 +76,7 @@ def chain_of(
         values = {name: parameter.value for name, parameter in record.parameters.items()}
         for item in record.effects:
             if item.effect not in calibration:
-                chain = chain.with_link(Link(find_effect(item.effect), dict(item.owners)))
+                chain = chain.with_link(Link(effect_of(item), dict(item.owners)))
     return chain, values
 
 
@@ -91,13 +92,13 @@ def baseline_of(session: Session[DiagnoseOptions]) -> ParametersRecord | None:
     given = any(name.endswith(".json") for name in record.inputs)
     if given or not set(record.inputs.values()) & set(session.inputs.values()):
         return record
-    from footcal_cli.core.effects import find_effect
+    from footcal_cli.records.effects import effect_of
 
     taken = {
         f"{owner}.{parameter.name}"
         for item in record.effects
         for owner in item.owners
-        for parameter in find_effect(item.effect).parameters
+        for parameter in effect_of(item).parameters
     }
     kept = {name: value for name, value in record.parameters.items() if name not in taken}
     return record.model_copy(update={"effects": (), "parameters": kept, "covariance": ()})

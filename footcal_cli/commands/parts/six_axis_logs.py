@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from footcal_cli.core.chain import Chain, Link, link
-from footcal_cli.core.effects import calibration_of, find_effect, having
+from footcal_cli.core.effects import calibration_of, having
 from footcal_cli.core.effects.contract import Trait
 from footcal_cli.core.hang.model import AXES
 from footcal_cli.core.log import Log
@@ -23,6 +23,7 @@ from footcal_cli.core.pose.steady import (
 )
 from footcal_cli.core.spatial import rotation_of_rpy
 from footcal_cli.errors import DataError, UsageError
+from footcal_cli.records.effects import effect_of
 
 if TYPE_CHECKING:
     from footcal_cli.recipe import Leg
@@ -121,7 +122,7 @@ def without_effects(log: Log, record: ParametersRecord | None) -> Log:
         return log
     chain = Chain((link(calibration_of(log.channels), log.channels),))
     for item in extra:
-        effect = find_effect(item.effect)
+        effect = effect_of(item)
         lacking = [name for name in effect.needs if name not in log.known]
         if lacking:
             raise UsageError(

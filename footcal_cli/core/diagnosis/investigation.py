@@ -52,8 +52,8 @@ class Found:
 
     Parameters
     ----------
-    cause
-        As the engine named it; its size after the refit.
+    cause, effect
+        As the engine named it, its size after the refit; and its row of the table.
     answer
         The diagnosis that it was named in.
     owner
@@ -65,6 +65,7 @@ class Found:
     """
 
     cause: Cause
+    effect: Effect
     answer: Diagnosis
     owner: str
     parameter_names: tuple[str, ...]
@@ -284,6 +285,7 @@ def _found(subject: Subject, path: Path) -> tuple[Found, ...]:
         found.append(
             Found(
                 replace(cause, size=sizes[surest]),
+                effect,
                 answer,
                 surest,
                 tuple(model.names[i] for i in mine),
