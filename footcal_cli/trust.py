@@ -11,7 +11,7 @@ UNTRUSTED = frozenset(
     {
         "worse_than_before", "scale_off_nameplate", "dead_cell", "turned_sign",
         "exchanged_channels", "duplicate_channel", "transducer_turned", "axis_turned",
-        "negative_leg_weight", "loads_off_calibration",
+        "negative_leg_weight", "forces_unexplained", "com_far", "loads_off_calibration",
     }
 )  # fmt: skip
 """Findings with which no calibration of these data means anything."""

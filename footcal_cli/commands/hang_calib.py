@@ -44,13 +44,15 @@ class HangCalibOptions(CommandOptions):
     """``[hang_calib]`` of a recipe.
 
     `orientation_of` says whose axis the log's orientation names: the transducer's own, or the
-    body's (a transducer turned by π about z then reads −x in a log called ``+x``).
+    body's (a transducer turned by π about z then reads −x in a log called ``+x``). `tilt` is one
+    per named orientation (`per_log`), one of the sensor on its `mount`, or none; where nothing is
+    said it is `mount` if the log has a measured attitude, else `per_log`.
     """
 
     method: Literal["joint", "stepwise", "naive"] = "joint"
     order: int | None = Field(default=None, ge=0, le=8)
     max_order: int = Field(default=3, ge=0, le=8)
-    tilt: Literal["per_log", "mount", "none"] = "per_log"
+    tilt: Literal["per_log", "mount", "none"] | None = None
     tilt_sd_rad: float = Field(default=0.2, gt=0)
     orientation_of: Literal["transducer", "body"] = "transducer"
     leg_weight_n: float = Field(default=0.0, ge=0)
@@ -112,6 +114,7 @@ def _calibrate(session: Session[HangCalibOptions]) -> Outcome:
     session.refuse_missing_logs("hang")
     from footcal_cli.columns import hang_table
     from footcal_cli.commands.parts.hang_logs import leg_logs
+    from footcal_cli.core.hang.joint import fit_hang
     from footcal_cli.core.hang.runs import hang_runs
     from footcal_cli.core.plausibility import check_leg_weights
     from footcal_cli.records.results import RmseRecord
@@ -121,8 +124,9 @@ def _calibrate(session: Session[HangCalibOptions]) -> Outcome:
 
     options = session.options
     with session.step("read"):
+        tables = session.read_required(hang_table())
         logs, rejected = leg_logs(
-            session.read_required(hang_table()),
+            tables,
             session.recipe,
             options.orientation_of,
             options.leg_weight_n,
@@ -130,10 +134,12 @@ def _calibrate(session: Session[HangCalibOptions]) -> Outcome:
         )
         runs = {leg: hang_runs(log)[0] for leg, log in logs.items()}
     with session.step("fit"):
-        fits = _joint(session, logs)
-        session.note(
-            hanging_axes(logs, runs, fits, asked_of(options, session.recipe.robot.gravity_mps2))
-        )
+        asked = asked_of(
+            options, session.recipe.robot.gravity_mps2,
+            measured=not any("orientation" in table for table in tables),
+        )  # fmt: skip
+        fits = {leg: fit_hang(log, asked) for leg, log in logs.items()}
+        session.note(hanging_axes(logs, runs, fits, asked))
     others: dict[str, dict[str, StepwiseFit]] = {}
     if options.compare or options.method != "joint":
         with session.step("compare"):
@@ -151,7 +157,7 @@ def _calibrate(session: Session[HangCalibOptions]) -> Outcome:
     return Outcome(
         report=Report(
             title=f"Hanging calibration of {session.recipe.robot.name}",
-            verdict=sheets.verdict(fits, residuals, options.method),
+            verdict=sheets.verdict(fits, residuals, runs, options.method),
             pictures=pictures,
             sheets=(
                 sheets.parameter_sheet(chosen),
@@ -159,7 +165,7 @@ def _calibrate(session: Session[HangCalibOptions]) -> Outcome:
                 *sheets.method_sheets(fits, others),
                 sheets.noise_sheet(fits),
             ),
-            findings=sheets.findings(fits),
+            findings=sheets.findings(fits, runs),
             footer=sheets.footer(options.method),
         ),
         rmse=rmse,
@@ -188,21 +194,16 @@ def hanging_axes(
     return found
 
 
-def _joint(session: Session[HangCalibOptions], logs: Mapping[str, list[Log]]) -> dict[str, HangFit]:
-    from footcal_cli.core.hang.joint import fit_hang
-
-    asked = asked_of(session.options, session.recipe.robot.gravity_mps2)
-    return {leg: fit_hang(log, asked) for leg, log in logs.items()}
-
-
-def asked_of(options: HangCalibOptions, gravity_mps2: float) -> HangOptions:
-    """What the core is asked to fit."""
+def asked_of(
+    options: HangCalibOptions, gravity_mps2: float, *, measured: bool = False
+) -> HangOptions:
+    """What the core is asked to fit; `measured` where the attitude was, not named."""
     from footcal_cli.core.hang.joint import HangOptions
 
     return HangOptions(
         order=options.order,
         max_order=options.max_order,
-        tilt=options.tilt,
+        tilt=options.tilt or ("mount" if measured else "per_log"),
         tilt_sd_rad=options.tilt_sd_rad,
         temperature=options.temperature,
         drift=options.drift,

@@ -17,8 +17,17 @@ from footcal_cli.report import Sheet, number, with_sd
 Residuals = Mapping[str, Mapping[str, FloatArray]]
 """Stage -> leg -> residuals (n, 6)."""
 POOR_FORCE_N = 0.2
-"""Wu & Revzen reaches 0.2 N per axis when hanging; a larger sd deserves a warning."""
+"""Wu & Revzen reaches 0.2 N per axis when hanging; a larger sd deserves a warning …"""
+POOR_EXCESS = 3.0
+"""… where it is more than so many times the scatter from sample to sample."""
+_AS_NOISE = 1.5
 _LARGE_TILT_DEG = 10.0
+_UNEXPLAINED = 0.2
+"""Share of the weight that may be left of the forces, where more than noise is left."""
+_SYSTEMATIC = 5.0
+"""Residual over the scatter from sample to sample from which it is no noise."""
+_FARTHEST_M = 3.0
+"""No leg and no tool has its CoM farther from its transducer."""
 
 
 def residuals_by_stage(
@@ -90,8 +99,13 @@ def without_intervals(fit: StepwiseFit) -> Estimates:
     )
 
 
-def verdict(fits: Mapping[str, HangFit], residuals: Residuals, method: str) -> VerdictRecord:
-    """One sentence with the worst leg's leftover, and what is not seen."""
+def verdict(
+    fits: Mapping[str, HangFit],
+    residuals: Residuals,
+    runs: Mapping[str, Sequence[HangRun]],
+    method: str,
+) -> VerdictRecord:
+    """One sentence with the worst leg's residual, and what is not seen."""
     if method != "joint":
         return _plain_verdict(residuals, method)
     sd = {leg: float(left[:, :3].std(axis=0).max()) for leg, left in residuals["after"].items()}
@@ -116,11 +130,19 @@ def verdict(fits: Mapping[str, HangFit], residuals: Residuals, method: str) -> V
             f"{gaps[0].split(': ', 1)[1]}.",
             details=tuple(details),
         )
-    poor = sd[worst] > POOR_FORCE_N
+    excess = fits[worst].misfit(runs[worst])
+    poor = sd[worst] > POOR_FORCE_N and excess > POOR_EXCESS
+    compared = (
+        f"{number(excess, 2)} times the noise from sample to sample: something is not in the model"
+        if poor
+        else f"{number(excess, 2)} times the noise from sample to sample"
+        if excess > _AS_NOISE
+        else "as the noise from sample to sample allows"
+    )
+    which = "" if len(fits) == 1 else f" ({worst}, the worst of {len(fits)})"
     return VerdictRecord(
         level="warning" if poor else "good",
-        sentence=f"{'Hanging legs are explained only' if poor else 'Hanging legs are explained'} "
-        f"to {number(sd[worst], 2)} N sd per axis ({worst}, the worst of {len(fits)}).",
+        sentence=f"Forces fit to {number(sd[worst], 2)} N sd per axis{which}, {compared}.",
         details=tuple(details),
     )
 
@@ -247,10 +269,13 @@ def noise_sheet(fits: Mapping[str, HangFit]) -> Sheet:
     )  # fmt: skip
 
 
-def findings(fits: Mapping[str, HangFit]) -> tuple[FindingRecord, ...]:
-    """Large tilts that look like a wrongly named axis."""
+def findings(
+    fits: Mapping[str, HangFit], runs: Mapping[str, Sequence[HangRun]]
+) -> tuple[FindingRecord, ...]:
+    """Forces that are no weight, a CoM out of reach, tilts like those of a wrongly named axis."""
     found = []
     for leg, fit in fits.items():
+        found += _no_weight(leg, fit, runs[leg])
         cosine = np.sum(fit.gravity_dir_t * fit.model.nominal_dir_t, axis=1)
         angle = np.rad2deg(np.arccos(np.clip(cosine, -1.0, 1.0)))
         for label, tilt in zip(fit.model.log_labels(), angle, strict=True):
@@ -266,6 +291,34 @@ def findings(fits: Mapping[str, HangFit]) -> tuple[FindingRecord, ...]:
                     )
                 )
     return tuple(found)
+
+
+def _no_weight(leg: str, fit: HangFit, runs: Sequence[HangRun]) -> list[FindingRecord]:
+    """What shows that the wrenches are not the weight of one thing in the attitudes of the log."""
+    found = []
+    weight = float(fit.estimates[f"{leg}.weight"])
+    left = np.concatenate(fit.residuals(runs))[:, :3]
+    rms = float(np.sqrt(np.mean(left**2)))
+    if rms > _UNEXPLAINED * abs(weight) and fit.misfit(runs) > _SYSTEMATIC:
+        found.append(
+            FindingRecord(
+                code="forces_unexplained", severity="alarm", where=f"leg {leg}",
+                sentence=f"the forces are not the weight of one thing in the attitudes of the log: "
+                f"residual {number(rms, 3)} N per axis at a weight of {number(weight, 3)} N",
+                remedy="check the order and the sense of the attitude's angles or quaternion, and "
+                "the mounting of the transducer (rotation_rpy_rad)",
+            )
+        )  # fmt: skip
+    com = np.array([float(fit.estimates[f"{leg}.com_{axis}_mean"]) for axis in "xyz"])
+    if np.linalg.norm(com) > _FARTHEST_M:
+        found.append(
+            FindingRecord(
+                code="com_far", severity="alarm", where=f"leg {leg}",
+                sentence=f"its CoM would lie {np.linalg.norm(com):.3g} m from the transducer",
+                remedy="check the unit of the torques in [columns] (N*mm?)",
+            )
+        )  # fmt: skip
+    return found
 
 
 def footer(method: str) -> tuple[str, ...]:

@@ -14,14 +14,14 @@ from footcal_cli.records.files import read_record
 from footcal_cli.records.results import ParametersRecord
 from tests.conftest import Answer, Run
 
-CELLS = ("left_fl", "left_fr")
+CELLS = ("left_fl", "left_fr", "left_rl")
 FEW = (0.0, 10.0, 20.0)
 MANY = (0.0, 1.3, 3.1, 6.2, 9.7, 13.0, 16.4, 20.0)
 QUADRATIC = 4e-4
 
 
 def ladders(folder: Path, seed: int, loads: Sequence[float], quadratic: float) -> Path:
-    """Ladders up and down on two cells, eight days: x + q x²; scale and zero of each day."""
+    """Ladders up and down on three cells, eight days: x + q x²; scale and zero of each day."""
     rng = np.random.default_rng(seed)
     load = np.repeat([*loads, *loads[-2::-1]], 5)
     rows = []

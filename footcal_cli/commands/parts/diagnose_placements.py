@@ -5,8 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from footcal_cli.commands.diagnose import DiagnoseOptions
     from footcal_cli.commands.parts.diagnose_cases import CaseRead
+    from footcal_cli.core.diagnosis.labels import Elsewhere
     from footcal_cli.core.parameters import FloatArray
     from footcal_cli.core.quality import Finding
     from footcal_cli.records.results import ParametersRecord
@@ -19,12 +22,14 @@ def read_placements(session: Session[DiagnoseOptions]) -> CaseRead:
 
     from footcal_cli.columns import placements_table
     from footcal_cli.commands.parts.diagnose_cases import (
-        TIMED,
         CaseRead,
         affine_parameters,
         chain_of,
+        known_before,
+        needs_time,
         optional_column,
     )
+    from footcal_cli.core.diagnosis.labels import relabelled
     from footcal_cli.core.experiments.placements import EXPERIMENT
     from footcal_cli.core.inference.case import Case
     from footcal_cli.core.log import Log
@@ -88,7 +93,7 @@ def read_placements(session: Session[DiagnoseOptions]) -> CaseRead:
         known["round"] = _round_of(np.column_stack([place, mean(load)]).round(6))
         logs.append(Log("placements", channels, when, mean(counts), known, block.astype(np.int64)))
     channels = tuple(dict.fromkeys(c for log in logs for c in log.channels))
-    chain, values = chain_of(_needed(session), channels, ("scale_bias",))
+    chain, values = chain_of(_needed(session), channels, EXPERIMENT.calibration)
     for log in logs:
         scale, bias = ([values[f"{c}.{n}"] for c in log.channels] for n in ("scale", "bias"))
         forces = log.readings * scale + bias
@@ -104,28 +109,51 @@ def read_placements(session: Session[DiagnoseOptions]) -> CaseRead:
         tolerance_nm=session.options.tolerance_mm / 1000.0 * largest,
         alike=False,
         settings="round",
+        known=known_before(session, channels, values),
         groups={f"{foot}.{o}": o for foot in robot.feet for o in ("fz", "moment_x", "moment_y")},
     )
-    untested = {} if timed else dict.fromkeys((*TIMED, "slip"), "the rows have no time stamps")
+    case, elsewhere = relabelled(case)
+    findings += _labels_found(elsewhere)
+    untested = {} if timed else needs_time(EXPERIMENT, "the rows have no time stamps")
     return CaseRead(case, findings, untested | _left_out_with(session, load))
+
+
+def _labels_found(elsewhere: Sequence[Elsewhere]) -> list[Finding]:
+    """Visits whose weight lay elsewhere than their label says, in words."""
+    from footcal_cli.core.quality import Finding
+
+    def place(at_m: FloatArray) -> str:
+        return f"({1000 * at_m[0]:.1f}, {1000 * at_m[1]:.1f}) mm"
+
+    return [
+        Finding(
+            "hole_elsewhere", "warning", one.foot,
+            f"{one.visits} of {one.of} visits to the hole {place(one.written_m)}: as if at "
+            + (f"the hole {place(one.nearest_m)}" if one.nearest_m is not None
+               else f"{place(one.seems_m)}, where no hole is in use"),
+            "put a weight into that hole once more, and correct the label of these visits",
+        )
+        for one in elsewhere
+    ]  # fmt: skip
 
 
 FEW_WEIGHTS = 3
 """With so few weights a wrong label and load beside the cells make the same error."""
-_OF_THE_SUM = {"wrong_weight": "load_bypass", "load_bypass": "wrong_weight"}
 
 
 def _left_out_with(session: Session[DiagnoseOptions], load_n: FloatArray) -> dict[str, str]:
     """What goes with an effect that was left out: its exact copy on so few weights."""
     import numpy as np
 
+    from footcal_cli.core.effects import having
+    from footcal_cli.core.effects.contract import Trait
+
     if np.unique(load_n.round(6)).size > FEW_WEIGHTS:
         return {}
-    return {
-        other: f"on so few weights it is the same as {name}, which was left out"
-        for name, other in _OF_THE_SUM.items()
-        if name in session.options.without
-    }
+    alike = having(Trait.OF_THE_SUM)
+    out = ", ".join(sorted(alike & set(session.options.without)))
+    reason = f"on so few weights it is the same as {out}, which was left out"
+    return dict.fromkeys(sorted(alike - set(session.options.without)), reason) if out else {}
 
 
 def _round_of(placement: FloatArray) -> Any:

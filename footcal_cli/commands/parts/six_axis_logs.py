@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from footcal_cli.core.chain import Chain, Link, link
-from footcal_cli.core.effects import find_effect
+from footcal_cli.core.effects import calibration_of, having
+from footcal_cli.core.effects.contract import Trait
 from footcal_cli.core.hang.model import AXES
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
@@ -24,6 +25,7 @@ from footcal_cli.core.pose.steady import (
 from footcal_cli.core.quality import Finding
 from footcal_cli.core.spatial import rotation_of_rpy
 from footcal_cli.errors import DataError, UsageError
+from footcal_cli.records.effects import effect_of
 
 if TYPE_CHECKING:
     from footcal_cli.recipe import Leg
@@ -132,7 +134,7 @@ def _poses_left_out(
     ]  # fmt: skip
 
 
-_OWN = frozenset({"offset", "mount_rotation", "mount_translation", "leg_weight", "leg_com"})
+_OWN = having(Trait.CALIBRATION, Trait.MOUNTING, Trait.HUNG)
 """Effects that hang-calib and pose-calib estimate themselves."""
 
 
@@ -147,9 +149,9 @@ def without_effects(log: Log, record: ParametersRecord | None) -> Log:
     extra = [] if record is None else [e for e in record.effects if e.effect not in _OWN]
     if record is None or not extra:
         return log
-    chain = Chain((link(find_effect("offset"), log.channels),))
+    chain = Chain((link(calibration_of(log.channels), log.channels),))
     for item in extra:
-        effect = find_effect(item.effect)
+        effect = effect_of(item)
         lacking = [name for name in effect.needs if name not in log.known]
         if lacking:
             raise UsageError(

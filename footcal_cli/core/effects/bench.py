@@ -15,6 +15,7 @@ from footcal_cli.core.effects.contract import (
     Stage,
     State,
     Theta,
+    Trait,
     on_known,
 )
 from footcal_cli.core.log import Log
@@ -73,6 +74,10 @@ def _reread(load: FloatArray, log: Log, theta: Theta, state: State) -> tuple[Flo
 
 WRONG_WEIGHT = Effect(
     name="wrong_weight",
+    traits=(
+        Trait.BELIEF,
+        Trait.OF_THE_SUM,
+    ),
     stage=Stage.BENCH,
     scope=Scope.ROBOT,
     parameters=(
@@ -103,6 +108,7 @@ WRONG_WEIGHT = Effect(
 
 WRONG_HOLE = Effect(
     name="wrong_hole",
+    traits=(Trait.BELIEF,),
     stage=Stage.BENCH,
     scope=Scope.ROBOT,
     parameters=(
@@ -134,6 +140,10 @@ WRONG_HOLE = Effect(
 
 WRONG_UNIT = Effect(
     name="wrong_unit",
+    traits=(
+        Trait.BELIEF,
+        Trait.UNGRADED,
+    ),
     stage=Stage.BENCH,
     scope=Scope.ROBOT,
     parameters=(

@@ -16,6 +16,7 @@ from footcal_cli.core.effects.contract import (
     Stage,
     State,
     Theta,
+    Trait,
     on_known,
 )
 from footcal_cli.core.effects.six_axis import leg_phase
@@ -110,6 +111,10 @@ def _right_tilt(r: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[F
 
 LEG_WEIGHT = Effect(
     name="leg_weight",
+    traits=(
+        Trait.BELIEF,
+        Trait.HUNG,
+    ),
     stage=Stage.BODY,
     scope=Scope.LEG,
     parameters=(EffectParameter("weight_correction", "N", 0.0, -50.0, 50.0, 0.3),),
@@ -126,6 +131,10 @@ LEG_WEIGHT = Effect(
 
 LEG_COM = Effect(
     name="leg_com",
+    traits=(
+        Trait.BELIEF,
+        Trait.HUNG,
+    ),
     stage=Stage.BODY,
     scope=Scope.LEG,
     parameters=tuple(
@@ -145,6 +154,10 @@ LEG_COM = Effect(
 
 HANG_TILT = Effect(
     name="hang_tilt",
+    traits=(
+        Trait.BELIEF,
+        Trait.HUNG,
+    ),
     stage=Stage.BODY,
     scope=Scope.LEG,
     parameters=tuple(EffectParameter(tilt, "rad", 0.0, -0.5, 0.5, 0.035) for tilt in TILTS),
@@ -162,6 +175,7 @@ HANG_TILT = Effect(
 
 ROBOT_WEIGHT = Effect(
     name="robot_weight",
+    traits=(Trait.BELIEF,),
     stage=Stage.BODY,
     scope=Scope.ROBOT,
     parameters=(EffectParameter("robot_weight_correction", "N", 0.0, -200.0, 200.0, 1.0),),
@@ -178,6 +192,7 @@ ROBOT_WEIGHT = Effect(
 
 BODY_TILT = Effect(
     name="body_tilt",
+    traits=(Trait.BELIEF,),
     stage=Stage.BODY,
     scope=Scope.ROBOT,
     parameters=(

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from footcal_cli.core.chain import Chain, Seen
+from footcal_cli.core.experiments import contract
 from footcal_cli.core.experiments.contract import Balance, Experiment
 from footcal_cli.core.inference.lines import Series
 from footcal_cli.core.inference.tracking import Direction
@@ -66,6 +67,9 @@ class Case:
         filtered.
     tolerance_stated
         Whether the user said what matters: a usual imperfection is then no larger.
+    known
+        Precision with which the calibration was known before these logs, in the order of
+        `calibration`, shape (p, p); None where these logs alone say what it is.
     """
 
     experiment: Experiment
@@ -89,6 +93,7 @@ class Case:
     reading_noise_n: float = 0.0
     raw: Series | None = None
     tolerance_stated: bool = False
+    known: FloatArray | None = None
 
     @cached_property
     def judged(self) -> tuple[Log, ...]:
@@ -154,7 +159,7 @@ def residual(
     for i in range(len(case.logs)) if only is None else only:
         here = rows.log == i
         log = case.logs[i]
-        if case.stride > 1 and not _remembers(used, log, values):
+        if case.stride > 1 and not case.seen[i].remembers(used, log, values):
             judged, _ = used.remove(case.judged[i], values)
         else:
             judged = _judged(case, i, used.truth(log, values, case.seen[i]))
@@ -171,12 +176,6 @@ def _judged(case: Case, number: int, truth: Log) -> Log:
     if case.stride > 1 and truth.known is log.known and truth.time_s is log.time_s:
         return case.judged[number].with_readings(truth.readings[:: case.stride])
     return every(truth, case.stride)
-
-
-def _remembers(chain: Chain, log: Log, values: Mapping[str, float]) -> bool:
-    """Whether what the chain makes of a row depends on others, so that it must see all rows."""
-    _, states = chain.remove(log.rows(0, 2), values)
-    return any(state is not None for state in states.values())
 
 
 def every(log: Log, stride: int) -> Log:
@@ -290,7 +289,7 @@ TORQUE_SHARE = 0.1  # noise of a torque axis in Nm, per newton of noise of a for
 def rows_of(case: Case) -> Rows:
     """Choose and order the rows of a case from its baseline."""
     balances = [
-        case.experiment.balance(case.chain.remove(log, case.values)[0]) for log in case.logs
+        contract.residual(case.experiment, case.chain, log, case.values) for log in case.logs
     ]
     groups = case.groups or {}
     pooled = list(dict.fromkeys(groups.get(o, o) for b in balances for o in b.outputs))
