@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,8 @@ from scipy import stats
 from footcal_cli.core.simulation.gait import WalkPlan
 from footcal_cli.core.simulation.robots import Biped
 from footcal_cli.core.simulation.scenario import Plans, simulate
-from tests.papers import bench, walks
+from tests.papers import bench, walk_tables, walks
+from tests.papers.__main__ import run
 from tests.papers.formats import shown, table
 from tests.papers.statistics import converged_after, holm, paired, spread
 
@@ -79,6 +81,62 @@ def test_a_short_walk_gives_every_figure_of_the_page(tmp_path: Path) -> None:
     assert len(middle) == 1  # × 1 is the same setting in each
     walks.figures_of(found, trial, tmp_path)
     assert {p.name for p in tmp_path.iterdir()} == {"walk_040_cop.png", "walk_040_vgrf.png"}
+
+
+def _made_up(body: str, speed: float, session: int, trial: int) -> dict[str, object]:
+    """A walk in which memory errs half as much as the window, and that a third of the static."""
+    size = 1e-3 * (1.0 + 0.1 * session + 0.02 * trial + speed)
+    errors = [
+        {
+            "method": method, "reference": reference, "cop_m": factor * size,
+            "vgrf_n": 1e3 * factor * size, "cycle_cop_m": size, "cycle_cop_sd_m": 0.1 * size,
+            "converged_s": 5.0,
+        }
+        for method, factor in (("before", 4.0), ("static", 3.0), ("window", 1.0), ("memory", 0.5))
+        for reference in ("baseline", "truth")
+    ]  # fmt: skip
+    state = dict.fromkeys(
+        ("gain_error", "bias_error_n", "gain_steady_sd", "bias_steady_sd_n"), 0.01
+    )
+    drift = {"drift_per_hour": 0.1, "drift_sd": 0.2}
+    return {
+        "body": body, "speed_mps": speed, "session": session, "trial": trial, "errors": errors,
+        "parameters": dict.fromkeys(("static", "window", "memory"), state),
+        "settling": [{"name": f"left_fl.{kind}", **drift} for kind in ("gain", "bias")],
+    }  # fmt: skip
+
+
+def test_the_tables_of_walks_say_what_is_in_the_walks() -> None:
+    made = [
+        _made_up(body, speed, session, trial)
+        for body in walks.BODIES
+        for speed in walks.SPEEDS_MPS
+        for session in range(3)
+        for trial in range(2)
+    ]
+    said = walk_tables.walking_tables(made)
+    rows = [line for line in said.splitlines() if line.startswith("| exact | window / static")]
+    assert len(rows) == 6
+    assert all("0.33 [0.33, 0.33]" in row for row in rows)
+    assert rows[0].split("|")[5].strip() == "0.55"  # 5.9 mm over 10.8 mm, as printed
+    assert "| exact | 0.02 | static (Han) | 10.8 | 3.39 ± 0.27" in said
+    points = walk_tables.open_points(made)
+    assert "| 5 s, 18 of 18 |" in points
+    assert "100 % within 2 of its sd" in points
+
+
+@pytest.mark.slow
+def test_the_whole_page(tmp_path: Path) -> None:
+    """Every walk, pose and failure mode again; about ten minutes of one core."""
+    page = tmp_path / "docs" / "papers.md"
+    page.parent.mkdir()
+    run(["--out", str(tmp_path / "papers"), "--page", str(page)])
+    text = page.read_text("utf-8")
+    for number in range(1, 16):
+        assert f"\n| {number} | " in text
+    linked = re.findall(r"\((pictures/papers/[^)]+)\)", text)
+    assert len(linked) == 12
+    assert all((page.parent / name).stat().st_size > 10_000 for name in linked)
 
 
 def test_numbers_and_tables_read_well() -> None:
