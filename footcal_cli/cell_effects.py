@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from footcal_cli.core.chain import Chain, Link, link
-from footcal_cli.core.effects import calibration_of, find_effect
+from footcal_cli.core.effects import calibration_of
 from footcal_cli.core.effects.cells import (
     TEMPERATURE_BIAS,
     TEMPERATURE_REFERENCE_DEGC,
@@ -21,6 +22,7 @@ from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.quality import Finding
 from footcal_cli.errors import UsageError
 from footcal_cli.recipe import Robot
+from footcal_cli.records.effects import effect_of
 from footcal_cli.records.results import ParametersRecord
 
 LEAST_TEMPERATURE_DOUBT_K = 5.0
@@ -49,6 +51,8 @@ class Undone:
         What could not be undone exactly adds to the belief, shape (c,).
     findings
         What was assumed.
+    state
+        What the stream leaves in effects with a memory, for what follows it.
     """
 
     stream: SensorStream
@@ -56,6 +60,7 @@ class Undone:
     gain_sd: FloatArray
     bias_sd_n: FloatArray
     findings: tuple[Finding, ...] = ()
+    state: Mapping[int, Any] | None = None
 
 
 def without_cell_effects(
@@ -63,6 +68,8 @@ def without_cell_effects(
     record: ParametersRecord,
     robot: Robot,
     temperature_degc: FloatArray | None = None,
+    state: Mapping[int, Any] | None = None,
+    moving: Mapping[str, FloatArray] | None = None,
 ) -> Undone:
     """The counts that cells without the effects of a calibration would have shown.
 
@@ -74,6 +81,10 @@ def without_cell_effects(
     ----------
     temperature_degc
         Of the stream's rows, shape (n,).
+    state
+        Of what came before, where the stream is a piece of a longer one.
+    moving
+        What is known of the body's motion at the stream's rows (`Log.known`).
 
     Raises
     ------
@@ -87,11 +98,12 @@ def without_cell_effects(
     values = {name: parameter.value for name, parameter in record.parameters.items()}
     log = Log(
         "walk", stream.channels, stream.time_s, stream.readings,
-        {"cell_pos_m": np.tile(places, (rows, 1, 1))}, np.zeros(rows, dtype=np.int64),
+        {"cell_pos_m": np.tile(places, (rows, 1, 1)), **(moving or {})},
+        np.zeros(rows, dtype=np.int64),
     )  # fmt: skip
     links = []
     for item in record.effects:
-        effect = find_effect(item.effect)
+        effect = effect_of(item)
         if Trait.CALIBRATION in effect.traits or effect.stage in (Stage.BODY, Stage.TRANSPORT):
             continue
         lacking = set(effect.needs) - set(log.known) - {"temperature_degc"}
@@ -119,7 +131,7 @@ def without_cell_effects(
     for one in links:
         extended = extended.with_link(one)
     good = np.asarray(np.isfinite(stream.readings).all(axis=1))
-    truth, _ = extended.remove(log.with_readings(np.nan_to_num(stream.readings)), values)
+    truth, left = extended.remove(log.with_readings(np.nan_to_num(stream.readings)), values, state)
     shown, _ = chain.apply(truth, values)
     moved = truth.known["cell_pos_m"][0] if rows else places
     edges = np.cumsum([len(foot) for foot in believed])[:-1]
@@ -129,6 +141,7 @@ def without_cell_effects(
         gain_sd,
         bias_sd_n,
         findings,
+        left,
     )
 
 

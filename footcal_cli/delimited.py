@@ -141,7 +141,8 @@ def decoded(path: Path, layout: Layout) -> str:
 
 def _lines(path: Path, layout: Layout) -> tuple[list[str], list[int], str | None]:
     """Lines of rows, their numbers from 1, and the header's line."""
-    kept, numbers = [], []
+    kept: list[str] = []
+    numbers: list[int] = []
     header: str | None = None
     skip = layout.skip_rows
     below = layout.skip_below
@@ -149,6 +150,8 @@ def _lines(path: Path, layout: Layout) -> tuple[list[str], list[int], str | None
     for number, line in enumerate(decoded(path, layout).splitlines(), start=1):
         if layout.comment and line.lstrip().startswith(layout.comment):
             continue
+        if layout.until and kept and line.startswith(layout.until):
+            break
         if skip:
             skip -= 1
         elif waits:

@@ -88,7 +88,8 @@ class FileSpec(Frozen):
     comma, `thousands` the sign between groups of three digits; `encoding` that of the text. Lines
     that begin with `comment` are left out, then `skip_rows` lines; a line of names follows unless
     `header` is false; `names` replaces it;
-    `skip_below` lines of units and the like stand below it. `line` is a regular expression with
+    `skip_below` lines of units and the like stand below it; the table ends above a line that begins
+    with `until`. `line` is a regular expression with
     named groups for texts without fields: each line it is found in is a row; `carried` is one for
     lines whose groups hold for the rows below. `rate_hz` counts rows where there are no stamps.
     `columns` are the files' own, before ``[columns]``. `wide` makes one row of the file into one
@@ -105,6 +106,7 @@ class FileSpec(Frozen):
     header: bool = True
     names: tuple[str, ...] = ()
     skip_below: int = Field(default=0, ge=0)
+    until: str = ""
     line: str = ""
     carried: str = ""
     rate_hz: float | None = Field(default=None, gt=0)
@@ -137,7 +139,7 @@ class FileSpec(Frozen):
         return Layout(
             _SEPARATORS.get(self.separator, self.separator), self.decimal, self.encoding,
             self.comment, self.skip_rows, self.header, self.names, self.skip_below, self.line,
-            self.carried, self.thousands,
+            self.carried, self.thousands, self.until,
         )  # fmt: skip
 
 

@@ -66,6 +66,8 @@ class Layout:
         Decimal point or comma.
     thousands
         Sign between groups of three digits; empty for none.
+    until
+        The table ends above a line that begins so; empty where it ends with the file.
     encoding
         Of the text.
     comment
@@ -97,6 +99,7 @@ class Layout:
     line: str = ""
     carried: str = ""
     thousands: str = ""
+    until: str = ""
 
     @property
     def plain(self) -> bool:

@@ -18,6 +18,7 @@ from footcal_cli.columns import canonical_names, is_canonical
 from footcal_cli.errors import UsageError, nearest
 from footcal_cli.filespecs import FileSpec, Place, as_file, as_places
 from footcal_cli.models import Frozen, validated
+from footcal_cli.own_effects import OwnEffect
 from footcal_cli.reading import ForeignColumn, Join, Reading
 from footcal_cli.textfiles import read_text
 
@@ -117,12 +118,19 @@ class Adc(Frozen):
 
 
 class Nameplate(Frozen):
-    """What the data sheet promises of each cell; the prior where nothing was calibrated."""
+    """What the data sheet promises of each cell; the prior where nothing was calibrated.
+
+    `mounted_scale_relative_sd` and `mounted_bias_sd_n` are what mounting, warmth and days may have
+    changed since a calibration that a command starts from; without them as much as the data sheet
+    leaves open, at most 2 % and 0.3 N or half a per cent of the robot's weight.
+    """
 
     scale_n_per_count: float | None = None
     zero_counts: float = 0.0
     scale_relative_sd: float = Field(default=0.02, gt=0)
     bias_sd_n: float = Field(default=0.3, gt=0)
+    mounted_scale_relative_sd: float | None = Field(default=None, gt=0)
+    mounted_bias_sd_n: float | None = Field(default=None, gt=0)
 
 
 class Robot(Frozen):
@@ -175,6 +183,7 @@ class Recipe(Frozen):
     files: tuple[FileSpec, ...] = ()
     data: dict[str, tuple[str, ...]] = Field(default_factory=dict)
     data_root: str = "."
+    effect: tuple[OwnEffect, ...] = ()
     gates: dict[str, Any] = Field(default_factory=dict)
     options: dict[str, dict[str, Any]] = Field(default_factory=dict)
     path: Path | None = None
@@ -266,7 +275,17 @@ def read_recipe(path: Path, commands: Collection[str]) -> Recipe:
         raise UsageError(f"not valid TOML: {error}", file=path, remedy="correct the line") from None
     if not content:
         raise UsageError("the recipe is empty", file=path, remedy="copy it again, or leave it out")
-    tables = ("name", "description", "robot", "columns", "files", "data", "data_root", "gates")
+    tables = (
+        "name",
+        "description",
+        "robot",
+        "columns",
+        "files",
+        "data",
+        "data_root",
+        "effect",
+        "gates",
+    )
     for key in content:
         if key not in tables and key not in commands:
             raise UsageError(

@@ -13,8 +13,9 @@ from contextlib import contextmanager
 from copy import copy
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
+from functools import cached_property
 from pathlib import Path
-from typing import Generic, TypeVar
+from typing import TYPE_CHECKING, Generic, TypeVar
 
 from rich.console import Console
 
@@ -26,6 +27,7 @@ from footcal_cli.gates import gated, merged
 from footcal_cli.inspection import inspect, inspect_record, over_pieces
 from footcal_cli.longfiles import is_long
 from footcal_cli.outcome import Outcome
+from footcal_cli.progress import Advance, bar
 from footcal_cli.read_as import in_units_of_readings, record_of
 from footcal_cli.recipe import CommandOptions, Recipe, read_recipe, validated
 from footcal_cli.records.files import read_record
@@ -44,6 +46,9 @@ from footcal_cli.tables import (
 )
 from footcal_cli.textfiles import regular_file, shown
 from footcal_cli.trust import trusted
+
+if TYPE_CHECKING:
+    from footcal_cli.core.effects.contract import Effect
 
 __all__ = ["Outcome", "Request", "Session", "read_calibration"]
 
@@ -165,6 +170,13 @@ class Session(Generic[Options]):
         for path, refusal in self._left_aside.items():
             if path not in self._taken:
                 raise refusal
+
+    @cached_property
+    def table(self) -> Mapping[str, Effect]:
+        """Effects by name: the table, those of installed packages and the recipe's own."""
+        from footcal_cli.records.effects import table_with
+
+        return table_with(self.recipe.effect, self.recipe.path)
 
     def _reference_path(self) -> Path | None:
         """The calibration that gates compare with; the recipe's lies relative to the recipe."""
@@ -303,16 +315,25 @@ class Session(Generic[Options]):
             remedy=f"name a LOG on the command line or '{role}' in [data]",
         )  # fmt: skip
 
+    def only_log(self, table: TableType, role: str | None = None) -> Path | None:
+        """The one log of a role that has the table's columns; None where none or several do."""
+        paths = self.paths(role or table.name)
+        if self.request.logs:
+            files = [path for path in paths if path.is_file()]
+            refusals = {p: refusal_of(p, table, self.recipe.reading(p)) for p in files}
+            paths = [path for path in files if refusals[path] is None]
+        return paths[0] if len(paths) == 1 else None
+
     def pieces(self, table: TableType, role: str | None = None) -> Iterator[Table]:
         """As `read_required`, one log after another; a single long log some rows at a time."""
-        paths = self.paths(role or table.name)
-        if len(paths) != 1 or not is_long(paths[0]):
+        path = self.only_log(table, role)
+        if path is None or not is_long(path):
             yield from self.read_required(table, role)
             return
-        self._taken.add(paths[0])
-        reading, robot = self.recipe.reading(paths[0]), self.recipe.robot
+        self._taken.add(path)
+        reading, robot = self.recipe.reading(path), self.recipe.robot
         rows, said = 0, []
-        for piece in read_pieces(paths[0], table, reading, gravity_mps2=robot.gravity_mps2):
+        for piece in read_pieces(path, table, reading, gravity_mps2=robot.gravity_mps2):
             self._keep(piece, rows)
             said.append(inspect(piece, table, robot))
             rows += len(piece)
@@ -345,18 +366,20 @@ class Session(Generic[Options]):
             yield
         self.timings_s[name] = round(time.perf_counter() - began, 4)
 
-    def progress(self, items: Iterable[Item], description: str, total: int) -> Iterable[Item]:
-        """Iterate with a progress bar on a terminal, quietly in a pipe."""
-        from rich.progress import track
+    @contextmanager
+    def counted(self, name: str, unit: str, total: float | None) -> Iterator[Advance]:
+        """As `step`; a terminal shows how much is done, how fast, and the time left."""
+        began = time.perf_counter()
+        with bar(self.console, name, unit, total) as advance:
+            yield advance
+        self.timings_s[name] = round(time.perf_counter() - began, 4)
 
-        return track(
-            items,
-            description,
-            total=total,
-            console=self.console,
-            disable=not self.console.is_terminal,
-            transient=True,
-        )
+    def progress(self, items: Iterable[Item], description: str, total: int) -> Iterator[Item]:
+        """Iterate with a progress bar on a terminal, quietly in a pipe."""
+        with bar(self.console, description, "", total) as advance:
+            for item in items:
+                yield item
+                advance(1)
 
     def note(self, findings: Iterable[Finding]) -> None:
         """Keep findings for the report, whoever made them; `finish` merges them with its own."""

@@ -78,7 +78,9 @@ def verdict_of(found: Comparison, method: str) -> VerdictRecord:
         f"{jump.name.removesuffix('.bias')}: bias jumped by {number(jump.size, 2)} N at "
         f"{jump.onset_s:.2f} s."
         for jump in found.memory.jumps
+        if jump.sure
     ]
+    alarms += len(found.weighed.findings())
     worse = cop[1] > cop[0]
     known = found.merged.log.known
     weight_n = float(known["mass_kg"][0] * known["gravity_mps2"][0])
@@ -242,15 +244,36 @@ def _noise_sheet(found: Comparison) -> Sheet:
     return Sheet("Noise and weights", ("setting", "value", "from"), rows)
 
 
+def _how_run(found: Comparison) -> str:
+    """After the fact or live, whole or in parts."""
+    taught = "from the whole walk"
+    parts = ""
+    if found.in_parts is not None:
+        how = found.in_parts
+        taught = f"from ten minutes from {number(how.taught_from_s, 4)} s on"
+        parts = (
+            f" Run in {how.parts} parts of {number(how.part_s / 60, 2)} min, the filter's state "
+            f"handed on; the smoother of a part sees {number(how.ahead_s, 2)} s beyond its end. "
+            "CoP, force and path are drawn for the last part; of the other series every "
+            f"{how.every}th update is kept."
+        )
+    if found.causal:
+        first = " of the first part" if parts else ""
+        return (
+            f"Live: filtered, and learnt after 8, 16, 32 … s{first}, from the past alone; of the "
+            f"latency of the low-pass nothing is counted as error.{parts}"
+        )
+    return (
+        f"After the fact: delay, noise and doubted states are learnt {taught}, the low-pass has no "
+        f"lag; --causal runs as a robot would.{parts}"
+    )
+
+
 def footer_of(found: Comparison, delay_s: float) -> tuple[str, ...]:
     """What was assumed, for who wants to repeat it."""
     c = found.consistency
     return (
-        "Live: filtered, and learnt after 8, 16, 32 … s, from the past alone; of the latency of "
-        "the low-pass nothing is counted as error."
-        if found.causal
-        else "After the fact: delay, noise and doubted states are learnt from the whole walk, the "
-        "low-pass has no lag; --causal runs as a robot would.",
+        _how_run(found),
         f"Normalised innovation squared {c.ratio:.3f} (95 % band for as many independent ones as "
         f"these are worth [{c.low:.3f}, {c.high:.3f}]), {100 * c.inside:.0f} % of {c.updates} "
         f"updates inside their own band, lag-one correlation of the force innovation "
@@ -262,7 +285,7 @@ def footer_of(found: Comparison, delay_s: float) -> tuple[str, ...]:
             if found.memory.band_hz < np.inf
             else ""
         ),
-        f"{int(found.memory.track.used.sum())} of {found.memory.track.used.size} updates taught "
+        f"{found.taught[0]} of {found.taught[1]} updates taught "
         "something; the others changed nothing.",
         f"Delay compensated {1e3 * delay_s:g} ms."
         + (
@@ -287,7 +310,7 @@ def rmse_of(found: Comparison) -> RmseRecord:
                         rmse=one.rms(quantity), n=int(sums.count),
                     )
                 )  # fmt: skip
-    return RmseRecord(rows=tuple(rows), rejected=found.validity.counts)
+    return RmseRecord(rows=tuple(rows), rejected=dict(found.rejected))
 
 
 def pictures_of(

@@ -121,6 +121,8 @@ def guess_file(path: Path) -> FileGuess:
     raw = raw_columns(path, names, (), text.layout)
     units = dict(zip(names, text.units, strict=False))
     columns = [_column(name, raw[name], units.get(name, "")) for name in names]
+    if text.layout.line:
+        columns = [_part_of_the_words(column) for column in columns]
     columns = _by_numbers(_seconds_apart(columns))
     rows = len(next(iter(raw.values())).values)
     return FileGuess(path, text, tuple(columns), rows, _rate(columns))
@@ -172,6 +174,13 @@ def _text_column(column: str, name: NameGuess, unit: str | None, raw: RawColumn)
     codes = np.full(len(raw.values), -1)
     codes[~raw.empty] = [different.index(word) for word in words] if len(different) <= 99 else -1
     return ColumnGuess(column, name, None, "likely", "texts", words=different, codes=codes)
+
+
+def _part_of_the_words(column: ColumnGuess) -> ColumnGuess:
+    """In lines of words a number that never changes is one of the words."""
+    if column.values is None or np.ptp(column.values[np.isfinite(column.values)]) > 0:
+        return column
+    return column.as_quantity("other", "likely", "never changes")
 
 
 def _seconds_apart(columns: list[ColumnGuess]) -> list[ColumnGuess]:

@@ -161,6 +161,8 @@ def _layout_lines(file: FileGuess) -> list[str]:
         lines.append("header = false")
     if layout.names:
         lines.append(f"names = [{', '.join(map(_quoted, layout.names))}]")
+    if layout.until:
+        lines.append(f"until = {_quoted(layout.until)}    # the table ends above it")
     if layout.skip_below:
         lines.append(f"skip_below = {layout.skip_below}    # units")
     return lines

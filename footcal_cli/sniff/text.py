@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import gzip
 import json
+import re
 import zlib
 from collections import Counter
 from dataclasses import dataclass, replace
@@ -62,9 +63,9 @@ def guess_text(path: Path) -> TextGuess:
         lines = lines[:-1]
     if not any(line.strip() for line in lines):
         raise DataError("the file is empty", file=path, remedy="record or export the log again")
-    if _is_json(next(line for line in lines if line.strip())):
+    if _is_json(text):
         raise DataError(
-            "JSON lines, not a table", file=path,
+            "JSON, not a table", file=path,
             remedy=f"run `footcal convert {path} --out {path.stem}.parquet`, then footcal init on "
             "what it writes",
         )  # fmt: skip
@@ -81,19 +82,22 @@ def guess_text(path: Path) -> TextGuess:
             remedy="export one table of numbers per file, its columns named in the first line",
         )  # fmt: skip
     guess = _laid_out(lines, found, encoding)
-    layout = replace(guess.layout, thousands=found.thousands)
+    until = _end(lines, found, guess.layout.comment)
+    said += [f"the table ends above '{until}'"] if until else []
+    layout = replace(guess.layout, thousands=found.thousands, until=until)
     top = next((i for i, line in enumerate(lines) if found.is_row(line)), 0)
     return TextGuess(layout, guess.units, (*said, *guess.said), tuple(lines[:top]))
 
 
-def _is_json(line: str) -> bool:
-    """Whether a line is an object in JSON."""
-    if not line.lstrip().startswith("{"):
+def _is_json(text: str) -> bool:
+    """Whether a text begins with an object in JSON, alone or as the first of a list."""
+    start = text.lstrip().removeprefix("[").lstrip()
+    if not start.startswith("{"):
         return False
     try:
-        json.loads(line)
+        json.JSONDecoder().raw_decode(start)
     except ValueError:
-        return line.strip() == "{"
+        return False
     return True
 
 
@@ -226,6 +230,28 @@ def _laid_out(lines: list[str], body: _Body, encoding: str) -> TextGuess:
     return TextGuess(layout, units, tuple(said))
 
 
+def _end(lines: list[str], body: _Body, comment: str) -> str:
+    """What the line begins with above which the table ends; empty where it goes on.
+
+    A remark below the rows, or a second table: two lines that are no rows, or none after it.
+    """
+    first = next(i for i, line in enumerate(lines) if body.is_row(line))
+    written = [
+        line for line in lines[first:]
+        if line.strip(f" \t\r\n{body.separator}")
+        and not (comment and line.lstrip().startswith(comment))
+    ]  # fmt: skip
+    rows = [body.is_row(line) for line in written]
+    for at, line in enumerate(written):
+        word = fields_of(line, body.separator)[0] if fields_of(line, body.separator) else ""
+        ends = not any(rows[at : at + 2]) if at + 1 < len(rows) else not rows[at]
+        if not rows[at] and ends and re.match(r"[^\W\d]", word) and not is_number(word, "."):
+            return word
+        if not rows[at] and not ends:
+            return ""
+    return ""
+
+
 def _comment(lines: list[str], body: _Body) -> str:
     """What lines between the rows begin with that are none."""
     others = [line.lstrip() for line in lines if line.strip() and not body.is_row(line)]
@@ -255,8 +281,6 @@ def _split(line: str, body: _Body) -> list[str]:
     if body.width < len(fields) <= body.width + 2 and body.separator != BLANKS:
         fields = fields[: body.width]  # rows without the comments that the header announces
     if len(fields) != body.width and body.separator == BLANKS:
-        import re
-
         fields = [f.strip() for f in re.split(r"\t+|\s{2,}|,\s*|;\s*", line.strip())]
     if len(fields) != body.width:
         return []

@@ -5,9 +5,8 @@ from footcal_cli.core.online.evidence import (
     bootstrap_mean,
     bootstrap_ratio,
     paired_p,
-    squares,
-    squares_per_cycle,
 )
+from footcal_cli.core.online.squares import squares, squares_per_cycle
 
 
 def test_squares_count_finite_errors_and_those_of_parts_add_up() -> None:

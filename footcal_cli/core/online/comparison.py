@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -16,16 +16,11 @@ from footcal_cli.core.online.evidence import (
     Departure,
     Interval,
     Settling,
-    Squares,
-    bootstrap_mean,
-    bootstrap_ratio,
     check_consistency,
     departures,
-    paired_p,
     settle,
-    squares,
-    squares_per_cycle,
 )
+from footcal_cli.core.online.judged import Judged, judge_method, over_cycles
 from footcal_cli.core.online.live import run_live
 from footcal_cli.core.online.memory import (
     INADEQUATE,
@@ -35,18 +30,18 @@ from footcal_cli.core.online.memory import (
     replay_track,
     run_memory,
 )
+from footcal_cli.core.online.references import References, by_estimates, by_truth, in_band
 from footcal_cli.core.online.replay import (
     Replayed,
     corrected,
-    errors_against,
 )
 from footcal_cli.core.online.sensitivity import Sensitivity, memory_sensitivity, window_sensitivity
 from footcal_cli.core.online.streams import Merged
+from footcal_cli.core.online.weighed import Weighed, weighed_walking
 from footcal_cli.core.online.window import Weights, WindowRule
 from footcal_cli.core.online.windows import QUIET_S, GivenWeights, run_windows
 from footcal_cli.core.parameters import BoolArray, Estimates, FloatArray, IntArray, Status
 from footcal_cli.core.quality import Finding
-from footcal_cli.core.signals import low_pass_stretches
 
 _OUTLIER_SD = 6.0
 
@@ -75,32 +70,26 @@ class Settings:
 
 
 @dataclass(frozen=True)
-class Judged:
-    """One method against one reference.
+class InParts:
+    """How a long walk was run.
 
     Parameters
     ----------
-    method, reference
-        Who, against what (``truth``, ``baseline``, ``motion``).
-    whole
-        Quantity -> squared errors of all samples but the first seconds: those of `per_cycle`, and
-        ``cop_x cop_y``.
-    per_cycle
-        ``cop foot_cop vgrf`` -> those of each gait cycle.
+    parts
+        How many.
+    part_s, ahead_s
+        Their length, and what their smoother sees beyond their end.
+    taught_from_s
+        Start of the part that delay, noise and states were learnt from.
+    every
+        One of so many updates is kept for tables and figures.
     """
 
-    method: str
-    reference: str
-    whole: Mapping[str, Squares]
-    per_cycle: Mapping[str, Squares]
-
-    def rms(self, quantity: str) -> float:
-        """RMS error over the walk."""
-        return float(self.whole[quantity].rms)
-
-    def cycles(self, quantity: str) -> FloatArray:
-        """RMS error of each gait cycle, NaN where none of its samples counts, shape (cycles,)."""
-        return self.per_cycle[quantity].rms
+    parts: int
+    part_s: float
+    ahead_s: float
+    taught_from_s: float
+    every: int
 
 
 @dataclass(frozen=True)
@@ -130,12 +119,18 @@ class Comparison:
         (method, reference, quantity) -> mean over cycles.
     validity
         Samples used for calibration, with reasons for the others.
+    rejected
+        How many are not used, by reason.
+    taught
+        Updates that changed anything, and all.
     consistency, settling, departures
         Of the filter.
     causal
         Whether memory learnt from the past alone.
     left_out
         Methods that were asked for and had no standing to take their weights from.
+    in_parts
+        How the walk was run in parts; `replayed` and all else per sample are of the last one.
     """
 
     merged: Merged
@@ -150,11 +145,14 @@ class Comparison:
     ratios: Mapping[tuple[str, str, str], tuple[Interval, float]]
     per_cycle: Mapping[tuple[str, str, str], Interval]
     validity: Validity
+    rejected: Mapping[str, int]
+    taught: tuple[int, int]
     consistency: Consistency
     settling: tuple[Settling, ...]
     departures: tuple[Departure, ...]
     causal: bool
     left_out: tuple[str, ...] = ()
+    in_parts: InParts | None = None
 
     @property
     def best_reference(self) -> str:
@@ -191,8 +189,15 @@ class Comparison:
             last.gain[-1], last.bias_n[-1], self.belief.covariance, [Status.PRIOR_KEPT] * (2 * c)
         )
 
+    @property
+    def weighed(self) -> Weighed:
+        """The robot on its own cells, against its stated mass."""
+        track, c = self.memory.track, len(self.belief.channels)
+        mass_kg = float(self.merged.log.known["mass_kg"][0])
+        return weighed_walking(self.belief, track.values[-1, :c], track.covariance[:c, :c], mass_kg)
+
     def findings(self) -> list[Finding]:
-        """Jumps, parameters that left their interval, inconsistent innovations."""
+        """Jumps, a wrong mass, parameters that left their interval, inconsistent innovations."""
         found = [
             Finding(
                 "bias_jump",
@@ -204,6 +209,7 @@ class Comparison:
             )
             for jump in self.memory.jumps
         ]
+        found += self.weighed.findings()
         found += [
             Finding(
                 "left_interval",
@@ -276,8 +282,43 @@ def compare(
         For the bootstrap.
     """
     log = merged.log
-    n, c = log.readings.shape
     memory = (run_live if settings.causal else run_memory)(log, belief, settings.memory)
+    if truth_n is not None:
+        truth_n = in_band(truth_n, merged.rate_hz, causal=settings.causal)
+    settled = log.time_s - log.time_s[0] > SETTLING_S
+    found = judged_walk(
+        memory, merged, belief, settings, References(truth_n, baseline),
+        gait_cycles(log.known["contact"]), settled,
+    )  # fmt: skip
+    return with_statistics(found, rng)
+
+
+def judged_walk(
+    memory: Memory,
+    merged: Merged,
+    belief: Belief,
+    settings: Settings,
+    against: References,
+    cycle: IntArray,
+    settled: BoolArray,
+    *,
+    skip_s: float = 2.0,
+) -> Comparison:
+    """Replay a walk, or a part of it, and judge it; without statistics over cycles and time.
+
+    Parameters
+    ----------
+    memory
+        What the estimator found.
+    cycle
+        Gait cycle of each sample, shape (n,).
+    settled
+        Samples that are judged, shape (n,).
+    skip_s
+        Left out of the consistency at the start.
+    """
+    log = merged.log
+    n, c = log.readings.shape
     reference = memory_reference(memory)
     nothing, least_n = np.zeros((n, c)), settings.window.min_force_n
     replayed = {"before": corrected("before", log, belief, nothing, nothing, min_force_n=least_n)}
@@ -288,106 +329,41 @@ def compare(
         "smoother": replay_track("smoother", memory, memory.smoothed, belief, least_n),
     }
     references: dict[str, Replayed | Reference] = {}
-    if truth_n is not None:
-        replayed["true"] = _true(memory, merged, belief, truth_n, settings)
+    if against.truth_n is not None:
+        replayed["true"] = by_truth(memory.log, belief, against.truth_n, least_n)
         references["truth"] = replayed["true"]
-    if baseline is not None:
-        replayed["baseline"] = _by_estimates(merged, belief, baseline, least_n)
+    if against.baseline is not None:
+        replayed["baseline"] = by_estimates(log, belief, against.baseline, least_n)
         references["baseline"] = replayed["baseline"]
     references["motion"] = reference
-    cycle = gait_cycles(log.known["contact"])
-    settled = log.time_s - log.time_s[0] > SETTLING_S
     judged = tuple(
-        _judge(method, name, one, against, cycle, settled)
-        for name, against in references.items()
+        judge_method(method, name, one, other, cycle, settled)
+        for name, other in references.items()
         for method, one in replayed.items()
-        if one is not against
+        if one is not other
     )
-    per_cycle, ratios = _statistics(judged, rng)
-    names = [f"{channel}.{kind}" for kind in ("gain", "bias") for channel in belief.channels]
+    validity = _used(merged, memory)
+    used = memory.track.used
     return Comparison(
         merged, belief, memory, {method: one.weights for method, one in windows.items()},
-        settings.window, replayed, reference, cycle, judged,
-        ratios, per_cycle, _used(merged, memory), check_consistency(memory.track),
-        tuple(settle(memory.track, names)),
-        tuple(departures(memory.track, memory.rows.prior_sd)), settings.causal,
-        tuple(method for method in settings.others if method not in windows),
+        settings.window, replayed, reference, cycle, judged, {}, {}, validity, validity.counts,
+        (int(used.sum()), used.size), check_consistency(memory.track, skip_s=skip_s), (), (),
+        settings.causal, tuple(method for method in settings.others if method not in windows),
     )  # fmt: skip
 
 
-def _true(
-    memory: Memory, merged: Merged, belief: Belief, truth_n: FloatArray, settings: Settings
-) -> Replayed:
-    """The true forces in the band of the cells, as if a calibration had produced them."""
-    log = memory.log
-    good = np.asarray(np.isfinite(truth_n).all(axis=1))
-    filtered = low_pass_stretches(truth_n, good, merged.rate_hz, causal=settings.causal)
-    believed = belief.forces(log.readings)
-    return corrected(
-        "true", log, belief, np.zeros(truth_n.shape), filtered - believed,
-        min_force_n=settings.window.min_force_n,
-    )  # fmt: skip
-
-
-def _by_estimates(
-    merged: Merged, belief: Belief, estimates: Estimates, min_force_n: float
-) -> Replayed:
-    scale = np.array([estimates[f"{name}.scale"] for name in belief.channels])
-    bias = np.array([estimates[f"{name}.bias"] for name in belief.channels])
-    gain = scale / belief.scale_n_per_count - 1.0
-    shape = merged.log.readings.shape
-    return corrected(
-        "baseline", merged.log, belief, np.broadcast_to(gain, shape),
-        np.broadcast_to(bias - belief.bias_n * (1.0 + gain), shape), min_force_n=min_force_n,
-    )  # fmt: skip
-
-
-def _judge(
-    method: str, name: str, ours: Replayed, against: Replayed | Reference, cycle: IntArray,
-    settled: BoolArray,
-) -> Judged:  # fmt: skip
-    found = errors_against(ours, against)
-    blank = np.where(settled, 1.0, np.nan)
-    cop, force = found.cop_m * blank[:, None], found.vgrf_n * blank
-    foot_cop = found.foot_cop_m * blank[:, None, None]
-    feet = foot_cop.shape[1]
-    one_by_one = np.concatenate([foot_cop[:, f] for f in range(feet)])
-    return Judged(
-        method,
-        name,
-        {
-            "cop": squares(cop),
-            "cop_x": squares(cop[:, 0]),
-            "cop_y": squares(cop[:, 1]),
-            "foot_cop": squares(foot_cop.reshape(-1, 2)),
-            "vgrf": squares(force),
-        },
-        {
-            "cop": squares_per_cycle(cop, cycle),
-            "foot_cop": squares_per_cycle(one_by_one, np.tile(cycle, feet)),
-            "vgrf": squares_per_cycle(force, cycle),
-        },
+def with_statistics(found: Comparison, rng: np.random.Generator) -> Comparison:
+    """The same with means and ratios over gait cycles, and how the parameters behave in time."""
+    per_cycle, ratios = over_cycles(found.judged, rng)
+    track, channels = found.memory.track, found.belief.channels
+    names = [f"{channel}.{kind}" for kind in ("gain", "bias") for channel in channels]
+    return replace(
+        found,
+        per_cycle=per_cycle,
+        ratios=ratios,
+        settling=tuple(settle(track, names)),
+        departures=tuple(departures(track, found.memory.rows.prior_sd)),
     )
-
-
-def _statistics(
-    judged: tuple[Judged, ...], rng: np.random.Generator
-) -> tuple[
-    dict[tuple[str, str, str], Interval], dict[tuple[str, str, str], tuple[Interval, float]]
-]:
-    per_cycle, ratios = {}, {}
-    for one in judged:
-        ours = next(j for j in judged if j.method == "memory" and j.reference == one.reference)
-        for quantity in ("cop", "foot_cop", "vgrf"):
-            series = one.cycles(quantity)
-            if not np.isfinite(series).any():
-                continue
-            key = (one.method, one.reference, quantity)
-            per_cycle[key] = bootstrap_mean(series, rng)
-            if one.method != "memory":
-                mine = ours.cycles(quantity)
-                ratios[key] = (bootstrap_ratio(mine, series, rng), paired_p(mine, series))
-    return per_cycle, ratios
 
 
 def _used(merged: Merged, memory: Memory) -> Validity:

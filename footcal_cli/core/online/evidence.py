@@ -117,62 +117,6 @@ def rms(values: FloatArray) -> float:
     return float(np.sqrt(finite.mean())) if finite.size else float("nan")
 
 
-@dataclass(frozen=True)
-class Squares:
-    """Sums of squared errors, from which those of parts of a walk add up.
-
-    Parameters
-    ----------
-    total
-        Sum of the squares, a number or of each gait cycle, shape (cycles,).
-    count
-        How many errors stand behind it, of the same shape.
-    """
-
-    total: FloatArray
-    count: FloatArray
-
-    @property
-    def rms(self) -> FloatArray:
-        """``√(total / count)``, NaN where nothing counts."""
-        with np.errstate(invalid="ignore"):
-            return np.asarray(np.sqrt(self.total / np.where(self.count > 0, self.count, np.nan)))
-
-    def __add__(self, other: Squares) -> Squares:
-        return Squares(self.total + other.total, self.count + other.count)
-
-    def widened(self, cycles: int) -> Squares:
-        """The same with room for so many gait cycles."""
-        more = (0, cycles - self.count.size)
-        return Squares(np.pad(self.total, more), np.pad(self.count, more))
-
-
-def squares(values: FloatArray) -> Squares:
-    """Of the finite errors, shape (n,), or of vectors, shape (n, k)."""
-    squared = values**2 if values.ndim == 1 else np.sum(values**2, axis=1)
-    finite = squared[np.isfinite(squared)]
-    return Squares(np.asarray(finite.sum()), np.asarray(float(finite.size)))
-
-
-def squares_per_cycle(errors: FloatArray, cycle: IntArray) -> Squares:
-    """Of each gait cycle.
-
-    Parameters
-    ----------
-    errors
-        Shape (n,) or (n, k); not finite ones do not count.
-    cycle
-        Number of the cycle of each sample, negative for none, shape (n,).
-    """
-    squared = errors**2 if errors.ndim == 1 else np.sum(errors**2, axis=1)
-    use = (cycle >= 0) & np.isfinite(squared)
-    count = int(cycle.max(initial=-1)) + 1
-    return Squares(
-        np.bincount(cycle[use], weights=squared[use], minlength=count).astype(float),
-        np.bincount(cycle[use], minlength=count).astype(float),
-    )
-
-
 def _picks(size: int, resamples: int, rng: np.random.Generator) -> Iterator[IntArray]:
     """Numbers of the cycles of every resample, some resamples at a time, shape (some, size)."""
     at_once = max(_MOST_PICKS // size, 1)
@@ -241,6 +185,8 @@ class Consistency:
         How many.
     worth
         Degrees of freedom of the band.
+    rows
+        Degrees of freedom of all updates together.
     """
 
     ratio: float
@@ -250,6 +196,32 @@ class Consistency:
     whiteness: float
     updates: int
     worth: float
+    rows: float
+
+    @classmethod
+    def joined(cls, parts: Sequence[Consistency]) -> Consistency:
+        """Of parts of a walk together; correlation across their ends does not count."""
+        known = [part for part in parts if part.rows]
+        if not known:
+            return parts[0]
+        rows = np.array([part.rows for part in known])
+        updates = np.array([part.updates for part in known])
+        worth = sum(part.worth for part in known)
+        return cls(
+            float(np.average([part.ratio for part in known], weights=rows)),
+            *_band(worth),
+            float(np.average([part.inside for part in known], weights=updates)),
+            float(np.average([part.whiteness for part in known], weights=updates)),
+            int(updates.sum()),
+            worth,
+            float(rows.sum()),
+        )
+
+
+def _band(worth: float) -> tuple[float, float]:
+    """95 % band of chi-squared over its degrees of freedom."""
+    low, high = (float(stats.chi2.ppf(q, worth)) / worth for q in (0.025, 0.975))
+    return low, high
 
 
 def check_consistency(track: Track, *, skip_s: float = 2.0) -> Consistency:
@@ -267,9 +239,9 @@ def check_consistency(track: Track, *, skip_s: float = 2.0) -> Consistency:
     total = float(dof.sum())
     if total == 0:
         nan = float("nan")
-        return Consistency(nan, nan, nan, nan, nan, 0, 0.0)
+        return Consistency(nan, nan, nan, nan, nan, 0, 0.0, 0.0)
     worth = total / autocorrelation_time(nis / dof - 1.0)
-    low, high = (float(stats.chi2.ppf(q, worth)) / worth for q in (0.025, 0.975))
+    low, high = _band(worth)
     lowest, highest = (np.asarray(stats.chi2.ppf(q, dof)) for q in (0.025, 0.975))
     normalised = (track.innovation / track.innovation_sd)[use, 0]
     normalised = normalised[np.isfinite(normalised)]
@@ -282,18 +254,55 @@ def check_consistency(track: Track, *, skip_s: float = 2.0) -> Consistency:
         whiteness=lagged,
         updates=int(use.sum()),
         worth=worth,
+        rows=total,
     )
 
 
-def repetition(
-    track: Track, phase: FloatArray, totals: int, *, skip_s: float = 5.0, known: bool = False
-) -> float:
-    """How much of the totals' error comes back in every gait cycle, as a factor of variance.
+@dataclass(frozen=True)
+class Repeats:
+    """What the totals' innovations add up to at each phase of the gait.
 
-    chi² over degrees of freedom of the innovations' means at each phase of the gait, all totals
-    together; 1 where that is no more than chance (95 %). An error that repeats is counted anew by
-    every cycle though it teaches nothing new: n cycles of it are worth one, which is what this
-    factor takes back.
+    Parameters
+    ----------
+    total, count
+        Sum of the normalised innovations, and how many they are, shape (totals, phases).
+    """
+
+    total: FloatArray
+    count: FloatArray
+
+    def __add__(self, other: Repeats) -> Repeats:
+        return Repeats(self.total + other.total, self.count + other.count)
+
+    def factor(self, unknowns: int | None = None) -> float:
+        """How much of the error comes back in every gait cycle, as a factor of variance.
+
+        chi² over degrees of freedom of the innovations' means at each phase of the gait, all
+        totals together; 1 where that is no more than chance (95 %). An error that repeats is
+        counted anew by every cycle though it teaches nothing new: n cycles of it are worth one,
+        which is what this factor takes back.
+
+        Parameters
+        ----------
+        unknowns
+            Given where errors of this walk are known to repeat: then chance is no excuse, and so
+            many unknowns have taken their part of what repeats, since a walk shows no more than
+            the phases of one cycle.
+        """
+        filled = self.count >= _LEAST_CYCLES
+        if not filled.any():
+            return 1.0
+        cycles = self.count[filled]
+        taken = 0 if unknowns is None else min(unknowns, cycles.size // 2)
+        found = float(np.sum(self.total[filled] ** 2 / cycles)) / (cycles.size - taken)
+        # n cycles of an error are at worst one: a larger factor would switch the rows off
+        found = min(found, float(np.median(cycles)))
+        by_chance = float(stats.chi2.ppf(_LEVEL, cycles.size)) / cycles.size
+        return max(found, 1.0) if unknowns is not None or found > by_chance else 1.0
+
+
+def repeats(track: Track, phase: FloatArray, totals: int, *, skip_s: float = 5.0) -> Repeats:
+    """Sum the totals' innovations at each phase of the gait.
 
     Parameters
     ----------
@@ -301,30 +310,24 @@ def repetition(
         Share of the gait cycle of each update, NaN where unknown, shape (u,).
     totals
         Number of rows of the whole robot.
-    known
-        That errors of this walk do repeat: then chance is no excuse, and the unknowns have taken
-        their part of what repeats, since a walk shows no more than the phases of one cycle.
+    skip_s
+        Left out at the start.
     """
     use = np.isfinite(phase) & (track.time_s - track.time_s[0] > skip_s)
-    values: list[float] = []
-    cycles: list[int] = []
+    total, count = np.zeros((totals, _PHASES)), np.zeros((totals, _PHASES))
     for k in range(totals):
         # one broken sample is no repetition
         normalised = np.clip(track.innovation[:, k] / track.innovation_sd[:, k], -_HUBER, _HUBER)
         good = use & np.isfinite(normalised)
         place = np.floor(phase[good] * _PHASES).astype(int)
-        count = np.bincount(place, minlength=_PHASES)
-        total = np.bincount(place, weights=normalised[good], minlength=_PHASES)
-        filled = count >= _LEAST_CYCLES
-        if filled.any():
-            cycles.extend(count[filled])
-            values.extend(total[filled] ** 2 / count[filled])
-    taken = min(len(track.names), len(values) // 2) if known else 0
-    found = float(np.sum(values)) / (len(values) - taken) if values else 1.0
-    # n cycles of an error are at worst one: a larger factor would switch the rows off
-    found = min(found, float(np.median(cycles))) if cycles else found
-    by_chance = float(stats.chi2.ppf(_LEVEL, len(values))) / len(values) if values else 1.0
-    return max(found, 1.0) if known or found > by_chance else 1.0
+        count[k] = np.bincount(place, minlength=_PHASES)
+        total[k] = np.bincount(place, weights=normalised[good], minlength=_PHASES)
+    return Repeats(total, count)
+
+
+def repetition(track: Track, phase: FloatArray, totals: int, *, known: bool = False) -> float:
+    """`Repeats.factor` of a track; `known`: errors of this walk do repeat."""
+    return repeats(track, phase, totals).factor(len(track.names) if known else None)
 
 
 @dataclass(frozen=True)
