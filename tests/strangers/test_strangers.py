@@ -14,7 +14,7 @@ from tests.strangers.trial import trial
 SAMPLE = (
     seen.semicolons_commas_units, seen.serial_with_typed_weights, seen.one_file_per_channel,
     seen.wrist_rpy_degrees, seen.bare_readings, third.netft_orientations, third.scalar_first,
-    third.mixed_unit_texts,
+    third.mixed_unit_texts, seen.cop_grid,
 )  # fmt: skip
 
 
