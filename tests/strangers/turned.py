@@ -64,7 +64,7 @@ def what_the_sensor_exerts(to: Path, rng: Rng) -> Made:
 
 
 def intrinsic_angles(to: Path, rng: Rng) -> Made:
-    made, wrench, rot = _wrist(rng)
+    _, wrench, rot = _wrist(rng)
     angles = Rotation.from_matrix(rot).as_euler("XYZ", degrees=True)
     body = rows(np.arange(len(rot)) * 0.01, *wrench.T, *angles.T)
     return Made([write(to / "arm.csv", [HEAD + "roll,pitch,yaw", *body])], says="attitude")
