@@ -13,6 +13,7 @@ from footcal_cli.core.hang.model import HangModel
 from footcal_cli.core.hang.runs import hang_runs
 from footcal_cli.core.inference.fit import numeric_jacobian
 from footcal_cli.core.parameters import Status
+from footcal_cli.errors import DataError
 from tests.core.six_axis_data import (
     AXES,
     COM_M,
@@ -287,3 +288,13 @@ def test_levels_that_differ_from_hold_to_hold_are_in_the_intervals() -> None:
     # without it every error would be three to six sd
     assert 0.8 < np.sqrt(np.mean(np.square(scores))) < 1.25
     np.testing.assert_allclose(np.mean(found, axis=0), drift, rtol=0.2)
+
+
+def test_rows_out_of_order_are_no_thousand_orientations() -> None:
+    rng = np.random.default_rng(0)
+    down = rng.choice([-1.0, 1.0], 3000)[:, None] * np.array([1.0, 0.0, 0.0])
+    log = hang_log(
+        "fl", np.arange(3000.0), np.zeros(3000), np.zeros((3000, 6)), down, leg_weight_n=6.0
+    )
+    with pytest.raises(DataError, match=r"leg fl changes [\d,]+ times in 3,000 rows"):
+        fit_hang([log])

@@ -18,7 +18,7 @@ from footcal_cli.core.inference.fit import Fit
 from footcal_cli.core.inference.reduction import SEEN, Reduced, triangle
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import Estimates, FloatArray
-from footcal_cli.errors import FitError
+from footcal_cli.errors import DataError, FitError
 
 MAX_ORDER = 3
 _MIN_NOISE_DOF = 60
@@ -26,6 +26,8 @@ _PHASE_CONDITION = 1e-4
 _NOISE_ROUNDS = 4
 _INERTIAL_ROUNDS = 2
 _LEVEL_ROUNDS = 6
+_MOST_RUNS, _FEWEST_ROWS = 200, 10
+"""More orientations than this, shorter than so many rows, are no log in which a robot hangs."""
 _TYPICAL_SD = np.array([1.0] * 3 + [0.1] * 3)
 _LEAST_NOISE = 1e-9  # of the weight: logs without any noise
 
@@ -175,6 +177,11 @@ def fit_hang(logs: Sequence[Log], options: HangOptions | None = None) -> HangFit
         asked.gravity_mps2,
     )
     samples = sum(run.wrench.shape[0] for run in runs)
+    if asked.tilt == "per_log" and len(runs) > max(_MOST_RUNS, samples // _FEWEST_ROWS):
+        raise DataError(
+            f"the orientation of leg {leg} changes {len(runs) - 1:,} times in {samples:,} rows",
+            remedy="put the rows in the order of their stamps; an orientation lasts many rows",
+        )
     references = (
         sum(float(run.temperature_degc.sum()) for run in runs) / samples,
         sum(float(run.time_s.sum()) for run in runs) / samples,
