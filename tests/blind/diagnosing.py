@@ -108,7 +108,7 @@ def _undrawn() -> Iterator[None]:
     with (
         mock.patch.object(bench_report, "_weights_pictures", return_value=()),
         mock.patch.object(hang_calib, "_pictures", return_value=()),
-        mock.patch.object(Picture, "drawn", return_value=Drawn(b"")),
+        mock.patch.object(Picture, "drawn", return_value=Drawn(b"", "")),
     ):
         yield
 
