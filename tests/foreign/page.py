@@ -18,6 +18,7 @@ _UNITS = {
     "shift": (1e3, "mm"),
 }  # fmt: skip
 _SURE = 5.0
+_ENOUGH = 5
 _HEAD = """# Calibrations in a foreign world
 
 Robots, estimators and rigs of `tests/foreign` share no code with footcal. Each seed is another
@@ -27,7 +28,7 @@ stamp lag, a fifth of the angular momentum missing, masses of links 2 % off, an 
 milliradians, 25 g under each cell, soles that roll, noise that drifts. Nothing here was tuned on
 these seeds.
 
-*Held* is the share of 95 % intervals that hold the truth, with its own 95 % interval over robots;
+*Held* is the share of 95 % intervals that hold the truth, with its own 95 % interval over five robots or more;
 *error / sd* is the root mean square, 1 where the stated sd is right. *Sure and wrong* counts runs
 with the verdict "good" and a value more than five sd off.
 
@@ -76,6 +77,12 @@ def _sure_and_wrong(one: Mapping[str, Any]) -> bool:
     return one.get("level") == "good" and worst > _SURE
 
 
+def _held(q: Mapping[str, float]) -> str:
+    """Coverage, with its interval where there are robots enough for one."""
+    reach = f" ± {100 * q['reach']:.0f}" if q["robots"] >= _ENOUGH else ""
+    return f"{100 * q['held']:.0f}{reach} %"
+
+
 def page_of(now: Summary, before: Summary) -> str:
     """The page in Markdown."""
     lines = []
@@ -86,8 +93,8 @@ def page_of(now: Summary, before: Summary) -> str:
             was = "–" if old is None else f"{100 * old['held']:.0f} % ({old['robots']:.0f})"
             lines.append(
                 f"| {task} | {name} | {q['robots']} | {factor * q['rms']:.3g} {unit} | "
-                f"{factor * q['sd']:.3g} {unit} | {q['ratio']:.2f} | {100 * q['held']:.0f} ± "
-                f"{100 * q['reach']:.0f} % | {was} |"
+                f"{factor * q['sd']:.3g} {unit} | {q['ratio']:.2f} | {_held(q)} | "
+                f"{was} |"
             )
     verdicts = [
         "",
@@ -118,6 +125,6 @@ What was mended:
 - `static-init` and `online-replay` keep what a calibration by `offline-fit` knew, instead of
   widening it by all that a data sheet leaves open.
 
-What is left: `hang-calib` at 6 s a turn does not know the leg's product of inertia. `--causal`
+What remains: `hang-calib` at 6 s a turn does not know the leg's product of inertia. `--causal`
 replays do not limit their band.
 """
