@@ -28,9 +28,9 @@ stamp lag, a fifth of the angular momentum missing, masses of links 2 % off, an 
 milliradians, 25 g under each cell, soles that roll, noise that drifts. Nothing here was tuned on
 these seeds.
 
-*Held* is the share of 95 % intervals that hold the truth, with its own 95 % interval over five robots or more;
-*error / sd* is the root mean square, 1 where the stated sd is right. *Sure and wrong* counts runs
-with the verdict "good" and a value more than five sd off.
+*Held* is the share of 95 % intervals that hold the truth, with its own 95 % interval over five
+robots or more; *error / sd* is the root mean square, 1 where the stated sd is right. *Sure and
+wrong* counts runs with the verdict "good" and a value more than five sd off.
 
 | command | quantity | robots | error (RMS) | stated sd | error / sd | held | held before |
 |---|---|---|---|---|---|---|---|
