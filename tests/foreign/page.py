@@ -125,6 +125,9 @@ What was mended:
 - `static-init` and `online-replay` keep what a calibration by `offline-fit` knew, instead of
   widening it by all that a data sheet leaves open.
 
-What remains: `hang-calib` at 6 s a turn does not know the leg's product of inertia. `--causal`
-replays do not limit their band.
+- `offline-fit`: the sd of few sessions is that whose Gaussian interval is as wide as Student's.
+
+What remains: forces without load from four repeats (`offline-fit`, zero) have three degrees of
+freedom, and intervals that take them for more. `hang-calib` at 6 s a turn does not know the leg's
+product of inertia. `--causal` replays do not limit their band.
 """
