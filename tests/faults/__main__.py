@@ -20,7 +20,7 @@ from tests.faults.relations import relation_jobs
 from tests.faults.running import forget_broken, load_package, outcomes
 from tests.faults.world_relations import world_relations
 
-SLOW = frozenset({"pose", "walk", "stream_ladder", "placements_ladder"})
+SLOW = frozenset({"pose", "walk", "stream_ladder", "placements_ladder", "diagnose_walk", "batch"})
 """Base cases that take many seconds."""
 
 
