@@ -283,7 +283,12 @@ def _body(table: Table, robot: Robot) -> list[Finding]:
     for foot in feet:
         if f"{foot}_foot_yaw_rad" in table:
             name = f"{foot}_foot_yaw_rad"
-            found += body_stream.check_heading(time_s, table.number(name), name)
+            yaw = table.number(name)
+            heading = body_stream.check_heading(time_s, yaw, name)
+            if not heading and {"left", "right"} <= set(feet):
+                left, right = (at[feet.index(side)] for side in ("left", "right"))
+                heading = body_stream.check_heading_across(yaw, left, right, name)
+            found += heading
         if f"{foot}_foot_qw" in table:
             columns = [f"{foot}_foot_q{a}" for a in "xyzw"]
             # a link's frame may point anywhere, as transducer_rotation_rpy_rad then says

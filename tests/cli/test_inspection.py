@@ -14,7 +14,12 @@ import pytest
 from footcal_cli import columns
 from footcal_cli.columns import TableType
 from footcal_cli.commands import option_tables
-from footcal_cli.core.body_stream import check_acceleration, check_overlap, check_quaternions
+from footcal_cli.core.body_stream import (
+    check_acceleration,
+    check_heading_across,
+    check_overlap,
+    check_quaternions,
+)
 from footcal_cli.core.plausibility import check_shares
 from footcal_cli.inspection import inspect, inspect_record
 from footcal_cli.recipe import Recipe, Robot, read_recipe
@@ -326,3 +331,16 @@ def test_weights_on_a_foot_against_the_calibration_of_its_cells(
     forces = scale * counts * np.array(turn) + bias
     found = check_shares(forces, cells, load * table.number("load_n"), calibrated=True)
     assert [f.code for f in found] == codes
+
+
+@pytest.mark.parametrize(("looks", "degrees", "found"), [(0.15, False, 0), (0.15, True, 1),
+                                                         (2.0, False, 0)])  # fmt: skip
+def test_headings_lie_across_the_line_from_foot_to_foot(
+    looks: float, degrees: bool, found: int
+) -> None:
+    """Steps of 5 cm with feet 10 cm apart turn that line by half a radian to either side."""
+    step = 0.05 * np.sin(np.arange(200) / 7.0)
+    ahead, aside = (np.array([np.cos(a), np.sin(a), 0.0]) for a in (looks, looks + np.pi / 2))
+    left, right = (np.outer(s * step, ahead) + s * 0.05 * aside for s in (1.0, -1.0))
+    yaw = np.full(200, np.degrees(looks) if degrees else looks)
+    assert len(check_heading_across(yaw, left, right, "left_foot_yaw_rad")) == found
