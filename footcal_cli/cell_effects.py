@@ -4,13 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from footcal_cli.core.chain import Chain, Link, link
-from footcal_cli.core.effects import find_effect
-from footcal_cli.core.effects.cells import TEMPERATURE_REFERENCE_DEGC
-from footcal_cli.core.effects.contract import Stage
+from footcal_cli.core.effects import calibration_of, find_effect
+from footcal_cli.core.effects.cells import (
+    TEMPERATURE_BIAS,
+    TEMPERATURE_REFERENCE_DEGC,
+    TEMPERATURE_SCALE,
+)
+from footcal_cli.core.effects.contract import Stage, Trait
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.streams import SensorStream
 from footcal_cli.core.parameters import FloatArray
@@ -45,6 +50,8 @@ class Undone:
         What could not be undone exactly adds to the belief, shape (c,).
     findings
         What was assumed.
+    state
+        What the stream leaves in effects with a memory, for what follows it.
     """
 
     stream: SensorStream
@@ -52,6 +59,7 @@ class Undone:
     gain_sd: FloatArray
     bias_sd_n: FloatArray
     findings: tuple[Finding, ...] = ()
+    state: Mapping[int, Any] | None = None
 
 
 def without_cell_effects(
@@ -59,6 +67,7 @@ def without_cell_effects(
     record: ParametersRecord,
     robot: Robot,
     temperature_degc: FloatArray | None = None,
+    state: Mapping[int, Any] | None = None,
 ) -> Undone:
     """The counts that cells without the effects of a calibration would have shown.
 
@@ -70,13 +79,15 @@ def without_cell_effects(
     ----------
     temperature_degc
         Of the stream's rows, shape (n,).
+    state
+        Of what came before, where the stream is a piece of a longer one.
 
     Raises
     ------
     UsageError
         The calibration contains an effect that needs what a stand or a walk never records.
     """
-    chain = Chain((link(find_effect("scale_bias"), stream.channels),))
+    chain = Chain((link(calibration_of(stream.channels), stream.channels),))
     rows, count = len(stream.time_s), len(stream.channels)
     believed = cells_in_feet(robot)
     places = np.concatenate(believed)
@@ -88,7 +99,7 @@ def without_cell_effects(
     links = []
     for item in record.effects:
         effect = find_effect(item.effect)
-        if effect.name == "scale_bias" or effect.stage in (Stage.BODY, Stage.TRANSPORT):
+        if Trait.CALIBRATION in effect.traits or effect.stage in (Stage.BODY, Stage.TRANSPORT):
             continue
         lacking = set(effect.needs) - set(log.known) - {"temperature_degc"}
         if lacking:
@@ -115,7 +126,7 @@ def without_cell_effects(
     for one in links:
         extended = extended.with_link(one)
     good = np.asarray(np.isfinite(stream.readings).all(axis=1))
-    truth, _ = extended.remove(log.with_readings(np.nan_to_num(stream.readings)), values)
+    truth, left = extended.remove(log.with_readings(np.nan_to_num(stream.readings)), values, state)
     shown, _ = chain.apply(truth, values)
     moved = truth.known["cell_pos_m"][0] if rows else places
     edges = np.cumsum([len(foot) for foot in believed])[:-1]
@@ -125,6 +136,7 @@ def without_cell_effects(
         gain_sd,
         bias_sd_n,
         findings,
+        left,
     )
 
 
@@ -151,7 +163,7 @@ def temperature_doubt(
     """Sd of gains and biases (N) where the temperature is not known to within ± `half_k`."""
     per_kelvin = [
         [abs(values.get(f"{channel}.{name}", 0.0)) for channel in channels]
-        for name in ("temperature_scale", "temperature_bias")
+        for name in (TEMPERATURE_SCALE.size.name, TEMPERATURE_BIAS.size.name)
     ]
     gain, bias = half_k * np.array(per_kelvin)
     return gain, bias

@@ -91,9 +91,9 @@ def text_table(path: Path, layout: Layout, texts: Collection[str]) -> tuple[pd.D
         frame = pd.read_csv(
             io.StringIO("".join(line.rstrip("\r\n") + "\n" for line in lines)),
             sep=r"\s+" if layout.separator == BLANKS else layout.separator,
-            decimal=layout.decimal, header=None, names=wanted, index_col=False,
-            dtype=dict.fromkeys(texts, str), skipinitialspace=True, low_memory=False,
-            skip_blank_lines=False,
+            decimal=layout.decimal, thousands=layout.thousands or None, header=None,
+            names=wanted, index_col=False, dtype=dict.fromkeys(texts, str),
+            skipinitialspace=True, low_memory=False, skip_blank_lines=False,
         )  # fmt: skip
     except (pd.errors.ParserError, pd.errors.EmptyDataError, csv.Error) as error:
         raise unreadable(path, error) from None
@@ -141,7 +141,8 @@ def decoded(path: Path, layout: Layout) -> str:
 
 def _lines(path: Path, layout: Layout) -> tuple[list[str], list[int], str | None]:
     """Lines of rows, their numbers from 1, and the header's line."""
-    kept, numbers = [], []
+    kept: list[str] = []
+    numbers: list[int] = []
     header: str | None = None
     skip = layout.skip_rows
     below = layout.skip_below
@@ -149,6 +150,8 @@ def _lines(path: Path, layout: Layout) -> tuple[list[str], list[int], str | None
     for number, line in enumerate(decoded(path, layout).splitlines(), start=1):
         if layout.comment and line.lstrip().startswith(layout.comment):
             continue
+        if layout.until and kept and line.startswith(layout.until):
+            break
         if skip:
             skip -= 1
         elif waits:

@@ -18,7 +18,9 @@ class Place(Frozen):
     Just the name of the file's column, or a table: `column` is its name, `unit` that of its
     numbers, `factor` what they are multiplied by (−1 turns a sign), `format` that of dates as
     strptime has it (``%d.%m.%Y %H:%M:%S.%f``), `pattern` a regular expression whose first group is
-    the value in a cell (``Reading: 8347750``), `names` translates texts. Instead of `column`, a
+    the value in a cell (``Reading: 8347750``) and whose group ``unit``, if any, is that value's own
+    unit, `nanoseconds` the column beside one of whole seconds, `names` translates texts. Instead of
+    `column`, a
     `value` holds for every row, and `file_name` is a regular expression whose first group in the
     file's name does.
     """
@@ -30,6 +32,7 @@ class Place(Frozen):
     pattern: str | None = None
     format: str | None = None
     factor: float | None = None
+    nanoseconds: str = ""
     names: dict[str, str] = Field(default_factory=dict)
 
     @model_validator(mode="after")
@@ -38,8 +41,16 @@ class Place(Frozen):
         if sum(sources) != 1:
             raise ValueError("give one of column, value and file_name")
         for text in (self.pattern, self.file_name):
-            if text is not None and _expression(text).groups != 1:
+            if text is None:
+                continue
+            found = _expression(text)
+            with_unit = text is self.pattern and found.groupindex.get("unit") == 2
+            if found.groups != 1 + with_unit:
                 raise ValueError(f"'{text}' needs exactly one group in round brackets")
+            if with_unit and self.unit is None:
+                raise ValueError("a pattern that finds units needs the unit they become: unit")
+        if self.nanoseconds and not self.column:
+            raise ValueError("nanoseconds stand beside a column of whole seconds")
         return self
 
     def foreign(self) -> ForeignColumn:
@@ -74,9 +85,11 @@ class FileSpec(Frozen):
 
     `match` is a pattern of file names (``press_*.csv``); the first entry that matches a log counts.
     `separator` is one character, ``tab`` or ``space`` (any run of blanks); `decimal` a point or a
-    comma; `encoding` that of the text. Lines that begin with `comment` are left out, then
-    `skip_rows` lines; a line of names follows unless `header` is false; `names` replaces it;
-    `skip_below` lines of units and the like stand below it. `line` is a regular expression with
+    comma, `thousands` the sign between groups of three digits; `encoding` that of the text. Lines
+    that begin with `comment` are left out, then `skip_rows` lines; a line of names follows unless
+    `header` is false; `names` replaces it;
+    `skip_below` lines of units and the like stand below it; the table ends above a line that begins
+    with `until`. `line` is a regular expression with
     named groups for texts without fields: each line it is found in is a row; `carried` is one for
     lines whose groups hold for the rows below. `rate_hz` counts rows where there are no stamps.
     `columns` are the files' own, before ``[columns]``. `wide` makes one row of the file into one
@@ -86,12 +99,14 @@ class FileSpec(Frozen):
     match: str = "*"
     separator: str = ","
     decimal: Literal[".", ","] = "."
+    thousands: Literal["", ".", ",", "'", " ", "\u00a0", "\u202f"] = ""
     encoding: str = "utf-8"
     comment: str = ""
     skip_rows: int = Field(default=0, ge=0)
     header: bool = True
     names: tuple[str, ...] = ()
     skip_below: int = Field(default=0, ge=0)
+    until: str = ""
     line: str = ""
     carried: str = ""
     rate_hz: float | None = Field(default=None, gt=0)
@@ -104,6 +119,8 @@ class FileSpec(Frozen):
     def _readable(self) -> Self:
         if len(self.separator) != 1 and self.separator not in _SEPARATORS:
             raise ValueError("separator is one character, 'tab' or 'space'")
+        if self.thousands == self.decimal:
+            raise ValueError("thousands and decimal are the same character")
         if self.decimal == self.separator:
             raise ValueError("separator and decimal are the same character")
         try:
@@ -122,7 +139,7 @@ class FileSpec(Frozen):
         return Layout(
             _SEPARATORS.get(self.separator, self.separator), self.decimal, self.encoding,
             self.comment, self.skip_rows, self.header, self.names, self.skip_below, self.line,
-            self.carried,
+            self.carried, self.thousands, self.until,
         )  # fmt: skip
 
 

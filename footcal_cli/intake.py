@@ -12,11 +12,18 @@ from footcal_cli.cell_effects import cells_in_feet, without_cell_effects
 from footcal_cli.columns import TableType, body_table, cells_table, six_axis_feet_table
 from footcal_cli.core.body_stream import check_overlap
 from footcal_cli.core.chain import Chain, Link, link
-from footcal_cli.core.effects import find_effect
+from footcal_cli.core.effects import calibration_of, find_effect
 from footcal_cli.core.effects.calibration import AXES
+from footcal_cli.core.effects.contract import Trait
 from footcal_cli.core.experiments.walk import reference_of
 from footcal_cli.core.log import Log
-from footcal_cli.core.online.belief import Belief, belief_from, nameplate
+from footcal_cli.core.online.belief import (
+    BIAS_SD_N,
+    GAIN_SD,
+    Belief,
+    belief_from,
+    nameplate,
+)
 from footcal_cli.core.online.streams import (
     BodyStream,
     Merged,
@@ -40,6 +47,8 @@ if TYPE_CHECKING:
 
 _MOST_ROWS = 600
 """Of a recording, to see whether cells are exchanged: neighbours tell the same."""
+_DRIFT_SHARE = 0.005
+"""What a cell's zero may move by, of the robot's weight, since it was calibrated."""
 _AXIS_COLUMNS = ("fx_n", "fy_n", "fz_n", "tx_nm", "ty_nm", "tz_nm")
 
 
@@ -116,8 +125,8 @@ def read_recordings(
             if six_axis
             else robot.cell_names
         )
-        stream = _sensor_stream(table, channels, feet if six_axis else (), robot.adc.lost_reading)
-        motion = _body_stream(body, feet) if body is not None else _no_body(stream, len(feet))
+        stream = sensor_stream_of(table, channels, feet if six_axis else (), robot.adc.lost_reading)
+        motion = body_stream_of(body, feet) if body is not None else _no_body(stream, len(feet))
         if six_axis:
             merged = _merge_six_axis(stream, motion, robot, rule, experiment)
             if session.parameters is not None:
@@ -151,7 +160,7 @@ def read_recordings(
                     body.path.name if body.path != table.path else "its body stream",
                 )
             )  # fmt: skip
-        session.note(_wiring(merged, belief, experiment))
+        session.note(wiring_of(merged, belief, experiment))
         found.append(
             Recording(
                 merged, belief, feet, table.path.name, body is None,
@@ -180,7 +189,7 @@ def _pairs(
     return sensors, [bodies[i] for i in kept] if bodies else []
 
 
-def _wiring(merged: Merged, belief: Belief | None, experiment: str) -> list[Finding]:
+def wiring_of(merged: Merged, belief: Belief | None, experiment: str) -> list[Finding]:
     """Cells that are exchanged and, of a walk, copied or frozen; transducers that are turned."""
     log = merged.log
     if belief is None:
@@ -230,11 +239,12 @@ def without_transducer_effects(log: Log, record: ParametersRecord) -> Log:
 
     Offsets stay in: the walk or the stand finds them.
     """
-    offsets = Chain((link(find_effect("offset"), log.channels),))
+    offsets = Chain((link(calibration_of(log.channels), log.channels),))
     extended = offsets
     for item in record.effects:
-        if item.effect != "offset":
-            extended = extended.with_link(Link(find_effect(item.effect), dict(item.owners)))
+        effect = find_effect(item.effect)
+        if Trait.CALIBRATION not in effect.traits:
+            extended = extended.with_link(Link(effect, dict(item.owners)))
     if len(extended.links) == 1:
         return log
     values = {name: parameter.value for name, parameter in record.parameters.items()}
@@ -249,7 +259,7 @@ def prior_belief(
 ) -> Belief:
     """What is believed of the cells: an earlier calibration, or the nameplate.
 
-    A bench calibration is widened by the nameplate's spread: mounting a cell moves scale and zero.
+    An earlier calibration is widened: mounting a cell moves scale and zero, and so do days.
     """
     plate = robot.nameplate
     if record is not None:
@@ -258,7 +268,9 @@ def prior_belief(
             record.value(f"{channel}.bias")
         return belief_from(
             estimates_of(record), channels,
-            least_gain_sd=plate.scale_relative_sd, least_bias_sd_n=plate.bias_sd_n,
+            least_gain_sd=plate.mounted_scale_relative_sd or min(plate.scale_relative_sd, GAIN_SD),
+            least_bias_sd_n=plate.mounted_bias_sd_n
+            or min(plate.bias_sd_n, max(BIAS_SD_N, _DRIFT_SHARE * (robot.weight_n or 0.0))),
         )  # fmt: skip
     if plate.scale_n_per_count is None:
         raise UsageError(
@@ -272,9 +284,10 @@ def prior_belief(
     )
 
 
-def _sensor_stream(
+def sensor_stream_of(
     table: Table, channels: tuple[str, ...], feet: tuple[str, ...], lost: float | None
 ) -> SensorStream:
+    """Readings of cells or, where `feet` are named, of their transducers; lost ones are NaN."""
     columns = (
         [f"{foot}_{axis}" for foot in feet for axis in _AXIS_COLUMNS]
         if feet
@@ -286,7 +299,8 @@ def _sensor_stream(
     return SensorStream(table.number("time_s"), readings, channels)
 
 
-def _body_stream(table: Table, feet: tuple[str, ...]) -> BodyStream:
+def body_stream_of(table: Table, feet: tuple[str, ...]) -> BodyStream:
+    """The body's columns; what a log may lack is zero or None."""
     n = len(table)
 
     def triple(pattern: str) -> FloatArray:

@@ -29,6 +29,18 @@ def is_long(path: Path) -> bool:
     return path.is_file() and path.stat().st_size >= LONG_BYTES
 
 
+def rows_about(path: Path) -> float | None:
+    """About how many rows a file has; None where only reading it would tell."""
+    if is_parquet(path):
+        return float(parquet_file(path).metadata.num_rows)
+    if path.suffix.lower() != ".csv":
+        return None
+    with path.open("rb") as stream:
+        head = stream.read(2**16)
+    lines = head.count(b"\n")
+    return path.stat().st_size * lines / len(head) if lines else None
+
+
 def raw_pieces(
     path: Path, names: Sequence[str], texts: Collection[str]
 ) -> Iterator[Mapping[str, RawColumn]]:

@@ -26,11 +26,14 @@ class ForeignColumn:
     file_name
         Regular expression; what its first group finds in the file's name, for every row.
     pattern
-        Regular expression; what its first group finds in a cell (``Reading: 8347750 g``).
+        Regular expression; what its first group finds in a cell (``Reading: 8347750 g``). A group
+        called ``unit`` finds the unit of each number, which is converted to `unit`.
     format
         Of dates and times, as ``strptime`` has it.
     factor
         Numbers are multiplied by it (−1 where a sign is the other way round).
+    nanoseconds
+        Another column of the file: nanoseconds beside the whole seconds of `column`.
     names
         Texts of the file -> footcal's.
     """
@@ -42,6 +45,7 @@ class ForeignColumn:
     pattern: str | None = None
     format: str | None = None
     factor: float | None = None
+    nanoseconds: str = ""
     names: Mapping[str, str] = field(default_factory=dict)
 
     @property
@@ -60,6 +64,10 @@ class Layout:
         One character between fields, or `BLANKS`.
     decimal
         Decimal point or comma.
+    thousands
+        Sign between groups of three digits; empty for none.
+    until
+        The table ends above a line that begins so; empty where it ends with the file.
     encoding
         Of the text.
     comment
@@ -90,6 +98,8 @@ class Layout:
     skip_below: int = 0
     line: str = ""
     carried: str = ""
+    thousands: str = ""
+    until: str = ""
 
     @property
     def plain(self) -> bool:

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from copy import copy
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -25,6 +26,7 @@ from footcal_cli.gates import gated, merged
 from footcal_cli.inspection import inspect, inspect_record, over_pieces
 from footcal_cli.longfiles import is_long
 from footcal_cli.outcome import Outcome
+from footcal_cli.progress import Advance, bar
 from footcal_cli.read_as import in_units_of_readings, record_of
 from footcal_cli.recipe import CommandOptions, Recipe, read_recipe, validated
 from footcal_cli.records.files import read_record
@@ -144,6 +146,35 @@ class Session(Generic[Options]):
         self.reference = None if path is None else read_calibration(path)
         if path is not None:
             self.inputs[shown(path)] = digest(path)
+
+    def part(
+        self, logs: Sequence[Path], parameters: Path | None, options: Options
+    ) -> Session[Options]:
+        """The same run with other logs, options and, if given, another calibration to start from.
+
+        What it reads counts as read by this run; its findings are its own.
+        """
+        other = copy(self)
+        other.request = replace(self.request, logs=tuple(logs))
+        other.options = options
+        other._taken, other._left_aside = set(), {}
+        other._noted, other._read_before = [], {}
+        if parameters is not None:
+            other.parameters = read_calibration(parameters)
+            self.inputs[shown(parameters)] = digest(parameters)
+        return other
+
+    def refuse_unread(self) -> None:
+        """Refuse a run with a LOG that was none of the kinds that the command reads.
+
+        Raises
+        ------
+        DataError
+            Why the first such log was not read.
+        """
+        for path, refusal in self._left_aside.items():
+            if path not in self._taken:
+                raise refusal
 
     def _reference_path(self) -> Path | None:
         """The calibration that gates compare with; the recipe's lies relative to the recipe."""
@@ -282,16 +313,25 @@ class Session(Generic[Options]):
             remedy=f"name a LOG on the command line or '{role}' in [data]",
         )  # fmt: skip
 
+    def only_log(self, table: TableType, role: str | None = None) -> Path | None:
+        """The one log of a role that has the table's columns; None where none or several do."""
+        paths = self.paths(role or table.name)
+        if self.request.logs:
+            files = [path for path in paths if path.is_file()]
+            refusals = {p: refusal_of(p, table, self.recipe.reading(p)) for p in files}
+            paths = [path for path in files if refusals[path] is None]
+        return paths[0] if len(paths) == 1 else None
+
     def pieces(self, table: TableType, role: str | None = None) -> Iterator[Table]:
         """As `read_required`, one log after another; a single long log some rows at a time."""
-        paths = self.paths(role or table.name)
-        if len(paths) != 1 or not is_long(paths[0]):
+        path = self.only_log(table, role)
+        if path is None or not is_long(path):
             yield from self.read_required(table, role)
             return
-        self._taken.add(paths[0])
-        reading, robot = self.recipe.reading(paths[0]), self.recipe.robot
+        self._taken.add(path)
+        reading, robot = self.recipe.reading(path), self.recipe.robot
         rows, said = 0, []
-        for piece in read_pieces(paths[0], table, reading, gravity_mps2=robot.gravity_mps2):
+        for piece in read_pieces(path, table, reading, gravity_mps2=robot.gravity_mps2):
             self._keep(piece, rows)
             said.append(inspect(piece, table, robot))
             rows += len(piece)
@@ -324,18 +364,20 @@ class Session(Generic[Options]):
             yield
         self.timings_s[name] = round(time.perf_counter() - began, 4)
 
-    def progress(self, items: Iterable[Item], description: str, total: int) -> Iterable[Item]:
-        """Iterate with a progress bar on a terminal, quietly in a pipe."""
-        from rich.progress import track
+    @contextmanager
+    def counted(self, name: str, unit: str, total: float | None) -> Iterator[Advance]:
+        """As `step`; a terminal shows how much is done, how fast, and the time left."""
+        began = time.perf_counter()
+        with bar(self.console, name, unit, total) as advance:
+            yield advance
+        self.timings_s[name] = round(time.perf_counter() - began, 4)
 
-        return track(
-            items,
-            description,
-            total=total,
-            console=self.console,
-            disable=not self.console.is_terminal,
-            transient=True,
-        )
+    def progress(self, items: Iterable[Item], description: str, total: int) -> Iterator[Item]:
+        """Iterate with a progress bar on a terminal, quietly in a pipe."""
+        with bar(self.console, description, "", total) as advance:
+            for item in items:
+                yield item
+                advance(1)
 
     def note(self, findings: Iterable[Finding]) -> None:
         """Keep findings for the report, whoever made them; `finish` merges them with its own."""
@@ -365,9 +407,7 @@ class Session(Generic[Options]):
         DataError
             A LOG was none of the kinds that the command reads.
         """
-        for path, refusal in self._left_aside.items():
-            if path not in self._taken:
-                raise refusal
+        self.refuse_unread()
         outcome = replace(
             outcome, report=_with_findings(outcome.report, map(FindingRecord.of, self._noted))
         )

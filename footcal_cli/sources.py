@@ -15,7 +15,7 @@ from footcal_cli.canonical import canonical
 from footcal_cli.columns import Column
 from footcal_cli.errors import DataError, UsageError, nearest
 from footcal_cli.logfiles import RawColumn, column_names, raw_columns
-from footcal_cli.reading import ForeignColumn, Join, Reading
+from footcal_cli.reading import ForeignColumn, Join, Layout, Reading
 
 _TIME = Column("time_s", "time stamp")
 _TIMES = ("time_s", "time_ms", "time_us", "time_ns")
@@ -55,6 +55,7 @@ def source_columns(
     """
     own = set(column_names(path, reading.layout))
     wanted = {p.column for p in places.values() if p.in_file}
+    wanted |= {p.nanoseconds for p in places.values() if p.nanoseconds}
     here = sorted(wanted & own) or [column_names(path, reading.layout)[0]]
     as_text = {
         p.column for name, p in places.items() if name in texts or p.pattern or p.names
@@ -70,7 +71,9 @@ def source_columns(
     found = {}
     for name, place in places.items():
         if place.in_file:
-            found[name] = _cell(raw[place.column], place, path)
+            found[name] = _cell(raw[place.column], place, reading, path)
+            if place.nanoseconds:
+                found[name] = _with_nanoseconds(found[name], raw[place.nanoseconds], place, path)
         elif place.value is None and place.file_name is None:
             assert reading.rate_hz is not None, "only counted time has no source"
             count = np.arange(rows, dtype=np.float64)
@@ -100,7 +103,21 @@ def _constant(value: str | float, rows: int, lines: NDArray[np.int64] | None) ->
     return RawColumn(kind, filled, np.zeros(rows, dtype=bool), lines)
 
 
-def _cell(raw: RawColumn, place: ForeignColumn, path: Path) -> RawColumn:
+def _with_nanoseconds(
+    whole: RawColumn, rest: RawColumn, place: ForeignColumn, path: Path
+) -> RawColumn:
+    """Whole seconds and the nanoseconds beside them as one stamp in integer nanoseconds."""
+    for raw, column in ((whole, place.column), (rest, place.nanoseconds)):
+        if raw.kind != "number" or raw.values.dtype.kind not in "iu":
+            raise DataError(
+                "holds no whole numbers of seconds or nanoseconds", file=path, column=column,
+                remedy="take `nanoseconds` out of [columns]",
+            )  # fmt: skip
+    stamps = whole.values.astype(np.int64) * 10**9 + rest.values.astype(np.int64)
+    return replace(whole, kind="stamp", values=stamps, empty=whole.empty | rest.empty)
+
+
+def _cell(raw: RawColumn, place: ForeignColumn, reading: Reading, path: Path) -> RawColumn:
     """A column of the file, what its pattern finds in each cell, its texts by footcal's names."""
     if raw.kind != "text" or not (place.pattern or place.names):
         return raw
@@ -120,8 +137,43 @@ def _cell(raw: RawColumn, place: ForeignColumn, path: Path) -> RawColumn:
                     remedy="correct `pattern` in [columns]",
                 )  # fmt: skip
             said = found.group(1)
+            if place.unit and "unit" in looked_for.groupindex:
+                said = _plain_number(said, reading.layout)
+                words.append(_in_unit(said, found["unit"] or "", place, raw.row(at), path))
+                continue
+            if re.fullmatch(r"[-+]?[\d.,' ]+", said):
+                said = _plain_number(said, reading.layout)
         words.append(place.names.get(said, said))
     return replace(raw, values=np.array(words, dtype=object))
+
+
+def _plain_number(said: str, layout: Layout) -> str:
+    """A number as it is written in a file, with a decimal point and nothing between thousands."""
+    if layout.thousands:
+        said = said.replace(layout.thousands, "")
+    return said.replace(layout.decimal, ".")
+
+
+def _in_unit(said: str, unit: str, place: ForeignColumn, row: str, path: Path) -> object:
+    """A number with its own unit, in the unit of its column."""
+    from footcal_cli.units import conversion
+
+    try:
+        value = float(said)
+        if unit == "":
+            if value != 0.0:
+                raise UsageError("a number without a unit", remedy=f"write it in {place.unit}")
+            return value
+        change = conversion(unit, place.unit or "", 1.0)
+        if change.weighed:
+            raise UsageError("a mass among forces", remedy="write all of them in one unit")
+        return change.slope * value
+    except (ValueError, UsageError) as error:
+        problem = error.problem if isinstance(error, UsageError) else "not a number"
+        raise DataError(
+            problem, file=path, column=place.column, row=row, value=f"{said} {unit}".strip(),
+            remedy="correct the cell, or `pattern` in [columns]",
+        ) from None  # fmt: skip
 
 
 def _joined(

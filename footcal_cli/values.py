@@ -20,6 +20,8 @@ EXACT = 2**53
 """Integers up to here are exact as float64."""
 _DAY_NS = 86_400 * 10**9
 _TRUE_AND_FALSE = {"true": 1.0, "false": 0.0}
+HEXADECIMAL = r"0[xX][0-9A-Fa-f]{1,12}"
+"""A register of a converter as it was printed."""
 _ISO = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d")
 _ZONE = re.compile(r"(?:Z|[+-]\d\d:?\d\d)$")
 
@@ -92,7 +94,8 @@ def stamps(
     if _ISO.match(str(words[int(np.argmin(raw.empty))]).strip()) is None:
         return None
     _refuse("no stamp", raw.empty, raw, spec, name, None, path)
-    trimmed = pd.Series([str(word).strip() for word in words])
+    # ISO 8601 has the decimal comma too, pandas has not
+    trimmed = pd.Series([str(word).strip().replace(",", ".") for word in words])
     zoned = np.array([_ZONE.search(word) is not None for word in trimmed])
     if zoned.any():
         _refuse("a stamp without time zone among others", ~zoned, raw, spec, name, None, path)
@@ -151,6 +154,8 @@ def _parsed(raw: RawColumn, spec: Column, name: str, unit: str | None, path: Pat
         words = words.map(lambda word: _TRUE_AND_FALSE.get(str(word).lower(), word))
     if path.suffix.lower() in {".parquet", ".pq"}:
         _refuse("text, not a number", ~raw.empty, raw, spec, name, unit, path)
+    if words.dropna().str.fullmatch(HEXADECIMAL).all():
+        words = words.map(lambda word: int(word, 16), na_action="ignore")
     parsed = pd.to_numeric(words, errors="coerce")
     bad = np.asarray(parsed.isna().to_numpy() & ~raw.empty)
     _refuse("not a number", bad, raw, spec, name, unit, path)

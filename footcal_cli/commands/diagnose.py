@@ -23,6 +23,9 @@ from footcal_cli.commands.options import (
 from footcal_cli.recipe import CommandOptions
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from footcal_cli.commands.parts.diagnose_groups import Group
     from footcal_cli.core.effects.contract import Effect
     from footcal_cli.session import Outcome, Session
 
@@ -94,10 +97,15 @@ def diagnose(
 
         typer.echo(explained(explain))
         raise typer.Exit
+    from footcal_cli.commands.parts.diagnose_groups import groups_of
+
+    groups = groups_of(logs or ())
+    if len(groups) == 1:  # a folder is its logs
+        experiment, parameters = groups[0].kind, parameters or groups[0].parameters
     session = begin(
         "diagnose",
         DiagnoseOptions,
-        logs=logs,
+        logs=[path for group in groups for path in group.logs] or logs,
         recipe=recipe,
         parameters=parameters,
         out=out,
@@ -113,7 +121,16 @@ def diagnose(
         between=tuple(between) if between else None,
         after=after,
     )
+    if len(groups) > 1:
+        raise typer.Exit(session.finish(_diagnose_together(session, groups)))
     raise typer.Exit(session.finish(_planned(session) if plan else _diagnose(session)))
+
+
+def _diagnose_together(session: Session[DiagnoseOptions], groups: Sequence[Group]) -> Outcome:
+    from footcal_cli.commands.parts.diagnose_joint import diagnosed_together
+
+    session.refuse_missing_logs("")
+    return diagnosed_together(session, groups, _table(session))
 
 
 def _planned(session: Session[DiagnoseOptions]) -> Outcome:

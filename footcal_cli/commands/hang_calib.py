@@ -44,13 +44,15 @@ class HangCalibOptions(CommandOptions):
     """``[hang_calib]`` of a recipe.
 
     `orientation_of` says whose axis the log's orientation names: the transducer's own, or the
-    body's (a transducer turned by π about z then reads −x in a log called ``+x``).
+    body's (a transducer turned by π about z then reads −x in a log called ``+x``). `tilt` is one
+    per named orientation (`per_log`), one of the sensor on its `mount`, or none; where nothing is
+    said it is `mount` if the log has a measured attitude, else `per_log`.
     """
 
     method: Literal["joint", "stepwise", "naive"] = "joint"
     order: int | None = Field(default=None, ge=0, le=8)
     max_order: int = Field(default=3, ge=0, le=8)
-    tilt: Literal["per_log", "mount", "none"] = "per_log"
+    tilt: Literal["per_log", "mount", "none"] | None = None
     tilt_sd_rad: float = Field(default=0.2, gt=0)
     orientation_of: Literal["transducer", "body"] = "transducer"
     leg_weight_n: float = Field(default=0.0, ge=0)
@@ -112,6 +114,7 @@ def _calibrate(session: Session[HangCalibOptions]) -> Outcome:
     session.refuse_missing_logs("hang")
     from footcal_cli.columns import hang_table
     from footcal_cli.commands.parts.hang_logs import leg_logs
+    from footcal_cli.core.hang.joint import fit_hang
     from footcal_cli.core.hang.runs import hang_runs
     from footcal_cli.core.plausibility import check_leg_weights
     from footcal_cli.records.results import RmseRecord
@@ -121,8 +124,9 @@ def _calibrate(session: Session[HangCalibOptions]) -> Outcome:
 
     options = session.options
     with session.step("read"):
+        tables = session.read_required(hang_table())
         logs, rejected = leg_logs(
-            session.read_required(hang_table()),
+            tables,
             session.recipe,
             options.orientation_of,
             options.leg_weight_n,
@@ -130,16 +134,18 @@ def _calibrate(session: Session[HangCalibOptions]) -> Outcome:
         )
         runs = {leg: hang_runs(log)[0] for leg, log in logs.items()}
     with session.step("fit"):
-        fits = _joint(session, logs)
-        session.note(
-            hanging_axes(logs, runs, fits, asked_of(options, session.recipe.robot.gravity_mps2))
-        )
+        asked = asked_of(
+            options, session.recipe.robot.gravity_mps2,
+            measured=not any("orientation" in table for table in tables),
+        )  # fmt: skip
+        fits = {leg: fit_hang(log, asked) for leg, log in logs.items()}
+        session.note(hanging_axes(logs, runs, fits, asked))
     others: dict[str, dict[str, StepwiseFit]] = {}
     if options.compare or options.method != "joint":
         with session.step("compare"):
             others = _others(session, logs)
     residuals = sheets.residuals_by_stage(fits, others, runs, options.method)
-    pictures = _pictures(fits, runs, residuals)
+    pictures = _pictures(fits, runs, residuals, others.get(options.method))
     rmse = RmseRecord(rows=sheets.rmse_rows(residuals), rejected=rejected)
     chosen: Mapping[str, Estimates] = (
         {leg: fit.estimates for leg, fit in fits.items()}
@@ -153,20 +159,20 @@ def _calibrate(session: Session[HangCalibOptions]) -> Outcome:
     return Outcome(
         report=Report(
             title=f"Hanging calibration of {session.recipe.robot.name}",
-            verdict=sheets.verdict(fits, residuals),
+            verdict=sheets.verdict(fits, residuals, options.method),
             pictures=pictures,
             sheets=(
-                sheets.parameter_sheet(fits),
-                sheets.com_sheet(fits),
+                sheets.parameter_sheet(chosen),
+                sheets.com_sheet(chosen),
                 *sheets.method_sheets(fits, others),
                 sheets.noise_sheet(fits),
             ),
-            findings=sheets.findings(fits),
+            findings=sheets.findings(fits, runs),
             footer=sheets.footer(options.method),
         ),
         rmse=rmse,
         parameters=_parameters(session, chosen, logs),
-        usable=all(fit.fit.converged for fit in fits.values()),
+        usable=options.method != "joint" or all(fit.fit.converged for fit in fits.values()),
     )
 
 
@@ -190,21 +196,16 @@ def hanging_axes(
     return found
 
 
-def _joint(session: Session[HangCalibOptions], logs: Mapping[str, list[Log]]) -> dict[str, HangFit]:
-    from footcal_cli.core.hang.joint import fit_hang
-
-    asked = asked_of(session.options, session.recipe.robot.gravity_mps2)
-    return {leg: fit_hang(log, asked) for leg, log in logs.items()}
-
-
-def asked_of(options: HangCalibOptions, gravity_mps2: float) -> HangOptions:
-    """What the core is asked to fit."""
+def asked_of(
+    options: HangCalibOptions, gravity_mps2: float, *, measured: bool = False
+) -> HangOptions:
+    """What the core is asked to fit; `measured` where the attitude was, not named."""
     from footcal_cli.core.hang.joint import HangOptions
 
     return HangOptions(
         order=options.order,
         max_order=options.max_order,
-        tilt=options.tilt,
+        tilt=options.tilt or ("mount" if measured else "per_log"),
         tilt_sd_rad=options.tilt_sd_rad,
         temperature=options.temperature,
         drift=options.drift,
@@ -236,7 +237,9 @@ def _pictures(
     fits: Mapping[str, HangFit],
     runs: Mapping[str, Sequence[HangRun]],
     residuals: Mapping[str, Mapping[str, FloatArray]],
+    own: Mapping[str, StepwiseFit] | None,
 ) -> tuple[Picture, ...]:
+    """Figures of the method that was asked for: `own`, or the joint fit where None."""
     from footcal_cli.core.hang.binned import binned_com
     from footcal_cli.plots.hang import plot_com, plot_residuals, plot_tilts
     from footcal_cli.report import Picture
@@ -249,20 +252,26 @@ def _pictures(
             title="Residuals",
         ),
     ]  # fmt: skip
+    shown: Mapping[str, HangFit | StepwiseFit] = own or fits
     if any(fit.model.order > 0 for fit in fits.values()):
-        binned = {leg: binned_com(fit, runs[leg]) for leg, fit in fits.items()}
+        binned = {leg: binned_com(fit, runs[leg]) for leg, fit in shown.items()}
         pictures.append(
             Picture(
-                "leg_com", lambda: plot_com(fits, binned),
+                "leg_com", lambda: plot_com(shown, binned),
                 "Leg CoM in the transducer frame against the shaft angle: dots are medians over "
-                "cycles with quartiles, the line is the fitted series, its band 95 %.",
+                "cycles, dark the quartiles, light 95 % of the cycles; dashed the fitted series.",
                 title="Leg CoM against shaft angle",
             )
         )  # fmt: skip
-    if any(fit.model.tilt != "none" for fit in fits.values()):
+    tilted = own is None or any(fit.turn_rad.any() for fit in own.values())
+    if tilted and any(fit.model.tilt != "none" for fit in fits.values()):
+        directions = {
+            leg: fit.gravity_dir_t if own is None else own[leg].gravity_dir_t(runs[leg])
+            for leg, fit in fits.items()
+        }
         pictures.append(
             Picture(
-                "orientations", lambda: plot_tilts(fits),
+                "orientations", lambda: plot_tilts(fits, directions),
                 "Where gravity really pointed in each orientation, seen along the named axis: what "
                 "all legs share is the robot's tilt, where they differ it is the mounting.",
                 title="Direction of gravity in each orientation",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -25,8 +26,6 @@ from footcal_cli.recipe import CommandOptions, Frozen, metres
 
 if TYPE_CHECKING:
     from footcal_cli.core.online.comparison import Comparison
-    from footcal_cli.core.online.noise import Noise
-    from footcal_cli.core.parameters import Estimates, FloatArray
     from footcal_cli.intake import Recording
     from footcal_cli.session import Outcome, Session
 
@@ -56,7 +55,8 @@ class NoiseOptions(Frozen):
 class OnlineReplayOptions(CommandOptions):
     """``[online_replay]`` of a recipe.
 
-    `compare` runs all methods; `sensitivity` scales every setting of them, with `compare` unless
+    `picture_span_s` says which part of the walk the figures show, from its first sample. `compare`
+    runs all methods; `sensitivity` scales every setting of them, with `compare` unless
     it is said.
     """
 
@@ -69,6 +69,8 @@ class OnlineReplayOptions(CommandOptions):
     update_hz: float = Field(default=20.0, gt=0)
     window_s: float = Field(default=0.5, gt=0)
     foot_length_m: float = Field(default=0.16, gt=0)
+    force_weight: float | None = Field(default=None, gt=0)
+    cop_weight: float | None = Field(default=None, gt=0)
     smooth_weight: float | None = Field(default=None, gt=0)
     states: tuple[str, ...] = (
         "robot.delay",
@@ -83,6 +85,7 @@ class OnlineReplayOptions(CommandOptions):
     noise: NoiseOptions = NoiseOptions()
     compare: bool = False
     sensitivity: bool | None = None
+    picture_span_s: tuple[float, float] | None = None
     baseline: str | None = None
     truth: str | None = None
     max_cop_rmse_mm: float | None = Field(default=None, gt=0)
@@ -170,6 +173,7 @@ def _replay(session: Session[OnlineReplayOptions]) -> Outcome:
     from footcal_cli.core.online.streams import MergeRule
     from footcal_cli.errors import UsageError
     from footcal_cli.intake import read_recordings
+    from footcal_cli.walk_length import is_long_walk
 
     options = session.options
     rule = MergeRule(
@@ -179,6 +183,10 @@ def _replay(session: Session[OnlineReplayOptions]) -> Outcome:
         largest_acc_mps2=options.largest_acceleration_mps2,
         min_force_n=options.min_force_n,
     )
+    if _in_parts(options) and is_long_walk(session):
+        from footcal_cli.commands.parts.long_replay import replay_long
+
+        return replay_long(session, rule)
     with session.step("read"):
         recordings = read_recordings(session, rule, "walk")
     if len(recordings) > 1:
@@ -195,60 +203,50 @@ def _replay(session: Session[OnlineReplayOptions]) -> Outcome:
     return _cells(session, recordings[0])
 
 
+def _in_parts(options: OnlineReplayOptions) -> bool:
+    """Whether a long walk may run in parts; what compares methods or spans needs all of it."""
+    whole = options.compare or options.sensitivity or options.picture_span_s is not None
+    return options.method == "memory" and not whole
+
+
 def _cells(session: Session[OnlineReplayOptions], recording: Recording) -> Outcome:
     import numpy as np
+    import pandas as pd
 
     from footcal_cli.commands.parts.feet_parameters import feet_parameters
-    from footcal_cli.core.experiments.walk import channel_contact
-    from footcal_cli.core.online.comparison import Settings, compare
-    from footcal_cli.core.online.memory import MemoryOptions, memory_estimates
-    from footcal_cli.core.online.noise import starting_noise
-    from footcal_cli.core.online.window import WindowRule
+    from footcal_cli.commands.parts.replay_settings import baseline_of, settings_of, truth_of
+    from footcal_cli.core.online.comparison import compare
+    from footcal_cli.core.online.memory import memory_estimates
+    from footcal_cli.core.online.windows import QUIET_S
+    from footcal_cli.errors import DataError
     from footcal_cli.records.results import FindingRecord
     from footcal_cli.report import Report
     from footcal_cli.session import Outcome
     from footcal_cli.sheets import walk as sheets
     from footcal_cli.sheets.streams import stream_findings
-    from footcal_cli.tables import write_parquet_pieces
+    from footcal_cli.tables import write_parquet, write_parquet_pieces
 
     options, merged, belief = session.options, recording.merged, recording.belief
     assert belief is not None
-    weight_n = session.recipe.robot.weight_n or 53.0
-    idle = channel_contact(merged.log) == 0.0
-    start = starting_noise(merged.raw * np.abs(belief.scale_n_per_count), idle, weight_n)
-    noise, learn = _noise(options, start)
-    every = max(round(merged.rate_hz / options.update_hz), 1)
-    settings = Settings(
-        memory=MemoryOptions(
-            states=options.states,
-            plate=options.hanging_plate,
-            swing=options.swing_rows,
-            noise=noise,
-            learnt=learn,
-            samples_per_update=every,
-            align=options.align_delay,
-        ),
-        window=WindowRule(
-            samples=max(round(options.window_s * merged.rate_hz), every),
-            every=every,
-            foot_length_m=options.foot_length_m,
-        ),
-        others=_others(options),
-        smooth_weight=options.smooth_weight,
-        causal=options.causal,
-        min_force_n=options.min_force_n,
-    )
-    truth_n, baseline = _truth(session, merged.log.time_s, belief.channels), _baseline(session)
+    settings = settings_of(options, merged, belief, session.recipe.robot.weight_n or 53.0)
+    truth_n, baseline = truth_of(session, merged.log.time_s, belief.channels), baseline_of(session)
     with session.step("replay"):
         found: Comparison = compare(
             merged, belief, settings, truth_n=truth_n, baseline=baseline,
             rng=np.random.default_rng(session.request.seed),
         )  # fmt: skip
+    if options.method not in found.replayed:
+        raise DataError(
+            f"method '{options.method}' takes its weights from standing still, and this log starts "
+            f"with less than {QUIET_S} s of it",
+            remedy="record half a second of standing before the first step, or give force_weight "
+            "and cop_weight in [online_replay]",
+        )
     with session.step("evidence"):
         wanted = options.compare if options.sensitivity is None else options.sensitivity
         curves = found.sensitivity() if wanted else []
-    pictures = sheets.pictures_of(found, curves, session.recipe.robot)
-    rmse = sheets.rmse_of(found, options.method)
+    pictures = sheets.pictures_of(found, curves, session.recipe.robot, options.picture_span_s)
+    rmse = sheets.rmse_of(found)
     estimates = (
         memory_estimates(found.memory, belief)
         if options.method == "memory"
@@ -259,6 +257,11 @@ def _cells(session: Session[OnlineReplayOptions], recording: Recording) -> Outco
     def write(path: Path) -> None:
         write_parquet_pieces(sheets.frames_of(found), path)
 
+    extra: dict[str, Callable[[Path], None]] = {}
+    if curves:
+        extra["sensitivity.parquet"] = lambda path: write_parquet(
+            pd.DataFrame(sheets.sensitivity_frame(curves)), path
+        )
     return Outcome(
         report=Report(
             title=f"Walking calibration of {session.recipe.robot.name}, {recording.name}",
@@ -270,7 +273,7 @@ def _cells(session: Session[OnlineReplayOptions], recording: Recording) -> Outco
         ),
         rmse=rmse,
         parameters=feet_parameters(session, estimates),
-        files={"replay.parquet": write},
+        files={"replay.parquet": write, **extra},
         stage=options.method,
         reference=found.best_reference,
     )
@@ -307,56 +310,3 @@ def _six_axis(session: Session[OnlineReplayOptions], recording: Recording) -> Ou
         parameters=feet_parameters(session, found.estimates),
         files={"replay.parquet": lambda path: write_parquet(sheets.frame_of(found), path)},
     )
-
-
-def _others(options: OnlineReplayOptions) -> tuple[str, ...]:
-    """The papers' methods that run: all to compare, else the one that was asked for."""
-    methods = ("window", "static")
-    return methods if options.compare else tuple(m for m in methods if m == options.method)
-
-
-def _noise(options: OnlineReplayOptions, start: Noise) -> tuple[Noise, tuple[str, ...]]:
-    """The recipe's noise where it gives one, and the names of what is to be learnt."""
-    from dataclasses import replace
-
-    from footcal_cli.core.online.tuning import LEARNT
-
-    given = {k: v for k, v in options.noise.model_dump().items() if v is not None}
-    return replace(start, **given), tuple(name for name in LEARNT if name not in given)
-
-
-def _truth(
-    session: Session[OnlineReplayOptions], time_s: FloatArray, channels: tuple[str, ...]
-) -> FloatArray | None:
-    """True cell forces at the samples, from --truth or ``[data]``; None where there are none."""
-    import numpy as np
-
-    from footcal_cli.columns import truth_table
-    from footcal_cli.core.signals import interpolate_stream
-    from footcal_cli.tables import read_table
-
-    given = session.options.truth
-    if given is None and not (session.recipe.data.get("truth") and not session.request.logs):
-        return None
-    path = Path(given) if given is not None else session.recipe.data_paths("truth")[0]
-    table = read_table(
-        path, truth_table(channels), {}, gravity_mps2=session.recipe.robot.gravity_mps2
-    )
-    session.inputs[path.name] = table.digest
-    stamps = table.number("time_s")
-    values = table.numbers([f"{channel}_n" for channel in channels])
-    longest = 5.0 * float(np.median(np.diff(stamps)))
-    merged, good = interpolate_stream(stamps, values, time_s, max_gap_s=longest)
-    return np.where(good[:, None], merged, np.nan)
-
-
-def _baseline(session: Session[OnlineReplayOptions]) -> Estimates | None:
-    from footcal_cli.intake import estimates_of
-    from footcal_cli.session import read_calibration
-
-    if session.options.baseline is None:
-        return None
-    path = Path(session.options.baseline)
-    if not path.is_absolute() and session.recipe.path is not None and not path.is_file():
-        path = session.recipe.path.parent / path
-    return estimates_of(read_calibration(path))

@@ -118,8 +118,10 @@ def _cells(session: Session[StaticInitOptions], recordings: Sequence[Recording])
         next_menu,
         standing_findings,
     )
+    from footcal_cli.core.online.weighed import weighed_standing
     from footcal_cli.core.stance_curve import stance_curve
     from footcal_cli.core.static_init import fit_static, stance_errors, stance_rows
+    from footcal_cli.records.results import FindingRecord
     from footcal_cli.report import Report
     from footcal_cli.session import Outcome
     from footcal_cli.sheets import stand as sheets
@@ -141,12 +143,17 @@ def _cells(session: Session[StaticInitOptions], recordings: Sequence[Recording])
         errors = stance_errors(rows, belief, weight_n)
         curve = stance_curve(rows, belief, weight_n)
         menu = next_menu(recordings, quiet, rows, weight_n)
+        total = np.array([name == "fz" for name in rows.output])
+        weighed = weighed_standing(
+            rows.h[total], rows.error[total], rows.sd[total],
+            rows.prior_information, weight_n, robot.mass_kg or 1.0,
+        )  # fmt: skip
     estimates = fit.estimates
     rmse = sheets.rmse_of(errors, quiet)
     return Outcome(
         report=Report(
             title=f"Standing calibration of {robot.name}",
-            verdict=sheets.verdict_of(fit, errors, menu),
+            verdict=sheets.verdict_of(fit, errors, menu, weighed),
             pictures=_pictures(fit, rows, errors, curve),
             sheets=(
                 sheets.beliefs_sheet(
@@ -163,7 +170,10 @@ def _cells(session: Session[StaticInitOptions], recordings: Sequence[Recording])
                 *((sheets.curve_sheet(curve),) if curve else ()),
                 sheets.stances_sheet(errors, rows.effective_samples),
             ),
-            findings=standing_findings(recordings, (fit.chi2, fit.dof)),
+            findings=(
+                *standing_findings(recordings, (fit.chi2, fit.dof)),
+                *map(FindingRecord.of, weighed.findings()),
+            ),
             footer=(
                 "Model: Σ(1 + γ)F⁰ + β per cell against weight and projected CoM (NAO CoP "
                 "self-calibration, eqs. 12, "

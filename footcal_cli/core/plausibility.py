@@ -173,7 +173,7 @@ def check_supported(error_n: FloatArray, weight_n: float, where: str) -> list[Fi
         return []
     return [
         Finding(
-            "total_force_off_weight", "alarm", where,
+            "forces_off_weight", "alarm", where,
             f"the forces miss the {weight_n:.4g} N that they carry by {off:.4g} N (median)",
             "check the unit of the forces in [columns], mass_kg in [robot] and that the "
             "calibration is of this robot",

@@ -8,17 +8,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from footcal_cli.core.chain import Link, chain_of
-from footcal_cli.core.effects import find_effect
+from footcal_cli.core.effects import find_effect, having
 from footcal_cli.core.effects.calibration import AXES
+from footcal_cli.core.effects.contract import Trait
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray, Status
 from footcal_cli.core.spatial import rotation_exp
 from footcal_cli.errors import UsageError
 from footcal_cli.records.results import ParametersRecord
 
-MOUNTING = ("mount_translation", "mount_rotation")
-GAINS = ("scale_matrix", "axis_flip")
-LINEAR = (*MOUNTING, *GAINS, "cross_coupling")
+MOUNTING = having(Trait.MOUNTING)
+GAINS = having(Trait.AXIS_GAIN)
+LINEAR = having(Trait.LINEAR)
 """Effects that are a matrix between true and shown wrench."""
 
 
@@ -163,7 +164,7 @@ class Calibration:
             )  # fmt: skip
         return self.nominal[name]
 
-    def matrix(self, name: str, effects: Sequence[str]) -> FloatArray:
+    def matrix(self, name: str, effects: Collection[str]) -> FloatArray:
         """True wrench = matrix · (reading − offset) by some of `LINEAR`, shape (6, 6)."""
         links = [
             Link(find_effect(item.effect), dict(item.owners))
@@ -174,7 +175,7 @@ class Calibration:
         if self.mounted(name):  # pose-calib keeps the mounting as parameters of its own
             links += [
                 Link(find_effect(effect), {name: (name,)})
-                for effect in MOUNTING
+                for effect in sorted(MOUNTING)
                 if effect in effects and effect not in here
             ]
         shown = Log(
@@ -184,13 +185,13 @@ class Calibration:
         values = {key: parameter.value for key, parameter in self.record.parameters.items()}
         return chain_of(links).remove(shown, values)[0].readings.T
 
-    def beyond(self, names: Sequence[str], held: Sequence[str]) -> tuple[str, ...]:
+    def beyond(self, names: Sequence[str], held: Collection[str]) -> tuple[str, ...]:
         """What a consumer loses of the named sensors that holds only some effects."""
         lost = []
         for item in self.record.effects:
             members = {member for owner in item.owners.values() for member in owner}
             of = sorted({m.split(".")[0] for m in members} & set(names))
-            if of and item.effect not in (*held, "offset", "scale_bias"):
+            if of and item.effect not in {*held, *having(Trait.CALIBRATION)}:
                 lost.append(f"{item.effect} of {', '.join(of)} is not in this file")
         if not set(MOUNTING) <= set(held):
             mounted = [name for name in names if self.mounted(name)]

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from footcal_cli.exporters.contract import Calibration, Exported, head, number, only
+from footcal_cli.exporters.contract import MOUNTING, Calibration, Exported, head, number, only
 from footcal_cli.exporters.poses import rpy_of
 
 
@@ -28,7 +28,7 @@ def export(calibration: Calibration, names: Mapping[str, str]) -> Exported:
     name, theirs = only(names, "mc_rtc")
     hung, place, turn = calibration.load(name), calibration.place(name), calibration.turn(name)
     com_parent_m = place.position_m + place.rotation @ turn @ hung.com_m
-    warnings = list(calibration.beyond([name], ("mount_rotation", "mount_translation")))
+    warnings = list(calibration.beyond([name], MOUNTING))
     if calibration.shift_m(name).any():
         shown = ", ".join(f"{1e3 * x:.2f}" for x in calibration.shift_m(name))
         warnings.append(

@@ -11,8 +11,8 @@ from footcal_cli.formats.contract import Clock, Stream
 READERS = {
     ".bag": "bags", ".db3": "bags", ".mcap": "mcap_files", ".c3d": "c3d", ".mot": "opensim",
     ".sto": "opensim", ".mat": "matlab", ".h5": "hdf5", ".hdf5": "hdf5", ".hdf": "hdf5",
-    ".jsonl": "lines", ".ndjson": "lines", ".csv": "logs", ".tsv": "logs", ".txt": "logs",
-    ".parquet": "logs", ".pq": "logs",
+    ".jsonl": "lines", ".ndjson": "lines", ".json": "lines", ".csv": "logs", ".tsv": "logs",
+    ".txt": "logs", ".parquet": "logs", ".pq": "logs",
 }  # fmt: skip
 """Suffix -> module of this room."""
 

@@ -1,4 +1,4 @@
-"""JSON lines: one object a line, nested objects as dotted names."""
+"""JSON: one object a line or a list of objects, nested objects as dotted names."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import json
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 import numpy as np
 
@@ -94,11 +94,24 @@ def _kind(value: object) -> str:
     return "whole" if isinstance(value, int) else "number"
 
 
+def _each(stream: TextIO) -> Iterator[str]:
+    """Lines, or the objects of a document that is one list, as a line each."""
+    first = stream.readline()
+    if not first.lstrip().startswith("["):
+        yield first
+        yield from stream
+        return
+    try:
+        yield from map(json.dumps, json.loads(first + stream.read()))
+    except (json.JSONDecodeError, TypeError):
+        yield first  # refused as the line that it is
+
+
 def _objects(path: Path) -> Iterator[tuple[int, dict[str, Any], list[str]]]:
     opener = gzip.open if path.suffix == ".gz" else open
     try:
         with opener(path, "rt", encoding="utf-8-sig") as stream:
-            for number, line in enumerate(stream, start=1):
+            for number, line in enumerate(_each(stream), start=1):
                 if not line.strip():
                     continue
                 try:

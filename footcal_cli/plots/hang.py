@@ -9,6 +9,7 @@ import numpy as np
 
 from footcal_cli.core.hang.binned import BinnedCom
 from footcal_cli.core.hang.joint import HangFit
+from footcal_cli.core.hang.stepwise import StepwiseFit
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.spatial import tangent_basis
 from footcal_cli.plots.style import AFTER, BEFORE, CELL_COLOURS, REFERENCE, new_figure, tidy
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
 _VIOLIN_POINTS = 100
 _VIOLIN_SAMPLES = 3000
 _AXES = (("fx", "N"), ("fy", "N"), ("fz", "N"), ("tx", "Nm"), ("ty", "Nm"), ("tz", "Nm"))
+_SEEN_MM = 50.0
+"""A fitted CoM known worse than this is not drawn."""
 _SHOWN = {"before": BEFORE, "after": AFTER}
 
 
@@ -62,8 +65,8 @@ def plot_residuals(residuals: Mapping[str, Mapping[str, FloatArray]]) -> Figure:
     return figure
 
 
-def plot_com(fits: Mapping[str, HangFit], binned: Mapping[str, BinnedCom]) -> Figure:
-    """CoM of every leg against the shaft angle, data and fitted series."""
+def plot_com(fits: Mapping[str, HangFit | StepwiseFit], binned: Mapping[str, BinnedCom]) -> Figure:
+    """CoM of every leg against the shaft angle: bands of the data, and the fitted series."""
     across = min(3, len(fits))
     down = int(np.ceil(len(fits) / across))
     figure = new_figure(2.6 * down + 0.5)
@@ -72,19 +75,20 @@ def plot_com(fits: Mapping[str, HangFit], binned: Mapping[str, BinnedCom]) -> Fi
     for i, (leg, fit) in enumerate(fits.items()):
         axes = grid[i // across][i % across]
         data = binned[leg]
-        com, sd = 1e3 * fit.com_t_m(phase), 1e3 * fit.com_sd_m(phase)
+        com = 1e3 * fit.com_t_m(phase)
+        seen = isinstance(fit, StepwiseFit) or 1e3 * fit.com_sd_m(phase).max(axis=0) < _SEEN_MM
         for a, name in enumerate("xyz"):
             colour = CELL_COLOURS[a]
-            axes.fill_between(
-                data.phase_rad, 1e3 * data.low_m[:, a], 1e3 * data.high_m[:, a],
-                color=colour, alpha=0.25, linewidth=0,
-            )  # fmt: skip
-            axes.plot(data.phase_rad, 1e3 * data.median_m[:, a], "o", color=colour, markersize=2.5)
-            if sd[:, a].max() < 50.0:
+            for low, high, alpha in (
+                (data.low95_m, data.high95_m, 0.15),
+                (data.low_m, data.high_m, 0.35),
+            ):
                 axes.fill_between(
-                    phase, com[:, a] - 1.96 * sd[:, a], com[:, a] + 1.96 * sd[:, a],
-                    color=colour, alpha=0.35, linewidth=0,
+                    data.phase_rad, 1e3 * low[:, a], 1e3 * high[:, a],
+                    color=colour, alpha=alpha, linewidth=0,
                 )  # fmt: skip
+            axes.plot(data.phase_rad, 1e3 * data.median_m[:, a], "o", color=colour, markersize=2.5)
+            if np.broadcast_to(seen, 3)[a]:
                 axes.plot(phase, com[:, a], "--", color=REFERENCE, linewidth=0.9)
             axes.plot([], [], color=colour, linewidth=3, label=name)
         axes.set_xticks([0, np.pi, 2 * np.pi], ["0", "π", "2π"])
@@ -101,8 +105,16 @@ def plot_com(fits: Mapping[str, HangFit], binned: Mapping[str, BinnedCom]) -> Fi
     return figure
 
 
-def plot_tilts(fits: Mapping[str, HangFit]) -> Figure:
-    """Where gravity really pointed in each orientation, seen along the named axis."""
+def plot_tilts(fits: Mapping[str, HangFit], gravity_dir_t: Mapping[str, FloatArray]) -> Figure:
+    """Where gravity pointed in each orientation, seen along the named axis.
+
+    Parameters
+    ----------
+    fits
+        For the names and nominal directions of the orientations.
+    gravity_dir_t
+        Leg -> the direction that the shown method found, shape (L, 3).
+    """
     first = next(iter(fits.values()))
     count = min(len(first.model.log_labels()), 4)
     figure = new_figure(2.9, width_in=2.3 * count + 0.8)
@@ -118,7 +130,7 @@ def plot_tilts(fits: Mapping[str, HangFit]) -> Figure:
             at = labels.index(label)
             basis = tangent_basis(fit.model.nominal_dir_t[at])
             basis = basis * np.sign(basis[np.argmax(np.abs(basis), axis=0), [0, 1]])
-            lean = np.rad2deg(basis.T @ fit.gravity_dir_t[at])
+            lean = np.rad2deg(basis.T @ gravity_dir_t[leg][at])
             widest = max(widest, float(np.abs(lean).max()))
             axes.plot(*lean, "o", color=CELL_COLOURS[i % len(CELL_COLOURS)], markersize=5,
                       label=leg.upper())  # fmt: skip

@@ -11,7 +11,6 @@ from footcal_cli.core.online.comparison import Comparison
 from footcal_cli.core.online.evidence import SETTLING_S
 from footcal_cli.core.online.filter import Track
 from footcal_cli.core.online.jumps import Jump
-from footcal_cli.core.online.replay import Replayed
 from footcal_cli.core.online.sensitivity import Sensitivity
 from footcal_cli.core.parameters import BoolArray, FloatArray
 from footcal_cli.plots.style import (
@@ -43,19 +42,42 @@ _MOST_CURVES = 6
 _MOST_DOTS = 20_000
 
 
-def _excerpt(found: Comparison) -> BoolArray:
-    """The last seconds, where every method has settled."""
+def _excerpt(found: Comparison, span_s: tuple[float, float] | None) -> BoolArray:
+    """Samples within a span from the first one; else the last seconds, where all have settled."""
     time_s = found.merged.log.time_s
-    return np.asarray((time_s >= time_s[-1] - _SHOWN_S - 1.0) & (time_s <= time_s[-1] - 1.0))
+    low, high = (time_s[-1] - _SHOWN_S - 1.0, time_s[-1] - 1.0)
+    if span_s is not None:
+        low, high = (time_s[0] + edge for edge in span_s)
+    rows = np.asarray((time_s >= low) & (time_s <= high))
+    return rows if rows.any() else np.ones(time_s.size, dtype=bool)
 
 
-def plot_cop(found: Comparison, methods: Sequence[str], truth: Replayed | None) -> Figure:
-    """CoP x and y over the last seconds, as seed 1's Figs. 10, 12, 14, and the errors beside."""
+def _drawn_reference(found: Comparison) -> tuple[str, FloatArray, FloatArray]:
+    """What the methods are judged against, drawn in black: its name, CoP (n, 2) and force (n,)."""
+    if found.best_reference == "motion":
+        return "demanded by the motion", found.reference.cop_m, found.reference.fz_n
+    kind = {"truth": "true", "baseline": "baseline"}[found.best_reference]
+    name = {"truth": "truth", "baseline": "offline calibration"}[found.best_reference]
+    one = found.replayed[kind].total
+    return name, one.cop_m, one.fz_n
+
+
+def plot_cop(
+    found: Comparison, methods: Sequence[str], span_s: tuple[float, float] | None = None
+) -> Figure:
+    """CoP x and y, as seed 1's Figs. 10, 12, 14, and the errors beside.
+
+    Parameters
+    ----------
+    methods
+        Drawn in colour over what they are judged against.
+    span_s
+        From and to, s from the first sample; None: the last seconds.
+    """
     figure = new_figure(4.2)
-    rows = _excerpt(found)
+    rows = _excerpt(found, span_s)
     time_s = found.merged.log.time_s[rows]
-    reference = found.reference.cop_m if truth is None else truth.total.cop_m
-    label = "demanded by the motion" if truth is None else "truth"
+    label, reference, _ = _drawn_reference(found)
     panels = figure.subplots(2, 2, sharex=True)
     for (left, right), axis, name in zip(panels, (0, 1), "xy", strict=True):
         com = found.merged.log.known["com_m"][rows, axis]
@@ -76,14 +98,15 @@ def plot_cop(found: Comparison, methods: Sequence[str], truth: Replayed | None) 
     return figure
 
 
-def plot_vgrf(found: Comparison, methods: Sequence[str], truth: Replayed | None) -> Figure:
-    """Total vertical force over the last seconds, as seed 1's Figs. 11, 13, 15."""
+def plot_vgrf(
+    found: Comparison, methods: Sequence[str], span_s: tuple[float, float] | None = None
+) -> Figure:
+    """Total vertical force, as seed 1's Figs. 11, 13, 15; parameters as `plot_cop`."""
     figure = new_figure(3.0)
     axes = figure.subplots()
-    rows = _excerpt(found)
+    rows = _excerpt(found, span_s)
     time_s = found.merged.log.time_s[rows]
-    reference = found.reference.fz_n if truth is None else truth.total.fz_n
-    label = "demanded by the motion" if truth is None else "truth"
+    label, _, reference = _drawn_reference(found)
     axes.plot(time_s, reference[rows], color=REFERENCE, linewidth=2.2, label=label)
     for method in methods:
         force = found.replayed[method].total.fz_n[rows]
@@ -235,29 +258,34 @@ def plot_innovations(track: Track, outputs: Sequence[str]) -> Figure:
 
 
 def plot_sensitivity(curves: Sequence[tuple[str, Sensitivity]]) -> Figure:
-    """CoP error as one setting is scaled by 0.2 … 5, all others kept; those that matter most."""
-    figure = new_figure(3.2)
-    panels = figure.subplots(1, 2, sharey=True)
-    for axes, method in zip(panels, ("window", "memory"), strict=True):
+    """CoP and force error as one setting is scaled by 0.2 … 5; the settings that matter most."""
+    methods = [m for m in ("window", "memory") if any(m == method for method, _ in curves)]
+    figure = new_figure(5.0)
+    grid = figure.subplots(2, len(methods), sharey="row", sharex=True, squeeze=False)
+    for column, method in zip(grid.T, methods, strict=True):
         chosen = [c for m, c in curves if m == method]
         chosen.sort(key=lambda curve: float(-np.ptp(curve.cop_m)))
         for colour, curve in zip(CELL_COLOURS, chosen[:_MOST_CURVES], strict=False):
-            axes.plot(
-                curve.factors, 1e3 * curve.cop_m, "o-", color=colour, markersize=3, linewidth=1.0,
-                label=curve.setting,
-            )  # fmt: skip
-        axes.set_xscale("log")
-        axes.set_xticks([0.2, 0.5, 1.0, 2.0, 5.0], ["0.2", "0.5", "1", "2", "5"])
-        axes.minorticks_off()
+            for axes, values in zip(column, (1e3 * curve.cop_m, curve.vgrf_n), strict=True):
+                axes.plot(
+                    curve.factors, values, "o-", color=colour, markersize=3, linewidth=1.0,
+                    label=curve.setting,
+                )  # fmt: skip
+        for axes in column:
+            axes.set_xscale("log")
+            axes.set_xticks([0.2, 0.5, 1.0, 2.0, 5.0], ["0.2", "0.5", "1", "2", "5"])
+            axes.minorticks_off()
+            axes.set_ylim(bottom=0.0)
         title = f"{method}: each setting scaled"
         if len(chosen) > _MOST_CURVES:
             rest = 1e3 * float(np.ptp(chosen[_MOST_CURVES].cop_m))
             title += f" ({len(chosen) - _MOST_CURVES} others: < {rest:.2g} mm)"
-        tidy(axes, title, "factor", "CoP RMSE (mm)" if method == "window" else "")
-        axes.legend(
-            fontsize=6.5, frameon=False, ncols=2, loc="upper center", bbox_to_anchor=(0.5, -0.18)
+        first = method == methods[0]
+        tidy(column[0], title, "", "CoP RMSE (mm)" if first else "")
+        tidy(column[1], "", "factor", "vertical force RMSE (N)" if first else "")
+        column[1].legend(
+            fontsize=6.5, frameon=False, ncols=2, loc="upper center", bbox_to_anchor=(0.5, -0.22)
         )
-    panels[0].set_ylim(bottom=0.0)
     return figure
 
 
@@ -274,7 +302,7 @@ def plot_cycles(found: Comparison, methods: Sequence[str]) -> Figure:
     ):  # fmt: skip
         series = {}
         for method in methods:
-            values = getattr(found.of(method, reference), quantity)
+            values = found.of(method, reference).cycles(quantity)
             values = factor * values[np.isfinite(values)]
             if values.size > 2:
                 series[method] = values

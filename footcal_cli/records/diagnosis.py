@@ -40,6 +40,10 @@ class CauseRecord(Record):
     matters: bool = True
     """Whether its size is one that matters; a small cause may be as certain as a large one."""
     remedy: str = ""
+    probability: dict[str, float] = Field(default_factory=dict)
+    """Of each member of the credible set, where several experiments were diagnosed together."""
+    agreement_p: float | None = None
+    """p of its sizes being the same in all experiments that know of it."""
 
 
 class EffectRowRecord(Record):
@@ -111,8 +115,33 @@ class FollowedRecord(Record):
     says: Literal["there", "gone", "open", "unseen"]
 
 
+class SizeInExperimentRecord(Record):
+    """A cause of a joint diagnosis in one of its experiments."""
+
+    effect: str
+    size: float | None
+    sd: float | None
+    unit: str
+    named: bool
+    """Whether this experiment's own diagnosis has it among its names."""
+    not_testable: str = ""
+    """Why this experiment says nothing of it; empty where it does."""
+
+
+class ExperimentRecord(Record):
+    """One experiment of a joint diagnosis: what it says by itself, and of each common cause."""
+
+    name: str
+    kind: str
+    verdict: str
+    names: tuple[tuple[str, ...], ...]
+    sizes: tuple[SizeInExperimentRecord, ...]
+
+
 class DiagnosisRecord(Versioned):
     """``diagnosis.json``: the verdict, its causes, rivals and the experiment to run next.
+
+    `experiments` are those of a joint diagnosis, empty for a single one.
 
     `suspects` are the first rivals, for the log after this one. `after` and `survivors` tell what
     became of the rivals of the log before, where one was given (`--after`).
@@ -131,6 +160,7 @@ class DiagnosisRecord(Versioned):
     suspects: tuple[SuspectRecord, ...] = ()
     after: tuple[FollowedRecord, ...] = ()
     survivors: tuple[str, ...] = ()
+    experiments: tuple[ExperimentRecord, ...] = ()
     findings: tuple[FindingRecord, ...] = ()
     effects: tuple[EffectRowRecord, ...] = ()
     blocks: int

@@ -19,6 +19,12 @@ Residuals = Mapping[str, Mapping[str, FloatArray]]
 POOR_FORCE_N = 0.2
 """Wu & Revzen reaches 0.2 N per axis when hanging; a larger sd deserves a warning."""
 _LARGE_TILT_DEG = 10.0
+_UNEXPLAINED = 0.2
+"""Share of the weight that may be left of the forces, where more than noise is left."""
+_SYSTEMATIC = 5.0
+"""Residual over the scatter from sample to sample from which it is no noise."""
+_FARTHEST_M = 3.0
+"""No leg and no tool has its CoM farther from its transducer."""
 
 
 def residuals_by_stage(
@@ -90,8 +96,10 @@ def without_intervals(fit: StepwiseFit) -> Estimates:
     )
 
 
-def verdict(fits: Mapping[str, HangFit], residuals: Residuals) -> VerdictRecord:
+def verdict(fits: Mapping[str, HangFit], residuals: Residuals, method: str) -> VerdictRecord:
     """One sentence with the worst leg's leftover, and what is not seen."""
+    if method != "joint":
+        return _plain_verdict(residuals, method)
     sd = {leg: float(left[:, :3].std(axis=0).max()) for leg, left in residuals["after"].items()}
     worst = max(sd, key=sd.__getitem__)
     gaps = [gap for fit in fits.values() for gap in fit.gaps]
@@ -123,11 +131,28 @@ def verdict(fits: Mapping[str, HangFit], residuals: Residuals) -> VerdictRecord:
     )
 
 
-def parameter_sheet(fits: Mapping[str, HangFit]) -> Sheet:
+def _plain_verdict(residuals: Residuals, method: str) -> VerdictRecord:
+    """The sentence for the stepwise and the naive method, which give no intervals."""
+    sd, joint = (
+        {leg: float(left[:, :3].std(axis=0).max()) for leg, left in residuals[stage].items()}
+        for stage in ("after", "joint")
+    )
+    worst = max(sd, key=sd.__getitem__)
+    return VerdictRecord(
+        level="warning" if sd[worst] > POOR_FORCE_N else "good",
+        sentence=f"{method}: hanging legs are explained to {number(sd[worst], 2)} N sd per axis "
+        f"({worst}, the worst of {len(sd)}).",
+        details=(
+            "This method gives no intervals.",
+            f"The joint fit leaves {number(max(joint.values()), 2)} N on the same logs.",
+        ),
+    )
+
+
+def parameter_sheet(chosen: Mapping[str, Estimates]) -> Sheet:
     """Table II: offsets and leg weight with their sd."""
     rows = []
-    for leg, fit in fits.items():
-        estimates = fit.estimates
+    for leg, estimates in chosen.items():
         names = ["weight", *(f"offset_{axis}" for axis in AXES)]
         rows.append(
             (
@@ -143,8 +168,8 @@ def parameter_sheet(fits: Mapping[str, HangFit]) -> Sheet:
         ("leg", "weight (N)", "fx (N)", "fy (N)", "fz (N)", "tx (mNm)", "ty (mNm)",
          "tz (mNm)"),
         rows,
-        note="± one standard deviation, autocorrelation of the noise counted. A dash in place of "
-        "the sd: not observable from these orientations. Wu & Revzen, Table II.",
+        note="± one standard deviation, autocorrelation of the noise counted; without ± the method "
+        "gives none. A dash: not observable from these orientations. Wu & Revzen, Table II.",
     )  # fmt: skip
 
 
@@ -155,11 +180,10 @@ def _shown(estimates: Estimates, name: str, factor: float) -> str:
     return with_sd(factor * estimates[name], factor * estimates.sd_of(name))
 
 
-def com_sheet(fits: Mapping[str, HangFit]) -> Sheet:
+def com_sheet(chosen: Mapping[str, Estimates]) -> Sheet:
     """Leg CoM coefficients in millimetres."""
     rows = []
-    for leg, fit in fits.items():
-        estimates = fit.estimates
+    for leg, estimates in chosen.items():
         for axis in "xyz":
             cells = []
             for term in ("mean", "sin", "cos"):
@@ -229,10 +253,13 @@ def noise_sheet(fits: Mapping[str, HangFit]) -> Sheet:
     )  # fmt: skip
 
 
-def findings(fits: Mapping[str, HangFit]) -> tuple[FindingRecord, ...]:
-    """Large tilts that look like a wrongly named axis."""
+def findings(
+    fits: Mapping[str, HangFit], runs: Mapping[str, Sequence[HangRun]]
+) -> tuple[FindingRecord, ...]:
+    """Forces that are no weight, a CoM out of reach, tilts like those of a wrongly named axis."""
     found = []
     for leg, fit in fits.items():
+        found += _no_weight(leg, fit, runs[leg])
         cosine = np.sum(fit.gravity_dir_t * fit.model.nominal_dir_t, axis=1)
         angle = np.rad2deg(np.arccos(np.clip(cosine, -1.0, 1.0)))
         for label, tilt in zip(fit.model.log_labels(), angle, strict=True):
@@ -248,6 +275,34 @@ def findings(fits: Mapping[str, HangFit]) -> tuple[FindingRecord, ...]:
                     )
                 )
     return tuple(found)
+
+
+def _no_weight(leg: str, fit: HangFit, runs: Sequence[HangRun]) -> list[FindingRecord]:
+    """What shows that the wrenches are not the weight of one thing in the attitudes of the log."""
+    found = []
+    weight = float(fit.estimates[f"{leg}.weight"])
+    left = np.concatenate(fit.residuals(runs))[:, :3]
+    rms = float(np.sqrt(np.mean(left**2)))
+    if rms > _UNEXPLAINED * abs(weight) and fit.misfit(runs) > _SYSTEMATIC:
+        found.append(
+            FindingRecord(
+                code="forces_unexplained", severity="alarm", where=f"leg {leg}",
+                sentence=f"the forces are not the weight of one thing in the attitudes of the log: "
+                f"residual {number(rms, 3)} N per axis at a weight of {number(weight, 3)} N",
+                remedy="check the order and the sense of the attitude's angles or quaternion, and "
+                "the mounting of the transducer (rotation_rpy_rad)",
+            )
+        )  # fmt: skip
+    com = np.array([float(fit.estimates[f"{leg}.com_{axis}_mean"]) for axis in "xyz"])
+    if np.linalg.norm(com) > _FARTHEST_M:
+        found.append(
+            FindingRecord(
+                code="com_far", severity="alarm", where=f"leg {leg}",
+                sentence=f"its CoM would lie {np.linalg.norm(com):.3g} m from the transducer",
+                remedy="check the unit of the torques in [columns] (N*mm?)",
+            )
+        )  # fmt: skip
+    return found
 
 
 def footer(method: str) -> tuple[str, ...]:

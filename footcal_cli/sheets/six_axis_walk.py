@@ -7,6 +7,7 @@ from typing import Literal
 import numpy as np
 
 from footcal_cli.core.online.replay import held
+from footcal_cli.core.online.six_axis import KNOWN_MASS, MASS_STATE
 from footcal_cli.core.online.six_axis_replay import SixAxisReplay
 from footcal_cli.core.parameters import FloatArray, Status
 from footcal_cli.plots import six_axis_walk as plots
@@ -54,11 +55,15 @@ def verdict_of(found: SixAxisReplay) -> VerdictRecord:
             f"{foot}: offsets {text} N; in the air its force is off by {number(residual[0], 3)} → "
             f"{number(residual[1], 2)} N."
         )
-    mass, sd = _column(found, "robot.mass_correction")
-    details.append(
-        f"The feet carry {with_sd(mass, sd)} kg more than the model's "
-        f"{found.merged.log.known['mass_kg'][0]:.4g} kg."
-    )
+    model = f"{found.merged.log.known['mass_kg'][0]:.4g} kg"
+    if MASS_STATE in found.estimates.names:
+        mass, sd = _column(found, MASS_STATE)
+        details.append(f"The feet carry {with_sd(mass, sd)} kg more than the model's {model}.")
+    else:
+        details.append(
+            f"The scales are relative to the stated mass of {model}, taken as known to "
+            f"{100 * KNOWN_MASS:.1g} %."
+        )
     details += [
         f"{jump.name}: jumped by {with_sd(jump.size, jump.sd)} {_unit_of(jump.name)} at "
         f"{jump.onset_s:.2f} s, known {jump.found_s - jump.onset_s:.2f} s later."
@@ -165,7 +170,7 @@ def findings_of(found: SixAxisReplay) -> list[FindingRecord]:
             "log the CoM from a better model, or an IMU; or set scales = true",
         )  # fmt: skip
     model = float(found.merged.log.known["mass_kg"][0])
-    mass, sd = _column(found, "robot.mass_correction")
+    mass, sd = _column(found, MASS_STATE) if MASS_STATE in found.estimates.names else (0.0, 0.0)
     if abs(mass) > max(_SURPRISING_SHARE * model, 3 * sd):
         add(
             "mass_differs", "robot",

@@ -8,6 +8,7 @@ from math import log
 import numpy as np
 
 from footcal_cli.core.inference.observability import NextStep, Observability
+from footcal_cli.core.online.weighed import Weighed
 from footcal_cli.core.parameters import FloatArray, Status
 from footcal_cli.core.quiet import QuietSet
 from footcal_cli.core.stance_curve import CurvePoint
@@ -160,7 +161,7 @@ def root_mean_square(values: FloatArray) -> float:
 
 
 def verdict_of(
-    fit: StaticInit, errors: Sequence[StanceErrors], menu: Sequence[NextStep]
+    fit: StaticInit, errors: Sequence[StanceErrors], menu: Sequence[NextStep], weighed: Weighed
 ) -> VerdictRecord:
     """The first sentence and what it rests on."""
     stances = errors[0].vgrf_n.size
@@ -193,6 +194,10 @@ def verdict_of(
             f"Stand next: {best.name} (+{number(best.gain_nats / log(2.0), 2)} bits of "
             f"information, rank {best.rank})."
         )
+    details.append(
+        f"A stated mass that is wrong by less than {number(weighed.hidden_kg, 2)} kg would not "
+        f"show here: zeros and scales are not known better. A scale would show it."
+    )
     how = "on held-out stances" if held else "on the fitted stance"
     return VerdictRecord(
         level="good" if known == seen.unknowns and fit.chi2 <= MISFIT * fit.dof else "warning",

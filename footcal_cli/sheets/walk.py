@@ -9,11 +9,11 @@ import numpy as np
 
 from footcal_cli.cell_effects import cells_in_feet
 from footcal_cli.core.online.comparison import Comparison
-from footcal_cli.core.online.evidence import Interval, rms
+from footcal_cli.core.online.evidence import Interval
 from footcal_cli.core.online.filter import Noise
 from footcal_cli.core.online.memory import LEARNT_RATIO
 from footcal_cli.core.online.sensitivity import Sensitivity
-from footcal_cli.core.parameters import FloatArray, Status
+from footcal_cli.core.parameters import Status
 from footcal_cli.plots import walk as plots
 from footcal_cli.recipe import Robot
 from footcal_cli.records.results import RmseRecord, RmseRow, VerdictRecord
@@ -43,9 +43,9 @@ STATE_UNITS = {
 def verdict_of(found: Comparison, method: str) -> VerdictRecord:
     """The first sentence and what it rests on."""
     reference = found.best_reference
-    before, after = (found.of(m, reference).errors for m in ("before", method))
-    cop = [1e3 * rms(e.cop_m) for e in (before, after)]
-    force = [rms(e.vgrf_n) for e in (before, after)]
+    before, after = (found.of(m, reference) for m in ("before", method))
+    cop = [1e3 * one.rms("cop") for one in (before, after)]
+    force = [one.rms("vgrf") for one in (before, after)]
     alarms = sum(jump.sure for jump in found.memory.jumps)
     details = []
     for other in ("window", "static"):
@@ -78,7 +78,9 @@ def verdict_of(found: Comparison, method: str) -> VerdictRecord:
         f"{jump.name.removesuffix('.bias')}: bias jumped by {number(jump.size, 2)} N at "
         f"{jump.onset_s:.2f} s."
         for jump in found.memory.jumps
+        if jump.sure
     ]
+    alarms += len(found.weighed.findings())
     worse = cop[1] > cop[0]
     known = found.merged.log.known
     weight_n = float(known["mass_kg"][0] * known["gravity_mps2"][0])
@@ -136,7 +138,7 @@ def _methods_sheet(found: Comparison) -> Sheet:
                     cells.append("–")
                     continue
                 mean = found.per_cycle[key]
-                spread = float(np.nanstd(getattr(one, quantity)))
+                spread = float(np.nanstd(one.cycles(quantity)))
                 cells.append(with_sd(factor * mean.value, factor * spread))
             key = (one.method, reference, "cop")
             ratio, p = found.ratios.get(key, (None, float("nan")))
@@ -230,74 +232,94 @@ def _noise_sheet(found: Comparison) -> Sheet:
         )
         for f in fields(Noise)
     ]
-    if found.weights is not None:
-        weights = found.weights
+    for method, weights in found.weights.items():
         rows += [
-            (name, number(float(np.asarray(weight)), 3), source)
+            (f"{method}: {name}", number(float(np.asarray(weight)), 3), source)
             for name, weight, source in (
-                ("omega_f", weights.force, "quiet standing"),
-                ("omega_p", weights.cop, "quiet standing"),
-                ("omega_s", weights.smooth, "best prediction, or given"),
+                ("omega_f", weights.force, "quiet standing, or given"),
+                ("omega_p", weights.cop, "quiet standing, or given"),
+                ("omega_s", weights.smooth, "best prediction of the motion's demand, or given"),
             )
         ]
     return Sheet("Noise and weights", ("setting", "value", "from"), rows)
+
+
+def _how_run(found: Comparison) -> str:
+    """After the fact or live, whole or in parts."""
+    taught = "from the whole walk"
+    parts = ""
+    if found.in_parts is not None:
+        how = found.in_parts
+        taught = f"from ten minutes from {number(how.taught_from_s, 4)} s on"
+        parts = (
+            f" Run in {how.parts} parts of {number(how.part_s / 60, 2)} min, the filter's state "
+            f"handed on; the smoother of a part sees {number(how.ahead_s, 2)} s beyond its end. "
+            "CoP, force and path are drawn for the last part; of the other series every "
+            f"{how.every}th update is kept."
+        )
+    if found.causal:
+        first = " of the first part" if parts else ""
+        return (
+            f"Live: filtered, and learnt after 8, 16, 32 … s{first}, from the past alone; of the "
+            f"latency of the low-pass nothing is counted as error.{parts}"
+        )
+    return (
+        f"After the fact: delay, noise and doubted states are learnt {taught}, the low-pass has no "
+        f"lag; --causal runs as a robot would.{parts}"
+    )
 
 
 def footer_of(found: Comparison, delay_s: float) -> tuple[str, ...]:
     """What was assumed, for who wants to repeat it."""
     c = found.consistency
     return (
-        "Live: filtered, and learnt after 8, 16, 32 … s, from the past alone; of the latency of "
-        "the low-pass nothing is counted as error."
-        if found.causal
-        else "After the fact: delay, noise and doubted states are learnt from the whole walk, the "
-        "low-pass has no lag; --causal runs as a robot would.",
+        _how_run(found),
         f"Normalised innovation squared {c.ratio:.3f} (95 % band for as many independent ones as "
         f"these are worth [{c.low:.3f}, {c.high:.3f}]), {100 * c.inside:.0f} % of {c.updates} "
         f"updates inside their own band, lag-one correlation of the force innovation "
         f"{c.whiteness:.2f}.",
-        f"Covariances × {found.memory.repeated:.2f} for errors that come back in every gait cycle.",
-        f"{int(found.memory.track.used.sum())} of {found.memory.track.used.size} updates taught "
+        f"Covariances × {found.memory.repeated:.2f} for errors that come back in every gait cycle."
+        + (
+            f" Total force and moments count up to {found.memory.band_hz:.1f} Hz: above that the "
+            "motion's errors repeat with the steps."
+            if found.memory.band_hz < np.inf
+            else ""
+        ),
+        f"{found.taught[0]} of {found.taught[1]} updates taught "
         "something; the others changed nothing.",
         f"Delay compensated {1e3 * delay_s:g} ms."
         + (
             f" Window: {found.rule.samples} samples every {found.rule.every}, "
             f"{found.rule.iterations} Gauss-Newton iterations (NAO CoP self-calibration, eq. 14)."
-            if found.weights is not None
+            if found.weights
             else " --compare runs the methods window and static as well."
         ),
     )
 
 
-def rmse_of(found: Comparison, method: str) -> RmseRecord:
+def rmse_of(found: Comparison) -> RmseRecord:
     """Errors of every method against every reference, per axis and for the vector."""
     rows = []
     for one in found.judged:
-        series: dict[str, tuple[str, FloatArray]] = {
-            "cop": ("m", one.errors.cop_m),
-            "cop_x": ("m", one.errors.cop_m[:, 0]),
-            "cop_y": ("m", one.errors.cop_m[:, 1]),
-            "foot_cop": ("m", one.errors.foot_cop_m.reshape(-1, 2)),
-            "vgrf": ("N", one.errors.vgrf_n),
-        }
-        for quantity, (unit, values) in series.items():
-            n = int(np.isfinite(values.reshape(len(values), -1)).all(axis=1).sum())
-            if n:
+        for quantity, sums in one.whole.items():
+            if sums.count:
                 rows.append(
                     RmseRow(
-                        quantity=quantity, unit=unit, stage=one.method, reference=one.reference,
-                        split="all", rmse=rms(values), n=n,
+                        quantity=quantity, unit="N" if quantity == "vgrf" else "m",
+                        stage=one.method, reference=one.reference, split="all",
+                        rmse=one.rms(quantity), n=int(sums.count),
                     )
                 )  # fmt: skip
-    del method
-    return RmseRecord(rows=tuple(rows), rejected=found.validity.counts)
+    return RmseRecord(rows=tuple(rows), rejected=dict(found.rejected))
 
 
 def pictures_of(
-    found: Comparison, curves: Sequence[tuple[str, Sensitivity]], robot: Robot
+    found: Comparison,
+    curves: Sequence[tuple[str, Sensitivity]],
+    robot: Robot,
+    span_s: tuple[float, float] | None = None,
 ) -> tuple[Picture, ...]:
-    """All figures."""
-    truth = found.replayed.get("true")
+    """All figures; CoP and force over `span_s`, or the last seconds."""
     track, memory = found.memory.track, found.memory
     outlines = {name: foot.outline_m for name, foot in robot.feet.items()}
     feet = {
@@ -308,15 +330,16 @@ def pictures_of(
     drawn = tuple(m for m in ("static", "window", "memory") if m in found.replayed)
     if len(drawn) == 1:
         drawn = ("before", *drawn)
+    against = _AGAINST[found.best_reference]
     states = [n for n in STATE_UNITS if n in track.names]
     states += [n for n in track.names if n.endswith("plate_weight")]
     pictures = [
-        Picture("cop", lambda: plots.plot_cop(found, drawn, truth),
-                "Centre of pressure over the last seconds of the walk (compare Figs. 10, 12 and "
-                "14 of NAO CoP self-calibration).",
+        Picture("cop", lambda: plots.plot_cop(found, drawn, span_s),
+                f"Centre of pressure; black: {against} (compare Figs. 10, 12 and 14 of NAO CoP "
+                "self-calibration).",
             title="Centre of pressure by method", zoom=True),
-        Picture("vgrf", lambda: plots.plot_vgrf(found, drawn, truth),
-                "Vertical force over the same seconds (compare Figs. 11, 13, 15 of NAO CoP "
+        Picture("vgrf", lambda: plots.plot_vgrf(found, drawn, span_s),
+                f"Vertical force; black: {against} (compare Figs. 11, 13, 15 of NAO CoP "
                 "self-calibration).",
             title="Vertical force by method", zoom=True),
         Picture("cycles", lambda: plots.plot_cycles(found, judged),
@@ -350,6 +373,18 @@ def pictures_of(
                 title="Sensitivity to weights and noise settings")
         )  # fmt: skip
     return tuple(pictures)
+
+
+def sensitivity_frame(curves: Sequence[tuple[str, Sensitivity]]) -> dict[str, object]:
+    """``sensitivity.parquet``: one row per method, setting and factor."""
+    size = [curve.factors.size for _, curve in curves]
+    return {
+        "method": np.repeat([method for method, _ in curves], size),
+        "setting": np.repeat([curve.setting for _, curve in curves], size),
+        "factor": np.concatenate([curve.factors for _, curve in curves]),
+        "cop_rmse_m": np.concatenate([curve.cop_m for _, curve in curves]),
+        "vgrf_rmse_n": np.concatenate([curve.vgrf_n for _, curve in curves]),
+    }
 
 
 def frames_of(found: Comparison) -> Iterator[dict[str, object]]:

@@ -118,7 +118,7 @@ def parameter_sheet(fits: Sequence[AffineFit]) -> Sheet:
         (
             fit.channel,
             with_sd(1e6 * fit.scale_n_per_count, 1e6 * float(fit.estimates.sd[0])),
-            number(fit.bias_n, 7),
+            with_sd(fit.bias_n, fit.centre_sd_n).partition(" ± ")[0],
             f"{fit.zero_counts:,.0f}",
             number(fit.centre_sd_n, 2),
             number(fit.rmse_n, 3),

@@ -5,25 +5,30 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 
-from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.parameters import FloatArray, IntArray
 from footcal_cli.logfiles import RawColumn, column_names, is_parquet, raw_columns
 from footcal_cli.reading import Layout
 from footcal_cli.sniff.names import NameGuess, name_guess
 from footcal_cli.sniff.text import TextGuess, guess_text
-from footcal_cli.sniff.tokens import date_format, with_unit
-from footcal_cli.sniff.units import known_unit
+from footcal_cli.sniff.tokens import HEXADECIMAL, date_format, with_unit
+from footcal_cli.sniff.units import MASSES, WEIGHTS, known_unit
 
 Sure = Literal["sure", "likely", "guess"]
 _FEW = 25
 """A load takes no more than so many values."""
 _EPOCHS = {"s": 1e9, "ms": 1e12, "us": 1e15, "ns": 1e18}
+_SECONDS = re.compile(r"(?:^|[._ ])(?:sec|secs|seconds)$", re.IGNORECASE)
+_NANOSECONDS = re.compile(r"(?:^|[._ ])(?:nano|n)(?:sec|secs|seconds)$", re.IGNORECASE)
 _MOST_HZ = 20_000.0
 _NICE_STEPS = 1e-6
+_TYPED_ROWS, _HELD_S = 100, 5.0
+"""Fewer rows than this, further apart than this, are readings noted one by one."""
 
 
 @dataclass(frozen=True)
@@ -44,8 +49,12 @@ class ColumnGuess:
         Its numbers, shape (n,); None for texts.
     words
         Different texts of a text column, in order of appearance.
+    codes
+        Which of `words` stands in each row, shape (n,), −1 where none does.
     format, pattern
         Of dates, and of numbers among words.
+    nanoseconds
+        The column of nanoseconds beside one of whole seconds.
     """
 
     column: str
@@ -57,6 +66,8 @@ class ColumnGuess:
     words: tuple[str, ...] = ()
     format: str | None = None
     pattern: str | None = None
+    codes: IntArray | None = None
+    nanoseconds: str = ""
 
     @property
     def quantity(self) -> str:
@@ -110,7 +121,9 @@ def guess_file(path: Path) -> FileGuess:
     raw = raw_columns(path, names, (), text.layout)
     units = dict(zip(names, text.units, strict=False))
     columns = [_column(name, raw[name], units.get(name, "")) for name in names]
-    columns = _by_numbers(columns)
+    if text.layout.line:
+        columns = [_part_of_the_words(column) for column in columns]
+    columns = _by_numbers(_seconds_apart(columns))
     rows = len(next(iter(raw.values())).values)
     return FileGuess(path, text, tuple(columns), rows, _rate(columns))
 
@@ -144,19 +157,13 @@ def _text_column(column: str, name: NameGuess, unit: str | None, raw: RawColumn)
     if form is not None:
         name = replace(name, quantity="time")
         return ColumnGuess(column, name, None, "sure", f"dates {form}", format=form)
-    pairs = [with_unit(word) for word in some]
-    if some and all(pairs):
-        found = {known_unit(pair[1]) for pair in pairs if pair} - {None}
-        if len(found) == 1:
-            numbers = np.array(
-                [float(p[0].replace(",", ".")) if (p := with_unit(w)) else np.nan for w in words]
-            )
-            both = found.pop()
-            name = replace(name, quantity="load" if name.quantity == "unknown" else name.quantity)
-            return ColumnGuess(
-                column, name, both, "likely", "numbers with their unit", numbers,
-                pattern=r"([-+]?[\d.]+)",
-            )  # fmt: skip
+    if words and all(HEXADECIMAL.fullmatch(word) for word in words):
+        values = np.array([float(int(word, 16)) for word in words])
+        name = replace(name, quantity="reading" if np.ptp(values) > 0 else "other")
+        return ColumnGuess(column, name, None, "likely", "hexadecimal numbers", values)
+    weighed = _with_units(column, name, words)
+    if weighed is not None:
+        return weighed
     different = tuple(dict.fromkeys(words))
     if name.quantity not in ("label", "orientation", "placement", "session", "direction"):
         kind = "label" if 1 < len(different) <= _FEW and len(words) > len(different) else "other"
@@ -164,7 +171,69 @@ def _text_column(column: str, name: NameGuess, unit: str | None, raw: RawColumn)
             name = replace(name, quantity="label")
         else:
             name = replace(name, quantity="other")
-    return ColumnGuess(column, name, None, "likely", "texts", words=different)
+    codes = np.full(len(raw.values), -1)
+    codes[~raw.empty] = [different.index(word) for word in words] if len(different) <= 99 else -1
+    return ColumnGuess(column, name, None, "likely", "texts", words=different, codes=codes)
+
+
+def _part_of_the_words(column: ColumnGuess) -> ColumnGuess:
+    """In lines of words a number that never changes is one of the words."""
+    if column.values is None or np.ptp(column.values[np.isfinite(column.values)]) > 0:
+        return column
+    return column.as_quantity("other", "likely", "never changes")
+
+
+def _seconds_apart(columns: list[ColumnGuess]) -> list[ColumnGuess]:
+    """Stamps in two columns: whole seconds, then nanoseconds, as ROS 2 writes them."""
+    for whole, rest in pairwise(columns):
+        if whole.values is None or rest.values is None or not _whole(whole) or not _whole(rest):
+            continue
+        named = bool(_SECONDS.search(whole.column) and _NANOSECONDS.search(rest.column))
+        since_1970 = 1e9 < whole.values[0] < 5e9 and _increases(whole.values, strictly=False)
+        inside = rest.values.min() >= 0 and 1e6 < rest.values.max() < 1e9
+        if not (inside and (named or since_1970)):
+            continue
+        time = whole.as_quantity("time", "sure" if named else "likely", "seconds and nanoseconds")
+        time = replace(
+            time, unit=None, values=whole.values + 1e-9 * rest.values, nanoseconds=rest.column
+        )
+        other = rest.as_quantity("other", "likely", f"nanoseconds of {whole.column}")
+        return [{id(whole): time, id(rest): other}.get(id(c), c) for c in columns]
+    return columns
+
+
+def _whole(column: ColumnGuess) -> bool:
+    return column.values is not None and bool(np.all(column.values == np.round(column.values)))
+
+
+def _with_units(column: str, name: NameGuess, words: list[str]) -> ColumnGuess | None:
+    """A column of numbers with their units beside them; None where it is none."""
+    pairs = [with_unit(word) for word in words]
+    plain = [word for word, pair in zip(words, pairs, strict=True) if pair is None]
+    if not words or not any(pairs) or any(word.strip("0., ") for word in plain):
+        return None
+    units = {known_unit(pair[1]) for pair in pairs if pair}
+    if None in units:
+        return None
+    kind = "load" if name.quantity in ("unknown", "label", "other") else name.quantity
+    name = replace(name, quantity=kind)
+    if len(units) == 1 and not plain:
+        unit = units.pop()
+        numbers = np.array([float(p[0].replace(",", ".")) for p in pairs if p])
+        return ColumnGuess(
+            column, name, unit, "likely", "numbers with their unit", numbers,
+            pattern=r"([-+]?[\d.,]+)",
+        )  # fmt: skip
+    if not units <= MASSES.keys() and not units <= WEIGHTS.keys():
+        return None
+    one, sizes = ("kg", MASSES) if units <= MASSES.keys() else ("N", WEIGHTS)
+    numbers = np.array([
+        float(p[0].replace(",", ".")) * sizes[known_unit(p[1]) or one] if p else 0.0 for p in pairs
+    ])  # fmt: skip
+    return ColumnGuess(
+        column, name, one, "likely", "numbers with their units", numbers,
+        pattern=r"([-+]?[\d.,]+)\s*(?P<unit>[A-Za-z]*)",
+    )  # fmt: skip
 
 
 def _by_numbers(columns: list[ColumnGuess]) -> list[ColumnGuess]:
@@ -181,8 +250,11 @@ def _by_numbers(columns: list[ColumnGuess]) -> list[ColumnGuess]:
 
 
 def _first_in_time(columns: list[ColumnGuess]) -> list[ColumnGuess]:
-    """A first column that increases evenly is time where no other is, whatever it is called."""
-    first = columns[0]
+    """A first column that increases evenly is time where no other is, whatever it is called.
+
+    Loads and labels, which may have been carried down from lines between, do not count.
+    """
+    first = next((c for c in columns if c.quantity not in ("load", "label")), columns[0])
     values = first.values
     if (
         any(column.quantity == "time" for column in columns)
@@ -191,7 +263,8 @@ def _first_in_time(columns: list[ColumnGuess]) -> list[ColumnGuess]:
         or not (_increases(values) and _even(values))
     ):
         return columns
-    return [first.as_quantity("time", "guess", "the first column, increases evenly"), *columns[1:]]
+    taken = first.as_quantity("time", "guess", "the first column, increases evenly")
+    return [taken if column is first else column for column in columns]
 
 
 def _numbered(column: ColumnGuess) -> ColumnGuess:
@@ -218,7 +291,9 @@ def _one_time(columns: list[ColumnGuess]) -> list[ColumnGuess]:
     if not times:
         return columns
     with_dates = [c for c in times if c.values is None]
-    stamped = [c for c in times if "stamp" in c.column.lower() and "header" in c.column.lower()]
+    stamped = [c for c in times if c.nanoseconds] + [
+        c for c in times if "stamp" in c.column.lower() and "header" in c.column.lower()
+    ]
     named = [c for c in times if c.unit is not None]
     best = (stamped or named or with_dates or times)[0]
     if with_dates and best.values is not None and np.ptp(best.values) == 0:
@@ -236,7 +311,7 @@ def _one_time(columns: list[ColumnGuess]) -> list[ColumnGuess]:
 
 def _with_time_unit(column: ColumnGuess) -> ColumnGuess:
     values = column.values
-    if values is None or column.unit in ("s", "ms", "us", "ns", "min", "h"):
+    if values is None or column.nanoseconds or column.unit in ("s", "ms", "us", "ns", "min", "h"):
         return replace(column, sure="sure") if column.unit else column
     first, steps = abs(float(values[0])), np.diff(values)
     step = float(np.median(steps[steps > 0])) if np.any(steps > 0) else 0.0
@@ -253,6 +328,9 @@ def _with_time_unit(column: ColumnGuess) -> ColumnGuess:
         return replace(
             column, unit="s", sure="likely" if 0.2 < rate < _MOST_HZ else "guess", why=why
         )
+    if values.size < _TYPED_ROWS and _HELD_S <= step < 1e4:
+        why = f"whole steps of {step:g} in {values.size} rows: typed by hand, in s"
+        return replace(column, unit="s", sure="guess", why=why)
     unit = "s" if step <= 1 and float(values[-1]) < 1e5 and step == 1 else (
         "ms" if step <= 2000 else "us" if step <= 2e6 else "ns"
     )  # fmt: skip

@@ -8,34 +8,20 @@ from dataclasses import replace
 import numpy as np
 
 from footcal_cli.sniff.columns import ColumnGuess, FileGuess
-from footcal_cli.sniff.groups import (
-    attitude,
-    channel_names,
-    indexed_wrenches,
-    matrix,
-    readings,
-    wrenches,
-)
+from footcal_cli.sniff.groups import channel_names, indexed_wrenches, readings, wrenches
 from footcal_cli.sniff.holds import blank_loads
-from footcal_cli.sniff.plan import Blank, Entry, Plan, of
+from footcal_cli.sniff.plan import MASS, Blank, Entry, Plan, of, times
+from footcal_cli.sniff.six_axis import transducers
+from footcal_cli.sniff.tokens import with_unit
+from footcal_cli.sniff.units import known_unit
 
 _ROWS_OF_A_STREAM = 60
 _FORCES = ("N", "kN", "mN", "kgf", "lbf", "gf", "kg", "g", "lb")
-_AXIS_COLUMNS = {"fx": "fx_n", "fy": "fy_n", "fz": "fz_n", "tx": "tx_nm", "ty": "ty_nm",
-                 "tz": "tz_nm"}  # fmt: skip
-_MASS = Blank(
-    ("# [robot]", "# mass_kg =    # the whole robot, batteries and cables included"),
-    "no log says what the robot weighs",
-)
 UNIT_TO_FILL_IN = "?"
 UNIT_ASKED = Blank(
     ('# in [columns]: unit = "?" of load_n becomes N, kg, g, lb …',),
     "nothing says the unit of the load",
 )
-_RATE = Blank(
-    ("# rate_hz = 100.0    # rows per second",),
-    "the log has no time stamps; 100 Hz is assumed, which moves no static calibration", False,
-)  # fmt: skip
 
 
 def plan_of(file: FileGuess) -> Plan | None:
@@ -50,9 +36,12 @@ def plan_of(file: FileGuess) -> Plan | None:
     if {"x", "y"} <= set(holes) and loads and len(cells) >= 3:
         return _placements(file, holes, loads[0], cells)
     if six:
-        return _transducers(file, six)
+        return transducers(file, six)
     if loads and cells:
         return _weights(file, loads, cells)
+    across = _loads_across(file)
+    if across is not None:
+        return across
     if len(cells) == 1:
         return _unloaded(file, cells[0])
     if cells:
@@ -94,13 +83,6 @@ def _loads_and_cells(file: FileGuess) -> tuple[list[ColumnGuess], list[ColumnGue
     return loads, cells
 
 
-def _times(file: FileGuess, *, needed: bool) -> tuple[dict[str, Entry], float | None, list[Blank]]:
-    """The entry of time stamps, or a rate to count with."""
-    for column in file.of("time"):
-        return {"time_s": of(column)}, None, []
-    return ({}, 100.0, [_RATE]) if needed else ({}, None, [])
-
-
 def _extras(file: FileGuess) -> dict[str, Entry]:
     """Columns that help wherever they stand."""
     found = {}
@@ -128,7 +110,7 @@ def _weights(file: FileGuess, loads: list[ColumnGuess], cells: list[ColumnGuess]
     load = loads[0]
     entry, asked = _load_entry(load)
     labels = [c for c in file.of("label") if len(c.words) > 0]
-    time, _, _ = _times(file, needed=False)
+    time, _, _ = times(file, needed=False)
     entries = {"load_n": entry, **time, **_extras(file)}
     named = channel_names(cells)
     if len(loads) == len(cells) > 1:
@@ -169,6 +151,33 @@ def _weights(file: FileGuess, loads: list[ColumnGuess], cells: list[ColumnGuess]
     )  # fmt: skip
 
 
+def _loads_across(file: FileGuess) -> Plan | None:
+    """A sheet of cells by weights, the weights in the header: ``cell; 0 kg; 0.5 kg; 1 kg``."""
+    loads: dict[str, tuple[float, str]] = {}
+    for column in file.columns:
+        found = with_unit(column.column.strip())
+        unit = known_unit(found[1]) if found else None
+        if found and unit in _FORCES and column.values is not None:
+            loads[column.column] = (float(found[0].replace(",", ".")), unit)
+    others = [c for c in file.columns if c.column not in loads]
+    labels = [c for c in others if c.words]
+    if len(loads) < 2 or len(labels) != 1 or any(c.values is not None for c in others):
+        return None
+    columns = {c.column: c for c in file.columns}
+    wide = {
+        name: {
+            "load_n": Entry(value=f"{value:g}", unit=unit, why="the header"),
+            "counts": _reading(replace(columns[name], unit=None)),
+        }
+        for name, (value, unit) in loads.items()
+    }
+    return Plan(
+        file, "known weights, a column of readings for each", "loads in the header", "likely",
+        "offline-fit", "weights", {"channel": of(labels[0])}, tuple(labels[0].words), wide,
+        "load_n",
+    )  # fmt: skip
+
+
 def _load_entry(load: ColumnGuess) -> tuple[Entry, tuple[Blank, ...]]:
     """The entry of known loads; their unit is asked for where nothing says it."""
     if load.unit is not None and load.unit != "count":
@@ -191,7 +200,7 @@ def _stream(
 
 def _unloaded(file: FileGuess, cell: ColumnGuess) -> Plan:
     """One cell alone, with no load beside it."""
-    time, rate, blanks = _times(file, needed=True)
+    time, rate, blanks = times(file, needed=True)
     name = next(iter(channel_names([cell])))
     name = name if name not in ("counts", "reading", "value", "cell_1") else "cell"
     entries = {**time, f"{name}_counts": _reading(cell), **_extras(file)}
@@ -211,7 +220,7 @@ def _unloaded(file: FileGuess, cell: ColumnGuess) -> Plan:
 def _cells(file: FileGuess, cells: list[ColumnGuess]) -> Plan:
     """Several cells in time: feet that stand or walk."""
     named = channel_names(cells)
-    time, rate, blanks = _times(file, needed=True)
+    time, rate, blanks = times(file, needed=True)
     entries = {**time, **{f"{n}_counts": _reading(c) for n, c in named.items()}}
     if "temperature_degc" in (extras := _extras(file)):
         entries["temperature_degc"] = extras["temperature_degc"]
@@ -240,7 +249,7 @@ def _cells(file: FileGuess, cells: list[ColumnGuess]) -> Plan:
         file, f"{len(cells)} load cells in time: standing or walking",
         f"a wide table of {len(cells)} readings" + (" and time" if time else ""), "likely",
         "static-init", "cells", entries, tuple(named), rate_hz=rate,
-        blanks=(_MASS, positions, plate, *blanks), warnings=renamed,
+        blanks=(MASS, positions, plate, *blanks), warnings=renamed,
     )  # fmt: skip
 
 
@@ -289,108 +298,3 @@ def _placements(
                   "placements need calibrated cells: their weights too, or --parameters"),
         ),
     )  # fmt: skip
-
-
-def _transducers(file: FileGuess, six: dict[str, dict[str, ColumnGuess]]) -> Plan:
-    """Six-axis transducers: hanging with an attitude, or feet that stand and walk."""
-    pose = attitude(file) or matrix(file)
-    labels = [c for c in file.of("label") if c.words]
-    orientation = [c for c in file.of("orientation") if c.words]
-    time, rate, blanks = _times(file, needed=True)
-    entries: dict[str, Entry] = dict(time)
-    warnings: list[str] = []
-    for name, (column, unit) in pose.items():
-        entries[name] = Entry(column, unit, sure=column.sure, why=column.why)
-    if pose and "body_roll_rad" in pose and "body_yaw_rad" not in pose:
-        entries["body_yaw_rad"] = Entry(value="0.0", why="gravity does not depend on the heading")
-    if orientation and not pose:
-        entries["orientation"] = of(orientation[0])
-    sides = {name.partition("_")[0] for name in six}
-    if sides >= {"left", "right"} and len(six) == 2 and not orientation:
-        return _ankles(file, six, entries, tuple(blanks))
-    wide = {name: _axes(group) for name, group in six.items()} if len(six) > 1 else {}
-    if not wide:
-        entries |= _axes(next(iter(six.values())))
-        leg = next(iter(six))
-        entries["leg"] = of(labels[0]) if labels else Entry(value=leg, why="one transducer")
-    else:
-        warnings.append("every transducer is taken to hang free of the ground")
-    for column in file.of("phase", "temperature"):
-        key = "phase_rad" if column.quantity == "phase" else "temperature_degc"
-        entries.setdefault(key, of(column, column.unit))
-    missing: tuple[Blank, ...] = ()
-    if not pose and not orientation:
-        missing = (Blank(
-            ('# body_qx = "…"    # the attitude: body_qx … body_qw, or body_roll_rad …, or',
-             "#                  # body_r11 … body_r33, or gravity_x gravity_y gravity_z"),
-            "the log has no attitude, so nothing says which way gravity pulls",
-        ),)  # fmt: skip
-    weight = Blank(("# leg_weight_n =    # what hangs on the transducer, roughly",),
-                   "a start only: the weight is estimated", False)  # fmt: skip
-    return Plan(
-        file, f"{len(six)} six-axis transducer{'s' * (len(six) > 1)} turned under gravity",
-        "six axes" + (" and an attitude" if pose else " and orientations" if orientation else ""),
-        "likely" if pose or orientation else "guess", "hang-calib", "hang", entries, (), wide,
-        "leg", rate, blanks=(*missing, weight, *blanks), warnings=tuple(warnings),
-    )  # fmt: skip
-
-
-def _axes(group: dict[str, ColumnGuess], prefix: str = "") -> dict[str, Entry]:
-    return {
-        f"{prefix}{_AXIS_COLUMNS[axis]}": of(
-            group[axis], group[axis].unit or ("N" if axis[0] == "f" else "N*m")
-        )
-        for axis in _AXIS_COLUMNS
-    }
-
-
-def _ankles(
-    file: FileGuess, six: dict[str, dict[str, ColumnGuess]], entries: dict[str, Entry],
-    blanks: tuple[Blank, ...],
-) -> Plan:  # fmt: skip
-    entries = {name: entry for name, entry in entries.items() if name == "time_s"}
-    for name, group in six.items():
-        entries |= _axes(group, f"{name.partition('_')[0]}_")
-    body = body_entries(file)
-    entries |= {name: entry for name, entry in body.items() if name != "time_s"}
-    command = "online-replay" if file.of("com") else "static-init"
-    moves = ", with the body's motion" if file.of("com") else ""
-    return Plan(
-        file, f"six-axis transducers at two feet{moves}",
-        "six axes on the left and on the right", "likely", command, "cells", entries, (),
-        robot=("[robot.feet.left]", "[robot.feet.right]"),
-        blanks=(
-            _MASS,
-            Blank(("# [robot.feet.left]",
-                   "# transducer_position_m = [0.0, 0.0, 0.0]    # in the logged foot frame",
-                   "# weight_below_n = 0.0    # what hangs below the transducer"),
-                  "no log says how the transducers are mounted", False),
-            *blanks,
-        ),
-    )  # fmt: skip
-
-
-def body_entries(file: FileGuess) -> dict[str, Entry]:
-    """The robot's own stream: stamps, centre of mass, its acceleration, poses of the feet."""
-    entries, _, _ = _times(file, needed=False)
-    for quantity, pattern in (("com", "com_{}_m"), ("com_acc", "com_acc_{}_mps2")):
-        entries |= {pattern.format(c.name.axis): of(c) for c in file.of(quantity)}
-    return entries | _feet_poses(file)
-
-
-def _feet_poses(file: FileGuess) -> dict[str, Entry]:
-    """Poses of the feet beside the transducers."""
-    found: dict[str, Entry] = {}
-    for side in ("left", "right"):
-        for column in file.columns:
-            if column.name.side != side or column.values is None:
-                continue
-            plain = column.column.lower()
-            last = re.split(r"[_.\s]", plain)[-1]
-            if column.quantity == "quaternion":
-                found[f"{side}_foot_q{column.name.axis}"] = of(column)
-            elif last in ("x", "y", "z") and "foot" in plain and column.quantity != "force":
-                found[f"{side}_foot_{last}_m"] = of(column, column.unit or "m")
-            elif last == "yaw" and "foot" in plain:
-                found[f"{side}_foot_yaw_rad"] = of(column, column.unit or "rad")
-    return found

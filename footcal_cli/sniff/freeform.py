@@ -12,8 +12,12 @@ _NUMBER = r"[+-]?(?:\d+\.\d+|\d+)(?:[eE][+-]?\d+)?"
 _STAMP = r"(?:\d{4}-\d\d-\d\d[ T])?\d\d:\d\d:\d\d(?:[.,]\d+)?"
 _PIECE = re.compile(rf"(?P<stamp>{_STAMP})|(?<![\w.])(?P<number>{_NUMBER})(?!\w*\d)")
 _LEAST = 0.4
-_BOUND = re.compile(r"[A-Za-z)\]]\s*[:=]|->|→")
+_FEW = 2
+"""Numbers in a row that may stand without words when loads were typed between the rows."""
+_BOUND = re.compile(r"[A-Za-z)\]]['\"]?\s*[:=]|->|→")
 """What binds a word to a value: not a table's separator."""
+_BRACKETED = re.compile(r"[(\[{]\s*\x01(?:\s*[,;]?\s*\x01){1,23}\s*[)\]}][,;]?")
+"""A row of numbers in brackets, as programs print their lists."""
 _UNITS = {"kg", "g", "N", "lb", "mg", "kN", "lbs", "oz", "mN"}
 _HEAVY = re.compile(r"weight|load|mass|gewicht|last|poids|peso|known|put|add|tare|empty|leer", re.I)
 
@@ -31,12 +35,14 @@ def free_form(lines: list[str], encoding: str) -> Layout | None:
     row = ranked[0]
     count = shapes[row]
     typed = [s for s in ranked[1:] if s.count("\x01") == 1 and _is_load(s) and shapes[s] < count]
-    bare = row in ("\x01", "\x02\x01")
     if count < 3 or count + sum(shapes[s] for s in typed) < _LEAST * len(written):
         return None
+    if _BRACKETED.fullmatch(row):
+        return Layout(encoding=encoding, line=_expression(row, "column"))
     if any(sign in row for sign in (",\x01", ";\x01", "\t\x01")) and not _BOUND.search(row):
         return None
-    if not (_BOUND.search(row) or (typed and bare)):
+    few = len(re.findall("[\x01\x02]", row)) <= _FEW
+    if not (_BOUND.search(row) or (typed and few)):
         return None
     if row.count("\x01") > 4:
         return None
@@ -68,10 +74,11 @@ def _expression(shape: str, called: str) -> str:
         elif piece == "\x01":
             name = _name(made_words, called) if (made_words := _words(shape, names)) else called
             unit = re.match(r"\s*([A-Za-z]+)\b", pieces[at + 1]) if at + 1 < len(pieces) else None
-            if called == "load" and unit and unit[1] in _UNITS:
+            if unit and unit[1] in _UNITS:
                 name = f"{name}_{unit[1].lower()}"
             names[name] += 1
-            made += rf"(?P<{_numbered(name, names)}>{_NUMBER})"
+            named = f"column_{names[name]}" if called == "column" else _numbered(name, names)
+            made += rf"(?P<{named}>{_NUMBER})"
         else:
             made += re.sub(r"\s+", r"\\s*", re.escape(piece).replace(r"\ ", " "))
     return made

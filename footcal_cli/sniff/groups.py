@@ -64,23 +64,6 @@ def indexed_wrenches(file: FileGuess) -> FileGuess:
     return replace(file, columns=tuple(made.values()))
 
 
-def attitude(file: FileGuess) -> dict[str, tuple[ColumnGuess, str | None]]:
-    """Canonical columns of an attitude or of gravity -> column and unit; empty without one."""
-    quaternion = _one_owner(file.of("quaternion"), "xyzw")
-    if quaternion:
-        return {f"body_q{a}": (c, None) for a, c in quaternion.items()}
-    gravity = _one_owner(file.of("gravity"), "xyz")
-    if gravity:
-        return {f"gravity_{a}": (c, None) for a, c in gravity.items()}
-    angles = _one_owner(file.of("angle"), ("roll", "pitch", "yaw"))
-    if not angles:
-        two = _one_owner(file.of("angle"), ("roll", "pitch"))
-        return {} if not two else {f"body_{a}_rad": (c, angle_unit(two)) for a, c in two.items()}
-    if angles:
-        return {f"body_{a}_rad": (c, angle_unit(angles)) for a, c in angles.items()}
-    return {}
-
-
 def matrix(file: FileGuess) -> dict[str, tuple[ColumnGuess, str | None]]:
     """Canonical columns of a rotation matrix -> column."""
     found = {c.name.axis: c for c in file.of("matrix")}
@@ -104,7 +87,7 @@ def angle_unit(columns: Mapping[str, ColumnGuess]) -> str:
     return "deg" if largest > 2 * np.pi else "rad"
 
 
-def _one_owner(columns: Iterable[ColumnGuess], axes: Iterable[str]) -> dict[str, ColumnGuess]:
+def one_owner(columns: Iterable[ColumnGuess], axes: Iterable[str]) -> dict[str, ColumnGuess]:
     """The first complete set of axes of one owner; body and base before others."""
     groups: dict[str, dict[str, ColumnGuess]] = {}
     for column in columns:

@@ -10,9 +10,9 @@ from footcal_cli.sniff.units import split_unit
 
 Quantity = Literal[
     "time", "sequence", "load", "reading", "force", "cop", "quaternion", "angle", "matrix",
-    "gravity", "com", "com_acc", "foot_position", "hole", "temperature", "label", "direction",
-    "repeat", "session", "phase", "orientation", "placement", "contact", "pressure", "other",
-    "unknown",
+    "gravity", "acceleration", "com", "com_acc", "foot_position", "hole", "temperature", "label",
+    "direction", "repeat", "session", "phase", "orientation", "placement", "contact", "pressure",
+    "other", "unknown",
 ]  # fmt: skip
 
 _CAMEL = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+|[А-Яа-яÀ-ÿ]+")
@@ -178,6 +178,14 @@ def _quantity(stem: str, words: list[str], unit: str | None) -> tuple[Quantity, 
         or re.fullmatch(r"q[xyzw]", last)
     ):
         return "quaternion", last[-1], {"quat", "quaternion", "orientation", "q", last}
+    found = re.fullmatch(r"(?:.*[\W_])?q(?:uat|uaternion)?[\W_]?([0-3])", stem.lower())
+    if found:
+        return "quaternion", found[1], {"q", "quat", "quaternion", found[1]}
+    said = {"acc", "accel", "acceleration", "accelerometer", "accelerometers"} & set(words)
+    if said and last in "xyz":
+        return "acceleration", last, {last, *said}
+    if re.fullmatch(r"(?:acc|a)[xyz]", last):
+        return "acceleration", last[-1], {last}
     for angle in ("roll", "pitch", "yaw"):
         if angle in words:
             return "angle", angle, {angle}

@@ -16,7 +16,7 @@ class Entry:
     ----------
     column
         The file's, None for a value.
-    unit, value, file_name, factor
+    unit, value, file_name, factor, nanoseconds, names
         As in a recipe.
     sure, why
         How sure, and by what.
@@ -27,6 +27,7 @@ class Entry:
     value: str | None = None
     file_name: str | None = None
     factor: float | None = None
+    nanoseconds: str = ""
     names: Mapping[str, str] = field(default_factory=dict)
     sure: Sure = "likely"
     why: str = ""
@@ -34,7 +35,10 @@ class Entry:
 
 def of(column: ColumnGuess, unit: str | None = None) -> Entry:
     """An entry for a column as it was guessed."""
-    return Entry(column, unit or column.unit, sure=column.sure, why=column.why)
+    return Entry(
+        column, unit or column.unit, nanoseconds=column.nanoseconds, sure=column.sure,
+        why=column.why,
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -97,3 +101,20 @@ class Plan:
     def ready(self) -> bool:
         """Whether the command runs as it is."""
         return not any(blank.needed for blank in self.blanks)
+
+
+MASS = Blank(
+    ("# [robot]", "# mass_kg =    # the whole robot, batteries and cables included"),
+    "no log says what the robot weighs",
+)
+_RATE = Blank(
+    ("# rate_hz = 100.0    # rows per second",),
+    "the log has no time stamps; 100 Hz is assumed, which moves no static calibration", False,
+)  # fmt: skip
+
+
+def times(file: FileGuess, *, needed: bool) -> tuple[dict[str, Entry], float | None, list[Blank]]:
+    """The entry of time stamps, or a rate to count with."""
+    for column in file.of("time"):
+        return {"time_s": of(column)}, None, []
+    return ({}, 100.0, [_RATE]) if needed else ({}, None, [])

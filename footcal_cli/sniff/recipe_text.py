@@ -8,8 +8,8 @@ from pathlib import Path
 
 from footcal_cli.reading import BLANKS, Layout
 from footcal_cli.sniff.columns import FileGuess
+from footcal_cli.sniff.file_names import Part
 from footcal_cli.sniff.plan import Entry, Plan
-from footcal_cli.sniff.several import Part
 
 
 def recipe_text(parts: Sequence[Part], target: Path, command_line: str) -> str:
@@ -151,7 +151,7 @@ def _layout_lines(file: FileGuess) -> list[str]:
     if layout.separator != plain.separator:
         name = {BLANKS: "space", "\t": "tab"}.get(layout.separator, layout.separator)
         lines.append(f"separator = {_quoted(name)}")
-    for key in ("decimal", "encoding", "comment"):
+    for key in ("decimal", "thousands", "encoding", "comment"):
         value = getattr(layout, key)
         if value != getattr(plain, key):
             lines.append(f"{key} = {_quoted(value)}")
@@ -161,6 +161,8 @@ def _layout_lines(file: FileGuess) -> list[str]:
         lines.append("header = false")
     if layout.names:
         lines.append(f"names = [{', '.join(map(_quoted, layout.names))}]")
+    if layout.until:
+        lines.append(f"until = {_quoted(layout.until)}    # the table ends above it")
     if layout.skip_below:
         lines.append(f"skip_below = {layout.skip_below}    # units")
     return lines
@@ -186,6 +188,11 @@ def _place(entry: Entry) -> str:
         said.append(f"factor = {entry.factor}")
     if entry.column is not None and entry.column.format:
         said.append(f"format = {_quoted(entry.column.format)}")
+    if entry.nanoseconds:
+        said.append(f"nanoseconds = {_quoted(entry.nanoseconds)}")
+    if entry.names:
+        pairs = ", ".join(f"{_quoted(a)} = {_quoted(b)}" for a, b in entry.names.items())
+        said.append(f"names = {{ {pairs} }}")
     if entry.column is not None and entry.column.pattern:
         said.append(f"pattern = {_literal(entry.column.pattern)}")
     if len(said) == 1 and entry.column is not None:

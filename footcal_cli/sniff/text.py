@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import csv
 import gzip
+import json
+import re
 import zlib
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from footcal_cli.errors import DataError
 from footcal_cli.reading import BLANKS, Layout
 from footcal_cli.sniff.freeform import free_form
-from footcal_cli.sniff.tokens import decimal_of, is_moment, is_number, worth
+from footcal_cli.sniff.tokens import is_moment, is_number, number_signs, worth
 from footcal_cli.sniff.units import looks_like_units
 from footcal_cli.textfiles import regular_file, unreadable
 
@@ -37,11 +39,14 @@ class TextGuess:
         What a row of units says of each column; empty without one.
     said
         What was noticed, a short sentence each.
+    above
+        Lines above the rows.
     """
 
     layout: Layout
     units: tuple[str, ...] = ()
     said: tuple[str, ...] = ()
+    above: tuple[str, ...] = ()
 
 
 def guess_text(path: Path) -> TextGuess:
@@ -58,9 +63,9 @@ def guess_text(path: Path) -> TextGuess:
         lines = lines[:-1]
     if not any(line.strip() for line in lines):
         raise DataError("the file is empty", file=path, remedy="record or export the log again")
-    if next(line for line in lines if line.strip()).lstrip().startswith("{"):
+    if _is_json(text):
         raise DataError(
-            "JSON lines, not a table", file=path,
+            "JSON, not a table", file=path,
             remedy=f"run `footcal convert {path} --out {path.stem}.parquet`, then footcal init on "
             "what it writes",
         )  # fmt: skip
@@ -77,7 +82,23 @@ def guess_text(path: Path) -> TextGuess:
             remedy="export one table of numbers per file, its columns named in the first line",
         )  # fmt: skip
     guess = _laid_out(lines, found, encoding)
-    return TextGuess(guess.layout, guess.units, (*said, *guess.said))
+    until = _end(lines, found, guess.layout.comment)
+    said += [f"the table ends above '{until}'"] if until else []
+    layout = replace(guess.layout, thousands=found.thousands, until=until)
+    top = next((i for i, line in enumerate(lines) if found.is_row(line)), 0)
+    return TextGuess(layout, guess.units, (*said, *guess.said), tuple(lines[:top]))
+
+
+def _is_json(text: str) -> bool:
+    """Whether a text begins with an object in JSON, alone or as the first of a list."""
+    start = text.lstrip().removeprefix("[").lstrip()
+    if not start.startswith("{"):
+        return False
+    try:
+        json.JSONDecoder().raw_decode(start)
+    except ValueError:
+        return False
+    return True
 
 
 def _decoded(path: Path) -> tuple[str, str]:
@@ -121,6 +142,7 @@ class _Body:
 
     separator: str
     decimal: str
+    thousands: str
     width: int
     share: float
     numbers: float
@@ -135,19 +157,19 @@ class _Body:
         split = [fields_of(line.rstrip(separator), separator) for line in tail]
         width = Counter(map(len, split)).most_common(1)[0][0]
         rows = [row for row in split if len(row) == width]
-        decimal = "." if separator == "," else decimal_of([f for row in rows for f in row])
-        worths = [[worth(field, decimal) for field in row] for row in rows]
+        signs = number_signs([f for row in rows for f in row], separator)
+        worths = [[worth(field, *signs) for field in row] for row in rows]
         share = len(rows) / len(split)
         numeric = tuple(
             i for i in range(width)
-            if sum(is_number(row[i], decimal) or row[i] == "" for row in rows) > 0.8 * len(rows)
-            and any(is_number(row[i], decimal) for row in rows)
+            if sum(is_number(row[i], *signs) or row[i] == "" for row in rows) > 0.8 * len(rows)
+            and any(is_number(row[i], *signs) for row in rows)
         )  # fmt: skip
         moments = sum(
             sum(is_moment(row[i]) for row in rows) > 0.8 * len(rows) for i in range(width)
         )
         score = share * sum(map(sum, worths)) / len(rows)
-        return cls(separator, decimal, width, share, len(numeric) + moments, score, numeric)
+        return cls(separator, *signs, width, share, len(numeric) + moments, score, numeric)
 
     def is_row(self, line: str) -> bool:
         fields = fields_of(line.rstrip(self.separator), self.separator)
@@ -155,7 +177,7 @@ class _Body:
             return False
         if not self.numeric:
             return any(is_moment(field) for field in fields)
-        good = [is_number(fields[i], self.decimal) for i in self.numeric]
+        good = [is_number(fields[i], self.decimal, self.thousands) for i in self.numeric]
         return sum(good) >= max(1, (len(good) + 1) // 2)
 
 
@@ -178,6 +200,8 @@ def _laid_out(lines: list[str], body: _Body, encoding: str) -> TextGuess:
     said = [f"fields separated by {_CALLED[body.separator]}"] if body.width > 1 else []
     if body.decimal == ",":
         said.append("decimal commas")
+    if body.thousands:
+        said.append(f"'{body.thousands}' between thousands")
     if units:
         said.append("a row of units below the header")
     separator, decimal = body.separator, "," if body.decimal == "," else "."
@@ -204,6 +228,28 @@ def _laid_out(lines: list[str], body: _Body, encoding: str) -> TextGuess:
     if layout.skip_rows:
         said.append(f"{layout.skip_rows} lines above the header")
     return TextGuess(layout, units, tuple(said))
+
+
+def _end(lines: list[str], body: _Body, comment: str) -> str:
+    """What the line begins with above which the table ends; empty where it goes on.
+
+    A remark below the rows, or a second table: two lines that are no rows, or none after it.
+    """
+    first = next(i for i, line in enumerate(lines) if body.is_row(line))
+    written = [
+        line for line in lines[first:]
+        if line.strip(f" \t\r\n{body.separator}")
+        and not (comment and line.lstrip().startswith(comment))
+    ]  # fmt: skip
+    rows = [body.is_row(line) for line in written]
+    for at, line in enumerate(written):
+        word = fields_of(line, body.separator)[0] if fields_of(line, body.separator) else ""
+        ends = not any(rows[at : at + 2]) if at + 1 < len(rows) else not rows[at]
+        if not rows[at] and ends and re.match(r"[^\W\d]", word) and not is_number(word, "."):
+            return word
+        if not rows[at] and not ends:
+            return ""
+    return ""
 
 
 def _comment(lines: list[str], body: _Body) -> str:
@@ -235,8 +281,6 @@ def _split(line: str, body: _Body) -> list[str]:
     if body.width < len(fields) <= body.width + 2 and body.separator != BLANKS:
         fields = fields[: body.width]  # rows without the comments that the header announces
     if len(fields) != body.width and body.separator == BLANKS:
-        import re
-
         fields = [f.strip() for f in re.split(r"\t+|\s{2,}|,\s*|;\s*", line.strip())]
     if len(fields) != body.width:
         return []

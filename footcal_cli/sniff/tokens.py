@@ -8,6 +8,7 @@ POINT = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 COMMA = re.compile(r"[+-]?(?:\d+,\d+|\d+)(?:[eE][+-]?\d+)?")
 _COMMA_ONLY = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
 _POINT_ONLY = re.compile(r"[+-]?\d*\.\d+(?:[eE][+-]?\d+)?")
+_GROUPED = re.compile(r"[+-]?\d{1,3}(?:([.,' \u00a0\u202f])\d{3})(?:\1\d{3})*((?!\1)[.,]\d+)?")
 _TIME_OF_DAY = r"\d{1,2}:\d\d(?::\d\d(?:[.,]\d+)?)?(?: ?[AP]M)?"
 _DATE = re.compile(
     rf"(?:\d{{4}}[-/.]\d\d?[-/.]\d\d?|\d\d?[./-]\d\d?[./-]\d{{2,4}})(?:[T _]{_TIME_OF_DAY})?"
@@ -16,11 +17,19 @@ _DATE = re.compile(
 _TIME = re.compile(_TIME_OF_DAY)
 _WITH_UNIT = re.compile(r"([+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?)\s*([A-Za-zµ%°]{1,5})")
 _WORD = re.compile(r"[^\d;\t|,][^;\t|,]*")
+HEXADECIMAL = re.compile(r"0[xX][0-9A-Fa-f]{1,12}")
 NOTHING = {"", "nan", "na", "n/a", "null", "none", "-nan", "inf", "-inf", "-", "--", "#n/a"}
 
 
-def is_number(text: str, decimal: str) -> bool:
-    """Whether a cell is a number with that decimal sign."""
+def is_number(text: str, decimal: str, thousands: str = "") -> bool:
+    """Whether a cell is a number with that decimal sign, in groups of three digits if so."""
+    if thousands and thousands in text:
+        found = _GROUPED.fullmatch(text)
+        if found is None or found[1] != thousands:
+            return False
+        text = text.replace(thousands, "")
+    if text[:2] in ("0x", "0X"):
+        return bool(HEXADECIMAL.fullmatch(text))
     return bool((POINT if decimal == "." else COMMA).fullmatch(text))
 
 
@@ -35,22 +44,44 @@ def with_unit(text: str) -> tuple[str, str] | None:
     return (found[1], found[2]) if found else None
 
 
-def worth(text: str, decimal: str) -> float:
+def worth(text: str, decimal: str, thousands: str = "") -> float:
     """How well a cell stands as one field: numbers 1, words a little, fields run together −1."""
     if text.lower() in NOTHING:
         return 0.0
-    if is_number(text, decimal) or is_moment(text):
+    if is_number(text, decimal, thousands) or is_moment(text):
         return 1.0
     if with_unit(text):
         return 0.7
     return 0.1 if _WORD.fullmatch(text) else -1.0
 
 
-def decimal_of(texts: list[str]) -> str:
-    """The decimal sign of fields that are not separated by commas."""
-    commas = sum(bool(_COMMA_ONLY.fullmatch(text)) for text in texts)
-    points = sum(bool(_POINT_ONLY.fullmatch(text)) for text in texts)
-    return "," if commas > points else "."
+def number_signs(texts: list[str], separator: str) -> tuple[str, str]:
+    """The decimal sign of fields, and the sign between groups of thousands, empty for none.
+
+    Two of a sign in one number are between groups, or one before the other sign; so is one that
+    always has three digits after it where other numbers have the other sign. One sign alone
+    (``8.388``) is the decimal one, but in a text that is itself separated by commas.
+    """
+    texts = [pair[0] if (pair := with_unit(text)) else text for text in texts]
+    grouped = [found for text in texts if (found := _GROUPED.fullmatch(text))]
+    twice = {found[1] for found in grouped if found[2] or found[0].count(found[1]) > 1}
+    commas = [text for text in texts if _COMMA_ONLY.fullmatch(text)]
+    points = [text for text in texts if _POINT_ONLY.fullmatch(text)]
+    whole = {sign: _all_grouped(alone) for sign, alone in ((",", commas), (".", points))}
+    if len(twice) == 1:
+        sign = twice.pop()
+        return ("," if sign == "." or (sign != "," and len(commas) > len(points)) else "."), sign
+    if separator == ",":
+        return ".", "," if whole[","] else ""
+    if commas and points and whole[","] != whole["."]:
+        return (".", ",") if whole[","] else (",", ".")
+    return ("," if len(commas) > len(points) else "."), ""
+
+
+def _all_grouped(texts: list[str]) -> bool:
+    """Whether all of some numbers can be groups of thousands; ``0,500`` cannot."""
+    found = [_GROUPED.fullmatch(text) for text in texts]
+    return bool(texts) and all(f and not f[0].lstrip("+-").startswith("0") for f in found)
 
 
 def date_format(texts: list[str]) -> str | None:

@@ -21,6 +21,10 @@ _ALSO = {
     "millimeter": "mm", "millimetre": "mm", "meter": "m", "metre": "m", "meters": "m",
     "metres": "m", "s": "s", "m": "m", "n": "N",
 }  # fmt: skip
+MASSES = {"kg": 1.0, "g": 1e-3, "lb": 0.45359237, "oz": 0.028349523125, "mg": 1e-6}
+"""In kg."""
+WEIGHTS = {"N": 1.0, "kN": 1e3, "mN": 1e-3}
+"""In N."""
 _BRACKETED = re.compile(r"^(?P<stem>.*?)[\s_]*[\[(<{](?P<unit>[^\])>}]*)[\])>}]\s*$")
 _SUFFIXES = {
     "n": "N", "nm": "N*m", "kg": "kg", "g": "g", "mn": "mN", "kn": "kN", "nmm": "N*mm", "s": "s",

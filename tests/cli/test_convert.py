@@ -418,6 +418,14 @@ def test_json_lines_may_nest_and_leave_numbers_out(tmp_path: Path, run: Run) -> 
     assert written["note"].tolist() == ["zero", "1 kg"]
 
 
+def test_a_json_list_is_read_as_its_objects(tmp_path: Path, run: Run) -> None:
+    objects = [{"weight_kg": 0.5, "raw": 8}, {"weight_kg": 1.0, "raw": 9}]
+    (tmp_path / "all.json").write_text(json.dumps(objects, indent=2))
+    answer = run("convert", tmp_path / "all.json", "--out", tmp_path / "all.parquet")
+    assert answer.exit_code == 0, answer.err
+    assert pd.read_parquet(tmp_path / "all.parquet").to_dict("records") == objects
+
+
 # ------------------------------------------------------------------ refusals
 def halved(path: Path) -> Path:
     content = path.read_bytes()

@@ -64,9 +64,9 @@ def test_the_walk_is_calibrated_and_everything_is_told(
     assert answer.exit_code == 0, answer.err
     errors = read_record(RmseRecord, out / "rmse.json")
     for quantity, ratio in (("cop", 0.65), ("foot_cop", 0.6)):
-        assert rmse(errors, "memory", quantity) < ratio * rmse(errors, "window", quantity)
+        for other in ("window", "static"):  # each at its own ωS
+            assert rmse(errors, "memory", quantity) < ratio * rmse(errors, other, quantity)
     assert rmse(errors, "memory", "cop") < 1e-3
-    assert rmse(errors, "static", "cop") > 3 * rmse(errors, "window", "cop")
     sentence = answer.out.splitlines()[0]
     assert sentence.startswith("VERDICT  CoP error")
     assert sentence.endswith("against the truth, by the filter with memory.")

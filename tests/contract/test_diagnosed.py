@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import pytest
 from scipy import stats
 
-from footcal_cli.commands.parts.diagnose_hang import OF_CELLS
+from footcal_cli.commands.parts.diagnose_cases import OF_CELLS
 from footcal_cli.core.chain import Chain, Link
 from footcal_cli.core.diagnosis.answer import EffectStatus, Verdict
 from footcal_cli.core.diagnosis.investigation import Found, Investigation

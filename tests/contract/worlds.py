@@ -12,16 +12,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
-from footcal_cli.commands.parts.diagnose_balanced import WALK_UNTESTED
-from footcal_cli.commands.parts.diagnose_hang import UNTESTED as HANG_UNTESTED
-from footcal_cli.commands.parts.diagnose_pose import CALIBRATED as POSE_CALIBRATED
+from footcal_cli.commands.parts.diagnose_balanced import unseen_walking
+from footcal_cli.commands.parts.diagnose_cases import needs_time, of_cells
+from footcal_cli.commands.parts.diagnose_hang import unseen_hanging
 from footcal_cli.commands.parts.diagnose_pose import POSES_PER_BLOCK
-from footcal_cli.commands.parts.diagnose_pose import UNTESTED as POSE_UNTESTED
 from footcal_cli.core.chain import Chain, Link, chain_of, link
 from footcal_cli.core.contact import airborne
 from footcal_cli.core.diagnosis.blocks import block_means, cut_balanced, piece_means
 from footcal_cli.core.effects import TABLE
-from footcal_cli.core.effects.contract import Effect
+from footcal_cli.core.effects.contract import Effect, Trait
 from footcal_cli.core.experiments import hang, placements, pose, stand, walk, weights
 from footcal_cli.core.experiments.contract import Experiment
 from footcal_cli.core.hang.blocks import blocked
@@ -50,7 +49,7 @@ from footcal_cli.core.simulation.hexapod_logs import (
     offset_values,
     pose_log,
 )
-from footcal_cli.core.simulation.measure import BELIEVED, as_counts
+from footcal_cli.core.simulation.measure import as_counts
 from footcal_cli.core.simulation.noise import QUIET
 from footcal_cli.core.simulation.robots import Hexapod
 from footcal_cli.core.simulation.scenario import Spread, hang_tilts, mounting
@@ -175,7 +174,7 @@ def record_placements(hidden: Hidden | None, seed: int, noisy: bool) -> tuple[Lo
     """A log per foot, a row per placement, in another order in every round."""
     plan = PLACED if noisy else replace(PLACED, noise=QUIET)
     nothing = Chain(()), dict[str, float]()
-    believed = hidden is not None and hidden.effect.name in BELIEVED
+    believed = hidden is not None and Trait.BELIEF in hidden.effect.traits
     # the bench's simulator numbers placements, not holes: a wrong hole is a belief about the log
     wrong = hidden is not None and hidden.effect.name == "wrong_hole"
     on_bench = _with(*nothing, hidden if believed and not wrong else None)
@@ -323,7 +322,7 @@ def hung_case(logs: tuple[Log, ...], seed: int) -> Case:
 def _hips(seed: int) -> tuple[Chain, dict[str, float]]:
     """Offsets and mountings as `pose-calib` leaves them: true, and refitted."""
     _, values = mounting(HEXAPOD, Spread(), seed)
-    chain = chain_of([link(TABLE[name], HEXAPOD.channels) for name in ("offset", *POSE_CALIBRATED)])
+    chain = chain_of([link(TABLE[name], HEXAPOD.channels) for name in pose.EXPERIMENT.calibration])
     names = set(chain.parameters().names)
     return chain, {name: float(value) for name, value in values.items() if name in names}
 
@@ -359,13 +358,15 @@ WORLDS = {
         record_placements, placements_case, placements.EXPERIMENT, ROBOT.channels, {}
     ),
     "stand": World(record_stand, stand_case, stand.EXPERIMENT, ROBOT.channels, {}),
-    "walk": World(record_walk, walk_case, walk.EXPERIMENT, ROBOT.channels, WALK_UNTESTED),
-    "hang": World(record_hang, hung_case, hang.EXPERIMENT, HANGING, HANG_UNTESTED),
+    "walk": World(record_walk, walk_case, walk.EXPERIMENT, ROBOT.channels, unseen_walking()),
+    "hang": World(record_hang, hung_case, hang.EXPERIMENT, HANGING, unseen_hanging()),
     "pose": World(
         record_pose,
         pose_case,
         pose.EXPERIMENT,
         HEXAPOD.channels,
-        POSE_UNTESTED | {"body_tilt": "no pose tells it from a rotation of all mountings"},
+        of_cells(pose.EXPERIMENT)
+        | needs_time(pose.EXPERIMENT, "poses have no time stamps")
+        | {"body_tilt": "no pose tells it from a rotation of all mountings"},
     ),
 }

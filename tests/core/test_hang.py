@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from footcal_cli.core.experiments.hang import EXPERIMENT
 from footcal_cli.core.hang.joint import HangFit, HangOptions, fit_hang
 from footcal_cli.core.hang.model import HangModel
+from footcal_cli.core.hang.runs import hang_runs
 from footcal_cli.core.inference.fit import numeric_jacobian
 from footcal_cli.core.parameters import Status
 from tests.core.six_axis_data import (
@@ -46,7 +46,7 @@ def test_coefficient_jacobian_matches_finite_differences(tilt: str, extra: bool)
     model = HangModel("hl", FOUR_WAYS, 2, tilt, temperature=extra, drift=extra)  # type: ignore[arg-type]  # parametrised literal
     size = model.tilt_design.shape[2] + 7 + 12 * extra + 3 * model.com_columns
     theta = np.random.default_rng(1).normal(size=size)
-    assert len(model.parameters(6.0)) == model.prior_sd.size == size
+    assert len(model.parameters(6.0)) == size
     numeric = numeric_jacobian(lambda t: model.coefficients(t).ravel(), theta, np.full(size, 1e-6))
     analytic = model.coefficient_jacobian(theta).reshape(numeric.shape)
     np.testing.assert_allclose(analytic, numeric, atol=1e-7)
@@ -233,21 +233,19 @@ def test_single_rows_per_orientation_still_have_honest_intervals() -> None:
     assert 0.88 < np.mean(np.abs(standard) < 1.96) < 0.99
 
 
-def test_the_experiments_balance_is_the_estimators_residual() -> None:
-    hanging = hang(np.random.default_rng(14))
-    fit = fit_hang(hanging.logs)
+@pytest.mark.parametrize("extra", [False, True])
+def test_the_experiments_balance_is_the_estimators_residual(extra: bool) -> None:
+    """What the fit minimises as coefficients of regressors is the chain under the balance."""
+    logs = hang(np.random.default_rng(14), temperature_slope=0.05).logs
+    fit = fit_hang(logs, HangOptions(temperature=extra, drift=extra))
+    runs, _ = hang_runs(logs)
     tables = fit.model.coefficients(fit.estimates.values)
-    for log, direction, table in zip(hanging.logs, fit.gravity_dir_t, tables, strict=True):
-        rows = len(log)
-        corrected = log.with_readings(log.readings - fit.values.offset).with_known(
-            gravity_dir=np.broadcast_to(direction, (rows, 3)),
-            leg_weight_n=np.full(rows, fit.values.weight_n),
-            leg_com_m=fit.com_t_m(log.known["phase_rad"]),
-        )
-        error = EXPERIMENT.balance(corrected).error
-        z = fit.model.regressors(log.known["phase_rad"], np.zeros(rows), np.zeros(rows))
-        np.testing.assert_allclose(error, log.readings - z @ table.T, atol=1e-12)
-        assert np.abs(error.mean(axis=0)).max() < 0.02
+    for run, error, table in zip(runs, fit.residuals(runs), tables, strict=True):
+        z = fit.model.regressors(
+            run.phase_rad, run.temperature_degc - fit.reference_temperature_degc,
+            run.time_s - fit.reference_time_s,
+        )  # fmt: skip
+        np.testing.assert_allclose(error, run.wrench - z @ table.T, atol=1e-12)
 
 
 def test_logs_of_different_legs_and_broken_readings_are_refused() -> None:

@@ -5,22 +5,29 @@ from footcal_cli.core.online.evidence import (
     bootstrap_mean,
     bootstrap_ratio,
     paired_p,
-    rms,
-    rms_per_cycle,
 )
+from footcal_cli.core.online.squares import squares, squares_per_cycle
 
 
-def test_rms_per_cycle_counts_valid_samples_only() -> None:
-    errors = np.array([3.0, 4.0, 100.0, 1.0, np.nan, 7.0])
+def test_squares_count_finite_errors_and_those_of_parts_add_up() -> None:
+    errors = np.array([3.0, 4.0, np.nan, 1.0, np.nan, 7.0])
     cycle = np.array([0, 0, 0, 1, 1, -1])
-    valid = np.array([True, True, False, True, True, True])
-    found = rms_per_cycle(errors, cycle, valid)
-    np.testing.assert_allclose(found, [np.sqrt(12.5), 1.0])
+    found = squares_per_cycle(errors, cycle)
+    np.testing.assert_allclose(found.rms, [np.sqrt(12.5), 1.0])
     vectors = np.stack([errors, errors], axis=1)
-    np.testing.assert_allclose(rms_per_cycle(vectors, cycle, valid), found * np.sqrt(2))
-    assert rms(np.array([[3.0, 4.0], [np.nan, 1.0]])) == 5.0
-    empty = rms_per_cycle(errors, np.array([0, 0, 0, 2, 2, 2]), valid)
-    assert np.isnan(empty[1])
+    np.testing.assert_allclose(squares_per_cycle(vectors, cycle).rms, found.rms * np.sqrt(2))
+    assert squares(np.array([[3.0, 4.0], [np.nan, 1.0]])).rms == 5.0
+    assert np.isnan(squares_per_cycle(errors, np.array([0, 0, 0, 2, 2, 2])).rms[1])
+    assert (squares(errors[:2]) + squares(errors[2:])).rms == squares(errors).rms
+    first = squares_per_cycle(errors[:1], cycle[:1]).widened(2)
+    np.testing.assert_allclose((first + squares_per_cycle(errors[1:], cycle[1:])).rms, found.rms)
+
+
+def test_resamples_of_a_long_walk_are_those_of_one_draw() -> None:
+    values = np.random.default_rng(2).gamma(4.0, 0.25, 1200)
+    found = bootstrap_mean(values, np.random.default_rng(3))
+    whole = values[np.random.default_rng(3).integers(0, 1200, (2000, 1200))].mean(axis=1)
+    assert (found.low, found.high) == tuple(np.quantile(whole, [0.025, 0.975]))
 
 
 def test_bootstrap_intervals_cover_the_mean_as_often_as_they_say() -> None:

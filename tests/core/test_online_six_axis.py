@@ -98,7 +98,11 @@ def test_every_column_is_what_its_unknown_does_to_the_balance() -> None:
     base = walk.six_axis_balance(log)
     np.testing.assert_allclose(rows.error[rows.valid], base.error[base.valid], atol=1e-9)
     step = 1e-4
-    for i, name in enumerate(rows.names):
+    both = [*rows.names, "robot.mass_correction"]  # scales and the mass are never free together
+    with_mass = six_axis_rows(log, samples_per_update=1, scales=False)
+    for name in both:
+        of = rows if name in rows.names else with_mass
+        i = of.names.index(name)
         owner, kind = name.split(".")
         readings, known = log.readings.copy(), dict(log.known)
         if kind.startswith("offset"):
@@ -107,8 +111,8 @@ def test_every_column_is_what_its_unknown_does_to_the_balance() -> None:
             readings[:, CHANNELS.index(f"{owner}.{kind[-2:]}")] *= 1 + step
         elif kind == "mass_correction":
             # through gravity alone: the measured acceleration is noisy and would pull it down
-            assert np.all(rows.h[:, 2, i] == -log.known["gravity_mps2"] * rows.prior_sd[i])
-            assert not np.delete(rows.h[:, :, i], 2, axis=1).any()
+            assert np.all(of.h[:, 2, i] == -log.known["gravity_mps2"] * of.prior_sd[i])
+            assert not np.delete(of.h[:, :, i], 2, axis=1).any()
             continue
         elif kind == "weight":
             known["foot_weight_n"] = known["foot_weight_n"].copy()
@@ -124,10 +128,27 @@ def test_every_column_is_what_its_unknown_does_to_the_balance() -> None:
             known = dict(advanced(log, step).known)
         moved = walk.six_axis_balance(log.with_readings(readings).with_known(**known))
         change = (moved.error - base.error) / step * rows.prior_sd[i]
+        if kind.startswith("scale"):  # of a foot in the air not its own, noisy reading
+            change[:, rows.totals :] = rows.h[:, rows.totals :, i]
         # the moment of inertia forces about a moved CoM is left to the reference
         tolerance = 0.15 if kind.startswith("com_corr") else 0.1 if kind == "delay" else 1e-6
         size = max(np.abs(change[rows.valid]).max(), 1e-12)
         assert np.abs(rows.h[:, :, i] - change)[rows.valid].max() < tolerance * size, name
+
+
+def test_the_columns_of_scales_in_the_air_carry_no_noise() -> None:
+    """A scale regressed on a noisy reading is pulled towards −1 by the noise that both hold."""
+    log, _ = six_axis_walk(2)
+    noise = np.random.default_rng(0).normal(0.0, 0.5, log.readings.shape)
+    clean, noisy = (
+        six_axis_rows(one, samples_per_update=1)
+        for one in (log, log.with_readings(log.readings + noise))
+    )
+    for i in (i for i, name in enumerate(clean.names) if ".scale_" in name):
+        both = (clean.h[:, clean.totals :, i], noisy.h[:, clean.totals :, i])
+        change = (both[1] - both[0])[clean.valid[:, clean.totals :]] / clean.prior_sd[i]
+        assert np.ptp(change[change != 0.0]) < 1e-9  # one median a foot and axis
+        assert np.abs(change).max() < 0.1
 
 
 def test_offsets_of_both_feet_are_found_with_honest_intervals() -> None:

@@ -28,8 +28,8 @@ class Walk:
         log, clock = self.log, check_clock(self.log.time_s)
         return Merged(log, log.readings, judge({}, len(log)), clock, clock, 50.0, None, None)
 
-    def replayed(self, **options: object) -> SixAxisReplay:
-        return replay_six_axis(self.merged, samples_per_update=2, scales=False, **options)  # type: ignore[arg-type]
+    def replayed(self, *, scales: bool = False, **options: object) -> SixAxisReplay:
+        return replay_six_axis(self.merged, samples_per_update=2, scales=scales, **options)  # type: ignore[arg-type]
 
     def scores(self, found: SixAxisReplay) -> FloatArray:
         """Errors of all estimates in units of their sd."""
@@ -61,6 +61,17 @@ def test_errors_are_as_large_as_their_sd_and_innovations_as_claimed() -> None:
     assert 0.75 < np.sqrt(np.mean(np.square(scores))) < 1.3
     assert np.max(np.abs(scores)) < 4.5
     assert ratios == pytest.approx([1.0] * 2, abs=0.1)
+
+
+def test_free_scales_do_not_shrink_with_the_noise() -> None:
+    """Were the mass free as well, all forces and the mass would shrink together by 7 sd."""
+    made = walk(23, duration_s=40.0)
+    found = made.replayed(scales=True)
+    scores = made.scores(found)
+    scales = np.array([".scale_" in name for name in found.estimates.names])
+    assert abs(np.mean(scores[scales])) < 1.0
+    assert np.sqrt(np.mean(np.square(scores))) < 1.4
+    assert found.estimates.sd[scales].min() >= 0.002  # as unsure as the mass
 
 
 @pytest.mark.slow

@@ -18,6 +18,7 @@ from tests.faults.log_relations import log_relations
 from tests.faults.page import write_page
 from tests.faults.relations import relation_jobs
 from tests.faults.running import forget_broken, load_package, outcomes
+from tests.faults.seen import seen_jobs
 from tests.faults.world_relations import world_relations
 
 SLOW = frozenset({"pose", "walk", "stream_ladder", "placements_ladder", "diagnose_walk", "batch"})
@@ -31,7 +32,7 @@ def run(arguments: list[str] | None = None) -> int:
     parser.add_argument(
         "--parts",
         nargs="*",
-        default=["input", "kill", "machine", "race", "relation"],
+        default=["input", "kill", "machine", "race", "relation", "seen"],
         help="what to try",
     )
     parser.add_argument("--seed", type=int, default=1)
@@ -50,6 +51,7 @@ def run(arguments: list[str] | None = None) -> int:
         "machine": lambda: machine_faults(inputs, given.seed),
         "race": lambda: races(inputs, given.seed),
         "relation": lambda: relation_jobs((*log_relations(), *world_relations()), inputs),
+        "seen": lambda: seen_jobs(inputs, given.seed),
     }
     jobs = [job for part in given.parts for job in made[part]()]
     # in an order drawn by seed, slow commands last: wherever it is stopped, much was tried

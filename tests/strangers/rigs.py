@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -36,6 +37,8 @@ class Made:
         What a calibration must find.
     says
         Words that the next step must contain, where the log cannot give a calibration by itself.
+    fill
+        What a person does to the recipe then; the command must find the truth after it.
     cop_within_m
         Largest error of a corrected CoP at points left out of the fit.
     """
@@ -44,6 +47,7 @@ class Made:
     truth: Truth = Truth()
     says: str = ""
     cop_within_m: float = 0.0
+    fill: Callable[[str], str] | None = None
 
 
 @dataclass(frozen=True)
@@ -143,6 +147,25 @@ def attitudes(rng: np.random.Generator, poses: int, hold: int) -> tuple[Array, A
 
     rpy = np.repeat(rng.uniform([-3.1, -1.4, -3.1], [3.1, 1.4, 3.1], (poses, 3)), hold, axis=0)
     return Rotation.from_euler("xyz", rpy).as_matrix(), rpy
+
+
+def filled(**values: str) -> Callable[[str], str]:
+    """What fills in the lines ``# key = …`` of a recipe, the tables above them included."""
+
+    def fill(recipe: str) -> str:
+        lines = recipe.splitlines()
+        for key, value in values.items():
+            at = next(i for i, x in enumerate(lines) if re.match(rf"# {key} = ", x))
+            lines[at] = f"{key} = {value}"
+            above = at - 1
+            while above > 0 and lines[above].startswith("# ") and "TO FILL IN" not in lines[above]:
+                if lines[above].startswith("# ["):
+                    lines[above] = lines[above].removeprefix("# ")
+                    break
+                above -= 1
+        return "\n".join(lines) + "\n"
+
+    return fill
 
 
 def write(path: Path, lines: Sequence[str], encoding: str = "utf-8", end: str = "\n") -> Path:

@@ -20,7 +20,8 @@ class Trial:
     Parameters
     ----------
     outcome
-        ``calibration``, ``next step``, or why it is neither.
+        ``calibration``, ``next step``, or why it is neither; ``WRONG: …`` where a calibration
+        that was accepted is not the truth.
     made
         The log and its truth.
     """
@@ -32,6 +33,11 @@ class Trial:
     def good(self) -> bool:
         """Whether the outcome is one of the two that were promised."""
         return self.outcome in ("calibration", "next step")
+
+    @property
+    def wrong(self) -> bool:
+        """Whether a wrong calibration was called good."""
+        return self.outcome.startswith("WRONG")
 
 
 def trial(shape: Write, folder: Path, run: Run, seed: int = 0) -> Trial:
@@ -49,17 +55,31 @@ def trial(shape: Write, folder: Path, run: Run, seed: int = 0) -> Trial:
     done = run(command[1], "--recipe", recipe, "--out", folder / "out", "--quiet")
     if made.says:
         told = made.says in line and done.exit_code in (2, 3) and "Remedy" in done.err
-        return Trial("next step" if told else f"{line} | {done.exit_code} {done.err}", made)
-    if done.exit_code != 0:
-        return Trial(f"{command[1]} ended with {done.exit_code}: {done.err.strip()}", made)
+        if not told:
+            wrong = "WRONG: " if done.exit_code == 0 else ""
+            return Trial(f"{wrong}{line} | {done.exit_code} {done.err}", made)
+        if made.fill is None:
+            return Trial("next step", made)
+        recipe.write_text(made.fill(recipe.read_text(encoding="utf-8")), encoding="utf-8")
+        done = run(command[1], "--recipe", recipe, "--out", folder / "filled", "--quiet")
+        error = compared(made, folder / "filled", command[1], done.exit_code, done.err)
+        return Trial(error or "next step", made)
+    error = compared(made, folder / "out", command[1], done.exit_code, done.err)
+    return Trial(error or "calibration", made)
+
+
+def compared(made: Made, out: Path, command: str, exit_code: int, err: str) -> str:
+    """What is not as it was made; empty where all is."""
+    if exit_code != 0:
+        return f"{command} ended with {exit_code}: {err.strip()}"
     if made.cop_within_m:
-        rows = json.loads((folder / "out" / "rmse.json").read_text())["rows"]
+        rows = json.loads((out / "rmse.json").read_text())["rows"]
         left = [r["rmse"] for r in rows if r["split"] == "held_out" and r["stage"] == "after"]
         good = len(left) == 1 and left[0] < made.cop_within_m
-        return Trial("calibration" if good else f"CoP errors {left}", made)
-    record = json.loads((folder / "out" / "parameters.json").read_text())["parameters"]
+        return "" if good else f"WRONG: CoP errors {left}"
+    record = json.loads((out / "parameters.json").read_text())["parameters"]
     for end, value in made.truth.values.items():
         found = [p["value"] for name, p in record.items() if name.endswith(end)]
         if len(found) != 1 or abs(found[0] - value) > made.truth.within[end]:
-            return Trial(f"{end}: {found} for {value:.6g} ± {made.truth.within[end]:.2g}", made)
-    return Trial("calibration", made)
+            return f"WRONG: {end}: {found} for {value:.6g} ± {made.truth.within[end]:.2g}"
+    return ""

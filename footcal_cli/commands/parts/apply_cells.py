@@ -15,7 +15,9 @@ from footcal_cli.columns import cells_table
 from footcal_cli.core.bench.cop_models import corrected_cop_m
 from footcal_cli.core.bench.matrix import bias_of, mixing_of
 from footcal_cli.core.chain import Chain, Link, link
-from footcal_cli.core.effects import find_effect
+from footcal_cli.core.effects import calibration_of, find_effect
+from footcal_cli.core.effects.contract import Trait
+from footcal_cli.core.effects.foot import CELL_POSITION
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.plausibility import check_total_force
@@ -53,12 +55,12 @@ def _forces(
     mixing = mixing_of(values, log.channels)
     chain = Chain(())
     if mixing is None:
-        chain = Chain((link(find_effect("scale_bias"), log.channels),))
+        chain = Chain((link(calibration_of(log.channels), log.channels),))
     else:
         log = log.with_readings(log.readings @ mixing.T + bias_of(values, log.channels))
     for item in record.effects:
         effect = find_effect(item.effect)
-        if effect.name == "scale_bias":
+        if Trait.CALIBRATION in effect.traits:
             continue
         lacking = [name for name in effect.needs if name not in log.known]
         if lacking:
@@ -79,7 +81,7 @@ def _correction(
     if given is None:
         return {}
     feet = read_record(CopCorrectionsRecord, Path(given)).feet
-    moved = [item for item in record.effects if item.effect == "cell_position"]
+    moved = [item for item in record.effects if item.effect == CELL_POSITION.name]
     for foot in feet:
         if any(owner.startswith(f"{foot}_") for item in moved for owner in item.owners):
             raise UsageError(

@@ -12,22 +12,15 @@ if TYPE_CHECKING:
     from footcal_cli.session import Session
 
 
-_AS_DRIFT = "a calibration that drifts while walking follows it; "
-WALK_UNTESTED = {
-    "mass": _AS_DRIFT + "put a certified weight on the standing robot",
-    "temperature_bias": _AS_DRIFT + "hold a long stand with a temperature sensor",
-    "temperature_scale": _AS_DRIFT + "weigh before and after warming up",
-    "creep": _AS_DRIFT + "hold one weight for ten minutes",
-    "creep_slow": _AS_DRIFT + "hold one weight for ten minutes",
-    "bias_drift": _AS_DRIFT + "log ten unloaded minutes",
-    "bias_jump": _AS_DRIFT + "unload before and after the suspected moment",
-    "slip": "happens once, and nothing that does not repeat is evidence; track the feet",
-}
-"""What a walk alone cannot show, and what would."""
-
-
 PAUSE_S = 60.0
 """Between recordings that are set one after the other."""
+
+
+def unseen_walking() -> dict[str, str]:
+    """Effects that a walk alone cannot show: why, and what would."""
+    from footcal_cli.core.effects import TABLE
+
+    return {e.name: e.unseen_walking for e in TABLE.values() if e.unseen_walking}
 
 
 def read_balanced(session: Session[DiagnoseOptions]) -> CaseRead:
@@ -78,7 +71,7 @@ def read_balanced(session: Session[DiagnoseOptions]) -> CaseRead:
             )  # fmt: skip
         logs.append(cut_balanced(rows_where(log, good)))
     channels = logs[0].channels
-    chain, values = chain_of(baseline_of(session), channels, ("scale_bias",))
+    chain, values = chain_of(baseline_of(session), channels, experiment.calibration)
     belief = recordings[0].belief
     if belief is not None:
         for i, channel in enumerate(channels):
@@ -112,7 +105,7 @@ def read_balanced(session: Session[DiagnoseOptions]) -> CaseRead:
         },
         reading_noise_n=float(np.median(scale * np.median(noises, axis=0))),
     )
-    return CaseRead(case, [], WALK_UNTESTED if kind == "walk" else {})
+    return CaseRead(case, [], unseen_walking() if kind == "walk" else {})
 
 
 def _unfiltered(recordings: list[Recording]) -> Series:

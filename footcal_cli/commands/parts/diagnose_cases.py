@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from footcal_cli.commands.diagnose import DiagnoseOptions
     from footcal_cli.core.chain import Chain
+    from footcal_cli.core.experiments.contract import Experiment
     from footcal_cli.core.inference.case import Case
     from footcal_cli.core.parameters import FloatArray, Parameter
     from footcal_cli.core.quality import Finding
@@ -15,8 +16,7 @@ if TYPE_CHECKING:
     from footcal_cli.session import Session
     from footcal_cli.tables import Table
 
-TIMED = ("creep", "creep_slow", "sensor_lag", "bias_drift", "bias_jump")
-"""Effects that need time stamps."""
+OF_CELLS = "a word for load cells; transducers have scale_matrix, cross_coupling and axis_flip"
 
 
 class CaseRead:
@@ -127,3 +127,19 @@ def optional_column(table: Table, name: str) -> FloatArray:
     import numpy as np
 
     return table.number(name) if name in table else np.full(len(table), np.nan)
+
+
+def needs_time(experiment: Experiment, reason: str) -> dict[str, str]:
+    """Effects of an experiment that need time stamps, each with the reason not to try them."""
+    from footcal_cli.core.effects import having
+    from footcal_cli.core.effects.contract import Trait
+
+    return dict.fromkeys(sorted(having(Trait.TIMED, experiment=experiment.name)), reason)
+
+
+def of_cells(experiment: Experiment) -> dict[str, str]:
+    """Effects of an experiment that are said of load cells and not tried on transducers."""
+    from footcal_cli.core.effects import having
+    from footcal_cli.core.effects.contract import Trait
+
+    return dict.fromkeys(sorted(having(Trait.SMALL_CELL, experiment=experiment.name)), OF_CELLS)

@@ -15,12 +15,18 @@ if TYPE_CHECKING:
     from footcal_cli.core.parameters import Parameter
     from footcal_cli.session import Session
 
-OF_CELLS = "a word for load cells; transducers have scale_matrix, cross_coupling and axis_flip"
 FITTED = "weight, CoM and tilts are fitted to these very logs and take it up"
-UNTESTED = dict.fromkeys(("sign_flip", "dead_zone", "hinge", "saturation"), OF_CELLS) | (
-    dict.fromkeys(("leg_weight", "leg_com", "hang_tilt", "mount_rotation"), FITTED)
-)
-"""Effect -> why it is not tried: the table's shapes are those of cells of some newtons."""
+
+
+def unseen_hanging() -> dict[str, str]:
+    """Effects that hanging logs do not test, and why."""
+    from footcal_cli.commands.parts.diagnose_cases import of_cells
+    from footcal_cli.core.effects import having
+    from footcal_cli.core.effects.contract import Trait
+    from footcal_cli.core.experiments.hang import EXPERIMENT
+
+    taken = having(Trait.HUNG, Trait.MOUNTING, experiment=EXPERIMENT.name)
+    return of_cells(EXPERIMENT) | dict.fromkeys(sorted(taken), FITTED)
 
 
 def read_hang(session: Session[DiagnoseOptions]) -> CaseRead:
@@ -32,7 +38,7 @@ def read_hang(session: Session[DiagnoseOptions]) -> CaseRead:
     """
     from footcal_cli.columns import hang_table
     from footcal_cli.commands.hang_calib import HangCalibOptions, asked_of, hanging_axes
-    from footcal_cli.commands.parts.diagnose_cases import CaseRead
+    from footcal_cli.commands.parts.diagnose_cases import CaseRead, needs_time
     from footcal_cli.commands.parts.hang_logs import leg_logs
     from footcal_cli.core.experiments.hang import EXPERIMENT
     from footcal_cli.core.hang.blocks import blocked
@@ -71,8 +77,9 @@ def read_hang(session: Session[DiagnoseOptions]) -> CaseRead:
         shared_blocks=True,
         settings="hanging",
     )
-    timed = () if in_order else ("offset_drift", "offset_change")
-    untested = UNTESTED | dict.fromkeys(timed, "time stamps start anew in every hanging")
+    untested = unseen_hanging()
+    if not in_order:
+        untested |= needs_time(EXPERIMENT, "time stamps start anew in every hanging")
     runs = {leg: hang_runs(each)[0] for leg, each in undone.items()}
     turned = hanging_axes(undone, runs, fits, asked_of(_constant(asked), recipe.robot.gravity_mps2))
     return CaseRead(case, turned, untested)
@@ -95,10 +102,11 @@ def _model(
 
     from footcal_cli.commands.parts.diagnose_cases import baseline_of, chain_of
     from footcal_cli.core.chain import Link
+    from footcal_cli.core.effects import calibration_of
     from footcal_cli.core.hang.effect import hanging_effect
 
     channels = tuple(c for log in logs for c in log.channels)
-    chain, values = chain_of(baseline_of(session), channels, ("offset",))
+    chain, values = chain_of(baseline_of(session), channels, (calibration_of(channels).name,))
     free: list[Parameter] = []
     for leg, fit in fits.items():
         chain = chain.with_link(Link(hanging_effect(fit.model), {leg: (leg,)}))

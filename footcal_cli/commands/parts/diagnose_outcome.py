@@ -81,7 +81,7 @@ def outcome_of(
                 method_note(found, seed),
             ),
         ),
-        rmse=_rmse(found),
+        rmse=rmse_of(found),
         records={
             "diagnosis.json": record.model_copy(
                 update={
@@ -196,7 +196,7 @@ def _pictures(
     return tuple(drawn)
 
 
-def _rmse(found: Investigation) -> RmseRecord:
+def rmse_of(found: Investigation) -> RmseRecord:
     """Held-out errors of the baseline and of the extended model, per output."""
     from footcal_cli.records.results import RmseRecord, RmseRow
 

@@ -19,10 +19,10 @@ def read_placements(session: Session[DiagnoseOptions]) -> CaseRead:
 
     from footcal_cli.columns import placements_table
     from footcal_cli.commands.parts.diagnose_cases import (
-        TIMED,
         CaseRead,
         affine_parameters,
         chain_of,
+        needs_time,
         optional_column,
     )
     from footcal_cli.core.experiments.placements import EXPERIMENT
@@ -88,7 +88,7 @@ def read_placements(session: Session[DiagnoseOptions]) -> CaseRead:
         known["round"] = _round_of(np.column_stack([place, mean(load)]).round(6))
         logs.append(Log("placements", channels, when, mean(counts), known, block.astype(np.int64)))
     channels = tuple(dict.fromkeys(c for log in logs for c in log.channels))
-    chain, values = chain_of(_needed(session), channels, ("scale_bias",))
+    chain, values = chain_of(_needed(session), channels, EXPERIMENT.calibration)
     for log in logs:
         scale, bias = ([values[f"{c}.{n}"] for c in log.channels] for n in ("scale", "bias"))
         forces = log.readings * scale + bias
@@ -106,26 +106,27 @@ def read_placements(session: Session[DiagnoseOptions]) -> CaseRead:
         settings="round",
         groups={f"{foot}.{o}": o for foot in robot.feet for o in ("fz", "moment_x", "moment_y")},
     )
-    untested = {} if timed else dict.fromkeys((*TIMED, "slip"), "the rows have no time stamps")
+    untested = {} if timed else needs_time(EXPERIMENT, "the rows have no time stamps")
     return CaseRead(case, findings, untested | _left_out_with(session, load))
 
 
 FEW_WEIGHTS = 3
 """With so few weights a wrong label and load beside the cells make the same error."""
-_OF_THE_SUM = {"wrong_weight": "load_bypass", "load_bypass": "wrong_weight"}
 
 
 def _left_out_with(session: Session[DiagnoseOptions], load_n: FloatArray) -> dict[str, str]:
     """What goes with an effect that was left out: its exact copy on so few weights."""
     import numpy as np
 
+    from footcal_cli.core.effects import having
+    from footcal_cli.core.effects.contract import Trait
+
     if np.unique(load_n.round(6)).size > FEW_WEIGHTS:
         return {}
-    return {
-        other: f"on so few weights it is the same as {name}, which was left out"
-        for name, other in _OF_THE_SUM.items()
-        if name in session.options.without
-    }
+    alike = having(Trait.OF_THE_SUM)
+    out = ", ".join(sorted(alike & set(session.options.without)))
+    reason = f"on so few weights it is the same as {out}, which was left out"
+    return dict.fromkeys(sorted(alike - set(session.options.without)), reason) if out else {}
 
 
 def _round_of(placement: FloatArray) -> Any:

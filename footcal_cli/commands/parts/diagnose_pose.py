@@ -14,27 +14,19 @@ if TYPE_CHECKING:
     from footcal_cli.core.pose.data import Geometry
     from footcal_cli.session import Session
 
-OF_CELLS = "a word for load cells; transducers have scale_matrix, cross_coupling and axis_flip"
-NO_CLOCK = "poses have no time stamps"
-UNTESTED = dict.fromkeys(
-    ("sign_flip", "dead_zone", "hinge", "saturation", "nonlinearity_cubic", "channel_swap"),
-    OF_CELLS,
-) | dict.fromkeys(("offset_drift", "offset_change"), NO_CLOCK)
-"""Effect -> why it is not tried."""
 POSES_PER_BLOCK = 7
 MOST_BLOCKS = 24
-CALIBRATED = ("mount_rotation", "mount_translation")
-"""What `pose-calib` estimates, whether the calibration given has it already or not."""
 
 
 def read_pose(session: Session[DiagnoseOptions]) -> CaseRead:
     """One log; a block is some poses in a row, errors of the wrenches are errors in variables."""
     from dataclasses import replace
 
-    from footcal_cli.commands.parts.diagnose_cases import CaseRead
+    from footcal_cli.commands.parts.diagnose_cases import CaseRead, needs_time, of_cells
     from footcal_cli.commands.parts.pose_logs import raw_poses
     from footcal_cli.commands.parts.six_axis_logs import without_effects
     from footcal_cli.commands.pose_calib import PoseCalibOptions, pose_noise_sd
+    from footcal_cli.core.effects.six_axis_beliefs import BODY_TILT
     from footcal_cli.core.experiments.pose import EXPERIMENT
     from footcal_cli.core.inference.case import Case
     from footcal_cli.core.parameters import ParameterSet
@@ -62,7 +54,8 @@ def read_pose(session: Session[DiagnoseOptions]) -> CaseRead:
         alike=False,
     )
     data = pose_data(without_effects(raw, session.parameters))
-    untested = UNTESTED | {"body_tilt": _tilt_or_mountings(data.geometry, values)}
+    untested = of_cells(EXPERIMENT) | needs_time(EXPERIMENT, "poses have no time stamps")
+    untested[BODY_TILT.name] = _tilt_or_mountings(data.geometry, values)
     sd, _ = pose_noise_sd(asked, len(legs))
     options = PoseOptions(com_sd_m=asked.com_sd_m, translation_sd_m=0.005)
     return CaseRead(case, standing_axes(data, legs, sd, options), untested)
@@ -97,8 +90,10 @@ def _model(
 ) -> tuple[Chain, dict[str, float], tuple[Parameter, ...]]:
     """Chain, its values, and what of it is calibrated."""
     from footcal_cli.commands.parts.diagnose_cases import baseline_of, chain_of
+    from footcal_cli.core.experiments.pose import EXPERIMENT
 
-    calibrated = ("offset", *CALIBRATED)
+    # what `pose-calib` estimates, whether the calibration given has it already or not
+    calibrated = EXPERIMENT.calibration
     chain, values = chain_of(baseline_of(session), channels, calibrated)
     names = [item.names() for item in chain.links if item.effect.name in calibrated]
     free = [p for p in chain.parameters() if any(p.name in own for own in names)]

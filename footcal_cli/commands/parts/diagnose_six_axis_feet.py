@@ -15,12 +15,6 @@ if TYPE_CHECKING:
     from footcal_cli.core.parameters import Parameter
     from footcal_cli.session import Session
 
-OF_CELLS = "a word for load cells; transducers have scale_matrix, cross_coupling and axis_flip"
-UNTESTED = dict.fromkeys(
-    ("sign_flip", "dead_zone", "hinge", "saturation", "nonlinearity_cubic", "channel_swap"),
-    OF_CELLS,
-)
-"""Effect -> why it is not tried on ankles: the table's shapes are those of small cells."""
 _JUDGED_HZ = 20.0
 
 
@@ -31,7 +25,7 @@ def read_six_axis_feet(session: Session[DiagnoseOptions]) -> CaseRead:
     """
     import numpy as np
 
-    from footcal_cli.commands.parts.diagnose_cases import CaseRead, baseline_of, chain_of
+    from footcal_cli.commands.parts.diagnose_cases import CaseRead, baseline_of, chain_of, of_cells
     from footcal_cli.core.experiments import stand, walk
     from footcal_cli.core.inference.case import Case
     from footcal_cli.core.online.streams import MergeRule
@@ -43,7 +37,7 @@ def read_six_axis_feet(session: Session[DiagnoseOptions]) -> CaseRead:
     recordings = read_recordings(session, MergeRule(delay_s=options.delay_s), kind)
     logs = [_cut(recording.merged.log, experiment) for recording in recordings]
     channels = logs[0].channels
-    chain, values = chain_of(baseline_of(session), channels, ("offset",))
+    chain, values = chain_of(baseline_of(session), channels, experiment.calibration)
     calibration = offset_parameters(channels, values)
     values |= {parameter.name: parameter.value for parameter in calibration}
     weight = session.recipe.robot.weight_n or 700.0
@@ -66,7 +60,7 @@ def read_six_axis_feet(session: Session[DiagnoseOptions]) -> CaseRead:
         directions=offset_directions(channels) if walks else (),
         demand_noisy=walks,
     )
-    return CaseRead(case, [], dict(UNTESTED))
+    return CaseRead(case, [], of_cells(experiment))
 
 
 def _cut(log: Log, experiment: Experiment) -> Log:

@@ -25,11 +25,11 @@ def read_weights(session: Session[DiagnoseOptions]) -> CaseRead:
 
     from footcal_cli.columns import weights_table
     from footcal_cli.commands.parts.diagnose_cases import (
-        TIMED,
         CaseRead,
         affine_parameters,
         baseline_of,
         chain_of,
+        needs_time,
     )
     from footcal_cli.core.experiments.weights import EXPERIMENT
     from footcal_cli.core.inference.case import Case
@@ -47,7 +47,7 @@ def read_weights(session: Session[DiagnoseOptions]) -> CaseRead:
         logs, timed, copied = _row_logs(tables)
         findings += copied_rows_finding(copied)
     channels = tuple(log.channels[0] for log in logs)
-    chain, values = chain_of(baseline_of(session), channels, ("scale_bias",))
+    chain, values = chain_of(baseline_of(session), channels, EXPERIMENT.calibration)
     values |= _affine_start(logs, values)
     largest = max(float(np.nanmax(np.abs(log.known["load_n"]))) for log in logs)
     tolerance = session.options.tolerance_n or 0.002 * largest
@@ -66,7 +66,7 @@ def read_weights(session: Session[DiagnoseOptions]) -> CaseRead:
         one_recording=bool(streams),
         groups=dict.fromkeys(channels, "force"),
     )
-    untested = {} if timed else dict.fromkeys(TIMED, "the rows have no time stamps")
+    untested = {} if timed else needs_time(EXPERIMENT, "the rows have no time stamps")
     return CaseRead(case, findings, untested)
 
 

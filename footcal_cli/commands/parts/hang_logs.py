@@ -14,6 +14,7 @@ from footcal_cli.core.hang.intake import (
     finite_rows,
     gravity_of_orientation,
     hang_log,
+    held_still,
     legs_in_order,
 )
 from footcal_cli.core.log import Log
@@ -81,7 +82,7 @@ def _gravity(
 ) -> FloatArray:
     """Nominal direction of gravity in the transducer frame of a leg's rows, shape (n, 3)."""
     if all(name in table for name in GRAVITY):
-        return table.numbers(GRAVITY)[part]
+        return held_still(table.numbers(GRAVITY)[part])
     rot = None
     by_attitude = "orientation" not in table
     if orientation_of == "body" or by_attitude:
@@ -94,7 +95,7 @@ def _gravity(
             )  # fmt: skip
     if by_attitude:
         attitude = _rotations(table.numbers(QUATERNION)[part])
-        return gravity_in(attitude) @ (np.eye(3) if rot is None else rot)
+        return held_still(gravity_in(attitude) @ (np.eye(3) if rot is None else rot))
     gravity, unknown = gravity_of_orientation(table.text("orientation")[part], rot)
     if unknown:
         raise DataError(

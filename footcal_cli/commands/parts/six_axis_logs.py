@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from footcal_cli.core.chain import Chain, Link, link
-from footcal_cli.core.effects import find_effect
+from footcal_cli.core.effects import calibration_of, find_effect, having
+from footcal_cli.core.effects.contract import Trait
 from footcal_cli.core.hang.model import AXES
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
@@ -103,7 +104,7 @@ def steady_frames(
     return Frames(np.arange(len(joined["phase_rad"])), joined, incomplete, broken), rejected
 
 
-_OWN = frozenset({"offset", "mount_rotation", "mount_translation", "leg_weight", "leg_com"})
+_OWN = having(Trait.CALIBRATION, Trait.MOUNTING, Trait.HUNG)
 """Effects that hang-calib and pose-calib estimate themselves."""
 
 
@@ -118,7 +119,7 @@ def without_effects(log: Log, record: ParametersRecord | None) -> Log:
     extra = [] if record is None else [e for e in record.effects if e.effect not in _OWN]
     if record is None or not extra:
         return log
-    chain = Chain((link(find_effect("offset"), log.channels),))
+    chain = Chain((link(calibration_of(log.channels), log.channels),))
     for item in extra:
         effect = find_effect(item.effect)
         lacking = [name for name in effect.needs if name not in log.known]

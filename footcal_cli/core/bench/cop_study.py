@@ -16,6 +16,8 @@ from scipy.optimize import nnls
 from footcal_cli.core.bench.choice import Choice, HeldOut, choose, folds
 from footcal_cli.core.bench.cop_models import MODELS, CopFit, CopModel, fit_cop
 from footcal_cli.core.bench.placement_rows import PlacementRows
+from footcal_cli.core.effects.cells import CROSSTALK
+from footcal_cli.core.effects.foot import CELL_POSITION
 from footcal_cli.core.parameters import BoolArray, Estimates, FloatArray, Status
 from footcal_cli.errors import FitError
 
@@ -174,7 +176,7 @@ class FootStudy:
         model = self.study.chosen.fit.model
         if not model.physical:
             return ()
-        return ("cell_position", "crosstalk") if model.with_forces else ("cell_position",)
+        return (CELL_POSITION.name, CROSSTALK.name) if model.with_forces else (CELL_POSITION.name,)
 
     def bias_changes(self) -> dict[str, float]:
         """What the chosen model adds to the cells' biases, N."""

@@ -152,7 +152,8 @@ def fit_affine(
     distinct = np.unique(load_n)
     if distinct.size < 2:
         raise FitError(
-            "fewer than two distinct loads", column=channel, value=float(distinct[0]), unit="N",
+            "fewer than two distinct loads", column=channel, unit="N" if distinct.size else None,
+            value=float(distinct[0]) if distinct.size else None,
             remedy="record the unloaded cell and at least one known weight",
         )  # fmt: skip
     if np.ptp(counts) == 0:

@@ -12,7 +12,8 @@ from footcal_cli.core.diagnosis.aliases import aliases
 from footcal_cli.core.diagnosis.answer import Cause, Diagnosis
 from footcal_cli.core.diagnosis.moments import at_its_moment, has_moment
 from footcal_cli.core.diagnosis.subject import Subject
-from footcal_cli.core.effects.contract import Effect
+from footcal_cli.core.effects import having
+from footcal_cli.core.effects.contract import Effect, Trait
 from footcal_cli.core.inference.evidence import Interval
 from footcal_cli.core.inference.problem import Problem, Signature
 from footcal_cli.core.inference.refit import Refit
@@ -20,7 +21,7 @@ from footcal_cli.core.inference.signatures import SWITCHES
 
 Contender: TypeAlias = tuple[Cause, Refit, Problem]
 """A cause, its refit beside all others, and the problem that it leaves."""
-KNEES = frozenset({"hinge", "dead_zone"})
+KNEES = having(Trait.KNEE)
 """One curve but for a gain, where the knee is the same and loads are of one sign. No real knee is
 sharp, so that which of them fits a soft one a little better says nothing."""
 

@@ -23,7 +23,8 @@ from footcal_cli.core.diagnosis.mixtures import LINEAR
 from footcal_cli.core.diagnosis.moments import moved
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.subject import Subject
-from footcal_cli.core.effects.contract import Effect
+from footcal_cli.core.effects import having
+from footcal_cli.core.effects.contract import Effect, Trait
 from footcal_cli.core.inference.evidence import (
     Interval,
     sign_flip_mean,
@@ -39,7 +40,7 @@ from footcal_cli.core.inference.signatures import SWITCHES, own_place
 from footcal_cli.core.inference.whitening import Noise, noise_of
 from footcal_cli.core.parameters import FloatArray
 
-OF_ANY_ORDER = frozenset({"lag", "sensor_lag"})
+OF_ANY_ORDER = having(Trait.LOW_PASS)
 """Low-passes that the table knows in their first order only. A steeper one (a Butterworth) is
 nearer to a delay than to that, so that no comparison of losses speaks against it: here
 `Rules.alias` alone counts."""

@@ -14,7 +14,8 @@ from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.diagnosis.unnamed import CURVES
 from footcal_cli.core.diagnosis.weighing import single_rows_p
-from footcal_cli.core.effects.contract import Effect
+from footcal_cli.core.effects import having
+from footcal_cli.core.effects.contract import Effect, Trait
 from footcal_cli.core.inference.evidence import (
     Interval,
     jackknife_interval,
@@ -28,7 +29,7 @@ from footcal_cli.core.inference.scores import scores
 from footcal_cli.core.inference.whitening import Noise, has_single_rows
 from footcal_cli.core.parameters import FloatArray
 
-SMOOTH = frozenset({"nonlinearity", "nonlinearity_cubic"})
+SMOOTH = having(Trait.SMOOTH)
 """Curves of one number. Against a knee, which has its place too, they count together: only where
 the sharp knee adds something beside both is a smooth curve out."""
 _UNSURE = 0.05

@@ -52,6 +52,7 @@ from footcal_cli.core.diagnosis.plans import PLANS, Plan
 from footcal_cli.core.diagnosis.rehearsal import Comparison, Contender, Rehearsal, rehearsed
 from footcal_cli.core.diagnosis.rig import Rig
 from footcal_cli.core.effects.contract import Effect
+from footcal_cli.core.effects.transport import DELAY
 from footcal_cli.errors import UsageError
 
 MOST_RUNS = 30
@@ -210,7 +211,7 @@ def _prospect(
 def _same_in_any_order(first: Contender, second: Contender, settled: Sequence[str]) -> bool:
     """A delay beside a low-pass: only the table's first order would be told from it."""
     names = {first.signature.effect, second.signature.effect}.difference(settled)
-    return "delay" in names and bool(names & OF_ANY_ORDER)
+    return DELAY.name in names and bool(names & OF_ANY_ORDER)
 
 
 def _nearest(

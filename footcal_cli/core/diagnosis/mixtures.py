@@ -14,6 +14,7 @@ import numpy as np
 
 from footcal_cli.core.diagnosis.answer import Cause
 from footcal_cli.core.diagnosis.unnamed import Unnamed, left_beside
+from footcal_cli.core.effects import having
 from footcal_cli.core.effects.cells import mixing
 from footcal_cli.core.effects.contract import (
     Effect,
@@ -22,6 +23,7 @@ from footcal_cli.core.effects.contract import (
     Stage,
     State,
     Theta,
+    Trait,
     columns_of,
     is_six_axis,
     on_readings,
@@ -33,7 +35,7 @@ from footcal_cli.core.inference.signatures import derivative
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 
-LINEAR = frozenset({"crosstalk", "cell_position"})
+LINEAR = having(Trait.MIXTURE)
 """Names of one pattern of mixtures."""
 
 

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from footcal_cli.core.diagnosis import planned_bench as bench
 from footcal_cli.core.diagnosis import planned_robot as robot
 from footcal_cli.core.diagnosis.rig import Rig
+from footcal_cli.core.effects.six_axis_beliefs import LEG_WEIGHT, ROBOT_WEIGHT
+from footcal_cli.core.effects.transport import LAG
 from footcal_cli.core.experiments import hang, placements, pose, stand, walk, weights
 from footcal_cli.core.experiments.contract import Experiment
 from footcal_cli.core.log import Log
@@ -91,7 +93,7 @@ PLANS: tuple[Plan, ...] = (
          "(0.5 s)", 3.0, 12, robot.walk_slow_fast),
     Plan("walk_unsmoothed", _WALK, "the same walk with all smoothing of the body's stream "
          "switched off: a delay stays, a low-pass goes", 3.0, 12, robot.walk_straight,
-         settles=("lag",)),
+         settles=(LAG.name,)),
     Plan("hang", hang.EXPERIMENT, "hanging the robot in two opposite pairs of orientations, legs "
          "turning slowly", 30.0, 40, robot.hang),
     Plan("pose_tilted", pose.EXPERIMENT, "90 poses, some on three legs, on a board tilted by up "
@@ -100,8 +102,8 @@ PLANS: tuple[Plan, ...] = (
          20.0, 15, robot.pose_tripods),
     Plan("weigh_robot", pose.EXPERIMENT, "the whole robot on a scale, its weight as mass_kg in "
          "the recipe, and the same log diagnosed again: wrong weights of legs stay", 5.0, 15,
-         robot.pose_tilted, settles=("robot_weight",), anew=False),
+         robot.pose_tilted, settles=(ROBOT_WEIGHT.name,), anew=False),
     Plan("hang_again", pose.EXPERIMENT, "the robot hung again just as it stood in the poses, "
          "hang-calib once more, and the same log diagnosed again from there: a wrong weight of the "
-         "robot stays", 30.0, 15, robot.pose_tilted, settles=("leg_weight",), anew=False),
+         "robot stays", 30.0, 15, robot.pose_tilted, settles=(LEG_WEIGHT.name,), anew=False),
 )  # fmt: skip

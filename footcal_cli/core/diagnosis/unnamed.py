@@ -17,6 +17,7 @@ from footcal_cli.core.diagnosis.answer import Cause
 from footcal_cli.core.diagnosis.detection import flexible_gain
 from footcal_cli.core.diagnosis.form import Form
 from footcal_cli.core.diagnosis.rules import Rules
+from footcal_cli.core.effects import having
 from footcal_cli.core.effects.contract import (
     Effect,
     EffectParameter,
@@ -24,6 +25,7 @@ from footcal_cli.core.effects.contract import (
     Stage,
     State,
     Theta,
+    Trait,
     is_six_axis,
     on_readings,
 )
@@ -38,7 +40,7 @@ from footcal_cli.core.inference.whitening import noise_of
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 
-CURVES = frozenset({"nonlinearity", "nonlinearity_cubic", "saturation", "hinge", "dead_zone"})
+CURVES = having(Trait.CURVE)
 """Names of a curve of a cell's own load: what is left of one is told by its form."""
 KNEES = (0.2, 0.5, 0.8)
 """Quantiles of a cell's load at which the curve may bend."""

@@ -6,7 +6,7 @@ To add one, append its row to the `EFFECTS` of its module.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
 from types import MappingProxyType
 
@@ -22,7 +22,7 @@ from footcal_cli.core.effects import (
     six_axis_beliefs,
     transport,
 )
-from footcal_cli.core.effects.contract import Effect
+from footcal_cli.core.effects.contract import Effect, Trait, can_carry
 
 _MODULES = (
     bench.EFFECTS,
@@ -68,3 +68,28 @@ def find_effect(name: str) -> Effect:
         return TABLE[name]
     except KeyError:
         raise UnknownEffectError(name) from None
+
+
+def having(*traits: Trait, experiment: str = "") -> frozenset[str]:
+    """Names of the effects that have any of the traits, and that an experiment's balance can see.
+
+    Parameters
+    ----------
+    experiment
+        Its name; all where empty.
+    """
+    return frozenset(
+        effect.name
+        for effect in TABLE.values()
+        if not set(traits).isdisjoint(effect.traits)
+        and (not experiment or experiment in effect.experiments)
+    )
+
+
+def calibration_of(channels: Sequence[str]) -> Effect:
+    """What calibrates these sensors: scale and bias of cells, offsets of transducers."""
+    return next(
+        effect
+        for effect in TABLE.values()
+        if Trait.CALIBRATION in effect.traits and can_carry(channels, effect)
+    )

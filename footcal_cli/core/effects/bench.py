@@ -15,6 +15,7 @@ from footcal_cli.core.effects.contract import (
     Stage,
     State,
     Theta,
+    Trait,
     on_known,
 )
 from footcal_cli.core.log import Log
@@ -73,6 +74,10 @@ def _reread(load: FloatArray, log: Log, theta: Theta, state: State) -> tuple[Flo
 
 WRONG_WEIGHT = Effect(
     name="wrong_weight",
+    traits=(
+        Trait.BELIEF,
+        Trait.OF_THE_SUM,
+    ),
     stage=Stage.BENCH,
     scope=Scope.ROBOT,
     parameters=(
@@ -92,6 +97,7 @@ WRONG_WEIGHT = Effect(
     apply=on_known("load_n", _mislabel),
     remove=on_known("load_n", _relabel),
     experiments=("weights", "placements"),
+    of_recording=True,
     formula="true load = written load + δ wherever the weight with that label was used",
     source="a mislabelled weight; NAO CoP self-calibration uses 0.01, 0.05 and 0.2 kg",
     remedy="put the weight on a balance",
@@ -102,6 +108,7 @@ WRONG_WEIGHT = Effect(
 
 WRONG_HOLE = Effect(
     name="wrong_hole",
+    traits=(Trait.BELIEF,),
     stage=Stage.BENCH,
     scope=Scope.ROBOT,
     parameters=(
@@ -122,6 +129,7 @@ WRONG_HOLE = Effect(
     apply=on_known("hole_m", _misplace),
     remove=on_known("hole_m", _replace),
     experiments=("placements",),
+    of_recording=True,
     formula="true position = written position + δ for one hole",
     source="weight hung into the neighbouring hole of the 20 mm grid",
     remedy="repeat that placement",
@@ -132,6 +140,10 @@ WRONG_HOLE = Effect(
 
 WRONG_UNIT = Effect(
     name="wrong_unit",
+    traits=(
+        Trait.BELIEF,
+        Trait.UNGRADED,
+    ),
     stage=Stage.BENCH,
     scope=Scope.ROBOT,
     parameters=(
@@ -143,6 +155,7 @@ WRONG_UNIT = Effect(
     apply=on_known("load_n", _misread),
     remove=on_known("load_n", _reread),
     experiments=("weights", "placements"),
+    of_recording=True,
     formula="true load = k · written load, in one block or in all: 9.80665 for kg, 4.448 for lbf",
     source="loads noted in another unit than the recipe says",
     remedy="correct the unit in the recipe's columns",

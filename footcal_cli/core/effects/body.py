@@ -10,6 +10,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from footcal_cli.core.effects.contract import (
+    DRIFT_TAKES_IT,
     ArrayTransform,
     Effect,
     EffectParameter,
@@ -17,6 +18,7 @@ from footcal_cli.core.effects.contract import (
     Stage,
     State,
     Theta,
+    Trait,
     on_known,
 )
 from footcal_cli.core.log import Log
@@ -111,6 +113,8 @@ def _regain(rate: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[Fl
 
 MASS = Effect(
     name="mass",
+    traits=(Trait.BELIEF,),
+    unseen_walking=DRIFT_TAKES_IT + "put a certified weight on the standing robot",
     stage=Stage.BODY,
     scope=Scope.ROBOT,
     parameters=(EffectParameter("mass_correction", "kg", 0.0, -20.0, 20.0, 0.1),),
@@ -173,6 +177,7 @@ FLOOR_SLOPE = Effect(
     apply=on_known("com_acc_mps2", _slope),
     remove=on_known("com_acc_mps2", _unslope),
     experiments=("walk",),
+    of_recording=True,
     formula="as imu_tilt, with axes fixed to the floor",
     source="gravity is not normal to the floor; NAO CoP self-calibration, eqs. (10)(11) take "
     "ground at z = 0",

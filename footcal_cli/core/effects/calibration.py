@@ -11,6 +11,7 @@ from footcal_cli.core.effects.contract import (
     Stage,
     State,
     Theta,
+    Trait,
     on_readings,
     on_wrenches,
 )
@@ -62,6 +63,7 @@ def _unoffset(w: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[Flo
 
 SCALE_BIAS = Effect(
     name="scale_bias",
+    traits=(Trait.CALIBRATION,),
     stage=Stage.CALIBRATION,
     scope=Scope.CHANNEL,
     parameters=(
@@ -80,6 +82,7 @@ SCALE_BIAS = Effect(
 
 OFFSET = Effect(
     name="offset",
+    traits=(Trait.CALIBRATION,),
     stage=Stage.CALIBRATION,
     scope=Scope.LEG,
     parameters=per_axis("offset", 3.0, 0.3, np.inf),

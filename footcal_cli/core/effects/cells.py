@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from footcal_cli.core.effects.contract import (
+    DRIFT_TAKES_IT,
     Effect,
     EffectParameter,
     GridOf,
@@ -15,6 +16,7 @@ from footcal_cli.core.effects.contract import (
     Stage,
     State,
     Theta,
+    Trait,
     columns_of,
     is_six_axis,
     on_readings,
@@ -162,6 +164,7 @@ def _unflip(y: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[Float
 
 CROSSTALK = Effect(
     name="crosstalk",
+    traits=(Trait.MIXTURE,),
     stage=Stage.CELL,
     scope=Scope.CHANNEL,
     parameters=(
@@ -183,6 +186,10 @@ CROSSTALK = Effect(
 
 NONLINEARITY = Effect(
     name="nonlinearity",
+    traits=(
+        Trait.CURVE,
+        Trait.SMOOTH,
+    ),
     stage=Stage.CELL,
     scope=Scope.CHANNEL,
     parameters=(EffectParameter("quadratic", "1/N", 0.0, -0.01, 0.01, 1e-3),),
@@ -199,6 +206,11 @@ NONLINEARITY = Effect(
 
 NONLINEARITY_CUBIC = Effect(
     name="nonlinearity_cubic",
+    traits=(
+        Trait.CURVE,
+        Trait.SMOOTH,
+        Trait.SMALL_CELL,
+    ),
     stage=Stage.CELL,
     scope=Scope.CHANNEL,
     parameters=(EffectParameter("cubic", "1/N²", 0.0, -3e-4, 1e-3, 2e-5),),
@@ -214,6 +226,11 @@ NONLINEARITY_CUBIC = Effect(
 
 DEAD_ZONE = Effect(
     name="dead_zone",
+    traits=(
+        Trait.CURVE,
+        Trait.KNEE,
+        Trait.SMALL_CELL,
+    ),
     stage=Stage.CELL,
     scope=Scope.CHANNEL,
     parameters=(
@@ -234,6 +251,11 @@ DEAD_ZONE = Effect(
 
 HINGE = Effect(
     name="hinge",
+    traits=(
+        Trait.CURVE,
+        Trait.KNEE,
+        Trait.SMALL_CELL,
+    ),
     stage=Stage.CELL,
     scope=Scope.CHANNEL,
     parameters=(
@@ -254,6 +276,7 @@ HINGE = Effect(
 
 TEMPERATURE_SCALE = Effect(
     name="temperature_scale",
+    unseen_walking=DRIFT_TAKES_IT + "weigh before and after warming up",
     stage=Stage.CELL,
     scope=Scope.CHANNEL,
     parameters=(EffectParameter("temperature_scale", "1/K", 0.0, -0.02, 0.02, 5e-4),),
@@ -270,6 +293,7 @@ TEMPERATURE_SCALE = Effect(
 
 TEMPERATURE_BIAS = Effect(
     name="temperature_bias",
+    unseen_walking=DRIFT_TAKES_IT + "hold a long stand with a temperature sensor",
     stage=Stage.CELL,
     scope=Scope.CHANNEL,
     parameters=(EffectParameter("temperature_bias", "N/K", 0.0, -1.0, 1.0, 0.02),),
@@ -286,6 +310,7 @@ TEMPERATURE_BIAS = Effect(
 
 SIGN_FLIP = Effect(
     name="sign_flip",
+    traits=(Trait.SMALL_CELL,),
     stage=Stage.CELL,
     scope=Scope.CHANNEL,
     parameters=(EffectParameter("sign_flip", "-", 0.0, 0.0, 1.0, 0.3),),
@@ -301,6 +326,10 @@ SIGN_FLIP = Effect(
 
 SATURATION = Effect(
     name="saturation",
+    traits=(
+        Trait.CURVE,
+        Trait.SMALL_CELL,
+    ),
     stage=Stage.CELL,
     scope=Scope.CHANNEL,
     parameters=(
@@ -330,6 +359,7 @@ SATURATION = Effect(
 
 QUANTISATION = Effect(
     name="quantisation",
+    traits=(Trait.UNGRADED,),
     stage=Stage.CELL,
     scope=Scope.CHANNEL,
     parameters=(EffectParameter("quantisation", "N", 0.0, 0.0, 50.0, 0.1),),

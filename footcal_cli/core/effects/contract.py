@@ -87,6 +87,31 @@ OF_THE_LOGS = (GridOf.LABEL, GridOf.HOLE)
 """Grids that the logs bring: which weight, which hole; nothing lies between two of them."""
 
 
+class Trait(StrEnum):
+    """What other rooms ask of an effect, so that they need not know it by name."""
+
+    CALIBRATION = "calibrates what a sensor itself shows"
+    MOUNTING = "how a transducer is mounted"
+    HUNG = "of a hanging leg: its weight, its CoM, how it hangs askew"
+    BELIEF = "acts on what is believed, not on readings"
+    LINEAR = "a matrix between true and shown wrench"
+    AXIS_GAIN = "a gain of each axis"
+    CURVE = "a curve of a cell's own load"
+    SMOOTH = "a curve of one number, without a knee"
+    KNEE = "a curve that is straight on both sides of its knee"
+    MIXTURE = "what one cell shows depends on the load of others, in a fixed pattern"
+    OF_THE_SUM = "an error of a load as a whole, whoever carries it"
+    LOW_PASS = "a low-pass, known in its first order only"
+    TIMED = "needs time stamps"
+    SWITCH = "on or off: differentiated at the swapped readings, a whole one looks like −1"
+    UNGRADED = "no size to differentiate by; looked for among the raw data"
+    SYMMETRIC = "two shapes that may change places"
+    SMALL_CELL = "said of load cells; its shapes are those of cells of some newtons"
+
+
+DRIFT_TAKES_IT = "a calibration that drifts while walking follows it; "
+
+
 @dataclass(frozen=True)
 class EffectParameter:
     """One number of an effect.
@@ -171,12 +196,19 @@ class Effect:
         parameter's own value where absent.
     stated_as
         What it is called.
+    traits
+        What it is, for whoever treats such effects alike.
+    unseen_walking
+        Why a walk alone cannot show it, and what would; empty where it can.
     form_error
         Sd, as a share, by which what is stated is off where the real effect has another form than
         the table's; all data share it.
     by_column
         True where each channel is removed by itself, from its own readings and the stamps alone:
         what a change of another channel leaves as it was need not be removed again.
+    of_recording
+        True where its size belongs to one recording (a wrong label, a slip, a drift), not to the
+        robot: another recording says nothing of it.
     anticipates
         True where removing needs samples that come later (a delay): chunk by chunk, the last
         samples of each chunk are extrapolated.
@@ -198,10 +230,13 @@ class Effect:
     tolerance: float = 1e-9
     invertible: bool = True
     anticipates: bool = False
+    of_recording: bool = False
     by_column: bool = False
     stated: Callable[[Log, Log], FloatArray] | None = None
     stated_as: str = ""
     form_error: float = 0.0
+    traits: tuple[Trait, ...] = ()
+    unseen_walking: str = ""
 
     @property
     def size(self) -> EffectParameter:

@@ -11,6 +11,7 @@ from footcal_cli.core.effects.contract import (
     Stage,
     State,
     Theta,
+    Trait,
     on_readings,
 )
 from footcal_cli.core.effects.memory import elapsed, recording
@@ -84,6 +85,7 @@ def _unduplicate(y: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[
 
 CHANNEL_STUCK = Effect(
     name="channel_stuck",
+    traits=(Trait.UNGRADED,),
     stage=Stage.DIGITAL,
     scope=Scope.CHANNEL,
     parameters=(
@@ -105,6 +107,11 @@ CHANNEL_STUCK = Effect(
 
 CHANNEL_SWAP = Effect(
     name="channel_swap",
+    traits=(
+        Trait.SWITCH,
+        Trait.SYMMETRIC,
+        Trait.SMALL_CELL,
+    ),
     stage=Stage.DIGITAL,
     scope=Scope.ROBOT,
     parameters=(
@@ -124,6 +131,7 @@ CHANNEL_SWAP = Effect(
 
 CHANNEL_DUPLICATE = Effect(
     name="channel_duplicate",
+    traits=(Trait.UNGRADED,),
     stage=Stage.DIGITAL,
     scope=Scope.ROBOT,
     parameters=(

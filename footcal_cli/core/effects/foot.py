@@ -13,6 +13,7 @@ from footcal_cli.core.effects.contract import (
     Stage,
     State,
     Theta,
+    Trait,
     columns_of,
     is_six_axis,
     on_known,
@@ -112,6 +113,10 @@ def _plate(sign: float) -> ArrayTransform:
 
 CELL_POSITION = Effect(
     name="cell_position",
+    traits=(
+        Trait.BELIEF,
+        Trait.MIXTURE,
+    ),
     stage=Stage.FOOT,
     scope=Scope.CHANNEL,
     parameters=(
@@ -131,6 +136,8 @@ CELL_POSITION = Effect(
 
 SLIP = Effect(
     name="slip",
+    traits=(Trait.TIMED,),
+    unseen_walking="happens once, and nothing that does not repeat is evidence; track the feet",
     stage=Stage.FOOT,
     scope=Scope.FOOT,
     parameters=(
@@ -144,6 +151,7 @@ SLIP = Effect(
     apply=on_known("cell_pos_m", _slip(-1.0)),
     remove=on_known("cell_pos_m", _slip(1.0)),
     experiments=("stand", "walk"),
+    of_recording=True,
     formula="true foot = believed foot + δ · clip((t − t₀ − t_s) / T, 0, 1), in the world",
     source="NAO CoP self-calibration, section 5.1 (slip); Newton–Euler holds while sliding",
     remedy="put a rubber sole on the foot, or track the feet with a camera",
@@ -154,6 +162,7 @@ SLIP = Effect(
 
 LOAD_BYPASS = Effect(
     name="load_bypass",
+    traits=(Trait.OF_THE_SUM,),
     stage=Stage.FOOT,
     scope=Scope.FOOT,
     parameters=(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from footcal_cli.core.effects.contract import (
+    DRIFT_TAKES_IT,
     ArrayTransform,
     Effect,
     EffectParameter,
@@ -13,6 +14,7 @@ from footcal_cli.core.effects.contract import (
     Stage,
     State,
     Theta,
+    Trait,
     on_readings,
 )
 from footcal_cli.core.effects.loop import LOOP_FORM_ERROR, loop_width
@@ -145,6 +147,8 @@ def _creep_row(name: str, time_s: float, grid: tuple[float, ...], what: str) -> 
     """One creep with its own time constant; two of them in a chain make a two-stage creep."""
     return Effect(
         name=name,
+        traits=(Trait.TIMED,),
+        unseen_walking=DRIFT_TAKES_IT + "hold one weight for ten minutes",
         stage=Stage.CELL,
         scope=Scope.CHANNEL,
         parameters=(
@@ -168,6 +172,10 @@ CREEP_SLOW = _creep_row("creep_slow", 900.0, (600.0, 900.0, 1800.0), "the slow p
 
 SENSOR_LAG = Effect(
     name="sensor_lag",
+    traits=(
+        Trait.TIMED,
+        Trait.LOW_PASS,
+    ),
     stage=Stage.CELL,
     scope=Scope.CHANNEL,
     parameters=(EffectParameter("sensor_lag", "s", 0.0, 0.0, 0.5, 0.02),),
@@ -184,12 +192,15 @@ SENSOR_LAG = Effect(
 
 BIAS_DRIFT = Effect(
     name="bias_drift",
+    traits=(Trait.TIMED,),
+    unseen_walking=DRIFT_TAKES_IT + "log ten unloaded minutes",
     stage=Stage.CELL,
     scope=Scope.CHANNEL,
     parameters=(EffectParameter("bias_drift", "N/s", 0.0, -0.1, 0.1, 5e-4),),
     apply=on_readings(_drift),
     remove=on_readings(_undrift),
     experiments=("weights", "placements", "stand", "walk"),
+    of_recording=True,
     formula="y = x + k (t − t₀)",
     source="load-cell data sheets: zero drift; NAO CoP self-calibration, open points",
     remedy="re-zero often, e.g. at every swing; log the temperature to find out why",
@@ -199,6 +210,8 @@ BIAS_DRIFT = Effect(
 
 BIAS_JUMP = Effect(
     name="bias_jump",
+    traits=(Trait.TIMED,),
+    unseen_walking=DRIFT_TAKES_IT + "unload before and after the suspected moment",
     stage=Stage.CELL,
     scope=Scope.CHANNEL,
     parameters=(
@@ -210,6 +223,7 @@ BIAS_JUMP = Effect(
     apply=on_readings(_jump),
     remove=on_readings(_unjump),
     experiments=("weights", "placements", "stand", "walk"),
+    of_recording=True,
     formula="y = x + J for t − t₀ ≥ t_J",
     source="mechanical shock, a tugged cable, a re-tared amplifier",
     remedy="check the cell's cable and seat; calibrate the parts before and after apart",

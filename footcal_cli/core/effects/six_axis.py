@@ -19,6 +19,7 @@ from footcal_cli.core.effects.contract import (
     Stage,
     State,
     Theta,
+    Trait,
     on_wrenches,
 )
 from footcal_cli.core.effects.memory import elapsed
@@ -155,6 +156,10 @@ def _change(sign: float) -> ArrayTransform:
 
 MOUNT_TRANSLATION = Effect(
     name="mount_translation",
+    traits=(
+        Trait.MOUNTING,
+        Trait.LINEAR,
+    ),
     stage=Stage.SIX_AXIS,
     scope=Scope.LEG,
     parameters=tuple(
@@ -172,6 +177,10 @@ MOUNT_TRANSLATION = Effect(
 
 MOUNT_ROTATION = Effect(
     name="mount_rotation",
+    traits=(
+        Trait.MOUNTING,
+        Trait.LINEAR,
+    ),
     stage=Stage.SIX_AXIS,
     scope=Scope.LEG,
     parameters=tuple(
@@ -189,6 +198,10 @@ MOUNT_ROTATION = Effect(
 
 SCALE_MATRIX = Effect(
     name="scale_matrix",
+    traits=(
+        Trait.AXIS_GAIN,
+        Trait.LINEAR,
+    ),
     stage=Stage.SIX_AXIS,
     scope=Scope.LEG,
     parameters=tuple(EffectParameter(f"gain_{axis}", "-", 0.0, -0.4, 0.4, 0.02) for axis in AXES),
@@ -204,6 +217,7 @@ SCALE_MATRIX = Effect(
 
 CROSS_COUPLING = Effect(
     name="cross_coupling",
+    traits=(Trait.LINEAR,),
     stage=Stage.SIX_AXIS,
     scope=Scope.LEG,
     parameters=tuple(
@@ -221,6 +235,11 @@ CROSS_COUPLING = Effect(
 
 AXIS_FLIP = Effect(
     name="axis_flip",
+    traits=(
+        Trait.AXIS_GAIN,
+        Trait.LINEAR,
+        Trait.SWITCH,
+    ),
     stage=Stage.SIX_AXIS,
     scope=Scope.LEG,
     parameters=tuple(EffectParameter(f"flip_{axis}", "-", 0.0, 0.0, 1.0, 0.3) for axis in AXES),
@@ -276,12 +295,14 @@ CABLE_DRAG = Effect(
 
 OFFSET_DRIFT = Effect(
     name="offset_drift",
+    traits=(Trait.TIMED,),
     stage=Stage.SIX_AXIS,
     scope=Scope.LEG,
     parameters=per_axis("offset_drift", 2e-4, 2e-5, 1.0, "/s"),
     apply=on_wrenches(_drift(1.0)),
     remove=on_wrenches(_drift(-1.0)),
     experiments=HIPS_AND_ANKLES,
+    of_recording=True,
     formula="w_measured = w + k (t − t₀)",
     source="Wu & Revzen, section V: offsets moved by up to 10 N in six months",
     remedy="let the electronics warm up for 20 minutes; calibrate offsets before each use",
@@ -291,6 +312,7 @@ OFFSET_DRIFT = Effect(
 
 OFFSET_CHANGE = Effect(
     name="offset_change",
+    traits=(Trait.TIMED,),
     stage=Stage.SIX_AXIS,
     scope=Scope.LEG,
     parameters=(
@@ -310,6 +332,7 @@ OFFSET_CHANGE = Effect(
     apply=on_wrenches(_change(1.0)),
     remove=on_wrenches(_change(-1.0)),
     experiments=HIPS_AND_ANKLES,
+    of_recording=True,
     formula="w_measured = w + Δ for t − t₀ ≥ t_Δ",
     source="Wu & Revzen, section V; a blow, a tightened screw, a cable caught",
     remedy="repeat hang-calib after whatever happened then",

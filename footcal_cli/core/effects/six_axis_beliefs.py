@@ -16,6 +16,7 @@ from footcal_cli.core.effects.contract import (
     Stage,
     State,
     Theta,
+    Trait,
     on_known,
 )
 from footcal_cli.core.effects.six_axis import leg_phase
@@ -110,6 +111,10 @@ def _right_tilt(r: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[F
 
 LEG_WEIGHT = Effect(
     name="leg_weight",
+    traits=(
+        Trait.BELIEF,
+        Trait.HUNG,
+    ),
     stage=Stage.BODY,
     scope=Scope.LEG,
     parameters=(EffectParameter("weight_correction", "N", 0.0, -50.0, 50.0, 0.3),),
@@ -126,6 +131,10 @@ LEG_WEIGHT = Effect(
 
 LEG_COM = Effect(
     name="leg_com",
+    traits=(
+        Trait.BELIEF,
+        Trait.HUNG,
+    ),
     stage=Stage.BODY,
     scope=Scope.LEG,
     parameters=tuple(
@@ -145,12 +154,17 @@ LEG_COM = Effect(
 
 HANG_TILT = Effect(
     name="hang_tilt",
+    traits=(
+        Trait.BELIEF,
+        Trait.HUNG,
+    ),
     stage=Stage.BODY,
     scope=Scope.LEG,
     parameters=tuple(EffectParameter(tilt, "rad", 0.0, -0.5, 0.5, 0.035) for tilt in TILTS),
     apply=on_known("gravity_dir", _hang_straight),
     remove=on_known("gravity_dir", _hang_tilted),
     experiments=("hang",),
+    of_recording=True,
     formula="true direction of gravity = exp([s]) · nominal direction, one s per orientation",
     source="Wu & Revzen, eqs. (4)–(7)",
     remedy="nothing: hang-calib estimates it; hang the robot from two points if it sways",
@@ -161,6 +175,7 @@ HANG_TILT = Effect(
 
 ROBOT_WEIGHT = Effect(
     name="robot_weight",
+    traits=(Trait.BELIEF,),
     stage=Stage.BODY,
     scope=Scope.ROBOT,
     parameters=(EffectParameter("robot_weight_correction", "N", 0.0, -200.0, 200.0, 1.0),),
@@ -177,6 +192,7 @@ ROBOT_WEIGHT = Effect(
 
 BODY_TILT = Effect(
     name="body_tilt",
+    traits=(Trait.BELIEF,),
     stage=Stage.BODY,
     scope=Scope.ROBOT,
     parameters=(
@@ -186,6 +202,7 @@ BODY_TILT = Effect(
     apply=on_known("rot_wb", _believe_tilted),
     remove=on_known("rot_wb", _right_tilt),
     experiments=("pose",),
+    of_recording=True,
     formula="true R_wb = believed R_wb · R, R: roll about x, then pitch about y, body axes",
     source="Wu & Revzen, section I-B: markers define the body frame",
     remedy="define the marker frame with the chassis on a levelled plate",

@@ -14,6 +14,7 @@ from footcal_cli.core.effects.contract import (
     Stage,
     State,
     Theta,
+    Trait,
     on_readings,
 )
 from footcal_cli.core.effects.memory import elapsed, invert_low_pass, low_pass, recording
@@ -179,6 +180,7 @@ _PPM = (-4e-3, -2e-3, -1e-3, -5e-4, 5e-4, 1e-3, 2e-3, 4e-3)
 
 LAG = Effect(
     name="lag",
+    traits=(Trait.LOW_PASS,),
     stage=Stage.TRANSPORT,
     scope=Scope.ROBOT,
     parameters=(EffectParameter("lag", "s", 0.0, 0.0, 0.5, 0.02),),
@@ -233,6 +235,7 @@ DELAY = Effect(
 
 DROPPED_SAMPLES = Effect(
     name="dropped_samples",
+    traits=(Trait.UNGRADED,),
     stage=Stage.TRANSPORT,
     scope=Scope.ROBOT,
     parameters=(
@@ -242,6 +245,7 @@ DROPPED_SAMPLES = Effect(
     apply=on_readings(_drop),
     remove=on_readings(_keep),
     experiments=("walk", "hang"),
+    of_recording=True,
     formula="y_k = x of the last row that arrived; a share p of the rows does not",
     source="lossy radio or bus; telemetry that repeats its last packet",
     remedy="shorten the bus, lower the rate, or log a packet counter and leave repeats out",

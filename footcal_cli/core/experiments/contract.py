@@ -86,8 +86,7 @@ class Experiment:
 
 
 def residual(
-    experiment: Experiment, chain: Chain, log: Log, values: Mapping[str, float], noise: FloatArray
-) -> FloatArray:
-    """The one residual: log through the inverse chain, against the demand, in units of noise."""
-    truth, _ = chain.remove(log, values)
-    return experiment.balance(truth).whitened(noise)
+    experiment: Experiment, chain: Chain, log: Log, values: Mapping[str, float]
+) -> Balance:
+    """The one residual: a log through the inverse chain, against what the experiment demands."""
+    return experiment.balance(chain.remove(log, values)[0])

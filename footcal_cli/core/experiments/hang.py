@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from footcal_cli.core.effects.calibration import OFFSET
+from footcal_cli.core.effects.six_axis_beliefs import HANG_TILT, LEG_COM, LEG_WEIGHT
 from footcal_cli.core.experiments.contract import Balance, Experiment
 from footcal_cli.core.log import Log
 
@@ -32,5 +34,5 @@ EXPERIMENT = Experiment(
         "leg_com_m": "leg centre of mass in the transducer frame, (n, 3), m",
     },
     balance=hang_balance,
-    calibration=("offset", "leg_weight", "leg_com", "hang_tilt"),
+    calibration=tuple(e.name for e in (OFFSET, LEG_WEIGHT, LEG_COM, HANG_TILT)),
 )

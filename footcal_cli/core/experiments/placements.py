@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from footcal_cli.core.effects.calibration import SCALE_BIAS
 from footcal_cli.core.experiments.contract import Balance, Experiment
 from footcal_cli.core.log import Log
 
@@ -36,5 +37,5 @@ EXPERIMENT = Experiment(
         "cell_pos_m": "believed cell positions, foot frame, m, shape (n, c, 2)",
     },
     balance=balance,
-    calibration=("scale_bias",),
+    calibration=(SCALE_BIAS.name,),
 )

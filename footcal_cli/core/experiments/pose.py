@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from footcal_cli.core.effects.calibration import OFFSET
+from footcal_cli.core.effects.six_axis import MOUNT_ROTATION, MOUNT_TRANSLATION
 from footcal_cli.core.experiments.contract import Balance, Experiment
 from footcal_cli.core.log import Log
 
@@ -48,5 +50,5 @@ EXPERIMENT = Experiment(
         "contact": "1 on the ground, 0 lifted, (n, K)",
     },
     balance=pose_balance,
-    calibration=("offset", "mount_rotation", "mount_translation"),
+    calibration=(OFFSET.name, MOUNT_ROTATION.name, MOUNT_TRANSLATION.name),
 )

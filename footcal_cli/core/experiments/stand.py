@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from footcal_cli.core.effects.calibration import SCALE_BIAS
 from footcal_cli.core.effects.contract import is_six_axis
 from footcal_cli.core.experiments import walk
 from footcal_cli.core.experiments.contract import Balance, Experiment
@@ -24,7 +25,7 @@ EXPERIMENT = Experiment(
     name="stand",
     known={key: walk.KNOWN[key] for key in walk.KNOWN},
     balance=balance,
-    calibration=("scale_bias",),
+    calibration=(SCALE_BIAS.name,),
 )
 
 ON_SIX_AXIS = replace(walk.ON_SIX_AXIS, name="stand", balance=balance)

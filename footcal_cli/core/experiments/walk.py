@@ -14,9 +14,11 @@ from dataclasses import replace
 import numpy as np
 
 from footcal_cli.core.centroidal import MIN_FORCE_N, Reference, dynamic_reference, static_reference
-from footcal_cli.core.effects import find_effect
+from footcal_cli.core.effects.body import ANGULAR_MOMENTUM, COM_OFFSET
+from footcal_cli.core.effects.calibration import OFFSET, SCALE_BIAS
 from footcal_cli.core.effects.contract import Scope, columns_of, is_six_axis, units_of
 from footcal_cli.core.effects.foot import PLATE_INERTIA
+from footcal_cli.core.effects.transport import DELAY, LAG
 from footcal_cli.core.experiments.contract import Balance, Experiment, Imperfection
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import BoolArray, FloatArray
@@ -163,12 +165,10 @@ def _valid(log: Log, error: FloatArray, totals: int, carried: BoolArray) -> Bool
 
 
 OF_THE_BODY = (
-    Imperfection(find_effect("angular_momentum"), {"angmom_loss": 0.1}),
-    Imperfection(find_effect("delay"), {"delay": 0.0015}),
-    Imperfection(find_effect("lag"), {"lag": 0.0015}),
-    Imperfection(
-        find_effect("com_offset"), {"com_correction_x": 7.5e-4, "com_correction_y": 7.5e-4}
-    ),
+    Imperfection(ANGULAR_MOMENTUM, {"angmom_loss": 0.1}),
+    Imperfection(DELAY, {DELAY.size.name: 0.0015}),
+    Imperfection(LAG, {LAG.size.name: 0.0015}),
+    Imperfection(COM_OFFSET, {"com_correction_x": 7.5e-4, "com_correction_y": 7.5e-4}),
 )
 """What an ordinary state estimator gets wrong: light limbs left out of the angular momentum, stamps
 that are off by milliseconds, velocities smoothed over some, a CAD model of the masses."""
@@ -177,14 +177,14 @@ EXPERIMENT = Experiment(
     name="walk",
     known=KNOWN,
     balance=balance,
-    calibration=("scale_bias",),
+    calibration=(SCALE_BIAS.name,),
     imperfections=(*OF_THE_BODY, Imperfection(PLATE_INERTIA, {"plate_mass": 0.1})),
 )
 
 ON_SIX_AXIS = replace(
     EXPERIMENT,
     known={**{k: v for k, v in KNOWN.items() if k != "cell_pos_m"}, **SIX_AXIS_KNOWN},
-    calibration=("offset",),
+    calibration=(OFFSET.name,),
     imperfections=OF_THE_BODY,
 )
 """The same on feet with six-axis transducers."""

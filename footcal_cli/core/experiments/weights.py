@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from footcal_cli.core.effects.calibration import SCALE_BIAS
 from footcal_cli.core.experiments.contract import Balance, Experiment
 from footcal_cli.core.log import Log
 
@@ -37,5 +38,5 @@ EXPERIMENT = Experiment(
         "direction": "+1 loading, −1 unloading, 0 unknown, shape (n,), optional",
     },
     balance=balance,
-    calibration=("scale_bias",),
+    calibration=(SCALE_BIAS.name,),
 )

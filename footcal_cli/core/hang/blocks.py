@@ -6,8 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from footcal_cli.core.hang.effect import RUN
-from footcal_cli.core.hang.runs import run_edges
+from footcal_cli.core.hang.runs import RUN, run_edges
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray, IntArray
 

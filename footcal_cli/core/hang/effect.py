@@ -2,13 +2,16 @@
 
 The balance of a hanging leg knows its weight, CoM and direction of gravity from `Log.known`. What
 `hang-calib` fits of them is more than the table's effects have (harmonics, any orientation), so
-that it comes as an effect of its own, with the names that `hang-calib` writes.
+that it comes as an effect of its own, with the names that `hang-calib` writes. Temperature and time
+of a log are those since the fit's references.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
+from footcal_cli.core.chain import Chain, Link, chain_of, link
+from footcal_cli.core.effects.calibration import OFFSET, wrench_of
 from footcal_cli.core.effects.contract import (
     Effect,
     EffectParameter,
@@ -18,13 +21,18 @@ from footcal_cli.core.effects.contract import (
     Theta,
     Transform,
 )
-from footcal_cli.core.hang.model import HangModel, leg_com_acc_t_mps2, leg_com_t_m
+from footcal_cli.core.hang.model import (
+    AXES,
+    DRIFT,
+    WARMTH,
+    HangModel,
+    leg_com_acc_t_mps2,
+    leg_com_t_m,
+)
+from footcal_cli.core.hang.runs import RUN
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import ParameterSet
 from footcal_cli.core.spatial import rotation_exp
-
-RUN = "hanging"
-"""Key of `Log.known`: number of the run of each row, an index of `HangModel.nominal_dir_t`."""
 
 
 def hanging_effect(model: HangModel) -> Effect:
@@ -56,10 +64,22 @@ def hanging_effect(model: HangModel) -> Effect:
     )
 
 
+def hanging_chain(model: HangModel) -> Chain:
+    """All that `hang-calib` fits to a leg: offsets, and what hangs on them."""
+    channels = tuple(f"{model.leg}.{axis}" for axis in AXES)
+    return chain_of(
+        [link(OFFSET, channels), Link(hanging_effect(model), {model.leg: (model.leg,)})]
+    )
+
+
 def own_parameters(model: HangModel) -> ParameterSet:
     """Weight, CoM and tilts; the offsets are the table's effect ``offset``."""
     return ParameterSet(
-        tuple(p for p in model.parameters(0.0) if not p.name.split(".", 1)[1].startswith("offset_"))
+        tuple(
+            p
+            for p in model.parameters(0.0)
+            if p.name.split(".", 1)[1] not in OFFSET.parameter_names
+        )
     )
 
 
@@ -78,7 +98,13 @@ def _remove_of(model: HangModel) -> Transform:
             shaft = log.known["shaft_radps"], log.known["shaft_radps2"]
             moved = leg_com_acc_t_mps2(com, phase, *shaft) / model.gravity_mps2
             log = log.with_known(leg_acc_g=moved)
-        return log.with_known(
+        readings = log.readings
+        if model.temperature:
+            warmth = log.known["temperature_degc"][:, None]
+            readings = readings - warmth * wrench_of(theta, WARMTH)
+        if model.drift:
+            readings = readings - log.time_s[:, None] * wrench_of(theta, DRIFT)
+        return log.with_readings(readings).with_known(
             leg_weight_n=np.full(len(log), theta["weight"][0]),
             leg_com_m=leg_com_t_m(com, phase),
             gravity_dir=direction[log.known[RUN].astype(np.int64)],

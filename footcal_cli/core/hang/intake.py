@@ -23,6 +23,10 @@ ORIENTATIONS = {
 """``+x -x +y -y +z -z``: which axis points along gravity."""
 
 
+STILL_RAD = 0.01
+"""Angle within which an attitude counts as held: noise of an IMU, not a movement."""
+
+
 def gravity_of_orientation(
     orientation: Texts, rot_bt: FloatArray | None = None
 ) -> tuple[FloatArray, tuple[str, ...]]:
@@ -42,6 +46,35 @@ def gravity_of_orientation(
     if rot_bt is not None:
         axes = axes @ rot_bt
     return np.asarray(axes[place.ravel()]), unknown
+
+
+def held_still(direction: FloatArray, within_rad: float = STILL_RAD) -> FloatArray:
+    """Measured directions of gravity with the noise within a hold averaged, unit vectors (n, 3).
+
+    A hold lasts as long as the direction stays within an angle of the hold's first rows; a
+    direction that turns is cut into steps of that size. Rows that are not numbers stay so.
+
+    Parameters
+    ----------
+    direction
+        Shape (n, 3), of any length.
+    within_rad
+        Largest angle between a row and the mean of its hold so far.
+    """
+    size = np.linalg.norm(direction, axis=1, keepdims=True)
+    unit = direction / np.where(size > 0, size, np.nan)
+    found = unit.copy()
+    good = np.flatnonzero(np.isfinite(unit).all(axis=1))
+    start, total, far = 0, np.zeros(3), (2.0 * np.sin(within_rad / 2)) ** 2
+    for at, row in enumerate(good):
+        gap = unit[row] - total / np.linalg.norm(total) if at > start else np.zeros(3)
+        if gap @ gap > far:
+            found[good[start:at]] = total / np.linalg.norm(total)
+            start, total = at, np.zeros(3)
+        total = total + unit[row]
+    if good.size:
+        found[good[start:]] = total / np.linalg.norm(total)
+    return found
 
 
 def hang_log(

@@ -7,12 +7,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from footcal_cli.core.experiments.contract import residual
+from footcal_cli.core.experiments.hang import EXPERIMENT
+from footcal_cli.core.hang.effect import hanging_chain
 from footcal_cli.core.hang.model import HangModel, HangValues, Tilt, leg_com_t_m
-from footcal_cli.core.hang.noise import MAX_LAGS, ChannelNoise, fit_noise
 from footcal_cli.core.hang.runs import HangRun, hang_runs
-from footcal_cli.core.hang.summary import SEEN, Summary, triangle
-from footcal_cli.core.hang.words import hang_gaps
+from footcal_cli.core.hang.words import hang_gaps, with_unseen
+from footcal_cli.core.inference.autoregression import MAX_LAGS, ChannelNoise, fit_noise
 from footcal_cli.core.inference.fit import Fit
+from footcal_cli.core.inference.reduction import SEEN, Reduced, triangle
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import Estimates, FloatArray
 from footcal_cli.errors import FitError
@@ -115,17 +118,13 @@ class HangFit:
         return float(np.max(size / np.maximum(scatter, 1e-300)))
 
     def residuals(self, runs: Sequence[HangRun]) -> list[FloatArray]:
-        """Measured − model per run, shape (n, 6), N and Nm."""
-        tables = self.model.coefficients(self.estimates.values)
+        """What the experiment's balance leaves of each run, shape (n, 6), N and Nm."""
+        chain = hanging_chain(self.model)
+        values = dict(zip(self.estimates.names, self.estimates.values.tolist(), strict=True))
+        since = self.reference_temperature_degc, self.reference_time_s
         return [
-            _at_rest(run, self.model, self.values)
-            - self.model.regressors(
-                run.phase_rad,
-                run.temperature_degc - self.reference_temperature_degc,
-                run.time_s - self.reference_time_s,
-            )
-            @ table.T
-            for run, table in zip(runs, tables, strict=True)
+            residual(EXPERIMENT, chain, run.log(self.model.leg, number, *since), values).error
+            for number, run in enumerate(runs)
         ]
 
     def com_t_m(self, phase_rad: FloatArray) -> FloatArray:
@@ -186,14 +185,14 @@ def fit_hang(logs: Sequence[Log], options: HangOptions | None = None) -> HangFit
     weight_n = runs[0].leg_weight_n
     order = _seen_order(model, grams)
     if order < model.order:
-        kept = np.r_[: 1 + 2 * order, model.com_columns : designs[0].shape[1]]
-        model = replace(model, order=order)
+        lower = replace(model, order=order)
+        kept, model = lower.among(model), lower
         designs = [z[:, kept] for z in designs]
         grams = [gram[np.ix_(kept, kept)] for gram in grams]
     triangles = [triangle(*each) for each in zip(designs, wrenches, grams, strict=True)]
     for _ in range(_INERTIAL_ROUNDS if any(run.shaft_radps.any() for run in runs) else 0):
-        first = Summary.of(designs, wrenches, _white(_TYPICAL_SD), triangles)
-        values = model.split(first.solve(model, weight_n))
+        first = Reduced.of(designs, wrenches, _white(_TYPICAL_SD), triangles)
+        values = model.split(_fit(first, model, weight_n).estimates.values)
         wrenches = [_at_rest(run, model, values) for run in runs]
         triangles = [triangle(*each) for each in zip(designs, wrenches, grams, strict=True)]
     if asked.noise_sd is None and samples - sum(z.shape[1] for z in designs) >= _MIN_NOISE_DOF:
@@ -204,18 +203,46 @@ def fit_hang(logs: Sequence[Log], options: HangOptions | None = None) -> HangFit
         noise = fit_noise(residuals, designs, 0 if asked.white else MAX_LAGS)
     else:
         noise = _noise_from_fit(model, designs, wrenches, weight_n, asked.noise_sd)
-    summary = Summary.of(designs, wrenches, noise, triangles)
+    reduced = Reduced.of(designs, wrenches, noise, triangles)
     effective = samples / np.array([channel.samples_per_effective for channel in noise])
-    start = summary.solve(model, weight_n)
-    evidence = summary.order_evidence(model, start, effective.sum())
+    fit = _fit(reduced, model, weight_n)
+    evidence = _order_evidence(model, fit, effective.sum())
     if asked.order is None:
         chosen = replace(model, order=min(evidence, key=evidence.__getitem__))
-        start = _of_order(model, chosen, start)
+        if chosen.order < model.order:
+            start = _of_order(model, chosen, fit.estimates.values)
+            fit = _fit(reduced.only(chosen.among(model)), chosen, weight_n, start)
         model = chosen
-    fit = summary.fit(model, start, weight_n)
     return HangFit(
         model, fit, noise, evidence, samples, effective, *references, hang_gaps(model, fit)
     )
+
+
+def _fit(
+    reduced: Reduced, model: HangModel, weight_n: float, start: FloatArray | None = None
+) -> Fit:
+    """Weight, offsets, CoM and tilts at their maximum likelihood; what stays unseen is said."""
+    parameters = model.parameters(weight_n)
+    fit = reduced.fit(parameters, model.coefficients, model.coefficient_jacobian, start)
+    return with_unseen(fit)
+
+
+def _order_evidence(model: HangModel, fit: Fit, samples: float) -> dict[int, float]:
+    """BIC per number of harmonics up to the model's, relative to the full model's χ².
+
+    Leaving harmonics out costs ``cᵀ cov(c)⁻¹ c`` with c their coefficients (exact to second
+    order), and saves ``ln n`` per coefficient, n the effective samples of all channels.
+    """
+    theta, covariance = fit.estimates.values, fit.estimates.covariance
+    columns = model.com_columns
+    first = theta.size - model.tilt_design.shape[2] - 3 * columns
+    evidence = {}
+    for order in range(model.order + 1):
+        higher = np.arange(1 + 2 * order, columns)
+        out = first + (columns * np.arange(3)[:, None] + higher).ravel()
+        cost = theta[out] @ np.linalg.solve(covariance[np.ix_(out, out)], theta[out])
+        evidence[order] = float(cost + (theta.size - out.size) * np.log(samples))
+    return evidence
 
 
 def _at_rest(run: HangRun, model: HangModel, values: HangValues) -> FloatArray:
@@ -266,7 +293,8 @@ def _noise_from_fit(
     sd = _TYPICAL_SD if noise_sd is None else np.asarray(noise_sd, dtype=float)
     triangles = [triangle(z, w) for z, w in zip(designs, wrenches, strict=True)]
     for _ in range(_NOISE_ROUNDS if noise_sd is None else 0):
-        theta = Summary.of(designs, wrenches, _white(sd), triangles).solve(model, weight_n)
+        reduced = Reduced.of(designs, wrenches, _white(sd), triangles)
+        theta = _fit(reduced, model, weight_n).estimates.values
         table = model.coefficients(theta)
         left = np.concatenate(
             [w - z @ c.T for z, w, c in zip(designs, wrenches, table, strict=True)]

@@ -15,11 +15,13 @@ from typing import Literal
 
 import numpy as np
 
-from footcal_cli.core.parameters import FloatArray, Parameter, ParameterSet
+from footcal_cli.core.parameters import FloatArray, IntArray, Parameter, ParameterSet
 from footcal_cli.core.spatial import left_jacobian, rotation_exp, skew, tangent_basis
 
 AXES = ("fx", "fy", "fz", "tx", "ty", "tz")
 AXIS_UNITS = ("N", "N", "N", "Nm", "Nm", "Nm")
+WARMTH, DRIFT = "temperature_bias", "offset_drift"
+"""Stems of the offsets' change per degC and per s, one per axis."""
 Tilt = Literal["per_log", "mount", "none"]
 
 _NEAR_AXIS = np.cos(np.deg2rad(30.0))
@@ -72,6 +74,11 @@ class HangModel:
         columns = fourier_columns(phase_rad, self.order)
         columns += [temperature_degc] * self.temperature + [time_s] * self.drift
         return np.stack(columns).T
+
+    def among(self, full: HangModel) -> IntArray:
+        """Which regressors of a model with more harmonics are its own."""
+        total = full.com_columns + self.temperature + self.drift
+        return np.asarray(np.r_[: self.com_columns, full.com_columns : total], dtype=np.int64)
 
     @cached_property
     def tilt_design(self) -> FloatArray:
@@ -135,8 +142,8 @@ class HangModel:
         rows: list[tuple[str, str, float]] = [("weight", "N", _WEIGHT_SD_N)]
         for suffix, unit, share in (
             ("offset", "", 1.0),
-            ("temperature_bias", "/degC", 0.1 * self.temperature),
-            ("offset_drift", "/s", 0.01 * self.drift),
+            (WARMTH, "/degC", 0.1 * self.temperature),
+            (DRIFT, "/s", 0.01 * self.drift),
         ):
             if share > 0.0:
                 rows += [
@@ -151,11 +158,6 @@ class HangModel:
                 for i, (name, unit, sd) in enumerate(rows)
             )
         )
-
-    @cached_property
-    def prior_sd(self) -> FloatArray:
-        """Prior sd of every parameter, shape (n,)."""
-        return np.array([parameter.sd for parameter in self.parameters(0.0)])
 
     def split(self, theta: FloatArray) -> HangValues:
         """Name the pieces of a parameter vector, shape (n,)."""

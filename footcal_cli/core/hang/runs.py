@@ -8,8 +8,12 @@ from itertools import pairwise
 
 import numpy as np
 
+from footcal_cli.core.effects.calibration import AXES
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray, IntArray
+
+RUN = "hanging"
+"""Key of `Log.known`: number of the run of each row, an index of `HangModel.nominal_dir_t`."""
 
 
 @dataclass(frozen=True)
@@ -38,6 +42,20 @@ class HangRun:
     leg_weight_n: float
     shaft_radps: FloatArray
     shaft_radps2: FloatArray
+
+    def log(self, leg: str, number: int, since_degc: float, since_s: float) -> Log:
+        """The run as a log again, numbered as in a `HangModel`, since a temperature and a time."""
+        rows = self.time_s.size
+        known = {
+            "phase_rad": self.phase_rad,
+            "temperature_degc": self.temperature_degc - since_degc,
+            "shaft_radps": self.shaft_radps,
+            "shaft_radps2": self.shaft_radps2,
+            RUN: np.full(rows, float(number)),
+        }
+        channels = tuple(f"{leg}.{axis}" for axis in AXES)
+        block = np.full(rows, number, dtype=np.int64)
+        return Log("hang", channels, self.time_s - since_s, self.wrench, known, block)
 
 
 def hang_runs(logs: Sequence[Log]) -> tuple[tuple[HangRun, ...], str]:

@@ -3,6 +3,10 @@
 Seed 2, sections III-A.2 to III-A.4: half-differences of a pair of opposite logs give the leg's
 weight and, through a Kalman smoother, its CoM; half-sums give the offsets. Kept for comparison:
 it treats the tilt as infinitesimal, and each step passes its error on to the next.
+
+Not as printed: the costs of s⁺ and s⁻ are sums of root mean squares and standard deviations in the
+paper, of their squares here (a least-squares solver squares what it is given); s⁻ is found for the
+torque's three axes together, where the paper's one std of a vector leaves the sum unsaid.
 """
 
 from __future__ import annotations
@@ -54,11 +58,20 @@ class StepwiseFit:
     half_turn_rad: FloatArray
     turn_rad: FloatArray
 
+    def gravity_dir_t(self, runs: Sequence[HangRun]) -> FloatArray:
+        """``(I + [s]) e`` per run, the paper's direction of gravity, shape (L, 3)."""
+        down = np.stack([run.nominal_dir_t for run in runs])
+        return down + np.cross(self.turn_rad, down)
+
+    def com_t_m(self, phase_rad: FloatArray) -> FloatArray:
+        """Leg CoM at shaft angles (...,), shape (..., 3)."""
+        return leg_com_t_m(self.com_m, phase_rad)
+
     def residuals(self, runs: Sequence[HangRun]) -> list[FloatArray]:
         """What is left of each run's readings, ``(I + [s]) m g e`` taken for the force, (n, 6)."""
         left = []
-        for run, turn in zip(runs, self.turn_rad, strict=True):
-            force = self.weight_n * (run.nominal_dir_t + np.cross(turn, run.nominal_dir_t))
+        for run, down in zip(runs, self.gravity_dir_t(runs), strict=True):
+            force = self.weight_n * down
             arm = leg_com_t_m(self.com_m, run.phase_rad)
             torque = np.cross(arm, force)
             applied = np.column_stack([np.broadcast_to(force, torque.shape), torque])

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from footcal_cli.core.hang.model import HangModel
+from footcal_cli.core.hang.model import DRIFT, WARMTH, HangModel
 from footcal_cli.core.inference.fit import Fit
 from footcal_cli.core.parameters import FloatArray, Status
 
@@ -79,9 +79,9 @@ def typical_size(name: str) -> float:
     if quantity.startswith(("hang_tilt", "mount_rot")):
         return 0.02
     size = 0.1 if quantity.endswith(("_tx", "_ty", "_tz")) else 1.0
-    if quantity.startswith("temperature_bias"):
+    if quantity.startswith(WARMTH):
         return 0.1 * size
-    return size / 1000.0 if quantity.startswith("offset_drift") else size
+    return size / 1000.0 if quantity.startswith(DRIFT) else size
 
 
 def _combination(row: FloatArray, names: tuple[str, ...]) -> str:

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from footcal_cli.core.chain import Chain, Seen
+from footcal_cli.core.experiments import contract
 from footcal_cli.core.experiments.contract import Balance, Experiment
 from footcal_cli.core.inference.lines import Series
 from footcal_cli.core.inference.tracking import Direction
@@ -290,7 +291,7 @@ TORQUE_SHARE = 0.1  # noise of a torque axis in Nm, per newton of noise of a for
 def rows_of(case: Case) -> Rows:
     """Choose and order the rows of a case from its baseline."""
     balances = [
-        case.experiment.balance(case.chain.remove(log, case.values)[0]) for log in case.logs
+        contract.residual(case.experiment, case.chain, log, case.values) for log in case.logs
     ]
     groups = case.groups or {}
     pooled = list(dict.fromkeys(groups.get(o, o) for b in balances for o in b.outputs))

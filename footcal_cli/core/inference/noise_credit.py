@@ -12,6 +12,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from footcal_cli.core.chain import Chain
+from footcal_cli.core.experiments.contract import residual
 from footcal_cli.core.inference.case import TORQUE_SHARE, Case, Rows
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
@@ -74,7 +75,6 @@ def _passed(
     case: Case, log: Log, probe: FloatArray, chain: Chain, values: Mapping[str, float]
 ) -> FloatArray:
     """What the probe becomes in the balance, shape (n, k)."""
-    noisy, _ = chain.remove(log.with_readings(log.readings + probe), values)
-    plain, _ = chain.remove(log, values)
-    balance = case.experiment.balance
-    return np.nan_to_num(balance(noisy).error - balance(plain).error)
+    noisy = residual(case.experiment, chain, log.with_readings(log.readings + probe), values)
+    plain = residual(case.experiment, chain, log, values)
+    return np.nan_to_num(noisy.error - plain.error)

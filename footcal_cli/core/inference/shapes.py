@@ -13,6 +13,7 @@ from footcal_cli.core.effects.contract import (
     EffectParameter,
     GridOf,
     Scope,
+    Trait,
     columns_of,
     is_six_axis,
 )
@@ -41,7 +42,7 @@ def shapes_of(case: Case, effect: Effect) -> list[dict[str, float]]:
         dict(zip(names, values, strict=True))
         for values in product(*(_grid(case, effect, s) for s in effect.shapes))
     ]
-    if effect.name == "channel_swap":
+    if Trait.SYMMETRIC in effect.traits:
         first, second = names
         return [s for s in shapes if s[first] < s[second]]
     own = any(s.grid_of in OF_THE_LOGS for s in effect.shapes)

@@ -8,10 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from footcal_cli.core.chain import Chain, Link
+from footcal_cli.core.effects import having
 from footcal_cli.core.effects.contract import (
     Effect,
     EffectParameter,
     Scope,
+    Trait,
     can_carry,
     units_of,
 )
@@ -27,11 +29,8 @@ ALIKE = 0.995
 """|cos| from which two shapes of an effect count as one."""
 _NOTHING = 1e-6  # RMS change in noise units at a usual size: below it is rounding
 _CARRIED = 1.0  # RMS change in noise units of a whole swap: below it the axis carries nothing
-SWITCHES = frozenset({"channel_swap", "axis_flip"})
+SWITCHES = having(Trait.SWITCH)
 """Effects that are on or off: differentiated at the swapped readings, a whole one looks like −1."""
-_CHOICES = frozenset(
-    {"channel_stuck", "channel_duplicate", "quantisation", "dropped_samples", "wrong_unit"}
-)
 
 
 @dataclass(frozen=True)
@@ -130,7 +129,7 @@ def library_columns(case: Case, rows: Rows, effects: Iterable[Effect]) -> Column
         if missing:
             excluded.append(Excluded(effect.name, "", f"{', '.join(missing)} was not recorded"))
             continue
-        if effect.name in _CHOICES:
+        if Trait.UNGRADED in effect.traits:
             excluded.append(
                 Excluded(effect.name, "", "no graded signature; looked for among the raw data")
             )

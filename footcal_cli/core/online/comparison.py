@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from footcal_cli.core.centroidal import MIN_FORCE_N, Reference
+from footcal_cli.core.centroidal import Reference
 from footcal_cli.core.contact import Reason, Validity, gait_cycles, judge
-from footcal_cli.core.experiments import walk
-from footcal_cli.core.log import Log
 from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.online.evidence import (
     SETTLING_S,
@@ -18,14 +16,11 @@ from footcal_cli.core.online.evidence import (
     Departure,
     Interval,
     Settling,
-    bootstrap_mean,
-    bootstrap_ratio,
     check_consistency,
     departures,
-    paired_p,
-    rms_per_cycle,
     settle,
 )
+from footcal_cli.core.online.judged import Judged, judge_method, over_cycles
 from footcal_cli.core.online.live import run_live
 from footcal_cli.core.online.memory import (
     INADEQUATE,
@@ -35,28 +30,19 @@ from footcal_cli.core.online.memory import (
     replay_track,
     run_memory,
 )
+from footcal_cli.core.online.references import References, by_estimates, by_truth, in_band
 from footcal_cli.core.online.replay import (
-    Errors,
     Replayed,
-    best_smoothing,
     corrected,
-    errors_against,
-    replay_window,
 )
 from footcal_cli.core.online.sensitivity import Sensitivity, memory_sensitivity, window_sensitivity
 from footcal_cli.core.online.streams import Merged
-from footcal_cli.core.online.window import (
-    Weights,
-    WindowRule,
-    WindowTrack,
-    run_window,
-    standing_weights,
-)
+from footcal_cli.core.online.weighed import Weighed, weighed_walking
+from footcal_cli.core.online.window import Weights, WindowRule
+from footcal_cli.core.online.windows import QUIET_S, GivenWeights, run_windows
 from footcal_cli.core.parameters import BoolArray, Estimates, FloatArray, IntArray, Status
 from footcal_cli.core.quality import Finding
-from footcal_cli.core.signals import low_pass_stretches
 
-SMOOTH_CANDIDATES = np.geomspace(1e1, 1e6, 11)
 _OUTLIER_SD = 6.0
 
 
@@ -70,42 +56,40 @@ class Settings:
         Of the two estimators.
     others
         Which of the papers' methods run besides memory: ``window``, ``static``.
-    smooth_weight
-        ωS; None: the one whose held parameters predict the motion's demand best.
+    weights
+        ωF, ωP and ωS of the papers' methods, None for those that the log itself must give.
     causal
         Memory learns from the past alone, as a live run must.
-    min_force_n
-        ε of the CoP.
     """
 
     memory: MemoryOptions = field(default_factory=MemoryOptions)
     window: WindowRule = field(default_factory=WindowRule)
     others: tuple[str, ...] = ("window", "static")
-    smooth_weight: float | None = None
+    weights: GivenWeights = field(default_factory=GivenWeights)
     causal: bool = False
-    min_force_n: float = MIN_FORCE_N
 
 
 @dataclass(frozen=True)
-class Judged:
-    """One method against one reference.
+class InParts:
+    """How a long walk was run.
 
     Parameters
     ----------
-    method, reference
-        Who, against what (``truth``, ``baseline``, ``motion``).
-    errors
-        Per sample, NaN while settling.
-    cop, foot_cop, vgrf
-        RMS error per gait cycle, shape (cycles,).
+    parts
+        How many.
+    part_s, ahead_s
+        Their length, and what their smoother sees beyond their end.
+    taught_from_s
+        Start of the part that delay, noise and states were learnt from.
+    every
+        One of so many updates is kept for tables and figures.
     """
 
-    method: str
-    reference: str
-    errors: Errors
-    cop: FloatArray
-    foot_cop: FloatArray
-    vgrf: FloatArray
+    parts: int
+    part_s: float
+    ahead_s: float
+    taught_from_s: float
+    every: int
 
 
 @dataclass(frozen=True)
@@ -119,7 +103,7 @@ class Comparison:
     memory
         The estimator that remembers.
     weights
-        ωF, ωP and the ωS used; None where no window ran.
+        ωF, ωP and ωS of the papers' methods that ran.
     replayed
         Method -> forces and CoP: ``before memory smoother``, those of ``window static`` that ran,
         where there is a truth ``true``, and ``baseline`` where one was given.
@@ -135,16 +119,24 @@ class Comparison:
         (method, reference, quantity) -> mean over cycles.
     validity
         Samples used for calibration, with reasons for the others.
+    rejected
+        How many are not used, by reason.
+    taught
+        Updates that changed anything, and all.
     consistency, settling, departures
         Of the filter.
     causal
         Whether memory learnt from the past alone.
+    left_out
+        Methods that were asked for and had no standing to take their weights from.
+    in_parts
+        How the walk was run in parts; `replayed` and all else per sample are of the last one.
     """
 
     merged: Merged
     belief: Belief
     memory: Memory
-    weights: Weights | None
+    weights: Mapping[str, Weights]
     rule: WindowRule
     replayed: Mapping[str, Replayed]
     reference: Reference
@@ -153,10 +145,14 @@ class Comparison:
     ratios: Mapping[tuple[str, str, str], tuple[Interval, float]]
     per_cycle: Mapping[tuple[str, str, str], Interval]
     validity: Validity
+    rejected: Mapping[str, int]
+    taught: tuple[int, int]
     consistency: Consistency
     settling: tuple[Settling, ...]
     departures: tuple[Departure, ...]
     causal: bool
+    left_out: tuple[str, ...] = ()
+    in_parts: InParts | None = None
 
     @property
     def best_reference(self) -> str:
@@ -175,11 +171,13 @@ class Comparison:
             against = self.replayed["true"]
         elif self.best_reference == "baseline":
             against = self.replayed["baseline"]
-        ours = memory_sensitivity(self.memory, self.belief, against)
+        ours = memory_sensitivity(
+            self.memory, self.belief, against, min_force_n=self.rule.min_force_n
+        )
         curves = [("memory", s) for s in ours]
-        if self.weights is not None:
-            log = self.merged.log
-            paper = window_sensitivity(log, self.belief, self.weights, against, self.rule)
+        if "window" in self.weights:
+            log, weights = self.merged.log, self.weights["window"]
+            paper = window_sensitivity(log, self.belief, weights, against, self.rule)
             curves += [("window", s) for s in paper]
         return curves
 
@@ -191,8 +189,15 @@ class Comparison:
             last.gain[-1], last.bias_n[-1], self.belief.covariance, [Status.PRIOR_KEPT] * (2 * c)
         )
 
+    @property
+    def weighed(self) -> Weighed:
+        """The robot on its own cells, against its stated mass."""
+        track, c = self.memory.track, len(self.belief.channels)
+        mass_kg = float(self.merged.log.known["mass_kg"][0])
+        return weighed_walking(self.belief, track.values[-1, :c], track.covariance[:c, :c], mass_kg)
+
     def findings(self) -> list[Finding]:
-        """Jumps, parameters that left their interval, inconsistent innovations."""
+        """Jumps, a wrong mass, parameters that left their interval, inconsistent innovations."""
         found = [
             Finding(
                 "bias_jump",
@@ -204,6 +209,7 @@ class Comparison:
             )
             for jump in self.memory.jumps
         ]
+        found += self.weighed.findings()
         found += [
             Finding(
                 "left_interval",
@@ -215,6 +221,17 @@ class Comparison:
             )
             for d in self.departures
         ]
+        if self.left_out:
+            found.append(
+                Finding(
+                    "no_standing_start",
+                    "note",
+                    " and ".join(self.left_out),
+                    "not compared: their weights come from standing still, and this log starts "
+                    f"with less than {QUIET_S} s of it",
+                    "give force_weight and cop_weight, or record standing before the first step",
+                )
+            )
         if self.memory.repeated > INADEQUATE:
             found.append(
                 Finding(
@@ -265,134 +282,88 @@ def compare(
         For the bootstrap.
     """
     log = merged.log
-    n, c = log.readings.shape
     memory = (run_live if settings.causal else run_memory)(log, belief, settings.memory)
+    if truth_n is not None:
+        truth_n = in_band(truth_n, merged.rate_hz, causal=settings.causal)
+    settled = log.time_s - log.time_s[0] > SETTLING_S
+    found = judged_walk(
+        memory, merged, belief, settings, References(truth_n, baseline),
+        gait_cycles(log.known["contact"]), settled,
+    )  # fmt: skip
+    return with_statistics(found, rng)
+
+
+def judged_walk(
+    memory: Memory,
+    merged: Merged,
+    belief: Belief,
+    settings: Settings,
+    against: References,
+    cycle: IntArray,
+    settled: BoolArray,
+    *,
+    skip_s: float = 2.0,
+) -> Comparison:
+    """Replay a walk, or a part of it, and judge it; without statistics over cycles and time.
+
+    Parameters
+    ----------
+    memory
+        What the estimator found.
+    cycle
+        Gait cycle of each sample, shape (n,).
+    settled
+        Samples that are judged, shape (n,).
+    skip_s
+        Left out of the consistency at the start.
+    """
+    log = merged.log
+    n, c = log.readings.shape
     reference = memory_reference(memory)
-    replayed = {"before": corrected("before", log, belief, np.zeros((n, c)), np.zeros((n, c)))}
-    weights = None
-    if settings.others:
-        weights, track = _window(log, belief, settings, walk.reference_of(log))
-        if "static" in settings.others:
-            static = run_window(log, belief, weights, settings.window, static=True)
-            replayed["static"] = replay_window("static", log, belief, static)
-        if "window" in settings.others:
-            replayed["window"] = replay_window("window", log, belief, track)
+    nothing, least_n = np.zeros((n, c)), settings.window.min_force_n
+    replayed = {"before": corrected("before", log, belief, nothing, nothing, min_force_n=least_n)}
+    windows = run_windows(log, belief, settings.others, settings.window, settings.weights)
+    replayed |= {method: one.replayed for method, one in windows.items()}
     replayed |= {
-        "memory": replay_track("memory", memory, memory.track, belief),
-        "smoother": replay_track("smoother", memory, memory.smoothed, belief),
+        "memory": replay_track("memory", memory, memory.track, belief, least_n),
+        "smoother": replay_track("smoother", memory, memory.smoothed, belief, least_n),
     }
     references: dict[str, Replayed | Reference] = {}
-    if truth_n is not None:
-        replayed["true"] = _true(memory, merged, belief, truth_n, causal=settings.causal)
+    if against.truth_n is not None:
+        replayed["true"] = by_truth(memory.log, belief, against.truth_n, least_n)
         references["truth"] = replayed["true"]
-    if baseline is not None:
-        replayed["baseline"] = _by_estimates(merged, belief, baseline)
+    if against.baseline is not None:
+        replayed["baseline"] = by_estimates(log, belief, against.baseline, least_n)
         references["baseline"] = replayed["baseline"]
     references["motion"] = reference
-    cycle = gait_cycles(log.known["contact"])
-    settled = log.time_s - log.time_s[0] > SETTLING_S
     judged = tuple(
-        _judge(method, name, one, against, cycle, settled)
-        for name, against in references.items()
+        judge_method(method, name, one, other, cycle, settled)
+        for name, other in references.items()
         for method, one in replayed.items()
-        if one is not against
+        if one is not other
     )
-    per_cycle, ratios = _statistics(judged, rng)
-    names = [f"{channel}.{kind}" for kind in ("gain", "bias") for channel in belief.channels]
+    validity = _used(merged, memory)
+    used = memory.track.used
     return Comparison(
-        merged, belief, memory, weights, settings.window, replayed, reference, cycle, judged,
-        ratios, per_cycle, _used(merged, memory), check_consistency(memory.track),
-        tuple(settle(memory.track, names)),
-        tuple(departures(memory.track, memory.rows.prior_sd)), settings.causal,
+        merged, belief, memory, {method: one.weights for method, one in windows.items()},
+        settings.window, replayed, reference, cycle, judged, {}, {}, validity, validity.counts,
+        (int(used.sum()), used.size), check_consistency(memory.track, skip_s=skip_s), (), (),
+        settings.causal, tuple(method for method in settings.others if method not in windows),
     )  # fmt: skip
 
 
-def _window(
-    log: Log, belief: Belief, settings: Settings, reference: Reference
-) -> tuple[Weights, WindowTrack]:
-    """The paper's window with weights from quiet standing, or its first samples."""
-    standing = log.rows(*_quiet_start(log))
-    base = standing_weights(standing, belief, settings.window)
-    if settings.smooth_weight is None:
-        smooth, track = best_smoothing(
-            log, belief, base, reference, SMOOTH_CANDIDATES, settings.window
-        )
-    else:
-        smooth = settings.smooth_weight
-        track = run_window(log, belief, Weights(base.force, base.cop, smooth), settings.window)
-    return Weights(base.force, base.cop, smooth), track
-
-
-def _quiet_start(log: Log) -> tuple[int, int]:
-    """Rows before the first swing, or the whole log where it is shorter than half a second."""
-    contact = log.known["contact"]
-    moving = np.flatnonzero((contact != 1.0).any(axis=1))
-    usable = np.isfinite(log.readings).all(axis=1)
-    first = int(np.argmax(usable))
-    inner = moving[moving > first + 40]
-    stop = int(inner[0]) if inner.size else len(log)
-    return (first, stop) if stop - first >= 40 else (0, len(log))
-
-
-def _true(
-    memory: Memory, merged: Merged, belief: Belief, truth_n: FloatArray, *, causal: bool
-) -> Replayed:
-    """The true forces in the band of the cells, as if a calibration had produced them."""
-    log = memory.log
-    good = np.asarray(np.isfinite(truth_n).all(axis=1))
-    filtered = low_pass_stretches(truth_n, good, merged.rate_hz, causal=causal)
-    believed = belief.forces(log.readings)
-    return corrected("true", log, belief, np.zeros(truth_n.shape), filtered - believed)
-
-
-def _by_estimates(merged: Merged, belief: Belief, estimates: Estimates) -> Replayed:
-    scale = np.array([estimates[f"{name}.scale"] for name in belief.channels])
-    bias = np.array([estimates[f"{name}.bias"] for name in belief.channels])
-    gain = scale / belief.scale_n_per_count - 1.0
-    shape = merged.log.readings.shape
-    return corrected(
-        "baseline", merged.log, belief, np.broadcast_to(gain, shape),
-        np.broadcast_to(bias - belief.bias_n * (1.0 + gain), shape),
-    )  # fmt: skip
-
-
-def _judge(
-    method: str, name: str, ours: Replayed, against: Replayed | Reference, cycle: IntArray,
-    settled: BoolArray,
-) -> Judged:  # fmt: skip
-    found = errors_against(ours, against)
-    blank = np.where(settled, 1.0, np.nan)
-    errors = Errors(
-        found.cop_m * blank[:, None], found.vgrf_n * blank, found.foot_cop_m * blank[:, None, None]
+def with_statistics(found: Comparison, rng: np.random.Generator) -> Comparison:
+    """The same with means and ratios over gait cycles, and how the parameters behave in time."""
+    per_cycle, ratios = over_cycles(found.judged, rng)
+    track, channels = found.memory.track, found.belief.channels
+    names = [f"{channel}.{kind}" for kind in ("gain", "bias") for channel in channels]
+    return replace(
+        found,
+        per_cycle=per_cycle,
+        ratios=ratios,
+        settling=tuple(settle(track, names)),
+        departures=tuple(departures(track, found.memory.rows.prior_sd)),
     )
-    per_foot = np.concatenate([errors.foot_cop_m[:, f] for f in range(found.foot_cop_m.shape[1])])
-    twice = np.tile(cycle, found.foot_cop_m.shape[1])
-    every = np.ones(settled.size, dtype=bool)
-    return Judged(
-        method, name, errors, rms_per_cycle(errors.cop_m, cycle, every),
-        rms_per_cycle(per_foot, twice, np.ones(twice.size, dtype=bool)),
-        rms_per_cycle(errors.vgrf_n, cycle, every),
-    )  # fmt: skip
-
-
-def _statistics(
-    judged: tuple[Judged, ...], rng: np.random.Generator
-) -> tuple[
-    dict[tuple[str, str, str], Interval], dict[tuple[str, str, str], tuple[Interval, float]]
-]:
-    per_cycle, ratios = {}, {}
-    for one in judged:
-        ours = next(j for j in judged if j.method == "memory" and j.reference == one.reference)
-        for quantity in ("cop", "foot_cop", "vgrf"):
-            series = getattr(one, quantity)
-            if not np.isfinite(series).any():
-                continue
-            key = (one.method, one.reference, quantity)
-            per_cycle[key] = bootstrap_mean(series, rng)
-            if one.method != "memory":
-                mine = getattr(ours, quantity)
-                ratios[key] = (bootstrap_ratio(mine, series, rng), paired_p(mine, series))
-    return per_cycle, ratios
 
 
 def _used(merged: Merged, memory: Memory) -> Validity:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy import stats
 
 from footcal_cli.core.online.filter import Track
-from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
+from footcal_cli.core.parameters import FloatArray, IntArray
 from footcal_cli.core.signals import autocorrelation_time
 
 SETTLING_S = 5.0
@@ -18,6 +18,8 @@ _STEADY_SHARE = 1.0 / 3.0
 _LEVEL = 0.95
 _PHASES, _LEAST_CYCLES = 24, 5
 _HUBER = 3.0
+_MOST_PICKS = 2**21
+"""Resampled cycles held at once (16 MB)."""
 
 
 @dataclass(frozen=True)
@@ -115,25 +117,11 @@ def rms(values: FloatArray) -> float:
     return float(np.sqrt(finite.mean())) if finite.size else float("nan")
 
 
-def rms_per_cycle(errors: FloatArray, cycle: IntArray, valid: BoolArray) -> FloatArray:
-    """RMS error of each gait cycle, shape (cycles,); NaN where none of its samples counts.
-
-    Parameters
-    ----------
-    errors
-        Shape (n,) or (n, k).
-    cycle
-        Number of the cycle of each sample, negative for none, shape (n,).
-    valid
-        Shape (n,).
-    """
-    squared = errors**2 if errors.ndim == 1 else np.sum(errors**2, axis=1)
-    use = valid & (cycle >= 0) & np.isfinite(squared)
-    count = int(cycle.max(initial=-1)) + 1
-    total = np.bincount(cycle[use], weights=squared[use], minlength=count)
-    size = np.bincount(cycle[use], minlength=count)
-    with np.errstate(invalid="ignore"):
-        return np.asarray(np.sqrt(total / np.where(size > 0, size, np.nan)))
+def _picks(size: int, resamples: int, rng: np.random.Generator) -> Iterator[IntArray]:
+    """Numbers of the cycles of every resample, some resamples at a time, shape (some, size)."""
+    at_once = max(_MOST_PICKS // size, 1)
+    for start in range(0, resamples, at_once):
+        yield rng.integers(0, size, (min(at_once, resamples - start), size))
 
 
 def bootstrap_mean(values: FloatArray, rng: np.random.Generator, resamples: int = 2000) -> Interval:
@@ -142,7 +130,8 @@ def bootstrap_mean(values: FloatArray, rng: np.random.Generator, resamples: int 
     if values.size < 2:
         value = float(values.mean()) if values.size else float("nan")
         return Interval(value, float("nan"), float("nan"), values.size)
-    draws = values[rng.integers(0, values.size, (resamples, values.size))].mean(axis=1)
+    picks = _picks(values.size, resamples, rng)
+    draws = np.concatenate([values[pick].mean(axis=1) for pick in picks])
     low, high = np.quantile(draws, [(1 - _LEVEL) / 2, (1 + _LEVEL) / 2])
     return Interval(float(values.mean()), float(low), float(high), values.size)
 
@@ -161,8 +150,8 @@ def bootstrap_ratio(
     a, b = ours[both] ** 2, theirs[both] ** 2
     if a.size < 2 or not b.any():
         return Interval(float("nan"), float("nan"), float("nan"), a.size)
-    pick = rng.integers(0, a.size, (resamples, a.size))
-    draws = np.sqrt(a[pick].mean(axis=1) / b[pick].mean(axis=1))
+    picks = _picks(a.size, resamples, rng)
+    draws = np.concatenate([np.sqrt(a[p].mean(axis=1) / b[p].mean(axis=1)) for p in picks])
     low, high = np.quantile(draws, [(1 - _LEVEL) / 2, (1 + _LEVEL) / 2])
     return Interval(float(np.sqrt(a.mean() / b.mean())), float(low), float(high), a.size)
 
@@ -196,6 +185,8 @@ class Consistency:
         How many.
     worth
         Degrees of freedom of the band.
+    rows
+        Degrees of freedom of all updates together.
     """
 
     ratio: float
@@ -205,6 +196,32 @@ class Consistency:
     whiteness: float
     updates: int
     worth: float
+    rows: float
+
+    @classmethod
+    def joined(cls, parts: Sequence[Consistency]) -> Consistency:
+        """Of parts of a walk together; correlation across their ends does not count."""
+        known = [part for part in parts if part.rows]
+        if not known:
+            return parts[0]
+        rows = np.array([part.rows for part in known])
+        updates = np.array([part.updates for part in known])
+        worth = sum(part.worth for part in known)
+        return cls(
+            float(np.average([part.ratio for part in known], weights=rows)),
+            *_band(worth),
+            float(np.average([part.inside for part in known], weights=updates)),
+            float(np.average([part.whiteness for part in known], weights=updates)),
+            int(updates.sum()),
+            worth,
+            float(rows.sum()),
+        )
+
+
+def _band(worth: float) -> tuple[float, float]:
+    """95 % band of chi-squared over its degrees of freedom."""
+    low, high = (float(stats.chi2.ppf(q, worth)) / worth for q in (0.025, 0.975))
+    return low, high
 
 
 def check_consistency(track: Track, *, skip_s: float = 2.0) -> Consistency:
@@ -222,9 +239,9 @@ def check_consistency(track: Track, *, skip_s: float = 2.0) -> Consistency:
     total = float(dof.sum())
     if total == 0:
         nan = float("nan")
-        return Consistency(nan, nan, nan, nan, nan, 0, 0.0)
+        return Consistency(nan, nan, nan, nan, nan, 0, 0.0, 0.0)
     worth = total / autocorrelation_time(nis / dof - 1.0)
-    low, high = (float(stats.chi2.ppf(q, worth)) / worth for q in (0.025, 0.975))
+    low, high = _band(worth)
     lowest, highest = (np.asarray(stats.chi2.ppf(q, dof)) for q in (0.025, 0.975))
     normalised = (track.innovation / track.innovation_sd)[use, 0]
     normalised = normalised[np.isfinite(normalised)]
@@ -237,16 +254,55 @@ def check_consistency(track: Track, *, skip_s: float = 2.0) -> Consistency:
         whiteness=lagged,
         updates=int(use.sum()),
         worth=worth,
+        rows=total,
     )
 
 
-def repetition(track: Track, phase: FloatArray, totals: int, *, skip_s: float = 5.0) -> float:
-    """How much of the totals' error comes back in every gait cycle, as a factor of variance.
+@dataclass(frozen=True)
+class Repeats:
+    """What the totals' innovations add up to at each phase of the gait.
 
-    chi² over degrees of freedom of the innovations' means at each phase of the gait, all totals
-    together; 1 where that is no more than chance (95 %). An error that repeats is counted anew by
-    every cycle though it teaches nothing new: n cycles of it are worth one, which is what this
-    factor takes back.
+    Parameters
+    ----------
+    total, count
+        Sum of the normalised innovations, and how many they are, shape (totals, phases).
+    """
+
+    total: FloatArray
+    count: FloatArray
+
+    def __add__(self, other: Repeats) -> Repeats:
+        return Repeats(self.total + other.total, self.count + other.count)
+
+    def factor(self, unknowns: int | None = None) -> float:
+        """How much of the error comes back in every gait cycle, as a factor of variance.
+
+        chi² over degrees of freedom of the innovations' means at each phase of the gait, all
+        totals together; 1 where that is no more than chance (95 %). An error that repeats is
+        counted anew by every cycle though it teaches nothing new: n cycles of it are worth one,
+        which is what this factor takes back.
+
+        Parameters
+        ----------
+        unknowns
+            Given where errors of this walk are known to repeat: then chance is no excuse, and so
+            many unknowns have taken their part of what repeats, since a walk shows no more than
+            the phases of one cycle.
+        """
+        filled = self.count >= _LEAST_CYCLES
+        if not filled.any():
+            return 1.0
+        cycles = self.count[filled]
+        taken = 0 if unknowns is None else min(unknowns, cycles.size // 2)
+        found = float(np.sum(self.total[filled] ** 2 / cycles)) / (cycles.size - taken)
+        # n cycles of an error are at worst one: a larger factor would switch the rows off
+        found = min(found, float(np.median(cycles)))
+        by_chance = float(stats.chi2.ppf(_LEVEL, cycles.size)) / cycles.size
+        return max(found, 1.0) if unknowns is not None or found > by_chance else 1.0
+
+
+def repeats(track: Track, phase: FloatArray, totals: int, *, skip_s: float = 5.0) -> Repeats:
+    """Sum the totals' innovations at each phase of the gait.
 
     Parameters
     ----------
@@ -254,26 +310,24 @@ def repetition(track: Track, phase: FloatArray, totals: int, *, skip_s: float = 
         Share of the gait cycle of each update, NaN where unknown, shape (u,).
     totals
         Number of rows of the whole robot.
+    skip_s
+        Left out at the start.
     """
     use = np.isfinite(phase) & (track.time_s - track.time_s[0] > skip_s)
-    values: list[float] = []
-    cycles: list[int] = []
+    total, count = np.zeros((totals, _PHASES)), np.zeros((totals, _PHASES))
     for k in range(totals):
         # one broken sample is no repetition
         normalised = np.clip(track.innovation[:, k] / track.innovation_sd[:, k], -_HUBER, _HUBER)
         good = use & np.isfinite(normalised)
         place = np.floor(phase[good] * _PHASES).astype(int)
-        count = np.bincount(place, minlength=_PHASES)
-        total = np.bincount(place, weights=normalised[good], minlength=_PHASES)
-        filled = count >= _LEAST_CYCLES
-        if filled.any():
-            cycles.extend(count[filled])
-            values.extend(total[filled] ** 2 / count[filled])
-    found = float(np.mean(values)) if values else 1.0
-    # n cycles of an error are at worst one: a larger factor would switch the rows off
-    found = min(found, float(np.median(cycles))) if cycles else found
-    by_chance = float(stats.chi2.ppf(_LEVEL, len(values))) / len(values) if values else 1.0
-    return found if found > by_chance else 1.0
+        count[k] = np.bincount(place, minlength=_PHASES)
+        total[k] = np.bincount(place, weights=normalised[good], minlength=_PHASES)
+    return Repeats(total, count)
+
+
+def repetition(track: Track, phase: FloatArray, totals: int, *, known: bool = False) -> float:
+    """`Repeats.factor` of a track; `known`: errors of this walk do repeat."""
+    return repeats(track, phase, totals).factor(len(track.names) if known else None)
 
 
 @dataclass(frozen=True)

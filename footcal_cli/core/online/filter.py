@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -22,6 +23,11 @@ from footcal_cli.core.online.passes import Found, Pass, open_biases, plain
 from footcal_cli.core.online.rows import Rows
 from footcal_cli.core.online.tuned import spread
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
+
+_PER_UPDATE = (
+    "time_s", "values", "sd", "momentary", "nis", "dof", "innovation", "innovation_sd",
+    "gain_nats", "used",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -77,6 +83,26 @@ class Track:
     def inflated(self, factor: float) -> Track:
         """The same states with all their covariances multiplied; the innovations stay."""
         return replace(self, sd=self.sd * np.sqrt(factor), covariance=self.covariance * factor)
+
+    def chosen(self, at: slice | IntArray | BoolArray) -> Track:
+        """Some updates, in their order; what is said of the whole walk stays."""
+        return replace(self, **{name: values[at] for name, values in self._series().items()})
+
+    def followed_by(self, later: Track) -> Track:
+        """The track and one that goes on from it, joined."""
+        more = later._series()
+        joined: dict[str, Any] = {
+            name: np.concatenate([own, more[name]]) for name, own in self._series().items()
+        }
+        return replace(
+            later, **joined, log_likelihood=self.log_likelihood + later.log_likelihood,
+            jumps=(*self.jumps, *later.jumps),
+        )  # fmt: skip
+
+    def _series(self) -> dict[str, Any]:
+        """What it holds per update."""
+        own = {name: getattr(self, name) for name in _PER_UPDATE}
+        return {name: values for name, values in own.items() if values is not None}
 
 
 @dataclass(frozen=True)

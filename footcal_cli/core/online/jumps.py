@@ -8,7 +8,7 @@ twice its log likelihood ratio exceeds a threshold.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -78,6 +78,8 @@ class JumpBank:
     threshold: float
     least: FloatArray
     found: list[Jump] = field(default_factory=list)
+    earlier_s: FloatArray = field(default_factory=lambda: np.zeros(0))
+    """Stamps of the updates before `rows`, the last one last."""
 
     @classmethod
     def start(
@@ -101,6 +103,25 @@ class JumpBank:
             threshold,
             least_n * np.array([_TORQUE if rows.units[i] == "Nm" else 1.0 for i in biases]),
         )
+
+    def moved_on(self, rows: Rows) -> JumpBank:
+        """The bank at the start of rows that follow its own; it has found nothing yet."""
+        passed, size = len(self.rows), self.onset.size
+        turn = -(passed % size)
+        return replace(
+            self,
+            rows=rows,
+            response=np.roll(self.response, turn, axis=1),
+            score=np.roll(self.score, turn, axis=0),
+            information=np.roll(self.information, turn, axis=0),
+            onset=np.roll(self.onset, turn) - passed,
+            found=[],
+            earlier_s=np.concatenate([self.earlier_s, self.rows.time_s])[-size:],
+        )
+
+    def _stamp(self, update: int) -> float:
+        times = self.rows.time_s if update >= 0 else self.earlier_s
+        return float(times[update])
 
     def update(
         self,
@@ -149,8 +170,8 @@ class JumpBank:
         self.found.append(
             Jump(
                 name=self.rows.names[index],
-                onset_s=float(self.rows.time_s[onset]),
-                found_s=float(self.rows.time_s[proof]),
+                onset_s=self._stamp(onset),
+                found_s=self._stamp(proof),
                 size=size_z * unit,
                 sd=float(np.sqrt(variance)) * unit,
                 evidence=evidence,

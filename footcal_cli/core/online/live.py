@@ -20,6 +20,7 @@ from footcal_cli.core.online.filter import Noise, Track, run_filter
 from footcal_cli.core.online.memory import (
     Memory,
     MemoryOptions,
+    begun_delay_s,
     believed,
     gait_phase,
     rows_of,
@@ -118,7 +119,8 @@ def _learn(
     """Delay, noise and states from the log so far."""
     delay = learnt.delay_s
     if options.align and "robot.delay" in rows.names:
-        delay += float(track.values[-1, rows.names.index("robot.delay")])
+        coarse = 0.0 if delay else begun_delay_s(seen, belief, options)
+        delay += coarse or float(track.values[-1, rows.names.index("robot.delay")])
     moved = advanced(seen, delay)
     whole = rows_of(moved, belief, options)
     noise, tuning = options.noise, None

@@ -8,12 +8,14 @@ from itertools import pairwise
 
 import numpy as np
 
-from footcal_cli.core.centroidal import Reference
+from footcal_cli.core.centroidal import MIN_FORCE_N, Reference
 from footcal_cli.core.contact import gait_cycles
 from footcal_cli.core.effects.body import heading_rad
 from footcal_cli.core.experiments import walk
 from footcal_cli.core.log import Log
+from footcal_cli.core.online.alignment import coarse_delay_s
 from footcal_cli.core.online.belief import Belief
+from footcal_cli.core.online.credible import step_band_hz, within_band
 from footcal_cli.core.online.evidence import repetition
 from footcal_cli.core.online.filter import Guards, Noise, Track, run_filter
 from footcal_cli.core.online.jumps import Jump
@@ -59,6 +61,8 @@ class Memory:
         Of the body stream behind what the recipe compensated.
     log
         The log with the delay taken out: positions of the feet move with the body stream.
+    band_hz
+        Frequency up to which totals were used: errors of the motion repeat above it.
     """
 
     rows: Rows
@@ -71,6 +75,7 @@ class Memory:
     delay_s: float
     delay_sd_s: float
     log: Log
+    band_hz: float = np.inf
 
 
 @dataclass(frozen=True)
@@ -124,6 +129,9 @@ def run_memory(log: Log, belief: Belief, options: MemoryOptions | None = None) -
     rows = rows_of(moved, belief, options)
     if options.align and "robot.delay" in options.states:
         at = rows.names.index("robot.delay")
+        delay = begun_delay_s(log, belief, options)
+        moved = advanced(log, delay)
+        rows = rows_of(moved, belief, options)
         for _ in range(_DELAY_PASSES):
             first = run_filter(rows, options.noise, options.guards)
             step = float(first.values[-1, at])
@@ -132,20 +140,16 @@ def run_memory(log: Log, belief: Belief, options: MemoryOptions | None = None) -
             rows = rows_of(moved, belief, options)
             if abs(step) < _DELAY_SETTLED_S:
                 break
-    tuning = None
-    if options.learnt:
-        first = run_filter(rows, options.noise, options.guards)
-        tuning = learn_noise(
-            rows,
-            options.noise,
-            learnt=options.learnt,
-            guards=options.guards,
-            known_jumps=first.jumps,
-        )
-    noise = tuning.noise if tuning else options.noise
     phase = gait_phase(moved, rows)
-    first = run_filter(rows, noise, options.guards)
-    rows = believed(rows, noise, options.guards, repetition(first, phase, rows.totals))
+    noise, tuning, first = _learnt(rows, options)
+    repeated = repetition(first, phase, rows.totals)
+    known = repeated > INADEQUATE
+    band_hz = step_band_hz(moved) if known else np.inf
+    if known:
+        rows = within_band(rows, band_hz)
+        noise, tuning, first = _learnt(rows, options)
+        repeated = repetition(first, phase, rows.totals, known=True)
+    rows = believed(rows, noise, options.guards, repeated)
     track = run_filter(rows, noise, options.guards)
     quiet = replace(options.guards, jump_threshold=np.inf)
     past = run_smoother(rows, noise, quiet, track.jumps)
@@ -153,11 +157,34 @@ def run_memory(log: Log, belief: Belief, options: MemoryOptions | None = None) -
     if "robot.delay" in rows.names:
         at = rows.names.index("robot.delay")
         delay_sd = float(track.sd[-1, at])
-    repeated = repetition(track, phase, rows.totals)
+    repeated = repetition(track, phase, rows.totals, known=known)
     track = track.inflated(repeated)
     smoothed = past.inflated(repeated)
     jumps = tuple(sized(jump, smoothed) for jump in track.jumps)
-    return Memory(rows, track, smoothed, jumps, tuning, noise, repeated, delay, delay_sd, moved)
+    return Memory(
+        rows, track, smoothed, jumps, tuning, noise, repeated, delay, delay_sd, moved, band_hz
+    )
+
+
+def _learnt(rows: Rows, options: MemoryOptions) -> tuple[Noise, Tuning | None, Track]:
+    """The noise as the innovations have it, how it was found, and the filter's run with it."""
+    noise, tuning = options.noise, None
+    if options.learnt:
+        first = run_filter(rows, options.noise, options.guards)
+        tuning = learn_noise(
+            rows, options.noise, learnt=options.learnt, guards=options.guards,
+            known_jumps=first.jumps,
+        )  # fmt: skip
+        noise = tuning.noise
+    return noise, tuning, run_filter(rows, noise, options.guards)
+
+
+def begun_delay_s(log: Log, belief: Belief, options: MemoryOptions) -> float:
+    """The delay that a coarse search finds."""
+    return coarse_delay_s(
+        log, lambda moved: rows_of(moved, belief, options), "robot.delay", options.noise,
+        options.guards,
+    )  # fmt: skip
 
 
 def rows_of(log: Log, belief: Belief, options: MemoryOptions) -> Rows:
@@ -220,7 +247,9 @@ def sized(jump: Jump, smoothed: Track) -> Jump:
     return replace(jump, size=size, sd=float(np.hypot(*smoothed.sd[[before, after], at])))
 
 
-def replay_track(method: str, memory: Memory, track: Track, belief: Belief) -> Replayed:
+def replay_track(
+    method: str, memory: Memory, track: Track, belief: Belief, min_force_n: float = MIN_FORCE_N
+) -> Replayed:
     """Forces and CoP along a filter's or a smoother's track."""
     n, c = len(memory.log), len(belief.channels)
     values = held(memory.rows.last_sample, track.values, n)
@@ -229,7 +258,7 @@ def replay_track(method: str, memory: Memory, track: Track, belief: Belief) -> R
     bias = values[:, c : 2 * c]
     if track.momentary is not None:
         bias = bias + held(memory.rows.last_sample, track.momentary, n)
-    return corrected(method, memory.log, belief, values[:, :c], bias, plate)
+    return corrected(method, memory.log, belief, values[:, :c], bias, plate, min_force_n)
 
 
 def memory_reference(memory: Memory) -> Reference:

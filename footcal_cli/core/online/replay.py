@@ -107,13 +107,18 @@ def _absent(found: Pressure, usable: BoolArray) -> Pressure:
 
 
 def replay_window(
-    method: str, log: Log, belief: Belief, track: WindowTrack, setting: int = 0
+    method: str,
+    log: Log,
+    belief: Belief,
+    track: WindowTrack,
+    setting: int = 0,
+    min_force_n: float = MIN_FORCE_N,
 ) -> Replayed:
     """Forces and CoP along the paper's window."""
     n = len(log)
     gain = held(track.last_sample, track.gain[:, setting], n)
     bias = held(track.last_sample, track.bias_n[:, setting], n)
-    return corrected(method, log, belief, gain, bias)
+    return corrected(method, log, belief, gain, bias, min_force_n=min_force_n)
 
 
 @dataclass(frozen=True)
@@ -166,10 +171,15 @@ def best_smoothing(
     candidates
         Values of ωS to try, in one batched pass of the fast window.
     """
+    rule = rule or WindowRule()
     many = Weights(weights.force, weights.cop, candidates)
     tried = run_window_fast(log, belief, many, rule, static=static)
     scores = [
-        rms(errors_against(replay_window("window", log, belief, tried, b), truth).cop_m)
+        rms(
+            errors_against(
+                replay_window("window", log, belief, tried, b, rule.min_force_n), truth
+            ).cop_m
+        )
         for b in range(candidates.size)
     ]
     best = float(candidates[int(np.argmin(scores))])

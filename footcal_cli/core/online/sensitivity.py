@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from footcal_cli.core.centroidal import Reference
+from footcal_cli.core.centroidal import MIN_FORCE_N, Reference
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.online.evidence import SETTLING_S, rms
@@ -48,6 +48,7 @@ def memory_sensitivity(
     truth: Replayed | Reference,
     settings: Sequence[str] | None = None,
     factors: FloatArray = FACTORS,
+    min_force_n: float = MIN_FORCE_N,
 ) -> list[Sensitivity]:
     """RMSE of the filter with each noise scaled, all in one batched pass."""
     names = list(settings or (f.name for f in fields(Noise)))
@@ -62,7 +63,7 @@ def memory_sensitivity(
     for b in range(size):
         own = None if momentary is None else momentary[:, b]
         track = replace(memory.track, values=values[:, b], momentary=own)
-        error = errors_against(replay_track("memory", memory, track, belief), truth)
+        error = errors_against(replay_track("memory", memory, track, belief, min_force_n), truth)
         scores.append((rms(error.cop_m[late]), rms(error.vgrf_n[late])))
     return _curves(names, factors, np.array(scores))
 
@@ -76,6 +77,7 @@ def window_sensitivity(
     factors: FloatArray = FACTORS,
 ) -> list[Sensitivity]:
     """RMSE of the paper's window with ωF, ωP, ωS scaled, all in one batched pass."""
+    rule = rule or WindowRule()
     names = ("force", "cop", "smooth")
     table = {n: np.full(3 * factors.size, float(np.asarray(getattr(weights, n)))) for n in names}
     for i, name in enumerate(names):
@@ -84,7 +86,9 @@ def window_sensitivity(
     late = log.time_s - log.time_s[0] > SETTLING_S
     scores = []
     for b in range(3 * factors.size):
-        error = errors_against(replay_window("window", log, belief, track, b), truth)
+        error = errors_against(
+            replay_window("window", log, belief, track, b, rule.min_force_n), truth
+        )
         scores.append((rms(error.cop_m[late]), rms(error.vgrf_n[late])))
     return _curves(["omega_f", "omega_p", "omega_s"], factors, np.array(scores))
 

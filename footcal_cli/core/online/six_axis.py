@@ -29,11 +29,13 @@ PRIOR_SD: Mapping[str, tuple[str, float]] = {
 }
 """Kind of unknown -> unit and prior sd: transducers zeroed at an unknown time; the mass is taken to
 a share of itself."""
-_KNOWN_MASS, _MASS_SHARE = 0.002, 0.1
-"""Prior sd of the mass as a share of it: where scales are free too, and where they are not. Models
-of humanoids leave out cables, covers and batteries."""
+_MASS_SHARE = 0.1
+"""Prior sd of the mass as a share of it, where scales are not free. Models of humanoids leave out
+cables, covers and batteries."""
+KNOWN_MASS = 0.002
+"""Sd of a mass that is taken as known, as a share of it: all scales together are as unsure."""
 _DELAY_STEP_S = 2e-3
-DELAY_STATE = "robot.delay"
+DELAY_STATE, MASS_STATE = "robot.delay", "robot.mass_correction"
 TORQUE_ARM_M = 0.05
 """A torque row's noise over a force row's."""
 
@@ -56,7 +58,8 @@ def six_axis_rows(
         Samples averaged to one block.
     scales
         Whether the scale of each axis is unknown; otherwise only offsets are. With free scales
-        the mass is taken as known.
+        the mass is taken as known: a common scale and the mass are the same thing, and were both
+        free, all forces would shrink together, since that shrinks their noise as well.
     walking
         Whether the body moves: only then a delay of its stream and the CoM of what hangs below
         each transducer are unknowns of their own.
@@ -64,9 +67,7 @@ def six_axis_rows(
         Prior sd of kinds of unknowns where they differ from `PRIOR_SD`.
     """
     sd = {kind: spec[1] for kind, spec in PRIOR_SD.items()}
-    # a common scale and the mass are the same thing: one of them must be known
-    share = _KNOWN_MASS if scales else _MASS_SHARE
-    sd["mass_correction"] = share * float(np.mean(log.known["mass_kg"]))
+    sd["mass_correction"] = _MASS_SHARE * float(np.mean(log.known["mass_kg"]))
     sd |= dict(prior_sd or {})
     feet = walk.feet_of(log)
     names, units, scale = [], [], []
@@ -82,7 +83,8 @@ def six_axis_rows(
     for foot in feet if scales else ():
         for axis in AXES:
             add(f"{foot}.scale_{axis}", "scale")
-    add("robot.mass_correction", "mass_correction")
+    if not scales:
+        add(MASS_STATE, "mass_correction")
     add("robot.com_correction_x", "com_correction")
     add("robot.com_correction_y", "com_correction")
     for foot in feet:
@@ -128,9 +130,10 @@ def _columns(log: Log, scales: bool) -> FloatArray:
     wrench = log.readings.reshape(n, feet, 6)
     arms = pos - known["com_m"][:, None]
     totals = len(walk.SIX_AXIS_TOTALS)
-    carriers = 6 * feet * (2 if scales else 1)
-    h = np.zeros((n, totals + 6 * feet, carriers + 4 + 4 * feet))
+    carriers = 6 * feet * 2 if scales else 6 * feet + 1
+    h = np.zeros((n, totals + 6 * feet, carriers + 3 + 4 * feet))
     below = walk.applied_below(log, np.ones((n, feet)))
+    in_the_air = _expected_in_the_air(log, wrench)
     for k in range(feet):
         unit = _total_of_axes(rot[:, k], arms[:, k])
         rows = totals + 6 * k + np.arange(6)
@@ -139,13 +142,13 @@ def _columns(log: Log, scales: bool) -> FloatArray:
         if scales:
             at = 6 * (feet + k) + np.arange(6)
             h[:, :totals, at] = unit * wrench[:, None, k]
-            h[:, rows, at] = wrench[:, k]
+            h[:, rows, at] = in_the_air[:, k]
         # one newton more below the transducer is one newton less that it must be told of
         hanging = below[:, k]
-        at_weight = carriers + 3 + k
+        at_weight = carriers + 2 + k
         h[:, :totals, at_weight] = -np.einsum("nij,nj->ni", unit, hanging)
         h[:, totals + 6 * k : totals + 6 * k + 6, at_weight] = -hanging
-        at_com = carriers + 3 + feet + 3 * k
+        at_com = carriers + 2 + feet + 3 * k
         pull = known["foot_weight_n"][:, k, None] * hanging[:, :3]
         for i in range(3):
             lever = np.cross(np.eye(3)[i], pull)
@@ -153,15 +156,31 @@ def _columns(log: Log, scales: bool) -> FloatArray:
             h[:, totals + 6 * k + 3 : totals + 6 * k + 6, at_com + i] = -lever
     # Mass and CoM act through gravity alone: regressed on an acceleration that is itself measured
     # they would be pulled towards zero, and the offsets would take up the weight.
-    h[:, 2, carriers] = -known["gravity_mps2"]
+    if not scales:
+        h[:, 2, carriers - 1] = -known["gravity_mps2"]
     weight = known["mass_kg"] * known["gravity_mps2"]
-    h[:, 4, carriers + 1] = weight
-    h[:, 3, carriers + 2] = -weight
+    h[:, 4, carriers] = weight
+    h[:, 3, carriers + 1] = -weight
     ends = [
         walk.six_axis_balance(advanced(log, sign * _DELAY_STEP_S)).error for sign in (1.0, -1.0)
     ]
     h[:, :, -1] = (ends[0] - ends[1]) / (2.0 * _DELAY_STEP_S)
     return np.nan_to_num(h)
+
+
+def _expected_in_the_air(log: Log, wrench: FloatArray) -> FloatArray:
+    """What a foot in the air should read, shape (n, feet, 6): the regressor of its scales.
+
+    Its own reading would not do: the noise stands in the error as well, and a scale regressed on
+    it is pulled towards −1 where little but noise is read.
+    """
+    still = log.with_known(foot_acc_mps2=np.zeros_like(log.known["foot_acc_mps2"]))
+    expected = walk.applied_below(still, log.known["foot_weight_n"])
+    airborne = ~log.known["contact"].astype(bool)
+    for k in range(wrench.shape[1]):
+        if airborne[:, k].any():
+            expected[:, k] += np.median((wrench - expected)[airborne[:, k], k], axis=0)
+    return np.asarray(expected)
 
 
 def _total_of_axes(rot: FloatArray, arm: FloatArray) -> FloatArray:

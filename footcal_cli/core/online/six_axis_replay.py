@@ -10,13 +10,14 @@ import numpy as np
 from footcal_cli.core.effects.calibration import AXES
 from footcal_cli.core.experiments import walk
 from footcal_cli.core.log import Log
+from footcal_cli.core.online.alignment import coarse_delay_s
 from footcal_cli.core.online.evidence import Consistency, check_consistency, repetition
 from footcal_cli.core.online.filter import Guards, Noise, Track, run_filter
 from footcal_cli.core.online.jumps import Jump
 from footcal_cli.core.online.memory import LEARNT_RATIO, gait_phase, sized
 from footcal_cli.core.online.replay import held
 from footcal_cli.core.online.rows import Rows, advanced
-from footcal_cli.core.online.six_axis import DELAY_STATE, six_axis_rows
+from footcal_cli.core.online.six_axis import DELAY_STATE, KNOWN_MASS, MASS_STATE, six_axis_rows
 from footcal_cli.core.online.smoother import smooth
 from footcal_cli.core.online.streams import Merged
 from footcal_cli.core.online.tuning import LEARNT, Tuning, learn_noise
@@ -138,7 +139,9 @@ def replay_six_axis(
     rows = fixed
     if scales:
         rows = replace(
-            _rows(log, samples_per_update, scales=True, delay=aligned.told),
+            _rows(
+                log, samples_per_update, scales=True, delay=aligned.told, moved_s=aligned.delay_s
+            ),
             swing_sd_factor=fixed.swing_sd_factor,
             total_sd_factor=fixed.total_sd_factor,
         )
@@ -201,14 +204,17 @@ def _aligned(log: Log, samples_per_update: int, guards: Guards) -> _Aligned:
     and another later, the motion is wrong in another way, and it is left as it is.
     """
     quiet = replace(guards, jump_threshold=np.inf)
-    delay, moved = 0.0, log
+    delay = coarse_delay_s(
+        log, lambda late: _rows(late, samples_per_update, scales=False), DELAY_STATE, START, quiet
+    )
+    moved = advanced(log, delay)
     rows = _rows(moved, samples_per_update, scales=False)
     at = rows.names.index(DELAY_STATE)
     for _ in range(_DELAY_PASSES):
         step = float(run_filter(rows, START, quiet).values[-1, at])
         delay += step
         moved = advanced(log, delay)
-        rows = _rows(moved, samples_per_update, scales=False)
+        rows = _rows(moved, samples_per_update, scales=False, moved_s=delay)
         if abs(step) < _DELAY_SETTLED_S:
             break
     asks = _asked_delays(rows, at)
@@ -219,12 +225,18 @@ def _aligned(log: Log, samples_per_update: int, guards: Guards) -> _Aligned:
     return _Aligned(log, 0.0, rows, asks, told=False)
 
 
-def _rows(log: Log, samples_per_update: int, *, scales: bool, delay: bool = True) -> Rows:
-    """Rows of a walk; without a delay its column is empty and it keeps its prior."""
+def _rows(
+    log: Log, samples_per_update: int, *, scales: bool, delay: bool = True, moved_s: float = 0.0
+) -> Rows:
+    """Rows of a walk, without those for which a moved body stream has no sample.
+
+    Without a delay its column is empty and it keeps its prior.
+    """
     rows = six_axis_rows(log, samples_per_update=samples_per_update, scales=scales)
     if not delay:
         rows.h[:, :, rows.names.index(DELAY_STATE)] = 0.0
-    return rows
+    inside = (rows.time_s <= log.time_s[-1] - moved_s) & (rows.time_s >= log.time_s[0] - moved_s)
+    return replace(rows, valid=rows.valid & inside[:, None])
 
 
 def _asked_delays(rows: Rows, at: int) -> FloatArray:
@@ -317,14 +329,19 @@ def _without_repeats(log: Log, rows: Rows, track: Track) -> tuple[Rows, tuple[fl
 
 
 def _estimates(track: Track, rows: Rows, delay_s: float) -> Estimates:
-    """The filter's last state, its delay on top of the one already taken out."""
+    """The filter's last state, its delay on top of the one already taken out.
+
+    All scales are relative to a mass that is itself known to a share: they have that in common.
+    """
     values = track.values[-1].copy()
     values[track.names.index(DELAY_STATE)] += delay_s
+    common = np.array([KNOWN_MASS * (".scale_" in name) for name in track.names])
+    covariance = track.covariance + np.outer(common, common)
     status = [
         Status.ESTIMATED if now < LEARNT_RATIO * before else Status.PRIOR_KEPT
-        for now, before in zip(track.sd[-1], rows.prior_sd, strict=True)
+        for now, before in zip(np.sqrt(np.diag(covariance)), rows.prior_sd, strict=True)
     ]
-    return Estimates(track.names, track.units, values, track.covariance, tuple(status))
+    return Estimates(track.names, track.units, values, covariance, tuple(status))
 
 
 def _errors(log: Log) -> FloatArray:
@@ -358,7 +375,7 @@ def corrected_log(log: Log, names: Sequence[str], track: Track, rows: Rows) -> L
     )
     return log.with_readings(readings).with_known(
         com_m=com,
-        mass_kg=log.known["mass_kg"] + column["robot.mass_correction"],
+        mass_kg=log.known["mass_kg"] + column.get(MASS_STATE, np.zeros(n)),
         foot_weight_n=weight,
         foot_com_m=log.known["foot_com_m"] + hanging,
     )

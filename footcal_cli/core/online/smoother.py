@@ -58,6 +58,7 @@ def run_smoother(
     guards: Guards,
     known_jumps: Sequence[Jump] = (),
     *,
+    begun: Pass | None = None,
     fast: bool = True,
 ) -> Track:
     """Filter and smooth a walk, the history of one stretch in memory at a time.
@@ -69,8 +70,10 @@ def run_smoother(
     ----------
     rows, noise, guards, known_jumps, fast
         As `footcal_cli.core.online.filter.run_filter`; other jumps are not looked for.
+    begun
+        A pass that has come to the first of the rows, `known_jumps` opened; the prior where None.
     """
-    whole = Pass.begin(rows, noise, None, known_jumps)
+    whole = begun or Pass.begin(rows, noise, None, known_jumps)
     starts = range(0, len(rows), STRETCH)
     pieces, states = [], []
     for start in starts:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
@@ -143,6 +143,19 @@ class Merged:
     rate_hz: float
     imu_acc_mps2: FloatArray | None
     imu_gyro_radps: FloatArray | None
+
+    def part(self, start: int, stop: int) -> Merged:
+        """Samples ``start:stop``; clocks and rate stay those of the whole."""
+        cut = slice(start, stop)
+        imu = (self.imu_acc_mps2, self.imu_gyro_radps)
+        acc, gyro = (None if values is None else values[cut] for values in imu)
+        return replace(
+            self, log=self.log.rows(start, stop), raw=self.raw[cut],
+            validity=replace(
+                self.validity, valid=self.validity.valid[cut], reason=self.validity.reason[cut]
+            ),
+            imu_acc_mps2=acc, imu_gyro_radps=gyro,
+        )  # fmt: skip
 
 
 def merge_cells(

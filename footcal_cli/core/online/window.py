@@ -63,6 +63,8 @@ class WindowRule:
         Bound on each unknown's step per iteration, in prior sd.
     foot_length_m
         L_f.
+    min_force_n
+        ε: below it the CoP is not defined, and its residual does not count.
     """
 
     samples: int = 40
@@ -70,6 +72,7 @@ class WindowRule:
     iterations: int = 5
     largest_step: float = 0.5
     foot_length_m: float = 0.16
+    min_force_n: float = MIN_FORCE_N
 
 
 @dataclass(frozen=True)
@@ -188,7 +191,7 @@ def run_window(
         loops.window_exact(
             *problem.plain(), unit, first, stop, force_w / problem.weight_n**2,
             cop_w / rule.foot_length_m**2, np.array(smooth_w), rule.iterations,
-            rule.largest_step, MIN_FORCE_N, solutions,
+            rule.largest_step, rule.min_force_n, solutions,
         )  # fmt: skip
         return _track(log, ends, solutions * unit)
     to_force = np.sqrt(force_w) / problem.weight_n
@@ -209,7 +212,7 @@ def run_window(
                 moment = np.einsum("nc,nck->nk", believed, positions) + np.einsum(
                     "bp,np,npk->bnk", theta, features, axes
                 )
-                carried = total > MIN_FORCE_N
+                carried = total > rule.min_force_n
                 safe = np.where(carried, total, 1.0)
                 cop = moment / safe[:, :, None]
                 slope = (axes[None] - cop[:, :, None, :]) * (features / safe[:, :, None])[..., None]

@@ -8,17 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from footcal_cli.core.chain import Chain
+from footcal_cli.core.effects.contract import Trait
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.simulation.noise import Noise, added_to_readings
-
-BELIEVED = frozenset(
-    {
-        "wrong_unit", "wrong_weight", "wrong_hole", "cell_position", "mass",
-        "leg_weight", "leg_com", "hang_tilt", "robot_weight", "body_tilt",
-    }
-)  # fmt: skip
-"""Effects on what a plan says: the plan is the belief, and the truth is off by the correction."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +53,8 @@ def measure(
     loads
         True loads (n, c) of a log whose known quantities are true.
     """
-    beliefs = Chain(tuple(item for item in chain.links if item.effect.name in BELIEVED))
+    # the plan is what is believed, and the truth is off by the correction
+    beliefs = Chain(tuple(item for item in chain.links if Trait.BELIEF in item.effect.traits))
     real, _ = beliefs.remove(planned, values)
     truth = real.with_readings(loads(real))
     noisy = added_to_readings(truth, force_noise, torque_noise, rng)

@@ -9,9 +9,10 @@ from typing import Literal
 import numpy as np
 
 from footcal_cli.core.chain import Chain, chain_of, link
-from footcal_cli.core.effects import TABLE
+from footcal_cli.core.effects.calibration import OFFSET, SCALE_BIAS
 from footcal_cli.core.effects.contract import Effect, units_of
-from footcal_cli.core.effects.six_axis_beliefs import HANGINGS
+from footcal_cli.core.effects.six_axis import MOUNT_ROTATION, MOUNT_TRANSLATION
+from footcal_cli.core.effects.six_axis_beliefs import HANG_TILT, HANGINGS
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.simulation.bench_logs import (
@@ -164,7 +165,7 @@ def calibration(robot: Biped, spread: Spread, seed: int) -> tuple[Chain, dict[st
         scale = robot.scale_n_per_count * (1.0 + spread.scale * rng.standard_normal())
         bias = -scale * robot.zero_counts + spread.bias_n * rng.standard_normal()
         values[f"{channel}.scale"], values[f"{channel}.bias"] = float(scale), float(bias)
-    return chain_of([link(TABLE["scale_bias"], robot.channels)]), values
+    return chain_of([link(SCALE_BIAS, robot.channels)]), values
 
 
 def mounting(robot: Hexapod, spread: Spread, seed: int) -> tuple[Chain, dict[str, float]]:
@@ -176,8 +177,8 @@ def mounting(robot: Hexapod, spread: Spread, seed: int) -> tuple[Chain, dict[str
             values[f"{name}.mount_rot_{axis}"] = spread.mount_rotation_rad * rng.standard_normal()
             values[f"{name}.mount_pos_{axis}"] = spread.mount_translation_m * rng.standard_normal()
         values |= hang_tilts(name, leg, spread.hang_tilt_rad, seed)
-    names = ("hang_tilt", "mount_translation", "mount_rotation", "offset")
-    return chain_of([link(TABLE[name], robot.channels) for name in names]), values
+    effects = (HANG_TILT, MOUNT_TRANSLATION, MOUNT_ROTATION, OFFSET)
+    return chain_of([link(effect, robot.channels) for effect in effects]), values
 
 
 def hang_tilts(name: str, leg: HexapodLeg, sd_rad: float, seed: int) -> dict[str, float]:

@@ -8,6 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from footcal_cli.core.diagnosis.investigation import Investigation
+from footcal_cli.core.effects.cells import NONLINEARITY
+from footcal_cli.core.effects.memory_effects import CREEP, HYSTERESIS
 from footcal_cli.core.quality import Finding
 from footcal_cli.records.diagnosis import NextExperimentRecord
 from footcal_cli.records.results import VerdictRecord
@@ -34,7 +36,7 @@ def stopped(found: Investigation, stop: Sequence[Finding]) -> Answer:
             what = "nonlinearity from creep or the order of loading"
             repeats = "with four unrepeated points" if _unrepeated(found) else "here"
             details.append(f"These readings cannot separate {what} {repeats}.")
-            rivals = (("nonlinearity", "creep", "hysteresis"),)
+            rivals = (tuple(effect.name for effect in (NONLINEARITY, CREEP, HYSTERESIS)),)
         experiment = NextExperimentRecord(id="up_down", kind="weights", words=LADDER_AGAIN)
         details.append(f"Run next: {LADDER_AGAIN}.")
     return Answer(

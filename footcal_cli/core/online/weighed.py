@@ -1,0 +1,109 @@
+"""What the cells as they were calibrated weigh the robot at, against the recipe's mass.
+
+A fit that takes the stated mass for granted gives it to all scales in equal parts; each of them
+stays well within what it was known to, and the residual is as small as ever. All together they do
+not: c independent scales know their mean √c times better than each.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from footcal_cli.core.online.belief import Belief
+from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.quality import Finding
+
+_SIGMAS = 4.0
+
+
+@dataclass(frozen=True)
+class Weighed:
+    """The robot on its own cells.
+
+    Parameters
+    ----------
+    stated_kg
+        The recipe's mass.
+    mass_kg, sd_kg
+        By the cells as they were known before.
+    """
+
+    stated_kg: float
+    mass_kg: float
+    sd_kg: float
+
+    @property
+    def sigmas(self) -> float:
+        """Distance of both over its sd."""
+        return abs(self.mass_kg - self.stated_kg) / self.sd_kg
+
+    @property
+    def hidden_kg(self) -> float:
+        """A smaller error of the mass would not show."""
+        return _SIGMAS * self.sd_kg
+
+    def findings(self) -> tuple[Finding, ...]:
+        """Where they differ by more than chance."""
+        if self.sigmas < _SIGMAS:
+            return ()
+        return (
+            Finding(
+                "mass_differs",
+                "warning",
+                "robot.mass",
+                f"the cells as calibrated weigh the robot at {self.mass_kg:.2f} ± "
+                f"{self.sd_kg:.2f} kg, the recipe says {self.stated_kg:.2f} kg: "
+                f"{self.sigmas:.0f} sd apart, and the scales found here took that up",
+                "weigh the robot as it stood, battery and cables included; if the recipe's mass is "
+                "right, weigh known loads on the cells as mounted",
+            ),
+        )
+
+
+def weighed_walking(
+    belief: Belief, gain: FloatArray, covariance: FloatArray, stated_kg: float
+) -> Weighed:
+    """From the gains that a walk asks for; swinging feet have shown the zeros.
+
+    Parameters
+    ----------
+    belief
+        Before the walk.
+    gain, covariance
+        Gains γ after it, shape (c,), and their covariance (c, c).
+    """
+    c = len(belief.channels)
+    before = float(belief.covariance[:c, :c].sum()) / c**2
+    after = min(float(covariance.sum()) / c**2, 0.999 * before)
+    # the walk alone: of variance u with 1/u = 1/after − 1/before
+    asked = float(gain.mean()) / (1.0 - after / before)
+    own = after / (1.0 - after / before)
+    relative = 1.0 / (1.0 + asked)
+    return Weighed(stated_kg, stated_kg * relative, stated_kg * relative * np.sqrt(before + own))
+
+
+def weighed_standing(
+    h: FloatArray, error_n: FloatArray, sd_n: FloatArray, information: FloatArray, weight_n: float,
+    stated_kg: float,
+) -> Weighed:  # fmt: skip
+    """From the total force of the stances.
+
+    Parameters
+    ----------
+    h, error_n, sd_n
+        Total-force rows of the stances (`footcal_cli.core.static_init.StanceRows`), (n, p), (n,).
+    information
+        Inverse covariance of the unknowns in prior sd, shape (p, p).
+    weight_n, stated_kg
+        The robot's, as stated.
+    """
+    row = h.mean(axis=0)
+    variance = (
+        float(row @ np.linalg.solve(information, row)) + float(np.mean(sd_n**2)) / error_n.size
+    )
+    per_n = stated_kg / weight_n
+    return Weighed(
+        stated_kg, stated_kg + per_n * float(error_n.mean()), per_n * float(np.sqrt(variance))
+    )

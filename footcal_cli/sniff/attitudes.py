@@ -1,0 +1,280 @@
+"""Which way gravity pulls on a transducer: how an attitude was meant, decided by the forces.
+
+What hangs on a transducer pulls with ``f = w g + b``, `g` the direction of gravity in its frame.
+An attitude can be written scalar first or last and lead from body to world or back; the reading
+that makes the logged forces the weight of one thing is taken.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from footcal_cli.core.attitude import gravity_in, nearest_rotations, rotations_of_rpy
+from footcal_cli.core.parameters import FloatArray
+from footcal_cli.sniff.columns import ColumnGuess, FileGuess
+from footcal_cli.sniff.groups import angle_unit, matrix, one_owner
+from footcal_cli.sniff.plan import Entry, of
+
+_EXPLAINED = 0.1
+"""Share of the forces' variance that may be left by the right attitude."""
+_TURNED = 0.05
+"""Variance of the direction of gravity from which an attitude can be told from another."""
+_MOST = 4000
+_SIGNED = re.compile(
+    r"(?:^|[^a-z])(?P<axis>[xyz])[ _]*(?P<after>up|down|plus|minus|pos|neg|positive|negative|[+-])"
+    r"(?=[^a-z]|$)"
+    r"|(?P<before>plus|minus|pos|neg|positive|negative|[+-])[ _]*(?P<other>[xyz])(?=[^a-z]|$)"
+)
+_AXES = {a: np.eye(3)[i] for i, a in enumerate("xyz")}
+
+
+@dataclass(frozen=True)
+class Attitude:
+    """How a log says which way gravity pulls.
+
+    Parameters
+    ----------
+    entries
+        Canonical column -> where.
+    warnings
+        What could be otherwise.
+    reacts
+        Whether the transducer reads the opposite of what pulls on it.
+    explains
+        Whether the forces are the weight of one thing in this attitude; None where they cannot
+        say so.
+    """
+
+    entries: Mapping[str, Entry]
+    warnings: tuple[str, ...] = ()
+    reacts: bool = False
+    explains: bool | None = None
+
+
+@dataclass(frozen=True)
+class _Candidate:
+    """One way to read an attitude: directions of gravity (n, 3), what it is called."""
+
+    entries: Mapping[str, Entry]
+    gravity: FloatArray
+    said: str
+
+
+def attitude_of(file: FileGuess, force: FloatArray | None) -> Attitude | None:
+    """The attitude in a log, as the forces of a transducer say it was meant; None without one.
+
+    Parameters
+    ----------
+    file
+        The log.
+    force
+        Of one transducer, shape (n, 3); None where several take turns.
+    """
+    kinds = [_quaternions(file), _matrices(file), _angles(file)]
+    found = [_best(candidates, force) for candidates in kinds if candidates]
+    directed = _directions(file)
+    if directed is not None:
+        found.append(_best([directed], force, signed=True))
+    explained = [one for one in found if one.explains]
+    return next(iter(explained or found), None)
+
+
+def named_orientation(words: Sequence[str], entry: Entry, force: FloatArray) -> Attitude | None:
+    """Orientations by name: which axis points along gravity; None where a name says no axis.
+
+    Parameters
+    ----------
+    words
+        One per row of `force`, such as ``plus_x`` or ``z_up``.
+    entry
+        Where they stand.
+    force
+        Mean forces under these orientations, shape (n, 3).
+    """
+    axes = {word: orientation_in(word) for word in dict.fromkeys(words)}
+    if not all(axes.values()):
+        return None
+    gravity = np.array([_pulls(axes[word] or "") for word in words])
+    names = {word: axis or "" for word, axis in axes.items()}
+    candidate = _Candidate({}, gravity, "")
+    slope, left = _fit(candidate, force)
+    warnings: tuple[str, ...] = ()
+    reacts = bool(slope < 0 and left < _EXPLAINED)
+    if reacts:
+        names = {word: _opposite(axis) for word, axis in names.items()}
+        warnings = (
+            "the forces are the weight only if the names say which axis points up, or if the "
+            "transducer reads what it exerts: each name was turned round",
+        )  # fmt: skip
+    if left > _EXPLAINED:
+        warnings = ("the forces are not the weight of one thing in the orientations named",)
+    return Attitude(
+        {"orientation": replace(entry, names=names)}, warnings, False, left < _EXPLAINED
+    )
+
+
+def orientation_in(word: str) -> str | None:
+    """``+x`` … ``-z``, the axis along gravity, of a name such as ``hang_plus_x`` or ``x_up``."""
+    found = _SIGNED.search(word.lower())
+    if found is None:
+        return None
+    axis, said = found["axis"] or found["other"], found["after"] or found["before"]
+    return ("-" if said in ("up", "minus", "neg", "negative", "-") else "+") + axis
+
+
+def _pulls(orientation: str) -> FloatArray:
+    sign = 1.0 if orientation[0] == "+" else -1.0
+    return np.asarray(sign * _AXES[orientation[1]])
+
+
+def _opposite(orientation: str) -> str:
+    return ("-" if orientation[0] == "+" else "+") + orientation[1]
+
+
+def _best(
+    candidates: Sequence[_Candidate], force: FloatArray | None, signed: bool = False
+) -> Attitude:
+    """The candidate under which the forces are a weight, the first where none is better."""
+    first = candidates[0]
+    if force is None or not _turns(first.gravity):
+        return Attitude(first.entries)
+    fits = [_fit(candidate, force) for candidate in candidates]
+    at = int(np.argmin([left for _, left in fits]))
+    if fits[0][1] < 2 * fits[at][1] + 1e-4:
+        at = 0
+    chosen, (slope, left) = candidates[at], fits[at]
+    if left > _EXPLAINED:
+        return Attitude(first.entries, (), False, False)
+    warnings = [f"{chosen.said}: so the forces are the weight of one thing"] if at else []
+    entries = chosen.entries
+    if slope < 0 and signed:
+        entries = {name: _turned(entry) for name, entry in entries.items()}
+        warnings.append("gravity was turned round, so that what hangs on the transducer has weight")
+    elif slope < 0:
+        warnings.append(
+            "the transducer reads the opposite of what pulls on it: its six axes were turned round"
+        )
+    return Attitude(entries, tuple(warnings), bool(slope < 0 and not signed), True)
+
+
+def _turned(entry: Entry) -> Entry:
+    return replace(entry, factor=-(entry.factor or 1.0))
+
+
+def _turns(gravity: FloatArray) -> bool:
+    return float(np.nanvar(gravity, axis=0).sum()) > _TURNED
+
+
+def _fit(candidate: _Candidate, force: FloatArray) -> tuple[float, float]:
+    """Weight, and the share of the forces' variance that ``w g + b`` leaves."""
+    step = max(1, len(force) // _MOST)
+    f, g = force[::step], candidate.gravity[::step]
+    good = np.isfinite(f).all(axis=1) & np.isfinite(g).all(axis=1)
+    if good.sum() < 3:
+        return 0.0, 1.0
+    f, g = f[good] - f[good].mean(axis=0), g[good] - g[good].mean(axis=0)
+    spread = float((g * g).sum())
+    if spread == 0.0 or not f.any():
+        return 0.0, 1.0
+    slope = float((f * g).sum()) / spread
+    return slope, float(((f - slope * g) ** 2).sum() / (f * f).sum())
+
+
+def _table(columns: Sequence[ColumnGuess]) -> FloatArray:
+    return np.column_stack([c.values if c.values is not None else np.nan for c in columns])
+
+
+def _quaternions(file: FileGuess) -> list[_Candidate]:
+    """A quaternion by its letters, or by its numbers in either order, and its conjugate."""
+    found = file.of("quaternion")
+    named = one_owner(found, "xyzw")
+    numbered = one_owner(found, "0123")
+    orders = {}
+    if named:
+        orders["as it is named"] = [named[a] for a in "xyzw"]
+    elif numbered:
+        columns = [numbered[a] for a in "0123"]
+        orders = {"scalar first": [*columns[1:], columns[0]], "scalar last": columns}
+    candidates = []
+    for order, columns in orders.items():
+        values = _table(columns)
+        norm = np.linalg.norm(values, axis=1)
+        if not np.nanmedian(np.abs(norm - 1.0)) < 0.05:
+            return []  # four numbers that are no quaternion
+        for sign, way in ((1.0, "body to world"), (-1.0, "world to body")):
+            entries = {
+                f"body_q{a}": replace(of(c), unit=None)
+                for a, c in zip("xyzw", columns, strict=True)
+            }
+            if sign < 0:
+                entries["body_qw"] = replace(entries["body_qw"], factor=-1.0)
+            x, y, z, w = (values / norm[:, None]).T * np.array([[1.0], [1.0], [1.0], [sign]])
+            gravity = -np.column_stack(
+                [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]
+            )
+            candidates.append(_Candidate(entries, gravity, f"quaternion {order}, {way}"))
+    return candidates
+
+
+def _matrices(file: FileGuess) -> list[_Candidate]:
+    """A rotation matrix, and its transpose."""
+    found = matrix(file)
+    if not found:
+        return []
+    rows = nearest_rotations(_table([c for c, _ in found.values()]).reshape(-1, 3, 3))
+    names = list(found)
+    turned = [names[3 * j + i] for i in range(3) for j in range(3)]
+    return [
+        _Candidate({n: of(found[n][0]) for n in names}, gravity_in(rows), "body to world"),
+        _Candidate(
+            {n: of(found[m][0]) for n, m in zip(names, turned, strict=True)},
+            gravity_in(np.swapaxes(rows, 1, 2)), "a matrix from world to body",
+        ),
+    ]  # fmt: skip
+
+
+def _angles(file: FileGuess) -> list[_Candidate]:
+    """Roll, pitch and yaw, and the same with the other sign."""
+    angles = one_owner(file.of("angle"), ("roll", "pitch", "yaw"))
+    entries: dict[str, Entry] = {}
+    if not angles:
+        angles = one_owner(file.of("angle"), ("roll", "pitch"))
+        entries["body_yaw_rad"] = Entry(value="0.0", why="gravity does not depend on the heading")
+    if not angles:
+        return []
+    unit = angle_unit(angles)
+    entries |= {f"body_{a}_rad": of(c, unit) for a, c in angles.items()}
+    scale = np.pi / 180 if unit == "deg" else 1.0
+    values = _table([angles[a] for a in ("roll", "pitch")]) * scale
+    values = np.column_stack([values, np.zeros(len(values))])
+    heading = _table([angles["yaw"]])[:, 0] * scale if "yaw" in angles else 0.0
+    whole = values.copy()
+    whole[:, 2] = heading
+    back = {name: replace(e, factor=-1.0) for name, e in entries.items() if e.column is not None}
+    return [
+        _Candidate(entries, gravity_in(rotations_of_rpy(whole)), "roll, pitch and yaw"),
+        _Candidate(
+            {**entries, **back}, gravity_in(rotations_of_rpy(-whole)),
+            "angles with the other sign",
+        ),
+    ]  # fmt: skip
+
+
+def _directions(file: FileGuess) -> _Candidate | None:
+    """Gravity itself, or what an accelerometer at rest reads, which points up."""
+    for quantity, sign in (("gravity", 1.0), ("acceleration", -1.0)):
+        found = one_owner(file.of(quantity), "xyz")
+        if not found:
+            continue
+        values = sign * _table([found[a] for a in "xyz"])
+        size = np.linalg.norm(values, axis=1, keepdims=True)
+        entries = {f"gravity_{a}": replace(of(c), unit=None) for a, c in found.items()}
+        if sign < 0:
+            why = "an accelerometer at rest reads what points up"
+            entries = {n: replace(e, factor=-1.0, why=why) for n, e in entries.items()}
+        return _Candidate(entries, values / np.where(size > 0, size, np.nan), quantity)
+    return None

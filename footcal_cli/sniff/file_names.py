@@ -1,0 +1,238 @@
+"""Logs alike: what their names say that their columns do not: loads, channels, orientations."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from footcal_cli.sniff.attitudes import attitude_of, named_orientation
+from footcal_cli.sniff.columns import ColumnGuess, FileGuess
+from footcal_cli.sniff.experiment import UNIT_ASKED, UNIT_TO_FILL_IN, plan_of
+from footcal_cli.sniff.groups import indexed_wrenches, readings, wrenches
+from footcal_cli.sniff.names import name_guess
+from footcal_cli.sniff.plan import Entry, Plan
+from footcal_cli.sniff.six_axis import forces_of
+from footcal_cli.sniff.units import MASSES, WEIGHTS, known_unit
+
+_LOAD = re.compile(r"(\d+(?:[.,p]\d+)?)[ _]*(kg|g|N|lb|lbs|mg|kN)?", re.IGNORECASE)
+_NOTHING = {"tare", "zero", "empty", "noload", "no_load", "unloaded", "leer", "null"}
+_LEAST_ORIENTATIONS = 3
+
+
+@dataclass(frozen=True)
+class Beside:
+    """A log joined to another: its file, and how."""
+
+    file: FileGuess
+    by: str
+    offset_s: float = 0.0
+    why: str = ""
+
+
+@dataclass(frozen=True)
+class Part:
+    """Logs of one kind: the plan for them, the pattern of their names, what is joined."""
+
+    plan: Plan
+    paths: tuple[Path, ...]
+    match: str
+    beside: tuple[Beside, ...] = ()
+
+
+@dataclass(frozen=True)
+class _Names:
+    """Names of files: what all begin and end with, and what stands between."""
+
+    head: str
+    tail: str
+    middle: tuple[str, ...]
+
+    @classmethod
+    def of(cls, names: Sequence[str]) -> _Names:
+        head = _common_start(names).rstrip("0123456789.+-")
+        tail = _common_start([name[::-1] for name in names])[::-1]
+        longest = min(map(len, names)) - len(head)
+        tail = tail[-longest:] if longest > 0 else ""
+        while tail and tail[0].isalnum():
+            tail = tail[1:]
+        return cls(head, tail, tuple(name[len(head) : len(name) - len(tail)] for name in names))
+
+    @property
+    def match(self) -> str:
+        """Pattern of the names."""
+        return f"{escaped(self.head)}*{escaped(self.tail)}"
+
+    @property
+    def expression(self) -> str:
+        """Regular expression whose group is what stands between."""
+        return f"^{re.escape(self.head)}(.+){re.escape(self.tail)}$"
+
+
+def alike_part(group: list[FileGuess]) -> Part | None:
+    """Logs with the same columns: sessions, loads, channels or orientations by their names."""
+    paths = tuple(file.path for file in group)
+    first = group[0]
+    plan = plan_of(first)
+    if len(group) == 1:
+        return None if plan is None else Part(plan, paths, escaped(paths[0].name))
+    names = _Names.of([path.name for path in paths])
+    six = wrenches(indexed_wrenches(first))
+    told = first.of("load") or first.of("label")
+    if len(six) == 1 and not told:
+        return _per_orientation(group, names) or _per_load(group, names) or (
+            None if plan is None else Part(plan, paths, names.match)
+        )  # fmt: skip
+    if len(readings(first)) == 1:
+        if not told:
+            made = _per_load(group, names)
+            addresses = {name_guess(word).address or word for word in names.middle}
+            if made is None and len(addresses) == len(group):
+                made = _per_channel(group, names)
+            if made is not None:
+                return made
+        elif (
+            plan is not None and not first.of("label") and len(set(names.middle)) > 1
+            and not any(re.fullmatch(r"[\d_-]*", word) for word in names.middle)
+        ):  # fmt: skip
+            return Part(_weights_per_channel(plan, names), paths, names.match)
+    return None if plan is None else Part(plan, paths, names.match)
+
+
+def _weights_per_channel(plan: Plan, names: _Names) -> Plan:
+    """Known weights in every file, and a file for each channel."""
+    channel = Entry(file_name=names.expression, why="the files' names differ so")
+    entries = {k: v for k, v in plan.entries.items() if not k.endswith("_counts")}
+    if "counts" not in entries:
+        entries["counts"] = next(v for k, v in plan.entries.items() if k.endswith("_counts"))
+    return replace(
+        plan, kind="known weights, one file per channel", role="weights", channels=names.middle,
+        entries={**entries, "channel": channel},
+    )  # fmt: skip
+
+
+def _per_orientation(group: list[FileGuess], names: _Names) -> Part | None:
+    """One file per orientation of a six-axis transducer, which the file's name gives."""
+    first = indexed_wrenches(group[0])
+    if first.of("orientation") or attitude_of(first, None) is not None:
+        return None
+    words = [file.path.name for file in group]
+    means = np.array([
+        np.nanmean(forces_of(next(iter(wrenches(indexed_wrenches(file)).values()))), axis=0)
+        for file in group
+    ])  # fmt: skip
+    entry = Entry(file_name="^(.+)$", sure="likely", why="the files' names")
+    found = named_orientation(words, entry, means)
+    different = set() if found is None else set(found.entries["orientation"].names.values())
+    plan = plan_of(first)
+    if found is None or plan is None or len(different) < _LEAST_ORIENTATIONS:
+        return None
+    blanks = tuple(blank for blank in plan.blanks if "attitude" not in blank.why)
+    plan = replace(
+        plan, entries={**plan.entries, **found.entries}, blanks=blanks, sure="likely",
+        kind="a six-axis transducer, one file per orientation", why="six axes; the files' names",
+        warnings=(*plan.warnings, *found.warnings),
+    )  # fmt: skip
+    return Part(plan, tuple(file.path for file in group), names.match)
+
+
+def _per_load(group: list[FileGuess], names: _Names) -> Part | None:
+    """One file per weight, which the file's name gives; of six axes the vertical force is read."""
+    six = wrenches(indexed_wrenches(group[0]))
+    cell = next(iter(six.values()))["fz"] if six else readings(group[0])[0]
+    load = _loads_named(names)
+    if load is None:
+        return None
+    channel = "fz" if six else "cell"
+    entries = {
+        "load_n": load, "counts": _as_read(cell),
+        "channel": Entry(value=channel, why="the vertical force" if six else "one cell alone"),
+    }  # fmt: skip
+    warnings = (
+        "the load is taken to stand on the sensor, its force along z; fx, fy and torques are not "
+        "calibrated",
+    ) if six else ()  # fmt: skip
+    plan = Plan(
+        group[0], "known weights, one file per weight", "the files' names differ by a number",
+        "likely", "offline-fit", "weights", entries, (channel,),
+        blanks=() if load.unit != UNIT_TO_FILL_IN else (UNIT_ASKED,), warnings=warnings,
+    )  # fmt: skip
+    return Part(plan, tuple(file.path for file in group), names.match)
+
+
+def _as_read(cell: ColumnGuess) -> Entry:
+    return Entry(cell, cell.unit if cell.unit in ("V", "mV", "mV/V", "N", "kN") else None)
+
+
+def _loads_named(names: _Names) -> Entry | None:
+    """Loads in names of files: numbers, all with one unit or each with its own."""
+    found = [_LOAD.fullmatch(word.strip("_- ")) for word in names.middle]
+    nothing = [word.strip("_- ").lower() in _NOTHING for word in names.middle]
+    if not all(f or none for f, none in zip(found, nothing, strict=True)):
+        return None
+    if len({f[1] if f else "0" for f in found}) < 2:
+        return None
+    spelled = [known_unit(f[2]) if f and f[2] else None for f in found]
+    units = {unit for unit in spelled if unit}
+    numbers = [float(f[1].replace("p", ".").replace(",", ".")) if f else 0.0 for f in found]
+    simple = all(f and re.fullmatch(r"\d+(?:\.\d+)?", f[1]) for f in found)
+    # a number without a unit among others is nothing, or not understood
+    if units and any(not u and n for u, n in zip(spelled, numbers, strict=True)):
+        return None
+    if len(units) <= 1 and simple:
+        expression = rf"^{re.escape(names.head)}[_ -]*(\d+(?:\.\d+)?)"
+        return Entry(
+            file_name=expression, unit=next(iter(units), UNIT_TO_FILL_IN),
+            sure="likely" if units else "guess", why="a number in the file's name",
+        )  # fmt: skip
+    unit = next(iter(units), UNIT_TO_FILL_IN)
+    if len(units) > 1:
+        sizes = next((s for s in (MASSES, WEIGHTS) if units <= s.keys()), None)
+        if sizes is None:
+            return None
+        unit = "kg" if sizes is MASSES else "N"
+        numbers = [n * sizes[u or unit] for n, u in zip(numbers, spelled, strict=True)]
+    return Entry(
+        file_name=names.expression, unit=unit, sure="likely", why="the files' names",
+        names={word: f"{n:.10g}" for word, n in zip(names.middle, numbers, strict=True)},
+    )  # fmt: skip
+
+
+def _per_channel(group: list[FileGuess], names: _Names) -> Part | None:
+    """One file per channel of one recording, joined to the first."""
+    paths = [file.path for file in group]
+    addresses = [name_guess(word).address or word.strip("_- ") for word in names.middle]
+    stems = [path.name.rsplit(".", 1)[0] for path in paths]
+    timed = all(file.of("time") for file in group)
+    renamed = []
+    for file, address, stem, i in zip(group, addresses, stems, range(len(group)), strict=True):
+        cell = readings(file)[0]
+        column = cell.column if i == 0 else f"{stem}.{cell.column}"
+        made = name_guess(address)
+        name = replace(
+            cell.name, side=made.side, place=made.place, owner=made.owner or address,
+            quantity="reading",
+        )  # fmt: skip
+        renamed.append(replace(cell, column=column, name=name))
+    first = group[0]
+    own = tuple(c for c in first.columns if c.column != renamed[0].column)
+    plan = plan_of(replace(first, columns=(*own, *renamed)))
+    if plan is None:
+        return None
+    by = "time" if timed else "row"
+    beside = tuple(Beside(f, by, why="one file per channel") for f in group[1:])
+    return Part(plan, tuple(paths[:1]), escaped(paths[0].name), beside)
+
+
+def _common_start(words: Sequence[str]) -> str:
+    """The letters that all words begin with."""
+    first, last = min(words), max(words)
+    return first[: next((i for i, c in enumerate(first) if last[i] != c), len(first))]
+
+
+def escaped(name: str) -> str:
+    """A name as a pattern of names."""
+    return re.sub(r"[\[\]*]", "?", name)

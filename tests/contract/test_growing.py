@@ -1,0 +1,115 @@
+"""Growing the house in a copy: an effect touches one file, a command one file and one line."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+EFFECT = """
+
+def _bow(x: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+    return x + theta["bow"] * np.tanh(x / 10.0), state
+
+
+def _unbow(y: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+    x = y.copy()
+    for _ in range(60):
+        x = y - theta["bow"] * np.tanh(x / 10.0)
+    return x, state
+
+
+BOW = Effect(
+    name="bow",
+    stage=Stage.CELL,
+    scope=Scope.CHANNEL,
+    parameters=(EffectParameter("bow", "N", 0.0, -5.0, 5.0, 0.5),),
+    apply=on_readings(_bow),
+    remove=on_readings(_unbow),
+    experiments=("weights",),
+    formula="y = x + b tanh(x / 10 N)",
+    source="this test",
+    remedy="straighten it",
+)
+EFFECTS = (*EFFECTS, BOW)
+"""
+RECOVER = """
+import numpy as np
+from footcal_cli.core.chain import chain_of, link
+from footcal_cli.core.effects import TABLE
+from footcal_cli.core.experiments.contract import residual
+from footcal_cli.core.experiments.weights import EXPERIMENT
+from footcal_cli.core.inference.fit import fit_map
+from footcal_cli.core.log import Log
+
+load = np.tile(np.linspace(0.0, 40.0, 21), 4)
+chain = chain_of([link(TABLE["bow"], ("left_fl",))])
+truth = Log("weights", ("left_fl",), np.arange(84.0), load[:, None], {"load_n": load},
+            np.zeros(84, dtype=np.int64))
+noise = np.random.default_rng(3).normal(0.0, 0.05, load.size)[:, None]
+shown, _ = chain.apply(truth.with_readings(truth.readings + noise), {"left_fl.bow": 0.7})
+free = chain.parameters()
+sd = np.array([0.05])
+
+def whitened(theta):
+    return residual(EXPERIMENT, chain, shown, dict(zip(free.names, theta))).whitened(sd)
+
+fit = fit_map(whitened, free)
+print(fit.estimates["left_fl.bow"], fit.estimates.sd_of("left_fl.bow"))
+"""
+COMMAND = '''"""``footcal greet``."""
+
+import typer
+
+
+def greet() -> None:
+    """Say hello."""
+    typer.echo("hello")
+'''
+
+
+@pytest.fixture(scope="module")
+def grown(tmp_path_factory: pytest.TempPathFactory, repository: Path) -> Path:
+    """A copy of the package with one more effect and one more command."""
+    place = tmp_path_factory.mktemp("grown")
+    package = place / "footcal_cli"
+    shutil.copytree(repository / "footcal_cli", package, ignore=shutil.ignore_patterns("*.pyc"))
+    with (package / "core" / "effects" / "cells.py").open("a", encoding="utf-8") as file:
+        file.write(EFFECT)
+    (package / "commands" / "greet.py").write_text(COMMAND, encoding="utf-8")
+    app = package / "app.py"
+    line = 'COMMANDS = {\n    "greet": "Say hello.",\n'
+    app.write_text(
+        app.read_text(encoding="utf-8").replace("COMMANDS = {\n", line), encoding="utf-8"
+    )
+    return place
+
+
+def python(place: Path, *words: str) -> str:
+    done = subprocess.run(
+        [sys.executable, *words], cwd=place, capture_output=True, text=True, check=False,
+        env={**os.environ, "PYTHONPATH": str(place)},
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def test_a_new_effect_is_fitted_through_the_one_residual(grown: Path) -> None:
+    value, sd = map(float, python(grown, "-c", RECOVER).split())
+    assert abs(value - 0.7) < 4.0 * sd < 0.1
+
+
+def test_a_new_effect_can_be_simulated(grown: Path) -> None:
+    words = ("simulate", "--experiment", "weights", "--effect", "left_fl.bow=0.7", "--quiet")
+    python(grown, "-m", "footcal_cli", *words, "--no-pictures", "--out", "run")
+    truth = json.loads((grown / "run" / "truth.json").read_text(encoding="utf-8"))
+    assert truth["parameters"]["left_fl.bow"] == 0.7
+
+
+def test_a_new_command_runs_and_is_listed(grown: Path) -> None:
+    assert python(grown, "-m", "footcal_cli", "greet") == "hello\n"

@@ -1,0 +1,146 @@
+"""A walk in parts is the walk as a whole."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from footcal_cli.core.online.comparison import Comparison, Settings, compare
+from footcal_cli.core.online.filter import Guards, Track
+from footcal_cli.core.online.memory import MemoryOptions
+from footcal_cli.core.online.parts import Part, Walk
+from footcal_cli.core.online.streams import BodyStream, Merged, SensorStream, merge_cells
+from tests.core.walk_data import CELLS_FOOT, CHANNELS, Errors, G, Recording, make_walk, record
+from tests.core.walking import belief_of
+
+# a threshold low enough that hypotheses of jumps, and one jump near a seam, cross the seams
+ERRORS = Errors(
+    bias_walk=0.03, gain_walk=4e-4, quantum=0.25, delay=0.022, com_offset=(0.003, -0.002),
+    jumps=((2, 19.8, 2.0),),
+)  # fmt: skip
+OPTIONS = MemoryOptions(learnt=(), align=False, plate=False, guards=Guards(jump_threshold=20.0))
+SETTINGS = Settings(memory=OPTIONS, others=())
+PART, BEFORE, AHEAD = 800, 400, 1200
+"""Samples: 10 s with 5 s before and 15 s ahead."""
+
+
+def merged_of(rec: Recording) -> Merged:
+    zero = np.zeros((len(rec.body_time), 2, 1))
+    body = BodyStream(
+        rec.body_time, rec.com, rec.acc, rec.angmom_rate,
+        np.concatenate([rec.feet, zero], axis=2), rec.yaw,
+    )  # fmt: skip
+    sensors = SensorStream(rec.cell_time, rec.counts, CHANNELS)
+    return merge_cells(sensors, body, belief_of(rec), (CELLS_FOOT, CELLS_FOOT), rec.mass, G)
+
+
+def parts_of(merged: Merged) -> Iterator[Part]:
+    n = len(merged.log)
+    for start in range(0, n, PART):
+        stop = min(start + PART, n)
+        first = max(start - BEFORE, 0)
+        yield Part(merged.part(first, min(stop + AHEAD, n)), start - first, stop - first)
+
+
+@pytest.fixture(scope="module")
+def recording() -> Recording:
+    return record(make_walk(0.04, 45.0, seed=3), ERRORS, seed=3)
+
+
+@pytest.fixture(scope="module")
+def whole(recording: Recording) -> Comparison:
+    rng = np.random.default_rng(0)
+    return compare(merged_of(recording), belief_of(recording), SETTINGS, rng=rng)
+
+
+@pytest.fixture(scope="module")
+def in_parts(recording: Recording) -> tuple[list[Comparison], Comparison]:
+    parts = list(parts_of(merged_of(recording)))
+    walk = Walk(belief_of(recording), SETTINGS, parts[0])
+    found = [walk.take(part) for part in parts]
+    return found, walk.finish(np.random.default_rng(0))
+
+
+def joined(found: list[Comparison], inflated: bool = False) -> Track:
+    """Tracks of the parts, each without the update that it took over from the one before."""
+    tracks = []
+    for k, part in enumerate(found):
+        track = part.memory.track.chosen(slice(1 if k else 0, None))
+        factor = 1.0 if inflated else 1.0 / part.memory.repeated
+        tracks.append(track.inflated(factor))
+    together = tracks[0]
+    for track in tracks[1:]:
+        together = together.followed_by(track)
+    return together
+
+
+def test_the_filter_in_parts_is_the_filter_over_the_whole_walk(
+    in_parts: tuple[list[Comparison], Comparison], whole: Comparison
+) -> None:
+    found, end = in_parts
+    track, one = joined(found), whole.memory.track
+    assert [jump.name for jump in one.jumps] == [f"{CHANNELS[2]}.bias"]
+    for ours, theirs in zip(end.memory.jumps, one.jumps, strict=True):
+        assert (ours.name, ours.onset_s, ours.found_s) == (
+            theirs.name, theirs.onset_s, theirs.found_s,
+        )  # fmt: skip
+    unit = whole.memory.rows.prior_sd
+    np.testing.assert_allclose(track.values / unit, one.values / unit, rtol=0, atol=1e-9)
+    sd = one.inflated(1.0 / whole.memory.repeated).sd
+    np.testing.assert_allclose(track.sd, sd, rtol=1e-7)
+    np.testing.assert_allclose(track.nis, one.nis, rtol=1e-7, atol=1e-9)
+    # and so is what it claims at the end
+    assert end.memory.repeated == pytest.approx(whole.memory.repeated, rel=1e-9)
+    np.testing.assert_allclose(
+        end.memory.track.covariance, one.covariance, rtol=1e-6, atol=1e-9 * np.max(one.covariance)
+    )
+
+
+def test_samples_errors_and_reasons_add_up_to_those_of_the_whole(
+    in_parts: tuple[list[Comparison], Comparison], whole: Comparison
+) -> None:
+    found, end = in_parts
+    forces = np.concatenate([part.replayed["memory"].forces_n for part in found])
+    np.testing.assert_allclose(forces, whole.replayed["memory"].forces_n, atol=1e-8)
+    np.testing.assert_array_equal(np.concatenate([part.cycle for part in found]), whole.cycle)
+    reasons = np.concatenate([part.validity.reason for part in found])
+    np.testing.assert_array_equal(reasons, whole.validity.reason)
+    assert dict(end.rejected) == dict(whole.rejected)
+    assert end.taught == whole.taught
+    for quantity in ("cop", "vgrf"):
+        # the reference takes the delay out that the smoother states: nearly the same one
+        for method, tolerance in (("before", 0.02), ("memory", 0.02), ("smoother", 0.03)):
+            ours, theirs = (one.of(method, "motion") for one in (end, whole))
+            assert ours.rms(quantity) == pytest.approx(theirs.rms(quantity), rel=tolerance)
+            assert ours.whole[quantity].count == theirs.whole[quantity].count
+            assert ours.cycles(quantity).size == theirs.cycles(quantity).size
+    assert end.consistency.ratio == pytest.approx(whole.consistency.ratio, rel=1e-9)
+    assert end.consistency.updates == whole.consistency.updates
+
+
+def test_the_smoother_of_a_part_knows_nearly_what_the_whole_walk_knows(
+    in_parts: tuple[list[Comparison], Comparison], whole: Comparison
+) -> None:
+    found, _ = in_parts
+    back = [part.memory.smoothed.chosen(slice(1 if k else 0, None)) for k, part in enumerate(found)]
+    values = np.concatenate([track.values for track in back])
+    sd = whole.memory.smoothed.sd
+    apart = (values - whole.memory.smoothed.values) / sd
+    filtered = (whole.memory.track.values - whole.memory.smoothed.values) / sd
+    # 15 s ahead leave a fifth of an sd of what the filter, which sees nothing ahead, lacks
+    assert np.sqrt(np.mean(apart**2)) < 0.25
+    assert np.sqrt(np.mean(apart**2)) < 0.3 * np.sqrt(np.mean(filtered**2))
+
+
+def test_clocks_that_drift_apart_are_followed_from_part_to_part(recording: Recording) -> None:
+    slow = replace(recording, body_time=recording.body_time * (1.0 + 3e-4))
+    parts = list(parts_of(merged_of(slow)))
+    settings = replace(SETTINGS, memory=replace(OPTIONS, align=True))
+    walk = Walk(belief_of(slow), settings, parts[0])
+    delays = [walk.take(part).memory.delay_s for part in parts]
+    # 3e-4 of 10 s per part, as truth has it; the first one is found about the middle of its part
+    moved = np.diff(delays)[1:]
+    np.testing.assert_allclose(moved, 3e-3, atol=1.5e-3)

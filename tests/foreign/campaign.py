@@ -1,0 +1,161 @@
+"""Every calibrating command on robots of this world: errors in units of the sd it states.
+
+A task is one seed and one command, run as its user runs it; its answer is a small JSON file, so
+that a campaign that was stopped goes on where it was.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from tests.foreign.bench import weights
+from tests.foreign.biped import CHANNELS, draw_biped
+from tests.foreign.files import Recorded, write
+from tests.foreign.legs import LEGS, draw_hexapod, hang, poses
+from tests.foreign.noise import Array
+from tests.foreign.streams import stand, walk
+
+Ratios = dict[str, list[list[float]]]
+"""Quantity -> pairs of error and stated sd."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """One command in one kind of recording.
+
+    Parameters
+    ----------
+    command : of footcal
+    record : the recording of a seed
+    after : the task whose parameters it starts from
+    judge : answer and seed to errors
+    """
+
+    command: str
+    record: Callable[[int], Recorded]
+    after: str | None
+    judge: Callable[[Mapping[str, Any], int], Ratios]
+
+
+def cell_errors(found: Mapping[str, Any], seed: int) -> Ratios:
+    """Relative errors of scales, and errors of the force without load, N."""
+    robot, ratios = draw_biped(seed), Ratios(scale=[], zero=[])
+    for i, channel in enumerate(CHANNELS):
+        names = (f"{channel}.scale", f"{channel}.bias")
+        values, covariance = _known(found, names)
+        scale = np.array([1.0 / robot.scale[i], 0.0])
+        zero = np.array([robot.zero[i], 1.0])
+        error = values - [robot.scale[i], -robot.scale[i] * robot.zero[i]]
+        for kind, row in (("scale", scale), ("zero", zero)):
+            ratios[kind].append([float(row @ error), float(np.sqrt(row @ covariance @ row))])
+    return ratios
+
+
+def hanging_errors(found: Mapping[str, Any], seed: int) -> Ratios:
+    """Weight, offsets of forces and torques, and CoM of all legs."""
+    robot = draw_hexapod(seed)
+    ratios = _against(found, robot.truth(), "robot.")
+    for k, leg in enumerate(LEGS):
+        for axis, row in zip("xyz", robot.arm_m[k], strict=True):
+            for what, true in zip(("mean", "sin", "cos", "sin2"), row, strict=True):
+                name = f"{leg}.com_{axis}_{what}"
+                if name in found["parameters"]:
+                    _add(ratios, "leg CoM", found, name, float(true))
+    return ratios
+
+
+def standing_errors(found: Mapping[str, Any], seed: int) -> Ratios:
+    """Mounting of all transducers, and the robot's weight."""
+    robot = draw_hexapod(seed)
+    ratios = _against(found, {"robot.weight": robot.truth()["robot.weight"]}, "")
+    for k, leg in enumerate(LEGS):
+        nominal = robot.nominal_rot_bt[k]
+        turn = Rotation.from_matrix(nominal.T @ robot.rot_bt[k]).as_rotvec()
+        shift = nominal.T @ (robot.hip_m[k] - robot.chassis_com_m - robot.nominal_hip_m[k])
+        for kind, label, true in (("rot", "turn", turn), ("pos", "shift", shift)):
+            for axis, value in zip("xyz", true, strict=True):
+                _add(ratios, label, found, f"{leg}.mount_{kind}_{axis}", float(value))
+    return ratios
+
+
+def _against(found: Mapping[str, Any], truth: Mapping[str, float], skip: str) -> Ratios:
+    kinds = {"weight": "weight", "f": "force offset", "t": "torque offset"}
+    ratios: Ratios = {}
+    for name, true in truth.items():
+        if skip and name.startswith(skip):
+            continue
+        last = name.split(".")[1].removeprefix("offset_")
+        _add(ratios, kinds[last if last == "weight" else last[0]], found, name, true)
+    return ratios
+
+
+def _add(ratios: Ratios, kind: str, found: Mapping[str, Any], name: str, true: float) -> None:
+    one = found["parameters"][name]
+    ratios.setdefault(kind, []).append([one["value"] - true, one["sd"]])
+
+
+def _known(found: Mapping[str, Any], names: tuple[str, ...]) -> tuple[Array, Array]:
+    """Values and joint covariance of some parameters."""
+    values = np.array([found["parameters"][name]["value"] for name in names])
+    for block in found["covariance"]:
+        if set(names) <= set(block["names"]):
+            at = [block["names"].index(name) for name in names]
+            return values, np.array(block["matrix"])[np.ix_(at, at)]
+    raise KeyError(names)
+
+
+TASKS = {
+    "offline-fit": Task("offline-fit", weights, None, cell_errors),
+    "static-init": Task("static-init", stand, "offline-fit", cell_errors),
+    "online-replay": Task("online-replay", walk, "offline-fit", cell_errors),
+    "static-init, nameplate": Task("static-init", stand, None, cell_errors),
+    "online-replay, nameplate": Task("online-replay", walk, None, cell_errors),
+    "hang-calib, 6 s a turn": Task("hang-calib", lambda s: hang(s, turn_s=6.0), None,
+                                   hanging_errors),
+    "hang-calib": Task("hang-calib", hang, None, hanging_errors),
+    "pose-calib": Task("pose-calib", poses, "hang-calib", standing_errors),
+    "pose-calib, no drift": Task("pose-calib", lambda s: poses(s, slow_share=0.0), "hang-calib",
+                                 standing_errors),
+}  # fmt: skip
+
+
+def run(name: str, seed: int, folder: Path) -> dict[str, Any]:
+    """The answer of one task: exit code, verdict, findings and errors; kept in `folder`."""
+    task, own = TASKS[name], folder / f"{seed}" / name.replace(", ", "-").replace(" ", "-")
+    answer = own / "answer.json"
+    if answer.exists():
+        return dict(json.loads(answer.read_text(encoding="utf-8")))
+    arguments = [task.command, "--recipe", write(task.record(seed), own), "--no-pictures",
+                 "--quiet", "--overwrite", "--out", own / "out"]  # fmt: skip
+    if task.after is not None:
+        run(task.after, seed, folder)
+        arguments += ["--parameters", folder / f"{seed}" / task.after / "parameters.json"]
+    done = subprocess.run(
+        [sys.executable, "-m", "footcal_cli", *map(str, arguments)],
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    said: dict[str, Any] = {"code": done.returncode, "error": done.stderr[-500:], "ratios": {}}
+    made = own / "out" / "parameters.json"
+    if made.exists():
+        record = json.loads((own / "out" / "run.json").read_text(encoding="utf-8"))
+        found = json.loads(made.read_text(encoding="utf-8"))
+        said["level"] = record["verdict"]["level"]
+        said["sentence"] = record["verdict"]["sentence"]
+        said["findings"] = [[f["severity"], f["code"], f["where"]] for f in record["findings"]]
+        said["ratios"] = task.judge(found, seed)
+        shutil.copy(made, own / "parameters.json")
+    for log in own.glob("*.parquet"):
+        log.unlink()
+    shutil.rmtree(own / "out", ignore_errors=True)
+    answer.write_text(json.dumps(said, indent=1), encoding="utf-8")
+    return said
