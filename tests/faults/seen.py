@@ -30,8 +30,12 @@ _STAND = replace(
 )  # fmt: skip
 
 
+def _named(log: pd.DataFrame, *endings: str) -> list[str]:
+    return [str(name) for name in log.columns if str(name).endswith(endings)]
+
+
 def _channel(log: pd.DataFrame, rng: Random) -> str:
-    return str(rng.choice([n for n in log if n.endswith(("_counts", "_n", "_nm"))]))
+    return str(rng.choice(_named(log, "_counts", "_n", "_nm")))
 
 
 def _some_rows(log: pd.DataFrame, rng: Random, share: float) -> slice:
@@ -52,8 +56,8 @@ def outliers(log: pd.DataFrame, rng: Random) -> pd.DataFrame:
 
 def gap(log: pd.DataFrame, rng: Random) -> pd.DataFrame:
     """A twentieth of the rows is missing."""
-    rows = np.arange(len(log))
-    return log.drop(index=rows[_some_rows(log, rng, 0.05)])
+    rows = _some_rows(log, rng, 0.05)
+    return pd.concat([log.iloc[: rows.start], log.iloc[rows.stop :]])
 
 
 def stuck(log: pd.DataFrame, rng: Random) -> pd.DataFrame:
@@ -84,14 +88,14 @@ def negated(log: pd.DataFrame, rng: Random) -> pd.DataFrame:
 
 def exchanged(log: pd.DataFrame, rng: Random) -> pd.DataFrame:
     """Two cells are exchanged."""
-    names = [n for n in log if n.endswith("_counts")]
+    names = _named(log, "_counts")
     one, other = rng.choice(len(names), 2, replace=False)
     return log.rename(columns={names[one]: names[other], names[other]: names[one]})
 
 
 def copied_channel(log: pd.DataFrame, rng: Random) -> pd.DataFrame:
     """One channel holds another's readings."""
-    names = [n for n in log if n.endswith(("_counts", "_n"))]
+    names = _named(log, "_counts", "_n")
     one, other = rng.choice(len(names), 2, replace=False)
     return log.assign(**{names[one]: log[names[other]]})
 
@@ -151,7 +155,7 @@ def frozen(log: pd.DataFrame, rng: Random) -> pd.DataFrame:
     """The whole stream repeats itself for a quarter of the log, its stamps go on."""
     rows = _some_rows(log, rng, 0.25)
     held = log.copy()
-    for name in [n for n in log if n != "time_s"]:
+    for name in [n for n in _named(log, "") if n != "time_s"]:
         held[name] = np.where(
             np.isin(np.arange(len(log)), np.r_[rows]), log[name].iloc[rows.start], log[name]
         )
@@ -160,8 +164,7 @@ def frozen(log: pd.DataFrame, rng: Random) -> pd.DataFrame:
 
 def _times(ending: str, factor: float, plus: float = 0.0) -> Change:
     def change(log: pd.DataFrame, rng: Random) -> pd.DataFrame:
-        names = [n for n in log if n.endswith(ending)]
-        return log.assign(**{n: factor * log[n] + plus for n in names})
+        return log.assign(**{n: factor * log[n] + plus for n in _named(log, ending)})
 
     return change
 
@@ -172,7 +175,7 @@ def _one_channel(change: Change) -> Change:
     def long(log: pd.DataFrame, rng: Random) -> pd.DataFrame:
         key = "channel" if "channel" in log else "leg"
         mine = log[key] == rng.choice(log[key].unique())
-        changed = log.copy().astype({n: float for n in log if n.endswith(("counts", "_n", "_nm"))})
+        changed = log.astype(dict.fromkeys(_named(log, "counts", "_n", "_nm"), float))
         part = change(changed[mine].rename(columns={"counts": "x_counts"}), rng)
         part = part.rename(columns={"x_counts": "counts"})
         changed.loc[mine, part.columns] = part
@@ -214,7 +217,8 @@ _OF_STANDS = tuple(f for f in _OF_CELLS if f not in {turned, exchanged})
 _OF_BODIES: tuple[tuple[str, Change], ...] = (
     *((f.__name__, f) for f in (gap, milliseconds, another_day, shuffled, joined, frozen)),
     ("CoM in mm", _times("m_x_m", 1e3)), ("acceleration in g", _times("_mps2", 1.0 / _G)),
-    ("gravity in the acceleration", _times("acc_z_mps2", 1.0, _G)), ("z down", _times("_z_m", -1.0)),
+    ("gravity in the acceleration", _times("acc_z_mps2", 1.0, _G)),
+    ("z down", _times("_z_m", -1.0)),
 )  # fmt: skip
 _OF_WEIGHTS: tuple[tuple[str, Change], ...] = (
     *((u, _times("load_n", f)) for u, f in (("loads in kg", 1 / _G), ("loads in g", 1e3 / _G),
