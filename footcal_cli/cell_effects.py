@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from footcal_cli.core.chain import Chain, Link, link
-from footcal_cli.core.effects import calibration_of, find_effect
+from footcal_cli.core.effects import calibration_of
 from footcal_cli.core.effects.cells import (
     TEMPERATURE_BIAS,
     TEMPERATURE_REFERENCE_DEGC,
@@ -22,6 +22,7 @@ from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.quality import Finding
 from footcal_cli.errors import UsageError
 from footcal_cli.recipe import Robot
+from footcal_cli.records.effects import effect_of
 from footcal_cli.records.results import ParametersRecord
 
 LEAST_TEMPERATURE_DOUBT_K = 5.0
@@ -68,6 +69,7 @@ def without_cell_effects(
     robot: Robot,
     temperature_degc: FloatArray | None = None,
     state: Mapping[int, Any] | None = None,
+    moving: Mapping[str, FloatArray] | None = None,
 ) -> Undone:
     """The counts that cells without the effects of a calibration would have shown.
 
@@ -81,6 +83,8 @@ def without_cell_effects(
         Of the stream's rows, shape (n,).
     state
         Of what came before, where the stream is a piece of a longer one.
+    moving
+        What is known of the body's motion at the stream's rows (`Log.known`).
 
     Raises
     ------
@@ -94,11 +98,12 @@ def without_cell_effects(
     values = {name: parameter.value for name, parameter in record.parameters.items()}
     log = Log(
         "walk", stream.channels, stream.time_s, stream.readings,
-        {"cell_pos_m": np.tile(places, (rows, 1, 1))}, np.zeros(rows, dtype=np.int64),
+        {"cell_pos_m": np.tile(places, (rows, 1, 1)), **(moving or {})},
+        np.zeros(rows, dtype=np.int64),
     )  # fmt: skip
     links = []
     for item in record.effects:
-        effect = find_effect(item.effect)
+        effect = effect_of(item)
         if Trait.CALIBRATION in effect.traits or effect.stage in (Stage.BODY, Stage.TRANSPORT):
             continue
         lacking = set(effect.needs) - set(log.known) - {"temperature_degc"}

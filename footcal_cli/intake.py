@@ -12,7 +12,7 @@ from footcal_cli.cell_effects import cells_in_feet, without_cell_effects
 from footcal_cli.columns import TableType, body_table, cells_table, six_axis_feet_table
 from footcal_cli.core.body_stream import check_overlap
 from footcal_cli.core.chain import Chain, Link, link
-from footcal_cli.core.effects import calibration_of, find_effect
+from footcal_cli.core.effects import calibration_of
 from footcal_cli.core.effects.calibration import AXES
 from footcal_cli.core.effects.contract import Trait
 from footcal_cli.core.experiments.walk import reference_of
@@ -39,6 +39,7 @@ from footcal_cli.core.spatial import rotation_of_quaternion, rotation_of_rpy
 from footcal_cli.core.wiring import check_channels_walking, check_exchanged_walking
 from footcal_cli.errors import DataError, UsageError
 from footcal_cli.recipe import Robot
+from footcal_cli.records.effects import effect_of
 from footcal_cli.records.results import ParametersRecord
 from footcal_cli.tables import Table
 
@@ -145,7 +146,10 @@ def read_recordings(
             places = cells_in_feet(robot)
             if session.parameters is not None:
                 warmth = table.number("temperature_degc") if "temperature_degc" in table else None
-                undone = without_cell_effects(stream, session.parameters, robot, warmth)
+                moving = None if body is None else _moving(stream, motion, rule, robot.mass_kg)
+                undone = without_cell_effects(
+                    stream, session.parameters, robot, warmth, moving=moving
+                )
                 stream, places = undone.stream, undone.cells_m
                 belief = belief.widened(undone.gain_sd, undone.bias_sd_n)
                 session.note(undone.findings)
@@ -168,6 +172,20 @@ def read_recordings(
             )
         )  # fmt: skip
     return found
+
+
+def _moving(
+    stream: SensorStream, motion: BodyStream, rule: MergeRule, mass_kg: float
+) -> dict[str, FloatArray]:
+    """Mass and acceleration of the CoM when the cells were read; the body's stamps are late."""
+    good = np.isfinite(motion.time_s) & np.isfinite(motion.com_acc_mps2).all(axis=1)
+    if not good.any():
+        return {}
+    then = motion.time_s[good] - rule.delay_s
+    acc = [np.interp(stream.time_s, then, a) for a in motion.com_acc_mps2[good].T]
+    return {
+        "mass_kg": np.full(len(stream.time_s), mass_kg), "com_acc_mps2": np.stack(acc, axis=1)
+    }  # fmt: skip
 
 
 def _pairs(
@@ -242,7 +260,7 @@ def without_transducer_effects(log: Log, record: ParametersRecord) -> Log:
     offsets = Chain((link(calibration_of(log.channels), log.channels),))
     extended = offsets
     for item in record.effects:
-        effect = find_effect(item.effect)
+        effect = effect_of(item)
         if Trait.CALIBRATION not in effect.traits:
             extended = extended.with_link(Link(effect, dict(item.owners)))
     if len(extended.links) == 1:

@@ -18,6 +18,7 @@ from footcal_cli.columns import canonical_names, is_canonical
 from footcal_cli.errors import UsageError, nearest
 from footcal_cli.filespecs import FileSpec, Place, as_file, as_places
 from footcal_cli.models import Frozen, validated
+from footcal_cli.own_effects import OwnEffect
 from footcal_cli.reading import ForeignColumn, Join, Reading
 from footcal_cli.textfiles import read_text
 
@@ -186,6 +187,7 @@ class Recipe(Frozen):
     files: tuple[FileSpec, ...] = ()
     data: dict[str, tuple[str, ...]] = Field(default_factory=dict)
     data_root: str = "."
+    effect: tuple[OwnEffect, ...] = ()
     gates: dict[str, Any] = Field(default_factory=dict)
     options: dict[str, dict[str, Any]] = Field(default_factory=dict)
     path: Path | None = None
@@ -277,7 +279,17 @@ def read_recipe(path: Path, commands: Collection[str]) -> Recipe:
         raise UsageError(f"not valid TOML: {error}", file=path, remedy="correct the line") from None
     if not content:
         raise UsageError("the recipe is empty", file=path, remedy="copy it again, or leave it out")
-    tables = ("name", "description", "robot", "columns", "files", "data", "data_root", "gates")
+    tables = (
+        "name",
+        "description",
+        "robot",
+        "columns",
+        "files",
+        "data",
+        "data_root",
+        "effect",
+        "gates",
+    )
     for key in content:
         if key not in tables and key not in commands:
             raise UsageError(

@@ -13,8 +13,9 @@ from contextlib import contextmanager
 from copy import copy
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
+from functools import cached_property
 from pathlib import Path
-from typing import Generic, TypeVar
+from typing import TYPE_CHECKING, Generic, TypeVar
 
 from rich.console import Console
 
@@ -52,6 +53,9 @@ from footcal_cli.tables import (
 )
 from footcal_cli.textfiles import regular_file, shown
 from footcal_cli.trust import DOUBTFUL, trusted
+
+if TYPE_CHECKING:
+    from footcal_cli.core.effects.contract import Effect
 
 __all__ = ["Outcome", "Request", "Session", "read_calibration"]
 
@@ -175,6 +179,13 @@ class Session(Generic[Options]):
         for path, refusal in self._left_aside.items():
             if path not in self._taken:
                 raise refusal
+
+    @cached_property
+    def table(self) -> Mapping[str, Effect]:
+        """Effects by name: the table, those of installed packages and the recipe's own."""
+        from footcal_cli.records.effects import table_with
+
+        return table_with(self.recipe.effect, self.recipe.path)
 
     def _reference_path(self) -> Path | None:
         """The calibration that gates compare with; the recipe's lies relative to the recipe."""

@@ -32,8 +32,11 @@ ALLOWED: dict[str, set[str]] = {
     "copies": {"tables", "core"},
     "models": {"errors"},
     "filespecs": {"models", "reading"},
-    "recipe": {"columns", "filespecs", "models", "reading", "textfiles", "errors"},
-    "records": {"records", "textfiles", "core", "errors"},
+    "own_effects": {"models"},
+    "recipe": {
+        "columns", "filespecs", "models", "own_effects", "reading", "textfiles", "errors",
+    },
+    "records": {"records", "own_effects", "textfiles", "core", "errors"},
     "plots": {"plots", "core", "records"},
     "report": {"report", "records", "core"},
     "sheets": {
@@ -72,7 +75,7 @@ ALLOWED: dict[str, set[str]] = {
     "exporters": {"exporters", "records", "core", "errors"},
     "commands": {
         "commands", "formats", "exporters", "logfiles", "cell_effects", "columns", "tables",
-        "reading", "sources", "sniff", "units",
+        "own_effects", "reading", "sources", "sniff", "units",
         "recipe", "records", "report", "run_folder", "session", "intake", "inspection", "plots",
         "walk_length", "long_walks", "sheets", "rigid_body", "batch", "core", "errors",
     },
@@ -88,7 +91,7 @@ LIBRARIES: dict[str, set[str]] = {
     "pyarrow": {"logfiles", "longfiles"},
     "pint": {"units"},
     "matplotlib": {"plots", "report"},
-    "pydantic": {"models", "filespecs", "recipe", "records", "commands"},
+    "pydantic": {"own_effects", "models", "filespecs", "recipe", "records", "commands"},
     "typer": {"app", "commands"},
     "rich": {"report", "session", "progress"},
     "jinja2": {"report"},

@@ -123,7 +123,7 @@ def diagnose(
     )
     if len(groups) > 1:
         raise typer.Exit(session.finish(_diagnose_together(session, groups)))
-    raise typer.Exit(session.finish(_planned(session) if plan else _diagnose(session)))
+    raise typer.Exit(session.finish(_planned(session) if plan else _diagnose(session, groups)))
 
 
 def _diagnose_together(session: Session[DiagnoseOptions], groups: Sequence[Group]) -> Outcome:
@@ -141,19 +141,14 @@ def _planned(session: Session[DiagnoseOptions]) -> Outcome:
 
 def _table(session: Session[DiagnoseOptions]) -> dict[str, Effect]:
     """The table of effects without those left out."""
-    from footcal_cli.core.effects import TABLE
-    from footcal_cli.errors import UsageError, nearest
+    from footcal_cli.records.effects import known_effect
 
     for name in session.options.without:
-        if name not in TABLE:
-            raise UsageError(
-                f"--without: no effect named '{name}'{nearest(name, list(TABLE))}",
-                remedy="see footcal effects",
-            )
-    return {k: v for k, v in TABLE.items() if k not in session.options.without}
+        known_effect(name, session.table, "--without")
+    return {k: v for k, v in session.table.items() if k not in session.options.without}
 
 
-def _diagnose(session: Session[DiagnoseOptions]) -> Outcome:
+def _diagnose(session: Session[DiagnoseOptions], groups: Sequence[Group]) -> Outcome:
     session.refuse_missing_logs(session.options.experiment)
     from footcal_cli.commands.parts.diagnose_cases import read_case
     from footcal_cli.commands.parts.diagnose_outcome import outcome_of
@@ -164,9 +159,11 @@ def _diagnose(session: Session[DiagnoseOptions]) -> Outcome:
 
     table = _table(session)
     rules = Rules(most_effects=session.options.most_effects)
+    # of a folder only those files are logs that are of the kind
+    reader = session.part(groups[0].logs, None, session.options) if groups else session
     with session.step("read"):
-        read = read_case(session)
-        read.findings.extend(session.noted)
+        read = read_case(reader)
+        read.findings.extend(reader.noted)
     usable = {k: v for k, v in table.items() if k not in read.untested}
     with session.step("diagnose"):
         stopped = bool(stopping(read.findings))

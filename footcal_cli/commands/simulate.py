@@ -25,6 +25,7 @@ from footcal_cli.commands.options import (
 from footcal_cli.recipe import CommandOptions
 
 if TYPE_CHECKING:
+    from footcal_cli.core.effects.contract import Effect
     from footcal_cli.core.parameters import FloatArray
     from footcal_cli.core.simulation.robots import Biped, Hexapod
     from footcal_cli.core.simulation.scenario import EffectRequest, Plans, Scenario
@@ -132,7 +133,7 @@ def _simulate(session: Session[SimulateOptions]) -> Outcome:
     from footcal_cli.sheets import simulated as sheets
 
     robot = _robot(session, options.experiment)
-    requests = [parse_effect(text) for text in options.effects]
+    requests = [parse_effect(text, session.table) for text in options.effects]
     plans = _plans(options, session.request.seed)
     motion = _motion(session, robot)
     with session.step("simulate"):
@@ -169,7 +170,7 @@ def _simulate(session: Session[SimulateOptions]) -> Outcome:
     )
 
 
-def parse_effect(text: str) -> EffectRequest:
+def parse_effect(text: str, table: Mapping[str, Effect]) -> EffectRequest:
     """``[OWNER.]NAME[=VALUE][,PARAMETER=VALUE ...]`` as a request.
 
     Raises
@@ -177,20 +178,15 @@ def parse_effect(text: str) -> EffectRequest:
     UsageError
         Unknown effect or parameter (names the nearest), or not a number.
     """
-    from footcal_cli.core.effects import TABLE
     from footcal_cli.core.simulation.scenario import EffectRequest
     from footcal_cli.errors import UsageError, nearest
+    from footcal_cli.records.effects import known_effect
 
     head, *rest = text.split(",")
     full_name, given, size = head.partition("=")
     owner, dot, name = full_name.strip().rpartition(".")
-    if name not in TABLE:
-        raise UsageError(
-            f"no effect named '{name}'{nearest(name, list(TABLE))}",
-            remedy="footcal effects lists them",
-        )
-    effect = TABLE[name]
-    values = {effect.size.name: _number(size, head) if given else _usual_size(name)}
+    effect = known_effect(name, table)
+    values = {effect.size.name: _number(size, head) if given else _usual_size(effect)}
     known = {p.name for p in effect.parameters}
     for item in rest:
         parameter, _, value = item.partition("=")
@@ -203,11 +199,9 @@ def parse_effect(text: str) -> EffectRequest:
     return EffectRequest(effect, owner if dot else None, values)
 
 
-def _usual_size(name: str) -> float:
+def _usual_size(effect: Effect) -> float:
     """The size of an effect that was asked for without one: whole faults whole, else its sd."""
-    from footcal_cli.core.effects import TABLE
-
-    size = TABLE[name].size
+    size = effect.size
     whole = (size.lower, size.neutral, size.upper) == (0.0, 0.0, 1.0)
     return 1.0 if whole else size.neutral + size.prior_sd
 
@@ -335,7 +329,8 @@ def _truth(
     session: Session[SimulateOptions], scenario: Scenario, plans: Plans, robot: Biped | Hexapod
 ) -> TruthRecord:
     from footcal_cli.core.simulation.robots import Biped
-    from footcal_cli.records.results import EffectRecord, TruthRecord
+    from footcal_cli.records.effects import record_of_effect
+    from footcal_cli.records.results import TruthRecord
 
     assert session.options.experiment is not None
     on_cells = isinstance(robot, Biped)
@@ -356,7 +351,7 @@ def _truth(
         robot=asdict(robot),
         parameters=dict(scenario.values),
         effects=tuple(
-            EffectRecord(effect=item.effect.name, owners=dict(item.owners))
+            record_of_effect(item.effect, item.owners, session.recipe.effect)
             for item in scenario.chain.links
         ),
         noise=noise,

@@ -15,6 +15,7 @@ from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray, Status
 from footcal_cli.core.spatial import rotation_exp
 from footcal_cli.errors import UsageError
+from footcal_cli.records.effects import effect_of
 from footcal_cli.records.results import ParametersRecord
 
 MOUNTING = having(Trait.MOUNTING)
@@ -167,7 +168,7 @@ class Calibration:
     def matrix(self, name: str, effects: Collection[str]) -> FloatArray:
         """True wrench = matrix · (reading − offset) by some of `LINEAR`, shape (6, 6)."""
         links = [
-            Link(find_effect(item.effect), dict(item.owners))
+            Link(effect_of(item), dict(item.owners))
             for item in self.record.effects
             if item.effect in effects
         ]

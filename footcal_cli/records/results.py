@@ -10,6 +10,7 @@ from pydantic import Field, model_validator
 from footcal_cli.core.parameters import Estimates, FloatArray, Status
 from footcal_cli.core.quality import Finding
 from footcal_cli.errors import UsageError, nearest
+from footcal_cli.own_effects import OwnEffect
 from footcal_cli.records.files import Record, Versioned
 
 _LARGEST = 1e30
@@ -58,10 +59,14 @@ class Range(Record):
 
 
 class EffectRecord(Record):
-    """An effect that the calibration contains: its name in the table and who shares its values."""
+    """An effect that the calibration contains: its name and who shares its values.
+
+    `row` says what it is where it is an effect of the user's own.
+    """
 
     effect: str
     owners: dict[str, tuple[str, ...]]
+    row: OwnEffect | None = None
 
 
 class ParametersRecord(Versioned):

@@ -15,13 +15,14 @@ from footcal_cli.columns import cells_table
 from footcal_cli.core.bench.cop_models import corrected_cop_m
 from footcal_cli.core.bench.matrix import bias_of, mixing_of
 from footcal_cli.core.chain import Chain, Link, link
-from footcal_cli.core.effects import calibration_of, find_effect
+from footcal_cli.core.effects import calibration_of
 from footcal_cli.core.effects.contract import Trait
 from footcal_cli.core.effects.foot import CELL_POSITION
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.plausibility import check_total_force
 from footcal_cli.errors import UsageError
+from footcal_cli.records.effects import effect_of
 from footcal_cli.records.files import read_record
 from footcal_cli.records.results import (
     CopCorrectionRecord,
@@ -59,7 +60,7 @@ def _forces(
     else:
         log = log.with_readings(log.readings @ mixing.T + bias_of(values, log.channels))
     for item in record.effects:
-        effect = find_effect(item.effect)
+        effect = effect_of(item)
         if Trait.CALIBRATION in effect.traits:
             continue
         lacking = [name for name in effect.needs if name not in log.known]
@@ -118,7 +119,7 @@ def _calibration(session: Session[ApplyOptions], first: Table) -> _Calibration:
         for cell, at in spec.cells.items()
     }
     warmth = None
-    needs = [need for item in record.effects for need in find_effect(item.effect).needs]
+    needs = [need for item in record.effects for need in effect_of(item).needs]
     if "temperature_degc" in needs:
         values = {name: p.value for name, p in record.parameters.items()}
         warmth, half = temperature_range(record)

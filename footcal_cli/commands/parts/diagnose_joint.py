@@ -136,7 +136,8 @@ def _extended(
     """The calibration with the causes that all experiments agree on, at their common sizes."""
     from footcal_cli.commands.parts.calibration_record import CELLS, Conventions, calibration_record
     from footcal_cli.core.parameters import Status
-    from footcal_cli.records.results import EffectRecord, ParameterRecord
+    from footcal_cli.records.effects import record_of_effect
+    from footcal_cli.records.results import ParameterRecord
 
     given = session.parameters
     parameters = dict(given.parameters) if given is not None else {}
@@ -155,7 +156,7 @@ def _extended(
             owner: tuple(sorted(group))
             for owner, group in zip(_owners(item), item.cause.groups, strict=True)
         }
-        effects.append(EffectRecord(effect=item.cause.effect, owners=owners))
+        effects.append(record_of_effect(table[item.cause.effect], owners, session.recipe.effect))
         for number, owner in enumerate(owners):
             parameters |= _values(item, number, owner, table[item.cause.effect])
     conventions = CELLS

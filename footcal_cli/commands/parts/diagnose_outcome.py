@@ -223,7 +223,8 @@ def _extended(
     from footcal_cli.commands.parts.calibration_record import CELLS, Conventions, calibration_record
     from footcal_cli.commands.parts.diagnose_cases import baseline_of
     from footcal_cli.core.parameters import Status
-    from footcal_cli.records.results import EffectRecord, ParameterRecord
+    from footcal_cli.records.effects import record_of_effect
+    from footcal_cli.records.results import ParameterRecord
 
     given = baseline_of(session)
     parameters = dict(given.parameters) if given is not None else {}
@@ -250,7 +251,9 @@ def _extended(
         }
         for item in found.found:
             signature = item.cause.signature
-            effects.append(EffectRecord(effect=signature.effect, owners=dict(signature.owners)))
+            effects.append(
+                record_of_effect(item.effect, dict(signature.owners), session.recipe.effect)
+            )
         for name, unit in units.items():
             if name in found.model.values and name not in parameters:
                 parameters[name] = ParameterRecord(

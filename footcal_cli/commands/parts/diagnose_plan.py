@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 def planned(session: Session[DiagnoseOptions]) -> Outcome:
     """The menu for the rivals that were named, without any log."""
     from footcal_cli.core.diagnosis.menu import advice, menu_for
-    from footcal_cli.core.effects import TABLE
     from footcal_cli.records.diagnosis import NextExperimentRecord, PlanRecord
     from footcal_cli.records.results import VerdictRecord
     from footcal_cli.report import Report
@@ -32,13 +31,14 @@ def planned(session: Session[DiagnoseOptions]) -> Outcome:
     )
     from footcal_cli.sheets.diagnosis.words import together, words
 
+    table = session.table
     rivals = _rivals(session)
     names = tuple(dict.fromkeys(r.signature.effect for r in rivals))
     with session.step("plan"):
-        menu = menu_for(rivals, TABLE, _rig(session, [TABLE[n] for n in names]))
+        menu = menu_for(rivals, table, _rig(session, [table[n] for n in names]))
     chosen = experiment_record(menu)
     if chosen is None:
-        said = advice([TABLE[n] for n in names]) or "nothing in the table of effects"
+        said = advice([table[n] for n in names]) or "nothing in the table of effects"
         chosen = NextExperimentRecord(id="", kind="", words=said, between=names)
     asked = together(words(n) for n in names)
     return Outcome(
@@ -66,20 +66,16 @@ def planned(session: Session[DiagnoseOptions]) -> Outcome:
 def _rivals(session: Session[DiagnoseOptions]) -> tuple[Contender, ...]:
     """The effects to tell apart, with the sizes that a diagnosis gave them or their usual ones."""
     from footcal_cli.core.diagnosis.rehearsal import Contender
-    from footcal_cli.core.effects import TABLE
     from footcal_cli.core.inference.problem import Signature
-    from footcal_cli.errors import UsageError, nearest
+    from footcal_cli.errors import UsageError
+    from footcal_cli.records.effects import known_effect
 
     record = _diagnosis(session.request.logs)
     names = session.options.between
     if not names and record is not None and record.rivals:
         names = record.rivals[0]
     for name in names:
-        if name not in TABLE:
-            raise UsageError(
-                f"--between: no effect named '{name}'{nearest(name, list(TABLE))}",
-                remedy="see footcal effects",
-            )
+        known_effect(name, session.table, "--between")
     if len(names) < 2:
         raise UsageError(
             "--plan needs two effects to distinguish",
@@ -93,7 +89,7 @@ def _rivals(session: Session[DiagnoseOptions]) -> tuple[Contender, ...]:
         sizes[cause.effect] = {cause.parameter: cause.size, **cause.shape}
     found = []
     for name in names:
-        effect = TABLE[name]
+        effect = session.table[name]
         values = {p.name: p.neutral for p in effect.shapes}
         values |= sizes.get(name, {effect.size.name: effect.size.neutral + effect.size.prior_sd})
         found.append(Contender(Signature(name, effect.size.name, "", effect.size.unit), values))

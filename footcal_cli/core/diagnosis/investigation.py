@@ -21,6 +21,7 @@ from footcal_cli.core.diagnosis.engine import (
     look_alike,
     share_of,
 )
+from footcal_cli.core.diagnosis.floor import MOST, times_floor
 from footcal_cli.core.diagnosis.form import Form, form_of
 from footcal_cli.core.diagnosis.gain import Gain, gains_of, without_rivals
 from footcal_cli.core.diagnosis.growth import at_an_end, named_columns
@@ -51,8 +52,8 @@ class Found:
 
     Parameters
     ----------
-    cause
-        As the engine named it; its size after the refit.
+    cause, effect
+        As the engine named it, its size after the refit; and its row of the table.
     answer
         The diagnosis that it was named in.
     owner
@@ -64,6 +65,7 @@ class Found:
     """
 
     cause: Cause
+    effect: Effect
     answer: Diagnosis
     owner: str
     parameter_names: tuple[str, ...]
@@ -150,6 +152,8 @@ def investigate(
     verdict, share = Verdict.BAD_DATA, 0.0
     if not stopped:
         path, verdict, share = _searched(subject, path, rules, seed)
+        if verdict is Verdict.NONE and np.any(times_floor(case, rows, problem) >= MOST):
+            verdict = Verdict.UNKNOWN
     rounds, causes, model, current = path.rounds, path.causes, path.model, path.current
     found = _found(subject, path)
     named = verdict in _NAMING
@@ -281,6 +285,7 @@ def _found(subject: Subject, path: Path) -> tuple[Found, ...]:
         found.append(
             Found(
                 replace(cause, size=sizes[surest]),
+                effect,
                 answer,
                 surest,
                 tuple(model.names[i] for i in mine),

@@ -35,8 +35,8 @@ FIRST_LEARNING_S = 8.0
 
 
 @dataclass(frozen=True)
-class _Learnt:
-    """What the past has taught."""
+class Learnt:
+    """What the past has taught: delay, noise, and states that are not needed."""
 
     delay_s: float
     noise: Noise
@@ -73,19 +73,21 @@ def run_live(log: Log, belief: Belief, options: MemoryOptions | None = None) -> 
     options = options or MemoryOptions()
     size = options.samples_per_update
     updates = rows_of(log, belief, options).time_s
-    learnt = _Learnt(0.0, options.noise, None, ())
+    learnt = Learnt(0.0, options.noise, None, ())
     pieces: list[_Piece] = []
     for start, stop in pairwise(_edges(updates)):
         seen = log.rows(0, stop * size)
-        moved = advanced(seen, learnt.delay_s)
-        rows = _without(rows_of(moved, belief, options), learnt.unneeded)
+        ahead = log.rows(0, stop * size + ahead_of(log, learnt.delay_s))
+        rows = rows_by_then(ahead, stop, learnt, belief, options)
         track = run_filter(rows, learnt.noise, options.guards)
-        known = _past(track, start)
-        factor = repetition(known, gait_phase(moved, rows)[:start], rows.totals) if start else 1.0
+        factor = 1.0
+        if start:
+            known = _past(track, start)
+            factor = repeated_by_then(log, rows.part(0, start), known, options)
         pieces.append(_Piece(track.inflated(factor), start, stop, learnt.delay_s))
         last = learnt
         if stop < updates.size:
-            learnt = _learn(seen, rows, track, learnt, belief, options)
+            learnt = learn(seen, rows, track, learnt, belief, options)
     moved = advanced(log, last.delay_s)
     rows = _without(rows_of(moved, belief, options), last.unneeded)
     live = _joined(pieces, rows, last.delay_s)
@@ -98,6 +100,26 @@ def run_live(log: Log, belief: Belief, options: MemoryOptions | None = None) -> 
         rows, live, past, live.jumps, last.tuning, last.noise, factor, last.delay_s,
         delay_sd, moved,
     )  # fmt: skip
+
+
+def ahead_of(log: Log, delay_s: float) -> int:
+    """Samples after a row that it looks at: for a slope, and for a body that comes late."""
+    period_s = float(np.median(np.diff(log.time_s))) if len(log) > 1 else 1.0
+    return 2 + int(np.ceil(max(delay_s, 0.0) / period_s))
+
+
+def rows_by_then(
+    log: Log, updates: int, learnt: Learnt, belief: Belief, options: MemoryOptions
+) -> Rows:
+    """The first rows of a log with what had been learnt."""
+    moved = advanced(log, learnt.delay_s)
+    return _without(rows_of(moved, belief, options), learnt.unneeded).part(0, updates)
+
+
+def repeated_by_then(log: Log, rows: Rows, track: Track, options: MemoryOptions) -> float:
+    """How much the errors of these rows repeat, from the gait cycles that were whole by then."""
+    seen = log.rows(0, len(rows) * options.samples_per_update)
+    return repetition(track, gait_phase(seen, rows), rows.totals)
 
 
 def _edges(time_s: FloatArray) -> list[int]:
@@ -113,9 +135,9 @@ def _without(rows: Rows, names: Sequence[str]) -> Rows:
     return rows.without(np.isin(rows.names, names)) if names else rows
 
 
-def _learn(
-    seen: Log, rows: Rows, track: Track, learnt: _Learnt, belief: Belief, options: MemoryOptions
-) -> _Learnt:
+def learn(
+    seen: Log, rows: Rows, track: Track, learnt: Learnt, belief: Belief, options: MemoryOptions
+) -> Learnt:
     """Delay, noise and states from the log so far."""
     delay = learnt.delay_s
     if options.align and "robot.delay" in rows.names:
@@ -133,7 +155,7 @@ def _learn(
     first = run_filter(whole, noise, options.guards)
     factor = repetition(first, gait_phase(moved, whole), whole.totals)
     needed = believed(whole, noise, options.guards, factor).names
-    return _Learnt(delay, noise, tuning, tuple(n for n in whole.names if n not in needed))
+    return Learnt(delay, noise, tuning, tuple(n for n in whole.names if n not in needed))
 
 
 def _past(track: Track, updates: int) -> Track:

@@ -9,7 +9,6 @@ import numpy as np
 from footcal_cli.core.diagnosis.answer import EffectStatus
 from footcal_cli.core.diagnosis.gain import Gain
 from footcal_cli.core.diagnosis.investigation import Found, Investigation
-from footcal_cli.core.effects import find_effect
 from footcal_cli.core.inference.evidence import Interval
 from footcal_cli.report import number
 
@@ -71,7 +70,7 @@ def size_words(item: Found) -> str:
     """The sizes of an effect with interval and unit; of many owners the surest one's."""
     signature = item.cause.signature
     whose = f"surest in {item.owner}: " if len(signature.owners) > 1 else ""
-    if stated_as := find_effect(signature.effect).stated_as:
+    if stated_as := item.effect.stated_as:
         return f"{whose}{stated_as} {with_interval(item.cause.size, signature.unit)}"
     shapes = {name for name, _ in signature.shape}
     said: list[str] = []
@@ -91,7 +90,7 @@ def _size_name(parameter: str, effect: str) -> str:
 
 def shape_words(item: Found) -> str:
     """What shapes an effect, as it was fitted; with the size where another one is stated."""
-    effect = find_effect(item.cause.signature.effect)
+    effect = item.effect
     shapes = {name for name, _ in item.cause.signature.shape}
     shapes |= {effect.size.name} if effect.stated_as else set()
     units = {p.name: p.unit for p in effect.parameters}
