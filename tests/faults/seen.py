@@ -48,7 +48,7 @@ def _some_rows(log: pd.DataFrame, rng: Random, share: float) -> slice:
 def outliers(log: pd.DataFrame, rng: Random) -> pd.DataFrame:
     """One to eight samples of one channel read an end code, or many times its range."""
     name = _channel(log, rng)
-    values = log[name].to_numpy(dtype=float)
+    values = np.array(log[name], dtype=float)
     far = -(2.0**23) if name.endswith("_counts") else 50.0 * np.abs(values).max()
     values[rng.choice(len(values), int(rng.integers(1, 9)), replace=False)] = far
     return log.assign(**{name: values})
@@ -63,7 +63,7 @@ def gap(log: pd.DataFrame, rng: Random) -> pd.DataFrame:
 def stuck(log: pd.DataFrame, rng: Random) -> pd.DataFrame:
     """One channel repeats its reading for a quarter of the log."""
     name, rows = _channel(log, rng), _some_rows(log, rng, 0.25)
-    values = log[name].to_numpy(dtype=float)
+    values = np.array(log[name], dtype=float)
     values[rows] = values[rows.start]
     return log.assign(**{name: values})
 
