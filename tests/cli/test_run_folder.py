@@ -190,7 +190,6 @@ def _small_files() -> None:
     resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))
 
 
-@pytest.mark.skipif(os.geteuid() == 0 and shutil.which("setpriv") is None, reason="root may write")
 def test_a_real_disk_that_is_full(log: Path, tmp_path: Path) -> None:
     """A memory disk smaller than a run folder, where this user may mount one."""
     disk = tmp_path / "disk"
@@ -212,6 +211,7 @@ def test_a_real_disk_that_is_full(log: Path, tmp_path: Path) -> None:
         subprocess.run(["umount", disk], check=True)
 
 
+@pytest.mark.skipif(os.geteuid() == 0 and shutil.which("setpriv") is None, reason="root may write")
 def test_a_missing_permission_is_the_machine_s_fault(log: Path, tmp_path: Path) -> None:
     closed = tmp_path / "closed"
     closed.mkdir(mode=0o555)
