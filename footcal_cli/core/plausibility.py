@@ -88,7 +88,13 @@ def check_shares(
     good = np.isfinite(forces_n).all(axis=1) & np.isfinite(load_n)
     force, load = forces_n[good], load_n[good]
     count = len(cells)
-    if len(load) < 3 * count or not (np.ptp(force, axis=0) > 0).all() or not np.ptp(load) > 0:
+    # a plate that gives its CoP alone has no cells
+    if (
+        not count
+        or len(load) < 3 * count
+        or not (np.ptp(force, axis=0) > 0).all()
+        or not np.ptp(load) > 0
+    ):
         return []
     centre, size = force.mean(axis=0), force.std(axis=0)
     design = np.column_stack([(force - centre) / size, np.ones(len(load))])
