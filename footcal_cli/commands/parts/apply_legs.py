@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 from footcal_cli.columns import legs_table, poses_table
 from footcal_cli.commands.parts.pose_outcome import WRENCH_COLUMNS, calibration_of, mounting_of
 from footcal_cli.commands.parts.six_axis_logs import frames_of_tables, geometry_of, without_effects
+from footcal_cli.core.plausibility import check_total_force
 from footcal_cli.core.pose.data import pose_data
 from footcal_cli.core.pose.hanging import stored_knowledge
 from footcal_cli.core.pose.intake import pose_log
 from footcal_cli.core.pose.wrenches import foot_wrenches, naive_wrenches, tare_in_the_air
 from footcal_cli.errors import DataError, UsageError
-from footcal_cli.plots.feet import plot_feet
+from footcal_cli.plots.feet import plot_feet, plot_groups, stepping_together
 from footcal_cli.records.results import RmseRecord
 from footcal_cli.report import Picture, Report
 from footcal_cli.session import Outcome
@@ -77,6 +78,7 @@ def apply_legs(session: Session[ApplyOptions]) -> Outcome:
         coms = tuple(leg.com_m for leg in legs)
         tare = tare_in_the_air(geometry.rot_bt, offset, weight, coms)
         before = naive_wrenches(data, tare, calibration.origin_b_m)
+    session.note(check_total_force(after[..., 2].sum(axis=1), robot.weight_n, "all legs"))
     picture = Picture(
         "foot_wrenches",
         lambda: plot_feet(time_s, before, after, geometry.legs, "pose" if poses else "time (s)"),
@@ -84,6 +86,18 @@ def apply_legs(session: Session[ApplyOptions]) -> Outcome:
         "the air and the nominal mounting, blue calibrated. A lifted foot must show zero.",
         title="Wrench of the ground on each foot",
     )
+    pictures = [picture]
+    groups = stepping_together(data.phase_rad)
+    if not poses and 1 < len(groups) < len(geometry.legs):
+        pictures.append(
+            Picture(
+                "foot_wrenches_by_phase",
+                lambda: plot_groups(data.phase_rad, before, after, geometry.legs, groups),
+                "The same over the shaft angle, legs that step together in one column (compare "
+                "Wu & Revzen, Figs. 8 and 9).",
+                title="Wrench of the ground on each foot over the shaft angle",
+            )
+        )
     rejected = {
         reason: count
         for reason, count in (
@@ -118,7 +132,7 @@ def apply_legs(session: Session[ApplyOptions]) -> Outcome:
         report=Report(
             title=f"Foot wrenches of {robot.name}",
             verdict=sheets.verdict(stages, data, mounted),
-            pictures=(picture,),
+            pictures=tuple(pictures),
             sheets=(sheets.foot_sheet(stages, data),),
             footer=(
                 "Floating base: origin fixed in the body at the robot's CoM with all shafts at 0 "
