@@ -36,7 +36,7 @@ def _case(moved: tuple[int, ...] = (), gain: float = 1.0) -> Case:
     log = Log(
         "placements", CHANNELS, np.arange(54.0), counts,
         {
-            "load_n": load, "hole_m": HOLES[label[visit]], "hole": label[visit],
+            "load_n": load, "hole_m": HOLES[label[visit]], "hole": label[visit].astype(np.float64),
             "cell_pos_m": np.tile(CELLS, (54, 1, 1)),
         },
         visit,
