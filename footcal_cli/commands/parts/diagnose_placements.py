@@ -25,7 +25,6 @@ def read_placements(session: Session[DiagnoseOptions]) -> CaseRead:
         CaseRead,
         affine_parameters,
         chain_of,
-        known_before,
         needs_time,
         optional_column,
     )
@@ -109,7 +108,6 @@ def read_placements(session: Session[DiagnoseOptions]) -> CaseRead:
         tolerance_nm=session.options.tolerance_mm / 1000.0 * largest,
         alike=False,
         settings="round",
-        known=known_before(session, channels, values),
         groups={f"{foot}.{o}": o for foot in robot.feet for o in ("fz", "moment_x", "moment_y")},
     )
     case, elsewhere = relabelled(case)

@@ -22,12 +22,13 @@ MOST = 5.0
 
 
 def times_floor(case: Case, rows: Rows, problem: Problem) -> FloatArray:
-    """RMS residual of each output over its floor ``√(s² + mean(J C Jᵀ))``, shape (outputs,).
+    """RMS residual of each output over its floor ``√(s² + t² + mean(J C Jᵀ))``, shape (outputs,).
 
-    s is the innovation sd of the rows, C the covariance of what was known of the calibration; where
-    nothing was known, the residual is what the best calibration leaves.
+    s is the innovation sd of the rows, t the tolerance, C the covariance of what was known of the
+    calibration; where nothing was known, the residual is what the best calibration leaves.
     """
-    floor = noise_of(problem).whitener.sd ** 2
+    unit = np.maximum(_mean(problem.noise, problem), 1e-300)
+    floor = noise_of(problem).whitener.sd ** 2 + (problem.tolerance / unit) ** 2
     left = problem.residual
     if case.known is None:
         if problem.drifts:

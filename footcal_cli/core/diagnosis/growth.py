@@ -58,7 +58,9 @@ def grown_by_one(
         cause, fitted = decided(subject, causes, model, answer, seed, failed)
         needed, fitted = _needed(subject, [*causes, cause], fitted)
         sure = not causes or _is_sure(cause, subject.table[cause.signature.effect], fitted)
-        if cause in needed and len(needed) > len(causes) and sure:
+        if cause in needed and len(needed) > len(causes):
+            if not sure:
+                break
             return (needed, fitted), answer
         failed |= {cause.signature.effect, answer.causes[0].signature.effect}
         answer = diagnose(current, answer.rules, seed, start, failed)
