@@ -129,7 +129,7 @@ def test_late_stamps_are_no_gaps_and_lost_samples_among_them_are(period_s: float
         assert not check_clock(stamps, "body")
         lost = np.delete(stamps, slice(3000, 3008))
         (gap,) = check_clock(lost, "body")
-        assert gap.sentence.startswith("1 gaps")
+        assert gap.sentence.startswith("1 gap,")
     if period_s < 0.01:
         assert max(longest) > 3.5, "no interval was long: nothing was tested"
 
