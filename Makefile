@@ -73,6 +73,10 @@ blind: $(VENV)/.installed-dev  ## The sealed blind bench; resumable; writes docs
 		--rounds $(BLIND_ROUNDS) --workers $(BLIND_WORKERS) \
 		--out $(OUT)/blind --ledger $(OUT)/blind-ledger
 
+.PHONY: papers
+papers: $(VENV)/.installed-dev  ## Both source papers, table by table; writes docs/papers.md.
+	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.papers --out $(OUT)/papers
+
 .PHONY: faults
 faults: $(VENV)/.installed-dev  ## Bad inputs and injected faults; resumable; writes docs/reliability.md.
 	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.faults \

@@ -157,7 +157,7 @@ def _calibrate(session: Session[HangCalibOptions]) -> Outcome:
     return Outcome(
         report=Report(
             title=f"Hanging calibration of {session.recipe.robot.name}",
-            verdict=sheets.verdict(fits, residuals, options.method),
+            verdict=sheets.verdict(fits, residuals, runs, options.method),
             pictures=pictures,
             sheets=(
                 sheets.parameter_sheet(chosen),

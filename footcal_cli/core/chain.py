@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -33,6 +34,15 @@ class Link:
     def names(self) -> tuple[str, ...]:
         """Full parameter names, owner by owner."""
         return tuple(f"{o}.{p.name}" for o in self.owners for p in self.effect.parameters)
+
+    @cached_property
+    def _sizes(self) -> tuple[tuple[str, float], ...]:
+        """Full name and neutral value of every size."""
+        return tuple((f"{o}.{p.name}", p.neutral) for o in self.owners for p in self.effect.sizes)
+
+    def acting(self, values: Mapping[str, float]) -> tuple[str, ...]:
+        """Full names of the sizes that are not neutral; without any the link may be skipped."""
+        return tuple(n for n, neutral in self._sizes if values.get(n, neutral) != neutral)
 
     def theta(self, values: Mapping[str, float], units: Sequence[str]) -> Theta:
         """Spread flat values over the units; parameters without a value stay neutral."""
@@ -73,6 +83,15 @@ class Seen:
 
     def __init__(self) -> None:
         self._last: dict[str, tuple[Log, Theta, FloatArray]] = {}
+        self._remembers: dict[tuple[str, ...], bool] = {}
+
+    def remembers(self, chain: Chain, log: Log, values: Mapping[str, float]) -> bool:
+        """Whether what a chain makes of a row of the log depends on the rows before it."""
+        acting = tuple(name for item in chain.links for name in item.acting(values))
+        if acting not in self._remembers:
+            _, states = chain.remove(log.rows(0, 2), values)
+            self._remembers[acting] = any(state is not None for state in states.values())
+        return self._remembers[acting]
 
     def removed(self, effect: Effect, log: Log, theta: Theta) -> Log:
         """`Effect.remove` of the columns that differ from the last ones; exact."""
@@ -169,6 +188,8 @@ class Chain:
         order = range(len(self.links)) if forward else reversed(range(len(self.links)))
         for i in order:
             item = self.links[i]
+            if not item.acting(values):
+                continue
             theta = item.theta(values, units_of(item.effect.scope, log.channels))
             if is_neutral(item.effect, theta):
                 continue

@@ -9,7 +9,16 @@ import numpy as np
 from footcal_cli.core.bench.cop_study import FootStudy
 from footcal_cli.core.bench.placement_rows import PlacementRows, find_repeats
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.plots.style import AFTER, BAD, BEFORE, REFERENCE, log_axis, new_figure, tidy
+from footcal_cli.plots.style import (
+    AFTER,
+    BAD,
+    BEFORE,
+    REFERENCE,
+    legend_below,
+    log_axis,
+    new_figure,
+    tidy,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -94,4 +103,24 @@ def plot_corrections(found: FootStudy) -> Figure:
     log_axis(axes)
     tidy(axes, f"CoP error of {found.foot} by correction (diamond: chosen)", "RMSE (mm)", "")
     axes.legend(fontsize=8, frameon=False, loc="center left", bbox_to_anchor=(1.0, 0.5))
+    return figure
+
+
+def plot_total_force(found: FootStudy) -> Figure:
+    """Total force against the known load, and what is left of it (seed 1, Fig. 8)."""
+    figure = new_figure(3.2)
+    force, error = figure.subplots(1, 2)
+    series = [(found.rows.load_n, found.study.chosen.fit.total_n(found.rows), AFTER, "corrected")]
+    if found.before is not None:
+        before = found.before
+        series.insert(0, (before.load_n, before.total_n, BEFORE, "before"))
+    largest = float(np.nanmax(found.rows.load_n))
+    force.plot([0.0, largest], [0.0, largest], color=REFERENCE, linewidth=1.0, label="known load")
+    for load, total, colour, label in series:
+        force.plot(load, total, ".", color=colour, markersize=4, label=label)
+        error.plot(load, total - load, ".", color=colour, markersize=4)
+    error.axhline(0.0, color=REFERENCE, linewidth=0.8)
+    tidy(force, f"Vertical force, {found.foot} foot", "known load (N)", "sum of the cells (N)")
+    tidy(error, "its error", "known load (N)", "N")
+    legend_below(figure)
     return figure

@@ -34,7 +34,13 @@ _MOST_POSES = 600
 
 
 def plot_balance(stages: Mapping[str, FloatArray]) -> Figure:
-    """Violins of the sum of forces and of moments, stage by stage (seed 2, Figs. 2 and 6)."""
+    """Violins of the sum of forces and of moments, stage by stage (seed 2, Figs. 2 and 6).
+
+    Parameters
+    ----------
+    stages
+        Errors in the floating base about the robot's CoM, shape (P, 6) each.
+    """
     figure = new_figure(3.6)
     grid = figure.subplots(1, 2)
     width = 0.8 / len(stages)
@@ -48,12 +54,12 @@ def plot_balance(stages: Mapping[str, FloatArray]) -> Figure:
             draw_violins(axes, samples, places, colour, 0.95 * width)
         grid[0].plot([], [], color=colour, linewidth=6, alpha=0.75, label=stage)
     for axes, names, title, unit in (
-        (grid[0], "x y z", "Sum of forces − chassis weight", "N"),
-        (grid[1], "x y z", "Sum of moments about the chassis CoM", "Nm"),
+        (grid[0], "x y z", "Ground forces of all feet − robot weight", "N"),
+        (grid[1], "x y z", "Their moments about the robot's CoM", "Nm"),
     ):
         axes.axhline(0.0, color=REFERENCE, linewidth=0.7)
         axes.set_xticks(range(3), names.split())
-        tidy(axes, title, "body axis", f"error ({unit})")
+        tidy(axes, title, "axis of the floating base (z up, x ahead)", f"error ({unit})")
     figure.legend(*grid[0].get_legend_handles_labels(), loc="outside lower center", ncols=4,
                   frameon=False, fontsize=9)  # fmt: skip
     return figure

@@ -17,7 +17,10 @@ from footcal_cli.report import Sheet, number, with_sd
 Residuals = Mapping[str, Mapping[str, FloatArray]]
 """Stage -> leg -> residuals (n, 6)."""
 POOR_FORCE_N = 0.2
-"""Wu & Revzen reaches 0.2 N per axis when hanging; a larger sd deserves a warning."""
+"""Wu & Revzen reaches 0.2 N per axis when hanging; a larger sd deserves a warning …"""
+POOR_EXCESS = 3.0
+"""… where it is more than so many times the scatter from sample to sample."""
+_AS_NOISE = 1.5
 _LARGE_TILT_DEG = 10.0
 _UNEXPLAINED = 0.2
 """Share of the weight that may be left of the forces, where more than noise is left."""
@@ -96,8 +99,13 @@ def without_intervals(fit: StepwiseFit) -> Estimates:
     )
 
 
-def verdict(fits: Mapping[str, HangFit], residuals: Residuals, method: str) -> VerdictRecord:
-    """One sentence with the worst leg's leftover, and what is not seen."""
+def verdict(
+    fits: Mapping[str, HangFit],
+    residuals: Residuals,
+    runs: Mapping[str, Sequence[HangRun]],
+    method: str,
+) -> VerdictRecord:
+    """One sentence with the worst leg's residual, and what is not seen."""
     if method != "joint":
         return _plain_verdict(residuals, method)
     sd = {leg: float(left[:, :3].std(axis=0).max()) for leg, left in residuals["after"].items()}
@@ -122,11 +130,19 @@ def verdict(fits: Mapping[str, HangFit], residuals: Residuals, method: str) -> V
             f"{gaps[0].split(': ', 1)[1]}.",
             details=tuple(details),
         )
-    poor = sd[worst] > POOR_FORCE_N
+    excess = fits[worst].misfit(runs[worst])
+    poor = sd[worst] > POOR_FORCE_N and excess > POOR_EXCESS
+    compared = (
+        f"{number(excess, 2)} times the noise from sample to sample: something is not in the model"
+        if poor
+        else f"{number(excess, 2)} times the noise from sample to sample"
+        if excess > _AS_NOISE
+        else "as the noise from sample to sample allows"
+    )
+    which = "" if len(fits) == 1 else f" ({worst}, the worst of {len(fits)})"
     return VerdictRecord(
         level="warning" if poor else "good",
-        sentence=f"{'Hanging legs are explained only' if poor else 'Hanging legs are explained'} "
-        f"to {number(sd[worst], 2)} N sd per axis ({worst}, the worst of {len(fits)}).",
+        sentence=f"Forces fit to {number(sd[worst], 2)} N sd per axis{which}, {compared}.",
         details=tuple(details),
     )
 

@@ -19,7 +19,7 @@ from unittest import mock
 from footcal_cli.app import main
 from footcal_cli.commands import hang_calib
 from footcal_cli.commands.parts import bench_report
-from footcal_cli.report import Picture
+from footcal_cli.report import Drawn, Picture
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 BEFORE = "before.json"
@@ -108,7 +108,7 @@ def _undrawn() -> Iterator[None]:
     with (
         mock.patch.object(bench_report, "_weights_pictures", return_value=()),
         mock.patch.object(hang_calib, "_pictures", return_value=()),
-        mock.patch.object(Picture, "png", return_value=b""),
+        mock.patch.object(Picture, "drawn", return_value=Drawn(b"", "")),
     ):
         yield
 

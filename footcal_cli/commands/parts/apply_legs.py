@@ -17,7 +17,7 @@ from footcal_cli.core.pose.hanging import stored_knowledge
 from footcal_cli.core.pose.intake import pose_log
 from footcal_cli.core.pose.wrenches import foot_wrenches, naive_wrenches, tare_in_the_air
 from footcal_cli.errors import DataError, UsageError
-from footcal_cli.plots.feet import plot_feet
+from footcal_cli.plots.feet import plot_feet, plot_groups, stepping_together
 from footcal_cli.records.results import RmseRecord
 from footcal_cli.report import Picture, Report
 from footcal_cli.session import Outcome
@@ -84,6 +84,18 @@ def apply_legs(session: Session[ApplyOptions]) -> Outcome:
         "the air and the nominal mounting, blue calibrated. A lifted foot must show zero.",
         title="Wrench of the ground on each foot",
     )
+    pictures = [picture]
+    groups = stepping_together(data.phase_rad)
+    if not poses and 1 < len(groups) < len(geometry.legs):
+        pictures.append(
+            Picture(
+                "foot_wrenches_by_phase",
+                lambda: plot_groups(data.phase_rad, before, after, geometry.legs, groups),
+                "The same over the shaft angle, legs that step together in one column (compare "
+                "Wu & Revzen, Figs. 8 and 9).",
+                title="Wrench of the ground on each foot over the shaft angle",
+            )
+        )
     rejected = {
         reason: count
         for reason, count in (
@@ -118,7 +130,7 @@ def apply_legs(session: Session[ApplyOptions]) -> Outcome:
         report=Report(
             title=f"Foot wrenches of {robot.name}",
             verdict=sheets.verdict(stages, data, mounted),
-            pictures=(picture,),
+            pictures=tuple(pictures),
             sheets=(sheets.foot_sheet(stages, data),),
             footer=(
                 "Floating base: origin fixed in the body at the robot's CoM with all shafts at 0 "

@@ -268,7 +268,7 @@ def feet_part(feet: Sequence[FootStudy], robot: Robot) -> Part:
     import numpy as np
     import pandas as pd
 
-    from footcal_cli.plots.placements import plot_corrections, plot_error_map
+    from footcal_cli.plots.placements import plot_corrections, plot_error_map, plot_total_force
     from footcal_cli.records.results import VerdictRecord
     from footcal_cli.report import Picture
     from footcal_cli.sheets import placements as sheets
@@ -291,6 +291,15 @@ def feet_part(feet: Sequence[FootStudy], robot: Robot) -> Part:
                 title=f"Error of each CoP correction, {found.foot} foot",
             ),
         ]  # fmt: skip
+        if np.isfinite(found.rows.load_n).all() and found.rows.cells:
+            pictures.append(
+                Picture(
+                    f"total_force_{found.foot}", partial(plot_total_force, found),
+                    f"{found.foot}: sum of the cells against the weight that lay on the foot, and "
+                    "its error.",
+                    title=f"Total force against the known load, {found.foot} foot",
+                )
+            )  # fmt: skip
         cell = sheets.cell_sheet(found)
         tables += [sheets.correction_sheet(found), *([cell] if cell is not None else [])]
         tables.append(sheets.repeat_sheet(found))

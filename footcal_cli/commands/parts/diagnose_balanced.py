@@ -32,6 +32,7 @@ def read_balanced(session: Session[DiagnoseOptions]) -> CaseRead:
         affine_parameters,
         baseline_of,
         chain_of,
+        known_before,
         rows_where,
     )
     from footcal_cli.core.contact import airborne
@@ -97,6 +98,7 @@ def read_balanced(session: Session[DiagnoseOptions]) -> CaseRead:
         raw=_unfiltered(recordings) if kind == "walk" else None,
         directions=gain_and_bias(channels, values) if kind == "walk" else (),
         demand_noisy=kind == "walk",
+        known=known_before(session, channels, values),
         tolerance_stated=session.options.tolerance_n is not None,
         pieces=kind == "stand",
         least_noise={

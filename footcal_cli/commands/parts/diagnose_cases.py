@@ -118,6 +118,41 @@ def affine_parameters(channels: Sequence[str], values: dict[str, float]) -> tupl
     return tuple(found)
 
 
+_RCOND = 1e-14
+GAIN_MOVES, BIAS_MOVES_N, BIAS_MOVES = 0.01, 0.1, 0.003
+"""How far a calibration may have moved since it was made: its gain; its bias in newtons, and as a
+share of the largest load that it was fitted to."""
+
+
+def known_before(
+    session: Session[DiagnoseOptions], channels: Sequence[str], values: dict[str, float]
+) -> FloatArray | None:
+    """Precision with which scale and bias were known before these logs, shape (2c, 2c).
+
+    ``F = (1 + γ) F⁰ + β``: what the calibrating command reported, and γ, β by which it may have
+    moved since. None where there is no such calibration, or it was made from these very logs.
+    """
+    import numpy as np
+
+    from footcal_cli.core.inference.linear import scaled_inverse
+
+    record = session.parameters
+    names = [f"{channel}.{what}" for channel in channels for what in ("scale", "bias")]
+    if record is None or set(record.inputs.values()) & set(session.inputs.values()):
+        return None
+    if any(name not in record.parameters or not record.parameters[name].sd for name in names):
+        return None
+    covariance = np.array(record.covariance_of(tuple(names)))
+    for i, channel in enumerate(channels):
+        at = slice(2 * i, 2 * i + 2)
+        gain = GAIN_MOVES * np.array([values[f"{channel}.scale"], values[f"{channel}.bias"]])
+        fitted = record.fitted_range.get(channel, {}).get("load")
+        largest = 0.0 if fitted is None else max(abs(fitted.lowest), abs(fitted.highest))
+        bias = np.array([0.0, max(BIAS_MOVES_N, BIAS_MOVES * largest)])
+        covariance[at, at] += np.outer(gain, gain) + np.outer(bias, bias)
+    return scaled_inverse(covariance, _RCOND)
+
+
 def rows_where(log: Any, good: Any) -> Any:
     """A log's rows where everything is known."""
     return log.at(good)

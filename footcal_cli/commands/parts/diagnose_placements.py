@@ -5,8 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from footcal_cli.commands.diagnose import DiagnoseOptions
     from footcal_cli.commands.parts.diagnose_cases import CaseRead
+    from footcal_cli.core.diagnosis.labels import Elsewhere
     from footcal_cli.core.parameters import FloatArray
     from footcal_cli.core.quality import Finding
     from footcal_cli.records.results import ParametersRecord
@@ -22,9 +25,11 @@ def read_placements(session: Session[DiagnoseOptions]) -> CaseRead:
         CaseRead,
         affine_parameters,
         chain_of,
+        known_before,
         needs_time,
         optional_column,
     )
+    from footcal_cli.core.diagnosis.labels import relabelled
     from footcal_cli.core.experiments.placements import EXPERIMENT
     from footcal_cli.core.inference.case import Case
     from footcal_cli.core.log import Log
@@ -104,10 +109,32 @@ def read_placements(session: Session[DiagnoseOptions]) -> CaseRead:
         tolerance_nm=session.options.tolerance_mm / 1000.0 * largest,
         alike=False,
         settings="round",
+        known=known_before(session, channels, values),
         groups={f"{foot}.{o}": o for foot in robot.feet for o in ("fz", "moment_x", "moment_y")},
     )
+    case, elsewhere = relabelled(case)
+    findings += _labels_found(elsewhere)
     untested = {} if timed else needs_time(EXPERIMENT, "the rows have no time stamps")
     return CaseRead(case, findings, untested | _left_out_with(session, load))
+
+
+def _labels_found(elsewhere: Sequence[Elsewhere]) -> list[Finding]:
+    """Visits whose weight lay elsewhere than their label says, in words."""
+    from footcal_cli.core.quality import Finding
+
+    def place(at_m: FloatArray) -> str:
+        return f"({1000 * at_m[0]:.1f}, {1000 * at_m[1]:.1f}) mm"
+
+    return [
+        Finding(
+            "hole_elsewhere", "warning", one.foot,
+            f"{one.visits} of {one.of} visits to the hole {place(one.written_m)}: as if at "
+            + (f"the hole {place(one.nearest_m)}" if one.nearest_m is not None
+               else f"{place(one.seems_m)}, where no hole is in use"),
+            "put a weight into that hole once more, and correct the label of these visits",
+        )
+        for one in elsewhere
+    ]  # fmt: skip
 
 
 FEW_WEIGHTS = 3

@@ -15,13 +15,19 @@ from footcal_cli.commands.parts.six_axis_logs import (
 )
 from footcal_cli.core.pose.data import PoseData, pose_data
 from footcal_cli.core.pose.hanging import LegKnowledge, stored_knowledge
-from footcal_cli.core.pose.intake import pose_log
+from footcal_cli.core.pose.intake import Frames, pose_log
+from footcal_cli.core.quality import Finding
 from footcal_cli.errors import DataError, UsageError
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from footcal_cli.commands.pose_calib import PoseCalibOptions
     from footcal_cli.core.log import Log
     from footcal_cli.session import Session
+    from footcal_cli.tables import Table
+
+_MOST_NAMED = 8
 
 
 def read_poses(
@@ -45,15 +51,17 @@ def raw_poses(
     rejected: dict[str, int] = {}
     if tables:
         frames = frames_of_tables(tables, geometry.legs, "pose")
+        session.note(_poses_left_out(tables, frames))
     else:
         streams = session.read(legs_table(), "still")
         if not streams:
             session.read_required(poses_table(), role)
-        frames, rejected = steady_frames(
+        frames, rejected, told = steady_frames(
             streams,
             geometry.legs,
             (options.steady_rate_nps, options.steady_duration_s, options.steady_window_s),
         )
+        session.note(told)
     for reason, count in (
         ("a leg is missing or there twice", frames.incomplete),
         ("reading is not a number", frames.broken),
@@ -70,6 +78,27 @@ def raw_poses(
         leg_weight_n=np.array([leg.weight_n for leg in legs]),
     )
     return log, legs, rejected
+
+
+def _poses_left_out(tables: Sequence[Table], frames: Frames) -> list[Finding]:
+    """Which poses of a table were left out, by their names."""
+    if not frames.left_out.size:
+        return []
+    every = dict.fromkeys(
+        (i, name) for i, table in enumerate(tables) for name in table.text("pose").tolist()
+    )
+    names = [str(name) for _, name in every]
+    chosen = [names[int(code)] for code in frames.left_out[:_MOST_NAMED]]
+    count = frames.left_out.size
+    more = f" and {count - _MOST_NAMED} more" if count > _MOST_NAMED else ""
+    return [
+        Finding(
+            "poses_left_out", "note", tables[0].path.name,
+            "a leg is missing, there twice, or not a number; left out: "
+            f"{', '.join(chosen)}{more}",
+            "record every leg once per pose",
+        )
+    ]  # fmt: skip
 
 
 def known_legs(session: Session[Any]) -> tuple[LegKnowledge, ...]:

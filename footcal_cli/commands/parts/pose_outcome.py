@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -18,8 +18,14 @@ from footcal_cli.core.pose.joint import PoseFit
 from footcal_cli.core.pose.leg_map import LegMap
 from footcal_cli.core.pose.selection import Candidate
 from footcal_cli.core.pose.slow_noise import SlowNoise
+from footcal_cli.core.pose.stages import in_floating_base
 from footcal_cli.core.pose.standing import OffsetFit
-from footcal_cli.core.pose.wrenches import FootCalibration, foot_wrenches, reference_com_b_m
+from footcal_cli.core.pose.wrenches import (
+    FootCalibration,
+    foot_wrenches,
+    reference_com_b_m,
+    robot_com_b_m,
+)
 from footcal_cli.core.spatial import rotation_exp
 from footcal_cli.plots import pose as plots
 from footcal_cli.records.results import (
@@ -136,13 +142,20 @@ def mounting_outcome(session: Session[PoseCalibOptions], found: Found) -> Outcom
     rmse = RmseRecord(
         rows=sheets.rmse_rows(found.stages, found.held_out), rejected=dict(found.rejected)
     )
+    mounted = Mounted(found.fit.rot_bt, found.fit.arm_b_m)
+    calibration = calibration_of(found.data, mounted, found.fit.mounting.offset, found.legs)
+    share = calibration.leg_weight_n / found.data.robot_weight_n
+    com = robot_com_b_m(calibration, found.data, share)
     pictures = (
         Picture(
             "balance",
-            lambda: plots.plot_balance(found.stages),
-            "Sum of all wrenches on the chassis minus what its weight demands, one violin per "
-            "axis: zero if every transducer tells the truth.",
-            title="Balance of all wrenches on the chassis",
+            lambda: plots.plot_balance(
+                {name: in_floating_base(found.data, e, com) for name, e in found.stages.items()}
+            ),
+            "Sum of the ground's wrenches on all feet minus the robot's weight, in the floating "
+            "base about the robot's CoM: zero if every transducer tells the truth. Before: tare in "
+            "the air, nominal mounting (compare Wu & Revzen, Figs. 2 and 6).",
+            title="Sum of all foot wrenches against the robot's weight",
         ),
         Picture(
             "mounting",
@@ -176,8 +189,6 @@ def mounting_outcome(session: Session[PoseCalibOptions], found: Found) -> Outcom
         found.slow,
         contradicted,
     )
-    mounted = Mounted(found.fit.rot_bt, found.fit.arm_b_m)
-    calibration = calibration_of(found.data, mounted, found.fit.mounting.offset, found.legs)
     return Outcome(
         report=Report(
             title=f"Standing calibration of {session.recipe.robot.name}",
@@ -198,7 +209,10 @@ def mounting_outcome(session: Session[PoseCalibOptions], found: Found) -> Outcom
         ),
         rmse=rmse,
         parameters=_parameters(session, found.fit.estimates(), found.data),
-        files={"wrenches.parquet": wrench_writer(found.data, calibration)},
+        files={
+            "wrenches.parquet": wrench_writer(found.data, calibration),
+            "models.parquet": _models_writer(found.candidates),
+        },
         usable=found.fit.converged,
     )
 
@@ -298,6 +312,30 @@ def _parameters(
         effects=old.effects,
         earlier_inputs=old.inputs,
     )
+
+
+def _models_writer(candidates: Sequence[Candidate]) -> Callable[[Path], None]:
+    """Writes which mounting errors the evidence asks for, the chosen model first."""
+
+    def write(path: Path) -> None:
+        import pandas as pd
+
+        from footcal_cli.tables import write_parquet
+
+        rows = [
+            {
+                "model": candidate.structure.name.lower(),
+                "freedom": candidate.freedom,
+                "cv_error": candidate.cv_error,
+                "bic_paper": candidate.bic_paper,
+                "cv_chi2": candidate.cv_chi2,
+                "bic": candidate.bic,
+            }
+            for candidate in candidates
+        ]
+        write_parquet(pd.DataFrame(rows), path)
+
+    return write
 
 
 def wrench_writer(data: PoseData, calibration: FootCalibration) -> Callable[[Path], None]:

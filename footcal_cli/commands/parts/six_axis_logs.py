@@ -17,10 +17,12 @@ from footcal_cli.core.pose.data import Geometry
 from footcal_cli.core.pose.intake import Frames, frames_of
 from footcal_cli.core.pose.steady import (
     SteadyRule,
+    Stretch,
     Verdict,
     medians,
     steady_stretches,
 )
+from footcal_cli.core.quality import Finding
 from footcal_cli.core.spatial import rotation_of_rpy
 from footcal_cli.errors import DataError, UsageError
 from footcal_cli.records.effects import effect_of
@@ -33,6 +35,9 @@ if TYPE_CHECKING:
 WRENCH_COLUMNS = tuple(f"{a}_{'n' if a.startswith('f') else 'nm'}" for a in AXES)
 QUATERNION_COLUMNS = tuple(f"body_q{a}" for a in "xyzw")
 _EVEN = 0.5
+_MOST_NAMED = 8
+_NAMED_SHARE = 0.2
+"""A stretch shorter than this share of a pose was never meant as one."""
 
 
 def geometry_of(legs: Mapping[str, Leg], chassis_com_b_m: Sequence[float]) -> Geometry:
@@ -78,10 +83,11 @@ def frames_of_tables(tables: Sequence[Table], legs: Sequence[str], key: str) -> 
 
 def steady_frames(
     tables: Sequence[Table], legs: Sequence[str], rule: tuple[float, float, float]
-) -> tuple[Frames, dict[str, int]]:
-    """Poses cut from stand-still streams, and discarded stretches by reason."""
+) -> tuple[Frames, dict[str, int], list[Finding]]:
+    """Poses cut from stand-still streams; discarded stretches by reason, and which they are."""
     kept: list[dict[str, FloatArray]] = []
     rejected: dict[str, int] = {}
+    told: list[Finding] = []
     incomplete = broken = 0
     for table in tables:
         frames = frames_of_tables([table], legs, "time_s")
@@ -98,11 +104,34 @@ def steady_frames(
             if stretch.verdict is not Verdict.KEPT:
                 name = f"stretch discarded: {stretch.verdict.value}"
                 rejected[name] = rejected.get(name, 0) + 1
+        told += _poses_left_out(table.path.name, time_s, stretches, rule[1])
         kept.append({name: medians(values, stretches) for name, values in columns.items()})
     if not kept:
-        return Frames(np.zeros(0), {}, incomplete, broken), rejected
+        return Frames(np.zeros(0), {}, incomplete, broken), rejected, told
     joined = {name: np.concatenate([part[name] for part in kept]) for name in kept[0]}
-    return Frames(np.arange(len(joined["phase_rad"])), joined, incomplete, broken), rejected
+    frames = Frames(np.arange(len(joined["phase_rad"])), joined, incomplete, broken)
+    return frames, rejected, told
+
+
+def _poses_left_out(
+    file: str, time_s: FloatArray, stretches: Sequence[Stretch], least_s: float
+) -> list[Finding]:
+    """Which quiet stretches of a stream did not become a pose; the moving ones are no poses."""
+    short = [
+        s for s in stretches
+        if s.verdict is Verdict.TOO_SHORT and s.duration_s > _NAMED_SHARE * least_s
+    ]  # fmt: skip
+    if not short:
+        return []
+    named = [f"{time_s[s.start]:.1f}–{time_s[s.stop - 1]:.1f} s" for s in short[:_MOST_NAMED]]
+    more = f" and {len(short) - _MOST_NAMED} more" if len(short) > _MOST_NAMED else ""
+    return [
+        Finding(
+            "poses_left_out", "note", file,
+            f"quiet for no longer than {least_s:g} s and left out: {', '.join(named)}{more}",
+            f"stand still for more than {least_s:g} s in each pose",
+        )
+    ]  # fmt: skip
 
 
 _OWN = having(Trait.CALIBRATION, Trait.MOUNTING, Trait.HUNG)

@@ -68,6 +68,7 @@ def problem_from(
         covariates=covariates,
         excluded=library.excluded,
         calibration_turn=turn,
+        known=known_of(case, turn),
         tracking=tracking,
         alike=case.alike,
         drifts=case.drifts,
@@ -95,6 +96,13 @@ def calibration_of(
     if ideal.drifts and ideal.directions:
         return direction_columns(ideal, rows), None
     return calibration_columns(ideal, rows, within)
+
+
+def known_of(case: Case, turn: FloatArray | None) -> FloatArray | None:
+    """Precision known beforehand of what each calibration column turns, shape (p, p)."""
+    if case.drifts:  # a calibration that is tracked, or free in every block, has a prior of its own
+        return None
+    return None if case.known is None or turn is None else turn.T @ case.known @ turn
 
 
 def numbered(calibration: FloatArray) -> tuple[str, ...]:

@@ -19,6 +19,7 @@ from footcal_cli.core.inference.signatures import SWITCHES
 from footcal_cli.core.parameters import FloatArray
 
 _HALF = 0.5  # a switch that is not even half on is off
+_SURE = 2.0
 _NOTHING = 0.05  # p from which sizes may all be nothing: what was named has passed harder tests
 _RCOND = 1e-9
 
@@ -56,7 +57,8 @@ def grown_by_one(
             break
         cause, fitted = decided(subject, causes, model, answer, seed, failed)
         needed, fitted = _needed(subject, [*causes, cause], fitted)
-        if cause in needed and len(needed) > len(causes):
+        sure = not causes or _is_sure(cause, subject.table[cause.signature.effect], fitted)
+        if cause in needed and len(needed) > len(causes) and sure:
             return (needed, fitted), answer
         failed |= {cause.signature.effect, answer.causes[0].signature.effect}
         answer = diagnose(current, answer.rules, seed, start, failed)
@@ -101,6 +103,20 @@ def _needed(
         if n not in subject.case.values and n.rsplit(".", 1)[1] in names
     }  # fmt: skip
     return kept, subject.refitted(kept, start)
+
+
+def _is_sure(cause: Cause, effect: Effect, fitted: Refit) -> bool:
+    """Whether a further cause is `_SURE` times its 95 % interval away from nothing.
+
+    Beside a foreign form of the first cause some size of some other effect always fits a little
+    better; the linear proxy is family-wise sure of it, the refit of both is not.
+    """
+    neutral = next(p.neutral for p in effect.parameters if p.name == cause.signature.parameter)
+    mine = [
+        interval for name, interval in zip(fitted.names, fitted.intervals, strict=True)
+        if name.rsplit(".", 1)[1] == cause.signature.parameter
+    ]  # fmt: skip
+    return not mine or any(abs(i.value - neutral) >= _SURE * 0.5 * (i.high - i.low) for i in mine)
 
 
 def _is_something(cause: Cause, effect: Effect, fitted: Refit) -> bool:

@@ -21,6 +21,7 @@ from footcal_cli.core.diagnosis.engine import (
     look_alike,
     share_of,
 )
+from footcal_cli.core.diagnosis.floor import MOST, times_floor
 from footcal_cli.core.diagnosis.form import Form, form_of
 from footcal_cli.core.diagnosis.gain import Gain, gains_of, without_rivals
 from footcal_cli.core.diagnosis.growth import at_an_end, named_columns
@@ -151,6 +152,8 @@ def investigate(
     verdict, share = Verdict.BAD_DATA, 0.0
     if not stopped:
         path, verdict, share = _searched(subject, path, rules, seed)
+        if verdict is Verdict.NONE and np.any(times_floor(case, rows, problem) >= MOST):
+            verdict = Verdict.UNKNOWN
     rounds, causes, model, current = path.rounds, path.causes, path.model, path.current
     found = _found(subject, path)
     named = verdict in _NAMING

@@ -34,6 +34,8 @@ class Library:
         Candidates with enough visible fraction, shape (k,).
     local
         Candidates that act on a single one of many places (a hole), shape (k,).
+    likeness
+        Number of independent tests that the candidates count as, where known beforehand (0: not).
     """
 
     problem: Problem
@@ -45,6 +47,7 @@ class Library:
     between: BoolArray
     testable: BoolArray
     local: BoolArray
+    likeness: float = 0.0
 
     @cached_property
     def products(self) -> FloatArray:

@@ -12,11 +12,12 @@ from footcal_cli.core.diagnosis.library import Library
 from footcal_cli.core.diagnosis.pairs import likely_pairs
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.search import search
+from footcal_cli.core.diagnosis.weighing import alike_as
 from footcal_cli.core.inference.evidence import sign_patterns, smallest_p
 from footcal_cli.core.inference.grams import Grams, whitened_grams
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.scores import coefficients
-from footcal_cli.core.inference.whitening import Noise
+from footcal_cli.core.inference.whitening import Noise, has_single_rows
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
 
@@ -78,7 +79,7 @@ def nested_losses(
     """
     blocks = lib.grams.blocks
     fold = folds_of(_alike_blocks(lib.grams), rules.most_folds)
-    searched = replace(lib, grams=lib.grams.without_features)
+    searched = replace(lib, grams=lib.grams.without_features, likeness=_likeness(lib, rules))
     picks = [
         _pair_without(searched, fold != f, rules)
         if pair
@@ -103,6 +104,14 @@ def nested_losses(
         loss[mine] = np.einsum("i,obij,j->bo", weights, own, weights)
     effects = tuple(frozenset(lib.problem.signatures[i].effect for i in pick) for pick in picks)
     return Nested(fold, effects, loss)
+
+
+def _likeness(lib: Library, rules: Rules) -> float:
+    """Of all blocks: a fold less changes nothing of it, and it is the most work of a search."""
+    if lib.problem.settings is None and not has_single_rows(lib.problem):
+        return 0.0
+    tested = lib.grams.candidates[lib.testable & ~lib.between & ~lib.local]
+    return alike_as(lib.grams, lib.grams.calibration, tested, rules.alpha_name)
 
 
 def folds_of(kind: IntArray, most: int) -> IntArray:

@@ -110,7 +110,8 @@ def together(subject: Subject, path: Path, pair: tuple[int, int], seed: int) -> 
     None where one of the two does not stand beside the other.
     """
     baseline = path.rounds[0]
-    rules = replace(baseline.rules, later_share=baseline.rules.pair_share)
+    least = baseline.rules.pair_share
+    rules = replace(baseline.rules, later_share=least, second_share=least)
     first = _best_beside(subject, _cause(baseline.library, pair[0]), rules, seed)
     second = None if first is None else _best_beside(subject, first[0][-1], rules, seed)
     if first is None or second is None:

@@ -56,9 +56,12 @@ class Rules:
         full too; so many at most.
     smallest_gain
         Held-out share of the squared error an accepted effect must remove.
-    later_share
+    second_share
         Share of what the causes before it have removed that a later one must remove; less may be
-        what the first one's form gets wrong. Curves without a name that remove more beside the
+        what the first one's form gets wrong: no foreign form of an effect is nearer to the table's
+        (POSTERIOR.md, form error).
+    later_share
+        Curves without a name that remove more beside the
         named causes (p < `alpha_form`) make them unknown, as do sizes of single cells held at zero
         that would remove more with a sign that their cause cannot have; linear mixtures beside
         linear names if those explain less than `share_form`, and so do other curves of an axis
@@ -114,6 +117,7 @@ class Rules:
     contender_share: float = 0.5
     most_contenders: int = 6
     smallest_gain: float = 0.01
+    second_share: float = 0.25
     later_share: float = 0.1
     pair_share: float = 0.02
     share_pair: float = 0.99
@@ -150,7 +154,7 @@ class Rules:
             f"polynomial against a knee, must lose {self.other_form:.0%} too "
             f"({self.wrong_form:.0%} where the best one leaves something, "
             f"p < {self.alpha_left:g}); "
-            f"smallest gain {self.smallest_gain:.0%}, of a later cause {self.later_share:.0%} of "
+            f"smallest gain {self.smallest_gain:.0%}, of a later cause {self.second_share:.0%} of "
             f"the gain before it; where that ends unknown {self.most_pairs} pairs are tried, each "
             f"of the two removing {self.pair_share:.0%} with the other in the model, both "
             f"explaining "

@@ -159,9 +159,12 @@ def _next_step(
             continue
         before = max(start_loss - float(loss.sum()), 0.0)
         touched = _touched(lib.problem, lib.index(int(evidence.best[c])))
-        needed = max(rules.smallest_gain * touched * float(loss.sum()), rules.later_share * before)
+        needed = max(rules.smallest_gain * touched * float(loss.sum()), rules.second_share * before)
         plain = evidence.plain_gain[:, c]
         earned = min(sign_flip_mean(evidence.gain[:, c], signs), sign_flip_mean(plain, signs))
+        if lib.local[lib.index(int(evidence.best[c]))]:
+            # one of many places: two visits have no signs to flip, the others' scatter judged them
+            earned = float(evidence.p[c])
         total_loss = max(float(loss.sum()), 1e-300)
         bought = (
             f"{plain.sum() / total_loss:.1%} of the squared error on blocks it was not fitted to"

@@ -8,7 +8,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from footcal_cli.core.diagnosis.answer import Cause
-from footcal_cli.core.diagnosis.bridge import Describe, calibration_of, numbered, problem_from
+from footcal_cli.core.diagnosis.bridge import (
+    Describe,
+    calibration_of,
+    known_of,
+    numbered,
+    problem_from,
+)
 from footcal_cli.core.effects.contract import Effect
 from footcal_cli.core.inference.case import Case, Rows
 from footcal_cli.core.inference.linear import unit_columns
@@ -72,6 +78,7 @@ class Subject:
             calibration=calibration,
             calibration_names=numbered(calibration),
             calibration_turn=turn,
+            known=known_of(self.case, turn),
             accepted=self._accepted(model, causes),
             columns=self.problem.columns[:, :0],
             signatures=(),

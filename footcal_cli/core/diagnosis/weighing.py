@@ -79,8 +79,8 @@ def weigh(lib: Library, base: IntArray, signs: FloatArray, rules: Rules, seed: i
     test = sign_flip_max_t(found.score[:, within], signs)
     t[within], p[within] = test.t, np.minimum(split * test.p, 1.0)
     if partial.size:
-        many = alike_as(grams, base, grams.candidates[partial], rules.alpha_name / split)
-        single = _partial_p(lib, found, partial, t, informative, base.size, many)
+        level = rules.alpha_name / split
+        single = _partial_p(lib, found, partial, t, informative, base, level)
         p[partial] = np.minimum(p[partial], split * single)
     if between.size and grams.blocks >= 4:
         apart = between_blocks(lib, base, grams.candidates[between], seed)
@@ -140,21 +140,23 @@ def _partial_p(
     partial: IntArray,
     t: FloatArray,
     informative: FloatArray,
-    fitted: int,
-    many: float,
+    base: IntArray,
+    level: float,
 ) -> FloatArray:
     """Family-wise p of candidates that a part of the blocks knows of.
 
-    They count as so `many` independent ones (`alike_as`), where what scatters is normal.
+    Where what scatters is normal, they count as so many independent ones as they are alike to.
 
     Blocks that are parts of settings are white once that is accounted for: how far their scores
     scatter is then known from all of them together, not from the few that know of one candidate.
     """
-    if has_single_rows(lib.problem):
-        single = single_rows_p(lib.problem, found, fitted)[partial]
-        return np.asarray(np.minimum(many * single, 1.0))
-    if lib.problem.settings is None:
+    single_rows = has_single_rows(lib.problem)
+    if lib.problem.settings is None and not single_rows:
         return np.asarray(partial.size * student_p(t[partial], informative[partial]))
+    many = lib.likeness or alike_as(lib.grams, base, lib.grams.candidates[partial], level)
+    if single_rows:
+        single = single_rows_p(lib.problem, found, base.size)[partial]
+        return np.asarray(np.minimum(many * single, 1.0))
     score, information = found.score[:, partial], found.information[:, partial]
     return local_max_t(score, information, many)[1]
 

@@ -7,19 +7,20 @@ from dataclasses import replace
 import numpy as np
 
 from footcal_cli.core.inference.grams import Grams
-from footcal_cli.core.inference.linear import least_squares
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.parameters import FloatArray
 
 _SWOLLEN = 0.25  # of an output's squared error is left beside a candidate: the rest was no noise
 _LEAST = 1e-6
-_RCOND = 1e-10
 
 
 def yardsticks(problem: Problem, grams: Grams) -> tuple[FloatArray, FloatArray]:
     """Visible fraction and smallest size that matters of each candidate, shape (k,) each."""
     if problem.tracking is None:
         left = problem.left()
+        if problem.known is not None:
+            # what matters is what the calibration in use makes of an effect
+            return problem.visible(left), problem.smallest_sizes(problem.columns)
         return problem.visible(left), _smallest_sizes(problem, left)
     smallest = np.full(len(problem.signatures), np.inf)
     for o in range(len(problem.outputs)):
@@ -49,8 +50,7 @@ def _smallest_sizes(problem: Problem, left: FloatArray) -> FloatArray:
 
 def _left_of_noise(problem: Problem, left: FloatArray) -> FloatArray:
     """Share of the squared error of each output that is left beside each candidate, (o, k)."""
-    fitted = problem.fitted
-    error = problem.residual - fitted @ least_squares(fitted, problem.residual, _RCOND)
+    error = problem.left_of(problem.residual)
     size = left.T @ error / np.maximum(np.einsum("mk,mk->k", left, left), 1e-300)
     shares = np.ones((len(problem.outputs), left.shape[1]))
     for o in range(len(problem.outputs)):

@@ -310,7 +310,7 @@ TEMPERATURE_BIAS = Effect(
 
 SIGN_FLIP = Effect(
     name="sign_flip",
-    traits=(Trait.SMALL_CELL,),
+    traits=(Trait.SMALL_CELL, Trait.WHOLE),
     stage=Stage.CELL,
     scope=Scope.CHANNEL,
     parameters=(EffectParameter("sign_flip", "-", 0.0, 0.0, 1.0, 0.3),),

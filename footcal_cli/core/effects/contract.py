@@ -104,6 +104,7 @@ class Trait(StrEnum):
     LOW_PASS = "a low-pass, known in its first order only"
     TIMED = "needs time stamps"
     SWITCH = "on or off: differentiated at the swapped readings, a whole one looks like −1"
+    WHOLE = "on or off, and as steep in its size at none: half a one is none"
     UNGRADED = "no size to differentiate by; looked for among the raw data"
     SYMMETRIC = "two shapes that may change places"
     SMALL_CELL = "said of load cells; its shapes are those of cells of some newtons"

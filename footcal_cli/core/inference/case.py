@@ -67,6 +67,9 @@ class Case:
         filtered.
     tolerance_stated
         Whether the user said what matters: a usual imperfection is then no larger.
+    known
+        Precision with which the calibration was known before these logs, in the order of
+        `calibration`, shape (p, p); None where these logs alone say what it is.
     """
 
     experiment: Experiment
@@ -90,6 +93,7 @@ class Case:
     reading_noise_n: float = 0.0
     raw: Series | None = None
     tolerance_stated: bool = False
+    known: FloatArray | None = None
 
     @cached_property
     def judged(self) -> tuple[Log, ...]:
@@ -155,7 +159,7 @@ def residual(
     for i in range(len(case.logs)) if only is None else only:
         here = rows.log == i
         log = case.logs[i]
-        if case.stride > 1 and not _remembers(used, log, values):
+        if case.stride > 1 and not case.seen[i].remembers(used, log, values):
             judged, _ = used.remove(case.judged[i], values)
         else:
             judged = _judged(case, i, used.truth(log, values, case.seen[i]))
@@ -172,12 +176,6 @@ def _judged(case: Case, number: int, truth: Log) -> Log:
     if case.stride > 1 and truth.known is log.known and truth.time_s is log.time_s:
         return case.judged[number].with_readings(truth.readings[:: case.stride])
     return every(truth, case.stride)
-
-
-def _remembers(chain: Chain, log: Log, values: Mapping[str, float]) -> bool:
-    """Whether what the chain makes of a row depends on others, so that it must see all rows."""
-    _, states = chain.remove(log.rows(0, 2), values)
-    return any(state is not None for state in states.values())
 
 
 def every(log: Log, stride: int) -> Log:

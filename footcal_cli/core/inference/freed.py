@@ -57,15 +57,16 @@ def freed_of(effect: Effect, signature: Signature) -> list[Freed]:
 def seen(freed: Sequence[Freed], problem: Problem, columns: FloatArray) -> list[Freed]:
     """Named sizes, their other axes where visible, and shapes that data tell from the sizes."""
     freed = list(freed)
-    sizes = _sizes_seen(freed, problem, columns)
-    basis = np.hstack([problem.calibration, columns[:, sizes]])
+    calibration, columns = _beside_what_is_known(problem, columns)
+    sizes = _sizes_seen(freed, problem, calibration, columns)
+    basis = np.hstack([calibration, columns[:, sizes]])
     kept = []
     for i, item in enumerate(freed):
         if not item.is_shape and not sizes[i]:
             continue
         if item.is_shape:
             whole = columns[:, i]
-            alone = left_by(problem.calibration, whole, _RCOND)
+            alone = left_by(calibration, whole, _RCOND)
             left = left_by(basis, whole, _RCOND)
             if left @ left < _SHAPE_SEEN**2 * (alone @ alone):
                 continue
@@ -73,16 +74,29 @@ def seen(freed: Sequence[Freed], problem: Problem, columns: FloatArray) -> list[
     return kept
 
 
-def _sizes_seen(freed: Sequence[Freed], problem: Problem, columns: FloatArray) -> list[bool]:
+def _beside_what_is_known(problem: Problem, columns: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Calibration and columns with a row for each thing that was known of the calibration."""
+    if problem.known is None:
+        return problem.calibration, columns
+    values, vectors = np.linalg.eigh(problem.known)
+    known = np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T
+    nothing = np.zeros((len(known), columns.shape[1]))
+    return np.vstack([problem.calibration, known]), np.vstack([columns, nothing])
+
+
+def _sizes_seen(
+    freed: Sequence[Freed], problem: Problem, calibration: FloatArray, columns: FloatArray
+) -> list[bool]:
     """Named sizes, and other axes that these data tell from the named ones and from each other.
 
     An axis that carries nothing but noise would be given the gain that makes its noise small; one
     that differs from the rest only by what does not repeat between settings would be given any.
     """
     named = [f.named and not f.is_shape for f in freed]
-    fitted = [problem.calibration, columns[:, named]]
+    fitted = [calibration, columns[:, named]]
     if problem.settings is not None:
-        fitted.append(problem.settings.spread)
+        spread = problem.settings.spread
+        fitted.append(np.pad(spread, ((0, len(columns) - len(spread)), (0, 0))))
     basis = orthonormal(np.hstack(fitted), _RANK)
     usual = np.array([f.parameter.prior_sd for f in freed])
     left = columns - basis @ (basis.T @ columns)

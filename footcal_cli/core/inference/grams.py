@@ -165,6 +165,13 @@ def whitened_grams(
         within = partial_out(rows, numbers[2], np.full(numbers[2].size, _FREE))
         suspects = numbers[3] if problem.pieces else numbers[3][:0]
         inner = partial_out(rows, numbers[2], variance_beside(rows, base, numbers[2], suspects))
+        if problem.known is not None:
+            # what is known beforehand, in equal shares, so that a fold less is a little less of it
+            own = np.ix_(np.arange(problem.blocks), numbers[0], numbers[0])
+            inner[own] += problem.known / problem.blocks
+            within[own] += problem.known / problem.blocks
+            if counted:
+                plain[own] += problem.known / problem.blocks
     return (
         Grams(
             inner=inner,

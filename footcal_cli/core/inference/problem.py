@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from footcal_cli.core.inference.linear import least_squares
+from footcal_cli.core.inference.linear import least_squares, scaled_inverse
 from footcal_cli.core.inference.lines import Series, Traces
 from footcal_cli.core.inference.settings import Settings
 from footcal_cli.core.inference.tracking import Tracking
@@ -115,6 +115,9 @@ class Problem:
     raw
         Channels as they were recorded where they should show nothing but noise, if the rows are
         filtered or thinned out.
+    known
+        Precision with which the coefficients of `calibration` were known before, about none,
+        shape (p, p); None where these rows alone say what they are.
     usual, usual_of
         Columns of the experiment's usual imperfections, fitted with the calibration but common to
         all blocks, in usual sizes, shape (m, u), and what they are.
@@ -146,6 +149,7 @@ class Problem:
     least: FloatArray | None = None
     traces: Traces | None = None
     raw: Series | None = None
+    known: FloatArray | None = None
     usual: FloatArray | None = None
     usual_of: tuple[Signature, ...] = ()
 
@@ -244,9 +248,8 @@ class Problem:
 
     def left(self) -> FloatArray:
         """What calibration and accepted effects cannot absorb of each candidate, shape (m, k)."""
-        fitted = self.fitted
         if not self.drifts:
-            return np.asarray(self.columns - fitted @ least_squares(fitted, self.columns, _RCOND))
+            return self.left_of(self.columns)
         left = self.columns.copy()
         extra = self.shared
         for b in range(self.blocks):
@@ -260,10 +263,25 @@ class Problem:
             else left
         )
 
+    def left_of(self, target: FloatArray) -> FloatArray:
+        """What a calibration that all blocks share leaves of columns, shape (m, k) or (m,)."""
+        fitted = self.fitted
+        if self.known is None:
+            return np.asarray(target - fitted @ least_squares(fitted, target, _RCOND))
+        products = fitted.T @ fitted
+        own = np.arange(len(self.known))
+        products[np.ix_(own, own)] += self.known
+        known = scaled_inverse(products, _RCOND) @ (fitted.T @ target)
+        return np.asarray(target - fitted @ known)
+
     def visible(self, left: FloatArray) -> FloatArray:
-        """Share of each candidate's RMS that calibration cannot absorb, shape (k,)."""
+        """Share of each candidate's RMS that calibration cannot absorb, shape (k,).
+
+        ``√(g · g̃)`` over ``|g|``: where something was known of the calibration, what an absorbing
+        one is off by counts as what is left in the rows does.
+        """
         whole = np.sqrt(np.sum(self.columns**2, axis=0))
-        part = np.sqrt(np.sum(left**2, axis=0))
+        part = np.sqrt(np.maximum(np.sum(self.columns * left, axis=0), 0.0))
         return np.asarray(np.divide(part, whole, out=np.zeros_like(part), where=whole > 0))
 
     def smallest_sizes(self, left: FloatArray) -> FloatArray:

@@ -64,15 +64,14 @@ def scores(inner: FloatArray, base: IntArray, columns: IntArray) -> Scores:
     base_wanted = inner[:, base[:, None], wanted[None, :]]
     gamma = _regressed(base_base.sum(axis=0), base_wanted.sum(axis=0))
     left = inner[:, wanted, last]
-    on_base = np.einsum("bij,j->bi", base_base, gamma[:, -1]) - base_wanted[:, :, -1]
-    score = left - np.einsum("bik,i->bk", base_wanted, gamma[:, -1])
-    score += np.einsum("ik,bi->bk", gamma, on_base)
+    on_base = base_base @ gamma[:, -1] - base_wanted[:, :, -1]
+    score = left - gamma[:, -1] @ base_wanted
+    score += on_base @ gamma
     own = inner[:, wanted, wanted]
-    information = (
-        own
-        - 2.0 * np.einsum("ik,bik->bk", gamma, base_wanted)
-        + np.einsum("ik,bij,jk->bk", gamma, base_base, gamma, optimize=True)
-    )
+    # by block, since the products of all blocks at once would be as large again as `inner`
+    information = own.copy()
+    for b, (square, cross) in enumerate(zip(base_base, base_wanted, strict=True)):
+        information[b] += np.einsum("ik,ik->k", gamma, square @ gamma - 2.0 * cross)
     information = np.clip(information[:, :-1], 0.0, None)
     whole = own[:, :-1].sum(axis=0)
     inside = (information.sum(axis=0) <= _INSIDE**2 * whole) | (whole == 0)
@@ -164,13 +163,12 @@ def held_out_gains(
         return Gains(white, counted, size)
     fitted, judged = _products(inner, base, columns), _products(plain, base, columns)
     total = fitted.summed()
-    overall, _, _ = _one_extra(total)
+    overall = _one_extra(total)[0]
     best_overall = _best_of(overall, starts)
     for b in range(blocks):
         rest = total.without(fitted, b)
-        drop, beta, gamma = _one_extra(rest)
+        drop, beta, gamma, theta = _one_extra(rest)
         chosen = _best_of(drop, starts)
-        theta = _regressed(rest.base[:-1, :-1], rest.base[:-1, -1:])[:, 0]
         moved = gamma[:, chosen] * beta[chosen]
         white[b] = _gain(fitted, b, chosen, theta, moved, beta[chosen])
         counted[b] = _gain(judged, b, chosen, theta, moved, beta[chosen])
@@ -228,14 +226,18 @@ def _gain(
     return np.asarray(before @ square @ before - loss)
 
 
-def _one_extra(parts: _Products) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Drop in squared error, size, and base coefficients of each column added alone."""
-    gamma = _regressed(parts.base[:-1, :-1], parts.cross[:-1])
+def _one_extra(parts: _Products) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Of each column added alone: drop in squared error, size, base coefficients; of the residual.
+
+    Base coefficients are those of the regression on the base, shape (p, k) and (p,).
+    """
+    both = _regressed(parts.base[:-1, :-1], np.hstack([parts.cross[:-1], parts.base[:-1, -1:]]))
+    gamma, theta = both[:, :-1], both[:, -1]
     visible = parts.own - np.einsum("ik,ik->k", gamma, parts.cross[:-1])
     score = parts.cross[-1] - gamma.T @ parts.base[:-1, -1]
     seen = visible > _INSIDE**2 * np.maximum(parts.own, 1e-300)
     beta = np.divide(score, visible, out=np.zeros_like(score), where=seen)
-    return beta * score, beta, gamma
+    return beta * score, beta, gamma, theta
 
 
 def _best_of(values: FloatArray, starts: IntArray) -> IntArray:

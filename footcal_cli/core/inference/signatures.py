@@ -77,8 +77,10 @@ def calibration_columns(
     raw = np.empty((rows.row.size, ways.shape[1]))
     at = {p.name: case.values.get(p.name, p.value) for p in parameters}
     for i, way in enumerate(_DIFFERENCE * ways.T):
+        touched = _touched(case, [p.name for p, d in zip(parameters, way, strict=True) if d])
         up, down = (
-            residual(case, rows, _moved(case.values, at, sign * way)) for sign in (1.0, -1.0)
+            residual(case, rows, _moved(case.values, at, sign * way), only=touched)
+            for sign in (1.0, -1.0)
         )
         raw[:, i] = (up - down) / (2.0 * _DIFFERENCE)
     norm = np.sqrt(np.sum(raw**2, axis=0))
@@ -88,6 +90,19 @@ def calibration_columns(
     size = np.sqrt(rows.row.size)
     turn = ways @ ((right[kept].T / singular[kept]) / norm[:, None]) * size
     return np.asarray(left[:, kept] * size), np.asarray(turn)
+
+
+def _touched(case: Case, names: Sequence[str]) -> list[int]:
+    """Numbers of the logs whose readings some parameters change."""
+    logs: set[int] = set()
+    for item in case.chain.links:
+        mine = {o for o in item.owners for p in item.effect.parameters if f"{o}.{p.name}" in names}
+        members = {member for owner in mine for member in item.owners[owner]}
+        logs |= {
+            i for i, log in enumerate(case.logs)
+            if not members.isdisjoint(units_of(item.effect.scope, log.channels))
+        }  # fmt: skip
+    return sorted(logs)
 
 
 def _moved(
@@ -153,6 +168,8 @@ def effect_columns(
         # seen from swapped readings a whole swap is −1; half a swap there is not
         switch = effect.name in SWITCHES
         lower, upper = (-1.3, -0.7) if switch else (size.lower, size.upper)
+        if Trait.WHOLE in effect.traits:
+            lower, upper = 0.7, 1.3
         kept: list[FloatArray] = []
         for shape in shapes:
             single = {u: derivative(case, rows, effect, size, {u: (u,)}, shape) for u in units}

@@ -23,6 +23,8 @@ AR_ORDER = 5
 """Autoregressive order of the noise model; AR(1) plus white noise needs more than one."""
 _ROWS_PER_ORDER = 20
 _COMPONENT_STEPS = 8
+_FAR = 6.0  # sd, beyond which normal noise has no row
+_MIDDLE = 0.6745  # median of |z|
 _LEAST_FREEDOM = 1.0  # an output that the calibration can follow at will tells of no noise
 _LEAST_RATIO = 1e-6  # by which a variance shrinks in one step at most
 _RANK = 1e-8
@@ -192,14 +194,17 @@ def _whitener_of_single_rows(problem: Problem, outputs: int) -> RowWhitener:
     squares leave, h the leverage of each row, iterated: Helmert's estimate of variance components
     in the simplified form of Förstner, Z. Vermessungswesen 104 (1979).
     """
-    sd = np.ones(outputs)
+    sd, share = np.ones(outputs), np.ones(problem.residual.size)
     own = _means_of_sequences(problem) if problem.pieces else problem.fitted[:, :0]
     for _ in range(_COMPONENT_STEPS):
-        weight = 1.0 / sd[problem.output]
+        weight = share / sd[problem.output]
         fitted = np.hstack([problem.fitted, own]) * weight[:, None]
         basis = orthonormal(fitted, _RANK)
         left = problem.residual * weight
         left = left - basis @ (basis.T @ left)
+        # a row with another label is no noise: rows beyond `_FAR` count as far as that
+        usual = _middle_size(left / share, problem.output, outputs)
+        share = np.minimum(1.0, _FAR * usual / np.maximum(np.abs(left / share), 1e-300))
         squares = np.bincount(problem.output, left**2, minlength=outputs)
         freedom = np.bincount(problem.output, 1.0 - np.sum(basis**2, axis=1), minlength=outputs)
         known = freedom > _LEAST_FREEDOM
@@ -208,6 +213,15 @@ def _whitener_of_single_rows(problem: Problem, outputs: int) -> RowWhitener:
         if problem.least is not None:
             sd = np.maximum(sd, problem.least)
     return RowWhitener(np.zeros((outputs, AR_ORDER)), sd, problem.output, problem.sequence)
+
+
+def _middle_size(values: FloatArray, output: IntArray, outputs: int) -> FloatArray:
+    """Sd of the output of each row as the middle of its rows has it, shape (m,)."""
+    sd = np.full(outputs, np.inf)
+    for o in np.unique(output):
+        middle = float(np.median(np.abs(values[output == o]))) / _MIDDLE
+        sd[o] = middle if middle > 0.0 else np.inf
+    return np.asarray(sd[output])
 
 
 def _means_of_sequences(problem: Problem) -> FloatArray:

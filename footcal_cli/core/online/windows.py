@@ -18,7 +18,7 @@ from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.online.replay import Replayed, best_smoothing, replay_window
 from footcal_cli.core.online.window import Weights, WindowRule, run_window, standing_weights
 
-SMOOTH_CANDIDATES = np.geomspace(1e1, 1e6, 11)
+SMOOTH_CANDIDATES = np.geomspace(1e1, 1e8, 15)
 QUIET_S = 0.5
 """Standing that ωF and ωP need."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -30,12 +30,15 @@ class Frames:
         Frames that lacked a leg, or had one twice.
     broken
         Frames with a reading that is not a number.
+    left_out
+        Keys of both.
     """
 
     keys: NDArray[Any]
     columns: Mapping[str, FloatArray]
     incomplete: int
     broken: int
+    left_out: NDArray[Any] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
 
 
 def frames_of(
@@ -85,6 +88,7 @@ def frames_of(
         {name: values[sound] for name, values in pivoted.items()},
         int((~whole).sum()),
         int((whole & ~sound).sum()),
+        keys[~sound],
     )
 
 

@@ -13,7 +13,7 @@ from footcal_cli.core.pose.hanging import LegKnowledge
 from footcal_cli.core.pose.joint import PoseFit
 from footcal_cli.core.pose.model import Structure, arms_b_m, balance_matrix
 from footcal_cli.core.pose.problem import start_mounting
-from footcal_cli.core.pose.wrenches import leg_coms_t_m, tare_in_the_air
+from footcal_cli.core.pose.wrenches import floating_from_body, leg_coms_t_m, tare_in_the_air
 
 
 def error_of(data: PoseData, fit: PoseFit) -> FloatArray:
@@ -41,6 +41,27 @@ def naive_error(data: PoseData, legs: tuple[LegKnowledge, ...]) -> FloatArray:
     )
     tared = replace(mounting, offset=tare, leg_weight_n=np.zeros(len(legs)))
     return data.features() @ balance_matrix(data.geometry, tared, Structure.FULL).T
+
+
+def in_floating_base(data: PoseData, error: FloatArray, com_b_m: FloatArray) -> FloatArray:
+    """A balance error as the sum of the ground's wrenches less the robot's weight, (P, 6).
+
+    What the chassis lacks is what the ground's wrenches lack, carried from the chassis CoM to the
+    robot's and turned into the floating base: z up, x along the heading (seed 2, Figs. 2 and 6).
+
+    Parameters
+    ----------
+    error
+        Body frame about the chassis CoM, shape (P, 6).
+    com_b_m
+        CoM of the robot in every pose, shape (P, 3).
+    """
+    turn = floating_from_body(data.rot_wb)
+    arm = data.geometry.chassis_com_b_m - com_b_m
+    moment = error[:, 3:] + np.cross(arm, error[:, :3])
+    return np.concatenate(
+        [(turn @ part[..., None])[..., 0] for part in (error[:, :3], moment)], axis=1
+    )
 
 
 def alternated(

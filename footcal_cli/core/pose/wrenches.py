@@ -112,6 +112,22 @@ def reference_com_b_m(
     return np.asarray(total / robot_weight_n)
 
 
+def robot_com_b_m(
+    calibration: FootCalibration, data: PoseData, leg_share: FloatArray
+) -> FloatArray:
+    """CoM of the whole robot in every pose, shape (P, 3), m in the body frame.
+
+    Parameters
+    ----------
+    leg_share
+        Weight of each leg over that of the robot, shape (K,).
+    """
+    com_t = leg_coms_t_m(calibration.leg_com_m, data.phase_rad)
+    legs = calibration.hip_b_m + np.einsum("kij,pkj->pki", calibration.rot_bt, com_t)
+    chassis = (1.0 - leg_share.sum()) * data.geometry.chassis_com_b_m
+    return np.asarray(chassis + np.einsum("k,pki->pi", leg_share, legs))
+
+
 def tare_in_the_air(
     rot_bt: FloatArray,
     offset: FloatArray,

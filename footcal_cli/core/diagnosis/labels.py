@@ -1,0 +1,137 @@
+"""Visits to a hole that lie elsewhere than the others, or than any calibration lets them.
+
+A hole that is written as its neighbour shares that one's label, so that a displacement of the label
+fits neither. Visits that lie apart get a label of their own, and the effect ``wrong_hole`` is
+judged on that like on any other.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from footcal_cli.core.inference.case import Case, residual, rows_of
+from footcal_cli.core.inference.linear import left_by
+from footcal_cli.core.inference.signatures import calibration_columns
+from footcal_cli.core.parameters import FloatArray, IntArray
+
+_FAR = 6.0  # sd of what a row leaves, from which its weight in the fit falls
+_APART = 8.0  # sd of where visits seem to be, from which one lies elsewhere
+_LEAST_M = 1e-3
+_MOST = 0.3  # of the visits; more of them are no labels
+_STEPS = 8
+_MIDDLE = 0.6745
+_RCOND = 1e-9
+
+
+@dataclass(frozen=True)
+class Elsewhere:
+    """Visits whose weight lay elsewhere than the label says.
+
+    Parameters
+    ----------
+    foot
+        Whose plate.
+    written_m, seems_m
+        The label, and where the weight seems to have been, shape (2,) each.
+    nearest_m
+        The hole in use that is nearest to that, None where none is within half the way.
+    visits, of
+        How many visits, of how many with that label.
+    """
+
+    foot: str
+    written_m: FloatArray
+    seems_m: FloatArray
+    nearest_m: FloatArray | None
+    visits: int
+    of: int
+
+
+def relabelled(case: Case) -> tuple[Case, tuple[Elsewhere, ...]]:
+    """Placements whose displaced visits have hole numbers of their own, and what they are."""
+    shift, log, visit = _displacements(case)
+    sd = np.median(np.abs(shift - np.median(shift, axis=0)), axis=0) / _MIDDLE
+    size = np.sqrt(np.sum(shift**2, axis=1))
+    far = np.any(np.abs(shift) > _APART * sd, axis=1) & (size > _LEAST_M)
+    if not far.any() or far.mean() > _MOST:
+        return case, ()
+    logs, found = list(case.logs), []
+    number = max(int(one.known["hole"].max()) for one in logs)
+    for i, one in enumerate(logs):
+        hole = one.known["hole"].copy()
+        there = np.flatnonzero(far & (log == i))
+        label = np.array([int(hole[one.block == b][0]) for b in visit[there]], dtype=np.int64)
+        for name in np.unique(label):
+            together = there[label == name]
+            while together.size:
+                close = np.all(
+                    np.abs(shift[together] - shift[together[0]])
+                    <= np.maximum(_APART * sd, _LEAST_M), axis=1
+                )  # fmt: skip
+                mine, together = together[close], together[~close]
+                number += 1
+                found.append(_elsewhere(case, i, int(name), visit[mine], shift[mine]))
+                hole[np.isin(one.block, visit[mine])] = number
+        logs[i] = one.with_known(hole=hole)
+    return replace(case, logs=tuple(logs)), tuple(found)
+
+
+def _elsewhere(
+    case: Case, number: int, label: int, visits: IntArray, shift: FloatArray
+) -> Elsewhere:
+    log = case.logs[number]
+    there = log.known["hole"] == label
+    written = log.known["hole_m"][there][0]
+    seems = written + shift.mean(axis=0)
+    holes = np.unique(log.known["hole_m"].round(6), axis=0)
+    apart = np.linalg.norm(holes - seems, axis=1)
+    best = holes[int(np.argmin(apart))]
+    near = apart.min() < 0.5 * float(np.linalg.norm(seems - written))
+    return Elsewhere(
+        log.channels[0].rsplit("_", 1)[0], written, seems, best if near else None,
+        int(visits.size), int(np.unique(log.block[there]).size),
+    )  # fmt: skip
+
+
+def _displacements(case: Case) -> tuple[FloatArray, IntArray, IntArray]:
+    """Where the weight of each visit seems to lie from its label, m, (n, 2); its log and block.
+
+    ``δ = (Δm_y-lever, Δm_x-lever) / load`` of what a calibration leaves in which rows far off
+    weigh little (Huber's weights).
+    """
+    rows = rows_of(case)
+    columns, turn = calibration_columns(case, rows)
+    target = residual(case, rows, case.values)
+    if case.known is not None:
+        # as many further rows as there are calibration columns
+        values, vectors = np.linalg.eigh(turn.T @ case.known @ turn)
+        known = np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T
+    else:
+        known = columns[:0]
+    weight = np.ones(target.size)
+    for _ in range(_STEPS):
+        basis = np.vstack([columns * weight[:, None], known])
+        whole = np.concatenate([target * weight, np.zeros(len(known))])
+        left = left_by(basis, whole, _RCOND)[: target.size] / weight
+        for o in range(len(rows.outputs)):
+            mine = rows.output == o
+            sd = float(np.median(np.abs(left[mine]))) / _MIDDLE
+            weight[mine] = np.minimum(1.0, _FAR * sd / np.maximum(np.abs(left[mine]), 1e-300))
+    left = left * rows.noise
+    load, block = np.empty(target.size), np.empty(target.size, dtype=np.int64)
+    for i, log in enumerate(case.logs):
+        here = rows.log == i
+        load[here] = log.known["load_n"][rows.row[here]]
+        block[here] = log.block[rows.row[here]]
+    kinds, at = np.unique(np.stack([rows.log, block], axis=1), axis=0, return_inverse=True)
+    at = np.asarray(at).ravel()
+    shift = np.zeros((len(kinds), 2))
+    for axis, name in enumerate(("moment_x", "moment_y")):
+        mine = rows.output == rows.outputs.index(name)
+        lever = np.bincount(at[mine], left[mine] * load[mine], minlength=len(kinds))
+        shift[:, axis] = lever / np.maximum(
+            np.bincount(at[mine], load[mine] ** 2, minlength=len(kinds)), 1e-300
+        )
+    return shift, kinds[:, 0], kinds[:, 1]
