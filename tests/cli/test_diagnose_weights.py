@@ -58,9 +58,17 @@ def test_cells_with_a_curve_each_of_their_own(run: Run, tmp_path: Path) -> None:
     record = diagnosed(run, weights(1, curves), tmp_path)
     (cause,) = record.causes
     assert (cause.effect, cause.where) == ("nonlinearity", "each cell of its own")
+    # the sentence and the figures of the record say the same
+    gain = cause.held_out_gain
+    assert gain is not None
+    assert f"from {gain.before:.3g} to {gain.after:.3g} {gain.unit}" in record.sentence
+    assert f"better in {cause.blocks_better} of {record.blocks} blocks" in record.sentence
     extended = read_record(ParametersRecord, tmp_path / "out/parameters_extended.json")
     for cell, curve in zip(CELLS, curves, strict=True):
         found = extended.parameters[f"{cell}.quadratic"]
+        drawn = record.ranges[f"{cell}.quadratic"]
+        assert (drawn.mean, drawn.unit) == (found.value, found.unit)
+        assert drawn.low < drawn.mean < drawn.high
         assert found.sd is not None
         assert found.sd < 8e-5
         assert abs(found.value - curve) < 3 * found.sd

@@ -60,6 +60,8 @@ def outcome_of(
         answer = answer_of(found, table, read.findings, read.untested)
         if alone:
             answer = undecided(answer, found, alone)
+        if found.model is not None:
+            answer = answer.ending_with(_where_it_lies(session))
         became = after(found, _before(session), table)
         left = left_over(found, became)
         if became:
@@ -101,6 +103,13 @@ def outcome_of(
             ),
             "parameters_extended.json": _extended(session, found, moved, read),
         },
+    )
+
+
+def _where_it_lies(session: Session[DiagnoseOptions]) -> str:
+    path = session.request.out / "parameters_extended.json"
+    return (
+        f"The calibration with it: {path.as_posix()}; every command starts from it (--parameters)."
     )
 
 
