@@ -102,6 +102,10 @@ effects-page: $(VENV)/.installed-dev  ## Rebuild docs/effects.md and its figures
 strangers: $(VENV)/.installed-dev  ## Logs in the shapes that people have: init, one command, the truth.
 	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -m slow -s tests/strangers
 
+.PHONY: foreign-calibration
+foreign-calibration: $(VENV)/.installed-dev  ## Coverage of every calibration in a foreign world; resumable; writes its page.
+	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.foreign --out $(OUT)/foreign
+
 .PHONY: docs
 docs: $(VENV)/.installed  ## Build the documentation site into site/.
 	$(BIN)/pip install --quiet --disable-pip-version-check '.[docs]'

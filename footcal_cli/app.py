@@ -13,7 +13,7 @@ from typing import Any, NoReturn
 import typer
 from typer.core import TyperGroup
 
-from footcal_cli.errors import FootcalError, of_machine
+from footcal_cli.errors import FootcalError, lacks_memory, of_machine
 from footcal_cli.helptexts import GROUP_OF, epilog_of
 from footcal_cli.interruption import Interruption, watched
 from footcal_cli.run_folder import claims
@@ -118,14 +118,14 @@ def _end(error: BaseException, interruption: Interruption, debug: bool) -> NoRet
     if isinstance(error, SystemExit):
         raise error
     if debug:
-        if not isinstance(error, FootcalError | OSError | MemoryError):
+        if not isinstance(error, FootcalError | OSError) and not lacks_memory(error):
             raise error
         traceback.print_exception(error)
     if isinstance(error, BrokenPipeError):
         # whoever read our output has heard enough; Python must not flush into the pipe again
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         raise SystemExit(EXIT_PIPE)
-    if isinstance(error, OSError | MemoryError):
+    if isinstance(error, OSError) or lacks_memory(error):
         error = of_machine(error)
     if isinstance(error, FootcalError):
         guess, example = "", error.example

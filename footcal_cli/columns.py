@@ -88,11 +88,14 @@ class TableType:
         The kind and its columns.
     either
         Groups of optional columns of which one must be complete, several times over.
+    whole
+        Groups of optional columns of which all are there or none.
     """
 
     name: str
     columns: tuple[Column, ...]
     either: tuple[tuple[tuple[str, ...], ...], ...] = ()
+    whole: tuple[tuple[str, ...], ...] = ()
 
 
 QUATERNION = tuple(f"body_q{a}" for a in "xyzw")
@@ -259,6 +262,12 @@ def body_table(feet: Sequence[str]) -> TableType:
         feet_columns += [
             stream(f"{foot}_foot_q{a}", f"orientation of foot {foot}", True) for a in "xyzw"
         ]
+    vectors = (
+        ("angmom_rate_{}_nm", "xy"),
+        ("imu_acc_{}_mps2", "xyz"),
+        ("imu_gyro_{}_radps", "xyz"),
+    )
+    quaternions = [(f"{foot}_foot_q{{}}", "xyzw") for foot in feet]
     return TableType(
         "body",
         (
@@ -270,6 +279,7 @@ def body_table(feet: Sequence[str]) -> TableType:
             *(stream(f"imu_gyro_{a}_radps", "angular rate at the IMU", True) for a in "xyz"),
             *feet_columns,
         ),
+        whole=tuple(tuple(name.format(a) for a in axes) for name, axes in (*vectors, *quaternions)),
     )
 
 

@@ -49,6 +49,7 @@ class FootcalError(Exception):
         self.remedy = remedy
         self.example = example
         self.foreign = foreign
+        self.suspicion = ""
         super().__init__(self.line())
 
     def line(self) -> str:
@@ -62,7 +63,9 @@ class FootcalError(Exception):
         if self.value is not None:
             shown = repr(self.value) if isinstance(self.value, str) else str(self.value)
             text += f" (value {shown}{' ' + self.unit if self.unit else ''})"
-        if self.remedy is not None:
+        if self.suspicion:
+            text += f". The log looks wrong before that: {self.suspicion}"
+        elif self.remedy is not None:
             text += f". Remedy: {self.remedy}"
         return " ".join(text.split())
 
@@ -107,9 +110,22 @@ _REMEDIES = {
 }
 
 
-def of_machine(error: OSError | MemoryError) -> FootcalError:
-    """What the operating system refused, as an error of the user or of the machine."""
-    if isinstance(error, MemoryError):
+def lacks_memory(error: BaseException) -> bool:
+    """Whether an error says that memory ran out; a library that finds none fails to be imported."""
+    words = ("failed to map segment", "cannot allocate memory")
+    imported = isinstance(error, ImportError) and any(w in str(error).lower() for w in words)
+    return isinstance(error, MemoryError) or imported
+
+
+def of_machine(error: BaseException) -> FootcalError:
+    """What the operating system refused, as an error of the user or of the machine.
+
+    Parameters
+    ----------
+    error
+        An OSError, or one that `lacks_memory` knows.
+    """
+    if not isinstance(error, OSError):
         return MachineError(
             "not enough memory", remedy="close other programs, or give a shorter log"
         )

@@ -174,8 +174,12 @@ def _weights_stream(table: Table, robot: Robot) -> list[Finding]:
 
 def _weights_together(table: Table, robot: Robot) -> list[Finding]:
     found: list[Finding] = []
-    for name in (c for c in table.data.columns if str(c).endswith("_counts")):
-        found += _codes(str(name), table.number(str(name)), robot)
+    for name in (str(c) for c in table.data.columns if str(c).endswith("_counts")):
+        cell = name.removesuffix("_counts")
+        found += _codes(name, table.number(name), robot)
+        if f"{cell}_load_n" in table:
+            load = table.number(f"{cell}_load_n")
+            found += readings.check_known_loads(load, table.number(name), cell)
     loads = [str(c) for c in table.data.columns if str(c).endswith("_load_n")]
     if loads:
         found += _loads(table.numbers(loads).ravel(), robot)
@@ -224,7 +228,7 @@ def _exchanged(table: Table, robot: Robot) -> list[Finding]:
         # where no nameplate says which way the bridges read, one may be wired the other way round
         known = robot.nameplate.scale_n_per_count is not None
         found += turned if known else [replace(f, severity="warning") for f in turned]
-        found += readings.check_dead_channels(rows[:, 3:], names)
+        found += readings.check_dead_channels(rows[:, 3:], names, loaded=True)
     return found
 
 
@@ -238,6 +242,7 @@ def _cells(table: Table, robot: Robot) -> list[Finding]:
         values = table.numbers([f"{name}_counts" for name in names])
         if lost is not None:
             values = np.where(values == lost, np.nan, values)
+        found += readings.check_loose_channels(values, names)
         still = readings.check_dead_channels(values, names)
         found += still or readings.check_turned_channels(values, names)
     return found
@@ -251,6 +256,7 @@ def _stream(table: Table, robot: Robot) -> list[Finding]:
         values = np.where(values == robot.adc.lost_reading, np.nan, values)
     found = body_stream.check_stamp_unit(time_s, table.path.name)
     found += quality.check_order(time_s, table.path.name)
+    found += quality.check_frozen(time_s, values, table.path.name)
     found += quality.check_stream(time_s, values, names)
     for i, name in enumerate(names):
         own = values[:, i]
@@ -270,6 +276,7 @@ def _body(table: Table, robot: Robot) -> list[Finding]:
     lost = [n for n in names if not np.isfinite(table.number(n)).any()]
     found += quality.check_stream(time_s, table.numbers(lost), lost) if lost else []
     com = table.numbers([f"com_{a}_m" for a in "xyz"])
+    found += quality.check_frozen(time_s, com, where)
     feet = [f for f in robot.feet or ("left", "right") if f"{f}_foot_x_m" in table]
     if feet:
         at = [table.numbers([f"{f}_foot_{a}_m" for a in "xyz"]) for f in feet]
@@ -283,7 +290,12 @@ def _body(table: Table, robot: Robot) -> list[Finding]:
     for foot in feet:
         if f"{foot}_foot_yaw_rad" in table:
             name = f"{foot}_foot_yaw_rad"
-            found += body_stream.check_heading(time_s, table.number(name), name)
+            yaw = table.number(name)
+            heading = body_stream.check_heading(time_s, yaw, name)
+            if not heading and {"left", "right"} <= set(feet):
+                left, right = (at[feet.index(side)] for side in ("left", "right"))
+                heading = body_stream.check_heading_across(yaw, left, right, name)
+            found += heading
         if f"{foot}_foot_qw" in table:
             columns = [f"{foot}_foot_q{a}" for a in "xyzw"]
             # a link's frame may point anywhere, as transducer_rotation_rpy_rad then says

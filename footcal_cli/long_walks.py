@@ -28,7 +28,7 @@ from footcal_cli.intake import (
     sensor_stream_of,
     wiring_of,
 )
-from footcal_cli.longfiles import rows_about
+from footcal_cli.longfiles import give_back, rows_about
 from footcal_cli.tables import Table, read_pieces
 from footcal_cli.walk_length import pieces_of
 
@@ -231,6 +231,7 @@ class LongWalk:
             del window, whole, motion, merged, true_n, part
             # nothing of a part is held here while the next one is read
             yield made.pop()
+            give_back()
             if last:
                 return
             cells.drop(max(stop - lead, 0))

@@ -101,10 +101,14 @@ class Foot(Frozen):
 
 
 class Leg(Frozen):
-    """A leg with a six-axis transducer at the hip, nominal pose in the body frame."""
+    """A leg with a six-axis transducer at the hip, nominal pose in the body frame.
+
+    `mass_kg` is what hangs below the transducer; a hanging is compared with it.
+    """
 
     position_m: tuple[float, float, float]
     rotation_rpy_rad: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    mass_kg: float | None = Field(default=None, gt=0)
 
 
 class Adc(Frozen):

@@ -156,7 +156,7 @@ def grown_folder(out: Path) -> Iterator[Path]:
             (partial / name).replace(out / name)
         earlier.unlink(missing_ok=True)
     finally:
-        shutil.rmtree(partial, ignore_errors=True)
+        _remove(partial)
 
 
 def scratch() -> Path:
@@ -190,7 +190,16 @@ def whole_folder(out: Path, overwrite: bool, inputs: Collection[Path]) -> Iterat
         put_in_place(partial, out)
     finally:
         # after an exchange this is the earlier result, otherwise what an error left half-written
-        shutil.rmtree(partial, ignore_errors=True)
+        _remove(partial)
+
+
+def _remove(folder: Path) -> None:
+    """Remove a folder, to the end even where a signal comes in between."""
+    try:
+        shutil.rmtree(folder, ignore_errors=True)
+    except BaseException:
+        shutil.rmtree(folder, ignore_errors=True)
+        raise
 
 
 def put_in_place(new: Path, out: Path) -> None:

@@ -22,7 +22,7 @@ from rich.console import Console
 from footcal_cli.columns import TableType
 from footcal_cli.copies import without_copies
 from footcal_cli.core.quality import Finding
-from footcal_cli.errors import DataError, FootcalError, UsageError
+from footcal_cli.errors import DataError, FitError, FootcalError, UsageError
 from footcal_cli.gates import gated, merged
 from footcal_cli.inspection import inspect, inspect_record, over_pieces
 from footcal_cli.longfiles import is_long
@@ -35,7 +35,14 @@ from footcal_cli.records.results import FindingRecord, ParametersRecord, ReadCol
 from footcal_cli.report import Drawn, Report, history_sheet, read_aloud, read_as_sheet
 from footcal_cli.report.text import print_text
 from footcal_cli.run_files import write_run
-from footcal_cli.run_folder import claim, grown_folder, refuse_folder, refuse_grown, whole_folder
+from footcal_cli.run_folder import (
+    claim,
+    claims,
+    grown_folder,
+    refuse_folder,
+    refuse_grown,
+    whole_folder,
+)
 from footcal_cli.tables import (
     Table,
     digest,
@@ -45,7 +52,7 @@ from footcal_cli.tables import (
     refuse_wrong_units,
 )
 from footcal_cli.textfiles import regular_file, shown
-from footcal_cli.trust import trusted
+from footcal_cli.trust import DOUBTFUL, trusted
 
 if TYPE_CHECKING:
     from footcal_cli.core.effects.contract import Effect
@@ -123,6 +130,8 @@ class Session(Generic[Options]):
         )
         refuse(request.out, request.overwrite, self.input_paths())
         claim(request.out)
+        if (stack := claims.get()) is not None:
+            stack.push(self._suspect)
         self.parameters: ParametersRecord | None = None
         self.inputs: dict[str, str] = {}
         self.rows: dict[str, int] = {}
@@ -390,6 +399,13 @@ class Session(Generic[Options]):
         """Findings kept so far."""
         return tuple(self._noted)
 
+    def _suspect(self, _kind: object, error: BaseException | None, _trace: object) -> bool:
+        """Where nothing usable came out of a log, say what is wrong with it as far as was seen."""
+        alarm = next((f for f in self._noted if f.severity == "alarm"), None)
+        if isinstance(error, DataError | FitError) and alarm is not None:
+            error.suspicion = f"{alarm.where}: {alarm.sentence}. Remedy: {alarm.remedy}"
+        return False
+
     def created(self) -> str:
         """The run's start as ISO 8601 in UTC."""
         return self.started.isoformat(timespec="seconds")
@@ -492,12 +508,14 @@ _SEVERITIES = ("alarm", "warning", "note")
 
 
 def _with_findings(report: Report, noted: Iterable[FindingRecord]) -> Report:
-    """The report with all findings, gravest first, each once; an alarm makes its verdict bad."""
+    """The report with all findings, gravest first, each once; its verdict no better than they."""
     once = {(f.code, f.where, f.sentence): f for f in (*report.findings, *noted)}
     findings = tuple(sorted(once.values(), key=lambda f: _SEVERITIES.index(f.severity)))
     verdict = report.verdict
     if findings and findings[0].severity == "alarm":
         verdict = verdict.model_copy(update={"level": "bad"})
+    elif verdict.level == "good" and any(f.code in DOUBTFUL for f in findings):
+        verdict = verdict.model_copy(update={"level": "warning"})
     return replace(report, findings=findings, verdict=verdict)
 
 

@@ -291,7 +291,8 @@ def _looked_up(table: TableType, header: Sequence[str], reading: Reading, path: 
             if not place.in_file:
                 places.found[spec.name] = place
             elif place.column in known:
-                places.found[spec.name] = replace(place, unit=place.unit or spec.unit)
+                unit = place.unit or _unit_in_name(place.column, spec)
+                places.found[spec.name] = replace(place, unit=unit)
                 others = [name for name in own if name != place.column]
                 if others:
                     places.passed_over[spec.name] = others
@@ -316,6 +317,15 @@ def _looked_up(table: TableType, header: Sequence[str], reading: Reading, path: 
                 remedy=f"map it in the recipe's [columns]; the file has: {_some(header)}",
                 foreign=True,
             ))  # fmt: skip
+    for group in table.whole:
+        there = [name for name in group if name in places.found]
+        if there and len(there) < len(group):
+            lacks = next(name for name in group if name not in there)
+            places.missing.append(DataError(
+                f"missing column '{lacks}'{nearest(lacks, header)}: {there[0]} says nothing "
+                "without it", file=path,
+                remedy=f"map it in the recipe's [columns], or take out {', '.join(there)}",
+            ))  # fmt: skip
     for groups in table.either:
         if not any(all(name in places.found for name in group) for group in groups):
             first = groups[0][0]
@@ -327,6 +337,13 @@ def _looked_up(table: TableType, header: Sequence[str], reading: Reading, path: 
                 foreign=True,
             ))  # fmt: skip
     return places
+
+
+def _unit_in_name(column: str, spec: Column) -> str | None:
+    """The unit by which a foreign name ends, if it is one of the quantity; else the canonical."""
+    suffix = column.rsplit("_", 1)[-1] if "_" in column else ""
+    known = spec.suffix is not None and suffix in UNIT_SUFFIXES and converts(suffix, spec.suffix)
+    return UNIT_SUFFIXES[suffix] if known else spec.unit
 
 
 def _own_names(spec: Column, header: Sequence[str], known: set[str]) -> dict[str, str | None]:

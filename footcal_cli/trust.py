@@ -12,9 +12,17 @@ UNTRUSTED = frozenset(
         "worse_than_before", "scale_off_nameplate", "dead_cell", "turned_sign",
         "exchanged_channels", "duplicate_channel", "transducer_turned", "axis_turned",
         "negative_leg_weight", "forces_unexplained", "com_far", "loads_off_calibration",
+        "leg_weight_off_recipe", "total_force_off_weight",
     }
 )  # fmt: skip
 """Findings with which no calibration of these data means anything."""
+DOUBTFUL = frozenset(
+    {
+        "legs_very_light", "negative_loads", "no_load", "calibration_of_another_robot",
+        "unknown_sign_convention", "turned_sign", "time_goes_back",
+    }
+)  # fmt: skip
+"""Warnings about units, signs and robots: what rests on them may be meaningless, so not good."""
 WORSE = 1.25
 """Ratio of an error after to that before from which a quantity got worse."""
 SHARE = 0.1

@@ -13,6 +13,7 @@ from footcal_cli.columns import (
     UNIT_SUFFIXES,
     Column,
     TableType,
+    body_table,
     cells_table,
     converts,
     weights_table,
@@ -171,3 +172,26 @@ def test_suffixes_convert_where_their_units_do() -> None:
             else:
                 possible = True
             assert converts(suffix, other) == possible, (suffix, other)
+
+
+def test_a_unit_in_the_name_of_a_mapped_column_counts_unless_the_recipe_says_another(
+    tmp_path: Path,
+) -> None:
+    path = tmp_path / "weights.csv"
+    path.write_text("channel,weight_g,counts\na,1000,1\na,2000,2\n", "utf-8")
+    for place, newtons in ((ForeignColumn("weight_g"), G), (ForeignColumn("weight_g", "N"), 1e3)):
+        table = read_table(path, weights_table(), {"load_n": place}, gravity_mps2=G)
+        assert table.number("load_n") == pytest.approx([newtons, 2 * newtons])
+
+
+def test_half_a_vector_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "body.csv"
+    kind = body_table(())
+    names = [c.name for c in kind.columns if not c.optional]
+    whole = [*names, "imu_acc_x_mps2", "imu_acc_y_mps2", "imu_acc_z_mps2"]
+    for header in (names, whole):
+        path.write_text(",".join(header) + "\n" + ",".join("1" * len(header)) + "\n", "utf-8")
+        assert "com_x_m" in read_table(path, kind, gravity_mps2=G)
+    path.write_text(",".join(whole[:-1]) + "\n" + ",".join("1" * (len(whole) - 1)) + "\n", "utf-8")
+    with pytest.raises(DataError, match="missing column 'imu_acc_z_mps2'"):
+        read_table(path, kind, gravity_mps2=G)

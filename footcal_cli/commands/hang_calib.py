@@ -153,7 +153,9 @@ def _calibrate(session: Session[HangCalibOptions]) -> Outcome:
         else {leg: sheets.without_intervals(other) for leg, other in others[options.method].items()}
     )
     weights = {leg: float(one[f"{leg}.weight"]) for leg, one in chosen.items()}
-    session.note(check_leg_weights(weights, session.recipe.robot.weight_n))
+    robot = session.recipe.robot
+    stated = {n: leg.mass_kg * robot.gravity_mps2 for n, leg in robot.legs.items() if leg.mass_kg}
+    session.note(check_leg_weights(weights, robot.weight_n, stated))
     return Outcome(
         report=Report(
             title=f"Hanging calibration of {session.recipe.robot.name}",

@@ -178,6 +178,7 @@ def _mounting(session: Session[PoseCalibOptions]) -> Outcome:
 
     from footcal_cli.commands.parts.pose_logs import read_poses
     from footcal_cli.commands.parts.pose_outcome import Found, mounting_outcome
+    from footcal_cli.core.plausibility import check_supported
     from footcal_cli.core.pose.leg_map import leg_map
     from footcal_cli.core.pose.model import Structure
     from footcal_cli.core.pose.problem import PoseOptions
@@ -204,6 +205,9 @@ def _mounting(session: Session[PoseCalibOptions]) -> Outcome:
         noise_known=noise_known,
     )
     with session.step("fit"):
+        supported = data.robot_weight_n - data.leg_weight_n.sum()
+        error = offset_error(data, legs)[:, :3]
+        session.note(check_supported(error, float(supported), "all legs"))
         # as `diagnose` asks: with ordinary priors, whatever this run leaves free
         usual = PoseOptions(com_sd_m=options.com_sd_m, translation_sd_m=0.005)
         session.note(standing_axes(data, legs, noise_sd, usual))

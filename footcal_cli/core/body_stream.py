@@ -28,6 +28,9 @@ FASTEST_TURN_RADPS = 20.0
 """No foot turns faster about the vertical."""
 MOST_TURNS_RAD = 4.0 * np.pi
 """Headings beyond are degrees, or a robot that turned more than twice."""
+ACROSS_RAD, IN_DEGREES = 0.8, 0.3
+"""Steps turn the line from foot to foot by half a radian; a heading that lies further off, and
+as degrees within this share of it, is one in degrees."""
 _ACC_UNITS = {1.0 / 9.80665: "in g", 1e3: "in mm/s²", 1e2: "in cm/s²", -1.0: "of turned sign"}
 _FEWEST = 20
 
@@ -275,13 +278,43 @@ def check_heading(time_s: FloatArray, yaw_rad: FloatArray, where: str) -> list[F
     if furthest <= MOST_TURNS_RAD and fastest <= FASTEST_TURN_RADPS:
         return []
     return [
-        _alarm(
-            "heading_not_radians", where,
-            f"the heading reaches {furthest:.4g} rad and turns by up to {fastest:.3g} rad/s: it "
-            "looks given in degrees",
-            'give the unit in [columns], left_foot_yaw_rad = { column = "…", unit = "deg" }',
-        )
-    ]  # fmt: skip
+        _in_degrees(where, f"reaches {furthest:.4g} rad and turns by up to {fastest:.3g} rad/s")
+    ]
+
+
+def check_heading_across(
+    yaw_rad: FloatArray, left_m: FloatArray, right_m: FloatArray, where: str
+) -> list[Finding]:
+    """Find headings in degrees by the line from foot to foot, which lies across the heading.
+
+    Parameters
+    ----------
+    yaw_rad
+        Shape (n,).
+    left_m, right_m
+        Positions of both feet, shape (n, 3).
+    """
+    across = left_m - right_m
+    good = np.isfinite(yaw_rad) & np.isfinite(across).all(axis=1)
+    if good.sum() < _FEWEST:
+        return []
+    yaw, across = yaw_rad[good], across[good]
+    ahead = np.arctan2(across[:, 1], across[:, 0]) - np.pi / 2.0
+
+    def off(heading: FloatArray) -> float:
+        return float(np.median(np.abs(np.angle(np.exp(1j * (heading - ahead))))))
+
+    given, turned = off(yaw), off(np.radians(yaw))
+    if given < ACROSS_RAD or turned > IN_DEGREES * given:
+        return []
+    return [_in_degrees(where, f"lies {given:.2g} rad off the line across both feet")]
+
+
+def _in_degrees(where: str, seen: str) -> Finding:
+    return _alarm(
+        "heading_not_radians", where, f"the heading {seen}: it looks given in degrees",
+        'give the unit in [columns], left_foot_yaw_rad = { column = "…", unit = "deg" }',
+    )  # fmt: skip
 
 
 def check_quaternions(quaternion: FloatArray, where: str, *, upright: bool = True) -> list[Finding]:

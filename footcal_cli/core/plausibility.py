@@ -14,8 +14,8 @@ from footcal_cli.core.quality import UNIT_RATIOS, Finding
 
 SCALE_RANGE = (0.5, 2.0)
 """A cell whose scale is off its nameplate by more is another cell, or its loads another unit."""
-LIGHT_LEGS = 0.08
-"""Legs that are a smaller share of their robot may be weighed in kgf; few legs are so light."""
+LIGHT_LEGS = 0.12
+"""Legs that are a smaller share of their robot may be weighed in kgf or lbf; few are so light."""
 TOTAL_RANGE = (0.5, 1.5)
 """Walking and standing, the vertical forces sum to the weight on average; calibrations are off by
 per cents, wrong units and calibrations of other robots by factors."""
@@ -88,7 +88,13 @@ def check_shares(
     good = np.isfinite(forces_n).all(axis=1) & np.isfinite(load_n)
     force, load = forces_n[good], load_n[good]
     count = len(cells)
-    if len(load) < 3 * count or not (np.ptp(force, axis=0) > 0).all() or not np.ptp(load) > 0:
+    # a plate that gives its CoP alone has no cells
+    if (
+        not count
+        or len(load) < 3 * count
+        or not (np.ptp(force, axis=0) > 0).all()
+        or not np.ptp(load) > 0
+    ):
         return []
     centre, size = force.mean(axis=0), force.std(axis=0)
     design = np.column_stack([(force - centre) / size, np.ones(len(load))])
@@ -157,8 +163,35 @@ def check_total_force(total_n: FloatArray, weight_n: float | None, where: str) -
     ]  # fmt: skip
 
 
-def check_leg_weights(weights_n: Mapping[str, float], robot_n: float | None) -> list[Finding]:
-    """Find leg weights that cannot be: negative, or together more than the robot.
+def check_supported(error_n: FloatArray, weight_n: float, where: str) -> list[Finding]:
+    """Find forces that do not carry what they support, by most of its weight, before any fit.
+
+    Parameters
+    ----------
+    error_n
+        Sum of all forces minus what the weight demands, shape (n, 3).
+    weight_n
+        Of what is supported.
+    """
+    good = error_n[np.isfinite(error_n).all(axis=1)]
+    off = float(np.median(np.linalg.norm(good, axis=1))) if len(good) else 0.0
+    if not weight_n > 0 or off < (1.0 - TOTAL_RANGE[0]) * weight_n:
+        return []
+    return [
+        Finding(
+            "forces_off_weight", "alarm", where,
+            f"the forces miss the {weight_n:.4g} N that they carry by {off:.4g} N (median)",
+            "check the unit of the forces in [columns], mass_kg in [robot] and that the "
+            "calibration is of this robot",
+        )
+    ]  # fmt: skip
+
+
+def check_leg_weights(
+    weights_n: Mapping[str, float], robot_n: float | None,
+    stated_n: Mapping[str, float] | None = None,
+) -> list[Finding]:  # fmt: skip
+    """Find leg weights that cannot be: negative, together more than the robot, not as stated.
 
     Parameters
     ----------
@@ -166,7 +199,17 @@ def check_leg_weights(weights_n: Mapping[str, float], robot_n: float | None) -> 
         Weight that each transducer carried while hanging.
     robot_n
         m g of the recipe, None where it is not given.
+    stated_n
+        Weights of legs that the recipe gives.
     """
+    stated = [
+        finding
+        for leg, weight in weights_n.items()
+        if weight > 0 and stated_n is not None and leg in stated_n
+        for finding in _off_statement(leg, weight, stated_n[leg])
+    ]
+    if stated:
+        return stated
     findings = [
         Finding(
             "negative_leg_weight", "alarm", leg,
@@ -185,16 +228,35 @@ def check_leg_weights(weights_n: Mapping[str, float], robot_n: float | None) -> 
                 "check the unit of the forces (N or kgf?) in [columns], and mass_kg in [robot]",
             )
         )  # fmt: skip
-    if robot_n is not None and not findings and len(weights_n) > 1 and total < LIGHT_LEGS * robot_n:
+    known = stated_n is not None and weights_n.keys() <= stated_n.keys()
+    light = robot_n is not None and total < LIGHT_LEGS * robot_n
+    if robot_n is not None and light and not findings and len(weights_n) > 1 and not known:
         findings.append(
             Finding(
                 "legs_very_light", "warning", "all legs",
-                f"the legs weigh {total:.4g} N together, {total / robot_n:.1%} of the robot",
-                "check the unit of the forces (N or kgf?) in [columns]; nothing to do where so "
-                "little hangs below the transducers",
+                f"the legs weigh {total:.4g} N together, {total / robot_n:.1%} of the robot; it "
+                f"would be {total * UNIT_RATIOS['lbf'] / robot_n:.0%} had the forces been noted in "
+                f"lbf, {total * UNIT_RATIOS['kg'] / robot_n:.0%} in kgf",
+                "check the unit of the forces in [columns]; where so little hangs below the "
+                "transducers, give each leg's mass_kg in [robot.legs]",
             )
         )  # fmt: skip
     return findings
+
+
+def _off_statement(leg: str, weight_n: float, stated_n: float) -> list[Finding]:
+    ratio = weight_n / stated_n
+    if SCALE_RANGE[0] < ratio < SCALE_RANGE[1]:
+        return []
+    unit = _unit_of_loads(ratio)
+    return [
+        Finding(
+            "leg_weight_off_recipe", "alarm", leg,
+            f"the leg weighs {weight_n:.4g} N, the recipe says {stated_n:.4g} N"
+            + (f": the forces look noted in {unit}" if unit else ""),
+            "correct the unit of the forces in [columns], or the leg's mass_kg in [robot.legs]",
+        )
+    ]  # fmt: skip
 
 
 def check_walking_cells(

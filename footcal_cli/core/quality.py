@@ -366,6 +366,34 @@ def check_stream(
     return findings
 
 
+def check_frozen(time_s: FloatArray, readings: FloatArray, stream: str) -> list[Finding]:
+    """Find a stream that repeats whole rows for long while its stamps go on.
+
+    Parameters
+    ----------
+    time_s, readings
+        Shapes (n,) and (n, c).
+    """
+    if len(readings) < 3:
+        return []
+    same = np.r_[False, (np.diff(readings, axis=0) == 0).all(axis=1)]
+    edges = np.flatnonzero(~same)
+    lengths = np.diff(np.r_[edges, len(readings)])
+    longest = int(np.argmax(lengths))
+    first, run = int(edges[longest]), int(lengths[longest])
+    lasts = float(time_s[first + run - 1] - time_s[first])
+    if len(lengths) < 20 or lasts < STUCK_SECONDS or run < 10.0 * np.percentile(lengths, 90):
+        return []
+    return [
+        Finding(
+            "stream_frozen", "warning", stream,
+            f"all channels repeat one row for {lasts:.3g} s ({run} samples) from "
+            f"{time_s[first]:.6g} s",
+            "check the driver or the logger: it repeats its last sample; leave that time out",
+        )
+    ]  # fmt: skip
+
+
 def _longest_run(values: FloatArray) -> int:
     """Length of the longest run of equal values."""
     changes = np.flatnonzero(np.diff(values) != 0)

@@ -23,6 +23,10 @@ MOVING = 20.0
 UNLOADED = 0.1
 """A lifted foot's cells all lie within this share of their range, for this share of the time."""
 _FEWEST_STEPS = 4
+_FEWEST_LOADED = 12
+LOOSE_SCATTER, LOOSE_SHARE = 10.0, 0.1
+"""A channel that scatters from sample to sample by so many times its siblings' scatter, and by so
+much of its own range, has a loose contact; a load never makes it jump at every sample."""
 LINEAR = 0.5
 """Squared correlation of counts with known loads below which a cell does not weigh them."""
 
@@ -139,8 +143,44 @@ def check_glitches(reading: FloatArray, time_s: FloatArray, where: str) -> list[
     ]  # fmt: skip
 
 
-def check_dead_channels(readings: FloatArray, names: Sequence[str]) -> list[Finding]:
+def check_dead_channels(
+    readings: FloatArray, names: Sequence[str], *, loaded: bool = False
+) -> list[Finding]:
     """Find channels of one foot that stand still, or only rustle, while their siblings move.
+
+    Parameters
+    ----------
+    readings
+        In units that siblings share, shape (n, c).
+    names
+        Of the channels.
+    loaded
+        Rows are weights put here and there: the siblings are known to move.
+    """
+    good = readings[np.isfinite(readings).all(axis=1)]
+    if len(good) < (_FEWEST_LOADED if loaded else 50) or len(names) < 3:
+        return []
+    span = np.subtract(*np.percentile(good, [98, 2], axis=0))
+    scatter = np.median(np.abs(np.diff(good, axis=0)), axis=0)
+    found = []
+    for i, name in enumerate(names):
+        mates = np.delete(np.arange(len(names)), i)
+        usual = float(np.median(span[mates]))
+        moves = (loaded or usual > MOVING * float(np.median(scatter[mates]))) and usual > 0
+        if moves and span[i] < DEAD_SPAN * usual:
+            found.append(
+                Finding(
+                    "dead_cell", "alarm", name,
+                    f"the channel moves by {span[i]:,.4g} while the others of its foot move by "
+                    f"{usual:,.4g}",
+                    "check its wires, its plug and that it carries the plate",
+                )
+            )  # fmt: skip
+    return found
+
+
+def check_loose_channels(readings: FloatArray, names: Sequence[str]) -> list[Finding]:
+    """Find channels of one foot that jump at every sample while their siblings do not.
 
     Parameters
     ----------
@@ -152,23 +192,21 @@ def check_dead_channels(readings: FloatArray, names: Sequence[str]) -> list[Find
     good = readings[np.isfinite(readings).all(axis=1)]
     if len(good) < 50 or len(names) < 3:
         return []
-    span = np.subtract(*np.percentile(good, [98, 2], axis=0))
     scatter = np.median(np.abs(np.diff(good, axis=0)), axis=0)
-    found = []
-    for i, name in enumerate(names):
-        mates = np.delete(np.arange(len(names)), i)
-        usual = float(np.median(span[mates]))
-        moves = usual > MOVING * float(np.median(scatter[mates])) and usual > 0
-        if moves and span[i] < DEAD_SPAN * usual:
-            found.append(
-                Finding(
-                    "dead_cell", "alarm", name,
-                    f"the channel moves by {span[i]:,.4g} while the others of its foot move by "
-                    f"{usual:,.4g}",
-                    "check its wires, its plug and that it carries the plate",
-                )
-            )  # fmt: skip
-    return found
+    span = np.subtract(*np.percentile(good, [98, 2], axis=0))
+    usual = np.array([np.median(np.delete(scatter, i)) for i in range(len(names))])
+    loose = (scatter > LOOSE_SCATTER * usual) & (scatter > LOOSE_SHARE * span) & (usual > 0)
+    return [
+        Finding(
+            "loose_channel", "warning", name,
+            f"the channel jumps by {s:,.4g} from sample to sample, the others of its foot by "
+            f"{u:,.4g}",
+            "check its plug, its shield and its supply",
+        )
+        for name, s, u in zip(
+            np.array(names)[loose].tolist(), scatter[loose], usual[loose], strict=True
+        )
+    ]  # fmt: skip
 
 
 def check_turned_channels(readings: FloatArray, names: Sequence[str]) -> list[Finding]:

@@ -114,6 +114,7 @@ def verdict(
     offset_sd = max(float(fit.estimates.sd[1:4].max()) for fit in fits.values())
     details = [
         f"Force offsets are known to ± {number(offset_sd, 2)} N or better (one sd).",
+        *_levels(fits),
         *gaps[:6],
         *([f"… and {len(gaps) - 6} more."] if len(gaps) > 6 else []),
     ]
@@ -145,6 +146,19 @@ def verdict(
         sentence=f"Forces fit to {number(sd[worst], 2)} N sd per axis{which}, {compared}.",
         details=tuple(details),
     )
+
+
+def _levels(fits: Mapping[str, HangFit]) -> list[str]:
+    """Where levels differ from orientation to orientation by more than noise."""
+    sd = {leg: float(fit.level_sd[:3].max()) for leg, fit in fits.items()}
+    worst = max(sd, key=sd.__getitem__)
+    if not sd[worst] > 0.0:
+        return []
+    return [
+        f"{worst}: levels of the forces differ from hold to hold by {number(sd[worst], 2)} N (sd) "
+        "more than noise explains: slow drift, a cable that pulls, or attitudes that are off. "
+        "The intervals include it."
+    ]
 
 
 def _plain_verdict(residuals: Residuals, method: str) -> VerdictRecord:

@@ -10,12 +10,15 @@ from footcal_cli.core.bench.cop_models import CopFit
 from footcal_cli.core.bench.cop_study import CopResult, FootStudy
 from footcal_cli.core.bench.placement_rows import PlacementRows, find_repeats
 from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.quality import Finding
 from footcal_cli.records.results import RmseRow
 from footcal_cli.report import Sheet, number, with_sd
 
 _MOST_ROWS = 120
 _MM = 1e3
 
+MISPLACED_M, _SIGMAS = 3e-3, 4.0
+"""A cell is said to be misplaced from this distance on, and this many sd."""
 POOR_M, POOR_RATIO = 2e-3, 5.0
 """CoP errors that are called good: smaller than this, or than so many sd of repeats."""
 
@@ -129,6 +132,43 @@ def cell_sheet(found: FootStudy) -> Sheet | None:
         rows,
         note=f"Model: {result.name}; sd by leaving out one placement after the other (jackknife).",
     )
+
+
+def misplaced_cells(found: FootStudy) -> list[Finding]:
+    """Cells that placements see elsewhere than the recipe has them, by more than chance."""
+    physical = found.study.physical
+    chosen = found.study.chosen
+    if physical is None or chosen is found.study.results[0]:
+        return []
+    estimates = found.study.results[physical].parameters
+    if estimates is None:
+        return []
+    findings = []
+    for cell in found.rows.cells:
+        at = [
+            estimates.names.index(name)
+            for axis in "xy"
+            if (name := f"{cell}.cell_correction_{axis}") in estimates.names
+        ]
+        if len(at) < 2:
+            continue
+        moved, covariance = estimates.values[at], estimates.covariance[np.ix_(at, at)]
+        distance = float(np.hypot(*moved))
+        sd = float(np.sqrt(moved @ covariance @ moved)) / max(distance, np.finfo(float).tiny)
+        if distance < MISPLACED_M or distance < _SIGMAS * sd:
+            continue
+        findings.append(
+            Finding(
+                "cell_misplaced",
+                "warning",
+                cell,
+                f"the placements see it {with_sd(_MM * distance, _MM * sd)} mm from where the "
+                f"recipe has it (x {_MM * moved[0]:+.1f}, y {_MM * moved[1]:+.1f} mm)",
+                "measure where it sits and correct x_m and y_m in the recipe; if it sits right, "
+                "look for a load that bypasses it",
+            )
+        )
+    return findings
 
 
 def repeat_sheet(found: FootStudy) -> Sheet:

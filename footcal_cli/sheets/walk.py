@@ -250,7 +250,8 @@ def _how_run(found: Comparison) -> str:
     parts = ""
     if found.in_parts is not None:
         how = found.in_parts
-        taught = f"from ten minutes from {number(how.taught_from_s, 4)} s on"
+        minutes = number(how.part_s / 60, 2)
+        taught = f"from {minutes} min from {number(how.taught_from_s, 4)} s on"
         parts = (
             f" Run in {how.parts} parts of {number(how.part_s / 60, 2)} min, the filter's state "
             f"handed on; the smoother of a part sees {number(how.ahead_s, 2)} s beyond its end. "

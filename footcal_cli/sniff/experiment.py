@@ -69,8 +69,10 @@ def _loads_and_cells(file: FileGuess) -> tuple[list[ColumnGuess], list[ColumnGue
         if len(forces) == 1 and others:
             why = "a force beside readings that are none"
             return [forces[0].as_quantity("load", "likely", why)], others
-    if not loads and not cells and len(file.of("pressure")) == 1:
-        return [], []
+    pressures = [c for c in file.of("pressure") if c.values is not None]
+    if not loads and len(pressures) == 1:
+        why = "a pressure that all readings are under: its unit times an area is the load"
+        return ([pressures[0].as_quantity("load", "guess", why)], cells) if cells else ([], [])
     if loads and not cells:
         cells = [c for c in file.of("unknown", "force") if c.values is not None]
         if not cells and len(loads) == 2:

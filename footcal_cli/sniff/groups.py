@@ -10,9 +10,11 @@ from dataclasses import replace
 import numpy as np
 
 from footcal_cli.sniff.columns import ColumnGuess, FileGuess
+from footcal_cli.sniff.names import words_of
 
 AXES = ("fx", "fy", "fz", "tx", "ty", "tz")
 _INDEXED = re.compile(r"^(.*?)[\[_. (]*(\d+)[\])]*$")
+_AT_THE_FOOT = re.compile(r"foot|ankle|sole", re.IGNORECASE)
 _WRENCH_STEM = re.compile(r"wrench|ft|force|tcp", re.IGNORECASE)
 _LARGER = 3.0
 """Forces in N are larger than torques in Nm by this much, in nearly every log."""
@@ -20,11 +22,19 @@ _LARGER = 3.0
 
 def wrenches(file: FileGuess) -> dict[str, dict[str, ColumnGuess]]:
     """Complete six-axis transducers by name: axis -> column."""
-    groups: dict[str, dict[str, ColumnGuess]] = {}
+    groups: dict[tuple[str, str], dict[str, ColumnGuess]] = {}
     for column in file.of("force"):
         if column.name.axis in AXES:
-            groups.setdefault(column.name.address, {}).setdefault(column.name.axis, column)
-    return {_owner(name): g for name, g in groups.items() if set(g) == set(AXES)}
+            groups.setdefault((column.name.address, ""), {}).setdefault(column.name.axis, column)
+            if _AT_THE_FOOT.search(column.column):
+                own = groups.setdefault((column.name.address, "foot"), {})
+                own.setdefault(column.name.axis, column)
+    whole = {key: g for key, g in groups.items() if set(g) == set(AXES)}
+    # of two transducers in a leg the one at the foot feels the ground
+    return {
+        _owner(name): whole.get((name, "foot"), group)
+        for (name, _), group in whole.items()
+    }  # fmt: skip
 
 
 def _owner(address: str) -> str:
@@ -102,8 +112,8 @@ def one_owner(columns: Iterable[ColumnGuess], axes: Iterable[str]) -> dict[str, 
 
 def readings(file: FileGuess) -> list[ColumnGuess]:
     """Columns taken for readings of cells: those called so, else those nothing else explains."""
-    named = [c for c in file.of("reading") if c.values is not None]
-    plain = [c for c in file.of("force") if c.name.axis in ("", "fz")]
+    named = _parts([c for c in file.of("reading") if c.values is not None])
+    plain = _parts([c for c in file.of("force") if c.name.axis in ("", "fz")])
     unknown = [c for c in file.of("unknown") if c.values is not None and np.ptp(_finite(c)) > 0]
     if named:
         placed = [c for c in unknown if c.name.side or c.name.place]
@@ -111,6 +121,12 @@ def readings(file: FileGuess) -> list[ColumnGuess]:
     if plain and not wrenches(file):
         return plain
     return unknown
+
+
+def _parts(columns: list[ColumnGuess]) -> list[ColumnGuess]:
+    """Readings without the totals of a foot whose parts stand there too."""
+    totals = [c for c in columns if {"total", "sum"} & set(words_of(c.column))]
+    return [c for c in columns if c not in totals] if len(totals) < len(columns) / 2 else columns
 
 
 def _finite(column: ColumnGuess) -> np.ndarray[tuple[int], np.dtype[np.float64]]:

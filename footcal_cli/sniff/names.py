@@ -45,6 +45,10 @@ for _meaning, _spellings in {
 }.items():
     for _word in _spellings.split():
         _WORDS.setdefault(_word, _meaning)  # type: ignore[arg-type]
+_MEAN = re.compile(r"[\W_](?:mean|avg|average|median)$", re.IGNORECASE)
+_SPREAD = re.compile(r"[\W_](?:std|sd|stdev|stddev|var|variance|rms|sem)$", re.IGNORECASE)
+"""How a column of means or of scatter is called."""
+_REPORTED = {"plate", "platform", "measured", "meas", "sensor", "estimated", "est", "insole"}
 _FORCE = {"force", "kraft", "fuerza", "effort", "f", "forza", "grf"}
 _TORQUE = {"torque", "moment", "tau", "drehmoment", "m", "t", "couple"}
 _NOISE = {
@@ -107,8 +111,11 @@ def words_of(name: str) -> list[str]:
 
 def name_guess(name: str) -> NameGuess:
     """What a column's name says of it."""
-    stem, unit = split_unit(name.lstrip("%#$/ "))
+    plain = name.lstrip("%#$/ ")
+    stem, unit = split_unit(_MEAN.sub("", plain))
     words = words_of(stem)
+    if _SPREAD.search(plain):
+        return NameGuess("other", unit=unit)
     side, place, rest = _address(words)
     quantity, axis, used = _quantity(stem, words, unit)
     owner = "_".join(w for w in rest if w not in used and w not in _NOISE)
@@ -179,7 +186,7 @@ def _quantity(stem: str, words: list[str], unit: str | None) -> tuple[Quantity, 
     ):
         return "quaternion", last[-1], {"quat", "quaternion", "orientation", "q", last}
     found = re.fullmatch(r"(?:.*[\W_])?q(?:uat|uaternion)?[\W_]?([0-3])", stem.lower())
-    if found:
+    if found and unit is None and not {"joint", "joints"} & set(words):
         return "quaternion", found[1], {"q", "quat", "quaternion", found[1]}
     said = {"acc", "accel", "acceleration", "accelerometer", "accelerometers"} & set(words)
     if said and last in "xyz":
@@ -192,6 +199,8 @@ def _quantity(stem: str, words: list[str], unit: str | None) -> tuple[Quantity, 
     found = re.fullmatch(r"r_?([0-3])_?([0-3])", stem.lower().split(".")[-1].split("rot_")[-1])
     if found:
         return "matrix", found[1] + found[2], {"r"}
+    if last in ("x", "y") and unit in ("m", "mm", "cm") and set(words) & _REPORTED:
+        return "cop", last, {last, *_REPORTED}
     if (last in ("x", "y") and set(words) & {
         "hole", "point", "pos", "position", "target", "loch", "ref", "true", "place",
     }) or (stem.lower() in ("x", "y") and unit in ("m", "mm", "cm", None)):  # fmt: skip
@@ -209,6 +218,10 @@ def _by_words(
         w in ("weight", "load", "mass", "gewicht", "masse", "poids", "last") for w in words
     ) and (any(w in ("cell", "sensor", "raw", "counts", "adc") for w in words)):
         return "reading", "", set()
+    if words in (["p"], ["p", "0"]):
+        return "pressure", "", set(words)
+    if words and words[-1] in ("x", "y", "z") and unit in ("m", "mm", "cm"):
+        return "unknown", "", set()  # a place is no load, whatever it is a reference for
     for quantity in ("time", "load", "temperature", "direction", "repeat", "session", "phase",
                      "orientation", "placement", "contact", "pressure", "reading", "label",
                      "sequence", "other"):  # fmt: skip

@@ -199,7 +199,7 @@ def _feet_poses(file: FileGuess) -> dict[str, Entry]:
                 continue
             plain = column.column.lower()
             last = re.split(r"[_.\s]", plain)[-1]
-            if column.quantity == "quaternion":
+            if column.quantity == "quaternion" and column.name.axis in "xyzw":
                 found[f"{side}_foot_q{column.name.axis}"] = of(column)
             elif last in ("x", "y", "z") and "foot" in plain and column.quantity != "force":
                 found[f"{side}_foot_{last}_m"] = of(column, column.unit or "m")

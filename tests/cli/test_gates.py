@@ -55,7 +55,8 @@ def test_no_command_starts_from_a_rejected_calibration(run: Run, log: Path, tmp_
 def test_make_fails_again_until_the_gate_is_met(log: Path, tmp_path: Path) -> None:
     (tmp_path / "Makefile").write_text(
         "out/parameters.json: weights.csv\n"
-        f"\t{sys.executable} -m footcal_cli offline-fit $< --out out --overwrite $(GATE) --quiet\n"
+        f"\t{sys.executable} -m footcal_cli offline-fit $< --out out --overwrite $(GATE) "
+        "--no-pictures --quiet\n"
     )
 
     def make(*words: str) -> int:

@@ -14,7 +14,12 @@ import pytest
 from footcal_cli import columns
 from footcal_cli.columns import TableType
 from footcal_cli.commands import option_tables
-from footcal_cli.core.body_stream import check_acceleration, check_overlap, check_quaternions
+from footcal_cli.core.body_stream import (
+    check_acceleration,
+    check_heading_across,
+    check_overlap,
+    check_quaternions,
+)
 from footcal_cli.core.plausibility import check_shares
 from footcal_cli.inspection import inspect, inspect_record
 from footcal_cli.recipe import Recipe, Robot, read_recipe
@@ -326,3 +331,63 @@ def test_weights_on_a_foot_against_the_calibration_of_its_cells(
     forces = scale * counts * np.array(turn) + bias
     found = check_shares(forces, cells, load * table.number("load_n"), calibrated=True)
     assert [f.code for f in found] == codes
+
+
+@pytest.mark.parametrize(("looks", "degrees", "found"), [(0.15, False, 0), (0.15, True, 1),
+                                                         (2.0, False, 0)])  # fmt: skip
+def test_headings_lie_across_the_line_from_foot_to_foot(
+    looks: float, degrees: bool, found: int
+) -> None:
+    """Steps of 5 cm with feet 10 cm apart turn that line by half a radian to either side."""
+    step = 0.05 * np.sin(np.arange(200) / 7.0)
+    ahead, aside = (np.array([np.cos(a), np.sin(a), 0.0]) for a in (looks, looks + np.pi / 2))
+    left, right = (np.outer(s * step, ahead) + s * 0.05 * aside for s in (1.0, -1.0))
+    yaw = np.full(200, np.degrees(looks) if degrees else looks)
+    assert len(check_heading_across(yaw, left, right, "left_foot_yaw_rad")) == found
+
+
+def test_a_dead_cell_under_weights_on_a_foot_and_among_cells_loaded_together() -> None:
+    rustle = np.random.default_rng(3)
+    robot = recipe("bench_foot").robot
+    kind = columns.placements_table(tuple(robot.feet["left"].cells))
+    table = clean(SAMPLES / "bench_foot/placements.csv", kind, "bench_foot")
+    dead = 8.3e6 + rustle.normal(0.0, 40.0, len(table)).round()
+    found = inspect(bent(table, lambda log: log.assign(rr_counts=dead)), kind, robot)
+    assert [f.where for f in found if f.code == "dead_cell"] == ["left_rr"]
+    cells = ("a", "b")
+    load = rustle.uniform(0.0, 30.0, (60, 2))
+    counts = np.column_stack([8.3e6 - load[:, 0] / 3.4e-5, 8.3e6 + rustle.normal(0, 40, 60)])
+    data = Frame({f"{c}_load_n": load[:, i] for i, c in enumerate(cells)})
+    data = data.assign(**{f"{c}_counts": counts[:, i].round() for i, c in enumerate(cells)})
+    together = Table(data, Path("together.csv"), "")
+    found = inspect(together, columns.weights_together_table(cells), Robot())
+    assert [(f.code, f.where) for f in found] == [("dead_cell", "b")]
+
+
+def frozen(log: Frame) -> Frame:
+    held = log.copy()
+    held.iloc[200:400, 1:] = held.iloc[200, 1:].to_numpy()
+    return held
+
+
+def loose(log: Frame) -> Frame:
+    span = float(np.ptp(log["left_fl_counts"]))
+    noise = np.random.default_rng(2).normal(0.0, 0.5 * span, len(log))
+    return log.assign(left_fl_counts=log["left_fl_counts"] + noise)
+
+
+@pytest.mark.parametrize(
+    ("log", "change", "code"),
+    [
+        ("walk_004_cells", frozen, "stream_frozen"), ("walk_004_body", frozen, "stream_frozen"),
+        ("walk_004_cells", loose, "loose_channel"),
+    ],
+)  # fmt: skip
+def test_a_stream_that_repeats_itself_and_a_channel_that_jumps(
+    log: str, change: Callable[[Frame], Frame], code: str
+) -> None:
+    robot = recipe("nao_walk").robot
+    body = log.endswith("body")
+    kind = columns.body_table(tuple(robot.feet)) if body else columns.cells_table(robot.cell_names)
+    table = clean(SAMPLES / f"biped/{log}.parquet", kind, "nao_walk")
+    assert code in alarms(bent(table, change), kind, robot)

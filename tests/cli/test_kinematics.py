@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from footcal_cli.errors import missing_library
+from footcal_cli.errors import lacks_memory, missing_library
 from footcal_cli.recipe import read_recipe
 from footcal_cli.records.files import read_record
 from footcal_cli.records.results import RunRecord
@@ -242,6 +242,8 @@ def test_a_library_without_memory_to_load_it_is_not_called_missing() -> None:
     absent = missing_library("no_such_package", ImportError(words), "needs it", "install it")
     assert (there.exit_code, absent.exit_code) == (74, 2)
     assert words.rpartition(": ")[2] in there.line()
+    assert lacks_memory(ImportError(words))
+    assert not lacks_memory(ImportError("undefined symbol"))
 
 
 def test_without_pinocchio_it_says_how_to_install_it(

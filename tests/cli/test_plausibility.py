@@ -5,9 +5,11 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import pytest
 
+from footcal_cli.core.plausibility import check_leg_weights, check_supported
 from tests.cli.test_run_folder import LOG
 from tests.conftest import REPOSITORY, Run
 
@@ -107,3 +109,58 @@ def test_a_clean_walk_raises_nothing(run: Run, tmp_path: Path, belief: Path) -> 
         "--out", out,
     )  # fmt: skip
     assert not findings(out)
+
+
+@pytest.mark.parametrize(
+    ("newtons", "stated", "codes"),
+    [
+        (1.0, None, []),
+        (1.0 / 4.448222, None, ["legs_very_light"]),
+        (1.0 / 9.80665, None, ["legs_very_light"]),
+        (1e3 / 9.80665, None, ["legs_heavier_than_robot"]),
+        (1.0, 6.0, []),
+        (1.0 / 4.448222, 6.0, ["leg_weight_off_recipe"] * 2),
+        (1.0 / 9.80665, 6.0, ["leg_weight_off_recipe"] * 2),
+    ],
+)
+def test_legs_against_the_robot_and_against_their_stated_weights(
+    newtons: float, stated: float | None, codes: list[str]
+) -> None:
+    """Two legs of 6.2 N below a robot of 30 N; their forces in other units under ``_n``."""
+    known = None if stated is None else {"fl": stated, "fr": stated}
+    found = check_leg_weights({"fl": 6.2 * newtons, "fr": 6.2 * newtons}, 30.0, known)
+    assert [f.code for f in found] == codes
+
+
+@pytest.mark.parametrize(("factor", "found"), [(1.0, 0), (0.9, 0), (1 / 4.448222, 1), (6.0, 1)])
+def test_forces_at_the_hips_against_what_they_support(factor: float, found: int) -> None:
+    rng = np.random.default_rng(0)
+    carried = np.array([0.0, 0.0, 43.0])
+    error = factor * (carried + rng.normal(0.0, 0.5, (50, 3))) - carried
+    assert len(check_supported(error, 43.0, "all legs")) == found
+
+
+def test_a_doubt_about_units_is_not_good_and_says_what_to_do(run: Run, tmp_path: Path) -> None:
+    """Rows of no load tell the zero alone; whoever gave them meant loads."""
+    log, out = tmp_path / "weights.csv", tmp_path / "out"
+    log.write_text("channel,load_n,counts\n" + "a,0,5\na,0,6\n" * 3, "utf-8")
+    run("check", log, "--out", out)
+    assert level(out) == "warning"
+    assert ("no_load", "load") in findings(out)
+
+
+def test_where_nothing_usable_comes_out_the_alarm_before_it_is_said(
+    run: Run, tmp_path: Path, belief: Path
+) -> None:
+    for name in ("cells", "body"):
+        table = pd.read_parquet(BIPED / f"walk_004_{name}.parquet").iloc[:300]
+        if name == "body":
+            table = table.assign(time_s=table["time_s"] + 86400.0)
+        table.to_parquet(tmp_path / f"{name}.parquet")
+    logs = (tmp_path / "cells.parquet", tmp_path / "body.parquet")
+    answer = run(
+        "static-init", *logs, "--recipe", RECIPE, "--parameters", belief, "--out", tmp_path / "o"
+    )
+    assert answer.exit_code == 3
+    assert "share no moment" in answer.err
+    assert answer.err.count("\n") == 1

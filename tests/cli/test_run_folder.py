@@ -190,6 +190,27 @@ def _small_files() -> None:
     resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))
 
 
+def test_a_real_disk_that_is_full(log: Path, tmp_path: Path) -> None:
+    """A memory disk smaller than a run folder, where this user may mount one."""
+    disk = tmp_path / "disk"
+    disk.mkdir()
+    mount = ["mount", "-t", "tmpfs", "-o", "size=32k", "none", str(disk)]
+    if shutil.which("mount") is None or subprocess.run(mount, capture_output=True).returncode:
+        pytest.skip("this user may not mount a disk")
+    try:
+        words = ["offline-fit", str(log), "--no-pictures", "--out", str(disk / "out")]
+        ended = subprocess.run(
+            [sys.executable, "-m", "footcal_cli", *words], capture_output=True, text=True,
+            env={**os.environ, "PYTHONPATH": str(REPOSITORY)},
+        )  # fmt: skip
+        assert ended.returncode == 74
+        assert ended.stderr.count("\n") == 1
+        assert "free space" in ended.stderr
+        assert list(disk.iterdir()) == []
+    finally:
+        subprocess.run(["umount", disk], check=True)
+
+
 @pytest.mark.skipif(os.geteuid() == 0 and shutil.which("setpriv") is None, reason="root may write")
 def test_a_missing_permission_is_the_machine_s_fault(log: Path, tmp_path: Path) -> None:
     closed = tmp_path / "closed"

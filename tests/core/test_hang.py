@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
+from footcal_cli.core.hang.intake import hang_log
 from footcal_cli.core.hang.joint import HangFit, HangOptions, fit_hang
 from footcal_cli.core.hang.model import HangModel
 from footcal_cli.core.hang.runs import hang_runs
@@ -258,3 +259,31 @@ def test_logs_of_different_legs_and_broken_readings_are_refused() -> None:
     with pytest.raises(ValueError, match="not numbers"):
         fit_hang([log.with_readings(broken)])
     assert LEGS[0] == "hl"
+
+
+def test_levels_that_differ_from_hold_to_hold_are_in_the_intervals() -> None:
+    """Slow drift is constant within a hold: its noise there says nothing of it."""
+    offset, com, weight_n = (
+        np.array([3.1, -7.4, 12.2, 0.12, -0.33, 0.05]),
+        [2e-3, -4e-3, 0.061],
+        9.1,
+    )
+    scores, found = [], []
+    for seed in range(12):
+        rng = np.random.default_rng(seed)
+        down = rng.normal(size=(18, 3))
+        down = np.repeat(down / np.linalg.norm(down, axis=1, keepdims=True), 60, axis=0)
+        force = weight_n * down
+        wrench = np.hstack([force, np.cross(com, force)]) + offset
+        wrench += np.array([0.2] * 3 + [4e-3] * 3) * rng.normal(size=wrench.shape)
+        drift = np.array([0.1] * 3 + [3e-3] * 3)
+        wrench += np.repeat(drift * rng.normal(size=(18, 6)), 60, axis=0)
+        time_s = np.arange(len(wrench)) / 50.0
+        log = hang_log("wrist", time_s, np.zeros_like(time_s), wrench, down, leg_weight_n=9.0)
+        fit = fit_hang([log], HangOptions(tilt="none"))
+        truth = np.concatenate([[weight_n], offset, com])
+        scores.append((fit.estimates.values[: truth.size] - truth) / fit.estimates.sd[: truth.size])
+        found.append(fit.level_sd)
+    # without it every error would be three to six sd
+    assert 0.8 < np.sqrt(np.mean(np.square(scores))) < 1.25
+    np.testing.assert_allclose(np.mean(found, axis=0), drift, rtol=0.2)

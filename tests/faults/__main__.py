@@ -16,11 +16,13 @@ from tests.faults.injected import kills, machine_faults, races
 from tests.faults.judging import job_of
 from tests.faults.log_relations import log_relations
 from tests.faults.page import write_page
+from tests.faults.process_relations import process_relations
 from tests.faults.relations import relation_jobs
 from tests.faults.running import forget_broken, load_package, outcomes
+from tests.faults.seen import seen_jobs
 from tests.faults.world_relations import world_relations
 
-SLOW = frozenset({"pose", "walk", "stream_ladder", "placements_ladder"})
+SLOW = frozenset({"pose", "walk", "stream_ladder", "placements_ladder", "diagnose_walk", "batch"})
 """Base cases that take many seconds."""
 
 
@@ -31,7 +33,7 @@ def run(arguments: list[str] | None = None) -> int:
     parser.add_argument(
         "--parts",
         nargs="*",
-        default=["input", "kill", "machine", "race", "relation"],
+        default=["input", "kill", "machine", "race", "relation", "seen"],
         help="what to try",
     )
     parser.add_argument("--seed", type=int, default=1)
@@ -49,7 +51,11 @@ def run(arguments: list[str] | None = None) -> int:
         "kill": lambda: kills(inputs, given.seed),
         "machine": lambda: machine_faults(inputs, given.seed),
         "race": lambda: races(inputs, given.seed),
-        "relation": lambda: relation_jobs((*log_relations(), *world_relations()), inputs),
+        "relation": lambda: [
+            *process_relations(inputs),
+            *relation_jobs((*log_relations(), *world_relations()), inputs),
+        ],
+        "seen": lambda: seen_jobs(inputs, given.seed),
     }
     jobs = [job for part in given.parts for job in made[part]()]
     # in an order drawn by seed, slow commands last: wherever it is stopped, much was tried

@@ -16,6 +16,7 @@ _PARTS = {
     "kill": ("Killed runs", "a signal at a drawn file access or moment; the next run must succeed"),
     "race": ("Races", "two runs write one folder at the same time"),
     "relation": ("Relations", "a change of the input after which the answer must be the same"),
+    "seen": ("What check sees", "a log of weights, of a walk, a stand or a hanging with one fault"),
 }  # fmt: skip
 _COUNTED = {
     "tracebacks or warnings of the interpreter": ("a traceback", "a warning of the interpreter"),
@@ -55,17 +56,25 @@ def write_page(outcomes: Sequence[Outcome], planned: Sequence[str], page: Path) 
         "| what must not happen | cases |",
         "|---|---|",
     ]  # fmt: skip
-    said = [[v for o in outcomes for v in o.violations if v.startswith(s)] for s in
+    looked = [o for o in outcomes if o.part == "seen"]
+    others = [o for o in outcomes if o.part != "seen"]
+    said = [[v for o in others for v in o.violations if v.startswith(s)] for s in
             _COUNTED.values()]  # fmt: skip
     lines += [f"| {name} | {len(v)} |" for name, v in zip(_COUNTED, said, strict=True)]
-    rest = [v for o in outcomes for v in o.violations]
+    rest = [v for o in others for v in o.violations]
     rest = [
         v for v in rest if not v.startswith(tuple(s for each in _COUNTED.values() for s in each))
     ]
     lines.append(f"| anything else: another exit code, several lines of error | {len(rest)} |")
+    if looked:
+        missed = sum(bool(o.violations) for o in looked)
+        lines.append(f"| a fault of a log that `check` does not see | {missed} of {len(looked)} |")
     for part, (title, words) in _PARTS.items():
         own = [o for o in outcomes if o.part == part]
-        if own:
+        if part == "seen" and own:
+            lines += ["", f"## {title}", "", f"{words[0].upper()}{words[1:]}; `footcal check` must "
+                      f"say something: {_seen(own)}.", "", *_seen_table(own)]  # fmt: skip
+        elif own:
             lines += ["", f"## {title}", "", f"{words[0].upper()}{words[1:]}.", "", *_table(own)]
     lines += ["", "## Commands", "", "| base case | tried | of |", "|---|---|---|"]
     of, tried = (Counter(k.split(" | ")[0] for k in keys) for keys in
@@ -98,6 +107,24 @@ def _table(outcomes: Sequence[Outcome]) -> list[str]:
             f"{_cell(min(good, key=len) if good else '')} |"
         )
     return lines
+
+
+def _seen(outcomes: Sequence[Outcome]) -> str:
+    seen = sum(not o.violations for o in outcomes)
+    return f"{seen} of {len(outcomes)} seen"
+
+
+def _seen_table(outcomes: Sequence[Outcome]) -> list[str]:
+    """A row per log and fault: how often it was seen."""
+    lines = ["| log | fault | seen |", "|---|---|---|"]
+    kinds: dict[tuple[str, str], list[Outcome]] = defaultdict(list)
+    for outcome in outcomes:
+        base, fault, _ = outcome.key.split(" | ")
+        kinds[base, fault].append(outcome)
+    return lines + [
+        f"| {base.removeprefix('check_')} | {_cell(fault)} | {_seen(found)} |"
+        for (base, fault), found in sorted(kinds.items())
+    ]
 
 
 def _code(code: int) -> str:

@@ -64,7 +64,7 @@ def relation_jobs(relations: Iterable[Relation], inputs: Path) -> list[Job]:
 
 
 def _check(relation: Relation, inputs: Path, folder: Path) -> Outcome:
-    was = relation.expected(_unchanged(relation.base, inputs, folder))
+    was = relation.expected(unchanged(relation.base, inputs, folder))
     laid_out(relation.base, inputs, folder)
     words = relation.change(folder, words_in(relation.base, folder))
     out = folder / relation.base.out
@@ -79,7 +79,7 @@ def _check(relation: Relation, inputs: Path, folder: Path) -> Outcome:
     return Outcome(relation.key, "relation", relation.family, code, said, "", tuple(broken[:3]))
 
 
-def _unchanged(base: Base, inputs: Path, folder: Path) -> Facts:
+def unchanged(base: Base, inputs: Path, folder: Path) -> Facts:
     """The answer to the base case, worked out once."""
     kept = inputs / "facts" / f"{base.name}.json"
     if not kept.is_file():

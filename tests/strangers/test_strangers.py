@@ -7,14 +7,14 @@ from pathlib import Path
 import pytest
 
 from tests.conftest import Run
-from tests.strangers import later, seen, third, unseen
+from tests.strangers import later, seen, third, turned, unseen
 from tests.strangers.rigs import Write
 from tests.strangers.trial import trial
 
 SAMPLE = (
     seen.semicolons_commas_units, seen.serial_with_typed_weights, seen.one_file_per_channel,
     seen.wrist_rpy_degrees, seen.bare_readings, third.netft_orientations, third.scalar_first,
-    third.mixed_unit_texts,
+    third.mixed_unit_texts, seen.cop_grid,
 )  # fmt: skip
 
 
@@ -25,10 +25,11 @@ def test_a_sample_of_the_corpus(shape: Write, run: Run, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("corpus", ["seen", "unseen", "third", "later"])
+@pytest.mark.parametrize("corpus", ["seen", "unseen", "third", "later", "turned"])
 def test_the_whole_corpus(corpus: str, run: Run, tmp_path: Path) -> None:
     shapes = {
-        "seen": seen.SEEN, "unseen": unseen.UNSEEN, "third": third.THIRD, "later": later.LATER
+        "seen": seen.SEEN, "unseen": unseen.UNSEEN, "third": third.THIRD, "later": later.LATER,
+        "turned": turned.TURNED,
     }[corpus]  # fmt: skip
     found = {shape.__name__: trial(shape, tmp_path / shape.__name__, run) for shape in shapes}
     for kind in ("calibration", "next step"):

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from footcal_cli.columns import legs_table, poses_table
 from footcal_cli.commands.parts.pose_outcome import WRENCH_COLUMNS, calibration_of, mounting_of
 from footcal_cli.commands.parts.six_axis_logs import frames_of_tables, geometry_of, without_effects
+from footcal_cli.core.plausibility import check_total_force
 from footcal_cli.core.pose.data import pose_data
 from footcal_cli.core.pose.hanging import stored_knowledge
 from footcal_cli.core.pose.intake import pose_log
@@ -77,6 +78,7 @@ def apply_legs(session: Session[ApplyOptions]) -> Outcome:
         coms = tuple(leg.com_m for leg in legs)
         tare = tare_in_the_air(geometry.rot_bt, offset, weight, coms)
         before = naive_wrenches(data, tare, calibration.origin_b_m)
+    session.note(check_total_force(after[..., 2].sum(axis=1), robot.weight_n, "all legs"))
     picture = Picture(
         "foot_wrenches",
         lambda: plot_feet(time_s, before, after, geometry.legs, "pose" if poses else "time (s)"),

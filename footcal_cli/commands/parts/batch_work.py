@@ -14,7 +14,7 @@ from pathlib import Path
 
 from footcal_cli import __version__
 from footcal_cli.batch.plan import Job
-from footcal_cli.errors import FootcalError, UsageError, of_machine
+from footcal_cli.errors import FootcalError, UsageError, lacks_memory, of_machine
 from footcal_cli.logfiles import digest
 from footcal_cli.records.batch import SessionRecord
 from footcal_cli.records.files import read_record, write_record
@@ -104,6 +104,8 @@ def _run(job: Job) -> tuple[int, str]:
             machine = of_machine(error)
             return machine.exit_code, machine.line()
         except Exception as error:
+            if lacks_memory(error):
+                return of_machine(error).exit_code, of_machine(error).line()
             return EXIT_BUG, f"internal error: {type(error).__name__}: {error}"
         finally:
             claims.reset(token)

@@ -316,6 +316,7 @@ def feet_part(feet: Sequence[FootStudy], robot: Robot) -> Part:
         sheets=tuple(tables),
         rows=tuple(row for found in feet for row in sheets.placement_errors(found)),
         inadequate="cop_inadequate",
+        findings=tuple(f for found in feet for f in sheets.misplaced_cells(found)),
         footer=(
             "CoP corrections: NAO CoP self-calibration, eqs. (3)–(5), solved as the linear "
             "problem they are; the "

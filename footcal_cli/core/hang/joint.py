@@ -25,6 +25,7 @@ _MIN_NOISE_DOF = 60
 _PHASE_CONDITION = 1e-4
 _NOISE_ROUNDS = 4
 _INERTIAL_ROUNDS = 2
+_LEVEL_ROUNDS = 6
 _TYPICAL_SD = np.array([1.0] * 3 + [0.1] * 3)
 _LEAST_NOISE = 1e-9  # of the weight: logs without any noise
 
@@ -82,6 +83,9 @@ class HangFit:
         Where the offsets hold when temperature or drift terms are fitted.
     gaps
         What these logs cannot tell, in words, and what would show it; empty if all is seen.
+    level_sd
+        Sd of each channel's level from orientation to orientation beyond its noise within one, N
+        and Nm, shape (6,); it is in the intervals.
     """
 
     model: HangModel
@@ -93,6 +97,7 @@ class HangFit:
     reference_temperature_degc: float
     reference_time_s: float
     gaps: tuple[str, ...]
+    level_sd: FloatArray
 
     @property
     def estimates(self) -> Estimates:
@@ -211,10 +216,20 @@ def fit_hang(logs: Sequence[Log], options: HangOptions | None = None) -> HangFit
         chosen = replace(model, order=min(evidence, key=evidence.__getitem__))
         if chosen.order < model.order:
             start = _of_order(model, chosen, fit.estimates.values)
-            fit = _fit(reduced.only(chosen.among(model)), chosen, weight_n, start)
+            reduced = reduced.only(chosen.among(model))
+            fit = _fit(reduced, chosen, weight_n, start)
         model = chosen
+    fit, level_sd = _with_levels(reduced, model, weight_n, fit)
     return HangFit(
-        model, fit, noise, evidence, samples, effective, *references, hang_gaps(model, fit)
+        model,
+        fit,
+        noise,
+        evidence,
+        samples,
+        effective,
+        *references,
+        hang_gaps(model, fit),
+        level_sd,
     )
 
 
@@ -225,6 +240,23 @@ def _fit(
     parameters = model.parameters(weight_n)
     fit = reduced.fit(parameters, model.coefficients, model.coefficient_jacobian, start)
     return with_unseen(fit)
+
+
+def _with_levels(
+    reduced: Reduced, model: HangModel, weight_n: float, fit: Fit
+) -> tuple[Fit, FloatArray]:
+    """The fit again where levels differ from hold to hold by more than the noise within one."""
+    sd: FloatArray | None = None
+    for _ in range(_LEVEL_ROUNDS):
+        theta = fit.estimates.values
+        sd = reduced.level_sd(
+            0, model.coefficients(theta), model.coefficient_jacobian(theta),
+            fit.estimates.covariance, (slice(0, 3), slice(3, 6)), sd,
+        )  # fmt: skip
+        if not sd.any():
+            return fit, sd
+        fit = _fit(reduced.with_levels(0, sd), model, weight_n, theta)
+    return fit, np.zeros(reduced.target.shape[1]) if sd is None else sd
 
 
 def _order_evidence(model: HangModel, fit: Fit, samples: float) -> dict[int, float]:

@@ -19,6 +19,8 @@ from footcal_cli.core.parameters import FloatArray, IntArray, ParameterSet
 
 SEEN = 1e-7
 """Singular values below this share of the largest count as none."""
+FEWEST_LEVELS, SURE_EXCESS = 8.0, 3.0
+"""Degrees of freedom that a variance between records needs, and by how many sd it stands out."""
 
 
 @dataclass(frozen=True)
@@ -64,6 +66,76 @@ class Reduced:
     def only(self, regressors: IntArray) -> Reduced:
         """The same records predicted by some of the regressors alone."""
         return Reduced(self.factor[..., regressors], self.target)
+
+    def with_levels(self, constant: int, sd: FloatArray) -> Reduced:
+        """The same records, each with a random level of its own, ``b ~ N(0, sd²)`` per channel.
+
+        With a = R e, e the regressor that is 1, the errors have covariance ``I + sd² a aᵀ``; they
+        are whitened by ``I − s a aᵀ``, ``s = (1 − 1/√(1 + sd² |a|²)) / |a|²``.
+
+        Parameters
+        ----------
+        constant
+            Which regressor is 1.
+        sd
+            Shape (c,), in the channels' units.
+        """
+        a = self.factor[..., constant]
+        size = np.sum(a**2, axis=-1)
+        share = (1.0 - 1.0 / np.sqrt(1.0 + sd**2 * size)) / np.where(size > 0.0, size, 1.0)
+        along = share[..., None] * a
+        return Reduced(
+            self.factor
+            - along[..., None] * np.einsum("lcd,lcde->lce", a, self.factor)[..., None, :],
+            self.target - along * np.sum(a * self.target, axis=-1)[..., None],
+        )
+
+    def level_sd(
+        self,
+        constant: int,
+        coefficients: FloatArray,
+        slope: FloatArray,
+        covariance: FloatArray,
+        groups: Sequence[slice],
+        before: FloatArray | None = None,
+    ) -> FloatArray:
+        """Sd of the level of a record beyond its own noise, shape (c,); 0 where chance explains it.
+
+        By moments: with u the error along a record's level, ``E u² = 1 + sd² |a|² − h``, h the
+        variance that the parameters have along it. Slow drift, and whatever else changes from
+        record to record, shows there and nowhere else: within a record it is the level.
+
+        Parameters
+        ----------
+        constant
+            Which regressor is 1.
+        coefficients, slope
+            C and its derivative at the fit, shapes (L, c, d) and (L, c, d, parameters).
+        covariance
+            Of the parameters, shape (parameters, parameters).
+        groups
+            Channels that share one sd: forces, torques.
+        before
+            The sd that the fit allowed for, shape (c,); None where it allowed for none.
+        """
+        a = self.factor[..., constant]
+        size = np.sum(a**2, axis=-1)
+        unit = a / np.sqrt(np.where(size > 0.0, size, 1.0))[..., None]
+        error = np.einsum("lcd,lcde,lce->lc", unit, self.factor, coefficients)
+        error -= np.sum(unit * self.target, axis=-1)
+        seen = np.einsum("lcd,lcde,lcep->lcp", unit, self.factor, slope)
+        fitted = np.einsum("lcp,pq,lcq->lc", seen, covariance, seen)
+        sd = np.zeros(self.target.shape[1])
+        for group in groups:
+            excess = float(np.sum(error[:, group] ** 2 - 1.0 + fitted[:, group]))
+            if before is None:
+                dof = float(np.sum(1.0 - fitted[:, group]))
+                sure = dof >= FEWEST_LEVELS and excess > SURE_EXCESS * np.sqrt(2.0 * dof)
+            else:
+                sure = bool(before[group].any())
+            if sure:
+                sd[group] = np.sqrt(max(excess, 0.0) / np.sum(size[:, group]))
+        return sd
 
     def fit(
         self,

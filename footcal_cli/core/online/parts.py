@@ -37,7 +37,7 @@ from footcal_cli.core.online.streams import Merged
 from footcal_cli.core.online.tuning import Tuning
 from footcal_cli.core.parameters import Estimates, FloatArray
 
-PART_S = 600.0
+PART_S = 300.0
 """Length of a part."""
 BEFORE_S, AHEAD_S = 10.0, 60.0
 """What a part sees before its start and beyond its end: filters and contact have settled, and the

@@ -1,0 +1,67 @@
+"""What `footcal init` makes of the recordings of others, as their publishers wrote them."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from tests.conftest import Run
+
+GUESSES = [
+    (
+        "forceplate-cop-points/points_frames.csv", "offline-fit", "cop_points",
+        {"cop_x_m": "plate_x_m", "hole_y_m": "ref_y_m"},
+    ),
+    (
+        "forceplate-cop-points/points_summary.csv", "offline-fit", "cop_points",
+        {"cop_x_m": "plate_x_m_mean", "hole_y_m": "ref_y_m_mean"},
+    ),
+    (
+        "icub-four-ft/trial3_four_ft.csv", "static-init", "cells",
+        {"left_fz_n": "left_foot_ft_fz", "right_tx_nm": "right_foot_ft_tx"},
+    ),
+    (
+        "insole-plenum/calibration_dataset.parquet", "offline-fit", "weights_stream",
+        {"load_n": "P0", "cell_114_counts": "taxel114"},
+    ),
+    ("loadcell-creep/test2.csv", "offline-fit", "weights_stream", {"time_s": "t_s"}),
+    (
+        "loadsol-insoles/test_poids_loadsol.csv", "static-init", "cells",
+        {"left_heel_counts": "l_heel_N", "right_medial_counts": "r_medial_N"},
+    ),
+    (
+        "reemc-walking/14_1.csv", "online-replay", "cells",
+        {"left_fx_n": "ftl_fx", "com_z_m": "com_z", "right_foot_qw": "footr_qw"},
+    ),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("log", "command", "role", "columns"), GUESSES, ids=[log for log, *_ in GUESSES]
+)
+def test_a_recording_of_others_is_understood(
+    log: str, command: str, role: str, columns: dict[str, str], real_data: Path, run: Run,
+    tmp_path: Path,
+) -> None:  # fmt: skip
+    answer = run("init", real_data / log, "-o", tmp_path / "guess.toml")
+    assert answer.exit_code == 0, answer.err
+    assert f"footcal {command} --recipe" in answer.out
+    recipe = tomllib.loads((tmp_path / "guess.toml").read_text(encoding="utf-8"))
+    assert set(recipe["data"]) == {role}
+    for name, wanted in columns.items():
+        place = recipe["columns"][name]
+        assert (place if isinstance(place, str) else place["column"]) == wanted
+    totals = [name for name in recipe["columns"] if name in ("left_counts", "right_counts")]
+    assert not totals, "a foot's total is no cell"
+
+
+def test_a_plate_is_corrected_by_the_guessed_recipe(
+    real_data: Path, run: Run, tmp_path: Path
+) -> None:
+    log, recipe = real_data / "forceplate-cop-points/points_frames.csv", tmp_path / "guess.toml"
+    assert run("init", log, "-o", recipe, "--quiet").exit_code == 0
+    answer = run("offline-fit", "--recipe", recipe, "--out", tmp_path / "out", "--no-pictures")
+    assert answer.exit_code == 0, answer.err
+    assert "No correction of the CoP pays" in answer.out
