@@ -30,9 +30,10 @@ def found_alone(read: CaseRead, found: Investigation) -> tuple[str, ...]:
         return ()
     sentences = []
     for log in case.logs:
+        # of weights only what needs stamps is untested
         record = BenchRecord(
             log.channels[0], log.known["load_n"][:, 0], log.readings[:, 0], log.time_s, log.block,
-            log.known.get("temperature_degc"), timed="creep" not in read.untested,
+            log.known.get("temperature_degc"), timed=not read.untested,
         )  # fmt: skip
         study = study_rows(record)
         sentence = study_sentence(study)
