@@ -115,6 +115,19 @@ class FollowedRecord(Record):
     says: Literal["there", "gone", "open", "unseen"]
 
 
+class RangeRecord(Record):
+    """What is known of one parameter of the extended model, to draw it from in a simulation.
+
+    Normal with `mean` and `sd`, kept within `low` and `high`, its 95 % interval.
+    """
+
+    mean: float
+    sd: float
+    low: float
+    high: float
+    unit: str
+
+
 class SizeInExperimentRecord(Record):
     """A cause of a joint diagnosis in one of its experiments."""
 
@@ -141,6 +154,7 @@ class ExperimentRecord(Record):
 class DiagnosisRecord(Versioned):
     """``diagnosis.json``: the verdict, its causes, rivals and the experiment to run next.
 
+    `ranges` are the named causes' parameters by full name, to randomise a simulation with.
     `experiments` are those of a joint diagnosis, empty for a single one.
 
     `suspects` are the first rivals, for the log after this one. `after` and `survivors` tell what
@@ -160,6 +174,7 @@ class DiagnosisRecord(Versioned):
     suspects: tuple[SuspectRecord, ...] = ()
     after: tuple[FollowedRecord, ...] = ()
     survivors: tuple[str, ...] = ()
+    ranges: dict[str, RangeRecord] = Field(default_factory=dict)
     experiments: tuple[ExperimentRecord, ...] = ()
     findings: tuple[FindingRecord, ...] = ()
     effects: tuple[EffectRowRecord, ...] = ()

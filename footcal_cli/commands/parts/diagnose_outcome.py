@@ -29,6 +29,10 @@ def outcome_of(
     rules: Rules,
 ) -> Outcome:
     """An investigation as everything that people and programs read of it."""
+    from dataclasses import replace
+
+    from footcal_cli.commands.parts.diagnose_alone import found_alone, undecided
+    from footcal_cli.core.diagnosis.answer import Verdict
     from footcal_cli.core.diagnosis.movement import movements
     from footcal_cli.records.results import FindingRecord
     from footcal_cli.report import Report
@@ -48,9 +52,16 @@ def outcome_of(
     from footcal_cli.sheets.diagnosis.unknown import card_sheets
 
     seed = session.request.seed
+    alone = found_alone(read, found)
+    if alone:
+        found = replace(found, verdict=Verdict.UNDERPOWERED)
     with session.step("plan"):
         moved = movements(read.case, found.problem, found.final)
         answer = answer_of(found, table, read.findings, read.untested)
+        if alone:
+            answer = undecided(answer, found, alone)
+        if found.model is not None:
+            answer = answer.ending_with(_where_it_lies(session))
         became = after(found, _before(session), table)
         left = left_over(found, became)
         if became:
@@ -92,6 +103,13 @@ def outcome_of(
             ),
             "parameters_extended.json": _extended(session, found, moved, read),
         },
+    )
+
+
+def _where_it_lies(session: Session[DiagnoseOptions]) -> str:
+    path = session.request.out / "parameters_extended.json"
+    return (
+        f"The calibration with it: {path.as_posix()}; every command starts from it (--parameters)."
     )
 
 

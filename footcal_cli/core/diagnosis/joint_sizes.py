@@ -127,6 +127,8 @@ class SingleDiagnosis:
         for item in self.found.problem.excluded:
             if item.effect == effect:
                 return item.reason
+        if any(link.effect.name == effect for link in self.found.case.chain.links):
+            return "already in the calibration that it starts from"
         rows = [r for r in self.found.rounds[0].effects if r.signature.effect == effect]
         if not rows:
             return "no effect on this experiment"

@@ -170,8 +170,10 @@ def _next_step(
             f"{plain.sum() / total_loss:.1%} of the squared error on blocks it was not fitted to"
         )
         if plain.sum() <= needed:
-            why.append(f"{name}: significant, but it removes only {bought}; "
-                       f"{needed / total_loss:.1%} are asked of it")  # fmt: skip
+            asked = f"{needed / total_loss:.1%} are asked of it"
+            if needed >= total_loss:
+                asked = f"a further cause must remove {rules.later_share:.0%} of what the first did"
+            why.append(f"{name}: significant, but it removes only {bought}; {asked}")
             return None, why
         if earned > rules.alpha_rival:
             why.append(f"{name}: significant, but that it removes {bought} is not sure "

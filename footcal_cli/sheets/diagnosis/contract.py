@@ -30,6 +30,11 @@ class Answer:
     experiment: NextExperimentRecord | None = None
     menu: Menu | None = None
 
+    def ending_with(self, words: str) -> Answer:
+        """The same with one more thing said, last of all."""
+        details = (*self.verdict.details, words)
+        return replace(self, verdict=self.verdict.model_copy(update={"details": details}))
+
     def with_detail(self, words: str) -> Answer:
         """The same with one more thing said, first of all."""
         details = (words, *self.verdict.details)

@@ -11,12 +11,18 @@ from footcal_cli.core.diagnosis.investigation import Found, Investigation
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.inference.evidence import Interval
 from footcal_cli.core.inference.problem import Signature
-from footcal_cli.records.diagnosis import CauseRecord, DiagnosisRecord, EffectRowRecord, HeldOutGain
+from footcal_cli.records.diagnosis import (
+    CauseRecord,
+    DiagnosisRecord,
+    EffectRowRecord,
+    HeldOutGain,
+    RangeRecord,
+)
 from footcal_cli.records.results import FindingRecord
 from footcal_cli.sheets.diagnosis.contract import Answer
 from footcal_cli.sheets.diagnosis.evidence import table_rows
 from footcal_cli.sheets.diagnosis.experiment import experiment_words
-from footcal_cli.sheets.diagnosis.words import main_gain, matters, remedy_of
+from footcal_cli.sheets.diagnosis.words import better_blocks, main_gain, matters, remedy_of
 
 
 def record_of(
@@ -41,6 +47,7 @@ def record_of(
         rivals=answer.rivals,
         experiment=experiment_words(answer.experiment),
         next_experiment=answer.experiment,
+        ranges=_ranges(found),
         findings=tuple(FindingRecord.of(f) for f in read.findings),
         effects=tuple(rows),
         blocks=found.problem.blocks,
@@ -60,6 +67,20 @@ def record_of(
         seed=seed,
         rules=rules.sentence(),
     )
+
+
+def _ranges(found: Investigation) -> dict[str, RangeRecord]:
+    """Every fitted parameter of the named causes; none where nothing was named."""
+    return {
+        name: RangeRecord(
+            mean=interval.value, sd=(interval.high - interval.low) / 4.0,
+            low=interval.low, high=interval.high, unit=units[name.rsplit(".", 1)[1]],
+        )
+        for item in found.found
+        for units in [{p.name: p.unit for p in item.effect.parameters}]
+        for name, interval in zip(item.parameter_names, item.intervals, strict=True)
+        if np.isfinite(interval.low) and np.isfinite(interval.high)
+    }  # fmt: skip
 
 
 def _finite(value: float) -> float | None:
@@ -96,7 +117,8 @@ def _cause_record(found: Investigation, item: Found) -> CauseRecord:
             quantity=gain.output, unit=gain.unit, before=gain.before, after=gain.after,
             ci95=_pair(gain.change),
         ),
-        blocks_better=cause.blocks_better,
+        # the same blocks as in the sentence: of the quantity that the gain is quoted for
+        blocks_better=cause.blocks_better if gain is None else better_blocks(gain),
         rivals=tuple(dict.fromkeys(r.effect for r in cause.rivals)),
         places=tuple(dict.fromkeys(s.where for s in cause.places)),
         matters=matters(found, item),

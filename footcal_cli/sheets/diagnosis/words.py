@@ -112,13 +112,18 @@ def main_gain(found: Investigation) -> Gain | None:
     return max(found.gains, key=lambda g: g.change.low, default=None)
 
 
+def better_blocks(gain: Gain) -> int:
+    """Number of blocks whose held-out error is smaller with the names than without."""
+    return int(np.sum(gain.per_block[:, 1] < gain.per_block[:, 0]))
+
+
 def gain_words(found: Investigation) -> str:
     """What the error falls by on data that no fit has seen."""
     gain = main_gain(found)
     if gain is None:
         return ""
     low, value, high = (100 * x for x in (gain.change.low, gain.change.value, gain.change.high))
-    better = int(np.sum(gain.per_block[:, 1] < gain.per_block[:, 0]))
+    better = better_blocks(gain)
     falls = "falls" if value >= 0 else "grows"
     return (
         f"On data the fit had not seen, the error of the {output_words(gain.output)} {falls} from "
