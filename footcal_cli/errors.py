@@ -140,7 +140,11 @@ def missing_library(name: str, error: ImportError, problem: str, remedy: str) ->
     """An optional library that could not be imported: not installed, or no memory to load it."""
     from importlib.util import find_spec
 
-    if find_spec(name.partition(".")[0]) is None:
+    try:
+        absent = find_spec(name.partition(".")[0]) is None or find_spec(name) is None
+    except ImportError:  # a package that lies there, and cannot be loaded far enough to look
+        absent = False
+    if absent:
         return UsageError(problem, remedy=remedy)
     return MachineError(
         f"the package {name} is installed but cannot be loaded: {str(error).rsplit(': ', 1)[-1]}",
