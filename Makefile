@@ -32,7 +32,7 @@ BIPED := sample_data/biped
 
 .PHONY: demo
 demo: $(VENV)/.installed  ## Install, run every command on sample data, say where the reports are.
-	$(FOOTCAL) check --recipe recipes/seed1_table2.toml --out $(OUT)/check --overwrite --quiet
+	$(FOOTCAL) check --recipe recipes/nao_table2.toml --out $(OUT)/check --overwrite --quiet
 	$(FOOTCAL) offline-fit --recipe recipes/bench_foot.toml --out $(OUT)/bench_foot --overwrite --quiet
 	$(FOOTCAL) offline-fit --recipe recipes/nao_walk.toml --out $(OUT)/cells --overwrite --quiet
 	$(FOOTCAL) static-init $(BIPED)/stand_cells.parquet $(BIPED)/stand_body.parquet \
@@ -47,7 +47,7 @@ demo: $(VENV)/.installed  ## Install, run every command on sample data, say wher
 	$(FOOTCAL) diagnose $(BIPED)/walk_004_faulty_cells.parquet $(BIPED)/walk_004_faulty_body.parquet \
 		--experiment walk --recipe recipes/nao_walk.toml \
 		--parameters $(OUT)/cells/parameters.json --out $(OUT)/diagnosis --overwrite
-	$(FOOTCAL) offline-fit --recipe recipes/seed1_table2.toml --out $(OUT)/seed1_table2 --overwrite
+	$(FOOTCAL) offline-fit --recipe recipes/nao_table2.toml --out $(OUT)/nao_table2 --overwrite
 	@echo; echo "Reports of the demo:"; ls $(OUT)/*/report.html
 
 .PHONY: test

@@ -29,7 +29,7 @@ LEVELS = (
 )  # fmt: skip
 """Rooms from the door to the ground; what is in none of them stands with "around"."""
 PATHS = {
-    "A weights log": ("offline-fit", "--recipe", "recipes/seed1_table2.toml"),
+    "A weights log": ("offline-fit", "--recipe", "recipes/nao_table2.toml"),
     "A walk": (
         "online-replay", "sample_data/biped/walk_002_cells.parquet",
         "sample_data/biped/walk_002_body.parquet", "--recipe", "recipes/nao_walk.toml",

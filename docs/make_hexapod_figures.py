@@ -1,4 +1,4 @@
-"""Figures of seed 2 on simulated logs: naive taring (Figs. 2, 6), hanging residuals (Fig. 5).
+"""Figures of [Wu] on simulated logs: naive taring (Figs. 2, 6), hanging residuals (Fig. 5).
 
 Run ``python docs/make_hexapod_figures.py``; it simulates, calibrates and copies two figures.
 """

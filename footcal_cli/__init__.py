@@ -22,6 +22,8 @@ Names
 Symbols
     S counts, F force, c scale, d bias, p centre of pressure (CoP), m mass, g gravity, L angular
     momentum about the centre of mass, φ shaft angle of a leg.
+Papers
+    [NAO] is "NAO CoP self-calibration", [Wu] is Wu & Revzen; CITATION.cff has both in full.
 Tables
     `footcal_cli.tables` declares the columns of every kind of log.
 """

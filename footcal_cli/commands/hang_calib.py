@@ -1,4 +1,4 @@
-"""``footcal hang-calib``: offsets, leg weight and leg CoM of hanging legs (seed 2, III-A)."""
+"""``footcal hang-calib``: offsets, leg weight and leg CoM of hanging legs ([Wu], III-A)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``footcal offline-fit``: the bench calibration, weights and placements (seed 1, section 3.1)."""
+"""``footcal offline-fit``: the bench calibration, weights and placements ([NAO], section 3.1)."""
 
 from __future__ import annotations
 

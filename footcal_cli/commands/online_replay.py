@@ -1,4 +1,4 @@
-"""``footcal online-replay``: self-calibration along a recorded walk (seed 1, 3.3.2)."""
+"""``footcal online-replay``: self-calibration along a recorded walk ([NAO], 3.3.2)."""
 
 from __future__ import annotations
 

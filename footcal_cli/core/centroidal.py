@@ -1,6 +1,6 @@
 """Newton-Euler of the whole robot: what the ground must do for the body to move as it does.
 
-Frames: world, x forward, y left, z up, ground at z = 0. Seed 1, section 3.2.
+Frames: world, x forward, y left, z up, ground at z = 0. [NAO], section 3.2.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import numpy as np
 from footcal_cli.core.parameters import BoolArray, FloatArray
 
 MIN_FORCE_N = 5.0
-"""Vertical force below which a centre of pressure means nothing (seed 1, section 3.2)."""
+"""Vertical force below which a centre of pressure means nothing ([NAO], section 3.2)."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class Pressure:
 def vertical_force(
     com_acc_z_mps2: FloatArray, mass_kg: FloatArray | float, gravity_mps2: FloatArray | float
 ) -> FloatArray:
-    """Vertical ground reaction force ``Fz = m (c̈ᶻ + g)``, shape (n,): seed 1, eq. (9)."""
+    """Vertical ground reaction force ``Fz = m (c̈ᶻ + g)``, shape (n,): [NAO], eq. (9)."""
     return np.asarray(mass_kg * (com_acc_z_mps2 + gravity_mps2), dtype=float)
 
 
@@ -64,7 +64,7 @@ def dynamic_reference(
     mass_kg: FloatArray | float,
     gravity_mps2: FloatArray | float,
 ) -> Reference:
-    """What the motion of the body demands of the ground: seed 1, eqs. (9)–(11).
+    """What the motion of the body demands of the ground: [NAO], eqs. (9)–(11).
 
     ``pˣ = cˣ − (cᶻ m c̈ˣ + L̇ʸ) / Fz``, ``pʸ = cʸ − (cᶻ m c̈ʸ − L̇ˣ) / Fz``.
 
@@ -110,7 +110,7 @@ def static_reference(
 def pressure(
     forces_n: FloatArray, points_m: FloatArray, min_force_n: float = MIN_FORCE_N
 ) -> Pressure:
-    """Centre of pressure ``p = Σ pᵢ fᵢᶻ / Σ fᵢᶻ``: seed 1, eq. (8).
+    """Centre of pressure ``p = Σ pᵢ fᵢᶻ / Σ fᵢᶻ``: [NAO], eq. (8).
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Quiet standing: which samples of a log show it, stance by stance (seed 1, section 3.3.1)."""
+"""Quiet standing: which samples of a log show it, stance by stance ([NAO], section 3.3.1)."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _STANCE_M, _MOMENT_S = 0.005, 0.2
 
 @dataclass(frozen=True)
 class QuietRule:
-    """When standing counts as quiet (seed 1, section 3.3.1).
+    """When standing counts as quiet ([NAO], section 3.3.1).
 
     Parameters
     ----------

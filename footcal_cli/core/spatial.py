@@ -47,7 +47,7 @@ def cayley(q: FloatArray) -> FloatArray:
     """Cayley rotation ``R = (I − [q])(I + [q])⁻¹``: (..., 3) to (..., 3, 3).
 
     With the inverse written out, ``R = ((1 − q·q) I + 2 q qᵀ − 2 [q]) / (1 + q·q)``: a turn by
-    ``2 atan |q|`` about −q (seed 2, section III-B).
+    ``2 atan |q|`` about −q ([Wu], section III-B).
     """
     square = np.sum(q * q, axis=-1)[..., None, None]
     outer = q[..., :, None] * q[..., None, :]
@@ -120,7 +120,7 @@ def tangent_basis(direction: FloatArray) -> FloatArray:
 def wrench_transform(rot_ab: FloatArray, pos_a_m: FloatArray) -> FloatArray:
     """Carry wrenches from frame b to frame a, ``Ad(T_ba)ᵀ``: (..., 6, 6).
 
-    ``f_a = R_ab f_b``, ``τ_a = R_ab τ_b + p × R_ab f_b`` (seed 2, section II-A).
+    ``f_a = R_ab f_b``, ``τ_a = R_ab τ_b + p × R_ab f_b`` ([Wu], section II-A).
 
     Parameters
     ----------

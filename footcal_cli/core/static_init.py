@@ -1,4 +1,4 @@
-"""Scales and biases from quiet standing: seed 1, section 3.3.1, eqs. (12)(13).
+"""Scales and biases from quiet standing: [NAO], section 3.3.1, eqs. (12)(13).
 
 The unknowns are gains and biases on top of a belief (`footcal_cli.core.online.rows`), found as
 maximum a posteriori: total force and CoP of quiet stances never show all of them, and what they do

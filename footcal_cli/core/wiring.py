@@ -36,7 +36,7 @@ def check_exchanged_cells(
 ) -> list[Finding]:
     """Fit scale and bias of all cells to placements, in the given order and with pairs exchanged.
 
-    ``Σ (c_i S_i + d_i) = W`` and ``Σ (p_i − h)(c_i S_i + d_i) = 0`` (seed 1, eqs. (1)–(5), (8)).
+    ``Σ (c_i S_i + d_i) = W`` and ``Σ (p_i − h)(c_i S_i + d_i) = 0`` ([NAO], eqs. (1)–(5), (8)).
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ def check_exchanged_walking(
 ) -> list[Finding]:
     """The same for walking or standing: forces balance what the motion demands, about its CoP.
 
-    Seed 1, eqs. (9)–(11). A calibration that drifts leaves more of an error than weights do.
+    [NAO], eqs. (9)–(11). A calibration that drifts leaves more of an error than weights do.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Wrenches of the ground on the feet over time (seed 2, Figs. 8 and 9)."""
+"""Wrenches of the ground on the feet over time ([Wu], Figs. 8 and 9)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Figures of hanging legs: residual violins, CoM against phase, tilts (seed 2, Figs. 4, 5, 7)."""
+"""Figures of hanging legs: residual violins, CoM against phase, tilts ([Wu], Figs. 4, 5, 7)."""
 
 from __future__ import annotations
 

@@ -107,7 +107,7 @@ def plot_corrections(found: FootStudy) -> Figure:
 
 
 def plot_total_force(found: FootStudy) -> Figure:
-    """Total force against the known load, and what is left of it (seed 1, Fig. 8)."""
+    """Total force against the known load, and what is left of it ([NAO], Fig. 8)."""
     figure = new_figure(3.2)
     force, error = figure.subplots(1, 2)
     series = [(found.rows.load_n, found.study.chosen.fit.total_n(found.rows), AFTER, "corrected")]

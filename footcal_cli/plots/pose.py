@@ -34,7 +34,7 @@ _MOST_POSES = 600
 
 
 def plot_balance(stages: Mapping[str, FloatArray]) -> Figure:
-    """Violins of the sum of forces and of moments, stage by stage (seed 2, Figs. 2 and 6).
+    """Violins of the sum of forces and of moments, stage by stage ([Wu], Figs. 2 and 6).
 
     Parameters
     ----------

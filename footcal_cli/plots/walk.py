@@ -1,4 +1,4 @@
-"""Figures of `online-replay`: seed 1's Figs. 10–15, and the evidence it asks for."""
+"""Figures of `online-replay`: [NAO]'s Figs. 10–15, and the evidence it asks for."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def _drawn_reference(found: Comparison) -> tuple[str, FloatArray, FloatArray]:
 def plot_cop(
     found: Comparison, methods: Sequence[str], span_s: tuple[float, float] | None = None
 ) -> Figure:
-    """CoP x and y, as seed 1's Figs. 10, 12, 14, and the errors beside.
+    """CoP x and y, as [NAO]'s Figs. 10, 12, 14, and the errors beside.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ def plot_cop(
 def plot_vgrf(
     found: Comparison, methods: Sequence[str], span_s: tuple[float, float] | None = None
 ) -> Figure:
-    """Total vertical force, as seed 1's Figs. 11, 13, 15; parameters as `plot_cop`."""
+    """Total vertical force, as [NAO]'s Figs. 11, 13, 15; parameters as `plot_cop`."""
     figure = new_figure(3.0)
     axes = figure.subplots()
     rows = _excerpt(found, span_s)

@@ -248,7 +248,7 @@ class TruthRecord(Versioned):
 
 
 class CopCorrectionRecord(Record):
-    """The correction of one foot's CoP, seed 1, eqs. (3)–(5): raw CoP + Σ coefficient · term.
+    """The correction of one foot's CoP, [NAO], eqs. (3)–(5): raw CoP + Σ coefficient · term.
 
     `terms` are ``1 x y x² xy y²`` of the raw CoP in m and cell forces in N; the coefficients give
     metres. `left_out_rmse_m` is the error at placements left out of the fit.

@@ -172,7 +172,7 @@ def misplaced_cells(found: FootStudy) -> list[Finding]:
 
 
 def repeat_sheet(found: FootStudy) -> Sheet:
-    """Mean and sd of the corrected CoP per hole and load: seed 1, section 4.2."""
+    """Mean and sd of the corrected CoP per hole and load: [NAO], section 4.2."""
     fit = found.study.chosen.fit
     repeats = find_repeats(found.rows, fit.cop_m(found.rows))
     rows = [

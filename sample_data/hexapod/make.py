@@ -1,4 +1,4 @@
-"""Sensors on the physics engine's hexapod: offsets of seed 2, Table II, noise and resolution.
+"""Sensors on the physics engine's hexapod: offsets of [Wu], Table II, noise and resolution.
 
 Reads the motion tables of ``sample_data/physics/hexapod.py`` and writes the logs of this folder:
 
@@ -23,7 +23,7 @@ import pyarrow.parquet as pq
 
 HERE = Path(__file__).parent
 WRENCH = ["fx_n", "fy_n", "fz_n", "tx_nm", "ty_nm", "tz_nm"]
-#: Seed 2, Table II.
+#: [Wu], Table II.
 OFFSETS = {
     "hl": (1.47, -1.30, -5.61, 0.2457, 0.002, 0.034),
     "ml": (1.419, -4.884, -0.406, -0.0136, 0.0808, 0.0144),

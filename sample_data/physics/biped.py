@@ -207,7 +207,7 @@ def motion_of(record: Array, sensors: dict[str, slice], step_s: float) -> pd.Dat
     """Return sensors at every physics step as 10 ms means, one row per window.
 
     Forces act from one step to the next, so their plain mean over a window belongs to the change
-    of momentum over it (seed 1, eqs. 6 and 7); states are averaged by the trapezoidal rule.
+    of momentum over it ([NAO], eqs. 6 and 7); states are averaged by the trapezoidal rule.
     Accelerations and the rate of angular momentum are differences of velocity and momentum.
     """
     per_row = round(SAMPLE_S / step_s)
@@ -263,7 +263,7 @@ class Balance:
     ----------
     force_pct, force_landing_pct : sum of pads against m (c_z'' + g), percent of body weight,
         landing excluded and included
-    cop_m, cop_landing_m : CoP from the pads against seed 1 eqs. (10) and (11), landing excluded
+    cop_m, cop_landing_m : CoP from the pads against [NAO] eqs. (10) and (11), landing excluded
         and included; NaN where there is no single support
     """
 
@@ -274,7 +274,7 @@ class Balance:
 
 
 def pads_cop(motion: pd.DataFrame) -> Array:
-    """Return the CoP (n, 2) in m from pad forces and foot poses; seed 1, eq. (8)."""
+    """Return the CoP (n, 2) in m from pad forces and foot poses; [NAO], eq. (8)."""
     moment, total = np.zeros((len(motion), 2)), np.zeros(len(motion))
     for foot in FEET:
         yaw = motion[f"{foot}_foot_yaw_rad"].to_numpy()
@@ -290,7 +290,7 @@ def pads_cop(motion: pd.DataFrame) -> Array:
 
 
 def dynamic_cop(motion: pd.DataFrame, mass_kg: float) -> Array:
-    """Return the CoP (n, 2) in m from the motion of the body; seed 1, eqs. (10) and (11)."""
+    """Return the CoP (n, 2) in m from the motion of the body; [NAO], eqs. (10) and (11)."""
     com, acc = (
         motion[[pattern.format(axis) for axis in "xyz"]].to_numpy(dtype=float)
         for pattern in ("com_{}_m", "com_acc_{}_mps2")

@@ -108,7 +108,7 @@ def hang(
 
 
 def stand(robot: Hexapod, poses: int, seed: int) -> pd.DataFrame:
-    """Stand in `poses` of the 3**6 poses of seed 2, section I-B, one after the other.
+    """Stand in `poses` of the 3**6 poses of [Wu], section I-B, one after the other.
 
     Feet stay on the floor from pose to pose, so friction leaves internal forces.  Columns `pose`,
     `leg`, `phase_rad`, `fx_n` ... `tz_nm`, `body_qx` ... `body_qw`, `contact`, and the wrench of
@@ -159,7 +159,7 @@ def stand_still(robot: Hexapod, poses: int, seed: int, dwell_s: float = 5.0) -> 
 
 
 def walk(robot: Hexapod, cycles: int) -> pd.DataFrame:
-    """Slow tripod walk to the right, read at 100 Hz (seed 2, section IV-3).
+    """Slow tripod walk to the right, read at 100 Hz ([Wu], section IV-3).
 
     Buehler clock at 0.08 Hz: slow sweep on the ground, fast turn through the air; some 9 degrees
     to the right per cycle.  Columns as `stand`, with `time_s` for `pose`.
@@ -257,7 +257,7 @@ def chassis_residual(robot: Hexapod, table: pd.DataFrame) -> Array:
     The chassis is held up by six transducers and pulled down by its own weight:
     ``sum_k R_k f_k + m_c g = 0`` and ``sum_k [R_k t_k + (p_k - c) x R_k f_k] = 0``, with f, t
     applied on the transducers, ``m_c = M - sum m_k`` and c the chassis CoM (METHODS: the exact
-    form of seed 2, eqs. 8 and 9).  True poses of the transducers are used.
+    form of [Wu], eqs. 8 and 9).  True poses of the transducers are used.
     """
     wrench = _by_leg(table, WRENCH)
     body_to_world = Rotation.from_quat(_by_leg(table, QUAT)[:, 0])
@@ -275,7 +275,7 @@ def chassis_residual(robot: Hexapod, table: pd.DataFrame) -> Array:
 def foot_residual(robot: Hexapod, table: pd.DataFrame) -> Array:
     """Applied wrench minus leg weight minus wrench of the ground (N, Nm), shape (P, 6, 6).
 
-    Seed 2, eq. (3), in the floating-base frame; zero while the legs move slowly.
+    [Wu], eq. (3), in the floating-base frame; zero while the legs move slowly.
     """
     wrench = _by_leg(table, WRENCH)
     phase = _by_leg(table, ["phase_rad"])[..., 0]
@@ -300,7 +300,7 @@ def foot_residual(robot: Hexapod, table: pd.DataFrame) -> Array:
 def hang_residual(robot: Hexapod, log: HangLog) -> Array:
     """Hanging wrench minus ``[m g, r(phase) x m g]``, transducer axes (N, Nm), shape (P, 6, 6).
 
-    Seed 2, eqs. (4)-(7), with the true direction of gravity.
+    [Wu], eqs. (4)-(7), with the true direction of gravity.
     """
     residual = _by_leg(log.table, WRENCH)
     phase = _by_leg(log.table, ["phase_rad"])[..., 0]

@@ -1,6 +1,6 @@
 """A BigAnt-like hexapod with a six-axis transducer at each hip, for MuJoCo.
 
-Source: seed 2 (in-situ calibration of six-axis transducers on BigAnt), sections I-A and II.
+Source: [Wu] (in-situ calibration of six-axis transducers on BigAnt), sections I-A and II.
 The engine, not the calibration model, decides every wrench; this file only says what is built.
 
 Conventions
@@ -31,7 +31,7 @@ Array = NDArray[np.float64]
 GRAVITY_MPS2 = 9.80665
 TOTAL_MASS_KG = 8.18
 LEGS = ("fl", "ml", "hl", "fr", "mr", "hr")
-#: Seed 2, Table II, last row.
+#: [Wu], Table II, last row.
 LEG_WEIGHT_N = {"fl": 6.2, "ml": 6.2, "hl": 6.2, "fr": 6.4, "mr": 6.2, "hr": 6.1}
 #: Nominal transducer origins in B (m): the design file.
 NOMINAL_POS_M = {
@@ -116,7 +116,7 @@ class Leg:
     def sine_terms(self) -> dict[str, tuple[float, float, float]]:
         """``(A, C, D)`` (m, rad, m) of ``A sin(phase + C) + D`` per axis, true transducer frame.
 
-        Seed 2, Fig. 4: x and z follow a sine of the shaft angle and y is constant.
+        [Wu], Fig. 4: x and z follow a sine of the shaft angle and y is constant.
         """
         x, y, z = self.com_centre_m
         lead = self.com_angle_rad if self.turned else self.com_angle_rad + np.pi
@@ -162,7 +162,7 @@ class Hexapod:
     def reference_com_b_m(self) -> Array:
         """CoM of the whole robot in B with every foot straight down (m), shape (3,).
 
-        Origin of the floating-base frame (seed 2, section I-A).
+        Origin of the floating-base frame ([Wu], section I-A).
         """
         moment = self.chassis_mass_kg * np.asarray(self.chassis_com_b_m)
         for leg in self.legs:

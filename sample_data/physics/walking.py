@@ -79,7 +79,7 @@ class Plan:
     def with_angular_momentum(self, rate_nm: Array, mass_kg: float) -> Plan:
         """Return the plan with the CoM path that keeps the ZMP, given L' (n, 3) about the CoM.
 
-        Seed 1, eqs. (10) and (11): the pendulum must follow p + (L'_y, -L'_x) / (m (g + z'')).
+        [NAO], eqs. (10) and (11): the pendulum must follow p + (L'_y, -L'_x) / (m (g + z'')).
         """
         fz = mass_kg * (GRAVITY_MPS2 + self.com_acc_mps2[:, 2:])
         shift = np.column_stack([rate_nm[:, 1], -rate_nm[:, 0]]) / fz

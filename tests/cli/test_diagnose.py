@@ -135,7 +135,7 @@ def test_too_few_sessions_are_called_so(run: Run, tmp_path: Path) -> None:
 
 def test_table_2_of_seed_1(run: Run, repository: Path, tmp_path: Path) -> None:
     answer = run(
-        "diagnose", "--recipe", repository / "recipes/seed1_table2.toml",
+        "diagnose", "--recipe", repository / "recipes/nao_table2.toml",
         "--experiment", "weights", "--out", tmp_path / "out",
     )  # fmt: skip
     assert answer.exit_code == 3, answer.err

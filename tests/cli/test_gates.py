@@ -75,7 +75,7 @@ def test_strict_findings_on_a_command_that_never_had_it(
     run: Run, repository: Path, tmp_path: Path
 ) -> None:
     answer = run(
-        "diagnose", repository / "sample_data/seed1_table2/weights.csv", "--experiment", "weights",
+        "diagnose", repository / "sample_data/nao_table2/weights.csv", "--experiment", "weights",
         "--no-pictures", "--strict-findings", "--out", tmp_path / "out",
     )  # fmt: skip
     assert answer.exit_code in {1, 3}

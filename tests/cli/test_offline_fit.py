@@ -22,14 +22,14 @@ G = 9.80665
 
 @pytest.fixture
 def recipe(repository: Path) -> Path:
-    return repository / "recipes/seed1_table2.toml"
+    return repository / "recipes/nao_table2.toml"
 
 
 def test_table_2_reproduces_the_paper_in_newtons(run: Run, recipe: Path, tmp_path: Path) -> None:
     answer = run("offline-fit", "--recipe", recipe, "--out", tmp_path / "out")
     assert answer.exit_code == 0, answer.err
     record = read_record(ParametersRecord, tmp_path / "out/parameters.json")
-    printed = recipe.parent.parent / "sample_data/seed1_table2/printed_coefficients.csv"
+    printed = recipe.parent.parent / "sample_data/nao_table2/printed_coefficients.csv"
     with printed.open() as stream:
         rows = list(csv.DictReader(stream))
     assert len(rows) == 8

@@ -90,7 +90,7 @@ def test_the_truth_explains_the_log(run: Run, tmp_path: Path) -> None:
 
 def test_a_calibration_can_be_given(run: Run, tmp_path: Path, repository: Path) -> None:
     made = run(
-        "offline-fit", "--recipe", repository / "recipes/seed1_table2.toml",
+        "offline-fit", "--recipe", repository / "recipes/nao_table2.toml",
         "--out", tmp_path / "fit", "--quiet",
     )  # fmt: skip
     assert made.exit_code in (0, 1)

@@ -311,7 +311,7 @@ def test_effects_of_an_extended_calibration_are_undone(
 
 
 def test_apply_on_load_cells(run: Run, tmp_path: Path) -> None:
-    recipe = REPOSITORY / "recipes/seed1_table2.toml"
+    recipe = REPOSITORY / "recipes/nao_table2.toml"
     fitted = tmp_path / "fitted"
     assert run("offline-fit", "--recipe", recipe, "--out", fitted).exit_code == 0
     record = calibration(fitted)

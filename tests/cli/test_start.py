@@ -74,7 +74,7 @@ def test_the_check_of_a_small_log_reads_and_writes_without_the_rest(
 
 def test_a_run_without_figures_does_not_know_how_to_draw(tmp_path: Path, repository: Path) -> None:
     words = [
-        "offline-fit", str(repository / "sample_data/seed1_table2/weights.csv"), "--out", "run",
+        "offline-fit", str(repository / "sample_data/nao_table2/weights.csv"), "--out", "run",
         "--no-pictures", "--quiet",
     ]  # fmt: skip
     code, heavy = brought([words], tmp_path)[" ".join(words)]

@@ -1,4 +1,4 @@
-"""A simulated bench after seed 1: weights of 1 g to 6 kg on cells and over 18 holes of a foot.
+"""A simulated bench after [NAO]: weights of 1 g to 6 kg on cells and over 18 holes of a foot.
 
 Written from the physics alone; it shares no code with what it tests.
 """

@@ -1,6 +1,6 @@
 """A small simulator of a hexapod with six-axis transducers, independent of the estimators.
 
-Truth: seed 2, Table II. Geometry: BigAnt-like. Everything is written with SciPy rotations and
+Truth: [Wu], Table II. Geometry: BigAnt-like. Everything is written with SciPy rotations and
 plain cross products; nothing here imports the code under test except the log container.
 """
 

@@ -28,7 +28,7 @@ def random_contacts(
 def motion_under(
     forces_n: FloatArray, points_m: FloatArray, com_m: FloatArray, mass_kg: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Acceleration of the CoM and rate of angular momentum about it: seed 1, eqs. (6)(7)."""
+    """Acceleration of the CoM and rate of angular momentum about it: [NAO], eqs. (6)(7)."""
     acc = forces_n.sum(axis=1) / mass_kg - np.array([0.0, 0.0, G])
     return acc, np.cross(points_m - com_m[:, None], forces_n).sum(axis=1)
 

@@ -117,7 +117,7 @@ def test_stragglers_are_a_warning_and_shuffled_rows_an_alarm() -> None:
 
 @pytest.mark.parametrize("period_s", [0.005, 0.008, 0.01])
 def test_late_stamps_are_no_gaps_and_lost_samples_among_them_are(period_s: float) -> None:
-    """Telemetry of seed 1: stamps 20 ± 4 ms late, in order, one packet after the other."""
+    """Telemetry of [NAO]: stamps 20 ± 4 ms late, in order, one packet after the other."""
     rng = np.random.default_rng(4)
     longest = []
     for _ in range(20):

@@ -21,14 +21,14 @@ SCALE, BIAS = -2.4e-5, 200.0
 def table2(repository: Path) -> dict[str, tuple[FloatArray, FloatArray]]:
     """Loads in kg and counts per channel, as printed."""
     rows: dict[str, list[tuple[float, float]]] = defaultdict(list)
-    with (repository / "sample_data/seed1_table2/weights.csv").open() as stream:
+    with (repository / "sample_data/nao_table2/weights.csv").open() as stream:
         for row in csv.DictReader(stream):
             rows[row["channel"]].append((float(row["load_kg"]), float(row["counts"])))
     return {name: (np.array(r)[:, 0], np.array(r)[:, 1]) for name, r in rows.items()}
 
 
 def printed(repository: Path) -> dict[str, tuple[float, float]]:
-    path = repository / "sample_data/seed1_table2/printed_coefficients.csv"
+    path = repository / "sample_data/nao_table2/printed_coefficients.csv"
     with path.open() as stream:
         return {
             row["channel"]: (float(row["scale_kg_per_count"]), float(row["bias_kg"]))

@@ -264,7 +264,7 @@ def test_an_empty_chain_logs_newtons() -> None:
 
 
 def test_hanging_residuals_have_several_peaks_without_tilt_and_one_with_it() -> None:
-    """Seed 2, Fig. 5: what is left per orientation, against the spread within each."""
+    """[Wu], Fig. 5: what is left per orientation, against the spread within each."""
     chain, values = mounting(HEXAPOD, Spread(), seed=4)
     several = 0
     for leg in HEXAPOD.legs:
@@ -280,7 +280,7 @@ def test_hanging_residuals_have_several_peaks_without_tilt_and_one_with_it() -> 
 
 
 def test_naive_taring_misses_the_balance_by_much_more_than_the_noise() -> None:
-    """Seed 2, Fig. 2: offsets tared in the air hold the legs' weight, whose torque then moves."""
+    """[Wu], Fig. 2: offsets tared in the air hold the legs' weight, whose torque then moves."""
     chain, values = mounting(HEXAPOD, Spread(), seed=4)
     done = pose_log(HEXAPOD, PosePlan(poses=60), chain, values, seed=4)
     calibrated, _ = chain.remove(done.log, values)

@@ -51,8 +51,8 @@ NAO, SIX = "--recipe recipes/nao_walk.toml", "--recipe recipes/hexapod.toml"
 RUNS = {
     run.name: run
     for run in (
-        _run("table2", "offline-fit --recipe recipes/seed1_table2.toml", quick=True),
-        _run("table2_check", "check --recipe recipes/seed1_table2.toml", quick=True),
+        _run("table2", "offline-fit --recipe recipes/nao_table2.toml", quick=True),
+        _run("table2_check", "check --recipe recipes/nao_table2.toml", quick=True),
         _run("bench", "offline-fit --recipe recipes/bench_foot.toml"),
         _run("bench_diagnosis", "diagnose --recipe recipes/bench_foot.toml "
              "sample_data/bench_foot/weights.csv --experiment weights"),

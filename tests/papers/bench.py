@@ -14,7 +14,7 @@ from tests.papers.commands import run
 
 Array = NDArray[np.float64]
 ROOT = Path(__file__).resolve().parents[2]
-TABLE_2 = ROOT / "sample_data" / "seed1_table2"
+TABLE_2 = ROOT / "sample_data" / "nao_table2"
 GRAVITY_MPS2 = 9.80665
 
 

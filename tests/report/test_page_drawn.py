@@ -15,7 +15,7 @@ pytestmark = [
 ]
 ROOT = Path(__file__).resolve().parents[2]
 RUNS = {
-    "check": ("check", "--recipe", ROOT / "recipes/seed1_table2.toml"),
+    "check": ("check", "--recipe", ROOT / "recipes/nao_table2.toml"),
     "offline-fit": ("offline-fit", "--recipe", ROOT / "recipes/bench_foot.toml"),
     "hang-calib": ("hang-calib", "--recipe", ROOT / "recipes/hexapod.toml"),
     "simulate": ("simulate", "--recipe", ROOT / "recipes/nao_simulated.toml"),

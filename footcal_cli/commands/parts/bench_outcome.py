@@ -117,7 +117,7 @@ def _changes(
 
 
 def _corrections(feet: Sequence[FootStudy]) -> CopCorrectionsRecord | None:
-    """The best polynomial of every foot, as seed 1 has it."""
+    """The best polynomial of every foot, as [NAO] has it."""
     from footcal_cli.records.results import CopCorrectionRecord, CopCorrectionsRecord
 
     found = {}

@@ -1,6 +1,6 @@
 """Corrections of the CoP: the paper's polynomial with forces, and the physics it stands for.
 
-Empirical (seed 1, eqs. (3)–(5)): ``Δ = Σ a_k φ_k(x, y) + Σ b_i F_i`` per axis, linear in a and b.
+Empirical ([NAO], eqs. (3)–(5)): ``Δ = Σ a_k φ_k(x, y) + Σ b_i F_i`` per axis, linear in a and b.
 Physical: a cell stands δ_i from where it is believed, and passes the share s_i of its reading to
 the total (crosstalk, gain): ``load = Σ s_i F_i + f``, ``load · hole = Σ q_i F_i + m``, linear too;
 the cell's effective position is ``q_i / s_i``.
@@ -228,7 +228,7 @@ def corrected_cop_m(
     forces_n: FloatArray,
     cells: Sequence[str],
 ) -> FloatArray:
-    """``CoP + Σ a_k φ_k(x, y) + Σ b_i F_i`` with the terms named (seed 1, eqs. (3)–(5)).
+    """``CoP + Σ a_k φ_k(x, y) + Σ b_i F_i`` with the terms named ([NAO], eqs. (3)–(5)).
 
     Parameters
     ----------

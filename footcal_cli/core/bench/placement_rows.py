@@ -63,7 +63,7 @@ class PlacementRows:
 
     @property
     def raw_cop_m(self) -> FloatArray:
-        """Seed 1, eq. (8), shape (n, 2); NaN where there is none."""
+        """[NAO], eq. (8), shape (n, 2); NaN where there is none."""
         if self.given_cop_m is not None:
             return self.given_cop_m
         points = np.broadcast_to(self.cell_pos_m, (len(self), *self.cell_pos_m.shape))
@@ -119,7 +119,7 @@ def holes_of(hole_m: FloatArray) -> IntArray:
 
 @dataclass(frozen=True)
 class Repeats:
-    """Mean and scatter of the CoP per hole and load: seed 1, section 4.2.
+    """Mean and scatter of the CoP per hole and load: [NAO], section 4.2.
 
     Parameters
     ----------

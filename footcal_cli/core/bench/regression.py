@@ -1,4 +1,4 @@
-"""Scale and bias of one load cell from known loads: seed 1, eqs. (1)(2).
+"""Scale and bias of one load cell from known loads: [NAO], eqs. (1)(2).
 
 ``F = c·S + d`` by regression of load on counts over all weights, the unloaded reading included.
 """

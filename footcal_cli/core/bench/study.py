@@ -81,7 +81,7 @@ class ChannelStudy:
     record
         Rows that were fitted.
     affine
-        Regression of load on counts, as seed 1 has it.
+        Regression of load on counts, as [NAO] has it.
     ladder
         None where the rows are too few for anything else.
     samples

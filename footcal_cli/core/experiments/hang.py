@@ -16,7 +16,7 @@ UNITS = ("N", "N", "N", "Nm", "Nm", "Nm")
 def hang_balance(log: Log) -> Balance:
     """Measured − demanded wrench, ``w − [m (g u − r̈); r × m (g u − r̈)]``, (n, 6).
 
-    Seed 2, eqs. (4)-(7), with the acceleration r̈ of a leg that turns, where it is known.
+    [Wu], eqs. (4)-(7), with the acceleration r̈ of a leg that turns, where it is known.
     """
     felt = log.known["gravity_dir"] - log.known.get("leg_acc_g", np.zeros((len(log), 3)))
     force_t = log.known["leg_weight_n"][:, None] * felt

@@ -13,7 +13,7 @@ def balance(log: Log) -> Balance:
     """Total force against the weight, and the moment of the cell forces about the hole.
 
     ``Σ F_i − load`` in N and ``Σ (p_i − hole) F_i`` in Nm: the latter is the CoP error times Fz
-    (seed 1, eqs. (3)–(5), (8)), linear in the forces and defined at the smallest weight.
+    ([NAO], eqs. (3)–(5), (8)), linear in the forces and defined at the smallest weight.
     """
     forces = log.readings
     arms = log.known["cell_pos_m"] - log.known["hole_m"][:, None, :]

@@ -16,7 +16,7 @@ UNITS = ("N", "N", "N", "Nm", "Nm", "Nm")
 def pose_balance(log: Log) -> Balance:
     """Sum of the wrenches on the chassis in the body frame about its CoM, shape (n, 6).
 
-    ``Σ_k R_k f_k + (G − Σ_k m_k g) ĝ`` and ``Σ_k [R_k τ_k + (p_k − c) × R_k f_k]``: seed 2, eqs.
+    ``Σ_k R_k f_k + (G − Σ_k m_k g) ĝ`` and ``Σ_k [R_k τ_k + (p_k − c) × R_k f_k]``: [Wu], eqs.
     (8) and (9), in the exact form in which no leg CoM enters.
     """
     known = log.known

@@ -1,6 +1,6 @@
 """Quiet standing: the cells carry the weight, and their centre lies below the CoM.
 
-Seed 1, eqs. (12)(13), in the linear form ``Σ (pᵢ − c) fᵢ = 0``; a lifted foot reads zero.
+[NAO], eqs. (12)(13), in the linear form ``Σ (pᵢ − c) fᵢ = 0``; a lifted foot reads zero.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Walking: the ground must do what the motion of the body demands, and a foot in the air nothing.
 
-Cells: total vertical force and horizontal moments about the demanded CoP (seed 1, eqs. (9)–(11),
+Cells: total vertical force and horizontal moments about the demanded CoP ([NAO], eqs. (9)–(11),
 in the linear form ``Σ (pᵢ − p_ref) fᵢ = 0``), and every cell of a swinging foot reads zero.
 Six-axis feet: total force and horizontal moments, and a swinging foot weighs what hangs below its
 transducer.

@@ -12,7 +12,7 @@ AXES = (("fx", "N"), ("fy", "N"), ("fz", "N"), ("tx", "Nm"), ("ty", "Nm"), ("tz"
 
 
 def balance(log: Log) -> Balance:
-    """Readings minus known loads per channel, ``F_i − load_i``: seed 1, eqs. (1)(2).
+    """Readings minus known loads per channel, ``F_i − load_i``: [NAO], eqs. (1)(2).
 
     A six-axis sensor has ``wrench`` (n, 6) in place of ``load_n``. Rows whose load is unknown (NaN:
     a weight being changed) do not count.

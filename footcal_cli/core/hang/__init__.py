@@ -1,1 +1,1 @@
-"""Six-axis transducers hanging in the air: offsets, weight, CoM, tilt (seed 2, III-A)."""
+"""Six-axis transducers hanging in the air: offsets, weight, CoM, tilt ([Wu], III-A)."""

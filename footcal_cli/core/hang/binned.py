@@ -19,7 +19,7 @@ _QUANTILES = (0.025, 0.25, 0.5, 0.75, 0.975)
 
 @dataclass(frozen=True)
 class BinnedCom:
-    """Spread of the leg CoM over cycles (seed 2, Figs. 4 and 7).
+    """Spread of the leg CoM over cycles ([Wu], Figs. 4 and 7).
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ class BinnedCom:
 
 
 def binned_com(fit: HangFit | StepwiseFit, runs: Sequence[HangRun], bins: int = 36) -> BinnedCom:
-    """Solve ``τ − τ_o = r × m g u`` per bin and cycle over all orientations (seed 2, III-A.3).
+    """Solve ``τ − τ_o = r × m g u`` per bin and cycle over all orientations ([Wu], III-A.3).
 
     Offset, weight and directions are those of the fit that is shown.
     """

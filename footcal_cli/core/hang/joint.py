@@ -1,4 +1,4 @@
-"""Joint maximum likelihood over all hanging logs of one leg (seed 2, section III-A, mended)."""
+"""Joint maximum likelihood over all hanging logs of one leg ([Wu], section III-A, mended)."""
 
 from __future__ import annotations
 
@@ -154,7 +154,7 @@ def fit_hang(logs: Sequence[Log], options: HangOptions | None = None) -> HangFit
     """Fit one leg's offsets, weight, CoM and tilts to all its hanging logs at once.
 
     Minimises ``Σ_logs Σ_channels ‖n_lc‖²`` with n the whitened noise of
-    ``w = offset + [m (g u − r̈); r × m (g u − r̈)]`` (seed 2, eqs. (4)-(7), all at once, and the
+    ``w = offset + [m (g u − r̈); r × m (g u − r̈)]`` ([Wu], eqs. (4)-(7), all at once, and the
     acceleration of a leg that turns). The part of r̈ is taken off as a first fit gives it.
 
     Parameters

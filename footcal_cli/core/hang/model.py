@@ -2,7 +2,7 @@
 
 ``w = offset + [m (g u − r̈); r × m (g u − r̈)]`` with ``u = exp([s]) e``: e is the nominal direction
 of gravity in the transducer frame and s the small turn between nominal and true of that log
-(seed 2, eqs. (4)-(7), with the full rotation instead of ``I + [s]``, and with the acceleration r̈
+([Wu], eqs. (4)-(7), with the full rotation instead of ``I + [s]``, and with the acceleration r̈
 of a leg that turns). With ``r(φ) = Σ_h r_h z_h(φ)``, z = (1, sin φ, cos φ, sin 2φ …), the part of
 gravity is linear in z; the part of r̈ is `HangModel.inertial_wrench`.
 """

@@ -1,6 +1,6 @@
 """The paper's own procedure for hanging logs, step by step, and the naive one without tilt.
 
-Seed 2, sections III-A.2 to III-A.4: half-differences of a pair of opposite logs give the leg's
+[Wu], sections III-A.2 to III-A.4: half-differences of a pair of opposite logs give the leg's
 weight and, through a Kalman smoother, its CoM; half-sums give the offsets. Kept for comparison:
 it treats the tilt as infinitesimal, and each step passes its error on to the next.
 
@@ -119,7 +119,7 @@ def fit_stepwise(logs: Sequence[Log], *, naive: bool = False) -> StepwiseFit:
     logs
         Hanging logs of one leg in two pairs of opposite orientations.
     naive
-        True: no tilt at all, s⁺ = s⁻ = 0 (the baseline of seed 2, Fig. 5).
+        True: no tilt at all, s⁺ = s⁻ = 0 (the baseline of [Wu], Fig. 5).
 
     Raises
     ------

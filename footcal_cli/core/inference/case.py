@@ -263,7 +263,7 @@ def _demand_moved(log: Log, balance: Balance) -> Log:
     """A standing or walking log whose body moves as the readings demand, where both are noisy.
 
     Acceleration takes the rest of the forces, the horizontal place of the CoM that of the
-    moments; both enter the demand one to one (seed 1, eqs. (9)–(11)).
+    moments; both enter the demand one to one ([NAO], eqs. (9)–(11)).
     """
     at = {name: i for i, name in enumerate(balance.outputs)}
     if not {"fz", "mx", "my"} <= set(at):

@@ -277,7 +277,7 @@ def compare(
     truth_n
         True cell forces, shape (n, c), NaN where unknown; low-passed here as the cells are.
     baseline
-        An offline calibration to compare with, as seed 1 does.
+        An offline calibration to compare with, as [NAO] does.
     rng
         For the bootstrap.
     """

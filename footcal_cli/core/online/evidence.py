@@ -1,4 +1,4 @@
-"""Is it better, and does it last: the evidence that seed 1 asks for in its open points."""
+"""Is it better, and does it last: the evidence that [NAO] asks for in its open points."""
 
 from __future__ import annotations
 

@@ -9,7 +9,7 @@ import numpy as np
 from footcal_cli.core.parameters import BoolArray, FloatArray
 
 _DEFAULT_WEIGHT_N = 53.0
-"""Body weight of the robot that the default noise is meant for (seed 1's NAO)."""
+"""Body weight of the robot that the default noise is meant for ([NAO]'s NAO)."""
 _HARMONICS = np.arange(1, 200)
 _SIGMA = np.linspace(0.0, 1.0, 101)
 _KEPT = (

@@ -157,7 +157,7 @@ def cell_rows(
     swing
         Whether the channels of swinging feet give rows.
     static
-        Han's static assumption in place of seed 1, eqs. (9)–(11).
+        Han's static assumption in place of [NAO], eqs. (9)–(11).
     state_sd
         Prior sd of states where they differ from the defaults; the key is the name or, for all
         feet, ``plate_weight``.

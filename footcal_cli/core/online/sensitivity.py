@@ -39,7 +39,7 @@ class Sensitivity:
 
 
 FACTORS = np.array([0.2, 0.5, 1.0, 2.0, 5.0])
-"""As in seed 1, section 3.3.2."""
+"""As in [NAO], section 3.3.2."""
 
 
 def memory_sensitivity(

@@ -1,4 +1,4 @@
-"""Two streams on two clocks made one log: seed 1, sections 2.2 and 4.1."""
+"""Two streams on two clocks made one log: [NAO], sections 2.2 and 4.1."""
 
 from __future__ import annotations
 

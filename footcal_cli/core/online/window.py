@@ -1,4 +1,4 @@
-"""Seed 1's sliding window, eq. (14), and Han's static assumption in the same window.
+"""[NAO]'s sliding window, eq. (14), and Han's static assumption in the same window.
 
 ``min Σₖ ωF ((Fz(θ) − F_ref)/BW)² + ωP ‖(p(θ) − p_ref)/L_f‖² + ωS ‖θ − θ_prev‖²`` over 0.5 s,
 every 4 samples, five Gauss-Newton iterations with bounded steps, θ the gains and biases in

@@ -1,7 +1,7 @@
 """The sliding window and the static assumption on one walk, each with weights of its own.
 
 Nothing that memory found is used: the delay is the recipe's, the CoM and L̇ are the log's. ωF and
-ωP come from the quiet standing before the first step (seed 1, section 3.3.2); ωS is, for each of
+ωP come from the quiet standing before the first step ([NAO], section 3.3.2); ωS is, for each of
 the two, the one whose held parameters predict best what the motion demands.
 """
 

@@ -1,1 +1,1 @@
-"""Standing poses: how the transducers are mounted, and what they show (seed 2, section III-B)."""
+"""Standing poses: how the transducers are mounted, and what they show ([Wu], section III-B)."""

@@ -1,4 +1,4 @@
-"""The paper's own fit of the mounting: two least squares in turn (seed 2, eqs. (8) and (9)).
+"""The paper's own fit of the mounting: two least squares in turn ([Wu], eqs. (8) and (9)).
 
 Rotations by Cayley vectors with the translations kept, then translations with the rotations kept,
 until no parameter moves by more than 10⁻³. With `printed` the balance is the paper's: foot

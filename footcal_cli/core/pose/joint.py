@@ -96,7 +96,7 @@ class PoseFit:
         Both mounting errors are given along the *nominal transducer's* axes, as the effects
         ``mount_rotation`` and ``mount_translation`` have them: ``R_bt = R_nominal exp[mount_rot]``.
         ``<leg>.mount_pos_*`` is the hip's translation *minus* that of the chassis CoM: their sum
-        with p_BC is all that standing can show (seed 2: p̃ + p_BC).
+        with p_BC is all that standing can show ([Wu]: p̃ + p_BC).
         """
         geometry, mounting = self.geometry, self.mounting
         legs = len(geometry.legs)

@@ -19,7 +19,7 @@ _EYE = np.eye(3)
 
 
 class Structure(StrEnum):
-    """Which mounting errors are free: the paper's four models (seed 2, IV-2), and a fifth.
+    """Which mounting errors are free: the paper's four models ([Wu], IV-2), and a fifth.
 
     The paper turns each transducer about the *body origin*, so that a hip that only turned looks
     displaced by 20 mm; `HIP_ROTATIONS` turns it about its own hip.

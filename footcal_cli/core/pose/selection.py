@@ -1,4 +1,4 @@
-"""Which mounting errors are there: five candidate models on the same poses (seed 2, IV-2).
+"""Which mounting errors are there: five candidate models on the same poses ([Wu], IV-2).
 
 Two yardsticks side by side. The paper's: mean held-out squared error in its K-norm, and
 ``BIC = P ln(RSS/P) + DOF ln P``, which counts P residuals although there are 6 P. And the one used
@@ -38,7 +38,7 @@ class Candidate:
     cv_chi2
         Mean held-out squared error per pose in units of the noise; 6 if all is explained.
     bic_paper
-        From `cv_error`, as Table I of seed 2.
+        From `cv_error`, as Table I of [Wu].
     bic
         With the right counts; the lowest is chosen.
     """
@@ -62,7 +62,7 @@ class Candidate:
 
 
 def bic_paper(mean_squared_error: float, freedom: int, poses: int) -> float:
-    """``P ln(RSS/P) + DOF ln P`` (seed 2, section IV-2)."""
+    """``P ln(RSS/P) + DOF ln P`` ([Wu], section IV-2)."""
     return float(poses * np.log(mean_squared_error) + freedom * np.log(poses))
 
 

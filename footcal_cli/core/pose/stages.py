@@ -28,7 +28,7 @@ def offset_error(data: PoseData, legs: tuple[LegKnowledge, ...]) -> FloatArray:
 
 
 def naive_error(data: PoseData, legs: tuple[LegKnowledge, ...]) -> FloatArray:
-    """The same with a tare taken in the air and the nominal mounting (seed 2, I-B and Fig. 2).
+    """The same with a tare taken in the air and the nominal mounting ([Wu], I-B and Fig. 2).
 
     The tare holds the legs' weight, so that the feet carry the whole robot.
     """
@@ -47,7 +47,7 @@ def in_floating_base(data: PoseData, error: FloatArray, com_b_m: FloatArray) -> 
     """A balance error as the sum of the ground's wrenches less the robot's weight, (P, 6).
 
     What the chassis lacks is what the ground's wrenches lack, carried from the chassis CoM to the
-    robot's and turned into the floating base: z up, x along the heading (seed 2, Figs. 2 and 6).
+    robot's and turned into the floating base: z up, x along the heading ([Wu], Figs. 2 and 6).
 
     Parameters
     ----------

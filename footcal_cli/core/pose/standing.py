@@ -1,4 +1,4 @@
-"""Transducer offsets again, from standing alone (seed 2, section V, with its gap closed).
+"""Transducer offsets again, from standing alone ([Wu], section V, with its gap closed).
 
 With all feet on the ground the chassis balance sees only ``Σ_k T_k o_k``: rank 6 of 6K however
 many poses there are, and a residual that looks perfect while each leg is newtons off. A lifted

@@ -1,4 +1,4 @@
-"""Cutting a stand-still log into poses: the steady stretches (seed 2, section I-B).
+"""Cutting a stand-still log into poses: the steady stretches ([Wu], section I-B).
 
 Steady is where the L2 norm of the derivative of the force (second-order Savitzky-Golay) stays
 below 1 N/s for more than 1.5 s; the median of the stretch represents the pose.

@@ -1,4 +1,4 @@
-"""From readings to foot wrenches in the floating-base frame (seed 2, eq. (3), Figs. 8 and 9).
+"""From readings to foot wrenches in the floating-base frame ([Wu], eq. (3), Figs. 8 and 9).
 
 Floating-base frame: origin fixed in the body at the CoM of the reference shape, z up, x along the
 robot's heading.
@@ -79,7 +79,7 @@ def foot_wrenches(data: PoseData, calibration: FootCalibration) -> FloatArray:
 
 
 def naive_wrenches(data: PoseData, tare: FloatArray, origin_b_m: FloatArray) -> FloatArray:
-    """The same with the nominal mounting and a tare (K, 6) taken once in the air (seed 2, I-B).
+    """The same with the nominal mounting and a tare (K, 6) taken once in the air ([Wu], I-B).
 
     The tare holds offset and leg weight together; the leg's CoM is not known.
     """

@@ -105,7 +105,7 @@ def _known(robot: Biped, motion: Motion) -> dict[str, FloatArray]:
 
 
 def ground_forces(robot: Biped, log: Log, motion: Motion, spread_m: FloatArray) -> FloatArray:
-    """Cell loads (n, c) that obey seed 1, eqs. (9)–(11), exactly.
+    """Cell loads (n, c) that obey [NAO], eqs. (9)–(11), exactly.
 
     Each foot takes the share of the load that its place demands (`foot_cops`), each cell the share
     of its foot (`shares`).

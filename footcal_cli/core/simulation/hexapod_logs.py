@@ -18,7 +18,7 @@ from footcal_cli.core.simulation.noise import FORCE_NOISE, TORQUE_NOISE, Noise, 
 from footcal_cli.core.simulation.robots import Hexapod
 
 STANCE_PHASES_RAD = tuple(np.deg2rad([-36.0, 0.0, 36.0]))
-"""Shaft angles of seed 2's poses."""
+"""Shaft angles of [Wu]'s poses."""
 ORIENTATION_NAMES = {"px": "+x", "mx": "-x", "pz": "+z", "mz": "-z"}
 
 
@@ -65,7 +65,7 @@ def hang_log(
     """One leg hanging in all four orientations, one after the other; block: orientation and cycle.
 
     ``f = m (g d̂ − r̈)``, ``τ = r(φ) × f`` with d̂ the true direction of gravity and r̈ the leg's
-    acceleration (seed 2, eqs. (4)–(7), which hold for a leg at rest).
+    acceleration ([Wu], eqs. (4)–(7), which hold for a leg at rest).
     """
     spec = robot.legs[leg]
     per_way = int(plan.cycles * plan.cycle_s * plan.rate_hz)

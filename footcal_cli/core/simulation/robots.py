@@ -27,7 +27,7 @@ TABLE_II_OFFSETS: Mapping[str, tuple[float, ...]] = {
     "mr": (-0.06, -0.123, -0.07, -0.2392, -0.0982, 0.004),
     "hr": (-8.49, -1.448, -2.43, -0.3159, 0.3449, 0.001),
 }
-"""Offsets of the six transducers of BigAnt, N and Nm (seed 2, Table II)."""
+"""Offsets of the six transducers of BigAnt, N and Nm ([Wu], Table II)."""
 TABLE_II_LEG_WEIGHTS_N: Mapping[str, float] = {
     "fl": 6.2, "ml": 6.2, "hl": 6.2, "fr": 6.4, "mr": 6.2, "hr": 6.1,
 }  # fmt: skip
@@ -167,7 +167,7 @@ def _bigant_legs() -> dict[str, HexapodLeg]:
 
 @dataclass(frozen=True)
 class Hexapod:
-    """A hexapod with a six-axis transducer at each hip (BigAnt, seed 2).
+    """A hexapod with a six-axis transducer at each hip (BigAnt, [Wu]).
 
     Parameters
     ----------

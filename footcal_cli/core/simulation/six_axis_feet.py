@@ -148,7 +148,7 @@ def ground_wrenches(log: Log, motion: Motion) -> FloatArray:
     """Wrenches (n, 6 feet) that obey the six-axis balance exactly, in each transducer's frame.
 
     ``f_k = s_k m (c̈ + g)`` acts at the foot's CoP p_k with ``Σ s_k p_k`` the CoP that the motion
-    demands (seed 1, eqs. (9)–(11)); what hangs below a transducer is added.
+    demands ([NAO], eqs. (9)–(11)); what hangs below a transducer is added.
     """
     known = log.known
     reference = dynamic_reference(

@@ -27,7 +27,7 @@ from tests.blind.worlds.gait import PAUSE_S, Build, Motion, draw_build, walk
 FEET = ("left", "right")
 CELLS = ("fl", "fr", "rl", "rr")
 LONGEST_DELAY_S = 0.04
-"""The body stream comes late by up to twice what seed 1 names; the recipe says by how much."""
+"""The body stream comes late by up to twice what [NAO] names; the recipe says by how much."""
 BODY_SD = {"com_m": 3e-4, "com_acc_mps2": 0.02, "angmom_rate_nm": 0.02}
 """Noise of the body's stream while it moves; a tenth of it where it stands."""
 ENGINE_SHARE = 0.35
