@@ -158,7 +158,7 @@ def findings_of(found: SixAxisReplay) -> list[FindingRecord]:
     elif abs(found.delay_s) > max(_NOTABLE_DELAY_S, 3 * found.delay_sd_s):
         add(
             "delay", "body stream",
-            f"the body's stream is {1e3 * found.delay_s:.0f} ± {1e3 * found.delay_sd_s:.0f} ms "
+            f"the body's stream is {with_sd(1e3 * found.delay_s, 1e3 * found.delay_sd_s)} ms "
             "late beyond what the recipe compensates; it was taken out",
             "add it to delay_s in the recipe if several walks agree",
         )  # fmt: skip

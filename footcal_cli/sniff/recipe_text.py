@@ -6,6 +6,7 @@ import os.path
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
+from footcal_cli.columns import body_table
 from footcal_cli.reading import BLANKS, Layout
 from footcal_cli.sniff.columns import FileGuess
 from footcal_cli.sniff.file_names import Part
@@ -86,12 +87,21 @@ def listing(parts: Sequence[Part]) -> list[str]:
                 name, entry = used.pop(column.column)
                 unit = f" in {entry.unit}" if entry.unit else ""
                 lines.append(f"  {column.column} -> {name}{unit}   {entry.sure}: {entry.why}")
+            elif column.column in _read_anyway(part.plan):
+                lines.append(f"  {column.column} -> read as it stands   sure: its name")
             else:
                 lines.append(f"  {column.column} -> not used   ({column.quantity}: {column.why})")
         for source, (name, entry) in used.items():
             lines.append(f"  {source} -> {name}   {entry.sure}: {entry.why}")
         lines += [f"  check: {warning}" for warning in part.plan.warnings]
     return lines
+
+
+def _read_anyway(plan: Plan) -> set[str]:
+    """Columns of the body's stream that bear footcal's own names and need no entry."""
+    names = {column.column for column in plan.file.columns}
+    feet = dict.fromkeys(name.partition("_foot_")[0] for name in names if "_foot_" in name)
+    return names & {column.name for column in body_table(tuple(feet)).columns}
 
 
 def _all_entries(plan: Plan) -> Iterator[tuple[str, Entry]]:
