@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from footcal_cli.commands.parts.bench_report import Part
     from footcal_cli.core.bench.cop_study import FootStudy
     from footcal_cli.core.bench.matrix import MatrixStudy
+    from footcal_cli.core.bench.plateaus import PlateauOptions
     from footcal_cli.core.bench.record import BenchRecord
     from footcal_cli.core.bench.study import ChannelStudy
     from footcal_cli.core.quality import Finding
@@ -54,6 +55,13 @@ class PlateauSettings(Frozen):
     glitch_sd: float = Field(default=8.0, gt=0)
     loads_n: tuple[float, ...] = ()
     loads: str = ""
+
+    @property
+    def tolerances(self) -> PlateauOptions:
+        """What the core takes for standing still."""
+        from footcal_cli.core.bench.plateaus import PlateauOptions
+
+        return PlateauOptions(**self.model_dump(exclude={"loads_n", "loads"}))
 
     def known_n(self, gravity_mps2: float) -> tuple[float, ...]:
         """The loads in N, masses as their weight."""
@@ -200,18 +208,16 @@ def _read(session: Session[OfflineFitOptions]) -> _WeightsLogs:
 
 def _study(record: BenchRecord, options: OfflineFitOptions, gravity_mps2: float) -> ChannelStudy:
     from footcal_cli.commands.parts.bench_logs import is_recording
-    from footcal_cli.core.bench.plateaus import PlateauOptions
     from footcal_cli.core.bench.study import study_rows, study_samples
 
     extend = options.models == "auto"
     dense = is_recording(record) if options.samples is None else options.samples
     if not dense:
         return study_rows(record, options.method, extend=extend, most_degree=options.most_degree)
-    given = options.plateaus.model_dump(exclude={"loads_n", "loads"})
     return study_samples(
         record,
         options.method,
-        options=PlateauOptions(**given),
+        options=options.plateaus.tolerances,
         loads_n=options.plateaus.known_n(gravity_mps2),
         extend=extend,
         most_degree=options.most_degree,

@@ -231,6 +231,15 @@ def test_a_recording_is_cut_into_holds_with_reasons(run: Run, tmp_path: Path) ->
     settled = predictions[predictions.state == "settled"]
     assert (settled.predicted_n - settled.load_n).abs().max() < 0.3
     assert (out / "figures/recordings.png").exists()
+    # diagnose cuts the same recording by the same settings; one session shows too little
+    again = tmp_path / "diagnosis"
+    log = tmp_path / "stream.csv"
+    answer = run(
+        "diagnose", log, "--experiment", "weights", "--recipe", recipe, "--out", again,
+        "--no-pictures",
+    )  # fmt: skip
+    assert answer.exit_code in (0, 3), answer.err
+    assert "footcal: internal error" not in answer.err
 
 
 def test_loads_that_do_not_match_the_holds_are_refused(run: Run, tmp_path: Path) -> None:

@@ -153,7 +153,6 @@ def _loads(session: Session[DiagnoseOptions], table: Table, channel: str) -> Flo
     """The load at every sample; not a number while weights given in order of time are changed."""
     import numpy as np
 
-    from footcal_cli.core.bench.plateaus import PlateauOptions
     from footcal_cli.core.bench.record import BenchRecord
     from footcal_cli.core.bench.study import find_loads
 
@@ -165,8 +164,8 @@ def _loads(session: Session[DiagnoseOptions], table: Table, channel: str) -> Flo
         channel, np.full(counts.size, np.nan), counts, table.number("time_s"),
         np.zeros(counts.size, dtype=np.int64),
     )  # fmt: skip
-    options = PlateauOptions(**settings.model_dump(exclude={"loads_n"}))
-    samples = find_loads(record, options, settings.loads_n)
+    known_n = settings.known_n(session.recipe.robot.gravity_mps2)
+    samples = find_loads(record, settings.tolerances, known_n)
     return np.asarray(np.where(samples.hold >= 0, samples.load_n, np.nan))
 
 
