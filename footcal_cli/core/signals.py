@@ -212,6 +212,25 @@ def stretches(flags: BoolArray) -> list[tuple[int, int]]:
     return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
 
 
+def peaks_kept(values: FloatArray, most: int) -> IntArray:
+    """Numbers of the samples that draw a series of any length, shape (at most `most`,).
+
+    Of every stretch the smallest and the largest value, in their order, so that no peak is lost.
+    """
+    if values.size <= most:
+        return np.arange(values.size)
+    stretches = most // 2
+    length = -(-values.size // stretches)
+    padded = np.full(stretches * length, np.nan)
+    padded[: values.size] = values
+    rows = padded.reshape(stretches, length)
+    start = length * np.arange(stretches)
+    low = start + np.argmin(np.where(np.isnan(rows), np.inf, rows), axis=1)
+    high = start + np.argmax(np.where(np.isnan(rows), -np.inf, rows), axis=1)
+    chosen = np.unique(np.concatenate([low, high]))
+    return np.asarray(chosen[chosen < values.size])
+
+
 def autocorrelation_time(series: FloatArray, sequence: IntArray | None = None) -> float:
     """Integrated autocorrelation time in samples, ``τ = 1 + 2 Σ ρ_k`` with Sokal's window of 5 τ.
 

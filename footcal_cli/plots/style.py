@@ -4,10 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from footcal_cli.core.parameters import FloatArray, IntArray
-
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -31,25 +27,6 @@ def new_figure(height_in: float, width_in: float = WIDTH_IN) -> Figure:
     figure = Figure(figsize=(width_in, height_in), layout="constrained")
     FigureCanvasAgg(figure)
     return figure
-
-
-def peaks_kept(values: FloatArray, most: int = MOST_POINTS) -> IntArray:
-    """Numbers of the samples that draw a series of any length, shape (at most `most`,).
-
-    Of every stretch the smallest and the largest value, in their order, so that no peak is lost.
-    """
-    if values.size <= most:
-        return np.arange(values.size)
-    stretches = most // 2
-    length = -(-values.size // stretches)
-    padded = np.full(stretches * length, np.nan)
-    padded[: values.size] = values
-    rows = padded.reshape(stretches, length)
-    start = length * np.arange(stretches)
-    low = start + np.argmin(np.where(np.isnan(rows), np.inf, rows), axis=1)
-    high = start + np.argmax(np.where(np.isnan(rows), -np.inf, rows), axis=1)
-    chosen = np.unique(np.concatenate([low, high]))
-    return np.asarray(chosen[chosen < values.size])
 
 
 def tidy(axes: Axes, title: str = "", x: str = "", y: str = "") -> None:

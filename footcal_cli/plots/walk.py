@@ -13,15 +13,16 @@ from footcal_cli.core.online.filter import Track
 from footcal_cli.core.online.jumps import Jump
 from footcal_cli.core.online.sensitivity import Sensitivity
 from footcal_cli.core.parameters import BoolArray, FloatArray
+from footcal_cli.core.signals import peaks_kept
 from footcal_cli.plots.style import (
     AFTER,
     BAD,
     BEFORE,
     CELL_COLOURS,
+    MOST_POINTS,
     REFERENCE,
     legend_below,
     new_figure,
-    peaks_kept,
     tidy,
 )
 
@@ -169,7 +170,7 @@ def plot_parameters(track: Track, jumps: Sequence[Jump], kinds: Sequence[str]) -
         percent = 100.0 if track.units[at[0]] == "-" else 1.0
         unit = "%" if track.units[at[0]] == "-" else track.units[at[0]]
         for colour, i in zip((*CELL_COLOURS, *CELL_COLOURS), at, strict=False):
-            drawn = peaks_kept(track.values[:, i])
+            drawn = peaks_kept(track.values[:, i], MOST_POINTS)
             time_s, value = track.time_s[drawn], percent * track.values[drawn, i]
             sd = percent * track.sd[drawn, i]
             axes.plot(time_s, value, color=colour, linewidth=1.1, label=_owner(track.names[i]))
@@ -213,7 +214,7 @@ def plot_states(
         i = track.names.index(name)
         factor, unit = scale.get(name, (1.0, track.units[i]))
         value, sd = factor * track.values[:, i], factor * track.sd[:, i]
-        drawn = peaks_kept(value)
+        drawn = peaks_kept(value, MOST_POINTS)
         time_s, low, high = (x[drawn] for x in (track.time_s, value - 2 * sd, value + 2 * sd))
         axes.plot(time_s, value[drawn], color=AFTER, linewidth=1.1)
         axes.fill_between(time_s, low, high, color=AFTER, alpha=0.15)

@@ -6,10 +6,11 @@ They are taken from the drawn figure itself: what is seen large is what is seen 
 from __future__ import annotations
 
 import json
-from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+from footcal_cli.core.signals import peaks_kept
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -80,17 +81,10 @@ def _thinned(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     x, y = x[known], y[known]
     if x.size <= MOST_POINTS:
         return x, y
-    edges = np.linspace(0, x.size, MOST_POINTS // 3 + 1).astype(int)
-    keep: set[int] = set()
-    for a, b in pairwise(edges):
-        part = y[a:b]
-        finite = np.isfinite(part)
-        if not finite.all():
-            keep.add(a + int(np.argmin(finite)))
-        if finite.any():
-            keep.add(a + int(np.nanargmin(part)))
-            keep.add(a + int(np.nanargmax(part)))
-    kept = sorted(keep)
+    kept = peaks_kept(y, 2 * MOST_POINTS // 3)
+    missing = ~np.isfinite(y)
+    cuts = np.flatnonzero(missing & ~np.concatenate([[False], missing[:-1]]))
+    kept = np.union1d(kept, cuts[: MOST_POINTS // 3])
     return x[kept], y[kept]
 
 

@@ -114,7 +114,7 @@ def correct(mean: FloatArray, cov: FloatArray, found: Innovation) -> tuple[Float
 
 
 def information(cov: FloatArray, weight: FloatArray) -> float:
-    """``½ ln (det P / det (P − Wᵀ W))``: what an update teaches about some states, in nats.
+    """``½ ln (det P / det (P − Wᵀ W))``: what an update teaches about some states.
 
     Parameters
     ----------

@@ -141,7 +141,7 @@ class Errors:
 
 
 def errors_against(ours: Replayed, truth: Replayed | Reference) -> Errors:
-    """Ours minus the reference: another calibration, the truth, or what the motion demands."""
+    """A calibration minus the reference: another one, the truth, or what the motion demands."""
     n, feet = ours.forces_n.shape[0], len(ours.feet)
     if isinstance(truth, Reference):
         per_foot = np.full((n, feet, 2), np.nan)
