@@ -19,6 +19,8 @@ from footcal_cli.core.effects.contract import (
     State,
     Theta,
     Trait,
+    Transform,
+    columns_of,
     on_known,
 )
 from footcal_cli.core.log import Log
@@ -220,5 +222,37 @@ ANGULAR_MOMENTUM = Effect(
     mimics=("cell_position", "delay"),
     separates="walk faster: L̇ grows with the square of the speed",
 )
+
+
+def _leg_mass(sign: float) -> Transform:
+    def moved(log: Log, theta: Theta, state: State) -> tuple[Log, State]:
+        known = log.known
+        if not {"com_acc_mps2", "cell_pos_m", "foot_acc_mps2"} <= known.keys():
+            return log, state
+        com, acc = known["com_m"].copy(), known["com_acc_mps2"].copy()
+        for foot, own in enumerate(columns_of(Scope.FOOT, log.channels)):
+            share = sign * theta["leg_mass"][foot]
+            sole = known["cell_pos_m"][:, own].mean(axis=1)
+            com[:, :2] += share * (sole - known["com_m"][:, :2])
+            acc += share * (known["foot_acc_mps2"][:, foot] - known["com_acc_mps2"])
+        return log.with_known(com_m=com, com_acc_mps2=acc), state
+
+    return moved
+
+
+LEG_MASS = Effect(
+    name="leg_mass",
+    stage=Stage.BODY,
+    scope=Scope.FOOT,
+    parameters=(EffectParameter("leg_mass", "-", 0.0, -0.5, 0.5, 0.01),),
+    apply=_leg_mass(1.0),
+    remove=_leg_mass(-1.0),
+    experiments=("walk",),
+    formula="c = c₀ + Σ s (p_foot − c₀), its acceleration alike; s of the robot's mass goes with it",
+    source="masses of a CAD model, off by some per cent",
+    remedy="weigh the legs",
+    needs=("com_acc_mps2", "foot_acc_mps2", "cell_pos_m"),
+)
+"""No row of the table: no robot's links weigh what its model says."""
 
 EFFECTS = (MASS, COM_OFFSET, IMU_TILT, FLOOR_SLOPE, ACCEL_BIAS, ANGULAR_MOMENTUM)

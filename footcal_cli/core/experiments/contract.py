@@ -54,10 +54,13 @@ class Imperfection:
         How it distorts a log.
     usual
         Size parameter -> sd of what is met in practice, in its unit.
+    covers
+        Effects of the table that a usual size of it cannot be distinguished from.
     """
 
     effect: Effect
     usual: Mapping[str, float]
+    covers: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
