@@ -342,12 +342,8 @@ def fitted_ranges(study: ChannelStudy) -> dict[str, Range]:
     """Loads, readings and temperatures the model was fitted on."""
     affine, fit = study.affine, study.fit
     ranges = {
-        "load": Range(
-            lowest=float(affine.load_n.min()), highest=float(affine.load_n.max()), unit="N"
-        ),
-        "reading": Range(
-            lowest=float(affine.counts.min()), highest=float(affine.counts.max()), unit="count"
-        ),
+        "load": Range.of(affine.load_n, "N"),
+        "reading": Range.of(affine.counts, "count"),
     }
     if fit is not None and fit.temperature_range_degc is not None:
         low, high = fit.temperature_range_degc

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from footcal_cli.commands.parts.six_axis_logs import WRENCH_COLUMNS, without_effects
+from footcal_cli.intake.legs import WRENCH_COLUMNS, without_effects
 from footcal_cli.core.attitude import gravity_in
 from footcal_cli.core.hang.intake import (
     finite_rows,
@@ -16,6 +16,7 @@ from footcal_cli.core.hang.intake import (
     held_still,
     legs_in_order,
 )
+from footcal_cli.core.hang.joint import HangOptions
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray, IntArray
 from footcal_cli.core.spatial import rotation_of_quaternion, rotation_of_rpy
@@ -24,15 +25,29 @@ from footcal_cli.tables.columns import GRAVITY, QUATERNION
 
 if TYPE_CHECKING:
     from footcal_cli.recipe import Recipe
+    from footcal_cli.recipe.options import HangCalibOptions
     from footcal_cli.records.results import ParametersRecord
     from footcal_cli.tables.table import Table
+
+
+def hang_options(options: HangCalibOptions, recipe: Recipe, *, measured: bool) -> HangOptions:
+    """What the core is asked to fit; `measured` where the attitude was, not named."""
+    return HangOptions(
+        order=options.order,
+        max_order=options.max_order,
+        tilt=options.tilt or ("mount" if measured else "per_log"),
+        tilt_sd_rad=options.tilt_sd_rad,
+        temperature=options.temperature,
+        drift=options.drift,
+        white=options.white,
+        gravity_mps2=recipe.robot.gravity_mps2,
+    )
 
 
 def leg_logs(
     tables: Sequence[Table],
     recipe: Recipe,
-    orientation_of: str,
-    leg_weight_n: float,
+    options: HangCalibOptions,
     undone: ParametersRecord | None = None,
 ) -> tuple[dict[str, list[Log]], dict[str, int]]:
     """Logs per leg, and rejected rows by reason.
@@ -43,10 +58,8 @@ def leg_logs(
         Hanging tables.
     recipe
         Legs in order, and their nominal mounting.
-    orientation_of
-        Whose axis an orientation names: ``transducer`` or ``body``.
-    leg_weight_n
-        Believed weight of a leg.
+    options
+        Whose axis an orientation names, and the believed weight of a leg.
     undone
         Calibration whose effects are taken off the readings.
     """
@@ -58,7 +71,7 @@ def leg_logs(
             part = np.flatnonzero(whose == leg)
             wrench = table.numbers(WRENCH_COLUMNS)[part]
             phase = table.number("phase_rad")[part] if "phase_rad" in table else np.zeros(part.size)
-            gravity = _gravity(table, part, leg, recipe, orientation_of)
+            gravity = _gravity(table, part, leg, recipe, options.orientation_of)
             sound = finite_rows(wrench, phase, gravity)
             broken += int((~sound).sum())
             if not sound.any():
@@ -70,7 +83,7 @@ def leg_logs(
                 phase[sound],
                 wrench[sound],
                 gravity[sound],
-                leg_weight_n=leg_weight_n,
+                leg_weight_n=options.leg_weight_n,
                 temperature_degc=None if warmth is None else warmth[sound],
             )
             logs.setdefault(leg, []).append(without_effects(log, undone))

@@ -1,9 +1,9 @@
-"""Standing calibrations as tables, error rows and sentences."""
+"""Mountings found from standing poses: report, tables, error rows and sentences."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,16 +11,25 @@ from footcal_cli.core.hang.model import AXES
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.pose.common import common_turn
 from footcal_cli.core.pose.data import PoseData
-from footcal_cli.core.pose.departures import Departure
+from footcal_cli.core.pose.departures import Departure, departures
 from footcal_cli.core.pose.hanging import LegKnowledge
 from footcal_cli.core.pose.joint import PoseFit
 from footcal_cli.core.pose.leg_map import LegMap
 from footcal_cli.core.pose.selection import Candidate
+from footcal_cli.core.pose.mounted import Mounted
 from footcal_cli.core.pose.slow_noise import SlowNoise
-from footcal_cli.core.pose.standing import OffsetFit
-from footcal_cli.core.spatial import rotation_log, wrench_transform
-from footcal_cli.records.results import FindingRecord, RmseRow, VerdictRecord
-from footcal_cli.report import Sheet, number, with_sd
+from footcal_cli.core.pose.stages import in_floating_base
+from footcal_cli.core.pose.study import MountingStudy
+from footcal_cli.core.pose.wrenches import FootCalibration, foot_wrenches, robot_com_b_m
+from footcal_cli.core.spatial import rotation_log
+from footcal_cli.plots import pose as plots
+from footcal_cli.records.results import FindingRecord, RmseRecord, RmseRow, VerdictRecord
+from footcal_cli.report import Picture, Report, Sheet, number, with_sd
+from footcal_cli.report.outcome import Outcome
+from footcal_cli.sheets.feet import wrench_columns
+
+if TYPE_CHECKING:
+    from footcal_cli.recipe.options import PoseCalibOptions
 
 _SUSPECT_P = 1e-4
 _SUSPECT_SHARE = 0.1
@@ -31,10 +40,110 @@ _MOST_DEPARTURES = 4
 """So many contradictions are told; they have one cause, mostly."""
 
 
+def outcome_of(
+    robot: str,
+    study: MountingStudy,
+    stages: Mapping[str, FloatArray],
+    rejected: Mapping[str, int],
+    options: PoseCalibOptions,
+) -> Outcome:
+    """The mounting of all transducers.
+
+    Parameters
+    ----------
+    robot
+        Its name.
+    study
+        The fit and what judges it.
+    stages
+        Balance errors (P, 6) by stage: before, offsets only, …, after.
+    rejected
+        Poses by reason.
+    options
+        How it was fitted.
+    """
+    data, fit, names = study.data, study.fit, study.data.geometry.legs
+    calibration = Mounted(fit.rot_bt, fit.arm_b_m).feet(data, fit.mounting.offset, study.legs)
+    com = robot_com_b_m(calibration, data, calibration.leg_weight_n / data.robot_weight_n)
+    contradicted = departures(fit, study.legs, data.robot_weight_n)
+    dropped = () if study.dropped is None else (disagreeing_directions(study.dropped),)
+    return Outcome(
+        report=Report(
+            title=f"Standing calibration of {robot}",
+            verdict=verdict(study, stages, contradicted),
+            pictures=(
+                Picture(
+                    "balance",
+                    lambda: plots.plot_balance(
+                        {name: in_floating_base(data, e, com) for name, e in stages.items()}
+                    ),
+                    "Sum of the ground's wrenches on all feet minus the robot's weight, in the "
+                    "floating base about the robot's CoM: zero if every transducer tells the "
+                    "truth. Before: tare in the air, nominal mounting (compare Wu & Revzen, Figs. "
+                    "2 and 6).",
+                    title="Sum of all foot wrenches against the robot's weight",
+                ),
+                Picture(
+                    "mounting",
+                    lambda: plots.plot_mounting(fit),
+                    "The robot from above: nominal hips (squares), calibrated hips with 95 % "
+                    "ellipses and axes, errors drawn larger than life.",
+                    title="Nominal and calibrated hips, from above",
+                ),
+                Picture(
+                    "legs_and_poses",
+                    lambda: plots.plot_leg_map(study.mapped, names),
+                    "Residual that each leg's own readings predict, pose by pose: a row that "
+                    "lights up is a leg with a wrong gain, a twisted axis or a dead channel.",
+                    title="Residual predicted by each leg, pose by pose",
+                ),
+                Picture(
+                    "coverage",
+                    lambda: plots.plot_coverage(data),
+                    "Which shaft angles and body tilts the poses cover: yaw and height of the "
+                    "mounting are only seen where the body tilts.",
+                    title="Shaft angles and body tilts covered by the poses",
+                ),
+            ),
+            sheets=(
+                mounting_sheet(fit),
+                candidate_sheet(study.candidates),
+                common_sheet(fit),
+                prior_sheet(fit, study.legs),
+            ),
+            findings=(
+                *dropped, *findings(fit, study.mapped), *departure_findings(contradicted)
+            ),
+            footer=footer(options.method, options.balance, options.errors_in_variables),
+        ),
+        rmse=RmseRecord(rows=rmse_rows(stages, study.held_out), rejected=dict(rejected)),
+        tables={
+            "wrenches.parquet": pose_wrenches(data, calibration),
+            "models.parquet": _models(study.candidates),
+        },
+        usable=fit.converged,
+    )  # fmt: skip
+
+
+def _models(candidates: Sequence[Candidate]) -> dict[str, object]:
+    """Which mounting errors the evidence asks for, the chosen model first."""
+    names = ("freedom", "cv_error", "bic_paper", "cv_chi2", "bic")
+    return {
+        "model": [candidate.structure.name.lower() for candidate in candidates],
+        **{name: [getattr(candidate, name) for candidate in candidates] for name in names},
+    }
+
+
+def pose_wrenches(data: PoseData, calibration: FootCalibration) -> dict[str, object]:
+    """Columns of ``wrenches.parquet``."""
+    poses = np.arange(len(data.phase_rad))
+    return wrench_columns(data, "pose", poses, foot_wrenches(data, calibration))
+
+
 def rmse_rows(stages: Mapping[str, FloatArray], held_out: Candidate) -> tuple[RmseRow, ...]:
     """Per stage: sum of forces and of moments, per axis RMS; held-out errors of the fit."""
     rows = [
-        _row(quantity, unit, stage, part)
+        row(quantity, unit, stage, part)
         for stage, error in stages.items()
         for quantity, unit, part in (
             ("sum of forces", "N", error[:, :3]),
@@ -60,42 +169,39 @@ def rmse_rows(stages: Mapping[str, FloatArray], held_out: Candidate) -> tuple[Rm
     return tuple(rows)
 
 
-def _row(quantity: str, unit: str, stage: str, error: FloatArray) -> RmseRow:
+def row(quantity: str, unit: str, stage: str, error: FloatArray) -> RmseRow:
+    """One error of the chassis balance."""
     return RmseRow(
         quantity=quantity, unit=unit, stage=stage, reference="chassis weight", split="all",
-        rmse=_rms(error), n=int(error.size),
+        rmse=rms(error), n=int(error.size),
     )  # fmt: skip
 
 
-def _rms(values: FloatArray) -> float:
+def rms(values: FloatArray) -> float:
+    """Root of the mean square."""
     return float(np.sqrt(np.mean(np.square(values))))
 
 
 def verdict(
-    fit: PoseFit,
-    stages: Mapping[str, FloatArray],
-    mapped: LegMap,
-    held_out: Candidate,
-    best: Candidate,
-    slow: SlowNoise,
-    contradicted: Sequence[Departure],
+    study: MountingStudy, stages: Mapping[str, FloatArray], contradicted: Sequence[Departure]
 ) -> VerdictRecord:
     """One sentence: what the sum of forces was off by, and is now on poses not used."""
-    before = _rms(stages["before"][:, :3])
+    fit, held_out = study.fit, study.held_out
+    before = rms(stages["before"][:, :3])
     alternated = bool(np.isnan(fit.covariance).any())
-    after = _rms(stages["after"][:, :3]) if alternated else _held_out(held_out, 0)
-    moment = _rms(stages["after"][:, 3:]) if alternated else _held_out(held_out, 3)
+    after = rms(stages["after"][:, :3]) if alternated else _held_out(held_out, 0)
+    moment = rms(stages["after"][:, 3:]) if alternated else _held_out(held_out, 3)
     turn = np.rad2deg(np.linalg.norm(rotation_log(fit.mounting.turn_b), axis=1))
     details = [
         f"Mounting errors fitted: {fit.options.structure.value}; rotations up to "
         f"{number(float(turn.max()), 2)}° ({fit.geometry.legs[int(turn.argmax())]}).",
-        f"The evidence alone asks for: {best.structure.value}.",
-        f"Moments: {number(_rms(stages['before'][:, 3:]), 2)} Nm before, "
+        f"The evidence alone asks for: {study.candidates[0].structure.value}.",
+        f"Moments: {number(rms(stages['before'][:, 3:]), 2)} Nm before, "
         f"{number(moment, 2)} Nm now.",
         *common_words(fit),
-        *slow_words(slow),
+        *slow_words(study.slow),
     ]
-    suspects = suspect_legs(mapped, fit.geometry.legs)
+    suspects = suspect_legs(study.mapped, fit.geometry.legs)
     if not fit.converged:
         return VerdictRecord(
             level="bad", sentence="The fit did not converge.", details=tuple(details)
@@ -328,76 +434,6 @@ def disagreeing_directions(fit: PoseFit) -> FindingRecord:
         f"{fit.chi2_hang:.0f}); they are not used for the mounting",
         remedy="hang the whole robot at once for all legs, or check the transducers' axes "
         "(orientation_of in hang-calib)",
-    )
-
-
-def offset_sentence(found: OffsetFit, legs: Sequence[str]) -> str:
-    """One sentence for the verdict of an offset run."""
-    if not found.accepted:
-        return (
-            f"Offsets cannot be had from these poses: only {found.rank} of {found.unknowns} "
-            "directions are seen."
-        )
-    leg, axis = divmod(int(np.argmax(np.abs(found.change[:, :3]))), 3)
-    worst_sd = float(found.offset_sd[:, :3].max())
-    return (
-        f"All offsets found again from {found.poses} poses, ± {number(worst_sd, 2)} N or better; "
-        f"the largest change is {number(float(found.change[leg, axis]), 3)} N "
-        f"({legs[leg]} {AXES[axis]})."
-    )
-
-
-def offset_level(found: OffsetFit) -> Literal["good", "warning", "bad"]:
-    """Refused, too few poses for the asked precision, or good."""
-    if not found.accepted:
-        return "bad"
-    return "good" if len(found.words) == 1 else "warning"
-
-
-def offset_sheet(found: OffsetFit, legs: Sequence[str]) -> Sheet:
-    """New offsets and their change."""
-    rows = []
-    for k, leg in enumerate(legs):
-        rows.append(
-            (leg, "offset", *(_maybe(found.offset, found.offset_sd, k, i) for i in range(6)))
-        )
-        rows.append(
-            (leg, "change", *(_maybe(found.change, found.change_sd, k, i) for i in range(6)))
-        )
-    return Sheet(
-        "Offsets from standing",
-        ("leg", "", "fx (N)", "fy (N)", "fz (N)", "tx (mNm)", "ty (mNm)", "tz (mNm)"),
-        rows,
-        note="± one standard deviation; lifted in "
-        + ", ".join(f"{leg} {int(n)}" for leg, n in zip(legs, found.lifted, strict=True))
-        + f" of {found.poses} poses.",
-    )
-
-
-def _maybe(values: FloatArray, sd: FloatArray, leg: int, axis: int) -> str:
-    """A force in N or a torque in mNm with its sd; a dash where it is not seen."""
-    if np.isnan(values[leg, axis]):
-        return "–"
-    factor = 1.0 if axis < 3 else 1e3
-    return with_sd(factor * float(values[leg, axis]), factor * float(sd[leg, axis]))
-
-
-def offset_rmse(
-    data: PoseData,
-    rot_bt: FloatArray,
-    arm_b_m: FloatArray,
-    legs: Sequence[LegKnowledge],
-    offset: FloatArray,
-    stage: str,
-) -> tuple[RmseRow, ...]:
-    """Balance errors with given offsets."""
-    applied = data.wrench_t - offset
-    total = np.einsum("kij,pkj->pi", wrench_transform(rot_bt, arm_b_m), applied)
-    chassis_n = data.robot_weight_n - sum(leg.weight_n for leg in legs)
-    total[:, :3] += chassis_n * data.gravity_b
-    return (
-        _row("sum of forces", "N", stage, total[:, :3]),
-        _row("sum of moments", "Nm", stage, total[:, 3:]),
     )
 
 

@@ -159,7 +159,7 @@ def without_effects(log: Log, record: ParametersRecord | None) -> Log:
                 remedy="record it too, or use the calibration without that effect",
             )
         chain = chain.with_link(Link(effect, dict(item.owners)))
-    values = {name: parameter.value for name, parameter in record.parameters.items()}
+    values = record.values
     truth, _ = chain.remove(log, values)
     offset = [values.get(f"{leg}.offset_{axis}", 0.0) for leg, axis in _split(log.channels)]
     return truth.with_readings(truth.readings + np.array(offset))

@@ -2,54 +2,26 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
 
 from footcal_cli.core.hang.model import AXES
-from footcal_cli.core.pose.series import SEEN, UNKNOWN, SeriesFit, fit_series, series_words
-from footcal_cli.errors import DataError, UsageError
+from footcal_cli.core.pose.series import SEEN, UNKNOWN, SeriesFit, series_words
 from footcal_cli.plots.pose import plot_series
 from footcal_cli.records.results import RmseRecord, RmseRow, VerdictRecord
 from footcal_cli.report import Picture, Report, Sheet, number, with_sd
-from footcal_cli.session.session import Outcome
-from footcal_cli.tables.columns import six_axis_feet_table
-
-if TYPE_CHECKING:
-    from footcal_cli.commands.pose_calib import PoseCalibOptions
-    from footcal_cli.session.session import Session
+from footcal_cli.report.outcome import Outcome
 
 
-def series_outcome(session: Session[PoseCalibOptions]) -> Outcome:
+def outcome_of(
+    robot: str, fits: Sequence[SeriesFit], lost: int, block_s: float, quiet_s: float
+) -> Outcome:
     """What pairs of transducers on stiff legs say of each other, and what they cannot say."""
-    options = session.options
-    if not options.series:
-        raise UsageError("no pairs named", file=session.recipe.path,
-                         remedy="add series = [['hip', 'ankle']] to [pose_calib]")  # fmt: skip
-    names = tuple(dict.fromkeys(name for pair in options.series for name in pair))
-    with session.step("read"):
-        table = session.read_required(six_axis_feet_table(names))[0]
-    time_s = table.number("time_s")
-    units = ["n"] * 3 + ["nm"] * 3
-    wrench = {
-        name: table.numbers([f"{name}_{a}_{u}" for a, u in zip(AXES, units, strict=True)])
-        for name in names
-    }
-    sound = np.logical_and.reduce([np.isfinite(w).all(axis=1) for w in wrench.values()])
-    step_s = float(np.median(np.diff(time_s)))
-    block = max(round(options.block_s / step_s), 1)
-    quiet = int(np.sum(time_s[sound] < time_s[0] + options.quiet_s))
-    if sound.sum() < 4 * block or quiet < 2 * block:
-        raise DataError("too few samples", file=table.path, remedy="record longer")
-    with session.step("fit"):
-        fits = [
-            fit_series(one, two, wrench[one][sound], wrench[two][sound], quiet, block)
-            for one, two in options.series
-        ]
     seen = SEEN * len(fits)
     return Outcome(
         report=Report(
-            title=f"Transducers in series: {session.recipe.robot.name}",
+            title=f"Transducers in series: {robot}",
             verdict=VerdictRecord(
                 level="warning",
                 sentence=f"{seen} of {UNKNOWN * len(fits)} offsets' directions are seen; without "
@@ -74,13 +46,13 @@ def series_outcome(session: Session[PoseCalibOptions]) -> Outcome:
             sheets=(_pair_sheet(fits),),
             footer=(
                 "Relative rotation by Kabsch's method on changes of force, translation by least "
-                f"squares on changes of torque, means over {options.block_s:g} s; combination of "
-                f"offsets from the first {options.quiet_s:g} s.",
+                f"squares on changes of torque, means over {block_s:g} s; combination of "
+                f"offsets from the first {quiet_s:g} s.",
             ),
         ),
         rmse=RmseRecord(
             rows=tuple(row for fit in fits for row in _rows(fit)),
-            rejected={"reading is missing": int((~sound).sum())} if not sound.all() else {},
+            rejected={"reading is missing": lost} if lost else {},
         ),
     )  # fmt: skip
 
@@ -97,7 +69,7 @@ def _rows(fit: SeriesFit) -> list[RmseRow]:
     ]  # fmt: skip
 
 
-def _pair_sheet(fits: list[SeriesFit]) -> Sheet:
+def _pair_sheet(fits: Sequence[SeriesFit]) -> Sheet:
     return Sheet(
         "Pairs",
         ("first", "second", "turn (°)", "distance (mm)", *(f"o₂−T o₁ {axis}" for axis in AXES),

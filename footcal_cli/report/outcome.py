@@ -25,6 +25,8 @@ class Outcome:
         The calibration, None for a command that makes none.
     records
         Further records by file name.
+    tables
+        Further tables by file name (Parquet, or CSV): columns (n,) by name.
     files
         Further files by name -> a function that writes it.
     gates_missed
@@ -42,6 +44,7 @@ class Outcome:
     rmse: RmseRecord | None = None
     parameters: ParametersRecord | None = None
     records: Mapping[str, Versioned] = field(default_factory=dict)
+    tables: Mapping[str, Mapping[str, object]] = field(default_factory=dict)
     files: Mapping[str, Callable[[Path], None]] = field(default_factory=dict)
     gates_missed: tuple[str, ...] = ()
     stage: str = "after"

@@ -73,7 +73,7 @@ def chain_of(
         chain = chain.with_link(link(find_effect(name), channels))
     values: dict[str, float] = {}
     if record is not None:
-        values = {name: parameter.value for name, parameter in record.parameters.items()}
+        values = record.values
         for item in record.effects:
             if item.effect not in calibration:
                 chain = chain.with_link(Link(effect_of(item), dict(item.owners)))
