@@ -135,7 +135,6 @@ SOLVERS_OUTSIDE = {
     "core/pose/leg_map.py": 1,
     "core/pose/problem.py": 3,
     "core/pose/standing.py": 1,
-    "core/static_init.py": 2,
 }
 
 # strings that are the name of an effect outside the table: words and columns that happen to be
