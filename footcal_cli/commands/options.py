@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
-from inspect import Parameter, Signature
+from inspect import Parameter, Signature, signature
 from pathlib import Path
 from types import UnionType
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
@@ -14,7 +14,7 @@ from footcal_cli.recipe import CommandOptions
 from footcal_cli.recipe.options import Flag
 
 if TYPE_CHECKING:
-    from footcal_cli.session.session import Outcome
+    from footcal_cli.report.outcome import Outcome
 
 Options = TypeVar("Options", bound=CommandOptions)
 Given = dict[str, Any]
@@ -35,7 +35,9 @@ _FIRST: Mapping[str, tuple[Any, Any]] = {
     "parameters": (
         Annotated[
             Path | None,
-            typer.Option("--parameters", metavar="FILE.json", help="The calibration to start from."),
+            typer.Option(
+                "--parameters", metavar="FILE.json", help="The calibration to start from."
+            ),
         ],
         None,
     ),
@@ -62,7 +64,9 @@ _LAST: Mapping[str, tuple[Any, Any]] = {
         ],
         None,
     ),
-    "out": (Annotated[Path, typer.Option("--out", metavar="DIR", help="Run folder to write.")], ...),
+    "out": (
+        Annotated[Path, typer.Option("--out", metavar="DIR", help="Run folder to write.")], ...,
+    ),
     "overwrite": (Overwrite, False),
     "seed": (
         Annotated[int, typer.Option("--seed", metavar="N", help="Seed of all that is random.")], 0,
@@ -94,9 +98,10 @@ def command(
     shared
         Other words for shared options, as typer's annotations.
     extra
-        Options that are no settings, as typer's annotations; the function gets them by name.
+        Options that are no settings, as typer's annotations.
     opening
-        May end the command, or change what was given, before anything is read.
+        May end the command, or change what was given, before anything is read. What the function
+        asks for besides its session it gets by name.
     goes_on
         Whether the run folder is gone on with.
     """
@@ -110,10 +115,11 @@ def command(
             if k not in lacks
         }
         common["out"] = (common["out"][0], Path(f"out/{name}"))
-        own = {k: (annotation, None) for k, annotation in (extra or {}).items()}
+        wanted = list(signature(work).parameters)[1:]
         rows = {k: common[k] for k in _FIRST if k in common}
         rows |= {k: (annotation, None) for k, (_, annotation) in flags.items()}
-        rows |= own | {k: common[k] for k in _LAST if k in common}
+        rows |= {k: (annotation, None) for k, annotation in (extra or {}).items()}
+        rows |= {k: common[k] for k in _LAST if k in common}
 
         def run(**words: Any) -> None:
             given = {k: default for k, (_, default) in rows.items()} | words
@@ -121,7 +127,7 @@ def command(
                 opening(given)
             overrides = {field: given[k] for k, (field, _) in flags.items()}
             session = begin(name, model, given, overrides, goes_on=goes_on)
-            raise typer.Exit(session.finish(work(session, **{k: given[k] for k in own})))
+            raise typer.Exit(session.finish(work(session, **{k: given[k] for k in wanted})))
 
         run.__name__, run.__module__, run.__doc__ = work.__name__, work.__module__, work.__doc__
         run.__signature__ = Signature(  # type: ignore[attr-defined]

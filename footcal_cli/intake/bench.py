@@ -6,34 +6,90 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-if TYPE_CHECKING:
-    from footcal_cli.core.bench.cop_study import FootStudy
-    from footcal_cli.core.bench.matrix import MatrixStudy
-    from footcal_cli.core.bench.placement_rows import PlacementRows
-    from footcal_cli.core.bench.record import BenchRecord
-    from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
-    from footcal_cli.recipe import Robot
-    from footcal_cli.records.results import ParametersRecord
-    from footcal_cli.tables.table import Table
+import numpy as np
 
-ROWS_OF_A_RECORDING = 20
-"""More rows than this per load and session, closer than a second, are samples of a recording."""
+from footcal_cli.core.bench.cop_study import FootStudy, study_cop
+from footcal_cli.core.bench.matrix import MatrixStudy, study_matrix
+from footcal_cli.core.bench.placement_rows import PlacementRows, condense_points, holes_of
+from footcal_cli.core.bench.plateaus import PlateauOptions
+from footcal_cli.core.bench.record import BenchRecord, record_of
+from footcal_cli.core.bench.study import ChannelStudy, study_rows, study_samples
+from footcal_cli.core.experiments.weights import AXES
+from footcal_cli.core.log import Log
+from footcal_cli.core.parameters import BoolArray, IntArray
+from footcal_cli.errors import UsageError, nearest
+from footcal_cli.recipe import Robot
+from footcal_cli.recipe.options import OfflineFitOptions, PlateauSettings
+from footcal_cli.records.results import ParametersRecord
+from footcal_cli.tables.columns import (
+    cop_points_table,
+    placements_table,
+    weights_stream_table,
+    weights_table,
+    weights_together_table,
+)
+from footcal_cli.tables.table import Table
+
+if TYPE_CHECKING:
+    from footcal_cli.session.session import Session
 
 FRAMES_OF_A_POINT = 50
 """With more rows than this per point they are frames of a recording, condensed to medians."""
 
 
+@dataclass(frozen=True)
+class WeightsLogs:
+    """Everything weighed: long tables, and the records to fit and to keep apart."""
+
+    tables: Sequence[Table]
+    records: Sequence[BenchRecord]
+    held_out: Sequence[BenchRecord]
+
+
+def read_weights(session: Session[OfflineFitOptions]) -> WeightsLogs:
+    """Long tables and running recordings; of ``[data]`` also those to keep apart."""
+    channels = session.recipe.robot.cell_names
+    own_data = not session.request.logs
+    tables = session.read(weights_table())
+    records = records_of_rows(tables) if tables else []
+    apart = session.read(weights_table(), "weights_held_out") if own_data else []
+    held_out = records_of_rows(apart) if apart else []
+    if channels:
+        stream = weights_stream_table(channels)
+        running = session.read(stream)
+        records += records_of_streams(running, channels) if running else []
+        apart = session.read(stream, "weights_stream_held_out") if own_data else []
+        held_out += records_of_streams(apart, channels) if apart else []
+    return WeightsLogs(tables, records, held_out)
+
+
+def study_of(record: BenchRecord, options: OfflineFitOptions, gravity_mps2: float) -> ChannelStudy:
+    """A channel's models: of rows as they are, or of a recording's settled samples."""
+    extend = options.models == "auto"
+    dense = record.recorded if options.samples is None else options.samples
+    if not dense:
+        return study_rows(record, options.method, extend=extend, most_degree=options.most_degree)
+    return study_samples(
+        record,
+        options.method,
+        options=plateau_options(options.plateaus),
+        loads_n=options.plateaus.known_n(gravity_mps2),
+        extend=extend,
+        most_degree=options.most_degree,
+    )
+
+
+def plateau_options(settings: PlateauSettings) -> PlateauOptions:
+    """What the core takes for standing still."""
+    return PlateauOptions(**settings.model_dump(exclude={"loads_n", "loads"}))
+
+
 def records_of_rows(tables: Sequence[Table]) -> list[BenchRecord]:
     """Long weights logs, one record per channel; every file and session is one of its sessions."""
-    import numpy as np
-
-    from footcal_cli.core.bench.record import record_of
-    from footcal_cli.core.log import Log
-
     channel = np.concatenate([table.text("channel") for table in tables])
-    session = _sessions(tables)
+    session = sessions_of(tables)
     columns = {
-        name: np.concatenate([_column(table, name) for table in tables])
+        name: np.concatenate([table.optional(name) for table in tables])
         for name in ("load_n", "counts", "time_s", "temperature_degc", "direction")
     }
     records = []
@@ -55,29 +111,11 @@ def records_of_rows(tables: Sequence[Table]) -> list[BenchRecord]:
     return records
 
 
-def is_recording(record: BenchRecord) -> bool:
-    """Whether rows are samples of a running recording rather than one reading per load."""
-    import numpy as np
-
-    if not record.timed:
-        return False
-    gaps = np.diff(record.time_s)
-    changes = int(np.sum(np.abs(np.diff(record.load_n)) > 0))
-    dense = len(record) / (1 + changes) > ROWS_OF_A_RECORDING
-    # a reference that is read at every sample changes at most of them
-    dense |= len(record) > 3 * ROWS_OF_A_RECORDING and changes > len(record) / 2
-    return bool(dense and np.median(gaps[gaps > 0]) < 1.0)
-
-
 def records_of_streams(tables: Sequence[Table], channels: Sequence[str]) -> list[BenchRecord]:
     """Running recordings with one column per channel."""
-    import numpy as np
-
-    from footcal_cli.core.bench.record import BenchRecord
-
-    session = _sessions(tables)
+    session = sessions_of(tables)
     columns = {
-        name: np.concatenate([_column(table, name) for table in tables])
+        name: np.concatenate([table.optional(name) for table in tables])
         for name in ("time_s", "load_n", "temperature_degc")
     }
     order = np.lexsort((columns["time_s"], session))
@@ -95,20 +133,11 @@ def records_of_streams(tables: Sequence[Table], channels: Sequence[str]) -> list
     ]
 
 
-def _column(table: Table, name: str) -> FloatArray:
-    """A column, or NaN where the log does not have it."""
-    import numpy as np
-
-    return table.number(name) if name in table else np.full(len(table), np.nan)
-
-
-def _sessions(tables: Sequence[Table]) -> IntArray:
+def sessions_of(tables: Sequence[Table]) -> IntArray:
     """Number of the session of every row: file by file, and within a file by its session column.
 
     A log without one has repeats at most; each repeat of a ladder of weights is then a session.
     """
-    import numpy as np
-
     numbers, first = [], 0
     for table in tables:
         name = "session" if "session" in table else "repeat" if "repeat" in table else None
@@ -139,14 +168,15 @@ class PlacementLog:
 
 
 def study_together(
-    tables: Sequence[Table], channels: Sequence[str], *, known_wrench: bool
-) -> tuple[tuple[str, ...], MatrixStudy]:
-    """Names of the known loads and the matrices that give them."""
-    import numpy as np
-
-    from footcal_cli.core.bench.matrix import study_matrix
-    from footcal_cli.core.experiments.weights import AXES
-
+    session: Session[OfflineFitOptions],
+) -> tuple[tuple[str, ...], MatrixStudy] | None:
+    """Cells loaded together: names of the known loads and the matrices; None without a log."""
+    channels, known_wrench = session.recipe.robot.cell_names, session.options.known_wrench
+    if not channels:
+        return None
+    tables = session.read(weights_together_table(channels, known_wrench=known_wrench))
+    if not tables:
+        return None
     readings = np.concatenate([t.numbers([f"{c}_counts" for c in channels]) for t in tables])
     if known_wrench:
         outputs, units = tuple(name for name, _ in AXES), tuple(unit for _, unit in AXES)
@@ -155,14 +185,14 @@ def study_together(
         outputs, units = tuple(channels), ("N",) * len(channels)
         names = [f"{channel}_load_n" for channel in channels]
     loads = np.concatenate([table.numbers(names) for table in tables])
-    session = _sessions(tables)
+    number = sessions_of(tables)
     if all("case" in table for table in tables):
         labels: Any = np.concatenate([table.text("case") for table in tables]).astype(str)
         _, case = np.unique(labels, return_inverse=True)
     else:
         _, case = np.unique(np.round(loads, 6), axis=0, return_inverse=True)
     group = case.reshape(-1).astype(np.int64)
-    return outputs, study_matrix(channels, readings, outputs, loads, session, group, units)
+    return outputs, study_matrix(channels, readings, outputs, loads, number, group, units)
 
 
 def calibrated_cells(record: ParametersRecord) -> dict[str, tuple[float, float]]:
@@ -174,6 +204,25 @@ def calibrated_cells(record: ParametersRecord) -> dict[str, tuple[float, float]]
         for owner in owners
         if f"{owner}.bias" in known
     }
+
+
+def read_feet(
+    session: Session[OfflineFitOptions], calibration: dict[str, tuple[float, float]]
+) -> tuple[dict[str, PlacementLog], dict[str, PlacementLog]]:
+    """Placements of every foot and of an instrument, and of feet those to keep apart."""
+    robot, least = session.recipe.robot, session.options.min_force_n
+    logs, apart = {}, {}
+    cells = next((tuple(foot.cells) for foot in robot.feet.values() if foot.cells), ())
+    if cells:
+        table = placements_table(cells)
+        if tables := session.read(table):
+            logs = read_placements(tables, robot, calibration, least)
+        held = [] if session.request.logs else session.read(table, "placements_held_out")
+        if held:
+            apart = read_placements(held, robot, calibration, least)
+    if tables := session.read(cop_points_table()):
+        logs["instrument"] = read_cop_points(tables)
+    return logs, apart
 
 
 def read_placements(
@@ -200,11 +249,6 @@ def read_placements(
     UsageError
         A foot the recipe does not have, or a cell without a calibration.
     """
-    import numpy as np
-
-    from footcal_cli.core.bench.placement_rows import PlacementRows, holes_of
-    from footcal_cli.errors import UsageError, nearest
-
     found: dict[str, PlacementLog] = {}
     foot_of_row = np.concatenate([table.text("foot") for table in tables])
     for foot in dict.fromkeys(foot_of_row):
@@ -248,10 +292,6 @@ def read_placements(
 
 def read_cop_points(tables: Sequence[Table]) -> PlacementLog:
     """Reported CoP at known points of an instrument whose cells were not logged."""
-    import numpy as np
-
-    from footcal_cli.core.bench.placement_rows import PlacementRows, condense_points
-
     names = np.concatenate([table.text("placement") for table in tables])
     hole = np.concatenate([table.numbers(["hole_x_m", "hole_y_m"]) for table in tables])
     cop = np.concatenate([table.numbers(["cop_x_m", "cop_y_m"]) for table in tables])
@@ -274,8 +314,6 @@ def read_cop_points(tables: Sequence[Table]) -> PlacementLog:
 
 def study_foot(foot: str, log: PlacementLog, held: BoolArray) -> FootStudy:
     """Compare the corrections on the placements that are not held out."""
-    from footcal_cli.core.bench.cop_study import FootStudy, study_cop
-
     return FootStudy(
         foot=foot,
         rows=log.rows.select(~held),

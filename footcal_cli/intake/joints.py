@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from footcal_cli.core.kinematics import Accelerations, Posture, quaternion_of_rpy, unit_quaternion
+from footcal_cli.core.kinematics import quaternion_of_rpy, unit_quaternion
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.errors import DataError, UsageError, nearest
 from footcal_cli.intake.rigid_body import RigidBody
@@ -17,7 +17,7 @@ from footcal_cli.tables.sources import source_names
 from footcal_cli.tables.table import Table, read_table
 
 if TYPE_CHECKING:
-    from footcal_cli.commands.kinematics import KinematicsOptions
+    from footcal_cli.recipe.options import KinematicsOptions
     from footcal_cli.session.session import Session
 
 _POSITION = tuple(f"base_{axis}_m" for axis in "xyz")
@@ -182,43 +182,3 @@ def feet_frames(session: Session[KinematicsOptions], body: RigidBody) -> dict[st
         guess = next((name for name in usual if name in body.frames), usual[0])
         found[foot] = body.require_frame(options.feet.get(foot, guess))
     return found
-
-
-def body_columns(
-    time_s: FloatArray, posture: Posture, found: Accelerations, feet: tuple[str, ...]
-) -> dict[str, FloatArray]:
-    """Columns of `footcal_cli.tables.columns.body_table`, and the filtered terms."""
-    columns = {"time_s": time_s}
-    for i, axis in enumerate("xyz"):
-        columns[f"com_{axis}_m"] = posture.com_m[:, i]
-    for i, axis in enumerate("xyz"):
-        columns[f"com_acc_{axis}_mps2"] = found.com_acc_mps2[:, i]
-        columns[f"com_acc_{axis}_lowpass_mps2"] = found.com_acc_low_mps2[:, i]
-        columns[f"angmom_rate_{axis}_nm"] = found.angmom_rate_nm[:, i]
-        columns[f"angmom_rate_{axis}_lowpass_nm"] = found.angmom_rate_low_nm[:, i]
-    for k, foot in enumerate(feet):
-        for i, axis in enumerate("xyz"):
-            columns[f"{foot}_foot_{axis}_m"] = posture.feet_m[:, k, i]
-        for i, axis in enumerate("xyzw"):
-            columns[f"{foot}_foot_q{axis}"] = posture.feet_quaternion[:, k, i]
-    return columns
-
-
-def noise_lines(mass_kg: float, posture: Posture, found: Accelerations) -> str:
-    """The derivatives' noise as force and moment, a table that a recipe takes.
-
-    ``σ_F = m σ(c̈ᶻ)``, ``σ_M² = (m cᶻ σ(c̈))² + σ(L̇)²``, the larger of the two horizontal axes.
-    """
-    acceleration, rate = found.com_acc_sd_mps2, found.angmom_rate_sd_nm
-    if not np.isfinite([*acceleration, *rate]).all():
-        return "# the rate is too low to tell the derivatives' noise\n"
-    arm = mass_kg * float(np.nanmedian(posture.com_m[:, 2]))
-    moment = max(float(np.hypot(arm * acceleration[0], rate[1])),
-                 float(np.hypot(arm * acceleration[1], rate[0])))  # fmt: skip
-    return (
-        "# noise of the derivatives alone; left out, online-replay learns these from the walk,\n"
-        "# errors of the model included\n"
-        "[online_replay.noise]\n"
-        f"force_n = {mass_kg * acceleration[2]:.4g}\n"
-        f"moment_nm = {moment:.4g}\n"
-    )

@@ -7,6 +7,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.pose.data import PoseData, pose_data
+from footcal_cli.core.pose.hanging import LegKnowledge, stored_knowledge
+from footcal_cli.core.pose.intake import Frames, pose_log
+from footcal_cli.core.quality import Finding
+from footcal_cli.errors import DataError, UsageError
 from footcal_cli.intake.legs import (
     WRENCH_COLUMNS,
     frames_of_tables,
@@ -14,19 +20,13 @@ from footcal_cli.intake.legs import (
     steady_frames,
     without_effects,
 )
-from footcal_cli.core.parameters import FloatArray
-from footcal_cli.core.pose.data import PoseData, pose_data
-from footcal_cli.core.pose.hanging import LegKnowledge, stored_knowledge
-from footcal_cli.core.pose.intake import Frames, pose_log
-from footcal_cli.core.quality import Finding
-from footcal_cli.errors import DataError, UsageError
 from footcal_cli.tables.columns import legs_table, poses_table, six_axis_feet_table
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from footcal_cli.recipe.options import ApplyOptions, PoseCalibOptions
     from footcal_cli.core.log import Log
+    from footcal_cli.recipe.options import ApplyOptions, PoseCalibOptions
     from footcal_cli.session.session import Session
     from footcal_cli.tables.table import Table
 

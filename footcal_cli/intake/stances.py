@@ -1,37 +1,30 @@
-"""Stances of all logs of a session, for `static-init`: rows, what to stand like next, findings."""
+"""Stances of all recordings: their rows, and what to stand like next."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from footcal_cli.core.effects.contract import Scope, columns_of
+from footcal_cli.core.inference.observability import NextStep
+from footcal_cli.core.next_stance import next_stances
+from footcal_cli.core.quiet import QuietRule, QuietSet, select_quiet
+from footcal_cli.core.static_init import StanceRows
+from footcal_cli.intake.recordings import Recording
+
 if TYPE_CHECKING:
-    from footcal_cli.commands.static_init import StaticInitOptions
-    from footcal_cli.core.inference.observability import NextStep
-    from footcal_cli.core.quiet import QuietSet
-    from footcal_cli.core.static_init import StanceRows
-    from footcal_cli.intake.recordings import Recording
-    from footcal_cli.records.results import FindingRecord
-    from footcal_cli.session.session import Session
-
-
-_MISFIT = 3.0
-"""chi² per row beyond which the residual is more than noise and prior."""
+    from footcal_cli.recipe.options import StaticInitOptions
 
 
 def all_stances(
-    session: Session[StaticInitOptions],
+    options: StaticInitOptions,
     recordings: Sequence[Recording],
     rows_of: Callable[[Recording, QuietSet], StanceRows],
 ) -> tuple[StanceRows, list[QuietSet]]:
     """Rows of the stances of all logs, one after the other."""
-    from dataclasses import replace
-
-    import numpy as np
-
-    from footcal_cli.core.quiet import QuietRule, select_quiet
-
-    options = session.options
     rule = QuietRule(
         warm_s=options.warm_s,
         acceleration_mps2=options.largest_acceleration_mps2,
@@ -65,22 +58,15 @@ def all_stances(
 
 def _shortened(recording: Recording, until_s: float | None) -> Recording:
     """The first seconds of a recording."""
-    from dataclasses import replace
-
-    import numpy as np
-
     if until_s is None:
         return recording
     log = recording.merged.log
     stop = int(np.searchsorted(log.time_s, log.time_s[0] + until_s))
+    gyro = recording.merged.imu_gyro_radps
     merged = replace(
         recording.merged,
         log=log.rows(0, stop),
-        imu_gyro_radps=(
-            None
-            if recording.merged.imu_gyro_radps is None
-            else recording.merged.imu_gyro_radps[:stop]
-        ),
+        imu_gyro_radps=None if gyro is None else gyro[:stop],
     )
     return replace(recording, merged=merged)
 
@@ -89,11 +75,6 @@ def next_menu(
     recordings: Sequence[Recording], quiet: Sequence[QuietSet], rows: StanceRows, weight_n: float
 ) -> list[NextStep]:
     """What to stand like next, from the last stance; nothing where its feet are unknown."""
-    import numpy as np
-
-    from footcal_cli.core.effects.contract import Scope, columns_of
-    from footcal_cli.core.next_stance import next_stances
-
     last = recordings[-1]
     if last.no_body or last.belief is None:
         return []
@@ -101,32 +82,3 @@ def next_menu(
     cells = np.nanmean(last.merged.log.known["cell_pos_m"][inside], axis=0)
     feet = [[int(i) for i in c] for c in columns_of(Scope.FOOT, last.merged.log.channels)]
     return next_stances(rows, cells, feet, last.feet, weight_n, last.belief)
-
-
-def standing_findings(
-    recordings: Sequence[Recording], misfit: tuple[float, int] | None
-) -> tuple[FindingRecord, ...]:
-    """What is wrong with the streams, and a residual (chi², rows) beyond noise and prior."""
-    from footcal_cli.records.results import FindingRecord
-    from footcal_cli.sheets.streams import stream_findings
-
-    found = [f for recording in recordings for f in stream_findings(recording)]
-    if recordings[0].no_body:
-        found.append(
-            FindingRecord(
-                code="no_body", severity="warning", where="log",
-                sentence="without a body stream only the total weight is known, not the CoP",
-                remedy="log the CoM and the feet's poses besides the cells",
-            )
-        )  # fmt: skip
-    chi2, dof = misfit or (0.0, 0)
-    if chi2 > _MISFIT * dof:
-        found.append(
-            FindingRecord(
-                code="misfit", severity="warning", where="stances",
-                sentence=f"the residual is {(chi2 / dof) ** 0.5:.1f} times what noise and "
-                "prior allow",
-                remedy="check mass, CoM, cell positions and gains; run diagnose on this log",
-            )
-        )  # fmt: skip
-    return tuple(found)

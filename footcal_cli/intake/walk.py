@@ -25,7 +25,7 @@ from footcal_cli.tables.columns import truth_table
 from footcal_cli.tables.table import read_table
 
 if TYPE_CHECKING:
-    from footcal_cli.commands.online_replay import OnlineReplayOptions
+    from footcal_cli.recipe.options import OnlineReplayOptions
     from footcal_cli.session.session import Session
 
 

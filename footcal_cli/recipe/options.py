@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Literal, get_args
 
 from pydantic import BeforeValidator, Field
 
@@ -35,6 +35,7 @@ class Flag:
     metavar: str | None = None
 
 
+Kind = Literal["weights", "placements", "stand", "walk", "hang", "pose"]
 Positive = Annotated[float, Field(gt=0)]
 Limit = Positive | None
 Vector = tuple[float, float, float]
@@ -59,7 +60,7 @@ class DiagnoseOptions(CommandOptions):
     """``[diagnose]`` of a recipe."""
 
     experiment: Annotated[
-        Literal["weights", "placements", "stand", "walk", "hang", "pose"],
+        Kind,
         Flag("weights, placements, stand, walk, hang, pose.", metavar="KIND"),
     ] = "weights"
     tolerance_n: Annotated[Limit, Flag("Smallest RMS error of a force that matters.")] = None
@@ -254,17 +255,13 @@ class OnlineReplayOptions(CommandOptions):
     align_delay: bool = True
     scales: bool | None = None
     noise: NoiseOptions = NoiseOptions()
-    compare: Annotated[
-        bool, Flag("Run all methods and how much their settings matter.")
-    ] = False
+    compare: Annotated[bool, Flag("Run all methods and how much their settings matter.")] = False
     sensitivity: bool | None = None
     picture_span_s: tuple[float, float] | None = None
-    baseline: Annotated[
-        str | None, Flag("Calibration to compare with.", metavar="FILE.json")
-    ] = None
-    truth: Annotated[
-        str | None, Flag("True cell forces, to compare with.", metavar="FILE")
-    ] = None
+    baseline: Annotated[str | None, Flag("Calibration to compare with.", metavar="FILE.json")] = (
+        None
+    )
+    truth: Annotated[str | None, Flag("True cell forces, to compare with.", metavar="FILE")] = None
     max_cop_rmse_mm: Annotated[Limit, Flag("Gate: exit 1 above this CoP error.")] = None
     max_vgrf_rmse_n: Annotated[Limit, Flag("Gate: exit 1 above this force error.")] = None
 
@@ -324,6 +321,38 @@ class PoseCalibOptions(CommandOptions):
         """Limits of `max_…`, by quantity, SI units."""
         quantity = "* force" if self.fit == "series" else "sum of forces"
         return {quantity: self.max_force_rmse_n}
+
+
+class SimulateOptions(CommandOptions):
+    """``[simulate]`` of a recipe."""
+
+    experiment: Annotated[Kind | None, Flag(", ".join(get_args(Kind)) + ".")] = None
+    effects: Annotated[
+        tuple[str, ...],
+        Flag(
+            "An effect to put in; of every channel, or of OWNER only. Shapes follow after "
+            "commas: left_rr.bias_jump=1.5,jump_time=30. Without a value its usual size.",
+            name="effect",
+            metavar="[OWNER.]NAME[=VALUE]",
+        ),
+    ] = ()
+    duration_s: Annotated[float, Flag("Length of a walk.")] = Field(default=60.0, gt=0, le=86_400)
+    speed_mps: Annotated[float, Flag("Walking speed.")] = Field(default=0.04, ge=0, le=0.3)
+    turn_radps: float = Field(default=0.0, ge=-1, le=1)
+    com_height_m: Positive = 0.26
+    stances: int = Field(default=10, ge=1, le=10_000)
+    one_foot_stances: int = Field(default=0, ge=0, le=10_000)
+    sessions: int = Field(default=3, ge=1, le=1000)
+    repeats: int = Field(default=20, ge=1, le=10_000)
+    cycles: int = Field(default=10, ge=1, le=1000)
+    poses: int = Field(default=120, ge=1, le=100_000)
+    tripods: int = Field(default=0, ge=0, le=100_000)
+    noise: Annotated[float, Flag("Factor on all noise; 0 for none.")] = Field(default=1.0, ge=0)
+    scale_sd: float = Field(default=0.02, ge=0)
+    bias_sd_n: float = Field(default=0.3, ge=0)
+    hang_tilt_sd_rad: float = Field(default=0.035, ge=0)
+    mount_rotation_sd_rad: float = Field(default=0.02, ge=0)
+    mount_translation_sd_m: float = Field(default=0.003, ge=0)
 
 
 class StaticInitOptions(CommandOptions):

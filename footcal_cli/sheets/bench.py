@@ -1,117 +1,158 @@
-"""The run folder of a bench calibration: report, parameters, predictions, corrections."""
+"""`offline-fit`: the report on channels with their weights, and all parts as one report."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from functools import partial
-from typing import TYPE_CHECKING
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
-if TYPE_CHECKING:
-    import pandas as pd
+import numpy as np
+from numpy.typing import NDArray
 
-    from footcal_cli.core.bench.cop_study import FootStudy
-    from footcal_cli.core.bench.matrix import MatrixStudy
-    from footcal_cli.core.bench.record import BenchRecord
-    from footcal_cli.core.bench.study import ChannelStudy
-    from footcal_cli.core.quality import Finding
-    from footcal_cli.recipe import Robot
-    from footcal_cli.records.results import RmseRow, VerdictRecord
-    from footcal_cli.report import Picture, Sheet
+from footcal_cli.core.bench.changes import Change, Earlier, find_changes
+from footcal_cli.core.bench.plateaus import SampleState
+from footcal_cli.core.bench.record import BenchRecord
+from footcal_cli.core.bench.regression import pooled_curvature
+from footcal_cli.core.bench.study import ChannelStudy, record_of_samples
+from footcal_cli.core.parameters import Estimates
+from footcal_cli.core.quality import Finding
+from footcal_cli.plots.ladder import plot_ladder, plot_recordings, plot_staircases
+from footcal_cli.plots.weights import plot_loads_against_counts, plot_residuals, plot_scales
+from footcal_cli.records.results import (
+    FindingRecord,
+    ParametersRecord,
+    RmseRecord,
+    RmseRow,
+    VerdictRecord,
+)
+from footcal_cli.report import Picture, Report
+from footcal_cli.report.outcome import Outcome
+from footcal_cli.sheets import ladder, weights
+
+_LEVELS = ("good", "warning", "bad")
+_MOST_CHANGES = 6
 
 
-@dataclass(frozen=True)
-class Part:
-    """What weights or placements contribute to the run folder.
+def joined(
+    title: str, parts: Sequence[Outcome], earlier: ParametersRecord | None,
+    estimates: Iterable[Estimates],
+) -> Outcome:  # fmt: skip
+    """All parts as one report, and what has changed since an earlier calibration.
 
     Parameters
     ----------
-    verdict, pictures, sheets, findings, footer
+    title
         Of the report.
-    rows, rejected
-        Of rmse.json.
-    files
-        Name -> table to write.
-    inadequate
-        Code of the strict finding that a verdict other than good means.
+    parts
+        The one that leads first: its sentence is the verdict, the others are details.
+    earlier
+        The calibration that the run started from.
+    estimates
+        What was found now.
     """
+    reports = [part.report for part in parts]
+    verdicts = [report.verdict for report in reports]
+    lead = [sheet for report in reports for sheet in report.leading]
+    details = list(verdicts[0].details)
+    for verdict in verdicts[1:]:
+        details += [verdict.sentence, *verdict.details]
+    if earlier is not None and (changes := changes_since(earlier, estimates)):
+        since = earlier.created[:10]
+        lead.append(ladder.change_sheet(changes, since))
+        notable = [c for c in changes if c.p_value < ladder.NOTABLE_P][:_MOST_CHANGES]
+        details.append(
+            "Changed: " + "; ".join(c.sentence(since) for c in notable) + "."
+            if notable
+            else f"Nothing changed since {since} beyond what chance explains."
+        )
+    level = max((verdict.level for verdict in verdicts), key=_LEVELS.index)
+    records = [part.rmse for part in reversed(parts) if part.rmse is not None]
+    return Outcome(
+        report=Report(
+            title=title,
+            verdict=VerdictRecord(
+                level=level, sentence=verdicts[0].sentence, details=tuple(details)
+            ),
+            pictures=tuple(picture for report in reports for picture in report.pictures),
+            lead_sheets=tuple(lead),
+            sheets=tuple(sheet for report in reports for sheet in report.details),
+            findings=tuple(f for report in reports for f in report.findings),
+            footer=tuple(line for report in reversed(reports) for line in report.footer),
+        ),
+        rmse=RmseRecord(
+            rows=tuple(row for record in records for row in record.rows),
+            rejected={k: n for record in records for k, n in record.rejected.items()},
+        ),
+        tables={name: table for part in parts for name, table in part.tables.items()},
+    )
 
-    verdict: VerdictRecord
-    pictures: tuple[Picture, ...]
-    sheets: tuple[Sheet, ...]
-    rows: tuple[RmseRow, ...]
-    inadequate: str
-    findings: tuple[Finding, ...] = ()
-    footer: tuple[str, ...] = ()
-    rejected: Mapping[str, int] = field(default_factory=dict)
-    files: Mapping[str, pd.DataFrame] = field(default_factory=dict)
+
+def changes_since(before: ParametersRecord, estimates: Iterable[Estimates]) -> list[Change]:
+    """Parameters against those of an earlier calibration, the surest change first."""
+    known = {
+        name: Earlier(p.value, p.sd, p.unit)
+        for name, p in before.parameters.items()
+        if p.sd is not None and p.sd > 0
+    }
+    found = [change for group in estimates for change in find_changes(group, known)]
+    return sorted(found, key=lambda change: change.p_value)
 
 
-def weights_part(
+def weights_outcome(
     studies: Sequence[ChannelStudy],
-    held_out: Sequence[BenchRecord],
-    *,
+    apart: Sequence[tuple[ChannelStudy, BenchRecord]],
     findings: Sequence[Finding],
-    intended_load_n: tuple[float, float] | None,
     tolerance_percent: float,
     method: str,
-) -> Part:
+) -> Outcome:
     """Channels with their weights, and records that were kept apart from the fit."""
-    import numpy as np
-
-    from footcal_cli.core.bench.regression import pooled_curvature
-    from footcal_cli.sheets import ladder as ladder_sheets
-    from footcal_cli.sheets import weights as weights_sheets
-
     fits = [study.affine for study in studies]
     largest = max(float(np.abs(fit.load_n).max()) for fit in fits)
     tolerance_n = tolerance_percent / 100.0 * largest
     curvature = pooled_curvature(fits)
     climbed = any(study.ladder is not None for study in studies)
     extended = any(study.fit is not None for study in studies)
-    apart, scored = _held_out(studies, held_out)
-    rows = weights_sheets.affine_rows(fits, "affine" if extended else "after")
+    rows = weights.affine_rows(fits, "affine" if extended else "after")
     if extended:
         rows += [
-            weights_sheets.force_row(
-                s.channel, "after", s.predict(s.record).load_n - s.record.load_n
-            )
+            weights.force_row(s.channel, "after", s.predict(s.record).load_n - s.record.load_n)
             for s in studies
         ]
-    rejected: dict[str, int] = {}
+    rejected: Counter[str] = Counter()
     for study in studies:
-        for reason, n in (study.samples.rejected() if study.samples is not None else {}).items():
-            rejected[reason] = rejected.get(reason, 0) + n
-    sheets = [weights_sheets.parameter_sheet(fits)]
-    if climbed:
-        sheets.append(ladder_sheets.model_sheet(studies))
-    sheets += [s for s in (ladder_sheets.creep_sheet(studies),) if s is not None]
-    sheets += [weights_sheets.residual_sheet(fits), weights_sheets.method_sheet(fits)]
-    sheets += [s for s in (ladder_sheets.tried_sheet(studies),) if s is not None]
-    return Part(
-        verdict=ladder_sheets.weights_verdict(studies, curvature, tolerance_n),
-        pictures=_weights_pictures(studies, tolerance_n, climbed=climbed),
-        sheets=tuple(sheets),
-        rows=(*rows, *ladder_sheets.held_out_rows(studies), *scored),
-        inadequate="affine_inadequate",
-        findings=tuple(findings),
-        footer=(
-            f"Model: F = scale · S + bias per channel, {method} regression of load on counts "
-            "(NAO CoP self-calibration, eqs. 1 and 2). Adequate: no residual above "
-            f"{tolerance_percent:g} % of the largest load ({tolerance_n:.3g} N).",
+        if study.samples is not None:
+            rejected.update(study.samples.rejected())
+    sheets = [
+        weights.parameter_sheet(fits),
+        ladder.model_sheet(studies) if climbed else None,
+        ladder.creep_sheet(studies),
+        weights.residual_sheet(fits),
+        weights.method_sheet(fits),
+        ladder.tried_sheet(studies),
+    ]
+    return Outcome(
+        report=Report(
+            title="Weights",
+            verdict=ladder.weights_verdict(studies, curvature, tolerance_n),
+            pictures=_pictures(studies, tolerance_n, climbed=climbed),
+            sheets=tuple(sheet for sheet in sheets if sheet is not None),
+            findings=tuple(map(FindingRecord.of, findings)),
+            footer=(
+                f"Model: F = scale · S + bias per channel, {method} regression of load on counts "
+                "(NAO CoP self-calibration, eqs. 1 and 2). Adequate: no residual above "
+                f"{tolerance_percent:g} % of the largest load ({tolerance_n:.3g} N).",
+            ),
         ),
-        rejected=rejected,
-        files={"predictions.parquet": _predictions(studies, apart)},
+        rmse=RmseRecord(
+            rows=(*rows, *ladder.held_out_rows(studies), *_held_out(apart)), rejected=dict(rejected)
+        ),
+        tables={"predictions.parquet": _predictions(studies, apart)},
     )
 
 
-def _weights_pictures(
+def _pictures(
     studies: Sequence[ChannelStudy], tolerance_n: float, *, climbed: bool
 ) -> tuple[Picture, ...]:
-    from footcal_cli.plots.ladder import plot_ladder, plot_recordings, plot_staircases
-    from footcal_cli.plots.weights import plot_loads_against_counts, plot_residuals, plot_scales
-    from footcal_cli.report import Picture
-
     fits = [study.affine for study in studies]
     recorded = any(study.samples is not None for study in studies)
     pictures = [
@@ -145,9 +186,8 @@ def _weights_pictures(
             ),
             Picture(
                 "ladder", lambda: plot_ladder(studies),
-                "Error of each model on sessions or loads that it was not fitted to; further "
-                "left is "
-                "better, the filled one is in use.",
+                "Error of each model on sessions or loads that it was not fitted to; further left "
+                "is better, the filled one is in use.",
                 title="Held-out error of each model",
             ),
         ]  # fmt: skip
@@ -163,200 +203,51 @@ def _weights_pictures(
     return tuple(pictures)
 
 
-def _held_out(
-    studies: Sequence[ChannelStudy], held_out: Sequence[BenchRecord]
-) -> tuple[list[tuple[ChannelStudy, BenchRecord]], list[RmseRow]]:
-    """Records kept apart, each with its channel's model, and their errors."""
-    from footcal_cli.core.bench.study import settled_like
-    from footcal_cli.errors import DataError
-    from footcal_cli.sheets.weights import force_row
-
-    models = {study.channel: study for study in studies}
-    pairs, rows = [], []
-    for record in held_out:
-        if record.channel not in models:
-            raise DataError(
-                "a held-out log has a channel that no weights log calibrates",
-                column=record.channel, remedy="name the log of its weights in [data]",
-            )  # fmt: skip
-        study = models[record.channel]
-        scored = settled_like(study, record)
-        for stage, fit in (("affine", "affine"), ("after", "chosen")):
-            if study.ladder is None and stage == "affine":
-                continue
-            found = (
-                study.ladder.affine.predict(scored)
-                if study.ladder is not None and fit == "affine"
-                else study.predict(scored)
-            )
-            row = force_row(study.channel, stage, found.load_n - scored.load_n, "held_out")
+def _held_out(apart: Sequence[tuple[ChannelStudy, BenchRecord]]) -> list[RmseRow]:
+    """Errors of the channels' models on records that were kept apart."""
+    rows = []
+    for study, record in apart:
+        stages = {"after": study.predict}
+        if study.ladder is not None:
+            stages = {"affine": study.ladder.affine.predict, **stages}
+        for stage, predict in stages.items():
+            error = predict(record).load_n - record.load_n
+            row = weights.force_row(study.channel, stage, error, "held_out")
             rows.append(row.model_copy(update={"reference": "known load, log never used"}))
-        pairs.append((study, scored))
-    return pairs, rows
+    return rows
 
 
 def _predictions(
     studies: Sequence[ChannelStudy], apart: Sequence[tuple[ChannelStudy, BenchRecord]]
-) -> pd.DataFrame:
+) -> Mapping[str, NDArray[Any]]:
     """Every row (of a recording: every sample) with its predicted load and why it counts or not."""
-    import numpy as np
-    import pandas as pd
-
-    from footcal_cli.core.bench.plateaus import SampleState
-    from footcal_cli.core.bench.study import record_of_samples
-
-    frames = []
+    reasons = np.array([state.reason for state in SampleState], dtype=object)
     pairs = [(study, record_of_samples(study), "train") for study in studies]
     pairs += [(study, record, "held_out") for study, record in apart]
+    parts = []
     for study, record, split in pairs:
         found = study.predict(record)
-        states = np.full(len(record), SampleState.SETTLED.reason, dtype=object)
+
+        def each(word: str, rows: int = len(record)) -> NDArray[Any]:
+            return np.full(rows, word, dtype=object)
+
+        states = each(SampleState.SETTLED.reason)
         if study.samples is not None and split == "train":
-            reasons = np.array([state.reason for state in SampleState], dtype=object)
             states = reasons[study.samples.state]
-        frames.append(
-            pd.DataFrame(
-                {
-                    "channel": study.channel,
-                    "session": record.session,
-                    "time_s": record.time_s if record.timed else np.nan,
-                    "load_n": record.load_n,
-                    "counts": record.reading,
-                    "predicted_n": found.load_n,
-                    "sd_n": found.sd_n,
-                    "ci95_half_width_n": found.half_width_n(),
-                    "extrapolated": found.extrapolated,
-                    "model": study.model,
-                    "split": split,
-                    "state": states,
-                }
-            )
+        parts.append(
+            {
+                "channel": each(study.channel),
+                "session": record.session,
+                "time_s": record.time_s if record.timed else np.full(len(record), np.nan),
+                "load_n": record.load_n,
+                "counts": record.reading,
+                "predicted_n": found.load_n,
+                "sd_n": found.sd_n,
+                "ci95_half_width_n": found.half_width_n(),
+                "extrapolated": found.extrapolated,
+                "model": each(study.model),
+                "split": each(split),
+                "state": states,
+            }
         )
-    return pd.concat(frames, ignore_index=True)
-
-
-def together_part(channels: Sequence[str], outputs: Sequence[str], study: MatrixStudy) -> Part:
-    """Cells loaded together, or a sensor of several bridges against a known wrench."""
-    from footcal_cli.plots.matrix import plot_matrix
-    from footcal_cli.records.results import VerdictRecord
-    from footcal_cli.report import Picture
-    from footcal_cli.sheets import matrix as sheets
-
-    return Part(
-        verdict=VerdictRecord(
-            level="good",
-            sentence=sheets.matrix_headline(channels, outputs, study),
-            details=sheets.matrix_details(study),
-        ),
-        pictures=(
-            Picture(
-                "matrix", lambda: plot_matrix(channels, outputs, study.full),
-                "What each reading adds to each load, relative to the largest of its row, with "
-                "95 % intervals; grey ones could be zero.",
-                title="Contribution of each reading to each load",
-            ),
-        ),
-        sheets=(sheets.matrix_sheet(channels, outputs, study), sheets.error_sheet(outputs, study)),
-        rows=tuple(sheets.matrix_rows(outputs, study)),
-        inadequate="matrix_inadequate",
-        footer=("Loads = matrix · counts + bias, all loads regressed on all readings.",),
-    )  # fmt: skip
-
-
-def feet_part(feet: Sequence[FootStudy], robot: Robot) -> Part:
-    """Corrections of the CoP, foot by foot."""
-    import numpy as np
-    import pandas as pd
-
-    from footcal_cli.plots.placements import plot_corrections, plot_error_map, plot_total_force
-    from footcal_cli.records.results import VerdictRecord
-    from footcal_cli.report import Picture
-    from footcal_cli.sheets import placements as sheets
-
-    pictures: list[Picture] = []
-    tables: list[Sheet] = []
-    for found in feet:
-        spec = robot.feet.get(found.foot)
-        outline = np.array(spec.outline_m) if spec is not None and spec.outline_m else None
-        pictures += [
-            Picture(
-                f"cop_errors_{found.foot}", partial(plot_error_map, found, outline),
-                f"{found.foot}: from each hole (circle) to the mean CoP of every load there, "
-                "enlarged as stated; squares are the cells, orange are placements never used.",
-                title=f"CoP error at each hole, {found.foot} foot",
-            ),
-            Picture(
-                f"cop_corrections_{found.foot}", partial(plot_corrections, found),
-                f"{found.foot}: error of every correction where it was fitted and where not.",
-                title=f"Error of each CoP correction, {found.foot} foot",
-            ),
-        ]  # fmt: skip
-        if np.isfinite(found.rows.load_n).all() and found.rows.cells:
-            pictures.append(
-                Picture(
-                    f"total_force_{found.foot}", partial(plot_total_force, found),
-                    f"{found.foot}: sum of the cells against the weight that lay on the foot, and "
-                    "its error.",
-                    title=f"Total force against the known load, {found.foot} foot",
-                )
-            )  # fmt: skip
-        cell = sheets.cell_sheet(found)
-        tables += [sheets.correction_sheet(found), *([cell] if cell is not None else [])]
-        tables.append(sheets.repeat_sheet(found))
-    poor = [found.foot for found in feet if not sheets.explains(found)]
-    verdict = VerdictRecord(
-        level="warning" if poor else "good",
-        sentence=sheets.feet_headline(feet),
-        details=tuple(sheets.foot_sentence(found) for found in feet),
-    )
-    light = sum(int(np.sum(~found.rows.valid)) for found in feet)
-    return Part(
-        verdict=verdict,
-        pictures=tuple(pictures),
-        sheets=tuple(tables),
-        rows=tuple(row for found in feet for row in sheets.placement_errors(found)),
-        inadequate="cop_inadequate",
-        findings=tuple(f for found in feet for f in sheets.misplaced_cells(found)),
-        footer=(
-            "CoP corrections: NAO CoP self-calibration, eqs. (3)–(5), solved as the linear "
-            "problem they are; the "
-            "physical alternatives correct the cells instead. Each row's own placement is left "
-            "out where it says so.",
-        ),
-        rejected={"too little force for a CoP": light} if light else {},
-        files={"placements.parquet": pd.concat([_corrected(f) for f in feet], ignore_index=True)},
-    )
-
-
-def _corrected(found: FootStudy) -> pd.DataFrame:
-    """Every placement with raw and corrected CoP, sd and split."""
-    import pandas as pd
-
-    chosen = found.study.chosen
-    frames = []
-    for split, rows in (("train", found.rows), ("held_out", found.held_out)):
-        if rows is None:
-            continue
-        raw, cop, sd = rows.raw_cop_m, chosen.fit.cop_m(rows), chosen.cop_sd_m(rows)
-        frames.append(
-            pd.DataFrame(
-                {
-                    "foot": found.foot,
-                    "hole_x_m": rows.hole_m[:, 0],
-                    "hole_y_m": rows.hole_m[:, 1],
-                    "load_n": rows.load_n,
-                    "raw_cop_x_m": raw[:, 0],
-                    "raw_cop_y_m": raw[:, 1],
-                    "cop_x_m": cop[:, 0],
-                    "cop_y_m": cop[:, 1],
-                    "cop_x_sd_m": sd[:, 0],
-                    "cop_y_sd_m": sd[:, 1],
-                    "vgrf_n": chosen.fit.total_n(rows),
-                    "valid": rows.valid,
-                    "extrapolated": chosen.extrapolated(rows, found.rows),
-                    "correction": chosen.name,
-                    "split": split,
-                }
-            )
-        )
-    return pd.concat(frames, ignore_index=True)
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}

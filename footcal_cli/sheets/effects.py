@@ -1,28 +1,92 @@
-"""``footcal effects --check``: whether own effects keep the contract, and what they are like."""
+"""The table of effects as text: all rows, one in full, and the check of a user's own."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from itertools import product
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from footcal_cli.core.diagnosis.rehearsal import Rehearsal
-    from footcal_cli.core.effects.contract import Effect
-    from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.diagnosis.likeness import likeness
+from footcal_cli.core.effects.contract import Effect
+from footcal_cli.core.effects.formula import FUNCTIONS
+from footcal_cli.core.effects.own import SIGNALS
+from footcal_cli.core.effects.promises import promises_of
 
-_PLAN_OF = {
-    "weights": "up_down", "placements": "holes", "stand": "stand_turned", "walk": "walk_slow_fast",
-    "hang": "hang", "pose": "pose_tilted",
-}  # fmt: skip
 _ALIKE = 0.95
 _SHOWN = 3
+_STAGE_NAMES = {
+    1: "bench", 2: "body", 3: "foot", 4: "six-axis", 5: "cells", 6: "calibration", 7: "digital",
+    8: "transport",
+}  # fmt: skip
+
+
+def signals_listed() -> str:
+    """Signals and functions of formulas as aligned text."""
+    rows = [("signal", "unit", "known in", "what it is")]
+    rows += [(n, s.unit, " ".join(s.experiments), s.meaning) for n, s in SIGNALS.items()]
+    widths = [max(len(row[i]) for row in rows) for i in range(3)]
+    lines = [
+        "  ".join([*(cell.ljust(w) for cell, w in zip(row, widths, strict=False)), row[-1]])
+        for row in rows
+    ]
+    return "\n".join([*lines, f"functions: + - * / ** {' '.join(FUNCTIONS)}"])
+
+
+def listed(chosen: Sequence[Effect]) -> str:
+    """The table as aligned text: name, stage, owner, size with unit, experiments, remedy."""
+    rows = [("effect", "stage", "per", "usual size", "seen by", "what to do about it")]
+    rows += [
+        (
+            effect.name,
+            _STAGE_NAMES[effect.stage],
+            effect.scope.value,
+            f"{effect.size.prior_sd:g} {effect.size.unit}".removesuffix(" -"),
+            " ".join(effect.experiments),
+            effect.remedy,
+        )
+        for effect in chosen
+    ]
+    widths = [max(len(row[i]) for row in rows) for i in range(5)]
+    return "\n".join(
+        "  ".join([*(cell.ljust(w) for cell, w in zip(row, widths, strict=False)), row[-1]])
+        for row in rows
+    )
+
+
+def explained(effect: Effect) -> str:
+    """One effect in full, as text."""
+    lines = [
+        effect.name,
+        "=" * len(effect.name),
+        f"formula       {effect.formula}",
+        f"stage         {_STAGE_NAMES[effect.stage]}, one value per {effect.scope.value}",
+        f"source        {effect.source}",
+        f"seen by       {', '.join(effect.experiments)}",
+    ]
+    if effect.needs:
+        lines.append(f"needs         {', '.join(effect.needs)}")
+    if effect.mimics:
+        lines.append(f"mimics        {', '.join(effect.mimics)}")
+    if effect.separates:
+        lines.append(f"separated by  {effect.separates}")
+    lines += [
+        f"remedy        {effect.remedy}",
+        "inverse       "
+        + (
+            f"exact to {effect.tolerance:g}"
+            if effect.invertible
+            else "none: removing it is a best guess"
+        ),
+        "",
+        "parameter                 unit      neutral    bounds               usual size",
+    ]
+    for p in effect.parameters:
+        bounds = f"[{p.lower:g}, {p.upper:g}]"
+        usual = f"shape: {p.tried}" if p.shape else f"{p.prior_sd:g}"
+        lines.append(f"{p.name:<25} {p.unit:<9} {p.neutral:<10g} {bounds:<20} {usual}")
+    return "\n".join(lines)
 
 
 def checked(own: Sequence[Effect], table: Mapping[str, Effect]) -> tuple[str, bool]:
     """What is found of each effect as text, and whether all keep the contract."""
-    from footcal_cli.core.effects.promises import promises_of
-
     lines, sound = [], True
     for effect in own:
         lines += [effect.name, "=" * len(effect.name), f"formula  {effect.formula}"]
@@ -42,42 +106,11 @@ def checked(own: Sequence[Effect], table: Mapping[str, Effect]) -> tuple[str, bo
 
 
 def _likeness(effect: Effect, experiment: str, others: Sequence[Effect]) -> str:
-    import numpy as np
-
-    from footcal_cli.core.diagnosis.plans import PLANS
-    from footcal_cli.core.diagnosis.rehearsal import rehearsed
-    from footcal_cli.core.diagnosis.rig import Rig
-
-    plan = next(plan for plan in PLANS if plan.id == _PLAN_OF[experiment])
-    there = rehearsed(plan, Rig())
-    mine = _shown(there, effect)
-    if not mine:
+    found = likeness(effect, experiment, others)
+    if not found:
         return "the calibration absorbs it"
-    found: dict[str, float] = {}
-    for other in others:
-        for a, b in product(mine, _shown(there, other)):
-            cosine = abs(float(a @ b)) / float(np.sqrt((a @ a) * (b @ b)))
-            found[other.name] = max(found.get(other.name, 0.0), cosine)
     nearest = sorted(found, key=lambda name: -found[name])[:_SHOWN]
     said = ", ".join(f"{name} {found[name]:.3f}" for name in nearest)
-    if nearest and found[nearest[0]] > _ALIKE:
+    if found[nearest[0]] > _ALIKE:
         said += f"  (these data cannot distinguish it from {nearest[0].replace('_', ' ')})"
     return said
-
-
-def _shown(there: Rehearsal, effect: Effect) -> list[FloatArray]:
-    """What an effect adds beside the calibration, for each size and shape; none where it hides."""
-    from footcal_cli.core.inference.problem import Signature
-
-    signature = Signature(effect.name, effect.size.name, "", effect.size.unit)
-    forms = [
-        dict(zip((p.name for p in effect.shapes), values, strict=True))
-        for values in product(*((p.grid or (p.neutral,)) for p in effect.shapes))
-    ]
-    found = []
-    for size, form in product(effect.sizes, forms):
-        value = size.neutral + (size.prior_sd if size.neutral < size.upper else -size.prior_sd)
-        shown = there.shown(effect, signature, {**form, size.name: value})
-        if shown @ shown > 0.0:
-            found.append(shown)
-    return found

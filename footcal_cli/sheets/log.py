@@ -1,4 +1,4 @@
-"""The log as pictures, for `check`: one figure per table, findings marked where they are."""
+"""`check`: its report, and the log as pictures, findings marked where they are."""
 
 from __future__ import annotations
 
@@ -13,10 +13,13 @@ from footcal_cli.core.readings import find_end_codes, find_frozen, find_glitches
 from footcal_cli.core.signals import gaps_of
 from footcal_cli.plots.log import Drawing, Panel, plot_channels, plot_weights
 from footcal_cli.recipe import Robot
-from footcal_cli.report import Picture
+from footcal_cli.records.results import VerdictRecord
+from footcal_cli.report import Picture, Report, Sheet, plural
+from footcal_cli.report.outcome import Outcome
 from footcal_cli.tables.columns import TableType
 from footcal_cli.tables.table import Table
 
+_MOST_PICTURES = 12
 _LEG_PANELS = {"force (N)": ("fx_n", "fy_n", "fz_n"), "torque (Nm)": ("tx_nm", "ty_nm", "tz_nm")}
 _WORDS = {
     "dead_cell": "stands still", "turned_sign": "turned sign", "stuck_channel": "frozen",
@@ -25,6 +28,44 @@ _WORDS = {
     "lost_samples": "lost samples", "exchanged_channels": "exchanged",
     "transducer_turned": "turned", "axis_turned": "an axis turned",
 }  # fmt: skip
+
+
+def outcome_of(
+    tables: Sequence[tuple[Table, TableType]], robot: Robot, noted: Sequence[Finding]
+) -> Outcome:
+    """What was found in logs, and one figure per table."""
+    findings = {(f.code, f.where, f.sentence): f for f in noted}
+    serious = [finding for finding in findings.values() if finding.severity != "note"]
+    rows = sum(len(table) for table, _ in tables)
+    alarmed = any(finding.severity == "alarm" for finding in serious)
+    return Outcome(
+        report=Report(
+            title="Check of the log",
+            verdict=VerdictRecord(
+                level="good" if not serious else "bad" if alarmed else "warning",
+                sentence=f"{plural(len(serious), 'finding')} in {rows} rows."
+                if serious
+                else f"Nothing wrong found in {rows} rows.",
+                details=(
+                    "Checked: units of stamps, loads, positions, headings and accelerations; "
+                    "gaps, lost and far-off samples, end codes; channels that stand still, "
+                    "repeat, read with the sign turned or are exchanged; loads, weight and "
+                    "calibration against the recipe.",
+                ),
+            ),
+            pictures=tuple(
+                picture_of(table, kind, robot, serious, number)
+                for number, (table, kind) in enumerate(tables[:_MOST_PICTURES], start=1)
+            ),
+            lead_sheets=(
+                Sheet(
+                    "Logs",
+                    ("file", "read as", "rows"),
+                    [(table.path.name, kind.name, str(len(table))) for table, kind in tables],
+                ),
+            ),
+        ),
+    )
 
 
 def picture_of(

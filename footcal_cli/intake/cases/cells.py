@@ -4,11 +4,31 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from footcal_cli.core.contact import airborne
+from footcal_cli.core.diagnosis.blocks import cut_balanced
+from footcal_cli.core.diagnosis.recording import noise_of_smoothed, steps_of, swings_apart
+from footcal_cli.core.effects import TABLE
+from footcal_cli.core.experiments import stand, walk
+from footcal_cli.core.experiments.walk import channel_contact
+from footcal_cli.core.inference.case import Case
+from footcal_cli.core.inference.lines import Series, swing_series
+from footcal_cli.core.inference.tracking import gain_and_bias
+from footcal_cli.core.online.streams import MergeRule
+from footcal_cli.core.parameters import ParameterSet
+from footcal_cli.errors import DataError
+from footcal_cli.intake.cases.shared import (
+    CaseRead,
+    affine_parameters,
+    baseline_of,
+    chain_of,
+    known_before,
+)
+from footcal_cli.intake.recordings import Recording, read_recordings
+from footcal_cli.recipe.options import DiagnoseOptions
+
 if TYPE_CHECKING:
-    from footcal_cli.commands.diagnose import DiagnoseOptions
-    from footcal_cli.commands.parts.diagnose_cases import CaseRead
-    from footcal_cli.core.inference.lines import Series
-    from footcal_cli.intake.recordings import Recording
     from footcal_cli.session.session import Session
 
 
@@ -18,34 +38,11 @@ PAUSE_S = 60.0
 
 def unseen_walking() -> dict[str, str]:
     """Effects that a walk alone cannot show: why, and what would."""
-    from footcal_cli.core.effects import TABLE
-
     return {e.name: e.unseen_walking for e in TABLE.values() if e.unseen_walking}
 
 
-def read_balanced(session: Session[DiagnoseOptions]) -> CaseRead:
+def read_feet(session: Session[DiagnoseOptions]) -> CaseRead:
     """Standing and walking: merged streams, blocks of whole gait cycles or stances."""
-    import numpy as np
-
-    from footcal_cli.commands.parts.diagnose_cases import (
-        CaseRead,
-        affine_parameters,
-        baseline_of,
-        chain_of,
-        known_before,
-        rows_where,
-    )
-    from footcal_cli.core.contact import airborne
-    from footcal_cli.core.diagnosis.blocks import cut_balanced
-    from footcal_cli.core.diagnosis.recording import noise_of_smoothed, steps_of, swings_apart
-    from footcal_cli.core.experiments import stand, walk
-    from footcal_cli.core.inference.case import Case
-    from footcal_cli.core.inference.tracking import gain_and_bias
-    from footcal_cli.core.online.streams import MergeRule
-    from footcal_cli.core.parameters import ParameterSet
-    from footcal_cli.errors import DataError
-    from footcal_cli.intake.recordings import read_recordings
-
     kind = session.options.experiment
     experiment = walk.EXPERIMENT if kind == "walk" else stand.EXPERIMENT
     rule = MergeRule(delay_s=session.options.delay_s)
@@ -70,7 +67,7 @@ def read_balanced(session: Session[DiagnoseOptions]) -> CaseRead:
                 "no sample of this log counts: no foot is known to stand", file=recording.name,
                 remedy="check contact, mass, units and the calibration (footcal check)",
             )  # fmt: skip
-        logs.append(cut_balanced(rows_where(log, good)))
+        logs.append(cut_balanced(log.at(np.asarray(good))))
     channels = logs[0].channels
     chain, values = chain_of(baseline_of(session), channels, experiment.calibration)
     belief = recordings[0].belief
@@ -112,11 +109,6 @@ def read_balanced(session: Session[DiagnoseOptions]) -> CaseRead:
 
 def _unfiltered(recordings: list[Recording]) -> Series:
     """Swinging cells before the filter, all recordings one after the other."""
-    import numpy as np
-
-    from footcal_cli.core.experiments.walk import channel_contact
-    from footcal_cli.core.inference.lines import swing_series
-
     time_s, forces, contact, rates, last = [], [], [], [], 0.0
     for recording in recordings:
         merged = recording.merged

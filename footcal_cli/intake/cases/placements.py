@@ -2,44 +2,41 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
+import numpy as np
 
-    from footcal_cli.commands.diagnose import DiagnoseOptions
-    from footcal_cli.commands.parts.diagnose_cases import CaseRead
-    from footcal_cli.core.diagnosis.labels import Elsewhere
-    from footcal_cli.core.parameters import FloatArray
-    from footcal_cli.core.quality import Finding
-    from footcal_cli.records.results import ParametersRecord
+from footcal_cli.core.diagnosis.labels import Elsewhere, relabelled
+from footcal_cli.core.effects import having
+from footcal_cli.core.effects.contract import Trait
+from footcal_cli.core.experiments.placements import EXPERIMENT
+from footcal_cli.core.inference.case import Case
+from footcal_cli.core.log import Log
+from footcal_cli.core.parameters import FloatArray, ParameterSet
+from footcal_cli.core.plausibility import check_shares
+from footcal_cli.core.quality import (
+    Finding,
+    copied_rows_finding,
+    find_copied_rows,
+)
+from footcal_cli.errors import UsageError
+from footcal_cli.intake.cases.shared import (
+    CaseRead,
+    affine_parameters,
+    chain_of,
+    needs_time,
+)
+from footcal_cli.recipe.options import DiagnoseOptions
+from footcal_cli.records.results import ParametersRecord
+from footcal_cli.tables.columns import placements_table
+
+if TYPE_CHECKING:
     from footcal_cli.session.session import Session
 
 
 def read_placements(session: Session[DiagnoseOptions]) -> CaseRead:
     """One log per foot, a row per placement and weight; blocks are holes."""
-    import numpy as np
-
-    from footcal_cli.commands.parts.diagnose_cases import (
-        CaseRead,
-        affine_parameters,
-        chain_of,
-        needs_time,
-        optional_column,
-    )
-    from footcal_cli.core.diagnosis.labels import relabelled
-    from footcal_cli.core.experiments.placements import EXPERIMENT
-    from footcal_cli.core.inference.case import Case
-    from footcal_cli.core.log import Log
-    from footcal_cli.core.parameters import ParameterSet
-    from footcal_cli.core.plausibility import check_shares
-    from footcal_cli.core.quality import (
-        copied_rows_finding,
-        find_copied_rows,
-    )
-    from footcal_cli.errors import UsageError
-    from footcal_cli.tables.columns import placements_table
-
     findings: list[Finding] = []
     robot = session.recipe.robot
     cells = next((tuple(f.cells) for f in robot.feet.values() if f.cells), ())
@@ -53,7 +50,7 @@ def read_placements(session: Session[DiagnoseOptions]) -> CaseRead:
     hole = np.concatenate([t.numbers(["hole_x_m", "hole_y_m"]) for t in tables])
     load = np.concatenate([t.number("load_n") for t in tables])
     counts = np.concatenate([t.numbers([f"{c}_counts" for c in cells]) for t in tables])
-    stamps = np.concatenate([optional_column(t, "time_s") for t in tables])
+    stamps = np.concatenate([t.optional("time_s") for t in tables])
     timed = bool(np.isfinite(stamps).all())
     if timed:
         _, side = np.unique(foot.astype(str), return_inverse=True)
@@ -118,7 +115,6 @@ def read_placements(session: Session[DiagnoseOptions]) -> CaseRead:
 
 def _labels_found(elsewhere: Sequence[Elsewhere]) -> list[Finding]:
     """Visits whose weight lay elsewhere than their label says, in words."""
-    from footcal_cli.core.quality import Finding
 
     def place(at_m: FloatArray) -> str:
         return f"({1000 * at_m[0]:.1f}, {1000 * at_m[1]:.1f}) mm"
@@ -141,11 +137,6 @@ FEW_WEIGHTS = 3
 
 def _left_out_with(session: Session[DiagnoseOptions], load_n: FloatArray) -> dict[str, str]:
     """What goes with an effect that was left out: its exact copy on so few weights."""
-    import numpy as np
-
-    from footcal_cli.core.effects import having
-    from footcal_cli.core.effects.contract import Trait
-
     if np.unique(load_n.round(6)).size > FEW_WEIGHTS:
         return {}
     alike = having(Trait.OF_THE_SUM)
@@ -156,8 +147,6 @@ def _left_out_with(session: Session[DiagnoseOptions], load_n: FloatArray) -> dic
 
 def _round_of(placement: FloatArray) -> Any:
     """How often the same weight had been put into the same hole before, shape (n,)."""
-    import numpy as np
-
     _, kind = np.unique(placement, axis=0, return_inverse=True)
     seen: dict[int, int] = {}
     rounds = np.empty(len(placement))
@@ -168,8 +157,6 @@ def _round_of(placement: FloatArray) -> Any:
 
 
 def _needed(session: Session[DiagnoseOptions]) -> ParametersRecord:
-    from footcal_cli.errors import UsageError
-
     if session.parameters is None:
         raise UsageError(
             "diagnosis of placements starts from a calibration",

@@ -2,23 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from footcal_cli.core.chain import Chain, Link, link
+from footcal_cli.core.effects import find_effect, having
+from footcal_cli.core.effects.contract import Effect, Trait
+from footcal_cli.core.experiments.contract import Experiment
+from footcal_cli.core.inference.case import Case
+from footcal_cli.core.inference.linear import scaled_inverse
+from footcal_cli.core.parameters import FloatArray, Parameter
+from footcal_cli.core.quality import Finding
+from footcal_cli.recipe.options import DiagnoseOptions
+from footcal_cli.records.effects import effect_of
+from footcal_cli.records.results import ParametersRecord
 
 if TYPE_CHECKING:
-    from footcal_cli.commands.diagnose import DiagnoseOptions
-    from footcal_cli.core.chain import Chain
-    from footcal_cli.core.experiments.contract import Experiment
-    from footcal_cli.core.inference.case import Case
-    from footcal_cli.core.parameters import FloatArray, Parameter
-    from footcal_cli.core.quality import Finding
-    from footcal_cli.records.results import ParametersRecord
     from footcal_cli.session.session import Session
-    from footcal_cli.tables.table import Table
+
 
 OF_CELLS = "a word for load cells; transducers have scale_matrix, cross_coupling and axis_flip"
 
 
+@dataclass(frozen=True)
 class CaseRead:
     """A case, what was found in the raw data, and what the logs came without.
 
@@ -32,42 +41,19 @@ class CaseRead:
         Effect -> reason why these logs cannot test it.
     """
 
-    def __init__(self, case: Case, findings: list[Finding], untested: dict[str, str]) -> None:
-        self.case = case
-        self.findings = findings
-        self.untested = untested
+    case: Case
+    findings: list[Finding]
+    untested: dict[str, str]
 
-
-def read_case(session: Session[DiagnoseOptions]) -> CaseRead:
-    """Read the logs of the asked experiment."""
-    from footcal_cli.commands.parts.diagnose_balanced import read_balanced
-    from footcal_cli.commands.parts.diagnose_hang import read_hang
-    from footcal_cli.commands.parts.diagnose_placements import read_placements
-    from footcal_cli.commands.parts.diagnose_pose import read_pose
-    from footcal_cli.commands.parts.diagnose_six_axis_feet import read_six_axis_feet
-    from footcal_cli.commands.parts.diagnose_weights import read_weights
-    from footcal_cli.intake.recordings import is_six_axis_robot
-
-    on_feet = read_six_axis_feet if is_six_axis_robot(session.recipe.robot) else read_balanced
-    builders = {
-        "weights": read_weights,
-        "placements": read_placements,
-        "walk": on_feet,
-        "stand": on_feet,
-        "hang": read_hang,
-        "pose": read_pose,
-    }
-    return builders[session.options.experiment](session)
+    def testable(self, table: Mapping[str, Effect]) -> dict[str, Effect]:
+        """The effects that these logs can test."""
+        return {name: effect for name, effect in table.items() if name not in self.untested}
 
 
 def chain_of(
     record: ParametersRecord | None, channels: Sequence[str], calibration: Sequence[str]
 ) -> tuple[Chain, dict[str, float]]:
     """The chain that a calibration describes, its effects included, and its values."""
-    from footcal_cli.core.chain import Chain, Link, link
-    from footcal_cli.core.effects import find_effect
-    from footcal_cli.records.effects import effect_of
-
     chain = Chain(())
     for name in calibration:
         chain = chain.with_link(link(find_effect(name), channels))
@@ -92,7 +78,6 @@ def baseline_of(session: Session[DiagnoseOptions]) -> ParametersRecord | None:
     given = any(name.endswith(".json") for name in record.inputs)
     if given or not set(record.inputs.values()) & set(session.inputs.values()):
         return record
-    from footcal_cli.records.effects import effect_of
 
     taken = {
         f"{owner}.{parameter.name}"
@@ -106,8 +91,6 @@ def baseline_of(session: Session[DiagnoseOptions]) -> ParametersRecord | None:
 
 def affine_parameters(channels: Sequence[str], values: dict[str, float]) -> tuple[Parameter, ...]:
     """Scale and bias of each channel as parameters that the data alone determine."""
-    from footcal_cli.core.parameters import Parameter
-
     found = []
     for channel in channels:
         scale = values[f"{channel}.scale"]
@@ -132,10 +115,6 @@ def known_before(
     ``F = (1 + γ) F⁰ + β``: what the calibrating command reported, and γ, β by which it may have
     moved since. None where there is no such calibration, or it was made from these very logs.
     """
-    import numpy as np
-
-    from footcal_cli.core.inference.linear import scaled_inverse
-
     record = session.parameters
     names = [f"{channel}.{what}" for channel in channels for what in ("scale", "bias")]
     if record is None or set(record.inputs.values()) & set(session.inputs.values()):
@@ -153,29 +132,11 @@ def known_before(
     return scaled_inverse(covariance, _RCOND)
 
 
-def rows_where(log: Any, good: Any) -> Any:
-    """A log's rows where everything is known."""
-    return log.at(good)
-
-
-def optional_column(table: Table, name: str) -> FloatArray:
-    """A column's numbers, NaN where the table has no such column."""
-    import numpy as np
-
-    return table.number(name) if name in table else np.full(len(table), np.nan)
-
-
 def needs_time(experiment: Experiment, reason: str) -> dict[str, str]:
     """Effects of an experiment that need time stamps, each with the reason not to try them."""
-    from footcal_cli.core.effects import having
-    from footcal_cli.core.effects.contract import Trait
-
     return dict.fromkeys(sorted(having(Trait.TIMED, experiment=experiment.name)), reason)
 
 
 def of_cells(experiment: Experiment) -> dict[str, str]:
     """Effects of an experiment that are said of load cells and not tried on transducers."""
-    from footcal_cli.core.effects import having
-    from footcal_cli.core.effects.contract import Trait
-
     return dict.fromkeys(sorted(having(Trait.SMALL_CELL, experiment=experiment.name)), OF_CELLS)

@@ -2,18 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
+import numpy as np
 
-    from footcal_cli.commands.diagnose import DiagnoseOptions
-    from footcal_cli.commands.parts.diagnose_cases import CaseRead
-    from footcal_cli.core.experiments.contract import Experiment
-    from footcal_cli.core.inference.tracking import Direction
-    from footcal_cli.core.log import Log
-    from footcal_cli.core.parameters import Parameter
+from footcal_cli.core.diagnosis.blocks import cut_balanced
+from footcal_cli.core.experiments import stand, walk
+from footcal_cli.core.experiments.contract import Experiment
+from footcal_cli.core.inference.case import Case
+from footcal_cli.core.inference.tracking import Direction
+from footcal_cli.core.log import Log
+from footcal_cli.core.online.six_axis import PRIOR_SD
+from footcal_cli.core.online.streams import MergeRule
+from footcal_cli.core.parameters import Parameter, ParameterSet
+from footcal_cli.intake.cases.shared import CaseRead, baseline_of, chain_of, of_cells
+from footcal_cli.intake.recordings import read_recordings
+from footcal_cli.recipe.options import DiagnoseOptions
+
+if TYPE_CHECKING:
     from footcal_cli.session.session import Session
+
 
 _JUDGED_HZ = 20.0
 
@@ -23,15 +32,6 @@ def read_six_axis_feet(session: Session[DiagnoseOptions]) -> CaseRead:
 
     Scales, mass, CoM and mounting are candidates: a walk's own calibration does not know them.
     """
-    import numpy as np
-
-    from footcal_cli.commands.parts.diagnose_cases import CaseRead, baseline_of, chain_of, of_cells
-    from footcal_cli.core.experiments import stand, walk
-    from footcal_cli.core.inference.case import Case
-    from footcal_cli.core.online.streams import MergeRule
-    from footcal_cli.core.parameters import ParameterSet
-    from footcal_cli.intake.recordings import read_recordings
-
     kind, options = session.options.experiment, session.options
     experiment = walk.ON_SIX_AXIS if kind == "walk" else stand.ON_SIX_AXIS
     recordings = read_recordings(session, MergeRule(delay_s=options.delay_s), kind)
@@ -65,22 +65,15 @@ def read_six_axis_feet(session: Session[DiagnoseOptions]) -> CaseRead:
 
 def _cut(log: Log, experiment: Experiment) -> Log:
     """Rows where all is known, in blocks of whole gait cycles; stances in pieces."""
-    import numpy as np
-
-    from footcal_cli.commands.parts.diagnose_cases import rows_where
-    from footcal_cli.core.diagnosis.blocks import cut_balanced
-
     good = np.isfinite(log.readings).all(axis=1)
     for name in experiment.known:
         if name != "contact":
             good &= np.isfinite(log.known[name].reshape(len(log), -1)).all(axis=1)
-    return cut_balanced(rows_where(log, good))
+    return cut_balanced(log.at(np.asarray(good)))
 
 
 def offset_parameters(channels: Sequence[str], values: dict[str, float]) -> tuple[Parameter, ...]:
     """Offset of each axis as a parameter that the data alone determine."""
-    from footcal_cli.core.parameters import Parameter
-
     found = []
     for channel in channels:
         foot, axis = channel.split(".")
@@ -92,9 +85,6 @@ def offset_parameters(channels: Sequence[str], values: dict[str, float]) -> tupl
 
 def offset_directions(channels: Sequence[str]) -> tuple[Direction, ...]:
     """Each axis's offset as a way of drifting, forces and torques with a speed of their own."""
-    from footcal_cli.core.inference.tracking import Direction
-    from footcal_cli.core.online.six_axis import PRIOR_SD
-
     found = []
     for channel in channels:
         foot, axis = channel.split(".")

@@ -5,15 +5,33 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from footcal_cli.core.bench.record import BenchRecord
+from footcal_cli.core.bench.regression import fit_affine
+from footcal_cli.core.bench.study import find_loads
+from footcal_cli.core.diagnosis.blocks import cut_blocks, even_cycles
+from footcal_cli.core.experiments.weights import EXPERIMENT
+from footcal_cli.core.inference.case import Case
+from footcal_cli.core.log import Log
+from footcal_cli.core.parameters import FloatArray, ParameterSet
+from footcal_cli.core.quality import Finding, copied_rows_finding, find_copied_rows
+from footcal_cli.intake.bench import plateau_options, sessions_of
+from footcal_cli.intake.cases.shared import (
+    CaseRead,
+    affine_parameters,
+    baseline_of,
+    chain_of,
+    needs_time,
+)
+from footcal_cli.recipe.options import DiagnoseOptions, PlateauSettings
+from footcal_cli.session.inspection import weights_findings
+from footcal_cli.tables.columns import weights_stream_table, weights_table
+from footcal_cli.tables.table import Table
+
 if TYPE_CHECKING:
-    from footcal_cli.commands.diagnose import DiagnoseOptions
-    from footcal_cli.commands.offline_fit import PlateauSettings
-    from footcal_cli.commands.parts.diagnose_cases import CaseRead
-    from footcal_cli.core.log import Log
-    from footcal_cli.core.parameters import FloatArray
-    from footcal_cli.core.quality import Finding
     from footcal_cli.session.session import Session
-    from footcal_cli.tables.table import Table
+
 
 RECORDING_TAU_S = 2.0
 """Autocorrelation time assumed when one recording is cut into blocks."""
@@ -21,22 +39,6 @@ RECORDING_TAU_S = 2.0
 
 def read_weights(session: Session[DiagnoseOptions]) -> CaseRead:
     """One log per channel; blocks are sessions of a channel."""
-    import numpy as np
-
-    from footcal_cli.commands.parts.diagnose_cases import (
-        CaseRead,
-        affine_parameters,
-        baseline_of,
-        chain_of,
-        needs_time,
-    )
-    from footcal_cli.core.experiments.weights import EXPERIMENT
-    from footcal_cli.core.inference.case import Case
-    from footcal_cli.core.parameters import ParameterSet
-    from footcal_cli.core.quality import copied_rows_finding
-    from footcal_cli.session.inspection import weights_findings
-    from footcal_cli.tables.columns import weights_table
-
     findings: list[Finding] = []
     streams = _running(session)
     if streams:
@@ -72,16 +74,10 @@ def read_weights(session: Session[DiagnoseOptions]) -> CaseRead:
 
 def _row_logs(tables: Sequence[Table]) -> tuple[list[Log], bool, FloatArray]:
     """One log per channel of long tables, whether rows have time stamps, and which are copies."""
-    import numpy as np
-
-    from footcal_cli.commands.parts.diagnose_cases import optional_column
-    from footcal_cli.core.log import Log
-    from footcal_cli.core.quality import find_copied_rows
-
     channel = np.concatenate([t.text("channel") for t in tables])
-    block = _sessions(tables)
+    block = sessions_of(tables)
     columns = {
-        name: np.concatenate([optional_column(t, name) for t in tables])
+        name: np.concatenate([t.optional(name) for t in tables])
         for name in ("load_n", "counts", "time_s", "temperature_degc")
     }
     timed = bool(np.isfinite(columns["time_s"]).all())
@@ -90,7 +86,9 @@ def _row_logs(tables: Sequence[Table]) -> tuple[list[Log], bool, FloatArray]:
     copied = np.zeros(len(channel))
     if timed:
         named = ("time_s", "load_n", "counts")
-        copied = find_copied_rows([number.astype(float), *(columns[n] for n in named)], block)
+        copied = find_copied_rows(
+            [number.astype(float), *(columns[n] for n in named)], block.astype(float)
+        )
     logs = []
     for name in dict.fromkeys(channel):
         at = np.flatnonzero((channel == name) & np.isfinite(columns["counts"]) & (copied == 0.0))
@@ -110,8 +108,6 @@ def _row_logs(tables: Sequence[Table]) -> tuple[list[Log], bool, FloatArray]:
 
 def _running(session: Session[DiagnoseOptions]) -> list[Table]:
     """Running recordings whose loads are recorded at every sample, or given in order of time."""
-    from footcal_cli.tables.columns import weights_stream_table
-
     channels = session.recipe.robot.cell_names
     if not channels:
         return []
@@ -122,19 +118,12 @@ def _running(session: Session[DiagnoseOptions]) -> list[Table]:
 
 def _plateaus(session: Session[DiagnoseOptions]) -> PlateauSettings:
     """What the recipe says of loads that stand still: `[offline_fit.plateaus]`."""
-    from footcal_cli.commands.offline_fit import PlateauSettings
-
     given = session.recipe.options.get("offline_fit", {}).get("plateaus", {})
     return PlateauSettings.model_validate(given)
 
 
 def _stream_logs(session: Session[DiagnoseOptions], tables: Sequence[Table]) -> list[Log]:
     """One log per channel of running recordings, cut into blocks."""
-    import numpy as np
-
-    from footcal_cli.core.diagnosis.blocks import cut_blocks, even_cycles
-    from footcal_cli.core.log import Log
-
     logs = []
     for channel in session.recipe.robot.cell_names:
         for table in tables:
@@ -151,11 +140,6 @@ def _stream_logs(session: Session[DiagnoseOptions], tables: Sequence[Table]) -> 
 
 def _loads(session: Session[DiagnoseOptions], table: Table, channel: str) -> FloatArray:
     """The load at every sample; not a number while weights given in order of time are changed."""
-    import numpy as np
-
-    from footcal_cli.core.bench.record import BenchRecord
-    from footcal_cli.core.bench.study import find_loads
-
     if "load_n" in table:
         return table.number("load_n")
     settings = _plateaus(session)
@@ -165,22 +149,8 @@ def _loads(session: Session[DiagnoseOptions], table: Table, channel: str) -> Flo
         np.zeros(counts.size, dtype=np.int64),
     )  # fmt: skip
     known_n = settings.known_n(session.recipe.robot.gravity_mps2)
-    samples = find_loads(record, settings.tolerances, known_n)
+    samples = find_loads(record, plateau_options(settings), known_n)
     return np.asarray(np.where(samples.hold >= 0, samples.load_n, np.nan))
-
-
-def _sessions(tables: Sequence[Table]) -> Any:
-    """Session number of each row: by file, and within it by its session or repeat column."""
-    import numpy as np
-
-    numbers, first = [], 0
-    for table in tables:
-        name = "session" if "session" in table else "repeat" if "repeat" in table else None
-        labels: Any = table.text(name) if name else np.zeros(len(table), dtype=object)
-        _, index = np.unique(labels.astype(str), return_inverse=True)
-        numbers.append(index.astype(np.int64) + first)
-        first = int(numbers[-1].max()) + 1
-    return np.concatenate(numbers)
 
 
 def _stride(logs: Sequence[Log]) -> int:
@@ -190,10 +160,6 @@ def _stride(logs: Sequence[Log]) -> int:
 
 def _affine_start(logs: Sequence[Any], values: dict[str, float]) -> dict[str, float]:
     """Scale and bias by regression for channels that no calibration covers."""
-    import numpy as np
-
-    from footcal_cli.core.bench.regression import fit_affine
-
     start = {}
     for log in logs:
         channel = log.channels[0]

@@ -1,80 +1,91 @@
-"""What ``diagnose`` writes: report, records, the extended calibration."""
+"""What ``diagnose`` says of one experiment: report, record, errors."""
 
 from __future__ import annotations
 
-import shlex
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from footcal_cli.commands.diagnose import DiagnoseOptions
-    from footcal_cli.commands.parts.diagnose_cases import CaseRead
-    from footcal_cli.core.diagnosis.investigation import Investigation
-    from footcal_cli.core.diagnosis.menu import Menu
-    from footcal_cli.core.diagnosis.movement import Movement
-    from footcal_cli.core.diagnosis.rules import Rules
-    from footcal_cli.core.effects.contract import Effect
-    from footcal_cli.records.diagnosis import DiagnosisRecord
-    from footcal_cli.records.results import ParametersRecord, RmseRecord
-    from footcal_cli.report import Picture
-    from footcal_cli.session.session import Outcome, Session
+from footcal_cli.core.bench.study import ChannelStudy
+from footcal_cli.core.diagnosis.answer import Verdict
+from footcal_cli.core.diagnosis.investigation import Investigation
+from footcal_cli.core.diagnosis.movement import Movement
+from footcal_cli.core.diagnosis.rules import Rules
+from footcal_cli.core.effects.contract import Effect
+from footcal_cli.intake.cases.shared import CaseRead
+from footcal_cli.records.diagnosis import DiagnosisRecord
+from footcal_cli.records.results import FindingRecord, RmseRecord, RmseRow, VerdictRecord
+from footcal_cli.report import Report
+from footcal_cli.report.outcome import Outcome
+from footcal_cli.sheets.diagnosis.answer import answer_of
+from footcal_cli.sheets.diagnosis.contract import Answer
+from footcal_cli.sheets.diagnosis.evidence import evidence_sheet, untested_sheet
+from footcal_cli.sheets.diagnosis.experiment import menu_sheets
+from footcal_cli.sheets.diagnosis.followed import (
+    after,
+    followed_records,
+    followed_words,
+    left_over,
+    suspect_records,
+)
+from footcal_cli.sheets.diagnosis.gains import gain_sheets, method_note, movement_sheets
+from footcal_cli.sheets.diagnosis.pictures import pictures_of
+from footcal_cli.sheets.diagnosis.record import record_of
+from footcal_cli.sheets.diagnosis.unknown import card_sheets
+from footcal_cli.sheets.ladder import study_sentence
 
 
 def outcome_of(
-    session: Session[DiagnoseOptions],
+    title: str,
     read: CaseRead,
     found: Investigation,
+    moved: tuple[Movement, ...],
     table: Mapping[str, Effect],
     rules: Rules,
+    seed: int,
+    *,
+    alone: Sequence[ChannelStudy] = (),
+    before: DiagnosisRecord | None = None,
+    reproduce: str = "",
+    kept: str = "",
 ) -> Outcome:
-    """An investigation as everything that people and programs read of it."""
-    from dataclasses import replace
+    """An investigation as everything that people and programs read of it.
 
-    from footcal_cli.commands.parts.diagnose_alone import found_alone, undecided
-    from footcal_cli.core.diagnosis.answer import Verdict
-    from footcal_cli.core.diagnosis.movement import movements
-    from footcal_cli.records.results import FindingRecord
-    from footcal_cli.report import Report
-    from footcal_cli.session.session import Outcome
-    from footcal_cli.sheets.diagnosis.answer import answer_of
-    from footcal_cli.sheets.diagnosis.evidence import evidence_sheet, untested_sheet
-    from footcal_cli.sheets.diagnosis.experiment import menu_sheets
-    from footcal_cli.sheets.diagnosis.followed import (
-        after,
-        followed_records,
-        followed_words,
-        left_over,
-        suspect_records,
-    )
-    from footcal_cli.sheets.diagnosis.gains import gain_sheets, method_note, movement_sheets
-    from footcal_cli.sheets.diagnosis.record import record_of
-    from footcal_cli.sheets.diagnosis.unknown import card_sheets
-
-    seed = session.request.seed
-    alone = found_alone(read, found)
+    Parameters
+    ----------
+    title
+        Of the report.
+    read, found, moved
+        The case, what the core found, and how the calibration moves with it.
+    table, rules, seed
+        What it was judged by.
+    alone
+        Cells that need more than a scale and a bias, where the diagnosis named nothing.
+    before
+        The diagnosis whose rivals this one should distinguish.
+    reproduce, kept
+        The command that gives this again, and where the extended calibration lies.
+    """
     if alone:
         found = replace(found, verdict=Verdict.UNDERPOWERED)
-    with session.step("plan"):
-        moved = movements(read.case, found.problem, found.final)
-        answer = answer_of(found, table, read.findings, read.untested)
-        if alone:
-            answer = undecided(answer, found, alone)
-        if found.model is not None:
-            answer = answer.ending_with(_where_it_lies(session))
-        became = after(found, _before(session), table)
-        left = left_over(found, became)
-        if became:
-            answer = answer.with_detail(followed_words(became, left))
-    pictures = _pictures(found, table, moved, answer.menu, seed)
+    answer = answer_of(found, table, read.findings, read.untested)
+    if alone:
+        answer = _undecided(answer, len(found.case.logs), alone)
+    if found.model is not None:
+        answer = answer.ending_with(
+            f"The calibration with it: {kept}; every command starts from it (--parameters)."
+        )
+    became = after(found, before, table)
+    left = left_over(found, became)
+    if became:
+        answer = answer.with_detail(followed_words(became, left))
     record = record_of(found, answer, read, rules, seed)
     return Outcome(
         usable=record.verdict != "bad-data",
         diagnosis=record.verdict,
         report=Report(
-            title=f"Diagnosis of {session.recipe.robot.name}: {read.case.experiment.name}",
+            title=f"{title}: {read.case.experiment.name}",
             verdict=answer.verdict,
-            pictures=pictures,
+            pictures=pictures_of(found, table, moved, answer.menu, seed),
             lead_sheets=(
                 evidence_sheet(found, read.untested),
                 *card_sheets(found, answer.menu),
@@ -86,11 +97,7 @@ def outcome_of(
                 untested_sheet(found, read.untested),
             ),
             findings=tuple(FindingRecord.of(f) for f in read.findings),
-            footer=(
-                f"To reproduce: {command_line(session)}",
-                rules.sentence(),
-                method_note(found, seed),
-            ),
+            footer=(f"To reproduce: {reproduce}", rules.sentence(), method_note(found, seed)),
         ),
         rmse=rmse_of(found),
         records={
@@ -100,124 +107,30 @@ def outcome_of(
                     "after": followed_records(became),
                     "survivors": left,
                 }
-            ),
-            "parameters_extended.json": _extended(session, found, moved, read),
+            )
         },
     )
 
 
-def _where_it_lies(session: Session[DiagnoseOptions]) -> str:
-    path = session.request.out / "parameters_extended.json"
-    return (
-        f"The calibration with it: {path.as_posix()}; every command starts from it (--parameters)."
+def _undecided(answer: Answer, cells: int, alone: Sequence[ChannelStudy]) -> Answer:
+    """The answer where single cells need more than the diagnosis can name."""
+    verdict = VerdictRecord(
+        level="warning",
+        sentence=(
+            f"{len(alone)} of {cells} cells need more than a scale and a bias, but too few "
+            "blocks show it to name the cause."
+        ),
+        details=(
+            *(sentence for study in alone if (sentence := study_sentence(study)) is not None),
+            "offline-fit finds the same in these rows, and its calibration holds it. Record more "
+            "sessions of these cells to have it named.",
+        ),
     )
-
-
-def _before(session: Session[DiagnoseOptions]) -> DiagnosisRecord | None:
-    """The diagnosis of the log before."""
-    from footcal_cli.records.diagnosis import DiagnosisRecord
-    from footcal_cli.records.files import read_record
-
-    path = session.options.after
-    return None if path is None else read_record(DiagnosisRecord, path)
-
-
-def command_line(session: Session[DiagnoseOptions]) -> str:
-    """The command that gives this report again."""
-    request = session.request
-    words = ["footcal", request.command, *(path.as_posix() for path in request.logs)]
-    if request.recipe is not None:
-        words += ["--recipe", request.recipe.as_posix()]
-    if request.parameters is not None:
-        words += ["--parameters", request.parameters.as_posix()]
-    for name, value in request.overrides.items():
-        option = f"--{name.replace('_', '-')}"
-        if value is None:
-            continue
-        if value is False:
-            words.append(f"--no-{name}")
-        elif isinstance(value, tuple):
-            words += [part for item in value for part in (option, str(item))]
-        else:
-            words += [option, str(value)]
-    words += ["--seed", str(request.seed), "--out", request.out.as_posix()]
-    return shlex.join(words)
-
-
-def _pictures(
-    found: Investigation,
-    table: Mapping[str, Effect],
-    moved: tuple[Movement, ...],
-    menu: Menu | None,
-    seed: int,
-) -> tuple[Picture, ...]:
-    from footcal_cli.plots.diagnosis import (
-        gains,
-        isolability,
-        ladder,
-        line_up,
-        movement,
-        null,
-        residuals,
-    )
-    from footcal_cli.report import Picture
-
-    drawn = [
-        Picture(
-            "residual_against_driver",
-            lambda: residuals.plot_driver(found),
-            residuals.DRIVER_CAPTION,
-            title="Residual before and after the identified effect",
-        ),
-        Picture(
-            "line_up",
-            lambda: line_up.plot_line_up(found, seed),
-            line_up.LINE_UP_CAPTION,
-            title="The data among nineteen random panels",
-        ),
-        Picture(
-            "gain_per_block",
-            lambda: gains.plot_gains(found),
-            gains.GAINS_CAPTION,
-            title="Error of each held-out block before and after",
-        ),
-        Picture(
-            "ladder",
-            lambda: ladder.plot_ladder(found),
-            ladder.LADDER_CAPTION,
-            title="Held-out error of each model",
-        ),
-        Picture(
-            "isolability",
-            lambda: isolability.plot_isolability(found, table, menu),
-            isolability.caption(menu),
-            title="Which effects look alike",
-        ),
-    ]
-    if moved and found.found:
-        drawn.append(
-            Picture(
-                "movement",
-                lambda: movement.plot_movement(moved),
-                movement.MOVEMENT_CAPTION,
-                title="Change of each calibration parameter",
-            )
-        )
-    drawn.append(
-        Picture(
-            "null_gallery",
-            lambda: null.plot_null(found),
-            null.NULL_CAPTION,
-            title="Largest statistic of the data and by chance",
-        )
-    )
-    return tuple(drawn)
+    return replace(answer, verdict=verdict)
 
 
 def rmse_of(found: Investigation) -> RmseRecord:
     """Held-out errors of the baseline and of the extended model, per output."""
-    from footcal_cli.records.results import RmseRecord, RmseRow
-
     rows = []
     for gain in found.gains:
         n = int((found.problem.output == found.problem.outputs.index(gain.output)).sum())
@@ -229,65 +142,3 @@ def rmse_of(found: Investigation) -> RmseRecord:
                 )
             )  # fmt: skip
     return RmseRecord(rows=tuple(rows))
-
-
-def _extended(
-    session: Session[DiagnoseOptions],
-    found: Investigation,
-    moved: tuple[Movement, ...],
-    read: CaseRead,
-) -> ParametersRecord:
-    """The calibration with the named effects in it."""
-    from footcal_cli.commands.parts.calibration_record import CELLS, Conventions, calibration_record
-    from footcal_cli.commands.parts.diagnose_cases import baseline_of
-    from footcal_cli.core.parameters import Status
-    from footcal_cli.records.effects import record_of_effect
-    from footcal_cli.records.results import ParameterRecord
-
-    given = baseline_of(session)
-    parameters = dict(given.parameters) if given is not None else {}
-    after = {m.name: (m.after, m.sd) for m in moved}
-    for parameter in read.case.calibration:
-        value, sd = after.get(
-            parameter.name, (read.case.values.get(parameter.name, parameter.value), None)
-        )
-        if parameter.name in after or parameter.name not in parameters:
-            parameters[parameter.name] = ParameterRecord(
-                value=value, sd=sd, unit=parameter.unit, status=Status.ESTIMATED
-            )
-    effects = list(given.effects) if given is not None else []
-    if found.model is not None:
-        units = {
-            f"{owner}.{p.name}": p.unit
-            for link in found.model.chain.links
-            for owner in link.owners
-            for p in link.effect.parameters
-        }
-        sd_of = {
-            name: (interval.high - interval.low) / 4.0
-            for name, interval in zip(found.model.names, found.model.intervals, strict=True)
-        }
-        for item in found.found:
-            signature = item.cause.signature
-            effects.append(
-                record_of_effect(item.effect, dict(signature.owners), session.recipe.effect)
-            )
-        for name, unit in units.items():
-            if name in found.model.values and name not in parameters:
-                parameters[name] = ParameterRecord(
-                    value=float(found.model.values[name]),
-                    sd=sd_of.get(name),
-                    unit=unit,
-                    status=Status.ESTIMATED if name in sd_of else Status.FIXED,
-                )
-    conventions = CELLS
-    if given is not None:
-        conventions = Conventions(given.sign_convention, given.frame, given.expressed_at)
-    return calibration_record(
-        session,
-        conventions,
-        parameters,
-        covariance=given.covariance if given is not None and not moved else (),
-        fitted_range=given.fitted_range if given is not None else {},
-        effects=effects,
-    )

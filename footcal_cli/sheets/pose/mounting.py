@@ -15,8 +15,8 @@ from footcal_cli.core.pose.departures import Departure, departures
 from footcal_cli.core.pose.hanging import LegKnowledge
 from footcal_cli.core.pose.joint import PoseFit
 from footcal_cli.core.pose.leg_map import LegMap
-from footcal_cli.core.pose.selection import Candidate
 from footcal_cli.core.pose.mounted import Mounted
+from footcal_cli.core.pose.selection import Candidate
 from footcal_cli.core.pose.slow_noise import SlowNoise
 from footcal_cli.core.pose.stages import in_floating_base
 from footcal_cli.core.pose.study import MountingStudy

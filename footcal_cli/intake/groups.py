@@ -8,6 +8,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from footcal_cli.errors import UsageError
+
 KINDS = ("weights", "placements", "stand", "walk", "hang", "pose")
 _OF_COMMAND = {
     "static-init": "stand", "online-replay": "walk", "hang-calib": "hang", "pose-calib": "pose",
@@ -48,8 +50,6 @@ def groups_of(arguments: Sequence[Path]) -> tuple[Group, ...]:
     UsageError
         A folder without logs or without a kind, or files beside folders.
     """
-    from footcal_cli.errors import UsageError
-
     named = [_split(path) for path in arguments]
     if not any(kind or path.is_dir() for kind, path in named):
         return ()
@@ -78,8 +78,6 @@ def _split(argument: Path) -> tuple[str, Path]:
 
 
 def _of_folder(folder: Path, kind: str) -> Group:
-    from footcal_cli.errors import UsageError
-
     run = _read(folder / "run.json")
     command = str(run.get("command", ""))
     parameters = folder / "parameters.json"
