@@ -30,9 +30,12 @@ def recipe_text(parts: Sequence[Part], target: Path, command_line: str) -> str:
     lines += ["", "[robot]", f"name = {_quoted(stem)}"]
     if channels and all(part.plan.role != "placements" for part in parts):
         lines.append(f"channels = [{', '.join(_quoted(c) for c in dict.fromkeys(channels))}]")
+    tables: dict[str, str] = {}
     for part in parts:
         for table in part.plan.robot:
-            lines += ["", table]
+            tables.setdefault(table.splitlines()[0], table)  # hanging and standing share legs
+    for table in tables.values():
+        lines += ["", table]
     for part in parts:
         for blank in part.plan.blanks:
             needed = "TO FILL IN" if blank.needed else "if known"
@@ -57,10 +60,12 @@ def next_step(parts: Sequence[Part], command_line: str) -> str:
     """The exact command, after what is to be filled in."""
     plan = parts[0].plan
     command = f"footcal {plan.command} {command_line}"
-    wanted = [blank.why for part in parts for blank in part.plan.blanks if blank.needed]
-    if not wanted:
-        return command
-    return f"fill in what is marked TO FILL IN ({'; '.join(wanted)}), then {command}"
+    same = [part.plan for part in parts if part.plan.command == plan.command]
+    wanted = [blank.why for plan in same for blank in plan.blanks if blank.needed]
+    said = f"fill in what is marked TO FILL IN ({'; '.join(wanted)}), then " if wanted else ""
+    later = [c for c in dict.fromkeys(p.plan.command for p in parts) if c != plan.command]
+    after = [f"; after it {name}, with its parameters.json" for name in later]
+    return f"{said}{command}{''.join(after)}"
 
 
 def listing(parts: Sequence[Part]) -> list[str]:
