@@ -145,12 +145,15 @@ def _calibrate(session: Session[OfflineFitOptions]) -> Outcome:
     """Weights first, then the placements that need their calibration."""
     from footcal_cli.commands.parts.bench_outcome import outcome_of
     from footcal_cli.commands.parts.bench_report import feet_part, together_part, weights_part
+    from footcal_cli.core.bench.pooled import with_common_noise
 
     with session.step("read"):
         logs = _read(session)
     with session.step("fit"):
         gravity_mps2 = session.recipe.robot.gravity_mps2
-        studies = [_study(record, session.options, gravity_mps2) for record in logs.records]
+        studies = with_common_noise(
+            [_study(record, session.options, gravity_mps2) for record in logs.records]
+        )
         together = _together(session)
         feet = _feet(session, studies)
     if not studies and not feet and together is None:
