@@ -9,7 +9,7 @@ from footcal_cli.core.inference.shared_noise import Rows, common_law, fit_under,
 _LADDER = np.array([0.0, 2.0, 5.0, 10.0, 20.0, 10.0, 5.0, 2.0, 0.0])
 _LOAD = np.tile(_LADDER, 4)
 _SESSION = np.repeat(np.arange(4), _LADDER.size)
-_TIME = 20.0 * np.arange(_LOAD.size)
+_TIME = np.asarray(20.0 * np.arange(_LOAD.size), dtype=np.float64)
 _DESIGN = np.column_stack([_LOAD - _LOAD.mean(), np.ones(_LOAD.size)])
 _MEMORY_S = 120.0
 

@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from footcal_cli.core.bench.blocks import BlockFit
 from footcal_cli.core.bench.channel import ChannelFit, finish_channel
 from footcal_cli.core.bench.record import BenchRecord, load_levels
 from footcal_cli.core.bench.regressors import design_of
 from footcal_cli.core.bench.study import ChannelStudy
+from footcal_cli.core.inference.blocks import BlockFit
 from footcal_cli.core.inference.shared_noise import (
     Common,
     Rows,
