@@ -149,7 +149,7 @@ def _calibrate(session: Session[OfflineFitOptions]) -> Outcome:
     with session.step("read"):
         logs = _read(session)
     with session.step("fit"):
-        studies = _studies(session, logs.records)
+        studies = _studies(session, logs.records) if logs.records else ()
         together = _together(session)
         feet = _feet(session, studies)
     if not studies and not feet and together is None:
