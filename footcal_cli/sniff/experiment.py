@@ -8,8 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 from footcal_cli.sniff.columns import ColumnGuess, FileGuess
-from footcal_cli.sniff.groups import channel_names, indexed_wrenches, readings, wrenches
+from footcal_cli.sniff.groups import channel_names, readings, wrenches
 from footcal_cli.sniff.holds import blank_loads
+from footcal_cli.sniff.numbered import numbered
 from footcal_cli.sniff.plan import MASS, Blank, Entry, Plan, of, times
 from footcal_cli.sniff.six_axis import transducers
 from footcal_cli.sniff.tokens import with_unit
@@ -26,7 +27,7 @@ UNIT_ASKED = Blank(
 
 def plan_of(file: FileGuess) -> Plan | None:
     """The plan for one log, None where its columns fit no experiment."""
-    file = indexed_wrenches(file)
+    file = numbered(file)
     six = wrenches(file)
     loads, cells = _loads_and_cells(file)
     holes = {c.name.axis: c for c in file.of("hole")}

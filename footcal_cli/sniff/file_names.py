@@ -12,8 +12,9 @@ import numpy as np
 from footcal_cli.sniff.attitudes import attitude_of, named_orientation
 from footcal_cli.sniff.columns import ColumnGuess, FileGuess
 from footcal_cli.sniff.experiment import UNIT_ASKED, UNIT_TO_FILL_IN, plan_of
-from footcal_cli.sniff.groups import indexed_wrenches, readings, wrenches
+from footcal_cli.sniff.groups import readings, wrenches
 from footcal_cli.sniff.names import name_guess
+from footcal_cli.sniff.numbered import numbered
 from footcal_cli.sniff.plan import Entry, Plan
 from footcal_cli.sniff.six_axis import forces_of
 from footcal_cli.sniff.units import MASSES, WEIGHTS, known_unit
@@ -80,7 +81,7 @@ def alike_part(group: list[FileGuess]) -> Part | None:
     if len(group) == 1:
         return None if plan is None else Part(plan, paths, escaped(paths[0].name))
     names = _Names.of([path.name for path in paths])
-    six = wrenches(indexed_wrenches(first))
+    six = wrenches(numbered(first))
     told = first.of("load") or first.of("label")
     if len(six) == 1 and not told:
         return _per_orientation(group, names) or _per_load(group, names) or (
@@ -116,12 +117,12 @@ def _weights_per_channel(plan: Plan, names: _Names) -> Plan:
 
 def _per_orientation(group: list[FileGuess], names: _Names) -> Part | None:
     """One file per orientation of a six-axis transducer, which the file's name gives."""
-    first = indexed_wrenches(group[0])
+    first = numbered(group[0])
     if first.of("orientation") or attitude_of(first, None) is not None:
         return None
     words = [file.path.name for file in group]
     means = np.array([
-        np.nanmean(forces_of(next(iter(wrenches(indexed_wrenches(file)).values()))), axis=0)
+        np.nanmean(forces_of(next(iter(wrenches(numbered(file)).values()))), axis=0)
         for file in group
     ])  # fmt: skip
     entry = Entry(file_name="^(.+)$", sure="likely", why="the files' names")
@@ -141,7 +142,7 @@ def _per_orientation(group: list[FileGuess], names: _Names) -> Part | None:
 
 def _per_load(group: list[FileGuess], names: _Names) -> Part | None:
     """One file per weight, which the file's name gives; of six axes the vertical force is read."""
-    six = wrenches(indexed_wrenches(group[0]))
+    six = wrenches(numbered(group[0]))
     cell = next(iter(six.values()))["fz"] if six else readings(group[0])[0]
     load = _loads_named(names)
     if load is None:
