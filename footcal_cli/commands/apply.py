@@ -23,7 +23,7 @@ from footcal_cli.commands.options import (
 from footcal_cli.recipe import CommandOptions
 
 if TYPE_CHECKING:
-    from footcal_cli.session import Outcome, Session
+    from footcal_cli.session.session import Outcome, Session
 
 
 class ApplyOptions(CommandOptions):

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from footcal_cli.batch.plan import Job
     from footcal_cli.core.fleet import Fleet
     from footcal_cli.records.batch import SessionRecord
-    from footcal_cli.session import Outcome, Session
+    from footcal_cli.session.session import Outcome, Session
 
 Runnable = Literal[
     "check", "apply", "offline-fit", "static-init", "online-replay", "hang-calib", "pose-calib",
@@ -105,9 +105,9 @@ def batch(
 def _batch(session: Session[BatchOptions], given: Sequence[str]) -> Outcome:
     from footcal_cli.core.fleet import study
     from footcal_cli.report import Report
-    from footcal_cli.session import Outcome
+    from footcal_cli.session.session import Outcome
     from footcal_cli.sheets import batch as sheets
-    from footcal_cli.tables import write_csv, write_parquet
+    from footcal_cli.tables.table import write_csv, write_parquet
 
     jobs = _jobs(session, given)
     with session.step("sessions"):

@@ -23,10 +23,10 @@ from footcal_cli.commands.options import (
 from footcal_cli.recipe import CommandOptions
 
 if TYPE_CHECKING:
-    from footcal_cli.columns import TableType
     from footcal_cli.core.quality import Finding
-    from footcal_cli.session import Outcome, Session
-    from footcal_cli.tables import Table
+    from footcal_cli.session.session import Outcome, Session
+    from footcal_cli.tables.columns import TableType
+    from footcal_cli.tables.table import Table
 
 
 class CheckOptions(CommandOptions):
@@ -66,7 +66,7 @@ def _check(session: Session[CheckOptions]) -> Outcome:
     from footcal_cli.core.quality import check_clock
     from footcal_cli.records.results import VerdictRecord
     from footcal_cli.report import Report, Sheet
-    from footcal_cli.session import Outcome
+    from footcal_cli.session.session import Outcome
 
     with session.step("read"):
         read = [(table, kind) for kind in _table_types(session) for table in session.read_any(kind)]
@@ -140,7 +140,7 @@ def _clocks(table: Table) -> list[Finding]:
 def _together(session: Session[CheckOptions], tables: Sequence[tuple[Table, TableType]]) -> None:
     """What shows only where streams, recipe and calibration come together."""
     from footcal_cli.errors import DataError, FitError, UsageError
-    from footcal_cli.inspection import weights_findings
+    from footcal_cli.session.inspection import weights_findings
 
     by_kind: dict[str, list[Table]] = {}
     for table, kind in tables:
@@ -184,9 +184,9 @@ def _placements(session: Session[CheckOptions], tables: Sequence[Table]) -> None
 
 
 def _walking(session: Session[CheckOptions]) -> None:
-    """The checks of `footcal_cli.intake`; those of walks where every foot is lifted."""
+    """The checks of `footcal_cli.intake.recordings`; those of walks where every foot is lifted."""
     from footcal_cli.core.online.streams import MergeRule
-    from footcal_cli.intake import read_recordings
+    from footcal_cli.intake.recordings import read_recordings
 
     for recording in read_recordings(session, MergeRule(), "stand"):
         lifted = (recording.merged.log.known["contact"] == 0.0).mean(axis=0)
@@ -201,8 +201,8 @@ LIFTED_SHARE = 0.03
 
 def _table_types(session: Session[CheckOptions]) -> list[TableType]:
     """Kinds of log to try, as far as the recipe or the files' headers name their channels."""
-    from footcal_cli import columns
-    from footcal_cli.sources import source_names
+    from footcal_cli.tables import columns
+    from footcal_cli.tables.sources import source_names
 
     robot = session.recipe.robot
     headers = [
@@ -235,8 +235,8 @@ def _table_types(session: Session[CheckOptions]) -> list[TableType]:
 
 
 def _refuse(session: Session[CheckOptions]) -> None:
-    from footcal_cli.columns import weights_table
     from footcal_cli.errors import DataError
+    from footcal_cli.tables.columns import weights_table
 
     paths = session.every_path()
     if paths:

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from footcal_cli.commands.parts.diagnose_groups import Group
     from footcal_cli.core.effects.contract import Effect
-    from footcal_cli.session import Outcome, Session
+    from footcal_cli.session.session import Outcome, Session
 
 
 class DiagnoseOptions(CommandOptions):

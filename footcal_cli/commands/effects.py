@@ -11,7 +11,7 @@ from footcal_cli.commands.options import RecipeFile
 
 if TYPE_CHECKING:
     from footcal_cli.core.effects.contract import Effect
-    from footcal_cli.own_effects import OwnEffect
+    from footcal_cli.records.own_effects import OwnEffect
 
 _STAGE_NAMES = {
     1: "bench", 2: "body", 3: "foot", 4: "six-axis", 5: "cells", 6: "calibration", 7: "digital",

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from footcal_cli.core.quality import Finding
     from footcal_cli.records.results import ParametersRecord
     from footcal_cli.report import Picture
-    from footcal_cli.session import Outcome, Session
+    from footcal_cli.session.session import Outcome, Session
 
 
 _POOR = 5.0
@@ -112,15 +112,15 @@ def hang_calib(
 
 def _calibrate(session: Session[HangCalibOptions]) -> Outcome:
     session.refuse_missing_logs("hang")
-    from footcal_cli.columns import hang_table
     from footcal_cli.commands.parts.hang_logs import leg_logs
     from footcal_cli.core.hang.joint import fit_hang
     from footcal_cli.core.hang.runs import hang_runs
     from footcal_cli.core.plausibility import check_leg_weights
     from footcal_cli.records.results import RmseRecord
     from footcal_cli.report import Report
-    from footcal_cli.session import Outcome
+    from footcal_cli.session.session import Outcome
     from footcal_cli.sheets import hang as sheets
+    from footcal_cli.tables.columns import hang_table
 
     options = session.options
     with session.step("read"):

@@ -15,9 +15,9 @@ if TYPE_CHECKING:
     from footcal_cli.core.kinematics import Accelerations, Posture
     from footcal_cli.core.parameters import FloatArray
     from footcal_cli.core.quality import Finding
-    from footcal_cli.rigid_body import RigidBody
-    from footcal_cli.session import Outcome, Session
-    from footcal_cli.tables import Table
+    from footcal_cli.intake.rigid_body import RigidBody
+    from footcal_cli.session.session import Outcome, Session
+    from footcal_cli.tables.table import Table
 
 
 class JointColumn(Frozen):
@@ -89,7 +89,7 @@ def _moved(session: Session[KinematicsOptions]) -> Outcome:
     from footcal_cli.core.kinematics import accelerations, standing_base
     from footcal_cli.core.signals import check_clock
     from footcal_cli.errors import DataError, UsageError
-    from footcal_cli.rigid_body import read_urdf
+    from footcal_cli.intake.rigid_body import read_urdf
 
     options = session.options
     if options.urdf is None:
@@ -196,8 +196,8 @@ def _outcome(
     from footcal_cli.plots.kinematics import plot_accelerations, plot_heights, plot_path
     from footcal_cli.records.results import VerdictRecord
     from footcal_cli.report import Picture, Report, Sheet, number
-    from footcal_cli.session import Outcome
-    from footcal_cli.tables import write_parquet
+    from footcal_cli.session.session import Outcome
+    from footcal_cli.tables.table import write_parquet
 
     rate = 1.0 / float(np.median(np.diff(time_s)))
     whole = int(np.isfinite(found.com_acc_mps2).all(axis=1).sum())

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 from pydantic import Field
 
-from footcal_cli.columns import weights_table
 from footcal_cli.commands.options import (
     Logs,
     NoPictures,
@@ -25,6 +24,7 @@ from footcal_cli.commands.options import (
     begin,
 )
 from footcal_cli.recipe import CommandOptions, Frozen, metres
+from footcal_cli.tables.columns import weights_table
 
 if TYPE_CHECKING:
     from footcal_cli.commands.parts.bench_report import Part
@@ -34,8 +34,8 @@ if TYPE_CHECKING:
     from footcal_cli.core.bench.record import BenchRecord
     from footcal_cli.core.bench.study import ChannelStudy
     from footcal_cli.core.quality import Finding
-    from footcal_cli.session import Outcome, Session
-    from footcal_cli.tables import Table
+    from footcal_cli.session.session import Outcome, Session
+    from footcal_cli.tables.table import Table
 
 
 class PlateauSettings(Frozen):
@@ -67,7 +67,7 @@ class PlateauSettings(Frozen):
         """The loads in N, masses as their weight."""
         if not self.loads:
             return self.loads_n
-        from footcal_cli.units import load_list
+        from footcal_cli.tables.units import load_list
 
         return load_list(self.loads, gravity_mps2)
 
@@ -187,8 +187,8 @@ class _WeightsLogs:
 
 
 def _read(session: Session[OfflineFitOptions]) -> _WeightsLogs:
-    from footcal_cli.columns import weights_stream_table
     from footcal_cli.commands.parts.bench_logs import records_of_rows, records_of_streams
+    from footcal_cli.tables.columns import weights_stream_table
 
     channels = session.recipe.robot.cell_names
     tables = session.read(weights_table())
@@ -226,9 +226,9 @@ def _study(record: BenchRecord, options: OfflineFitOptions, gravity_mps2: float)
 
 def _together(session: Session[OfflineFitOptions]) -> tuple[tuple[str, ...], MatrixStudy] | None:
     """Matrices of cells loaded together, None without such a log."""
-    from footcal_cli.columns import weights_together_table
     from footcal_cli.commands.parts.bench_logs import study_together
     from footcal_cli.core.plausibility import check_scale
+    from footcal_cli.tables.columns import weights_together_table
 
     channels, wrench = session.recipe.robot.cell_names, session.options.known_wrench
     if not channels:
@@ -249,10 +249,10 @@ def _feet(session: Session[OfflineFitOptions], studies: Sequence[ChannelStudy]) 
     """Corrections of every foot with placements, and of instruments that report a CoP."""
     import numpy as np
 
-    from footcal_cli.columns import cop_points_table, placements_table
     from footcal_cli.commands.parts.bench_logs import read_cop_points, read_placements, study_foot
     from footcal_cli.core.plausibility import check_shares
     from footcal_cli.errors import UsageError, nearest
+    from footcal_cli.tables.columns import cop_points_table, placements_table
 
     robot, options = session.recipe.robot, session.options
     cells = next((tuple(foot.cells) for foot in robot.feet.values() if foot.cells), ())
@@ -303,7 +303,7 @@ def _findings(
     session: Session[OfflineFitOptions], logs: _WeightsLogs, studies: Sequence[ChannelStudy]
 ) -> list[Finding]:
     from footcal_cli.core.plausibility import check_scale
-    from footcal_cli.inspection import weights_findings
+    from footcal_cli.session.inspection import weights_findings
     from footcal_cli.sheets.weights import find_extrapolation, moving_findings
 
     nameplate = session.recipe.robot.nameplate.scale_n_per_count

@@ -26,8 +26,8 @@ from footcal_cli.recipe import CommandOptions, Frozen, metres
 
 if TYPE_CHECKING:
     from footcal_cli.core.online.comparison import Comparison
-    from footcal_cli.intake import Recording
-    from footcal_cli.session import Outcome, Session
+    from footcal_cli.intake.recordings import Recording
+    from footcal_cli.session.session import Outcome, Session
 
 Method = Literal["memory", "window", "static"]
 
@@ -172,8 +172,8 @@ def online_replay(
 def _replay(session: Session[OnlineReplayOptions]) -> Outcome:
     from footcal_cli.core.online.streams import MergeRule
     from footcal_cli.errors import UsageError
-    from footcal_cli.intake import read_recordings
-    from footcal_cli.walk_length import is_long_walk
+    from footcal_cli.intake.recordings import read_recordings
+    from footcal_cli.intake.walk_length import is_long_walk
 
     options = session.options
     rule = MergeRule(
@@ -221,10 +221,10 @@ def _cells(session: Session[OnlineReplayOptions], recording: Recording) -> Outco
     from footcal_cli.errors import DataError
     from footcal_cli.records.results import FindingRecord
     from footcal_cli.report import Report
-    from footcal_cli.session import Outcome
+    from footcal_cli.session.session import Outcome
     from footcal_cli.sheets import walk as sheets
     from footcal_cli.sheets.streams import stream_findings
-    from footcal_cli.tables import write_parquet, write_parquet_pieces
+    from footcal_cli.tables.table import write_parquet, write_parquet_pieces
 
     options, merged, belief = session.options, recording.merged, recording.belief
     assert belief is not None
@@ -283,10 +283,10 @@ def _six_axis(session: Session[OnlineReplayOptions], recording: Recording) -> Ou
     from footcal_cli.commands.parts.feet_parameters import feet_parameters
     from footcal_cli.core.online.six_axis_replay import replay_six_axis
     from footcal_cli.report import Report
-    from footcal_cli.session import Outcome
+    from footcal_cli.session.session import Outcome
     from footcal_cli.sheets import six_axis_walk as sheets
     from footcal_cli.sheets.streams import stream_findings
-    from footcal_cli.tables import write_parquet
+    from footcal_cli.tables.table import write_parquet
 
     options, merged = session.options, recording.merged
     with session.step("replay"):

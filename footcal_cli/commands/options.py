@@ -10,7 +10,7 @@ import typer
 from footcal_cli.recipe import CommandOptions
 
 if TYPE_CHECKING:
-    from footcal_cli.session import Session
+    from footcal_cli.session.session import Session
 
 Options = TypeVar("Options", bound=CommandOptions)
 
@@ -63,7 +63,7 @@ def begin(
 ) -> Session[Options]:
     """Open the session of a command; `overrides` that are None leave the recipe's value."""
     from footcal_cli.commands import option_tables
-    from footcal_cli.session import Request, Session
+    from footcal_cli.session.session import Request, Session
 
     request = Request(
         command=command,

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from footcal_cli.core.pose.hanging import LegKnowledge
     from footcal_cli.core.pose.problem import PoseOptions
     from footcal_cli.records.results import FindingRecord
-    from footcal_cli.session import Outcome, Session
+    from footcal_cli.session.session import Outcome, Session
 
 Vector = tuple[float, float, float]
 

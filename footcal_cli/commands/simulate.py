@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from footcal_cli.core.simulation.scenario import EffectRequest, Plans, Scenario
     from footcal_cli.records.results import TruthRecord
     from footcal_cli.report import Picture
-    from footcal_cli.session import Outcome, Session
+    from footcal_cli.session.session import Outcome, Session
 
 Kind = Literal["weights", "placements", "stand", "walk", "hang", "pose"]
 
@@ -129,7 +129,7 @@ def _simulate(session: Session[SimulateOptions]) -> Outcome:
         )  # fmt: skip
     from footcal_cli.core.simulation.scenario import Spread, simulate
     from footcal_cli.report import Report
-    from footcal_cli.session import Outcome
+    from footcal_cli.session.session import Outcome
     from footcal_cli.sheets import simulated as sheets
 
     robot = _robot(session, options.experiment)
@@ -290,10 +290,10 @@ def _motion(
     session: Session[SimulateOptions], robot: Biped | Hexapod
 ) -> dict[str, FloatArray] | None:
     """The columns of a recorded motion, None where the motion is planned."""
-    from footcal_cli.columns import Column, TableType
     from footcal_cli.core.simulation.recorded import motion_columns
     from footcal_cli.core.simulation.robots import Biped
     from footcal_cli.errors import UsageError
+    from footcal_cli.tables.columns import Column, TableType
 
     if not session.paths("motion"):
         return None
@@ -320,7 +320,7 @@ def _given(session: Session[SimulateOptions]) -> dict[str, float] | None:
 def _write(scenario: Scenario, stem: str, path: Path) -> None:
     import pandas as pd
 
-    from footcal_cli.tables import write_parquet
+    from footcal_cli.tables.table import write_parquet
 
     write_parquet(pd.DataFrame(dict(scenario.files[stem])), path)
 

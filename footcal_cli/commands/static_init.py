@@ -27,9 +27,9 @@ from footcal_cli.recipe import CommandOptions, metres
 if TYPE_CHECKING:
     from footcal_cli.core.stance_curve import CurvePoint
     from footcal_cli.core.static_init import StanceErrors, StanceRows, StaticInit
-    from footcal_cli.intake import Recording
+    from footcal_cli.intake.recordings import Recording
     from footcal_cli.report import Picture
-    from footcal_cli.session import Outcome, Session
+    from footcal_cli.session.session import Outcome, Session
 
 
 class StaticInitOptions(CommandOptions):
@@ -94,7 +94,7 @@ def static_init(
 
 def _stand(session: Session[StaticInitOptions]) -> Outcome:
     from footcal_cli.core.online.streams import MergeRule
-    from footcal_cli.intake import is_six_axis_robot, read_recordings
+    from footcal_cli.intake.recordings import is_six_axis_robot, read_recordings
 
     options = session.options
     rule = MergeRule(delay_s=options.delay_s, cutoff_hz=options.cutoff_hz)
@@ -123,7 +123,7 @@ def _cells(session: Session[StaticInitOptions], recordings: Sequence[Recording])
     from footcal_cli.core.static_init import fit_static, stance_errors, stance_rows
     from footcal_cli.records.results import FindingRecord
     from footcal_cli.report import Report
-    from footcal_cli.session import Outcome
+    from footcal_cli.session.session import Outcome
     from footcal_cli.sheets import stand as sheets
 
     options, robot = session.options, session.recipe.robot

@@ -10,8 +10,8 @@ from pydantic import Field, model_validator
 from footcal_cli.core.parameters import Estimates, FloatArray, Status
 from footcal_cli.core.quality import Finding
 from footcal_cli.errors import UsageError, nearest
-from footcal_cli.own_effects import OwnEffect
 from footcal_cli.records.files import Record, Versioned
+from footcal_cli.records.own_effects import OwnEffect
 
 _LARGEST = 1e30
 """Larger values and sds overflow when they are squared."""

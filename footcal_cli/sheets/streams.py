@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from footcal_cli.intake import Recording
+from footcal_cli.intake.recordings import Recording
 from footcal_cli.records.results import FindingRecord
 from footcal_cli.report import plural
 

@@ -7,13 +7,13 @@ from dataclasses import fields, replace
 
 import numpy as np
 
-from footcal_cli.cell_effects import cells_in_feet
 from footcal_cli.core.online.comparison import Comparison
 from footcal_cli.core.online.evidence import Interval
 from footcal_cli.core.online.filter import Noise
 from footcal_cli.core.online.memory import LEARNT_RATIO
 from footcal_cli.core.online.sensitivity import Sensitivity
 from footcal_cli.core.parameters import Status
+from footcal_cli.intake.cell_effects import cells_in_feet
 from footcal_cli.plots import walk as plots
 from footcal_cli.recipe import Robot
 from footcal_cli.records.results import RmseRecord, RmseRow, VerdictRecord

@@ -12,12 +12,12 @@ from typing import Literal
 import numpy as np
 
 from footcal_cli.core.parameters import FloatArray, IntArray
-from footcal_cli.logfiles import RawColumn, column_names, is_parquet, raw_columns
-from footcal_cli.reading import Layout
 from footcal_cli.sniff.names import NameGuess, name_guess
 from footcal_cli.sniff.text import TextGuess, guess_text
 from footcal_cli.sniff.tokens import HEXADECIMAL, date_format, with_unit
 from footcal_cli.sniff.units import MASSES, WEIGHTS, known_unit
+from footcal_cli.tables.logfiles import RawColumn, column_names, is_parquet, raw_columns
+from footcal_cli.tables.reading import Layout
 
 Sure = Literal["sure", "likely", "guess"]
 _FEW = 25

@@ -6,7 +6,7 @@ import re
 from collections import Counter
 from dataclasses import replace
 
-from footcal_cli.reading import Layout
+from footcal_cli.tables.reading import Layout
 
 _NUMBER = r"[+-]?(?:\d+\.\d+|\d+)(?:[eE][+-]?\d+)?"
 _STAMP = r"(?:\d{4}-\d\d-\d\d[ T])?\d\d:\d\d:\d\d(?:[.,]\d+)?"

@@ -6,11 +6,11 @@ import os.path
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-from footcal_cli.columns import body_table
-from footcal_cli.reading import BLANKS, Layout
 from footcal_cli.sniff.columns import FileGuess
 from footcal_cli.sniff.file_names import Part
 from footcal_cli.sniff.plan import Entry, Plan
+from footcal_cli.tables.columns import body_table
+from footcal_cli.tables.reading import BLANKS, Layout
 
 
 def recipe_text(parts: Sequence[Part], target: Path, command_line: str) -> str:

@@ -12,11 +12,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from footcal_cli.errors import DataError
-from footcal_cli.reading import BLANKS, Layout
 from footcal_cli.sniff.freeform import free_form
 from footcal_cli.sniff.tokens import NOTHING, is_moment, is_number, number_signs, worth
 from footcal_cli.sniff.units import looks_like_units
-from footcal_cli.textfiles import regular_file, unreadable
+from footcal_cli.tables.reading import BLANKS, Layout
+from footcal_cli.tables.textfiles import regular_file, unreadable
 
 _MOST = 2**20
 """Bytes that are looked at."""

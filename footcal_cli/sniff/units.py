@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from footcal_cli.units import SPELLINGS
+from footcal_cli.tables.units import SPELLINGS
 
 _ALSO = {
     "newton": "N", "newtons": "N", "kilogram": "kg", "kilograms": "kg", "gram": "g", "grams": "g",

@@ -35,7 +35,7 @@ from footcal_cli.core.simulation.scenario import (
 )
 from footcal_cli.records.files import write_record
 from footcal_cli.records.results import EffectRecord, TruthRecord
-from footcal_cli.tables import write_parquet
+from footcal_cli.tables.table import write_parquet
 
 HERE = Path(__file__).resolve().parent
 CALIBRATION_SEED = 11

@@ -10,8 +10,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from footcal_cli.cell_effects import temperature_assumed, temperature_doubt, temperature_range
-from footcal_cli.columns import cells_table
 from footcal_cli.core.bench.cop_models import corrected_cop_m
 from footcal_cli.core.bench.matrix import bias_of, mixing_of
 from footcal_cli.core.chain import Chain, Link, link
@@ -22,6 +20,11 @@ from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.plausibility import check_total_force
 from footcal_cli.errors import UsageError
+from footcal_cli.intake.cell_effects import (
+    temperature_assumed,
+    temperature_doubt,
+    temperature_range,
+)
 from footcal_cli.records.effects import effect_of
 from footcal_cli.records.files import read_record
 from footcal_cli.records.results import (
@@ -32,17 +35,18 @@ from footcal_cli.records.results import (
     VerdictRecord,
 )
 from footcal_cli.report import Report, Sheet, number
-from footcal_cli.run_folder import scratch
-from footcal_cli.session import Outcome
-from footcal_cli.tables import write_parquet_pieces
+from footcal_cli.session.run_folder import scratch
+from footcal_cli.session.session import Outcome
+from footcal_cli.tables.columns import cells_table
+from footcal_cli.tables.table import write_parquet_pieces
 
 _MOST_KEPT = 2**20
 """Values from which a median is told; of longer logs every second, fourth …"""
 
 if TYPE_CHECKING:
     from footcal_cli.commands.apply import ApplyOptions
-    from footcal_cli.session import Session
-    from footcal_cli.tables import Table
+    from footcal_cli.session.session import Session
+    from footcal_cli.tables.table import Table
 
 
 def _forces(

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from footcal_cli.columns import legs_table, poses_table
 from footcal_cli.commands.parts.pose_outcome import WRENCH_COLUMNS, calibration_of, mounting_of
 from footcal_cli.commands.parts.six_axis_logs import frames_of_tables, geometry_of, without_effects
 from footcal_cli.core.plausibility import check_total_force
@@ -21,13 +20,14 @@ from footcal_cli.errors import DataError, UsageError
 from footcal_cli.plots.feet import plot_feet, plot_groups, stepping_together
 from footcal_cli.records.results import RmseRecord
 from footcal_cli.report import Picture, Report
-from footcal_cli.session import Outcome
+from footcal_cli.session.session import Outcome
 from footcal_cli.sheets import feet as sheets
+from footcal_cli.tables.columns import legs_table, poses_table
 
 if TYPE_CHECKING:
     from footcal_cli.commands.apply import ApplyOptions
-    from footcal_cli.session import Session
-    from footcal_cli.tables import Table
+    from footcal_cli.session.session import Session
+    from footcal_cli.tables.table import Table
 
 
 def _pose_names(tables: Sequence[Table]) -> NDArray[np.str_]:
@@ -112,7 +112,7 @@ def apply_legs(session: Session[ApplyOptions]) -> Outcome:
     def write(path: Path) -> None:
         import pandas as pd
 
-        from footcal_cli.tables import write_parquet
+        from footcal_cli.tables.table import write_parquet
 
         stamps, count = after.shape[:2]
         table = pd.DataFrame(

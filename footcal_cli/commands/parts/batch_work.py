@@ -15,11 +15,11 @@ from pathlib import Path
 from footcal_cli import __version__
 from footcal_cli.batch.plan import Job
 from footcal_cli.errors import FootcalError, UsageError, lacks_memory, of_machine
-from footcal_cli.logfiles import digest
 from footcal_cli.records.batch import SessionRecord
 from footcal_cli.records.files import read_record, write_record
 from footcal_cli.records.results import ParametersRecord, RmseRecord, RunRecord
-from footcal_cli.run_folder import claims
+from footcal_cli.session.run_folder import claims
+from footcal_cli.tables.logfiles import digest
 
 EXIT_BUG = 70
 EXIT_DIED = 137

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
     from footcal_cli.recipe import Robot
     from footcal_cli.records.results import ParametersRecord
-    from footcal_cli.tables import Table
+    from footcal_cli.tables.table import Table
 
 ROWS_OF_A_RECORDING = 20
 """More rows than this per load and session, closer than a second, are samples of a recording."""

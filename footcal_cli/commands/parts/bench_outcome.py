@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from footcal_cli.core.bench.study import ChannelStudy
     from footcal_cli.core.parameters import Estimates
     from footcal_cli.records.results import CopCorrectionsRecord, ParametersRecord, VerdictRecord
-    from footcal_cli.session import Outcome, Session
+    from footcal_cli.session.session import Outcome, Session
 
 
 def outcome_of(
@@ -33,7 +33,7 @@ def outcome_of(
 
     from footcal_cli.records.results import FindingRecord, RmseRecord
     from footcal_cli.report import Report
-    from footcal_cli.session import Outcome
+    from footcal_cli.session.session import Outcome
     from footcal_cli.sheets.ladder import change_sheet
 
     changes, since = _changes(session, estimates, feet)
@@ -69,7 +69,7 @@ def outcome_of(
 
 
 def _write_frame(frame: pd.DataFrame, path: Path) -> None:
-    from footcal_cli.tables import write_parquet
+    from footcal_cli.tables.table import write_parquet
 
     write_parquet(frame, path)
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
         ParametersRecord,
         Range,
     )
-    from footcal_cli.session import Session
+    from footcal_cli.session.session import Session
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,8 @@ if TYPE_CHECKING:
     from footcal_cli.commands.diagnose import DiagnoseOptions
     from footcal_cli.commands.parts.diagnose_cases import CaseRead
     from footcal_cli.core.inference.lines import Series
-    from footcal_cli.intake import Recording
-    from footcal_cli.session import Session
+    from footcal_cli.intake.recordings import Recording
+    from footcal_cli.session.session import Session
 
 
 PAUSE_S = 60.0
@@ -44,7 +44,7 @@ def read_balanced(session: Session[DiagnoseOptions]) -> CaseRead:
     from footcal_cli.core.online.streams import MergeRule
     from footcal_cli.core.parameters import ParameterSet
     from footcal_cli.errors import DataError
-    from footcal_cli.intake import read_recordings
+    from footcal_cli.intake.recordings import read_recordings
 
     kind = session.options.experiment
     experiment = walk.EXPERIMENT if kind == "walk" else stand.EXPERIMENT

@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     from footcal_cli.core.parameters import FloatArray, Parameter
     from footcal_cli.core.quality import Finding
     from footcal_cli.records.results import ParametersRecord
-    from footcal_cli.session import Session
-    from footcal_cli.tables import Table
+    from footcal_cli.session.session import Session
+    from footcal_cli.tables.table import Table
 
 OF_CELLS = "a word for load cells; transducers have scale_matrix, cross_coupling and axis_flip"
 
@@ -46,7 +46,7 @@ def read_case(session: Session[DiagnoseOptions]) -> CaseRead:
     from footcal_cli.commands.parts.diagnose_pose import read_pose
     from footcal_cli.commands.parts.diagnose_six_axis_feet import read_six_axis_feet
     from footcal_cli.commands.parts.diagnose_weights import read_weights
-    from footcal_cli.intake import is_six_axis_robot
+    from footcal_cli.intake.recordings import is_six_axis_robot
 
     on_feet = read_six_axis_feet if is_six_axis_robot(session.recipe.robot) else read_balanced
     builders = {

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from footcal_cli.core.hang.joint import HangFit
     from footcal_cli.core.log import Log
     from footcal_cli.core.parameters import Parameter
-    from footcal_cli.session import Session
+    from footcal_cli.session.session import Session
 
 FITTED = "weight, CoM and tilts are fitted to these very logs and take it up"
 
@@ -36,7 +36,6 @@ def read_hang(session: Session[DiagnoseOptions]) -> CaseRead:
     matter of the recording, whatever calibration was given. Effects of an extended calibration
     stay in the model.
     """
-    from footcal_cli.columns import hang_table
     from footcal_cli.commands.hang_calib import HangCalibOptions, asked_of, hanging_axes
     from footcal_cli.commands.parts.diagnose_cases import CaseRead, needs_time
     from footcal_cli.commands.parts.hang_logs import leg_logs
@@ -47,6 +46,7 @@ def read_hang(session: Session[DiagnoseOptions]) -> CaseRead:
     from footcal_cli.core.inference.case import Case
     from footcal_cli.core.parameters import ParameterSet
     from footcal_cli.recipe import validated
+    from footcal_cli.tables.columns import hang_table
 
     recipe = session.recipe
     asked = validated(

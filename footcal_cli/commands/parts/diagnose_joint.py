@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from footcal_cli.core.diagnosis.rules import Rules
     from footcal_cli.core.effects.contract import Effect
     from footcal_cli.records.results import ParameterRecord, ParametersRecord, RmseRecord
-    from footcal_cli.session import Outcome, Session
+    from footcal_cli.session.session import Outcome, Session
 
 
 def diagnosed_together(
@@ -27,7 +27,7 @@ def diagnosed_together(
     from footcal_cli.core.diagnosis.rules import Rules
     from footcal_cli.records.results import FindingRecord
     from footcal_cli.report import Report
-    from footcal_cli.session import Outcome
+    from footcal_cli.session.session import Outcome
     from footcal_cli.sheets.diagnosis.joint import (
         experiment_sheet,
         joint_record,

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from footcal_cli.records.diagnosis import DiagnosisRecord
     from footcal_cli.records.results import ParametersRecord, RmseRecord
     from footcal_cli.report import Picture
-    from footcal_cli.session import Outcome, Session
+    from footcal_cli.session.session import Outcome, Session
 
 
 def outcome_of(
@@ -36,7 +36,7 @@ def outcome_of(
     from footcal_cli.core.diagnosis.movement import movements
     from footcal_cli.records.results import FindingRecord
     from footcal_cli.report import Report
-    from footcal_cli.session import Outcome
+    from footcal_cli.session.session import Outcome
     from footcal_cli.sheets.diagnosis.answer import answer_of
     from footcal_cli.sheets.diagnosis.evidence import evidence_sheet, untested_sheet
     from footcal_cli.sheets.diagnosis.experiment import menu_sheets

@@ -13,14 +13,13 @@ if TYPE_CHECKING:
     from footcal_cli.core.parameters import FloatArray
     from footcal_cli.core.quality import Finding
     from footcal_cli.records.results import ParametersRecord
-    from footcal_cli.session import Session
+    from footcal_cli.session.session import Session
 
 
 def read_placements(session: Session[DiagnoseOptions]) -> CaseRead:
     """One log per foot, a row per placement and weight; blocks are holes."""
     import numpy as np
 
-    from footcal_cli.columns import placements_table
     from footcal_cli.commands.parts.diagnose_cases import (
         CaseRead,
         affine_parameters,
@@ -39,6 +38,7 @@ def read_placements(session: Session[DiagnoseOptions]) -> CaseRead:
         find_copied_rows,
     )
     from footcal_cli.errors import UsageError
+    from footcal_cli.tables.columns import placements_table
 
     findings: list[Finding] = []
     robot = session.recipe.robot

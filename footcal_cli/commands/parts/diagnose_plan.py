@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from footcal_cli.core.diagnosis.rig import Rig
     from footcal_cli.core.effects.contract import Effect
     from footcal_cli.records.diagnosis import DiagnosisRecord
-    from footcal_cli.session import Outcome, Session
+    from footcal_cli.session.session import Outcome, Session
 
 
 def planned(session: Session[DiagnoseOptions]) -> Outcome:
@@ -21,7 +21,7 @@ def planned(session: Session[DiagnoseOptions]) -> Outcome:
     from footcal_cli.records.diagnosis import NextExperimentRecord, PlanRecord
     from footcal_cli.records.results import VerdictRecord
     from footcal_cli.report import Report
-    from footcal_cli.session import Outcome
+    from footcal_cli.session.session import Outcome
     from footcal_cli.sheets.diagnosis.experiment import (
         experiment_record,
         experiment_words,

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from footcal_cli.core.chain import Chain
     from footcal_cli.core.parameters import IntArray, Parameter
     from footcal_cli.core.pose.data import Geometry
-    from footcal_cli.session import Session
+    from footcal_cli.session.session import Session
 
 POSES_PER_BLOCK = 7
 MOST_BLOCKS = 24

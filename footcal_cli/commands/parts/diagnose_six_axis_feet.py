@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from footcal_cli.core.inference.tracking import Direction
     from footcal_cli.core.log import Log
     from footcal_cli.core.parameters import Parameter
-    from footcal_cli.session import Session
+    from footcal_cli.session.session import Session
 
 _JUDGED_HZ = 20.0
 
@@ -30,7 +30,7 @@ def read_six_axis_feet(session: Session[DiagnoseOptions]) -> CaseRead:
     from footcal_cli.core.inference.case import Case
     from footcal_cli.core.online.streams import MergeRule
     from footcal_cli.core.parameters import ParameterSet
-    from footcal_cli.intake import read_recordings
+    from footcal_cli.intake.recordings import read_recordings
 
     kind, options = session.options.experiment, session.options
     experiment = walk.ON_SIX_AXIS if kind == "walk" else stand.ON_SIX_AXIS

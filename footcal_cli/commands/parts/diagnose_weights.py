@@ -12,8 +12,8 @@ if TYPE_CHECKING:
     from footcal_cli.core.log import Log
     from footcal_cli.core.parameters import FloatArray
     from footcal_cli.core.quality import Finding
-    from footcal_cli.session import Session
-    from footcal_cli.tables import Table
+    from footcal_cli.session.session import Session
+    from footcal_cli.tables.table import Table
 
 RECORDING_TAU_S = 2.0
 """Autocorrelation time assumed when one recording is cut into blocks."""
@@ -23,7 +23,6 @@ def read_weights(session: Session[DiagnoseOptions]) -> CaseRead:
     """One log per channel; blocks are sessions of a channel."""
     import numpy as np
 
-    from footcal_cli.columns import weights_table
     from footcal_cli.commands.parts.diagnose_cases import (
         CaseRead,
         affine_parameters,
@@ -35,7 +34,8 @@ def read_weights(session: Session[DiagnoseOptions]) -> CaseRead:
     from footcal_cli.core.inference.case import Case
     from footcal_cli.core.parameters import ParameterSet
     from footcal_cli.core.quality import copied_rows_finding
-    from footcal_cli.inspection import weights_findings
+    from footcal_cli.session.inspection import weights_findings
+    from footcal_cli.tables.columns import weights_table
 
     findings: list[Finding] = []
     streams = _running(session)
@@ -110,7 +110,7 @@ def _row_logs(tables: Sequence[Table]) -> tuple[list[Log], bool, FloatArray]:
 
 def _running(session: Session[DiagnoseOptions]) -> list[Table]:
     """Running recordings whose loads are recorded at every sample, or given in order of time."""
-    from footcal_cli.columns import weights_stream_table
+    from footcal_cli.tables.columns import weights_stream_table
 
     channels = session.recipe.robot.cell_names
     if not channels:

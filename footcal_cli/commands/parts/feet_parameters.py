@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from footcal_cli.core.parameters import Estimates
     from footcal_cli.records.results import ParametersRecord
-    from footcal_cli.session import Session
+    from footcal_cli.session.session import Session
 
 SIX_AXIS_SIGNS = {
     "static-init": "reading = applied wrench + offset",

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from footcal_cli.columns import GRAVITY, QUATERNION
 from footcal_cli.commands.parts.six_axis_logs import WRENCH_COLUMNS, without_effects
 from footcal_cli.core.attitude import gravity_in
 from footcal_cli.core.hang.intake import (
@@ -21,11 +20,12 @@ from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray, IntArray
 from footcal_cli.core.spatial import rotation_of_quaternion, rotation_of_rpy
 from footcal_cli.errors import DataError, UsageError
+from footcal_cli.tables.columns import GRAVITY, QUATERNION
 
 if TYPE_CHECKING:
     from footcal_cli.recipe import Recipe
     from footcal_cli.records.results import ParametersRecord
-    from footcal_cli.tables import Table
+    from footcal_cli.tables.table import Table
 
 
 def leg_logs(

@@ -7,18 +7,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from footcal_cli.columns import Column, TableType, base_columns
 from footcal_cli.core.kinematics import Accelerations, Posture, quaternion_of_rpy, unit_quaternion
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.errors import DataError, UsageError, nearest
-from footcal_cli.reading import ForeignColumn
-from footcal_cli.rigid_body import RigidBody
-from footcal_cli.sources import source_names
-from footcal_cli.tables import Table, read_table
+from footcal_cli.intake.rigid_body import RigidBody
+from footcal_cli.tables.columns import Column, TableType, base_columns
+from footcal_cli.tables.reading import ForeignColumn
+from footcal_cli.tables.sources import source_names
+from footcal_cli.tables.table import Table, read_table
 
 if TYPE_CHECKING:
     from footcal_cli.commands.kinematics import KinematicsOptions
-    from footcal_cli.session import Session
+    from footcal_cli.session.session import Session
 
 _POSITION = tuple(f"base_{axis}_m" for axis in "xyz")
 _QUATERNION = tuple(f"base_q{axis}" for axis in "xyzw")
@@ -187,7 +187,7 @@ def feet_frames(session: Session[KinematicsOptions], body: RigidBody) -> dict[st
 def body_columns(
     time_s: FloatArray, posture: Posture, found: Accelerations, feet: tuple[str, ...]
 ) -> dict[str, FloatArray]:
-    """Columns of the body table (`footcal_cli.columns.body_table`) and the filtered terms."""
+    """Columns of `footcal_cli.tables.columns.body_table`, and the filtered terms."""
     columns = {"time_s": time_s}
     for i, axis in enumerate("xyz"):
         columns[f"com_{axis}_m"] = posture.com_m[:, i]

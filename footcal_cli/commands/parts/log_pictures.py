@@ -7,7 +7,6 @@ from functools import partial
 
 import numpy as np
 
-from footcal_cli.columns import TableType
 from footcal_cli.core.parameters import BoolArray, FloatArray
 from footcal_cli.core.quality import Finding
 from footcal_cli.core.readings import find_end_codes, find_frozen, find_glitches
@@ -15,7 +14,8 @@ from footcal_cli.core.signals import gaps_of
 from footcal_cli.plots.log import Drawing, Panel, plot_channels, plot_weights
 from footcal_cli.recipe import Robot
 from footcal_cli.report import Picture
-from footcal_cli.tables import Table
+from footcal_cli.tables.columns import TableType
+from footcal_cli.tables.table import Table
 
 _LEG_PANELS = {"force (N)": ("fx_n", "fy_n", "fz_n"), "torque (Nm)": ("tx_nm", "ty_nm", "tz_nm")}
 _WORDS = {

@@ -15,18 +15,18 @@ from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.online.memory import memory_estimates
 from footcal_cli.core.online.parts import ENOUGH_CYCLES, Part, Walk
 from footcal_cli.core.online.streams import MergeRule
-from footcal_cli.long_walks import LongWalk
+from footcal_cli.intake.long_walks import LongWalk
 from footcal_cli.records.results import FindingRecord
 from footcal_cli.report import Report
-from footcal_cli.run_folder import scratch
-from footcal_cli.session import Outcome
+from footcal_cli.session.run_folder import scratch
+from footcal_cli.session.session import Outcome
 from footcal_cli.sheets import walk as sheets
 from footcal_cli.sheets.streams import stream_findings
-from footcal_cli.tables import write_parquet_pieces
+from footcal_cli.tables.table import write_parquet_pieces
 
 if TYPE_CHECKING:
     from footcal_cli.commands.online_replay import OnlineReplayOptions
-    from footcal_cli.session import Session
+    from footcal_cli.session.session import Session
 
 
 def replay_long(session: Session[OnlineReplayOptions], rule: MergeRule) -> Outcome:

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from footcal_cli.columns import legs_table, poses_table
 from footcal_cli.commands.parts.six_axis_logs import (
     frames_of_tables,
     geometry_of,
@@ -18,14 +17,15 @@ from footcal_cli.core.pose.hanging import LegKnowledge, stored_knowledge
 from footcal_cli.core.pose.intake import Frames, pose_log
 from footcal_cli.core.quality import Finding
 from footcal_cli.errors import DataError, UsageError
+from footcal_cli.tables.columns import legs_table, poses_table
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from footcal_cli.commands.pose_calib import PoseCalibOptions
     from footcal_cli.core.log import Log
-    from footcal_cli.session import Session
-    from footcal_cli.tables import Table
+    from footcal_cli.session.session import Session
+    from footcal_cli.tables.table import Table
 
 _MOST_NAMED = 8
 

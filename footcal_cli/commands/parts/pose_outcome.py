@@ -39,12 +39,12 @@ from footcal_cli.records.results import (
     parameter_records,
 )
 from footcal_cli.report import Picture, Report
-from footcal_cli.session import Outcome
+from footcal_cli.session.session import Outcome
 from footcal_cli.sheets import pose as sheets
 
 if TYPE_CHECKING:
     from footcal_cli.commands.pose_calib import PoseCalibOptions
-    from footcal_cli.session import Session
+    from footcal_cli.session.session import Session
 
 WRENCH_COLUMNS = ("fx_w_n", "fy_w_n", "fz_w_n", "tx_w_nm", "ty_w_nm", "tz_w_nm")
 SIGNS = (
@@ -320,7 +320,7 @@ def _models_writer(candidates: Sequence[Candidate]) -> Callable[[Path], None]:
     def write(path: Path) -> None:
         import pandas as pd
 
-        from footcal_cli.tables import write_parquet
+        from footcal_cli.tables.table import write_parquet
 
         rows = [
             {
@@ -344,7 +344,7 @@ def wrench_writer(data: PoseData, calibration: FootCalibration) -> Callable[[Pat
     def write(path: Path) -> None:
         import pandas as pd
 
-        from footcal_cli.tables import write_parquet
+        from footcal_cli.tables.table import write_parquet
 
         wrench = foot_wrenches(data, calibration)
         poses, legs = wrench.shape[:2]

@@ -6,18 +6,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from footcal_cli.columns import six_axis_feet_table
 from footcal_cli.core.hang.model import AXES
 from footcal_cli.core.pose.series import SEEN, UNKNOWN, SeriesFit, fit_series, series_words
 from footcal_cli.errors import DataError, UsageError
 from footcal_cli.plots.pose import plot_series
 from footcal_cli.records.results import RmseRecord, RmseRow, VerdictRecord
 from footcal_cli.report import Picture, Report, Sheet, number, with_sd
-from footcal_cli.session import Outcome
+from footcal_cli.session.session import Outcome
+from footcal_cli.tables.columns import six_axis_feet_table
 
 if TYPE_CHECKING:
     from footcal_cli.commands.pose_calib import PoseCalibOptions
-    from footcal_cli.session import Session
+    from footcal_cli.session.session import Session
 
 
 def series_outcome(session: Session[PoseCalibOptions]) -> Outcome:

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from footcal_cli.columns import truth_table
 from footcal_cli.core.experiments.walk import channel_contact
 from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.online.comparison import Settings
@@ -20,13 +19,14 @@ from footcal_cli.core.online.window import WindowRule
 from footcal_cli.core.online.windows import GivenWeights
 from footcal_cli.core.parameters import Estimates, FloatArray
 from footcal_cli.core.signals import interpolate_stream
-from footcal_cli.intake import estimates_of
-from footcal_cli.session import read_calibration
-from footcal_cli.tables import read_table
+from footcal_cli.intake.recordings import estimates_of
+from footcal_cli.session.session import read_calibration
+from footcal_cli.tables.columns import truth_table
+from footcal_cli.tables.table import read_table
 
 if TYPE_CHECKING:
     from footcal_cli.commands.online_replay import OnlineReplayOptions
-    from footcal_cli.session import Session
+    from footcal_cli.session.session import Session
 
 
 def settings_of(

@@ -30,7 +30,7 @@ from footcal_cli.records.effects import effect_of
 if TYPE_CHECKING:
     from footcal_cli.recipe import Leg
     from footcal_cli.records.results import ParametersRecord
-    from footcal_cli.tables import Table
+    from footcal_cli.tables.table import Table
 
 WRENCH_COLUMNS = tuple(f"{a}_{'n' if a.startswith('f') else 'nm'}" for a in AXES)
 QUATERNION_COLUMNS = tuple(f"body_q{a}" for a in "xyzw")

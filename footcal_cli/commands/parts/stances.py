@@ -10,9 +10,9 @@ if TYPE_CHECKING:
     from footcal_cli.core.inference.observability import NextStep
     from footcal_cli.core.quiet import QuietSet
     from footcal_cli.core.static_init import StanceRows
-    from footcal_cli.intake import Recording
+    from footcal_cli.intake.recordings import Recording
     from footcal_cli.records.results import FindingRecord
-    from footcal_cli.session import Session
+    from footcal_cli.session.session import Session
 
 
 _MISFIT = 3.0

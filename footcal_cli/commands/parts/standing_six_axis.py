@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from footcal_cli.commands.static_init import StaticInitOptions
-    from footcal_cli.intake import Recording
-    from footcal_cli.session import Outcome, Session
+    from footcal_cli.intake.recordings import Recording
+    from footcal_cli.session.session import Outcome, Session
 
 
 def standing_on_six_axis(
@@ -26,7 +26,7 @@ def standing_on_six_axis(
     from footcal_cli.plots.stand import plot_beliefs, plot_directions
     from footcal_cli.records.results import VerdictRecord
     from footcal_cli.report import Picture, Report
-    from footcal_cli.session import Outcome
+    from footcal_cli.session.session import Outcome
     from footcal_cli.sheets import stand as sheets
 
     with session.step("fit"):

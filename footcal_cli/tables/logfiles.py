@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footcal_cli.core.parameters import BoolArray, IntArray
-from footcal_cli.delimited import text_names, text_table
 from footcal_cli.errors import DataError
-from footcal_cli.reading import Layout
-from footcal_cli.textfiles import regular_file, short, unreadable
+from footcal_cli.tables.delimited import text_names, text_table
+from footcal_cli.tables.reading import Layout
+from footcal_cli.tables.textfiles import regular_file, short, unreadable
 
 if TYPE_CHECKING:  # imported where they are used: a refusal waits for neither
     import pandas as pd

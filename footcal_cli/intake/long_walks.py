@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import numpy as np
 
-from footcal_cli.cell_effects import cells_in_feet, without_cell_effects
-from footcal_cli.columns import TableType, body_table, cells_table, truth_table
 from footcal_cli.core.body_stream import check_overlap
 from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.online.parts import AHEAD_S, BEFORE_S, ENOUGH_CYCLES, PART_S, Part
@@ -20,20 +18,22 @@ from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.plausibility import check_total_force, check_walking_cells
 from footcal_cli.core.quality import Finding
 from footcal_cli.core.signals import Clock, gaps_of, interpolate_stream
-from footcal_cli.inspection import over_pieces
-from footcal_cli.intake import (
+from footcal_cli.intake.cell_effects import cells_in_feet, without_cell_effects
+from footcal_cli.intake.recordings import (
     Recording,
     body_stream_of,
     prior_belief,
     sensor_stream_of,
     wiring_of,
 )
-from footcal_cli.longfiles import give_back, rows_about
-from footcal_cli.tables import Table, read_pieces
-from footcal_cli.walk_length import pieces_of
+from footcal_cli.intake.walk_length import pieces_of
+from footcal_cli.session.inspection import over_pieces
+from footcal_cli.tables.columns import TableType, body_table, cells_table, truth_table
+from footcal_cli.tables.longfiles import give_back, rows_about
+from footcal_cli.tables.table import Table, read_pieces
 
 if TYPE_CHECKING:
-    from footcal_cli.session import Session
+    from footcal_cli.session.session import Session
 
 _LONGEST_GAP = 5.0
 """Sampling periods of the truth across which it is interpolated."""
@@ -137,7 +137,7 @@ class LongWalk:
     Parameters
     ----------
     session, rule
-        As `footcal_cli.intake.read_recordings`.
+        As `footcal_cli.intake.recordings.read_recordings`.
     update_hz
         Rate of the filter's updates: parts begin with one.
     read

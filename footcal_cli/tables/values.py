@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from footcal_cli.columns import Column
 from footcal_cli.errors import DataError
-from footcal_cli.logfiles import RawColumn
-from footcal_cli.textfiles import short
+from footcal_cli.tables.columns import Column
+from footcal_cli.tables.logfiles import RawColumn
+from footcal_cli.tables.textfiles import short
 
 LARGEST = 1e30
 """No reading is larger; squares and their sums stay far from overflow."""

@@ -16,7 +16,7 @@ import numpy as np
 from footcal_cli.core.kinematics import Posture
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.errors import DataError, UsageError, missing_library, nearest
-from footcal_cli.textfiles import read_text
+from footcal_cli.tables.textfiles import read_text
 
 INSTALL = "pip install 'pin>=3.1'"
 _LARGEST_URDF_BYTES = 64 * 2**20

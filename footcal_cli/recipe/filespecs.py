@@ -8,8 +8,8 @@ from typing import Literal, Self
 
 from pydantic import Field, model_validator
 
-from footcal_cli.models import Frozen
-from footcal_cli.reading import BLANKS, ForeignColumn, Layout
+from footcal_cli.records.models import Frozen
+from footcal_cli.tables.reading import BLANKS, ForeignColumn, Layout
 
 
 class Place(Frozen):
@@ -50,11 +50,11 @@ class Place(Frozen):
             if with_unit and self.unit is None:
                 raise ValueError("a pattern that finds units needs the unit they become: unit")
         if self.nanoseconds and not self.column:
-            raise ValueError("nanoseconds stand beside a column of whole seconds")
+            raise ValueError("nanoseconds stand next to a column of whole seconds")
         return self
 
     def foreign(self) -> ForeignColumn:
-        """In the form that `footcal_cli.tables` reads."""
+        """In the form that `footcal_cli.tables.table` reads."""
         return ForeignColumn(**self.model_dump())
 
 
@@ -131,7 +131,7 @@ class FileSpec(Frozen):
             if text and not _expression(text).groupindex:
                 raise ValueError(f"'{text}' has no named group such as (?P<counts>…)")
         if self.carried and not self.line:
-            raise ValueError("carried stands beside line only")
+            raise ValueError("carried stands together with line only")
         return self
 
     def layout(self) -> Layout:

@@ -1,8 +1,8 @@
 """What a log or a calibration says against the recipe and against itself, whoever reads it.
 
-`footcal_cli.session` asks for it whenever a command reads a file, so that every command hears the
-same of the same file. What needs a calibration or two streams is asked where they come together
-(`footcal_cli.intake`).
+`footcal_cli.session.session` asks for it whenever a command reads a file, so that every command
+hears the same of the same file. What needs a calibration or two streams is asked where they come
+together (`footcal_cli.intake.recordings`).
 """
 
 from __future__ import annotations
@@ -12,7 +12,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from footcal_cli.columns import TableType
 from footcal_cli.core import body_stream, quality, readings
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.plausibility import check_scale, check_shares
@@ -20,7 +19,8 @@ from footcal_cli.core.quality import Finding
 from footcal_cli.core.wiring import check_exchanged_cells
 from footcal_cli.recipe import Robot
 from footcal_cli.records.results import ParametersRecord
-from footcal_cli.tables import Table
+from footcal_cli.tables.columns import TableType
+from footcal_cli.tables.table import Table
 
 _SLOWEST_LEGS_S, _SLOWEST_BENCH_S = 5.0, 60.0
 """Longest usual interval of hanging legs and of weighing; walking and standing are faster."""

@@ -14,13 +14,13 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
-from footcal_cli.columns import canonical_names, is_canonical
 from footcal_cli.errors import UsageError, nearest
-from footcal_cli.filespecs import FileSpec, Place, as_file, as_places
-from footcal_cli.models import Frozen, validated
-from footcal_cli.own_effects import OwnEffect
-from footcal_cli.reading import ForeignColumn, Join, Reading
-from footcal_cli.textfiles import read_text
+from footcal_cli.recipe.filespecs import FileSpec, Place, as_file, as_places
+from footcal_cli.records.models import Frozen, validated
+from footcal_cli.records.own_effects import OwnEffect
+from footcal_cli.tables.columns import canonical_names, is_canonical
+from footcal_cli.tables.reading import ForeignColumn, Join, Reading
+from footcal_cli.tables.textfiles import read_text
 
 __all__ = [
     "CommandOptions", "Frozen", "Gates", "Recipe", "Robot", "metres", "read_recipe", "validated",

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from footcal_cli.columns import TableType, body_table, cells_table
-from footcal_cli.tables import Table, read_pieces
+from footcal_cli.tables.columns import TableType, body_table, cells_table
+from footcal_cli.tables.table import Table, read_pieces
 
 if TYPE_CHECKING:
-    from footcal_cli.session import Session
+    from footcal_cli.session.session import Session
 
 LONG_S = 1200.0
 """Walks longer than this are run in parts."""

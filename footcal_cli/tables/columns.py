@@ -1,6 +1,7 @@
 """The column contract of logs: which columns each kind of log has, and in which unit.
 
-A canonical column carries its unit as suffix. `footcal_cli.tables` reads files into this form.
+A canonical column carries its unit as suffix. `footcal_cli.tables.table` reads files into this
+form.
 """
 
 from __future__ import annotations

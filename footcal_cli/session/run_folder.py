@@ -1,7 +1,7 @@
 """The run folder: claimed by one writer, written under a temporary name, put in place in one step.
 
 What stands under the folder's name is a whole result at every moment: the earlier one or the new
-one. Imported by `footcal_cli.session` and `footcal_cli.app`.
+one. Imported by `footcal_cli.session.session` and `footcal_cli.app`.
 """
 
 from __future__ import annotations

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from footcal_cli.columns import Column
 from footcal_cli.errors import UsageError
-from footcal_cli.logfiles import RawColumn
-from footcal_cli.reading import ForeignColumn
-from footcal_cli.units import Conversion, conversion
-from footcal_cli.values import durations, numbers, seconds, stamps, texts
+from footcal_cli.tables.columns import Column
+from footcal_cli.tables.logfiles import RawColumn
+from footcal_cli.tables.reading import ForeignColumn
+from footcal_cli.tables.units import Conversion, conversion
+from footcal_cli.tables.values import durations, numbers, seconds, stamps, texts
 
 READING_UNITS = ("V", "mV", "uV", "mV/V")
 """Units of a cell's reading that is neither counts nor a force; kept as they are."""

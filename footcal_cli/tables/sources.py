@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from footcal_cli.canonical import canonical
-from footcal_cli.columns import Column
 from footcal_cli.errors import DataError, UsageError, nearest
-from footcal_cli.logfiles import RawColumn, column_names, raw_columns
-from footcal_cli.reading import ForeignColumn, Join, Layout, Reading
+from footcal_cli.tables.canonical import canonical
+from footcal_cli.tables.columns import Column
+from footcal_cli.tables.logfiles import RawColumn, column_names, raw_columns
+from footcal_cli.tables.reading import ForeignColumn, Join, Layout, Reading
 
 _TIME = Column("time_s", "time stamp")
 _TIMES = ("time_s", "time_ms", "time_us", "time_ns")
@@ -156,7 +156,7 @@ def _plain_number(said: str, layout: Layout) -> str:
 
 def _in_unit(said: str, unit: str, place: ForeignColumn, row: str, path: Path) -> object:
     """A number with its own unit, in the unit of its column."""
-    from footcal_cli.units import conversion
+    from footcal_cli.tables.units import conversion
 
     try:
         value = float(said)

@@ -19,23 +19,20 @@ from typing import TYPE_CHECKING, Generic, TypeVar
 
 from rich.console import Console
 
-from footcal_cli.columns import TableType
-from footcal_cli.copies import without_copies
 from footcal_cli.core.quality import Finding
 from footcal_cli.errors import DataError, FitError, FootcalError, UsageError
-from footcal_cli.gates import gated, merged
-from footcal_cli.inspection import inspect, inspect_record, over_pieces
-from footcal_cli.longfiles import is_long
-from footcal_cli.outcome import Outcome
-from footcal_cli.progress import Advance, bar
-from footcal_cli.read_as import in_units_of_readings, record_of
 from footcal_cli.recipe import CommandOptions, Recipe, read_recipe, validated
 from footcal_cli.records.files import read_record
 from footcal_cli.records.results import FindingRecord, ParametersRecord, ReadColumnRecord, RunRecord
 from footcal_cli.report import Drawn, Report, history_sheet, read_aloud, read_as_sheet
 from footcal_cli.report.text import print_text
-from footcal_cli.run_files import write_run
-from footcal_cli.run_folder import (
+from footcal_cli.session.gates import gated, merged
+from footcal_cli.session.inspection import inspect, inspect_record, over_pieces
+from footcal_cli.session.outcome import Outcome
+from footcal_cli.session.progress import Advance, bar
+from footcal_cli.session.read_as import in_units_of_readings, record_of
+from footcal_cli.session.run_files import write_run
+from footcal_cli.session.run_folder import (
     claim,
     claims,
     grown_folder,
@@ -43,7 +40,11 @@ from footcal_cli.run_folder import (
     refuse_grown,
     whole_folder,
 )
-from footcal_cli.tables import (
+from footcal_cli.session.trust import DOUBTFUL, trusted
+from footcal_cli.tables.columns import TableType
+from footcal_cli.tables.copies import without_copies
+from footcal_cli.tables.longfiles import is_long
+from footcal_cli.tables.table import (
     Table,
     digest,
     read_pieces,
@@ -51,8 +52,7 @@ from footcal_cli.tables import (
     refusal_of,
     refuse_wrong_units,
 )
-from footcal_cli.textfiles import regular_file, shown
-from footcal_cli.trust import DOUBTFUL, trusted
+from footcal_cli.tables.textfiles import regular_file, shown
 
 if TYPE_CHECKING:
     from footcal_cli.core.effects.contract import Effect

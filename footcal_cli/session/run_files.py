@@ -8,11 +8,11 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from footcal_cli.outcome import Outcome
 from footcal_cli.records.files import write_record
 from footcal_cli.records.results import RmseRecord, RunRecord
 from footcal_cli.report import Drawn, rmse_sheet
 from footcal_cli.report.page import render_html
+from footcal_cli.session.outcome import Outcome
 
 
 def write_run(folder: Path, run: RunRecord, outcome: Outcome, images: Mapping[str, Drawn]) -> None:

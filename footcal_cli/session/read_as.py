@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from footcal_cli.records.results import ParametersRecord, ReadColumnRecord
-from footcal_cli.tables import ReadColumn
+from footcal_cli.tables.table import ReadColumn
 
 Span = tuple[float, float] | None
 

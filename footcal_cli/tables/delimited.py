@@ -16,8 +16,8 @@ import numpy as np
 
 from footcal_cli.core.parameters import IntArray
 from footcal_cli.errors import DataError
-from footcal_cli.reading import BLANKS, Layout
-from footcal_cli.textfiles import short, unreadable
+from footcal_cli.tables.reading import BLANKS, Layout
+from footcal_cli.tables.textfiles import short, unreadable
 
 if TYPE_CHECKING:  # imported where it is used: a refusal does not wait for it
     import pandas as pd

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from footcal_cli.core.parameters import BoolArray, FloatArray
 from footcal_cli.core.quality import Finding
-from footcal_cli.tables import Table
+from footcal_cli.tables.table import Table
 
 if TYPE_CHECKING:
     import pandas as pd

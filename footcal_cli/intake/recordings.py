@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from footcal_cli.cell_effects import cells_in_feet, without_cell_effects
-from footcal_cli.columns import TableType, body_table, cells_table, six_axis_feet_table
 from footcal_cli.core.body_stream import check_overlap
 from footcal_cli.core.chain import Chain, Link, link
 from footcal_cli.core.effects import calibration_of
@@ -38,13 +36,15 @@ from footcal_cli.core.quality import Finding
 from footcal_cli.core.spatial import rotation_of_quaternion, rotation_of_rpy
 from footcal_cli.core.wiring import check_channels_walking, check_exchanged_walking
 from footcal_cli.errors import DataError, UsageError
+from footcal_cli.intake.cell_effects import cells_in_feet, without_cell_effects
 from footcal_cli.recipe import Robot
 from footcal_cli.records.effects import effect_of
 from footcal_cli.records.results import ParametersRecord
-from footcal_cli.tables import Table
+from footcal_cli.tables.columns import TableType, body_table, cells_table, six_axis_feet_table
+from footcal_cli.tables.table import Table
 
 if TYPE_CHECKING:
-    from footcal_cli.session import Session
+    from footcal_cli.session.session import Session
 
 _MOST_ROWS = 600
 """Of a recording, to see whether cells are exchanged: neighbours tell the same."""

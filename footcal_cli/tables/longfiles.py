@@ -9,8 +9,8 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 
-from footcal_cli.delimited import frame_of
-from footcal_cli.logfiles import (
+from footcal_cli.tables.delimited import frame_of
+from footcal_cli.tables.logfiles import (
     RawColumn,
     is_parquet,
     of_arrow,
@@ -18,7 +18,7 @@ from footcal_cli.logfiles import (
     parquet_file,
     raw_columns,
 )
-from footcal_cli.textfiles import unreadable
+from footcal_cli.tables.textfiles import unreadable
 
 LONG_BYTES = 8 * 2**20
 """Files from this size on are read in pieces."""
@@ -56,7 +56,7 @@ def give_back() -> None:
 def raw_pieces(
     path: Path, names: Sequence[str], texts: Collection[str]
 ) -> Iterator[Mapping[str, RawColumn]]:
-    """As `footcal_cli.logfiles.raw_columns`, some rows at a time.
+    """As `footcal_cli.tables.logfiles.raw_columns`, some rows at a time.
 
     Raises
     ------

@@ -1,7 +1,7 @@
 """Logs as tables: the column contract applied to a file, without guessing.
 
-A table type (`footcal_cli.columns`) declares its columns in canonical units; a file may hold a
-column under a foreign name or in another unit, said by the recipe's ``[columns]`` or by a unit
+A table type (`footcal_cli.tables.columns`) declares its columns in canonical units; a file may hold
+a column under a foreign name or in another unit, said by the recipe's ``[columns]`` or by a unit
 suffix (``load_kg`` for ``load_n``).
 """
 
@@ -15,8 +15,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from footcal_cli.canonical import ReadColumn, canonical, conversion_of
-from footcal_cli.columns import (
+from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.quality import Finding
+from footcal_cli.errors import DataError, FootcalError, nearest
+from footcal_cli.tables.canonical import ReadColumn, canonical, conversion_of
+from footcal_cli.tables.columns import (
     MATRIX,
     QUATERNION,
     ROTVEC,
@@ -26,10 +29,7 @@ from footcal_cli.columns import (
     TableType,
     converts,
 )
-from footcal_cli.core.parameters import FloatArray
-from footcal_cli.core.quality import Finding
-from footcal_cli.errors import DataError, FootcalError, nearest
-from footcal_cli.logfiles import (
+from footcal_cli.tables.logfiles import (
     RawColumn,
     column_names,
     digest,
@@ -37,10 +37,10 @@ from footcal_cli.logfiles import (
     write_parquet,
     write_parquet_pieces,
 )
-from footcal_cli.longfiles import raw_pieces
-from footcal_cli.reading import ForeignColumn, Reading
-from footcal_cli.sources import row_time, source_columns, source_names
-from footcal_cli.units import unit_factor
+from footcal_cli.tables.longfiles import raw_pieces
+from footcal_cli.tables.reading import ForeignColumn, Reading
+from footcal_cli.tables.sources import row_time, source_columns, source_names
+from footcal_cli.tables.units import unit_factor
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from footcal_cli.outcome import Outcome
 from footcal_cli.records.results import FindingRecord, RmseRow
+from footcal_cli.session.outcome import Outcome
 
 UNTRUSTED = frozenset(
     {

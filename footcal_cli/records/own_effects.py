@@ -6,7 +6,7 @@ from typing import Literal
 
 from pydantic import Field
 
-from footcal_cli.models import Frozen
+from footcal_cli.records.models import Frozen
 
 Kind = Literal["weights", "placements", "stand", "walk", "hang", "pose"]
 
