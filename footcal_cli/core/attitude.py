@@ -1,4 +1,4 @@
-"""Attitudes as logs have them (quaternion, roll-pitch-yaw, rotation vector, matrix) as rotations."""
+"""Attitudes as logs have them (quaternion, angles, rotation vector, matrix) as rotations."""
 
 from __future__ import annotations
 

@@ -19,11 +19,11 @@ from footcal_cli.core.attitude import (
     rotations_of_rotvec,
     rotations_of_rpy,
 )
-from footcal_cli.columns import ROTVEC, RPY
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.columns import ColumnGuess, FileGuess
 from footcal_cli.sniff.groups import angle_unit, matrix, one_owner
 from footcal_cli.sniff.plan import Entry, of
+from footcal_cli.tables.columns import ROTVEC, RPY
 
 _EXPLAINED = 0.1
 """Share of the forces' variance that may be left by the right attitude."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Iterable, Mapping
-from dataclasses import replace
 
 import numpy as np
 
@@ -34,6 +33,7 @@ def wrenches(file: FileGuess) -> dict[str, dict[str, ColumnGuess]]:
 
 
 def owner_of(address: str) -> str:
+    """Name of a transducer, fit for a recipe."""
     return re.sub(r"\W+", "_", address).strip("_") or "sensor"
 
 

@@ -1,4 +1,4 @@
-"""Columns that are numbered instead of named: a wrench, a pose or a matrix by its place in a row."""
+"""Columns that are numbered, not named: a wrench, a pose or a matrix by its place in a row."""
 
 from __future__ import annotations
 

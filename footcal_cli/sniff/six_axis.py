@@ -156,6 +156,13 @@ def _axes(
     return entries
 
 
+_MOUNTED = (
+    "# if known: no log says how the transducer is mounted.\n"
+    "# transducer_position_m = [0.0, 0.0, 0.0]    # in the logged foot frame\n"
+    "# weight_below_n = 0.0    # what hangs below the transducer"
+)
+
+
 def _ankles(
     file: FileGuess, six: dict[str, dict[str, ColumnGuess]], entries: dict[str, Entry],
     blanks: tuple[Blank, ...],
@@ -171,15 +178,8 @@ def _ankles(
     return Plan(
         file, f"six-axis transducers at two feet{moves}",
         "six axes on the left and on the right", "likely", command, "cells", entries, (),
-        robot=("[robot.feet.left]", "[robot.feet.right]"),
-        blanks=(
-            MASS,
-            Blank(("# [robot.feet.left]",
-                   "# transducer_position_m = [0.0, 0.0, 0.0]    # in the logged foot frame",
-                   "# weight_below_n = 0.0    # what hangs below the transducer"),
-                  "no log says how the transducers are mounted", False),
-            *blanks,
-        ),
+        robot=(f"[robot.feet.left]\n{_MOUNTED}", f"[robot.feet.right]\n{_MOUNTED}"),
+        blanks=(MASS, *blanks),
     )  # fmt: skip
 
 

@@ -5,14 +5,15 @@ Each shape was written down before it was run for the first time.
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from tests.strangers.rigs import (
-    G,
     Array,
+    G,
     Made,
     Tool,
     attitudes,
@@ -104,8 +105,9 @@ def plotjuggler_sparse(to: Path, rng: Rng) -> Made:
     """PlotJuggler's table of two topics: a cell is empty where the other topic spoke."""
     made, wrench, rot = _wrist(rng)
     quat = rot.as_quat()
-    names = ["__time", *(f"/bota/wrench/wrench/{k}/{a}" for k in ("force", "torque")
-                         for a in "xyz"), *(f"/bota/imu/orientation/{a}" for a in "xyzw")]  # fmt: skip
+    names = ["__time"]
+    names += [f"/bota/wrench/wrench/{k}/{a}" for k in ("force", "torque") for a in "xyz"]
+    names += [f"/bota/imu/orientation/{a}" for a in "xyzw"]
     lines = [",".join(names)]
     for i, (w, q) in enumerate(zip(wrench, quat, strict=True)):
         t = 1_700_000_000 + 0.01 * i
@@ -157,7 +159,7 @@ def turned_by_hand(to: Path, rng: Rng) -> Made:
     attitude, _ = attitudes(rng, 10, 1)
     keys = Rotation.from_matrix(attitude)
     parts = []
-    for a, b in zip(keys[:-1], keys[1:], strict=True):
+    for a, b in pairwise(keys):
         parts.append(Rotation.concatenate([a] * 150))
         turn = (a.inv() * b).as_rotvec()
         s = np.linspace(0, 1, 100)
@@ -176,9 +178,9 @@ def turned_by_hand(to: Path, rng: Rng) -> Made:
 def unitree_lowstate(to: Path, rng: Rng) -> Made:
     """Unitree's low state: ticks in ms, four feet as whole numbers, FR first, IMU beside."""
     n = 600
-    names = ["tick", *(f"imuState.quaternion[{i}]" for i in range(4)),
-             *(f"imuState.accelerometer[{i}]" for i in range(3)),
-             *(f"footForce[{i}]" for i in range(4)), *(f"footForceEst[{i}]" for i in range(4))]  # fmt: skip
+    names = ["tick", *(f"imuState.quaternion[{i}]" for i in range(4))]
+    names += [f"imuState.accelerometer[{i}]" for i in range(3)]
+    names += [f"{name}[{i}]" for name in ("footForce", "footForceEst") for i in range(4)]
     feet = np.round(rng.normal(120, 2, (4, n)))
     data = [123456 + 2.0 * np.arange(n), np.ones(n), *np.zeros((3, n)), *np.zeros((2, n)),
             np.full(n, 9.81), *feet, *np.zeros((4, n))]  # fmt: skip
@@ -207,8 +209,10 @@ def spot_two_ankles_bagpy(to: Path, rng: Rng) -> Made:
         for i in range(n):
             total = i * 5_000_000 + ns
             w = rng.normal([0, 0, 190, 0, 0, 0], [1, 1, 2, 0.1, 0.1, 0.1])
-            lines.append(f"{1_700_000_000 + total * 1e-9:.6f},{i},{1_700_000_000 + total // 10**9},"
-                         f"{total % 10**9},{side}_sole," + ",".join(f"{v:.6g}" for v in w))  # fmt: skip
+            lines.append(
+                f"{1_700_000_000 + total * 1e-9:.6f},{i},{1_700_000_000 + total // 10**9},"
+                f"{total % 10**9},{side}_sole," + ",".join(f"{v:.6g}" for v in w)
+            )
         paths.append(write(to / f"{side}_ankle_ft.csv", lines))
     return Made(paths, says="weigh")
 

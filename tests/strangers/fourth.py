@@ -31,8 +31,9 @@ def matlab_timetable(to: Path, rng: Rng) -> Made:
     load = settling([0, 5, 10, 20, 0], 5, 20)
     volts = one.read(load, rng, whole=False)
     lines = ["Time,Force_N,Bridge_V"]
-    lines += [f"{i / 20:g} sec,{f:.4f},{v:.6f}" for i, (f, v) in enumerate(zip(load, volts,
-                                                                              strict=True))]
+    lines += [
+        f"{i / 20:g} sec,{f:.4f},{v:.6f}" for i, (f, v) in enumerate(zip(load, volts, strict=True))
+    ]
     return Made([write(to / "tt.csv", lines)], truth_of(one))
 
 
@@ -51,8 +52,10 @@ def labview_lvm(to: Path, rng: Rng) -> Made:
         "X0\t0.0000000000000000E+0\t0.0000000000000000E+0\t", "Delta_X\t0.020000\t0.020000\t",
         "***End_of_Header***\t\t\t", "X_Value\tBridge_0\tReference\tComment",
     ]  # fmt: skip
-    body = [f"{i / 50:.6f}\t{v:.6f}\t{f:.6f}\t" for i, (v, f) in enumerate(zip(volts, load,
-                                                                              strict=True))]
+    body = [
+        f"{i / 50:.6f}\t{v:.6f}\t{f:.6f}\t"
+        for i, (v, f) in enumerate(zip(volts, load, strict=True))
+    ]
     return Made([write(to / "test_001.lvm", [*head, *body], end="\r\n")], truth_of(one))
 
 
