@@ -67,10 +67,8 @@ BELOW_INFERENCE = {
 }
 # solvers and inverses that still stand outside the inference, per file; may only shrink
 SOLVERS_OUTSIDE = {
-    "core/bench/blocks.py": 5,
     "core/bench/channel.py": 1,
     "core/bench/cop_study.py": 1,
-    "core/bench/regression.py": 3,
     "core/bench/regressors.py": 2,
     "core/bench/relaxation.py": 1,
     "core/diagnosis/detection.py": 2,
@@ -85,7 +83,6 @@ SOLVERS_OUTSIDE = {
     "core/pose/leg_map.py": 1,
     "core/pose/problem.py": 3,
     "core/pose/standing.py": 1,
-    "core/static_init.py": 2,
 }
 
 # strings that are the name of an effect outside the table: words and columns that happen to be

@@ -146,7 +146,7 @@ def _cells(session: Session[StaticInitOptions], recordings: Sequence[Recording])
         total = np.array([name == "fz" for name in rows.output])
         weighed = weighed_standing(
             rows.h[total], rows.error[total], rows.sd[total],
-            rows.prior_information, weight_n, robot.mass_kg or 1.0,
+            rows.prior_correlation, weight_n, robot.mass_kg or 1.0,
         )  # fmt: skip
     estimates = fit.estimates
     rmse = sheets.rmse_of(errors, quiet)

@@ -14,12 +14,6 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from footcal_cli.core.bench.blocks import (
-    BlockFit,
-    correlation_time,
-    fit_blocks,
-    whiten_autoregressive,
-)
 from footcal_cli.core.bench.record import BenchRecord
 from footcal_cli.core.bench.regressors import (
     SHAPE_LOG_SD,
@@ -32,6 +26,12 @@ from footcal_cli.core.bench.regressors import (
     within,
 )
 from footcal_cli.core.bench.terms import Term
+from footcal_cli.core.inference.blocks import (
+    BlockFit,
+    correlation_time,
+    fit_blocks,
+    whiten_autoregressive,
+)
 from footcal_cli.core.inference.fit import PRIOR_KEPT_RATIO
 from footcal_cli.core.parameters import BoolArray, Estimates, FloatArray, Status
 from footcal_cli.errors import FitError

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from footcal_cli.core.bench.blocks import BlockFit, fit_blocks
-from footcal_cli.core.bench.choice import Choice, HeldOut, choose, hold_out
+from footcal_cli.core.inference.blocks import BlockFit, fit_blocks
+from footcal_cli.core.inference.held_out import Choice, HeldOut, choose, hold_out
 from footcal_cli.core.parameters import BoolArray, Estimates, FloatArray, IntArray, Status
 from footcal_cli.errors import FitError
 
