@@ -67,10 +67,8 @@ BELOW_INFERENCE = {
 }
 # solvers and inverses that still stand outside the inference, per file; may only shrink
 SOLVERS_OUTSIDE = {
-    "core/bench/blocks.py": 5,
     "core/bench/channel.py": 1,
     "core/bench/cop_study.py": 1,
-    "core/bench/regression.py": 3,
     "core/bench/regressors.py": 2,
     "core/bench/relaxation.py": 1,
     "core/diagnosis/detection.py": 2,

@@ -13,11 +13,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from footcal_cli.core.attitude import gravity_in, nearest_rotations, rotations_of_rpy
+from footcal_cli.core.attitude import (
+    gravity_in,
+    nearest_rotations,
+    rotations_of_rotvec,
+    rotations_of_rpy,
+)
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.columns import ColumnGuess, FileGuess
 from footcal_cli.sniff.groups import angle_unit, matrix, one_owner
 from footcal_cli.sniff.plan import Entry, of
+from footcal_cli.tables.columns import ROTVEC, RPY
 
 EXPLAINED = 0.1
 """Share of the forces' variance that may be left by the right attitude."""
@@ -88,7 +94,7 @@ def readings_of(file: FileGuess) -> list[Reading]:
 
 
 def _kinds(file: FileGuess) -> tuple[list[Reading], ...]:
-    return _quaternions(file), _matrices(file), _angles(file)
+    return _quaternions(file), _matrices(file), _angles(file), _three_numbers(file)
 
 
 def named_orientation(words: Sequence[str], entry: Entry, force: FloatArray) -> Attitude | None:
@@ -269,6 +275,27 @@ def _angles(file: FileGuess) -> list[Reading]:
             "angles with the other sign",
         ),
     ]  # fmt: skip
+
+
+def _three_numbers(file: FileGuess) -> list[Reading]:
+    """``rx ry rz`` of an arm: a rotation vector or angles about x, y and z, either way round."""
+    found = one_owner(file.of("angle"), ("rx", "ry", "rz"))
+    if not found:
+        return []
+    unit = angle_unit(found)
+    values = _table(list(found.values())) * (np.pi / 180 if unit == "deg" else 1.0)
+    ways = []
+    for names, said, rotations in (
+        (ROTVEC, "a rotation vector", rotations_of_rotvec),
+        (RPY, "angles about x, y and z", rotations_of_rpy),
+    ):
+        entries = {n: of(c, unit) for n, c in zip(names, found.values(), strict=True)}
+        back = {n: replace(entry, factor=-1.0) for n, entry in entries.items()}
+        ways += [
+            Reading(entries, gravity_in(rotations(values)), said),
+            Reading(back, gravity_in(rotations(-values)), f"{said}, with the other sign"),
+        ]
+    return ways if unit == "rad" else [*ways[2:], *ways[:2]]
 
 
 def _directions(file: FileGuess) -> Reading | None:

@@ -158,7 +158,8 @@ def _poses(
         "pose-calib", "poses", entries, (), wide, "leg", None, leg_tables(legs, None),
         blanks=(
             MASS,
-            Blank((), "no log says where the transducers sit: position_m of each leg above"),
+            Blank(("# position_m of each leg above, in m",),
+                  "no log says where the transducers sit"),
             Blank(("# footcal hang-calib first, then pose-calib … --parameters …/parameters.json",),
                   "standing poses need offsets and leg weights of a hanging calibration"),
         ),
@@ -213,7 +214,7 @@ def _said_above(file: FileGuess) -> _Said:
 def _counted(six: dict[str, dict[str, ColumnGuess]]) -> bool:
     """Whether all axes are whole numbers of a size that newtons do not have."""
     axes = [c for group in six.values() for c in group.values()]
-    return all(c.counts and c.unit is None for c in axes) and any(
+    return all(c.counts and c.unit is None and c.name.factor == 1.0 for c in axes) and any(
         c.values is not None and float(np.nanmax(np.abs(c.values))) > _MOST_N for c in axes
     )
 
@@ -234,9 +235,17 @@ def _axes(
     for axis, name in _AXIS_COLUMNS.items():
         column, kind = group[axis], axis[0]
         unit = column.unit or said.unit.get(kind) or ("N" if kind == "f" else torque)
-        factor = sign * said.per_count.get(kind, 1.0) if column.counts else sign
+        factor = sign * column.name.factor
+        factor *= said.per_count.get(kind, 1.0) if column.counts else 1.0
         entries[prefix + name] = replace(of(column, unit), factor=None if factor == 1 else factor)
     return entries
+
+
+_MOUNTED = (
+    "# if known: no log says how the transducer is mounted.\n"
+    "# transducer_position_m = [0.0, 0.0, 0.0]    # in the logged foot frame\n"
+    "# weight_below_n = 0.0    # what hangs below the transducer"
+)
 
 
 def _ankles(
@@ -254,15 +263,8 @@ def _ankles(
     return Plan(
         file, f"six-axis transducers at two feet{moves}",
         "six axes on the left and on the right", "likely", command, "cells", entries, (),
-        robot=("[robot.feet.left]", "[robot.feet.right]"),
-        blanks=(
-            MASS,
-            Blank(("# [robot.feet.left]",
-                   "# transducer_position_m = [0.0, 0.0, 0.0]    # in the logged foot frame",
-                   "# weight_below_n = 0.0    # what hangs below the transducer"),
-                  "no log says how the transducers are mounted", False),
-            *blanks,
-        ),
+        robot=(f"[robot.feet.left]\n{_MOUNTED}", f"[robot.feet.right]\n{_MOUNTED}"),
+        blanks=(MASS, *blanks),
     )  # fmt: skip
 
 

@@ -101,7 +101,10 @@ class _Blocks:
 
 
 def fit_blocks(
-    design: FloatArray, target: FloatArray, block: IntArray, shared: FloatArray | None = None
+    design: FloatArray,
+    target: FloatArray,
+    block: IntArray | None = None,
+    shared: FloatArray | None = None,
 ) -> BlockFit:
     """Regress with a random offset, and perhaps a random gain, per block.
 
@@ -112,12 +115,13 @@ def fit_blocks(
     target
         y, shape (n,).
     block
-        Session of each row, shape (n,); one block gives ordinary least squares.
+        Session of each row, shape (n,); one block, or None, gives ordinary least squares.
     shared
         Z: how a block's offset (and its gain) enter each row, shape (n, 1) or (n, 2); a column of
         ones where absent.
     """
     n, p = design.shape
+    block = np.zeros(n, dtype=np.int64) if block is None else block
     norms = np.linalg.norm(design, axis=0)
     scale = np.where(norms > 0, norms, 1.0)
     scaled = design / scale
@@ -135,7 +139,9 @@ def fit_blocks(
     inverse = _inverse(normal)
     beta = inverse @ moment
     dof = max(n - rank, 1)
-    variance = max(energy - float(beta @ moment), 0.0) / dof if n > rank else np.nan
+    left = target - scaled @ beta
+    squares = max(energy - float(beta @ moment), 0.0) if many else float(left @ left)
+    variance = squares / dof if n > rank else np.nan
     coefficient_dof = (
         _satterthwaite(scaled, index, shared, sums, ratio, inverse) if many else float(dof)
     )

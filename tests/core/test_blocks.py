@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from footcal_cli.core.bench.blocks import correlation_time, fit_blocks, whiten_autoregressive
-from footcal_cli.core.bench.choice import HeldOut, choose, folds, hold_out
+from footcal_cli.core.inference.blocks import correlation_time, fit_blocks, whiten_autoregressive
+from footcal_cli.core.inference.held_out import HeldOut, choose, folds, hold_out
 from footcal_cli.core.parameters import FloatArray
 
 
