@@ -39,7 +39,9 @@ def _hung(
     rot, _ = attitudes(rng, holds, hold)
     body = Rotation.from_matrix(rot)
     down = body.inv().apply([0.0, 0.0, -1.0])
-    wrenches, values, within = {}, {}, {}
+    wrenches: dict[str, Array] = {}
+    values: dict[str, float] = {}
+    within: dict[str, float] = {}
     for name, (weighed, frame) in legs.items():
         wrenches[name] = weighed.read(frame.inv().apply(down), rng)
         truth = tool_truth(weighed, name)
