@@ -100,7 +100,8 @@ EFFECT_NAMES_OUTSIDE: dict[str, set[str]] = {
     "exporters/matlab.py": {"offset"},
     "exporters/ros2_control.py": {"offset"},
     "intake/rigid_body.py": {"offset"},
-    "sheets/pose.py": {"offset"},
+    "sheets/hang.py": {"leg_com"},
+    "sheets/pose/offsets.py": {"offset", "offset_change"},
     "sheets/six_axis_walk.py": {"delay"},
     "sniff/names.py": {"mass"},
 }

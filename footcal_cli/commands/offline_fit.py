@@ -22,8 +22,10 @@ if TYPE_CHECKING:
 @command(OfflineFitOptions)
 def offline_fit(session: Session[OfflineFitOptions]) -> Outcome:
     """Fit load cells to known weights, and a foot's CoP to weights over known holes."""
+    session.refuse_missing_logs("weights")
     from dataclasses import replace
 
+    from footcal_cli.core.bench.pooled import with_common_noise
     from footcal_cli.core.plausibility import check_scale
     from footcal_cli.intake.bench import read_weights, study_of, study_together
     from footcal_cli.session.bench_calibration import bench_calibration
@@ -33,7 +35,9 @@ def offline_fit(session: Session[OfflineFitOptions]) -> Outcome:
     with session.step("read"):
         logs = read_weights(session)
     with session.step("fit"):
-        studies = [study_of(record, options, robot.gravity_mps2) for record in logs.records]
+        studies = with_common_noise(
+            [study_of(record, options, robot.gravity_mps2) for record in logs.records]
+        )
         together = study_together(session)
         feet = _feet(session, studies)
     estimates = [study.estimates for study in studies]

@@ -8,14 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from footcal_cli.core.online.streams import MergeRule
-from footcal_cli.core.plausibility import check_shares
 from footcal_cli.core.quality import Finding, check_clock
-from footcal_cli.core.turned import check_turned_hanging
 from footcal_cli.errors import DataError, FitError, UsageError
-from footcal_cli.intake.bench import calibrated_cells, read_placements
-from footcal_cli.intake.hang import leg_logs
-from footcal_cli.intake.recordings import read_recordings
 from footcal_cli.recipe.options import HangCalibOptions
 from footcal_cli.session.inspection import weights_findings
 from footcal_cli.tables import columns
@@ -87,6 +81,9 @@ def compare(
     # what a log lacks for a check is no fault of the log
     with suppress(DataError, UsageError, FitError, ValueError):
         if "hang" in by_kind:
+            from footcal_cli.core.turned import check_turned_hanging
+            from footcal_cli.intake.hang import leg_logs
+
             given = session.recipe.options.get("hang_calib", {})
             asked = HangCalibOptions(orientation_of=given.get("orientation_of", "transducer"))
             logs, _ = leg_logs(by_kind["hang"], session.recipe, asked)
@@ -99,6 +96,9 @@ def compare(
 
 def _placements(session: Session[Any], tables: Sequence[Table]) -> None:
     """Weights on feet against the calibration of their cells."""
+    from footcal_cli.core.plausibility import check_shares
+    from footcal_cli.intake.bench import calibrated_cells, read_placements
+
     if session.parameters is None:
         return
     with suppress(UsageError):  # cells without a calibration
@@ -112,6 +112,9 @@ def _placements(session: Session[Any], tables: Sequence[Table]) -> None:
 
 def _walking(session: Session[Any]) -> None:
     """The checks of `footcal_cli.intake.recordings`; those of walks where every foot is lifted."""
+    from footcal_cli.core.online.streams import MergeRule
+    from footcal_cli.intake.recordings import read_recordings
+
     for recording in read_recordings(session, MergeRule(), "stand"):
         lifted = (recording.merged.log.known["contact"] == 0.0).mean(axis=0)
         if lifted.size and lifted.min() > LIFTED_SHARE:

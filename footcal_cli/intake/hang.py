@@ -9,6 +9,7 @@ import numpy as np
 
 from footcal_cli.core.attitude import gravity_in
 from footcal_cli.core.hang.intake import (
+    between_holds,
     finite_rows,
     gravity_of_orientation,
     hang_log,
@@ -64,7 +65,7 @@ def leg_logs(
         Calibration whose effects are taken off the readings.
     """
     logs: dict[str, list[Log]] = {}
-    broken = 0
+    broken = moving = 0
     for table in tables:
         whose = table.text("leg")
         for leg in legs_in_order(whose, tuple(recipe.robot.legs)):
@@ -74,6 +75,9 @@ def leg_logs(
             gravity = _gravity(table, part, leg, recipe, options.orientation_of)
             sound = finite_rows(wrench, phase, gravity)
             broken += int((~sound).sum())
+            if "orientation" not in table:
+                moves = sound & between_holds(gravity)
+                moving, sound = moving + int(moves.sum()), sound & ~moves
             if not sound.any():
                 raise DataError(f"leg {leg} has no complete row", file=table.path)
             warmth = table.number("temperature_degc")[part] if "temperature_degc" in table else None
@@ -87,7 +91,8 @@ def leg_logs(
                 temperature_degc=None if warmth is None else warmth[sound],
             )
             logs.setdefault(leg, []).append(without_effects(log, undone))
-    return logs, {"reading is not a number": broken} if broken else {}
+    rejected = {"reading is not a number": broken, "moving between holds": moving}
+    return logs, {reason: count for reason, count in rejected.items() if count}
 
 
 def _gravity(

@@ -64,7 +64,7 @@ def read_steps(
         values.get(f"robot.chassis_com_{axis}", said)
         for axis, said in zip("xyz", session.options.chassis_com_m, strict=True)
     ]
-    geometry = geometry_of(robot.legs, com)
+    geometry = geometry_of(session.recipe, com)
     tables = session.read(legs_table())
     poses = [] if tables else session.read(poses_table())
     tables = tables or poses or session.read_required(legs_table())
@@ -99,7 +99,7 @@ def raw_poses(
     legs = known_legs(session)
     robot = session.recipe.robot
     assert robot.weight_n is not None  # `known_legs` refused it
-    geometry = geometry_of(robot.legs, options.chassis_com_m)
+    geometry = geometry_of(session.recipe, options.chassis_com_m)
     role = "tripod" if options.fit == "offsets" and session.recipe.data.get("tripod") else None
     tables = session.read(poses_table(), role)
     rejected: dict[str, int] = {}

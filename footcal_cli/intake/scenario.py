@@ -101,7 +101,7 @@ def robot_of(session: Session[SimulateOptions], experiment: str) -> Biped | Hexa
         )  # fmt: skip
     return Hexapod(
         legs={
-            name: leg_at(name, leg.position_m, leg.rotation_rpy_rad)
+            name: leg_at(name, session.recipe.hip_position_m(name), leg.rotation_rpy_rad)
             for name, leg in spec.legs.items()
         },
         mass_kg=spec.mass_kg or Hexapod().mass_kg,
