@@ -36,9 +36,12 @@ def recipe_text(parts: Sequence[Part], target: Path, command_line: str) -> str:
     for blank in blanks:
         if blank.lines[0] == _ROBOT:  # that table stands there already
             lines += [_asked(blank), *blank.lines[1:]]
+    tables: dict[str, str] = {}
     for part in parts:
         for table in part.plan.robot:
-            lines += ["", table]
+            tables.setdefault(table.splitlines()[0], table)  # hanging and standing share legs
+    for table in tables.values():
+        lines += ["", table]
     for blank in blanks:
         if blank.lines[0] != _ROBOT:
             lines += ["", _asked(blank), *blank.lines]
@@ -66,11 +69,12 @@ def next_step(parts: Sequence[Part], command_line: str) -> str:
     """The exact command, after what is to be filled in."""
     plan = parts[0].plan
     command = f"footcal {plan.command} {command_line}"
-    asked = (blank.why for part in parts for blank in part.plan.blanks if blank.needed)
-    wanted = list(dict.fromkeys(asked))
-    if not wanted:
-        return command
-    return f"fill in what is marked TO FILL IN ({'; '.join(wanted)}), then {command}"
+    same = (part.plan for part in parts if part.plan.command == plan.command)
+    wanted = dict.fromkeys(blank.why for own in same for blank in own.blanks if blank.needed)
+    said = f"fill in what is marked TO FILL IN ({'; '.join(wanted)}), then " if wanted else ""
+    later = [c for c in dict.fromkeys(p.plan.command for p in parts) if c != plan.command]
+    after = [f"; after it {name}, with its parameters.json" for name in later]
+    return f"{said}{command}{''.join(after)}"
 
 
 def listing(parts: Sequence[Part]) -> list[str]:
