@@ -18,6 +18,9 @@ from footcal_cli.tables.longfiles import is_long
 from footcal_cli.tables.table import Table, read_pieces, read_table, refusal_of
 from footcal_cli.tables.textfiles import regular_file, shown
 
+_ROW_BY_ROW = frozenset({"weights", "placements"})
+"""Kinds of log in which each row is a reading of its own: no clock shows a repeated one."""
+
 
 class Logs:
     """The logs that a run was given, read when they are asked for.
@@ -117,7 +120,7 @@ class Logs:
         """Logs of one kind without what they, or another role's logs, hold already."""
         before = self._read_before.setdefault(kind, {})
         others = [table for other, logs in before.items() if other != role for table in logs]
-        kept, findings = without_copies(tables, others)
+        kept, findings = without_copies(tables, others, within=kind in _ROW_BY_ROW)
         if not self.request.logs:  # else all roles are the same files
             before[role] = tables
         self.note(findings)
