@@ -149,8 +149,7 @@ def _calibrate(session: Session[OfflineFitOptions]) -> Outcome:
     with session.step("read"):
         logs = _read(session)
     with session.step("fit"):
-        gravity_mps2 = session.recipe.robot.gravity_mps2
-        studies = [_study(record, session.options, gravity_mps2) for record in logs.records]
+        studies = _studies(session, logs.records) if logs.records else ()
         together = _together(session)
         feet = _feet(session, studies)
     if not studies and not feet and together is None:
@@ -204,6 +203,15 @@ def _read(session: Session[OfflineFitOptions]) -> _WeightsLogs:
         apart = [] if session.request.logs else session.read(stream, "weights_stream_held_out")
         held_out += records_of_streams(apart, channels) if apart else []
     return _WeightsLogs(tables, records, held_out)
+
+
+def _studies(
+    session: Session[OfflineFitOptions], records: Sequence[BenchRecord]
+) -> Sequence[ChannelStudy]:
+    from footcal_cli.core.bench.pooled import with_common_noise
+
+    gravity_mps2 = session.recipe.robot.gravity_mps2
+    return with_common_noise([_study(r, session.options, gravity_mps2) for r in records])
 
 
 def _study(record: BenchRecord, options: OfflineFitOptions, gravity_mps2: float) -> ChannelStudy:

@@ -256,7 +256,7 @@ def _robot(session: Session[SimulateOptions], experiment: Kind) -> Biped | Hexap
         )  # fmt: skip
     return Hexapod(
         legs={
-            name: leg_at(name, leg.position_m, leg.rotation_rpy_rad)
+            name: leg_at(name, session.recipe.hip_position_m(name), leg.rotation_rpy_rad)
             for name, leg in spec.legs.items()
         },
         mass_kg=spec.mass_kg or Hexapod().mass_kg,

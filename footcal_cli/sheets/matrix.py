@@ -30,6 +30,12 @@ def matrix_headline(channels: Sequence[str], outputs: Sequence[str], study: Matr
             )
             + "."
         )
+    if study.full.diagonal:
+        return (
+            "A scale and a bias for each cell; error on load cases left out: "
+            f"{number(float(error[0]), 2)} N. Crosstalk is not judged: the loads always stood in "
+            "the same proportion."
+        )
     off = np.abs(shares_of_row(study.full) * (1.0 - np.eye(len(channels))))
     row, column = divmod(int(np.argmax(off)), len(channels))
     largest, load, reading = 100.0 * off[row, column], outputs[row], channels[column]
@@ -49,6 +55,11 @@ def matrix_headline(channels: Sequence[str], outputs: Sequence[str], study: Matr
 def matrix_details(study: MatrixStudy) -> tuple[str, ...]:
     """Health of the design, in words."""
     fit = study.full
+    if fit.diagonal:
+        return (
+            "The loads keep one proportion: load the cells one by one to see whether one takes a "
+            "share of another's load.",
+        )
     return (
         f"The loads move {fit.rank} of {fit.matrix.shape[1]} combinations of readings, condition "
         f"number {number(fit.condition, 3)}"
@@ -76,9 +87,16 @@ def matrix_sheet(channels: Sequence[str], outputs: Sequence[str], study: MatrixS
     )
 
 
+def _candidates(study: MatrixStudy) -> list[str]:
+    """Names of the matrices that were compared, as in `MatrixStudy.held_out_rmse`."""
+    return (["full"] if study.diagonal is None else ["diagonal", "full"])[
+        : len(study.held_out_rmse)
+    ]
+
+
 def error_sheet(outputs: Sequence[str], study: MatrixStudy) -> Sheet:
     """Held-out errors of the candidates."""
-    names = ["full"] if study.diagonal is None else ["diagonal", "full"]
+    names = _candidates(study)
     return Sheet(
         "Error on load cases left out",
         ("matrix", *outputs),
@@ -91,7 +109,7 @@ def error_sheet(outputs: Sequence[str], study: MatrixStudy) -> Sheet:
 
 def matrix_rows(outputs: Sequence[str], study: MatrixStudy) -> list[RmseRow]:
     """Held-out errors as rows of rmse.json."""
-    names = ["full"] if study.diagonal is None else ["diagonal", "full"]
+    names = _candidates(study)
     chosen = "diagonal" if study.chosen.diagonal else "full"
     units = study.full.estimates.units[study.full.matrix.shape[1] :: study.full.matrix.shape[1] + 1]
     return [

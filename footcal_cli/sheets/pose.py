@@ -9,7 +9,7 @@ import numpy as np
 
 from footcal_cli.core.hang.model import AXES
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.core.pose.common import common_turn
+from footcal_cli.core.pose.common import common_shift, common_turn
 from footcal_cli.core.pose.data import PoseData
 from footcal_cli.core.pose.departures import Departure
 from footcal_cli.core.pose.hanging import LegKnowledge
@@ -292,7 +292,40 @@ def findings(fit: PoseFit, mapped: LegMap) -> tuple[FindingRecord, ...]:
                 remedy="put a spirit level on the chassis where the markers define its frame",
             )
         )
-    return tuple(found)
+    return (*found, *_com_elsewhere(fit))
+
+
+def _com_elsewhere(fit: PoseFit) -> tuple[FindingRecord, ...]:
+    """A shift that all hips share is named as that of the chassis' CoM."""
+    geometry, hip_sd = fit.geometry, fit.options.translation_sd_m
+    if not np.isfinite(hip_sd) or np.isnan(fit.covariance).any():
+        return ()
+    legs = len(geometry.legs)
+    of_mean = np.kron(np.ones((1, legs)) / legs, np.eye(3))
+    own = slice(3 * legs, 6 * legs)
+    shift = fit.arm_b_m - (geometry.hip_b_m - geometry.chassis_com_b_m)
+    shared = common_shift(
+        shift, of_mean @ fit.covariance[own, own] @ of_mean.T, hip_sd,
+        min(fit.options.com_sd_m, 10.0),
+    )  # fmt: skip
+    if not shared.stands_out:
+        return ()
+    where = ", ".join(
+        with_sd(1e3 * value, 1e3 * sd)
+        for value, sd in zip(geometry.chassis_com_b_m + shared.com_b_m, shared.sd_m, strict=True)
+    )
+    metres = ", ".join(f"{v:.4f}" for v in geometry.chassis_com_b_m + shared.com_b_m)
+    return (
+        FindingRecord(
+            code="chassis_com_elsewhere",
+            severity="note",
+            where="all legs",
+            sentence="all hips are shifted alike, as if the CoM of the robot without its legs lay "
+            f"at ({where}) mm in the body frame; standing shows only hip minus CoM",
+            remedy=f"write chassis_com_m = [{metres}] into [pose_calib] if the CoM was not "
+            "measured: the shifts are then each hip's own",
+        ),
+    )
 
 
 def departure_findings(found: Sequence[Departure]) -> tuple[FindingRecord, ...]:

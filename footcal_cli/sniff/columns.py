@@ -238,7 +238,7 @@ def _with_units(column: str, name: NameGuess, words: list[str]) -> ColumnGuess |
 
 def _by_numbers(columns: list[ColumnGuess]) -> list[ColumnGuess]:
     """Columns whose names say little, by their numbers; time by how it increases."""
-    found = [_numbered(column) for column in columns]
+    found = _without_silent([_numbered(column) for column in columns])
     found = _one_time(_first_in_time(found))
     if not any(column.quantity == "load" for column in found):
         counted = [_counted(c) for c in found]
@@ -247,6 +247,24 @@ def _by_numbers(columns: list[ColumnGuess]) -> list[ColumnGuess]:
         if len(loads) == 1 and any(c.values is not None for c in others):
             return counted
     return found
+
+
+def _without_silent(columns: list[ColumnGuess]) -> list[ColumnGuess]:
+    """Readings of a group of which others change are not there if they are zero throughout."""
+    quiet = [
+        c.quantity in ("reading", "force", "unknown") and c.values is not None
+        and not np.any(np.nan_to_num(c.values)) and not c.name.axis for c in columns
+    ]  # fmt: skip
+    speaking = sum(
+        c.quantity in ("reading", "force", "unknown") and c.values is not None and not silent
+        for c, silent in zip(columns, quiet, strict=True)
+    )
+    if not speaking or sum(quiet) < 2:
+        return columns
+    return [
+        c.as_quantity("other", "likely", "zero in every row") if silent else c
+        for c, silent in zip(columns, quiet, strict=True)
+    ]
 
 
 def _first_in_time(columns: list[ColumnGuess]) -> list[ColumnGuess]:

@@ -101,6 +101,7 @@ class TableType:
 
 QUATERNION = tuple(f"body_q{a}" for a in "xyzw")
 RPY = tuple(f"body_{angle}_rad" for angle in ("roll", "pitch", "yaw"))
+ROTVEC = tuple(f"body_rotvec_{a}_rad" for a in "xyz")
 MATRIX = tuple(f"body_r{i}{j}" for i in "123" for j in "123")
 GRAVITY = tuple(f"gravity_{a}" for a in "xyz")
 _AXES = ("fx_n", "fy_n", "fz_n", "tx_nm", "ty_nm", "tz_nm")
@@ -285,16 +286,17 @@ def body_table(feet: Sequence[str]) -> TableType:
 
 
 def _attitude(missing: Missing) -> tuple[Column, ...]:
-    """Attitude of the body, or of what a transducer is mounted on, in one of three forms."""
+    """Attitude of the body, or of what a transducer is mounted on, in one of four forms."""
     names = (
         *((name, "body to world quaternion") for name in QUATERNION),
         *((name, "body to world: Rz(yaw) Ry(pitch) Rx(roll)") for name in RPY),
+        *((name, "body to world rotation vector, axis times angle") for name in ROTVEC),
         *((name, "body to world rotation matrix, row by row") for name in MATRIX),
     )
     return tuple(Column(n, meaning, optional=True, missing=missing) for n, meaning in names)
 
 
-_ANY_ATTITUDE = (QUATERNION, RPY, MATRIX)
+_ANY_ATTITUDE = (QUATERNION, RPY, ROTVEC, MATRIX)
 
 
 def hang_table() -> TableType:

@@ -22,6 +22,7 @@ from footcal_cli.tables.canonical import ReadColumn, canonical, conversion_of
 from footcal_cli.tables.columns import (
     MATRIX,
     QUATERNION,
+    ROTVEC,
     RPY,
     UNIT_SUFFIXES,
     Column,
@@ -361,7 +362,7 @@ def _own_names(spec: Column, header: Sequence[str], known: set[str]) -> dict[str
 
 
 def with_attitude(frame: pd.DataFrame, table: TableType, path: Path) -> pd.DataFrame:
-    """Fill in the quaternions of attitudes logged as roll-pitch-yaw or as matrices.
+    """Fill in the quaternions of attitudes logged as angles, rotation vectors or matrices.
 
     Raises
     ------
@@ -370,10 +371,17 @@ def with_attitude(frame: pd.DataFrame, table: TableType, path: Path) -> pd.DataF
     """
     if "body_qw" not in {c.name for c in table.columns} or "body_qw" in frame:
         return frame
-    from footcal_cli.core.attitude import nearest_rotations, quaternions_of, rotations_of_rpy
+    from footcal_cli.core.attitude import (
+        nearest_rotations,
+        quaternions_of,
+        rotations_of_rotvec,
+        rotations_of_rpy,
+    )
 
     if set(RPY) <= set(frame.columns):
         rotations = rotations_of_rpy(frame[list(RPY)].to_numpy(dtype=np.float64))
+    elif set(ROTVEC) <= set(frame.columns):
+        rotations = rotations_of_rotvec(frame[list(ROTVEC)].to_numpy(dtype=np.float64))
     elif set(MATRIX) <= set(frame.columns):
         matrices = frame[list(MATRIX)].to_numpy(dtype=np.float64).reshape(-1, 3, 3)
         rotations = nearest_rotations(matrices)

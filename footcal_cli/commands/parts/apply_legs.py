@@ -53,7 +53,7 @@ def apply_legs(session: Session[ApplyOptions]) -> Outcome:
         ) from None  # fmt: skip
     com_names = [f"robot.chassis_com_{axis}" for axis in "xyz"]
     com = [values.get(n, v) for n, v in zip(com_names, session.options.chassis_com_m, strict=True)]
-    geometry = geometry_of(robot.legs, com)
+    geometry = geometry_of(session.recipe, com)
     with session.step("read"):
         tables = session.read(legs_table())
         poses = [] if tables else session.read(poses_table())

@@ -10,6 +10,7 @@ import numpy as np
 from footcal_cli.commands.parts.six_axis_logs import WRENCH_COLUMNS, without_effects
 from footcal_cli.core.attitude import gravity_in
 from footcal_cli.core.hang.intake import (
+    between_holds,
     finite_rows,
     gravity_of_orientation,
     hang_log,
@@ -51,7 +52,7 @@ def leg_logs(
         Calibration whose effects are taken off the readings.
     """
     logs: dict[str, list[Log]] = {}
-    broken = 0
+    broken = moving = 0
     for table in tables:
         whose = table.text("leg")
         for leg in legs_in_order(whose, tuple(recipe.robot.legs)):
@@ -61,6 +62,9 @@ def leg_logs(
             gravity = _gravity(table, part, leg, recipe, orientation_of)
             sound = finite_rows(wrench, phase, gravity)
             broken += int((~sound).sum())
+            if "orientation" not in table:
+                moves = sound & between_holds(gravity)
+                moving, sound = moving + int(moves.sum()), sound & ~moves
             if not sound.any():
                 raise DataError(f"leg {leg} has no complete row", file=table.path)
             warmth = table.number("temperature_degc")[part] if "temperature_degc" in table else None
@@ -74,7 +78,8 @@ def leg_logs(
                 temperature_degc=None if warmth is None else warmth[sound],
             )
             logs.setdefault(leg, []).append(without_effects(log, undone))
-    return logs, {"reading is not a number": broken} if broken else {}
+    rejected = {"reading is not a number": broken, "moving between holds": moving}
+    return logs, {reason: count for reason, count in rejected.items() if count}
 
 
 def _gravity(

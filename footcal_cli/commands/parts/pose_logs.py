@@ -45,7 +45,7 @@ def raw_poses(
     legs = known_legs(session)
     robot = session.recipe.robot
     assert robot.weight_n is not None  # `known_legs` refused it
-    geometry = geometry_of(robot.legs, options.chassis_com_m)
+    geometry = geometry_of(session.recipe, options.chassis_com_m)
     role = "tripod" if options.fit == "offsets" and session.recipe.data.get("tripod") else None
     tables = session.read(poses_table(), role)
     rejected: dict[str, int] = {}

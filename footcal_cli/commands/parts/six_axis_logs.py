@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -28,7 +28,7 @@ from footcal_cli.errors import DataError, UsageError
 from footcal_cli.records.effects import effect_of
 
 if TYPE_CHECKING:
-    from footcal_cli.recipe import Leg
+    from footcal_cli.recipe import Recipe
     from footcal_cli.records.results import ParametersRecord
     from footcal_cli.tables.table import Table
 
@@ -40,12 +40,13 @@ _NAMED_SHARE = 0.2
 """A stretch shorter than this share of a pose was never meant as one."""
 
 
-def geometry_of(legs: Mapping[str, Leg], chassis_com_b_m: Sequence[float]) -> Geometry:
+def geometry_of(recipe: Recipe, chassis_com_b_m: Sequence[float]) -> Geometry:
     """The recipe's nominal mounting."""
+    legs = recipe.robot.legs
     return Geometry(
         tuple(legs),
         np.stack([rotation_of_rpy(leg.rotation_rpy_rad) for leg in legs.values()]),
-        np.array([leg.position_m for leg in legs.values()]),
+        np.array([recipe.hip_position_m(leg) for leg in legs]),
         np.array(chassis_com_b_m, dtype=float),
     )
 

@@ -213,13 +213,21 @@ def fit_channel(
         raise FitError("the reading never changes", column=record.channel)
     model = model_of(record, record.drive(), terms)
     found = model.fit(start, correlation_s if record.timed else 0.0)
-    return _finish(record, terms, model, found)
+    return finish_channel(record, terms, model, found)
 
 
-def _finish(
+def finish_channel(
     record: BenchRecord, terms: tuple[Term, ...], model: Separable, found: SeparableFit
 ) -> ChannelFit:
-    """From counts to newtons, and everything a report needs."""
+    """From counts to newtons, and everything a report needs.
+
+    Parameters
+    ----------
+    record, terms
+        What was fitted.
+    model, found
+        From `model_of`, and its fit.
+    """
     known = record.known
     load, reading = record.load_n[known], record.reading[known]
     centre, fit, affine = float(reading.mean()), found.linear, 2 + len(terms)

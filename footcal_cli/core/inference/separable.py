@@ -106,7 +106,7 @@ class Separable:
             log_shapes = self._search(start, correlation_s) if correlation_s > 0.0 else start
         else:
             log_shapes = self._search(start, correlation_s)
-        return self._together(log_shapes, correlation_s)
+        return self.together(log_shapes, correlation_s)
 
     def left(self, log_shapes: FloatArray, correlation_s: float) -> FloatArray:
         """What the best coefficients leave of the whitened rows, shape (n,)."""
@@ -167,10 +167,27 @@ class Separable:
         prior = 0.5 * float(np.sum(away**2))
         return 0.5 * left.size * float(np.log(left @ left + 1e-300)) + prior
 
-    def _together(self, log_shapes: FloatArray, correlation_s: float) -> SeparableFit:
-        """Coefficients, and their covariance with that of the shapes."""
+    def together(
+        self,
+        log_shapes: FloatArray,
+        correlation_s: float,
+        regression: Callable[[FloatArray], BlockFit] | None = None,
+    ) -> SeparableFit:
+        """Coefficients at known shapes, and their covariance with that of the shapes.
+
+        Parameters
+        ----------
+        log_shapes, correlation_s
+            As found before.
+        regression
+            Of the target on a design (n, q); with the noise of this model where None.
+        """
+
+        def solve(design: FloatArray) -> BlockFit:
+            return regression(design) if regression else self._regression(design, correlation_s)
+
         design = self.design(log_shapes)
-        fit = self._regression(design, correlation_s)
+        fit = solve(design)
         p, k = design.shape[1], log_shapes.size
         bends = np.zeros((design.shape[0], k))
         for i, step in enumerate(LOG_STEP * np.eye(k)):
@@ -179,7 +196,7 @@ class Separable:
         seen = np.linalg.norm(bends, axis=0) > _SEEN * np.linalg.norm(self.target)
         spread = fit
         if seen.any():
-            spread = self._regression(np.column_stack([design, bends[:, seen]]), correlation_s)
+            spread = solve(np.column_stack([design, bends[:, seen]]))
         at = np.concatenate([np.arange(p), p + np.flatnonzero(seen)])
         covariance = np.zeros((p + k, p + k))
         covariance[np.ix_(at, at)] = spread.covariance
