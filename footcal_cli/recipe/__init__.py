@@ -231,7 +231,7 @@ class Recipe(Frozen):
             {**common, **{name: place.foreign() for name, place in spec.columns.items()}},
             spec.layout(), spec.rate_hz, spec.wide_into,
             {e: {n: p.foreign() for n, p in own.items()} for e, own in spec.wide.items()},
-            tuple(joins),
+            tuple(joins), spec.rows_of,
         )  # fmt: skip
 
     def data_paths(self, role: str) -> list[Path]:

@@ -7,7 +7,6 @@ that makes the logged forces the weight of one thing is taken.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -20,8 +19,9 @@ from footcal_cli.core.attitude import (
     rotations_of_rpy,
 )
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.sniff.columns import ColumnGuess, FileGuess
 from footcal_cli.sniff.groups import angle_unit, matrix, one_owner
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
+from footcal_cli.sniff.names import orientation_in
 from footcal_cli.sniff.plan import Entry, of
 from footcal_cli.tables.columns import ROTVEC, RPY
 
@@ -30,11 +30,6 @@ EXPLAINED = 0.1
 _TURNED = 0.05
 """Variance of the direction of gravity from which an attitude can be told from another."""
 _MOST = 4000
-_SIGNED = re.compile(
-    r"(?:^|[^a-z])(?P<axis>[xyz])[ _]*(?P<after>up|down|plus|minus|pos|neg|positive|negative|[+-])"
-    r"(?=[^a-z]|$)"
-    r"|(?P<before>plus|minus|pos|neg|positive|negative|[+-])[ _]*(?P<other>[xyz])(?=[^a-z]|$)"
-)
 _AXES = {a: np.eye(3)[i] for i, a in enumerate("xyz")}
 
 
@@ -127,15 +122,6 @@ def named_orientation(words: Sequence[str], entry: Entry, force: FloatArray) -> 
     if left > EXPLAINED:
         warnings = ("the forces are not the weight of one thing in the orientations named",)
     return Attitude({"orientation": replace(entry, names=names)}, warnings, False, left < EXPLAINED)
-
-
-def orientation_in(word: str) -> str | None:
-    """``+x`` … ``-z``, the axis along gravity, of a name such as ``hang_plus_x`` or ``x_up``."""
-    found = _SIGNED.search(word.lower())
-    if found is None:
-        return None
-    axis, said = found["axis"] or found["other"], found["after"] or found["before"]
-    return ("-" if said in ("up", "minus", "neg", "negative", "-") else "+") + axis
 
 
 def _pulls(orientation: str) -> FloatArray:

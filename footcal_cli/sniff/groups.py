@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from footcal_cli.sniff.columns import ColumnGuess, FileGuess
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
 from footcal_cli.sniff.names import words_of
 
 AXES = ("fx", "fy", "fz", "tx", "ty", "tz")

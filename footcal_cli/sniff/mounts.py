@@ -15,7 +15,7 @@ import numpy as np
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.spatial import rotation_log, rotation_of_rpy, rpy_of_rotation
 from footcal_cli.sniff.attitudes import EXPLAINED, Attitude, Reading, readings_of, turns
-from footcal_cli.sniff.columns import FileGuess
+from footcal_cli.sniff.guesses import FileGuess
 
 _AXES_NEAR = np.radians(8.0)
 """Transducers are mostly mounted along axes; so near to one the rest is taken for an error."""

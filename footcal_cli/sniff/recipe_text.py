@@ -6,8 +6,8 @@ import os.path
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-from footcal_cli.sniff.columns import FileGuess
 from footcal_cli.sniff.file_names import Part
+from footcal_cli.sniff.guesses import FileGuess
 from footcal_cli.sniff.plan import Blank, Entry, Plan, of
 from footcal_cli.tables.columns import body_table
 from footcal_cli.tables.reading import BLANKS, Layout
@@ -167,8 +167,10 @@ def _layout_lines(file: FileGuess) -> list[str]:
     lines = []
     if layout.line:
         lines.append(f"line = {_literal(layout.line)}    # every line that it finds itself in")
-        if layout.carried:
-            lines.append(f"carried = {_literal(layout.carried)}    # holds for the rows below")
+    if layout.carried:
+        lines.append(f"carried = {_literal(layout.carried)}    # holds for the rows below")
+    if file.rows_of:
+        lines.append(f"rows_of = {_quoted(file.rows_of)}    # topics take turns in the table")
     if layout.separator != plain.separator:
         name = {BLANKS: "space", "\t": "tab"}.get(layout.separator, layout.separator)
         lines.append(f"separator = {_quoted(name)}")
@@ -209,6 +211,8 @@ def _place(entry: Entry) -> str:
         said.append(f"factor = {entry.factor}")
     if entry.column is not None and entry.column.format:
         said.append(f"format = {_quoted(entry.column.format)}")
+    if entry.wraps_at:
+        said.append(f"wraps_at = {entry.wraps_at:.0f}")
     if entry.nanoseconds:
         said.append(f"nanoseconds = {_quoted(entry.nanoseconds)}")
     if entry.names:

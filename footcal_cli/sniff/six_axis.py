@@ -10,7 +10,7 @@ import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.attitudes import Attitude, attitude_of, named_orientation
-from footcal_cli.sniff.columns import ColumnGuess, FileGuess
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
 from footcal_cli.sniff.mounts import Mounts, mounts_of
 from footcal_cli.sniff.plan import MASS, Blank, Entry, Plan, of, times
 from footcal_cli.sniff.units import known_unit
