@@ -179,6 +179,22 @@ class LongWalk:
 
         return LongWalk(self.session, self.rule, self.update_hz, read)
 
+    def teacher(self, *, causal: bool) -> tuple[Part, Belief]:
+        """The first part with gait cycles enough to learn from, else the one with most of them.
+
+        A live run can learn from its beginning alone.
+        """
+        streams = self.again()
+        best: Part | None = None
+        for part in streams.parts():
+            if best is None or part.cycles > best.cycles:
+                best = part
+            if causal or best.cycles >= ENOUGH_CYCLES:
+                break
+        assert best is not None, "a stream has a part"
+        assert streams.belief is not None, "a part was read"
+        return best, streams.belief
+
     @property
     def samples(self) -> float | None:
         """About how many the sensors' log has."""

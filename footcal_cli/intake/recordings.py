@@ -265,7 +265,7 @@ def without_transducer_effects(log: Log, record: ParametersRecord) -> Log:
             extended = extended.with_link(Link(effect, dict(item.owners)))
     if len(extended.links) == 1:
         return log
-    values = {name: parameter.value for name, parameter in record.parameters.items()}
+    values = record.values
     good = np.asarray(np.isfinite(log.readings).all(axis=1))
     truth, _ = extended.remove(log.with_readings(np.nan_to_num(log.readings)), values)
     shown, _ = offsets.apply(truth, values)

@@ -103,10 +103,11 @@ class Foot(Frozen):
 class Leg(Frozen):
     """A leg with a six-axis transducer at the hip, nominal pose in the body frame.
 
-    `mass_kg` is what hangs below the transducer; a hanging is compared with it.
+    `mass_kg` is what hangs below the transducer; a hanging is compared with it. Hanging needs no
+    `position_m`; standing does.
     """
 
-    position_m: tuple[float, float, float]
+    position_m: tuple[float, float, float] | None = None
     rotation_rpy_rad: tuple[float, float, float] = (0.0, 0.0, 0.0)
     mass_kg: float | None = Field(default=None, gt=0)
 
@@ -230,7 +231,7 @@ class Recipe(Frozen):
             {**common, **{name: place.foreign() for name, place in spec.columns.items()}},
             spec.layout(), spec.rate_hz, spec.wide_into,
             {e: {n: p.foreign() for n, p in own.items()} for e, own in spec.wide.items()},
-            tuple(joins),
+            tuple(joins), spec.rows_of,
         )  # fmt: skip
 
     def data_paths(self, role: str) -> list[Path]:
@@ -248,6 +249,16 @@ class Recipe(Frozen):
                 self._refuse_outside(pattern, matches)
             found += matches
         return found
+
+    def hip_position_m(self, leg: str) -> tuple[float, float, float]:
+        """Where the recipe says that a leg's transducer sits, body frame, m; refused without."""
+        position = self.robot.legs[leg].position_m
+        if position is None:
+            raise UsageError(
+                f"[robot.legs.{leg}] has no position_m", file=self.path,
+                remedy="give x, y, z of the transducer's origin in the body frame, in m",
+            )  # fmt: skip
+        return position
 
     def _refuse_outside(self, pattern: str, paths: Collection[Path]) -> None:
         folder = self.path.parent if self.path is not None else Path()

@@ -19,9 +19,9 @@ class Place(Frozen):
     numbers, `factor` what they are multiplied by (−1 turns a sign), `format` that of dates as
     strptime has it (``%d.%m.%Y %H:%M:%S.%f``), `pattern` a regular expression whose first group is
     the value in a cell (``Reading: 8347750``) and whose group ``unit``, if any, is that value's own
-    unit, `nanoseconds` the column beside one of whole seconds, `names` translates texts. Instead of
-    `column`, a
-    `value` holds for every row, and `file_name` is a regular expression whose first group in the
+    unit, `nanoseconds` the column beside one of whole seconds, `names` translates texts, `wraps_at`
+    is the number at which a counter begins again from zero (2³² = 4294967296). Instead of `column`,
+    a `value` holds for every row, and `file_name` is a regular expression whose first group in the
     file's name does.
     """
 
@@ -33,6 +33,7 @@ class Place(Frozen):
     format: str | None = None
     factor: float | None = None
     nanoseconds: str = ""
+    wraps_at: float | None = Field(default=None, gt=0)
     names: dict[str, str] = Field(default_factory=dict)
 
     @model_validator(mode="after")
@@ -91,7 +92,10 @@ class FileSpec(Frozen):
     `skip_below` lines of units and the like stand below it; the table ends above a line that begins
     with `until`. `line` is a regular expression with
     named groups for texts without fields: each line it is found in is a row; `carried` is one for
-    lines whose groups hold for the rows below. `rate_hz` counts rows where there are no stamps.
+    lines between the rows (``# load 2 kg``) whose groups are columns of the rows below. `rate_hz`
+    counts rows where there are no stamps. `rows_of` is for topics that take turns in one table:
+    rows without a value in this column are left out, and the other columns are filled in from their
+    own rows, no farther than 0.1 s away.
     `columns` are the files' own, before ``[columns]``. `wide` makes one row of the file into one
     row per entry, distinguished by the column `wide_into`. `join` brings in columns of other files.
     """
@@ -111,6 +115,7 @@ class FileSpec(Frozen):
     carried: str = ""
     rate_hz: float | None = Field(default=None, gt=0)
     columns: dict[str, Place] = Field(default_factory=dict)
+    rows_of: str = ""
     wide_into: str = "channel"
     wide: dict[str, dict[str, Place]] = Field(default_factory=dict)
     join: tuple[JoinSpec, ...] = ()
@@ -130,8 +135,6 @@ class FileSpec(Frozen):
         for text in (self.line, self.carried):
             if text and not _expression(text).groupindex:
                 raise ValueError(f"'{text}' has no named group such as (?P<counts>…)")
-        if self.carried and not self.line:
-            raise ValueError("carried stands together with line only")
         return self
 
     def layout(self) -> Layout:

@@ -6,6 +6,7 @@ leaves nothing half-written.
 
 from __future__ import annotations
 
+import shlex
 import sys
 import time
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
@@ -25,10 +26,10 @@ from footcal_cli.recipe import CommandOptions, Recipe, read_recipe, validated
 from footcal_cli.records.files import read_record
 from footcal_cli.records.results import FindingRecord, ParametersRecord, ReadColumnRecord, RunRecord
 from footcal_cli.report import Drawn, Report, history_sheet, read_aloud, read_as_sheet
+from footcal_cli.report.outcome import Outcome
 from footcal_cli.report.text import print_text
 from footcal_cli.session.gates import gated, merged
 from footcal_cli.session.inspection import inspect, inspect_record, over_pieces
-from footcal_cli.session.outcome import Outcome
 from footcal_cli.session.progress import Advance, bar
 from footcal_cli.session.read_as import in_units_of_readings, record_of
 from footcal_cli.session.run_files import write_run
@@ -87,6 +88,24 @@ class Request:
         """Files that the command line names as inputs."""
         named = [self.recipe, self.parameters, self.reference, *self.overrides.values()]
         return (*self.logs, *(path for path in named if isinstance(path, Path)))
+
+    @property
+    def command_line(self) -> str:
+        """The command that asks the same."""
+        words = ["footcal", self.command, *(path.as_posix() for path in self.logs)]
+        for option, path in (("--recipe", self.recipe), ("--parameters", self.parameters)):
+            words += [] if path is None else [option, path.as_posix()]
+        for name, value in self.overrides.items():
+            option = f"--{name.replace('_', '-')}"
+            if value is False:
+                words.append(f"--no-{name}")
+            elif value is True:
+                words.append(option)
+            elif isinstance(value, tuple):
+                words += [part for item in value for part in (option, str(item))]
+            elif value is not None:
+                words += [option, str(value)]
+        return shlex.join([*words, "--seed", str(self.seed), "--out", self.out.as_posix()])
 
 
 class Session(Generic[Options]):
@@ -152,15 +171,15 @@ class Session(Generic[Options]):
             self.inputs[shown(path)] = digest(path)
 
     def part(
-        self, logs: Sequence[Path], parameters: Path | None, options: Options
+        self, logs: Sequence[Path], parameters: Path | None = None, **options: object
     ) -> Session[Options]:
-        """The same run with other logs, options and, if given, another calibration to start from.
+        """The same run with other logs, some other options, and another calibration if given.
 
         What it reads counts as read by this run; its findings are its own.
         """
         other = copy(self)
         other.request = replace(self.request, logs=tuple(logs))
-        other.options = options
+        other.options = self.options.model_copy(update=options)
         other._taken, other._left_aside = set(), {}
         other._noted, other._read_before = [], {}
         if parameters is not None:

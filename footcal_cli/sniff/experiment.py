@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from footcal_cli.core.bench.matrix import directions
-from footcal_cli.sniff.columns import ColumnGuess, FileGuess
 from footcal_cli.sniff.groups import channel_names, readings, wrenches
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
 from footcal_cli.sniff.holds import blank_loads
 from footcal_cli.sniff.numbered import numbered
 from footcal_cli.sniff.plan import MASS, Blank, Entry, Plan, of, times
@@ -39,6 +39,8 @@ def plan_of(file: FileGuess) -> Plan | None:
         return _placements(file, holes, loads[0], cells)
     if six:
         return transducers(file, six)
+    if why_not(file) is not None:
+        return None
     if loads and cells:
         return _weights(file, loads, cells)
     runs = _runs_across(file, loads)
@@ -51,6 +53,19 @@ def plan_of(file: FileGuess) -> Plan | None:
         return _unloaded(file, cells[0])
     if cells:
         return _cells(file, cells)
+    return None
+
+
+def why_not(file: FileGuess) -> tuple[str, str] | None:
+    """Why a log that is understood cannot be used as it is, and what to do; None otherwise."""
+    axes = {c.name.axis for c in file.of("force")}
+    feet = next((c.words for c in file.of("label") if len(c.words) > 1), ())
+    if feet and {"fx", "fy", "fz"} <= axes and not {"tx", "ty", "tz"} & axes:
+        columns = ", ".join(f"{foot}_fz" for foot in feet[:2])
+        return (
+            f"forces along three axes of {len(feet)} feet, one row per foot",
+            f"write one row per stamp, a column of vertical force for each foot ({columns}, …)",
+        )
     return None
 
 

@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from footcal_cli.sniff.attitudes import attitude_of, named_orientation
-from footcal_cli.sniff.columns import ColumnGuess, FileGuess
 from footcal_cli.sniff.experiment import UNIT_ASKED, UNIT_TO_FILL_IN, plan_of
 from footcal_cli.sniff.groups import readings, wrenches
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
 from footcal_cli.sniff.names import name_guess
 from footcal_cli.sniff.numbered import numbered
 from footcal_cli.sniff.plan import Entry, Plan

@@ -8,28 +8,42 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from footcal_cli.sniff.columns import ColumnGuess, FileGuess
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
 from footcal_cli.sniff.names import words_of
 
 AXES = ("fx", "fy", "fz", "tx", "ty", "tz")
 _AT_THE_FOOT = re.compile(r"foot|ankle|sole", re.IGNORECASE)
+_BEFORE_AXIS = re.compile(
+    r"(.*?)[\W_]*(?:(?:force|torque|moment)[\W_]*[xyz]|[fmt][\W_]?[xyz])(?![a-z])", re.IGNORECASE
+)
 
 
 def wrenches(file: FileGuess) -> dict[str, dict[str, ColumnGuess]]:
     """Complete six-axis transducers by name: axis -> column."""
     groups: dict[tuple[str, str], dict[str, ColumnGuess]] = {}
+    by_stem: dict[str, dict[str, ColumnGuess]] = {}
     for column in file.of("force"):
         if column.name.axis in AXES:
             groups.setdefault((column.name.address, ""), {}).setdefault(column.name.axis, column)
+            by_stem.setdefault(_stem(column.column), {}).setdefault(column.name.axis, column)
             if _AT_THE_FOOT.search(column.column):
                 own = groups.setdefault((column.name.address, "foot"), {})
                 own.setdefault(column.name.axis, column)
     whole = {key: g for key, g in groups.items() if set(g) == set(AXES)}
+    numbered = {stem: g for stem, g in by_stem.items() if stem and set(g) == set(AXES)}
+    if len(numbered) > len({name for name, _ in whole}) and not any(foot for _, foot in whole):
+        return numbered  # L1 L2 L3 are three legs, not one left foot
     # of two transducers in a leg the one at the foot feels the ground
     return {
         owner_of(name): whole.get((name, "foot"), group)
         for (name, _), group in whole.items()
     }  # fmt: skip
+
+
+def _stem(column: str) -> str:
+    """Name of a transducer in front of its axes: ``L1`` of ``L1_Fx [N]``."""
+    found = _BEFORE_AXIS.match(column)
+    return owner_of(found[1]) if found and found[1].strip("_. /") else ""
 
 
 def owner_of(address: str) -> str:

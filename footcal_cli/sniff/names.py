@@ -50,6 +50,13 @@ for _meaning, _spellings in {
 _MEAN = re.compile(r"[\W_](?:mean|avg|average|median)$", re.IGNORECASE)
 _SPREAD = re.compile(r"[\W_](?:std|sd|stdev|stddev|var|variance|rms|sem)$", re.IGNORECASE)
 """How a column of means or of scatter is called."""
+_SIGNED = re.compile(
+    r"(?:(?:^|[^a-z])(?P<word>plus|minus|pos|neg|positive|negative)[ _]*"
+    r"|(?:^|[^a-z0-9])(?P<sign>[+-])[ _]*|(?:^|[^a-z]))"
+    r"(?P<axis>[xyz])(?:[ _-]*(?P<way>up|down)(?=[^a-z]|$)"
+    r"|[ _]*(?P<after>plus|minus|pos|neg|positive|negative|[+-])(?=[^a-z]|$)|(?=[^a-z]|$))"
+)
+"""An axis with its sign before or after it, and whether it points up or down."""
 _REPORTED = {"plate", "platform", "measured", "meas", "sensor", "estimated", "est", "insole"}
 _FORCE = {"force", "kraft", "fuerza", "effort", "f", "forza", "grf", "kracht"}
 _TORQUE = {"torque", "moment", "tau", "drehmoment", "m", "t", "couple"}
@@ -127,6 +134,16 @@ def name_guess(name: str) -> NameGuess:
     if quantity == "force" and axis and words[-1].isdigit() and words[-1] not in owner:
         owner = f"{owner}_{words[-1]}".strip("_")  # plates are counted: Fx1, Fx2
     return NameGuess(quantity, axis, side, place, owner, unit, factor)
+
+
+def orientation_in(word: str) -> str | None:
+    """``+x`` … ``-z``, the axis along gravity, of a name such as ``hang_plus_x`` or ``-x up``."""
+    for found in _SIGNED.finditer(word.lower()):
+        sign = found["word"] or found["sign"] or found["after"]
+        if sign or found["way"]:
+            turns = (sign in ("minus", "neg", "negative", "-")) + (found["way"] == "up")
+            return ("-" if turns % 2 else "+") + found["axis"]
+    return None
 
 
 def _address(words: list[str]) -> tuple[str, str, list[str]]:

@@ -9,8 +9,8 @@ from dataclasses import replace
 import numpy as np
 
 from footcal_cli.core.attitude import nearest_rotations
-from footcal_cli.sniff.columns import ColumnGuess, FileGuess
 from footcal_cli.sniff.groups import AXES, owner_of
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
 
 _INDEXED = re.compile(r"^(.*?)[\[_. (]*(\d+)[\])]*$")
 _WRENCH_STEM = re.compile(r"wrench|ft|force|tcp|f_ext", re.IGNORECASE)

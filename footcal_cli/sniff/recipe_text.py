@@ -6,8 +6,8 @@ import os.path
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-from footcal_cli.sniff.columns import FileGuess
 from footcal_cli.sniff.file_names import Part
+from footcal_cli.sniff.guesses import FileGuess
 from footcal_cli.sniff.plan import Blank, Entry, Plan, of
 from footcal_cli.tables.columns import body_table
 from footcal_cli.tables.reading import BLANKS, Layout
@@ -36,9 +36,12 @@ def recipe_text(parts: Sequence[Part], target: Path, command_line: str) -> str:
     for blank in blanks:
         if blank.lines[0] == _ROBOT:  # that table stands there already
             lines += [_asked(blank), *blank.lines[1:]]
+    tables: dict[str, str] = {}
     for part in parts:
         for table in part.plan.robot:
-            lines += ["", table]
+            tables.setdefault(table.splitlines()[0], table)  # hanging and standing share legs
+    for table in tables.values():
+        lines += ["", table]
     for blank in blanks:
         if blank.lines[0] != _ROBOT:
             lines += ["", _asked(blank), *blank.lines]
@@ -66,11 +69,12 @@ def next_step(parts: Sequence[Part], command_line: str) -> str:
     """The exact command, after what is to be filled in."""
     plan = parts[0].plan
     command = f"footcal {plan.command} {command_line}"
-    asked = (blank.why for part in parts for blank in part.plan.blanks if blank.needed)
-    wanted = list(dict.fromkeys(asked))
-    if not wanted:
-        return command
-    return f"fill in what is marked TO FILL IN ({'; '.join(wanted)}), then {command}"
+    same = (part.plan for part in parts if part.plan.command == plan.command)
+    wanted = dict.fromkeys(blank.why for own in same for blank in own.blanks if blank.needed)
+    said = f"fill in what is marked TO FILL IN ({'; '.join(wanted)}), then " if wanted else ""
+    later = [c for c in dict.fromkeys(p.plan.command for p in parts) if c != plan.command]
+    after = [f"; after it {name}, with its parameters.json" for name in later]
+    return f"{said}{command}{''.join(after)}"
 
 
 def listing(parts: Sequence[Part]) -> list[str]:
@@ -163,8 +167,10 @@ def _layout_lines(file: FileGuess) -> list[str]:
     lines = []
     if layout.line:
         lines.append(f"line = {_literal(layout.line)}    # every line that it finds itself in")
-        if layout.carried:
-            lines.append(f"carried = {_literal(layout.carried)}    # holds for the rows below")
+    if layout.carried:
+        lines.append(f"carried = {_literal(layout.carried)}    # holds for the rows below")
+    if file.rows_of:
+        lines.append(f"rows_of = {_quoted(file.rows_of)}    # topics take turns in the table")
     if layout.separator != plain.separator:
         name = {BLANKS: "space", "\t": "tab"}.get(layout.separator, layout.separator)
         lines.append(f"separator = {_quoted(name)}")
@@ -205,6 +211,8 @@ def _place(entry: Entry) -> str:
         said.append(f"factor = {entry.factor}")
     if entry.column is not None and entry.column.format:
         said.append(f"format = {_quoted(entry.column.format)}")
+    if entry.wraps_at:
+        said.append(f"wraps_at = {entry.wraps_at:.0f}")
     if entry.nanoseconds:
         said.append(f"nanoseconds = {_quoted(entry.nanoseconds)}")
     if entry.names:

@@ -9,10 +9,10 @@ import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.attitudes import attitude_of
-from footcal_cli.sniff.columns import FileGuess
 from footcal_cli.sniff.experiment import plan_of
 from footcal_cli.sniff.file_names import Beside, Part, alike_part, escaped
 from footcal_cli.sniff.groups import readings, wrenches
+from footcal_cli.sniff.guesses import FileGuess
 from footcal_cli.sniff.numbered import numbered
 from footcal_cli.sniff.plan import Plan
 from footcal_cli.sniff.six_axis import body_entries

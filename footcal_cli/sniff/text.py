@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from footcal_cli.errors import DataError
-from footcal_cli.sniff.freeform import free_form
+from footcal_cli.sniff.freeform import carried_between, free_form
 from footcal_cli.sniff.tokens import NOTHING, is_moment, is_number, number_signs, worth
 from footcal_cli.sniff.units import looks_like_units
 from footcal_cli.tables.reading import BLANKS, Layout
@@ -24,6 +24,8 @@ _COMMENTS = ("#", "%", "//", "!", ";", "'")
 _SEPARATORS = (",", ";", "\t", "|", BLANKS)
 _ALIKE = 0.7
 """Share of lines that must be alike for a layout to be taken."""
+_SPARSE = 0.1
+"""Share of rows with more empty cells than numbers from which a table is sparse."""
 _CALLED = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars", BLANKS: "blanks"}
 
 
@@ -85,6 +87,9 @@ def guess_text(path: Path) -> TextGuess:
     until, last = _end(lines, found, guess.layout.comment)
     said += [f"the table ends above '{until}'"] if until else []
     layout = replace(guess.layout, thousands=found.thousands, until=until)
+    carried = carried_between([x for x in lines if not found.is_row(x)])
+    layout = replace(layout, carried=carried)
+    said += ["lines between the rows say what holds below"] if carried else []
     if until and not guess.units and len(last) == found.width and looks_like_units(last):
         guess = replace(guess, units=tuple(last), said=(*guess.said, "units below the rows"))
     top = found.begins_at(lines)
@@ -135,11 +140,17 @@ def fields_of(line: str, separator: str) -> list[str]:
     return [f.strip() for f in next(csv.reader([line.strip("\r\n")], delimiter=separator), [])]
 
 
+def _filled_fields(line: str, separator: str) -> list[str]:
+    """Fields of a line up to the last that is not empty."""
+    return fields_of(line.rstrip(separator), separator)
+
+
 @dataclass(frozen=True)
 class _Body:
     """The rows of a text under one separator.
 
-    `share` of the lines have `width` fields; `numbers` of these hold numbers, in `numeric` columns.
+    `share` of the lines have `width` fields; `numbers` of these hold numbers, in `numeric` columns;
+    `sparse` where many rows lack half of them, as topics do that take turns.
     """
 
     separator: str
@@ -150,14 +161,19 @@ class _Body:
     numbers: float
     score: float
     numeric: tuple[int, ...]
+    sparse: bool
 
     @classmethod
     def of(cls, lines: list[str], separator: str) -> _Body:
         written = [line for line in lines if line.strip()]
         tail = written[len(written) // 3 :][:400] if len(written) > 6 else written[-3:] or written
         tail = [line for line in tail if not line.lstrip().startswith(("#", "%", "//"))] or tail
-        split = [fields_of(line.rstrip(separator), separator) for line in tail]
-        width = Counter(map(len, split)).most_common(1)[0][0]
+        split = [_filled_fields(line, separator) for line in tail]
+        width, alike = Counter(map(len, split)).most_common(1)[0]
+        open_ended = [fields_of(line, separator) for line in tail]
+        longer, more = Counter(map(len, open_ended)).most_common(1)[0]
+        if more > alike or (more == alike and any(len(row) > width for row in split)):
+            split, width = open_ended, longer  # cells at the end of rows may be empty
         rows = [row for row in split if len(row) == width]
         signs = number_signs([f for row in rows for f in row], separator)
         worths = [[worth(field, *signs) for field in row] for row in rows]
@@ -171,7 +187,9 @@ class _Body:
             sum(is_moment(row[i]) for row in rows) > 0.8 * len(rows) for i in range(width)
         )
         score = share * sum(map(sum, worths)) / len(rows)
-        return cls(separator, *signs, width, share, len(numeric) + moments, score, numeric)
+        halves = [sum(not row[i] for i in numeric) * 2 > len(numeric) for row in rows]
+        sparse = sum(halves) > _SPARSE * len(rows)
+        return cls(separator, *signs, width, share, len(numeric) + moments, score, numeric, sparse)
 
     def begins_at(self, lines: list[str]) -> int:
         """Where the rows begin: a line above them may hold a number or two beside its words."""
@@ -181,7 +199,9 @@ class _Body:
 
     def is_row(self, line: str, *, whole: bool = False) -> bool:
         """Whether a line is a row; `whole`: no word stands where numbers should."""
-        fields = fields_of(line.rstrip(self.separator), self.separator)
+        fields = _filled_fields(line, self.separator)
+        if len(fields) < self.width:
+            fields = fields_of(line, self.separator)[: self.width]
         if len(fields) != self.width:
             return False
         if not self.numeric:
@@ -190,6 +210,8 @@ class _Body:
         if whole:
             nothing = [fields[i].lower() in NOTHING for i in self.numeric]
             return any(good) and all(a or b for a, b in zip(good, nothing, strict=True))
+        if self.sparse and any(good):
+            return all(ok or not fields[i] for i, ok in zip(self.numeric, good, strict=True))
         return sum(good) >= max(1, (len(good) + 1) // 2)
 
 

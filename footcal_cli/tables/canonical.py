@@ -94,6 +94,8 @@ def canonical(
         said = said or "date, as seconds since 1970 UTC"
         return spans, ReadColumn(spec.name, source, said, "s", None, None, _range(spans))
     values = numbers(raw, spec, source, place.unit, path)
+    if place.wraps_at is not None:
+        values = unwrapped(values, place.wraps_at)
     change = conversion_of(spec, place, gravity_mps2, path)
     read_values = values if change is None else change(values.astype(np.float64))
     if place.factor is not None:
@@ -101,6 +103,12 @@ def canonical(
     if change is None and place.factor is None and not renamed:
         return values, None
     return read_values, _read_as(spec, place, change, values, read_values)
+
+
+def unwrapped(values: NDArray[Any], at: float) -> NDArray[Any]:
+    """A counter (n,) that begins again from zero, as if it had gone on counting."""
+    turns = np.cumsum(np.diff(values.astype(np.float64), prepend=values[:1]) < -at / 2)
+    return np.asarray(values + turns.astype(values.dtype) * values.dtype.type(at))
 
 
 def conversion_of(

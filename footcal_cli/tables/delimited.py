@@ -9,6 +9,7 @@ import re
 import warnings
 import zlib
 from collections.abc import Collection, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -41,12 +42,17 @@ def text_names(path: Path, layout: Layout) -> list[str]:
     if layout.line:
         both = f"{layout.carried}|{layout.line}" if layout.carried else layout.line
         return list(re.compile(both).groupindex)
-    lines, _, header = _lines(path, layout)
+    carried = list(re.compile(layout.carried).groupindex) if layout.carried else []
+    return [*_own_names(_lines(path, layout), layout), *carried]
+
+
+def _own_names(found: _Lines, layout: Layout) -> list[str]:
+    """Names of the fields of the rows."""
     if layout.names:
         return list(layout.names)
-    if header is not None:
-        return _named(_fields(header, layout))
-    width = max((len(_fields(line, layout)) for line in lines[:50]), default=0)
+    if found.header is not None:
+        return _named(_fields(found.header, layout))
+    width = max((len(_fields(line, layout)) for line in found.rows[:50]), default=0)
     return [f"column_{i + 1}" for i in range(width)]
 
 
@@ -72,10 +78,11 @@ def text_table(path: Path, layout: Layout, texts: Collection[str]) -> tuple[pd.D
         return _searched(path, layout)
     import pandas as pd
 
-    lines, numbers, _ = _lines(path, layout)
+    found = _lines(path, layout)
+    lines, numbers = found.rows, found.numbers
     if not lines:
         raise DataError("no rows", file=path, remedy="record the log again")
-    names = text_names(path, layout)
+    names = _own_names(found, layout)
     widest, at = max((len(_fields(line, layout)), -i) for i, line in enumerate(lines))
     trailing = widest == len(names) + 1 and all(
         line.rstrip("\r\n").endswith(layout.separator) for line in lines
@@ -97,7 +104,11 @@ def text_table(path: Path, layout: Layout, texts: Collection[str]) -> tuple[pd.D
         )  # fmt: skip
     except (pd.errors.ParserError, pd.errors.EmptyDataError, csv.Error) as error:
         raise unreadable(path, error) from None
-    return frame[names], np.array(numbers, dtype=np.int64)
+    frame = frame[names]
+    if found.carried:
+        between = pd.DataFrame(found.carried, index=frame.index)
+        frame = pd.concat([frame, _as_numbers(between, layout)], axis=1)
+    return frame, np.array(numbers, dtype=np.int64)
 
 
 def _named(fields: Sequence[str]) -> list[str]:
@@ -139,15 +150,31 @@ def decoded(path: Path, layout: Layout) -> str:
         ) from None  # fmt: skip
 
 
-def _lines(path: Path, layout: Layout) -> tuple[list[str], list[int], str | None]:
-    """Lines of rows, their numbers from 1, and the header's line."""
+@dataclass(frozen=True)
+class _Lines:
+    """Lines of rows, their numbers from 1, the header's line, and what holds for each row."""
+
+    rows: list[str]
+    numbers: list[int]
+    header: str | None
+    carried: list[dict[str, str | None]]
+
+
+def _lines(path: Path, layout: Layout) -> _Lines:
+    """The lines of a table, without remarks and what stands around it."""
     kept: list[str] = []
     numbers: list[int] = []
+    carried: list[dict[str, str | None]] = []
     header: str | None = None
+    between = re.compile(layout.carried) if layout.carried else None
+    holds: dict[str, str | None] = dict.fromkeys(between.groupindex if between else ())
     skip = layout.skip_rows
     below = layout.skip_below
     waits = layout.header
     for number, line in enumerate(decoded(path, layout).splitlines(), start=1):
+        if between is not None and (said := between.search(line)) is not None:
+            holds = {**holds, **said.groupdict()}
+            continue
         if layout.comment and line.lstrip().startswith(layout.comment):
             continue
         if layout.until and kept and line.startswith(layout.until):
@@ -162,7 +189,9 @@ def _lines(path: Path, layout: Layout) -> tuple[list[str], list[int], str | None
         elif line.strip(f"\r\n\t \f\x1a\0{layout.separator}"):
             kept.append(line)
             numbers.append(number)
-    return kept, numbers, header
+            if between is not None:
+                carried.append(holds)
+    return _Lines(kept, numbers, header, carried)
 
 
 def _searched(path: Path, layout: Layout) -> tuple[pd.DataFrame, IntArray]:
@@ -184,14 +213,20 @@ def _searched(path: Path, layout: Layout) -> tuple[pd.DataFrame, IntArray]:
         raise DataError(
             "no line is a row", file=path, remedy="correct `line` in [[files]] of the recipe"
         )
-    frame = pd.DataFrame(rows)
+    return _as_numbers(pd.DataFrame(rows), layout), np.array(numbers, dtype=np.int64)
+
+
+def _as_numbers(frame: pd.DataFrame, layout: Layout) -> pd.DataFrame:
+    """Texts that are numbers throughout, as numbers."""
+    import pandas as pd
+
     for name in frame:
         words = frame[name]
         if layout.decimal == ",":
             words = words.str.replace(",", ".", regex=False)
         parsed = pd.to_numeric(words, errors="coerce")
         frame[name] = parsed if parsed.notna().equals(words.notna()) else frame[name]
-    return frame, np.array(numbers, dtype=np.int64)
+    return frame
 
 
 def _bytes(path: Path) -> bytes:

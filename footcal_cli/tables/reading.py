@@ -34,6 +34,8 @@ class ForeignColumn:
         Numbers are multiplied by it (−1 where a sign is the other way round).
     nanoseconds
         Another column of the file: nanoseconds beside the whole seconds of `column`.
+    wraps_at
+        A counter that reaches this number begins again from zero.
     names
         Texts of the file -> footcal's.
     """
@@ -46,6 +48,7 @@ class ForeignColumn:
     format: str | None = None
     factor: float | None = None
     nanoseconds: str = ""
+    wraps_at: float | None = None
     names: Mapping[str, str] = field(default_factory=dict)
 
     @property
@@ -151,6 +154,8 @@ class Reading:
         One row of the file becomes one row per entry: entry -> its own columns.
     joins
         Files beside it.
+    rows_of
+        A column of the topic whose rows count, where several take turns; empty for all rows.
     """
 
     columns: Mapping[str, ForeignColumn] = field(default_factory=dict)
@@ -159,3 +164,4 @@ class Reading:
     wide_into: str = "channel"
     wide: Mapping[str, Mapping[str, ForeignColumn]] = field(default_factory=dict)
     joins: tuple[Join, ...] = ()
+    rows_of: str = ""

@@ -18,6 +18,8 @@ from footcal_cli.tables.logfiles import RawColumn, column_names, raw_columns
 from footcal_cli.tables.reading import ForeignColumn, Join, Layout, Reading
 
 _TIME = Column("time_s", "time stamp")
+_TOPIC_S = 0.1
+"""How far the value of another topic may be from a row."""
 _TIMES = ("time_s", "time_ms", "time_us", "time_ns")
 
 
@@ -56,6 +58,13 @@ def source_columns(
     own = set(column_names(path, reading.layout))
     wanted = {p.column for p in places.values() if p.in_file}
     wanted |= {p.nanoseconds for p in places.values() if p.nanoseconds}
+    if reading.rows_of and reading.rows_of not in own:
+        raise DataError(
+            f"missing column '{reading.rows_of}' that rows_of names"
+            f"{nearest(reading.rows_of, sorted(own))}", file=path,
+            remedy="correct rows_of in [[files]]", foreign=True,
+        )  # fmt: skip
+    wanted |= {reading.rows_of} - {""}
     here = sorted(wanted & own) or [column_names(path, reading.layout)[0]]
     as_text = {
         p.column for name, p in places.items() if name in texts or p.pattern or p.names
@@ -64,6 +73,9 @@ def source_columns(
     rows = len(raw[here[0]].values)
     if rows == 0:
         raise DataError("no rows", file=path, remedy="record the log again")
+    if reading.rows_of:
+        raw = _of_one_topic(path, reading, raw)
+        rows = len(raw[here[0]].values)
     lines = raw[here[0]].lines
     if wanted - own:
         for join in reading.joins:
@@ -80,6 +92,48 @@ def source_columns(
             found[name] = RawColumn("number", count / reading.rate_hz, np.zeros(rows, bool), lines)
         else:
             found[name] = _constant(_said(place, path), rows, lines)
+    return found
+
+
+def _of_one_topic(
+    path: Path, reading: Reading, raw: Mapping[str, RawColumn]
+) -> dict[str, RawColumn]:
+    """The rows of one topic, the columns of others brought to its times."""
+    kept = ~raw[reading.rows_of].empty
+    if not kept.any():
+        raise DataError("no row has a value", file=path, column=reading.rows_of,
+                        remedy="correct rows_of in [[files]]")  # fmt: skip
+    stamps = time_of(path, replace(reading, joins=(), rows_of=""))
+    return at_rows(raw, kept, stamps, _TOPIC_S)
+
+
+def at_rows(
+    raw: Mapping[str, RawColumn], kept: NDArray[np.bool_], stamps: NDArray[np.float64],
+    tolerance_s: float,
+) -> dict[str, RawColumn]:  # fmt: skip
+    """Columns at some rows of their table; empty cells are filled in between their neighbours.
+
+    Parameters
+    ----------
+    raw
+        Columns by name, n rows each.
+    kept, stamps
+        The rows, and the time of each row, shape (n,).
+    tolerance_s
+        Farther from a value of its own, a cell stays empty.
+    """
+    found = {}
+    for name, column in raw.items():
+        lines = None if column.lines is None else column.lines[kept]
+        there = np.flatnonzero(~column.empty)
+        if not column.empty[kept].any() or not there.size:
+            values, empty = column.values[kept], column.empty[kept]
+            found[name] = RawColumn(column.kind, values, empty, lines)
+            continue
+        order = there[np.argsort(stamps[there], kind="stable")]
+        join = Join(Path(), Reading(), tolerance_s=tolerance_s)
+        filled = _at_times(stamps[kept], stamps[order], column, order, join)
+        found[name] = replace(filled, lines=lines)
     return found
 
 

@@ -89,6 +89,10 @@ class Table:
         """One column as float64, shape (n,)."""
         return self.data[name].to_numpy(dtype=np.float64)
 
+    def optional(self, name: str) -> FloatArray:
+        """As `number`; NaN where the log does not have the column."""
+        return self.number(name) if name in self else np.full(len(self), np.nan)
+
     def numbers(self, names: Sequence[str]) -> FloatArray:
         """Several columns as float64, shape (n, len(names))."""
         return self.data[list(names)].to_numpy(dtype=np.float64)

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.conftest import Run
-from tests.strangers import fifth, fourth, later, seen, third, turned, unseen
+from tests.strangers import fifth, fourth, later, legged, seen, third, turned, unseen
 from tests.strangers.rigs import Write
 from tests.strangers.trial import trial
 
@@ -16,6 +16,7 @@ SAMPLE = (
     seen.wrist_rpy_degrees, seen.bare_readings, third.netft_orientations, third.scalar_first,
     third.mixed_unit_texts, seen.cop_grid, fourth.labview_lvm, fourth.two_rows_of_names,
     fifth.ur_rtde_rotation_vector, fifth.turned_by_hand,
+    *legged.LEGGED,
 )  # fmt: skip
 
 
