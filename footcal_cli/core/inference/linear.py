@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy import linalg
+from scipy import linalg, optimize
 
 from footcal_cli.core.parameters import FloatArray
+
+_NEARLY_EXACT = 1e-12
 
 
 def unit_columns(columns: FloatArray) -> FloatArray:
@@ -81,3 +83,28 @@ def scaled_inverse(products: FloatArray, rcond: float, empty: float = 0.0) -> Fl
     seen = size > rcond * size.max(axis=-1, initial=0.0, keepdims=True)
     inverse = np.divide(1.0, values, out=np.zeros_like(values), where=seen)
     return np.asarray((vectors * inverse[..., None, :]) @ np.swapaxes(vectors, -1, -2) / outer)
+
+
+def inverse_root(covariance: FloatArray) -> FloatArray:
+    """W with ``Wᵀ W = covariance⁻¹``: what makes errors white, shape (…, n, n).
+
+    Directions without variance count as nearly exact.
+    """
+    variance = np.einsum("...ii->...i", covariance)
+    scale = np.sqrt(np.maximum(variance, np.finfo(float).tiny))
+    outer = scale[..., :, None] * scale[..., None, :]
+    correlation = covariance / outer + _NEARLY_EXACT * np.eye(scale.shape[-1])
+    return np.asarray(np.linalg.inv(np.linalg.cholesky(correlation)) / scale[..., None, :])
+
+
+def variance_shares(squares: FloatArray, columns: FloatArray) -> FloatArray:
+    """Variances v ≥ 0 of parts of an error, ``E squares = columns v``, shape (parts,).
+
+    Non-negative least squares on relative deviations: squared errors scatter in proportion to
+    their mean.
+    """
+    weight, found = np.ones_like(squares), np.zeros(columns.shape[1])
+    for _ in range(4):
+        found, _ = optimize.nnls(columns / weight[:, None], squares / weight)
+        weight = np.maximum(columns @ found, 1e-18)
+    return np.asarray(found)
