@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from footcal_cli.core.centroidal import MIN_FORCE_N, Reference, dynamic_reference, static_reference
-from footcal_cli.core.effects.body import ANGULAR_MOMENTUM, COM_OFFSET, LEG_MASS
+from footcal_cli.core.effects.body import ANGULAR_MOMENTUM, CHANGE_OF_FOOT, COM_OFFSET, LEG_MASS
 from footcal_cli.core.effects.calibration import OFFSET, SCALE_BIAS
 from footcal_cli.core.effects.contract import Scope, columns_of, is_six_axis, units_of
 from footcal_cli.core.effects.foot import PLATE_INERTIA
@@ -180,6 +180,7 @@ EXPERIMENT = Experiment(
     calibration=(SCALE_BIAS.name,),
     imperfections=(
         *OF_THE_BODY,
+        Imperfection(CHANGE_OF_FOOT, {p.name: 0.05 for p in CHANGE_OF_FOOT.sizes}),
         Imperfection(LEG_MASS, {"leg_mass": 0.01}),
         Imperfection(PLATE_INERTIA, {"plate_mass": 0.1}),
     ),
