@@ -266,7 +266,7 @@ def _mislabelled_weight(recorded: Recorded, role: str, share: float) -> Recorded
 
 def _wandering(rng: Rng, size_n: float) -> Distort:
     """The zero of one cell moves with the root of time."""
-    cell = np.asarray(rng.integers(8, size=1))
+    cell = np.array([int(rng.integers(8))])
     sign = rng.choice([-1.0, 1.0])
 
     def distort(time_s: Array, loads: Array) -> Array:

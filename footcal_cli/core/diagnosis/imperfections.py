@@ -29,8 +29,8 @@ _NOTHING = 1e-6
 def with_imperfections(problem: Problem, ideal: Case, rows: Rows) -> Problem:
     """The problem with what every log of its experiment has among what is fitted.
 
-    An imperfection of the table that is larger than `LIMIT` usual sizes, or than what matters to a
-    user who said so, stays a candidate; the others are none.
+    An imperfection that is larger than `LIMIT` usual sizes, or than what matters to a user who said
+    so, is none: of the table, it stays a candidate.
 
     Parameters
     ----------
@@ -120,7 +120,8 @@ def _limits(
     problem: Problem, ideal: Case, columns: FloatArray, signatures: Sequence[Signature]
 ) -> FloatArray:
     """Largest sizes that are no causes, in usual ones, shape (k,)."""
-    limits = np.array([LIMIT if s.effect in TABLE else np.inf for s in signatures])
+    free = {i.effect.name for i in ideal.experiment.imperfections if not i.bounded}
+    limits = np.array([np.inf if s.effect in free else LIMIT for s in signatures])
     if not ideal.tolerance_stated:
         return limits
     alone = replace(problem.without_candidates, columns=columns, signatures=tuple(signatures))

@@ -180,9 +180,9 @@ EXPERIMENT = Experiment(
     calibration=(SCALE_BIAS.name,),
     imperfections=(
         *OF_THE_BODY,
-        Imperfection(CHANGE_OF_FOOT, {p.name: 0.05 for p in CHANGE_OF_FOOT.sizes}),
+        Imperfection(CHANGE_OF_FOOT, {p.name: 0.1 for p in CHANGE_OF_FOOT.sizes}),
         Imperfection(LEG_MASS, {"leg_mass": 0.01}),
-        Imperfection(PLATE_INERTIA, {"plate_mass": 0.1}),
+        Imperfection(PLATE_INERTIA, {"plate_mass": 0.1}, bounded=False),
     ),
 )
 
