@@ -19,6 +19,9 @@ from footcal_cli.core.inference.refit import Refit
 from footcal_cli.core.inference.whitening import noise_of
 from footcal_cli.core.parameters import FloatArray
 
+MOST = 3.0
+"""Times what matters: a larger error as a whole is a finding whatever of it repeats."""
+HUGE = 10.0
 _RCOND = 1e-9
 _RIDGE = 0.01
 """Of the mean information of a column: a signal that half the blocks hardly have says nothing."""
@@ -33,8 +36,8 @@ class Nameless:
     ----------
     output, unit
         The quantity.
-    rms
-        Of the part that repeats.
+    rms, whole
+        Of the part that repeats, and of all of the held-out error.
     smallest
         RMS error from which it matters.
     """
@@ -42,12 +45,18 @@ class Nameless:
     output: str
     unit: str
     rms: float
+    whole: float
     smallest: float
 
     @property
+    def huge(self) -> bool:
+        """Whether all that is left is an error that no sensor's noise makes."""
+        return self.whole >= HUGE * self.smallest
+
+    @property
     def matters(self) -> bool:
-        """Whether it is as large as what matters."""
-        return self.rms >= self.smallest
+        """Whether it is as large as what matters, or all that is left is no noise of this robot."""
+        return self.rms >= self.smallest or self.whole >= MOST * self.smallest
 
 
 def nameless_of(
@@ -70,20 +79,19 @@ def nameless_of(
         [float(baseline.noise[baseline.output == o][:1].sum()) for o in range(rows.size)]
     )
     squared = repeating(current, features) * unit_noise**2
+    noise, share = noise_of(current), unit_noise**2 / np.maximum(rows, 1)
+    whole = share * output_losses(current if model is None else baseline, noise).sum(axis=0)
     if model is not None:
-        noise = noise_of(current)
-        before, after = (
-            output_losses(p, noise).sum(axis=0) for p in (baseline, without_rivals(current, model))
-        )
-        squared += np.maximum(before - after, 0.0) / np.maximum(rows, 1) * unit_noise**2
+        after = share * output_losses(without_rivals(current, model), noise).sum(axis=0)
+        squared += np.maximum(whole - after, 0.0)
     smallest = [
         case.tolerance_nm if unit == "Nm" else max(case.tolerance_n, case.finding_n)
         for unit in baseline.units
     ]
     return tuple(
-        Nameless(name, unit, float(np.sqrt(s)), least)
-        for name, unit, s, least in zip(
-            baseline.outputs, baseline.units, squared, smallest, strict=True
+        Nameless(name, unit, float(np.sqrt(s)), float(np.sqrt(w)), least)
+        for name, unit, s, w, least in zip(
+            baseline.outputs, baseline.units, squared, whole, smallest, strict=True
         )
     )
 
