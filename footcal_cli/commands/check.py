@@ -155,12 +155,13 @@ def _together(session: Session[CheckOptions], tables: Sequence[tuple[Table, Tabl
     with suppress(DataError, UsageError, FitError, ValueError):
         if "hang" in by_kind:
             from footcal_cli.commands.parts.hang_logs import leg_logs
-            from footcal_cli.core.turned import check_turned_hanging
+            from footcal_cli.core.turned import check_mirrored_hanging, check_turned_hanging
 
             whose = str(hang.get("orientation_of", "transducer"))
             logs, _ = leg_logs(by_kind["hang"], session.recipe, whose, 0.0)
             for leg, own in logs.items():
-                session.note(check_turned_hanging(leg, own))
+                turned = check_turned_hanging(leg, own)
+                session.note(turned or check_mirrored_hanging(leg, own))
     with suppress(DataError, UsageError, FitError, ValueError):
         if "body" in by_kind and ("cells" in by_kind or "six_axis_feet" in by_kind):
             _walking(session)

@@ -13,6 +13,7 @@ from itertools import permutations, product
 import numpy as np
 
 from footcal_cli.core.experiments.walk import balance, feet_of
+from footcal_cli.core.hang.model import AXES
 from footcal_cli.core.hang.runs import hang_runs
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
@@ -35,6 +36,9 @@ LEVER_M = 0.1
 """Moments count as forces at this lever."""
 _MOST_ROWS = 400
 _FEWEST_ROWS = 20
+_FEWEST_SIDES = 3
+_MISFIT = 0.1
+"""Share of the squared forces and torques that tilts and a moving CoM may make up."""
 
 
 def _turns() -> list[FloatArray]:
@@ -116,6 +120,51 @@ def check_turned_hanging(leg: str, logs: Sequence[Log]) -> list[Finding]:
         return float(((back - weight * named) ** 2).sum())
 
     return _best_turn((leg,), misfit, misfit(0, np.eye(3)))
+
+
+def check_mirrored_hanging(leg: str, logs: Sequence[Log]) -> list[Finding]:
+    """Find one axis of a hanging transducer that reads with the sign turned.
+
+    ``F = w e + o`` and ``T = w r × e + o'`` with the named directions e, a weight w > 0 and a mean
+    CoM r: the axis is turned back by which both hold.
+
+    Parameters
+    ----------
+    logs
+        Of one leg, in opposite orientations.
+    """
+    runs = hang_runs(logs)[0]
+    wrench = np.array([np.median(run.wrench, axis=0) for run in runs])
+    named = np.array([run.nominal_dir_t for run in runs])
+    if len(np.unique(named.round(2), axis=0)) < _FEWEST_SIDES:
+        return []
+    wrench, named = wrench - wrench.mean(axis=0), named - named.mean(axis=0)
+    cross = np.concatenate([np.cross(np.eye(3)[k], named).ravel()[:, None] for k in range(3)], 1)
+    force2, torque2 = (float((wrench[:, part] ** 2).sum()) for part in (slice(3), slice(3, 6)))
+    if not force2 > 0 or not torque2 > 0:
+        return []
+
+    def misfit(signs: FloatArray) -> float:
+        force, torque = (wrench * signs)[:, :3], (wrench * signs)[:, 3:]
+        weight = max(float((force * named).sum() / (named**2).sum()), 0.0)
+        arm = np.linalg.lstsq(cross, torque.ravel(), rcond=None)[0]
+        off = float(((force - weight * named) ** 2).sum()) / force2
+        return off + float(((torque.ravel() - cross @ arm) ** 2).sum()) / torque2
+
+    given = misfit(np.ones(6))
+    tried = sorted((misfit(np.where(np.arange(6) == k, -1.0, 1.0)), k) for k in range(6))
+    if given < _MISFIT or tried[0][0] > MUCH_BETTER * given:
+        return []
+    alike = sorted(k for value, k in tried if value <= max(tried[0][0], 1e-9) / CLEARLY)
+    axes = " or ".join(AXES[k] for k in alike)
+    return [
+        Finding(
+            "axis_turned", "alarm", f"{leg}.{axes}",
+            f"{axes} of leg {leg} reads with the sign turned: turned back, "
+            f"{tried[0][0] / given:.1%} of the squared misfit remains",
+            f"correct the wiring or the axes of leg {leg}, then calibrate again",
+        )
+    ]  # fmt: skip
 
 
 def check_turned_standing(

@@ -18,6 +18,7 @@ from footcal_cli.errors import FootcalError, UsageError, lacks_memory, of_machin
 from footcal_cli.records.batch import SessionRecord
 from footcal_cli.records.files import read_record, write_record
 from footcal_cli.records.results import ParametersRecord, RmseRecord, RunRecord
+from footcal_cli.session.answer import answers
 from footcal_cli.session.run_folder import claims
 from footcal_cli.tables.logfiles import digest
 
@@ -93,6 +94,7 @@ def _run(job: Job) -> tuple[int, str]:
     known = inspect.signature(command).parameters
     with ExitStack() as stack:
         token = claims.set(stack)
+        answered = answers.set(None)  # the batch answers, not its sessions
         try:
             with contextlib.redirect_stderr(io.StringIO()):
                 command(**{name: value for name, value in given.items() if name in known})
@@ -109,6 +111,7 @@ def _run(job: Job) -> tuple[int, str]:
             return EXIT_BUG, f"internal error: {type(error).__name__}: {error}"
         finally:
             claims.reset(token)
+            answers.reset(answered)
     return 0, ""
 
 
