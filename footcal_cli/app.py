@@ -15,7 +15,7 @@ from typer.core import TyperGroup
 
 from footcal_cli.commands.helptexts import GROUP_OF, JSON_ANSWERS, epilog_of
 from footcal_cli.errors import FootcalError, UsageError, lacks_memory, of_machine
-from footcal_cli.session.answer import answers
+from footcal_cli.session.answer import answers, print_refusal
 from footcal_cli.session.interruption import Interruption, watched
 from footcal_cli.session.run_folder import claims
 
@@ -132,7 +132,9 @@ def _end(error: BaseException, interruption: Interruption, debug: bool, command:
         _fail("footcal: interrupted, nothing half-written", interruption.exit_code, command)
     if isinstance(error, SystemExit):
         if error.code not in (0, None) and answers.get() == []:
-            _as_json(command, int(error.code or 0), "the command line cannot be followed: stderr")
+            print_refusal(
+                command, int(error.code or 0), "the command line cannot be followed: stderr"
+            )
         raise error
     if debug:
         if not isinstance(error, FootcalError | OSError) and not lacks_memory(error):
@@ -164,14 +166,7 @@ def _fail(message: str, exit_code: int, command: str, example: tuple[str, ...] =
     line = " ".join(message.split())
     typer.echo(line, err=True)
     if answers.get() is not None:
-        _as_json(command, exit_code, line)
+        print_refusal(command, exit_code, line)
     if example:
         typer.echo("\n".join(("for example:", *(f"  {line}" for line in example))), err=True)
     raise SystemExit(exit_code)
-
-
-def _as_json(command: str, exit_code: int, line: str) -> None:
-    from footcal_cli.records.results import AnswerRecord
-    from footcal_cli.session.answer import print_answer
-
-    print_answer(AnswerRecord(command=command, exit_code=exit_code, error=line))

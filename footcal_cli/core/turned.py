@@ -6,22 +6,23 @@ that a fit could find: every one of the 24 right-angled turns is tried instead.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from itertools import permutations, product
 
 import numpy as np
 
 from footcal_cli.core.experiments.walk import balance, feet_of
+from footcal_cli.core.hang.joint import HangFit, HangOptions
 from footcal_cli.core.hang.model import AXES
-from footcal_cli.core.hang.runs import hang_runs
+from footcal_cli.core.hang.runs import HangRun, hang_runs
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.pose.data import PoseData, summarise
 from footcal_cli.core.pose.hanging import LegKnowledge
 from footcal_cli.core.pose.joint import fit_pose
 from footcal_cli.core.pose.problem import PoseOptions
-from footcal_cli.core.pose.wiring import turned_when_standing
+from footcal_cli.core.pose.wiring import turned_when_hanging, turned_when_standing
 from footcal_cli.core.quality import Finding
 from footcal_cli.core.spatial import rotation_log
 
@@ -32,6 +33,8 @@ CLEARLY = 0.5
 TURNED_NOISE = 3.0
 """A turned transducer leaves 5 to 50 times the noise of a pose: nearer to it, none is looked for,
 since each of the 23 turns of each leg costs a fit."""
+POOR = 5.0
+"""Residual over the scatter from sample to sample beyond which more than noise is left."""
 LEVER_M = 0.1
 """Moments count as forces at this lever."""
 _MOST_ROWS = 400
@@ -125,8 +128,9 @@ def check_turned_hanging(leg: str, logs: Sequence[Log]) -> list[Finding]:
 def check_mirrored_hanging(leg: str, logs: Sequence[Log]) -> list[Finding]:
     """Find one axis of a hanging transducer that reads with the sign turned.
 
-    ``F = w e + o`` and ``T = w r × e + o'`` with the named directions e, a weight w > 0 and a mean
-    CoM r: the axis is turned back by which both hold.
+    ``F = w e + o`` and ``T = w r(φ) × e + o'`` with the named directions e, a weight w > 0 and a
+    CoM ``r = r₀ + r₁ sin φ + r₂ cos φ``: the axis is turned back by which both hold. A force along
+    an axis that never points along gravity has no sign to be seen.
 
     Parameters
     ----------
@@ -134,22 +138,27 @@ def check_mirrored_hanging(leg: str, logs: Sequence[Log]) -> list[Finding]:
         Of one leg, in opposite orientations.
     """
     runs = hang_runs(logs)[0]
-    wrench = np.array([np.median(run.wrench, axis=0) for run in runs])
+    parts = np.array([_by_shaft(run) for run in runs])
+    wrench, turning = parts[:, 0], parts[:, 1:, 3:]
     named = np.array([run.nominal_dir_t for run in runs])
     if len(np.unique(named.round(2), axis=0)) < _FEWEST_SIDES:
         return []
+    arms = np.stack([np.cross(np.eye(3)[k], named).ravel() for k in range(3)], axis=1)
     wrench, named = wrench - wrench.mean(axis=0), named - named.mean(axis=0)
-    cross = np.concatenate([np.cross(np.eye(3)[k], named).ravel()[:, None] for k in range(3)], 1)
-    force2, torque2 = (float((wrench[:, part] ** 2).sum()) for part in (slice(3), slice(3, 6)))
+    cross = np.stack([np.cross(np.eye(3)[k], named).ravel() for k in range(3)], axis=1)
+    force2 = float((wrench[:, :3] ** 2).sum())
+    torque2 = float((wrench[:, 3:] ** 2).sum() + (turning**2).sum())
     if not force2 > 0 or not torque2 > 0:
         return []
 
     def misfit(signs: FloatArray) -> float:
         force, torque = (wrench * signs)[:, :3], (wrench * signs)[:, 3:]
         weight = max(float((force * named).sum() / (named**2).sum()), 0.0)
-        arm = np.linalg.lstsq(cross, torque.ravel(), rcond=None)[0]
         off = float(((force - weight * named) ** 2).sum()) / force2
-        return off + float(((torque.ravel() - cross @ arm) ** 2).sum()) / torque2
+        left = _unexplained(cross, torque) + sum(
+            _unexplained(arms, turning[:, k] * signs[3:]) for k in range(2)
+        )
+        return off + left / torque2
 
     given = misfit(np.ones(6))
     tried = sorted((misfit(np.where(np.arange(6) == k, -1.0, 1.0)), k) for k in range(6))
@@ -165,6 +174,35 @@ def check_mirrored_hanging(leg: str, logs: Sequence[Log]) -> list[Finding]:
             f"correct the wiring or the axes of leg {leg}, then calibrate again",
         )
     ]  # fmt: skip
+
+
+def _by_shaft(run: HangRun) -> FloatArray:
+    """Wrench of a run as ``a + b sin φ + c cos φ``, shape (3, 6); b = c = 0 where nothing turns."""
+    if np.ptp(run.phase_rad) < np.pi:
+        return np.stack([np.median(run.wrench, axis=0), np.zeros(6), np.zeros(6)])
+    design = np.stack([np.ones(len(run.phase_rad)), *(f(run.phase_rad) for f in (np.sin, np.cos))])
+    return np.asarray(np.linalg.lstsq(design.T, run.wrench, rcond=None)[0])
+
+
+def _unexplained(arms: FloatArray, torque: FloatArray) -> float:
+    """Squared torque (n, 3) that no arm explains; `arms` has a column per component (3n, 3)."""
+    flat = torque.ravel()
+    left = flat - arms @ np.linalg.lstsq(arms, flat, rcond=None)[0]
+    return float(left @ left)
+
+
+def hanging_axes(
+    logs: Mapping[str, Sequence[Log]], fits: Mapping[str, HangFit], options: HangOptions
+) -> list[Finding]:
+    """Axes of turned sign and turned transducers; axes are refitted only where a fit is poor."""
+    found: list[Finding] = []
+    for leg, own in logs.items():
+        turned = check_turned_hanging(leg, own)
+        if turned or fits[leg].misfit(hang_runs(own)[0]) > POOR:
+            axis = turned_when_hanging(own, options)
+            turned = turned if axis is None else [axis.finding()]
+        found += turned
+    return found
 
 
 def check_turned_standing(

@@ -95,7 +95,7 @@ def without_cell_effects(
     rows, count = len(stream.time_s), len(stream.channels)
     believed = cells_in_feet(robot)
     places = np.concatenate(believed)
-    values = {name: parameter.value for name, parameter in record.parameters.items()}
+    values = record.values
     log = Log(
         "walk", stream.channels, stream.time_s, stream.readings,
         {"cell_pos_m": np.tile(places, (rows, 1, 1)), **(moving or {})},

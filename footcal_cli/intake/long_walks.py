@@ -11,9 +11,10 @@ import numpy as np
 
 from footcal_cli.core.body_stream import check_overlap
 from footcal_cli.core.online.belief import Belief
+from footcal_cli.core.online.merging import merge_cells
 from footcal_cli.core.online.parts import AHEAD_S, BEFORE_S, ENOUGH_CYCLES, PART_S, Part
 from footcal_cli.core.online.references import in_band
-from footcal_cli.core.online.streams import BodyStream, Merged, MergeRule, SensorStream, merge_cells
+from footcal_cli.core.online.streams import BodyStream, Merged, MergeRule, SensorStream
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.plausibility import check_total_force, check_walking_cells
 from footcal_cli.core.quality import Finding
@@ -178,6 +179,22 @@ class LongWalk:
             return pieces_of(self.session, path, table)
 
         return LongWalk(self.session, self.rule, self.update_hz, read)
+
+    def teacher(self, *, causal: bool) -> tuple[Part, Belief]:
+        """The first part with gait cycles enough to learn from, else the one with most of them.
+
+        A live run can learn from its beginning alone.
+        """
+        streams = self.again()
+        best: Part | None = None
+        for part in streams.parts():
+            if best is None or part.cycles > best.cycles:
+                best = part
+            if causal or best.cycles >= ENOUGH_CYCLES:
+                break
+        assert best is not None, "a stream has a part"
+        assert streams.belief is not None, "a part was read"
+        return best, streams.belief
 
     @property
     def samples(self) -> float | None:

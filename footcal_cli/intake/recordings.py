@@ -22,14 +22,8 @@ from footcal_cli.core.online.belief import (
     belief_from,
     nameplate,
 )
-from footcal_cli.core.online.streams import (
-    BodyStream,
-    Merged,
-    MergeRule,
-    SensorStream,
-    merge_cells,
-    merge_six_axis,
-)
+from footcal_cli.core.online.merging import merge_cells, merge_six_axis
+from footcal_cli.core.online.streams import BodyStream, Merged, MergeRule, SensorStream
 from footcal_cli.core.parameters import Estimates, FloatArray, Status
 from footcal_cli.core.plausibility import check_total_force, check_walking_cells
 from footcal_cli.core.quality import Finding
@@ -271,7 +265,7 @@ def without_transducer_effects(log: Log, record: ParametersRecord) -> Log:
             extended = extended.with_link(Link(effect, dict(item.owners)))
     if len(extended.links) == 1:
         return log
-    values = {name: parameter.value for name, parameter in record.parameters.items()}
+    values = record.values
     good = np.asarray(np.isfinite(log.readings).all(axis=1))
     truth, _ = extended.remove(log.with_readings(np.nan_to_num(log.readings)), values)
     shown, _ = offsets.apply(truth, values)

@@ -57,6 +57,11 @@ class Range(Record):
     highest: float
     unit: str
 
+    @classmethod
+    def of(cls, values: FloatArray, unit: str) -> Self:
+        """Of an array."""
+        return cls(lowest=float(values.min()), highest=float(values.max()), unit=unit)
+
 
 class EffectRecord(Record):
     """An effect that the calibration contains: its name and who shares its values.
@@ -105,6 +110,11 @@ class ParametersRecord(Versioned):
             if name.endswith(".scale") and parameter.value == 0:
                 raise ValueError(f"{name} is 0: no reading would tell a force")
         return self
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Values by name."""
+        return {name: parameter.value for name, parameter in self.parameters.items()}
 
     def value(self, name: str) -> float:
         """Value of one parameter; an absent name is the caller's usage error."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:  # `footcal --help` waits for no record
     from footcal_cli.records.results import AnswerRecord, RunRecord
-    from footcal_cli.session.outcome import Outcome
+    from footcal_cli.report.outcome import Outcome
 
 answers: ContextVar[list[AnswerRecord] | None] = ContextVar("answers", default=None)
 """Answers given so far where the command line asks for JSON, else None; set by the app."""
@@ -42,6 +42,13 @@ def answer_of(run: RunRecord, outcome: Outcome, folder: Path) -> AnswerRecord:
         pictures=tuple(shown(p) for p in files if p.suffix == ".png"),
         files=tuple(shown(p) for p in files),
     )
+
+
+def print_refusal(command: str, exit_code: int, line: str) -> None:
+    """The answer of a command that could not run."""
+    from footcal_cli.records.results import AnswerRecord
+
+    print_answer(AnswerRecord(command=command, exit_code=exit_code, error=line))
 
 
 def print_answer(answer: AnswerRecord) -> None:

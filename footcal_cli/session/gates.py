@@ -13,7 +13,7 @@ from footcal_cli.errors import nearest
 from footcal_cli.recipe import CommandOptions, Gates
 from footcal_cli.records.results import FindingRecord, ParametersRecord, RmseRow, VerdictRecord
 from footcal_cli.report import Sheet, number
-from footcal_cli.session.outcome import Outcome
+from footcal_cli.report.outcome import Outcome
 
 LARGEST_CHANGE_SD = 5.0
 """Change against a reference calibration that is allowed where the recipe names no limit."""

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Mapping
+import shutil
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
 from footcal_cli.records.files import write_record
 from footcal_cli.records.results import RmseRecord, RunRecord
 from footcal_cli.report import Drawn, rmse_sheet
+from footcal_cli.report.outcome import Outcome
 from footcal_cli.report.page import render_html
-from footcal_cli.session.outcome import Outcome
+from footcal_cli.session.run_folder import scratch
+from footcal_cli.tables.logfiles import write_csv, write_parquet, write_parquet_pieces
 
 
 def write_run(folder: Path, run: RunRecord, outcome: Outcome, images: Mapping[str, Drawn]) -> None:
@@ -30,6 +33,8 @@ def write_run(folder: Path, run: RunRecord, outcome: Outcome, images: Mapping[st
         report = replace(report, sheets=(*report.sheets, rmse_sheet(outcome.rmse)))
     for name, record in outcome.records.items():
         write_record(record, folder / name)
+    for name, columns in outcome.tables.items():
+        (write_csv if name.endswith(".csv") else write_parquet)(columns, folder / name)
     for name, write in outcome.files.items():
         write(folder / name)
     (folder / "figures").mkdir()
@@ -42,6 +47,17 @@ def write_run(folder: Path, run: RunRecord, outcome: Outcome, images: Mapping[st
     )
     files = sorted(p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.is_file())
     write_record(run.model_copy(update={"files": tuple(files)}), folder / "run.json")
+
+
+def set_aside(pieces: Iterable[Mapping[str, object]], name: str) -> Callable[[Path], None]:
+    """Write a long table as its pieces come; what is returned moves it into the run folder."""
+    written = scratch() / name
+    write_parquet_pieces(pieces, written)
+
+    def move(path: Path) -> None:
+        shutil.move(written, path)
+
+    return move
 
 
 def _write_rmse_csv(rmse: RmseRecord, path: Path) -> None:

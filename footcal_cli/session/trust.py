@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from footcal_cli.records.results import FindingRecord, RmseRow
-from footcal_cli.session.outcome import Outcome
+from footcal_cli.report.outcome import Outcome
 
 UNTRUSTED = frozenset(
     {

@@ -14,7 +14,7 @@ from footcal_cli.core.pose.joint import fit_pose
 from footcal_cli.core.pose.leg_map import leg_map
 from footcal_cli.core.pose.problem import PoseOptions
 from footcal_cli.core.spatial import rotation_log
-from footcal_cli.sheets.pose import findings
+from footcal_cli.sheets.pose.mounting import findings
 from tests.core.pose_cases import Case, case
 from tests.core.six_axis_data import draw_robot
 
