@@ -9,9 +9,9 @@ from footcal_cli.commands.options import command
 from footcal_cli.recipe.options import HangCalibOptions
 
 if TYPE_CHECKING:
-    from footcal_cli.core.hang.stepwise import StepwiseFit
     from footcal_cli.core.log import Log
     from footcal_cli.core.parameters import Estimates
+    from footcal_cli.core.study.stepwise import StepwiseFit
     from footcal_cli.records.results import ParametersRecord
     from footcal_cli.report.outcome import Outcome
     from footcal_cli.session.session import Session
@@ -57,7 +57,7 @@ def _others(
     session: Session[HangCalibOptions], logs: Mapping[str, list[Log]]
 ) -> dict[str, dict[str, StepwiseFit]]:
     """Stepwise and naive fits, empty where the orientations do not come in two opposite pairs."""
-    from footcal_cli.core.hang.stepwise import fit_stepwise_and_naive
+    from footcal_cli.core.study.stepwise import fit_stepwise_and_naive
     from footcal_cli.errors import FitError
 
     try:

@@ -10,8 +10,8 @@ from footcal_cli.core.hang.binned import binned_com
 from footcal_cli.core.hang.joint import HangFit
 from footcal_cli.core.hang.model import AXES
 from footcal_cli.core.hang.runs import HangRun
-from footcal_cli.core.hang.stepwise import StepwiseFit
 from footcal_cli.core.parameters import Estimates, FloatArray, Status
+from footcal_cli.core.study.stepwise import StepwiseFit
 from footcal_cli.plots import hang as plots
 from footcal_cli.records.results import FindingRecord, RmseRecord, RmseRow, VerdictRecord
 from footcal_cli.report import Picture, Report, Sheet, number, with_sd
