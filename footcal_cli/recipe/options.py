@@ -107,7 +107,7 @@ class HangCalibOptions(CommandOptions):
     drift: bool = False
     white: bool = False
     compare: Annotated[
-        bool, Flag("Run the stepwise and the naive method too, and show them side by side.")
+        bool, Flag("Run the paper's stepwise method too, side by side with the joint fit.")
     ] = False
     max_force_rmse_n: Annotated[Limit, Flag("Gate: exit 1 above this RMSE.")] = None
 

@@ -138,15 +138,13 @@ def residuals_by_stage(
     method: str,
 ) -> dict[str, dict[str, FloatArray]]:
     """``before``: the naive method where it can be had, else tared readings; then the methods."""
-    stages: dict[str, dict[str, FloatArray]] = {}
-    if "naive" in others:
-        stages["before"] = {
-            leg: np.vstack(fit.residuals(runs[leg])) for leg, fit in others["naive"].items()
+    stages: dict[str, dict[str, FloatArray]] = {
+        {"naive": "before"}.get(name, name): {
+            leg: np.vstack(fit.residuals(runs[leg])) for leg, fit in own.items()
         }
-        stages["stepwise"] = {
-            leg: np.vstack(fit.residuals(runs[leg])) for leg, fit in others["stepwise"].items()
-        }
-    else:
+        for name, own in others.items()
+    }
+    if not stages:
         stages["before"] = {
             leg: np.vstack([run.wrench for run in own])
             - np.vstack([run.wrench for run in own]).mean(axis=0)
