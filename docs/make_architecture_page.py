@@ -20,11 +20,10 @@ HERE = Path(__file__).resolve().parent
 REPOSITORY = HERE.parent
 PACKAGE = REPOSITORY / "footcal_cli"
 LEVELS = (
-    ("start", ("__main__", "app", "interruption")),
-    ("commands", ("commands", "batch", "formats", "exporters")),
-    ("around", ("session", "run_files", "run_folder", "outcome", "gates", "intake", "copies",
-                "cell_effects", "sheets", "plots", "report", "recipe", "rigid_body")),
-    ("files", ("tables", "values", "logfiles", "textfiles", "units", "columns", "records")),
+    ("start", ("__main__", "app")),
+    ("commands", ("commands", "batch", "formats", "exporters", "sniff")),
+    ("around", ("session", "intake", "sheets", "plots", "report", "recipe")),
+    ("files", ("tables", "records", "errors")),
     ("core", ("core",)),
 )  # fmt: skip
 """Rooms from the door to the ground; what is in none of them stands with "around"."""

@@ -12,11 +12,11 @@ from typing import Any
 import typer
 from pydantic import BaseModel
 
-from footcal_cli import columns
 from footcal_cli.app import COMMANDS, function_of
-from footcal_cli.filespecs import FileSpec, JoinSpec, Place
 from footcal_cli.recipe import CommandOptions, Recipe
+from footcal_cli.recipe.filespecs import FileSpec, JoinSpec, Place
 from footcal_cli.records.schemas import SCHEMAS
+from footcal_cli.tables import columns
 
 HERE = Path(__file__).resolve().parent / "reference"
 

@@ -25,7 +25,7 @@ Symbols
 Papers
     [NAO] is "NAO CoP self-calibration", [Wu] is Wu & Revzen; CITATION.cff has both in full.
 Tables
-    `footcal_cli.tables` declares the columns of every kind of log.
+    `footcal_cli.tables.columns` declares the columns of every kind of log.
 """
 
 __version__ = "1.0.0"

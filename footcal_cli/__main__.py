@@ -8,7 +8,7 @@ import sys
 
 def run() -> None:
     """Run the command line of this process."""
-    from footcal_cli.interruption import Interrupted, watched
+    from footcal_cli.session.interruption import Interrupted, watched
 
     with watched(until_exit=True) as interruption:
         try:

@@ -13,10 +13,10 @@ from typing import Any, NoReturn
 import typer
 from typer.core import TyperGroup
 
+from footcal_cli.commands.helptexts import GROUP_OF, epilog_of
 from footcal_cli.errors import FootcalError, lacks_memory, of_machine
-from footcal_cli.helptexts import GROUP_OF, epilog_of
-from footcal_cli.interruption import Interruption, watched
-from footcal_cli.run_folder import claims
+from footcal_cli.session.interruption import Interruption, watched
+from footcal_cli.session.run_folder import claims
 
 EXIT_BUG = 70
 EXIT_PIPE = 141

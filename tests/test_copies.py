@@ -9,8 +9,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from footcal_cli.copies import without_copies
-from footcal_cli.tables import Table
+from footcal_cli.tables.copies import without_copies
+from footcal_cli.tables.table import Table
 from tests.conftest import Run
 
 SCALE, ZERO = -3.4e-5, 8.3e6

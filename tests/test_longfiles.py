@@ -9,11 +9,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from footcal_cli import longfiles
-from footcal_cli.columns import cells_table
 from footcal_cli.errors import DataError
-from footcal_cli.reading import ForeignColumn
-from footcal_cli.tables import read_pieces, read_table
+from footcal_cli.tables import longfiles
+from footcal_cli.tables.columns import cells_table
+from footcal_cli.tables.reading import ForeignColumn
+from footcal_cli.tables.table import read_pieces, read_table
 
 TABLE = cells_table(("left_fl", "left_fr"))
 FOREIGN = {"time_s": ForeignColumn("stamp", "ms"), "left_fl_counts": ForeignColumn("FL", None)}

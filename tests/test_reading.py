@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from footcal_cli.columns import hang_table, poses_table, weights_stream_table, weights_table
 from footcal_cli.commands import option_tables
 from footcal_cli.core.bench.moving import align
 from footcal_cli.core.bench.plateaus import PlateauOptions, why_no_hold
 from footcal_cli.errors import DataError, UsageError
 from footcal_cli.recipe import Recipe, read_recipe
-from footcal_cli.tables import read_table
-from footcal_cli.units import load_list
+from footcal_cli.tables.columns import hang_table, poses_table, weights_stream_table, weights_table
+from footcal_cli.tables.table import read_table
+from footcal_cli.tables.units import load_list
 
 G = 9.80665
 

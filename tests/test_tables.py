@@ -9,7 +9,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from footcal_cli.columns import (
+from footcal_cli.errors import DataError, FootcalError, UsageError
+from footcal_cli.tables.columns import (
     UNIT_SUFFIXES,
     Column,
     TableType,
@@ -18,9 +19,8 @@ from footcal_cli.columns import (
     converts,
     weights_table,
 )
-from footcal_cli.errors import DataError, FootcalError, UsageError
-from footcal_cli.reading import ForeignColumn
-from footcal_cli.tables import Table, read_table, refusal_of, unit_factor, write_parquet
+from footcal_cli.tables.reading import ForeignColumn
+from footcal_cli.tables.table import Table, read_table, refusal_of, unit_factor, write_parquet
 
 G = 9.80665
 GOOD = "channel,load_kg,counts\na,0,8300000\na,0.5,8200000\n"

@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from footcal_cli import columns
-from footcal_cli.columns import TableType
 from footcal_cli.commands import option_tables
 from footcal_cli.recipe import Recipe, read_recipe
-from footcal_cli.tables import read_table
+from footcal_cli.tables import columns
+from footcal_cli.tables.columns import TableType
+from footcal_cli.tables.table import read_table
 
 SERIAL = "weight 0 g\nReading: 83\nweight 500 g\nReading: 80\nReading: 81\n"
 POINTS = "Punkt;x_soll;y_soll;COPx;COPy\nA;10,5;0;11;0\nB;20;0;21;0,5\n"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pkgutil import iter_modules
 
-_NOT_COMMANDS = frozenset({"options", "parts"})
+_NOT_COMMANDS = frozenset({"helptexts", "options"})
 
 
 def option_tables() -> frozenset[str]:

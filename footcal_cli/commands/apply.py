@@ -2,93 +2,75 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
-import typer
-from pydantic import Field
-
-from footcal_cli.commands.options import (
-    Logs,
-    NoPictures,
-    Out,
-    Overwrite,
-    ParametersFile,
-    Quiet,
-    RecipeFile,
-    Seed,
-    StrictFindings,
-    begin,
-)
-from footcal_cli.recipe import CommandOptions
+from footcal_cli.commands.options import command
+from footcal_cli.recipe.options import ApplyOptions
 
 if TYPE_CHECKING:
-    from footcal_cli.session import Outcome, Session
+    from footcal_cli.report.outcome import Outcome
+    from footcal_cli.session.session import Session
 
 
-class ApplyOptions(CommandOptions):
-    """``[apply]`` of a recipe.
-
-    `chassis_com_m` is used where the calibration does not say which chassis CoM it means;
-    `least_force_n` is the load below which a foot has no centre of pressure; `cop_correction` is a
-    ``cop_correction.json`` of offline-fit.
-    """
-
-    chassis_com_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    least_force_n: float = Field(default=5.0, gt=0)
-    cop_correction: str | None = None
-
-
-def apply(
-    logs: Logs = None,
-    recipe: RecipeFile = None,
-    parameters: ParametersFile = None,
-    cop_correction: Annotated[
-        Path | None,
-        typer.Option(
-            "--cop-correction", metavar="FILE", help="cop_correction.json of offline-fit."
-        ),
-    ] = None,
-    strict_findings: StrictFindings = None,
-    out: Out = Path("out/apply"),
-    overwrite: Overwrite = False,
-    seed: Seed = 0,
-    no_pictures: NoPictures = False,
-    quiet: Quiet = False,
-) -> None:
+@command(ApplyOptions, lacks=("reference",))
+def apply(session: Session[ApplyOptions]) -> Outcome:
     """Turn a log into calibrated forces, centres of pressure or foot wrenches."""
-    session = begin(
-        "apply",
-        ApplyOptions,
-        logs=logs,
-        recipe=recipe,
-        parameters=parameters,
-        out=out,
-        overwrite=overwrite,
-        seed=seed,
-        quiet=quiet,
-        no_pictures=no_pictures,
-        strict_findings=strict_findings,
-        cop_correction=None if cop_correction is None else str(cop_correction),
-    )
-    raise typer.Exit(session.finish(_applied(session)))
-
-
-def _applied(session: Session[ApplyOptions]) -> Outcome:
     from footcal_cli.errors import UsageError
 
     robot = session.recipe.robot
     if session.parameters is None:
         raise UsageError("no calibration given", remedy="give --parameters FILE.json")
     if robot.legs:
-        from footcal_cli.commands.parts.apply_legs import apply_legs
-
-        return apply_legs(session)
+        return _wrenches(session)
     if robot.cell_names:
-        from footcal_cli.commands.parts.apply_cells import apply_cells
-
-        return apply_cells(session)
+        return _forces(session)
     raise UsageError(
         "the recipe names neither legs nor load cells", file=session.recipe.path,
         remedy="add [robot.legs.…], [robot.feet.…] or channels",
+    )  # fmt: skip
+
+
+def _forces(session: Session[ApplyOptions]) -> Outcome:
+    from dataclasses import replace
+
+    from footcal_cli.core.plausibility import check_total_force
+    from footcal_cli.intake.forces import SeenForces
+    from footcal_cli.session.run_files import set_aside
+    from footcal_cli.sheets.forces import outcome_of
+
+    robot, seen = session.recipe.robot, SeenForces()
+    with session.step("apply"):
+        move = set_aside(seen.forces(session), "calibrated.parquet")
+    session.note(check_total_force(seen.total.kept, robot.weight_n, "all cells"))
+    least = session.options.least_force_n
+    found = outcome_of(robot.name, len(robot.cell_names), seen.total, seen.feet, seen.lost, least)
+    return replace(found, files={"calibrated.parquet": move})
+
+
+def _wrenches(session: Session[ApplyOptions]) -> Outcome:
+    import numpy as np
+
+    from footcal_cli.core.plausibility import check_total_force
+    from footcal_cli.core.pose.mounted import Mounted
+    from footcal_cli.core.pose.wrenches import foot_wrenches, naive_wrenches, tare_in_the_air
+    from footcal_cli.intake.poses import read_steps
+    from footcal_cli.sheets.feet import outcome_of
+
+    with session.step("read"):
+        data, legs, along, rejected = read_steps(session)
+    with session.step("apply"):
+        assert session.parameters is not None, "checked by the caller"
+        values = session.parameters.values
+        offset = np.stack([leg.offset for leg in legs])
+        calibration = Mounted.of(values, data.geometry).feet(data, offset, legs)
+        after = foot_wrenches(data, calibration)
+        tare = tare_in_the_air(
+            data.geometry.rot_bt, offset, calibration.leg_weight_n, calibration.leg_com_m
+        )
+        before = naive_wrenches(data, tare, calibration.origin_b_m)
+    weight_n = session.recipe.robot.weight_n
+    session.note(check_total_force(after[..., 2].sum(axis=1), weight_n, "all legs"))
+    return outcome_of(
+        session.recipe.robot.name, data, along, {"before": before, "after": after}, calibration,
+        rejected=rejected, mounted=f"{data.geometry.legs[0]}.mount_rot_x" in values,
     )  # fmt: skip

@@ -4,22 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 from pydantic import Field
 
-from footcal_cli.commands.options import (
-    NoPictures,
-    Overwrite,
-    ParametersFile,
-    Quiet,
-    RecipeFile,
-    Seed,
-    StrictFindings,
-    begin,
-)
+from footcal_cli.commands.options import command
 from footcal_cli.recipe import CommandOptions
+from footcal_cli.recipe.options import Flag
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -27,15 +19,14 @@ if TYPE_CHECKING:
     from footcal_cli.batch.plan import Job
     from footcal_cli.core.fleet import Fleet
     from footcal_cli.records.batch import SessionRecord
-    from footcal_cli.session import Outcome, Session
+    from footcal_cli.report.outcome import Outcome
+    from footcal_cli.session.session import Session
 
+EXIT_BUG = 70
 Runnable = Literal[
     "check", "apply", "offline-fit", "static-init", "online-replay", "hang-calib", "pose-calib",
     "diagnose",
 ]  # fmt: skip
-
-
-_MOST_REFUSALS = 20
 
 
 class BatchOptions(CommandOptions):
@@ -45,106 +36,51 @@ class BatchOptions(CommandOptions):
     (``bias = 0.3``), in the parameter's unit.
     """
 
-    command: Runnable = "online-replay"
-    workers: int = Field(default=0, ge=0, le=1024)
-    scheduler: str | None = None
+    command: Annotated[Runnable, Flag("What is run on each session.")] = "online-replay"
+    workers: Annotated[int, Flag("Local processes; 0: one per processor.")] = Field(
+        default=0, ge=0, le=1024
+    )
+    scheduler: Annotated[
+        str | None, Flag("An existing Dask cluster.", metavar="tcp://HOST:PORT")
+    ] = None
     max_drift: dict[str, float] = Field(default_factory=dict)
 
 
-def batch(
-    sessions: Annotated[
+_SHARED: dict[str, Any] = {
+    "out": Annotated[
+        Path, typer.Option("--out", metavar="DIR", help="Folder to write, or to go on with.")
+    ],
+}
+_EXTRA: dict[str, Any] = {
+    "sessions": Annotated[
         list[str] | None,
         typer.Argument(
             metavar="SESSIONS...",
             help="Globs of logs or of folders with logs, or a table (CSV, Parquet, TOML) with the "
             "columns session, robot, date, operator, logs, recipe, parameters.",
         ),
-    ] = None,
-    recipe: RecipeFile = None,
-    parameters: ParametersFile = None,
-    command: Annotated[
-        str | None, typer.Option("--command", help="What is run on each session.")
-    ] = None,
-    workers: Annotated[
-        int | None, typer.Option("--workers", help="Local processes; 0: one per processor.")
-    ] = None,
-    scheduler: Annotated[
-        str | None,
-        typer.Option("--scheduler", metavar="tcp://HOST:PORT", help="An existing Dask cluster."),
-    ] = None,
-    strict_findings: StrictFindings = None,
-    out: Annotated[
-        Path, typer.Option("--out", metavar="DIR", help="Folder to write, or to go on with.")
-    ] = Path("out/batch"),
-    overwrite: Overwrite = False,
-    seed: Seed = 0,
-    no_pictures: NoPictures = False,
-    quiet: Quiet = False,
-) -> None:
+    ],
+}
+
+
+@command(BatchOptions, lacks=("logs", "reference"), shared=_SHARED, extra=_EXTRA, goes_on=True)
+def batch(session: Session[BatchOptions], sessions: list[str] | None) -> Outcome:
     """Run one command on many sessions and compare them over dates and robots."""
-    session = begin(
-        "batch",
-        BatchOptions,
-        logs=None,
-        recipe=recipe,
-        parameters=parameters,
-        out=out,
-        overwrite=overwrite,
-        seed=seed,
-        quiet=quiet,
-        no_pictures=no_pictures,
-        strict_findings=strict_findings,
-        goes_on=True,
-        command=command,
-        workers=workers,
-        scheduler=scheduler,
-    )
-    raise typer.Exit(session.finish(_batch(session, sessions or [])))
-
-
-def _batch(session: Session[BatchOptions], given: Sequence[str]) -> Outcome:
     from footcal_cli.core.fleet import study
-    from footcal_cli.report import Report
-    from footcal_cli.session import Outcome
-    from footcal_cli.sheets import batch as sheets
-    from footcal_cli.tables import write_csv, write_parquet
+    from footcal_cli.sheets.batch import days, in_time, outcome_of, sessions_of
 
-    jobs = _jobs(session, given)
+    options = session.options
+    jobs = _jobs(session, sessions or [])
     with session.step("sessions"):
         ended = {row.session: row for row in _rows(session, jobs)}
-    rows = _in_time(ended[job.name] for job in jobs)
-    session.rows |= {row.session: row.rows for row in rows}
-    session.inputs |= {row.session: row.digest for row in rows}
-    good = [row for row in rows if row.outcome != "refused"]
-    days = _days(good)
-    fleet = study(sheets.sessions_of(good, days))
-    limits = session.options.max_drift
+    found = in_time(ended[job.name] for job in jobs)
+    session.rows |= {row.session: row.rows for row in found}
+    session.inputs |= {row.session: row.digest for row in found}
+    good = [row for row in found if row.outcome != "refused"]
+    fleet = study(sessions_of(good, days(good)))
     if good:
-        _known_limits(limits, fleet, session)
-    missed = sheets.gates_missed(fleet, limits)
-    pictures = sheets.pictures_of(fleet, days is not None)
-    refused = _refused(rows)
-    frame = sheets.frame_of(rows)
-    return Outcome(
-        report=Report(
-            title=f"{len(rows)} sessions, {session.options.command}",
-            verdict=sheets.verdict_of(rows, fleet, len(missed)),
-            pictures=pictures,
-            sheets=sheets.sheets_of(rows, fleet),
-            findings=tuple(sheets.findings_of(fleet)),
-            footer=(
-                "Each session's own report lies in sessions/<session>/report.html.",
-                "Sessions in the order of their dates." if days is not None else
-                "Not every session has a date: sessions in the order of their names.",
-            ),
-        ),
-        files={
-            "sessions.parquet": lambda path: write_parquet(frame, path),
-            "sessions.csv": lambda path: write_csv(frame, path),
-        },
-        gates_missed=(*refused, *missed),
-        usable=bool(good),
-    )  # fmt: skip
+        _known_limits(options.max_drift, fleet, session)
+    return outcome_of(options.command, found, options.max_drift, fleet)
 
 
 def _jobs(session: Session[BatchOptions], given: Sequence[str]) -> list[Job]:
@@ -166,22 +102,12 @@ def _jobs(session: Session[BatchOptions], given: Sequence[str]) -> list[Job]:
     return plan(given, common)
 
 
-def _refused(rows: Sequence[SessionRecord]) -> list[str]:
-    """A line per refused session; of many, the first ones."""
-    lines = [f"session {r.session}: {r.reason}" for r in rows if r.outcome == "refused"]
-    more = len(lines) - _MOST_REFUSALS
-    return [
-        *lines[:_MOST_REFUSALS],
-        *([f"{more} more sessions: see sessions.csv"] if more > 0 else []),
-    ]
-
-
 def _rows(session: Session[BatchOptions], jobs: list[Job]) -> Iterable[SessionRecord]:
     import os
 
     from footcal_cli.batch.cluster import run_on_cluster
     from footcal_cli.batch.local import run_here
-    from footcal_cli.commands.parts.batch_work import died, run_session
+    from footcal_cli.batch.rows import died
 
     options = session.options
     if options.scheduler is not None:
@@ -192,29 +118,80 @@ def _rows(session: Session[BatchOptions], jobs: list[Job]) -> Iterable[SessionRe
     return session.progress(ended, "sessions", len(jobs))
 
 
-def _in_time(rows: Iterable[SessionRecord]) -> list[SessionRecord]:
-    """Sessions by date; by name where one has none."""
-    found = sorted(rows, key=lambda row: row.session)
-    if all(row.date is not None for row in found):
-        found.sort(key=lambda row: _stamp(str(row.date)))
-    return found
+def run_session(job: Job) -> SessionRecord:
+    """Run one session unless it is done, and keep its row.
+
+    Every error becomes a row; only the death of the process does not come back.
+    """
+    import time
+
+    from footcal_cli.batch import rows
+    from footcal_cli.errors import FootcalError, of_machine
+
+    began = time.perf_counter()
+    try:
+        fingerprint = rows.digest_of(job, recipe_logs)
+    except (OSError, FootcalError) as error:
+        refusal = of_machine(error) if isinstance(error, OSError) else error
+        return rows.kept(job, rows.refused(job, "", refusal.line(), refusal.exit_code))
+    done = None if job.again else rows.done(job, fingerprint)
+    if done is not None:
+        return done
+    exit_code, reason = _run(job)
+    seconds = round(time.perf_counter() - began, 3)
+    if exit_code not in (0, 1) or not (job.folder / "run.json").is_file():
+        return rows.kept(
+            job, rows.refused(job, fingerprint, reason, exit_code or EXIT_BUG, seconds)
+        )
+    return rows.kept(job, rows.row(job, fingerprint, seconds))
 
 
-def _days(rows: Sequence[SessionRecord]) -> list[float] | None:
-    """Days after the first session; None where a date is missing or all are the same."""
-    if not rows or any(row.date is None for row in rows):
-        return None
-    stamps = [_stamp(str(row.date)) for row in rows]
-    days = [(stamp - min(stamps)) / 86400.0 for stamp in stamps]
-    return days if max(days) > 0 else None
+def recipe_logs(path: Path) -> list[Path]:
+    """Logs that a recipe names."""
+    from footcal_cli.commands import option_tables
+    from footcal_cli.recipe import read_recipe
+
+    recipe = read_recipe(path, option_tables())
+    return [p for role in sorted(recipe.data) for p in recipe.data_paths(role)]
 
 
-def _stamp(date: str) -> float:
-    """Seconds since 1970; a date without a zone counts as UTC."""
-    from datetime import UTC, datetime
+def _run(job: Job) -> tuple[int, str]:
+    """Exit code and, unless it is 0, the one line of a command."""
+    import contextlib
+    import inspect
+    import io
+    from importlib import import_module
 
-    stamp = datetime.fromisoformat(date)
-    return (stamp if stamp.tzinfo is not None else stamp.replace(tzinfo=UTC)).timestamp()
+    from footcal_cli.errors import FootcalError, lacks_memory, of_machine
+    from footcal_cli.session.run_folder import claims
+
+    module = job.command.replace("-", "_")
+    command = getattr(import_module(f"footcal_cli.commands.{module}"), module)
+    given = {
+        "logs": list(job.logs) or None, "recipe": job.recipe, "parameters": job.parameters,
+        "out": job.folder, "overwrite": True, "quiet": True, "seed": job.seed,
+        "no_pictures": not job.pictures,
+    }  # fmt: skip
+    known = inspect.signature(command).parameters
+    with contextlib.ExitStack() as stack:
+        token = claims.set(stack)
+        try:
+            with contextlib.redirect_stderr(io.StringIO()):
+                command(**{name: value for name, value in given.items() if name in known})
+        except typer.Exit as end:
+            return end.exit_code, ""
+        except FootcalError as error:
+            return error.exit_code, error.line()
+        except (OSError, MemoryError) as error:
+            machine = of_machine(error)
+            return machine.exit_code, machine.line()
+        except Exception as error:
+            if lacks_memory(error):
+                return of_machine(error).exit_code, of_machine(error).line()
+            return EXIT_BUG, f"internal error: {type(error).__name__}: {error}"
+        finally:
+            claims.reset(token)
+    return 0, ""
 
 
 def _known_limits(

@@ -2,31 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from contextlib import suppress
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-import typer
-
-from footcal_cli.commands.options import (
-    Logs,
-    NoPictures,
-    Out,
-    Overwrite,
-    ParametersFile,
-    Quiet,
-    RecipeFile,
-    StrictFindings,
-    begin,
-)
+from footcal_cli.commands.options import command
 from footcal_cli.recipe import CommandOptions
 
 if TYPE_CHECKING:
-    from footcal_cli.columns import TableType
-    from footcal_cli.core.quality import Finding
-    from footcal_cli.session import Outcome, Session
-    from footcal_cli.tables import Table
+    from footcal_cli.report.outcome import Outcome
+    from footcal_cli.session.session import Session
 
 
 class CheckOptions(CommandOptions):
@@ -35,215 +18,13 @@ class CheckOptions(CommandOptions):
     intended_load_n: tuple[float, float] | None = None
 
 
-def check(
-    logs: Logs = None,
-    recipe: RecipeFile = None,
-    parameters: ParametersFile = None,
-    strict_findings: StrictFindings = None,
-    out: Out = Path("out/check"),
-    overwrite: Overwrite = False,
-    no_pictures: NoPictures = False,
-    quiet: Quiet = False,
-) -> None:
+@command(CheckOptions, lacks=("reference", "seed"))
+def check(session: Session[CheckOptions]) -> Outcome:
     """Look for what is wrong with a log and against its recipe; draw the log."""
-    session = begin(
-        "check",
-        CheckOptions,
-        logs=logs,
-        recipe=recipe,
-        parameters=parameters,
-        out=out,
-        overwrite=overwrite,
-        quiet=quiet,
-        no_pictures=no_pictures,
-        strict_findings=strict_findings,
-    )
-    raise typer.Exit(session.finish(_check(session)))
-
-
-def _check(session: Session[CheckOptions]) -> Outcome:
-    from footcal_cli.commands.parts.log_pictures import picture_of
-    from footcal_cli.core.quality import check_clock
-    from footcal_cli.records.results import VerdictRecord
-    from footcal_cli.report import Report, Sheet
-    from footcal_cli.session import Outcome
+    from footcal_cli.intake.every_kind import compare, read_every_kind
+    from footcal_cli.sheets.log import outcome_of
 
     with session.step("read"):
-        read = [(table, kind) for kind in _table_types(session) for table in session.read_any(kind)]
-        # a recording of known loads is no walk; without loads it is none of weights
-        weighed = {table.path for table, kind in read if "load_n" in table}
-        tables = [
-            (table, kind)
-            for table, kind in read
-            if not (kind.name == "cells" and table.path in weighed)
-            and not (kind.name == "weights_stream" and table.path not in weighed)
-        ]
-        if not tables:
-            _refuse(session)
-        for table, kind in tables:
-            if "time_s" in table and kind.name not in _TIMED_BY_PARTS:
-                session.note(check_clock(table.number("time_s"), table.path.name))
-            elif "time_s" in table:
-                session.note(_clocks(table))
-        _together(session, tables)
-    findings = {(f.code, f.where, f.sentence): f for f in session.noted}
-    serious = [finding for finding in findings.values() if finding.severity != "note"]
-    pictures = tuple(
-        picture_of(table, kind, session.recipe.robot, serious, number)
-        for number, (table, kind) in enumerate(tables[:MOST_PICTURES], start=1)
-    )
-    rows = sum(len(table) for table, _ in tables)
-    alarmed = any(finding.severity == "alarm" for finding in serious)
-    count = f"{len(serious)} finding{'s' if len(serious) != 1 else ''}"
-    verdict = VerdictRecord(
-        level="good" if not serious else "bad" if alarmed else "warning",
-        sentence=f"{count} in {rows} rows." if serious else f"Nothing wrong found in {rows} rows.",
-        details=(
-            "Checked: units of stamps, loads, positions, headings and accelerations; gaps, lost "
-            "and far-off samples, end codes; channels that stand still, repeat, read with the sign "
-            "turned or are exchanged; loads, weight and calibration against the recipe.",
-        ),
-    )
-    looked_at = [(table.path.name, kind.name, str(len(table))) for table, kind in tables]
-    return Outcome(
-        report=Report(
-            title="Check of the log",
-            verdict=verdict,
-            pictures=pictures,
-            lead_sheets=(Sheet("Logs", ("file", "read as", "rows"), looked_at),),
-        ),
-    )
-
-
-MOST_PICTURES = 12
-_TIMED_BY_PARTS = frozenset({"weights", "hang", "legs", "placements"})
-"""Kinds of log in which stamps rise only within one channel, leg or placement."""
-
-
-def _clocks(table: Table) -> list[Finding]:
-    """Stamps of a long log, channel by channel or leg by leg, and orientation by orientation."""
-    import numpy as np
-
-    from footcal_cli.core.quality import check_clock
-
-    groups = [g for g in ("leg", "channel", "orientation", "session") if g in table]
-    if "leg" not in groups:  # single readings may lie any time apart
-        return []
-    keys = list(zip(*(table.text(g) for g in groups), strict=True))
-    found: list[Finding] = []
-    for key in dict.fromkeys(keys):
-        at = np.array([k == key for k in keys])
-        found += check_clock(table.number("time_s")[at], ", ".join(map(str, key)))
-    return found
-
-
-def _together(session: Session[CheckOptions], tables: Sequence[tuple[Table, TableType]]) -> None:
-    """What shows only where streams, recipe and calibration come together."""
-    from footcal_cli.errors import DataError, FitError, UsageError
-    from footcal_cli.inspection import weights_findings
-
-    by_kind: dict[str, list[Table]] = {}
-    for table, kind in tables:
-        by_kind.setdefault(kind.name, []).append(table)
-    robot, intended = session.recipe.robot, session.options.intended_load_n
-    if "weights" in by_kind:
-        session.note(weights_findings(by_kind["weights"], robot, intended))
-    if "placements" in by_kind and session.parameters is not None:
-        _placements(session, by_kind["placements"])
-    hang = session.recipe.options.get("hang_calib", {})
-    # what a log lacks for a check is no fault of the log
-    with suppress(DataError, UsageError, FitError, ValueError):
-        if "hang" in by_kind:
-            from footcal_cli.commands.parts.hang_logs import leg_logs
-            from footcal_cli.core.turned import check_turned_hanging
-
-            whose = str(hang.get("orientation_of", "transducer"))
-            logs, _ = leg_logs(by_kind["hang"], session.recipe, whose, 0.0)
-            for leg, own in logs.items():
-                session.note(check_turned_hanging(leg, own))
-    with suppress(DataError, UsageError, FitError, ValueError):
-        if "body" in by_kind and ("cells" in by_kind or "six_axis_feet" in by_kind):
-            _walking(session)
-
-
-def _placements(session: Session[CheckOptions], tables: Sequence[Table]) -> None:
-    """Weights on feet against the calibration of their cells."""
-    from footcal_cli.commands.parts.bench_logs import calibrated_cells, read_placements
-    from footcal_cli.core.plausibility import check_shares
-    from footcal_cli.errors import UsageError
-
-    if session.parameters is None:
-        return
-    with suppress(UsageError):  # cells without a calibration
-        logs = read_placements(
-            tables, session.recipe.robot, calibrated_cells(session.parameters), 0.0
-        )
-        for log in logs.values():
-            rows = log.rows
-            session.note(check_shares(rows.forces_n, rows.cells, rows.load_n, calibrated=True))
-
-
-def _walking(session: Session[CheckOptions]) -> None:
-    """The checks of `footcal_cli.intake`; those of walks where every foot is lifted."""
-    from footcal_cli.core.online.streams import MergeRule
-    from footcal_cli.intake import read_recordings
-
-    for recording in read_recordings(session, MergeRule(), "stand"):
-        lifted = (recording.merged.log.known["contact"] == 0.0).mean(axis=0)
-        if lifted.size and lifted.min() > LIFTED_SHARE:
-            read_recordings(session, MergeRule(), "walk")
-            return
-
-
-LIFTED_SHARE = 0.03
-"""A log in which every foot is in the air for longer is a walk."""
-
-
-def _table_types(session: Session[CheckOptions]) -> list[TableType]:
-    """Kinds of log to try, as far as the recipe or the files' headers name their channels."""
-    from footcal_cli import columns
-    from footcal_cli.sources import source_names
-
-    robot = session.recipe.robot
-    headers = [
-        source_names(path, session.recipe.reading(path))
-        for path in session.every_path()
-        if path.is_file()
-    ]
-    loaded = "load_n" in session.recipe.columns or any("load" in n for h in headers for n in h)
-    counted = [name.removesuffix("_counts") for h in headers for name in h if "_counts" in name]
-    channels = robot.cell_names or tuple(dict.fromkeys(counted))
-    feet = tuple(robot.feet) or ("left", "right")
-    cells_of_a_foot = next((tuple(foot.cells) for foot in robot.feet.values() if foot.cells), ())
-    kinds = [
-        columns.weights_table(),
-        columns.hang_table(),
-        columns.poses_table(),
-        columns.legs_table(),
-        columns.cop_points_table(),
-        columns.body_table(feet),
-        columns.six_axis_feet_table(feet),
-    ]
-    if cells_of_a_foot:
-        kinds.append(columns.placements_table(cells_of_a_foot))
-    if channels:
-        kinds.append(columns.weights_together_table(channels))
-        kinds.append(columns.cells_table(channels))
-        if loaded:
-            kinds.append(columns.weights_stream_table(channels))
-    return kinds
-
-
-def _refuse(session: Session[CheckOptions]) -> None:
-    from footcal_cli.columns import weights_table
-    from footcal_cli.errors import DataError
-
-    paths = session.every_path()
-    if paths:
-        missing = next((path for path in paths if not path.is_file()), None)
-        if missing is None:
-            raise DataError(
-                "the columns are those of no known kind of log", file=paths[0],
-                remedy="map them in the recipe's [columns]", foreign=True,
-            )  # fmt: skip
-    session.read_required(weights_table())
+        tables = read_every_kind(session)
+        compare(session, tables, session.options.intended_load_n)
+    return outcome_of(tables, session.recipe.robot, session.noted)

@@ -209,7 +209,7 @@ def _targets(jobs: list[_Job], out: Path, overwrite: bool) -> list[Path]:
 def _write(work: list[tuple[_Job, Path]], options: ConvertOptions, quiet: bool) -> None:
     """Write every table under a temporary name, rename them when all are complete, and say so."""
     from footcal_cli.errors import UsageError
-    from footcal_cli.logfiles import write_parquet_pieces
+    from footcal_cli.tables.logfiles import write_parquet_pieces
 
     partial: list[tuple[Path, Path]] = []
     said: list[str] = []

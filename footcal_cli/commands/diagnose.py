@@ -2,141 +2,169 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from pydantic import Field
 
-from footcal_cli.commands.options import (
-    Logs,
-    NoPictures,
-    Out,
-    Overwrite,
-    ParametersFile,
-    Quiet,
-    RecipeFile,
-    Seed,
-    StrictFindings,
-    begin,
-)
-from footcal_cli.recipe import CommandOptions
+from footcal_cli.commands.options import Given, command
+from footcal_cli.recipe.options import DiagnoseOptions
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from footcal_cli.commands.parts.diagnose_groups import Group
+    from footcal_cli.core.diagnosis.investigation import Investigation
+    from footcal_cli.core.diagnosis.rules import Rules
     from footcal_cli.core.effects.contract import Effect
-    from footcal_cli.session import Outcome, Session
+    from footcal_cli.intake.cases.shared import CaseRead
+    from footcal_cli.intake.groups import Group
+    from footcal_cli.report.outcome import Outcome
+    from footcal_cli.session.session import Session
 
-
-class DiagnoseOptions(CommandOptions):
-    """``[diagnose]`` of a recipe."""
-
-    experiment: Literal["weights", "placements", "stand", "walk", "hang", "pose"] = "weights"
-    tolerance_n: float | None = Field(default=None, gt=0)
-    tolerance_mm: float = Field(default=1.0, gt=0)
-    without: tuple[str, ...] = ()
-    most_effects: int = Field(default=4, ge=1, le=4)
-    delay_s: float = 0.02
-    between: tuple[str, ...] = ()
-    after: Path | None = None
-
-
-def diagnose(
-    logs: Logs = None,
-    recipe: RecipeFile = None,
-    parameters: ParametersFile = None,
-    experiment: Annotated[
-        str | None,
-        typer.Option(
-            "--experiment", metavar="KIND", help="weights, placements, stand, walk, hang, pose."
-        ),
-    ] = None,
-    tolerance_n: Annotated[
-        float | None,
-        typer.Option("--tolerance-n", help="Smallest RMS error of a force that matters."),
-    ] = None,
-    tolerance_mm: Annotated[
-        float | None,
-        typer.Option("--tolerance-mm", help="Smallest error of the centre of pressure."),
-    ] = None,
-    without: Annotated[
-        list[str] | None,
-        typer.Option("--without", metavar="EFFECT", help="Leave an effect out of the table."),
-    ] = None,
-    explain: Annotated[
+_EXTRA: dict[str, Any] = {
+    "explain": Annotated[
         str | None, typer.Option("--explain", metavar="EFFECT", help="Explain an effect and stop.")
-    ] = None,
-    plan: Annotated[
-        bool,
+    ],
+    "plan": Annotated[
+        bool | None,
         typer.Option("--plan", help="Only the next experiment; LOG is a diagnosis.json, or none."),
-    ] = False,
-    between: Annotated[
-        list[str] | None,
-        typer.Option("--between", metavar="EFFECT", help="Rivals that --plan should distinguish."),
-    ] = None,
-    after: Annotated[
-        Path | None,
-        typer.Option(
-            "--after",
-            metavar="FILE",
-            help="diagnosis.json of the log before, whose rivals this log should distinguish.",
-        ),
-    ] = None,
-    strict_findings: StrictFindings = None,
-    out: Out = Path("out/diagnose"),
-    overwrite: Overwrite = False,
-    seed: Seed = 0,
-    no_pictures: NoPictures = False,
-    quiet: Quiet = False,
-) -> None:
-    """Say what the model gets wrong: name its cause, extend the model, state the gain."""
-    if explain is not None:
-        from footcal_cli.commands.parts.diagnose_explain import explained
+    ],
+}
 
-        typer.echo(explained(explain))
+
+def _opening(given: Given) -> None:
+    """Explain and stop; else a single folder becomes its logs, kind and calibration."""
+    from footcal_cli.intake.groups import groups_of
+
+    if given["explain"] is not None:
+        from footcal_cli.core.effects import TABLE
+        from footcal_cli.records.effects import known_effect
+        from footcal_cli.sheets.effects import explained
+
+        typer.echo(explained(known_effect(given["explain"], TABLE)))
         raise typer.Exit
-    from footcal_cli.commands.parts.diagnose_groups import groups_of
+    groups = groups_of(given["logs"] or ())
+    given["groups"] = groups
+    if groups:
+        given["logs"] = [path for group in groups for path in group.logs]
+    if len(groups) == 1:
+        given["experiment"] = groups[0].kind
+        given["parameters"] = given["parameters"] or groups[0].parameters
 
-    groups = groups_of(logs or ())
-    if len(groups) == 1:  # a folder is its logs
-        experiment, parameters = groups[0].kind, parameters or groups[0].parameters
-    session = begin(
-        "diagnose",
-        DiagnoseOptions,
-        logs=[path for group in groups for path in group.logs] or logs,
-        recipe=recipe,
-        parameters=parameters,
-        out=out,
-        overwrite=overwrite,
-        seed=seed,
-        quiet=quiet,
-        no_pictures=no_pictures,
-        strict_findings=strict_findings,
-        experiment=experiment,
-        tolerance_n=tolerance_n,
-        tolerance_mm=tolerance_mm,
-        without=tuple(without) if without else None,
-        between=tuple(between) if between else None,
-        after=after,
-    )
+
+@command(DiagnoseOptions, lacks=("reference",), extra=_EXTRA, opening=_opening)
+def diagnose(
+    session: Session[DiagnoseOptions], plan: bool | None, groups: Sequence[Group]
+) -> Outcome:
+    """Say what the model gets wrong: name its cause, extend the model, state the gain."""
+    from footcal_cli.core.diagnosis.rules import Rules
+
+    if plan and len(groups) < 2:
+        return _planned(session)
+    session.refuse_missing_logs("" if len(groups) > 1 else session.options.experiment)
+    rules = Rules(most_effects=session.options.most_effects)
     if len(groups) > 1:
-        raise typer.Exit(session.finish(_diagnose_together(session, groups)))
-    raise typer.Exit(session.finish(_planned(session) if plan else _diagnose(session, groups)))
-
-
-def _diagnose_together(session: Session[DiagnoseOptions], groups: Sequence[Group]) -> Outcome:
-    from footcal_cli.commands.parts.diagnose_joint import diagnosed_together
-
-    session.refuse_missing_logs("")
-    return diagnosed_together(session, groups, _table(session))
+        return _together(session, groups, rules)
+    return _single(session, groups, rules)
 
 
 def _planned(session: Session[DiagnoseOptions]) -> Outcome:
-    from footcal_cli.commands.parts.diagnose_plan import planned
+    """Only the next experiment, for a pair of effects or for a diagnosis made before."""
+    from footcal_cli.core.diagnosis.menu import menu_for
+    from footcal_cli.intake.planning import rig_of, rivals_of
+    from footcal_cli.sheets.diagnosis.plan import plan_outcome
 
-    return planned(session)
+    table = session.table
+    rivals = rivals_of(session)
+    names = tuple(dict.fromkeys(r.signature.effect for r in rivals))
+    with session.step("plan"):
+        menu = menu_for(rivals, table, rig_of(session.recipe.robot, [table[n] for n in names]))
+    return plan_outcome(menu, names, table)
+
+
+def _single(session: Session[DiagnoseOptions], groups: Sequence[Group], rules: Rules) -> Outcome:
+    """One experiment."""
+    from dataclasses import replace
+
+    from footcal_cli.core.diagnosis.movement import movements
+    from footcal_cli.intake.cases.alone import found_alone
+    from footcal_cli.intake.cases.shared import baseline_of
+    from footcal_cli.records.diagnosis import DiagnosisRecord
+    from footcal_cli.records.files import read_record
+    from footcal_cli.session.extended import extended
+    from footcal_cli.sheets.diagnosis.report import outcome_of
+
+    request, before = session.request, session.options.after
+    # of a folder only those files are logs that are of the kind
+    reader = session.part(groups[0].logs) if groups else session
+    table = _table(session)
+    read, found = _investigated(session, reader, table, rules)
+    with session.step("plan"):
+        moved = movements(read.case, found.problem, found.final)
+        outcome = outcome_of(
+            f"Diagnosis of {session.recipe.robot.name}", read, found, moved,
+            read.testable(table), rules, request.seed,
+            alone=found_alone(read, found),
+            before=None if before is None else read_record(DiagnosisRecord, before),
+            reproduce=request.command_line,
+            kept=(request.out / "parameters_extended.json").as_posix(),
+        )  # fmt: skip
+    record = extended(session, baseline_of(session), read.case, found, moved)
+    return replace(outcome, records={**outcome.records, "parameters_extended.json": record})
+
+
+def _together(session: Session[DiagnoseOptions], groups: Sequence[Group], rules: Rules) -> Outcome:
+    """Several experiments: each by itself first, then all together."""
+    import shlex
+    from dataclasses import replace
+
+    from footcal_cli.core.diagnosis.joint import diagnose_together
+    from footcal_cli.core.diagnosis.joint_sizes import SingleDiagnosis
+    from footcal_cli.session.extended import extended_together
+    from footcal_cli.sheets.diagnosis.joint_report import joint_outcome
+
+    table, reads, singles, alone = _table(session), [], [], []
+    for group in session.progress(groups, "diagnose", len(groups)):
+        part = session.part(group.logs, group.parameters, experiment=group.kind)
+        read, found = _investigated(session, part, table, rules, group)
+        reads.append(read)
+        singles.append(SingleDiagnosis(group.name, found, read.untested))
+        words = [path.as_posix() for path in group.logs] + ["--experiment", group.kind]
+        parameters = group.parameters or session.request.parameters
+        words += [] if parameters is None else ["--parameters", parameters.as_posix()]
+        alone.append(shlex.join(words))
+    with session.step("together"):
+        joint = diagnose_together(singles, table)
+    title = f"Diagnosis of {session.recipe.robot.name}"
+    outcome = joint_outcome(title, joint, reads, table, rules, session.request.seed, alone)
+    record = extended_together(session, joint, [read.case for read in reads], table)
+    return replace(outcome, records={**outcome.records, "parameters_extended.json": record})
+
+
+def _investigated(
+    session: Session[DiagnoseOptions],
+    reader: Session[DiagnoseOptions],
+    table: dict[str, Effect],
+    rules: Rules,
+    group: Group | None = None,
+) -> tuple[CaseRead, Investigation]:
+    """One experiment read and investigated by itself."""
+    from footcal_cli.core.diagnosis.investigation import investigate
+    from footcal_cli.core.diagnosis.signals import describe
+    from footcal_cli.core.quality import stopping
+    from footcal_cli.intake.cases import read_case
+
+    name = "" if group is None else f" {group.name}"
+    with session.step(f"read{name}"):
+        read = read_case(reader)
+        if group is not None and not group.whole_folder:
+            reader.refuse_unread()
+        read.findings.extend(reader.noted)
+    with session.step(f"diagnose{name}"):
+        found = investigate(
+            read.case, read.testable(table), describe, rules, session.request.seed,
+            stopped=bool(stopping(read.findings)),
+        )  # fmt: skip
+    return read, found
 
 
 def _table(session: Session[DiagnoseOptions]) -> dict[str, Effect]:
@@ -146,28 +174,3 @@ def _table(session: Session[DiagnoseOptions]) -> dict[str, Effect]:
     for name in session.options.without:
         known_effect(name, session.table, "--without")
     return {k: v for k, v in session.table.items() if k not in session.options.without}
-
-
-def _diagnose(session: Session[DiagnoseOptions], groups: Sequence[Group]) -> Outcome:
-    session.refuse_missing_logs(session.options.experiment)
-    from footcal_cli.commands.parts.diagnose_cases import read_case
-    from footcal_cli.commands.parts.diagnose_outcome import outcome_of
-    from footcal_cli.core.diagnosis.investigation import investigate
-    from footcal_cli.core.diagnosis.rules import Rules
-    from footcal_cli.core.diagnosis.signals import describe
-    from footcal_cli.core.quality import stopping
-
-    table = _table(session)
-    rules = Rules(most_effects=session.options.most_effects)
-    # of a folder only those files are logs that are of the kind
-    reader = session.part(groups[0].logs, None, session.options) if groups else session
-    with session.step("read"):
-        read = read_case(reader)
-        read.findings.extend(reader.noted)
-    usable = {k: v for k, v in table.items() if k not in read.untested}
-    with session.step("diagnose"):
-        stopped = bool(stopping(read.findings))
-        found = investigate(
-            read.case, usable, describe, rules, session.request.seed, stopped=stopped
-        )
-    return outcome_of(session, read, found, usable, rules)

@@ -10,13 +10,7 @@ import typer
 from footcal_cli.commands.options import RecipeFile
 
 if TYPE_CHECKING:
-    from footcal_cli.core.effects.contract import Effect
-    from footcal_cli.own_effects import OwnEffect
-
-_STAGE_NAMES = {
-    1: "bench", 2: "body", 3: "foot", 4: "six-axis", 5: "cells", 6: "calibration", 7: "digital",
-    8: "transport",
-}  # fmt: skip
+    from footcal_cli.records.own_effects import OwnEffect
 
 
 def effects(
@@ -43,6 +37,7 @@ def effects(
     from footcal_cli.core.effects import TABLE
     from footcal_cli.errors import UsageError, nearest
     from footcal_cli.records.effects import known_effect, table_with
+    from footcal_cli.sheets.effects import checked, explained, listed, signals_listed
 
     if signals:
         typer.echo(signals_listed())
@@ -50,8 +45,6 @@ def effects(
     rows = _own_rows(recipe)
     table = table_with(rows, recipe)
     if check:
-        from footcal_cli.commands.parts.effects_check import checked
-
         own = [effect for effect in table.values() if effect.name not in TABLE]
         if not own:
             raise UsageError(
@@ -81,73 +74,3 @@ def _own_rows(recipe: Path | None) -> tuple[OwnEffect, ...]:
     from footcal_cli.recipe import read_recipe
 
     return () if recipe is None else read_recipe(recipe, option_tables()).effect
-
-
-def signals_listed() -> str:
-    """Signals and functions of formulas as aligned text."""
-    from footcal_cli.core.effects.formula import FUNCTIONS
-    from footcal_cli.core.effects.own import SIGNALS
-
-    rows = [("signal", "unit", "known in", "what it is")]
-    rows += [(n, s.unit, " ".join(s.experiments), s.meaning) for n, s in SIGNALS.items()]
-    widths = [max(len(row[i]) for row in rows) for i in range(3)]
-    lines = [
-        "  ".join([*(cell.ljust(w) for cell, w in zip(row, widths, strict=False)), row[-1]])
-        for row in rows
-    ]
-    return "\n".join([*lines, f"functions: + - * / ** {' '.join(FUNCTIONS)}"])
-
-
-def listed(chosen: list[Effect]) -> str:
-    """The table as aligned text: name, stage, owner, size with unit, experiments, remedy."""
-    rows = [("effect", "stage", "per", "usual size", "seen by", "what to do about it")]
-    rows += [
-        (
-            effect.name,
-            _STAGE_NAMES[effect.stage],
-            effect.scope.value,
-            f"{effect.size.prior_sd:g} {effect.size.unit}".removesuffix(" -"),
-            " ".join(effect.experiments),
-            effect.remedy,
-        )
-        for effect in chosen
-    ]
-    widths = [max(len(row[i]) for row in rows) for i in range(5)]
-    return "\n".join(
-        "  ".join([*(cell.ljust(w) for cell, w in zip(row, widths, strict=False)), row[-1]])
-        for row in rows
-    )
-
-
-def explained(effect: Effect) -> str:
-    """One effect in full, as text."""
-    lines = [
-        effect.name,
-        "=" * len(effect.name),
-        f"formula       {effect.formula}",
-        f"stage         {_STAGE_NAMES[effect.stage]}, one value per {effect.scope.value}",
-        f"source        {effect.source}",
-        f"seen by       {', '.join(effect.experiments)}",
-    ]
-    if effect.needs:
-        lines.append(f"needs         {', '.join(effect.needs)}")
-    if effect.mimics:
-        lines.append(f"mimics        {', '.join(effect.mimics)}")
-    if effect.separates:
-        lines.append(f"separated by  {effect.separates}")
-    lines += [
-        f"remedy        {effect.remedy}",
-        "inverse       "
-        + (
-            f"exact to {effect.tolerance:g}"
-            if effect.invertible
-            else "none: removing it is a best guess"
-        ),
-        "",
-        "parameter                 unit      neutral    bounds               usual size",
-    ]
-    for p in effect.parameters:
-        bounds = f"[{p.lower:g}, {p.upper:g}]"
-        usual = f"shape: {p.tried}" if p.shape else f"{p.prior_sd:g}"
-        lines.append(f"{p.name:<25} {p.unit:<9} {p.neutral:<10g} {bounds:<20} {usual}")
-    return "\n".join(lines)

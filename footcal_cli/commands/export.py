@@ -14,7 +14,7 @@ from footcal_cli.recipe import CommandOptions
 
 if TYPE_CHECKING:
     from footcal_cli.exporters.contract import Calibration, Exported, Hung, Pose
-    from footcal_cli.recipe import Robot
+    from footcal_cli.recipe import Recipe
     from footcal_cli.records.results import ParametersRecord
 
 Target = Literal["kth-yaml", "mc_rtc", "ros2_control", "wbd-xml", "urdf", "c-header", "matlab"]
@@ -52,7 +52,7 @@ def export(
     from footcal_cli.commands import option_tables
     from footcal_cli.errors import UsageError
     from footcal_cli.recipe import Recipe, read_recipe, validated
-    from footcal_cli.session import read_calibration
+    from footcal_cli.session.session import read_calibration
 
     read = read_recipe(recipe, option_tables()) if recipe is not None else Recipe()
     given = {"to": to, "sensors": tuple(sensor) if sensor else None}
@@ -70,7 +70,7 @@ def export(
         raise UsageError("the file is there already" if out.is_file() else "--out is a folder",
                          file=out, remedy="name another --out or --overwrite")  # fmt: skip
     record = read_calibration(calibration)
-    exported = _exported(calibration, record, read.robot, options)
+    exported = _exported(calibration, record, read, options)
     _write(exported, options.to, out)
     for warning in exported.warnings:
         typer.echo(f"footcal: warning: {warning}", err=True)
@@ -79,14 +79,14 @@ def export(
 
 
 def _exported(
-    path: Path, record: ParametersRecord, robot: Robot, options: ExportOptions
+    path: Path, record: ParametersRecord, recipe: Recipe, options: ExportOptions
 ) -> Exported:
     from importlib import import_module
 
     from footcal_cli.exporters.contract import Calibration
 
     assert options.to is not None, "checked by the caller"
-    nominal, hung = _of_recipe(robot)
+    nominal, hung = _of_recipe(recipe)
     source = Calibration(record, path.name, nominal, hung)
     names = _names(source, path, options)
     module = options.to.replace("-", "_")
@@ -94,15 +94,16 @@ def _exported(
     return exported
 
 
-def _of_recipe(robot: Robot) -> tuple[dict[str, Pose], dict[str, Hung]]:
+def _of_recipe(recipe: Recipe) -> tuple[dict[str, Pose], dict[str, Hung]]:
     """Nominal poses, and what the recipe says hangs below."""
     import numpy as np
 
     from footcal_cli.core.spatial import rotation_of_rpy
     from footcal_cli.exporters.contract import Hung, Pose
 
+    robot = recipe.robot
     nominal = {
-        name: Pose(np.array(leg.position_m), rotation_of_rpy(leg.rotation_rpy_rad))
+        name: Pose(np.array(recipe.hip_position_m(name)), rotation_of_rpy(leg.rotation_rpy_rad))
         for name, leg in robot.legs.items()
     }
     hung = {}

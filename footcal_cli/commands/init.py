@@ -36,6 +36,7 @@ def init(
     """Guess what logs of any layout hold and write a commented recipe for them."""
     from footcal_cli.errors import DataError, UsageError
     from footcal_cli.sniff.columns import guess_file
+    from footcal_cli.sniff.experiment import why_not
     from footcal_cli.sniff.hint import accepted
     from footcal_cli.sniff.recipe_text import listing, next_step, recipe_text
     from footcal_cli.sniff.several import parts_of
@@ -48,6 +49,8 @@ def init(
         raise UsageError("a recipe ends in .toml", file=output, remedy="name it so")
     files = [guess_file(path) for path in logs]
     parts, others = parts_of(files)
+    if not parts and (why := why_not(others[0])) is not None:
+        raise DataError(why[0], file=others[0].path, remedy=why[1])
     if not parts:
         raise DataError(
             "its columns fit no experiment that footcal knows: "

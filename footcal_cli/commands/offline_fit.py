@@ -3,272 +3,117 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING
 
-import typer
-from pydantic import Field
-
-from footcal_cli.columns import weights_table
-from footcal_cli.commands.options import (
-    Logs,
-    NoPictures,
-    Out,
-    Overwrite,
-    ParametersFile,
-    Quiet,
-    RecipeFile,
-    ReferenceFile,
-    Seed,
-    StrictFindings,
-    begin,
-)
-from footcal_cli.recipe import CommandOptions, Frozen, metres
+from footcal_cli.commands.options import command
+from footcal_cli.recipe.options import OfflineFitOptions
+from footcal_cli.tables.columns import weights_table
 
 if TYPE_CHECKING:
-    from footcal_cli.commands.parts.bench_report import Part
     from footcal_cli.core.bench.cop_study import FootStudy
-    from footcal_cli.core.bench.matrix import MatrixStudy
-    from footcal_cli.core.bench.plateaus import PlateauOptions
     from footcal_cli.core.bench.record import BenchRecord
     from footcal_cli.core.bench.study import ChannelStudy
     from footcal_cli.core.quality import Finding
-    from footcal_cli.session import Outcome, Session
-    from footcal_cli.tables import Table
+    from footcal_cli.intake.bench import WeightsLogs
+    from footcal_cli.report.outcome import Outcome
+    from footcal_cli.session.session import Session
 
 
-class PlateauSettings(Frozen):
-    """``[offline_fit.plateaus]``: what counts as standing still in a running recording.
-
-    Tolerances that are 0 are chosen from the recording. `loads` names the loads in the order in
-    which they were put on, with their unit (``"0, 1, 2, 5 lb"``), where the recording does not have
-    them; `loads_n` is the same in N.
-    """
-
-    window_s: float = Field(default=2.0, gt=0)
-    min_hold_s: float = Field(default=3.0, gt=0)
-    settle_s: float = Field(default=0.0, ge=0)
-    max_change: float = Field(default=0.0, ge=0)
-    max_scatter: float = Field(default=0.0, ge=0)
-    same_level: float = Field(default=0.02, ge=0)
-    glitch_sd: float = Field(default=8.0, gt=0)
-    loads_n: tuple[float, ...] = ()
-    loads: str = ""
-
-    @property
-    def tolerances(self) -> PlateauOptions:
-        """What the core takes for standing still."""
-        from footcal_cli.core.bench.plateaus import PlateauOptions
-
-        return PlateauOptions(**self.model_dump(exclude={"loads_n", "loads"}))
-
-    def known_n(self, gravity_mps2: float) -> tuple[float, ...]:
-        """The loads in N, masses as their weight."""
-        if not self.loads:
-            return self.loads_n
-        from footcal_cli.units import load_list
-
-        return load_list(self.loads, gravity_mps2)
-
-
-class OfflineFitOptions(CommandOptions):
-    """``[offline_fit]`` of a recipe."""
-
-    method: Literal["ordinary", "weighted", "robust"] = "ordinary"
-    models: Literal["auto", "affine"] = "auto"
-    most_degree: int = Field(default=3, ge=1, le=6)
-    samples: bool | None = None
-    plateaus: PlateauSettings = PlateauSettings()
-    known_wrench: bool = False
-    held_out_placements: tuple[str, ...] = ()
-    min_force_n: float = Field(default=5.0, gt=0)
-    intended_load_n: tuple[float, float] | None = None
-    tolerance_percent: float = Field(default=1.0, gt=0)
-    max_rmse_n: float | None = Field(default=None, gt=0)
-    max_cop_rmse_mm: float | None = Field(default=None, gt=0)
-
-    @property
-    def limits(self) -> dict[str, float | None]:
-        """Limits of `max_…`, by quantity, SI units."""
-        return {"force *": self.max_rmse_n, "cop *": metres(self.max_cop_rmse_mm)}
-
-
-def offline_fit(
-    logs: Logs = None,
-    recipe: RecipeFile = None,
-    parameters: ParametersFile = None,
-    method: Annotated[
-        str | None, typer.Option("--method", help="ordinary, weighted or robust regression.")
-    ] = None,
-    models: Annotated[
-        str | None, typer.Option("--models", help="auto: beyond affine where it pays; affine.")
-    ] = None,
-    max_rmse_n: Annotated[
-        float | None, typer.Option("--max-rmse-n", help="Gate: exit 1 above this RMSE.")
-    ] = None,
-    max_cop_rmse_mm: Annotated[
-        float | None,
-        typer.Option("--max-cop-rmse-mm", help="Gate on the CoP at left-out placements."),
-    ] = None,
-    reference: ReferenceFile = None,
-    strict_findings: StrictFindings = None,
-    out: Out = Path("out/offline-fit"),
-    overwrite: Overwrite = False,
-    seed: Seed = 0,
-    no_pictures: NoPictures = False,
-    quiet: Quiet = False,
-) -> None:
+@command(OfflineFitOptions)
+def offline_fit(session: Session[OfflineFitOptions]) -> Outcome:
     """Fit load cells to known weights, and a foot's CoP to weights over known holes."""
-    session = begin(
-        "offline-fit",
-        OfflineFitOptions,
-        logs=logs,
-        recipe=recipe,
-        parameters=parameters,
-        reference=reference,
-        out=out,
-        overwrite=overwrite,
-        seed=seed,
-        quiet=quiet,
-        no_pictures=no_pictures,
-        method=method,
-        models=models,
-        max_rmse_n=max_rmse_n,
-        max_cop_rmse_mm=max_cop_rmse_mm,
-        strict_findings=strict_findings,
-    )
-    raise typer.Exit(session.finish(_calibrate(session)))
+    session.refuse_missing_logs("weights")
+    from dataclasses import replace
 
-
-def _calibrate(session: Session[OfflineFitOptions]) -> Outcome:
-    """Weights first, then the placements that need their calibration."""
-    from footcal_cli.commands.parts.bench_outcome import outcome_of
-    from footcal_cli.commands.parts.bench_report import feet_part, together_part, weights_part
-
-    with session.step("read"):
-        logs = _read(session)
-    with session.step("fit"):
-        gravity_mps2 = session.recipe.robot.gravity_mps2
-        studies = [_study(record, session.options, gravity_mps2) for record in logs.records]
-        together = _together(session)
-        feet = _feet(session, studies)
-    if not studies and not feet and together is None:
-        session.read_required(weights_table())
-    parts = []
-    if studies:
-        parts.append(
-            weights_part(
-                studies,
-                logs.held_out,
-                findings=_findings(session, logs, studies),
-                intended_load_n=session.options.intended_load_n,
-                tolerance_percent=session.options.tolerance_percent,
-                method=session.options.method,
-            )
-        )
-    if together is not None:
-        parts.append(together_part(session.recipe.robot.cell_names, *together))
-    if feet:
-        parts.append(feet_part(feet, session.recipe.robot))
-    estimates = [study.estimates for study in studies]
-    if together is not None:
-        estimates.append(together[1].chosen.estimates)
-    return outcome_of(session, parts, studies, estimates, feet, _inadequate(session.options, parts))
-
-
-@dataclass(frozen=True)
-class _WeightsLogs:
-    """Everything weighed: long tables, and the records to fit and to keep apart."""
-
-    tables: Sequence[Table]
-    records: Sequence[BenchRecord]
-    held_out: Sequence[BenchRecord]
-
-
-def _read(session: Session[OfflineFitOptions]) -> _WeightsLogs:
-    from footcal_cli.columns import weights_stream_table
-    from footcal_cli.commands.parts.bench_logs import records_of_rows, records_of_streams
-
-    channels = session.recipe.robot.cell_names
-    tables = session.read(weights_table())
-    records = records_of_rows(tables) if tables else []
-    held_out = []
-    if not session.request.logs:
-        apart = session.read(weights_table(), "weights_held_out")
-        held_out += records_of_rows(apart) if apart else []
-    if channels:
-        stream = weights_stream_table(channels)
-        running = session.read(stream)
-        records += records_of_streams(running, channels) if running else []
-        apart = [] if session.request.logs else session.read(stream, "weights_stream_held_out")
-        held_out += records_of_streams(apart, channels) if apart else []
-    return _WeightsLogs(tables, records, held_out)
-
-
-def _study(record: BenchRecord, options: OfflineFitOptions, gravity_mps2: float) -> ChannelStudy:
-    from footcal_cli.commands.parts.bench_logs import is_recording
-    from footcal_cli.core.bench.study import study_rows, study_samples
-
-    extend = options.models == "auto"
-    dense = is_recording(record) if options.samples is None else options.samples
-    if not dense:
-        return study_rows(record, options.method, extend=extend, most_degree=options.most_degree)
-    return study_samples(
-        record,
-        options.method,
-        options=options.plateaus.tolerances,
-        loads_n=options.plateaus.known_n(gravity_mps2),
-        extend=extend,
-        most_degree=options.most_degree,
-    )
-
-
-def _together(session: Session[OfflineFitOptions]) -> tuple[tuple[str, ...], MatrixStudy] | None:
-    """Matrices of cells loaded together, None without such a log."""
-    from footcal_cli.columns import weights_together_table
-    from footcal_cli.commands.parts.bench_logs import study_together
+    from footcal_cli.core.bench.pooled import with_common_noise
     from footcal_cli.core.plausibility import check_scale
+    from footcal_cli.intake.bench import read_weights, study_of, study_together
+    from footcal_cli.session.bench_calibration import bench_calibration
+    from footcal_cli.sheets import bench, cop, matrix
 
-    channels, wrench = session.recipe.robot.cell_names, session.options.known_wrench
-    if not channels:
-        return None
-    tables = session.read(weights_together_table(channels, known_wrench=wrench))
-    if not tables:
-        return None
-    study = study_together(tables, channels, known_wrench=wrench)
-    estimates, nameplate = study[1].chosen.estimates, session.recipe.robot.nameplate
-    for cell in channels:
-        if f"{cell}.scale" in estimates.names:
-            own = estimates[f"{cell}.scale"]
-            session.note(check_scale(cell, own, nameplate.scale_n_per_count))
-    return study
+    options, robot = session.options, session.recipe.robot
+    with session.step("read"):
+        logs = read_weights(session)
+    with session.step("fit"):
+        studies = with_common_noise(
+            [study_of(record, options, robot.gravity_mps2) for record in logs.records]
+        )
+        together = study_together(session)
+        feet = _feet(session, studies)
+    estimates = [study.estimates for study in studies]
+    parts: dict[str, Outcome] = {}  # placements are what weights are for: they come first
+    if feet:
+        parts["cop_inadequate"] = cop.outcome_of(feet, robot)
+    if together is not None:
+        outputs, matrices = together
+        parts["matrix_inadequate"] = matrix.outcome_of(robot.cell_names, outputs, matrices)
+        found = matrices.chosen.estimates
+        estimates.append(found)
+        scale = robot.nameplate.scale_n_per_count
+        for cell in (cell for cell in robot.cell_names if f"{cell}.scale" in found.names):
+            session.note(check_scale(cell, found[f"{cell}.scale"], scale))
+    if studies:
+        parts["affine_inadequate"] = bench.weights_outcome(
+            studies, _apart(studies, logs.held_out), _findings(session, logs, studies),
+            options.tolerance_percent, options.method,
+        )  # fmt: skip
+    if not parts:
+        session.read_required(weights_table())
+    bad = [code for code, part in parts.items() if part.report.verdict.level != "good"]
+    corrections = cop.corrections_of(feet)
+    every = [*estimates, *(e for foot in feet if (e := foot.estimates) is not None)]
+    title = f"Offline calibration of {robot.name}"
+    return replace(
+        bench.joined(title, list(parts.values()), session.parameters, every),
+        parameters=bench_calibration(session, studies, estimates, feet),
+        records={} if corrections is None else {"cop_correction.json": corrections},
+        gates_missed=(f"strict findings: {', '.join(bad[::-1])}",)
+        if options.strict_findings and bad
+        else (),
+    )
+
+
+def _apart(
+    studies: Sequence[ChannelStudy], held_out: Sequence[BenchRecord]
+) -> list[tuple[ChannelStudy, BenchRecord]]:
+    """Records kept apart from the fit, each with its channel's models."""
+    from footcal_cli.core.bench.study import settled_like
+    from footcal_cli.errors import DataError
+
+    models = {study.channel: study for study in studies}
+    for record in held_out:
+        if record.channel not in models:
+            raise DataError(
+                "a held-out log has a channel that no weights log calibrates",
+                column=record.channel, remedy="name the log of its weights in [data]",
+            )  # fmt: skip
+    return [
+        (study, settled_like(study, record))
+        for record in held_out
+        for study in (models[record.channel],)
+    ]
 
 
 def _feet(session: Session[OfflineFitOptions], studies: Sequence[ChannelStudy]) -> list[FootStudy]:
     """Corrections of every foot with placements, and of instruments that report a CoP."""
+    from dataclasses import replace
+
     import numpy as np
 
-    from footcal_cli.columns import cop_points_table, placements_table
-    from footcal_cli.commands.parts.bench_logs import read_cop_points, read_placements, study_foot
     from footcal_cli.core.plausibility import check_shares
     from footcal_cli.errors import UsageError, nearest
+    from footcal_cli.intake.bench import calibrated_cells, read_feet, study_foot
 
-    robot, options = session.recipe.robot, session.options
-    cells = next((tuple(foot.cells) for foot in robot.feet.values() if foot.cells), ())
-    logs, apart = {}, {}
-    if cells:
-        calibration = _calibration(session, studies)
-        table = placements_table(cells)
-        if tables := session.read(table):
-            logs = read_placements(tables, robot, calibration, options.min_force_n)
-        held = [] if session.request.logs else session.read(table, "placements_held_out")
-        if held:
-            apart = read_placements(held, robot, calibration, options.min_force_n)
-    if tables := session.read(cop_points_table()):
-        logs["instrument"] = read_cop_points(tables)
+    calibration = {} if session.parameters is None else calibrated_cells(session.parameters)
+    for one in studies:
+        estimates = one.estimates
+        calibration[one.channel] = (
+            estimates[f"{one.channel}.scale"], estimates[f"{one.channel}.bias"],
+        )  # fmt: skip
+    logs, apart = read_feet(session, calibration)
+    left_out = session.options.held_out_placements
     names = {str(name) for log in logs.values() for name in log.names}
-    for name in options.held_out_placements:
+    for name in left_out:
         if name not in names:
             raise UsageError(
                 f"held_out_placements: no placement '{name}'{nearest(name, names)}",
@@ -278,46 +123,24 @@ def _feet(session: Session[OfflineFitOptions], studies: Sequence[ChannelStudy]) 
     for foot, log in logs.items():
         rows = log.rows
         session.note(check_shares(rows.forces_n, rows.cells, rows.load_n, calibrated=True))
-        out = np.isin(log.names.astype(str), options.held_out_placements)
-        study = study_foot(foot, log, out)
+        study = study_foot(foot, log, np.isin(log.names.astype(str), left_out))
         found.append(replace(study, held_out=apart[foot].rows) if foot in apart else study)
     return found
 
 
-def _calibration(
-    session: Session[OfflineFitOptions], studies: Sequence[ChannelStudy]
-) -> dict[str, tuple[float, float]]:
-    """Scale and bias per channel: of this run's weights, else of --parameters."""
-    from footcal_cli.commands.parts.bench_logs import calibrated_cells
-
-    found = {} if session.parameters is None else calibrated_cells(session.parameters)
-    for study in studies:
-        estimates = study.estimates
-        found[study.channel] = (
-            estimates[f"{study.channel}.scale"], estimates[f"{study.channel}.bias"],
-        )  # fmt: skip
-    return found
-
-
 def _findings(
-    session: Session[OfflineFitOptions], logs: _WeightsLogs, studies: Sequence[ChannelStudy]
+    session: Session[OfflineFitOptions], logs: WeightsLogs, studies: Sequence[ChannelStudy]
 ) -> list[Finding]:
     from footcal_cli.core.plausibility import check_scale
-    from footcal_cli.inspection import weights_findings
+    from footcal_cli.session.inspection import weights_findings
     from footcal_cli.sheets.weights import find_extrapolation, moving_findings
 
-    nameplate = session.recipe.robot.nameplate.scale_n_per_count
+    robot, intended = session.recipe.robot, session.options.intended_load_n
     for study in studies:  # those whose loads stand in the recipe, not in the log
         known = any(f.where == study.channel and f.severity == "alarm" for f in session.noted)
         scale = study.estimates[f"{study.channel}.scale"]
+        nameplate = robot.nameplate.scale_n_per_count
         session.note(moving_findings(study))
         session.note([] if known else check_scale(study.channel, scale, nameplate))
-    intended, robot = session.options.intended_load_n, session.recipe.robot
     found = weights_findings(logs.tables, robot, intended) if logs.tables else []
     return [*found, *find_extrapolation([study.affine for study in studies], intended)]
-
-
-def _inadequate(options: OfflineFitOptions, parts: Sequence[Part]) -> tuple[str, ...]:
-    """The gate of ``--strict-findings`` on models that do not describe their data."""
-    codes = [part.inadequate for part in parts if part.verdict.level != "good"]
-    return (f"strict findings: {', '.join(codes)}",) if options.strict_findings and codes else ()

@@ -1,4 +1,4 @@
-"""Attitudes as logs have them (quaternion, roll-pitch-yaw, matrix) as rotations."""
+"""Attitudes as logs have them (quaternion, angles, rotation vector, matrix) as rotations."""
 
 from __future__ import annotations
 
@@ -22,6 +22,15 @@ def rotations_of_rpy(rpy_rad: FloatArray) -> FloatArray:
     rotations = np.full((len(rpy_rad), 3, 3), np.nan)
     if good.any():
         rotations[good, :, :] = Rotation.from_euler("xyz", rpy_rad[good]).as_matrix()
+    return rotations
+
+
+def rotations_of_rotvec(rotvec_rad: FloatArray) -> FloatArray:
+    """``exp([v]×)``: (n, 3) to (n, 3, 3); NaN where a component is not a number."""
+    good = _whole(rotvec_rad)
+    rotations = np.full((len(rotvec_rad), 3, 3), np.nan)
+    if good.any():
+        rotations[good, :, :] = Rotation.from_rotvec(rotvec_rad[good]).as_matrix()
     return rotations
 
 

@@ -65,7 +65,7 @@ def next_stances(
             candidates[ONE_FOOT.get(foot, f"lift the {foot} foot")] = _imagined(
                 rows, cells_w_m, feet_columns, weight_n, belief, 0.0, 0.0, lifted=k
             )
-    return rank_candidates(rows.whitened, rows.prior_information, candidates, rows.names)
+    return rank_candidates(rows.whitened, rows.prior_correlation, candidates, rows.names)
 
 
 def _imagined(

@@ -75,9 +75,18 @@ class Parameter:
 
 @dataclass(frozen=True)
 class ParameterSet:
-    """An ordered set of parameters with unique names."""
+    """An ordered set of parameters with unique names, and their joint prior.
+
+    Parameters
+    ----------
+    parameters
+        Each with its own prior.
+    correlation
+        Of the priors, shape (n, n); None where they are independent.
+    """
 
     parameters: tuple[Parameter, ...]
+    correlation: FloatArray | None = field(default=None, compare=False)
     _index: Mapping[str, int] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -86,6 +95,8 @@ class ParameterSet:
             names = [parameter.name for parameter in self.parameters]
             twice = sorted({name for name in names if names.count(name) > 1})
             raise ValueError(f"parameter named twice: {', '.join(twice)}")
+        if self.correlation is not None and self.correlation.shape != (len(index),) * 2:
+            raise ValueError(f"{len(index)} parameters, correlation {self.correlation.shape}")
         object.__setattr__(self, "_index", index)
 
     def __iter__(self) -> Iterator[Parameter]:
@@ -121,11 +132,18 @@ class ParameterSet:
         if unknown:
             raise KeyError(f"no such parameter: {', '.join(unknown)}")
         return ParameterSet(
-            tuple(replace(p, value=changes.get(p.name, p.value)) for p in self.parameters)
+            tuple(replace(p, value=changes.get(p.name, p.value)) for p in self.parameters),
+            self.correlation,
         )
 
     def __add__(self, other: Iterable[Parameter]) -> ParameterSet:
-        return ParameterSet((*self.parameters, *other))
+        more = tuple(other)
+        if self.correlation is None:
+            return ParameterSet((*self.parameters, *more))
+        size = len(self)
+        correlation = np.eye(size + len(more))
+        correlation[:size, :size] = self.correlation
+        return ParameterSet((*self.parameters, *more), correlation)
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from footcal_cli.core.inference.observability import observability
 from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.static_init import StanceRows, fit_static
@@ -60,7 +59,7 @@ def stance_curve(rows: StanceRows, belief: Belief, weight_n: float) -> list[Curv
             errors.append(
                 [_cop_m(after, v, weight_n) for v in (0.0 * ours, ours, fit.least_squares)]
             )
-            ranks.append(observability(part.whitened, rows.names).rank)
+            ranks.append(fit.observability.rank)
         before, ours_m, plain = (float(v) for v in np.sqrt(np.mean(np.square(errors), axis=0)))
         found.append(CurvePoint(used, int(np.median(ranks)), before, ours_m, plain, len(errors)))
     return found

@@ -13,12 +13,21 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from footcal_cli.core.effects.body import heading_rad
+from footcal_cli.core.inference.fit import Fit, fit_map
 from footcal_cli.core.inference.observability import Observability, observability
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.online.rows import Rows, cell_rows
 from footcal_cli.core.online.six_axis import six_axis_rows
-from footcal_cli.core.parameters import BoolArray, Estimates, FloatArray, IntArray, Status
+from footcal_cli.core.parameters import (
+    BoolArray,
+    Estimates,
+    FloatArray,
+    IntArray,
+    Parameter,
+    ParameterSet,
+    Status,
+)
 from footcal_cli.core.quiet import QuietSet
 from footcal_cli.core.signals import autocorrelation_time
 
@@ -48,8 +57,8 @@ class StanceRows:
         Name of each row's balance.
     stance
         Shape (rows,).
-    names, units, prior_sd, prior_information
-        Of the unknowns; information in units of the prior sd.
+    names, units, prior_sd, prior_correlation
+        Of the unknowns.
     effective_samples
         Independent samples behind each stance's mean force, shape (stances,).
     """
@@ -62,7 +71,7 @@ class StanceRows:
     names: tuple[str, ...]
     units: tuple[str, ...]
     prior_sd: FloatArray
-    prior_information: FloatArray
+    prior_correlation: FloatArray
     effective_samples: FloatArray
 
     @property
@@ -179,7 +188,7 @@ def stance_means(rows: Rows, quiet: QuietSet, floors: FloatArray) -> StanceRows:
         names=rows.names,
         units=rows.units,
         prior_sd=rows.prior_sd,
-        prior_information=np.asarray(np.linalg.inv(rows.prior_correlation), dtype=float),
+        prior_correlation=rows.prior_correlation,
         effective_samples=np.array(worth),
     )
 
@@ -226,18 +235,17 @@ def fit_static(rows: StanceRows, belief: Belief) -> StaticInit:
     belief
         The prior that the rows were made with.
     """
-    z, cov_z, chi2 = _posterior(rows)
+    fit = _fit(rows)
     c = len(belief.channels)
-    values = z * rows.prior_sd
-    covariance = cov_z * np.outer(rows.prior_sd, rows.prior_sd)
+    values, covariance = fit.estimates.values, fit.estimates.covariance
     return StaticInit(
-        estimates=belief.estimates(values[:c], values[c:], covariance, _status(cov_z)),
+        estimates=belief.estimates(values[:c], values[c:], covariance, fit.estimates.status),
         gain=values[:c],
         bias_n=values[c:],
         covariance=covariance,
         least_squares=_plain_least_squares(rows, belief),
         observability=observability(rows.whitened, rows.names),
-        chi2=chi2,
+        chi2=_chi2(rows, fit),
         dof=rows.error.size,
     )
 
@@ -264,36 +272,31 @@ class SixAxisInit:
 
 def fit_static_six_axis(rows: StanceRows) -> SixAxisInit:
     """Maximum a posteriori of offsets, as `fit_static`."""
-    z, cov_z, chi2 = _posterior(rows)
+    fit = _fit(rows)
     return SixAxisInit(
-        estimates=Estimates(
-            rows.names,
-            rows.units,
-            z * rows.prior_sd,
-            cov_z * np.outer(rows.prior_sd, rows.prior_sd),
-            tuple(_status(cov_z)),
-        ),
+        estimates=fit.estimates,
         observability=observability(rows.whitened, rows.names),
-        chi2=chi2,
+        chi2=_chi2(rows, fit),
         dof=rows.error.size,
     )
 
 
-def _posterior(rows: StanceRows) -> tuple[FloatArray, FloatArray, float]:
-    """Mean and covariance in prior sd, and the whitened squared residual."""
-    a, b = rows.whitened, rows.error / rows.sd
-    information = a.T @ a + rows.prior_information
-    covariance = np.asarray(np.linalg.inv(information), dtype=float)
-    z = -covariance @ (a.T @ b)
-    residual = b + a @ z
-    return z, covariance, float(residual @ residual + z @ rows.prior_information @ z)
+def _fit(rows: StanceRows) -> Fit:
+    """Maximum a posteriori of the unknowns; what standing did not show says so."""
+    priors = zip(rows.names, rows.units, rows.prior_sd.tolist(), strict=True)
+    parameters = ParameterSet(
+        tuple(Parameter(name, unit, 0.0, sd) for name, unit, sd in priors), rows.prior_correlation
+    )
+    slope, error = rows.whitened / rows.prior_sd, rows.error / rows.sd
+    fit = fit_map(lambda z: error + slope @ z, parameters, jacobian=lambda _: slope, linear=True)
+    learnt = fit.estimates.sd < LEARNT_RATIO * rows.prior_sd
+    status = tuple(Status.ESTIMATED if found else Status.PRIOR_KEPT for found in learnt)
+    return replace(fit, estimates=replace(fit.estimates, status=status))
 
 
-def _status(covariance: FloatArray) -> list[Status]:
-    return [
-        Status.ESTIMATED if sd < LEARNT_RATIO else Status.PRIOR_KEPT
-        for sd in np.sqrt(np.diag(covariance))
-    ]
+def _chi2(rows: StanceRows, fit: Fit) -> float:
+    """Squared residual of rows and prior: ``rᵀ r(0)`` at the optimum of linear rows."""
+    return float(fit.residuals @ (rows.error / rows.sd))
 
 
 @dataclass(frozen=True)

@@ -6,13 +6,14 @@ that a fit could find: every one of the 24 right-angled turns is tried instead.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from itertools import permutations, product
 
 import numpy as np
 
 from footcal_cli.core.experiments.walk import balance, feet_of
+from footcal_cli.core.hang.joint import HangFit, HangOptions
 from footcal_cli.core.hang.runs import hang_runs
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
@@ -20,7 +21,7 @@ from footcal_cli.core.pose.data import PoseData, summarise
 from footcal_cli.core.pose.hanging import LegKnowledge
 from footcal_cli.core.pose.joint import fit_pose
 from footcal_cli.core.pose.problem import PoseOptions
-from footcal_cli.core.pose.wiring import turned_when_standing
+from footcal_cli.core.pose.wiring import turned_when_hanging, turned_when_standing
 from footcal_cli.core.quality import Finding
 from footcal_cli.core.spatial import rotation_log
 
@@ -31,6 +32,8 @@ CLEARLY = 0.5
 TURNED_NOISE = 3.0
 """A turned transducer leaves 5 to 50 times the noise of a pose: nearer to it, none is looked for,
 since each of the 23 turns of each leg costs a fit."""
+POOR = 5.0
+"""Residual over the scatter from sample to sample beyond which more than noise is left."""
 LEVER_M = 0.1
 """Moments count as forces at this lever."""
 _MOST_ROWS = 400
@@ -116,6 +119,20 @@ def check_turned_hanging(leg: str, logs: Sequence[Log]) -> list[Finding]:
         return float(((back - weight * named) ** 2).sum())
 
     return _best_turn((leg,), misfit, misfit(0, np.eye(3)))
+
+
+def hanging_axes(
+    logs: Mapping[str, Sequence[Log]], fits: Mapping[str, HangFit], options: HangOptions
+) -> list[Finding]:
+    """Axes of turned sign and turned transducers; axes are refitted only where a fit is poor."""
+    found: list[Finding] = []
+    for leg, own in logs.items():
+        turned = check_turned_hanging(leg, own)
+        if turned or fits[leg].misfit(hang_runs(own)[0]) > POOR:
+            axis = turned_when_hanging(own, options)
+            turned = turned if axis is None else [axis.finding()]
+        found += turned
+    return found
 
 
 def check_turned_standing(

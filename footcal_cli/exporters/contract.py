@@ -183,7 +183,7 @@ class Calibration:
             "pose", tuple(f"{name}.{axis}" for axis in AXES), np.arange(6.0), np.eye(6), {},
             np.zeros(6, dtype=np.int64),
         )  # fmt: skip
-        values = {key: parameter.value for key, parameter in self.record.parameters.items()}
+        values = self.record.values
         return chain_of(links).remove(shown, values)[0].readings.T
 
     def beyond(self, names: Sequence[str], held: Collection[str]) -> tuple[str, ...]:

@@ -13,8 +13,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from footcal_cli.core.spatial import rpy_of_rotation
 from footcal_cli.exporters.contract import MOUNTING, Calibration, Exported, head, number, only
-from footcal_cli.exporters.poses import rpy_of
 
 
 def export(calibration: Calibration, names: Mapping[str, str]) -> Exported:
@@ -42,7 +42,7 @@ def export(calibration: Calibration, names: Mapping[str, str]) -> Exported:
         )
     offset = calibration.offset(name)
     mass_kg = hung.weight_n / calibration.record.gravity_mps2
-    values = [mass_kg, *rpy_of(turn), *com_parent_m, *offset[3:], *offset[:3]]
+    values = [mass_kg, *rpy_of_rotation(turn), *com_parent_m, *offset[3:], *offset[:3]]
     comments = head(
         calibration,
         [name],

@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from xml.sax.saxutils import quoteattr
 
+from footcal_cli.core.spatial import rpy_of_rotation
 from footcal_cli.errors import UsageError
 from footcal_cli.exporters.contract import MOUNTING, Calibration, Exported, head, number
-from footcal_cli.exporters.poses import rpy_of
 
 
 def export(calibration: Calibration, names: Mapping[str, str]) -> Exported:
@@ -42,7 +42,7 @@ def export(calibration: Calibration, names: Mapping[str, str]) -> Exported:
     for name, theirs in names.items():
         place, turn = calibration.place(name), calibration.turn(name)
         xyz = place.position_m + place.rotation @ calibration.shift_m(name)
-        rpy = rpy_of(place.rotation @ turn)
+        rpy = rpy_of_rotation(place.rotation @ turn)
         shown = {
             "xyz": " ".join(number(x) for x in xyz), "rpy": " ".join(number(x) for x in rpy)
         }  # fmt: skip

@@ -13,7 +13,7 @@ from footcal_cli.core.effects.contract import Effect, Scope
 from footcal_cli.core.effects.formula import FormulaError
 from footcal_cli.core.effects.own import OwnRow, OwnShape, own_effect
 from footcal_cli.errors import UsageError, nearest
-from footcal_cli.own_effects import OwnEffect
+from footcal_cli.records.own_effects import OwnEffect
 from footcal_cli.records.results import EffectRecord
 
 GROUP = "footcal.effects"

@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from footcal_cli import __version__
 from footcal_cli.errors import UsageError, nearest
-from footcal_cli.textfiles import read_text
+from footcal_cli.tables.textfiles import read_text
 
 
 class Record(BaseModel):

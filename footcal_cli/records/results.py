@@ -10,8 +10,8 @@ from pydantic import Field, model_validator
 from footcal_cli.core.parameters import Estimates, FloatArray, Status
 from footcal_cli.core.quality import Finding
 from footcal_cli.errors import UsageError, nearest
-from footcal_cli.own_effects import OwnEffect
 from footcal_cli.records.files import Record, Versioned
+from footcal_cli.records.own_effects import OwnEffect
 
 _LARGEST = 1e30
 """Larger values and sds overflow when they are squared."""
@@ -56,6 +56,11 @@ class Range(Record):
     lowest: float
     highest: float
     unit: str
+
+    @classmethod
+    def of(cls, values: FloatArray, unit: str) -> Self:
+        """Of an array."""
+        return cls(lowest=float(values.min()), highest=float(values.max()), unit=unit)
 
 
 class EffectRecord(Record):
@@ -105,6 +110,11 @@ class ParametersRecord(Versioned):
             if name.endswith(".scale") and parameter.value == 0:
                 raise ValueError(f"{name} is 0: no reading would tell a force")
         return self
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Values by name."""
+        return {name: parameter.value for name, parameter in self.parameters.items()}
 
     def value(self, name: str) -> float:
         """Value of one parameter; an absent name is the caller's usage error."""

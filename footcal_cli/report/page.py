@@ -140,7 +140,7 @@ def _template() -> jinja2.Template:
 
 @cache
 def _asset(name: str) -> str:
-    source = resources.files("footcal_cli").joinpath("templates").joinpath(name)
+    source = resources.files("footcal_cli.report").joinpath("templates").joinpath(name)
     return source.read_text(encoding="utf-8")
 
 

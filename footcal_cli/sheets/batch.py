@@ -1,9 +1,10 @@
-"""Verdict, tables and figures of `batch`."""
+"""`batch`: report, verdict, tables and figures."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from datetime import UTC, datetime
 from functools import partial
 from typing import Literal
 
@@ -14,11 +15,85 @@ from footcal_cli.core.parameters import Status
 from footcal_cli.plots import batch as plots
 from footcal_cli.records.batch import SessionRecord
 from footcal_cli.records.results import FindingRecord, VerdictRecord
-from footcal_cli.report import Picture, Sheet, number, with_sd
+from footcal_cli.report import Picture, Report, Sheet, number, with_sd
+from footcal_cli.report.outcome import Outcome
 
+_MOST_REFUSALS = 20
 _FOLDED = 40
 _MOST_KINDS = 6
 _FEWEST_DRAWN = 3
+
+
+def outcome_of(
+    command: str, found: Sequence[SessionRecord], limits: Mapping[str, float], fleet: Fleet
+) -> Outcome:
+    """What all sessions say together.
+
+    Parameters
+    ----------
+    command
+        That ran on each session.
+    found
+        In the order of time.
+    limits
+        Largest drift by parameter, or by its last word.
+    fleet
+        The parameters of all sessions that were not refused.
+    """
+    good = [row for row in found if row.outcome != "refused"]
+    dated = days(good) is not None
+    missed = gates_missed(fleet, limits)
+    table = frame_of(found)
+    return Outcome(
+        report=Report(
+            title=f"{len(found)} sessions, {command}",
+            verdict=verdict_of(found, fleet, len(missed)),
+            pictures=pictures_of(fleet, dated),
+            sheets=sheets_of(found, fleet),
+            findings=tuple(findings_of(fleet)),
+            footer=(
+                "Each session's own report lies in sessions/<session>/report.html.",
+                "Sessions in the order of their dates." if dated else
+                "Not every session has a date: sessions in the order of their names.",
+            ),
+        ),
+        tables={"sessions.parquet": table, "sessions.csv": table},
+        gates_missed=(*_refused(found), *missed),
+        usable=bool(good),
+    )  # fmt: skip
+
+
+def _refused(rows: Sequence[SessionRecord]) -> list[str]:
+    """A line per refused session; of many, the first ones."""
+    lines = [f"session {r.session}: {r.reason}" for r in rows if r.outcome == "refused"]
+    more = len(lines) - _MOST_REFUSALS
+    return [
+        *lines[:_MOST_REFUSALS],
+        *([f"{more} more sessions: see sessions.csv"] if more > 0 else []),
+    ]
+
+
+def in_time(rows: Iterable[SessionRecord]) -> list[SessionRecord]:
+    """Sessions by date; by name where one has none."""
+    found = sorted(rows, key=lambda row: row.session)
+    if all(row.date is not None for row in found):
+        found.sort(key=lambda row: _stamp(str(row.date)))
+    return found
+
+
+def days(rows: Sequence[SessionRecord]) -> list[float] | None:
+    """Days after the first session; None where a date is missing or all are the same."""
+    if not rows or any(row.date is None for row in rows):
+        return None
+    stamps = [_stamp(str(row.date)) for row in rows]
+    days = [(stamp - min(stamps)) / 86400.0 for stamp in stamps]
+    return days if max(days) > 0 else None
+
+
+def _stamp(date: str) -> float:
+    """Seconds since 1970; a date without a zone counts as UTC."""
+    stamp = datetime.fromisoformat(date)
+    return (stamp if stamp.tzinfo is not None else stamp.replace(tzinfo=UTC)).timestamp()
 
 
 def sessions_of(rows: Sequence[SessionRecord], days: Sequence[float] | None) -> Sessions:

@@ -1,17 +1,110 @@
-"""Foot wrenches of a robot with hip transducers as tables and sentences."""
+"""`apply` on hip transducers: foot wrenches as report and tables."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.pose.data import PoseData
-from footcal_cli.records.results import RmseRow, VerdictRecord
-from footcal_cli.report import Sheet, number
+from footcal_cli.core.pose.wrenches import FootCalibration
+from footcal_cli.plots.feet import plot_feet, plot_groups, stepping_together
+from footcal_cli.records.results import RmseRecord, RmseRow, VerdictRecord
+from footcal_cli.report import Picture, Report, Sheet, number
+from footcal_cli.report.outcome import Outcome
 
 _BETTER = 0.8
+_COLUMNS = ("fx_w_n", "fy_w_n", "fz_w_n", "tx_w_nm", "ty_w_nm", "tz_w_nm")
+
+
+def outcome_of(
+    robot: str,
+    data: PoseData,
+    along: tuple[str, NDArray[Any]],
+    stages: Mapping[str, FloatArray],
+    calibration: FootCalibration,
+    *,
+    rejected: Mapping[str, int],
+    mounted: bool,
+) -> Outcome:
+    """Wrenches of the ground on the feet, with a tare and calibrated.
+
+    Parameters
+    ----------
+    robot
+        Its name.
+    data
+        Readings and attitudes.
+    along
+        ``pose`` or ``time_s``, and its values (n,).
+    stages
+        ``before`` and ``after``: wrenches (n, K, 6).
+    calibration
+        What ``after`` was made with.
+    rejected
+        Stamps by reason.
+    mounted
+        Whether the calibration holds a mounting.
+    """
+    before, after, legs = stages["before"], stages["after"], data.geometry.legs
+    key, values = along
+    poses = key == "pose"
+    x = np.arange(len(values), dtype=float) if poses else values
+    pictures = [
+        Picture(
+            "foot_wrenches",
+            lambda: plot_feet(x, before, after, legs, "pose" if poses else "time (s)"),
+            "Wrench of the ground on each foot in the floating-base frame: grey with a tare in "
+            "the air and the nominal mounting, blue calibrated. A lifted foot must show zero.",
+            title="Wrench of the ground on each foot",
+        )
+    ]
+    groups = stepping_together(data.phase_rad)
+    if not poses and 1 < len(groups) < len(legs):
+        pictures.append(
+            Picture(
+                "foot_wrenches_by_phase",
+                lambda: plot_groups(data.phase_rad, before, after, legs, groups),
+                "The same over the shaft angle, legs that step together in one column (compare "
+                "Wu & Revzen, Figs. 8 and 9).",
+                title="Wrench of the ground on each foot over the shaft angle",
+            )
+        )
+    origin = ", ".join(f"{1e3 * x:.1f}" for x in calibration.origin_b_m)
+    return Outcome(
+        report=Report(
+            title=f"Foot wrenches of {robot}",
+            verdict=verdict(stages, data, mounted),
+            pictures=tuple(pictures),
+            sheets=(foot_sheet(stages, data),),
+            footer=(
+                "Floating base: origin fixed in the body at the robot's CoM with all shafts at 0 "
+                f"({origin} mm in the body frame), z up, x along the heading (Wu & Revzen, eq. "
+                "(3)).",
+            ),
+        ),
+        rmse=RmseRecord(rows=rmse_rows(stages, data), rejected=dict(rejected)),
+        tables={
+            "calibrated.parquet": wrench_columns(data, key, values, after)
+            | {f"tared_{n}": before[..., i].ravel() for i, n in enumerate(_COLUMNS)}
+        },
+    )
+
+
+def wrench_columns(
+    data: PoseData, key: str, along: NDArray[Any], wrench: FloatArray
+) -> dict[str, object]:
+    """The ground's wrench on every foot (n, K, 6), floating-base frame, in long form."""
+    stamps, count = wrench.shape[:2]
+    return {
+        key: np.repeat(along, count),
+        "leg": np.tile(data.geometry.legs, stamps),
+        "phase_rad": data.phase_rad.ravel(),
+        **{name: wrench[..., i].ravel() for i, name in enumerate(_COLUMNS)},
+    }
 
 
 def _lifted_force(wrench: FloatArray, data: PoseData) -> FloatArray:

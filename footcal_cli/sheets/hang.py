@@ -1,4 +1,4 @@
-"""Hanging calibrations as tables, error rows and sentences."""
+"""`hang-calib`: report, tables, error rows and sentences."""
 
 from __future__ import annotations
 
@@ -6,13 +6,16 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from footcal_cli.core.hang.binned import binned_com
 from footcal_cli.core.hang.joint import HangFit
 from footcal_cli.core.hang.model import AXES
 from footcal_cli.core.hang.runs import HangRun
 from footcal_cli.core.hang.stepwise import StepwiseFit
 from footcal_cli.core.parameters import Estimates, FloatArray, Status
-from footcal_cli.records.results import FindingRecord, RmseRow, VerdictRecord
-from footcal_cli.report import Sheet, number, with_sd
+from footcal_cli.plots import hang as plots
+from footcal_cli.records.results import FindingRecord, RmseRecord, RmseRow, VerdictRecord
+from footcal_cli.report import Picture, Report, Sheet, number, with_sd
+from footcal_cli.report.outcome import Outcome
 
 Residuals = Mapping[str, Mapping[str, FloatArray]]
 """Stage -> leg -> residuals (n, 6)."""
@@ -28,6 +31,104 @@ _SYSTEMATIC = 5.0
 """Residual over the scatter from sample to sample from which it is no noise."""
 _FARTHEST_M = 3.0
 """No leg and no tool has its CoM farther from its transducer."""
+
+
+def outcome_of(
+    robot: str,
+    fits: Mapping[str, HangFit],
+    runs: Mapping[str, Sequence[HangRun]],
+    others: Mapping[str, Mapping[str, StepwiseFit]],
+    method: str,
+    rejected: Mapping[str, int],
+) -> Outcome:
+    """The hanging calibration of a robot.
+
+    Parameters
+    ----------
+    robot
+        Its name.
+    fits
+        Joint fit of every leg.
+    runs
+        Its log, orientation by orientation.
+    others
+        Method -> leg -> the same by the paper's methods; empty where none was run.
+    method
+        The one whose calibration is kept.
+    rejected
+        Rows by reason.
+    """
+    residuals = residuals_by_stage(fits, others, runs, method)
+    chosen = chosen_estimates(fits, others, method)
+    return Outcome(
+        report=Report(
+            title=f"Hanging calibration of {robot}",
+            verdict=verdict(fits, residuals, runs, method),
+            pictures=_pictures(fits, runs, residuals, others.get(method)),
+            sheets=(
+                parameter_sheet(chosen),
+                com_sheet(chosen),
+                *method_sheets(fits, others),
+                noise_sheet(fits),
+            ),
+            findings=findings(fits, runs),
+            footer=footer(method),
+        ),
+        rmse=RmseRecord(rows=rmse_rows(residuals), rejected=dict(rejected)),
+        usable=method != "joint" or all(fit.fit.converged for fit in fits.values()),
+    )
+
+
+def chosen_estimates(
+    fits: Mapping[str, HangFit], others: Mapping[str, Mapping[str, StepwiseFit]], method: str
+) -> dict[str, Estimates]:
+    """Estimates of every leg by the method that was asked for."""
+    if method == "joint":
+        return {leg: fit.estimates for leg, fit in fits.items()}
+    return {leg: without_intervals(other) for leg, other in others[method].items()}
+
+
+def _pictures(
+    fits: Mapping[str, HangFit],
+    runs: Mapping[str, Sequence[HangRun]],
+    residuals: Residuals,
+    own: Mapping[str, StepwiseFit] | None,
+) -> tuple[Picture, ...]:
+    """Figures of the method that was asked for: `own`, or the joint fit where None."""
+    pictures = [
+        Picture(
+            "residuals", lambda: plots.plot_residuals(residuals),
+            "Residual of the readings after offset and leg weight are subtracted: one violin "
+            "per leg and axis. A good fit is one narrow hump around zero.",
+            title="Residuals",
+        ),
+    ]  # fmt: skip
+    shown: Mapping[str, HangFit | StepwiseFit] = own or fits
+    if any(fit.model.order > 0 for fit in fits.values()):
+        binned = {leg: binned_com(fit, runs[leg]) for leg, fit in shown.items()}
+        pictures.append(
+            Picture(
+                "leg_com", lambda: plots.plot_com(shown, binned),
+                "Leg CoM in the transducer frame against the shaft angle: dots are medians over "
+                "cycles, dark the quartiles, light 95 % of the cycles; dashed the fitted series.",
+                title="Leg CoM against shaft angle",
+            )
+        )  # fmt: skip
+    tilted = own is None or any(fit.turn_rad.any() for fit in own.values())
+    if tilted and any(fit.model.tilt != "none" for fit in fits.values()):
+        directions = {
+            leg: fit.gravity_dir_t if own is None else own[leg].gravity_dir_t(runs[leg])
+            for leg, fit in fits.items()
+        }
+        pictures.append(
+            Picture(
+                "orientations", lambda: plots.plot_tilts(fits, directions),
+                "Where gravity really pointed in each orientation, seen along the named axis: what "
+                "all legs share is the robot's tilt, where they differ it is the mounting.",
+                title="Direction of gravity in each orientation",
+            )
+        )  # fmt: skip
+    return tuple(pictures)
 
 
 def residuals_by_stage(

@@ -11,7 +11,7 @@ from footcal_cli.core.bench.channel import ChannelFit
 from footcal_cli.core.bench.regression import Curvature
 from footcal_cli.core.bench.study import ChannelStudy
 from footcal_cli.core.effects import TABLE
-from footcal_cli.records.results import EffectRecord, Range, RmseRow, VerdictRecord
+from footcal_cli.records.results import RmseRow, VerdictRecord
 from footcal_cli.report import Sheet, number, with_sd
 from footcal_cli.sheets.weights import (
     NEXT_RECORDING,
@@ -325,31 +325,3 @@ def held_out_rows(studies: Sequence[ChannelStudy]) -> list[RmseRow]:
         )  # fmt: skip
         rows.append(force_row(study.channel, "after", out.error, "held_out"))
     return rows
-
-
-def effect_records(studies: Sequence[ChannelStudy]) -> tuple[EffectRecord, ...]:
-    """The effects that the channels' models contain, for any command's chain."""
-    owners: dict[str, dict[str, tuple[str, ...]]] = {}
-    for study in studies:
-        for term in study.fit.terms if study.fit is not None else ():
-            if term.effect:
-                owner = f"{study.channel}{term.owner}"
-                owners.setdefault(term.effect, {})[owner] = (study.channel,)
-    return tuple(EffectRecord(effect=name, owners=carried) for name, carried in owners.items())
-
-
-def fitted_ranges(study: ChannelStudy) -> dict[str, Range]:
-    """Loads, readings and temperatures the model was fitted on."""
-    affine, fit = study.affine, study.fit
-    ranges = {
-        "load": Range(
-            lowest=float(affine.load_n.min()), highest=float(affine.load_n.max()), unit="N"
-        ),
-        "reading": Range(
-            lowest=float(affine.counts.min()), highest=float(affine.counts.max()), unit="count"
-        ),
-    }
-    if fit is not None and fit.temperature_range_degc is not None:
-        low, high = fit.temperature_range_degc
-        ranges["temperature"] = Range(lowest=low, highest=high, unit="degC")
-    return ranges

@@ -8,8 +8,35 @@ import numpy as np
 
 from footcal_cli.core.bench.matrix import MatrixFit, MatrixStudy
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.records.results import RmseRow
-from footcal_cli.report import Sheet, number, with_sd
+from footcal_cli.plots.matrix import plot_matrix
+from footcal_cli.records.results import RmseRecord, RmseRow, VerdictRecord
+from footcal_cli.report import Picture, Report, Sheet, number, with_sd
+from footcal_cli.report.outcome import Outcome
+
+
+def outcome_of(channels: Sequence[str], outputs: Sequence[str], study: MatrixStudy) -> Outcome:
+    """Cells loaded together, or a sensor of several bridges against a known wrench."""
+    return Outcome(
+        report=Report(
+            title="Matrix",
+            verdict=VerdictRecord(
+                level="good",
+                sentence=matrix_headline(channels, outputs, study),
+                details=matrix_details(study),
+            ),
+            pictures=(
+                Picture(
+                    "matrix", lambda: plot_matrix(channels, outputs, study.full),
+                    "What each reading adds to each load, relative to the largest of its row, with "
+                    "95 % intervals; grey ones could be zero.",
+                    title="Contribution of each reading to each load",
+                ),
+            ),
+            sheets=(matrix_sheet(channels, outputs, study), error_sheet(outputs, study)),
+            footer=("Loads = matrix · counts + bias, all loads regressed on all readings.",),
+        ),
+        rmse=RmseRecord(rows=tuple(matrix_rows(outputs, study))),
+    )  # fmt: skip
 
 
 def shares_of_row(fit: MatrixFit) -> FloatArray:
@@ -30,6 +57,12 @@ def matrix_headline(channels: Sequence[str], outputs: Sequence[str], study: Matr
             )
             + "."
         )
+    if study.full.diagonal:
+        return (
+            "A scale and a bias for each cell; error on load cases left out: "
+            f"{number(float(error[0]), 2)} N. Crosstalk is not judged: the loads always stood in "
+            "the same proportion."
+        )
     off = np.abs(shares_of_row(study.full) * (1.0 - np.eye(len(channels))))
     row, column = divmod(int(np.argmax(off)), len(channels))
     largest, load, reading = 100.0 * off[row, column], outputs[row], channels[column]
@@ -49,6 +82,11 @@ def matrix_headline(channels: Sequence[str], outputs: Sequence[str], study: Matr
 def matrix_details(study: MatrixStudy) -> tuple[str, ...]:
     """Health of the design, in words."""
     fit = study.full
+    if fit.diagonal:
+        return (
+            "The loads keep one proportion: load the cells one by one to see whether one takes a "
+            "share of another's load.",
+        )
     return (
         f"The loads move {fit.rank} of {fit.matrix.shape[1]} combinations of readings, condition "
         f"number {number(fit.condition, 3)}"
@@ -76,9 +114,16 @@ def matrix_sheet(channels: Sequence[str], outputs: Sequence[str], study: MatrixS
     )
 
 
+def _candidates(study: MatrixStudy) -> list[str]:
+    """Names of the matrices that were compared, as in `MatrixStudy.held_out_rmse`."""
+    return (["full"] if study.diagonal is None else ["diagonal", "full"])[
+        : len(study.held_out_rmse)
+    ]
+
+
 def error_sheet(outputs: Sequence[str], study: MatrixStudy) -> Sheet:
     """Held-out errors of the candidates."""
-    names = ["full"] if study.diagonal is None else ["diagonal", "full"]
+    names = _candidates(study)
     return Sheet(
         "Error on load cases left out",
         ("matrix", *outputs),
@@ -91,7 +136,7 @@ def error_sheet(outputs: Sequence[str], study: MatrixStudy) -> Sheet:
 
 def matrix_rows(outputs: Sequence[str], study: MatrixStudy) -> list[RmseRow]:
     """Held-out errors as rows of rmse.json."""
-    names = ["full"] if study.diagonal is None else ["diagonal", "full"]
+    names = _candidates(study)
     chosen = "diagonal" if study.chosen.diagonal else "full"
     units = study.full.estimates.units[study.full.matrix.shape[1] :: study.full.matrix.shape[1] + 1]
     return [

@@ -6,8 +6,29 @@ from collections.abc import Sequence
 
 from footcal_cli.core.effects.contract import Scope
 from footcal_cli.core.simulation.scenario import EffectRequest, Scenario
+from footcal_cli.plots.simulated import plot_shown_and_true
 from footcal_cli.records.results import VerdictRecord
-from footcal_cli.report import Sheet, number
+from footcal_cli.report import Picture, Report, Sheet, number
+from footcal_cli.report.outcome import Outcome
+
+
+def outcome_of(
+    robot: str, kind: str, scenario: Scenario, requests: Sequence[EffectRequest]
+) -> Outcome:
+    """The logs of a simulated experiment."""
+    return Outcome(
+        report=Report(
+            title=f"Simulated {kind} of {robot}",
+            verdict=verdict(kind, scenario, requests),
+            pictures=pictures_of(scenario),
+            sheets=(file_sheet(scenario), effect_sheet(requests)),
+            footer=(
+                "The logs hold what the sensors showed; truth.json holds every parameter they were "
+                "distorted with. The same recipe, effects and seed give the same bytes.",
+            ),
+        ),
+        tables={f"{stem}.parquet": columns for stem, columns in scenario.files.items()},
+    )
 
 
 def verdict(kind: str, scenario: Scenario, requests: Sequence[EffectRequest]) -> VerdictRecord:
@@ -60,3 +81,19 @@ def effect_sheet(requests: Sequence[EffectRequest]) -> Sheet:
             for p in r.effect.parameters
         ],
     )  # fmt: skip
+
+
+def pictures_of(scenario: Scenario) -> tuple[Picture, ...]:
+    """What was shown and what was true."""
+    return (
+        Picture(
+            "shown_and_true",
+            lambda: plot_shown_and_true(
+                scenario.shown, scenario.truth, scenario.chain, scenario.values
+            ),
+            "What the sensors showed, converted with their true calibration (colour), over what "
+            "was true (black); below, the difference: effects and noise.",
+            title="Measured and true loads, and their difference",
+            zoom=True,
+        ),
+    )

@@ -10,11 +10,14 @@ from footcal_cli.core.online.replay import held
 from footcal_cli.core.online.six_axis import KNOWN_MASS, MASS_STATE
 from footcal_cli.core.online.six_axis_replay import SixAxisReplay
 from footcal_cli.core.parameters import FloatArray, Status
+from footcal_cli.intake.recordings import Recording
 from footcal_cli.plots import six_axis_walk as plots
 from footcal_cli.plots.walk import plot_innovations
 from footcal_cli.records.results import FindingRecord, RmseRecord, RmseRow, VerdictRecord
-from footcal_cli.report import Picture, Sheet, number, with_sd
+from footcal_cli.report import Picture, Report, Sheet, number, with_sd
+from footcal_cli.report.outcome import Outcome
 from footcal_cli.sheets.stand import beliefs_sheet, root_mean_square
+from footcal_cli.sheets.streams import stream_findings
 
 _SURPRISING_SHARE = 0.02
 _WIDENED = 1.5
@@ -37,6 +40,23 @@ def _column(found: SixAxisReplay, name: str) -> tuple[float, float]:
 def feet_of(found: SixAxisReplay) -> tuple[str, ...]:
     """Names of the feet."""
     return tuple(dict.fromkeys(n.split(".")[0] for n in found.rows.outputs[found.rows.totals :]))
+
+
+def outcome_of(found: SixAxisReplay, robot: str, recording: Recording) -> Outcome:
+    """What the replay of a walk on six-axis feet found."""
+    return Outcome(
+        report=Report(
+            title=f"Walking calibration of {robot}, {recording.name}",
+            verdict=verdict_of(found),
+            pictures=pictures_of(found),
+            sheets=sheets_of(found),
+            findings=(*stream_findings(recording), *findings_of(found)),
+            footer=footer_of(found),
+        ),
+        rmse=rmse_of(found),
+        tables={"replay.parquet": columns_of(found)},
+        stage="memory",
+    )
 
 
 def verdict_of(found: SixAxisReplay) -> VerdictRecord:
@@ -262,7 +282,7 @@ def footer_of(found: SixAxisReplay) -> tuple[str, ...]:
     )
 
 
-def frame_of(found: SixAxisReplay) -> dict[str, object]:
+def columns_of(found: SixAxisReplay) -> dict[str, object]:
     """``replay.parquet``: calibrated wrenches, estimates, sd, validity and reason per sample."""
     log = found.merged.log
     n = len(log)

@@ -18,17 +18,6 @@ from footcal_cli.report import Sheet, number, with_sd
 
 MISFIT = 9.0
 """chi² per row beyond which more than noise and prior is left: no fit to be called good."""
-BELIEFS_NOTE = (
-    "Gain in per cent and bias in newtons on top of the prior; parameters.json has scale and bias "
-    "of the raw counts. Estimated: standing at least halved the sd. The others keep their prior "
-    "and were moved only as far as sums over cells ask."
-)
-"""Under the table of unknowns of cells."""
-SIX_AXIS_NOTE = (
-    "Offsets are subtracted from the readings; mass, CoM and weights come on top of the recipe's. "
-    "Estimated: standing at least halved the sd. The others keep their prior."
-)
-"""Under that of six-axis feet."""
 
 
 def beliefs_sheet(

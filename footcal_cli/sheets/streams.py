@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
-from footcal_cli.intake import Recording
+from collections.abc import Sequence
+
+from footcal_cli.intake.recordings import Recording
 from footcal_cli.records.results import FindingRecord
 from footcal_cli.report import plural
+
+_MISFIT = 3.0
+"""chi² per row beyond which the residual is more than noise and prior."""
 
 
 def stream_findings(recording: Recording) -> list[FindingRecord]:
@@ -43,3 +48,28 @@ def stream_findings(recording: Recording) -> list[FindingRecord]:
             )
         )  # fmt: skip
     return found
+
+
+def standing_findings(
+    recordings: Sequence[Recording], chi2: float, dof: int
+) -> tuple[FindingRecord, ...]:
+    """What is wrong with the streams, and a residual (chi², rows) beyond noise and prior."""
+    found = [f for recording in recordings for f in stream_findings(recording)]
+    if recordings[0].no_body:
+        found.append(
+            FindingRecord(
+                code="no_body", severity="warning", where="log",
+                sentence="without a body stream only the total weight is known, not the CoP",
+                remedy="log the CoM and the feet's poses besides the cells",
+            )
+        )  # fmt: skip
+    if chi2 > _MISFIT * dof:
+        found.append(
+            FindingRecord(
+                code="misfit", severity="warning", where="stances",
+                sentence=f"the residual is {(chi2 / dof) ** 0.5:.1f} times what noise and "
+                "prior allow",
+                remedy="check mass, CoM, cell positions and gains; run diagnose on this log",
+            )
+        )  # fmt: skip
+    return tuple(found)

@@ -1,43 +1,61 @@
-"""Verdict, tables and figures of `online-replay` on load cells."""
+"""`online-replay` on load cells: report, verdict and figures."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import fields, replace
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from footcal_cli.cell_effects import cells_in_feet
 from footcal_cli.core.online.comparison import Comparison
-from footcal_cli.core.online.evidence import Interval
-from footcal_cli.core.online.filter import Noise
-from footcal_cli.core.online.memory import LEARNT_RATIO
 from footcal_cli.core.online.sensitivity import Sensitivity
-from footcal_cli.core.parameters import Status
+from footcal_cli.intake.cell_effects import cells_in_feet
 from footcal_cli.plots import walk as plots
 from footcal_cli.recipe import Robot
 from footcal_cli.records.results import RmseRecord, RmseRow, VerdictRecord
-from footcal_cli.report import Picture, Sheet, number, with_sd
-from footcal_cli.sheets.stand import beliefs_sheet
+from footcal_cli.report import Picture, Report, number, with_sd
+from footcal_cli.report.outcome import Outcome
+from footcal_cli.sheets.streams import stream_findings
+from footcal_cli.sheets.walk_tables import (
+    AGAINST,
+    STATE_UNITS,
+    in_words,
+    p_in_words,
+    sensitivity_columns,
+    sheets_of,
+)
 
-_QUANTITIES = (("cop", "m", 1e3, "mm"), ("foot_cop", "m", 1e3, "mm"), ("vgrf", "N", 1.0, "N"))
-_PIECE_ROWS = 2**16
-"""Samples written at a time."""
-_TITLES = {"cop": "CoP", "foot_cop": "CoP of each foot", "vgrf": "vertical force"}
-_AGAINST = {
-    "truth": "the truth",
-    "baseline": "the offline baseline",
-    "motion": "the demand of the motion",
-}
+if TYPE_CHECKING:
+    from footcal_cli.intake.recordings import Recording
+    from footcal_cli.recipe.options import OnlineReplayOptions
+
 POOR_COP_MM, POOR_SHARE = 20.0, 0.05
 """Errors of the CoP, and of the vertical force over the weight, that no good calibration leaves."""
 SHOWN = ("before", "static", "window", "memory", "smoother")
-STATE_UNITS = {
-    "robot.delay": (1e3, "ms"),
-    "robot.com_correction_x": (1e3, "mm"),
-    "robot.com_correction_y": (1e3, "mm"),
-    "robot.angmom_loss": (100.0, "%"),
-}
+
+
+def outcome_of(
+    found: Comparison,
+    curves: Sequence[tuple[str, Sensitivity]],
+    robot: Robot,
+    recording: Recording,
+    options: OnlineReplayOptions,
+) -> Outcome:
+    """What the replay of a walk on load cells found, without its samples."""
+    return Outcome(
+        report=Report(
+            title=f"Walking calibration of {robot.name}, {recording.name}",
+            verdict=verdict_of(found, options.method),
+            pictures=pictures_of(found, curves, robot, options.picture_span_s),
+            sheets=sheets_of(found),
+            findings=tuple(stream_findings(recording)),
+            footer=footer_of(found, options.delay_s),
+        ),
+        rmse=rmse_of(found),
+        tables={"sensitivity.parquet": sensitivity_columns(curves)} if curves else {},
+        stage=options.method,
+        reference=found.best_reference,
+    )
 
 
 def verdict_of(found: Comparison, method: str) -> VerdictRecord:
@@ -53,10 +71,10 @@ def verdict_of(found: Comparison, method: str) -> VerdictRecord:
             continue
         ratio, p = found.ratios[other, reference, "cop"]
         details.append(
-            f"CoP error {_interval(ratio)} × that of {_METHODS[other]} over {ratio.n} gait cycles "
-            f"(Wilcoxon p {_p(p)})."
+            f"CoP error {in_words(ratio)} × that of {_METHODS[other]} over {ratio.n} gait cycles "
+            f"(Wilcoxon p {p_in_words(p)})."
             if method == "memory"
-            else f"The estimator with memory has {_interval(ratio)} × the CoP error of "
+            else f"The estimator with memory has {in_words(ratio)} × the CoP error of "
             f"{_METHODS[other]} on this walk."
         )
     states = found.memory.track
@@ -94,7 +112,7 @@ def verdict_of(found: Comparison, method: str) -> VerdictRecord:
     return VerdictRecord(
         level="bad" if worse else "good" if consistent and not alarms else "warning",
         sentence=f"CoP error {number(cop[0], 3)} → {number(cop[1], 3)} mm, error of the vertical "
-        f"force {number(force[0], 3)} → {number(force[1], 3)} N against {_AGAINST[reference]}, "
+        f"force {number(force[0], 3)} → {number(force[1], 3)} N against {AGAINST[reference]}, "
         f"by {_METHODS[method]}.",
         details=tuple(details),
     )
@@ -106,142 +124,6 @@ _METHODS = {
     "window": "the sliding window",
     "static": "the zero-acceleration assumption",
 }
-
-
-def _interval(interval: Interval) -> str:
-    return f"{interval.value:.2f} [{interval.low:.2f}, {interval.high:.2f}]"
-
-
-def _p(p: float) -> str:
-    return "–" if p != p else "< 0.001" if p < 0.001 else f"= {p:.3f}"
-
-
-def sheets_of(found: Comparison) -> tuple[Sheet, ...]:
-    """All tables."""
-    return (
-        _methods_sheet(found),
-        _calibration_sheet(found),
-        _states_sheet(found),
-        _settling_sheet(found),
-        _noise_sheet(found),
-    )
-
-
-def _methods_sheet(found: Comparison) -> Sheet:
-    rows = []
-    for reference in dict.fromkeys(j.reference for j in found.judged):
-        for one in (j for j in found.judged if j.reference == reference):
-            cells = [one.method, _AGAINST[reference]]
-            for quantity, _, factor, _ in _QUANTITIES:
-                key = (one.method, reference, quantity)
-                if key not in found.per_cycle:
-                    cells.append("–")
-                    continue
-                mean = found.per_cycle[key]
-                spread = float(np.nanstd(one.cycles(quantity)))
-                cells.append(with_sd(factor * mean.value, factor * spread))
-            key = (one.method, reference, "cop")
-            ratio, p = found.ratios.get(key, (None, float("nan")))
-            cells.append(_interval(ratio) if ratio is not None else "1")
-            cells.append(_p(p))
-            rows.append(cells)
-    return Sheet(
-        "Methods",
-        ("method", "against", "CoP (mm)", "each foot's CoP (mm)", "vertical force (N)",
-         "memory / method, CoP", "p"),
-        rows,
-        note="RMS error per gait cycle, mean ± sd over cycles, the first 5 s left out. Ratios of "
-        "RMS errors with 95 % bootstrap intervals over paired cycles; p: Wilcoxon signed-rank. "
-        "The smoother uses the whole walk. Truth and cells are in the same 10 Hz band. The "
-        "demand of the motion is taken with the delay, CoM offset and L̇ that memory estimated: it "
-        "judges the scatter of the methods, not these estimates.",
-    )  # fmt: skip
-
-
-def _calibration_sheet(found: Comparison) -> Sheet:
-    track, rows = found.memory.track, found.memory.rows
-    c = 2 * len(found.belief.channels)
-    status = [
-        Status.ESTIMATED if now < LEARNT_RATIO * before else Status.PRIOR_KEPT
-        for now, before in zip(track.sd[-1, :c], rows.prior_sd[:c], strict=True)
-    ]
-    return beliefs_sheet(
-        track.names[:c], track.units[:c], track.values[-1, :c], track.sd[-1, :c], rows.prior_sd[:c],
-        status,
-        "State of memory at the end of the walk, on top of the prior; parameters.json has scale "
-        "and bias of the raw counts. Estimated: the walk at least halved the sd.",
-    )  # fmt: skip
-
-
-def _states_sheet(found: Comparison) -> Sheet:
-    track, prior = found.memory.track, found.memory.rows.prior_sd
-    c = 2 * len(found.belief.channels)
-    rows = []
-    for i in range(c, len(track.names)):
-        factor, unit = STATE_UNITS.get(track.names[i], (1.0, track.units[i]))
-        value, sd = factor * track.values[-1, i], factor * track.sd[-1, i]
-        if track.names[i] == "robot.delay":
-            value += 1e3 * found.memory.delay_s
-        rows.append(
-            (plots.state_in_words(track.names[i]), with_sd(float(value), float(sd)), unit,
-             number(factor * float(prior[i]), 3))
-        )  # fmt: skip
-    return Sheet(
-        "What was wrong with the reference",
-        ("state", "at the end ± sd", "unit", "prior sd"),
-        rows,
-        note="CoM offset, a tilted IMU, accelerometer bias and floor slope look alike while "
-        "walking straight: the CoM correction stands for all of them.",
-    )
-
-
-def _settling_sheet(found: Comparison) -> Sheet:
-    rows = []
-    for s in found.settling:
-        factor, unit = (100.0, "%") if s.unit == "-" else (1.0, s.unit)
-        rows.append(
-            (
-                s.name,
-                number(s.converged_s, 3),
-                number(factor * s.steady_sd, 2),
-                with_sd(factor * s.drift_per_hour, factor * s.drift_sd),
-                unit,
-            )
-        )
-    return Sheet(
-        "Convergence and drift",
-        ("unknown", "converged after (s)", "steady sd", "drift per hour", "unit"),
-        rows,
-        note="Converged: stays within ± 2 sd of the mean of the last third. Steady sd: scatter "
-        "about a line over the last third. Drift: middle to last third, with the filter's sd.",
-    )
-
-
-def _noise_sheet(found: Comparison) -> Sheet:
-    memory = found.memory
-    learnt = {}
-    if memory.tuning is not None:
-        learnt = dict(zip(memory.tuning.learnt, memory.tuning.sd_log, strict=True))
-    rows = [
-        (
-            f.name,
-            number(float(np.asarray(getattr(memory.noise, f.name))), 3),
-            f"learnt, × or / {np.exp(min(learnt[f.name], 3.0)):.2f}"
-            if f.name in learnt
-            else "given",
-        )
-        for f in fields(Noise)
-    ]
-    for method, weights in found.weights.items():
-        rows += [
-            (f"{method}: {name}", number(float(np.asarray(weight)), 3), source)
-            for name, weight, source in (
-                ("omega_f", weights.force, "quiet standing, or given"),
-                ("omega_p", weights.cop, "quiet standing, or given"),
-                ("omega_s", weights.smooth, "best prediction of the motion's demand, or given"),
-            )
-        ]
-    return Sheet("Noise and weights", ("setting", "value", "from"), rows)
 
 
 def _how_run(found: Comparison) -> str:
@@ -331,7 +213,7 @@ def pictures_of(
     drawn = tuple(m for m in ("static", "window", "memory") if m in found.replayed)
     if len(drawn) == 1:
         drawn = ("before", *drawn)
-    against = _AGAINST[found.best_reference]
+    against = AGAINST[found.best_reference]
     states = [n for n in STATE_UNITS if n in track.names]
     states += [n for n in track.names if n.endswith("plate_weight")]
     pictures = [
@@ -344,7 +226,7 @@ def pictures_of(
                 "self-calibration).",
             title="Vertical force by method", zoom=True),
         Picture("cycles", lambda: plots.plot_cycles(found, judged),
-                f"Error of every gait cycle against {_AGAINST[found.best_reference]}.",
+                f"Error of every gait cycle against {AGAINST[found.best_reference]}.",
             title="Error per gait cycle by method", zoom=True),
         Picture("path", lambda: plots.plot_path(found, "memory", feet),
                 "CoP under each foot with its cells and outline; where there is no contact there "
@@ -374,57 +256,3 @@ def pictures_of(
                 title="Sensitivity to weights and noise settings")
         )  # fmt: skip
     return tuple(pictures)
-
-
-def sensitivity_frame(curves: Sequence[tuple[str, Sensitivity]]) -> dict[str, object]:
-    """``sensitivity.parquet``: one row per method, setting and factor."""
-    size = [curve.factors.size for _, curve in curves]
-    return {
-        "method": np.repeat([method for method, _ in curves], size),
-        "setting": np.repeat([curve.setting for _, curve in curves], size),
-        "factor": np.concatenate([curve.factors for _, curve in curves]),
-        "cop_rmse_m": np.concatenate([curve.cop_m for _, curve in curves]),
-        "vgrf_rmse_n": np.concatenate([curve.vgrf_n for _, curve in curves]),
-    }
-
-
-def frames_of(found: Comparison) -> Iterator[dict[str, object]]:
-    """``replay.parquet`` in pieces: per sample forces, CoP, parameters, sd, validity, reason."""
-    for start in range(0, len(found.memory.log), _PIECE_ROWS):
-        yield _frame_of(found, slice(start, start + _PIECE_ROWS))
-
-
-def _frame_of(found: Comparison, part: slice) -> dict[str, object]:
-    log, ours = found.memory.log, found.replayed["memory"]
-    frame: dict[str, object] = {"time_s": log.time_s[part], "gait_cycle": found.cycle[part]}
-    for i, channel in enumerate(log.channels):
-        frame[f"{channel}_n"] = ours.forces_n[part, i]
-    for method in ("memory", "window", "static", "smoother"):
-        if method not in found.replayed:
-            continue
-        one = found.replayed[method].total
-        suffix = "" if method == "memory" else f"_{method}"
-        frame[f"vgrf{suffix}_n"] = one.fz_n[part]
-        frame[f"cop{suffix}_x_m"], frame[f"cop{suffix}_y_m"] = one.cop_m[part].T
-    for name, pressure in zip(_feet_names(log.channels), ours.feet, strict=True):
-        frame[f"{name}_cop_x_m"], frame[f"{name}_cop_y_m"] = pressure.cop_m[part].T
-    for k, name in enumerate(_feet_names(log.channels)):
-        frame[f"{name}_contact"] = log.known["contact"][part, k]
-    reference = found.reference
-    frame["reference_vgrf_n"] = reference.fz_n[part]
-    frame["reference_cop_x_m"], frame["reference_cop_y_m"] = reference.cop_m[part].T
-    track, last = found.memory.track, found.memory.rows.last_sample
-    samples = np.arange(*part.indices(len(log)))
-    update = np.clip(np.searchsorted(last, samples, side="right") - 1, 0, None)
-    for i, name in enumerate(track.names):
-        frame[name.replace(".", "_")] = track.values[update, i]
-        frame[f"{name.replace('.', '_')}_sd"] = track.sd[update, i]
-    validity = found.validity
-    frame["cop_valid"] = ours.total.valid[part]
-    frame["used"] = validity.valid[part]
-    frame["reason"] = replace(validity, reason=validity.reason[part]).words()
-    return frame
-
-
-def _feet_names(channels: Sequence[str]) -> tuple[str, ...]:
-    return tuple(dict.fromkeys(channel.split("_", 1)[0] for channel in channels))

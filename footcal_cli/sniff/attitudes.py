@@ -7,28 +7,29 @@ that makes the logged forces the weight of one thing is taken.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from footcal_cli.core.attitude import gravity_in, nearest_rotations, rotations_of_rpy
+from footcal_cli.core.attitude import (
+    gravity_in,
+    nearest_rotations,
+    rotations_of_rotvec,
+    rotations_of_rpy,
+)
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.sniff.columns import ColumnGuess, FileGuess
 from footcal_cli.sniff.groups import angle_unit, matrix, one_owner
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
+from footcal_cli.sniff.names import orientation_in
 from footcal_cli.sniff.plan import Entry, of
+from footcal_cli.tables.columns import ROTVEC, RPY
 
-_EXPLAINED = 0.1
+EXPLAINED = 0.1
 """Share of the forces' variance that may be left by the right attitude."""
 _TURNED = 0.05
 """Variance of the direction of gravity from which an attitude can be told from another."""
 _MOST = 4000
-_SIGNED = re.compile(
-    r"(?:^|[^a-z])(?P<axis>[xyz])[ _]*(?P<after>up|down|plus|minus|pos|neg|positive|negative|[+-])"
-    r"(?=[^a-z]|$)"
-    r"|(?P<before>plus|minus|pos|neg|positive|negative|[+-])[ _]*(?P<other>[xyz])(?=[^a-z]|$)"
-)
 _AXES = {a: np.eye(3)[i] for i, a in enumerate("xyz")}
 
 
@@ -56,7 +57,7 @@ class Attitude:
 
 
 @dataclass(frozen=True)
-class _Candidate:
+class Reading:
     """One way to read an attitude: directions of gravity (n, 3), what it is called."""
 
     entries: Mapping[str, Entry]
@@ -74,13 +75,21 @@ def attitude_of(file: FileGuess, force: FloatArray | None) -> Attitude | None:
     force
         Of one transducer, shape (n, 3); None where several take turns.
     """
-    kinds = [_quaternions(file), _matrices(file), _angles(file)]
-    found = [_best(candidates, force) for candidates in kinds if candidates]
+    found = [_best(candidates, force) for candidates in _kinds(file) if candidates]
     directed = _directions(file)
     if directed is not None:
         found.append(_best([directed], force, signed=True))
     explained = [one for one in found if one.explains]
     return next(iter(explained or found), None)
+
+
+def readings_of(file: FileGuess) -> list[Reading]:
+    """Every way to read the attitudes in a log, the plainest first."""
+    return [candidate for candidates in _kinds(file) for candidate in candidates]
+
+
+def _kinds(file: FileGuess) -> tuple[list[Reading], ...]:
+    return _quaternions(file), _matrices(file), _angles(file), _three_numbers(file)
 
 
 def named_orientation(words: Sequence[str], entry: Entry, force: FloatArray) -> Attitude | None:
@@ -100,30 +109,19 @@ def named_orientation(words: Sequence[str], entry: Entry, force: FloatArray) -> 
         return None
     gravity = np.array([_pulls(axes[word] or "") for word in words])
     names = {word: axis or "" for word, axis in axes.items()}
-    candidate = _Candidate({}, gravity, "")
+    candidate = Reading({}, gravity, "")
     slope, left = _fit(candidate, force)
     warnings: tuple[str, ...] = ()
-    reacts = bool(slope < 0 and left < _EXPLAINED)
+    reacts = bool(slope < 0 and left < EXPLAINED)
     if reacts:
         names = {word: _opposite(axis) for word, axis in names.items()}
         warnings = (
             "the forces are the weight only if the names say which axis points up, or if the "
             "transducer reads what it exerts: each name was turned round",
         )  # fmt: skip
-    if left > _EXPLAINED:
+    if left > EXPLAINED:
         warnings = ("the forces are not the weight of one thing in the orientations named",)
-    return Attitude(
-        {"orientation": replace(entry, names=names)}, warnings, False, left < _EXPLAINED
-    )
-
-
-def orientation_in(word: str) -> str | None:
-    """``+x`` … ``-z``, the axis along gravity, of a name such as ``hang_plus_x`` or ``x_up``."""
-    found = _SIGNED.search(word.lower())
-    if found is None:
-        return None
-    axis, said = found["axis"] or found["other"], found["after"] or found["before"]
-    return ("-" if said in ("up", "minus", "neg", "negative", "-") else "+") + axis
+    return Attitude({"orientation": replace(entry, names=names)}, warnings, False, left < EXPLAINED)
 
 
 def _pulls(orientation: str) -> FloatArray:
@@ -136,18 +134,18 @@ def _opposite(orientation: str) -> str:
 
 
 def _best(
-    candidates: Sequence[_Candidate], force: FloatArray | None, signed: bool = False
+    candidates: Sequence[Reading], force: FloatArray | None, signed: bool = False
 ) -> Attitude:
     """The candidate under which the forces are a weight, the first where none is better."""
     first = candidates[0]
-    if force is None or not _turns(first.gravity):
+    if force is None or not turns(first.gravity):
         return Attitude(first.entries)
     fits = [_fit(candidate, force) for candidate in candidates]
     at = int(np.argmin([left for _, left in fits]))
     if fits[0][1] < 2 * fits[at][1] + 1e-4:
         at = 0
     chosen, (slope, left) = candidates[at], fits[at]
-    if left > _EXPLAINED:
+    if left > EXPLAINED:
         return Attitude(first.entries, (), False, False)
     warnings = [f"{chosen.said}: so the forces are the weight of one thing"] if at else []
     entries = chosen.entries
@@ -165,11 +163,12 @@ def _turned(entry: Entry) -> Entry:
     return replace(entry, factor=-(entry.factor or 1.0))
 
 
-def _turns(gravity: FloatArray) -> bool:
+def turns(gravity: FloatArray) -> bool:
+    """Whether directions (n, 3) differ enough for attitudes to be told from each other."""
     return float(np.nanvar(gravity, axis=0).sum()) > _TURNED
 
 
-def _fit(candidate: _Candidate, force: FloatArray) -> tuple[float, float]:
+def _fit(candidate: Reading, force: FloatArray) -> tuple[float, float]:
     """Weight, and the share of the forces' variance that ``w g + b`` leaves."""
     step = max(1, len(force) // _MOST)
     f, g = force[::step], candidate.gravity[::step]
@@ -188,7 +187,7 @@ def _table(columns: Sequence[ColumnGuess]) -> FloatArray:
     return np.column_stack([c.values if c.values is not None else np.nan for c in columns])
 
 
-def _quaternions(file: FileGuess) -> list[_Candidate]:
+def _quaternions(file: FileGuess) -> list[Reading]:
     """A quaternion by its letters, or by its numbers in either order, and its conjugate."""
     found = file.of("quaternion")
     named = one_owner(found, "xyzw")
@@ -216,11 +215,11 @@ def _quaternions(file: FileGuess) -> list[_Candidate]:
             gravity = -np.column_stack(
                 [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]
             )
-            candidates.append(_Candidate(entries, gravity, f"quaternion {order}, {way}"))
+            candidates.append(Reading(entries, gravity, f"quaternion {order}, {way}"))
     return candidates
 
 
-def _matrices(file: FileGuess) -> list[_Candidate]:
+def _matrices(file: FileGuess) -> list[Reading]:
     """A rotation matrix, and its transpose."""
     found = matrix(file)
     if not found:
@@ -229,15 +228,15 @@ def _matrices(file: FileGuess) -> list[_Candidate]:
     names = list(found)
     turned = [names[3 * j + i] for i in range(3) for j in range(3)]
     return [
-        _Candidate({n: of(found[n][0]) for n in names}, gravity_in(rows), "body to world"),
-        _Candidate(
+        Reading({n: of(found[n][0]) for n in names}, gravity_in(rows), "body to world"),
+        Reading(
             {n: of(found[m][0]) for n, m in zip(names, turned, strict=True)},
             gravity_in(np.swapaxes(rows, 1, 2)), "a matrix from world to body",
         ),
     ]  # fmt: skip
 
 
-def _angles(file: FileGuess) -> list[_Candidate]:
+def _angles(file: FileGuess) -> list[Reading]:
     """Roll, pitch and yaw, and the same with the other sign."""
     angles = one_owner(file.of("angle"), ("roll", "pitch", "yaw"))
     entries: dict[str, Entry] = {}
@@ -256,15 +255,36 @@ def _angles(file: FileGuess) -> list[_Candidate]:
     whole[:, 2] = heading
     back = {name: replace(e, factor=-1.0) for name, e in entries.items() if e.column is not None}
     return [
-        _Candidate(entries, gravity_in(rotations_of_rpy(whole)), "roll, pitch and yaw"),
-        _Candidate(
+        Reading(entries, gravity_in(rotations_of_rpy(whole)), "roll, pitch and yaw"),
+        Reading(
             {**entries, **back}, gravity_in(rotations_of_rpy(-whole)),
             "angles with the other sign",
         ),
     ]  # fmt: skip
 
 
-def _directions(file: FileGuess) -> _Candidate | None:
+def _three_numbers(file: FileGuess) -> list[Reading]:
+    """``rx ry rz`` of an arm: a rotation vector or angles about x, y and z, either way round."""
+    found = one_owner(file.of("angle"), ("rx", "ry", "rz"))
+    if not found:
+        return []
+    unit = angle_unit(found)
+    values = _table(list(found.values())) * (np.pi / 180 if unit == "deg" else 1.0)
+    ways = []
+    for names, said, rotations in (
+        (ROTVEC, "a rotation vector", rotations_of_rotvec),
+        (RPY, "angles about x, y and z", rotations_of_rpy),
+    ):
+        entries = {n: of(c, unit) for n, c in zip(names, found.values(), strict=True)}
+        back = {n: replace(entry, factor=-1.0) for n, entry in entries.items()}
+        ways += [
+            Reading(entries, gravity_in(rotations(values)), said),
+            Reading(back, gravity_in(rotations(-values)), f"{said}, with the other sign"),
+        ]
+    return ways if unit == "rad" else [*ways[2:], *ways[:2]]
+
+
+def _directions(file: FileGuess) -> Reading | None:
     """Gravity itself, or what an accelerometer at rest reads, which points up."""
     for quantity, sign in (("gravity", 1.0), ("acceleration", -1.0)):
         found = one_owner(file.of(quantity), "xyz")
@@ -276,5 +296,5 @@ def _directions(file: FileGuess) -> _Candidate | None:
         if sign < 0:
             why = "an accelerometer at rest reads what points up"
             entries = {n: replace(e, factor=-1.0, why=why) for n, e in entries.items()}
-        return _Candidate(entries, values / np.where(size > 0, size, np.nan), quantity)
+        return Reading(entries, values / np.where(size > 0, size, np.nan), quantity)
     return None

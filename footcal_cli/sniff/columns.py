@@ -4,22 +4,23 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 
-from footcal_cli.core.parameters import FloatArray, IntArray
-from footcal_cli.logfiles import RawColumn, column_names, is_parquet, raw_columns
-from footcal_cli.reading import Layout
+from footcal_cli.core.parameters import FloatArray
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, Sure
 from footcal_cli.sniff.names import NameGuess, name_guess
 from footcal_cli.sniff.text import TextGuess, guess_text
 from footcal_cli.sniff.tokens import HEXADECIMAL, date_format, with_unit
 from footcal_cli.sniff.units import MASSES, WEIGHTS, known_unit
+from footcal_cli.tables.canonical import unwrapped
+from footcal_cli.tables.logfiles import RawColumn, column_names, is_parquet, raw_columns
+from footcal_cli.tables.reading import Layout
+from footcal_cli.tables.sources import at_rows
 
-Sure = Literal["sure", "likely", "guess"]
 _FEW = 25
 """A load takes no more than so many values."""
 _EPOCHS = {"s": 1e9, "ms": 1e12, "us": 1e15, "ns": 1e18}
@@ -29,83 +30,6 @@ _MOST_HZ = 20_000.0
 _NICE_STEPS = 1e-6
 _TYPED_ROWS, _HELD_S = 100, 5.0
 """Fewer rows than this, further apart than this, are readings noted one by one."""
-
-
-@dataclass(frozen=True)
-class ColumnGuess:
-    """What a column is taken for.
-
-    Parameters
-    ----------
-    column
-        Its name in the file.
-    name
-        What its name says; the quantity may come from the numbers instead.
-    unit
-        Of its numbers, None where nothing says so.
-    sure, why
-        How sure, and by what.
-    values
-        Its numbers, shape (n,); None for texts.
-    words
-        Different texts of a text column, in order of appearance.
-    codes
-        Which of `words` stands in each row, shape (n,), −1 where none does.
-    format, pattern
-        Of dates, and of numbers among words.
-    nanoseconds
-        The column of nanoseconds beside one of whole seconds.
-    """
-
-    column: str
-    name: NameGuess
-    unit: str | None
-    sure: Sure
-    why: str
-    values: FloatArray | None = None
-    words: tuple[str, ...] = ()
-    format: str | None = None
-    pattern: str | None = None
-    codes: IntArray | None = None
-    nanoseconds: str = ""
-
-    @property
-    def quantity(self) -> str:
-        """What is measured."""
-        return self.name.quantity
-
-    @property
-    def counts(self) -> bool:
-        """Whether its numbers are those of a converter: whole ones."""
-        if self.values is None:
-            return False
-        good = self.values[np.isfinite(self.values)]
-        return bool(good.size and np.all(good == np.round(good)) and np.ptp(good) > 3)
-
-    def as_quantity(self, quantity: str, sure: Sure, why: str) -> ColumnGuess:
-        """The same column taken for something else."""
-        name = replace(self.name, quantity=quantity)  # type: ignore[arg-type]
-        return replace(self, name=name, sure=sure, why=why)
-
-
-@dataclass(frozen=True)
-class FileGuess:
-    """One log: how it is laid out and what its columns are taken for."""
-
-    path: Path
-    text: TextGuess
-    columns: tuple[ColumnGuess, ...]
-    rows: int
-    rate_hz: float | None = None
-
-    @property
-    def layout(self) -> Layout:
-        """How its text is laid out."""
-        return self.text.layout
-
-    def of(self, *quantities: str) -> list[ColumnGuess]:
-        """Columns taken for any of these."""
-        return [column for column in self.columns if column.quantity in quantities]
 
 
 def guess_file(path: Path) -> FileGuess:
@@ -119,13 +43,44 @@ def guess_file(path: Path) -> FileGuess:
     text = TextGuess(Layout()) if is_parquet(path) else guess_text(path)
     names = [name for name in column_names(path, text.layout) if name]
     raw = raw_columns(path, names, (), text.layout)
+    rows_of = topic(raw)
+    if rows_of:
+        stamps = next(c.values for c in raw.values() if _stamps(c)).astype(np.float64)
+        raw = at_rows(raw, ~raw[rows_of].empty, stamps, np.inf)
     units = dict(zip(names, text.units, strict=False))
     columns = [_column(name, raw[name], units.get(name, "")) for name in names]
     if text.layout.line:
         columns = [_part_of_the_words(column) for column in columns]
     columns = _by_numbers(_seconds_apart(columns))
     rows = len(next(iter(raw.values())).values)
-    return FileGuess(path, text, tuple(columns), rows, _rate(columns))
+    return FileGuess(path, text, tuple(columns), rows, _rate(columns), rows_of)
+
+
+def topic(raw: Mapping[str, RawColumn]) -> str:
+    """A column whose rows count where several topics take turns; empty where none do.
+
+    Topics have no row in common, and a column of stamps has a value in all rows. Of several the one
+    of forces counts.
+    """
+    topics: dict[bytes, list[str]] = {}
+    for name, column in raw.items():
+        if column.empty.any() and not column.empty.all():
+            topics.setdefault(column.empty.tobytes(), []).append(name)
+    if len(topics) < 2 or not any(_stamps(column) for column in raw.values()):
+        return ""
+    there = [~raw[names[0]].empty for names in topics.values()]
+    if np.any(np.sum(there, axis=0) > 1):
+        return ""
+    felt = ("force", "reading", "load")
+    named = [name for own in topics.values() for name in own if name_guess(name).quantity in felt]
+    return named[0] if named else next(iter(topics.values()))[0]
+
+
+def _stamps(column: RawColumn) -> bool:
+    """Whether a column can be the time of all rows."""
+    if column.kind != "number" or column.empty.any() or len(column.values) < 3:
+        return False
+    return bool(np.all(np.diff(column.values) >= 0) and column.values[0] != column.values[-1])
 
 
 def _column(column: str, raw: RawColumn, unit_row: str) -> ColumnGuess:
@@ -143,7 +98,25 @@ def _column(column: str, raw: RawColumn, unit_row: str) -> ColumnGuess:
     if name.quantity in ("label", "orientation", "placement") and raw.values.dtype.kind == "f":
         name = replace(name, quantity="reading")
     sure: Sure = "guess" if name.quantity == "unknown" else "likely"
-    return ColumnGuess(column, name, unit, sure, said, values)
+    made = ColumnGuess(column, name, unit, sure, said, values)
+    return _unwrapped(made) if name.quantity in ("time", "unknown", "sequence") else made
+
+
+def _unwrapped(column: ColumnGuess) -> ColumnGuess:
+    """A counter of 16, 24 or 32 bits that began again from zero, as if it had gone on."""
+    values = column.values
+    if values is None or not _whole(column) or _increases(values, strictly=False):
+        return column
+    for bits in (16, 24, 32):
+        onward = unwrapped(values, 2.0**bits)
+        drops = np.sum(np.diff(values) < 0)
+        # it goes on through the zero with the same steps as before
+        if values.max() < 2**bits and values.max() > 0.98 * 2**bits and (
+            _increases(onward) and _even(onward) and drops < values.size / 8
+        ):  # fmt: skip
+            made = column.as_quantity("time", "likely", f"a counter of {bits} bits, unwrapped")
+            return replace(made, values=onward, wraps_at=2.0**bits)
+    return column
 
 
 def _text_column(column: str, name: NameGuess, unit: str | None, raw: RawColumn) -> ColumnGuess:
@@ -238,7 +211,7 @@ def _with_units(column: str, name: NameGuess, words: list[str]) -> ColumnGuess |
 
 def _by_numbers(columns: list[ColumnGuess]) -> list[ColumnGuess]:
     """Columns whose names say little, by their numbers; time by how it increases."""
-    found = [_numbered(column) for column in columns]
+    found = _without_silent([_numbered(column) for column in columns])
     found = _one_time(_first_in_time(found))
     if not any(column.quantity == "load" for column in found):
         counted = [_counted(c) for c in found]
@@ -247,6 +220,24 @@ def _by_numbers(columns: list[ColumnGuess]) -> list[ColumnGuess]:
         if len(loads) == 1 and any(c.values is not None for c in others):
             return counted
     return found
+
+
+def _without_silent(columns: list[ColumnGuess]) -> list[ColumnGuess]:
+    """Readings of a group of which others change are not there if they are zero throughout."""
+    quiet = [
+        c.quantity in ("reading", "force", "unknown") and c.values is not None
+        and not np.any(np.nan_to_num(c.values)) and not c.name.axis for c in columns
+    ]  # fmt: skip
+    speaking = sum(
+        c.quantity in ("reading", "force", "unknown") and c.values is not None and not silent
+        for c, silent in zip(columns, quiet, strict=True)
+    )
+    if not speaking or sum(quiet) < 2:
+        return columns
+    return [
+        c.as_quantity("other", "likely", "zero in every row") if silent else c
+        for c, silent in zip(columns, quiet, strict=True)
+    ]
 
 
 def _first_in_time(columns: list[ColumnGuess]) -> list[ColumnGuess]:

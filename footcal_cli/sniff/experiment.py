@@ -7,9 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from footcal_cli.sniff.columns import ColumnGuess, FileGuess
-from footcal_cli.sniff.groups import channel_names, indexed_wrenches, readings, wrenches
+from footcal_cli.core.bench.matrix import directions
+from footcal_cli.sniff.groups import channel_names, readings, wrenches
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
 from footcal_cli.sniff.holds import blank_loads
+from footcal_cli.sniff.numbered import numbered
 from footcal_cli.sniff.plan import MASS, Blank, Entry, Plan, of, times
 from footcal_cli.sniff.six_axis import transducers
 from footcal_cli.sniff.tokens import with_unit
@@ -26,7 +28,7 @@ UNIT_ASKED = Blank(
 
 def plan_of(file: FileGuess) -> Plan | None:
     """The plan for one log, None where its columns fit no experiment."""
-    file = indexed_wrenches(file)
+    file = numbered(file)
     six = wrenches(file)
     loads, cells = _loads_and_cells(file)
     holes = {c.name.axis: c for c in file.of("hole")}
@@ -37,8 +39,13 @@ def plan_of(file: FileGuess) -> Plan | None:
         return _placements(file, holes, loads[0], cells)
     if six:
         return transducers(file, six)
+    if why_not(file) is not None:
+        return None
     if loads and cells:
         return _weights(file, loads, cells)
+    runs = _runs_across(file, loads)
+    if runs is not None:
+        return runs
     across = _loads_across(file)
     if across is not None:
         return across
@@ -46,6 +53,19 @@ def plan_of(file: FileGuess) -> Plan | None:
         return _unloaded(file, cells[0])
     if cells:
         return _cells(file, cells)
+    return None
+
+
+def why_not(file: FileGuess) -> tuple[str, str] | None:
+    """Why a log that is understood cannot be used as it is, and what to do; None otherwise."""
+    axes = {c.name.axis for c in file.of("force")}
+    feet = next((c.words for c in file.of("label") if len(c.words) > 1), ())
+    if feet and {"fx", "fy", "fz"} <= axes and not {"tx", "ty", "tz"} & axes:
+        columns = ", ".join(f"{foot}_fz" for foot in feet[:2])
+        return (
+            f"forces along three axes of {len(feet)} feet, one row per foot",
+            f"write one row per stamp, a column of vertical force for each foot ({columns}, …)",
+        )
     return None
 
 
@@ -117,6 +137,8 @@ def _weights(file: FileGuess, loads: list[ColumnGuess], cells: list[ColumnGuess]
     named = channel_names(cells)
     if len(loads) == len(cells) > 1:
         pairs = dict(zip(named, loads, strict=True))
+        if _one_proportion(loads):
+            return _each_its_load(file, named, pairs, time)
         entries = {f"{n}_load_n": of(c, c.unit or "N") for n, c in pairs.items()}
         entries |= {f"{n}_counts": _reading(c) for n, c in named.items()}
         return Plan(
@@ -153,6 +175,29 @@ def _weights(file: FileGuess, loads: list[ColumnGuess], cells: list[ColumnGuess]
     )  # fmt: skip
 
 
+def _one_proportion(loads: list[ColumnGuess]) -> bool:
+    """Whether known loads rise and fall together: no crosstalk can be seen."""
+    table = np.column_stack([c.values for c in loads])  # type: ignore[misc]
+    return directions(table[np.isfinite(table).all(axis=1)]) < len(loads)
+
+
+def _each_its_load(
+    file: FileGuess, named: dict[str, ColumnGuess], loads: dict[str, ColumnGuess],
+    time: dict[str, Entry],
+) -> Plan:  # fmt: skip
+    """Cells that were loaded side by side, each with a load of its own in every row."""
+    asked = tuple({blank for c in loads.values() for blank in _load_entry(c)[1]})
+    wide = {
+        name: {"load_n": _load_entry(loads[name])[0], "counts": _reading(column)}
+        for name, column in named.items()
+    }
+    return Plan(
+        file, f"known weights on {len(named)} cells, each with its own load in every row",
+        "as many loads as readings, all in one proportion", "likely", "offline-fit", "weights",
+        {**time, **_extras(file)}, tuple(named), wide, blanks=asked,
+    )  # fmt: skip
+
+
 def _loads_across(file: FileGuess) -> Plan | None:
     """A sheet of cells by weights, the weights in the header: ``cell; 0 kg; 0.5 kg; 1 kg``."""
     loads: dict[str, tuple[float, str]] = {}
@@ -177,6 +222,25 @@ def _loads_across(file: FileGuess) -> Plan | None:
         file, "known weights, a column of readings for each", "loads in the header", "likely",
         "offline-fit", "weights", {"channel": of(labels[0])}, tuple(labels[0].words), wide,
         "load_n",
+    )  # fmt: skip
+
+
+def _runs_across(file: FileGuess, loads: list[ColumnGuess]) -> Plan | None:
+    """One cell, a column of readings for each run: ``load; run 1; run 2``."""
+    runs = {
+        found[1]: c for c in file.of("repeat")
+        if c.values is not None and (found := re.search(r"(\d+)\W*$", c.column))
+        and np.unique(c.values).size > 2
+    }  # fmt: skip
+    if len(loads) != 1 or len(runs) < 2:
+        return None
+    entry, asked = _load_entry(loads[0])
+    wide = {number: {"counts": _reading(column)} for number, column in runs.items()}
+    channel = Entry(value="cell", why="one cell, a column for each run")
+    return Plan(
+        file, f"known weights on one cell, {len(runs)} runs beside each other",
+        "a load and numbered runs in a row", "likely", "offline-fit", "weights",
+        {"load_n": entry, "channel": channel}, ("cell",), wide, "repeat", blanks=asked,
     )  # fmt: skip
 
 
@@ -221,7 +285,9 @@ def _unloaded(file: FileGuess, cell: ColumnGuess) -> Plan:
 
 def _cells(file: FileGuess, cells: list[ColumnGuess]) -> Plan:
     """Several cells in time: feet that stand or walk."""
-    named = channel_names(cells)
+    named = {
+        name if _foot_of(name) else f"foot_{name}": c for name, c in channel_names(cells).items()
+    }
     time, rate, blanks = times(file, needed=True)
     entries = {**time, **{f"{n}_counts": _reading(c) for n, c in named.items()}}
     if "temperature_degc" in (extras := _extras(file)):
@@ -229,9 +295,7 @@ def _cells(file: FileGuess, cells: list[ColumnGuess]) -> Plan:
     feet: dict[str, list[str]] = {}
     for name in named:
         foot, _, place = name.partition("_")
-        feet.setdefault(foot if foot in ("left", "right") and place else "foot", []).append(
-            place if foot in ("left", "right") and place else name
-        )
+        feet.setdefault(foot, []).append(place)
     lines: list[str] = []
     for foot, places in feet.items():
         lines.append(f"# [robot.feet.{foot}.cells]    # x forward, y left, from the foot's origin")
@@ -244,15 +308,18 @@ def _cells(file: FileGuess, cells: list[ColumnGuess]) -> Plan:
     forces = all(c.unit in _FORCES for c in cells)
     if forces:
         plate = Blank(("# [robot.nameplate]", "# scale_n_per_count = 1.0"), "the log has newtons")
-    renamed = () if set(feet) != {"foot"} else (
-        "cells of `foot` are called foot_<cell> in [columns] once [robot.feet] names them",
-    )  # fmt: skip
     return Plan(
         file, f"{len(cells)} load cells in time: standing or walking",
         f"a wide table of {len(cells)} readings" + (" and time" if time else ""), "likely",
         "static-init", "cells", entries, tuple(named), rate_hz=rate,
-        blanks=(MASS, positions, plate, *blanks), warnings=renamed,
+        blanks=(MASS, positions, plate, *blanks),
     )  # fmt: skip
+
+
+def _foot_of(name: str) -> str:
+    """The foot in a cell's name such as ``left_fl``; empty where it names none."""
+    foot, _, place = name.partition("_")
+    return foot if foot in ("left", "right") and place else ""
 
 
 def _key(name: str) -> str:

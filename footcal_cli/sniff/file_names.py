@@ -10,10 +10,11 @@ from pathlib import Path
 import numpy as np
 
 from footcal_cli.sniff.attitudes import attitude_of, named_orientation
-from footcal_cli.sniff.columns import ColumnGuess, FileGuess
 from footcal_cli.sniff.experiment import UNIT_ASKED, UNIT_TO_FILL_IN, plan_of
-from footcal_cli.sniff.groups import indexed_wrenches, readings, wrenches
+from footcal_cli.sniff.groups import readings, wrenches
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
 from footcal_cli.sniff.names import name_guess
+from footcal_cli.sniff.numbered import numbered
 from footcal_cli.sniff.plan import Entry, Plan
 from footcal_cli.sniff.six_axis import forces_of
 from footcal_cli.sniff.units import MASSES, WEIGHTS, known_unit
@@ -80,11 +81,12 @@ def alike_part(group: list[FileGuess]) -> Part | None:
     if len(group) == 1:
         return None if plan is None else Part(plan, paths, escaped(paths[0].name))
     names = _Names.of([path.name for path in paths])
-    six = wrenches(indexed_wrenches(first))
+    six = wrenches(numbered(first))
     told = first.of("load") or first.of("label")
     if len(six) == 1 and not told:
-        return _per_orientation(group, names) or _per_load(group, names) or (
-            None if plan is None else Part(plan, paths, names.match)
+        return (
+            _per_orientation(group, names) or _per_load(group, names) or _per_foot(group, names)
+            or (None if plan is None else Part(_per_leg(plan, names), paths, names.match))
         )  # fmt: skip
     if len(readings(first)) == 1:
         if not told:
@@ -116,12 +118,12 @@ def _weights_per_channel(plan: Plan, names: _Names) -> Plan:
 
 def _per_orientation(group: list[FileGuess], names: _Names) -> Part | None:
     """One file per orientation of a six-axis transducer, which the file's name gives."""
-    first = indexed_wrenches(group[0])
+    first = numbered(group[0])
     if first.of("orientation") or attitude_of(first, None) is not None:
         return None
     words = [file.path.name for file in group]
     means = np.array([
-        np.nanmean(forces_of(next(iter(wrenches(indexed_wrenches(file)).values()))), axis=0)
+        np.nanmean(forces_of(next(iter(wrenches(numbered(file)).values()))), axis=0)
         for file in group
     ])  # fmt: skip
     entry = Entry(file_name="^(.+)$", sure="likely", why="the files' names")
@@ -141,7 +143,7 @@ def _per_orientation(group: list[FileGuess], names: _Names) -> Part | None:
 
 def _per_load(group: list[FileGuess], names: _Names) -> Part | None:
     """One file per weight, which the file's name gives; of six axes the vertical force is read."""
-    six = wrenches(indexed_wrenches(group[0]))
+    six = wrenches(numbered(group[0]))
     cell = next(iter(six.values()))["fz"] if six else readings(group[0])[0]
     load = _loads_named(names)
     if load is None:
@@ -161,6 +163,42 @@ def _per_load(group: list[FileGuess], names: _Names) -> Part | None:
         blanks=() if load.unit != UNIT_TO_FILL_IN else (UNIT_ASKED,), warnings=warnings,
     )  # fmt: skip
     return Part(plan, tuple(file.path for file in group), names.match)
+
+
+def _per_foot(group: list[FileGuess], names: _Names) -> Part | None:
+    """The left and the right transducer of a robot in a file each, joined by time."""
+    addresses = [name_guess(word) for word in names.middle]
+    timed = all(file.of("time") for file in group)
+    if not timed or sorted((a.side, a.place) for a in addresses) != [("left", ""), ("right", "")]:
+        return None
+    columns = []
+    for i, (file, address) in enumerate(zip(group, addresses, strict=True)):
+        stem = file.path.name.rsplit(".", 1)[0]
+        for c in next(iter(wrenches(numbered(file)).values())).values():
+            name = replace(c.name, side=address.side, place="", owner="")
+            columns.append(
+                replace(c, name=name, column=c.column if i == 0 else f"{stem}.{c.column}")
+            )
+    first = group[0]
+    own = {c.column for c in columns}
+    plan = plan_of(replace(first, columns=(
+        *(c for c in first.columns if c.column not in own and not c.words), *columns
+    )))  # fmt: skip
+    if plan is None:
+        return None
+    beside = (Beside(group[1], "time", why="the other foot"),)
+    return Part(plan, (first.path,), escaped(first.path.name), beside)
+
+
+def _per_leg(plan: Plan, names: _Names) -> Plan:
+    """One file per leg where the files' names say so; else all are of one transducer."""
+    addresses = [name_guess(word) for word in names.middle]
+    legs = {word: a.address for word, a in zip(names.middle, addresses, strict=True)}
+    named = all(a.side or a.place for a in addresses) and len(set(legs.values())) == len(legs)
+    if not named or "leg" not in plan.entries:
+        return plan
+    leg = Entry(file_name=names.expression, why="the files' names", names=legs)
+    return replace(plan, entries={**plan.entries, "leg": leg})
 
 
 def _as_read(cell: ColumnGuess) -> Entry:

@@ -6,12 +6,15 @@ import re
 from collections import Counter
 from dataclasses import replace
 
-from footcal_cli.reading import Layout
+from footcal_cli.sniff.names import orientation_in
+from footcal_cli.tables.reading import Layout
 
 _NUMBER = r"[+-]?(?:\d+\.\d+|\d+)(?:[eE][+-]?\d+)?"
 _STAMP = r"(?:\d{4}-\d\d-\d\d[ T])?\d\d:\d\d:\d\d(?:[.,]\d+)?"
 _PIECE = re.compile(rf"(?P<stamp>{_STAMP})|(?<![\w.])(?P<number>{_NUMBER})(?!\w*\d)")
 _LEAST = 0.4
+_SIDES = 3
+"""Sides on which a sensor hangs, from which its weight and offsets can be told."""
 _FEW = 2
 """Numbers in a row that may stand without words when loads were typed between the rows."""
 _BOUND = re.compile(r"[A-Za-z)\]]['\"]?\s*[:=]|->|→")
@@ -50,6 +53,32 @@ def free_form(lines: list[str], encoding: str) -> Layout | None:
     if typed:
         layout = replace(layout, carried=_expression(typed[0], "load"))
     return layout
+
+
+def carried_between(remarks: list[str]) -> str:
+    """A regular expression for lines between rows that say a load or which way a sensor hangs.
+
+    Parameters
+    ----------
+    remarks
+        The lines of a table that are no rows. Empty where they say no such thing.
+    """
+    sign = r"^[\s#%;/!'*>-]*"
+    unit = "|".join(sorted(_UNITS, key=len, reverse=True))
+    weighed = re.compile(rf"{sign}(?:[^\d\n]*?[\s:=])?(?P<load>\d+(?:[.,]\d+)?\s?(?:{unit}))\s*$")
+    named = re.compile(
+        rf"{sign}[^\d\n]*?(?i:{_HEAVY.pattern})[^\d\n]*?(?P<load>\d+(?:[.,]\d+)?)\s*$"
+    )
+    for expression in (weighed, named):
+        loads = {found["load"] for line in remarks if (found := expression.search(line))}
+        if len(loads) > 1:
+            return expression.pattern
+    turned = re.compile(r"^\s*[#%;/!'*>]+\s*(?P<orientation>.*\S)\s*$")
+    words = [found["orientation"] for line in remarks if (found := turned.search(line))]
+    axes = [orientation_in(word) for word in words]
+    first = next((i for i, axis in enumerate(axes) if axis), len(axes))
+    sides = set(axes[first:])
+    return turned.pattern if len(sides) >= _SIDES and None not in sides else ""
 
 
 def _shape(line: str) -> str:

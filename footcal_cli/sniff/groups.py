@@ -5,73 +5,50 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Iterable, Mapping
-from dataclasses import replace
 
 import numpy as np
 
-from footcal_cli.sniff.columns import ColumnGuess, FileGuess
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
 from footcal_cli.sniff.names import words_of
 
 AXES = ("fx", "fy", "fz", "tx", "ty", "tz")
-_INDEXED = re.compile(r"^(.*?)[\[_. (]*(\d+)[\])]*$")
 _AT_THE_FOOT = re.compile(r"foot|ankle|sole", re.IGNORECASE)
-_WRENCH_STEM = re.compile(r"wrench|ft|force|tcp", re.IGNORECASE)
-_LARGER = 3.0
-"""Forces in N are larger than torques in Nm by this much, in nearly every log."""
+_BEFORE_AXIS = re.compile(
+    r"(.*?)[\W_]*(?:(?:force|torque|moment)[\W_]*[xyz]|[fmt][\W_]?[xyz])(?![a-z])", re.IGNORECASE
+)
 
 
 def wrenches(file: FileGuess) -> dict[str, dict[str, ColumnGuess]]:
     """Complete six-axis transducers by name: axis -> column."""
     groups: dict[tuple[str, str], dict[str, ColumnGuess]] = {}
+    by_stem: dict[str, dict[str, ColumnGuess]] = {}
     for column in file.of("force"):
         if column.name.axis in AXES:
             groups.setdefault((column.name.address, ""), {}).setdefault(column.name.axis, column)
+            by_stem.setdefault(_stem(column.column), {}).setdefault(column.name.axis, column)
             if _AT_THE_FOOT.search(column.column):
                 own = groups.setdefault((column.name.address, "foot"), {})
                 own.setdefault(column.name.axis, column)
     whole = {key: g for key, g in groups.items() if set(g) == set(AXES)}
+    numbered = {stem: g for stem, g in by_stem.items() if stem and set(g) == set(AXES)}
+    if len(numbered) > len({name for name, _ in whole}) and not any(foot for _, foot in whole):
+        return numbered  # L1 L2 L3 are three legs, not one left foot
     # of two transducers in a leg the one at the foot feels the ground
     return {
-        _owner(name): whole.get((name, "foot"), group)
+        owner_of(name): whole.get((name, "foot"), group)
         for (name, _), group in whole.items()
     }  # fmt: skip
 
 
-def _owner(address: str) -> str:
+def _stem(column: str) -> str:
+    """Name of a transducer in front of its axes: ``L1`` of ``L1_Fx [N]``."""
+    found = _BEFORE_AXIS.match(column)
+    return owner_of(found[1]) if found and found[1].strip("_. /") else ""
+
+
+def owner_of(address: str) -> str:
+    """Name of a transducer, fit for a recipe."""
     return re.sub(r"\W+", "_", address).strip("_") or "sensor"
-
-
-def indexed_wrenches(file: FileGuess) -> FileGuess:
-    """The log with six numbered or nameless columns taken for a wrench."""
-    stems: dict[str, list[ColumnGuess]] = {}
-    for column in file.columns:
-        found = _INDEXED.match(column.column)
-        if found and _WRENCH_STEM.search(found[1]) and column.values is not None:
-            stems.setdefault(found[1], []).append(column)
-    six = {stem: c for stem, c in stems.items() if len(c) == 6}
-    nameless = [c for c in file.columns if c.column.startswith("column_")]
-    free = [c for c in nameless if c.quantity == "unknown" and c.values is not None]
-    if not six and len(free) == 6 and not any(c.counts for c in free):
-        six = {"": free}
-    if not six:
-        return file
-    made = {c.column: c for c in file.columns}
-    for stem, columns in six.items():
-        spread = [float(np.nanstd(c.values)) + 1e-9 for c in columns if c.values is not None]
-        first, second = max(spread[:3]), max(spread[3:])
-        torque_first = second > _LARGER * first
-        order = AXES[3:] + AXES[:3] if torque_first else AXES
-        why = "six columns in a row; " + (
-            "the last three vary more, so they are the forces" if torque_first
-            else "forces first, as most logs have them"
-        )  # fmt: skip
-        owner = _owner(re.sub(r"(?i)wrench|force|ft|tcp|actual|[\[_.]+", " ", stem).strip())
-        for axis, column in zip(order, columns, strict=True):
-            name = replace(
-                column.name, quantity="force", axis=axis, owner="" if owner == "sensor" else owner
-            )
-            made[column.column] = replace(column, name=name, sure="guess", why=why)
-    return replace(file, columns=tuple(made.values()))
 
 
 def matrix(file: FileGuess) -> dict[str, tuple[ColumnGuess, str | None]]:

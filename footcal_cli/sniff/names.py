@@ -15,7 +15,7 @@ Quantity = Literal[
     "other", "unknown",
 ]  # fmt: skip
 
-_CAMEL = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+|[А-Яа-яÀ-ÿ]+")
+_CAMEL = re.compile(r"[A-Z]+(?![a-zà-öø-ÿ])|[A-Z]?[a-zà-öø-ÿ]+|\d+|[А-Яа-яÀ-ÿ]+")
 _AXIS = re.compile(r"([fmt])([xyz])(\d{0,2})")
 _WORDS: dict[str, Quantity] = {}
 for _meaning, _spellings in {
@@ -25,14 +25,16 @@ for _meaning, _spellings in {
     "subframe sub messung probe nummer",
     "load": "load weight mass masse gewicht last poids charge peso carga applied known reference "
     "ref true nominal referenz belastung soll target gewichte weights loads std standard setpoint "
-    "kraft_soll gram grams gramm kilogram pound pounds vikt massa",
+    "kraft_soll gram grams gramm kilogram pound pounds vikt massa appliqué appliquée aplicada "
+    "carico put aufgelegt",
     "reading": "reading readings counts count raw adc value val signal output fsr cell loadcell "
     "volt volts voltage spannung messwert wert hx taxel bits lsb data sensor scale strain bridge "
-    "lc ain analog a channel ch kanal zelle medida mesure valeur lectura cap capacitance",
+    "lc ain analog a channel ch kanal zelle medida mesure valeur lectura cap capacitance lecture "
+    "brut brute lettura valore anzeige rohwert rohwerte zählwert bridge output ausgabe display",
     "temperature": "temp temperature temperatur temperature",
     "label": "cell channel sensor zelle kanal foot fuss leg bein device name side location bein",
     "direction": "direction dir richtung updown",
-    "repeat": "repeat rep repetition trial run cycle durchgang wiederholung",
+    "repeat": "repeat rep repetition trial run cycle durchgang wiederholung essai lauf prova",
     "session": "session day tag set block sitzung",
     "phase": "phase",
     "orientation": "orientation lage attitude ori",
@@ -48,8 +50,15 @@ for _meaning, _spellings in {
 _MEAN = re.compile(r"[\W_](?:mean|avg|average|median)$", re.IGNORECASE)
 _SPREAD = re.compile(r"[\W_](?:std|sd|stdev|stddev|var|variance|rms|sem)$", re.IGNORECASE)
 """How a column of means or of scatter is called."""
+_SIGNED = re.compile(
+    r"(?:(?:^|[^a-z])(?P<word>plus|minus|pos|neg|positive|negative)[ _]*"
+    r"|(?:^|[^a-z0-9])(?P<sign>[+-])[ _]*|(?:^|[^a-z]))"
+    r"(?P<axis>[xyz])(?:[ _-]*(?P<way>up|down)(?=[^a-z]|$)"
+    r"|[ _]*(?P<after>plus|minus|pos|neg|positive|negative|[+-])(?=[^a-z]|$)|(?=[^a-z]|$))"
+)
+"""An axis with its sign before or after it, and whether it points up or down."""
 _REPORTED = {"plate", "platform", "measured", "meas", "sensor", "estimated", "est", "insole"}
-_FORCE = {"force", "kraft", "fuerza", "effort", "f", "forza", "grf"}
+_FORCE = {"force", "kraft", "fuerza", "effort", "f", "forza", "grf", "kracht"}
 _TORQUE = {"torque", "moment", "tau", "drehmoment", "m", "t", "couple"}
 _NOISE = {
     "field", "wrench", "header", "data", "fsr", "sensor", "value", "device", "sub", "list", "raw",
@@ -89,6 +98,8 @@ class NameGuess:
         What is left of the name, for telling sensors apart.
     unit
         As the name states it.
+    factor
+        How many of the unit are one of the numbers: 0.1 of ``[0.1 N]``.
     """
 
     quantity: Quantity
@@ -97,6 +108,7 @@ class NameGuess:
     place: str = ""
     owner: str = ""
     unit: str | None = None
+    factor: float = 1.0
 
     @property
     def address(self) -> str:
@@ -111,8 +123,8 @@ def words_of(name: str) -> list[str]:
 
 def name_guess(name: str) -> NameGuess:
     """What a column's name says of it."""
-    plain = name.lstrip("%#$/ ")
-    stem, unit = split_unit(_MEAN.sub("", plain))
+    plain = re.sub(r"\[(\d+)\]", r"_\1", name.lstrip("%#$/ "))
+    stem, unit, factor = split_unit(_MEAN.sub("", plain))
     words = words_of(stem)
     if _SPREAD.search(plain):
         return NameGuess("other", unit=unit)
@@ -121,7 +133,17 @@ def name_guess(name: str) -> NameGuess:
     owner = "_".join(w for w in rest if w not in used and w not in _NOISE)
     if quantity == "force" and axis and words[-1].isdigit() and words[-1] not in owner:
         owner = f"{owner}_{words[-1]}".strip("_")  # plates are counted: Fx1, Fx2
-    return NameGuess(quantity, axis, side, place, owner, unit)
+    return NameGuess(quantity, axis, side, place, owner, unit, factor)
+
+
+def orientation_in(word: str) -> str | None:
+    """``+x`` … ``-z``, the axis along gravity, of a name such as ``hang_plus_x`` or ``-x up``."""
+    for found in _SIGNED.finditer(word.lower()):
+        sign = found["word"] or found["sign"] or found["after"]
+        if sign or found["way"]:
+            turns = (sign in ("minus", "neg", "negative", "-")) + (found["way"] == "up")
+            return ("-" if turns % 2 else "+") + found["axis"]
+    return None
 
 
 def _address(words: list[str]) -> tuple[str, str, list[str]]:
@@ -188,11 +210,15 @@ def _quantity(stem: str, words: list[str], unit: str | None) -> tuple[Quantity, 
     found = re.fullmatch(r"(?:.*[\W_])?q(?:uat|uaternion)?[\W_]?([0-3])", stem.lower())
     if found and unit is None and not {"joint", "joints"} & set(words):
         return "quaternion", found[1], {"q", "quat", "quaternion", found[1]}
+    if re.fullmatch(r"(?:.*[\W_])?a[xy]", stem.lower()) and unit in ("m", "mm", "cm"):
+        return "cop", last[-1], {last}  # Kistler's Ax and Ay
     said = {"acc", "accel", "acceleration", "accelerometer", "accelerometers"} & set(words)
     if said and last in "xyz":
         return "acceleration", last, {last, *said}
     if re.fullmatch(r"(?:acc|a)[xyz]", last):
         return "acceleration", last[-1], {last}
+    if re.fullmatch(r"(?:.*[\W_])?r[xyz]", stem.lower()) and unit in ("rad", "deg", None):
+        return "angle", last, {last}
     for angle in ("roll", "pitch", "yaw"):
         if angle in words:
             return "angle", angle, {angle}

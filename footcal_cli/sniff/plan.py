@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from footcal_cli.sniff.columns import ColumnGuess, FileGuess, Sure
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, Sure
 
 
 @dataclass(frozen=True)
@@ -16,7 +16,7 @@ class Entry:
     ----------
     column
         The file's, None for a value.
-    unit, value, file_name, factor, nanoseconds, names
+    unit, value, file_name, factor, nanoseconds, wraps_at, names
         As in a recipe.
     sure, why
         How sure, and by what.
@@ -28,6 +28,7 @@ class Entry:
     file_name: str | None = None
     factor: float | None = None
     nanoseconds: str = ""
+    wraps_at: float | None = None
     names: Mapping[str, str] = field(default_factory=dict)
     sure: Sure = "likely"
     why: str = ""
@@ -37,7 +38,8 @@ def of(column: ColumnGuess, unit: str | None = None) -> Entry:
     """An entry for a column as it was guessed."""
     return Entry(
         column, unit or column.unit, nanoseconds=column.nanoseconds, sure=column.sure,
-        why=column.why,
+        why=column.why, wraps_at=column.wraps_at,
+        factor=None if column.name.factor == 1.0 else column.name.factor,
     )  # fmt: skip
 
 

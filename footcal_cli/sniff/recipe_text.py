@@ -6,11 +6,13 @@ import os.path
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-from footcal_cli.columns import body_table
-from footcal_cli.reading import BLANKS, Layout
-from footcal_cli.sniff.columns import FileGuess
 from footcal_cli.sniff.file_names import Part
-from footcal_cli.sniff.plan import Entry, Plan
+from footcal_cli.sniff.guesses import FileGuess
+from footcal_cli.sniff.plan import Blank, Entry, Plan, of
+from footcal_cli.tables.columns import body_table
+from footcal_cli.tables.reading import BLANKS, Layout
+
+_ROBOT = "# [robot]"
 
 
 def recipe_text(parts: Sequence[Part], target: Path, command_line: str) -> str:
@@ -30,13 +32,19 @@ def recipe_text(parts: Sequence[Part], target: Path, command_line: str) -> str:
     lines += ["", "[robot]", f"name = {_quoted(stem)}"]
     if channels and all(part.plan.role != "placements" for part in parts):
         lines.append(f"channels = [{', '.join(_quoted(c) for c in dict.fromkeys(channels))}]")
+    blanks = list(dict.fromkeys(blank for part in parts for blank in part.plan.blanks))
+    for blank in blanks:
+        if blank.lines[0] == _ROBOT:  # that table stands there already
+            lines += [_asked(blank), *blank.lines[1:]]
+    tables: dict[str, str] = {}
     for part in parts:
         for table in part.plan.robot:
-            lines += ["", table]
-    for part in parts:
-        for blank in part.plan.blanks:
-            needed = "TO FILL IN" if blank.needed else "if known"
-            lines += ["", f"# {needed}: {blank.why}.", *blank.lines]
+            tables.setdefault(table.splitlines()[0], table)  # hanging and standing share legs
+    for table in tables.values():
+        lines += ["", table]
+    for blank in blanks:
+        if blank.lines[0] != _ROBOT:
+            lines += ["", _asked(blank), *blank.lines]
     several = len(parts) > 1
     for part in parts:
         lines += ["", *_file_lines(part, several)]
@@ -53,14 +61,20 @@ def recipe_text(parts: Sequence[Part], target: Path, command_line: str) -> str:
     return "\n".join(lines) + "\n"
 
 
+def _asked(blank: Blank) -> str:
+    return f"# {'TO FILL IN' if blank.needed else 'if known'}: {blank.why}."
+
+
 def next_step(parts: Sequence[Part], command_line: str) -> str:
     """The exact command, after what is to be filled in."""
     plan = parts[0].plan
     command = f"footcal {plan.command} {command_line}"
-    wanted = [blank.why for part in parts for blank in part.plan.blanks if blank.needed]
-    if not wanted:
-        return command
-    return f"fill in what is marked TO FILL IN ({'; '.join(wanted)}), then {command}"
+    same = (part.plan for part in parts if part.plan.command == plan.command)
+    wanted = dict.fromkeys(blank.why for own in same for blank in own.blanks if blank.needed)
+    said = f"fill in what is marked TO FILL IN ({'; '.join(wanted)}), then " if wanted else ""
+    later = [c for c in dict.fromkeys(p.plan.command for p in parts) if c != plan.command]
+    after = [f"; after it {name}, with its parameters.json" for name in later]
+    return f"{said}{command}{''.join(after)}"
 
 
 def listing(parts: Sequence[Part]) -> list[str]:
@@ -143,10 +157,7 @@ def _file_lines(part: Part, several: bool) -> list[str]:
         if more or times:
             lines += ["", "[[files]]", f"match = {_quoted(other.path.name)}", *more]
         if times:
-            unit = times[0].unit
-            lines += ["[files.columns]",
-                      *_entries({"time_s": Entry(times[0], unit, sure=times[0].sure,
-                                                 why=times[0].why)})]  # fmt: skip
+            lines += ["[files.columns]", *_entries({"time_s": of(times[0])})]
     return lines
 
 
@@ -156,8 +167,10 @@ def _layout_lines(file: FileGuess) -> list[str]:
     lines = []
     if layout.line:
         lines.append(f"line = {_literal(layout.line)}    # every line that it finds itself in")
-        if layout.carried:
-            lines.append(f"carried = {_literal(layout.carried)}    # holds for the rows below")
+    if layout.carried:
+        lines.append(f"carried = {_literal(layout.carried)}    # holds for the rows below")
+    if file.rows_of:
+        lines.append(f"rows_of = {_quoted(file.rows_of)}    # topics take turns in the table")
     if layout.separator != plain.separator:
         name = {BLANKS: "space", "\t": "tab"}.get(layout.separator, layout.separator)
         lines.append(f"separator = {_quoted(name)}")
@@ -198,6 +211,8 @@ def _place(entry: Entry) -> str:
         said.append(f"factor = {entry.factor}")
     if entry.column is not None and entry.column.format:
         said.append(f"format = {_quoted(entry.column.format)}")
+    if entry.wraps_at:
+        said.append(f"wraps_at = {entry.wraps_at:.0f}")
     if entry.nanoseconds:
         said.append(f"nanoseconds = {_quoted(entry.nanoseconds)}")
     if entry.names:

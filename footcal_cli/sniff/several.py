@@ -9,10 +9,11 @@ import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.attitudes import attitude_of
-from footcal_cli.sniff.columns import FileGuess
 from footcal_cli.sniff.experiment import plan_of
 from footcal_cli.sniff.file_names import Beside, Part, alike_part, escaped
-from footcal_cli.sniff.groups import indexed_wrenches, readings, wrenches
+from footcal_cli.sniff.groups import readings, wrenches
+from footcal_cli.sniff.guesses import FileGuess
+from footcal_cli.sniff.numbered import numbered
 from footcal_cli.sniff.plan import Plan
 from footcal_cli.sniff.six_axis import body_entries
 
@@ -49,7 +50,7 @@ def _two(one: FileGuess, other: FileGuess) -> list[Part]:
             if plan is not None:
                 return _with_body(plan, beside)
     for file, beside in ((one, other), (other, one)):
-        held = wrenches(indexed_wrenches(file)) and not attitude_of(file, None)
+        held = wrenches(numbered(file)) and not attitude_of(file, None)
         if held and attitude_of(beside, None) is not None:
             made = _with_attitude(file, beside)
             if made is not None:

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.attitudes import Attitude, attitude_of, named_orientation
-from footcal_cli.sniff.columns import ColumnGuess, FileGuess
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
+from footcal_cli.sniff.mounts import Mounts, mounts_of
 from footcal_cli.sniff.plan import MASS, Blank, Entry, Plan, of, times
 from footcal_cli.sniff.units import known_unit
 
@@ -34,8 +35,18 @@ TURNED = Blank(
 def transducers(file: FileGuess, six: dict[str, dict[str, ColumnGuess]]) -> Plan:
     """Six-axis transducers: hanging with an attitude, or feet that stand and walk."""
     labels = [c for c in file.of("label") if c.words]
+    forces = _forces(six, labels)
     pose = attitude_of(file, None if labels else forces_of(next(iter(six.values()))))
     orientation = [c for c in file.of("orientation") if c.words]
+    mounts = None
+    if not orientation and (len(forces) > 1 or (pose is not None and pose.explains is False)):
+        mounts = mounts_of(file, forces)
+    hang = mounts is not None and mounts.hang is True
+    if mounts is not None and mounts.hang is False and len(forces) > 2:
+        standing = _poses(file, six, labels, mounts)
+        if standing is not None:
+            return standing
+    pose = mounts.attitude if hang and mounts is not None else pose
     time, rate, blanks = times(file, needed=True)
     entries: dict[str, Entry] = dict(time)
     warnings = [] if pose is None else list(pose.warnings)
@@ -46,7 +57,7 @@ def transducers(file: FileGuess, six: dict[str, dict[str, ColumnGuess]]) -> Plan
         entries |= {"orientation": of(orientation[0])} if pose is None else pose.entries
         warnings = [] if pose is None else list(pose.warnings)
     sides = {name.partition("_")[0] for name in six}
-    if sides >= {"left", "right"} and len(six) == 2 and not orientation:
+    if sides >= {"left", "right"} and len(six) == 2 and not orientation and not hang:
         return _ankles(file, six, entries, tuple(blanks))
     sign = -1.0 if pose is not None and pose.reacts else 1.0
     said = _said_above(file)
@@ -55,7 +66,7 @@ def transducers(file: FileGuess, six: dict[str, dict[str, ColumnGuess]]) -> Plan
         entries |= _axes(next(iter(six.values())), said, sign)
         leg = next(iter(six))
         entries["leg"] = of(labels[0]) if labels else Entry(value=leg, why="one transducer")
-    else:
+    elif not hang:
         warnings.append("every transducer is taken to hang free of the ground")
     for column in file.of("phase", "temperature"):
         key = "phase_rad" if column.quantity == "phase" else "temperature_degc"
@@ -77,7 +88,81 @@ def transducers(file: FileGuess, six: dict[str, dict[str, ColumnGuess]]) -> Plan
         file, f"{len(six)} six-axis transducer{'s' * (len(six) > 1)} turned under gravity",
         "six axes" + (" and an attitude" if pose else " and orientations" if orientation else ""),
         "likely" if pose or orientation else "guess", "hang-calib", "hang", entries, (), wide,
-        "leg", rate, blanks=(*missing, weight, *blanks), warnings=tuple(warnings),
+        "leg", rate, () if mounts is None else leg_tables(forces, mounts),
+        blanks=(*missing, weight, *blanks), warnings=tuple(warnings),
+    )  # fmt: skip
+
+
+def _forces(
+    six: Mapping[str, dict[str, ColumnGuess]], labels: Sequence[ColumnGuess]
+) -> dict[str, FloatArray]:
+    """Forces of each transducer by name, shape (n, 3); NaN in the rows of others."""
+    if not labels or labels[0].codes is None or len(six) > 1:
+        return {name: forces_of(group) for name, group in six.items()}
+    whole, codes = forces_of(next(iter(six.values()))), labels[0].codes
+    return {
+        word: np.where((codes == i)[:, None], whole, np.nan)
+        for i, word in enumerate(labels[0].words)
+    }
+
+
+def leg_tables(names: Iterable[str], mounts: Mounts | None) -> tuple[str, ...]:
+    """``[robot.legs…]``: where the transducers sit, and how they are turned if forces say so."""
+    tables = []
+    for name in names:
+        lines = [
+            f"[robot.legs.{name}]",
+            "# position_m = [0.0, 0.0, 0.0]    # the transducer in the body frame: pose-calib's",
+        ]
+        if mounts is not None and name in mounts.rotation:
+            angles = ", ".join(f"{angle:g}" for angle in mounts.rpy_rad(name))
+            why = "likely: so the forces are the leg's weight; the drawing knows better"
+            lines.append(f"rotation_rpy_rad = [{angles}]    # {why}")
+        else:
+            lines.append("# rotation_rpy_rad = [0.0, 0.0, 0.0]    # from its frame to the body's")
+        tables.append("\n".join(lines))
+    return tuple(tables)
+
+
+def _poses(
+    file: FileGuess, six: dict[str, dict[str, ColumnGuess]], labels: Sequence[ColumnGuess],
+    mounts: Mounts,
+) -> Plan | None:  # fmt: skip
+    """Transducers at the hips of a robot that stands in many poses; None without named poses."""
+    named = file.of("placement", "sequence", "repeat")
+    if not named:
+        return None
+    phase = file.of("phase")
+    entries = {
+        "pose": of(named[0]), **mounts.attitude.entries,
+        "phase_rad": of(phase[0], phase[0].unit or "rad") if phase
+        else Entry(value="0", why="no shaft angle: each leg is taken to keep its posture"),
+    }  # fmt: skip
+    contact = file.of("contact")
+    wide: dict[str, dict[str, Entry]] = {}
+    said = _said_above(file)
+    if len(six) > 1:
+        wide = {name: _axes(group, said) for name, group in six.items()}
+        for name, own in wide.items():
+            for column in contact:
+                if column.column.startswith(name):
+                    own["contact"] = of(column)
+    else:
+        entries |= {"leg": of(labels[0]), **_axes(next(iter(six.values())), said)}
+        if contact:
+            entries["contact"] = of(contact[0])
+    legs = list(six) if wide else list(labels[0].words)
+    return Plan(
+        file, f"six-axis transducers at {len(legs)} hips while the robot stands in poses",
+        "six axes of several legs, an attitude, and loads that are no leg's weight", "likely",
+        "pose-calib", "poses", entries, (), wide, "leg", None, leg_tables(legs, None),
+        blanks=(
+            MASS,
+            Blank(("# position_m of each leg above, in m",),
+                  "no log says where the transducers sit"),
+            Blank(("# footcal hang-calib first, then pose-calib … --parameters …/parameters.json",),
+                  "standing poses need offsets and leg weights of a hanging calibration"),
+        ),
     )  # fmt: skip
 
 
@@ -129,7 +214,7 @@ def _said_above(file: FileGuess) -> _Said:
 def _counted(six: dict[str, dict[str, ColumnGuess]]) -> bool:
     """Whether all axes are whole numbers of a size that newtons do not have."""
     axes = [c for group in six.values() for c in group.values()]
-    return all(c.counts and c.unit is None for c in axes) and any(
+    return all(c.counts and c.unit is None and c.name.factor == 1.0 for c in axes) and any(
         c.values is not None and float(np.nanmax(np.abs(c.values))) > _MOST_N for c in axes
     )
 
@@ -150,9 +235,17 @@ def _axes(
     for axis, name in _AXIS_COLUMNS.items():
         column, kind = group[axis], axis[0]
         unit = column.unit or said.unit.get(kind) or ("N" if kind == "f" else torque)
-        factor = sign * said.per_count.get(kind, 1.0) if column.counts else sign
+        factor = sign * column.name.factor
+        factor *= said.per_count.get(kind, 1.0) if column.counts else 1.0
         entries[prefix + name] = replace(of(column, unit), factor=None if factor == 1 else factor)
     return entries
+
+
+_MOUNTED = (
+    "# if known: no log says how the transducer is mounted.\n"
+    "# transducer_position_m = [0.0, 0.0, 0.0]    # in the logged foot frame\n"
+    "# weight_below_n = 0.0    # what hangs below the transducer"
+)
 
 
 def _ankles(
@@ -170,15 +263,8 @@ def _ankles(
     return Plan(
         file, f"six-axis transducers at two feet{moves}",
         "six axes on the left and on the right", "likely", command, "cells", entries, (),
-        robot=("[robot.feet.left]", "[robot.feet.right]"),
-        blanks=(
-            MASS,
-            Blank(("# [robot.feet.left]",
-                   "# transducer_position_m = [0.0, 0.0, 0.0]    # in the logged foot frame",
-                   "# weight_below_n = 0.0    # what hangs below the transducer"),
-                  "no log says how the transducers are mounted", False),
-            *blanks,
-        ),
+        robot=(f"[robot.feet.left]\n{_MOUNTED}", f"[robot.feet.right]\n{_MOUNTED}"),
+        blanks=(MASS, *blanks),
     )  # fmt: skip
 
 

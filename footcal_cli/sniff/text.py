@@ -12,11 +12,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from footcal_cli.errors import DataError
-from footcal_cli.reading import BLANKS, Layout
-from footcal_cli.sniff.freeform import free_form
-from footcal_cli.sniff.tokens import is_moment, is_number, number_signs, worth
+from footcal_cli.sniff.freeform import carried_between, free_form
+from footcal_cli.sniff.tokens import NOTHING, is_moment, is_number, number_signs, worth
 from footcal_cli.sniff.units import looks_like_units
-from footcal_cli.textfiles import regular_file, unreadable
+from footcal_cli.tables.reading import BLANKS, Layout
+from footcal_cli.tables.textfiles import regular_file, unreadable
 
 _MOST = 2**20
 """Bytes that are looked at."""
@@ -24,6 +24,8 @@ _COMMENTS = ("#", "%", "//", "!", ";", "'")
 _SEPARATORS = (",", ";", "\t", "|", BLANKS)
 _ALIKE = 0.7
 """Share of lines that must be alike for a layout to be taken."""
+_SPARSE = 0.1
+"""Share of rows with more empty cells than numbers from which a table is sparse."""
 _CALLED = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars", BLANKS: "blanks"}
 
 
@@ -82,10 +84,15 @@ def guess_text(path: Path) -> TextGuess:
             remedy="export one table of numbers per file, its columns named in the first line",
         )  # fmt: skip
     guess = _laid_out(lines, found, encoding)
-    until = _end(lines, found, guess.layout.comment)
+    until, last = _end(lines, found, guess.layout.comment)
     said += [f"the table ends above '{until}'"] if until else []
     layout = replace(guess.layout, thousands=found.thousands, until=until)
-    top = next((i for i, line in enumerate(lines) if found.is_row(line)), 0)
+    carried = carried_between([x for x in lines if not found.is_row(x)])
+    layout = replace(layout, carried=carried)
+    said += ["lines between the rows say what holds below"] if carried else []
+    if until and not guess.units and len(last) == found.width and looks_like_units(last):
+        guess = replace(guess, units=tuple(last), said=(*guess.said, "units below the rows"))
+    top = found.begins_at(lines)
     return TextGuess(layout, guess.units, (*said, *guess.said), tuple(lines[:top]))
 
 
@@ -133,11 +140,17 @@ def fields_of(line: str, separator: str) -> list[str]:
     return [f.strip() for f in next(csv.reader([line.strip("\r\n")], delimiter=separator), [])]
 
 
+def _filled_fields(line: str, separator: str) -> list[str]:
+    """Fields of a line up to the last that is not empty."""
+    return fields_of(line.rstrip(separator), separator)
+
+
 @dataclass(frozen=True)
 class _Body:
     """The rows of a text under one separator.
 
-    `share` of the lines have `width` fields; `numbers` of these hold numbers, in `numeric` columns.
+    `share` of the lines have `width` fields; `numbers` of these hold numbers, in `numeric` columns;
+    `sparse` where many rows lack half of them, as topics do that take turns.
     """
 
     separator: str
@@ -148,14 +161,19 @@ class _Body:
     numbers: float
     score: float
     numeric: tuple[int, ...]
+    sparse: bool
 
     @classmethod
     def of(cls, lines: list[str], separator: str) -> _Body:
         written = [line for line in lines if line.strip()]
         tail = written[len(written) // 3 :][:400] if len(written) > 6 else written[-3:] or written
         tail = [line for line in tail if not line.lstrip().startswith(("#", "%", "//"))] or tail
-        split = [fields_of(line.rstrip(separator), separator) for line in tail]
-        width = Counter(map(len, split)).most_common(1)[0][0]
+        split = [_filled_fields(line, separator) for line in tail]
+        width, alike = Counter(map(len, split)).most_common(1)[0]
+        open_ended = [fields_of(line, separator) for line in tail]
+        longer, more = Counter(map(len, open_ended)).most_common(1)[0]
+        if more > alike or (more == alike and any(len(row) > width for row in split)):
+            split, width = open_ended, longer  # cells at the end of rows may be empty
         rows = [row for row in split if len(row) == width]
         signs = number_signs([f for row in rows for f in row], separator)
         worths = [[worth(field, *signs) for field in row] for row in rows]
@@ -169,21 +187,37 @@ class _Body:
             sum(is_moment(row[i]) for row in rows) > 0.8 * len(rows) for i in range(width)
         )
         score = share * sum(map(sum, worths)) / len(rows)
-        return cls(separator, *signs, width, share, len(numeric) + moments, score, numeric)
+        halves = [sum(not row[i] for i in numeric) * 2 > len(numeric) for row in rows]
+        sparse = sum(halves) > _SPARSE * len(rows)
+        return cls(separator, *signs, width, share, len(numeric) + moments, score, numeric, sparse)
 
-    def is_row(self, line: str) -> bool:
-        fields = fields_of(line.rstrip(self.separator), self.separator)
+    def begins_at(self, lines: list[str]) -> int:
+        """Where the rows begin: a line above them may hold a number or two beside its words."""
+        whole = (i for i, line in enumerate(lines) if self.is_row(line, whole=True))
+        some = (i for i, line in enumerate(lines) if self.is_row(line))
+        return next(whole, next(some, 0))
+
+    def is_row(self, line: str, *, whole: bool = False) -> bool:
+        """Whether a line is a row; `whole`: no word stands where numbers should."""
+        fields = _filled_fields(line, self.separator)
+        if len(fields) < self.width:
+            fields = fields_of(line, self.separator)[: self.width]
         if len(fields) != self.width:
             return False
         if not self.numeric:
             return any(is_moment(field) for field in fields)
         good = [is_number(fields[i], self.decimal, self.thousands) for i in self.numeric]
+        if whole:
+            nothing = [fields[i].lower() in NOTHING for i in self.numeric]
+            return any(good) and all(a or b for a, b in zip(good, nothing, strict=True))
+        if self.sparse and any(good):
+            return all(ok or not fields[i] for i, ok in zip(self.numeric, good, strict=True))
         return sum(good) >= max(1, (len(good) + 1) // 2)
 
 
 def _laid_out(lines: list[str], body: _Body, encoding: str) -> TextGuess:
     """Header, preamble, units and comments around the rows."""
-    first = next(i for i, line in enumerate(lines) if body.is_row(line))
+    first = body.begins_at(lines)
     comment = _comment(lines[first:], body)
     above = [(i, line) for i, line in enumerate(lines[:first]) if line.strip()]
     names: tuple[str, ...] = ()
@@ -192,11 +226,12 @@ def _laid_out(lines: list[str], body: _Body, encoding: str) -> TextGuess:
     candidates = [(i, _header_fields(line, body, comment)) for i, line in above]
     candidates = [(i, fields) for i, fields in candidates if fields]
     if candidates:
-        header_at, fields = candidates[-1]
-        if len(candidates) > 1 and looks_like_units(fields):
+        header_at, fields = candidates.pop()
+        if candidates and looks_like_units(fields):
             units = tuple(fields)
-            header_at, fields = candidates[-2]
-        names = tuple(fields)
+            header_at, fields = candidates.pop()
+        units = units or _units_above([x for i, x in above if i < header_at], body)
+        names = tuple(_qualified(fields, [x for i, x in above if i < header_at], body))
     said = [f"fields separated by {_CALLED[body.separator]}"] if body.width > 1 else []
     if body.decimal == ",":
         said.append("decimal commas")
@@ -213,7 +248,7 @@ def _laid_out(lines: list[str], body: _Body, encoding: str) -> TextGuess:
         return TextGuess(layout, (), tuple(said))
     own = fields_of(lines[header_at].rstrip(separator), separator)
     readable = header_at in kept and tuple(own) == names and len(set(own)) == len(own)
-    readable &= all(name.strip() for name in own)
+    readable &= all(name.strip() for name in own) and len(own) == body.width
     # the plain reader takes what follows the last separator for a column
     readable &= not lines[header_at].rstrip("\r\n").endswith(separator)
     if readable:
@@ -230,12 +265,12 @@ def _laid_out(lines: list[str], body: _Body, encoding: str) -> TextGuess:
     return TextGuess(layout, units, tuple(said))
 
 
-def _end(lines: list[str], body: _Body, comment: str) -> str:
-    """What the line begins with above which the table ends; empty where it goes on.
+def _end(lines: list[str], body: _Body, comment: str) -> tuple[str, list[str]]:
+    """What the line begins with above which the table ends, and its fields; empty if it goes on.
 
     A remark below the rows, or a second table: two lines that are no rows, or none after it.
     """
-    first = next(i for i, line in enumerate(lines) if body.is_row(line))
+    first = body.begins_at(lines)
     written = [
         line for line in lines[first:]
         if line.strip(f" \t\r\n{body.separator}")
@@ -243,13 +278,14 @@ def _end(lines: list[str], body: _Body, comment: str) -> str:
     ]  # fmt: skip
     rows = [body.is_row(line) for line in written]
     for at, line in enumerate(written):
-        word = fields_of(line, body.separator)[0] if fields_of(line, body.separator) else ""
+        fields = fields_of(line, body.separator)
+        word = fields[0] if fields else ""
         ends = not any(rows[at : at + 2]) if at + 1 < len(rows) else not rows[at]
         if not rows[at] and ends and re.match(r"[^\W\d]", word) and not is_number(word, "."):
-            return word
+            return word, fields
         if not rows[at] and not ends:
-            return ""
-    return ""
+            break
+    return "", []
 
 
 def _comment(lines: list[str], body: _Body) -> str:
@@ -286,6 +322,34 @@ def _split(line: str, body: _Body) -> list[str]:
         return []
     words = [f for f in fields if f and not is_number(f, body.decimal)]
     return fields if len(words) * 2 >= sum(bool(f) for f in fields) and words else []
+
+
+def _units_above(above: list[str], body: _Body) -> tuple[str, ...]:
+    """Units in a line that says so: ``Y_Unit_Label, Volts, Newtons``; empty without one."""
+    for line in above:
+        word, *others = fields_of(line.rstrip(body.separator), body.separator)[: body.width] or [""]
+        said = re.search(r"(?i)(?:^|[\W_])(?:units?|einheit(?:en)?|unités?)(?:[\W_]|$)", word)
+        if said and len(others) == body.width - 1 and looks_like_units(others):
+            return ("", *others)
+    return ()
+
+
+def _qualified(fields: list[str], above: list[str], body: _Body) -> list[str]:
+    """Names that stand there twice, after the groups in the rows above them (merged cells)."""
+    for line in reversed(above):
+        if len(set(fields)) == len(fields) or body.separator == BLANKS:
+            break
+        row = fields_of(line, body.separator)
+        row = [*row, *[""] * (body.width - len(row))][: body.width]
+        groups, last = [], ""
+        for word in row:
+            last = word or last
+            groups.append(last)
+        if len(set(filter(None, groups))) > 1 and not any(
+            is_number(word, body.decimal) for word in row
+        ):
+            fields = [f"{g} {f}".strip() for g, f in zip(groups, fields, strict=True)]
+    return fields
 
 
 def _once(names: tuple[str, ...]) -> tuple[str, ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from footcal_cli.units import SPELLINGS
+from footcal_cli.tables.units import SPELLINGS
 
 _ALSO = {
     "newton": "N", "newtons": "N", "kilogram": "kg", "kilograms": "kg", "gram": "g", "grams": "g",
@@ -19,20 +19,21 @@ _ALSO = {
     "lbf*in": "lbf*in", "lb-in": "lbf*in", "mv/v": "mV/V", "rad/s": "rad/s", "deg/s": "deg/s",
     "ncm": "N*cm", "n.cm": "N*cm", "kn": "kN", "kilonewton": "kN", "mn": "mN", "hz": "",
     "millimeter": "mm", "millimetre": "mm", "meter": "m", "metre": "m", "meters": "m",
-    "metres": "m", "s": "s", "m": "m", "n": "N",
+    "metres": "m", "s": "s", "m": "m", "n": "N", "dan": "daN", "decanewton": "daN",
 }  # fmt: skip
 MASSES = {"kg": 1.0, "g": 1e-3, "lb": 0.45359237, "oz": 0.028349523125, "mg": 1e-6}
 """In kg."""
 WEIGHTS = {"N": 1.0, "kN": 1e3, "mN": 1e-3}
 """In N."""
 _BRACKETED = re.compile(r"^(?P<stem>.*?)[\s_]*[\[(<{](?P<unit>[^\])>}]*)[\])>}]\s*$")
+_COUNTED = re.compile(r"(\d*\.?\d+(?:e-?\d+)?)\s*([A-Za-z·*/^²°.-]+)")
 _SUFFIXES = {
     "n": "N", "nm": "N*m", "kg": "kg", "g": "g", "mn": "mN", "kn": "kN", "nmm": "N*mm", "s": "s",
     "ms": "ms", "us": "us", "ns": "ns", "mm": "mm", "m": "m", "cm": "cm", "deg": "deg",
     "rad": "rad", "counts": "count", "raw": "count", "adc": "count", "v": "V", "mv": "mV",
     "lb": "lb", "lbs": "lb", "lbf": "lbf", "degc": "degC", "grams": "g", "sec": "s", "gf": "gf",
     "kgf": "kgf", "oz": "oz", "mg": "mg", "newton": "N", "newtons": "N", "kpa": "kPa",
-    "bar": "bar", "millis": "ms", "micros": "us", "volts": "V", "mvv": "mV/V",
+    "bar": "bar", "dan": "daN", "millis": "ms", "micros": "us", "volts": "V", "mvv": "mV/V",
 }  # fmt: skip
 _SPLIT = re.compile(r"[_\s/.\-,]+")
 
@@ -45,15 +46,18 @@ def known_unit(text: str) -> str | None:
     return _ALSO.get(plain.lower()) or None
 
 
-def split_unit(name: str) -> tuple[str, str | None]:
-    """A column's name without its unit, and the unit.
+def split_unit(name: str) -> tuple[str, str | None, float]:
+    """A column's name without its unit, the unit, and how many of it are one of the numbers.
 
-    >>> split_unit("Kraft [N]")
-    ('Kraft', 'N')
+    >>> split_unit("Kraft [0.1 N]")
+    ('Kraft', 'N', 0.1)
     """
     found = _BRACKETED.match(name)
     if found and (unit := known_unit(found["unit"])) is not None:
-        return found["stem"], unit
+        return found["stem"], unit, 1.0
+    parted = _COUNTED.fullmatch(found["unit"].strip()) if found else None
+    if found and parted and (unit := known_unit(parted[2])) and float(parted[1]) > 0:
+        return found["stem"], unit, float(parted[1])
     parts = [part for part in _SPLIT.split(name) if part]
     if len(parts) > 1:
         last = parts[-1]
@@ -61,13 +65,14 @@ def split_unit(name: str) -> tuple[str, str | None]:
         unit = spelled or _SUFFIXES.get(last.lower())
         # left_m and force_g are a unit, leg_L is none; x_N as much as x_n
         if unit is not None and last.lower() not in ("l", "r"):
-            return name[: name.rindex(last)].rstrip("_ /.-,"), unit
-    return name, None
+            return name[: name.rindex(last)].rstrip("_ /.-,"), unit, 1.0
+    return name, None, 1.0
 
 
 def looks_like_units(fields: list[str]) -> bool:
     """Whether a row of a text holds units."""
     said = [field for field in fields if field.strip().strip("[]()-")]
-    if not said:
-        return False
+    bracketed = [found for field in said if (found := _BRACKETED.match(field))]
+    if not said or any(b["stem"].strip() and known_unit(b["unit"]) for b in bracketed):
+        return False  # "Load (kg)" is a name
     return sum(known_unit(field) is not None for field in said) * 2 >= len(said)

@@ -18,7 +18,6 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from footcal_cli.commands.simulate import parse_effect
 from footcal_cli.core.simulation.bench_logs import WeightsPlan
 from footcal_cli.core.simulation.biped_logs import Streams, biped_logs
 from footcal_cli.core.simulation.noise import CELL_NOISE
@@ -33,9 +32,10 @@ from footcal_cli.core.simulation.scenario import (
     simulate,
     with_effects,
 )
+from footcal_cli.intake.scenario import parse_effect
 from footcal_cli.records.files import write_record
 from footcal_cli.records.results import EffectRecord, TruthRecord
-from footcal_cli.tables import write_parquet
+from footcal_cli.tables.table import write_parquet
 
 HERE = Path(__file__).resolve().parent
 CALIBRATION_SEED = 11

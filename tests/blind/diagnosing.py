@@ -17,9 +17,8 @@ from typing import Any
 from unittest import mock
 
 from footcal_cli.app import main
-from footcal_cli.commands import hang_calib
-from footcal_cli.commands.parts import bench_report
 from footcal_cli.report import Drawn, Picture
+from footcal_cli.sheets import bench, hang
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 BEFORE = "before.json"
@@ -106,8 +105,8 @@ def _one(folder: Path, stem: str) -> Path:
 def _undrawn() -> Iterator[None]:
     """Calibrations without their figures, which take longer than the calibration itself."""
     with (
-        mock.patch.object(bench_report, "_weights_pictures", return_value=()),
-        mock.patch.object(hang_calib, "_pictures", return_value=()),
+        mock.patch.object(bench, "_pictures", return_value=()),
+        mock.patch.object(hang, "_pictures", return_value=()),
         mock.patch.object(Picture, "drawn", return_value=Drawn(b"", "")),
     ):
         yield

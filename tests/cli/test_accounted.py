@@ -9,9 +9,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from footcal_cli.columns import weights_table
 from footcal_cli.errors import DataError
-from footcal_cli.tables import read_table
+from footcal_cli.tables.columns import weights_table
+from footcal_cli.tables.table import read_table
 from tests.cli.test_run_folder import LOG
 from tests.conftest import Run
 

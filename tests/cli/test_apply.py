@@ -129,7 +129,7 @@ def test_a_full_matrix_gives_the_loads_back(tmp_path: Path, run: Run) -> None:
 def test_a_long_log_is_calibrated_piece_by_piece_as_at_once(
     run: Run, bench: Path, log: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from footcal_cli import longfiles
+    from footcal_cli.tables import longfiles
 
     parquet = tmp_path / "stream.parquet"
     pd.read_csv(log).to_parquet(parquet, index=False)

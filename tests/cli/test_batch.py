@@ -14,7 +14,8 @@ import pytest
 
 from footcal_cli.batch.local import run_here
 from footcal_cli.batch.plan import Job, plan
-from footcal_cli.commands.parts.batch_work import digest_of, run_session
+from footcal_cli.batch.rows import digest_of
+from footcal_cli.commands.batch import recipe_logs, run_session
 from footcal_cli.errors import UsageError
 from tests.cli.killed_work import died, kill_once
 from tests.conftest import REPOSITORY, Run
@@ -93,7 +94,7 @@ def test_a_row_carries_parameters_with_their_sd(logs: Path) -> None:
     assert bias.sd is not None
     assert abs(bias.value - 0.1) < 4 * bias.sd
     assert row.outcome == "done"
-    assert row.digest == digest_of(Job(**{**common.__dict__, **fields}))
+    assert row.digest == digest_of(Job(**{**common.__dict__, **fields}), recipe_logs)
 
 
 def test_a_table_names_sessions_robots_and_dates(tmp_path: Path) -> None:

@@ -239,7 +239,7 @@ def test_an_ambiguous_diagnosis_proposes_and_its_plan_is_read_again(
 def test_explain_and_refusals(run: Run, tmp_path: Path) -> None:
     told = run("diagnose", "--explain", "hysteresis")
     assert told.exit_code == 0
-    assert "looks like" in told.out
+    assert "mimics" in told.out
     misspelt = run("diagnose", "--explain", "hysteresys")
     assert misspelt.exit_code == 2
     assert "hysteresis" in misspelt.err

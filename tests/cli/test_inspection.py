@@ -11,8 +11,6 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from footcal_cli import columns
-from footcal_cli.columns import TableType
 from footcal_cli.commands import option_tables
 from footcal_cli.core.body_stream import (
     check_acceleration,
@@ -21,10 +19,12 @@ from footcal_cli.core.body_stream import (
     check_quaternions,
 )
 from footcal_cli.core.plausibility import check_shares
-from footcal_cli.inspection import inspect, inspect_record
 from footcal_cli.recipe import Recipe, Robot, read_recipe
 from footcal_cli.records.results import ParametersRecord
-from footcal_cli.tables import Table, read_table, refusal_of
+from footcal_cli.session.inspection import inspect, inspect_record
+from footcal_cli.tables import columns
+from footcal_cli.tables.columns import TableType
+from footcal_cli.tables.table import Table, read_table, refusal_of
 from tests.conftest import REPOSITORY
 
 SAMPLES = REPOSITORY / "sample_data"

@@ -9,10 +9,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from footcal_cli import long_walks, longfiles, walk_length
 from footcal_cli.core.online.noise import Noise
+from footcal_cli.intake import long_walks, walk_length
 from footcal_cli.records.files import read_record
 from footcal_cli.records.results import ParametersRecord, RmseRecord, RunRecord
+from footcal_cli.tables import longfiles
 from tests.cli.walk_files import write_belief, write_walk
 from tests.conftest import Run
 from tests.core.walk_data import CHANNELS, Errors, Recording, make_walk, record

@@ -14,7 +14,7 @@ import pytest
 
 from footcal_cli.records.files import read_record
 from footcal_cli.records.results import ParametersRecord, RmseRecord, RunRecord
-from footcal_cli.tables import write_parquet
+from footcal_cli.tables.table import write_parquet
 from tests.conftest import Run, drawing
 
 G = 9.80665
@@ -200,7 +200,7 @@ def test_an_interrupted_overwrite_keeps_the_old_run(
     def interrupted(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("footcal_cli.run_files.render_html", interrupted)
+    monkeypatch.setattr("footcal_cli.session.run_files.render_html", interrupted)
     answer = run("offline-fit", "--recipe", recipe, "--out", out, "--overwrite")
     assert answer.exit_code == 130
     assert (out / "parameters.json").read_bytes() == old

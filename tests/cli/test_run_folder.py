@@ -20,7 +20,7 @@ import pytest
 from filelock import FileLock
 
 from footcal_cli.errors import UsageError
-from footcal_cli.run_folder import GROWN_ROWS, claim, grown_folder, put_in_place
+from footcal_cli.session.run_folder import GROWN_ROWS, claim, grown_folder, put_in_place
 from tests.conftest import REPOSITORY, Run
 
 FOOTCAL = [sys.executable, "-m", "footcal_cli"]

@@ -9,7 +9,13 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from footcal_cli.columns import (
+from footcal_cli.core.effects import TABLE
+from footcal_cli.core.simulation.biped_logs import Streams
+from footcal_cli.core.simulation.gait import WalkPlan, walking
+from footcal_cli.core.simulation.robots import Biped
+from footcal_cli.records.files import read_record
+from footcal_cli.records.results import TruthRecord
+from footcal_cli.tables.columns import (
     body_table,
     cells_table,
     hang_table,
@@ -17,13 +23,7 @@ from footcal_cli.columns import (
     poses_table,
     weights_table,
 )
-from footcal_cli.core.effects import TABLE
-from footcal_cli.core.simulation.biped_logs import Streams
-from footcal_cli.core.simulation.gait import WalkPlan, walking
-from footcal_cli.core.simulation.robots import Biped
-from footcal_cli.records.files import read_record
-from footcal_cli.records.results import TruthRecord
-from footcal_cli.tables import read_table
+from footcal_cli.tables.table import read_table
 from tests.conftest import Run, drawing
 from tests.core.test_simulation import walk_logs
 

@@ -12,7 +12,7 @@ from footcal_cli.app import main
 from footcal_cli.core.parameters import Status
 from footcal_cli.records.files import read_record, write_record
 from footcal_cli.records.results import EffectRecord, ParameterRecord, RmseRecord, RunRecord
-from footcal_cli.tables import write_parquet
+from footcal_cli.tables.table import write_parquet
 from tests.cli.six_axis import AXES, LEGS, calibration, stored_mounting, true_mounting, truth_of
 from tests.conftest import REPOSITORY, Run, drawing
 

@@ -15,7 +15,6 @@ from dataclasses import dataclass
 import pytest
 from scipy import stats
 
-from footcal_cli.commands.parts.diagnose_cases import OF_CELLS
 from footcal_cli.core.chain import Chain, Link
 from footcal_cli.core.diagnosis.answer import EffectStatus, Verdict
 from footcal_cli.core.diagnosis.investigation import Found, Investigation
@@ -23,6 +22,7 @@ from footcal_cli.core.effects import TABLE
 from footcal_cli.core.effects.contract import Effect, Scope, can_carry
 from footcal_cli.core.inference.evidence import Interval
 from footcal_cli.core.inference.signatures import SWITCHES
+from footcal_cli.intake.cases.shared import OF_CELLS
 from footcal_cli.sheets.diagnosis.words import main_gain
 from tests.contract.hiding import SHAPES, Seen, clean, diagnosed, sized
 from tests.contract.wiring import wiring

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from footcal_cli.app import COMMANDS
-from footcal_cli.helptexts import GROUP_OF, epilog_of
+from footcal_cli.commands.helptexts import GROUP_OF, epilog_of
 
 
 def test_every_command_has_a_group_and_every_group_only_commands() -> None:

@@ -12,10 +12,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
-from footcal_cli.commands.parts.diagnose_balanced import unseen_walking
-from footcal_cli.commands.parts.diagnose_cases import needs_time, of_cells
-from footcal_cli.commands.parts.diagnose_hang import unseen_hanging
-from footcal_cli.commands.parts.diagnose_pose import POSES_PER_BLOCK
 from footcal_cli.core.chain import Chain, Link, chain_of, link
 from footcal_cli.core.contact import airborne
 from footcal_cli.core.diagnosis.blocks import block_means, cut_balanced, piece_means
@@ -53,6 +49,10 @@ from footcal_cli.core.simulation.measure import as_counts
 from footcal_cli.core.simulation.noise import QUIET
 from footcal_cli.core.simulation.robots import Hexapod
 from footcal_cli.core.simulation.scenario import Spread, hang_tilts, mounting
+from footcal_cli.intake.cases.cells import unseen_walking
+from footcal_cli.intake.cases.hang import unseen_hanging
+from footcal_cli.intake.cases.pose import POSES_PER_BLOCK
+from footcal_cli.intake.cases.shared import needs_time, of_cells
 from tests.core.leg_cases import LEGS, hang_case
 from tests.core.test_diagnosis_bridge import ROBOT, affine, calibrated
 

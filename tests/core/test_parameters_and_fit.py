@@ -127,3 +127,28 @@ def test_names_are_unique_and_starts_are_inside_their_bounds() -> None:
         flat("a.x", "a.x")
     with pytest.raises(ValueError, match="outside"):
         Parameter("a.x", "N", 2.0, lower=0.0, upper=1.0)
+
+
+@pytest.mark.parametrize("linear", [False, True])
+def test_an_earlier_fit_as_joint_prior_counts_like_its_rows(linear: bool) -> None:
+    """The normal equations of both recordings at once are the closed form."""
+    rng = np.random.default_rng(11)
+    first, second = rng.normal(size=(12, 3)), rng.normal(size=(9, 3))
+    first[:, 1] = first[:, 0] + 1e-3 * rng.normal(size=12)  # priors that say most together
+    y1, y2 = rng.normal(size=12), rng.normal(size=9)
+    both, target = np.vstack([first, second]), np.concatenate([y1, y2])
+    information = both.T @ both
+    expected = np.linalg.solve(information, both.T @ target)
+
+    names = ("a.scale", "b.scale", "c.scale")
+    covariance = np.linalg.inv(first.T @ first)
+    sd = np.sqrt(np.diag(covariance))
+    before = covariance @ (first.T @ y1)
+    priors = zip(names, before.tolist(), sd.tolist(), strict=True)
+    parameters = ParameterSet(
+        tuple(Parameter(name, "-", value, spread) for name, value, spread in priors),
+        covariance / np.outer(sd, sd),
+    )
+    fit = fit_map(lambda t: second @ t - y2, parameters, jacobian=lambda _: second, linear=linear)
+    np.testing.assert_allclose(fit.estimates.values / sd, expected / sd, atol=1e-5)
+    np.testing.assert_allclose(fit.estimates.covariance, np.linalg.inv(information), rtol=1e-5)

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from footcal_cli.core.pose.common import COMMON_P, common_turn
+from footcal_cli.core.pose.common import COMMON_P, common_shift, common_turn
 from footcal_cli.core.pose.data import pose_data, summarise
 from footcal_cli.core.pose.joint import fit_pose
 from footcal_cli.core.pose.leg_map import leg_map
 from footcal_cli.core.pose.problem import PoseOptions
 from footcal_cli.core.spatial import rotation_log
-from footcal_cli.sheets.pose import findings
+from footcal_cli.sheets.pose.mounting import findings
 from tests.core.pose_cases import Case, case
 from tests.core.six_axis_data import draw_robot
 
@@ -68,3 +68,30 @@ def test_mountings_that_only_scatter_are_told_of_as_often_as_the_level_says() ->
 def test_too_few_legs_and_a_turn_shared_by_design_say_nothing() -> None:
     assert common_turn(np.full((3, 3), 0.01)) is None
     assert common_turn(np.full((6, 3), 0.01)) is None
+
+
+def test_a_shared_shift_is_the_chassis_com_with_honest_sd_and_few_false_alarms() -> None:
+    rng, hip, com = np.random.default_rng(4), 0.005, 0.05
+    error, alarms = [], 0
+    seen = np.diag([1e-4, 1e-4, 5e-4]) ** 2
+    for _ in range(2000):
+        where = rng.normal(0, com, 3)
+        noise = rng.multivariate_normal(np.zeros(3), seen)
+        found = common_shift(rng.normal(0, hip, (6, 3)) - where + noise, seen, hip, com)
+        error.append((found.com_b_m - where) / found.sd_m)
+        alarms += common_shift(rng.normal(0, hip, (6, 3)) + noise, seen, hip, com).stands_out
+    assert np.std(error) == pytest.approx(1.0, abs=0.03)
+    assert alarms <= 8  # 2 expected of 2000
+
+
+def test_a_com_elsewhere_is_named_with_its_place() -> None:
+    found = case(7, hung=False)
+    geometry = found.data.geometry
+    fit = found.fit(PoseOptions(translation_sd_m=0.005, com_sd_m=0.05))
+    shift = fit.arm_b_m - (geometry.hip_b_m - geometry.chassis_com_b_m)
+    shared = common_shift(shift, np.zeros((3, 3)), 0.005, 0.05)
+    truth = found.robot.chassis_com_b_m - geometry.chassis_com_b_m
+    assert np.linalg.norm(truth) > 0.01
+    assert np.abs((shared.com_b_m - truth) / shared.sd_m).max() < 3.5
+    codes = [one.code for one in findings(fit, leg_map(found.data, fit, found.noise_sd))]
+    assert "chassis_com_elsewhere" in codes

@@ -39,11 +39,11 @@ PLURALS = (
 )
 _RECORDS = ("blind_bench_misses.md",)
 """Pages that quote what a sealed run printed."""
-_ROOMS = ("commands", "sheets", "plots", "report", "exporters", "formats")
-_FILES = (
-    "app.py", "session.py", "gates.py", "tables.py", "values.py", "logfiles.py", "recipe.py",
-    "intake.py", "copies.py", "errors.py", "cell_effects.py", "rigid_body.py", "run_folder.py",
+_ROOMS = (
+    "commands", "sheets", "plots", "report", "exporters", "formats", "intake", "recipe", "session",
+    "tables",
 )  # fmt: skip
+_FILES = ("app.py", "errors.py")
 _CORE = ("core",)
 
 

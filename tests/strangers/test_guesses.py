@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
-from footcal_cli.core.hang.intake import held_still
-from footcal_cli.sniff.attitudes import orientation_in
+from footcal_cli.core.hang.intake import between_holds, held_still
+from footcal_cli.sniff.names import orientation_in
 from footcal_cli.sniff.tokens import number_signs
+from footcal_cli.tables.canonical import unwrapped
+from footcal_cli.tables.logfiles import RawColumn
+from footcal_cli.tables.sources import at_rows
 
 
 @pytest.mark.parametrize(
@@ -30,6 +35,7 @@ def test_signs_of_numbers(texts: list[str], separator: str, signs: tuple[str, st
     ("name", "axis"),
     [
         ("hang_plus_x.csv", "+x"), ("minus_z", "-z"), ("x_up", "-x"), ("ft_y_down", "+y"),
+        ("-X down", "-x"), ("-z up", "+z"),
         ("+x", "+x"), ("z-", "-z"), ("neg y", "-y"), ("xylophone", None), ("run_3", None),
     ],
 )  # fmt: skip
@@ -46,3 +52,36 @@ def test_noise_of_an_attitude_is_averaged_and_a_turn_is_kept() -> None:
     angle = np.linspace(0, np.pi, 1000)
     turning = np.column_stack([np.sin(angle), 0 * angle, -np.cos(angle)])
     assert np.arccos(np.clip((held_still(turning) * turning).sum(axis=1), -1, 1)).max() < 0.011
+
+
+def test_a_counter_that_wraps_goes_on_counting_and_a_reset_does_not_pass_for_one() -> None:
+    counted = (4_294_960_000 + 2500 * np.arange(9)) % 2**32
+    assert np.array_equal(np.diff(unwrapped(counted, 2.0**32)), np.full(8, 2500))
+    small = np.array([65_500, 65_530, 24, 54])
+    assert np.array_equal(unwrapped(small, 2.0**16), [65_500, 65_530, 65_560, 65_590])
+
+
+def test_topics_that_take_turns_are_brought_to_the_times_of_one() -> None:
+    stamps = np.array([0.0, 0.1, 0.2, 0.3, 0.4])
+    nan = np.nan
+    force, angle = np.array([1.0, nan, 2.0, nan, 3.0]), np.array([nan, 10.0, nan, 30.0, nan])
+    raw = {n: RawColumn("number", v, np.isnan(v)) for n, v in (("f", force), ("a", angle))}
+    found = at_rows(raw, ~np.isnan(force), stamps, 0.15)
+    assert np.array_equal(found["f"].values, [1.0, 2.0, 3.0])
+    assert np.allclose(found["a"].values, [10.0, 20.0, 30.0])
+    assert np.isnan(at_rows(raw, ~np.isnan(force), stamps, 0.05)["a"].values).all()
+
+
+def test_rows_between_holds_are_found_and_an_attitude_that_always_turns_has_none() -> None:
+    axes = np.vstack([np.eye(3), -np.eye(3)])
+    path = [np.repeat(axes, 50, axis=0)]
+    for a, b in pairwise(axes):
+        path.append(np.linspace(a, b, 12)[1:-1] + 1e-9)
+    direction = np.concatenate(path)
+    direction /= np.linalg.norm(direction, axis=1, keepdims=True)
+    found = between_holds(held_still(direction))
+    assert not found[:300].any()
+    assert found[300:].mean() > 0.9
+    angle = np.linspace(0, 6, 400)
+    turning = np.column_stack([np.sin(angle), np.cos(angle), 0.5 * np.sin(2 * angle)])
+    assert not between_holds(held_still(turning)).any()

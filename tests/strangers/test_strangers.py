@@ -7,14 +7,16 @@ from pathlib import Path
 import pytest
 
 from tests.conftest import Run
-from tests.strangers import later, seen, third, turned, unseen
+from tests.strangers import fifth, fourth, later, legged, seen, third, turned, unseen
 from tests.strangers.rigs import Write
 from tests.strangers.trial import trial
 
 SAMPLE = (
     seen.semicolons_commas_units, seen.serial_with_typed_weights, seen.one_file_per_channel,
     seen.wrist_rpy_degrees, seen.bare_readings, third.netft_orientations, third.scalar_first,
-    third.mixed_unit_texts, seen.cop_grid,
+    third.mixed_unit_texts, seen.cop_grid, fourth.labview_lvm, fourth.two_rows_of_names,
+    fifth.ur_rtde_rotation_vector, fifth.turned_by_hand,
+    *legged.LEGGED,
 )  # fmt: skip
 
 
@@ -25,11 +27,13 @@ def test_a_sample_of_the_corpus(shape: Write, run: Run, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("corpus", ["seen", "unseen", "third", "later", "turned"])
+@pytest.mark.parametrize(
+    "corpus", ["seen", "unseen", "third", "later", "turned", "fourth", "fifth"]
+)
 def test_the_whole_corpus(corpus: str, run: Run, tmp_path: Path) -> None:
     shapes = {
         "seen": seen.SEEN, "unseen": unseen.UNSEEN, "third": third.THIRD, "later": later.LATER,
-        "turned": turned.TURNED,
+        "turned": turned.TURNED, "fourth": fourth.FOURTH, "fifth": fifth.FIFTH,
     }[corpus]  # fmt: skip
     found = {shape.__name__: trial(shape, tmp_path / shape.__name__, run) for shape in shapes}
     for kind in ("calibration", "next step"):

@@ -9,17 +9,12 @@ given; these are searched, then enter the covariance through their derivatives.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from scipy import stats
 
-from footcal_cli.core.bench.blocks import (
-    BlockFit,
-    correlation_time,
-    fit_blocks,
-    whiten_autoregressive,
-)
 from footcal_cli.core.bench.record import BenchRecord
 from footcal_cli.core.bench.regressors import (
     SHAPE_LOG_SD,
@@ -32,6 +27,12 @@ from footcal_cli.core.bench.regressors import (
     within,
 )
 from footcal_cli.core.bench.terms import Term
+from footcal_cli.core.inference.blocks import (
+    BlockFit,
+    correlation_time,
+    fit_blocks,
+    whiten_autoregressive,
+)
 from footcal_cli.core.inference.fit import PRIOR_KEPT_RATIO
 from footcal_cli.core.parameters import BoolArray, Estimates, FloatArray, Status
 from footcal_cli.errors import FitError
@@ -228,19 +229,6 @@ def fit_channel(
         correlation_s = correlation_time(residual, time, session) if record.timed else 0.0
     if searched and correlation_s > 0:
         shapes = search_shapes(record, drive, terms, shapes, correlation_s)
-    return _finish(record, drive, terms, shapes, correlation_s, centre)
-
-
-def _finish(
-    record: BenchRecord,
-    drive: FloatArray,
-    terms: tuple[Term, ...],
-    shapes: FloatArray,
-    correlation_s: float,
-    centre: float,
-) -> ChannelFit:
-    """Coefficients, covariance with the shapes' share, and everything a report needs."""
-    known = record.known
     load, time, session = record.load_n[known], record.time_s[known], record.session[known]
     reading = record.reading[known] - centre
 
@@ -249,6 +237,33 @@ def _finish(
         rows, target = whiten_autoregressive(stacked, reading, time, session, correlation_s)
         return fit_blocks(rows[:, :-2], target, session, rows[:, -2:])
 
+    return finish_channel(record, terms, shapes, correlation_s, centre, solve)
+
+
+def finish_channel(
+    record: BenchRecord,
+    terms: tuple[Term, ...],
+    shapes: FloatArray,
+    correlation_s: float,
+    centre: float,
+    solve: Callable[[FloatArray], BlockFit],
+) -> ChannelFit:
+    """Coefficients, covariance with the shapes' share, and everything a report needs.
+
+    Parameters
+    ----------
+    record, terms, shapes
+        What is fitted; the shapes as logarithms, found before.
+    correlation_s
+        How long the noise lasts.
+    centre
+        Reading that the regression calls 0.
+    solve
+        Regression of the centred readings on a design.
+    """
+    known, drive = record.known, record.drive()
+    load, session = record.load_n[known], record.session[known]
+    reading = record.reading[known] - centre
     design = design_of(record, drive, terms, shapes)
     fit = solve(design)
     affine = 2 + len(terms)

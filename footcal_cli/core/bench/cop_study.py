@@ -13,11 +13,11 @@ import numpy as np
 from scipy import stats
 from scipy.optimize import nnls
 
-from footcal_cli.core.bench.choice import Choice, HeldOut, choose, folds
 from footcal_cli.core.bench.cop_models import MODELS, CopFit, CopModel, fit_cop
 from footcal_cli.core.bench.placement_rows import PlacementRows
 from footcal_cli.core.effects.cells import CROSSTALK
 from footcal_cli.core.effects.foot import CELL_POSITION
+from footcal_cli.core.inference.held_out import Choice, HeldOut, choose, folds
 from footcal_cli.core.parameters import BoolArray, Estimates, FloatArray, Status
 from footcal_cli.errors import FitError
 

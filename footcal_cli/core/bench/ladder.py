@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from footcal_cli.core.bench.channel import ChannelFit, fit_channel
-from footcal_cli.core.bench.choice import TIE, HeldOut, choose, hold_out
 from footcal_cli.core.bench.record import BenchRecord
 from footcal_cli.core.bench.terms import Rung, Term, menu
+from footcal_cli.core.inference.held_out import TIE, HeldOut, choose, hold_out
 from footcal_cli.core.parameters import BoolArray, FloatArray
 from footcal_cli.errors import FitError
 

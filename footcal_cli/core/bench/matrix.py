@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from footcal_cli.core.bench.blocks import BlockFit, fit_blocks
-from footcal_cli.core.bench.choice import Choice, HeldOut, choose, hold_out
+from footcal_cli.core.inference.blocks import BlockFit, fit_blocks
+from footcal_cli.core.inference.held_out import Choice, HeldOut, choose, hold_out
 from footcal_cli.core.parameters import BoolArray, Estimates, FloatArray, IntArray, Status
 from footcal_cli.errors import FitError
 
@@ -80,7 +80,8 @@ class MatrixStudy:
     Parameters
     ----------
     diagonal, full
-        The two fits; `diagonal` is None where outputs and channels are different things.
+        The two fits; `diagonal` is None where outputs and channels are different things, and `full`
+        is the diagonal one where the loads keep one proportion.
     chosen
         The one the evidence supports.
     choice
@@ -139,6 +140,8 @@ def fit_matrix(
     scaled = (readings - centre) / width
     singular = np.linalg.svd(scaled, compute_uv=False)
     rank = int(np.sum(singular > 1e-9 * singular[0]))
+    if count >= wide:  # no other load moves the readings: beyond these they differ by noise
+        rank = min(rank, directions(loads))
     if not diagonal and (rank < wide or len(readings) <= wide + 1):
         raise FitError(
             f"the loads move only {rank} of {wide} combinations of readings",
@@ -181,6 +184,12 @@ def fit_matrix(
         reading_high=readings.max(axis=0),
         diagonal=diagonal,
     )
+
+
+def directions(loads: FloatArray) -> int:
+    """How many combinations of loads (n, k) change: 1 where they keep one proportion."""
+    singular = np.linalg.svd(loads - loads.mean(axis=0), compute_uv=False)
+    return int(np.sum(singular > 1e-6 * singular[0])) if singular[0] > 0 else 0
 
 
 def _joint(
@@ -236,9 +245,10 @@ def study_matrix(
         Units of evidence, shape (n,): load cases or sessions, never rows.
     """
     same = tuple(channels) == tuple(outputs)
+    alone = same and directions(loads) < len(channels)  # crosstalk cannot be seen
     width = loads.std(axis=0)
     candidates, errors = [], []
-    for diagonal in (True, False) if same else (False,):
+    for diagonal in (True,) if alone else (True, False) if same else (False,):
 
         def predict(out: BoolArray, diagonal: bool = diagonal) -> FloatArray:
             part = fit_matrix(
@@ -251,7 +261,7 @@ def study_matrix(
         )
         errors.append(hold_out(predict, loads, group, most=30).error)
     scaled = [HeldOut(error / width, group) for error in errors]
-    choice = choose(scaled) if same else None
+    choice = choose(scaled) if len(candidates) > 1 else None
     rmse = np.array([np.sqrt(np.mean(error**2, axis=0)) for error in errors])
     chosen = candidates[choice.chosen if choice is not None else 0]
     diagonal_fit = candidates[0] if same else None

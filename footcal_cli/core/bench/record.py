@@ -10,6 +10,8 @@ import numpy as np
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
+_ROWS_OF_A_RECORDING = 20
+"""More rows than this per load and session, closer than a second, are samples of a recording."""
 _SAME_LOAD = 0.01
 """Loads closer than this share of the span are one load for cross-validation."""
 _MOST_LOADS = 12
@@ -60,6 +62,18 @@ class BenchRecord:
     def full_scale_n(self) -> float:
         """Largest known absolute load."""
         return float(np.nanmax(np.abs(self.load_n)))
+
+    @property
+    def recorded(self) -> bool:
+        """Whether rows are samples of a running recording rather than one reading per load."""
+        if not self.timed:
+            return False
+        gaps = np.diff(self.time_s)
+        changes = int(np.sum(np.abs(np.diff(self.load_n)) > 0))
+        dense = len(self) / (1 + changes) > _ROWS_OF_A_RECORDING
+        # a reference that is read at every sample changes at most of them
+        dense |= len(self) > 3 * _ROWS_OF_A_RECORDING and changes > len(self) / 2
+        return bool(dense and np.median(gaps[gaps > 0]) < 1.0)
 
     def select(self, rows: BoolArray) -> BenchRecord:
         """Some of the rows."""

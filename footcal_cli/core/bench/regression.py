@@ -11,9 +11,10 @@ from typing import Literal
 
 import numpy as np
 from scipy import stats
-from scipy.optimize import least_squares
 
-from footcal_cli.core.parameters import Estimates, FloatArray, Status
+from footcal_cli.core.inference.blocks import BlockFit, fit_blocks
+from footcal_cli.core.inference.fit import fit_map
+from footcal_cli.core.parameters import Estimates, FloatArray, Parameter, ParameterSet, Status
 from footcal_cli.errors import FitError
 
 Method = Literal["ordinary", "weighted", "robust"]
@@ -166,14 +167,14 @@ def fit_affine(
     weights = np.ones_like(load_n)
     if method == "weighted":
         weights = 1.0 / (load_sd_n if load_sd_n is not None else _repeat_sd(load_n, counts))
-    coefficients, covariance, dof = _solve(design, load_n, weights)
+    fit = fit_blocks(design * weights[:, None], load_n * weights)
+    coefficients, covariance = fit.coefficients, fit.covariance
     if method == "robust":
-        coefficients, covariance = _solve_robust(design, load_n, coefficients, dof)
+        coefficients, covariance = _robust(design, load_n, fit)
     # back from the centred to the raw reading: d = d₀ − c·S₀
     shift = np.array([[1.0, 0.0], [-centre, 1.0]])
     values, covariance = shift @ coefficients, shift @ covariance @ shift.T
-    quantile = float(stats.t.ppf(0.975, dof)) if dof > 0 else np.nan
-    half = quantile * np.sqrt(np.diag(covariance))
+    half = stats.t.ppf(0.975, fit.dof) * np.sqrt(np.diag(covariance))
     return AffineFit(
         channel=channel,
         method=method,
@@ -194,50 +195,48 @@ def fit_affine(
     )
 
 
-def _solve(
-    design: FloatArray, load_n: FloatArray, weights: FloatArray
-) -> tuple[FloatArray, FloatArray, int]:
-    """Weighted least squares; noise estimated from the residual (NaN without spare rows)."""
-    q, r = np.linalg.qr(design * weights[:, None])
-    coefficients = np.linalg.solve(r, q.T @ (load_n * weights))
-    residual = (load_n - design @ coefficients) * weights
-    dof = load_n.size - design.shape[1]
-    variance = float(residual @ residual) / dof if dof > 0 else np.nan
-    inverse = np.linalg.inv(r)
-    return coefficients, variance * inverse @ inverse.T, dof
-
-
-def _solve_robust(
-    design: FloatArray, load_n: FloatArray, start: FloatArray, dof: int
+def _robust(
+    design: FloatArray, load_n: FloatArray, start: BlockFit
 ) -> tuple[FloatArray, FloatArray]:
     """Huber regression; covariance of the M-estimator (Huber 1981, eq. 7.6.2)."""
-    size = np.abs(start) + 1e-12
-    coefficients = start
+    coefficients = start.coefficients
+    if not start.sd_within > 0.0:
+        return coefficients, start.covariance
+    size = np.abs(coefficients) + 1e-12
     for _ in range(20):  # the scale of the residuals and the fit depend on each other
         residual = load_n - design @ coefficients
         sigma = 1.4826 * float(np.median(np.abs(residual - np.median(residual))))
         # more than half the rows fitted exactly: fall back to the rms so that the loss has a scale
         sigma = sigma or float(np.sqrt(np.mean(residual**2))) or 1.0
-        rows, target = design * size / sigma, load_n / sigma
-        solution = least_squares(
-            _linear_residual, coefficients / size, args=(rows, target), loss="huber",
-            f_scale=_HUBER_TUNING, xtol=1e-14, ftol=1e-14,
-        )  # fmt: skip
-        moved = np.max(np.abs(solution.x * size - coefficients) / size)
-        coefficients = solution.x * size
+        found = _huber(design, load_n, coefficients, size, _HUBER_TUNING * sigma)
+        moved = float(np.max(np.abs(found - coefficients) / size))
+        coefficients = found
         if moved < 1e-10:
             break
     standard = (load_n - design @ coefficients) / sigma
     psi = np.clip(standard, -_HUBER_TUNING, _HUBER_TUNING)
     inside = float(np.mean(np.abs(standard) <= _HUBER_TUNING))
-    variance = sigma**2 * float(psi @ psi) / max(dof, 1) / max(inside, 1e-3) ** 2
-    if dof <= 0:
-        return coefficients, np.full((2, 2), np.nan)
-    return coefficients, np.asarray(variance * np.linalg.inv(design.T @ design))
+    variance = sigma**2 * float(psi @ psi) / float(start.dof[0]) / max(inside, 1e-3) ** 2
+    return coefficients, np.asarray(variance / start.sd_within**2 * start.covariance)
 
 
-def _linear_residual(z: FloatArray, rows: FloatArray, target: FloatArray) -> FloatArray:
-    return target - rows @ z
+def _huber(
+    design: FloatArray, load_n: FloatArray, start: FloatArray, size: FloatArray, limit_n: float
+) -> FloatArray:
+    """Coefficients at the least Huber loss that turns linear at a residual of `limit_n`."""
+    parameters = ParameterSet(
+        tuple(
+            Parameter(name, unit, value, scale=scale)
+            for name, unit, value, scale in zip(
+                ("scale", "load"), ("N/count", "N"), start.tolist(), size.tolist(), strict=True
+            )
+        )
+    )
+    slope = -design / limit_n
+    fit = fit_map(
+        lambda c: load_n / limit_n + slope @ c, parameters, jacobian=lambda _: slope, loss="huber"
+    )
+    return fit.estimates.values
 
 
 def _repeat_sd(load_n: FloatArray, counts: FloatArray) -> FloatArray:

@@ -7,9 +7,9 @@ from itertools import pairwise, product
 import numpy as np
 from scipy.optimize import minimize, minimize_scalar
 
-from footcal_cli.core.bench.blocks import whiten_autoregressive
 from footcal_cli.core.bench.record import BenchRecord
 from footcal_cli.core.bench.terms import Term
+from footcal_cli.core.inference.blocks import whiten_autoregressive
 from footcal_cli.core.parameters import FloatArray, IntArray
 
 SHAPE_LOG_SD = 1.5

@@ -13,7 +13,7 @@ import numpy as np
 from scipy import stats
 from scipy.optimize import minimize
 
-from footcal_cli.core.bench.blocks import correlation_time, fit_blocks, whiten_autoregressive
+from footcal_cli.core.inference.blocks import correlation_time, fit_blocks, whiten_autoregressive
 from footcal_cli.core.parameters import FloatArray, IntArray
 from footcal_cli.errors import FitError
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy import stats
 
 from footcal_cli.core.bench.channel import ChannelFit, Prediction
 from footcal_cli.core.bench.ladder import Ladder, climb
@@ -123,8 +124,12 @@ class ChannelStudy:
 
     @property
     def estimates(self) -> Estimates:
-        """Parameters to be written."""
-        return self.affine.estimates if self.fit is None else complete(self.fit)
+        """Parameters to be written, as Gaussian: as wide as Student's 95 % intervals."""
+        if self.fit is not None:
+            return complete(self.fit)
+        found, dof = self.affine.estimates, self.affine.load_n.size - 2
+        wider = stats.t.ppf(0.975, dof) / stats.norm.ppf(0.975) if dof > 0 else np.nan
+        return replace(found, covariance=wider**2 * found.covariance)
 
     def predict(self, record: BenchRecord) -> Prediction:
         """Loads by the model in use."""

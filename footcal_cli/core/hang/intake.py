@@ -27,6 +27,11 @@ STILL_RAD = 0.01
 """Angle within which an attitude counts as held: noise of an IMU, not a movement."""
 
 
+SHORT = 0.2
+"""Share of the length of a hold below which equal directions are a movement."""
+_FEWEST_HELD, _FEWEST_HOLDS, _LEFT_OF_SPREAD = 20, 4, 0.5
+
+
 def gravity_of_orientation(
     orientation: Texts, rot_bt: FloatArray | None = None
 ) -> tuple[FloatArray, tuple[str, ...]]:
@@ -75,6 +80,40 @@ def held_still(direction: FloatArray, within_rad: float = STILL_RAD) -> FloatArr
     if good.size:
         found[good[start:]] = total / np.linalg.norm(total)
     return found
+
+
+def between_holds(direction: FloatArray) -> NDArray[np.bool_]:
+    """Rows in which an attitude moves from one hold to the next, shape (n,).
+
+    A quarter of all rows lies in runs of equal direction at least as long as L; runs shorter than
+    `SHORT` L are movements, during which inertia adds to the weight. None is, where the directions
+    that would remain determine less: an attitude that turns all the time has no holds.
+
+    Parameters
+    ----------
+    direction
+        As `held_still` returns it, shape (n, 3).
+    """
+    good = np.flatnonzero(np.isfinite(direction).all(axis=1))
+    moves = np.zeros(len(direction), dtype=bool)
+    if good.size < _FEWEST_HELD:
+        return moves
+    changed = np.any(direction[good[1:]] != direction[good[:-1]], axis=1)
+    run = np.concatenate([[0], np.cumsum(changed)])
+    length = np.bincount(run)[run]
+    short = length < SHORT * np.quantile(length, 0.75)
+    kept = direction[good[~short]]
+    if not short.any() or len(np.unique(kept, axis=0)) < _FEWEST_HOLDS:
+        return moves
+    if _spread(kept) < _LEFT_OF_SPREAD * _spread(direction[good]):
+        return moves
+    moves[good[short]] = True
+    return moves
+
+
+def _spread(direction: FloatArray) -> float:
+    """How well directions (n, 3) tell weight from offset: their smallest standard deviation."""
+    return float(np.sqrt(np.linalg.svd(np.cov(direction.T), compute_uv=False)[-1]))
 
 
 def hang_log(

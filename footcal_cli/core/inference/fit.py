@@ -1,7 +1,8 @@
 """Residuals to a maximum a posteriori fit with covariance.
 
-Every fit minimises ``½ ‖r(θ)‖² + ½ ‖(θ − θ₀)/σ₀‖²`` with r in units of its own noise, so that the
-inverse of the normal matrix at the solution is the covariance of θ.
+Every fit minimises ``½ ‖r(θ)‖² + ½ (θ − θ₀)ᵀ P₀⁻¹ (θ − θ₀)`` with r in units of its own noise and
+P₀ the joint covariance of an earlier calibration, so that the inverse of the normal matrix at the
+solution is the covariance of θ.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from typing import Literal
 import numpy as np
 from scipy.optimize import least_squares
 
+from footcal_cli.core.inference.linear import inverse_root
 from footcal_cli.core.parameters import Estimates, FloatArray, ParameterSet, Status
 
 Loss = Literal["linear", "soft_l1", "huber", "cauchy"]
@@ -75,6 +77,7 @@ def fit_map(
     noise_known: bool = True,
     max_evaluations: int = 200,
     start: FloatArray | None = None,
+    linear: bool = False,
 ) -> Fit:
     """Fit the free parameters to residuals, keeping to their priors and bounds.
 
@@ -95,6 +98,8 @@ def fit_map(
     start
         Where the optimiser starts, all parameters (n,), inside the bounds; the prior means where
         absent. Fixed parameters stay at their value.
+    linear
+        Residuals are linear in the parameters: one step from the prior means is exact.
     """
     free = parameters.free
     centre = parameters.values
@@ -113,10 +118,13 @@ def fit_map(
     def in_steps(z: FloatArray) -> FloatArray:
         return residual(full(z))
 
-    def stacked(z: FloatArray) -> FloatArray:
-        return np.concatenate([residual(full(z)), (steps * z / prior_sd)[has_prior]])
-
     prior_rows = np.diag(steps / prior_sd)[has_prior]
+    if parameters.correlation is not None:
+        known = parameters.correlation[np.ix_(free, free)][np.ix_(has_prior, has_prior)]
+        prior_rows = inverse_root(known) @ prior_rows
+
+    def stacked(z: FloatArray) -> FloatArray:
+        return np.concatenate([residual(full(z)), prior_rows @ z])
 
     def data_jacobian(z: FloatArray) -> FloatArray:
         if jacobian is not None:
@@ -126,18 +134,24 @@ def fit_map(
     def stacked_jacobian(z: FloatArray) -> FloatArray:
         return np.vstack([data_jacobian(z), prior_rows])
 
-    solution = least_squares(
-        stacked,
-        np.zeros(len(chosen)) if start is None else (start - centre)[free] / steps,
-        jac=stacked_jacobian,
-        bounds=((lower - centre[free]) / steps, (upper - centre[free]) / steps),
-        loss=loss,
-        xtol=1e-12,
-        ftol=1e-12,
-        gtol=1e-12,
-        max_nfev=max_evaluations,
-    )
-    z = solution.x
+    bounds = (lower - centre[free]) / steps, (upper - centre[free]) / steps
+    z: FloatArray = np.zeros(len(chosen))
+    converged = linear
+    if linear:
+        z = np.asarray(np.linalg.lstsq(stacked_jacobian(z), -stacked(z), rcond=None)[0])
+    if not linear or np.any(z < bounds[0]) or np.any(z > bounds[1]):
+        solution = least_squares(
+            stacked,
+            np.zeros(len(chosen)) if start is None else (start - centre)[free] / steps,
+            jac=stacked_jacobian,
+            bounds=bounds,
+            loss=loss,
+            xtol=1e-12,
+            ftol=1e-12,
+            gtol=1e-12,
+            max_nfev=max_evaluations,
+        )
+        z, converged = solution.x, bool(solution.success)
     theta = full(z)
     residuals = residual(theta)
     scaled = data_jacobian(z)
@@ -181,12 +195,14 @@ def fit_map(
         rank=rank,
         singular_values=singular_values,
         noise_factor=noise_factor,
-        converged=bool(solution.success),
+        converged=converged,
     )
 
 
 def _unseen(scaled_jacobian: FloatArray, has_prior: np.ndarray) -> np.ndarray:
     """Parameters without a prior that take part in a direction the data cannot see."""
+    if has_prior.all():
+        return ~has_prior
     # The triangular factor has the same right singular vectors and no row per sample.
     triangle = np.linalg.qr(scaled_jacobian, mode="r")
     _, singular_values, right = np.linalg.svd(triangle, full_matrices=True)

@@ -7,6 +7,8 @@ from scipy import linalg
 
 from footcal_cli.core.parameters import FloatArray
 
+_NEARLY_EXACT = 1e-12
+
 
 def unit_columns(columns: FloatArray) -> FloatArray:
     """Columns that are not empty, at unit RMS, shape (m, kept)."""
@@ -81,3 +83,15 @@ def scaled_inverse(products: FloatArray, rcond: float, empty: float = 0.0) -> Fl
     seen = size > rcond * size.max(axis=-1, initial=0.0, keepdims=True)
     inverse = np.divide(1.0, values, out=np.zeros_like(values), where=seen)
     return np.asarray((vectors * inverse[..., None, :]) @ np.swapaxes(vectors, -1, -2) / outer)
+
+
+def inverse_root(covariance: FloatArray) -> FloatArray:
+    """W with ``Wᵀ W = covariance⁻¹``: what makes errors white, shape (…, n, n).
+
+    Directions without variance count as nearly exact.
+    """
+    variance = np.einsum("...ii->...i", covariance)
+    scale = np.sqrt(np.maximum(variance, np.finfo(float).tiny))
+    outer = scale[..., :, None] * scale[..., None, :]
+    correlation = covariance / outer + _NEARLY_EXACT * np.eye(scale.shape[-1])
+    return np.asarray(np.linalg.inv(np.linalg.cholesky(correlation)) / scale[..., None, :])

@@ -163,7 +163,7 @@ class NextStep:
 
 def rank_candidates(
     whitened: FloatArray,
-    prior_information: FloatArray,
+    prior_correlation: FloatArray,
     candidates: Mapping[str, FloatArray],
     names: Sequence[str],
 ) -> list[NextStep]:
@@ -175,14 +175,14 @@ def rank_candidates(
     ----------
     whitened
         Rows in hand, shape (m, p).
-    prior_information
-        Inverse prior covariance in units of the prior sd, shape (p, p).
+    prior_correlation
+        Prior covariance in units of the prior sd, shape (p, p).
     candidates
         Name -> rows it would add, in units of their noise, shape (k, p).
     names
         Of the unknowns.
     """
-    covariance = np.linalg.inv(prior_information + whitened.T @ whitened)
+    covariance = np.linalg.inv(np.linalg.inv(prior_correlation) + whitened.T @ whitened)
     root = np.linalg.cholesky(0.5 * (covariance + covariance.T))
     steps = []
     for name, rows in candidates.items():

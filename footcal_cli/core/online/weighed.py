@@ -85,7 +85,7 @@ def weighed_walking(
 
 
 def weighed_standing(
-    h: FloatArray, error_n: FloatArray, sd_n: FloatArray, information: FloatArray, weight_n: float,
+    h: FloatArray, error_n: FloatArray, sd_n: FloatArray, covariance: FloatArray, weight_n: float,
     stated_kg: float,
 ) -> Weighed:  # fmt: skip
     """From the total force of the stances.
@@ -94,15 +94,13 @@ def weighed_standing(
     ----------
     h, error_n, sd_n
         Total-force rows of the stances (`footcal_cli.core.static_init.StanceRows`), (n, p), (n,).
-    information
-        Inverse covariance of the unknowns in prior sd, shape (p, p).
+    covariance
+        Of the unknowns before the stances, in prior sd, shape (p, p).
     weight_n, stated_kg
         The robot's, as stated.
     """
     row = h.mean(axis=0)
-    variance = (
-        float(row @ np.linalg.solve(information, row)) + float(np.mean(sd_n**2)) / error_n.size
-    )
+    variance = float(row @ covariance @ row) + float(np.mean(sd_n**2)) / error_n.size
     per_n = stated_kg / weight_n
     return Weighed(
         stated_kg, stated_kg + per_n * float(error_n.mean()), per_n * float(np.sqrt(variance))

@@ -1,4 +1,7 @@
-"""What all mountings of a standing robot have in common: a tilt of the markers would look the same.
+"""What all mountings of a standing robot have in common: another cause would look the same.
+
+A shift that all hips share is that of the chassis' CoM the other way round: standing shows only
+their difference, and hips do not move together by more than they scatter.
 
 Poses see how each transducer is turned against the body frame that the markers define. If that
 frame itself is tilted, every mounting comes out turned by the same rotation, and no pose can tell
@@ -16,7 +19,7 @@ from scipy import stats
 from footcal_cli.core.parameters import FloatArray
 
 COMMON_P = 1e-3
-"""A robot whose mountings only scatter is told of a common turn this often."""
+"""A robot whose mountings only scatter is said to share a turn or a shift this often."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +57,53 @@ class CommonTurn:
             f"all mountings are turned alike, roll {roll:.2f} ± {wide[0]:.2f}° and pitch "
             f"{pitch:.2f} ± {wide[1]:.2f}°, and scatter by {np.rad2deg(self.scatter_rad):.2f}°"
         )
+
+
+@dataclass(frozen=True)
+class CommonShift:
+    """A shift that all hips share, as that of the chassis' CoM.
+
+    Parameters
+    ----------
+    com_b_m
+        CoM of the chassis beside where it was taken to be, body axes, shape (3,), m.
+    sd_m
+        Of each axis, shape (3,), m.
+    stands_out
+        Whether hips that are placed as well as their prior says would hardly share so much.
+    """
+
+    com_b_m: FloatArray
+    sd_m: FloatArray
+    stands_out: bool
+
+
+def common_shift(
+    shift_b_m: FloatArray, covariance: FloatArray, hip_sd_m: float, com_sd_m: float
+) -> CommonShift:
+    """Part of the hips' shifts against the chassis' CoM that is the CoM's.
+
+    With ``s_k = p_k − c``, ``p_k ~ N(0, σ_p²)`` and ``c ~ N(0, σ_c²)``, the CoM given the shifts is
+    ``c = −Σ s_k / σ_p² / (K / σ_p² + 1 / σ_c²)``, with the variance
+    ``1 / (K / σ_p² + 1 / σ_c²)`` and that of the mean shift.
+
+    Parameters
+    ----------
+    shift_b_m
+        Hips minus chassis CoM against the nominal geometry, body axes, shape (K, 3), m.
+    covariance
+        Of their mean, shape (3, 3), m².
+    hip_sd_m, com_sd_m
+        σ_p and σ_c.
+    """
+    legs = len(shift_b_m)
+    precision = legs / hip_sd_m**2 + 1.0 / com_sd_m**2
+    share = legs / hip_sd_m**2 / precision
+    mean = shift_b_m.mean(axis=0)
+    alone = hip_sd_m**2 / legs + np.diag(covariance)
+    chi2 = float(np.sum(np.square(mean) / alone))
+    sd = np.sqrt(1.0 / precision + share**2 * np.diag(covariance))
+    return CommonShift(-share * mean, np.asarray(sd), bool(stats.chi2.sf(chi2, 3) < COMMON_P))
 
 
 def common_turn(turn_b_rad: FloatArray) -> CommonTurn | None:

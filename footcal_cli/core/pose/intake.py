@@ -40,6 +40,15 @@ class Frames:
     broken: int
     left_out: NDArray[Any] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
 
+    @property
+    def rejected(self) -> dict[str, int]:
+        """Frames left out, by reason."""
+        reasons = {
+            "a leg is missing or there twice": self.incomplete,
+            "reading is not a number": self.broken,
+        }
+        return {reason: count for reason, count in reasons.items() if count}
+
 
 def frames_of(
     key: NDArray[Any],

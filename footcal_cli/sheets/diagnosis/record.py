@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from footcal_cli.core.diagnosis.answer import EffectRow, EffectStatus
@@ -11,6 +9,7 @@ from footcal_cli.core.diagnosis.investigation import Found, Investigation
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.inference.evidence import Interval
 from footcal_cli.core.inference.problem import Signature
+from footcal_cli.intake.cases.shared import CaseRead
 from footcal_cli.records.diagnosis import (
     CauseRecord,
     DiagnosisRecord,
@@ -26,7 +25,7 @@ from footcal_cli.sheets.diagnosis.words import better_blocks, main_gain, matters
 
 
 def record_of(
-    found: Investigation, answer: Answer, read: Any, rules: Rules, seed: int
+    found: Investigation, answer: Answer, read: CaseRead, rules: Rules, seed: int
 ) -> DiagnosisRecord:
     """``diagnosis.json``."""
     last = found.rounds[-1].before

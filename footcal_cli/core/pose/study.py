@@ -1,0 +1,153 @@
+"""The mounting of all transducers from standing poses: what is free, the fit, what judges it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from footcal_cli.core.parameters import Estimates, FloatArray, Status
+from footcal_cli.core.pose.data import PoseData, summarise
+from footcal_cli.core.pose.hanging import LegKnowledge
+from footcal_cli.core.pose.joint import PoseFit, directions_agree, fit_pose
+from footcal_cli.core.pose.leg_map import LegMap, leg_map
+from footcal_cli.core.pose.model import Structure
+from footcal_cli.core.pose.mounted import Mounted
+from footcal_cli.core.pose.problem import PoseOptions
+from footcal_cli.core.pose.selection import Candidate, compare_structures, cross_validated
+from footcal_cli.core.pose.slow_noise import SlowNoise, fit_pose_slowly
+from footcal_cli.core.pose.standing import OffsetFit, StandingRobot, fit_offsets
+from footcal_cli.core.pose.wrenches import leg_coms_t_m
+
+
+@dataclass(frozen=True)
+class MountingStudy:
+    """Everything found of the mounting.
+
+    Parameters
+    ----------
+    data, legs
+        Poses, and what hanging knows as far as it was used.
+    fit, slow
+        The joint fit, and how its noise lasts from pose to pose.
+    candidates
+        Structures of the mounting errors, the one that the evidence asks for first.
+    held_out
+        The fit judged on poses it was not made with.
+    mapped
+        What each leg's readings predict of the residual.
+    dropped
+        The fit in which the hanging directions of the legs contradict each other; None where they
+        agree, or were not asked.
+    """
+
+    data: PoseData
+    legs: tuple[LegKnowledge, ...]
+    fit: PoseFit
+    slow: SlowNoise
+    candidates: tuple[Candidate, ...]
+    held_out: Candidate
+    mapped: LegMap
+    dropped: PoseFit | None
+
+
+def study_mounting(
+    data: PoseData,
+    legs: tuple[LegKnowledge, ...],
+    noise_sd: FloatArray,
+    free: PoseOptions,
+    *,
+    structure: str,
+    translation_sd_m: float | None,
+    directions: str,
+    folds: int,
+) -> MountingStudy:
+    """Fit the mounting and judge the fit.
+
+    Parameters
+    ----------
+    noise_sd
+        Of one pose's reading, shape (K, 6).
+    free
+        Priors, and what is free besides the mounting.
+    structure
+        Name of a `Structure`, or ``auto``: what the evidence asks for.
+    translation_sd_m
+        Prior of each hip; None for none.
+    directions
+        Gravity's directions from hanging: ``use``, ``ignore``, or ``auto`` where they agree.
+    folds
+        Of the cross-validation.
+    """
+    legs, dropped = _with_directions(data, legs, noise_sd, free, directions)
+    candidates = compare_structures(data, legs, noise_sd, free, folds)
+    chosen, prior = candidates[0].structure, translation_sd_m or np.inf
+    if structure != "auto":
+        chosen = Structure[structure.upper()]
+    elif np.isfinite(prior):
+        # Hips are never exactly in place: what the evidence does not demand keeps its prior.
+        chosen = chosen.with_translations
+    final = replace(free, structure=chosen, translation_sd_m=prior)
+    fit, slow = fit_pose_slowly(data, legs, noise_sd, final)
+    held_out = cross_validated(data, legs, noise_sd, fit, folds)
+    scaled = noise_sd * (1.0 if free.noise_known else fit.noise_factor)
+    mapped = leg_map(data, fit, scaled)
+    return MountingStudy(data, legs, fit, slow, tuple(candidates), held_out, mapped, dropped)
+
+
+def _with_directions(
+    data: PoseData, legs: tuple[LegKnowledge, ...], noise_sd: FloatArray, free: PoseOptions,
+    directions: str,
+) -> tuple[tuple[LegKnowledge, ...], PoseFit | None]:  # fmt: skip
+    """Hanging directions kept where they agree with each other; else the fit that shows it."""
+    if directions == "use" or not any(leg.gravity_dir_t.size for leg in legs):
+        return legs, None
+    without = tuple(leg.without_directions() for leg in legs)
+    if directions == "ignore":
+        return without, None
+    fit = fit_pose(summarise(data), legs, noise_sd, free)
+    return (legs, None) if directions_agree(fit, legs) else (without, fit)
+
+
+def refit_offsets(
+    data: PoseData,
+    legs: tuple[LegKnowledge, ...],
+    mounted: Mounted,
+    noise_sd: FloatArray,
+    wanted: tuple[float, float],
+    *,
+    noise_known: bool,
+) -> OffsetFit:
+    """Offsets again, with mounting, weights and CoM as the last calibration has them.
+
+    Parameters
+    ----------
+    wanted
+        Sd of forces and torques that is asked for, N and N·m.
+    """
+    weights = np.array([leg.weight_n for leg in legs])
+    robot = StandingRobot(
+        mounted.rot_bt,
+        mounted.arm_b_m,
+        weights,
+        data.robot_weight_n - weights.sum(),
+        leg_coms_t_m(tuple(leg.com_m for leg in legs), data.phase_rad),
+        np.stack([leg.offset for leg in legs]),
+        np.stack([np.sqrt(np.diag(leg.covariance)[:6]) for leg in legs]),
+    )
+    found = fit_offsets(data, robot, noise_sd, wanted)
+    if not noise_known and found.accepted:
+        found = fit_offsets(data, robot, noise_sd * found.noise_factor, wanted)
+    return found
+
+
+def offset_estimates(found: OffsetFit, legs: tuple[str, ...]) -> Estimates:
+    """Offsets of all legs with their joint covariance."""
+    axes = ("fx", "fy", "fz", "tx", "ty", "tz")
+    return Estimates(
+        tuple(f"{leg}.offset_{axis}" for leg in legs for axis in axes),
+        (("N",) * 3 + ("Nm",) * 3) * len(legs),
+        found.offset.ravel(),
+        found.covariance,
+        (Status.ESTIMATED,) * found.offset.size,
+    )

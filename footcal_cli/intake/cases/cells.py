@@ -1,0 +1,129 @@
+"""Standing and walking on load cells as the case that `diagnose` takes."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from footcal_cli.core.contact import airborne
+from footcal_cli.core.diagnosis.blocks import cut_balanced
+from footcal_cli.core.diagnosis.recording import noise_of_smoothed, steps_of, swings_apart
+from footcal_cli.core.effects import TABLE
+from footcal_cli.core.experiments import stand, walk
+from footcal_cli.core.experiments.walk import channel_contact
+from footcal_cli.core.inference.case import Case
+from footcal_cli.core.inference.lines import Series, swing_series
+from footcal_cli.core.inference.tracking import gain_and_bias
+from footcal_cli.core.online.streams import MergeRule
+from footcal_cli.core.parameters import ParameterSet
+from footcal_cli.errors import DataError
+from footcal_cli.intake.cases.shared import (
+    CaseRead,
+    affine_parameters,
+    baseline_of,
+    chain_of,
+    known_before,
+)
+from footcal_cli.intake.recordings import Recording, read_recordings
+from footcal_cli.recipe.options import DiagnoseOptions
+
+if TYPE_CHECKING:
+    from footcal_cli.session.session import Session
+
+
+PAUSE_S = 60.0
+"""Between recordings that are set one after the other."""
+
+
+def unseen_walking() -> dict[str, str]:
+    """Effects that a walk alone cannot show: why, and what would."""
+    return {e.name: e.unseen_walking for e in TABLE.values() if e.unseen_walking}
+
+
+def read_feet(session: Session[DiagnoseOptions]) -> CaseRead:
+    """Standing and walking: merged streams, blocks of whole gait cycles or stances."""
+    kind = session.options.experiment
+    experiment = walk.EXPERIMENT if kind == "walk" else stand.EXPERIMENT
+    rule = MergeRule(delay_s=session.options.delay_s)
+    recordings = read_recordings(session, rule, kind, body_needed=kind == "walk")
+    logs, steps, noises = [], [], []
+    for recording in recordings:
+        merged = recording.merged
+        log = merged.log
+        good = np.isfinite(log.readings).all(axis=1)
+        for name in experiment.known:
+            if name != "contact" and name in log.known:
+                finite = np.isfinite(log.known[name].reshape(len(log), -1)).all(axis=1)
+                # insoles without a robot know no CoM at all; their weight still balances
+                good &= finite if finite.any() else True
+        log = log.with_known(airborne=airborne(log.known["contact"]))
+        steps.append(steps_of(merged.raw))
+        noises.append(noise_of_smoothed(merged.raw, log.readings, merged.rate_hz))
+        if kind == "walk":
+            log = swings_apart(log, merged.raw, merged.rate_hz)
+        if not (np.nan_to_num(log.known["contact"][good]) != 0.0).any():
+            raise DataError(
+                "no sample of this log counts: no foot is known to stand", file=recording.name,
+                remedy="check contact, mass, units and the calibration (footcal check)",
+            )  # fmt: skip
+        logs.append(cut_balanced(log.at(np.asarray(good))))
+    channels = logs[0].channels
+    chain, values = chain_of(baseline_of(session), channels, experiment.calibration)
+    belief = recordings[0].belief
+    if belief is not None:
+        for i, channel in enumerate(channels):
+            values.setdefault(f"{channel}.scale", float(belief.scale_n_per_count[i]))
+            values.setdefault(f"{channel}.bias", float(belief.bias_n[i]))
+    weight = session.recipe.robot.weight_n or 50.0
+    # a stance may be a single row
+    rate = 1.0 / float(np.median(np.diff(logs[0].time_s))) if kind == "walk" else 0.0
+    scale = np.abs([values[f"{channel}.scale"] for channel in channels])
+    case = Case(
+        experiment=experiment,
+        logs=tuple(logs),
+        chain=chain,
+        values=values,
+        calibration=ParameterSet(affine_parameters(channels, values)),
+        tolerance_n=session.options.tolerance_n or 0.001 * weight,
+        tolerance_nm=session.options.tolerance_mm / 1000.0 * weight,
+        drifts=kind == "walk",
+        alike=False,
+        stride=max(round(rate / 20.0), 1),
+        groups=dict.fromkeys(channels, "swing"),
+        one_recording=len(logs) == 1,
+        raw=_unfiltered(recordings) if kind == "walk" else None,
+        directions=gain_and_bias(channels, values) if kind == "walk" else (),
+        demand_noisy=kind == "walk",
+        known=known_before(session, channels, values),
+        tolerance_stated=session.options.tolerance_n is not None,
+        pieces=kind == "stand",
+        least_noise={
+            channel: size * step / np.sqrt(12.0)
+            for channel, size, step in zip(channels, scale, np.median(steps, axis=0), strict=True)
+        },
+        reading_noise_n=float(np.median(scale * np.median(noises, axis=0))),
+    )
+    return CaseRead(case, [], unseen_walking() if kind == "walk" else {})
+
+
+def _unfiltered(recordings: list[Recording]) -> Series:
+    """Swinging cells before the filter, all recordings one after the other."""
+    time_s, forces, contact, rates, last = [], [], [], [], 0.0
+    for recording in recordings:
+        merged = recording.merged
+        belief = recording.belief
+        assert belief is not None  # feet with cells
+        time_s.append(merged.log.time_s - merged.log.time_s[0] + last)
+        # no stretch reaches from one recording into the next
+        last = float(time_s[-1][-1]) + PAUSE_S
+        forces.append(belief.forces(merged.raw))
+        contact.append(channel_contact(merged.log))
+        rates.append(merged.rate_hz)
+    return swing_series(
+        np.concatenate(time_s),
+        np.concatenate(forces),
+        np.concatenate(contact) == 0.0,
+        recordings[0].merged.log.channels,
+        float(np.median(rates)),
+    )

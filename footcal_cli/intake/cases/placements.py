@@ -1,0 +1,165 @@
+"""Weights on the holes of a plate as the case that `diagnose` takes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from footcal_cli.core.diagnosis.labels import Elsewhere, relabelled
+from footcal_cli.core.effects import having
+from footcal_cli.core.effects.contract import Trait
+from footcal_cli.core.experiments.placements import EXPERIMENT
+from footcal_cli.core.inference.case import Case
+from footcal_cli.core.log import Log
+from footcal_cli.core.parameters import FloatArray, ParameterSet
+from footcal_cli.core.plausibility import check_shares
+from footcal_cli.core.quality import (
+    Finding,
+    copied_rows_finding,
+    find_copied_rows,
+)
+from footcal_cli.errors import UsageError
+from footcal_cli.intake.cases.shared import (
+    CaseRead,
+    affine_parameters,
+    chain_of,
+    needs_time,
+)
+from footcal_cli.recipe.options import DiagnoseOptions
+from footcal_cli.records.results import ParametersRecord
+from footcal_cli.tables.columns import placements_table
+
+if TYPE_CHECKING:
+    from footcal_cli.session.session import Session
+
+
+def read_placements(session: Session[DiagnoseOptions]) -> CaseRead:
+    """One log per foot, a row per placement and weight; blocks are holes."""
+    findings: list[Finding] = []
+    robot = session.recipe.robot
+    cells = next((tuple(f.cells) for f in robot.feet.values() if f.cells), ())
+    if not cells:
+        raise UsageError(
+            "the recipe names no cells of a foot", file=session.recipe.path,
+            remedy="describe them in [robot.feet.<name>.cells]",
+        )  # fmt: skip
+    tables = session.read_required(placements_table(cells))
+    foot = np.concatenate([t.text("foot") for t in tables])
+    hole = np.concatenate([t.numbers(["hole_x_m", "hole_y_m"]) for t in tables])
+    load = np.concatenate([t.number("load_n") for t in tables])
+    counts = np.concatenate([t.numbers([f"{c}_counts" for c in cells]) for t in tables])
+    stamps = np.concatenate([t.optional("time_s") for t in tables])
+    timed = bool(np.isfinite(stamps).all())
+    if timed:
+        _, side = np.unique(foot.astype(str), return_inverse=True)
+        copied = find_copied_rows([side.astype(float), *hole.T, load, *counts.T, stamps],
+                                  np.zeros(len(foot)))  # fmt: skip
+        findings += copied_rows_finding(copied)
+        foot, hole, load, counts, stamps = (
+            values[copied == 0.0] for values in (foot, hole, load, counts, stamps)
+        )
+    logs = []
+    for name in dict.fromkeys(foot):
+        mine = np.flatnonzero(foot == name)
+        if timed:
+            mine = mine[np.argsort(stamps[mine], kind="stable")]
+        # readings in a row with the same weight in the same hole are one placement; a weight put
+        # there again later is another, and all that lies on a hole in one go is one block
+        key = np.column_stack([hole[mine].round(6), load[mine].round(6)])
+        placement = np.cumsum(np.any(np.diff(key, axis=0, prepend=key[:1]) != 0, axis=1))
+        number = int(placement.max()) + 1
+
+        def mean(values: FloatArray, at: Any = mine, of: Any = placement, n: int = number) -> Any:
+            return np.stack([values[at][of == p].mean(axis=0) for p in range(n)])
+
+        place = mean(hole)
+        moved = np.any(np.diff(place.round(6), axis=0, prepend=place[:1].round(6)) != 0, axis=1)
+        block = np.cumsum(moved)
+        when = mean(stamps) if timed else np.arange(float(number))
+        position = np.array([[c.x_m, c.y_m] for c in robot.feet[str(name)].cells.values()])
+        known = {
+            "load_n": mean(load),
+            "hole_m": place,
+            "hole": np.unique(place.round(6), axis=0, return_inverse=True)[1].ravel(),
+            "cell_pos_m": np.tile(position, (number, 1, 1)),
+        }
+        channels = tuple(f"{name}_{cell}" for cell in cells)
+        known["round"] = _round_of(np.column_stack([place, mean(load)]).round(6))
+        logs.append(Log("placements", channels, when, mean(counts), known, block.astype(np.int64)))
+    channels = tuple(dict.fromkeys(c for log in logs for c in log.channels))
+    chain, values = chain_of(_needed(session), channels, EXPERIMENT.calibration)
+    for log in logs:
+        scale, bias = ([values[f"{c}.{n}"] for c in log.channels] for n in ("scale", "bias"))
+        forces = log.readings * scale + bias
+        findings += check_shares(forces, log.channels, log.known["load_n"], calibrated=True)
+    largest = float(np.max(np.abs(load)))
+    case = Case(
+        experiment=EXPERIMENT,
+        logs=tuple(logs),
+        chain=chain,
+        values=values,
+        calibration=ParameterSet(affine_parameters(channels, values)),
+        tolerance_n=session.options.tolerance_n or 0.005 * largest,
+        tolerance_nm=session.options.tolerance_mm / 1000.0 * largest,
+        alike=False,
+        settings="round",
+        groups={f"{foot}.{o}": o for foot in robot.feet for o in ("fz", "moment_x", "moment_y")},
+    )
+    case, elsewhere = relabelled(case)
+    findings += _labels_found(elsewhere)
+    untested = {} if timed else needs_time(EXPERIMENT, "the rows have no time stamps")
+    return CaseRead(case, findings, untested | _left_out_with(session, load))
+
+
+def _labels_found(elsewhere: Sequence[Elsewhere]) -> list[Finding]:
+    """Visits whose weight lay elsewhere than their label says, in words."""
+
+    def place(at_m: FloatArray) -> str:
+        return f"({1000 * at_m[0]:.1f}, {1000 * at_m[1]:.1f}) mm"
+
+    return [
+        Finding(
+            "hole_elsewhere", "warning", one.foot,
+            f"{one.visits} of {one.of} visits to the hole {place(one.written_m)}: as if at "
+            + (f"the hole {place(one.nearest_m)}" if one.nearest_m is not None
+               else f"{place(one.seems_m)}, where no hole is in use"),
+            "put a weight into that hole once more, and correct the label of these visits",
+        )
+        for one in elsewhere
+    ]  # fmt: skip
+
+
+FEW_WEIGHTS = 3
+"""With so few weights a wrong label and load beside the cells make the same error."""
+
+
+def _left_out_with(session: Session[DiagnoseOptions], load_n: FloatArray) -> dict[str, str]:
+    """What goes with an effect that was left out: its exact copy on so few weights."""
+    if np.unique(load_n.round(6)).size > FEW_WEIGHTS:
+        return {}
+    alike = having(Trait.OF_THE_SUM)
+    out = ", ".join(sorted(alike & set(session.options.without)))
+    reason = f"on so few weights it is the same as {out}, which was left out"
+    return dict.fromkeys(sorted(alike - set(session.options.without)), reason) if out else {}
+
+
+def _round_of(placement: FloatArray) -> Any:
+    """How often the same weight had been put into the same hole before, shape (n,)."""
+    _, kind = np.unique(placement, axis=0, return_inverse=True)
+    seen: dict[int, int] = {}
+    rounds = np.empty(len(placement))
+    for i, k in enumerate(kind.ravel().tolist()):
+        rounds[i] = seen.get(k, 0)
+        seen[k] = rounds[i] + 1
+    return rounds
+
+
+def _needed(session: Session[DiagnoseOptions]) -> ParametersRecord:
+    if session.parameters is None:
+        raise UsageError(
+            "diagnosis of placements starts from a calibration",
+            remedy="give --parameters from offline-fit",
+        )
+    return session.parameters

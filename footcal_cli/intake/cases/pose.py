@@ -1,0 +1,94 @@
+"""Standing poses on hip transducers as the case that `diagnose` takes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from footcal_cli.core.chain import Chain
+from footcal_cli.core.effects.six_axis_beliefs import BODY_TILT
+from footcal_cli.core.experiments.pose import EXPERIMENT
+from footcal_cli.core.inference.case import Case
+from footcal_cli.core.parameters import IntArray, Parameter, ParameterSet
+from footcal_cli.core.pose.common import common_turn
+from footcal_cli.core.pose.data import Geometry, pose_data
+from footcal_cli.core.pose.problem import PoseOptions
+from footcal_cli.core.turned import standing_axes
+from footcal_cli.intake.cases.shared import CaseRead, baseline_of, chain_of, needs_time, of_cells
+from footcal_cli.intake.legs import without_effects
+from footcal_cli.intake.poses import noise_sd_of, raw_poses
+from footcal_cli.recipe import validated
+from footcal_cli.recipe.options import DiagnoseOptions, PoseCalibOptions
+
+if TYPE_CHECKING:
+    from footcal_cli.session.session import Session
+
+
+POSES_PER_BLOCK = 7
+MOST_BLOCKS = 24
+
+
+def read_pose(session: Session[DiagnoseOptions]) -> CaseRead:
+    """One log; a block is some poses in a row, errors of the wrenches are errors in variables."""
+    recipe = session.recipe
+    asked = validated(
+        PoseCalibOptions, recipe.options.get("pose_calib", {}), file=recipe.path, table="pose_calib"
+    )
+    raw, legs, _ = raw_poses(session, asked)
+    log = replace(raw, block=_blocks(len(raw)))
+    chain, values, free = _model(session, log.channels)
+    weight_n = float(log.known["robot_weight_n"][0])
+    case = Case(
+        experiment=EXPERIMENT,
+        logs=(log,),
+        chain=chain,
+        values=values,
+        calibration=ParameterSet(free),
+        tolerance_n=session.options.tolerance_n or 0.002 * weight_n,
+        tolerance_nm=session.options.tolerance_mm / 1000.0 * weight_n,
+        alike=False,
+    )
+    data = pose_data(without_effects(raw, session.parameters))
+    untested = of_cells(EXPERIMENT) | needs_time(EXPERIMENT, "poses have no time stamps")
+    untested[BODY_TILT.name] = _tilt_or_mountings(data.geometry, values)
+    sd, _ = noise_sd_of(asked, len(legs))
+    options = PoseOptions(com_sd_m=asked.com_sd_m, translation_sd_m=0.005)
+    return CaseRead(case, standing_axes(data, legs, sd, options), untested)
+
+
+def _tilt_or_mountings(geometry: Geometry, values: Mapping[str, float]) -> str:
+    """Why a tilted body frame cannot be tested, and what the calibrated mountings share."""
+    reason = "no pose tells it from a rotation of all mountings, which is calibrated"
+    nominal_t = np.array(
+        [[values.get(f"{leg}.mount_rot_{axis}", 0.0) for axis in "xyz"] for leg in geometry.legs]
+    )
+    common = common_turn(np.einsum("kij,kj->ki", geometry.rot_bt, nominal_t))
+    if common is None or not common.stands_out:
+        return reason
+    return f"{reason}: {common.words}, which is the one or the other"
+
+
+def _blocks(poses: int) -> IntArray:
+    """Poses in a row share a block: what differs from day to day stays together."""
+    blocks = int(np.clip(poses // POSES_PER_BLOCK, 1, MOST_BLOCKS))
+    return np.asarray(np.arange(poses) * blocks // poses, dtype=np.int64)
+
+
+def _model(
+    session: Session[DiagnoseOptions], channels: Sequence[str]
+) -> tuple[Chain, dict[str, float], tuple[Parameter, ...]]:
+    """Chain, its values, and what of it is calibrated."""
+    # what `pose-calib` estimates, whether the calibration given has it already or not
+    calibrated = EXPERIMENT.calibration
+    chain, values = chain_of(baseline_of(session), channels, calibrated)
+    names = [item.names() for item in chain.links if item.effect.name in calibrated]
+    free = [p for p in chain.parameters() if any(p.name in own for own in names)]
+    return chain, values, tuple(_at(p, values) for p in free)
+
+
+def _at(parameter: Parameter, values: Mapping[str, float]) -> Parameter:
+    """A parameter at its calibrated value."""
+    return replace(parameter, value=values.get(parameter.name, parameter.value))

@@ -1,0 +1,142 @@
+"""Logs and a calibration as the case that `diagnose` takes: what all experiments share."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from footcal_cli.core.chain import Chain, Link, link
+from footcal_cli.core.effects import find_effect, having
+from footcal_cli.core.effects.contract import Effect, Trait
+from footcal_cli.core.experiments.contract import Experiment
+from footcal_cli.core.inference.case import Case
+from footcal_cli.core.inference.linear import scaled_inverse
+from footcal_cli.core.parameters import FloatArray, Parameter
+from footcal_cli.core.quality import Finding
+from footcal_cli.recipe.options import DiagnoseOptions
+from footcal_cli.records.effects import effect_of
+from footcal_cli.records.results import ParametersRecord
+
+if TYPE_CHECKING:
+    from footcal_cli.session.session import Session
+
+
+OF_CELLS = "a word for load cells; transducers have scale_matrix, cross_coupling and axis_flip"
+
+
+@dataclass(frozen=True)
+class CaseRead:
+    """A case, what was found in the raw data, and what the logs came without.
+
+    Parameters
+    ----------
+    case
+        For the core.
+    findings
+        On raw data.
+    untested
+        Effect -> reason why these logs cannot test it.
+    """
+
+    case: Case
+    findings: list[Finding]
+    untested: dict[str, str]
+
+    def testable(self, table: Mapping[str, Effect]) -> dict[str, Effect]:
+        """The effects that these logs can test."""
+        return {name: effect for name, effect in table.items() if name not in self.untested}
+
+
+def chain_of(
+    record: ParametersRecord | None, channels: Sequence[str], calibration: Sequence[str]
+) -> tuple[Chain, dict[str, float]]:
+    """The chain that a calibration describes, its effects included, and its values."""
+    chain = Chain(())
+    for name in calibration:
+        chain = chain.with_link(link(find_effect(name), channels))
+    values: dict[str, float] = {}
+    if record is not None:
+        values = record.values
+        for item in record.effects:
+            if item.effect not in calibration:
+                chain = chain.with_link(Link(effect_of(item), dict(item.owners)))
+    return chain, values
+
+
+def baseline_of(session: Session[DiagnoseOptions]) -> ParametersRecord | None:
+    """The calibration to start from, without the effects that `offline-fit` chose on these rows.
+
+    A curve that it took out of them would leave nothing to find: what one command finds no other
+    denies.
+    """
+    record = session.parameters
+    if record is None or not record.effects or record.command != "offline-fit":
+        return record
+    given = any(name.endswith(".json") for name in record.inputs)
+    if given or not set(record.inputs.values()) & set(session.inputs.values()):
+        return record
+
+    taken = {
+        f"{owner}.{parameter.name}"
+        for item in record.effects
+        for owner in item.owners
+        for parameter in effect_of(item).parameters
+    }
+    kept = {name: value for name, value in record.parameters.items() if name not in taken}
+    return record.model_copy(update={"effects": (), "parameters": kept, "covariance": ()})
+
+
+def affine_parameters(channels: Sequence[str], values: dict[str, float]) -> tuple[Parameter, ...]:
+    """Scale and bias of each channel as parameters that the data alone determine."""
+    found = []
+    for channel in channels:
+        scale = values[f"{channel}.scale"]
+        found.append(
+            Parameter(f"{channel}.scale", "N/count", scale, scale=max(0.02 * abs(scale), 1e-12))
+        )
+        found.append(Parameter(f"{channel}.bias", "N", values[f"{channel}.bias"], scale=0.3))
+    return tuple(found)
+
+
+_RCOND = 1e-14
+GAIN_MOVES, BIAS_MOVES_N, BIAS_MOVES = 0.01, 0.1, 0.003
+"""How far a calibration may have moved since it was made: its gain; its bias in newtons, and as a
+share of the largest load that it was fitted to."""
+
+
+def known_before(
+    session: Session[DiagnoseOptions], channels: Sequence[str], values: dict[str, float]
+) -> FloatArray | None:
+    """Precision with which scale and bias were known before these logs, shape (2c, 2c).
+
+    ``F = (1 + γ) F⁰ + β``: what the calibrating command reported, and γ, β by which it may have
+    moved since. None where there is no such calibration, or it was made from these very logs.
+    """
+    record = session.parameters
+    names = [f"{channel}.{what}" for channel in channels for what in ("scale", "bias")]
+    if record is None or set(record.inputs.values()) & set(session.inputs.values()):
+        return None
+    if any(name not in record.parameters or not record.parameters[name].sd for name in names):
+        return None
+    covariance = np.array(record.covariance_of(tuple(names)))
+    for i, channel in enumerate(channels):
+        at = slice(2 * i, 2 * i + 2)
+        gain = GAIN_MOVES * np.array([values[f"{channel}.scale"], values[f"{channel}.bias"]])
+        fitted = record.fitted_range.get(channel, {}).get("load")
+        largest = 0.0 if fitted is None else max(abs(fitted.lowest), abs(fitted.highest))
+        bias = np.array([0.0, max(BIAS_MOVES_N, BIAS_MOVES * largest)])
+        covariance[at, at] += np.outer(gain, gain) + np.outer(bias, bias)
+    return scaled_inverse(covariance, _RCOND)
+
+
+def needs_time(experiment: Experiment, reason: str) -> dict[str, str]:
+    """Effects of an experiment that need time stamps, each with the reason not to try them."""
+    return dict.fromkeys(sorted(having(Trait.TIMED, experiment=experiment.name)), reason)
+
+
+def of_cells(experiment: Experiment) -> dict[str, str]:
+    """Effects of an experiment that are said of load cells and not tried on transducers."""
+    return dict.fromkeys(sorted(having(Trait.SMALL_CELL, experiment=experiment.name)), OF_CELLS)

@@ -1,0 +1,94 @@
+"""Standing and walking on six-axis transducers as the case that `diagnose` takes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from footcal_cli.core.diagnosis.blocks import cut_balanced
+from footcal_cli.core.experiments import stand, walk
+from footcal_cli.core.experiments.contract import Experiment
+from footcal_cli.core.inference.case import Case
+from footcal_cli.core.inference.tracking import Direction
+from footcal_cli.core.log import Log
+from footcal_cli.core.online.six_axis import PRIOR_SD
+from footcal_cli.core.online.streams import MergeRule
+from footcal_cli.core.parameters import Parameter, ParameterSet
+from footcal_cli.intake.cases.shared import CaseRead, baseline_of, chain_of, of_cells
+from footcal_cli.intake.recordings import read_recordings
+from footcal_cli.recipe.options import DiagnoseOptions
+
+if TYPE_CHECKING:
+    from footcal_cli.session.session import Session
+
+
+_JUDGED_HZ = 20.0
+
+
+def read_six_axis_feet(session: Session[DiagnoseOptions]) -> CaseRead:
+    """Standing and walking on six-axis transducers: offsets are what is calibrated, and drift.
+
+    Scales, mass, CoM and mounting are candidates: a walk's own calibration does not know them.
+    """
+    kind, options = session.options.experiment, session.options
+    experiment = walk.ON_SIX_AXIS if kind == "walk" else stand.ON_SIX_AXIS
+    recordings = read_recordings(session, MergeRule(delay_s=options.delay_s), kind)
+    logs = [_cut(recording.merged.log, experiment) for recording in recordings]
+    channels = logs[0].channels
+    chain, values = chain_of(baseline_of(session), channels, experiment.calibration)
+    calibration = offset_parameters(channels, values)
+    values |= {parameter.name: parameter.value for parameter in calibration}
+    weight = session.recipe.robot.weight_n or 700.0
+    rate = 1.0 / float(np.median(np.diff(logs[0].time_s)))
+    walks = kind == "walk"
+    case = Case(
+        experiment=experiment,
+        logs=tuple(logs),
+        chain=chain,
+        values=values,
+        calibration=ParameterSet(calibration),
+        tolerance_n=options.tolerance_n or 0.001 * weight,
+        tolerance_nm=options.tolerance_mm / 1000.0 * weight,
+        drifts=walks,
+        alike=False,
+        stride=max(round(rate / _JUDGED_HZ), 1) if walks else 1,
+        groups={c: "swing force" if ".f" in c else "swing torque" for c in channels},
+        one_recording=len(logs) == 1,
+        pieces=not walks,
+        directions=offset_directions(channels) if walks else (),
+        demand_noisy=walks,
+    )
+    return CaseRead(case, [], of_cells(experiment))
+
+
+def _cut(log: Log, experiment: Experiment) -> Log:
+    """Rows where all is known, in blocks of whole gait cycles; stances in pieces."""
+    good = np.isfinite(log.readings).all(axis=1)
+    for name in experiment.known:
+        if name != "contact":
+            good &= np.isfinite(log.known[name].reshape(len(log), -1)).all(axis=1)
+    return cut_balanced(log.at(np.asarray(good)))
+
+
+def offset_parameters(channels: Sequence[str], values: dict[str, float]) -> tuple[Parameter, ...]:
+    """Offset of each axis as a parameter that the data alone determine."""
+    found = []
+    for channel in channels:
+        foot, axis = channel.split(".")
+        name, force = f"{foot}.offset_{axis}", axis[0] == "f"
+        unit, step = ("N", 1.0) if force else ("Nm", 0.1)
+        found.append(Parameter(name, unit, values.get(name, 0.0), scale=step))
+    return tuple(found)
+
+
+def offset_directions(channels: Sequence[str]) -> tuple[Direction, ...]:
+    """Each axis's offset as a way of drifting, forces and torques with a speed of their own."""
+    found = []
+    for channel in channels:
+        foot, axis = channel.split(".")
+        kind = f"offset_{axis[0]}"
+        name = f"{foot}.offset_{axis}"
+        found.append(Direction(name, kind, {name: PRIOR_SD[kind][1]}))
+    return tuple(found)

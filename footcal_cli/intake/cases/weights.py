@@ -1,0 +1,172 @@
+"""Known weights on single channels as the case that `diagnose` takes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from footcal_cli.core.bench.record import BenchRecord
+from footcal_cli.core.bench.regression import fit_affine
+from footcal_cli.core.bench.study import find_loads
+from footcal_cli.core.diagnosis.blocks import cut_blocks, even_cycles
+from footcal_cli.core.experiments.weights import EXPERIMENT
+from footcal_cli.core.inference.case import Case
+from footcal_cli.core.log import Log
+from footcal_cli.core.parameters import FloatArray, ParameterSet
+from footcal_cli.core.quality import Finding, copied_rows_finding, find_copied_rows
+from footcal_cli.intake.bench import plateau_options, sessions_of
+from footcal_cli.intake.cases.shared import (
+    CaseRead,
+    affine_parameters,
+    baseline_of,
+    chain_of,
+    needs_time,
+)
+from footcal_cli.recipe.options import DiagnoseOptions, PlateauSettings
+from footcal_cli.session.inspection import weights_findings
+from footcal_cli.tables.columns import weights_stream_table, weights_table
+from footcal_cli.tables.table import Table
+
+if TYPE_CHECKING:
+    from footcal_cli.session.session import Session
+
+
+RECORDING_TAU_S = 2.0
+"""Autocorrelation time assumed when one recording is cut into blocks."""
+
+
+def read_weights(session: Session[DiagnoseOptions]) -> CaseRead:
+    """One log per channel; blocks are sessions of a channel."""
+    findings: list[Finding] = []
+    streams = _running(session)
+    if streams:
+        logs, timed = _stream_logs(session, streams), True
+    else:
+        tables = session.read_required(weights_table())
+        findings = weights_findings(tables, session.recipe.robot, None)
+        logs, timed, copied = _row_logs(tables)
+        findings += copied_rows_finding(copied)
+    channels = tuple(log.channels[0] for log in logs)
+    chain, values = chain_of(baseline_of(session), channels, EXPERIMENT.calibration)
+    values |= _affine_start(logs, values)
+    largest = max(float(np.nanmax(np.abs(log.known["load_n"]))) for log in logs)
+    tolerance = session.options.tolerance_n or 0.002 * largest
+    case = Case(
+        experiment=EXPERIMENT,
+        logs=tuple(logs),
+        chain=chain,
+        values=values,
+        calibration=ParameterSet(affine_parameters(channels, values)),
+        tolerance_n=tolerance,
+        tolerance_nm=session.options.tolerance_mm / 1000.0 * largest,
+        # with one session per channel nothing but the session itself says what its calibration is
+        drifts=max(int(log.block.max()) for log in logs) == 0,
+        alike=min(len(log) for log in logs) >= 8 and not streams,
+        stride=_stride(logs),
+        one_recording=bool(streams),
+        groups=dict.fromkeys(channels, "force"),
+    )
+    untested = {} if timed else needs_time(EXPERIMENT, "the rows have no time stamps")
+    return CaseRead(case, findings, untested)
+
+
+def _row_logs(tables: Sequence[Table]) -> tuple[list[Log], bool, FloatArray]:
+    """One log per channel of long tables, whether rows have time stamps, and which are copies."""
+    channel = np.concatenate([t.text("channel") for t in tables])
+    block = sessions_of(tables)
+    columns = {
+        name: np.concatenate([t.optional(name) for t in tables])
+        for name in ("load_n", "counts", "time_s", "temperature_degc")
+    }
+    timed = bool(np.isfinite(columns["time_s"]).all())
+    known_temperature = bool(np.isfinite(columns["temperature_degc"]).all())
+    _, number = np.unique(channel.astype(str), return_inverse=True)
+    copied = np.zeros(len(channel))
+    if timed:
+        named = ("time_s", "load_n", "counts")
+        copied = find_copied_rows(
+            [number.astype(float), *(columns[n] for n in named)], block.astype(float)
+        )
+    logs = []
+    for name in dict.fromkeys(channel):
+        at = np.flatnonzero((channel == name) & np.isfinite(columns["counts"]) & (copied == 0.0))
+        stamps = columns["time_s"][at] if timed else np.arange(float(at.size))
+        order = np.lexsort((stamps, block[at]))
+        at, stamps = at[order], stamps[order]
+        known = {"load_n": columns["load_n"][at, None]}
+        if known_temperature:
+            known["temperature_degc"] = columns["temperature_degc"][at]
+        _, own = np.unique(block[at], return_inverse=True)
+        logs.append(
+            Log("weights", (str(name),), stamps, columns["counts"][at, None], known,
+                own.astype(np.int64))
+        )  # fmt: skip
+    return logs, timed, copied
+
+
+def _running(session: Session[DiagnoseOptions]) -> list[Table]:
+    """Running recordings whose loads are recorded at every sample, or given in order of time."""
+    channels = session.recipe.robot.cell_names
+    if not channels:
+        return []
+    given = bool(_plateaus(session).loads_n)
+    tables = session.read(weights_stream_table(channels))
+    return [t for t in tables if given or "load_n" in t]
+
+
+def _plateaus(session: Session[DiagnoseOptions]) -> PlateauSettings:
+    """What the recipe says of loads that stand still: `[offline_fit.plateaus]`."""
+    given = session.recipe.options.get("offline_fit", {}).get("plateaus", {})
+    return PlateauSettings.model_validate(given)
+
+
+def _stream_logs(session: Session[DiagnoseOptions], tables: Sequence[Table]) -> list[Log]:
+    """One log per channel of running recordings, cut into blocks."""
+    logs = []
+    for channel in session.recipe.robot.cell_names:
+        for table in tables:
+            counts, load = table.number(f"{channel}_counts"), _loads(session, table, channel)
+            good = np.isfinite(counts) & (np.isfinite(load) | ("load_n" not in table))
+            log = Log(
+                "weights", (channel,), table.number("time_s")[good], counts[good, None],
+                {"load_n": load[good, None]}, np.zeros(int(good.sum()), dtype=np.int64),
+            )  # fmt: skip
+            # neighbouring samples of a reference that moves slowly tell the same
+            logs.append(cut_blocks(log, even_cycles(log, 1.0), RECORDING_TAU_S))
+    return logs
+
+
+def _loads(session: Session[DiagnoseOptions], table: Table, channel: str) -> FloatArray:
+    """The load at every sample; not a number while weights given in order of time are changed."""
+    if "load_n" in table:
+        return table.number("load_n")
+    settings = _plateaus(session)
+    counts = table.number(f"{channel}_counts")
+    record = BenchRecord(
+        channel, np.full(counts.size, np.nan), counts, table.number("time_s"),
+        np.zeros(counts.size, dtype=np.int64),
+    )  # fmt: skip
+    known_n = settings.known_n(session.recipe.robot.gravity_mps2)
+    samples = find_loads(record, plateau_options(settings), known_n)
+    return np.asarray(np.where(samples.hold >= 0, samples.load_n, np.nan))
+
+
+def _stride(logs: Sequence[Log]) -> int:
+    """Every how many rows are judged, so that all logs together stay below 30 000."""
+    return max(sum(len(log) for log in logs) // 30_000, 1)
+
+
+def _affine_start(logs: Sequence[Any], values: dict[str, float]) -> dict[str, float]:
+    """Scale and bias by regression for channels that no calibration covers."""
+    start = {}
+    for log in logs:
+        channel = log.channels[0]
+        if f"{channel}.scale" not in values:
+            load = log.known["load_n"][:, 0]
+            known = np.isfinite(load)
+            fit = fit_affine(channel, load[known], log.readings[known, 0])
+            start[f"{channel}.scale"] = fit.scale_n_per_count
+            start[f"{channel}.bias"] = fit.bias_n
+    return start

@@ -1,0 +1,133 @@
+"""Tables of a hanging robot as one list of logs per leg."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from footcal_cli.core.attitude import gravity_in
+from footcal_cli.core.hang.intake import (
+    between_holds,
+    finite_rows,
+    gravity_of_orientation,
+    hang_log,
+    held_still,
+    legs_in_order,
+)
+from footcal_cli.core.hang.joint import HangOptions
+from footcal_cli.core.log import Log
+from footcal_cli.core.parameters import FloatArray, IntArray
+from footcal_cli.core.spatial import rotation_of_quaternion, rotation_of_rpy
+from footcal_cli.errors import DataError, UsageError
+from footcal_cli.intake.legs import WRENCH_COLUMNS, without_effects
+from footcal_cli.tables.columns import GRAVITY, QUATERNION
+
+if TYPE_CHECKING:
+    from footcal_cli.recipe import Recipe
+    from footcal_cli.recipe.options import HangCalibOptions
+    from footcal_cli.records.results import ParametersRecord
+    from footcal_cli.tables.table import Table
+
+
+def hang_options(options: HangCalibOptions, recipe: Recipe, *, measured: bool) -> HangOptions:
+    """What the core is asked to fit; `measured` where the attitude was, not named."""
+    return HangOptions(
+        order=options.order,
+        max_order=options.max_order,
+        tilt=options.tilt or ("mount" if measured else "per_log"),
+        tilt_sd_rad=options.tilt_sd_rad,
+        temperature=options.temperature,
+        drift=options.drift,
+        white=options.white,
+        gravity_mps2=recipe.robot.gravity_mps2,
+    )
+
+
+def leg_logs(
+    tables: Sequence[Table],
+    recipe: Recipe,
+    options: HangCalibOptions,
+    undone: ParametersRecord | None = None,
+) -> tuple[dict[str, list[Log]], dict[str, int]]:
+    """Logs per leg, and rejected rows by reason.
+
+    Parameters
+    ----------
+    tables
+        Hanging tables.
+    recipe
+        Legs in order, and their nominal mounting.
+    options
+        Whose axis an orientation names, and the believed weight of a leg.
+    undone
+        Calibration whose effects are taken off the readings.
+    """
+    logs: dict[str, list[Log]] = {}
+    broken = moving = 0
+    for table in tables:
+        whose = table.text("leg")
+        for leg in legs_in_order(whose, tuple(recipe.robot.legs)):
+            part = np.flatnonzero(whose == leg)
+            wrench = table.numbers(WRENCH_COLUMNS)[part]
+            phase = table.number("phase_rad")[part] if "phase_rad" in table else np.zeros(part.size)
+            gravity = _gravity(table, part, leg, recipe, options.orientation_of)
+            sound = finite_rows(wrench, phase, gravity)
+            broken += int((~sound).sum())
+            if "orientation" not in table:
+                moves = sound & between_holds(gravity)
+                moving, sound = moving + int(moves.sum()), sound & ~moves
+            if not sound.any():
+                raise DataError(f"leg {leg} has no complete row", file=table.path)
+            warmth = table.number("temperature_degc")[part] if "temperature_degc" in table else None
+            log = hang_log(
+                leg,
+                table.number("time_s")[part][sound],
+                phase[sound],
+                wrench[sound],
+                gravity[sound],
+                leg_weight_n=options.leg_weight_n,
+                temperature_degc=None if warmth is None else warmth[sound],
+            )
+            logs.setdefault(leg, []).append(without_effects(log, undone))
+    rejected = {"reading is not a number": broken, "moving between holds": moving}
+    return logs, {reason: count for reason, count in rejected.items() if count}
+
+
+def _gravity(
+    table: Table, part: IntArray, leg: str, recipe: Recipe, orientation_of: str
+) -> FloatArray:
+    """Nominal direction of gravity in the transducer frame of a leg's rows, shape (n, 3)."""
+    if all(name in table for name in GRAVITY):
+        return held_still(table.numbers(GRAVITY)[part])
+    rot = None
+    by_attitude = "orientation" not in table
+    if orientation_of == "body" or by_attitude:
+        if leg in recipe.robot.legs:
+            rot = rotation_of_rpy(recipe.robot.legs[leg].rotation_rpy_rad)
+        elif not by_attitude:
+            raise UsageError(
+                f"orientation_of = 'body' needs the mounting of leg '{leg}'", file=recipe.path,
+                remedy=f"add [robot.legs.{leg}]",
+            )  # fmt: skip
+    if by_attitude:
+        attitude = _rotations(table.numbers(QUATERNION)[part])
+        return held_still(gravity_in(attitude) @ (np.eye(3) if rot is None else rot))
+    gravity, unknown = gravity_of_orientation(table.text("orientation")[part], rot)
+    if unknown:
+        raise DataError(
+            f"orientation '{unknown[0]}' is none of +x −x +y −y +z −z",
+            file=table.path, column="orientation",
+            remedy="name the axis along gravity, or give gravity_x gravity_y gravity_z or body_qx "
+            "body_qy body_qz body_qw",
+        )  # fmt: skip
+    return gravity
+
+
+def _rotations(quaternion: FloatArray) -> FloatArray:
+    """Rotations of quaternions x y z w, NaN where one is lost, shape (n, 3, 3)."""
+    good = np.isfinite(quaternion).all(axis=1) & (np.linalg.norm(quaternion, axis=1) > 0.5)
+    matrices = np.full((len(quaternion), 3, 3), np.nan)
+    matrices[good] = rotation_of_quaternion(quaternion[good])
+    return matrices

@@ -1,0 +1,400 @@
+"""Logs of standing and walking as the core wants them: tables and recipe to streams and beliefs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from footcal_cli.core.body_stream import check_overlap
+from footcal_cli.core.chain import Chain, Link, link
+from footcal_cli.core.effects import calibration_of
+from footcal_cli.core.effects.calibration import AXES
+from footcal_cli.core.effects.contract import Trait
+from footcal_cli.core.experiments.walk import reference_of
+from footcal_cli.core.log import Log
+from footcal_cli.core.online.belief import (
+    BIAS_SD_N,
+    GAIN_SD,
+    Belief,
+    belief_from,
+    nameplate,
+)
+from footcal_cli.core.online.streams import (
+    BodyStream,
+    Merged,
+    MergeRule,
+    SensorStream,
+    merge_cells,
+    merge_six_axis,
+)
+from footcal_cli.core.parameters import Estimates, FloatArray, Status
+from footcal_cli.core.plausibility import check_total_force, check_walking_cells
+from footcal_cli.core.quality import Finding
+from footcal_cli.core.spatial import rotation_of_quaternion, rotation_of_rpy
+from footcal_cli.core.wiring import check_channels_walking, check_exchanged_walking
+from footcal_cli.errors import DataError, UsageError
+from footcal_cli.intake.cell_effects import cells_in_feet, without_cell_effects
+from footcal_cli.recipe import Robot
+from footcal_cli.records.effects import effect_of
+from footcal_cli.records.results import ParametersRecord
+from footcal_cli.tables.columns import TableType, body_table, cells_table, six_axis_feet_table
+from footcal_cli.tables.table import Table
+
+if TYPE_CHECKING:
+    from footcal_cli.session.session import Session
+
+_MOST_ROWS = 600
+"""Of a recording, to see whether cells are exchanged: neighbours tell the same."""
+_DRIFT_SHARE = 0.005
+"""What a cell's zero may move by, of the robot's weight, since it was calibrated."""
+_AXIS_COLUMNS = ("fx_n", "fy_n", "fz_n", "tx_nm", "ty_nm", "tz_nm")
+
+
+@dataclass(frozen=True)
+class Recording:
+    """One log of standing or walking, read.
+
+    Parameters
+    ----------
+    merged
+        Streams as one log.
+    belief
+        Prior of the cells; None for six-axis feet.
+    feet
+        Names of the feet.
+    name
+        File name of the sensors' log.
+    no_body, no_angular_momentum
+        What the log came without.
+    """
+
+    merged: Merged
+    belief: Belief | None
+    feet: tuple[str, ...]
+    name: str
+    no_body: bool
+    no_angular_momentum: bool
+
+
+def is_six_axis_robot(robot: Robot) -> bool:
+    """Whether the feet stand on six-axis transducers."""
+    return bool(robot.feet) and all(not foot.cells for foot in robot.feet.values())
+
+
+def read_recordings(
+    session: Session[Any], rule: MergeRule, experiment: str, *, body_needed: bool = True
+) -> list[Recording]:
+    """Read every sensor log of a session with its body stream and merge them.
+
+    The body stream stands in the same file or, log by log in the same order, in files of its own.
+
+    Raises
+    ------
+    UsageError
+        The recipe lacks the feet or the mass, or nothing says what the cells' counts mean.
+    DataError
+        A log lacks its body stream.
+    """
+    robot = session.recipe.robot
+    if not robot.feet:
+        raise UsageError(
+            "the recipe names no feet", file=session.recipe.path,
+            remedy="describe them in [robot.feet.<name>]",
+        )  # fmt: skip
+    if robot.mass_kg is None:
+        raise UsageError(
+            "the recipe gives no mass", file=session.recipe.path,
+            remedy="give mass_kg in [robot], batteries and cables included",
+        )  # fmt: skip
+    feet = tuple(robot.feet)
+    six_axis = is_six_axis_robot(robot)
+    sensor_type = six_axis_feet_table(feet) if six_axis else cells_table(robot.cell_names)
+    sensors, bodies = _pairs(session, sensor_type, body_table(feet))
+    if body_needed and not bodies:
+        raise DataError(
+            "no log has the body's columns (com_x_m …, left_foot_x_m …)", file=sensors[0].path,
+            remedy="name the body stream in [data] body, or map its columns",
+        )  # fmt: skip
+    found = []
+    for i, table in enumerate(sensors):
+        body = bodies[i] if bodies else None
+        channels = (
+            tuple(f"{foot}.{axis}" for foot in feet for axis in AXES)
+            if six_axis
+            else robot.cell_names
+        )
+        stream = sensor_stream_of(table, channels, feet if six_axis else (), robot.adc.lost_reading)
+        motion = body_stream_of(body, feet) if body is not None else _no_body(stream, len(feet))
+        if six_axis:
+            merged = _merge_six_axis(stream, motion, robot, rule, experiment)
+            if session.parameters is not None:
+                log = without_transducer_effects(merged.log, session.parameters)
+                merged = replace(merged, log=log)
+            belief = None
+        else:
+            belief = prior_belief(session.parameters, robot, channels)
+            start_n = belief.scale_n_per_count * stream.readings + belief.bias_n
+            session.note(check_total_force(start_n.sum(axis=1), robot.weight_n, table.path.name))
+            if experiment == "walk":
+                foot_of = [foot for foot, spec in robot.feet.items() for _ in spec.cells]
+                known = {f.where for f in session.noted if f.severity == "alarm"}
+                walking = check_walking_cells(start_n, channels, foot_of)
+                session.note(f for f in walking if f.where not in known)
+            places = cells_in_feet(robot)
+            if session.parameters is not None:
+                warmth = table.number("temperature_degc") if "temperature_degc" in table else None
+                moving = None if body is None else _moving(stream, motion, rule, robot.mass_kg)
+                undone = without_cell_effects(
+                    stream, session.parameters, robot, warmth, moving=moving
+                )
+                stream, places = undone.stream, undone.cells_m
+                belief = belief.widened(undone.gain_sd, undone.bias_sd_n)
+                session.note(undone.findings)
+            merged = merge_cells(
+                stream, motion, belief, places, robot.mass_kg, robot.gravity_mps2,
+                experiment=experiment, rule=rule,
+            )  # fmt: skip
+        if body is not None:
+            session.note(
+                check_overlap(
+                    stream.time_s, motion.time_s, table.path.name,
+                    body.path.name if body.path != table.path else "its body stream",
+                )
+            )  # fmt: skip
+        session.note(wiring_of(merged, belief, experiment))
+        found.append(
+            Recording(
+                merged, belief, feet, table.path.name, body is None,
+                body is None or "angmom_rate_x_nm" not in body,
+            )
+        )  # fmt: skip
+    return found
+
+
+def _moving(
+    stream: SensorStream, motion: BodyStream, rule: MergeRule, mass_kg: float
+) -> dict[str, FloatArray]:
+    """Mass and acceleration of the CoM when the cells were read; the body's stamps are late."""
+    good = np.isfinite(motion.time_s) & np.isfinite(motion.com_acc_mps2).all(axis=1)
+    if not good.any():
+        return {}
+    then = motion.time_s[good] - rule.delay_s
+    acc = [np.interp(stream.time_s, then, a) for a in motion.com_acc_mps2[good].T]
+    return {
+        "mass_kg": np.full(len(stream.time_s), mass_kg), "com_acc_mps2": np.stack(acc, axis=1)
+    }  # fmt: skip
+
+
+def _pairs(
+    session: Session[Any], sensor_type: TableType, body_type: TableType
+) -> tuple[list[Table], list[Table]]:
+    """Sensor logs, and the body logs that belong to them; copies of sensor logs go with theirs."""
+    in_order = session.read_in_order(sensor_type, role="cells")
+    if not in_order:
+        session.read_required(sensor_type, role="cells")  # says what is missing
+    # a body stream is no evidence of its own: two sensor logs may share one
+    bodies = [t for t in session.read_in_order(body_type, "body", copies=True) if t is not None]
+    if bodies and len(bodies) != len(in_order):
+        raise UsageError(
+            f"{len(in_order)} sensor logs but {len(bodies)} body logs",
+            remedy="name one body log per sensor log, in the same order",
+        )
+    kept = [i for i, table in enumerate(in_order) if table is not None]
+    sensors = [table for table in in_order if table is not None]
+    return sensors, [bodies[i] for i in kept] if bodies else []
+
+
+def wiring_of(merged: Merged, belief: Belief | None, experiment: str) -> list[Finding]:
+    """Cells that are exchanged and, of a walk, copied or frozen; transducers that are turned."""
+    log = merged.log
+    if belief is None:
+        from footcal_cli.core.turned import check_turned_feet
+
+        return [*_carried(log), *check_turned_feet(log)]
+    if experiment == "walk":
+        findings = check_channels_walking(log.time_s, belief.forces(merged.raw), log.channels)
+        if findings:
+            return findings
+    reference = reference_of(log)
+    arms = log.known["cell_pos_m"] - reference.cop_m[:, None]
+    known = np.isfinite(reference.fz_n) & np.isfinite(arms).all(axis=(1, 2))
+    stands = (np.nan_to_num(log.known["contact"]) != 0.0).any(axis=1)
+    rows = np.flatnonzero(known & stands & np.isfinite(log.readings).all(axis=1))
+    if not rows.size:  # insoles without a robot know no CoP that is demanded
+        return []
+    rows = rows[:: max(rows.size // _MOST_ROWS, 1)]
+    forces = belief.forces(log.readings[rows])
+    return check_exchanged_walking(forces, log.channels, arms[rows], reference.fz_n[rows])
+
+
+def _carried(log: Log) -> list[Finding]:
+    """Vertical force of six-axis feet against the weight of the robot."""
+    feet = log.known["foot_rot_wt"].shape[1]
+    force = log.readings.reshape(len(log), feet, 6)[..., :3]
+    vertical = np.einsum("nkj,nkj->nk", log.known["foot_rot_wt"][:, :, 2, :], force)
+    total = vertical.sum(axis=1) + log.known["foot_weight_n"].sum(axis=1)
+    weight = float(log.known["mass_kg"][0] * log.known["gravity_mps2"][0])
+    return check_total_force(total, weight, "all feet")
+
+
+def estimates_of(record: ParametersRecord) -> Estimates:
+    """A calibration record as estimates."""
+    names = tuple(record.parameters)
+    return Estimates(
+        names=names,
+        units=tuple(p.unit for p in record.parameters.values()),
+        values=np.array([p.value for p in record.parameters.values()]),
+        covariance=record.covariance_of(names),
+        status=tuple(Status(p.status) for p in record.parameters.values()),
+    )
+
+
+def without_transducer_effects(log: Log, record: ParametersRecord) -> Log:
+    """What transducers and body without the effects of a calibration would have shown.
+
+    Offsets stay in: the walk or the stand finds them.
+    """
+    offsets = Chain((link(calibration_of(log.channels), log.channels),))
+    extended = offsets
+    for item in record.effects:
+        effect = effect_of(item)
+        if Trait.CALIBRATION not in effect.traits:
+            extended = extended.with_link(Link(effect, dict(item.owners)))
+    if len(extended.links) == 1:
+        return log
+    values = record.values
+    good = np.asarray(np.isfinite(log.readings).all(axis=1))
+    truth, _ = extended.remove(log.with_readings(np.nan_to_num(log.readings)), values)
+    shown, _ = offsets.apply(truth, values)
+    return shown.with_readings(np.where(good[:, None], shown.readings, np.nan))
+
+
+def prior_belief(
+    record: ParametersRecord | None, robot: Robot, channels: tuple[str, ...]
+) -> Belief:
+    """What is believed of the cells: an earlier calibration, or the nameplate.
+
+    An earlier calibration is widened: mounting a cell moves scale and zero, and so do days.
+    """
+    plate = robot.nameplate
+    if record is not None:
+        for channel in channels:
+            record.value(f"{channel}.scale")
+            record.value(f"{channel}.bias")
+        return belief_from(
+            estimates_of(record), channels,
+            least_gain_sd=plate.mounted_scale_relative_sd or min(plate.scale_relative_sd, GAIN_SD),
+            least_bias_sd_n=plate.mounted_bias_sd_n
+            or min(plate.bias_sd_n, max(BIAS_SD_N, _DRIFT_SHARE * (robot.weight_n or 0.0))),
+        )  # fmt: skip
+    if plate.scale_n_per_count is None:
+        raise UsageError(
+            "nothing says what the counts mean",
+            remedy="give --parameters (from offline-fit), or scale_n_per_count and zero_counts in "
+            "[robot.nameplate]",
+        )
+    scale = np.full(len(channels), plate.scale_n_per_count)
+    return nameplate(
+        channels, scale, -scale * plate.zero_counts, plate.scale_relative_sd, plate.bias_sd_n
+    )
+
+
+def sensor_stream_of(
+    table: Table, channels: tuple[str, ...], feet: tuple[str, ...], lost: float | None
+) -> SensorStream:
+    """Readings of cells or, where `feet` are named, of their transducers; lost ones are NaN."""
+    columns = (
+        [f"{foot}_{axis}" for foot in feet for axis in _AXIS_COLUMNS]
+        if feet
+        else [f"{channel}_counts" for channel in channels]
+    )
+    readings = table.numbers(columns)
+    if lost is not None:
+        readings = np.where(readings == lost, np.nan, readings)
+    return SensorStream(table.number("time_s"), readings, channels)
+
+
+def body_stream_of(table: Table, feet: tuple[str, ...]) -> BodyStream:
+    """The body's columns; what a log may lack is zero or None."""
+    n = len(table)
+
+    def triple(pattern: str) -> FloatArray:
+        return table.numbers([pattern.format(axis) for axis in "xyz"])
+
+    rotations = []
+    yaws = []
+    for foot in feet:
+        if f"{foot}_foot_qw" in table:
+            quaternion = table.numbers([f"{foot}_foot_q{axis}" for axis in "xyzw"])
+            rot = _rotations(quaternion)
+        else:
+            yaw = (
+                table.number(f"{foot}_foot_yaw_rad")
+                if f"{foot}_foot_yaw_rad" in table
+                else np.zeros(n)
+            )
+            rot = _rotations(np.stack([0 * yaw, 0 * yaw, np.sin(yaw / 2), np.cos(yaw / 2)], axis=1))
+        rotations.append(rot)
+        yaws.append(np.arctan2(rot[:, 1, 0], rot[:, 0, 0]))
+    momentum = (
+        table.numbers(["angmom_rate_x_nm", "angmom_rate_y_nm"])
+        if "angmom_rate_x_nm" in table
+        else np.zeros((n, 2))
+    )
+    return BodyStream(
+        time_s=table.number("time_s"),
+        com_m=triple("com_{}_m"),
+        com_acc_mps2=triple("com_acc_{}_mps2"),
+        angmom_rate_nm=momentum,
+        feet_m=np.stack([triple(f"{foot}_foot_{{}}_m") for foot in feet], axis=1),
+        feet_yaw_rad=np.stack(yaws, axis=1),
+        feet_rot=np.stack(rotations, axis=1),
+        imu_acc_mps2=triple("imu_acc_{}_mps2") if "imu_acc_x_mps2" in table else None,
+        imu_gyro_radps=triple("imu_gyro_{}_radps") if "imu_gyro_x_radps" in table else None,
+    )
+
+
+def _rotations(quaternion: FloatArray) -> FloatArray:
+    """Rotation matrices of quaternions x y z w, NaN where one is lost, shape (n, 3, 3)."""
+    good = np.isfinite(quaternion).all(axis=1) & (np.linalg.norm(quaternion, axis=1) > 0.5)
+    matrices = np.full((len(quaternion), 3, 3), np.nan)
+    matrices[good] = rotation_of_quaternion(quaternion[good])
+    return matrices
+
+
+def _no_body(stream: SensorStream, feet: int) -> BodyStream:
+    """A robot that says nothing: its weight is known, its CoM is not."""
+    time_s = stream.time_s[np.isfinite(stream.time_s)]
+    ends = np.array([time_s.min() - 1.0, *np.unique(time_s), time_s.max() + 1.0])
+    n = ends.size
+    return BodyStream(
+        ends, np.full((n, 3), np.nan), np.zeros((n, 3)), np.zeros((n, 2)),
+        np.zeros((n, feet, 3)), np.zeros((n, feet)),
+    )  # fmt: skip
+
+
+def _merge_six_axis(
+    stream: SensorStream, body: BodyStream, robot: Robot, rule: MergeRule, experiment: str
+) -> Merged:
+    feet: Mapping[str, Any] = robot.feet
+    placed = tuple(
+        (
+            np.array(foot.transducer_position_m or (0.0, 0.0, 0.0)),
+            rotation_of_rpy(foot.transducer_rotation_rpy_rad),
+        )
+        for foot in feet.values()
+    )
+    return merge_six_axis(
+        stream,
+        body,
+        placed,
+        np.array([foot.weight_below_n for foot in feet.values()]),
+        np.array([foot.com_below_m for foot in feet.values()]),
+        float(robot.mass_kg or 0.0),
+        robot.gravity_mps2,
+        experiment=experiment,
+        rule=rule,
+    )

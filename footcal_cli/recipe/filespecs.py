@@ -1,0 +1,171 @@
+"""``[columns]`` and ``[[files]]`` of a recipe: where columns stand and how files are written."""
+
+from __future__ import annotations
+
+import codecs
+import re
+from typing import Literal, Self
+
+from pydantic import Field, model_validator
+
+from footcal_cli.records.models import Frozen
+from footcal_cli.tables.reading import BLANKS, ForeignColumn, Layout
+
+
+class Place(Frozen):
+    """An entry of ``[columns]``: where one of footcal's columns is found.
+
+    Just the name of the file's column, or a table: `column` is its name, `unit` that of its
+    numbers, `factor` what they are multiplied by (−1 turns a sign), `format` that of dates as
+    strptime has it (``%d.%m.%Y %H:%M:%S.%f``), `pattern` a regular expression whose first group is
+    the value in a cell (``Reading: 8347750``) and whose group ``unit``, if any, is that value's own
+    unit, `nanoseconds` the column beside one of whole seconds, `names` translates texts, `wraps_at`
+    is the number at which a counter begins again from zero (2³² = 4294967296). Instead of `column`,
+    a `value` holds for every row, and `file_name` is a regular expression whose first group in the
+    file's name does.
+    """
+
+    column: str = ""
+    unit: str | None = None
+    value: str | float | None = None
+    file_name: str | None = None
+    pattern: str | None = None
+    format: str | None = None
+    factor: float | None = None
+    nanoseconds: str = ""
+    wraps_at: float | None = Field(default=None, gt=0)
+    names: dict[str, str] = Field(default_factory=dict)
+
+    @model_validator(mode="after")
+    def _one_source(self) -> Self:
+        sources = (bool(self.column), self.value is not None, self.file_name is not None)
+        if sum(sources) != 1:
+            raise ValueError("give one of column, value and file_name")
+        for text in (self.pattern, self.file_name):
+            if text is None:
+                continue
+            found = _expression(text)
+            with_unit = text is self.pattern and found.groupindex.get("unit") == 2
+            if found.groups != 1 + with_unit:
+                raise ValueError(f"'{text}' needs exactly one group in round brackets")
+            if with_unit and self.unit is None:
+                raise ValueError("a pattern that finds units needs the unit they become: unit")
+        if self.nanoseconds and not self.column:
+            raise ValueError("nanoseconds stand next to a column of whole seconds")
+        return self
+
+    def foreign(self) -> ForeignColumn:
+        """In the form that `footcal_cli.tables.table` reads."""
+        return ForeignColumn(**self.model_dump())
+
+
+def _expression(text: str) -> re.Pattern[str]:
+    try:
+        return re.compile(text)
+    except re.error as error:
+        raise ValueError(f"'{text}' is no regular expression: {error}") from None
+
+
+class JoinSpec(Frozen):
+    """A file joined to a log: its columns are called ``<file name without suffix>.<column>``.
+
+    `file` lies in the log's folder; its own ``[[files]]`` entry says how it is read. `by` time or
+    row; `offset_s` is added to its stamps; `how` fills in between them, no farther than
+    `tolerance_s` away.
+    """
+
+    file: str
+    by: Literal["time", "row"] = "time"
+    offset_s: float = 0.0
+    how: Literal["interpolate", "nearest", "previous"] = "interpolate"
+    tolerance_s: float = Field(default=0.1, gt=0)
+
+
+class FileSpec(Frozen):
+    """An entry of ``[[files]]``: how the files of one kind are written.
+
+    `match` is a pattern of file names (``press_*.csv``); the first entry that matches a log counts.
+    `separator` is one character, ``tab`` or ``space`` (any run of blanks); `decimal` a point or a
+    comma, `thousands` the sign between groups of three digits; `encoding` that of the text. Lines
+    that begin with `comment` are left out, then `skip_rows` lines; a line of names follows unless
+    `header` is false; `names` replaces it;
+    `skip_below` lines of units and the like stand below it; the table ends above a line that begins
+    with `until`. `line` is a regular expression with
+    named groups for texts without fields: each line it is found in is a row; `carried` is one for
+    lines between the rows (``# load 2 kg``) whose groups are columns of the rows below. `rate_hz`
+    counts rows where there are no stamps. `rows_of` is for topics that take turns in one table:
+    rows without a value in this column are left out, and the other columns are filled in from their
+    own rows, no farther than 0.1 s away.
+    `columns` are the files' own, before ``[columns]``. `wide` makes one row of the file into one
+    row per entry, distinguished by the column `wide_into`. `join` brings in columns of other files.
+    """
+
+    match: str = "*"
+    separator: str = ","
+    decimal: Literal[".", ","] = "."
+    thousands: Literal["", ".", ",", "'", " ", "\u00a0", "\u202f"] = ""
+    encoding: str = "utf-8"
+    comment: str = ""
+    skip_rows: int = Field(default=0, ge=0)
+    header: bool = True
+    names: tuple[str, ...] = ()
+    skip_below: int = Field(default=0, ge=0)
+    until: str = ""
+    line: str = ""
+    carried: str = ""
+    rate_hz: float | None = Field(default=None, gt=0)
+    columns: dict[str, Place] = Field(default_factory=dict)
+    rows_of: str = ""
+    wide_into: str = "channel"
+    wide: dict[str, dict[str, Place]] = Field(default_factory=dict)
+    join: tuple[JoinSpec, ...] = ()
+
+    @model_validator(mode="after")
+    def _readable(self) -> Self:
+        if len(self.separator) != 1 and self.separator not in _SEPARATORS:
+            raise ValueError("separator is one character, 'tab' or 'space'")
+        if self.thousands == self.decimal:
+            raise ValueError("thousands and decimal are the same character")
+        if self.decimal == self.separator:
+            raise ValueError("separator and decimal are the same character")
+        try:
+            codecs.lookup(self.encoding)
+        except LookupError:
+            raise ValueError(f"no encoding is called '{self.encoding}'") from None
+        for text in (self.line, self.carried):
+            if text and not _expression(text).groupindex:
+                raise ValueError(f"'{text}' has no named group such as (?P<counts>…)")
+        return self
+
+    def layout(self) -> Layout:
+        """How the text is laid out."""
+        return Layout(
+            _SEPARATORS.get(self.separator, self.separator), self.decimal, self.encoding,
+            self.comment, self.skip_rows, self.header, self.names, self.skip_below, self.line,
+            self.carried, self.thousands, self.until,
+        )  # fmt: skip
+
+
+_SEPARATORS = {"tab": "\t", "space": BLANKS}
+
+
+def as_place(value: object) -> object:
+    """A bare name written out."""
+    return {"column": value} if isinstance(value, str) else value
+
+
+def as_places(table: object) -> object:
+    """A table of places with its bare names written out."""
+    return {k: as_place(v) for k, v in table.items()} if isinstance(table, dict) else table
+
+
+def as_file(entry: object) -> object:
+    """Short forms of an entry of ``[[files]]`` written out."""
+    if not isinstance(entry, dict):
+        return entry
+    full = dict(entry)
+    if "columns" in full:
+        full["columns"] = as_places(full["columns"])
+    if isinstance(full.get("wide"), dict):
+        full["wide"] = {name: as_places(own) for name, own in full["wide"].items()}
+    return full

@@ -1,0 +1,400 @@
+"""What a log or a calibration says against the recipe and against itself, whoever reads it.
+
+`footcal_cli.session.session` asks for it whenever a command reads a file, so that every command
+hears the same of the same file. What needs a calibration or two streams is asked where they come
+together (`footcal_cli.intake.recordings`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from footcal_cli.core import body_stream, quality, readings
+from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.plausibility import check_scale, check_shares
+from footcal_cli.core.quality import Finding
+from footcal_cli.core.wiring import check_exchanged_cells
+from footcal_cli.recipe import Robot
+from footcal_cli.records.results import ParametersRecord
+from footcal_cli.tables.columns import TableType
+from footcal_cli.tables.table import Table
+
+_SLOWEST_LEGS_S, _SLOWEST_BENCH_S = 5.0, 60.0
+"""Longest usual interval of hanging legs and of weighing; walking and standing are faster."""
+_SAME_GRAVITY = 0.006
+"""Share by which gravity differs between places on the ground, at most."""
+_CONVENTIONS = ("force = scale * counts + bias", "reading = applied + offset")
+"""How every sign convention that footcal writes begins."""
+_UNNAMED = Robot().name
+
+
+def inspect(table: Table, kind: TableType, robot: Robot) -> list[Finding]:
+    """Everything that one log alone says, by its kind."""
+    look: Callable[[Table, Robot], list[Finding]] | None = {
+        "weights": _weights,
+        "weights_stream": _weights_stream,
+        "weights_together": _weights_together,
+        "placements": _placements,
+        "cells": _cells,
+        "six_axis_feet": _stream,
+        "body": _body,
+        "hang": _legs,
+        "legs": _legs,
+        "poses": _legs,
+    }.get(kind.name)
+    return look(table, robot) if look is not None else []
+
+
+def over_pieces(said: Sequence[Sequence[Finding]]) -> list[Finding]:
+    """Findings of a long log that was read in pieces: each once, with how many pieces show it."""
+    first: dict[tuple[str, str], Finding] = {}
+    count: dict[tuple[str, str], int] = {}
+    for found in said:
+        for finding in found:
+            key = (finding.code, finding.where)
+            first.setdefault(key, finding)
+            count[key] = count.get(key, 0) + 1
+    if len(said) == 1:
+        return list(first.values())
+    return [
+        replace(
+            finding,
+            sentence=f"{finding.sentence} (the first of {count[key]} pieces that show it, of "
+            f"{len(said)})",
+        )
+        for key, finding in first.items()
+    ]
+
+
+def inspect_record(record: ParametersRecord, robot: Robot, path: str) -> list[Finding]:
+    """What a calibration to start from states against the recipe."""
+    found = []
+    if _UNNAMED not in (record.robot, robot.name) and record.robot != robot.name:
+        found.append(
+            Finding(
+                "calibration_of_another_robot", "warning", path,
+                f"the calibration is of '{record.robot}', the recipe of '{robot.name}'",
+                "give the calibration of this robot, or correct name in [robot]",
+            )
+        )  # fmt: skip
+    off = record.gravity_mps2 / robot.gravity_mps2 - 1.0
+    if abs(off) > 1e-6:
+        found.append(
+            Finding(
+                "gravity_differs", "alarm" if abs(off) > _SAME_GRAVITY else "note", path,
+                f"the calibration was made with g = {record.gravity_mps2:g} m/s², the recipe says "
+                f"{robot.gravity_mps2:g} m/s²",
+                "correct gravity_mps2 in [robot]"
+                + (", or calibrate again" if abs(off) > _SAME_GRAVITY else "")
+                + "; it differs by up to 0.5 % between places",
+            )
+        )  # fmt: skip
+    if not record.sign_convention.startswith(_CONVENTIONS):
+        found.append(
+            Finding(
+                "unknown_sign_convention", "warning", path,
+                f"the calibration means its values so: '{record.sign_convention[:80]}'; this "
+                f"program takes {' or '.join(_CONVENTIONS)}",
+                "convert it to this convention",
+            )
+        )  # fmt: skip
+    plate = robot.nameplate.scale_n_per_count
+    for cell in robot.cell_names:
+        if f"{cell}.scale" in record.parameters:
+            found += check_scale(cell, record.parameters[f"{cell}.scale"].value, plate)
+    return found
+
+
+def weights_findings(
+    tables: Sequence[Table], robot: Robot, intended_load_n: tuple[float, float] | None
+) -> list[Finding]:
+    """What all weights logs of a run say together."""
+    channel = np.concatenate([table.text("channel") for table in tables])
+    load, counts = (
+        np.concatenate([table.number(name) for table in tables]) for name in ("load_n", "counts")
+    )
+    names = list(dict.fromkeys(channel))
+    bits = robot.adc.bits
+    codes = [f for n in names for f in readings.check_codes(n, counts[channel == n], bits)]
+    found = _merged([f for f in codes if f.severity == "note"], len(names))
+    found += quality.check_load_unit(load, intended_load_n, robot.weight_n)
+    session = _sessions(tables)
+    for name in names:
+        at = channel == name
+        found += quality.check_units_of_sessions(name, load[at], counts[at], session[at])
+    return found + quality.check_repeats_across_channels(
+        {n: counts[channel == n] for n in names}, {n: load[channel == n] for n in names}
+    )
+
+
+def _sessions(tables: Sequence[Table]) -> FloatArray:
+    """Number of the session of every row: file by file, and within a file by its column."""
+    labels = [
+        f"{number} {text}"
+        for number, table in enumerate(tables)
+        for text in (table.text("session") if "session" in table else [""] * len(table))
+    ]
+    order = {label: float(i) for i, label in enumerate(dict.fromkeys(labels))}
+    return np.array([order[label] for label in labels])
+
+
+def _weights(table: Table, robot: Robot) -> list[Finding]:
+    channel = table.text("channel")
+    load, counts = table.number("load_n"), table.number("counts")
+    found: list[Finding] = []
+    for name in dict.fromkeys(channel):
+        mine = channel == name
+        found += _codes(name, counts[mine], robot)
+        found += _known(name, load[mine], counts[mine], robot)
+    found += _loads(load, robot)
+    if "time_s" in table:
+        session = table.text("session") if "session" in table else np.full(len(table), "")
+        for name, part in dict.fromkeys(zip(channel, session, strict=True)):
+            stamps = table.number("time_s")[(channel == name) & (session == part)]
+            where = f"{name} {part}".strip()
+            found += body_stream.check_stamp_unit(stamps, where, slowest_s=_SLOWEST_BENCH_S)
+    return found
+
+
+def _weights_stream(table: Table, robot: Robot) -> list[Finding]:
+    time_s, names = table.number("time_s"), _kept(table)
+    found = body_stream.check_stamp_unit(time_s, table.path.name, slowest_s=_SLOWEST_BENCH_S)
+    for name in names:
+        values = table.number(name)
+        found += _codes(name, values, robot)
+        if "load_n" in table:
+            found += _known(name.removesuffix("_counts"), table.number("load_n"), values, robot)
+    if "load_n" in table:
+        found += _loads(table.number("load_n"), robot)
+    return found
+
+
+def _weights_together(table: Table, robot: Robot) -> list[Finding]:
+    found: list[Finding] = []
+    for name in (str(c) for c in table.data.columns if str(c).endswith("_counts")):
+        cell = name.removesuffix("_counts")
+        found += _codes(name, table.number(name), robot)
+        if f"{cell}_load_n" in table:
+            load = table.number(f"{cell}_load_n")
+            found += readings.check_known_loads(load, table.number(name), cell)
+    loads = [str(c) for c in table.data.columns if str(c).endswith("_load_n")]
+    if loads:
+        found += _loads(table.numbers(loads).ravel(), robot)
+    return found
+
+
+def _placements(table: Table, robot: Robot) -> list[Finding]:
+    found: list[Finding] = []
+    names = [str(c) for c in table.data.columns if str(c).endswith("_counts")]
+    for name in names:
+        found += _codes(name, table.number(name), robot)
+    found += _loads(table.number("load_n"), robot)
+    found += _exchanged(table, robot)
+    furthest = float(np.nanmax(np.abs(table.numbers(["hole_x_m", "hole_y_m"]))))
+    if furthest > 2.0:
+        found.append(
+            Finding(
+                "holes_not_metres", "alarm", "hole_x_m, hole_y_m",
+                f"a hole lies {furthest:.4g} m from the middle of the foot: it looks given in mm",
+                'give the unit in [columns], hole_x_m = { column = "…", unit = "mm" }',
+            )
+        )  # fmt: skip
+    return found
+
+
+def _exchanged(table: Table, robot: Robot) -> list[Finding]:
+    """Cells of a foot that are copied or exchanged, by its placements: means by hole and load."""
+    foot, load = table.text("foot"), table.number("load_n")
+    hole = table.numbers(["hole_x_m", "hole_y_m"])
+    found: list[Finding] = []
+    for name, spec in robot.feet.items():
+        columns = [f"{cell}_counts" for cell in spec.cells]
+        mine = np.flatnonzero(foot == name)
+        if not columns or not mine.size or any(c not in table for c in columns):
+            continue
+        names = [f"{name}_{cell}" for cell in spec.cells]
+        rows = np.column_stack([hole, load, table.numbers(columns)])[mine]
+        rows = rows[np.isfinite(rows).all(axis=1)]
+        _, own = np.unique(rows[:, :3].round(6), axis=0, return_inverse=True)
+        own = own.ravel()
+        means = np.stack([rows[own == k].mean(axis=0) for k in range(int(own.max(initial=-1)) + 1)])
+        found += quality.check_duplicate_channels(rows[:, 3:], names)
+        cells = np.array([[cell.x_m, cell.y_m] for cell in spec.cells.values()])
+        found += check_exchanged_cells(means[:, 3:], names, cells, means[:, :2], means[:, 2])
+        turned = check_shares(rows[:, 3:], names, rows[:, 2], calibrated=False)
+        # where no nameplate says which way the bridges read, one may be wired the other way round
+        known = robot.nameplate.scale_n_per_count is not None
+        found += turned if known else [replace(f, severity="warning") for f in turned]
+        found += readings.check_dead_channels(rows[:, 3:], names, loaded=True)
+    return found
+
+
+def _cells(table: Table, robot: Robot) -> list[Finding]:
+    found = _stream(table, robot)
+    lost = robot.adc.lost_reading
+    for foot, spec in robot.feet.items():
+        names = [f"{foot}_{cell}" for cell in spec.cells]
+        if not names or any(f"{name}_counts" not in table for name in names):
+            continue
+        values = table.numbers([f"{name}_counts" for name in names])
+        if lost is not None:
+            values = np.where(values == lost, np.nan, values)
+        found += readings.check_loose_channels(values, names)
+        still = readings.check_dead_channels(values, names)
+        found += still or readings.check_turned_channels(values, names)
+    return found
+
+
+def _stream(table: Table, robot: Robot) -> list[Finding]:
+    """Stamps, and every channel for itself and beside the others."""
+    time_s, names = table.number("time_s"), _kept(table)
+    values = table.numbers(names)
+    if robot.adc.lost_reading is not None:
+        values = np.where(values == robot.adc.lost_reading, np.nan, values)
+    found = body_stream.check_stamp_unit(time_s, table.path.name)
+    found += quality.check_order(time_s, table.path.name)
+    found += quality.check_frozen(time_s, values, table.path.name)
+    found += quality.check_stream(time_s, values, names)
+    for i, name in enumerate(names):
+        own = values[:, i]
+        if name.endswith("_counts"):
+            known = {(f.code, f.where) for f in found}
+            found += [f for f in _codes(name, own, robot) if (f.code, f.where) not in known]
+            own = np.where(readings.find_end_codes(own, robot.adc.bits), np.nan, own)
+        found += readings.check_glitches(own, time_s, name)
+    return found
+
+
+def _body(table: Table, robot: Robot) -> list[Finding]:
+    time_s, where = table.number("time_s"), table.path.name
+    found = body_stream.check_stamp_unit(time_s, where)
+    found += quality.check_order(time_s, where)
+    names = _kept(table)
+    lost = [n for n in names if not np.isfinite(table.number(n)).any()]
+    found += quality.check_stream(time_s, table.numbers(lost), lost) if lost else []
+    com = table.numbers([f"com_{a}_m" for a in "xyz"])
+    found += quality.check_frozen(time_s, com, where)
+    feet = [f for f in robot.feet or ("left", "right") if f"{f}_foot_x_m" in table]
+    if feet:
+        at = [table.numbers([f"{f}_foot_{a}_m" for a in "xyz"]) for f in feet]
+        found += body_stream.check_positions(com, np.stack(at, axis=1), where)
+    found += body_stream.check_acceleration(
+        time_s, com, table.numbers([f"com_acc_{a}_mps2" for a in "xyz"]), robot.gravity_mps2, where
+    )
+    if "imu_acc_x_mps2" in table:
+        imu = table.numbers([f"imu_acc_{a}_mps2" for a in "xyz"])
+        found += body_stream.check_imu(imu, robot.gravity_mps2, where)
+    for foot in feet:
+        if f"{foot}_foot_yaw_rad" in table:
+            name = f"{foot}_foot_yaw_rad"
+            yaw = table.number(name)
+            heading = body_stream.check_heading(time_s, yaw, name)
+            if not heading and {"left", "right"} <= set(feet):
+                left, right = (at[feet.index(side)] for side in ("left", "right"))
+                heading = body_stream.check_heading_across(yaw, left, right, name)
+            found += heading
+        if f"{foot}_foot_qw" in table:
+            columns = [f"{foot}_foot_q{a}" for a in "xyzw"]
+            # a link's frame may point anywhere, as transducer_rotation_rpy_rad then says
+            spec = robot.feet.get(foot)
+            upright = spec is None or not any(spec.transducer_rotation_rpy_rad)
+            found += body_stream.check_quaternions(
+                table.numbers(columns), f"{foot}_foot_qx …", upright=upright
+            )
+    return found
+
+
+def _legs(table: Table, robot: Robot) -> list[Finding]:
+    """Hanging and standing robots with transducers at the hips, long form."""
+    found: list[Finding] = []
+    names = [c for c in _kept(table) if not c.startswith("body_q")]
+    leg = table.text("leg")
+    part = table.text("orientation") if "orientation" in table else np.full(len(table), "")
+    for name in dict.fromkeys(leg):
+        mine = leg == name
+        order = np.arange(int(mine.sum()), dtype=float)
+        values = table.numbers(names)[mine]
+        labels = [f"{name}.{c.rsplit('_', 1)[0]}" for c in names]
+        found += quality.check_stream(order, values, labels)
+        if "time_s" not in table:
+            continue
+        for which in dict.fromkeys(part[mine]):
+            at = mine & (part == which)
+            stamps = table.number("time_s")[at]
+            where = f"{name}, {which}".rstrip(", ")
+            found += body_stream.check_stamp_unit(stamps, where, slowest_s=_SLOWEST_LEGS_S)
+            for c, label in zip(names, labels, strict=True):
+                found += readings.check_glitches(table.number(c)[at], stamps, label)
+    if "body_qw" in table:
+        columns = [f"body_q{a}" for a in "xyzw"]
+        found += body_stream.check_quaternions(table.numbers(columns), "body_qx …")
+    return found
+
+
+def _known(channel: str, load: FloatArray, counts: FloatArray, robot: Robot) -> list[Finding]:
+    """A cell against its known loads, and its slope against the nameplate."""
+    found = readings.check_known_loads(load, counts, channel)
+    plate = robot.nameplate.scale_n_per_count
+    good = np.isfinite(load) & np.isfinite(counts)
+    if found or not plate or good.sum() < 3 or not np.ptp(counts[good]) > 0:
+        return found
+    with np.errstate(all="ignore"):
+        offset = counts[good] - counts[good].mean()
+        scale = float(offset @ load[good] / (offset @ offset))
+    return check_scale(channel, scale, plate)
+
+
+def _loads(load: FloatArray, robot: Robot) -> list[Finding]:
+    load = load[np.isfinite(load)]
+    found = quality.check_load_unit(load, None, robot.weight_n) if load.size else []
+    if load.size and not load.any():
+        found.append(
+            Finding(
+                "no_load", "warning", "load", f"all {load.size} loads are 0 N",
+                "check the load column; rows without a load tell the zero alone",
+            )
+        )  # fmt: skip
+    if load.size and float(load.max()) <= 0.0 and float(load.min()) < 0.0:
+        found.append(
+            Finding(
+                "negative_loads", "warning", "load",
+                f"all loads are negative ({load.min():.4g} … {load.max():.4g} N): a weight that "
+                "presses is positive here",
+                "turn the sign of the load column, unless the cells were really pulled",
+            )
+        )  # fmt: skip
+    return found
+
+
+def _codes(name: str, values: FloatArray, robot: Robot) -> list[Finding]:
+    """End codes and stuck readings of one channel, lost samples left out."""
+    good = values[np.isfinite(values)]
+    if not good.size:
+        return []
+    found = readings.check_codes(name, good, robot.adc.bits)
+    return [f for f in found if f.severity == "alarm"]
+
+
+def _kept(table: Table) -> list[str]:
+    """Channels of a stream: number columns but for stamps and drivers."""
+    drivers = {"time_s", "load_n", "temperature_degc", "phase_rad", "contact"}
+    return [
+        str(c)
+        for c in table.data.columns
+        if c not in drivers
+        and not str(c).startswith("gravity_")
+        and table.data[c].dtype.kind in "if"
+    ]
+
+
+def _merged(findings: Sequence[Finding], channels: int) -> list[Finding]:
+    """One finding where every channel has the same one."""
+    kept: list[Finding] = []
+    for code in dict.fromkeys(finding.code for finding in findings):
+        alike = [finding for finding in findings if finding.code == code]
+        same = len(alike) == channels > 1 and len({f.sentence for f in alike}) == 1
+        kept += [replace(alike[0], where="all channels")] if same else alike
+    return kept

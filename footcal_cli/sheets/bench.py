@@ -1,0 +1,253 @@
+"""`offline-fit`: the report on channels with their weights, and all parts as one report."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footcal_cli.core.bench.changes import Change, Earlier, find_changes
+from footcal_cli.core.bench.plateaus import SampleState
+from footcal_cli.core.bench.record import BenchRecord
+from footcal_cli.core.bench.regression import pooled_curvature
+from footcal_cli.core.bench.study import ChannelStudy, record_of_samples
+from footcal_cli.core.parameters import Estimates
+from footcal_cli.core.quality import Finding
+from footcal_cli.plots.ladder import plot_ladder, plot_recordings, plot_staircases
+from footcal_cli.plots.weights import plot_loads_against_counts, plot_residuals, plot_scales
+from footcal_cli.records.results import (
+    FindingRecord,
+    ParametersRecord,
+    RmseRecord,
+    RmseRow,
+    VerdictRecord,
+)
+from footcal_cli.report import Picture, Report
+from footcal_cli.report.outcome import Outcome
+from footcal_cli.sheets import ladder, weights
+
+_LEVELS = ("good", "warning", "bad")
+_MOST_CHANGES = 6
+
+
+def joined(
+    title: str, parts: Sequence[Outcome], earlier: ParametersRecord | None,
+    estimates: Iterable[Estimates],
+) -> Outcome:  # fmt: skip
+    """All parts as one report, and what has changed since an earlier calibration.
+
+    Parameters
+    ----------
+    title
+        Of the report.
+    parts
+        The one that leads first: its sentence is the verdict, the others are details.
+    earlier
+        The calibration that the run started from.
+    estimates
+        What was found now.
+    """
+    reports = [part.report for part in parts]
+    verdicts = [report.verdict for report in reports]
+    lead = [sheet for report in reports for sheet in report.leading]
+    details = list(verdicts[0].details)
+    for verdict in verdicts[1:]:
+        details += [verdict.sentence, *verdict.details]
+    if earlier is not None and (changes := changes_since(earlier, estimates)):
+        since = earlier.created[:10]
+        lead.append(ladder.change_sheet(changes, since))
+        notable = [c for c in changes if c.p_value < ladder.NOTABLE_P][:_MOST_CHANGES]
+        details.append(
+            "Changed: " + "; ".join(c.sentence(since) for c in notable) + "."
+            if notable
+            else f"Nothing changed since {since} beyond what chance explains."
+        )
+    level = max((verdict.level for verdict in verdicts), key=_LEVELS.index)
+    records = [part.rmse for part in reversed(parts) if part.rmse is not None]
+    return Outcome(
+        report=Report(
+            title=title,
+            verdict=VerdictRecord(
+                level=level, sentence=verdicts[0].sentence, details=tuple(details)
+            ),
+            pictures=tuple(picture for report in reports for picture in report.pictures),
+            lead_sheets=tuple(lead),
+            sheets=tuple(sheet for report in reports for sheet in report.details),
+            findings=tuple(f for report in reports for f in report.findings),
+            footer=tuple(line for report in reversed(reports) for line in report.footer),
+        ),
+        rmse=RmseRecord(
+            rows=tuple(row for record in records for row in record.rows),
+            rejected={k: n for record in records for k, n in record.rejected.items()},
+        ),
+        tables={name: table for part in parts for name, table in part.tables.items()},
+    )
+
+
+def changes_since(before: ParametersRecord, estimates: Iterable[Estimates]) -> list[Change]:
+    """Parameters against those of an earlier calibration, the surest change first."""
+    known = {
+        name: Earlier(p.value, p.sd, p.unit)
+        for name, p in before.parameters.items()
+        if p.sd is not None and p.sd > 0
+    }
+    found = [change for group in estimates for change in find_changes(group, known)]
+    return sorted(found, key=lambda change: change.p_value)
+
+
+def weights_outcome(
+    studies: Sequence[ChannelStudy],
+    apart: Sequence[tuple[ChannelStudy, BenchRecord]],
+    findings: Sequence[Finding],
+    tolerance_percent: float,
+    method: str,
+) -> Outcome:
+    """Channels with their weights, and records that were kept apart from the fit."""
+    fits = [study.affine for study in studies]
+    largest = max(float(np.abs(fit.load_n).max()) for fit in fits)
+    tolerance_n = tolerance_percent / 100.0 * largest
+    curvature = pooled_curvature(fits)
+    climbed = any(study.ladder is not None for study in studies)
+    extended = any(study.fit is not None for study in studies)
+    rows = weights.affine_rows(fits, "affine" if extended else "after")
+    if extended:
+        rows += [
+            weights.force_row(s.channel, "after", s.predict(s.record).load_n - s.record.load_n)
+            for s in studies
+        ]
+    rejected: Counter[str] = Counter()
+    for study in studies:
+        if study.samples is not None:
+            rejected.update(study.samples.rejected())
+    sheets = [
+        weights.parameter_sheet(fits),
+        ladder.model_sheet(studies) if climbed else None,
+        ladder.creep_sheet(studies),
+        weights.residual_sheet(fits),
+        weights.method_sheet(fits),
+        ladder.tried_sheet(studies),
+    ]
+    return Outcome(
+        report=Report(
+            title="Weights",
+            verdict=ladder.weights_verdict(studies, curvature, tolerance_n),
+            pictures=_pictures(studies, tolerance_n, climbed=climbed),
+            sheets=tuple(sheet for sheet in sheets if sheet is not None),
+            findings=tuple(map(FindingRecord.of, findings)),
+            footer=(
+                f"Model: F = scale · S + bias per channel, {method} regression of load on counts "
+                "(NAO CoP self-calibration, eqs. 1 and 2). Adequate: no residual above "
+                f"{tolerance_percent:g} % of the largest load ({tolerance_n:.3g} N).",
+            ),
+        ),
+        rmse=RmseRecord(
+            rows=(*rows, *ladder.held_out_rows(studies), *_held_out(apart)), rejected=dict(rejected)
+        ),
+        tables={"predictions.parquet": _predictions(studies, apart)},
+    )
+
+
+def _pictures(
+    studies: Sequence[ChannelStudy], tolerance_n: float, *, climbed: bool
+) -> tuple[Picture, ...]:
+    fits = [study.affine for study in studies]
+    recorded = any(study.samples is not None for study in studies)
+    pictures = [
+        Picture(
+            "loads_against_counts", lambda: plot_loads_against_counts(fits, tolerance_n),
+            "Known load against raw reading with the fitted line, and the error below it; orange "
+            "channels leave the band.",
+            title="Known load against reading, with the fitted line",
+        ),
+        Picture("scales", lambda: plot_scales(fits),
+                "Cells of one type should have scales that agree.",
+            title="Scales of all cells"),
+    ]  # fmt: skip
+    if not recorded:
+        pictures.insert(
+            0,
+            Picture(
+                "residuals", lambda: plot_residuals(fits, tolerance_n),
+                "Residual at each known load, one line per cell; lines that bend together share "
+                "a cause. Blue band: the tolerance.",
+                title="Residuals",
+            ),
+        )  # fmt: skip
+    if climbed:
+        pictures[:0] = [
+            Picture(
+                "staircases", lambda: plot_staircases(studies),
+                "Residual against load of the straight line and of the chosen model; loading and "
+                "unloading apart: a gap between them is memory, a common bend is nonlinearity.",
+                title="Residual against load: straight line and chosen model",
+            ),
+            Picture(
+                "ladder", lambda: plot_ladder(studies),
+                "Error of each model on sessions or loads that it was not fitted to; further left "
+                "is better, the filled one is in use.",
+                title="Held-out error of each model",
+            ),
+        ]  # fmt: skip
+    if recorded:
+        pictures.insert(
+            0,
+            Picture(
+                "recordings", lambda: plot_recordings(studies),
+                "The recording: blue samples were used, the others not, and why.",
+                title="Recording, with the samples used and rejected", zoom=True,
+            ),
+        )  # fmt: skip
+    return tuple(pictures)
+
+
+def _held_out(apart: Sequence[tuple[ChannelStudy, BenchRecord]]) -> list[RmseRow]:
+    """Errors of the channels' models on records that were kept apart."""
+    rows = []
+    for study, record in apart:
+        stages = {"after": study.predict}
+        if study.ladder is not None:
+            stages = {"affine": study.ladder.affine.predict, **stages}
+        for stage, predict in stages.items():
+            error = predict(record).load_n - record.load_n
+            row = weights.force_row(study.channel, stage, error, "held_out")
+            rows.append(row.model_copy(update={"reference": "known load, log never used"}))
+    return rows
+
+
+def _predictions(
+    studies: Sequence[ChannelStudy], apart: Sequence[tuple[ChannelStudy, BenchRecord]]
+) -> Mapping[str, NDArray[Any]]:
+    """Every row (of a recording: every sample) with its predicted load and why it counts or not."""
+    reasons = np.array([state.reason for state in SampleState], dtype=object)
+    pairs = [(study, record_of_samples(study), "train") for study in studies]
+    pairs += [(study, record, "held_out") for study, record in apart]
+    parts = []
+    for study, record, split in pairs:
+        found = study.predict(record)
+
+        def each(word: str, rows: int = len(record)) -> NDArray[Any]:
+            return np.full(rows, word, dtype=object)
+
+        states = each(SampleState.SETTLED.reason)
+        if study.samples is not None and split == "train":
+            states = reasons[study.samples.state]
+        parts.append(
+            {
+                "channel": each(study.channel),
+                "session": record.session,
+                "time_s": record.time_s if record.timed else np.full(len(record), np.nan),
+                "load_n": record.load_n,
+                "counts": record.reading,
+                "predicted_n": found.load_n,
+                "sd_n": found.sd_n,
+                "ci95_half_width_n": found.half_width_n(),
+                "extrapolated": found.extrapolated,
+                "model": each(study.model),
+                "split": each(split),
+                "state": states,
+            }
+        )
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}

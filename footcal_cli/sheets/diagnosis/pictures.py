@@ -1,0 +1,80 @@
+"""The figures of a diagnosis."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from footcal_cli.core.diagnosis.investigation import Investigation
+from footcal_cli.core.diagnosis.menu import Menu
+from footcal_cli.core.diagnosis.movement import Movement
+from footcal_cli.core.effects.contract import Effect
+from footcal_cli.plots.diagnosis import (
+    gains,
+    isolability,
+    ladder,
+    line_up,
+    movement,
+    null,
+    residuals,
+)
+from footcal_cli.report import Picture
+
+
+def pictures_of(
+    found: Investigation,
+    table: Mapping[str, Effect],
+    moved: tuple[Movement, ...],
+    menu: Menu | None,
+    seed: int,
+) -> tuple[Picture, ...]:
+    """All figures of one investigation."""
+    drawn = [
+        Picture(
+            "residual_against_driver",
+            lambda: residuals.plot_driver(found),
+            residuals.DRIVER_CAPTION,
+            title="Residual before and after the identified effect",
+        ),
+        Picture(
+            "line_up",
+            lambda: line_up.plot_line_up(found, seed),
+            line_up.LINE_UP_CAPTION,
+            title="The data among nineteen random panels",
+        ),
+        Picture(
+            "gain_per_block",
+            lambda: gains.plot_gains(found),
+            gains.GAINS_CAPTION,
+            title="Error of each held-out block before and after",
+        ),
+        Picture(
+            "ladder",
+            lambda: ladder.plot_ladder(found),
+            ladder.LADDER_CAPTION,
+            title="Held-out error of each model",
+        ),
+        Picture(
+            "isolability",
+            lambda: isolability.plot_isolability(found, table, menu),
+            isolability.caption(menu),
+            title="Which effects look alike",
+        ),
+    ]
+    if moved and found.found:
+        drawn.append(
+            Picture(
+                "movement",
+                lambda: movement.plot_movement(moved),
+                movement.MOVEMENT_CAPTION,
+                title="Change of each calibration parameter",
+            )
+        )
+    drawn.append(
+        Picture(
+            "null_gallery",
+            lambda: null.plot_null(found),
+            null.NULL_CAPTION,
+            title="Largest statistic of the data and by chance",
+        )
+    )
+    return tuple(drawn)

@@ -1,0 +1,144 @@
+"""What ``diagnose`` says of one experiment: report, record, errors."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from footcal_cli.core.bench.study import ChannelStudy
+from footcal_cli.core.diagnosis.answer import Verdict
+from footcal_cli.core.diagnosis.investigation import Investigation
+from footcal_cli.core.diagnosis.movement import Movement
+from footcal_cli.core.diagnosis.rules import Rules
+from footcal_cli.core.effects.contract import Effect
+from footcal_cli.intake.cases.shared import CaseRead
+from footcal_cli.records.diagnosis import DiagnosisRecord
+from footcal_cli.records.results import FindingRecord, RmseRecord, RmseRow, VerdictRecord
+from footcal_cli.report import Report
+from footcal_cli.report.outcome import Outcome
+from footcal_cli.sheets.diagnosis.answer import answer_of
+from footcal_cli.sheets.diagnosis.contract import Answer
+from footcal_cli.sheets.diagnosis.evidence import evidence_sheet, untested_sheet
+from footcal_cli.sheets.diagnosis.experiment import menu_sheets
+from footcal_cli.sheets.diagnosis.followed import (
+    after,
+    followed_records,
+    followed_words,
+    left_over,
+    suspect_records,
+)
+from footcal_cli.sheets.diagnosis.gains import gain_sheets, method_note, movement_sheets
+from footcal_cli.sheets.diagnosis.pictures import pictures_of
+from footcal_cli.sheets.diagnosis.record import record_of
+from footcal_cli.sheets.diagnosis.unknown import card_sheets
+from footcal_cli.sheets.ladder import study_sentence
+
+
+def outcome_of(
+    title: str,
+    read: CaseRead,
+    found: Investigation,
+    moved: tuple[Movement, ...],
+    table: Mapping[str, Effect],
+    rules: Rules,
+    seed: int,
+    *,
+    alone: Sequence[ChannelStudy] = (),
+    before: DiagnosisRecord | None = None,
+    reproduce: str = "",
+    kept: str = "",
+) -> Outcome:
+    """An investigation as everything that people and programs read of it.
+
+    Parameters
+    ----------
+    title
+        Of the report.
+    read, found, moved
+        The case, what the core found, and how the calibration moves with it.
+    table, rules, seed
+        What it was judged by.
+    alone
+        Cells that need more than a scale and a bias, where the diagnosis named nothing.
+    before
+        The diagnosis whose rivals this one should distinguish.
+    reproduce, kept
+        The command that gives this again, and where the extended calibration lies.
+    """
+    if alone:
+        found = replace(found, verdict=Verdict.UNDERPOWERED)
+    answer = answer_of(found, table, read.findings, read.untested)
+    if alone:
+        answer = _undecided(answer, len(found.case.logs), alone)
+    if found.model is not None:
+        answer = answer.ending_with(
+            f"The calibration with it: {kept}; every command starts from it (--parameters)."
+        )
+    became = after(found, before, table)
+    left = left_over(found, became)
+    if became:
+        answer = answer.with_detail(followed_words(became, left))
+    record = record_of(found, answer, read, rules, seed)
+    return Outcome(
+        usable=record.verdict != "bad-data",
+        diagnosis=record.verdict,
+        report=Report(
+            title=f"{title}: {read.case.experiment.name}",
+            verdict=answer.verdict,
+            pictures=pictures_of(found, table, moved, answer.menu, seed),
+            lead_sheets=(
+                evidence_sheet(found, read.untested),
+                *card_sheets(found, answer.menu),
+                *menu_sheets(answer.menu),
+            ),
+            sheets=(
+                *gain_sheets(found),
+                *movement_sheets(moved),
+                untested_sheet(found, read.untested),
+            ),
+            findings=tuple(FindingRecord.of(f) for f in read.findings),
+            footer=(f"To reproduce: {reproduce}", rules.sentence(), method_note(found, seed)),
+        ),
+        rmse=rmse_of(found),
+        records={
+            "diagnosis.json": record.model_copy(
+                update={
+                    "suspects": suspect_records(found, table),
+                    "after": followed_records(became),
+                    "survivors": left,
+                }
+            )
+        },
+    )
+
+
+def _undecided(answer: Answer, cells: int, alone: Sequence[ChannelStudy]) -> Answer:
+    """The answer where single cells need more than the diagnosis can name."""
+    verdict = VerdictRecord(
+        level="warning",
+        sentence=(
+            f"{len(alone)} of {cells} cells need more than a scale and a bias, but too few "
+            "blocks show it to name the cause."
+        ),
+        details=(
+            *(sentence for study in alone if (sentence := study_sentence(study)) is not None),
+            "offline-fit finds the same in these rows, and its calibration holds it. Record more "
+            "sessions of these cells to have it named.",
+        ),
+    )
+    return replace(answer, verdict=verdict)
+
+
+def rmse_of(found: Investigation) -> RmseRecord:
+    """Held-out errors of the baseline and of the extended model, per output."""
+    rows = []
+    for gain in found.gains:
+        n = int((found.problem.output == found.problem.outputs.index(gain.output)).sum())
+        for stage, value in (("before", gain.before), ("after", gain.after)):
+            rows.append(
+                RmseRow(
+                    quantity=gain.output, unit=gain.unit, stage=stage, reference="the balance",
+                    split="held_out", rmse=value, n=n,
+                )
+            )  # fmt: skip
+    return RmseRecord(rows=tuple(rows))

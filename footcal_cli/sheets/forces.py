@@ -1,0 +1,41 @@
+"""`apply` on load cells: the report on the forces of a log."""
+
+from __future__ import annotations
+
+from footcal_cli.core.running import Seen
+from footcal_cli.records.results import RmseRecord, VerdictRecord
+from footcal_cli.report import Report, Sheet, number
+from footcal_cli.report.outcome import Outcome
+
+
+def outcome_of(
+    robot: str, cells: int, total: Seen, feet: dict[str, Seen], lost: int, least_force_n: float
+) -> Outcome:
+    """Sum of all forces, and the load of each foot."""
+    rows = [
+        (
+            foot,
+            number(seen.median, 4),
+            number(seen.largest, 4),
+            f"{100 * seen.loaded / seen.count:.0f}",
+        )
+        for foot, seen in feet.items()
+    ]
+    return Outcome(
+        report=Report(
+            title=f"Forces of {robot}",
+            verdict=VerdictRecord(
+                level="good",
+                sentence=f"{cells} cells calibrated over {total.count:,} samples; sum of all "
+                f"forces {number(total.median, 4)} N (median).",
+            ),
+            sheets=(
+                Sheet("Feet", ("foot", "median Fz (N)", "largest Fz (N)", "loaded (%)"), rows),
+            ),
+            footer=(
+                "F = scale · S + bias per cell; CoP = Σ p F / Σ F in the foot frame, absent where "
+                f"Fz ≤ {least_force_n:g} N (NAO CoP self-calibration, eqs. (1), (2), (8)).",
+            ),
+        ),
+        rmse=RmseRecord(rows=(), rejected={"reading is missing": lost} if lost else {}),
+    )

@@ -1,0 +1,179 @@
+"""`kinematics`: report, findings, the body stream's columns and its noise."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from footcal_cli.core.kinematics import Accelerations, Posture
+from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.quality import Finding
+from footcal_cli.plots.kinematics import plot_accelerations, plot_heights, plot_path
+from footcal_cli.recipe import Robot
+from footcal_cli.records.results import VerdictRecord
+from footcal_cli.report import Picture, Report, Sheet, number
+from footcal_cli.report.outcome import Outcome
+
+_MASS_TOLERANCE, _FORCE_TOLERANCE, _GROUND_TOLERANCE_M = 0.02, 0.05, 0.02
+
+
+def outcome_of(
+    robot: str, log: str, mass_kg: float, time_s: FloatArray, posture: Posture,
+    found: Accelerations, feet: Sequence[str], cutoff_hz: float,
+) -> Outcome:  # fmt: skip
+    """Motion of a robot's model along a log."""
+    rate = 1.0 / float(np.median(np.diff(time_s)))
+    whole = int(np.isfinite(found.com_acc_mps2).all(axis=1).sum())
+    sheet = Sheet(
+        "Noise of the derivatives",
+        ("term", "x", "y", "z", "unit"),
+        [
+            ("acceleration of the CoM", *(number(v, 3) for v in found.com_acc_sd_mps2), "m/s²"),
+            ("rate of angular momentum", *(number(v, 3) for v in found.angmom_rate_sd_nm), "N·m"),
+        ],
+        note=f"Standard deviation behind the {cutoff_hz:g} Hz low-pass, from what "
+        "the joints show above 2.5 times that. noise.toml holds it as force and moment for "
+        "[online_replay.noise].",
+    )
+    names = ", ".join(feet)
+    return Outcome(
+        report=Report(
+            title=f"Kinematics of {robot}, {log}",
+            verdict=VerdictRecord(
+                level="good" if 2 * whole > time_s.size else "warning",
+                sentence=f"{whole} of {time_s.size} rows at {rate:.4g} Hz give CoM, acceleration, "
+                f"L̇ and the poses of {names}; the model weighs {mass_kg:.4g} kg.",
+            ),
+            pictures=(
+                Picture(
+                    "accelerations", lambda: plot_accelerations(time_s, found),
+                    "The first seconds: central differences (grey), behind the low-pass (blue) "
+                    "with ± 2 sd of its noise.",
+                    title="Acceleration of the CoM", zoom=True,
+                ),
+                Picture("path", lambda: plot_path(posture, feet),
+                        "The CoM should pass between the feet.",
+                    title="Path of the centre of pressure under each foot"),
+                Picture(
+                    "heights", lambda: plot_heights(time_s, posture, feet),
+                    "A standing foot should stay at zero.",
+                    title="Height of each foot", zoom=True,
+                ),
+            ),
+            sheets=(sheet,),
+            footer=(
+                "com_acc and angmom_rate are central differences without a low-pass: the commands "
+                "that read body.parquet filter them as they filter the forces. The columns "
+                "…_lowpass_… are filtered already.",
+            ),
+        ),
+        tables={"body.parquet": body_columns(time_s, posture, found, feet)},
+    )  # fmt: skip
+
+
+def findings_of(
+    robot: Robot, urdf: str, log: str, mass_kg: float, carried_n: float | None, posture: Posture,
+    found: Accelerations, *, known: bool,
+) -> list[Finding]:  # fmt: skip
+    """Masses that contradict each other, feet in the air, a base that is not known.
+
+    Parameters
+    ----------
+    robot
+        Of the recipe.
+    urdf, log
+        Names of the files.
+    mass_kg
+        Of the model.
+    carried_n
+        Mean vertical force on the feet, None where it was not logged.
+    posture, found
+        The motion.
+    known
+        Whether the base's position was logged.
+    """
+    findings = []
+    if robot.mass_kg is not None and abs(mass_kg / robot.mass_kg - 1) > _MASS_TOLERANCE:
+        findings.append(
+            Finding(
+                "model_mass_differs", "warning", urdf,
+                f"the URDF weighs {mass_kg:.4g} kg, the recipe says {robot.mass_kg:.4g} kg",
+                "weigh the robot with battery and cables and correct the one that is wrong: CoM "
+                "and L̇ are the URDF's",
+            )
+        )  # fmt: skip
+    if carried_n is not None:
+        lifted = float(np.nanmean(found.com_acc_low_mps2[:, 2]))
+        weighed = carried_n / (robot.gravity_mps2 + lifted)
+        if abs(weighed / mass_kg - 1) > _FORCE_TOLERANCE:
+            findings.append(
+                Finding(
+                    "model_mass_not_carried", "warning", urdf,
+                    f"the feet carry {weighed:.4g} kg on average, the URDF weighs "
+                    f"{mass_kg:.4g} kg",
+                    "check the URDF's masses, the sensors' zero and the sign of fz",
+                )
+            )  # fmt: skip
+    if known:
+        seen = posture.feet_m[np.isfinite(posture.feet_m[:, :, 2]).any(axis=1), :, 2]
+        ground = float(np.median(np.nanmin(seen, axis=1))) if seen.size else 0.0
+        if abs(ground) > _GROUND_TOLERANCE_M:
+            findings.append(
+                Finding(
+                    "feet_not_on_ground", "warning", log,
+                    f"the lower foot is at {1e3 * ground:.3g} mm most of the time, not on the "
+                    "ground at z = 0",
+                    "give the base's height over the ground, or name the sole's link in "
+                    "[kinematics.feet]",
+                )
+            )  # fmt: skip
+    else:
+        findings.append(
+            Finding(
+                "base_position_inferred", "note", log,
+                "the log has no base position; the stance foot is taken to stand still",
+                "log the base's position if feet slip or the ground is not level",
+            )
+        )  # fmt: skip
+    return findings
+
+
+def body_columns(
+    time_s: FloatArray, posture: Posture, found: Accelerations, feet: Sequence[str]
+) -> dict[str, FloatArray]:
+    """Columns of `footcal_cli.tables.columns.body_table`, and the filtered terms."""
+    columns = {"time_s": time_s}
+    for i, axis in enumerate("xyz"):
+        columns[f"com_{axis}_m"] = posture.com_m[:, i]
+    for i, axis in enumerate("xyz"):
+        columns[f"com_acc_{axis}_mps2"] = found.com_acc_mps2[:, i]
+        columns[f"com_acc_{axis}_lowpass_mps2"] = found.com_acc_low_mps2[:, i]
+        columns[f"angmom_rate_{axis}_nm"] = found.angmom_rate_nm[:, i]
+        columns[f"angmom_rate_{axis}_lowpass_nm"] = found.angmom_rate_low_nm[:, i]
+    for k, foot in enumerate(feet):
+        for i, axis in enumerate("xyz"):
+            columns[f"{foot}_foot_{axis}_m"] = posture.feet_m[:, k, i]
+        for i, axis in enumerate("xyzw"):
+            columns[f"{foot}_foot_q{axis}"] = posture.feet_quaternion[:, k, i]
+    return columns
+
+
+def noise_lines(mass_kg: float, posture: Posture, found: Accelerations) -> str:
+    """The derivatives' noise as force and moment, a table that a recipe takes.
+
+    ``σ_F = m σ(c̈ᶻ)``, ``σ_M² = (m cᶻ σ(c̈))² + σ(L̇)²``, the larger of the two horizontal axes.
+    """
+    acceleration, rate = found.com_acc_sd_mps2, found.angmom_rate_sd_nm
+    if not np.isfinite([*acceleration, *rate]).all():
+        return "# the rate is too low to tell the derivatives' noise\n"
+    arm = mass_kg * float(np.nanmedian(posture.com_m[:, 2]))
+    moment = max(float(np.hypot(arm * acceleration[0], rate[1])),
+                 float(np.hypot(arm * acceleration[1], rate[0])))  # fmt: skip
+    return (
+        "# noise of the derivatives alone; left out, online-replay learns these from the walk,\n"
+        "# errors of the model included\n"
+        "[online_replay.noise]\n"
+        f"force_n = {mass_kg * acceleration[2]:.4g}\n"
+        f"moment_nm = {moment:.4g}\n"
+    )

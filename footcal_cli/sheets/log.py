@@ -1,0 +1,167 @@
+"""`check`: its report, and the log as pictures, findings marked where they are."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import partial
+
+import numpy as np
+
+from footcal_cli.core.parameters import BoolArray, FloatArray
+from footcal_cli.core.quality import Finding
+from footcal_cli.core.readings import find_end_codes, find_frozen, find_glitches
+from footcal_cli.core.signals import gaps_of
+from footcal_cli.plots.log import Drawing, Panel, plot_channels, plot_weights
+from footcal_cli.recipe import Robot
+from footcal_cli.records.results import VerdictRecord
+from footcal_cli.report import Picture, Report, Sheet, plural
+from footcal_cli.report.outcome import Outcome
+from footcal_cli.tables.columns import TableType
+from footcal_cli.tables.table import Table
+
+_MOST_PICTURES = 12
+_LEG_PANELS = {"force (N)": ("fx_n", "fy_n", "fz_n"), "torque (Nm)": ("tx_nm", "ty_nm", "tz_nm")}
+_WORDS = {
+    "dead_cell": "stands still", "turned_sign": "turned sign", "stuck_channel": "frozen",
+    "duplicate_channel": "a copy", "scale_off_nameplate": "off the nameplate",
+    "saturated_codes": "end codes", "outliers": "single samples far off",
+    "lost_samples": "lost samples", "exchanged_channels": "exchanged",
+    "transducer_turned": "turned", "axis_turned": "an axis turned",
+}  # fmt: skip
+
+
+def outcome_of(
+    tables: Sequence[tuple[Table, TableType]], robot: Robot, noted: Sequence[Finding]
+) -> Outcome:
+    """What was found in logs, and one figure per table."""
+    findings = {(f.code, f.where, f.sentence): f for f in noted}
+    serious = [finding for finding in findings.values() if finding.severity != "note"]
+    rows = sum(len(table) for table, _ in tables)
+    alarmed = any(finding.severity == "alarm" for finding in serious)
+    return Outcome(
+        report=Report(
+            title="Check of the log",
+            verdict=VerdictRecord(
+                level="good" if not serious else "bad" if alarmed else "warning",
+                sentence=f"{plural(len(serious), 'finding')} in {rows} rows."
+                if serious
+                else f"Nothing wrong found in {rows} rows.",
+                details=(
+                    "Checked: units of stamps, loads, positions, headings and accelerations; "
+                    "gaps, lost and far-off samples, end codes; channels that stand still, "
+                    "repeat, read with the sign turned or are exchanged; loads, weight and "
+                    "calibration against the recipe.",
+                ),
+            ),
+            pictures=tuple(
+                picture_of(table, kind, robot, serious, number)
+                for number, (table, kind) in enumerate(tables[:_MOST_PICTURES], start=1)
+            ),
+            lead_sheets=(
+                Sheet(
+                    "Logs",
+                    ("file", "read as", "rows"),
+                    [(table.path.name, kind.name, str(len(table))) for table, kind in tables],
+                ),
+            ),
+        ),
+    )
+
+
+def picture_of(
+    table: Table, kind: TableType, robot: Robot, findings: Sequence[Finding], number: int
+) -> Picture:
+    """One table as a figure."""
+    name = f"log_{number}_{kind.name}"
+    where = f"{table.path.name}, read as {kind.name.replace('_', ' ')}"
+    if kind.name == "weights":
+        said, draw = "known load against counts, channel by channel", _weights
+    elif "leg" in table:
+        said, draw = "wrench of every leg, row by row", _legs
+    else:
+        said, draw = "every channel; what was found is red", _stream
+    return Picture(name, draw(table, robot, findings), f"{where}: {said}.", zoom=True)
+
+
+def _weights(table: Table, robot: Robot, findings: Sequence[Finding]) -> Drawing:
+    channel = table.text("channel")
+    counts, load = table.number("counts"), table.number("load_n")
+    each = {str(c): (counts[channel == c], load[channel == c]) for c in dict.fromkeys(channel)}
+    return partial(plot_weights, each, {c: w for c in each if (w := _wrong(c, findings))})
+
+
+def _stream(table: Table, robot: Robot, findings: Sequence[Finding]) -> Drawing:
+    timed = "time_s" in table
+    x = table.number("time_s") if timed else np.arange(1.0, len(table) + 1)
+    panels = [
+        Panel(
+            column.removesuffix("_counts"), {column: table.number(column)},
+            _wrong(column, findings), _marks(table.number(column), column, robot),
+        )
+        for column in _columns(table)
+    ]  # fmt: skip
+    rising = timed and bool(np.all(np.diff(x) >= 0))
+    gaps = [(float(x[i]), float(x[i + 1])) for i in gaps_of(x)] if rising and x.size > 3 else []
+    return partial(plot_channels, x, panels, label="time (s)" if timed else "row", gaps=gaps)
+
+
+def _columns(table: Table) -> list[str]:
+    """Channels to draw: everything but stamps."""
+    return [
+        str(c) for c in table.data.columns if c != "time_s" and table.data[c].dtype.kind in "if"
+    ]
+
+
+def _marks(values: FloatArray, column: str, robot: Robot) -> Mapping[str, BoolArray]:
+    marks = {
+        "single sample far off": find_glitches(values),
+        "lost": ~np.isfinite(values),
+    }
+    if column.endswith("_counts"):
+        marks["end code"] = find_end_codes(values, robot.adc.bits)
+        marks["frozen"] = find_frozen(values)
+    return {what: flags for what, flags in marks.items() if flags.any()}
+
+
+def _wrong(column: str, findings: Sequence[Finding]) -> str:
+    """What was found about one channel, in a few words."""
+    own = {column, column.removesuffix("_counts")}
+    codes = [
+        f.code
+        for f in findings
+        if f.severity != "note" and own & {part.strip() for part in f.where.split(",")}
+    ]
+    return ", ".join(dict.fromkeys(_WORDS.get(code, code.replace("_", " ")) for code in codes))
+
+
+def _legs(table: Table, robot: Robot, findings: Sequence[Finding]) -> Drawing:
+    """Wrenches of all legs, each leg's rows one after the other."""
+    leg = table.text("leg")
+    names = list(dict.fromkeys(leg))
+    rows = [np.flatnonzero(leg == name) for name in names]
+    length = max(part.size for part in rows)
+    panels = []
+    for name, part in zip(names, rows, strict=True):
+        found = [f for f in findings if f.severity != "note" and str(name) in _legs_named(f.where)]
+        words = ", ".join(dict.fromkeys(_WORDS.get(f.code, f.code) for f in found))
+        for quantity, columns in _LEG_PANELS.items():
+            series = {}
+            for column in columns:
+                values = np.full(length, np.nan)
+                values[: part.size] = table.number(column)[part]
+                series[column[1]] = values
+            panels.append(Panel(f"{name}\n{quantity}", series, words))
+    breaks = []
+    group = next((g for g in ("orientation", "pose") if g in table), None)
+    if group is not None:
+        label = table.text(group)[rows[0]]
+        starts = np.flatnonzero(np.concatenate([[True], label[1:] != label[:-1]]))
+        if starts.size <= 12:
+            breaks = [(float(s), str(label[s])) for s in starts]
+    return partial(
+        plot_channels, np.arange(1.0, length + 1), panels, label="row of the leg", breaks=breaks
+    )
+
+
+def _legs_named(where: str) -> set[str]:
+    return {part.strip().split(".")[0] for part in where.replace(" or ", ",").split(",")}

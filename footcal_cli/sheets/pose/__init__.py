@@ -1,0 +1,1 @@
+"""`pose-calib`: what each of its three fits says: mountings, offsets again, pairs in series."""

@@ -1,0 +1,485 @@
+"""Mountings found from standing poses: report, tables, error rows and sentences."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from footcal_cli.core.hang.model import AXES
+from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.pose.common import common_shift, common_turn
+from footcal_cli.core.pose.data import PoseData
+from footcal_cli.core.pose.departures import Departure, departures
+from footcal_cli.core.pose.hanging import LegKnowledge
+from footcal_cli.core.pose.joint import PoseFit
+from footcal_cli.core.pose.leg_map import LegMap
+from footcal_cli.core.pose.mounted import Mounted
+from footcal_cli.core.pose.selection import Candidate
+from footcal_cli.core.pose.slow_noise import SlowNoise
+from footcal_cli.core.pose.stages import in_floating_base
+from footcal_cli.core.pose.study import MountingStudy
+from footcal_cli.core.pose.wrenches import FootCalibration, foot_wrenches, robot_com_b_m
+from footcal_cli.core.spatial import rotation_log
+from footcal_cli.plots import pose as plots
+from footcal_cli.records.results import FindingRecord, RmseRecord, RmseRow, VerdictRecord
+from footcal_cli.report import Picture, Report, Sheet, number, with_sd
+from footcal_cli.report.outcome import Outcome
+from footcal_cli.sheets.feet import wrench_columns
+
+if TYPE_CHECKING:
+    from footcal_cli.recipe.options import PoseCalibOptions
+
+_SUSPECT_P = 1e-4
+_SUSPECT_SHARE = 0.1
+_NOISY = 1.5
+_BELIEF = {"robot.weight": "the recipe's mass"}
+"""Who believed in a quantity before the poses; all others are known from hanging."""
+_MOST_DEPARTURES = 4
+"""So many contradictions are told; they have one cause, mostly."""
+
+
+def outcome_of(
+    robot: str,
+    study: MountingStudy,
+    stages: Mapping[str, FloatArray],
+    rejected: Mapping[str, int],
+    options: PoseCalibOptions,
+) -> Outcome:
+    """The mounting of all transducers.
+
+    Parameters
+    ----------
+    robot
+        Its name.
+    study
+        The fit and what judges it.
+    stages
+        Balance errors (P, 6) by stage: before, offsets only, …, after.
+    rejected
+        Poses by reason.
+    options
+        How it was fitted.
+    """
+    data, fit, names = study.data, study.fit, study.data.geometry.legs
+    calibration = Mounted(fit.rot_bt, fit.arm_b_m).feet(data, fit.mounting.offset, study.legs)
+    com = robot_com_b_m(calibration, data, calibration.leg_weight_n / data.robot_weight_n)
+    contradicted = departures(fit, study.legs, data.robot_weight_n)
+    dropped = () if study.dropped is None else (disagreeing_directions(study.dropped),)
+    return Outcome(
+        report=Report(
+            title=f"Standing calibration of {robot}",
+            verdict=verdict(study, stages, contradicted),
+            pictures=(
+                Picture(
+                    "balance",
+                    lambda: plots.plot_balance(
+                        {name: in_floating_base(data, e, com) for name, e in stages.items()}
+                    ),
+                    "Sum of the ground's wrenches on all feet minus the robot's weight, in the "
+                    "floating base about the robot's CoM: zero if every transducer tells the "
+                    "truth. Before: tare in the air, nominal mounting (compare Wu & Revzen, Figs. "
+                    "2 and 6).",
+                    title="Sum of all foot wrenches against the robot's weight",
+                ),
+                Picture(
+                    "mounting",
+                    lambda: plots.plot_mounting(fit),
+                    "The robot from above: nominal hips (squares), calibrated hips with 95 % "
+                    "ellipses and axes, errors drawn larger than life.",
+                    title="Nominal and calibrated hips, from above",
+                ),
+                Picture(
+                    "legs_and_poses",
+                    lambda: plots.plot_leg_map(study.mapped, names),
+                    "Residual that each leg's own readings predict, pose by pose: a row that "
+                    "lights up is a leg with a wrong gain, a twisted axis or a dead channel.",
+                    title="Residual predicted by each leg, pose by pose",
+                ),
+                Picture(
+                    "coverage",
+                    lambda: plots.plot_coverage(data),
+                    "Which shaft angles and body tilts the poses cover: yaw and height of the "
+                    "mounting are only seen where the body tilts.",
+                    title="Shaft angles and body tilts covered by the poses",
+                ),
+            ),
+            sheets=(
+                mounting_sheet(fit),
+                candidate_sheet(study.candidates),
+                common_sheet(fit),
+                prior_sheet(fit, study.legs),
+            ),
+            findings=(
+                *dropped, *findings(fit, study.mapped), *departure_findings(contradicted)
+            ),
+            footer=footer(options.method, options.balance, options.errors_in_variables),
+        ),
+        rmse=RmseRecord(rows=rmse_rows(stages, study.held_out), rejected=dict(rejected)),
+        tables={
+            "wrenches.parquet": pose_wrenches(data, calibration),
+            "models.parquet": _models(study.candidates),
+        },
+        usable=fit.converged,
+    )  # fmt: skip
+
+
+def _models(candidates: Sequence[Candidate]) -> dict[str, object]:
+    """Which mounting errors the evidence asks for, the chosen model first."""
+    names = ("freedom", "cv_error", "bic_paper", "cv_chi2", "bic")
+    return {
+        "model": [candidate.structure.name.lower() for candidate in candidates],
+        **{name: [getattr(candidate, name) for candidate in candidates] for name in names},
+    }
+
+
+def pose_wrenches(data: PoseData, calibration: FootCalibration) -> dict[str, object]:
+    """Columns of ``wrenches.parquet``."""
+    poses = np.arange(len(data.phase_rad))
+    return wrench_columns(data, "pose", poses, foot_wrenches(data, calibration))
+
+
+def rmse_rows(stages: Mapping[str, FloatArray], held_out: Candidate) -> tuple[RmseRow, ...]:
+    """Per stage: sum of forces and of moments, per axis RMS; held-out errors of the fit."""
+    rows = [
+        row(quantity, unit, stage, part)
+        for stage, error in stages.items()
+        for quantity, unit, part in (
+            ("sum of forces", "N", error[:, :3]),
+            ("sum of moments", "Nm", error[:, 3:]),
+        )
+    ]
+    samples = 3 * next(iter(stages.values())).shape[0]
+    for quantity, unit, square in (
+        ("sum of forces", "N", held_out.cv_square[:3]),
+        ("sum of moments", "Nm", held_out.cv_square[3:]),
+    ):
+        rows.append(
+            RmseRow(
+                quantity=quantity,
+                unit=unit,
+                stage="joint" if "joint" in stages else "after",
+                reference="chassis weight",
+                split="held_out",
+                rmse=float(np.sqrt(square.mean())),
+                n=samples,
+            )
+        )
+    return tuple(rows)
+
+
+def row(quantity: str, unit: str, stage: str, error: FloatArray) -> RmseRow:
+    """One error of the chassis balance."""
+    return RmseRow(
+        quantity=quantity, unit=unit, stage=stage, reference="chassis weight", split="all",
+        rmse=rms(error), n=int(error.size),
+    )  # fmt: skip
+
+
+def rms(values: FloatArray) -> float:
+    """Root of the mean square."""
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def verdict(
+    study: MountingStudy, stages: Mapping[str, FloatArray], contradicted: Sequence[Departure]
+) -> VerdictRecord:
+    """One sentence: what the sum of forces was off by, and is now on poses not used."""
+    fit, held_out = study.fit, study.held_out
+    before = rms(stages["before"][:, :3])
+    alternated = bool(np.isnan(fit.covariance).any())
+    after = rms(stages["after"][:, :3]) if alternated else _held_out(held_out, 0)
+    moment = rms(stages["after"][:, 3:]) if alternated else _held_out(held_out, 3)
+    turn = np.rad2deg(np.linalg.norm(rotation_log(fit.mounting.turn_b), axis=1))
+    details = [
+        f"Mounting errors fitted: {fit.options.structure.value}; rotations up to "
+        f"{number(float(turn.max()), 2)}° ({fit.geometry.legs[int(turn.argmax())]}).",
+        f"The evidence alone asks for: {study.candidates[0].structure.value}.",
+        f"Moments: {number(rms(stages['before'][:, 3:]), 2)} Nm before, "
+        f"{number(moment, 2)} Nm now.",
+        *common_words(fit),
+        *slow_words(study.slow),
+    ]
+    suspects = suspect_legs(study.mapped, fit.geometry.legs)
+    if not fit.converged:
+        return VerdictRecord(
+            level="bad", sentence="The fit did not converge.", details=tuple(details)
+        )
+    sentence = (
+        f"The sum of forces on {fit.poses} poses is off by {number(after, 2)} N per axis"
+        f"{'' if alternated else ' on poses not used for the fit'} ({number(before, 2)} N with a "
+        "tare in the air)."
+    )
+    if suspects:
+        return VerdictRecord(
+            level="warning",
+            sentence=f"{sentence} Leg {', '.join(suspects)} does not fit the others.",
+            details=tuple(details),
+        )
+    if contradicted:
+        names = {_BELIEF.get(one.name, "hanging") for one in contradicted}
+        sentence = f"{sentence} The poses contradict {' and '.join(sorted(names))}."
+    noisy = fit.options.noise_known and fit.noise_factor > _NOISY
+    if noisy:
+        details.insert(
+            0, f"The balance is {fit.noise_factor:.1f} times noisier than the sensors are said to "
+            "be: something is not in the model; run diagnose.",
+        )  # fmt: skip
+    return VerdictRecord(
+        level="warning" if noisy or contradicted else "good",
+        sentence=sentence,
+        details=tuple(details),
+    )
+
+
+def _held_out(candidate: Candidate, first: int) -> float:
+    """Held-out error per axis of the forces (0) or the moments (3)."""
+    return float(np.sqrt(candidate.cv_square[first : first + 3].mean()))
+
+
+def common_words(fit: PoseFit) -> tuple[str, ...]:
+    """What all legs share is seen worst: a common yaw and a common height."""
+    yaw, height = _common_sd(fit, 2), _common_sd(fit, 3 * len(fit.geometry.legs) + 2)
+    if np.isnan(yaw):
+        return ("This method gives no intervals.",)
+    words = []
+    if fit.options.structure.rotates:
+        words.append(f"A yaw common to all transducers is known to ± {np.rad2deg(yaw):.2g}°")
+    words.append(f"a height common to all hips to ± {1e3 * height:.2g} mm")
+    return (f"{'; '.join(words)} (one sd); tilt the body more to see them better.",)
+
+
+def slow_words(slow: SlowNoise) -> tuple[str, ...]:
+    """What of the noise lasts from pose to pose, where any does."""
+    if slow.share == 0.0:
+        return ()
+    return (
+        f"{100 * slow.share:.0f} % of the noise's variance is drift that lasts about "
+        f"{slow.memory_poses:.0f} poses; the intervals allow for it.",
+    )
+
+
+def _common_sd(fit: PoseFit, first: int) -> float:
+    """Sd of the mean over legs of one body axis' rotation or shift."""
+    legs = len(fit.geometry.legs)
+    at = first + 3 * np.arange(legs)
+    return float(np.sqrt(fit.covariance[np.ix_(at, at)].sum())) / legs
+
+
+def suspect_legs(mapped: LegMap, legs: Sequence[str]) -> list[str]:
+    """Legs whose own readings predict the residual, the worst one only."""
+    found = [
+        (share, leg)
+        for leg, share, p in zip(legs, mapped.share, mapped.p, strict=True)
+        if p < _SUSPECT_P and share > _SUSPECT_SHARE
+    ]
+    return [max(found)[1]] if found else []
+
+
+def mounting_sheet(fit: PoseFit) -> Sheet:
+    """Mounting errors along the nominal transducer's axes."""
+    estimates = fit.estimates()
+    rows = []
+    for leg in fit.geometry.legs:
+        cells = [
+            with_sd(
+                factor * estimates[f"{leg}.{kind}_{axis}"],
+                factor * estimates.sd_of(f"{leg}.{kind}_{axis}"),
+            )
+            for kind, factor in (("mount_rot", 180.0 / np.pi), ("mount_pos", 1e3))
+            for axis in "xyz"
+        ]
+        rows.append((leg, *cells))
+    return Sheet(
+        "Mounting errors",
+        ("leg", "turn x (°)", "turn y (°)", "turn z (°)", "shift x (mm)", "shift y (mm)",
+         "shift z (mm)"),
+        rows,
+        note="Along the nominal transducer's axes, ± one standard deviation. A shift is the hip's "
+        "minus the chassis CoM's: standing shows only their sum (p̃ + p_BC in Wu & Revzen).",
+    )  # fmt: skip
+
+
+def candidate_sheet(candidates: Sequence[Candidate]) -> Sheet:
+    """Table I with a fifth model and both ways of counting."""
+    best = min(candidate.bic for candidate in candidates)
+    return Sheet(
+        "Which mounting errors are there",
+        ("free", "DOF", "held-out error", "held-out χ²", "BIC as printed", "BIC above best"),
+        [
+            (
+                candidate.structure.value,
+                str(candidate.freedom),
+                number(candidate.cv_error, 3),
+                number(candidate.cv_chi2, 3),
+                f"{candidate.bic_paper:.0f}",
+                f"{candidate.bic - best:.0f}",
+            )
+            for candidate in candidates
+        ],
+        note="Cross-validation by pose block, squared error per pose: in the paper's norm, and in "
+        "units of the noise (6 if all is explained). The printed BIC counts P residuals though "
+        "there are 6 P; the last one counts all, in units of the noise, hanging logs included. The "
+        "evidence decides on rotations; translations it does not demand keep their prior.",
+    )  # fmt: skip
+
+
+def common_sheet(fit: PoseFit) -> Sheet:
+    """What only the legs together share."""
+    legs = len(fit.geometry.legs)
+    rows = [
+        (name, axis, number(factor * _common_sd(fit, first + i), 2), unit)
+        for name, first, factor, unit in (
+            ("common turn", 0, 180.0 / np.pi, "°"),
+            ("common shift", 3 * legs, 1e3, "mm"),
+        )
+        for i, axis in enumerate("xyz")
+    ]
+    return Sheet(
+        "How well common errors are seen",
+        ("error", "body axis", "sd", "unit"),
+        rows,
+        note=f"The poses alone determine {fit.rank} of {fit.free} directions.",
+    )
+
+
+def prior_sheet(fit: PoseFit, legs: Sequence[LegKnowledge]) -> Sheet:
+    """How far offsets and weights moved from the hanging logs, in their own sd."""
+    rows = []
+    for k, (name, leg) in enumerate(zip(fit.geometry.legs, legs, strict=True)):
+        sd = np.sqrt(np.diag(leg.covariance)[:7])
+        pull = (np.append(fit.mounting.offset[k], fit.mounting.leg_weight_n[k])
+                - np.append(leg.offset, leg.weight_n)) / sd  # fmt: skip
+        rows.append((name, *(number(float(value), 2) for value in pull)))
+    return Sheet(
+        "Pull on the hanging calibration",
+        ("leg", *AXES, "weight"),
+        rows,
+        note="Shift of offset and weight by the poses in units of their hanging sd: beyond ± 3 "
+        "something changed between hanging and standing.",
+    )
+
+
+def findings(fit: PoseFit, mapped: LegMap) -> tuple[FindingRecord, ...]:
+    """A leg that does not fit, poses that do not suffice, a turn that all mountings share."""
+    found = [
+        FindingRecord(
+            code="leg_predicts_residual",
+            severity="warning",
+            where=f"leg {leg}",
+            sentence=f"its own readings predict {100 * mapped.share[k]:.0f} % of "
+            "the residual of the balance",
+            remedy="check gain, axes and channels of that transducer; run diagnose",
+        )
+        for k, leg in enumerate(fit.geometry.legs)
+        if leg in suspect_legs(mapped, fit.geometry.legs)
+    ]
+    if fit.rank < fit.free:
+        found.append(
+            FindingRecord(
+                code="rank",
+                severity="warning",
+                where=f"{fit.poses} poses",
+                sentence=f"they determine {fit.rank} of {fit.free} mounting errors; the rest rests "
+                "on priors and hanging logs",
+                remedy="add poses with other shaft angles and body tilts (8 suffice for full rank)",
+            )
+        )
+    common = common_turn(rotation_log(fit.mounting.turn_b))
+    if common is not None and common.stands_out:
+        found.append(
+            FindingRecord(
+                code="mountings_turned_alike",
+                severity="note",
+                where="all legs",
+                sentence=f"{common.words}; a body frame tilted by its markers (body_tilt) looks "
+                "the same in every pose (mount_rotation)",
+                remedy="put a spirit level on the chassis where the markers define its frame",
+            )
+        )
+    return (*found, *_com_elsewhere(fit))
+
+
+def _com_elsewhere(fit: PoseFit) -> tuple[FindingRecord, ...]:
+    """A shift that all hips share is named as that of the chassis' CoM."""
+    geometry, hip_sd = fit.geometry, fit.options.translation_sd_m
+    if not np.isfinite(hip_sd) or np.isnan(fit.covariance).any():
+        return ()
+    legs = len(geometry.legs)
+    of_mean = np.kron(np.ones((1, legs)) / legs, np.eye(3))
+    own = slice(3 * legs, 6 * legs)
+    shift = fit.arm_b_m - (geometry.hip_b_m - geometry.chassis_com_b_m)
+    shared = common_shift(
+        shift, of_mean @ fit.covariance[own, own] @ of_mean.T, hip_sd,
+        min(fit.options.com_sd_m, 10.0),
+    )  # fmt: skip
+    if not shared.stands_out:
+        return ()
+    where = ", ".join(
+        with_sd(1e3 * value, 1e3 * sd)
+        for value, sd in zip(geometry.chassis_com_b_m + shared.com_b_m, shared.sd_m, strict=True)
+    )
+    metres = ", ".join(f"{v:.4f}" for v in geometry.chassis_com_b_m + shared.com_b_m)
+    return (
+        FindingRecord(
+            code="chassis_com_elsewhere",
+            severity="note",
+            where="all legs",
+            sentence="all hips are shifted alike, as if the CoM of the robot without its legs lay "
+            f"at ({where}) mm in the body frame; standing shows only hip minus CoM",
+            remedy=f"write chassis_com_m = [{metres}] into [pose_calib] if the CoM was not "
+            "measured: the shifts are then each hip's own",
+        ),
+    )
+
+
+def departure_findings(found: Sequence[Departure]) -> tuple[FindingRecord, ...]:
+    """Where the poses contradict the scale or the hanging robot."""
+    findings = []
+    for one in found[:_MOST_DEPARTURES]:
+        of_robot = one.name == "robot.weight"
+        said = _BELIEF.get(one.name, "hanging")
+        findings.append(
+            FindingRecord(
+                code="robot_weight_differs" if of_robot else "differs_from_hanging",
+                severity="warning",
+                where=one.name,
+                sentence=f"the poses say {with_sd(one.found, one.found_sd)} {one.unit}, {said} "
+                f"{with_sd(one.believed, one.believed_sd)} {one.unit}: {one.sigmas:.0f} sd apart",
+                remedy="weigh the robot as it stood, with battery and cables; if the scale is "
+                "right, the transducers' gain is off"
+                if of_robot
+                else "hang the robot again and compare; an offset that moved since asks for "
+                "--fit offsets",
+            )
+        )
+    return tuple(findings)
+
+
+def disagreeing_directions(fit: PoseFit) -> FindingRecord:
+    """The hanging logs of different legs do not belong to one rigid robot."""
+    return FindingRecord(
+        code="hang_directions_disagree",
+        severity="warning",
+        where="hanging logs",
+        sentence="the legs' directions of gravity do not fit one rigid robot (χ² "
+        f"{fit.chi2_hang:.0f}); they are not used for the mounting",
+        remedy="hang the whole robot at once for all legs, or check the transducers' axes "
+        "(orientation_of in hang-calib)",
+    )
+
+
+def footer(method: str, balance: str, errors_in_variables: bool) -> tuple[str, ...]:
+    """How it was computed."""
+    if method == "alternating":
+        form = "as printed (fixed CoM)" if balance == "printed" else "exact chassis balance"
+        return (
+            f"Alternating least squares of Wu & Revzen, eqs. (8) and (9), {form}; no intervals.",
+        )
+    eiv = "noise of the wrenches compensated" if errors_in_variables else "plain least squares"
+    return (
+        f"Chassis balance, joint Levenberg-Marquardt on the Gram matrix of the poses, {eiv}; "
+        "offsets, weights and directions of gravity with their joint covariance from hanging "
+        "(Wu & Revzen, eqs. (8) and (9), in the form in which no leg CoM enters).",
+    )

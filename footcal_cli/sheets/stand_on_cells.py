@@ -1,0 +1,104 @@
+"""`static-init` on load cells: the report."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from footcal_cli.core.inference.observability import NextStep
+from footcal_cli.core.online.weighed import Weighed
+from footcal_cli.core.quiet import QuietSet
+from footcal_cli.core.stance_curve import CurvePoint
+from footcal_cli.core.static_init import StanceErrors, StanceRows, StaticInit
+from footcal_cli.plots.stand import plot_beliefs, plot_curve, plot_directions, plot_stances
+from footcal_cli.report import Picture, Report
+from footcal_cli.report.outcome import Outcome
+from footcal_cli.sheets import stand as sheets
+
+if TYPE_CHECKING:
+    from footcal_cli.recipe.options import StaticInitOptions
+
+_NOTE = (
+    "Gain in per cent and bias in newtons on top of the prior; parameters.json has scale and bias "
+    "of the raw counts. Estimated: standing at least halved the sd. The others keep their prior "
+    "and were moved only as far as sums over cells ask."
+)
+
+
+def outcome_of(
+    robot: str,
+    rows: StanceRows,
+    fit: StaticInit,
+    errors: Sequence[StanceErrors],
+    quiet: Sequence[QuietSet],
+    curve: Sequence[CurvePoint],
+    menu: Sequence[NextStep],
+    weighed: Weighed,
+    options: StaticInitOptions,
+) -> Outcome:
+    """Scales and biases as far as standing shows them, and what to stand like next."""
+    value = np.concatenate([fit.gain, fit.bias_n])
+    sd = np.sqrt(np.diag(fit.covariance))
+    status = fit.estimates.status
+    seen = fit.observability
+    pictures = [
+        Picture(
+            "directions", lambda: plot_directions(seen.singular_values, seen.rank),
+            "What the stances see; grey directions keep the prior whatever the fit says.",
+            title="How well each parameter direction is observed",
+        ),
+        Picture(
+            "beliefs",
+            lambda: plot_beliefs(
+                rows.names, rows.units, rows.prior_sd, value, sd,
+                [one == "estimated" for one in status],
+            ),
+            "Where standing moved each gain and bias, in units of the prior sd; the band is ± 2.",
+            title="Each parameter before and after standing",
+        ),
+    ]  # fmt: skip
+    if errors[0].vgrf_n.size > 1:
+        pictures.insert(
+            0,
+            Picture(
+                "stances", lambda: plot_stances(errors),
+                "Error of each stance before and after, and by least squares without a prior.",
+                title="Error of each stance before and after",
+            ),
+        )  # fmt: skip
+    if curve:
+        pictures.insert(
+            0,
+            Picture(
+                "curve", lambda: plot_curve(curve),
+                "CoP error on the next, held-out stance after one, two, five … stances: with the "
+                "prior it falls; least squares without one needs many before it can be trusted.",
+                title="Error on the next stance against the number of stances",
+            ),
+        )  # fmt: skip
+    return Outcome(
+        report=Report(
+            title=f"Standing calibration of {robot}",
+            verdict=sheets.verdict_of(fit, errors, menu, weighed),
+            pictures=tuple(pictures),
+            sheets=(
+                sheets.beliefs_sheet(
+                    rows.names, rows.units, value, sd, rows.prior_sd, status, _NOTE
+                ),
+                sheets.directions_sheet(seen),
+                *((sheets.menu_sheet(menu),) if menu else ()),
+                *((sheets.curve_sheet(curve),) if curve else ()),
+                sheets.stances_sheet(errors, rows.effective_samples),
+            ),
+            footer=(
+                "Model: Σ(1 + γ)F⁰ + β per cell against weight and projected CoM (NAO CoP "
+                "self-calibration, eqs. 12, 13), maximum a posteriori in centred units; the prior "
+                "is --parameters or the nameplate.",
+                f"A stance counts {options.force_sd_n:g} N in force and "
+                f"{1e3 * options.moment_sd_nm:g} N·mm in moment at best, whatever its length.",
+            ),
+        ),
+        rmse=sheets.rmse_of(errors, quiet),
+    )

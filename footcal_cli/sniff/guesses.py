@@ -1,0 +1,97 @@
+"""A guess at a log: what each column is taken for, how sure, and by what."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from footcal_cli.core.parameters import FloatArray, IntArray
+from footcal_cli.sniff.names import NameGuess
+from footcal_cli.sniff.text import TextGuess
+from footcal_cli.tables.reading import Layout
+
+Sure = Literal["sure", "likely", "guess"]
+
+
+@dataclass(frozen=True)
+class ColumnGuess:
+    """What a column is taken for.
+
+    Parameters
+    ----------
+    column
+        Its name in the file.
+    name
+        What its name says; the quantity may come from the numbers instead.
+    unit
+        Of its numbers, None where nothing says so.
+    sure, why
+        How sure, and by what.
+    values
+        Its numbers, shape (n,); None for texts.
+    words
+        Different texts of a text column, in order of appearance.
+    codes
+        Which of `words` stands in each row, shape (n,), −1 where none does.
+    format, pattern
+        Of dates, and of numbers among words.
+    nanoseconds
+        The column of nanoseconds beside one of whole seconds.
+    wraps_at
+        Where a counter began again from zero; `values` go on counting.
+    """
+
+    column: str
+    name: NameGuess
+    unit: str | None
+    sure: Sure
+    why: str
+    values: FloatArray | None = None
+    words: tuple[str, ...] = ()
+    format: str | None = None
+    pattern: str | None = None
+    codes: IntArray | None = None
+    nanoseconds: str = ""
+    wraps_at: float | None = None
+
+    @property
+    def quantity(self) -> str:
+        """What is measured."""
+        return self.name.quantity
+
+    @property
+    def counts(self) -> bool:
+        """Whether its numbers are those of a converter: whole ones."""
+        if self.values is None:
+            return False
+        good = self.values[np.isfinite(self.values)]
+        return bool(good.size and np.all(good == np.round(good)) and np.ptp(good) > 3)
+
+    def as_quantity(self, quantity: str, sure: Sure, why: str) -> ColumnGuess:
+        """The same column taken for something else."""
+        name = replace(self.name, quantity=quantity)  # type: ignore[arg-type]
+        return replace(self, name=name, sure=sure, why=why)
+
+
+@dataclass(frozen=True)
+class FileGuess:
+    """One log: how it is laid out and what its columns are taken for."""
+
+    path: Path
+    text: TextGuess
+    columns: tuple[ColumnGuess, ...]
+    rows: int
+    rate_hz: float | None = None
+    rows_of: str = ""
+
+    @property
+    def layout(self) -> Layout:
+        """How its text is laid out."""
+        return self.text.layout
+
+    def of(self, *quantities: str) -> list[ColumnGuess]:
+        """Columns taken for any of these."""
+        return [column for column in self.columns if column.quantity in quantities]

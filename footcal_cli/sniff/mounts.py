@@ -1,0 +1,129 @@
+"""How transducers are turned against the body whose attitude a log holds, by the weight they carry.
+
+What hangs on a transducer of a robot pulls with ``f = w Rᵀ g + b``: `g` the direction of gravity
+in the body, `R` from the transducer to the body. Over several attitudes the best rotation is that
+of Kabsch (1976); of the ways to read the attitude, the one that explains most is taken.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.spatial import rotation_log, rotation_of_rpy, rpy_of_rotation
+from footcal_cli.sniff.attitudes import EXPLAINED, Attitude, Reading, readings_of, turns
+from footcal_cli.sniff.guesses import FileGuess
+
+_AXES_NEAR = np.radians(8.0)
+"""Transducers are mostly mounted along axes; so near to one the rest is taken for an error."""
+_MOST = 4000
+
+
+@dataclass(frozen=True)
+class Mounts:
+    """Transducers that hang on one body.
+
+    Parameters
+    ----------
+    attitude
+        How the log says which way gravity pulls on the body.
+    rotation
+        Transducer to body by name, shape (3, 3); along axes or in whole degrees.
+    hang
+        Whether each transducer carries one weight in every attitude; None where the body hardly
+        turns.
+    """
+
+    attitude: Attitude
+    rotation: Mapping[str, FloatArray]
+    hang: bool | None
+
+    def rpy_rad(self, name: str) -> tuple[float, float, float]:
+        """Roll, pitch and yaw of a transducer's mounting, as a recipe has them."""
+        found = rpy_of_rotation(self.rotation[name])
+        return tuple(round(float(angle), 4) + 0.0 for angle in found)  # type: ignore[return-value]
+
+
+def mounts_of(file: FileGuess, forces: Mapping[str, FloatArray]) -> Mounts | None:
+    """Attitude of the body and mounting of its transducers; None without an attitude.
+
+    Parameters
+    ----------
+    file
+        The log.
+    forces
+        Of each transducer, shape (n, 3).
+    """
+    candidates = readings_of(file)
+    if not candidates:
+        return None
+    first = candidates[0]
+    fits = [{name: _kabsch(one.gravity, f) for name, f in forces.items()} for one in candidates]
+    left = [float(np.mean([fit.left for fit in own.values()])) for own in fits]
+    at = int(np.argmin(left))
+    if left[0] < 2 * left[at] + 1e-4:
+        at = 0
+    hang = all(fit.left < EXPLAINED for fit in fits[at].values())
+    if not hang:
+        return Mounts(Attitude(first.entries, explains=False), {}, False)
+    if not turns(first.gravity):
+        return Mounts(Attitude(first.entries), {}, None)
+    reacts = float(np.median([fit.sign for fit in fits[at].values()])) < 0
+    chosen: Reading = candidates[at]
+    warnings = (f"{chosen.said}: so the forces are the weights of the legs",) if at else ()
+    if reacts:
+        warnings = (
+            *warnings,
+            "the transducers read the opposite of what pulls on them: their axes were turned round",
+        )
+    rotation = {name: _nominal(fit.rotation) for name, fit in fits[at].items()}
+    return Mounts(Attitude(chosen.entries, warnings, reacts, True), rotation, True)
+
+
+@dataclass(frozen=True)
+class _Fit:
+    """Rotation transducer to body, sign of the weight, share of the variance that is left."""
+
+    rotation: FloatArray
+    sign: float
+    left: float
+
+
+def _kabsch(gravity_b: FloatArray, force: FloatArray) -> _Fit:
+    """``f = ± w Rᵀ g + b`` in least squares, `R` a rotation.
+
+    A plane of attitudes fits both signs: the weight then pulls as it should.
+    """
+    good = np.flatnonzero(np.isfinite(force).all(axis=1) & np.isfinite(gravity_b).all(axis=1))
+    good = good[:: max(1, good.size // _MOST)]
+    if good.size < 4:
+        return _Fit(np.eye(3), 1.0, 1.0)
+    f, g = force[good] - force[good].mean(axis=0), gravity_b[good] - gravity_b[good].mean(axis=0)
+    whole = float((f * f).sum() * (g * g).sum())
+    if whole == 0.0:
+        return _Fit(np.eye(3), 1.0, 1.0)
+    u, size, vt = np.linalg.svd(g.T @ f)
+    mirrored = np.linalg.det(u @ vt) < 0
+    least = np.array([1.0, 1.0, -1.0 if mirrored else 1.0])
+    most = np.array([1.0, 1.0, 1.0 if mirrored else -1.0])
+    pulls, pushes = (1.0 - float(size @ d) ** 2 / whole for d in (least, most))
+    if pushes < 0.5 * pulls:
+        return _Fit(-(u * most) @ vt, -1.0, pushes)
+    return _Fit((u * least) @ vt, 1.0, pulls)
+
+
+def _nominal(rotation: FloatArray) -> FloatArray:
+    """The rotation along axes that is near, or the same in whole degrees."""
+    u, _, vt = np.linalg.svd(np.round(rotation))
+    along = u @ vt
+    if np.linalg.det(along) > 0 and _angle(rotation.T @ along) < _AXES_NEAR:
+        return np.asarray(np.round(along))
+    degrees = np.degrees(rpy_of_rotation(rotation))
+    return rotation_of_rpy(np.radians(np.round(degrees)).tolist())
+
+
+def _angle(rotation: FloatArray) -> float:
+    return float(np.linalg.norm(rotation_log(rotation)))

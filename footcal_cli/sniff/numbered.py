@@ -1,0 +1,120 @@
+"""Columns that are numbered, not named: a wrench, a pose or a matrix by its place in a row."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from footcal_cli.core.attitude import nearest_rotations
+from footcal_cli.sniff.groups import AXES, owner_of
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
+
+_INDEXED = re.compile(r"^(.*?)[\[_. (]*(\d+)[\])]*$")
+_WRENCH_STEM = re.compile(r"wrench|ft|force|tcp|f_ext", re.IGNORECASE)
+_POSE_STEM = re.compile(r"pose|tcp|flange", re.IGNORECASE)
+_NO_WRENCH = re.compile(r"pose|position|speed|vel|foot|feet|joint|target", re.IGNORECASE)
+_LARGER = 3.0
+"""Forces in N are larger than torques in Nm by this much, in nearly every log."""
+
+
+def numbered(file: FileGuess) -> FileGuess:
+    """The log with numbered columns taken for wrenches, poses and rotation matrices."""
+    stems: dict[str, list[ColumnGuess]] = {}
+    for column in file.columns:
+        found = _INDEXED.match(column.column)
+        if found and column.values is not None:
+            stems.setdefault(found[1], []).append(column)
+    made: dict[str, ColumnGuess] = {}
+    for stem, columns in stems.items():
+        if len(columns) == 6 and _POSE_STEM.search(stem) and "force" not in stem.lower():
+            made |= _pose(columns)
+        elif len(columns) in (9, 16):
+            made |= _matrix(columns)
+    if not any(column.quantity in ("matrix", "angle") for column in made.values()):
+        made = {}
+    made |= _wrenches(file, stems, made)
+    return replace(file, columns=tuple(made.get(c.column, c) for c in file.columns))
+
+
+def _wrenches(
+    file: FileGuess, stems: dict[str, list[ColumnGuess]], taken: dict[str, ColumnGuess]
+) -> dict[str, ColumnGuess]:
+    """Six numbered or nameless columns as a wrench."""
+    six = {
+        stem: c for stem, c in stems.items()
+        if len(c) == 6 and _WRENCH_STEM.search(stem) and not _NO_WRENCH.search(stem)
+        and c[0].column not in taken
+    }  # fmt: skip
+    nameless = [c for c in file.columns if c.column.startswith("column_")]
+    free = [c for c in nameless if c.quantity == "unknown" and c.values is not None]
+    if not six and len(free) == 6 and not any(c.counts for c in free):
+        six = {"": free}
+    made: dict[str, ColumnGuess] = {}
+    for stem, columns in six.items():
+        spread = [float(np.nanstd(c.values)) + 1e-9 for c in columns if c.values is not None]
+        torque_first = max(spread[3:]) > _LARGER * max(spread[:3])
+        order = AXES[3:] + AXES[:3] if torque_first else AXES
+        why = "six columns in a row; " + (
+            "the last three vary more, so they are the forces" if torque_first
+            else "forces first, as most logs have them"
+        )  # fmt: skip
+        owner = owner_of(re.sub(r"(?i)wrench|force|ft|tcp|actual|[\[_.]+", " ", stem).strip())
+        for axis, column in zip(order, columns, strict=True):
+            name = replace(
+                column.name, quantity="force", axis=axis, owner="" if owner == "sensor" else owner
+            )
+            made[column.column] = replace(column, name=name, sure="guess", why=why)
+    return made
+
+
+def _pose(columns: Sequence[ColumnGuess]) -> dict[str, ColumnGuess]:
+    """Three coordinates and three numbers of an attitude, as arms report their flange."""
+    turns = [c for c in columns[3:] if c.values is not None]
+    if len(turns) < 3 or any(float(np.nanmax(np.abs(c.values))) > 360.0 for c in turns):  # type: ignore[arg-type]
+        return {}
+    made = {}
+    for axis, column in zip(("rx", "ry", "rz"), turns, strict=True):
+        name = replace(column.name, quantity="angle", axis=axis, owner="pose", side="", place="")
+        made[column.column] = replace(
+            column, name=name, sure="guess", why="the last three of six numbers of a pose"
+        )
+    for column in columns[:3]:
+        made[column.column] = column.as_quantity("other", "guess", "where a pose is")
+    return made
+
+
+def _matrix(columns: Sequence[ColumnGuess]) -> dict[str, ColumnGuess]:
+    """A rotation matrix of nine numbers, or within a pose of sixteen; which way by the last row."""
+    values = np.column_stack([c.values for c in columns])  # type: ignore[misc]
+    size = 3 if len(columns) == 9 else 4
+    blocks = values.reshape(-1, size, size)
+    by_columns = False
+    if size == 4:
+        bottom, right = blocks[:, 3, :3], blocks[:, :3, 3]
+        by_columns = bool(np.allclose(right, 0.0) and not np.allclose(bottom, 0.0))
+        if not by_columns and not np.allclose(bottom, 0.0):
+            return {}
+    rotations = nearest_rotations(blocks[:: max(len(blocks) // 200, 1), :3, :3])
+    if np.isnan(rotations).all(axis=(1, 2)).mean() > 0.2:
+        return {}
+    made = {}
+    for at, column in enumerate(columns):
+        i, j = _place(at, size, by_columns)
+        said = "column by column" if by_columns else "row by row"
+        inside = max(i, j) <= 3
+        name = replace(
+            column.name, quantity="matrix" if inside else "other", axis=f"{i}{j}" if inside else "",
+            side="", place="", owner="pose",
+        )  # fmt: skip
+        made[column.column] = replace(
+            column, name=name, sure="guess", why=f"a rotation matrix, {said}"
+        )
+    return made
+
+
+def _place(at: int, size: int, by_columns: bool) -> tuple[int, int]:
+    row, column = divmod(at, size)
+    return (column + 1, row + 1) if by_columns else (row + 1, column + 1)

@@ -1,0 +1,184 @@
+"""Evidence given twice: rows of one log that another log of the same run holds already.
+
+Copies would shrink every sd as if they had been measured. A row counts by its content: file name,
+format, order of columns and rows, and the number of a session or repetition do not matter.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footcal_cli.core.parameters import BoolArray, FloatArray
+from footcal_cli.core.quality import Finding
+from footcal_cli.tables.table import Table
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+COPIED_SHARE = 0.9
+"""Logs share rows by chance only below this share of the shorter one."""
+FEWEST_SHARED_STAMPS = 5
+"""Rows with equal stamps that must agree before overlapping recordings are called copies."""
+_SAME_DIGITS = 8
+"""Copies agree to so many significant digits, whatever their format and unit."""
+_STAMP_STEP_S = 1e-6
+_LABELS = frozenset({"session", "repeat"})
+"""Columns that tell recordings apart; a copy may bear another label."""
+
+Hashes = NDArray[np.uint64]
+
+
+@dataclass(frozen=True)
+class Fingerprint:
+    """The rows of a log without its format.
+
+    Parameters
+    ----------
+    name
+        File name.
+    columns
+        Columns that count.
+    rows
+        Hash of every row, shape (n,).
+    stamps
+        Hash of every row's stamp and texts, shape (n,); None without stamps.
+    """
+
+    name: str
+    columns: tuple[str, ...]
+    rows: Hashes
+    stamps: Hashes | None
+
+
+def fingerprint(table: Table) -> Fingerprint:
+    """The fingerprint of a log."""
+    import pandas as pd
+
+    data = table.data.drop(columns=[n for n in table.data.columns if n in _LABELS])
+    hashes = {str(name): _column_hashes(data[name], str(name)) for name in sorted(data.columns)}
+    stamps = None
+    if "time_s" in hashes:
+        texts = [n for n in hashes if not pd.api.types.is_numeric_dtype(data[n])]
+        stamps = _joined([hashes[name] for name in ("time_s", *texts)])
+    return Fingerprint(table.path.name, tuple(hashes), _joined(list(hashes.values())), stamps)
+
+
+def find_copied_rows(log: Fingerprint, earlier: Fingerprint) -> BoolArray:
+    """Rows of a log that stand in an earlier one, shape (n,).
+
+    A row that stands there k times accounts for k rows. Few common rows are chance (coarse
+    readings repeat themselves): unless `COPIED_SHARE` of the shorter log, or of the rows with
+    equal stamps, is common, none counts as a copy.
+    """
+    none = np.zeros(log.rows.size, dtype=np.bool_)
+    if log.columns != earlier.columns:
+        return none
+    common = _contained(log.rows, earlier.rows)
+    shared = int(common.sum())
+    if shared and shared >= COPIED_SHARE * min(log.rows.size, earlier.rows.size):
+        return common
+    if log.stamps is not None and earlier.stamps is not None:
+        same_stamp = int(_contained(log.stamps, earlier.stamps).sum())
+        if same_stamp >= FEWEST_SHARED_STAMPS and shared >= COPIED_SHARE * same_stamp:
+            return common
+    return none
+
+
+def without_copies(
+    tables: Sequence[Table], earlier: Sequence[Table] = ()
+) -> tuple[list[Table | None], list[Finding]]:
+    """Take out of logs of one kind what a longer one, or an earlier one, holds already.
+
+    Parameters
+    ----------
+    tables
+        Logs of one kind.
+    earlier
+        Logs of the same kind that were read before.
+
+    Returns
+    -------
+    kept
+        The logs in their order; None for one that is a copy, all but a few of its rows at most.
+    findings
+        One per log with copied rows.
+    """
+    kept: list[Table | None] = list(tables)
+    if len(tables) + len(earlier) < 2:
+        return kept, []
+    known, found = [fingerprint(table) for table in earlier], {}
+    for i in sorted(range(len(tables)), key=lambda i: -len(tables[i])):
+        own = fingerprint(tables[i])
+        copied = np.zeros(own.rows.size, dtype=np.bool_)
+        first = ""
+        for other in known:
+            rows = find_copied_rows(own, other)
+            first = first or (other.name if rows.any() else "")
+            copied |= rows
+        known.append(own)
+        if not copied.any():
+            continue
+        rest = tables[i].data[~copied].reset_index(drop=True)
+        # what remains of a copied recording is no recording
+        least = 0 if own.stamps is None else (1 - COPIED_SHARE) * copied.size
+        kept[i] = replace(tables[i], data=rest) if len(rest) > least else None
+        found[i] = _finding(tables[i], first, int(copied.sum()), left_out=kept[i] is None)
+    return kept, [found[i] for i in sorted(found)]
+
+
+def _finding(table: Table, other: str, copied: int, *, left_out: bool) -> Finding:
+    name, rows = table.path.name, len(table)
+    how_many = f"all {rows} rows are" if copied == rows else f"{copied} of {rows} rows are"
+    then = "it is left out" if left_out else "they count once"
+    return Finding(
+        "rows_given_twice", "warning", name,
+        f"{name}: {how_many} a copy of rows of {other}; {then}", "give every recording once",
+    )  # fmt: skip
+
+
+def _contained(rows: Hashes, earlier: Hashes) -> BoolArray:
+    """Rows that stand among `earlier`, each as often as it stands there, shape (n,)."""
+    values, index = np.unique(np.concatenate([rows, earlier]), return_inverse=True)
+    own = index[: rows.size]
+    available = np.bincount(index[rows.size :], minlength=values.size)
+    order = np.argsort(own, kind="stable")
+    starts = np.searchsorted(own[order], own[order], side="left")
+    rank = np.empty(rows.size, dtype=np.int64)
+    rank[order] = np.arange(rows.size) - starts
+    return np.asarray(rank < available[own])
+
+
+def _column_hashes(column: pd.Series[Any], name: str) -> Hashes:
+    import pandas as pd
+
+    values: pd.Series[Any] = column.astype(str)
+    if pd.api.types.is_numeric_dtype(column):
+        numbers = np.asarray(column, dtype=np.float64)
+        if name == "time_s":  # an absolute stamp has its seconds behind ten digits
+            values = pd.Series(np.round(numbers / _STAMP_STEP_S))
+        else:
+            values = pd.Series(_rounded(numbers))
+    return np.asarray(pd.util.hash_pandas_object(values, index=False), dtype=np.uint64)
+
+
+def _joined(hashes: Sequence[Hashes]) -> Hashes:
+    """One hash of several per row, depending on their order."""
+    joined = np.zeros(hashes[0].size, dtype=np.uint64)
+    for column in hashes:
+        joined = (joined ^ column) * np.uint64(0x9E3779B97F4A7C15)  # wraps round, as hashes do
+        joined ^= joined >> np.uint64(29)
+    return joined
+
+
+def _rounded(values: FloatArray) -> FloatArray:
+    """Values to `_SAME_DIGITS` significant digits; −0 is 0, and all NaN are one."""
+    size = np.abs(values)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        step = 10.0 ** (np.floor(np.log10(size)) + 1 - _SAME_DIGITS)
+        rounded = np.round(values / step) * step
+    return np.asarray(np.where(size > 0, rounded, np.where(np.isnan(values), np.nan, 0.0)))

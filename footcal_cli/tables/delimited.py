@@ -1,0 +1,334 @@
+"""Text logs as tables: names and cells of CSV and its relatives, by the layout of the file."""
+
+from __future__ import annotations
+
+import csv
+import gzip
+import io
+import re
+import warnings
+import zlib
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from footcal_cli.core.parameters import IntArray
+from footcal_cli.errors import DataError
+from footcal_cli.tables.reading import BLANKS, Layout
+from footcal_cli.tables.textfiles import short, unreadable
+
+if TYPE_CHECKING:  # imported where it is used: a refusal does not wait for it
+    import pandas as pd
+
+MOST_BYTES = 4 * 1024**3
+"""Of a text log, unpacked."""
+_LONGEST_HEADER = 2**20
+_AS_CSV = "export it as CSV (UTF-8) or Parquet, or run `footcal init` on it"
+
+
+def text_names(path: Path, layout: Layout) -> list[str]:
+    """Column names of a text log.
+
+    Raises
+    ------
+    DataError
+        Not text, or a header that cannot be read.
+    """
+    if layout.plain:
+        return _csv_header(path)
+    if layout.line:
+        both = f"{layout.carried}|{layout.line}" if layout.carried else layout.line
+        return list(re.compile(both).groupindex)
+    carried = list(re.compile(layout.carried).groupindex) if layout.carried else []
+    return [*_own_names(_lines(path, layout), layout), *carried]
+
+
+def _own_names(found: _Lines, layout: Layout) -> list[str]:
+    """Names of the fields of the rows."""
+    if layout.names:
+        return list(layout.names)
+    if found.header is not None:
+        return _named(_fields(found.header, layout))
+    width = max((len(_fields(line, layout)) for line in found.rows[:50]), default=0)
+    return [f"column_{i + 1}" for i in range(width)]
+
+
+def text_table(path: Path, layout: Layout, texts: Collection[str]) -> tuple[pd.DataFrame, IntArray]:
+    """All columns of a text log, and the line of every row, counted from 1.
+
+    Parameters
+    ----------
+    path, layout
+        The file and how it is laid out.
+    texts
+        Columns kept as strings whatever they look like.
+
+    Raises
+    ------
+    DataError
+        The file cannot be read to its end as its layout says.
+    """
+    if layout.plain:
+        frame = frame_of(_bytes(path), path, texts)
+        return frame, np.arange(len(frame), dtype=np.int64) + 2
+    if layout.line:
+        return _searched(path, layout)
+    import pandas as pd
+
+    found = _lines(path, layout)
+    lines, numbers = found.rows, found.numbers
+    if not lines:
+        raise DataError("no rows", file=path, remedy="record the log again")
+    names = _own_names(found, layout)
+    widest, at = max((len(_fields(line, layout)), -i) for i, line in enumerate(lines))
+    trailing = widest == len(names) + 1 and all(
+        line.rstrip("\r\n").endswith(layout.separator) for line in lines
+    )
+    if widest > len(names) and not trailing:
+        raise DataError(
+            f"{widest} fields under a header of {len(names)}", file=path,
+            row=f"line {numbers[-at]}", value=short(lines[-at].strip()),
+            remedy="correct separator, decimal or names in [[files]]",
+        )  # fmt: skip
+    wanted = [*names, "\0trailing"] if trailing else names
+    try:
+        frame = pd.read_csv(
+            io.StringIO("".join(line.rstrip("\r\n") + "\n" for line in lines)),
+            sep=r"\s+" if layout.separator == BLANKS else layout.separator,
+            decimal=layout.decimal, thousands=layout.thousands or None, header=None,
+            names=wanted, index_col=False, dtype=dict.fromkeys(texts, str),
+            skipinitialspace=True, low_memory=False, skip_blank_lines=False,
+        )  # fmt: skip
+    except (pd.errors.ParserError, pd.errors.EmptyDataError, csv.Error) as error:
+        raise unreadable(path, error) from None
+    frame = frame[names]
+    if found.carried:
+        between = pd.DataFrame(found.carried, index=frame.index)
+        frame = pd.concat([frame, _as_numbers(between, layout)], axis=1)
+    return frame, np.array(numbers, dtype=np.int64)
+
+
+def _named(fields: Sequence[str]) -> list[str]:
+    """Header fields as names: an empty one gets its number, one that repeats a count."""
+    seen: dict[str, int] = {}
+    names = []
+    for i, raw in enumerate(fields):
+        name = raw.strip() or f"column_{i + 1}"
+        seen[name] = seen.get(name, 0) + 1
+        names.append(name if seen[name] == 1 else f"{name}.{seen[name]}")
+    while len(names) > 1 and not fields[len(names) - 1].strip():
+        names.pop()  # separators at the end of the line
+    return names
+
+
+def _fields(line: str, layout: Layout) -> list[str]:
+    if layout.separator == BLANKS:
+        return line.split()
+    return next(csv.reader([line.strip("\r\n")], delimiter=layout.separator), [])
+
+
+def decoded(path: Path, layout: Layout) -> str:
+    """The text of a log in its encoding.
+
+    Raises
+    ------
+    DataError
+        Another encoding.
+    """
+    content = _bytes(path)
+    encoding = "utf-8-sig" if layout.encoding.lower() in ("utf-8", "utf8") else layout.encoding
+    try:
+        return content.decode(encoding)
+    except UnicodeDecodeError as error:
+        raise DataError(
+            f"not {layout.encoding} text: byte 0x{content[error.start]:02x}", file=path,
+            row=f"line {content.count(bytes([10]), 0, error.start) + 1}",
+            remedy="give its encoding in [[files]]; `footcal init` guesses it",
+        ) from None  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _Lines:
+    """Lines of rows, their numbers from 1, the header's line, and what holds for each row."""
+
+    rows: list[str]
+    numbers: list[int]
+    header: str | None
+    carried: list[dict[str, str | None]]
+
+
+def _lines(path: Path, layout: Layout) -> _Lines:
+    """The lines of a table, without remarks and what stands around it."""
+    kept: list[str] = []
+    numbers: list[int] = []
+    carried: list[dict[str, str | None]] = []
+    header: str | None = None
+    between = re.compile(layout.carried) if layout.carried else None
+    holds: dict[str, str | None] = dict.fromkeys(between.groupindex if between else ())
+    skip = layout.skip_rows
+    below = layout.skip_below
+    waits = layout.header
+    for number, line in enumerate(decoded(path, layout).splitlines(), start=1):
+        if between is not None and (said := between.search(line)) is not None:
+            holds = {**holds, **said.groupdict()}
+            continue
+        if layout.comment and line.lstrip().startswith(layout.comment):
+            continue
+        if layout.until and kept and line.startswith(layout.until):
+            break
+        if skip:
+            skip -= 1
+        elif waits:
+            if line.strip():
+                header, waits = line, False
+        elif below:
+            below -= 1
+        elif line.strip(f"\r\n\t \f\x1a\0{layout.separator}"):
+            kept.append(line)
+            numbers.append(number)
+            if between is not None:
+                carried.append(holds)
+    return _Lines(kept, numbers, header, carried)
+
+
+def _searched(path: Path, layout: Layout) -> tuple[pd.DataFrame, IntArray]:
+    """Rows that a regular expression finds, with what was carried on from lines above."""
+    import pandas as pd
+
+    row = re.compile(layout.line)
+    between = re.compile(layout.carried) if layout.carried else None
+    carried: dict[str, str | None] = dict.fromkeys(between.groupindex if between else ())
+    rows, numbers = [], []
+    for number, line in enumerate(decoded(path, layout).splitlines(), start=1):
+        found = row.search(line)
+        if found is not None:
+            rows.append({**carried, **found.groupdict()})
+            numbers.append(number)
+        elif between is not None and (other := between.search(line)) is not None:
+            carried |= other.groupdict()
+    if not rows:
+        raise DataError(
+            "no line is a row", file=path, remedy="correct `line` in [[files]] of the recipe"
+        )
+    return _as_numbers(pd.DataFrame(rows), layout), np.array(numbers, dtype=np.int64)
+
+
+def _as_numbers(frame: pd.DataFrame, layout: Layout) -> pd.DataFrame:
+    """Texts that are numbers throughout, as numbers."""
+    import pandas as pd
+
+    for name in frame:
+        words = frame[name]
+        if layout.decimal == ",":
+            words = words.str.replace(",", ".", regex=False)
+        parsed = pd.to_numeric(words, errors="coerce")
+        frame[name] = parsed if parsed.notna().equals(words.notna()) else frame[name]
+    return frame
+
+
+def _bytes(path: Path) -> bytes:
+    """A text log's content, unpacked."""
+    opener = gzip.open if path.suffix.lower() == ".gz" else open
+    try:
+        with opener(path, "rb") as stream:
+            content: bytes = stream.read(MOST_BYTES + 1)
+    except (OSError, EOFError, zlib.error) as error:
+        raise unreadable(path, error) from None
+    if len(content) > MOST_BYTES:
+        raise DataError(
+            f"more than {MOST_BYTES / 1024**3:.0f} GB of text", file=path,
+            remedy="split it, or export it as Parquet",
+        )  # fmt: skip
+    return content
+
+
+def _csv_header(path: Path) -> list[str]:
+    opener = gzip.open if path.suffix.lower() == ".gz" else open
+    try:
+        with opener(path, "rb") as stream:
+            start: bytes = stream.read(_LONGEST_HEADER)
+    except (OSError, EOFError, zlib.error) as error:
+        raise unreadable(path, error) from None
+    end = start.find(b"\n")
+    if end < 0 and len(start) == _LONGEST_HEADER:
+        raise DataError(
+            "a first line of more than a megabyte", file=path, remedy="export it as CSV or Parquet"
+        )
+    if b"\0" in start or start[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        raise DataError(
+            "not UTF-8 text (UTF-16, or a binary file)", file=path, remedy=_AS_CSV, foreign=True
+        )
+    try:
+        text = start.decode("utf-8-sig", errors="strict" if end < 0 else "replace")
+        if "\N{REPLACEMENT CHARACTER}" in text.partition("\n")[0]:
+            raise UnicodeError
+        return [name.strip() for name in next(csv.reader(io.StringIO(text, newline="")), [])]
+    except UnicodeError:
+        raise DataError(
+            "not readable as UTF-8 text", file=path, remedy=_AS_CSV, foreign=True
+        ) from None
+    except csv.Error as error:
+        raise DataError(
+            f"the header cannot be read: {error}", file=path, remedy=_AS_CSV, foreign=True
+        ) from None
+
+
+def frame_of(content: bytes, path: Path, texts: Collection[str]) -> pd.DataFrame:
+    """All columns of the text of a CSV file."""
+    import pandas as pd
+
+    _refuse_foreign_bytes(content, path)
+    try:
+        with warnings.catch_warnings():
+            # a row with more fields than the header (a decimal comma?) would lose its tail
+            warnings.simplefilter("error", pd.errors.ParserWarning)
+            frame = pd.read_csv(
+                # the whole text at once: a reader that Ctrl-C interrupts would say "truncated"
+                io.BytesIO(content),
+                dtype=dict.fromkeys(texts, str),
+                encoding="utf-8-sig",
+                skipinitialspace=True,
+                low_memory=False,
+                index_col=False,
+            )
+    except pd.errors.ParserWarning:
+        raise DataError(
+            "a row has more fields than the header (a decimal comma?)",
+            file=path,
+            remedy="write decimal points, or one field per column",
+            foreign=True,
+        ) from None
+    except (pd.errors.ParserError, pd.errors.EmptyDataError, csv.Error) as error:
+        raise unreadable(path, error) from None
+    _refuse_cut_line(content, path)
+    return frame.rename(columns=str.strip)
+
+
+def _refuse_foreign_bytes(content: bytes, path: Path) -> None:
+    at = content.find(b"\0")
+    problem = "a NUL byte" if at >= 0 else ""
+    if at < 0:
+        try:
+            content.decode("utf-8")
+        except UnicodeDecodeError as error:
+            at = error.start
+            problem = f"not UTF-8 text: byte 0x{content[at]:02x}"
+    if problem:
+        raise DataError(
+            problem, file=path, row=f"line {content.count(bytes([10]), 0, at) + 1}",
+            remedy=_AS_CSV, foreign=True,
+        )  # fmt: skip
+
+
+def _refuse_cut_line(content: bytes, path: Path) -> None:
+    """Refuse a last line that ends before its last field."""
+    last = content[content.rfind(b"\n") + 1 :]
+    first = content[: content.find(b"\n")]
+    if last.strip() and b'"' not in last + first and last.count(b",") < first.count(b","):
+        raise DataError(
+            "the last line is cut off", file=path, row=f"line {content.count(bytes([10])) + 1}",
+            value=short(last.decode("utf-8")), remedy="copy the file again, or take the line out",
+        )  # fmt: skip

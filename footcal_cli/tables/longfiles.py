@@ -1,0 +1,103 @@
+"""Raw columns of long files, piece by piece, so that memory does not grow with the log."""
+
+from __future__ import annotations
+
+import ctypes
+import gzip
+import zlib
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
+
+from footcal_cli.tables.delimited import frame_of
+from footcal_cli.tables.logfiles import (
+    RawColumn,
+    is_parquet,
+    of_arrow,
+    of_series,
+    parquet_file,
+    raw_columns,
+)
+from footcal_cli.tables.textfiles import unreadable
+
+LONG_BYTES = 8 * 2**20
+"""Files from this size on are read in pieces."""
+PIECE_ROWS = 2**17
+PIECE_BYTES = 16 * 2**20
+
+
+def is_long(path: Path) -> bool:
+    """Whether a file is worth reading in pieces."""
+    return path.is_file() and path.stat().st_size >= LONG_BYTES
+
+
+def rows_about(path: Path) -> float | None:
+    """About how many rows a file has; None where only reading it would tell."""
+    if is_parquet(path):
+        return float(parquet_file(path).metadata.num_rows)
+    if path.suffix.lower() != ".csv":
+        return None
+    with path.open("rb") as stream:
+        head = stream.read(2**16)
+    lines = head.count(b"\n")
+    return path.stat().st_size * lines / len(head) if lines else None
+
+
+def give_back() -> None:
+    """Return freed memory to the system between pieces of a long log.
+
+    glibc keeps what lies between blocks in use: over hours that grows to several times what is
+    held. Other systems need no such call.
+    """
+    with suppress(OSError, AttributeError, TypeError):
+        ctypes.CDLL(None).malloc_trim(0)
+
+
+def raw_pieces(
+    path: Path, names: Sequence[str], texts: Collection[str]
+) -> Iterator[Mapping[str, RawColumn]]:
+    """As `footcal_cli.tables.logfiles.raw_columns`, some rows at a time.
+
+    Raises
+    ------
+    DataError
+        As there; rows are counted from the start of the piece.
+    """
+    return _of_parquet(path, names) if is_parquet(path) else _of_csv(path, names, texts)
+
+
+def _of_parquet(path: Path, names: Sequence[str]) -> Iterator[Mapping[str, RawColumn]]:
+    import pyarrow as pa
+
+    file = parquet_file(path)
+    try:
+        for batch in file.iter_batches(PIECE_ROWS, columns=list(names), use_threads=False):
+            table = pa.Table.from_batches([batch])
+            yield {name: of_arrow(table.column(name), name, path) for name in names}
+    except (pa.ArrowException, OSError) as error:
+        raise unreadable(path, error) from None
+
+
+def _of_csv(
+    path: Path, names: Sequence[str], texts: Collection[str]
+) -> Iterator[Mapping[str, RawColumn]]:
+    """Blocks of whole lines, each read under the header; quoted texts may hold line ends."""
+    opener = gzip.open if path.suffix.lower() == ".gz" else open
+    try:
+        with opener(path, "rb") as stream:
+            header: bytes = stream.readline()
+            block: bytes = stream.read(PIECE_BYTES)
+            quoted = b'"' in header or b'"' in block
+            rest = b""
+            while not quoted and (block or rest.strip()):
+                whole = rest + block
+                cut = whole.rfind(b"\n") + 1 if block else len(whole)
+                lines, rest = whole[:cut], whole[cut:]
+                if lines.strip():
+                    frame = frame_of(header + lines, path, texts)
+                    yield {name: of_series(frame[name]) for name in names}
+                block = stream.read(PIECE_BYTES)
+    except (EOFError, zlib.error, OSError) as error:
+        raise unreadable(path, error) from None
+    if quoted:
+        yield raw_columns(path, names, texts)

@@ -1,0 +1,167 @@
+"""How a file is to be read: its layout, its columns, what is joined to it. Said by a recipe."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+BLANKS = " "
+"""As a separator: any run of spaces and tabs."""
+
+
+@dataclass(frozen=True)
+class ForeignColumn:
+    """Where a canonical column is found: ``[columns]`` of a recipe.
+
+    Parameters
+    ----------
+    column
+        Name in the file; empty where the column does not stand in it.
+    unit
+        Of the file's numbers, the canonical one where absent.
+    value
+        The same for every row.
+    file_name
+        Regular expression; what its first group finds in the file's name, for every row.
+    pattern
+        Regular expression; what its first group finds in a cell (``Reading: 8347750 g``). A group
+        called ``unit`` finds the unit of each number, which is converted to `unit`.
+    format
+        Of dates and times, as ``strptime`` has it.
+    factor
+        Numbers are multiplied by it (−1 where a sign is the other way round).
+    nanoseconds
+        Another column of the file: nanoseconds beside the whole seconds of `column`.
+    wraps_at
+        A counter that reaches this number begins again from zero.
+    names
+        Texts of the file -> footcal's.
+    """
+
+    column: str = ""
+    unit: str | None = None
+    value: str | float | None = None
+    file_name: str | None = None
+    pattern: str | None = None
+    format: str | None = None
+    factor: float | None = None
+    nanoseconds: str = ""
+    wraps_at: float | None = None
+    names: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def in_file(self) -> bool:
+        """Whether it is a column of the file."""
+        return bool(self.column)
+
+
+@dataclass(frozen=True)
+class Layout:
+    """How the text of a log is laid out.
+
+    Parameters
+    ----------
+    separator
+        One character between fields, or `BLANKS`.
+    decimal
+        Decimal point or comma.
+    thousands
+        Sign between groups of three digits; empty for none.
+    until
+        The table ends above a line that begins so; empty where it ends with the file.
+    encoding
+        Of the text.
+    comment
+        Lines that begin so are left out; empty for none.
+    skip_rows
+        Lines before the header, comments not counted.
+    header
+        Whether a line of names follows; without one columns are ``column_1`` ….
+    names
+        Names in place of the header's.
+    skip_below
+        Lines between the header and the first row (units).
+    line
+        Regular expression with named groups: every line that it finds itself in is a row, its
+        groups are the columns. For texts without fields; empty for fields.
+    carried
+        Regular expression with named groups: a line that it finds itself in sets columns that hold
+        for the rows below, as a weight typed between the readings does.
+    """
+
+    separator: str = ","
+    decimal: Literal[".", ","] = "."
+    encoding: str = "utf-8"
+    comment: str = ""
+    skip_rows: int = 0
+    header: bool = True
+    names: tuple[str, ...] = ()
+    skip_below: int = 0
+    line: str = ""
+    carried: str = ""
+    thousands: str = ""
+    until: str = ""
+
+    @property
+    def plain(self) -> bool:
+        """Whether it is a CSV file as footcal reads without being told."""
+        return self == Layout()
+
+
+@dataclass(frozen=True)
+class Join:
+    """Another file whose columns stand beside a log's own as ``<stem>.<column>``.
+
+    Parameters
+    ----------
+    path, reading
+        The other file and how it is read.
+    by
+        Row by row, or by time stamps.
+    offset_s
+        Added to the other file's stamps.
+    how
+        Between the other file's stamps: straight lines, the nearest or the previous row.
+    tolerance_s
+        Longest distance to a stamp of the other file; rows farther away have no value.
+    """
+
+    path: Path
+    reading: Reading
+    by: Literal["time", "row"] = "time"
+    offset_s: float = 0.0
+    how: Literal["interpolate", "nearest", "previous"] = "interpolate"
+    tolerance_s: float = 0.1
+
+
+@dataclass(frozen=True)
+class Reading:
+    """Everything a recipe says of one file.
+
+    Parameters
+    ----------
+    columns
+        Canonical name -> where it is found.
+    layout
+        Of a text file.
+    rate_hz
+        Rows per second of a file without time stamps.
+    wide_into
+        The text column that tells the entries of `wide` apart.
+    wide
+        One row of the file becomes one row per entry: entry -> its own columns.
+    joins
+        Files beside it.
+    rows_of
+        A column of the topic whose rows count, where several take turns; empty for all rows.
+    """
+
+    columns: Mapping[str, ForeignColumn] = field(default_factory=dict)
+    layout: Layout = Layout()
+    rate_hz: float | None = None
+    wide_into: str = "channel"
+    wide: Mapping[str, Mapping[str, ForeignColumn]] = field(default_factory=dict)
+    joins: tuple[Join, ...] = ()
+    rows_of: str = ""

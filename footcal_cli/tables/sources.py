@@ -1,0 +1,316 @@
+"""Where columns come from: the file, files beside it, its name, or the recipe alone."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footcal_cli.errors import DataError, UsageError, nearest
+from footcal_cli.tables.canonical import canonical
+from footcal_cli.tables.columns import Column
+from footcal_cli.tables.logfiles import RawColumn, column_names, raw_columns
+from footcal_cli.tables.reading import ForeignColumn, Join, Layout, Reading
+
+_TIME = Column("time_s", "time stamp")
+_TOPIC_S = 0.1
+"""How far the value of another topic may be from a row."""
+_TIMES = ("time_s", "time_ms", "time_us", "time_ns")
+
+
+def source_names(path: Path, reading: Reading) -> list[str]:
+    """Columns of a log and of the files joined to it, these as ``<stem>.<column>``."""
+    names = column_names(path, reading.layout)
+    for join in reading.joins:
+        names += [f"{_stem(join.path)}.{name}" for name in source_names(join.path, join.reading)]
+    return names
+
+
+def row_time(reading: Reading) -> ForeignColumn | None:
+    """The place of time stamps that count the rows of a file without any."""
+    return None if reading.rate_hz is None else ForeignColumn()
+
+
+def source_columns(
+    path: Path, reading: Reading, places: Mapping[str, ForeignColumn], texts: frozenset[str]
+) -> dict[str, RawColumn]:
+    """Raw columns by canonical name.
+
+    Parameters
+    ----------
+    path, reading
+        The log and how it is read.
+    places
+        Canonical name -> where it is found.
+    texts
+        Canonical names of texts.
+
+    Raises
+    ------
+    DataError
+        The file cannot be read to its end, or a pattern finds nothing.
+    """
+    own = set(column_names(path, reading.layout))
+    wanted = {p.column for p in places.values() if p.in_file}
+    wanted |= {p.nanoseconds for p in places.values() if p.nanoseconds}
+    if reading.rows_of and reading.rows_of not in own:
+        raise DataError(
+            f"missing column '{reading.rows_of}' that rows_of names"
+            f"{nearest(reading.rows_of, sorted(own))}", file=path,
+            remedy="correct rows_of in [[files]]", foreign=True,
+        )  # fmt: skip
+    wanted |= {reading.rows_of} - {""}
+    here = sorted(wanted & own) or [column_names(path, reading.layout)[0]]
+    as_text = {
+        p.column for name, p in places.items() if name in texts or p.pattern or p.names
+    } & own  # fmt: skip
+    raw = dict(raw_columns(path, here, as_text, reading.layout))
+    rows = len(raw[here[0]].values)
+    if rows == 0:
+        raise DataError("no rows", file=path, remedy="record the log again")
+    if reading.rows_of:
+        raw = _of_one_topic(path, reading, raw)
+        rows = len(raw[here[0]].values)
+    lines = raw[here[0]].lines
+    if wanted - own:
+        for join in reading.joins:
+            raw |= _joined(path, reading, join, wanted - own, rows)
+    found = {}
+    for name, place in places.items():
+        if place.in_file:
+            found[name] = _cell(raw[place.column], place, reading, path)
+            if place.nanoseconds:
+                found[name] = _with_nanoseconds(found[name], raw[place.nanoseconds], place, path)
+        elif place.value is None and place.file_name is None:
+            assert reading.rate_hz is not None, "only counted time has no source"
+            count = np.arange(rows, dtype=np.float64)
+            found[name] = RawColumn("number", count / reading.rate_hz, np.zeros(rows, bool), lines)
+        else:
+            found[name] = _constant(_said(place, path), rows, lines)
+    return found
+
+
+def _of_one_topic(
+    path: Path, reading: Reading, raw: Mapping[str, RawColumn]
+) -> dict[str, RawColumn]:
+    """The rows of one topic, the columns of others brought to its times."""
+    kept = ~raw[reading.rows_of].empty
+    if not kept.any():
+        raise DataError("no row has a value", file=path, column=reading.rows_of,
+                        remedy="correct rows_of in [[files]]")  # fmt: skip
+    stamps = time_of(path, replace(reading, joins=(), rows_of=""))
+    return at_rows(raw, kept, stamps, _TOPIC_S)
+
+
+def at_rows(
+    raw: Mapping[str, RawColumn], kept: NDArray[np.bool_], stamps: NDArray[np.float64],
+    tolerance_s: float,
+) -> dict[str, RawColumn]:  # fmt: skip
+    """Columns at some rows of their table; empty cells are filled in between their neighbours.
+
+    Parameters
+    ----------
+    raw
+        Columns by name, n rows each.
+    kept, stamps
+        The rows, and the time of each row, shape (n,).
+    tolerance_s
+        Farther from a value of its own, a cell stays empty.
+    """
+    found = {}
+    for name, column in raw.items():
+        lines = None if column.lines is None else column.lines[kept]
+        there = np.flatnonzero(~column.empty)
+        if not column.empty[kept].any() or not there.size:
+            values, empty = column.values[kept], column.empty[kept]
+            found[name] = RawColumn(column.kind, values, empty, lines)
+            continue
+        order = there[np.argsort(stamps[there], kind="stable")]
+        join = Join(Path(), Reading(), tolerance_s=tolerance_s)
+        filled = _at_times(stamps[kept], stamps[order], column, order, join)
+        found[name] = replace(filled, lines=lines)
+    return found
+
+
+def _said(place: ForeignColumn, path: Path) -> str | float:
+    """A value of the recipe or of the file's name."""
+    if place.value is not None:
+        return place.value
+    found = re.search(place.file_name or "", path.name)
+    if found is None:
+        raise DataError(
+            "the file's name is not as [columns] says", file=path, value=place.file_name,
+            remedy="correct the regular expression `file_name`, or the name",
+        )  # fmt: skip
+    said = found.group(1)
+    return place.names.get(said, said)
+
+
+def _constant(value: str | float, rows: int, lines: NDArray[np.int64] | None) -> RawColumn:
+    kind: Any = "text" if isinstance(value, str) else "number"
+    filled = np.full(rows, value, dtype=object if isinstance(value, str) else np.float64)
+    return RawColumn(kind, filled, np.zeros(rows, dtype=bool), lines)
+
+
+def _with_nanoseconds(
+    whole: RawColumn, rest: RawColumn, place: ForeignColumn, path: Path
+) -> RawColumn:
+    """Whole seconds and the nanoseconds beside them as one stamp in integer nanoseconds."""
+    for raw, column in ((whole, place.column), (rest, place.nanoseconds)):
+        if raw.kind != "number" or raw.values.dtype.kind not in "iu":
+            raise DataError(
+                "holds no whole numbers of seconds or nanoseconds", file=path, column=column,
+                remedy="take `nanoseconds` out of [columns]",
+            )  # fmt: skip
+    stamps = whole.values.astype(np.int64) * 10**9 + rest.values.astype(np.int64)
+    return replace(whole, kind="stamp", values=stamps, empty=whole.empty | rest.empty)
+
+
+def _cell(raw: RawColumn, place: ForeignColumn, reading: Reading, path: Path) -> RawColumn:
+    """A column of the file, what its pattern finds in each cell, its texts by footcal's names."""
+    if raw.kind != "text" or not (place.pattern or place.names):
+        return raw
+    words: list[object] = []
+    looked_for = re.compile(place.pattern) if place.pattern else None
+    for at, word in enumerate(raw.values.tolist()):
+        if raw.empty[at]:
+            words.append(np.nan)
+            continue
+        said = str(word).strip()
+        if looked_for is not None:
+            found = looked_for.search(said)
+            if found is None:
+                raise DataError(
+                    f"does not match the pattern '{place.pattern}'", file=path,
+                    column=place.column, row=raw.row(at), value=said,
+                    remedy="correct `pattern` in [columns]",
+                )  # fmt: skip
+            said = found.group(1)
+            if place.unit and "unit" in looked_for.groupindex:
+                said = _plain_number(said, reading.layout)
+                words.append(_in_unit(said, found["unit"] or "", place, raw.row(at), path))
+                continue
+            if re.fullmatch(r"[-+]?[\d.,' ]+", said):
+                said = _plain_number(said, reading.layout)
+        words.append(place.names.get(said, said))
+    return replace(raw, values=np.array(words, dtype=object))
+
+
+def _plain_number(said: str, layout: Layout) -> str:
+    """A number as it is written in a file, with a decimal point and nothing between thousands."""
+    if layout.thousands:
+        said = said.replace(layout.thousands, "")
+    return said.replace(layout.decimal, ".")
+
+
+def _in_unit(said: str, unit: str, place: ForeignColumn, row: str, path: Path) -> object:
+    """A number with its own unit, in the unit of its column."""
+    from footcal_cli.tables.units import conversion
+
+    try:
+        value = float(said)
+        if unit == "":
+            if value != 0.0:
+                raise UsageError("a number without a unit", remedy=f"write it in {place.unit}")
+            return value
+        change = conversion(unit, place.unit or "", 1.0)
+        if change.weighed:
+            raise UsageError("a mass among forces", remedy="write all of them in one unit")
+        return change.slope * value
+    except (ValueError, UsageError) as error:
+        problem = error.problem if isinstance(error, UsageError) else "not a number"
+        raise DataError(
+            problem, file=path, column=place.column, row=row, value=f"{said} {unit}".strip(),
+            remedy="correct the cell, or `pattern` in [columns]",
+        ) from None  # fmt: skip
+
+
+def _joined(
+    path: Path, reading: Reading, join: Join, wanted: set[str], rows: int
+) -> dict[str, RawColumn]:
+    """Columns of another file at the rows of this one."""
+    prefix = f"{_stem(join.path)}."
+    asked = {name: name.removeprefix(prefix) for name in wanted if name.startswith(prefix)}
+    if not asked:
+        return {}
+    there = {
+        name: ForeignColumn(column) for name, column in asked.items()
+        if column in source_names(join.path, join.reading)
+    }  # fmt: skip
+    raw = source_columns(join.path, join.reading, there, frozenset())
+    if join.by == "row":
+        short = [len(column.values) for column in raw.values()][:1]
+        if short and short[0] != rows:
+            raise DataError(
+                f"{short[0]} rows, but {path.name} has {rows}", file=join.path,
+                remedy="join them by time, or take the extra rows out",
+            )  # fmt: skip
+        return raw
+    ours = time_of(path, reading)
+    theirs = time_of(join.path, join.reading) + join.offset_s
+    order = np.argsort(theirs, kind="stable")
+    found = {
+        name: _at_times(ours, theirs[order], column, order, join) for name, column in raw.items()
+    }
+    if all(column.empty.all() for column in found.values()):
+        raise DataError(
+            f"its stamps ({theirs.min():.9g} to {theirs.max():.9g} s) and those of {path.name} "
+            f"({ours.min():.9g} to {ours.max():.9g} s) do not overlap", file=join.path,
+            remedy="give offset_s of the join, which is added to this file's stamps",
+        )  # fmt: skip
+    return found
+
+
+def _at_times(
+    ours: NDArray[np.float64], theirs: NDArray[np.float64], raw: RawColumn,
+    order: NDArray[np.int64], join: Join,
+) -> RawColumn:  # fmt: skip
+    after = np.clip(np.searchsorted(theirs, ours, side="right"), 0, theirs.size)
+    before = np.clip(after - 1, 0, theirs.size - 1)
+    after = np.clip(after, 0, theirs.size - 1)
+    back, ahead = np.abs(ours - theirs[before]), np.abs(theirs[after] - ours)
+    taken = before if join.how == "previous" else np.where(ahead < back, after, before)
+    far = np.where(taken == before, back, ahead) > join.tolerance_s
+    if join.how == "previous":
+        far |= ours < theirs[0]
+    values = raw.values[order]
+    if join.how == "interpolate" and raw.kind == "number":
+        between = np.interp(ours, theirs, values.astype(np.float64))
+        return RawColumn("number", np.where(far, np.nan, between), far)
+    empty = far | raw.empty[order][taken]
+    chosen = values[taken]
+    if raw.kind == "number" and empty.any():
+        chosen = np.where(empty, np.nan, chosen.astype(np.float64))
+    return RawColumn(raw.kind, chosen, empty)
+
+
+def time_of(path: Path, reading: Reading) -> NDArray[np.float64]:
+    """Time stamps of a file in s, shape (n,).
+
+    Raises
+    ------
+    UsageError
+        The file has none and its rate is not given.
+    """
+    names = source_names(path, replace(reading, joins=()))
+    place = reading.columns.get("time_s")
+    if place is None or (place.in_file and place.column not in names):
+        own = next((name for name in _TIMES if name in names), None)
+        place = ForeignColumn(own, own.rsplit("_", 1)[-1]) if own else row_time(reading)
+    if place is None:
+        raise UsageError(
+            f"no time stamps to join by{nearest('time_s', names)}", file=path,
+            remedy="map time_s in the file's own columns in [[files]], or give its rate_hz",
+        )  # fmt: skip
+    raw = source_columns(path, replace(reading, joins=()), {"time_s": place}, frozenset())
+    values, _ = canonical(raw["time_s"], _TIME, place, 1.0, path)
+    return values.astype(np.float64)
+
+
+def _stem(path: Path) -> str:
+    return path.name.removesuffix(".gz").rsplit(".", 1)[0]

@@ -1,0 +1,418 @@
+"""Logs as tables: the column contract applied to a file, without guessing.
+
+A table type (`footcal_cli.tables.columns`) declares its columns in canonical units; a file may hold
+a column under a foreign name or in another unit, said by the recipe's ``[columns]`` or by a unit
+suffix (``load_kg`` for ``load_n``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.quality import Finding
+from footcal_cli.errors import DataError, FootcalError, nearest
+from footcal_cli.tables.canonical import ReadColumn, canonical, conversion_of
+from footcal_cli.tables.columns import (
+    MATRIX,
+    QUATERNION,
+    ROTVEC,
+    RPY,
+    UNIT_SUFFIXES,
+    Column,
+    TableType,
+    converts,
+)
+from footcal_cli.tables.logfiles import (
+    RawColumn,
+    column_names,
+    digest,
+    write_csv,
+    write_parquet,
+    write_parquet_pieces,
+)
+from footcal_cli.tables.longfiles import raw_pieces
+from footcal_cli.tables.reading import ForeignColumn, Reading
+from footcal_cli.tables.sources import row_time, source_columns, source_names
+from footcal_cli.tables.units import unit_factor
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+__all__ = [
+    "ReadColumn", "Table", "column_names", "digest", "read_pieces", "read_table", "refusal_of",
+    "unit_factor", "write_csv", "write_parquet", "write_parquet_pieces",
+]  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Table:
+    """A log that was read.
+
+    Parameters
+    ----------
+    data
+        Canonical columns in canonical units.
+    path, digest
+        The file and its SHA-256.
+    source
+        Canonical column -> the file's own name for it.
+    read_as
+        Columns that stand under another name or in another unit in the file.
+    findings
+        What the choice of columns left to say.
+    beside
+        Files joined to it, with their SHA-256.
+    """
+
+    data: pd.DataFrame
+    path: Path
+    digest: str
+    source: Mapping[str, str] = field(default_factory=dict)
+    read_as: tuple[ReadColumn, ...] = ()
+    findings: tuple[Finding, ...] = ()
+    beside: Mapping[Path, str] = field(default_factory=dict)
+
+    def __len__(self) -> int:
+        return len(self.data)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.data.columns
+
+    def number(self, name: str) -> FloatArray:
+        """One column as float64, shape (n,)."""
+        return self.data[name].to_numpy(dtype=np.float64)
+
+    def optional(self, name: str) -> FloatArray:
+        """As `number`; NaN where the log does not have the column."""
+        return self.number(name) if name in self else np.full(len(self), np.nan)
+
+    def numbers(self, names: Sequence[str]) -> FloatArray:
+        """Several columns as float64, shape (n, len(names))."""
+        return self.data[list(names)].to_numpy(dtype=np.float64)
+
+    def text(self, name: str) -> np.ndarray[Any, np.dtype[np.object_]]:
+        """One column as strings, shape (n,)."""
+        return self.data[name].astype(str).to_numpy(dtype=object)
+
+
+def read_table(
+    path: Path,
+    table: TableType,
+    columns: Mapping[str, ForeignColumn] | Reading | None = None,
+    *,
+    gravity_mps2: float,
+) -> Table:
+    """Read the columns of a table type from CSV, CSV.gz or Parquet, in canonical units.
+
+    Parameters
+    ----------
+    path, table
+        The file, and the columns wanted of it.
+    columns
+        Where columns stand under foreign names or in other units, or all that a recipe says of
+        the file.
+    gravity_mps2
+        With which masses weigh.
+
+    Raises
+    ------
+    UsageError
+        The file does not exist, or a unit is unknown.
+    DataError
+        The file is empty, truncated, lacks a column or has it twice, or holds a cell that is not a
+        number.
+    """
+    reading = _reading(columns)
+    parts = [
+        (places, source_columns(path, reading, places.found, _texts(table)))
+        for places in _places(table, reading, path)
+    ]
+    beside = {join.path: digest(join.path) for join in reading.joins}
+    return _canonical(parts, table, path, digest(path), gravity_mps2, beside)
+
+
+def read_pieces(
+    path: Path,
+    table: TableType,
+    columns: Mapping[str, ForeignColumn] | Reading | None = None,
+    *,
+    gravity_mps2: float,
+) -> Iterator[Table]:
+    """As `read_table`, some rows at a time, each piece with the digest of the whole file.
+
+    A file that is no plain table by itself comes in one piece.
+
+    Raises
+    ------
+    UsageError, DataError
+        As `read_table`.
+    """
+    reading = _reading(columns)
+    places = _places(table, reading, path)
+    found = places[0].found
+    own = {p.column for p in found.values()} <= set(column_names(path, reading.layout))
+    bare = all(p.in_file and not p.pattern and not p.names for p in found.values())
+    if len(places) > 1 or not (reading.layout.plain and own and bare):
+        yield read_table(path, table, reading, gravity_mps2=gravity_mps2)
+        return
+    sha256 = digest(path)
+    as_text = {found[name].column for name in _texts(table) & found.keys()}
+    rows = 0
+    try:
+        for raw in raw_pieces(path, sorted({p.column for p in found.values()}), as_text):
+            by_name = {name: raw[place.column] for name, place in found.items()}
+            piece = _canonical([(places[0], by_name)], table, path, sha256, gravity_mps2, {})
+            rows += len(piece)
+            yield piece
+    except DataError:
+        if rows:  # the piece does not know which row of the file it is
+            read_table(path, table, columns, gravity_mps2=gravity_mps2)
+        raise
+    if not rows:
+        raise DataError("no rows", file=path, remedy="record the log again")
+
+
+def _texts(table: TableType) -> frozenset[str]:
+    """Canonical names of the columns that are texts."""
+    return frozenset(c.name for c in table.columns if c.kind == "text")
+
+
+def _canonical(
+    parts: Sequence[tuple[_Places, Mapping[str, RawColumn]]], table: TableType, path: Path,
+    sha256: str, gravity_mps2: float, beside: Mapping[Path, str],
+) -> Table:  # fmt: skip
+    """Raw columns in canonical names and units, the entries of a wide file below each other."""
+    import pandas as pd
+
+    wanted = {c.name: c for c in table.columns}
+    frames: list[pd.DataFrame] = []
+    read_as: list[ReadColumn] = []
+    findings: list[Finding] = []
+    for places, raw in parts:
+        data: dict[str, NDArray[Any]] = {}
+        for name, place in places.found.items():
+            data[name], read = canonical(raw[name], wanted[name], place, gravity_mps2, path)
+            read_as += [read] if read is not None else []
+        frames.append(pd.DataFrame(data))
+        findings += _passed_over(places, path)
+    frame = frames[0] if len(frames) == 1 else pd.concat(frames, ignore_index=True)
+    if not len(frame):
+        raise DataError("no rows", file=path, remedy="record the log again")
+    source = {name: p.column or name for name, p in parts[0][0].found.items()}
+    return Table(
+        with_attitude(frame, table, path), path, sha256, source, tuple(read_as), tuple(findings),
+        beside,
+    )  # fmt: skip
+
+
+def _reading(columns: Mapping[str, ForeignColumn] | Reading | None) -> Reading:
+    return columns if isinstance(columns, Reading) else Reading(columns or {})
+
+
+def refuse_wrong_units(
+    places: Iterable[tuple[str, ForeignColumn]], gravity_mps2: float, recipe: Path | None
+) -> None:
+    """Refuse a recipe that gives a column a unit of another quantity, whether a log has it or not.
+
+    Raises
+    ------
+    UsageError
+        Names the column.
+    """
+    for name, place in places:
+        conversion_of(Column(name, ""), place, gravity_mps2, recipe or Path())
+
+
+def refusal_of(
+    path: Path, table: TableType, columns: Mapping[str, ForeignColumn] | Reading
+) -> FootcalError | None:
+    """Why a file is no log of a table type (the first column it lacks), None where it is one."""
+    reading = _reading(columns)
+    for places in _every_entry(table, reading, path):
+        if places.missing:
+            return places.missing[0]
+    return None
+
+
+def _places(table: TableType, reading: Reading, path: Path) -> list[_Places]:
+    """`_every_entry`, refusing what is missing or ambiguous."""
+    found = _every_entry(table, reading, path)
+    for places in found:
+        if places.missing:
+            raise places.missing[0]
+        for name, several in places.twice.items():
+            raise DataError(
+                f"{name} stands there more than once: {', '.join(several)}", file=path,
+                column=several[0],
+                remedy=f"say which one in [columns], {name} = '{several[0]}', or take one out",
+            )  # fmt: skip
+    return found
+
+
+def _every_entry(table: TableType, reading: Reading, path: Path) -> list[_Places]:
+    """Where the columns stand: once, or for every entry of a wide file."""
+    header = source_names(path, reading)
+    apart = any(column.name == reading.wide_into for column in table.columns)
+    if not reading.wide or not apart:
+        return [_looked_up(table, header, reading, path)]
+    return [
+        _looked_up(
+            table, header, replace(reading, columns={**reading.columns, into: label, **own}), path
+        )
+        for entry, own in reading.wide.items()
+        for into, label in [(reading.wide_into, ForeignColumn(value=entry))]
+    ]  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _Places:
+    """Where the columns of a table type stand in a file.
+
+    `twice` holds columns that stand there under several names, `passed_over` those whose name the
+    recipe gives although the file has the canonical one too.
+    """
+
+    found: dict[str, ForeignColumn]
+    missing: list[DataError]
+    twice: dict[str, list[str]]
+    passed_over: dict[str, list[str]]
+
+
+def _looked_up(table: TableType, header: Sequence[str], reading: Reading, path: Path) -> _Places:
+    """Find every column: mapped by the recipe, by its name, or by its stem and a unit."""
+    places = _Places({}, [], {}, {})
+    known, columns = set(header), reading.columns
+    for spec in table.columns:
+        own = _own_names(spec, header, known)
+        if spec.name in columns:
+            place = columns[spec.name]
+            if not place.in_file:
+                places.found[spec.name] = place
+            elif place.column in known:
+                unit = place.unit or _unit_in_name(place.column, spec)
+                places.found[spec.name] = replace(place, unit=unit)
+                others = [name for name in own if name != place.column]
+                if others:
+                    places.passed_over[spec.name] = others
+            elif not spec.optional:
+                places.missing.append(DataError(
+                    f"missing column '{place.column}' that [columns] names for {spec.name}"
+                    f"{nearest(place.column, header)}",
+                    file=path, remedy=f"the file has: {_some(header)}", foreign=True,
+                ))  # fmt: skip
+            continue
+        if len(own) > 1:
+            places.twice[spec.name] = list(own)
+        if own:
+            name = next(iter(own))
+            places.found[spec.name] = ForeignColumn(name, own[name])
+        elif spec.name == "time_s" and (counted := row_time(reading)) is not None:
+            places.found[spec.name] = counted
+        elif not spec.optional:
+            places.missing.append(DataError(
+                f"missing column '{spec.name}' ({spec.meaning}){nearest(spec.name, header)}",
+                file=path,
+                remedy=f"map it in the recipe's [columns]; the file has: {_some(header)}",
+                foreign=True,
+            ))  # fmt: skip
+    for group in table.whole:
+        there = [name for name in group if name in places.found]
+        if there and len(there) < len(group):
+            lacks = next(name for name in group if name not in there)
+            places.missing.append(DataError(
+                f"missing column '{lacks}'{nearest(lacks, header)}: {there[0]} says nothing "
+                "without it", file=path,
+                remedy=f"map it in the recipe's [columns], or take out {', '.join(there)}",
+            ))  # fmt: skip
+    for groups in table.either:
+        if not any(all(name in places.found for name in group) for group in groups):
+            first = groups[0][0]
+            instead = "; ".join(f"{g[0]} …" if len(g) > 1 else g[0] for g in groups[1:])
+            places.missing.append(DataError(
+                f"missing column '{first}'{nearest(first, header)}, or {instead} instead",
+                file=path,
+                remedy=f"map one of them in [columns]; the file has: {_some(header)}",
+                foreign=True,
+            ))  # fmt: skip
+    return places
+
+
+def _unit_in_name(column: str, spec: Column) -> str | None:
+    """The unit by which a foreign name ends, if it is one of the quantity; else the canonical."""
+    suffix = column.rsplit("_", 1)[-1] if "_" in column else ""
+    known = spec.suffix is not None and suffix in UNIT_SUFFIXES and converts(suffix, spec.suffix)
+    return UNIT_SUFFIXES[suffix] if known else spec.unit
+
+
+def _own_names(spec: Column, header: Sequence[str], known: set[str]) -> dict[str, str | None]:
+    """Names in a file that are the canonical one, or its stem with another unit; with the unit."""
+    own: dict[str, str | None] = {spec.name: spec.unit} if spec.name in known else {}
+    if spec.suffix is None:
+        return own
+    stem = spec.name.removesuffix(spec.suffix)
+    for suffix, unit in UNIT_SUFFIXES.items():
+        name = stem + suffix
+        # true forces of a cell (left_fl_n) are not its counts in another unit
+        if name in known and name != spec.name and converts(suffix, spec.suffix):
+            own[name] = unit
+    return own
+
+
+def with_attitude(frame: pd.DataFrame, table: TableType, path: Path) -> pd.DataFrame:
+    """Fill in the quaternions of attitudes logged as angles, rotation vectors or matrices.
+
+    Raises
+    ------
+    DataError
+        A matrix that is no rotation.
+    """
+    if "body_qw" not in {c.name for c in table.columns} or "body_qw" in frame:
+        return frame
+    from footcal_cli.core.attitude import (
+        nearest_rotations,
+        quaternions_of,
+        rotations_of_rotvec,
+        rotations_of_rpy,
+    )
+
+    if set(RPY) <= set(frame.columns):
+        rotations = rotations_of_rpy(frame[list(RPY)].to_numpy(dtype=np.float64))
+    elif set(ROTVEC) <= set(frame.columns):
+        rotations = rotations_of_rotvec(frame[list(ROTVEC)].to_numpy(dtype=np.float64))
+    elif set(MATRIX) <= set(frame.columns):
+        matrices = frame[list(MATRIX)].to_numpy(dtype=np.float64).reshape(-1, 3, 3)
+        rotations = nearest_rotations(matrices)
+        bad = np.isnan(rotations).any(axis=(1, 2)) & np.isfinite(matrices).all(axis=(1, 2))
+        if bad.any():
+            raise DataError(
+                "body_r11 … body_r33 are no rotation matrix", file=path,
+                row=f"row {int(np.argmax(bad)) + 1} of the data",
+                remedy="check their order: row by row, body to world",
+            )  # fmt: skip
+    else:
+        return frame
+    return frame.assign(**dict(zip(QUATERNION, quaternions_of(rotations).T, strict=True)))
+
+
+def _passed_over(places: _Places, path: Path) -> list[Finding]:
+    return [
+        Finding(
+            "column_passed_over", "note", path.name,
+            f"{name} was read from '{places.found[name].column}', as [columns] says; the file has "
+            f"{', '.join(others)} too",
+            "take the entry out of [columns] if the other one is meant",
+        )
+        for name, others in places.passed_over.items()
+    ]  # fmt: skip
+
+
+def _some(names: Sequence[str], at_most: int = 8) -> str:
+    more = f" and {len(names) - at_most} more" if len(names) > at_most else ""
+    return ", ".join(name[:40] for name in names[:at_most]) + more
