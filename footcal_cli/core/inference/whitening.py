@@ -195,22 +195,18 @@ def _whitener_of_single_rows(problem: Problem, outputs: int) -> RowWhitener:
     in the simplified form of Förstner, Z. Vermessungswesen 104 (1979).
     """
     sd, share = np.ones(outputs), np.ones(problem.residual.size)
-    # pieces of one observation have a mean of their own in every sequence of several rows
-    apart = problem.sequence if problem.pieces else np.arange(share.size)
-    fitted = problem.fitted
+    own = _means_of_sequences(problem) if problem.pieces else problem.fitted[:, :0]
     for _ in range(_COMPONENT_STEPS):
         weight = share / sd[problem.output]
-        means = _MeansOfSequences(apart, weight)
-        basis = orthonormal(means.left(fitted * weight[:, None]), _RANK)
-        left = means.left((problem.residual * weight)[:, None])[:, 0]
+        fitted = np.hstack([problem.fitted, own]) * weight[:, None]
+        basis = orthonormal(fitted, _RANK)
+        left = problem.residual * weight
         left = left - basis @ (basis.T @ left)
         # a row with another label is no noise: rows beyond `_FAR` count as far as that
         usual = _middle_size(left / share, problem.output, outputs)
         share = np.minimum(1.0, _FAR * usual / np.maximum(np.abs(left / share), 1e-300))
         squares = np.bincount(problem.output, left**2, minlength=outputs)
-        freedom = np.bincount(
-            problem.output, means.freedom - np.sum(basis**2, axis=1), minlength=outputs
-        )
+        freedom = np.bincount(problem.output, 1.0 - np.sum(basis**2, axis=1), minlength=outputs)
         known = freedom > _LEAST_FREEDOM
         ratio = np.divide(squares, freedom, out=np.ones(outputs), where=known)
         sd = sd * np.sqrt(np.maximum(ratio, _LEAST_RATIO))
@@ -228,36 +224,10 @@ def _middle_size(values: FloatArray, output: IntArray, outputs: int) -> FloatArr
     return np.asarray(sd[output])
 
 
-class _MeansOfSequences:
-    """Projection on the weighted means of sequences of several rows, taken out of columns.
-
-    Parameters
-    ----------
-    sequence, weight
-        Of each row, shapes (m,).
-    """
-
-    def __init__(self, sequence: IntArray, weight: FloatArray) -> None:
-        _, self._place, count = np.unique(sequence, return_inverse=True, return_counts=True)
-        self._several = count > 1
-        squares = np.bincount(self._place, weight**2)
-        own = weight / np.sqrt(np.maximum(squares, 1e-300))[self._place]
-        self._unit = np.where(self._several[self._place], own, 0.0)
-
-    @property
-    def freedom(self) -> FloatArray:
-        """What each row has left, shape (m,)."""
-        return np.asarray(1.0 - self._unit**2)
-
-    def left(self, columns: FloatArray) -> FloatArray:
-        """Columns less their means, empty where that leaves rounding only, shape (m, k)."""
-        if not self._several.any():
-            return columns
-        sums = np.zeros((self._several.size, columns.shape[1]))
-        np.add.at(sums, self._place, self._unit[:, None] * columns)
-        left = columns - self._unit[:, None] * sums[self._place]
-        whole, part = np.sum(columns**2, axis=0), np.sum(left**2, axis=0)
-        return np.asarray(np.where(part > _RANK**2 * whole, left, 0.0))
+def _means_of_sequences(problem: Problem) -> FloatArray:
+    """One column per sequence of several rows, shape (m, k)."""
+    numbers, place, count = np.unique(problem.sequence, return_inverse=True, return_counts=True)
+    return np.eye(numbers.size)[place][:, count > 1]
 
 
 def residual_within_blocks(problem: Problem, residual: FloatArray | None = None) -> FloatArray:
