@@ -67,10 +67,6 @@ BELOW_INFERENCE = {
 }
 # solvers and inverses that still stand outside the inference, per file; may only shrink
 SOLVERS_OUTSIDE = {
-    "core/bench/channel.py": 1,
-    "core/bench/cop_study.py": 1,
-    "core/bench/regressors.py": 2,
-    "core/bench/relaxation.py": 1,
     "core/diagnosis/detection.py": 2,
     "core/diagnosis/engine.py": 1,
     "core/diagnosis/movement.py": 1,
@@ -89,7 +85,6 @@ SOLVERS_OUTSIDE = {
 # spelt alike, stems of parameters, pictures. A rule that treats effects alike asks for a trait;
 # who models one effect imports its row.
 EFFECT_NAMES_OUTSIDE: dict[str, set[str]] = {
-    "core/bench/regressors.py": {"creep"},
     "core/bench/terms.py": {"creep", "hysteresis"},
     "core/diagnosis/bridge.py": {"offset"},
     "core/hang/model.py": {"offset", "offset_drift", "temperature_bias"},

@@ -22,14 +22,8 @@ from footcal_cli.core.online.belief import (
     belief_from,
     nameplate,
 )
-from footcal_cli.core.online.streams import (
-    BodyStream,
-    Merged,
-    MergeRule,
-    SensorStream,
-    merge_cells,
-    merge_six_axis,
-)
+from footcal_cli.core.online.merging import merge_cells, merge_six_axis
+from footcal_cli.core.online.streams import BodyStream, Merged, MergeRule, SensorStream
 from footcal_cli.core.parameters import Estimates, FloatArray, Status
 from footcal_cli.core.plausibility import check_total_force, check_walking_cells
 from footcal_cli.core.quality import Finding

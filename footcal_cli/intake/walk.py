@@ -20,7 +20,7 @@ from footcal_cli.core.online.windows import GivenWeights
 from footcal_cli.core.parameters import Estimates, FloatArray
 from footcal_cli.core.signals import interpolate_stream
 from footcal_cli.intake.recordings import estimates_of
-from footcal_cli.session.session import read_calibration
+from footcal_cli.session.request import read_calibration
 from footcal_cli.tables.columns import truth_table
 from footcal_cli.tables.table import read_table
 

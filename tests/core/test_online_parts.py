@@ -11,8 +11,9 @@ import pytest
 from footcal_cli.core.online.comparison import Comparison, Settings, compare
 from footcal_cli.core.online.filter import Guards, Track
 from footcal_cli.core.online.memory import MemoryOptions
+from footcal_cli.core.online.merging import merge_cells
 from footcal_cli.core.online.parts import Part, Walk
-from footcal_cli.core.online.streams import BodyStream, Merged, SensorStream, merge_cells
+from footcal_cli.core.online.streams import BodyStream, Merged, SensorStream
 from tests.core.walk_data import CELLS_FOOT, CHANNELS, Errors, G, Recording, make_walk, record
 from tests.core.walking import belief_of
 

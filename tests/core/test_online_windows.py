@@ -13,8 +13,9 @@ from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.online.comparison import Settings, compare
 from footcal_cli.core.online.evidence import rms
 from footcal_cli.core.online.memory import MemoryOptions
+from footcal_cli.core.online.merging import merge_cells
 from footcal_cli.core.online.replay import errors_against
-from footcal_cli.core.online.streams import BodyStream, MergeRule, SensorStream, merge_cells
+from footcal_cli.core.online.streams import BodyStream, MergeRule, SensorStream
 from footcal_cli.core.online.window import WindowRule
 from footcal_cli.core.online.windows import GivenWeights, run_windows, standing_start
 from tests.core.walk_data import CELLS_FOOT, CHANNELS, Errors, G, Recording, make_walk, record

@@ -5,17 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
-from tests.foreign.biped import CELLS, CHANNELS, FEET, draw_biped
+from tests.foreign.biped import CELLS, FEET, draw_biped
 from tests.foreign.files import Recorded
+from tests.foreign.loggers import Drift, converted, looped
 from tests.foreign.noise import Array, slow, stream
 from tests.foreign.streams import Distort
 
-WEIGHT_TOLERANCE = 5e-5
-"""Class M1: half of what a weight of 1 kg may be off, relative."""
 PIN_PLAY_M = 1.5e-4
 
 
-def weights(seed: int, *, repeats: int = 4, distort: Distort | None = None) -> Recorded:
+def weights(seed: int, *, repeats: int | None = None, distort: Distort | None = None) -> Recorded:
     """Each cell alone under five loads, up and down, several times; a reading every 20 s.
 
     Parameters
@@ -23,31 +22,34 @@ def weights(seed: int, *, repeats: int = 4, distort: Distort | None = None) -> R
     distort : a hidden cause; it sees the loads (n, 8) of all cells in the order of the table
     """
     robot, rng = draw_biped(seed), stream(seed, "weights")
-    ladder = np.round(0.6 * robot.weight_n * np.array([0.0, 0.1, 0.25, 0.5, 1.0]), 2)
+    kind, cells = robot.kind, len(robot.channels)
+    repeats = kind.repeats if repeats is None else repeats
+    ladder = np.round(0.6 * robot.weight_n * np.array(kind.ladder), 2)
     steps = np.concatenate([ladder, ladder[-2::-1]])
     direction = np.concatenate([np.ones(len(ladder)), -np.ones(len(ladder) - 1)])
-    loads = np.tile(steps, 8 * repeats)
-    channel = np.repeat(np.arange(8), len(steps) * repeats)
-    repeat = np.tile(np.repeat(np.arange(repeats), len(steps)), 8)
+    loads = np.tile(steps, cells * repeats)
+    channel = np.repeat(np.arange(cells), len(steps) * repeats)
+    repeat = np.tile(np.repeat(np.arange(repeats), len(steps)), cells)
     time_s = 20.0 * np.arange(len(loads)) + rng.uniform(0.0, 2.0, len(loads))
-    real = loads * (1.0 + WEIGHT_TOLERANCE * rng.normal(size=len(ladder))[_rank(loads, ladder)])
-    on_all = np.zeros((len(loads), 8))
+    real = loads * (1.0 + kind.weights_off * rng.normal(size=len(ladder))[_rank(loads, ladder)])
+    on_all = np.zeros((len(loads), cells))
     on_all[np.arange(len(loads)), channel] = real
     if distort is not None:
         on_all = distort(time_s, on_all)
-    felt = on_all[np.arange(len(loads)), channel]
+    shown = looped(on_all, kind.hysteresis, robot.weight_n) + Drift(robot, rng).at(time_s)
+    felt = shown[np.arange(len(loads)), channel]
     # the reading is a mean over seconds; what is left wanders from one weight to the next
     felt = felt + robot.sd_n * (
         0.3 * rng.normal(size=len(loads)) + 0.4 * slow(rng, len(loads), 1, 6.0)[:, 0]
     )
-    counts = np.round(robot.zero[channel] + felt / robot.scale[channel])
+    counts = converted(robot, robot.zero[channel] + felt / robot.scale[channel])
     frame = pd.DataFrame(
         {
-            "channel": np.array(CHANNELS)[channel],
+            "channel": np.array(robot.channels)[channel],
             "load_n": loads,
             "counts": counts,
             "time_s": np.round(time_s, 2),
-            "direction": np.tile(direction, 8 * repeats).astype(int),
+            "direction": np.tile(direction, cells * repeats).astype(int),
             "repeat": repeat + 1,
         }
     )

@@ -18,10 +18,12 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from tests.foreign.ankles import AXES, ankle_offsets
 from tests.foreign.bench import weights
-from tests.foreign.biped import CHANNELS, draw_biped
+from tests.foreign.biped import FEET, GRAVITY_MPS2, draw_biped
 from tests.foreign.files import Recorded, write
-from tests.foreign.legs import LEGS, draw_hexapod, hang, poses
+from tests.foreign.kinds import FLEET
+from tests.foreign.legs import draw_hexapod, hang, poses
 from tests.foreign.noise import Array
 from tests.foreign.streams import stand, walk
 
@@ -50,7 +52,9 @@ class Task:
 def cell_errors(found: Mapping[str, Any], seed: int) -> Ratios:
     """Relative errors of scales, and errors of the force without load, N."""
     robot, ratios = draw_biped(seed), Ratios(scale=[], zero=[])
-    for i, channel in enumerate(CHANNELS):
+    for i, channel in enumerate(robot.channels):
+        if _extended(found, channel):
+            continue
         names = (f"{channel}.scale", f"{channel}.bias")
         values, covariance = _known(found, names)
         scale = np.array([1.0 / robot.scale[i], 0.0])
@@ -61,11 +65,37 @@ def cell_errors(found: Mapping[str, Any], seed: int) -> Ratios:
     return ratios
 
 
+def ankle_errors(found: Mapping[str, Any], seed: int) -> Ratios:
+    """Offsets of both ankle transducers, forces and torques, and what hangs below them."""
+    robot, ratios = draw_biped(seed), Ratios()
+    for foot, offsets in zip(FEET, ankle_offsets(robot), strict=True):
+        for axis, true in zip(AXES, offsets, strict=True):
+            kind = "force offset" if axis[0] == "f" else "torque offset"
+            _add(ratios, kind, found, f"{foot}.offset_{axis}", float(true))
+        stated = robot.recipe()["feet"][foot]
+        for axis, true, told in zip("xyz", robot.com_below_m, stated["com_below_m"], strict=True):
+            name = f"{foot}.com_below_{axis}"
+            if name in found["parameters"]:
+                _add(ratios, "leg CoM", found, name, true - told)
+        true = robot.below_kg * GRAVITY_MPS2 - stated["weight_below_n"]
+        _add(ratios, "weight", found, f"{foot}.weight", true)
+        for axis in AXES:
+            if (name := f"{foot}.scale_{axis}") in found["parameters"]:
+                _add(ratios, "scale", found, name, 0.0)
+    return ratios
+
+
+def _extended(found: Mapping[str, Any], channel: str) -> bool:
+    """Whether a cell has more than a scale and a bias."""
+    own = {n for n in found["parameters"] if n.startswith(f"{channel}.")}
+    return bool(own - {f"{channel}.scale", f"{channel}.bias"})
+
+
 def hanging_errors(found: Mapping[str, Any], seed: int) -> Ratios:
     """Weight, offsets of forces and torques, and CoM of all legs."""
     robot = draw_hexapod(seed)
     ratios = _against(found, robot.truth(), "robot.")
-    for k, leg in enumerate(LEGS):
+    for k, leg in enumerate(robot.legs):
         for axis, row in zip("xyz", robot.arm_m[k], strict=True):
             for what, true in zip(("mean", "sin", "cos", "sin2"), row, strict=True):
                 name = f"{leg}.com_{axis}_{what}"
@@ -78,7 +108,7 @@ def standing_errors(found: Mapping[str, Any], seed: int) -> Ratios:
     """Mounting of all transducers, and the robot's weight."""
     robot = draw_hexapod(seed)
     ratios = _against(found, {"robot.weight": robot.truth()["robot.weight"]}, "")
-    for k, leg in enumerate(LEGS):
+    for k, leg in enumerate(robot.legs):
         nominal = robot.nominal_rot_bt[k]
         turn = Rotation.from_matrix(nominal.T @ robot.rot_bt[k]).as_rotvec()
         shift = nominal.T @ (robot.hip_m[k] - robot.chassis_com_m - robot.nominal_hip_m[k])
@@ -120,13 +150,21 @@ TASKS = {
     "online-replay": Task("online-replay", walk, "offline-fit", cell_errors),
     "static-init, nameplate": Task("static-init", stand, None, cell_errors),
     "online-replay, nameplate": Task("online-replay", walk, None, cell_errors),
-    "hang-calib, 6 s a turn": Task("hang-calib", lambda s: hang(s, turn_s=6.0), None,
-                                   hanging_errors),
+    "static-init, ankles": Task("static-init", stand, None, ankle_errors),
+    "online-replay, ankles": Task("online-replay", walk, None, ankle_errors),
     "hang-calib": Task("hang-calib", hang, None, hanging_errors),
     "pose-calib": Task("pose-calib", poses, "hang-calib", standing_errors),
-    "pose-calib, no drift": Task("pose-calib", lambda s: poses(s, slow_share=0.0), "hang-calib",
-                                 standing_errors),
-}  # fmt: skip
+}
+
+
+def tasks_of(seed: int) -> tuple[str, ...]:
+    """The commands that a robot of the fleet can be given."""
+    kind = FLEET[seed]
+    if kind.legs:
+        return "hang-calib", "pose-calib"
+    if kind.cells == 0:
+        return "static-init, ankles", "online-replay, ankles"
+    return tuple(TASKS)[:5]
 
 
 def run(name: str, seed: int, folder: Path) -> dict[str, Any]:
@@ -139,19 +177,22 @@ def run(name: str, seed: int, folder: Path) -> dict[str, Any]:
                  "--quiet", "--overwrite", "--out", own / "out"]  # fmt: skip
     if task.after is not None:
         run(task.after, seed, folder)
-        arguments += ["--parameters", folder / f"{seed}" / task.after / "parameters.json"]
+        before = folder / f"{seed}" / task.after / "parameters.json"
+        arguments += ["--parameters", before] if before.exists() else []
     done = subprocess.run(
         [sys.executable, "-m", "footcal_cli", *map(str, arguments)],
         capture_output=True, text=True, check=False,
     )  # fmt: skip
     said: dict[str, Any] = {"code": done.returncode, "error": done.stderr[-500:], "ratios": {}}
-    made = own / "out" / "parameters.json"
-    if made.exists():
-        record = json.loads((own / "out" / "run.json").read_text(encoding="utf-8"))
-        found = json.loads(made.read_text(encoding="utf-8"))
+    written = own / "out" / "run.json"
+    if written.exists():
+        record = json.loads(written.read_text(encoding="utf-8"))
         said["level"] = record["verdict"]["level"]
         said["sentence"] = record["verdict"]["sentence"]
         said["findings"] = [[f["severity"], f["code"], f["where"]] for f in record["findings"]]
+    made = own / "out" / "parameters.json"
+    if made.exists():
+        found = json.loads(made.read_text(encoding="utf-8"))
         said["ratios"] = task.judge(found, seed)
         shutil.copy(made, own / "parameters.json")
     for log in own.glob("*.parquet"):

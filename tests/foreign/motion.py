@@ -15,7 +15,6 @@ from scipy.spatial.transform import Rotation
 
 from tests.foreign.biped import (
     GRAVITY_MPS2,
-    PLATE_KG,
     Biped,
     angles_of,
     leg_points,
@@ -67,8 +66,8 @@ class Motion:
     plan : what was intended, feet included: the joints are stiff
     com_m, com_acc_mps2 : (n, 3); angmom_rate_nm : (n, 2) about the CoM
     torso_m : (n, 3) midpoint of the hips; attitude : (n, 3, 3) torso to world
-    cells_n : (n, 8) what the cells feel, plates included
-    ground_n : (n, 8) what the ground does under each cell
+    cells_n : (n, cells) what the cells feel, plates included
+    ground_n : (n, cells) what the ground does under each cell
     """
 
     plan: Plan
@@ -94,9 +93,10 @@ def _rise(phase: Array) -> Array:
 
 def plan_walk(robot: Biped, rng: Rng, seconds: float, turn_radps: float | None) -> Plan:
     """Two seconds of standing, then steps to the end."""
-    step_s = float(rng.uniform(0.5, 0.75))
+    size = robot.kind.size
+    step_s = float(rng.uniform(0.5, 0.75)) * size**0.5
     double_s = step_s * float(rng.uniform(0.28, 0.36))
-    speed = float(rng.uniform(0.02, 0.1))
+    speed = float(rng.uniform(0.02, 0.1)) * size**0.5
     turn = (
         float(rng.choice([0.0, 1.0]) * rng.uniform(-0.1, 0.1)) if turn_radps is None else turn_radps
     )
@@ -109,8 +109,8 @@ def plan_walk(robot: Biped, rng: Rng, seconds: float, turn_radps: float | None) 
     while start + double_s + step_s < seconds:
         lift, land = start + double_s, start + step_s
         left += (float(1 - side == 0) - left) * _rise((time_s - start) / double_s)
-        push += (-0.012 - push) * _rise((time_s - start) / double_s)
-        push += 0.028 * _rise((time_s - lift) / (land - lift))
+        push += (-0.012 * size - push) * _rise((time_s - start) / double_s)
+        push += 0.028 * size * _rise((time_s - lift) / (land - lift))
         heading += turn * step_s
         here = here + speed * step_s * np.array([np.cos(heading), np.sin(heading)])
         across = robot.hip_m * (1 - 2 * side) * np.array([-np.sin(heading), np.cos(heading)])
@@ -121,11 +121,11 @@ def plan_walk(robot: Biped, rng: Rng, seconds: float, turn_radps: float | None) 
         aim = heading + rng.normal(0.0, 0.01)
         yaw[:, side] += (aim - yaw[:, side]) * moved
         s = np.clip(phase, 0.0, 1.0)
-        feet[:, side, 2] += 0.02 * (4.0 * s * (1.0 - s)) ** 3
+        feet[:, side, 2] += 0.02 * size * (4.0 * s * (1.0 - s)) ** 3
         pitch[:, side] += 0.08 * (4.0 * s * (1.0 - s)) ** 3 * np.cos(np.pi * s)
         number[time_s >= lift, side] += 1
         start, side = land, 1 - side
-    bob = 0.002 * np.sin(2.0 * np.pi * time_s / step_s) * _rise((time_s - STANDING_S) / 1.0)
+    bob = 0.002 * size * np.sin(2.0 * np.pi * time_s / step_s) * _rise((time_s - STANDING_S) / 1.0)
     share = np.column_stack([left, 1.0 - left])
     return Plan(time_s, feet, yaw, pitch, share, push, np.zeros((n, 2)), robot.leg_m + bob, number)
 
@@ -134,17 +134,19 @@ def plan_stance(robot: Biped, rng: Rng, seconds: float, start_s: float, number: 
     """One quiet stance: feet placed anew, the weight shifted, the knees more or less bent."""
     n = round(seconds * FINE_HZ)
     feet, yaw = np.zeros((2, 3)), np.zeros(2)
-    feet[:, 1] = np.array([1.0, -1.0]) * (robot.hip_m + rng.uniform(0.0, 0.02, 2))
-    feet[:, 0] = rng.uniform(-0.03, 0.03, 2)
+    size = robot.kind.size
+    feet[:, 1] = np.array([1.0, -1.0]) * (robot.hip_m + size * rng.uniform(0.0, 0.02, 2))
+    feet[:, 0] = size * rng.uniform(-0.03, 0.03, 2)
     yaw[:] = rng.uniform(-0.3, 0.3, 2)
     left = float(rng.uniform(0.2, 0.8))
     hips = robot.leg_m * float(rng.uniform(0.85, 1.0))
-    sway = 6e-4 * slow(rng, n, 2, 0.4 * FINE_HZ)
+    sway = 6e-4 * size * slow(rng, n, 2, 0.4 * FINE_HZ)
     ones = np.ones(n)
     return Plan(
         start_s + np.arange(n) / FINE_HZ, np.tile(feet, (n, 1, 1)), np.tile(yaw, (n, 1)),
         np.zeros((n, 2)), np.column_stack([left * ones, (1.0 - left) * ones]),
-        float(rng.uniform(-0.02, 0.02)) * ones, sway, hips * ones, np.full((n, 2), float(number)),
+        size * float(rng.uniform(-0.02, 0.02)) * ones, sway, hips * ones,
+        np.full((n, 2), float(number)),
     )  # fmt: skip
 
 
@@ -157,12 +159,12 @@ def move(robot: Biped, plan: Plan, rng: Rng) -> Motion:
     zmp = np.einsum("nf,nfk->nk", plan.share, centre) + plan.push_m[:, None] * ahead + plan.lean_m
     lean = _smooth(0.01 * slow(rng, n, 2, 0.8 * FINE_HZ), 0.3)
     attitude = _attitude(lean, heading)
-    height = robot.ankle_m + plan.hips_m + _bumps(plan)
+    height = robot.ankle_m + plan.hips_m + robot.kind.size * _bumps(plan)
     momentum = np.zeros((n, 2))
     for _ in range(3):
         fz = robot.mass_kg * GRAVITY_MPS2
         planned = zmp + np.column_stack([momentum[:, 1], -momentum[:, 0]]) / fz
-        wanted = _pendulum(_smooth(planned, 0.1), float(np.median(height)) + 0.02)
+        wanted = _pendulum(_smooth(planned, 0.1), float(np.median(height)) + 0.02 * robot.kind.size)
         torso = np.column_stack([wanted, height])
         for _ in range(3):
             links = _links(robot, plan, torso, attitude)
@@ -240,17 +242,17 @@ def _ground(robot: Biped, plan: Plan, rng: Rng, cop: Array, fz: Array) -> Array:
     """Forces under the cells: exact in sum and moments, uneven within each foot."""
     toward = np.stack([np.cos(plan.yaw_rad), np.sin(plan.yaw_rad)], axis=-1)
     stances = int(plan.number.max()) + 1
-    place = rng.normal(0.0, SOLE_PLACE_M, (stances, 2, 2))
-    roll = rng.normal(0.0, SOLE_ROLL_M, (stances, 2, 2))
+    size = robot.kind.size
+    place = rng.normal(0.0, size * SOLE_PLACE_M, (stances, 2, 2))
+    roll = rng.normal(0.0, size * SOLE_ROLL_M, (stances, 2, 2))
     each = plan.number.astype(int)
     foot = np.arange(2)
     shift = place[each, foot] + roll[each, foot] * (plan.share - 0.5)[..., None]
     sole = plan.feet_m[..., :2] + shift
     centre = _centres(robot, plan, sole)
     off = cop - np.einsum("nf,nfk->nk", plan.share, centre)
-    middle = robot.cells_m.mean(axis=0)
-    half = robot.cells_m[0] - middle
-    out = np.empty((len(fz), 8))
+    count = len(robot.cells)
+    out = np.empty((len(fz), 2 * count))
     uneven = 0.5 * np.tanh(slow(rng, len(fz), 2, 0.5 * FINE_HZ))
     for side in range(2):
         point = centre[:, side] + off - sole[:, side]
@@ -258,19 +260,37 @@ def _ground(robot: Biped, plan: Plan, rng: Rng, cop: Array, fz: Array) -> Array:
         local = np.column_stack(
             [c * point[:, 0] + s * point[:, 1], c * point[:, 1] - s * point[:, 0]]
         )
-        x, y = ((local - middle) / half).T
-        load = 0.25 * plan.share[:, side] * fz
-        corners = np.stack(
-            [(1 + x) * (1 + y), (1 + x) * (1 - y), (1 - x) * (1 + y), (1 - x) * (1 - y)], axis=1
-        )
-        least = np.abs(corners).min(axis=1)
-        rock = (uneven[:, side] * least)[:, None] * np.array([1.0, -1.0, -1.0, 1.0])
-        out[:, 4 * side : 4 * side + 4] = load[:, None] * (corners + rock)
+        load = plan.share[:, side] * fz
+        part = slice(count * side, count * (side + 1))
+        out[:, part] = load[:, None] * _shares(robot.cells_m, local, uneven[:, side])
     return out
 
 
+def _shares(cells_m: Array, point_m: Array, uneven: Array) -> Array:
+    """Parts of a load on a sole's cells (n, c) with their centre in `point_m` (n, 2)."""
+    if len(cells_m) == 3:
+        grid = np.vstack([np.ones(3), cells_m.T])
+        return np.asarray(
+            np.linalg.solve(grid, np.column_stack([np.ones(len(point_m)), point_m]).T).T
+        )
+    middle = cells_m.mean(axis=0)
+    x, y = ((point_m - middle) / (cells_m[0] - middle)).T
+    waist = 0.25 * (1.0 + 0.5 * uneven) if len(cells_m) == 6 else 0.0 * uneven
+    x = x / (1.0 - waist)
+    corners = 0.25 * np.stack(
+        [(1 + x) * (1 + y), (1 + x) * (1 - y), (1 - x) * (1 + y), (1 - x) * (1 - y)], axis=1
+    )
+    least = np.abs(corners).min(axis=1)
+    corners = corners + (uneven * least)[:, None] * np.array([1.0, -1.0, -1.0, 1.0])
+    if len(cells_m) == 4:
+        return np.asarray(corners)
+    corners = corners * (1.0 - waist)[:, None]
+    sides = 0.5 * waist[:, None] * np.column_stack([1 + y, 1 - y])
+    return np.hstack([corners[:, :2], sides, corners[:, 2:]])
+
+
 def _plates(robot: Biped, plan: Plan) -> Array:
-    """m z̈ of the plates under the cells (n, 8): what the ground lifts and no cell feels."""
+    """m z̈ of the plates under the cells (n, cells): what the ground lifts and no cell feels."""
     x = robot.cells_m[:, 0]
     height = plan.feet_m[:, :, None, 2] - np.sin(plan.pitch_rad)[..., None] * x
-    return np.asarray(PLATE_KG * rate(rate(height.reshape(len(height), 8))))
+    return np.asarray(robot.plate_kg * rate(rate(height.reshape(len(height), -1))))

@@ -8,11 +8,10 @@ import numpy as np
 import pandas as pd
 from scipy.signal import savgol_filter
 
+from tests.foreign.ankles import ankles, foot_attitude
 from tests.foreign.biped import (
-    CHANNELS,
     FEET,
     GRAVITY_MPS2,
-    PLATE_KG,
     Biped,
     angles_of,
     draw_biped,
@@ -20,6 +19,7 @@ from tests.foreign.biped import (
     link_centres,
 )
 from tests.foreign.files import Recorded
+from tests.foreign.loggers import Drift, converted, looped, smoothed, transported, turned
 from tests.foreign.motion import (
     FINE_HZ,
     Motion,
@@ -87,15 +87,22 @@ def _recorded(
     distort: Distort | None,
 ) -> Recorded:
     delay = float(np.round(rng.uniform(0.02, 0.083), 3)) if delay_s is None else delay_s
-    stated = delay if stated_delay_s is None else stated_delay_s
     cells_hz, body_hz = float(rng.choice([80.0, 100.0])), float(rng.choice([100.0, 200.0]))
     loss = float(rng.uniform(0.15, 0.25))
+    kind = robot.kind
+    delay = kind.delay_s if delay_s is None and kind.delay_s is not None else delay
+    stated = delay if stated_delay_s is None else stated_delay_s
+    cells_hz, body_hz = kind.cells_hz or cells_hz, kind.body_hz or body_hz
+    loss = loss if kind.momentum_loss is None else kind.momentum_loss
+    show = ankles if kind.cells == 0 else _cells
+    drift = Drift(robot, rng)
     cells = pd.concat(
-        [_cells(robot, m, rng, cells_hz, distort) for m in motions], ignore_index=True
+        [show(robot, m, rng, cells_hz, distort, drift) for m in motions], ignore_index=True
     )
     seen = [_body(robot, m, rng, body_hz, loss) for m in motions]
     body = pd.concat([frame for frame, _ in seen], ignore_index=True)
     body["time_s"] += delay + STAMP_LAG_S
+    cells, body = (transported(kind, table, rng) for table in (cells, body))
     time_s = np.concatenate([m.plan.time_s for m in motions])
     felt = np.concatenate([m.cells_n for m in motions])
     truth = {
@@ -104,7 +111,7 @@ def _recorded(
         "delay_s": delay + STAMP_LAG_S,
         "stated_delay_s": stated,
         "angmom_loss": loss,
-        "plate_kg": PLATE_KG,
+        "plate_kg": robot.plate_kg,
         "cell_sd_n": robot.sd_n,
         "com_error_m": np.concatenate([error for _, error in seen]).mean(axis=0),
         "cells_time_s": cells["time_s"].to_numpy(),
@@ -116,7 +123,7 @@ def _recorded(
 
 
 def _cells(
-    robot: Biped, motion: Motion, rng: Rng, hz: float, distort: Distort | None
+    robot: Biped, motion: Motion, rng: Rng, hz: float, distort: Distort | None, drift: Drift
 ) -> pd.DataFrame:
     """Counts: means over a few milliseconds, noise, a converter."""
     fine = motion.plan.time_s
@@ -126,12 +133,13 @@ def _cells(
     load = np.stack([np.interp(time_s, fine, c) for c in felt.T], axis=1)
     if distort is not None:
         load = distort(time_s, load)
-    load = load + robot.sd_n * coloured(rng, len(time_s), 8, 0.1 * hz)
-    counts = np.round(robot.zero + load / robot.scale)
+    load = looped(load, robot.kind.hysteresis, robot.weight_n) + drift.at(time_s)
+    load = load + robot.sd_n * coloured(rng, len(time_s), load.shape[1], 0.1 * hz)
+    counts = converted(robot, robot.zero + load / robot.scale)
     return pd.DataFrame(
         {
             "time_s": np.round(time_s, 5),
-            **{f"{c}_counts": counts[:, i] for i, c in enumerate(CHANNELS)},
+            **{f"{c}_counts": counts[:, i] for i, c in enumerate(robot.channels)},
         }
     )
 
@@ -170,20 +178,26 @@ def _body(
 
     momentum = (1.0 - loss) * derive(angular_momentum(believed, links, com, derive))
     acc = derive(derive(com))
+    kind = robot.kind
+    span = max(round(kind.smooth_s * hz) // 2 * 2 + 1, 1)
+    seen = [smoothed(values, span) for values in (com, acc, momentum)]
+    angle = kind.yaw_drift_radps * plan.time_s[at]
+    com_seen, acc, momentum = (turned(values, angle) for values in seen)
     frame: dict[str, Array] = {"time_s": np.round(plan.time_s[at], 5)}
     specific = rate(rate(motion.torso_m))[at] + np.array([0.0, 0.0, GRAVITY_MPS2])
     felt = np.einsum("nji,nj->ni", motion.attitude[at], specific) + rng.normal(0, 0.05, (n, 3))
     for i, axis in enumerate("xyz"):
-        frame[f"com_{axis}_m"] = com[:, i]
+        frame[f"com_{axis}_m"] = com_seen[:, i]
         frame[f"com_acc_{axis}_mps2"] = acc[:, i]
-        if axis != "z":
+        if axis != "z" and loss < 1.0:
             frame[f"angmom_rate_{axis}_nm"] = momentum[:, i]
         frame[f"imu_acc_{axis}_mps2"] = felt[:, i]
         frame[f"imu_gyro_{axis}_radps"] = rng.normal(0.0, 0.003, n)
         for side, foot in enumerate(FEET):
-            frame[f"{foot}_foot_{axis}_m"] = (feet - ankle_up)[:, side, i]
+            frame[f"{foot}_foot_{axis}_m"] = turned((feet - ankle_up)[:, side], angle)[:, i]
     for side, foot in enumerate(FEET):
-        frame[f"{foot}_foot_yaw_rad"] = plan.yaw_rad[at, side] + rng.normal(0.0, 5e-4, n)
+        yaw = plan.yaw_rad[at, side] + rng.normal(0.0, 5e-4, n) + angle
+        frame |= foot_attitude(robot, foot, yaw, plan.pitch_rad[at, side])
     over = (com - feet.mean(axis=1)) - (
         motion.com_m[at] - (plan.feet_m[at] + ankle_up).mean(axis=1)
     )

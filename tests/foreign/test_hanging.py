@@ -49,6 +49,13 @@ def test_a_leg_of_six_seconds_a_turn_leaves_no_acceleration_in_the_offsets() -> 
     assert np.abs(error[:, 1:4]).max() < 0.008
 
 
+def test_drift_from_hold_to_hold_is_in_the_intervals_of_four_holds() -> None:
+    error, sd = errors(7023, 20.0, ("fl", "mr"))  # offsets jump by 0.19 N, 10 mNm
+    assert np.abs(error / sd).max() < 4.0
+    # a sample's noise alone would have the weight known to 0.8 mN
+    assert np.abs(error[:, 0]).max() > 0.01
+
+
 def test_shaft_motion_is_that_of_the_angle_through_encoder_steps_and_wraps() -> None:
     time_s = np.arange(0.0, 30.0, 0.04)
     even = 2.0 * np.pi * time_s / 6.0

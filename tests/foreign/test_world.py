@@ -8,8 +8,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.foreign import Recorded, draw_biped, draw_hexapod, hang, placements, poses, walk, weights
-from tests.foreign.biped import CHANNELS, GRAVITY_MPS2
+from tests.foreign import (
+    Recorded,
+    draw_biped,
+    draw_hexapod,
+    hang,
+    placements,
+    poses,
+    stand,
+    walk,
+    weights,
+)
+from tests.foreign.ankles import ankle_offsets
+from tests.foreign.biped import CHANNELS, FEET, GRAVITY_MPS2
 from tests.foreign.legs import AXES, LEGS
 from tests.foreign.motion import move, plan_walk, rate
 from tests.foreign.noise import stream
@@ -42,6 +53,24 @@ def test_motion_obeys_newton_and_euler_and_feet_only_push() -> None:
     impulse = np.sum(motion.ground_n.sum(axis=1)[1000:1400]) / 400.0
     gained = robot.mass_kg * (velocity[1400] - velocity[1000]) + robot.weight_n
     assert impulse == pytest.approx(gained, rel=2e-3)
+
+
+@pytest.mark.parametrize("seed", [7004, 7005, 7008])
+def test_robots_of_any_size_on_any_cells_only_push(seed: int) -> None:
+    robot, rng = draw_biped(seed), stream(seed, "walk")
+    motion = move(robot, plan_walk(robot, rng, 6.0, None), rng)
+    assert motion.ground_n.min() > -1e-9
+    force = robot.mass_kg * (motion.com_acc_mps2[:, 2] + GRAVITY_MPS2)
+    assert np.allclose(motion.ground_n.sum(axis=1), force, rtol=1e-9)
+
+
+def test_ankle_wrenches_of_a_still_robot_carry_its_weight() -> None:
+    recorded, robot = stand(7013), draw_biped(7013)
+    cells = recorded.logs["cells"]
+    offset = ankle_offsets(robot)
+    total = sum((cells[f"{foot}_fz_n"] - offset[k, 2]).mean() for k, foot in enumerate(FEET))
+    weight = robot.weight_n - 2.0 * robot.below_kg * GRAVITY_MPS2
+    assert total == pytest.approx(weight, rel=2e-3)
 
 
 def test_cells_show_true_loads_through_their_calibration() -> None:
@@ -84,7 +113,7 @@ def test_bench_readings_follow_the_same_cells() -> None:
 
 
 def test_poses_balance_about_the_chassis() -> None:
-    robot, recorded = draw_hexapod(2), poses(2, count=30, force_sd_n=1e-6, torque_sd_nm=1e-7)
+    robot, recorded = draw_hexapod(2), poses(2, count=30, noise=2e-5)
     frame = recorded.logs["poses"]
     for _, pose in frame.groupby("pose"):
         x, y, z, w = pose[[f"body_q{a}" for a in "xyzw"]].to_numpy()[0]

@@ -30,9 +30,10 @@ from footcal_cli.core.log import Log
 from footcal_cli.core.online.belief import Belief, nameplate
 from footcal_cli.core.online.comparison import Comparison, Settings, compare
 from footcal_cli.core.online.memory import MemoryOptions
+from footcal_cli.core.online.merging import merge_cells
 from footcal_cli.core.online.noise import starting_noise
 from footcal_cli.core.online.sensitivity import window_sensitivity
-from footcal_cli.core.online.streams import BodyStream, Merged, SensorStream, merge_cells
+from footcal_cli.core.online.streams import BodyStream, Merged, SensorStream
 from footcal_cli.core.online.tuning import LEARNT
 from footcal_cli.core.online.window import Weights, run_window
 from footcal_cli.core.parameters import Estimates, Status

@@ -9,7 +9,6 @@ given; these are searched, then enter the covariance through their derivatives.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,24 +18,19 @@ from footcal_cli.core.bench.record import BenchRecord
 from footcal_cli.core.bench.regressors import (
     SHAPE_LOG_SD,
     columns,
-    design_of,
     invert,
-    search_shapes,
+    model_of,
     shape_columns,
     shape_names,
-    within,
 )
 from footcal_cli.core.bench.terms import Term
-from footcal_cli.core.inference.blocks import (
-    BlockFit,
-    correlation_time,
-    fit_blocks,
-    whiten_autoregressive,
-)
 from footcal_cli.core.inference.fit import PRIOR_KEPT_RATIO
+from footcal_cli.core.inference.linear import scaled_inverse
+from footcal_cli.core.inference.separable import Separable, SeparableFit
 from footcal_cli.core.parameters import BoolArray, Estimates, FloatArray, Status
 from footcal_cli.errors import FitError
 
+_RCOND = 1e-14
 _WIDEST_LOG = 50.0
 """An interval this wide in the logarithm of a shape says nothing at all."""
 
@@ -138,7 +132,7 @@ class ChannelFit:
         """
         at = 2 + np.array(terms, dtype=np.int64)
         sizes, covariance = self.linear[at], self.linear_covariance[np.ix_(at, at)]
-        statistic = float(sizes @ np.linalg.pinv(covariance, hermitian=True) @ sizes) / at.size
+        statistic = float(sizes @ scaled_inverse(covariance, _RCOND) @ sizes) / at.size
         return float(stats.f.sf(statistic, at.size, self.dof[at].min()))
 
     def predict(self, record: BenchRecord) -> Prediction:
@@ -217,83 +211,47 @@ def fit_channel(
         )
     if np.ptp(record.reading[known]) == 0:
         raise FitError("the reading never changes", column=record.channel)
-    drive = record.drive()
-    centre = float(record.reading[known].mean())
-    shapes = search_shapes(record, drive, terms, start, 0.0)
-    if correlation_s is None:
-        design, target = design_of(record, drive, terms, shapes), record.reading[known] - centre
-        time, session = record.time_s[known], record.session[known]
-        # an offset of a session is not noise that persists in time: it is taken out first
-        design, target = within(design, session), within(target[:, None], session)[:, 0]
-        residual = target - design @ np.linalg.lstsq(design, target, rcond=None)[0]
-        correlation_s = correlation_time(residual, time, session) if record.timed else 0.0
-    if searched and correlation_s > 0:
-        shapes = search_shapes(record, drive, terms, shapes, correlation_s)
-    load, time, session = record.load_n[known], record.time_s[known], record.session[known]
-    reading = record.reading[known] - centre
-
-    def solve(design: FloatArray) -> BlockFit:
-        stacked = np.column_stack([design, np.ones(len(design)), load])
-        rows, target = whiten_autoregressive(stacked, reading, time, session, correlation_s)
-        return fit_blocks(rows[:, :-2], target, session, rows[:, -2:])
-
-    return finish_channel(record, terms, shapes, correlation_s, centre, solve)
+    model = model_of(record, record.drive(), terms)
+    found = model.fit(start, correlation_s if record.timed else 0.0)
+    return finish_channel(record, terms, model, found)
 
 
 def finish_channel(
-    record: BenchRecord,
-    terms: tuple[Term, ...],
-    shapes: FloatArray,
-    correlation_s: float,
-    centre: float,
-    solve: Callable[[FloatArray], BlockFit],
+    record: BenchRecord, terms: tuple[Term, ...], model: Separable, found: SeparableFit
 ) -> ChannelFit:
-    """Coefficients, covariance with the shapes' share, and everything a report needs.
+    """From counts to newtons, and everything a report needs.
 
     Parameters
     ----------
-    record, terms, shapes
-        What is fitted; the shapes as logarithms, found before.
-    correlation_s
-        How long the noise lasts.
-    centre
-        Reading that the regression calls 0.
-    solve
-        Regression of the centred readings on a design.
+    record, terms
+        What was fitted.
+    model, found
+        From `model_of`, and its fit.
     """
-    known, drive = record.known, record.drive()
-    load, session = record.load_n[known], record.session[known]
-    reading = record.reading[known] - centre
-    design = design_of(record, drive, terms, shapes)
-    fit = solve(design)
-    affine = 2 + len(terms)
-    bends = shape_columns(drive, record, terms, fit.coefficients[2:], shapes)[known]
-    seen = np.linalg.norm(bends, axis=0) > 1e-9 * np.linalg.norm(reading)
-    spread = solve(np.column_stack([design, bends[:, seen]])) if seen.any() else fit
-    at = np.concatenate([np.arange(affine), affine + np.flatnonzero(seen)])
-    covariance = np.zeros((affine + shapes.size, affine + shapes.size))
-    covariance[np.ix_(at, at)] = spread.covariance
-    covariance = _with_shape_prior(covariance, affine, seen)
-    dof = np.full(len(covariance), float(spread.dof.max()))
-    dof[at] = spread.dof
+    known = record.known
+    load, reading = record.load_n[known], record.reading[known]
+    centre, fit, affine = float(reading.mean()), found.linear, 2 + len(terms)
     linear, covariance = _as_loads(
-        np.concatenate([fit.coefficients, shapes]), covariance, affine, float(load.mean())
+        np.concatenate([fit.coefficients, found.log_shapes]),
+        found.covariance,
+        affine,
+        float(load.mean()),
     )
-    estimates, ci95 = _estimates(record.channel, terms, linear, covariance, dof, centre)
+    estimates, ci95 = _estimates(record.channel, terms, linear, covariance, found.dof, centre)
     newtons = abs(float(linear[0]))
-    residual = newtons * (reading - design @ fit.coefficients)
+    residual = newtons * (model.target - model.design(found.log_shapes) @ fit.coefficients)
     warmth = record.temperature_degc
     return ChannelFit(
         channel=record.channel,
         terms=terms,
         estimates=estimates,
         ci95=ci95,
-        dof=dof,
+        dof=found.dof,
         sd_within_n=newtons * fit.sd_within,
         sd_between_n=newtons * fit.sd_between,
-        correlation_s=correlation_s,
+        correlation_s=found.correlation_s,
         load_range_n=_range(load),
-        reading_range=_range(record.reading[known]),
+        reading_range=_range(reading),
         temperature_range_degc=None if warmth is None else _range(warmth[known]),
         rows=int(known.sum()),
         rmse_n=float(np.sqrt(np.mean(residual**2))),
@@ -301,7 +259,7 @@ def finish_channel(
         linear=linear,
         linear_covariance=covariance,
         centre=centre,
-        sessions=int(np.unique(session).size),
+        sessions=int(np.unique(model.block).size),
         sd_gain=fit.sd_gain * newtons,
     )
 
@@ -322,25 +280,6 @@ def _as_loads(
     for i in range(2, affine):
         jacobian[i, i], jacobian[i, 0] = 1.0 / slope, -counts[i] / slope**2
     return linear, jacobian @ covariance @ jacobian.T
-
-
-def _with_shape_prior(covariance: FloatArray, affine: int, seen: BoolArray) -> FloatArray:
-    """Joint covariance after the weak prior on the logarithms of the shapes.
-
-    A shape that no reading depends on keeps the prior alone.
-    """
-    shapes = np.arange(affine, len(covariance))
-    covariance = covariance.copy()
-    covariance[shapes[~seen], shapes[~seen]] = SHAPE_LOG_SD**2
-    at = shapes[seen]
-    if not at.size:
-        return covariance
-    innovation = covariance[np.ix_(at, at)] + SHAPE_LOG_SD**2 * np.eye(at.size)
-    gain = np.linalg.solve(innovation, covariance[at]).T
-    kept = np.eye(len(covariance))
-    kept[:, at] -= gain
-    # Joseph's form: variances stay positive where the plain difference loses all digits
-    return np.asarray(kept @ covariance @ kept.T + SHAPE_LOG_SD**2 * gain @ gain.T)
 
 
 def _estimates(

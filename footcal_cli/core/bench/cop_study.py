@@ -11,13 +11,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy import stats
-from scipy.optimize import nnls
 
 from footcal_cli.core.bench.cop_models import MODELS, CopFit, CopModel, fit_cop
 from footcal_cli.core.bench.placement_rows import PlacementRows
 from footcal_cli.core.effects.cells import CROSSTALK
 from footcal_cli.core.effects.foot import CELL_POSITION
 from footcal_cli.core.inference.held_out import Choice, HeldOut, choose, folds
+from footcal_cli.core.inference.linear import variance_shares
 from footcal_cli.core.parameters import BoolArray, Estimates, FloatArray, Status
 from footcal_cli.errors import FitError
 
@@ -314,18 +314,11 @@ def _choose_ridge(model: CopModel, rows: PlacementRows) -> float:
 
 
 def _scatter(error: FloatArray, total_n: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """``error² = a² + (b / Fz)²`` per axis by non-negative least squares on relative errors."""
+    """``error² = a² + (b / Fz)²`` per axis."""
     if not np.isfinite(total_n).all():
         return np.sqrt(np.mean(error**2, axis=0)), np.zeros(2)
     design = np.column_stack([np.ones_like(total_n), total_n**-2.0])
-    found = np.empty((2, 2))
-    for axis in range(2):
-        squared = error[:, axis] ** 2
-        weight = np.ones_like(squared)
-        for _ in range(4):  # squared errors scatter in proportion to their mean
-            solution, _ = nnls(design / weight[:, None], squared / weight)
-            weight = np.maximum(design @ solution, 1e-18)
-        found[axis] = np.sqrt(solution)
+    found = np.sqrt([variance_shares(squared, design) for squared in error.T**2])
     return found[:, 0], found[:, 1]
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from footcal_cli.core.bench.channel import ChannelFit, finish_channel
 from footcal_cli.core.bench.record import BenchRecord, load_levels
-from footcal_cli.core.bench.regressors import design_of
+from footcal_cli.core.bench.regressors import model_of
 from footcal_cli.core.bench.study import ChannelStudy
 from footcal_cli.core.inference.blocks import BlockFit
 from footcal_cli.core.inference.shared_noise import (
@@ -53,14 +53,14 @@ def with_common_noise(studies: Sequence[ChannelStudy]) -> tuple[ChannelStudy, ..
 
 
 def _rows_of(record: BenchRecord, fit: ChannelFit) -> Rows:
-    known = record.known
+    known, model = record.known, model_of(record, record.drive(), fit.terms)
     return Rows.of(
-        design_of(record, record.drive(), fit.terms, fit.log_shapes),
-        record.reading[known] - fit.centre,
+        model.design(fit.log_shapes),
+        model.target,
         record.load_n[known],
-        record.session[known],
+        model.block,
         load_levels(record.load_n)[known],
-        record.time_s[known] if record.timed else None,
+        model.time_s if record.timed else None,
     )
 
 
@@ -84,5 +84,6 @@ def _refit(record: BenchRecord, fit: ChannelFit, rows: Rows, common: Common) -> 
             sd_gain=float(np.sqrt(found.variance * gain)) / rows.load_rms_n if several else 0.0,
         )
 
-    lasting_s = float(memory_s) if common.lasting else 0.0
-    return finish_channel(record, fit.terms, fit.log_shapes, lasting_s, fit.centre, solve)
+    model = model_of(record, record.drive(), fit.terms)
+    found = model.together(fit.log_shapes, float(memory_s) if common.lasting else 0.0, solve)
+    return finish_channel(record, fit.terms, model, found)

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from itertools import pairwise, product
+from itertools import product
 
 import numpy as np
-from scipy.optimize import minimize, minimize_scalar
 
 from footcal_cli.core.bench.record import BenchRecord
 from footcal_cli.core.bench.terms import Term
-from footcal_cli.core.inference.blocks import whiten_autoregressive
-from footcal_cli.core.parameters import FloatArray, IntArray
+from footcal_cli.core.inference.fit import numeric_jacobian
+from footcal_cli.core.inference.separable import LOG_STEP, Separable
+from footcal_cli.core.parameters import FloatArray, Parameter, ParameterSet
 
 SHAPE_LOG_SD = 1.5
 """Prior sd of the logarithm of a shape: a factor of 4.5 either way from the middle of its grid."""
-_LOG_STEP = 1e-3
 _MOST_ITERATIONS = 60
 _INVERSE_TOLERANCE = 1e-11
 _BEYOND_GRID = 0.2
@@ -53,15 +52,12 @@ def shape_columns(
     sizes: FloatArray,
     log_shapes: FloatArray,
 ) -> FloatArray:
-    """``Σ size · ∂φ/∂ln shape`` of every searched shape by central differences, shape (n, k)."""
-    found = np.empty((load_n.size, log_shapes.size))
-    for j in range(log_shapes.size):
-        step = np.zeros(log_shapes.size)
-        step[j] = _LOG_STEP
-        up = columns(load_n, record, terms, log_shapes + step)
-        down = columns(load_n, record, terms, log_shapes - step)
-        found[:, j] = (up - down) @ sizes / (2.0 * _LOG_STEP)
-    return found
+    """``Σ size · ∂φ/∂ln shape`` of every searched shape, shape (n, k)."""
+    return numeric_jacobian(
+        lambda s: columns(load_n, record, terms, s) @ sizes,
+        log_shapes,
+        np.full(log_shapes.size, LOG_STEP),
+    )
 
 
 def design_of(
@@ -84,91 +80,40 @@ def design_of(
     return np.column_stack([centred, np.ones_like(centred), bends])
 
 
-def search_shapes(
-    record: BenchRecord,
-    drive: FloatArray,
-    terms: tuple[Term, ...],
-    start: FloatArray | None,
-    correlation_s: float,
-) -> FloatArray:
-    """Logarithms of the shapes that fit best, on the grids first where there is no start.
+def model_of(record: BenchRecord, drive: FloatArray, terms: tuple[Term, ...]) -> Separable:
+    """The readings of the known loads as a model of scale, bias, sizes and shapes.
 
-    Minimises ``(n/2) ln RSS`` of the regression with a free offset per session, plus a weak prior
-    about the middle of each grid and a wall between two time constants of creep.
-
-    Returns
-    -------
-    FloatArray
-        Shape (k,).
-    """
-    grids = [np.log(grid) for term in terms if term.free for grid in term.grids]
-    if not grids:
-        return np.zeros(0)
-    names = [shape for term in terms if term.free for shape in term.shapes]
-    middle = np.array([0.5 * (grid[0] + grid[-1]) for grid in grids])
-    half = np.array([0.5 * (grid[-1] - grid[0]) for grid in grids]) + _BEYOND_GRID
-    known = record.known
-    time, session = record.time_s[known], record.session[known]
-    mean = record.reading[known].mean()
-
-    def cost(log_shapes: FloatArray) -> float:
-        if not _ordered(names, log_shapes) or np.any(np.abs(log_shapes - middle) > half):
-            return 1e12
-        stacked = design_of(record, drive, terms, log_shapes)
-        rows, target = whiten_autoregressive(
-            stacked, record.reading[known] - mean, time, session, correlation_s
-        )
-        rows, target = within(rows, session), within(target[:, None], session)[:, 0]
-        scaled = rows / np.maximum(np.linalg.norm(rows, axis=0), 1e-300)
-        rest = target - scaled @ np.linalg.lstsq(scaled, target, rcond=None)[0]
-        prior = 0.5 * float(np.sum(((log_shapes - middle) / SHAPE_LOG_SD) ** 2))
-        return 0.5 * target.size * float(np.log(rest @ rest + 1e-300)) + prior
-
-    if start is None:
-        points = (np.array(point) for point in product(*grids))
-        start = min(points, key=cost)
-    if start.size == 1:
-        width = np.log(2.5)
-        low, high = float(start[0] - width), float(start[0] + width)
-        found = minimize_scalar(
-            lambda z: cost(np.array([z])), bounds=(low, high), options={"xatol": 1e-3}
-        )
-        return np.array([found.x]) if found.fun <= cost(start) else start
-    simplex = np.vstack([start, start + 0.4 * np.eye(start.size)])
-    refined = minimize(
-        cost,
-        start,
-        method="Nelder-Mead",
-        options={
-            "maxfev": 60 * start.size,
-            "xatol": 2e-3,
-            "fatol": 1e-4,
-            "initial_simplex": simplex,
-        },
-    )
-    return np.asarray(refined.x, dtype=np.float64)
-
-
-def _ordered(names: list[str], log_shapes: FloatArray) -> bool:
-    """Whether the times of creep ascend and stay apart: a sum of two creeps is symmetric."""
-    times = [z for z, name in zip(log_shapes, names, strict=True) if name.startswith("creep")]
-    return all(later - earlier > _APART for earlier, later in pairwise(times))
-
-
-def within(rows: FloatArray, session: IntArray) -> FloatArray:
-    """Rows without their session's mean where there are several sessions.
+    Each session has an offset and a gain of its own; a shape has a weak prior about the middle of
+    its grid.
 
     Parameters
     ----------
-    rows, session
-        Shape (n, p) and (n,).
+    record, drive, terms
+        As `design_of`.
     """
-    names, index = np.unique(session, return_inverse=True)
-    if names.size == 1:
-        return rows
-    sums = np.zeros((names.size, rows.shape[1]))
-    np.add.at(sums, index, rows)
-    return np.asarray(rows - (sums / np.bincount(index)[:, None])[index])
+    searched = [term for term in terms if term.free]
+    names = shape_names("", terms)
+    grids = [np.log(grid) for term in searched for grid in term.grids]
+    priors = []
+    for name, grid in zip(names, grids, strict=True):
+        middle = float(0.5 * (grid[0] + grid[-1]))
+        half = float(0.5 * (grid[-1] - grid[0])) + _BEYOND_GRID
+        priors.append(
+            Parameter(name, "-", middle, SHAPE_LOG_SD, lower=middle - half, upper=middle + half)
+        )
+    known = record.known
+    load, reading = record.load_n[known], record.reading[known]
+    return Separable(
+        design=lambda log_shapes: design_of(record, drive, terms, log_shapes),
+        target=reading - reading.mean(),
+        time_s=record.time_s[known],
+        block=record.session[known],
+        shapes=ParameterSet(tuple(priors)),
+        starts=[np.array(point) for point in product(*grids)],
+        ascending=[i for i, name in enumerate(names) if name.startswith(".creep")],
+        apart=_APART,
+        shared=np.column_stack([np.ones_like(load), load]),
+    )
 
 
 def invert(

@@ -8,18 +8,17 @@ unknown past do not bias the time constants.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 from scipy import stats
-from scipy.optimize import minimize
 
-from footcal_cli.core.inference.blocks import correlation_time, fit_blocks, whiten_autoregressive
-from footcal_cli.core.parameters import FloatArray, IntArray
+from footcal_cli.core.inference.separable import Separable
+from footcal_cli.core.parameters import FloatArray, IntArray, Parameter, ParameterSet
 from footcal_cli.errors import FitError
 
 _GRID = 12
 _APART = 0.7
-_LOG_STEP = 1e-3
 _WIDEST_LOG = 50.0
 
 
@@ -89,46 +88,37 @@ def fit_relaxation(
     since = t - np.array([t[index == h].min() for h in range(names.size)])[index]
     longest = float(since.max())
     shortest = max(longest / 200.0, 2.0 * float(np.median(np.diff(t))))
-    bounds = np.log([shortest, 2.0 * longest])
+    low, high = np.log([shortest, 2.0 * longest]).tolist()
+    level = (index[:, None] == np.arange(names.size)).astype(float)
 
     def design(log_tau: FloatArray) -> FloatArray:
-        level = index[:, None] == np.arange(names.size)
-        decays = [level * np.exp(-since / tau)[:, None] for tau in np.exp(log_tau)]
-        return np.hstack([level.astype(float), *decays])
+        return np.hstack(
+            [level, *(level * np.exp(-since / tau)[:, None] for tau in np.exp(log_tau))]
+        )
 
-    def rest(log_tau: FloatArray, correlation_s: float) -> FloatArray:
-        rows, target = whiten_autoregressive(design(log_tau), y, t, index, correlation_s)
-        return np.asarray(target - rows @ np.linalg.lstsq(rows, target, rcond=None)[0])
-
-    def cost(log_tau: FloatArray, correlation_s: float) -> float:
-        apart = bool(np.all(np.diff(log_tau) > _APART))
-        if not apart or log_tau[0] < bounds[0] or log_tau[-1] > bounds[1]:
-            return 1e12
-        residual = rest(log_tau, correlation_s)
-        return 0.5 * t.size * float(np.log(residual @ residual + 1e-300))
-
-    grid = np.linspace(float(bounds[0]), float(bounds[1]), _GRID)
-    pairs = [(a,) for a in grid] if constants == 1 else [(a, b) for a in grid for b in grid]
-    log_tau = min((np.array(p) for p in pairs), key=lambda p: cost(p, 0.0))
-    correlation_s = 0.0
-    for _ in range(2):  # the noise's persistence and the time constants depend on each other
-        found = minimize(cost, log_tau, args=(correlation_s,), method="Nelder-Mead")
-        log_tau = np.asarray(found.x, dtype=np.float64)
-        correlation_s = correlation_time(rest(log_tau, 0.0), t, index)
-    linear = design(log_tau)
-    rows, target = whiten_autoregressive(linear, y, t, index, correlation_s)
-    kept = np.asarray(np.linalg.lstsq(rows, target, rcond=None)[0], dtype=np.float64)
-    steps = np.eye(constants) * _LOG_STEP
-    bends = [(design(log_tau + s) - design(log_tau - s)) @ kept / (2 * _LOG_STEP) for s in steps]
-    full = np.column_stack([linear, *bends])
-    rows, target = whiten_autoregressive(full, y, t, index, correlation_s)
-    fit = fit_blocks(rows, target, np.zeros(t.size, dtype=np.int64))
-    sd, quantile = fit.sd, float(stats.t.ppf(0.975, fit.dof[0]))
+    grid = np.linspace(low, high, _GRID)
+    times = tuple(
+        Parameter(f"tau.{i}", "-", 0.5 * (low + high), lower=low, upper=high)
+        for i in range(constants)
+    )
+    model = Separable(
+        design=design,
+        target=y,
+        time_s=t,
+        block=index,
+        shapes=ParameterSet(times),
+        starts=[np.array(point) for point in combinations(grid, constants)],
+        ascending=range(constants),
+        apart=_APART,
+    )
+    found = model.fit()
+    log_tau, kept = found.log_shapes, found.linear.coefficients
+    sd, quantile = np.sqrt(np.diag(found.covariance)), float(stats.t.ppf(0.975, found.dof[0]))
     log_sd = sd[-constants:]
     tau = np.exp(log_tau)
     reach = np.exp(np.minimum(quantile * log_sd, _WIDEST_LOG))
-    white = rest(log_tau, correlation_s)
-    raw = y - linear @ kept
+    white = model.left(log_tau, found.correlation_s)
+    raw = y - design(log_tau) @ kept
     shape = (constants, names.size)
     return Relaxation(
         tau_s=tau,
@@ -138,7 +128,7 @@ def fit_relaxation(
         level_sd=sd[: names.size],
         amplitude=kept[names.size :].reshape(shape).T,
         amplitude_sd=sd[names.size : -constants].reshape(shape).T,
-        correlation_s=correlation_s,
+        correlation_s=found.correlation_s,
         rmse=float(np.sqrt(np.mean(raw**2))),
         bic=float(t.size * np.log(np.mean(white**2)) + count * np.log(t.size)),
         resolved=tuple(bool(shortest * 1.2 < v < 1.6 * longest) for v in tau),

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy import stats
 
 from footcal_cli.core.experiments.contract import residual
 from footcal_cli.core.experiments.hang import EXPERIMENT
@@ -253,17 +254,23 @@ def _with_levels(
     reduced: Reduced, model: HangModel, weight_n: float, fit: Fit
 ) -> tuple[Fit, FloatArray]:
     """The fit again where levels differ from hold to hold by more than the noise within one."""
-    sd: FloatArray | None = None
-    for _ in range(_LEVEL_ROUNDS):
+
+    def levels(before: FloatArray | None) -> tuple[FloatArray, FloatArray]:
         theta = fit.estimates.values
-        sd = reduced.level_sd(
+        return reduced.level_sd(
             0, model.coefficients(theta), model.coefficient_jacobian(theta),
-            fit.estimates.covariance, (slice(0, 3), slice(3, 6)), sd,
+            fit.estimates.covariance, (slice(0, 3), slice(3, 6)), before,
         )  # fmt: skip
-        if not sd.any():
-            return fit, sd
-        fit = _fit(reduced.with_levels(0, sd), model, weight_n, theta)
-    return fit, np.zeros(reduced.target.shape[1]) if sd is None else sd
+
+    sd, freedom = levels(None)
+    if not sd.any():
+        return fit, sd
+    for _ in range(_LEVEL_ROUNDS - 1):
+        fit = _fit(reduced.with_levels(0, sd), model, weight_n, fit.estimates.values)
+        sd, _ = levels(sd)
+    # an sd from few levels: as wide as Student's intervals
+    wide = np.asarray(sd * stats.t.ppf(0.975, np.maximum(freedom, 1.0)) / stats.norm.ppf(0.975))
+    return _fit(reduced.with_levels(0, wide), model, weight_n, fit.estimates.values), wide
 
 
 def _order_evidence(model: HangModel, fit: Fit, samples: float) -> dict[int, float]:

@@ -315,3 +315,19 @@ def correlation_time(residual: FloatArray, time_s: FloatArray, block: IntArray) 
     if rho < 2.0 / np.sqrt(pair.sum()):
         return 0.0
     return float(-np.median(np.diff(time_s)[pair]) / np.log(min(rho, 0.999)))
+
+
+def within(rows: FloatArray, session: IntArray) -> FloatArray:
+    """Rows without their session's mean where there are several sessions.
+
+    Parameters
+    ----------
+    rows, session
+        Shape (n, p) and (n,).
+    """
+    names, index = np.unique(session, return_inverse=True)
+    if names.size == 1:
+        return rows
+    sums = np.zeros((names.size, rows.shape[1]))
+    np.add.at(sums, index, rows)
+    return np.asarray(rows - (sums / np.bincount(index)[:, None])[index])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy import linalg
+from scipy import linalg, optimize
 
 from footcal_cli.core.parameters import FloatArray
 
@@ -95,3 +95,16 @@ def inverse_root(covariance: FloatArray) -> FloatArray:
     outer = scale[..., :, None] * scale[..., None, :]
     correlation = covariance / outer + _NEARLY_EXACT * np.eye(scale.shape[-1])
     return np.asarray(np.linalg.inv(np.linalg.cholesky(correlation)) / scale[..., None, :])
+
+
+def variance_shares(squares: FloatArray, columns: FloatArray) -> FloatArray:
+    """Variances v ≥ 0 of parts of an error, ``E squares = columns v``, shape (parts,).
+
+    Non-negative least squares on relative deviations: squared errors scatter in proportion to
+    their mean.
+    """
+    weight, found = np.ones_like(squares), np.zeros(columns.shape[1])
+    for _ in range(4):
+        found, _ = optimize.nnls(columns / weight[:, None], squares / weight)
+        weight = np.maximum(columns @ found, 1e-18)
+    return np.asarray(found)

@@ -12,6 +12,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import stats
 
 from footcal_cli.core.inference.autoregression import ChannelNoise
 from footcal_cli.core.inference.fit import Fit, fit_map
@@ -21,6 +22,8 @@ SEEN = 1e-7
 """Singular values below this share of the largest count as none."""
 FEWEST_LEVELS, SURE_EXCESS = 8.0, 3.0
 """Degrees of freedom that a variance between records needs, and by how many sd it stands out."""
+LEAST_FREEDOM, CHANCE_OF_FEW = 0.5, 1e-3
+"""With fewer of them: how many at least, and how improbable the levels must be by chance."""
 
 
 @dataclass(frozen=True)
@@ -98,8 +101,8 @@ class Reduced:
         covariance: FloatArray,
         groups: Sequence[slice],
         before: FloatArray | None = None,
-    ) -> FloatArray:
-        """Sd of the level of a record beyond its own noise, shape (c,); 0 where chance explains it.
+    ) -> tuple[FloatArray, FloatArray]:
+        """Sd of the level of a record beyond its own noise, and its degrees of freedom.
 
         By moments: with u the error along a record's level, ``E u² = 1 + sd² |a|² − h``, h the
         variance that the parameters have along it. Slow drift, and whatever else changes from
@@ -117,6 +120,11 @@ class Reduced:
             Channels that share one sd: forces, torques.
         before
             The sd that the fit allowed for, shape (c,); None where it allowed for none.
+
+        Returns
+        -------
+        Shape (c,) each; an sd is 0 where chance explains the levels. Few levels must differ by far
+        more than their noise before chance is excluded.
         """
         a = self.factor[..., constant]
         size = np.sum(a**2, axis=-1)
@@ -125,17 +133,21 @@ class Reduced:
         error -= np.sum(unit * self.target, axis=-1)
         seen = np.einsum("lcd,lcde,lcep->lcp", unit, self.factor, slope)
         fitted = np.einsum("lcp,pq,lcq->lc", seen, covariance, seen)
-        sd = np.zeros(self.target.shape[1])
+        sd, freedom = np.zeros((2, self.target.shape[1]))
         for group in groups:
             excess = float(np.sum(error[:, group] ** 2 - 1.0 + fitted[:, group]))
             if before is None:
                 dof = float(np.sum(1.0 - fitted[:, group]))
-                sure = dof >= FEWEST_LEVELS and excess > SURE_EXCESS * np.sqrt(2.0 * dof)
+                freedom[group] = max(dof, 1.0)
+                sure = excess > SURE_EXCESS * np.sqrt(2.0 * max(dof, 0.0))
+                if dof < FEWEST_LEVELS:
+                    chance = stats.chi2.sf(excess + dof, max(dof, LEAST_FREEDOM))
+                    sure = dof >= LEAST_FREEDOM and chance < CHANCE_OF_FEW
             else:
                 sure = bool(before[group].any())
             if sure:
                 sd[group] = np.sqrt(max(excess, 0.0) / np.sum(size[:, group]))
-        return sd
+        return sd, freedom
 
     def fit(
         self,
