@@ -74,11 +74,6 @@ SOLVERS_OUTSIDE = {
     "core/study/stepwise.py": 3,
     "core/online/kalman.py": 1,
     "core/study/alternating.py": 2,
-    "core/pose/hanging.py": 1,
-    "core/pose/joint.py": 1,
-    "core/pose/leg_map.py": 1,
-    "core/pose/problem.py": 3,
-    "core/pose/standing.py": 1,
 }
 
 # strings that are the name of an effect outside the table: words and columns that happen to be

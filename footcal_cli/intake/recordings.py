@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from footcal_cli.core.body_stream import check_overlap
+from footcal_cli.core.body_stream import check_overlap, check_rates
 from footcal_cli.core.chain import Chain, Link, link
 from footcal_cli.core.effects import calibration_of
 from footcal_cli.core.effects.calibration import AXES
@@ -156,6 +156,12 @@ def read_recordings(
                 check_overlap(
                     stream.time_s, motion.time_s, table.path.name,
                     body.path.name if body.path != table.path else "its body stream",
+                )
+            )  # fmt: skip
+            session.note(
+                check_rates(
+                    stream.time_s, stream.readings, motion.time_s,
+                    np.concatenate([motion.com_m, motion.com_acc_mps2], axis=1), table.path.name,
                 )
             )  # fmt: skip
         session.note(wiring_of(merged, belief, experiment))
