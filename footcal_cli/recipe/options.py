@@ -106,7 +106,9 @@ class HangCalibOptions(CommandOptions):
     temperature: bool = False
     drift: bool = False
     white: bool = False
-    compare: bool = True
+    compare: Annotated[
+        bool, Flag("Run the paper's stepwise method too, side by side with the joint fit.")
+    ] = False
     max_force_rmse_n: Annotated[Limit, Flag("Gate: exit 1 above this RMSE.")] = None
 
     @property

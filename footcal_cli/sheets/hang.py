@@ -10,8 +10,8 @@ from footcal_cli.core.hang.binned import binned_com
 from footcal_cli.core.hang.joint import HangFit
 from footcal_cli.core.hang.model import AXES
 from footcal_cli.core.hang.runs import HangRun
-from footcal_cli.core.hang.stepwise import StepwiseFit
 from footcal_cli.core.parameters import Estimates, FloatArray, Status
+from footcal_cli.core.study.stepwise import StepwiseFit
 from footcal_cli.plots import hang as plots
 from footcal_cli.records.results import FindingRecord, RmseRecord, RmseRow, VerdictRecord
 from footcal_cli.report import Picture, Report, Sheet, number, with_sd
@@ -138,15 +138,13 @@ def residuals_by_stage(
     method: str,
 ) -> dict[str, dict[str, FloatArray]]:
     """``before``: the naive method where it can be had, else tared readings; then the methods."""
-    stages: dict[str, dict[str, FloatArray]] = {}
-    if "naive" in others:
-        stages["before"] = {
-            leg: np.vstack(fit.residuals(runs[leg])) for leg, fit in others["naive"].items()
+    stages: dict[str, dict[str, FloatArray]] = {
+        {"naive": "before"}.get(name, name): {
+            leg: np.vstack(fit.residuals(runs[leg])) for leg, fit in own.items()
         }
-        stages["stepwise"] = {
-            leg: np.vstack(fit.residuals(runs[leg])) for leg, fit in others["stepwise"].items()
-        }
-    else:
+        for name, own in others.items()
+    }
+    if not stages:
         stages["before"] = {
             leg: np.vstack([run.wrench for run in own])
             - np.vstack([run.wrench for run in own]).mean(axis=0)
