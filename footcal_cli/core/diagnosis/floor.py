@@ -19,6 +19,8 @@ from footcal_cli.core.parameters import FloatArray, IntArray
 _RCOND = 1e-12
 MOST = 5.0
 """So many times the floor is no residual of nothing."""
+_MOST_OF_LEVELS = 3.0
+"""Likewise of levels, in which the noise of single rows has averaged out."""
 
 
 def times_floor(case: Case, rows: Rows, problem: Problem) -> float:
@@ -53,7 +55,7 @@ def times_floor(case: Case, rows: Rows, problem: Problem) -> float:
         whose = np.zeros(count.size, dtype=np.int64)
         whose[at] = sensor
         levels = np.sqrt(_mean(mean**2, whose) / np.maximum(_mean(floor, whose), 1e-300))
-        times = np.maximum(times, levels)
+        times = np.maximum(times, levels * MOST / _MOST_OF_LEVELS)
     return float(times.max(initial=0.0))
 
 
