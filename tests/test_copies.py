@@ -60,6 +60,25 @@ def test_recordings_that_overlap_count_once() -> None:
     assert kept_rows(log, log.assign(left_fl_counts=log["left_fl_counts"] + 1)) == [200, 200]
 
 
+def test_rows_written_twice_into_one_log_count_once_if_a_stamp_says_so() -> None:
+    log = weights(40)
+    timed = log.assign(time_s=7.0 * np.arange(40.0))
+    twice = pd.concat([timed, timed.iloc[10:30]], ignore_index=True)
+    relabelled = pd.concat([timed.assign(session="a"), timed.assign(session="b")])
+    for table, rows in ((twice, 40), (relabelled, 40), (timed, 40)):
+        read = Table(table.reset_index(drop=True), Path("a.csv"), "a")
+        (kept,), findings = without_copies([read], within=True)
+        assert kept is not None
+        assert len(kept) == rows
+        assert len(findings) == (len(table) > rows)
+    # without stamps equal rows are repeated readings
+    (kept,), findings = without_copies([Table(pd.concat([log, log]), Path("a.csv"), "a")],
+                                       within=True)  # fmt: skip
+    assert kept is not None
+    assert len(kept) == 80
+    assert not findings
+
+
 def test_measurements_of_their_own_are_no_copies() -> None:
     assert kept_rows(weights(seed=1), weights(seed=2)) == [60, 60]
     # one seventh of the readings agree by chance where the noise is a few counts

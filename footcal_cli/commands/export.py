@@ -52,7 +52,7 @@ def export(
     from footcal_cli.commands import option_tables
     from footcal_cli.errors import UsageError
     from footcal_cli.recipe import Recipe, read_recipe, validated
-    from footcal_cli.session.session import read_calibration
+    from footcal_cli.session.request import read_calibration
 
     read = read_recipe(recipe, option_tables()) if recipe is not None else Recipe()
     given = {"to": to, "sensors": tuple(sensor) if sensor else None}

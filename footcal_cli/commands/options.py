@@ -147,7 +147,8 @@ def begin(
 ) -> Any:
     """Open the session of a command; `overrides` that are None leave the recipe's value."""
     from footcal_cli.commands import option_tables
-    from footcal_cli.session.session import Request, Session
+    from footcal_cli.session.request import Request
+    from footcal_cli.session.session import Session
 
     texts = {k: tuple(v) or None if isinstance(v, list) else v for k, v in overrides.items()}
     request = Request(

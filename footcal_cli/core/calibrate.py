@@ -21,8 +21,9 @@ from footcal_cli.core.hang.intake import hang_log
 from footcal_cli.core.hang.joint import HangFit, HangOptions, fit_hang
 from footcal_cli.core.online.belief import Belief, belief_from, nameplate
 from footcal_cli.core.online.memory import Memory, MemoryOptions, memory_estimates, run_memory
+from footcal_cli.core.online.merging import merge_cells
 from footcal_cli.core.online.noise import starting_noise
-from footcal_cli.core.online.streams import BodyStream, Merged, SensorStream, merge_cells
+from footcal_cli.core.online.streams import BodyStream, Merged, SensorStream
 from footcal_cli.core.parameters import Estimates, FloatArray, IntArray
 from footcal_cli.core.pose.data import Geometry, PoseData, summarise
 from footcal_cli.core.pose.hanging import leg_knowledge

@@ -138,48 +138,6 @@ def _tightest_majority(values: FloatArray) -> tuple[int, float]:
     return best
 
 
-def find_copied_rows(columns: Sequence[FloatArray], session: FloatArray) -> FloatArray:
-    """Rows that are exact copies of an earlier one of their session, and sessions of another one.
-
-    Parameters
-    ----------
-    columns
-        Channel number, stamp, load, reading, …, each shape (n,).
-    session
-        Session of each row, shape (n,).
-
-    Returns
-    -------
-    1 for a copy, else 0, shape (n,).
-    """
-    rows = np.column_stack([session, *columns])
-    _, first = np.unique(rows, axis=0, return_index=True)
-    copied = np.ones(len(rows))
-    copied[first] = 0.0
-    seen: set[bytes] = set()
-    for number in np.unique(session):
-        mine = np.flatnonzero((session == number) & (copied == 0.0))
-        content = np.ascontiguousarray(rows[mine, 1:]).tobytes()
-        if content in seen:
-            copied[mine] = 1.0
-        seen.add(content)
-    return copied
-
-
-def copied_rows_finding(copied: FloatArray) -> list[Finding]:
-    """What to say about rows that were written twice."""
-    if not copied.any():
-        return []
-    return [
-        Finding(
-            "copied_rows", "warning", "rows",
-            f"{int(copied.sum())} of {copied.size} rows are exact copies, stamp included, and are "
-            "used once",
-            "check how the log was put together; a copy is no repeat",
-        )
-    ]  # fmt: skip
-
-
 def check_load_unit(
     loads_n: FloatArray, intended_n: tuple[float, float] | None, weight_n: float | None
 ) -> list[Finding]:

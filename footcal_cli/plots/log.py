@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from footcal_cli.core.parameters import BoolArray, FloatArray
+from footcal_cli.core.signals import peaks_kept
 from footcal_cli.plots.style import AFTER, BAD, BEFORE, CELL_COLOURS, REFERENCE, new_figure, tidy
 
 if TYPE_CHECKING:
@@ -44,34 +44,6 @@ class Panel:
     series: Mapping[str, FloatArray]
     wrong: str = ""
     marked: Mapping[str, BoolArray] = field(default_factory=dict)
-
-
-def envelope(x: FloatArray, y: FloatArray, bins: int = BINS) -> tuple[FloatArray, FloatArray]:
-    """Smallest and largest value of every stretch, in order: looks like the whole curve.
-
-    Parameters
-    ----------
-    x, y
-        Shape (n,).
-
-    Returns
-    -------
-    x, y
-        Shape (m,) with m ≤ 2 `bins`, or as given where that is shorter.
-    """
-    if y.size <= 2 * bins:
-        return x, y
-    edges = np.linspace(0, y.size, bins + 1).astype(int)
-    keep: list[int] = []
-    for a, b in pairwise(edges):
-        part = y[a:b]
-        finite = np.flatnonzero(np.isfinite(part))
-        if not finite.size:
-            keep.append(a)
-            continue
-        low, high = a + finite[np.argmin(part[finite])], a + finite[np.argmax(part[finite])]
-        keep += sorted({int(low), int(high)})
-    return x[keep], y[keep]
 
 
 def plot_channels(
@@ -132,9 +104,9 @@ def _strip(
     along = np.insert(x, cut, cuts)
     for i, (name, values) in enumerate(panel.series.items()):
         colour = CELL_COLOURS[i] if several else BAD if panel.wrong else AFTER
-        (line,) = axes.plot(
-            *envelope(along, np.insert(values, cut, np.nan)), color=colour, linewidth=0.8
-        )
+        drawn = np.insert(values, cut, np.nan)
+        kept = peaks_kept(drawn, 2 * BINS)
+        (line,) = axes.plot(along[kept], drawn[kept], color=colour, linewidth=0.8)
         if several:
             legend.setdefault(name, line)
     first = next(iter(panel.series.values()))

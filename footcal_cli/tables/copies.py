@@ -1,4 +1,4 @@
-"""Evidence given twice: rows of one log that another log of the same run holds already.
+"""Evidence given twice: rows that another log of the same run, or the log itself, has already.
 
 Copies would shrink every sd as if they had been measured. A row counts by its content: file name,
 format, order of columns and rows, and the number of a session or repetition do not matter.
@@ -47,12 +47,15 @@ class Fingerprint:
         Hash of every row, shape (n,).
     stamps
         Hash of every row's stamp and texts, shape (n,); None without stamps.
+    labels
+        Hash of every row's session and repetition, shape (n,).
     """
 
     name: str
     columns: tuple[str, ...]
     rows: Hashes
     stamps: Hashes | None
+    labels: Hashes
 
 
 def fingerprint(table: Table) -> Fingerprint:
@@ -65,7 +68,9 @@ def fingerprint(table: Table) -> Fingerprint:
     if "time_s" in hashes:
         texts = [n for n in hashes if not pd.api.types.is_numeric_dtype(data[n])]
         stamps = _joined([hashes[name] for name in ("time_s", *texts)])
-    return Fingerprint(table.path.name, tuple(hashes), _joined(list(hashes.values())), stamps)
+    labels = [_column_hashes(table.data[n], n) for n in sorted(_LABELS & set(table.data.columns))]
+    told = _joined(labels) if labels else np.zeros(len(table), dtype=np.uint64)
+    return Fingerprint(table.path.name, tuple(hashes), _joined(list(hashes.values())), stamps, told)
 
 
 def find_copied_rows(log: Fingerprint, earlier: Fingerprint) -> BoolArray:
@@ -89,8 +94,27 @@ def find_copied_rows(log: Fingerprint, earlier: Fingerprint) -> BoolArray:
     return none
 
 
+def repeated_rows(log: Fingerprint) -> BoolArray:
+    """Rows that stand in their session before, and sessions that are copies of earlier ones.
+
+    Shape (n,); none without stamps. Stamps may start anew in every session, so that coarse readings
+    of two sessions agree by chance.
+    """
+    if log.stamps is None:
+        return np.zeros(log.rows.size, dtype=np.bool_)
+    copied = np.ones(log.rows.size, dtype=np.bool_)
+    copied[np.unique(_joined([log.labels, log.rows]), return_index=True)[1]] = False
+    seen: set[bytes] = set()
+    for label in dict.fromkeys(log.labels.tolist()):
+        mine = np.flatnonzero((log.labels == label) & ~copied)
+        content = np.sort(log.rows[mine]).tobytes()
+        copied[mine] = content in seen
+        seen.add(content)
+    return copied
+
+
 def without_copies(
-    tables: Sequence[Table], earlier: Sequence[Table] = ()
+    tables: Sequence[Table], earlier: Sequence[Table] = (), *, within: bool = False
 ) -> tuple[list[Table | None], list[Finding]]:
     """Take out of logs of one kind what a longer one, or an earlier one, holds already.
 
@@ -100,6 +124,8 @@ def without_copies(
         Logs of one kind.
     earlier
         Logs of the same kind that were read before.
+    within
+        Whether rows with stamps may also be copies of rows of the same log.
 
     Returns
     -------
@@ -109,13 +135,13 @@ def without_copies(
         One per log with copied rows.
     """
     kept: list[Table | None] = list(tables)
-    if len(tables) + len(earlier) < 2:
+    if len(tables) + len(earlier) < 2 and not within:
         return kept, []
     known, found = [fingerprint(table) for table in earlier], {}
     for i in sorted(range(len(tables)), key=lambda i: -len(tables[i])):
         own = fingerprint(tables[i])
-        copied = np.zeros(own.rows.size, dtype=np.bool_)
-        first = ""
+        copied = repeated_rows(own) if within else np.zeros(own.rows.size, dtype=np.bool_)
+        first = own.name if copied.any() else ""
         for other in known:
             rows = find_copied_rows(own, other)
             first = first or (other.name if rows.any() else "")
@@ -134,10 +160,11 @@ def without_copies(
 def _finding(table: Table, other: str, copied: int, *, left_out: bool) -> Finding:
     name, rows = table.path.name, len(table)
     how_many = f"all {rows} rows are" if copied == rows else f"{copied} of {rows} rows are"
+    whose = "earlier ones" if other == name else f"rows of {other}"
     then = "it is left out" if left_out else "they count once"
     return Finding(
         "rows_given_twice", "warning", name,
-        f"{name}: {how_many} a copy of rows of {other}; {then}", "give every recording once",
+        f"{name}: {how_many} a copy of {whose}; {then}", "give every recording once",
     )  # fmt: skip
 
 

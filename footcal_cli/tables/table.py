@@ -17,17 +17,15 @@ from numpy.typing import NDArray
 
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.quality import Finding
-from footcal_cli.errors import DataError, FootcalError, nearest
+from footcal_cli.errors import DataError, FootcalError
 from footcal_cli.tables.canonical import ReadColumn, canonical, conversion_of
 from footcal_cli.tables.columns import (
     MATRIX,
     QUATERNION,
     ROTVEC,
     RPY,
-    UNIT_SUFFIXES,
     Column,
     TableType,
-    converts,
 )
 from footcal_cli.tables.logfiles import (
     RawColumn,
@@ -38,8 +36,10 @@ from footcal_cli.tables.logfiles import (
     write_parquet_pieces,
 )
 from footcal_cli.tables.longfiles import raw_pieces
+from footcal_cli.tables.places import Places, every_entry, passed_over, places_of
+from footcal_cli.tables.plates import add_cells, with_plates
 from footcal_cli.tables.reading import ForeignColumn, Reading
-from footcal_cli.tables.sources import row_time, source_columns, source_names
+from footcal_cli.tables.sources import source_columns
 from footcal_cli.tables.units import unit_factor
 
 if TYPE_CHECKING:
@@ -130,12 +130,15 @@ def read_table(
         number.
     """
     reading = _reading(columns)
+    table = with_plates(table, reading.plates)
     parts = [
         (places, source_columns(path, reading, places.found, _texts(table)))
-        for places in _places(table, reading, path)
+        for places in places_of(table, reading, path)
     ]
     beside = {join.path: digest(join.path) for join in reading.joins}
-    return _canonical(parts, table, path, digest(path), gravity_mps2, beside)
+    read = _canonical(parts, table, path, digest(path), gravity_mps2, beside)
+    data, added = add_cells(read.data, reading.plates)
+    return replace(read, data=data, read_as=(*read.read_as, *added))
 
 
 def read_pieces(
@@ -155,11 +158,11 @@ def read_pieces(
         As `read_table`.
     """
     reading = _reading(columns)
-    places = _places(table, reading, path)
+    places = places_of(with_plates(table, reading.plates), reading, path)
     found = places[0].found
     own = {p.column for p in found.values()} <= set(column_names(path, reading.layout))
     bare = all(p.in_file and not p.pattern and not p.names for p in found.values())
-    if len(places) > 1 or not (reading.layout.plain and own and bare):
+    if len(places) > 1 or reading.plates or not (reading.layout.plain and own and bare):
         yield read_table(path, table, reading, gravity_mps2=gravity_mps2)
         return
     sha256 = digest(path)
@@ -185,7 +188,7 @@ def _texts(table: TableType) -> frozenset[str]:
 
 
 def _canonical(
-    parts: Sequence[tuple[_Places, Mapping[str, RawColumn]]], table: TableType, path: Path,
+    parts: Sequence[tuple[Places, Mapping[str, RawColumn]]], table: TableType, path: Path,
     sha256: str, gravity_mps2: float, beside: Mapping[Path, str],
 ) -> Table:  # fmt: skip
     """Raw columns in canonical names and units, the entries of a wide file below each other."""
@@ -201,7 +204,7 @@ def _canonical(
             data[name], read = canonical(raw[name], wanted[name], place, gravity_mps2, path)
             read_as += [read] if read is not None else []
         frames.append(pd.DataFrame(data))
-        findings += _passed_over(places, path)
+        findings += passed_over(places, path)
     frame = frames[0] if len(frames) == 1 else pd.concat(frames, ignore_index=True)
     if not len(frame):
         raise DataError("no rows", file=path, remedy="record the log again")
@@ -235,134 +238,10 @@ def refusal_of(
 ) -> FootcalError | None:
     """Why a file is no log of a table type (the first column it lacks), None where it is one."""
     reading = _reading(columns)
-    for places in _every_entry(table, reading, path):
+    for places in every_entry(with_plates(table, reading.plates), reading, path):
         if places.missing:
             return places.missing[0]
     return None
-
-
-def _places(table: TableType, reading: Reading, path: Path) -> list[_Places]:
-    """`_every_entry`, refusing what is missing or ambiguous."""
-    found = _every_entry(table, reading, path)
-    for places in found:
-        if places.missing:
-            raise places.missing[0]
-        for name, several in places.twice.items():
-            raise DataError(
-                f"{name} stands there more than once: {', '.join(several)}", file=path,
-                column=several[0],
-                remedy=f"say which one in [columns], {name} = '{several[0]}', or take one out",
-            )  # fmt: skip
-    return found
-
-
-def _every_entry(table: TableType, reading: Reading, path: Path) -> list[_Places]:
-    """Where the columns stand: once, or for every entry of a wide file."""
-    header = source_names(path, reading)
-    apart = any(column.name == reading.wide_into for column in table.columns)
-    if not reading.wide or not apart:
-        return [_looked_up(table, header, reading, path)]
-    return [
-        _looked_up(
-            table, header, replace(reading, columns={**reading.columns, into: label, **own}), path
-        )
-        for entry, own in reading.wide.items()
-        for into, label in [(reading.wide_into, ForeignColumn(value=entry))]
-    ]  # fmt: skip
-
-
-@dataclass(frozen=True)
-class _Places:
-    """Where the columns of a table type stand in a file.
-
-    `twice` holds columns that stand there under several names, `passed_over` those whose name the
-    recipe gives although the file has the canonical one too.
-    """
-
-    found: dict[str, ForeignColumn]
-    missing: list[DataError]
-    twice: dict[str, list[str]]
-    passed_over: dict[str, list[str]]
-
-
-def _looked_up(table: TableType, header: Sequence[str], reading: Reading, path: Path) -> _Places:
-    """Find every column: mapped by the recipe, by its name, or by its stem and a unit."""
-    places = _Places({}, [], {}, {})
-    known, columns = set(header), reading.columns
-    for spec in table.columns:
-        own = _own_names(spec, header, known)
-        if spec.name in columns:
-            place = columns[spec.name]
-            if not place.in_file:
-                places.found[spec.name] = place
-            elif place.column in known:
-                unit = place.unit or _unit_in_name(place.column, spec)
-                places.found[spec.name] = replace(place, unit=unit)
-                others = [name for name in own if name != place.column]
-                if others:
-                    places.passed_over[spec.name] = others
-            elif not spec.optional:
-                places.missing.append(DataError(
-                    f"missing column '{place.column}' that [columns] names for {spec.name}"
-                    f"{nearest(place.column, header)}",
-                    file=path, remedy=f"the file has: {_some(header)}", foreign=True,
-                ))  # fmt: skip
-            continue
-        if len(own) > 1:
-            places.twice[spec.name] = list(own)
-        if own:
-            name = next(iter(own))
-            places.found[spec.name] = ForeignColumn(name, own[name])
-        elif spec.name == "time_s" and (counted := row_time(reading)) is not None:
-            places.found[spec.name] = counted
-        elif not spec.optional:
-            places.missing.append(DataError(
-                f"missing column '{spec.name}' ({spec.meaning}){nearest(spec.name, header)}",
-                file=path,
-                remedy=f"map it in the recipe's [columns]; the file has: {_some(header)}",
-                foreign=True,
-            ))  # fmt: skip
-    for group in table.whole:
-        there = [name for name in group if name in places.found]
-        if there and len(there) < len(group):
-            lacks = next(name for name in group if name not in there)
-            places.missing.append(DataError(
-                f"missing column '{lacks}'{nearest(lacks, header)}: {there[0]} says nothing "
-                "without it", file=path,
-                remedy=f"map it in the recipe's [columns], or take out {', '.join(there)}",
-            ))  # fmt: skip
-    for groups in table.either:
-        if not any(all(name in places.found for name in group) for group in groups):
-            first = groups[0][0]
-            instead = "; ".join(f"{g[0]} …" if len(g) > 1 else g[0] for g in groups[1:])
-            places.missing.append(DataError(
-                f"missing column '{first}'{nearest(first, header)}, or {instead} instead",
-                file=path,
-                remedy=f"map one of them in [columns]; the file has: {_some(header)}",
-                foreign=True,
-            ))  # fmt: skip
-    return places
-
-
-def _unit_in_name(column: str, spec: Column) -> str | None:
-    """The unit by which a foreign name ends, if it is one of the quantity; else the canonical."""
-    suffix = column.rsplit("_", 1)[-1] if "_" in column else ""
-    known = spec.suffix is not None and suffix in UNIT_SUFFIXES and converts(suffix, spec.suffix)
-    return UNIT_SUFFIXES[suffix] if known else spec.unit
-
-
-def _own_names(spec: Column, header: Sequence[str], known: set[str]) -> dict[str, str | None]:
-    """Names in a file that are the canonical one, or its stem with another unit; with the unit."""
-    own: dict[str, str | None] = {spec.name: spec.unit} if spec.name in known else {}
-    if spec.suffix is None:
-        return own
-    stem = spec.name.removesuffix(spec.suffix)
-    for suffix, unit in UNIT_SUFFIXES.items():
-        name = stem + suffix
-        # true forces of a cell (left_fl_n) are not its counts in another unit
-        if name in known and name != spec.name and converts(suffix, spec.suffix):
-            own[name] = unit
-    return own
 
 
 def with_attitude(frame: pd.DataFrame, table: TableType, path: Path) -> pd.DataFrame:
@@ -399,20 +278,3 @@ def with_attitude(frame: pd.DataFrame, table: TableType, path: Path) -> pd.DataF
     else:
         return frame
     return frame.assign(**dict(zip(QUATERNION, quaternions_of(rotations).T, strict=True)))
-
-
-def _passed_over(places: _Places, path: Path) -> list[Finding]:
-    return [
-        Finding(
-            "column_passed_over", "note", path.name,
-            f"{name} was read from '{places.found[name].column}', as [columns] says; the file has "
-            f"{', '.join(others)} too",
-            "take the entry out of [columns] if the other one is meant",
-        )
-        for name, others in places.passed_over.items()
-    ]  # fmt: skip
-
-
-def _some(names: Sequence[str], at_most: int = 8) -> str:
-    more = f" and {len(names) - at_most} more" if len(names) > at_most else ""
-    return ", ".join(name[:40] for name in names[:at_most]) + more

@@ -98,8 +98,8 @@ def test_rows_written_twice_are_used_once(run: Run, tmp_path: Path) -> None:
     assert twice.verdict == once.verdict
     assert [c.effect for c in twice.causes] == [c.effect for c in once.causes]
     assert [(r.effect, r.p) for r in twice.effects] == [(r.effect, r.p) for r in once.effects]
-    assert "copied_rows" in {f.code for f in twice.findings}
-    assert "copied_rows" not in {f.code for f in once.findings}
+    assert "rows_given_twice" in {f.code for f in twice.findings}
+    assert "rows_given_twice" not in {f.code for f in once.findings}
 
 
 def test_days_that_differ_by_a_per_mille_are_no_wrong_unit(run: Run, tmp_path: Path) -> None:

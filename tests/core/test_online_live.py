@@ -17,8 +17,9 @@ from footcal_cli.core.online.evidence import rms
 from footcal_cli.core.online.feed import LiveFeed, RobotFacts
 from footcal_cli.core.online.live import FIRST_LEARNING_S, run_live
 from footcal_cli.core.online.memory import replay_track, run_memory
+from footcal_cli.core.online.merging import merge_cells
 from footcal_cli.core.online.replay import corrected, errors_against
-from footcal_cli.core.online.streams import BodyStream, MergeRule, SensorStream, merge_cells
+from footcal_cli.core.online.streams import BodyStream, MergeRule, SensorStream
 from footcal_cli.core.signals import low_pass
 from tests.core.walk_data import (
     CELLS_FOOT,

@@ -11,8 +11,9 @@ import pytest
 from footcal_cli.core.online.comparison import Comparison, Settings, compare
 from footcal_cli.core.online.filter import Guards, Track
 from footcal_cli.core.online.memory import MemoryOptions
+from footcal_cli.core.online.merging import merge_cells
 from footcal_cli.core.online.parts import Part, Walk
-from footcal_cli.core.online.streams import BodyStream, Merged, SensorStream, merge_cells
+from footcal_cli.core.online.streams import BodyStream, Merged, SensorStream
 from tests.core.walk_data import CELLS_FOOT, CHANNELS, Errors, G, Recording, make_walk, record
 from tests.core.walking import belief_of
 
@@ -22,7 +23,7 @@ ERRORS = Errors(
     jumps=((2, 19.8, 2.0),),
 )  # fmt: skip
 OPTIONS = MemoryOptions(learnt=(), align=False, plate=False, guards=Guards(jump_threshold=20.0))
-SETTINGS = Settings(memory=OPTIONS, others=())
+SETTINGS = Settings(memory=OPTIONS)
 PART, BEFORE, AHEAD = 800, 400, 1200
 """Samples: 10 s with 5 s before and 15 s ahead."""
 

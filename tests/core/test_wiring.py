@@ -8,8 +8,6 @@ import pytest
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.quality import (
     check_units_of_sessions,
-    copied_rows_finding,
-    find_copied_rows,
 )
 from footcal_cli.core.wiring import check_exchanged_cells
 
@@ -60,19 +58,3 @@ def test_a_session_in_another_unit_is_found_and_a_gain_is_not() -> None:
     assert finding.severity == "alarm"
     assert "session 3" in finding.sentence
     assert "kg" in finding.sentence
-
-
-def test_copies_of_rows_and_of_sessions_are_found() -> None:
-    rng = np.random.default_rng(0)
-    stamp = np.tile(np.arange(50.0), 2)
-    session = np.repeat([0.0, 1.0], 50)
-    reading = np.rint(1e4 * rng.standard_normal(100))
-    assert not find_copied_rows([stamp, reading], session).any()
-    twice = np.repeat(np.arange(100), 2)
-    copied = find_copied_rows([stamp[twice], reading[twice]], session[twice])
-    assert copied.sum() == 100
-    assert np.unique(twice[copied == 0.0]).size == 100
-    reading[50:] = reading[:50]
-    assert find_copied_rows([stamp, reading], session).tolist() == [0.0] * 50 + [1.0] * 50
-    assert copied_rows_finding(copied)[0].code == "copied_rows"
-    assert not copied_rows_finding(np.zeros(3))

@@ -15,7 +15,8 @@ import numpy as np
 
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.belief import Belief
-from footcal_cli.core.online.streams import BodyStream, MergeRule, SensorStream, merge_cells
+from footcal_cli.core.online.merging import merge_cells
+from footcal_cli.core.online.streams import BodyStream, MergeRule, SensorStream
 from footcal_cli.core.parameters import FloatArray
 
 WINDOW_S = 4.0

@@ -15,11 +15,7 @@ from footcal_cli.core.inference.case import Case
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray, ParameterSet
 from footcal_cli.core.plausibility import check_shares
-from footcal_cli.core.quality import (
-    Finding,
-    copied_rows_finding,
-    find_copied_rows,
-)
+from footcal_cli.core.quality import Finding
 from footcal_cli.errors import UsageError
 from footcal_cli.intake.cases.shared import (
     CaseRead,
@@ -35,7 +31,7 @@ if TYPE_CHECKING:
     from footcal_cli.session.session import Session
 
 
-def read_placements(session: Session[DiagnoseOptions]) -> CaseRead:
+def read(session: Session[DiagnoseOptions]) -> CaseRead:
     """One log per foot, a row per placement and weight; blocks are holes."""
     findings: list[Finding] = []
     robot = session.recipe.robot
@@ -52,14 +48,6 @@ def read_placements(session: Session[DiagnoseOptions]) -> CaseRead:
     counts = np.concatenate([t.numbers([f"{c}_counts" for c in cells]) for t in tables])
     stamps = np.concatenate([t.optional("time_s") for t in tables])
     timed = bool(np.isfinite(stamps).all())
-    if timed:
-        _, side = np.unique(foot.astype(str), return_inverse=True)
-        copied = find_copied_rows([side.astype(float), *hole.T, load, *counts.T, stamps],
-                                  np.zeros(len(foot)))  # fmt: skip
-        findings += copied_rows_finding(copied)
-        foot, hole, load, counts, stamps = (
-            values[copied == 0.0] for values in (foot, hole, load, counts, stamps)
-        )
     logs = []
     for name in dict.fromkeys(foot):
         mine = np.flatnonzero(foot == name)

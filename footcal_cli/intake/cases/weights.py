@@ -15,7 +15,7 @@ from footcal_cli.core.experiments.weights import EXPERIMENT
 from footcal_cli.core.inference.case import Case
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray, ParameterSet
-from footcal_cli.core.quality import Finding, copied_rows_finding, find_copied_rows
+from footcal_cli.core.quality import Finding
 from footcal_cli.intake.bench import plateau_options, sessions_of
 from footcal_cli.intake.cases.shared import (
     CaseRead,
@@ -37,7 +37,7 @@ RECORDING_TAU_S = 2.0
 """Autocorrelation time assumed when one recording is cut into blocks."""
 
 
-def read_weights(session: Session[DiagnoseOptions]) -> CaseRead:
+def read(session: Session[DiagnoseOptions]) -> CaseRead:
     """One log per channel; blocks are sessions of a channel."""
     findings: list[Finding] = []
     streams = _running(session)
@@ -46,8 +46,7 @@ def read_weights(session: Session[DiagnoseOptions]) -> CaseRead:
     else:
         tables = session.read_required(weights_table())
         findings = weights_findings(tables, session.recipe.robot, None)
-        logs, timed, copied = _row_logs(tables)
-        findings += copied_rows_finding(copied)
+        logs, timed = _row_logs(tables)
     channels = tuple(log.channels[0] for log in logs)
     chain, values = chain_of(baseline_of(session), channels, EXPERIMENT.calibration)
     values |= _affine_start(logs, values)
@@ -72,8 +71,8 @@ def read_weights(session: Session[DiagnoseOptions]) -> CaseRead:
     return CaseRead(case, findings, untested)
 
 
-def _row_logs(tables: Sequence[Table]) -> tuple[list[Log], bool, FloatArray]:
-    """One log per channel of long tables, whether rows have time stamps, and which are copies."""
+def _row_logs(tables: Sequence[Table]) -> tuple[list[Log], bool]:
+    """One log per channel of long tables, and whether rows have time stamps."""
     channel = np.concatenate([t.text("channel") for t in tables])
     block = sessions_of(tables)
     columns = {
@@ -82,16 +81,9 @@ def _row_logs(tables: Sequence[Table]) -> tuple[list[Log], bool, FloatArray]:
     }
     timed = bool(np.isfinite(columns["time_s"]).all())
     known_temperature = bool(np.isfinite(columns["temperature_degc"]).all())
-    _, number = np.unique(channel.astype(str), return_inverse=True)
-    copied = np.zeros(len(channel))
-    if timed:
-        named = ("time_s", "load_n", "counts")
-        copied = find_copied_rows(
-            [number.astype(float), *(columns[n] for n in named)], block.astype(float)
-        )
     logs = []
     for name in dict.fromkeys(channel):
-        at = np.flatnonzero((channel == name) & np.isfinite(columns["counts"]) & (copied == 0.0))
+        at = np.flatnonzero((channel == name) & np.isfinite(columns["counts"]))
         stamps = columns["time_s"][at] if timed else np.arange(float(at.size))
         order = np.lexsort((stamps, block[at]))
         at, stamps = at[order], stamps[order]
@@ -103,7 +95,7 @@ def _row_logs(tables: Sequence[Table]) -> tuple[list[Log], bool, FloatArray]:
             Log("weights", (str(name),), stamps, columns["counts"][at, None], known,
                 own.astype(np.int64))
         )  # fmt: skip
-    return logs, timed, copied
+    return logs, timed
 
 
 def _running(session: Session[DiagnoseOptions]) -> list[Table]:

@@ -1,0 +1,287 @@
+"""Sensors and body, each on its own clock, merged to the log of a walk or a stand."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import pairwise
+
+import numpy as np
+
+from footcal_cli.core.centroidal import points_in_world
+from footcal_cli.core.contact import (
+    Reason,
+    airborne,
+    airborne_now,
+    contact_now,
+    detect_contact,
+    flicker,
+    judge,
+)
+from footcal_cli.core.log import Log
+from footcal_cli.core.online.belief import Belief
+from footcal_cli.core.online.streams import BodyStream, Merged, MergeRule, SensorStream
+from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
+from footcal_cli.core.signals import (
+    Clock,
+    acceleration_of,
+    check_clock,
+    interpolate_stream,
+    low_pass_stretches,
+)
+from footcal_cli.errors import DataError
+
+_LONGEST_BODY_GAP_PERIODS = 5.0
+_CELL_GAP_PERIODS = 3.5
+
+
+def merge_cells(
+    sensors: SensorStream,
+    body: BodyStream,
+    belief: Belief,
+    cells_foot_m: tuple[FloatArray, ...],
+    mass_kg: float,
+    gravity_mps2: float,
+    *,
+    experiment: str = "walk",
+    rule: MergeRule | None = None,
+) -> Merged:
+    """Merge load cells and body stream to the log of a walk or a stand.
+
+    Parameters
+    ----------
+    sensors
+        Channels foot by foot, in the order of `cells_foot_m`.
+    belief
+        Calibration by which contact is told.
+    cells_foot_m
+        Cell positions in each foot's frame, shape (cells, 2) each.
+    """
+    rule = rule or MergeRule()
+    at, clock, rate, whole = _sensor_rows(sensors)
+    readings = sensors.readings[at]
+    body_values, seen, body_clock = _body_on(body, sensors.time_s[at], rule)
+    good = whole & np.isfinite(readings).all(axis=1)
+    filtered = low_pass_stretches(readings, good, rate, rule.cutoff_hz, causal=rule.causal)
+    forces = belief.forces(filtered)
+    edges = np.cumsum([0, *(len(cells) for cells in cells_foot_m)])
+    per_foot = np.stack([forces[:, a:b].sum(axis=1) for a, b in pairwise(edges)], axis=1)
+    weight = mass_kg * gravity_mps2
+    if rule.causal:
+        contact = contact_now(per_foot, weight, rate, rule.contact)
+        hanging = airborne_now(per_foot, weight, rule.contact)
+    else:
+        contact = detect_contact(per_foot, weight, rate, rule.contact)
+        hanging = airborne(contact)
+    positions = [
+        points_in_world(body_values["feet_m"][:, f, :2], body_values["feet_yaw_rad"][:, f], cells)
+        for f, cells in enumerate(cells_foot_m)
+    ]
+    acceleration = np.linalg.norm(body_values["com_acc_mps2"], axis=1)
+    doubtful = seen & (acceleration > rule.largest_acc_mps2)
+    total = np.where(good, per_foot.sum(axis=1), 0.0)
+    validity = judge(
+        {
+            Reason.DROPOUT: ~(good & seen),
+            Reason.NO_CONTACT: good & (total < rule.min_force_n),
+            Reason.TRANSITION: np.isnan(contact).all(axis=1) & good,
+            Reason.LOW_IMU_CONFIDENCE: doubtful,
+        },
+        at.size,
+    )
+    n = at.size
+    known = _motion(body_values, len(cells_foot_m), mass_kg, gravity_mps2) | {
+        "com_acc_mps2": np.where(doubtful[:, None], np.nan, body_values["com_acc_mps2"]),
+        "cell_pos_m": np.concatenate(positions, axis=1),
+        "contact": contact,
+        "airborne": hanging,
+    }
+    usable = np.where((good & seen)[:, None], filtered, np.nan)
+    log = Log(
+        experiment, sensors.channels, sensors.time_s[at], usable, known, np.zeros(n, dtype=np.int64)
+    )
+    return Merged(
+        log, readings, validity, clock, body_clock, rate,
+        body_values.get("imu_acc_mps2"), body_values.get("imu_gyro_radps"),
+    )  # fmt: skip
+
+
+def merge_six_axis(
+    sensors: SensorStream,
+    body: BodyStream,
+    sensor_in_foot: tuple[tuple[FloatArray, FloatArray], ...],
+    weight_below_n: FloatArray,
+    com_below_m: FloatArray,
+    mass_kg: float,
+    gravity_mps2: float,
+    *,
+    experiment: str = "walk",
+    rule: MergeRule | None = None,
+) -> Merged:
+    """Merge six-axis feet and body stream to the log of a walk or a stand.
+
+    Parameters
+    ----------
+    sensor_in_foot
+        Position (3,) and rotation (3, 3) of each transducer in its foot's frame.
+    weight_below_n
+        Weight below each transducer, shape (feet,).
+    com_below_m
+        Its CoM in the transducer's frame, shape (feet, 3).
+    """
+    rule = rule or MergeRule()
+    if body.feet_rot is None:
+        raise DataError(
+            "six-axis feet need the orientation of the feet", column="left_foot_qw …",
+            remedy="log the feet's quaternions or their yaw",
+        )  # fmt: skip
+    at, clock, rate, whole = _sensor_rows(sensors)
+    readings = sensors.readings[at]
+    values, seen, body_clock = _body_on(body, sensors.time_s[at], rule)
+    good = whole & np.isfinite(readings).all(axis=1)
+    feet_rot = _orthonormal(values["feet_rot"])
+    rot = np.stack(
+        [feet_rot[:, k] @ turned for k, (_, turned) in enumerate(sensor_in_foot)], axis=1
+    )
+    pos = np.stack(
+        [
+            values["feet_m"][:, k] + feet_rot[:, k] @ place
+            for k, (place, _) in enumerate(sensor_in_foot)
+        ],
+        axis=1,
+    )
+    n, feet = at.size, len(sensor_in_foot)
+
+    def vertical_of(wrench: FloatArray) -> FloatArray:
+        force = wrench.reshape(n, feet, 6)[..., :3]
+        return np.asarray(np.einsum("nkj,nkj->nk", rot[:, :, 2, :], force) + weight_below_n)
+
+    broken = np.zeros(n, dtype=bool)
+    if not rule.causal:
+        spikes = flicker(vertical_of(readings), mass_kg * gravity_mps2, rate, rule.contact)
+        broken = spikes.any(axis=1) & good
+    sound = good & ~broken
+    filtered = low_pass_stretches(readings, sound, rate, rule.cutoff_hz, causal=rule.causal)
+    vertical = vertical_of(np.where(sound[:, None], filtered, np.nan))
+    contact = detect_contact(vertical, mass_kg * gravity_mps2, rate, rule.contact)
+    validity = judge(
+        {
+            Reason.DROPOUT: ~(good & seen),
+            Reason.OUTLIER: broken,
+            Reason.TRANSITION: np.isnan(contact).all(axis=1) & good,
+        },
+        n,
+    )
+    known = _motion(values, feet, mass_kg, gravity_mps2) | {
+        "contact": contact,
+        "foot_rot_wt": rot,
+        "foot_pos_m": pos,
+        "foot_weight_n": np.tile(weight_below_n, (n, 1)),
+        "foot_com_m": np.tile(com_below_m, (n, 1, 1)),
+    }
+    usable = np.where((sound & seen)[:, None], filtered, np.nan)
+    log = Log(
+        experiment, sensors.channels, sensors.time_s[at], usable, known, np.zeros(n, dtype=np.int64)
+    )
+    return Merged(
+        log, readings, validity, clock, body_clock, rate,
+        values.get("imu_acc_mps2"), values.get("imu_gyro_radps"),
+    )  # fmt: skip
+
+
+def _motion(
+    values: Mapping[str, FloatArray], feet: int, mass_kg: float, gravity_mps2: float
+) -> dict[str, FloatArray]:
+    """What is known of any robot's motion on the sensors' clock (`Log.known`)."""
+    n = len(values["com_m"])
+    return {
+        "com_m": values["com_m"],
+        "com_acc_mps2": values["com_acc_mps2"],
+        "angmom_rate_nm": values["angmom_rate_nm"],
+        "mass_kg": np.full(n, mass_kg),
+        "gravity_mps2": np.full(n, gravity_mps2),
+        "foot_yaw_rad": values["feet_yaw_rad"],
+        "foot_acc_mps2": values["feet_acc_mps2"].reshape(n, feet, -1),
+    }
+
+
+def _sensor_rows(sensors: SensorStream) -> tuple[IntArray, Clock, float, BoolArray]:
+    """Rows kept, the clock, its rate, and which rows are not beside a gap."""
+    clock = check_clock(sensors.time_s)
+    if clock.keep.size < 4:
+        raise DataError(
+            f"too few samples have increasing stamps: {clock.keep.size}",
+            remedy="check the stamps (footcal check), or record a longer log",
+        )
+    time_s = sensors.time_s[clock.keep]
+    whole = np.ones(time_s.size, dtype=bool)
+    broken = np.flatnonzero(np.diff(time_s) > _CELL_GAP_PERIODS * clock.period_s)
+    # the row after a gap starts a new stretch: leave it out so that filters do not reach across
+    whole[broken + 1] = False
+    return clock.keep, clock, 1.0 / clock.period_s, whole
+
+
+def _body_on(
+    body: BodyStream, at_s: FloatArray, rule: MergeRule
+) -> tuple[dict[str, FloatArray], BoolArray, Clock]:
+    """The body stream at the sensors' stamps, delay compensated, accelerations filtered."""
+    clock = check_clock(body.time_s)
+    keep = clock.keep
+    if keep.size < 4:
+        raise DataError(
+            f"{keep.size} samples of the body stream with increasing stamps are too few",
+            column="time_s", remedy="check its stamps (footcal check)",
+        )  # fmt: skip
+    time_s = body.time_s[keep]
+    parts: dict[str, FloatArray] = {
+        "com_m": body.com_m[keep],
+        "com_acc_mps2": body.com_acc_mps2[keep],
+        "angmom_rate_nm": body.angmom_rate_nm[keep],
+        "feet_m": body.feet_m[keep],
+        "feet_yaw_rad": np.unwrap(body.feet_yaw_rad[keep], axis=0),
+    }
+    for name, optional in (
+        ("feet_rot", body.feet_rot),
+        ("imu_acc_mps2", body.imu_acc_mps2),
+        ("imu_gyro_radps", body.imu_gyro_radps),
+    ):
+        if optional is not None:
+            parts[name] = optional[keep]
+    feet_acc = acceleration_of(parts["feet_m"], time_s)
+    parts["feet_acc_mps2"] = feet_acc.reshape(keep.size, -1)
+    smoothed = ["com_acc_mps2", "angmom_rate_nm", "feet_acc_mps2"]
+    if rule.causal:
+        # what lags must lag together: the CoP of late forces lies where the CoM was
+        smoothed += ["com_m", "feet_m", "feet_yaw_rad"]
+    for name in smoothed:
+        flat = np.isfinite(parts[name].reshape(keep.size, -1))
+        finite = np.asarray(flat.all(axis=1), dtype=bool)
+        parts[name] = low_pass_stretches(
+            parts[name], finite, 1.0 / clock.period_s, rule.cutoff_hz, causal=rule.causal
+        )
+    # what a stream never has (the CoM of a robot that says nothing) spoils no sample
+    required = [n for n in parts if not n.startswith("imu") and np.isfinite(parts[n]).any()]
+    stacked = np.concatenate([parts[n].reshape(keep.size, -1) for n in parts], axis=1)
+    longest = _LONGEST_BODY_GAP_PERIODS * clock.period_s
+    merged, _ = interpolate_stream(time_s - rule.delay_s, stacked, at_s, max_gap_s=longest)
+    _, covered = interpolate_stream(
+        time_s - rule.delay_s, np.zeros((keep.size, 1)), at_s, max_gap_s=longest
+    )
+    values, start = {}, 0
+    for name, part in parts.items():
+        width = int(np.prod(part.shape[1:]))
+        values[name] = merged[:, start : start + width].reshape(at_s.size, *part.shape[1:])
+        start += width
+    complete = np.stack(
+        [np.isfinite(values[n]).reshape(at_s.size, -1).all(axis=1) for n in required], axis=1
+    ).all(axis=1)
+    return values, np.asarray(covered & complete), clock
+
+
+def _orthonormal(rot: FloatArray) -> FloatArray:
+    """The rotations nearest to interpolated ones; NaN stays."""
+    flat = rot.reshape(-1, 3, 3)
+    finite = np.isfinite(flat).all(axis=(1, 2))
+    out = np.full(flat.shape, np.nan)
+    left, _, right = np.linalg.svd(flat[finite])
+    out[finite] = left @ right
+    return out.reshape(rot.shape)

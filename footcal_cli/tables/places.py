@@ -1,0 +1,155 @@
+"""Where the columns of a table type stand in a file: by the recipe, by name, by stem and unit."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from footcal_cli.core.quality import Finding
+from footcal_cli.errors import DataError, nearest
+from footcal_cli.tables.columns import UNIT_SUFFIXES, Column, TableType, converts
+from footcal_cli.tables.reading import ForeignColumn, Reading
+from footcal_cli.tables.sources import row_time, source_names
+
+
+def places_of(table: TableType, reading: Reading, path: Path) -> list[Places]:
+    """As `every_entry`, refusing what is missing or ambiguous."""
+    found = every_entry(table, reading, path)
+    for places in found:
+        if places.missing:
+            raise places.missing[0]
+        for name, several in places.twice.items():
+            raise DataError(
+                f"{name} stands there more than once: {', '.join(several)}", file=path,
+                column=several[0],
+                remedy=f"say which one in [columns], {name} = '{several[0]}', or take one out",
+            )  # fmt: skip
+    return found
+
+
+def every_entry(table: TableType, reading: Reading, path: Path) -> list[Places]:
+    """Where the columns stand: once, or for every entry of a wide file."""
+    header = source_names(path, reading)
+    apart = any(column.name == reading.wide_into for column in table.columns)
+    if not reading.wide or not apart:
+        return [_looked_up(table, header, reading, path)]
+    return [
+        _looked_up(
+            table, header, replace(reading, columns={**reading.columns, into: label, **own}), path
+        )
+        for entry, own in reading.wide.items()
+        for into, label in [(reading.wide_into, ForeignColumn(value=entry))]
+    ]  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Places:
+    """Where the columns of a table type stand in a file.
+
+    `twice` holds columns that stand there under several names, `passed_over` those whose name the
+    recipe gives although the file has the canonical one too.
+    """
+
+    found: dict[str, ForeignColumn]
+    missing: list[DataError]
+    twice: dict[str, list[str]]
+    passed_over: dict[str, list[str]]
+
+
+def _looked_up(table: TableType, header: Sequence[str], reading: Reading, path: Path) -> Places:
+    """Find every column: mapped by the recipe, by its name, or by its stem and a unit."""
+    places = Places({}, [], {}, {})
+    known, columns = set(header), reading.columns
+    for spec in table.columns:
+        own = _own_names(spec, header, known)
+        if spec.name in columns:
+            place = columns[spec.name]
+            if not place.in_file:
+                places.found[spec.name] = place
+            elif place.column in known:
+                unit = place.unit or _unit_in_name(place.column, spec)
+                places.found[spec.name] = replace(place, unit=unit)
+                others = [name for name in own if name != place.column]
+                if others:
+                    places.passed_over[spec.name] = others
+            elif not spec.optional:
+                places.missing.append(DataError(
+                    f"missing column '{place.column}' that [columns] names for {spec.name}"
+                    f"{nearest(place.column, header)}",
+                    file=path, remedy=f"the file has: {_some(header)}", foreign=True,
+                ))  # fmt: skip
+            continue
+        if len(own) > 1:
+            places.twice[spec.name] = list(own)
+        if own:
+            name = next(iter(own))
+            places.found[spec.name] = ForeignColumn(name, own[name])
+        elif spec.name == "time_s" and (counted := row_time(reading)) is not None:
+            places.found[spec.name] = counted
+        elif not spec.optional:
+            places.missing.append(DataError(
+                f"missing column '{spec.name}' ({spec.meaning}){nearest(spec.name, header)}",
+                file=path,
+                remedy=f"map it in the recipe's [columns]; the file has: {_some(header)}",
+                foreign=True,
+            ))  # fmt: skip
+    for group in table.whole:
+        there = [name for name in group if name in places.found]
+        if there and len(there) < len(group):
+            lacks = next(name for name in group if name not in there)
+            places.missing.append(DataError(
+                f"missing column '{lacks}'{nearest(lacks, header)}: {there[0]} says nothing "
+                "without it", file=path,
+                remedy=f"map it in the recipe's [columns], or take out {', '.join(there)}",
+            ))  # fmt: skip
+    for groups in table.either:
+        if not any(all(name in places.found for name in group) for group in groups):
+            first = groups[0][0]
+            instead = "; ".join(f"{g[0]} …" if len(g) > 1 else g[0] for g in groups[1:])
+            places.missing.append(DataError(
+                f"missing column '{first}'{nearest(first, header)}, or {instead} instead",
+                file=path,
+                remedy=f"map one of them in [columns]; the file has: {_some(header)}",
+                foreign=True,
+            ))  # fmt: skip
+    return places
+
+
+def _unit_in_name(column: str, spec: Column) -> str | None:
+    """The unit by which a foreign name ends, if it is one of the quantity; else the canonical."""
+    suffix = column.rsplit("_", 1)[-1] if "_" in column else ""
+    known = spec.suffix is not None and suffix in UNIT_SUFFIXES and converts(suffix, spec.suffix)
+    return UNIT_SUFFIXES[suffix] if known else spec.unit
+
+
+def _own_names(spec: Column, header: Sequence[str], known: set[str]) -> dict[str, str | None]:
+    """Names in a file that are the canonical one, or its stem with another unit; with the unit."""
+    own: dict[str, str | None] = {spec.name: spec.unit} if spec.name in known else {}
+    if spec.suffix is None:
+        return own
+    stem = spec.name.removesuffix(spec.suffix)
+    for suffix, unit in UNIT_SUFFIXES.items():
+        name = stem + suffix
+        # true forces of a cell (left_fl_n) are not its counts in another unit
+        if name in known and name != spec.name and converts(suffix, spec.suffix):
+            own[name] = unit
+    return own
+
+
+def passed_over(places: Places, path: Path) -> list[Finding]:
+    """Columns that the recipe gives although the file has the canonical ones."""
+    return [
+        Finding(
+            "column_passed_over", "note", path.name,
+            f"{name} was read from '{places.found[name].column}', as [columns] says; the file has "
+            f"{', '.join(others)} too",
+            "take the entry out of [columns] if the other one is meant",
+        )
+        for name, others in places.passed_over.items()
+    ]  # fmt: skip
+
+
+def _some(names: Sequence[str], at_most: int = 8) -> str:
+    more = f" and {len(names) - at_most} more" if len(names) > at_most else ""
+    return ", ".join(name[:40] for name in names[:at_most]) + more
