@@ -13,8 +13,9 @@ from typing import Any, NoReturn
 import typer
 from typer.core import TyperGroup
 
-from footcal_cli.commands.helptexts import GROUP_OF, epilog_of
-from footcal_cli.errors import FootcalError, lacks_memory, of_machine
+from footcal_cli.commands.helptexts import GROUP_OF, JSON_ANSWERS, epilog_of
+from footcal_cli.errors import FootcalError, UsageError, lacks_memory, of_machine
+from footcal_cli.session.answer import answers, print_refusal
 from footcal_cli.session.interruption import Interruption, watched
 from footcal_cli.session.run_folder import claims
 
@@ -86,6 +87,7 @@ def options(
         False, "--version", callback=_show_version, is_eager=True, help="Print the version."
     ),
     debug: bool = typer.Option(False, "--debug", help="Show tracebacks."),
+    json: bool = typer.Option(False, "--json", help="Answer with one JSON on stdout."),
 ) -> None:
     """Calibrate robots that feel the ground."""
 
@@ -98,24 +100,41 @@ def main(arguments: list[str] | None = None) -> None:
     given = sys.argv[1:] if arguments is None else list(arguments)
     debug = "--debug" in given
     # --debug works before and behind the command alike
-    given = (["--debug"] if debug else []) + [word for word in given if word != "--debug"]
-    with watched() as interruption:
-        try:
-            with ExitStack() as stack:
-                token = claims.set(stack)
-                try:
-                    app(given, prog_name="footcal")
-                finally:
-                    claims.reset(token)
-        except BaseException as error:
-            _end(error, interruption, debug)
+    as_json = "--json" in given
+    plain = [word for word in given if word not in ("--debug", "--json")]
+    given = (["--debug"] if debug else []) + plain
+    command = next((word for word in plain if word in COMMANDS), "")
+    answered = answers.set([] if as_json else None)
+    try:
+        with watched() as interruption:
+            try:
+                with ExitStack() as stack:
+                    token = claims.set(stack)
+                    try:
+                        _refuse_json(command, as_json)
+                        app(given, prog_name="footcal")
+                    finally:
+                        claims.reset(token)
+            except BaseException as error:
+                _end(error, interruption, debug, command)
+    finally:
+        answers.reset(answered)
 
 
-def _end(error: BaseException, interruption: Interruption, debug: bool) -> NoReturn:
+def _refuse_json(command: str, as_json: bool) -> None:
+    if as_json and command not in JSON_ANSWERS:
+        raise UsageError(f"{command or 'footcal'} has no JSON answer", remedy="leave --json out")
+
+
+def _end(error: BaseException, interruption: Interruption, debug: bool, command: str) -> NoReturn:
     """Say in one line how a command ended, and exit with the code of its kind."""
     if interruption.signal is not None or isinstance(error, KeyboardInterrupt):
-        _fail("footcal: interrupted, nothing half-written", interruption.exit_code)
+        _fail("footcal: interrupted, nothing half-written", interruption.exit_code, command)
     if isinstance(error, SystemExit):
+        if error.code not in (0, None) and answers.get() == []:
+            print_refusal(
+                command, int(error.code or 0), "the command line cannot be followed: stderr"
+            )
         raise error
     if debug:
         if not isinstance(error, FootcalError | OSError) and not lacks_memory(error):
@@ -134,16 +153,20 @@ def _end(error: BaseException, interruption: Interruption, debug: bool) -> NoRet
 
             guess, example = looks_like(error)
         said = f"{error.line().rstrip('.')}; {guess}" if guess else error.line()
-        _fail(f"footcal: error: {said}", error.exit_code, example)
+        _fail(f"footcal: error: {said}", error.exit_code, command, example)
     _fail(
         f"footcal: internal error: {type(error).__name__}: {error} "
         "(this is our bug; run again with --debug and report it)",
         EXIT_BUG,
+        command,
     )
 
 
-def _fail(message: str, exit_code: int, example: tuple[str, ...] = ()) -> NoReturn:
-    typer.echo(" ".join(message.split()), err=True)
+def _fail(message: str, exit_code: int, command: str, example: tuple[str, ...] = ()) -> NoReturn:
+    line = " ".join(message.split())
+    typer.echo(line, err=True)
+    if answers.get() is not None:
+        print_refusal(command, exit_code, line)
     if example:
         typer.echo("\n".join(("for example:", *(f"  {line}" for line in example))), err=True)
     raise SystemExit(exit_code)

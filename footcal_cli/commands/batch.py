@@ -163,6 +163,7 @@ def _run(job: Job) -> tuple[int, str]:
     from importlib import import_module
 
     from footcal_cli.errors import FootcalError, lacks_memory, of_machine
+    from footcal_cli.session.answer import answers
     from footcal_cli.session.run_folder import claims
 
     module = job.command.replace("-", "_")
@@ -175,6 +176,7 @@ def _run(job: Job) -> tuple[int, str]:
     known = inspect.signature(command).parameters
     with contextlib.ExitStack() as stack:
         token = claims.set(stack)
+        answered = answers.set(None)  # the batch answers, not its sessions
         try:
             with contextlib.redirect_stderr(io.StringIO()):
                 command(**{name: value for name, value in given.items() if name in known})
@@ -191,6 +193,7 @@ def _run(job: Job) -> tuple[int, str]:
             return EXIT_BUG, f"internal error: {type(error).__name__}: {error}"
         finally:
             claims.reset(token)
+            answers.reset(answered)
     return 0, ""
 
 

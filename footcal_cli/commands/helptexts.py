@@ -49,7 +49,15 @@ _EXAMPLES = {
 }
 
 
+JSON_ANSWERS = frozenset(GROUP_OF) - {"convert", "effects", "export", "schema"}
+"""Commands that answer with one JSON where ``--json`` asks for it."""
+
+
 def epilog_of(command: str) -> str:
     """The columns that a command reads, optional ones in brackets, and an example."""
     columns = f"Columns: {_COLUMNS[command]}\n\n" if command in _COLUMNS else ""
-    return f"{columns}Example: {_EXAMPLES[command]}" if command in _EXAMPLES else columns
+    answers = "" if command not in JSON_ANSWERS else (
+        "--json prints one JSON instead: verdict, errors, findings, paths "
+        "(`footcal schema answer`).\n\n"
+    )  # fmt: skip
+    return f"{columns}{answers}Example: {_EXAMPLES[command]}"

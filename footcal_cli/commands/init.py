@@ -35,6 +35,8 @@ def init(
 ) -> None:
     """Guess what logs of any layout hold and write a commented recipe for them."""
     from footcal_cli.errors import DataError, UsageError
+    from footcal_cli.records.results import AnswerRecord
+    from footcal_cli.session.answer import as_json, print_answer
     from footcal_cli.sniff.columns import guess_file
     from footcal_cli.sniff.experiment import why_not
     from footcal_cli.sniff.hint import accepted
@@ -67,12 +69,15 @@ def init(
         waiting.replace(output)
     finally:
         waiting.unlink(missing_ok=True)
-    if quiet:
+    said = next_step(parts, f"--recipe {output}")
+    if as_json():
+        print_answer(AnswerRecord(command="init", exit_code=0, recipe=str(output), next_step=said))
+    if quiet or as_json():
         return
     typer.echo("\n".join(listing(parts)))
     for other in others:
         typer.echo(f"{other.path.name}: left out, its columns fit no experiment")
     typer.echo(f"recipe: {output}")
-    typer.echo(f"next: {next_step(parts, f'--recipe {output}')}")
+    typer.echo(f"next: {said}")
     if not all(part.plan.ready for part in parts):
         typer.echo(f"as it is: footcal check --recipe {output}")

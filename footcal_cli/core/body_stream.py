@@ -35,6 +35,11 @@ _ACC_UNITS = {1.0 / 9.80665: "in g", 1e3: "in mm/s²", 1e2: "in cm/s²", -1.0: "
 _FEWEST = 20
 
 
+_FEWEST_SAMPLES = 100
+_UNEXPLAINED, _EXPLAINED = 0.6, 0.85
+"""Shares of the change of the forces that motion explains at wrong and at right stamps."""
+
+
 def _alarm(code: str, where: str, sentence: str, remedy: str) -> Finding:
     return Finding(code, "alarm", where, sentence, remedy)
 
@@ -90,6 +95,56 @@ def check_overlap(
             if common > 0
             else f"the streams share no moment: between them lie {far}",
             "give logs of the same recording, with stamps of one clock",
+        )
+    ]  # fmt: skip
+
+
+def check_rates(
+    time_s: FloatArray, forces_n: FloatArray, body_s: FloatArray, motion: FloatArray, where: str
+) -> list[Finding]:
+    """Find two streams of which one counts its seconds at twice the rate of the other.
+
+    How the forces change is explained by the body's motion, at the stamps as they are or with the
+    sensors' stamps stretched about their first.
+
+    Parameters
+    ----------
+    time_s, forces_n
+        Stamps and forces of the sensors, shapes (n,) and (n, c).
+    body_s, motion
+        Stamps, and CoM and acceleration, shapes (m,) and (m, 6).
+    where
+        Both files.
+    """
+    good = np.isfinite(forces_n).all(axis=1) & np.isfinite(time_s)
+    sound = np.isfinite(motion).all(axis=1) & np.isfinite(body_s)
+    if good.sum() < _FEWEST_SAMPLES or sound.sum() < _FEWEST_SAMPLES:
+        return []
+    time, force = time_s[good], forces_n[good]
+    centred = force - force.mean(axis=0)
+    moving = centred @ np.linalg.svd(centred, full_matrices=False)[2][0]
+    there, known = body_s[sound], motion[sound]
+
+    def explained(stretch: float) -> float:
+        at = time[0] + stretch * (time - time[0])
+        inside = (at >= there[0]) & (at <= there[-1])
+        if inside.sum() < _FEWEST_SAMPLES:
+            return 0.0
+        said = np.stack([np.interp(at[inside], there, column) for column in known.T], axis=1)
+        said, felt = said - said.mean(axis=0), moving[inside] - moving[inside].mean()
+        left = felt - said @ np.linalg.lstsq(said, felt, rcond=1e-8)[0]
+        return 1.0 - float(left @ left) / max(float(felt @ felt), 1e-300)
+
+    as_written = explained(1.0)
+    best = max((0.5, 2.0), key=explained)
+    if as_written > _UNEXPLAINED or explained(best) < _EXPLAINED:
+        return []
+    return [
+        _alarm(
+            "rates_differ", where,
+            f"the forces follow the body's motion ({explained(best):.0%} of their change) only if "
+            f"the sensors' seconds last {best:g} s; as they are written, {as_written:.0%}",
+            "correct the rate or the unit of the stamps of one stream",
         )
     ]  # fmt: skip
 

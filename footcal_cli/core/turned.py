@@ -14,7 +14,8 @@ import numpy as np
 
 from footcal_cli.core.experiments.walk import balance, feet_of
 from footcal_cli.core.hang.joint import HangFit, HangOptions
-from footcal_cli.core.hang.runs import hang_runs
+from footcal_cli.core.hang.model import AXES
+from footcal_cli.core.hang.runs import HangRun, hang_runs
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.pose.data import PoseData, summarise
@@ -38,6 +39,9 @@ LEVER_M = 0.1
 """Moments count as forces at this lever."""
 _MOST_ROWS = 400
 _FEWEST_ROWS = 20
+_FEWEST_SIDES = 3
+_MISFIT = 0.1
+"""Share of the squared forces and torques that tilts and a moving CoM may make up."""
 
 
 def _turns() -> list[FloatArray]:
@@ -119,6 +123,72 @@ def check_turned_hanging(leg: str, logs: Sequence[Log]) -> list[Finding]:
         return float(((back - weight * named) ** 2).sum())
 
     return _best_turn((leg,), misfit, misfit(0, np.eye(3)))
+
+
+def check_mirrored_hanging(leg: str, logs: Sequence[Log]) -> list[Finding]:
+    """Find one axis of a hanging transducer that reads with the sign turned.
+
+    ``F = w e + o`` and ``T = w r(φ) × e + o'`` with the named directions e, a weight w > 0 and a
+    CoM ``r = r₀ + r₁ sin φ + r₂ cos φ``: the axis is turned back by which both hold. A force along
+    an axis that never points along gravity has no sign to be seen.
+
+    Parameters
+    ----------
+    logs
+        Of one leg, in opposite orientations.
+    """
+    runs = hang_runs(logs)[0]
+    parts = np.array([_by_shaft(run) for run in runs])
+    wrench, turning = parts[:, 0], parts[:, 1:, 3:]
+    named = np.array([run.nominal_dir_t for run in runs])
+    if len(np.unique(named.round(2), axis=0)) < _FEWEST_SIDES:
+        return []
+    arms = np.stack([np.cross(np.eye(3)[k], named).ravel() for k in range(3)], axis=1)
+    wrench, named = wrench - wrench.mean(axis=0), named - named.mean(axis=0)
+    cross = np.stack([np.cross(np.eye(3)[k], named).ravel() for k in range(3)], axis=1)
+    force2 = float((wrench[:, :3] ** 2).sum())
+    torque2 = float((wrench[:, 3:] ** 2).sum() + (turning**2).sum())
+    if not force2 > 0 or not torque2 > 0:
+        return []
+
+    def misfit(signs: FloatArray) -> float:
+        force, torque = (wrench * signs)[:, :3], (wrench * signs)[:, 3:]
+        weight = max(float((force * named).sum() / (named**2).sum()), 0.0)
+        off = float(((force - weight * named) ** 2).sum()) / force2
+        left = _unexplained(cross, torque) + sum(
+            _unexplained(arms, turning[:, k] * signs[3:]) for k in range(2)
+        )
+        return off + left / torque2
+
+    given = misfit(np.ones(6))
+    tried = sorted((misfit(np.where(np.arange(6) == k, -1.0, 1.0)), k) for k in range(6))
+    if given < _MISFIT or tried[0][0] > MUCH_BETTER * given:
+        return []
+    alike = sorted(k for value, k in tried if value <= max(tried[0][0], 1e-9) / CLEARLY)
+    axes = " or ".join(AXES[k] for k in alike)
+    return [
+        Finding(
+            "axis_turned", "alarm", f"{leg}.{axes}",
+            f"{axes} of leg {leg} reads with the sign turned: turned back, "
+            f"{tried[0][0] / given:.1%} of the squared misfit remains",
+            f"correct the wiring or the axes of leg {leg}, then calibrate again",
+        )
+    ]  # fmt: skip
+
+
+def _by_shaft(run: HangRun) -> FloatArray:
+    """Wrench of a run as ``a + b sin φ + c cos φ``, shape (3, 6); b = c = 0 where nothing turns."""
+    if np.ptp(run.phase_rad) < np.pi:
+        return np.stack([np.median(run.wrench, axis=0), np.zeros(6), np.zeros(6)])
+    design = np.stack([np.ones(len(run.phase_rad)), *(f(run.phase_rad) for f in (np.sin, np.cos))])
+    return np.asarray(np.linalg.lstsq(design.T, run.wrench, rcond=None)[0])
+
+
+def _unexplained(arms: FloatArray, torque: FloatArray) -> float:
+    """Squared torque (n, 3) that no arm explains; `arms` has a column per component (3n, 3)."""
+    flat = torque.ravel()
+    left = flat - arms @ np.linalg.lstsq(arms, flat, rcond=None)[0]
+    return float(left @ left)
 
 
 def hanging_axes(

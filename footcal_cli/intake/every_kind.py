@@ -81,14 +81,15 @@ def compare(
     # what a log lacks for a check is no fault of the log
     with suppress(DataError, UsageError, FitError, ValueError):
         if "hang" in by_kind:
-            from footcal_cli.core.turned import check_turned_hanging
+            from footcal_cli.core.turned import check_mirrored_hanging, check_turned_hanging
             from footcal_cli.intake.hang import leg_logs
 
             given = session.recipe.options.get("hang_calib", {})
             asked = HangCalibOptions(orientation_of=given.get("orientation_of", "transducer"))
             logs, _ = leg_logs(by_kind["hang"], session.recipe, asked)
             for leg, own in logs.items():
-                session.note(check_turned_hanging(leg, own))
+                turned = check_turned_hanging(leg, own)
+                session.note(turned or check_mirrored_hanging(leg, own))
     with suppress(DataError, UsageError, FitError, ValueError):
         if "body" in by_kind and ("cells" in by_kind or "six_axis_feet" in by_kind):
             _walking(session)

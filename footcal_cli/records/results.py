@@ -125,6 +125,18 @@ class ParametersRecord(Versioned):
             )
         return self.parameters[name].value
 
+    @property
+    def estimates(self) -> Estimates:
+        """All parameters with their joint covariance."""
+        names = tuple(self.parameters)
+        return Estimates(
+            names=names,
+            units=tuple(p.unit for p in self.parameters.values()),
+            values=np.array([p.value for p in self.parameters.values()]),
+            covariance=self.covariance_of(names),
+            status=tuple(Status(p.status) for p in self.parameters.values()),
+        )
+
     def covariance_of(self, names: tuple[str, ...]) -> FloatArray:
         """Joint covariance of some parameters, shape (n, n); zero between separate blocks."""
         place = {name: i for i, name in enumerate(names)}
@@ -242,6 +254,33 @@ class RunRecord(Versioned):
     gates_missed: tuple[str, ...] = ()
     exit_code: int
     files: tuple[str, ...] = ()
+
+
+class AnswerRecord(Versioned):
+    """What a command prints with ``--json``: how it ended and where everything lies.
+
+    Paths are relative to the working folder where they lie below it. `parameters` is that of an
+    accepted calibration only, `error` the one line of a command that could not run, `recipe` and
+    `next_step` those of ``init``.
+    """
+
+    schema_name: Literal["footcal.answer"] = Field(default="footcal.answer", alias="schema")
+    command: str
+    exit_code: int
+    verdict: VerdictRecord | None = None
+    diagnosis: str | None = None
+    error: str | None = None
+    findings: tuple[FindingRecord, ...] = ()
+    gates_missed: tuple[str, ...] = ()
+    rmse: tuple[RmseRow, ...] = ()
+    rejected: dict[str, int] = Field(default_factory=dict)
+    folder: str | None = None
+    report: str | None = None
+    parameters: str | None = None
+    pictures: tuple[str, ...] = ()
+    files: tuple[str, ...] = ()
+    recipe: str | None = None
+    next_step: str | None = None
 
 
 class TruthRecord(Versioned):

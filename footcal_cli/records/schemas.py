@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from footcal_cli.records.diagnosis import DiagnosisRecord, PlanRecord
 from footcal_cli.records.files import Versioned
 from footcal_cli.records.results import (
+    AnswerRecord,
     CopCorrectionsRecord,
     ParametersRecord,
     RmseRecord,
@@ -18,6 +19,7 @@ SCHEMAS: Mapping[str, type[Versioned]] = {
     "parameters": ParametersRecord,
     "rmse": RmseRecord,
     "run": RunRecord,
+    "answer": AnswerRecord,
     "truth": TruthRecord,
     "diagnosis": DiagnosisRecord,
     "plan": PlanRecord,

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from footcal_cli.core import body_stream, quality, readings
+from footcal_cli.core import bench_rows, body_stream, quality, readings
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.plausibility import check_scale, check_shares
 from footcal_cli.core.quality import Finding
@@ -144,14 +144,24 @@ def _sessions(tables: Sequence[Table]) -> FloatArray:
 def _weights(table: Table, robot: Robot) -> list[Finding]:
     channel = table.text("channel")
     load, counts = table.number("load_n"), table.number("counts")
+    session = table.text("session") if "session" in table else np.full(len(table), "")
     found: list[Finding] = []
     for name in dict.fromkeys(channel):
         mine = channel == name
         found += _codes(name, counts[mine], robot)
-        found += _known(name, load[mine], counts[mine], robot)
+        stuck = bench_rows.check_stuck_reading(load[mine], counts[mine], name)
+        tared = [
+            finding for part in dict.fromkeys(session[mine])
+            for at in [mine & (session == part)]
+            for finding in bench_rows.check_tare(load[at], counts[at], name)
+        ]  # fmt: skip
+        # a stuck cell is said once, not also that it does not follow its loads
+        found += stuck or [*tared, *_known(name, load[mine], counts[mine], robot)]
+    key = np.array([f"{c} {s} {x:.6g}" for c, s, x in zip(channel, session, load, strict=True)])
+    group = np.unique(key, return_inverse=True)[1].astype(float)
+    found += bench_rows.check_rows_again(group, counts, table.path.name)
     found += _loads(load, robot)
     if "time_s" in table:
-        session = table.text("session") if "session" in table else np.full(len(table), "")
         for name, part in dict.fromkeys(zip(channel, session, strict=True)):
             stamps = table.number("time_s")[(channel == name) & (session == part)]
             where = f"{name} {part}".strip()

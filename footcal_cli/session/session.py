@@ -25,6 +25,7 @@ from footcal_cli.records.results import FindingRecord, ParametersRecord, RunReco
 from footcal_cli.report import Drawn, Report, history_sheet, read_aloud, read_as_sheet
 from footcal_cli.report.outcome import Outcome
 from footcal_cli.report.text import print_text
+from footcal_cli.session.answer import answer_of, as_json, print_answer
 from footcal_cli.session.gates import gated, merged
 from footcal_cli.session.inspection import inspect_record
 from footcal_cli.session.logs import Logs
@@ -245,14 +246,17 @@ class Session(Logs, Generic[Options]):
             else whole_folder(out, self.request.overwrite, self.input_paths())
         ) as folder:
             write_run(folder, run, self._with_history(outcome), images)
+        for gate in outcome.gates_missed:
+            print(f"GATE NOT MET  {gate}", file=sys.stderr)  # noqa: T201 - the command's answer
+        if as_json():
+            print_answer(answer_of(run, outcome, out))
+            return exit_code
         answer = Console(quiet=self.request.quiet, highlight=False)
         if not answer.is_terminal:
             answer = Console(quiet=self.request.quiet, highlight=False, width=_PIPE_WIDTH)
         print_text(outcome.report, answer)
         for line in read_aloud(self.read_as):
             answer.print(line, soft_wrap=True, markup=False)
-        for gate in outcome.gates_missed:
-            print(f"GATE NOT MET  {gate}", file=sys.stderr)  # noqa: T201 - the command's answer
         answer.print(f"report: {self.request.out / 'report.html'}", soft_wrap=True)
         return exit_code
 

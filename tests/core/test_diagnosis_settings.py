@@ -5,11 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from footcal_cli.core.inference.problem import Problem, Signature
 from footcal_cli.core.inference.settings import (
     Parts,
     Settings,
+    beside_settings,
     part_variances,
     repeated,
     row_levels,
@@ -41,9 +43,11 @@ def drawn(seed: int) -> tuple[Settings, FloatArray, list[Parts]]:
 
 def whitened(settings: Settings, noise: FloatArray, parts: list[Parts]) -> FloatArray:
     """Noise, loose column and noise again as a residual, whitened for both levels."""
-    common = np.hstack([np.ones((noise.size, 1)), settings.spread])
-    variances = part_variances(common, settings.columns, noise, parts)
-    columns = np.column_stack([settings.columns, common[:, :1], noise])
+    common = np.ones((noise.size, 1))
+    every = settings.rows(np.arange(noise.size))
+    left = beside_settings(common, noise, settings.columns, every, settings.shown)
+    variances = part_variances(left, settings.columns, parts)
+    columns = np.column_stack([settings.columns, common, noise])
     both = within_settings(columns, settings.columns, parts, variances)
     loose, rest = both[:, :1], both[:, 1:]
     kept: IntArray = np.arange(noise.size)
@@ -191,3 +195,17 @@ def test_few_rows_are_as_noisy_as_they_are_about_one_calibration() -> None:
     near, off = fit_row_whitener(few)[0].sd, fit_row_whitener(far)[0].sd
     np.testing.assert_allclose(off, near, rtol=1e-9)
     np.testing.assert_allclose(near, 1.0, rtol=0.3)
+
+
+def test_what_settings_leave_is_that_of_one_regression_on_all_their_columns() -> None:
+    rng = np.random.default_rng(3)
+    number = np.repeat(np.arange(5), 60)
+    columns = np.column_stack([np.ones(300), rng.standard_normal(300), number < 4])
+    settings = Settings(number, columns, np.array([0, 1, 2]))
+    common = np.column_stack([rng.standard_normal((300, 4)), number == 2])
+    residual = rng.standard_normal(300)
+    every = settings.rows(np.arange(300))
+    left = beside_settings(common, residual, columns, every, settings.shown)
+    whole = np.hstack([common, settings.spread])
+    expected = residual - whole @ np.linalg.lstsq(whole, residual, rcond=1e-9)[0]
+    assert left == pytest.approx(expected, abs=1e-9)

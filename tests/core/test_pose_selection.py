@@ -7,7 +7,7 @@ import pytest
 
 from footcal_cli.core.pose.model import Structure
 from footcal_cli.core.pose.problem import PoseOptions
-from footcal_cli.core.pose.selection import bic_paper, compare_structures, fold_of_block
+from footcal_cli.core.pose.selection import bic_paper, compare_structures
 from tests.core.pose_cases import HIGH, case
 from tests.core.six_axis_data import HIP_POS_M, Robot, draw_robot
 
@@ -59,13 +59,6 @@ def test_the_true_model_is_chosen_where_the_noise_level_is_unknown(structure: St
     unknown = PoseOptions(noise_known=False)
     found = compare_structures(one.data, one.legs, 0.1 * one.noise_sd, unknown)
     assert found[0].structure is structure
-
-
-def test_folds_keep_blocks_together() -> None:
-    block = np.repeat(np.arange(20), 3)
-    fold = fold_of_block(block)
-    assert all(len(set(fold[block == b])) == 1 for b in range(20))
-    assert np.bincount(fold).tolist() == [12] * 5
 
 
 def test_full_explains_its_own_noise_and_single_does_not() -> None:

@@ -240,15 +240,33 @@ def _rivals(
     return tuple(found)
 
 
+def promising(record: BenchRecord, alpha: float = ALPHA) -> bool:
+    """Whether a rung's sizes differ from zero in the fit to all rows: else `climb` takes none.
+
+    A tenth of the work of `climb`, which predicts left-out groups with every rung.
+    """
+    fits = [(rung, _fitted(record, [], rung)) for rung in menu(record)]
+    p_values = [_added_p(fit, rung) for rung, fit in fits if fit is not None]
+    return any(p < alpha / len(p_values) for p in p_values)
+
+
+def _fitted(record: BenchRecord, taken: list[Rung], rung: Rung) -> ChannelFit | None:
+    """A rung on top of those taken; None where the record is too short."""
+    terms: tuple[Term, ...] = tuple(term for r in (*taken, rung) for term in r.terms)
+    try:
+        return fit_channel(record, terms)
+    except FitError:
+        return None
+
+
 def _try(
     record: BenchRecord, taken: list[Rung], rung: Rung, level: float
 ) -> tuple[Rung, ChannelFit, HeldOut] | None:
     """A rung on top of those taken; None where the record is too short or p reaches `level`."""
-    terms: tuple[Term, ...] = tuple(term for r in (*taken, rung) for term in r.terms)
+    fit = _fitted(record, taken, rung)
+    if fit is None or not _added_p(fit, rung) <= level:
+        return None
     try:
-        fit = fit_channel(record, terms)
-        if not _added_p(fit, rung) <= level:
-            return None
         return rung, fit, held_out_error(record, fit)
     except FitError:
         return None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -96,6 +97,17 @@ class BenchRecord:
         edges = np.flatnonzero(np.diff(self.session)) + 1
         for start, stop in zip([0, *edges], [*edges, len(self)], strict=True):
             yield slice(int(start), int(stop))
+
+    @cached_property
+    def apart_s(self) -> FloatArray:
+        """Stamps of each session wholly before those of the one before, shape (n,).
+
+        Stamps that step back are what starts a recording afresh.
+        """
+        parts = list(self.sessions())
+        apart = 1.0 + max(float(np.ptp(self.time_s[part])) for part in parts)
+        since = [self.time_s[p] - self.time_s[p].min() - k * apart for k, p in enumerate(parts)]
+        return np.concatenate(since)
 
     def groups(self) -> IntArray:
         """The units of evidence: sessions where there are three or more, else loads, shape (n,)."""

@@ -115,11 +115,8 @@ def effect_term(
     def phi(load_n: FloatArray, record: BenchRecord, values: FloatArray) -> FloatArray:
         theta = {effect.size.name: np.ones(1)}
         theta |= {shape.name: np.array([v]) for shape, v in zip(shapes, values, strict=True)}
-        parts = [
-            effect.apply(_log(load_n, record, part), theta, None)[0].readings[:, 0]
-            for part in record.sessions()
-        ]
-        return np.asarray(np.concatenate(parts) - load_n)
+        applied, _ = effect.apply(_log(load_n, record), theta, None)
+        return np.asarray(applied.readings[:, 0] - load_n)
 
     return Term(
         owner=owner,
@@ -134,16 +131,16 @@ def effect_term(
     )
 
 
-def _log(load_n: FloatArray, record: BenchRecord, part: slice) -> Log:
-    """One session's loads as the truth that an effect acts on."""
+def _log(load_n: FloatArray, record: BenchRecord) -> Log:
+    """The loads as the truth that an effect acts on; in every session its memory starts afresh."""
     warmth = record.temperature_degc
     return Log(
         experiment="weights",
         channels=(record.channel,),
-        time_s=record.time_s[part],
-        readings=load_n[part, None],
-        known={} if warmth is None else {"temperature_degc": warmth[part]},
-        block=record.session[part],
+        time_s=record.apart_s,
+        readings=load_n[:, None],
+        known={} if warmth is None else {"temperature_degc": warmth},
+        block=record.session,
     )
 
 

@@ -164,11 +164,13 @@ def _valid(log: Log, error: FloatArray, totals: int, carried: BoolArray) -> Bool
     return valid
 
 
+OF_A_MODEL = Imperfection(COM_OFFSET, {"com_correction_x": 7.5e-4, "com_correction_y": 7.5e-4})
+"""The CoM of a CAD model."""
 OF_THE_BODY = (
     Imperfection(ANGULAR_MOMENTUM, {"angmom_loss": 0.1}),
     Imperfection(DELAY, {DELAY.size.name: 0.002}, covers=(LAG.name,)),
     Imperfection(SMOOTHING, {"smoothing": 2e-4}),
-    Imperfection(COM_OFFSET, {"com_correction_x": 7.5e-4, "com_correction_y": 7.5e-4}),
+    OF_A_MODEL,
 )
 """What an ordinary state estimator gets wrong: light limbs left out of the angular momentum, stamps
 that are off by milliseconds, differences over a window of some, a CAD model of the masses."""

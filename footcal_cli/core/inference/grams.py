@@ -277,6 +277,8 @@ def _energies(columns: FloatArray, output: IntArray, outputs: int) -> FloatArray
 def _block_grams(columns: FloatArray, block: IntArray, blocks: int) -> FloatArray:
     """Inner products of the columns within each block, shape (B, n, n)."""
     out = np.empty((blocks, columns.shape[1], columns.shape[1]))
+    if not columns.shape[1]:
+        return out
     order = np.argsort(block, kind="stable")
     ends = np.searchsorted(block[order], np.arange(blocks + 1))
     for b, (start, end) in enumerate(itertools.pairwise(ends)):

@@ -92,9 +92,9 @@ def inverse_root(covariance: FloatArray) -> FloatArray:
     """
     variance = np.einsum("...ii->...i", covariance)
     scale = np.sqrt(np.maximum(variance, np.finfo(float).tiny))
-    outer = scale[..., :, None] * scale[..., None, :]
-    correlation = covariance / outer + _NEARLY_EXACT * np.eye(scale.shape[-1])
-    return np.asarray(np.linalg.inv(np.linalg.cholesky(correlation)) / scale[..., None, :])
+    values, vectors = np.linalg.eigh(covariance / (scale[..., :, None] * scale[..., None, :]))
+    size = np.sqrt(np.maximum(values, _NEARLY_EXACT * values[..., -1:]))
+    return np.asarray(np.swapaxes(vectors, -1, -2) / size[..., :, None] / scale[..., None, :])
 
 
 def variance_shares(squares: FloatArray, columns: FloatArray) -> FloatArray:

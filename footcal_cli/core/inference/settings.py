@@ -19,8 +19,8 @@ from itertools import product
 import numpy as np
 from scipy import optimize, stats
 
-from footcal_cli.core.inference.linear import least_squares, scaled_inverse
-from footcal_cli.core.parameters import FloatArray, IntArray
+from footcal_cli.core.inference.linear import orthonormal
+from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
 _STEPS = 40
 _STOP = 0.02
@@ -88,10 +88,16 @@ class Settings:
         that others show, only a change that these exclude could explain anything there.
         """
         one = np.eye(int(self.number.max(initial=0)) + 1)[self.number]
-        whole = one[:, :, None] * self.columns[:, None, :]
-        size = np.sqrt(np.sum(whole**2, axis=0))
-        whole = whole * (size >= _SHOWN * size.max(axis=0))
+        whole = one[:, :, None] * (self.columns * self.shown[self.number])[:, None, :]
         return np.asarray(whole.reshape(len(self.number), -1))
+
+    @cached_property
+    def shown(self) -> BoolArray:
+        """Which columns each setting shows beside what others show of them, shape (settings, q)."""
+        squares = np.zeros((int(self.number.max(initial=0)) + 1, self.columns.shape[1]))
+        np.add.at(squares, self.number, self.columns**2)
+        size = np.sqrt(squares)
+        return np.asarray(size >= _SHOWN * size.max(axis=0))
 
 
 @dataclass(frozen=True)
@@ -135,9 +141,39 @@ def row_levels(residual: FloatArray, loose: FloatArray, parts: list[Parts]) -> F
     return level
 
 
-def part_variances(
-    common: FloatArray, loose: FloatArray, residual: FloatArray, parts: list[Parts]
-) -> list[FloatArray]:
+def beside_settings(
+    common: FloatArray,
+    residual: FloatArray,
+    loose: FloatArray,
+    groups: Sequence[IntArray],
+    shown: BoolArray,
+) -> FloatArray:
+    """Residual beside common columns and what each setting has of its own, shape (n,).
+
+    Least squares in two steps (Frisch and Waugh 1933): a setting's own columns touch its rows only,
+    so that they are taken out of each setting's rows, and what is left is fitted in common.
+
+    Parameters
+    ----------
+    common, residual
+        Columns that all settings share, and the residual, white within a part.
+    loose
+        Z, likewise.
+    groups, shown
+        Rows of each setting, and which columns of Z it shows.
+    """
+    both = np.column_stack([common, residual])
+    for rows, seen in zip(groups, shown, strict=True):
+        own = orthonormal(loose[np.ix_(rows, np.flatnonzero(seen))], np.sqrt(RCOND))
+        both[rows] -= own @ (own.T @ both[rows])
+    # a column that settings of their own explain must not count by its rounding
+    size = np.sqrt(np.sum(common**2, axis=0))
+    scaled = both[:, :-1] / np.where(size > 0.0, size, np.inf)
+    found = np.linalg.pinv(scaled.T @ scaled, rcond=RCOND, hermitian=True) @ scaled.T @ both[:, -1]
+    return np.asarray(both[:, -1] - scaled @ found)
+
+
+def part_variances(left: FloatArray, loose: FloatArray, parts: list[Parts]) -> list[FloatArray]:
     """Variances of each sensor's columns over its parts, shape (q of the sensor,) each.
 
     Every output of every sensor has its own variances: one axis of one leg has dozens of turns to
@@ -145,14 +181,13 @@ def part_variances(
 
     Parameters
     ----------
-    common
-        What parts of one setting share: calibration, and each setting's own offsets and gains.
-    loose, residual
-        Z and the residual, likewise white within a part.
+    left
+        Residual beside what parts of one setting share, from `beside_settings`.
+    loose
+        Z, likewise white within a part.
     parts
         From `Settings.parts`.
     """
-    left = residual - common @ least_squares(common, residual, RCOND)
     return [
         _variance_of_parts(
             [
@@ -269,34 +304,78 @@ def variance_between(
     kind
         As in `Settings`.
     """
-    p, q, many = calibration.shape[1], loose.shape[1], len(groups)
-    size = p + many * q
-    normal, right = np.zeros((size, size)), np.zeros(size)
-    normal[:p, :p] = calibration.T @ calibration
-    right[:p] = calibration.T @ residual
-    for i, rows in enumerate(groups):
-        at = slice(p + i * q, p + (i + 1) * q)
-        z = loose[rows]
-        normal[at, at] = z.T @ z
-        normal[:p, at] = calibration[rows].T @ z
-        normal[at, :p] = normal[:p, at].T
-        right[at] = z.T @ residual[rows]
-    member = np.concatenate([np.full(p, -1), np.tile(kind, many)])
+    common = np.column_stack([calibration, residual])
+    sums = _Sums(
+        common.T @ common,
+        np.stack([loose[rows].T @ common[rows] for rows in groups]),
+        np.stack([loose[rows].T @ loose[rows] for rows in groups]),
+    )
     kinds = int(kind.max()) + 1
     variance = np.full(kinds, _LEAST)
     for _ in range(_STEPS):
         before = variance.copy()
         for g in range(kinds):
-            own, others = np.flatnonzero(member == g), np.flatnonzero(member != g)
-            rest = normal[np.ix_(others, others)].copy()
-            prior = np.where(member[others] >= 0, 1.0 / variance[member[others]], 0.0)
-            rest[np.diag_indices_from(rest)] += prior
-            known = normal[np.ix_(own, others)] @ scaled_inverse(rest, RCOND)
-            information = normal[np.ix_(own, own)] - known @ normal[np.ix_(others, own)]
-            variance[g] = _upper(information, right[own] - known @ right[others])
+            variance[g] = _upper(*sums.beside(kind == g, variance[kind]))
         if float(np.abs(np.log(variance / before)).max()) < _STOP:
             break
     return np.asarray(variance[kind])
+
+
+@dataclass(frozen=True)
+class _Sums:
+    """Products from which the mixed-model equations follow.
+
+    Parameters
+    ----------
+    common
+        Of the calibration's columns and the residual, shape (p + 1, p + 1).
+    cross, own
+        Of each setting's Z with these and with itself, shapes (S, q, p + 1) and (S, q, q).
+    """
+
+    common: FloatArray
+    cross: FloatArray
+    own: FloatArray
+
+    def beside(self, asked: BoolArray, variance: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Information about what is asked for, and its score, once all else is fitted.
+
+        A setting's other columns touch no other setting: they are eliminated there, and then the
+        calibration's columns from what is left.
+
+        Parameters
+        ----------
+        asked
+            Columns of Z, shape (q,).
+        variance
+            Of each, shape (q,): the prior of those not asked for.
+
+        Returns
+        -------
+        Shapes (S a, S a) and (S a,), `a` columns asked for.
+        """
+        others = ~asked
+        inner = self.own[:, others][:, :, others] + np.diag(1.0 / variance[others])
+        theirs = np.concatenate([self.own[:, others][:, :, asked], self.cross[:, others]], axis=2)
+        solved = np.linalg.solve(inner, theirs)
+        many, a = len(self.own), int(asked.sum())
+        square = self.own[:, asked][:, :, asked] - theirs[..., :a].swapaxes(1, 2) @ solved[..., :a]
+        cross = self.cross[:, asked] - theirs[..., :a].swapaxes(1, 2) @ solved[..., a:]
+        taken = np.einsum("sox,soy->xy", theirs[..., a:], solved[..., a:])
+        common = self.common - taken
+        # against what a column was before, lest one that is eliminated counts by its rounding
+        size = np.sqrt(np.diag(self.common)[:-1])
+        scale = np.where(size > 0.0, size, np.inf)
+        inverse = np.linalg.pinv(
+            common[:-1, :-1] / np.outer(scale, scale), rcond=RCOND, hermitian=True
+        ) / np.outer(scale, scale)
+        flat = cross.reshape(many * a, -1)
+        known = flat[:, :-1] @ inverse
+        information = -known @ flat[:, :-1].T
+        for s in range(many):
+            at = slice(s * a, (s + 1) * a)
+            information[at, at] += square[s]
+        return information, flat[:, -1] - known @ common[:-1, -1]
 
 
 def _upper(information: FloatArray, score: FloatArray) -> float:

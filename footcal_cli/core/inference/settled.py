@@ -22,6 +22,7 @@ from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.settings import (
     RCOND,
     Parts,
+    beside_settings,
     half_log_det,
     part_variances,
     repeated,
@@ -29,7 +30,7 @@ from footcal_cli.core.inference.settings import (
     variance_between,
     within_settings,
 )
-from footcal_cli.core.parameters import FloatArray, IntArray
+from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
 Whiten = Callable[[FloatArray], FloatArray]
 """Columns of all rows, shape (m, k), as columns that are white within a part, shape (n, k)."""
@@ -124,13 +125,12 @@ def settled(problem: Problem, whiten: Whiten, kept: IntArray) -> Settled | None:
         return None
     parts, groups = settings.parts(problem.output, kept), settings.rows(kept)
     loose = whiten(settings.columns)
-    spread = whiten(settings.spread) if parts else loose[:, :0]
     white = whiten(np.column_stack([problem.fitted, problem.columns, problem.residual]))
     beside = np.arange(problem.fitted.shape[1])
     most = beside.size + MOST_SUSPECTS
     candidates = np.arange(beside.size, white.shape[1] - 1)
     while True:
-        within = _within(white, beside, loose, spread, parts)
+        within = _within(white, beside, loose, parts, groups, settings.shown[: len(groups)])
         inside, free = np.split(within(np.hstack([white, loose])), [white.shape[1]], axis=1)
         left = inside[:, -1]
         law = Settled(
@@ -156,7 +156,12 @@ def settled(problem: Problem, whiten: Whiten, kept: IntArray) -> Settled | None:
 
 
 def _within(
-    white: FloatArray, common: IntArray, loose: FloatArray, spread: FloatArray, parts: list[Parts]
+    white: FloatArray,
+    common: IntArray,
+    loose: FloatArray,
+    parts: list[Parts],
+    groups: list[IntArray],
+    shown: BoolArray,
 ) -> Within:
     """The law between parts, where a setting has any.
 
@@ -166,16 +171,17 @@ def _within(
         The residual last.
     common
         Which columns are fitted in common.
-    loose, spread, parts
-        Z of the parts, and of each setting.
+    loose, parts
+        Z, and the parts of the settings.
+    groups, shown
+        Rows of each setting, and which columns of Z it shows.
     """
     if not parts:
         return Within(np.ones(white.shape[0]), loose, [], [])
     level = row_levels(white[:, -1], loose, parts)
-    shared = np.hstack([white[:, common], spread]) / level[:, None]
-    scaled = loose / level[:, None]
-    found = part_variances(shared, scaled, white[:, -1] / level, parts)
-    return Within(level, scaled, parts, found)
+    scaled, own = loose / level[:, None], white / level[:, None]
+    left = beside_settings(own[:, common], own[:, -1], scaled, groups, shown)
+    return Within(level, scaled, parts, part_variances(left, scaled, parts))
 
 
 def _strongest(white: FloatArray, base: IntArray, candidates: IntArray) -> tuple[int, float]:

@@ -24,6 +24,7 @@ _EM_STOP = 1e-3
 _LEAST_ROWS = 1.5  # rows of a block per direction in which its calibration may differ
 _DROP = 1e-6
 _RCOND = 1e-9
+_DEPENDENT = 1e-10
 
 
 def wandering_columns(problem: Problem, whitener: RowWhitener) -> FloatArray:
@@ -76,13 +77,14 @@ def partial_out(inner: FloatArray, wandering: IntArray, variance: FloatArray) ->
     active = wandering[variance > 0]
     if not active.size:
         return inner
-    precision = np.diag(1.0 / variance[variance > 0])
-    out = np.empty_like(inner)
-    for b, gram in enumerate(inner):
-        cross = gram[active]
-        middle = precision + gram[np.ix_(active, active)]
-        out[b] = gram - cross.T @ np.linalg.solve(middle, cross)
-    return out
+    cross = inner[:, active]
+    taken = np.linalg.solve(_middle(inner, active, variance[variance > 0]), cross)
+    return np.asarray(inner - cross.swapaxes(1, 2) @ taken)
+
+
+def _middle(inner: FloatArray, wandering: IntArray, variance: FloatArray) -> FloatArray:
+    """``D⁻¹ + Z'Z`` of each block, shape (B, w, w)."""
+    return np.asarray(np.diag(1.0 / variance) + inner[:, wandering[:, None], wandering[None, :]])
 
 
 def variance_beside(
@@ -128,15 +130,24 @@ def _strongest(
     candidates: IntArray,
 ) -> tuple[int, float]:
     """The candidate with the largest |z| beside a base, and that."""
-    used = np.concatenate([wandering, base, candidates, [rows.shape[1] - 1]])
-    small = rows[:, used[:, None], used[None, :]]
-    total = partial_out(small, np.arange(wandering.size), variance).sum(axis=0)
-    total = total[wandering.size :, wandering.size :]
-    fitted = np.arange(base.size)
-    inverse = scaled_inverse(total[np.ix_(fitted, fitted)], _RCOND)
-    left = total - total[:, fitted] @ inverse @ total[fitted]
+    used = np.concatenate([base, candidates, [rows.shape[1] - 1]])
+    # of all products those with the base and the residual, and squares, are enough
+    few = np.append(np.arange(base.size), used.size - 1)
+    products = rows[:, used[:, None], used[None, few]].sum(axis=0)
+    own = rows[:, used, used].sum(axis=0)
+    active = wandering[variance > 0]
+    if active.size:
+        cross = rows[:, active[:, None], used[None, :]]
+        taken = np.linalg.solve(_middle(rows, active, variance[variance > 0]), cross)
+        cross, taken = cross.reshape(-1, used.size), taken.reshape(-1, used.size)
+        products -= cross.T @ taken[:, few]
+        own -= np.einsum("ij,ij->j", cross, taken)
+    on_base = products[:, :-1]
+    gamma = on_base @ scaled_inverse(on_base[: base.size], _RCOND)
+    left = products[:, -1] - gamma @ on_base[-1]
+    visible = own - np.einsum("ij,ij->i", gamma, on_base)
     theirs = slice(base.size, -1)
-    best, z = strongest(left[theirs, -1], np.diag(left)[theirs], np.diag(total)[theirs])
+    best, z = strongest(left[theirs], visible[theirs], own[theirs])
     return int(candidates[best]), z
 
 
@@ -149,21 +160,31 @@ def wandering_variance(rows: FloatArray, calibration: IntArray, wandering: IntAr
     if rows.shape[0] < 3 or not wandering.size:
         return np.zeros(wandering.size)
     zz = rows[:, wandering[:, None], wandering[None, :]]
-    zr = rows[:, wandering, last]
-    zj = rows[:, wandering[:, None], calibration[None, :]]
     fitted = np.append(calibration, last)
     zx = rows[:, wandering[:, None], fitted[None, :]]
     total = rows[:, fitted[:, None], fitted[None, :]].sum(axis=0)
     variance = np.ones(wandering.size)
+    flat = zx.reshape(-1, fitted.size).T
+    beside_theta = np.ones(fitted.size)  # the residual less what is fitted
     for _ in range(_EM_STEPS):
-        posterior = np.linalg.inv(np.diag(1.0 / variance)[None] + zz)
+        posterior = np.linalg.inv(np.diag(1.0 / variance) + zz)
+        shrunk = posterior @ zx
         # X'V⁻¹X by Woodbury, as in `partial_out`, of what is fitted and the residual only
-        left = total - np.sum(zx.swapaxes(1, 2) @ posterior @ zx, axis=0)
-        theta = np.linalg.pinv(left[:-1, :-1], rcond=1e-10, hermitian=True) @ left[:-1, -1]
-        mean = np.einsum("bij,bj->bi", posterior, zr - zj @ theta)
+        left = total - flat @ shrunk.reshape(-1, fitted.size)
+        beside_theta[:-1] = -_solved(left[:-1, :-1], left[:-1, -1])
+        mean = shrunk @ beside_theta
         updated = np.mean(mean**2 + np.einsum("bii->bi", posterior), axis=0)
         change = np.abs(np.log(updated / variance)).max()
         variance = updated
         if change < _EM_STOP:
             break
     return variance
+
+
+def _solved(products: FloatArray, target: FloatArray) -> FloatArray:
+    """Coefficients of least squares from inner products, dependent directions left out, (p,)."""
+    values, vectors = np.linalg.eigh(products)
+    size = np.abs(values)
+    seen = size > _DEPENDENT * size.max(initial=0.0)
+    shares = np.divide(vectors.T @ target, values, out=np.zeros_like(values), where=seen)
+    return np.asarray(vectors @ shares)

@@ -15,6 +15,7 @@ import numpy as np
 
 from footcal_cli.core.hang.joint import HangFit
 from footcal_cli.core.hang.model import HangModel
+from footcal_cli.core.inference.linear import inverse_root
 from footcal_cli.core.parameters import Estimates, FloatArray, Status
 from footcal_cli.core.pose.data import Geometry
 from footcal_cli.core.pose.model import Mounting
@@ -174,7 +175,7 @@ class HangRows:
                 if not same:
                     axes.append(direction)
             log_of.append(tuple(own))
-        whiten = tuple(_inverse_root(leg.covariance) for leg in legs)
+        whiten = tuple(inverse_root(leg.covariance) for leg in legs)
         directions = np.array(axes).reshape(-1, 3)
         bases = tuple(np.swapaxes(tangent_basis(leg.gravity_dir_t), -1, -2) for leg in legs)
         count, fixed = len(legs), []
@@ -237,10 +238,3 @@ class HangRows:
             residuals.append(self.whiten[k] @ residual)
             slopes.append(self.whiten[k] @ slope)
         return np.concatenate(residuals), np.concatenate(slopes)
-
-
-def _inverse_root(covariance: FloatArray) -> FloatArray:
-    """W with ``Wᵀ W = covariance⁻¹``; directions without variance count as nearly exact."""
-    scale = np.sqrt(np.maximum(np.diag(covariance), np.finfo(float).tiny))
-    ridged = covariance / np.outer(scale, scale) + 1e-12 * np.eye(scale.size)
-    return np.asarray(np.linalg.inv(np.linalg.cholesky(ridged)) / scale)

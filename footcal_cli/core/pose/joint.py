@@ -106,7 +106,7 @@ class PoseFit:
         for k in range(legs):
             at = slice(3 * k, 3 * k + 3)
             back = geometry.rot_bt[k].T
-            carry[at, at] = back @ np.linalg.inv(left_jacobian(rotvec[k]))
+            carry[at, at] = np.linalg.solve(left_jacobian(rotvec[k]).T, back.T).T
             own = slice(3 * legs + 3 * k, 3 * legs + 3 * k + 3)
             carry[own, own] = back
             if self.options.structure is Structure.BODY_ROTATIONS:

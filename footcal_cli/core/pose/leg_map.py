@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import f as f_distribution
 
+from footcal_cli.core.inference.linear import inverse_root
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.pose.data import PoseData
 from footcal_cli.core.pose.joint import PoseFit
@@ -36,7 +37,7 @@ def leg_map(data: PoseData, fit: PoseFit, noise_sd: FloatArray) -> LegMap:
     """Regress the whitened balance error on each leg's six readings."""
     matrix = fit.matrix
     noise = np.concatenate([np.square(noise_sd).ravel(), np.zeros(4)])
-    root = np.linalg.cholesky(np.linalg.inv((matrix * noise) @ matrix.T)).T
+    root = inverse_root((matrix * noise) @ matrix.T)
     error = data.features() @ matrix.T @ root.T
     poses, legs = data.wrench_t.shape[:2]
     error = error - error.mean(axis=0)

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from footcal_cli.core.inference.linear import inverse_root, scaled_inverse
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.pose.data import Geometry, PoseSummary
 from footcal_cli.core.pose.hanging import HangRows, LegKnowledge
@@ -161,9 +162,10 @@ class Problem:
         if np.isfinite(options.translation_sd_m):
             together = np.kron(np.ones((count, count)), np.eye(3))
             # The shared CoM without a prior of its own: wide enough to say nothing.
-            common = min(options.com_sd_m, 10.0)
-            variance = options.translation_sd_m**2 * np.eye(3 * count) + common**2 * together
-            precision[shifts, shifts] = np.linalg.inv(variance)
+            own, common = options.translation_sd_m**2, min(options.com_sd_m, 10.0) ** 2
+            # inverse of own · 1 + common · together
+            share = common / (own + count * common)
+            precision[shifts, shifts] = (np.eye(3 * count) - share * together) / own
         precision[13 * count, 13 * count] = options.robot_weight_sd_n**-2
         columns = free_columns(options.structure, count, 2 * hang.logs)
         return cls(summary, hang, start, noise, precision, columns, options)
@@ -192,8 +194,7 @@ class Problem:
             weigh = np.zeros_like(matrix)
             nominal = transforms(geometry, self.start, structure)
             weigh[:, : 6 * count] = np.moveaxis(nominal, 0, 1).reshape(6, -1)
-        # a factor of the covariance, not of its inverse: far-off steps round the latter indefinite
-        root = np.linalg.inv(np.linalg.cholesky((weigh * noise) @ weigh.T))
+        root = inverse_root((weigh * noise) @ weigh.T)
         weight = root.T @ root
         gram, poses = self.summary.gram, self.summary.poses
         weighed = weight @ matrix @ gram
@@ -267,9 +268,7 @@ class Problem:
     def covariance(self, mounting: Mounting, state: State) -> tuple[FloatArray, int, int]:
         """Sandwich ``H⁻¹ B H⁻¹``: curvature from the true wrenches, score with their noise."""
         hessian, score = state.hessian(), state.score()
-        scale = 1.0 / np.sqrt(np.maximum(np.diag(hessian), np.finfo(float).tiny))
-        scaled = hessian * np.outer(scale, scale)
-        inverse = np.linalg.pinv(scaled, hermitian=True, rcond=1e-14) * np.outer(scale, scale)
+        inverse = scaled_inverse(hessian, 1e-14)
         middle = inverse @ score @ inverse
         full = self.columns @ middle @ self.columns.T
         size = 13 * mounting.turn_b.shape[0] + 1

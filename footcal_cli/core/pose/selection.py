@@ -12,7 +12,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from footcal_cli.core.parameters import FloatArray, IntArray
+from footcal_cli.core.inference.held_out import folds
+from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.pose.data import PoseData, PoseSummary, summarise
 from footcal_cli.core.pose.hanging import LegKnowledge
 from footcal_cli.core.pose.joint import PAPER_NORM, PoseFit, fit_pose
@@ -66,18 +67,12 @@ def bic_paper(mean_squared_error: float, freedom: int, poses: int) -> float:
     return float(poses * np.log(mean_squared_error) + freedom * np.log(poses))
 
 
-def fold_of_block(block: IntArray, folds: int = FOLDS) -> IntArray:
-    """Fold per pose, whole blocks together, dealt out in order of appearance, shape (P,)."""
-    _, position = np.unique(block, return_inverse=True)
-    return np.asarray(position % folds, dtype=np.int64)
-
-
 def compare_structures(
     data: PoseData,
     legs: tuple[LegKnowledge, ...],
     noise_sd: FloatArray,
     options: PoseOptions | None = None,
-    folds: int = FOLDS,
+    most: int = FOLDS,
 ) -> tuple[Candidate, ...]:
     """All five candidates, the chosen one first, then by evidence.
 
@@ -89,11 +84,11 @@ def compare_structures(
         As for `fit_pose`.
     options
         Priors and method; the structure is replaced by each candidate's.
-    folds
+    most
         Number of held-out parts; poses of one block stay together.
     """
     asked = options or PoseOptions()
-    whole, parts = _parts(data, folds)
+    whole, parts = _parts(data, most)
     fits = [
         fit_pose(whole, legs, noise_sd, replace(asked, structure=structure))
         for structure in Structure
@@ -109,20 +104,19 @@ def cross_validated(
     legs: tuple[LegKnowledge, ...],
     noise_sd: FloatArray,
     fit: PoseFit,
-    folds: int = FOLDS,
+    most: int = FOLDS,
 ) -> Candidate:
     """One fit, with the priors it was made with, judged like the candidates."""
-    whole, parts = _parts(data, folds)
+    whole, parts = _parts(data, most)
     scale = _misfit(fit) / max(6 * whole.poses - fit.free, _MIN_DOF)
     return _judged(fit, whole, parts, legs, noise_sd, scale)
 
 
-def _parts(data: PoseData, folds: int) -> tuple[PoseSummary, list[PoseSummary]]:
+def _parts(data: PoseData, most: int) -> tuple[PoseSummary, list[PoseSummary]]:
     """All poses, and the held-out parts."""
     whole = summarise(data)
-    fold = fold_of_block(data.block, folds)
-    parts = [summarise(data, np.flatnonzero(fold == f)) for f in range(folds)]
-    return whole, [part for part in parts if 0 < part.poses < whole.poses]
+    parts = [summarise(data, np.flatnonzero(out)) for out in folds(data.block, most)]
+    return whole, [part for part in parts if part.poses < whole.poses]
 
 
 def _misfit(fit: PoseFit) -> float:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from footcal_cli.core.inference.linear import inverse_root
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.pose.data import PoseData
 from footcal_cli.core.spatial import wrench_transform
@@ -131,10 +132,11 @@ def fit_offsets(
         shown = np.where(up[:, None], hanging[rows], data.wrench_t[rows]).reshape(rows.size, -1)
         demand = shown @ joined.T + chassis[rows]
         spread = (block * np.square(noise_sd).ravel()) @ block.T
-        weigh = np.linalg.inv(spread)
-        information += rows.size * block.T @ weigh @ block
-        vector += block.T @ weigh @ demand.sum(axis=0)
-        squares += float(np.einsum("pi,ij,pj->", demand, weigh, demand))
+        root = inverse_root(spread)
+        slope, target = root @ block, demand @ root.T
+        information += rows.size * slope.T @ slope
+        vector += slope.T @ target.sum(axis=0)
+        squares += float(np.sum(target**2))
     own = (data.wrench_t - hanging) * lifted[..., None]
     weights = 1.0 / np.square(noise_sd)
     count = lifted.sum(axis=0).astype(float)

@@ -6,6 +6,7 @@ What the one command surely finds the other must not deny.
 
 from __future__ import annotations
 
+from footcal_cli.core.bench.ladder import promising
 from footcal_cli.core.bench.record import BenchRecord
 from footcal_cli.core.bench.study import ChannelStudy, study_rows
 from footcal_cli.core.diagnosis.answer import Verdict
@@ -29,7 +30,10 @@ def found_alone(read: CaseRead, found: Investigation) -> list[ChannelStudy]:
         )
         for log in case.logs
     )  # fmt: skip
-    return [study for record in records if _surely(study := study_rows(record), len(case.logs))]
+    return [
+        study for record in records
+        if promising(record) and _surely(study := study_rows(record), len(case.logs))
+    ]  # fmt: skip
 
 
 def _surely(study: ChannelStudy, cells: int) -> bool:

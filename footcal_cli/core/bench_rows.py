@@ -1,0 +1,172 @@
+"""Rows of a bench log that contradict each other: stuck, written twice, or taken after a tare."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+
+from footcal_cli.core.parameters import BoolArray, FloatArray
+from footcal_cli.core.quality import Finding
+
+STUCK_SHARE = 0.1
+"""Share of the loads' range that a reading may ignore while it stays the same."""
+_STUCK_COUNTS, _STUCK_ROWS = 5.0, 3
+TARED = 0.1
+"""Residual with a second zero over the residual with one, below which the log was tared."""
+_TARED_SD, _TARED_ROWS = 20.0, 4
+_BY_CHANCE = 1e-6
+"""Probability that as many rows repeat by chance, from which they were written twice."""
+
+
+def check_stuck_reading(load_n: FloatArray, counts: FloatArray, channel: str) -> list[Finding]:
+    """Find a cell whose reading stays exactly the same while its known load changes.
+
+    Parameters
+    ----------
+    load_n, counts
+        In the order they were taken, shape (n,).
+    """
+    good = np.isfinite(load_n) & np.isfinite(counts)
+    load, count = load_n[good], counts[good]
+    span, moved = float(np.ptp(load)) if load.size else 0.0, np.ptp(count) if load.size else 0.0
+    if load.size < 2 * _STUCK_ROWS or span == 0.0 or not moved > 0:
+        return []
+    ignored, start, stop = 0.0, 0, 0
+    edges = np.flatnonzero(np.concatenate([[True], np.diff(count) != 0, [True]]))
+    for first, end in pairwise(edges.tolist()):
+        if end - first >= _STUCK_ROWS and np.ptp(load[first:end]) > ignored:
+            ignored, start, stop = float(np.ptp(load[first:end])), first, end
+    held = _held_load(load, count)
+    if held is not None:
+        start, stop = held
+        return [
+            Finding(
+                "stuck_load", "alarm", channel,
+                f"the load stays at {load[start]:.4g} N for {stop - start} rows while the readings "
+                f"change by {np.ptp(count[start:stop]) / moved:.0%} of their range",
+                "correct the loads of these rows, or leave them out",
+            )
+        ]  # fmt: skip
+    if ignored < STUCK_SHARE * span or ignored / span * moved < _STUCK_COUNTS:
+        return []
+    return [
+        Finding(
+            "stuck", "alarm", channel,
+            f"the reading stays at {count[start]:.10g} for {stop - start} rows while the load "
+            f"changes by {ignored:.3g} N",
+            "check the converter's connection; leave these rows out",
+        )
+    ]  # fmt: skip
+
+
+def _held_load(load: FloatArray, count: FloatArray) -> tuple[int, int] | None:
+    """Rows of one load in which the readings change as if it were several; None without any."""
+    edges = np.flatnonzero(np.concatenate([[True], np.diff(load) != 0, [True]]))
+    span = float(np.ptp(count))
+    for start, stop in pairwise(edges):
+        moved = float(np.ptp(count[start:stop]))
+        others = np.concatenate([np.arange(start), np.arange(stop, load.size)])
+        few = np.unique(load[others]).size < 3
+        if stop - start < _STUCK_ROWS or moved < STUCK_SHARE * span or few:
+            continue
+        off = count[others] - np.polyval(np.polyfit(load[others], count[others], 1), load[others])
+        if moved > _TARED_SD * off.std():
+            return int(start), int(stop)
+    return None
+
+
+def check_tare(load_n: FloatArray, counts: FloatArray, channel: str) -> list[Finding]:
+    """Find a zero that moves between two rows: ``counts = a (+ jump) + b load``.
+
+    Parameters
+    ----------
+    load_n, counts
+        Of one session, in the order they were taken, shape (n,).
+    """
+    good = np.isfinite(load_n) & np.isfinite(counts)
+    load, count = load_n[good], counts[good]
+    n = load.size
+    if n < 3 * _TARED_ROWS or np.unique(load).size < 3:
+        return []
+    basis, _ = np.linalg.qr(np.column_stack([np.ones(n), load]))
+    rest = count - basis @ (basis.T @ count)
+    before = float(rest @ rest)
+    # a step from each row on, without what a bias and a load explain of it
+    row = np.arange(_TARED_ROWS, n - _TARED_ROWS + 1)
+    known = np.cumsum(basis[::-1], axis=0)[::-1][row]
+    energy = n - row - np.einsum("ij,ij->i", known, known)
+    seen = energy > 1e-9 * n  # a step that follows the load is none
+    along = np.where(seen, np.cumsum(rest[::-1])[::-1][row], 0.0)
+    size = along / np.where(seen, energy, 1.0)
+    best = int(np.argmax(size * along))
+    jump, at = float(size[best]), int(row[best])
+    two = max(before - float(size[best] * along[best]), 0.0)
+    shared = np.intersect1d(load[:at], load[at:])
+    moves = [
+        float(count[at:][load[at:] == one].mean() - count[:at][load[:at] == one].mean())
+        for one in shared
+    ]
+    both = bool(moves) and np.unique(load[:at]).size > 1 and np.unique(load[at:]).size > 1
+    both &= all(0.5 * abs(jump) < move * np.sign(jump) < 2.0 * abs(jump) for move in moves)
+    sd = np.sqrt(two / (n - 3))
+    if not both or two > TARED**2 * before or abs(jump) < _TARED_SD * sd:
+        return []
+    return [
+        Finding(
+            "tared", "warning", channel,
+            f"from row {at + 1} of {n} on, the readings differ by {jump:+.4g} counts from those "
+            "under the same loads before: it looks tared or mounted anew",
+            "say which rows belong together in a column `session`, or give two logs",
+        )
+    ]  # fmt: skip
+
+
+def find_rows_again(group: FloatArray, counts: FloatArray) -> BoolArray:
+    """Rows of a block that stood in the log before, in the same order, shape (n,).
+
+    A block is as long as chance would not repeat: equal readings under the same load happen with
+    a probability that the log itself shows.
+
+    Parameters
+    ----------
+    group
+        Number of the channel and load of each row, shape (n,).
+    counts
+        Readings, shape (n,).
+    """
+    n = counts.size
+    found = np.zeros(n, dtype=bool)
+    same = pairs = 0
+    for one in np.unique(group):
+        _, often = np.unique(counts[group == one], return_counts=True)
+        same += int((often * (often - 1)).sum())
+        pairs += int(often.sum() * (often.sum() - 1))
+    equal = float(np.clip(same / max(pairs, 1), 1e-3, 1.0))
+    needed = np.log(_BY_CHANCE / n**2) / np.log(equal) if equal < 1.0 else np.inf
+    length = max(int(np.ceil(needed)), 3) if np.isfinite(needed) else n
+    if length > n // 2:
+        return found
+    _, number = np.unique(np.column_stack([group, counts]), axis=0, return_inverse=True)
+    windows = np.lib.stride_tricks.sliding_window_view(number.ravel(), length)
+    _, first, which = np.unique(windows, axis=0, return_index=True, return_inverse=True)
+    again = np.flatnonzero(np.arange(len(windows)) - first[which.ravel()] >= length)
+    for start in again:
+        if np.unique(counts[start : start + length]).size > 2:
+            found[start : start + length] = True
+    return found
+
+
+def check_rows_again(group: FloatArray, counts: FloatArray, where: str) -> list[Finding]:
+    """Find a block of rows that was written twice, as `find_rows_again`."""
+    again = find_rows_again(group, counts)
+    if not again.any():
+        return []
+    return [
+        Finding(
+            "copied_rows", "warning", where,
+            f"{int(again.sum())} of {again.size} rows repeat earlier rows one by one, from row "
+            f"{int(np.argmax(again)) + 1} on",
+            "check how the log was put together and leave them out; a copy is no repeat",
+        )
+    ]  # fmt: skip
