@@ -156,14 +156,10 @@ def investigate(
     verdict, share = Verdict.BAD_DATA, 0.0
     if not stopped:
         path, verdict, share = _searched(subject, path, rules, seed)
-<<<<<<< HEAD
         if verdict is Verdict.NONE and (
-            np.any(times_floor(case, rows, problem) >= MOST)
+            times_floor(case, rows, problem) >= MOST
             or (case.finding_n > 0.0 and any(n.huge for n in _nameless(subject, path, beside=True)))
         ):
-=======
-        if verdict is Verdict.NONE and times_floor(case, rows, problem) >= MOST:
->>>>>>> main
             verdict = Verdict.UNKNOWN
     rounds, causes, model, current = path.rounds, path.causes, path.model, path.current
     found = _found(subject, path)
