@@ -9,9 +9,9 @@ from footcal_cli.commands.options import command
 from footcal_cli.recipe.options import HangCalibOptions
 
 if TYPE_CHECKING:
-    from footcal_cli.core.hang.stepwise import StepwiseFit
     from footcal_cli.core.log import Log
     from footcal_cli.core.parameters import Estimates
+    from footcal_cli.core.study.stepwise import StepwiseFit
     from footcal_cli.records.results import ParametersRecord
     from footcal_cli.report.outcome import Outcome
     from footcal_cli.session.session import Session
@@ -28,6 +28,7 @@ def hang_calib(session: Session[HangCalibOptions]) -> Outcome:
     from footcal_cli.core.plausibility import check_leg_weights
     from footcal_cli.core.turned import hanging_axes
     from footcal_cli.intake.hang import hang_options, leg_logs
+    from footcal_cli.session.calibration import counted_together
     from footcal_cli.sheets.hang import chosen_estimates, outcome_of
     from footcal_cli.tables.columns import hang_table
 
@@ -41,35 +42,42 @@ def hang_calib(session: Session[HangCalibOptions]) -> Outcome:
         asked = hang_options(options, session.recipe, measured=measured)
         fits = {leg: fit_hang(log, asked) for leg, log in logs.items()}
         session.note(hanging_axes(logs, fits, asked))
-    others: dict[str, dict[str, StepwiseFit]] = {}
-    if options.compare or options.method != "joint":
-        with session.step("compare"):
-            others = _others(session, logs)
+    with session.step("compare"):
+        others = _others(options, logs)
     chosen = chosen_estimates(fits, others, options.method)
     weights = {leg: float(one[f"{leg}.weight"]) for leg, one in chosen.items()}
     stated = {n: leg.mass_kg * robot.gravity_mps2 for n, leg in robot.legs.items() if leg.mass_kg}
     session.note(check_leg_weights(weights, robot.weight_n, stated))
     found = outcome_of(robot.name, fits, runs, others, options.method, rejected)
-    return replace(found, parameters=_parameters(session, chosen, logs))
+    tilts = {f"{leg}.{name}" for leg, fit in fits.items() for name in fit.model.tilt_names()}
+    together = counted_together(session, list(chosen.values()), tilts)
+    return replace(
+        found, parameters=_parameters(session, dict(zip(chosen, together, strict=True)), logs)
+    )
 
 
 def _others(
-    session: Session[HangCalibOptions], logs: Mapping[str, list[Log]]
+    options: HangCalibOptions, logs: Mapping[str, list[Log]]
 ) -> dict[str, dict[str, StepwiseFit]]:
-    """Stepwise and naive fits, empty where the orientations do not come in two opposite pairs."""
-    from footcal_cli.core.hang.stepwise import fit_stepwise_and_naive
+    """The naive method, which is the error before, and if asked for the stepwise one.
+
+    Empty where the orientations do not come in two opposite pairs.
+    """
+    from footcal_cli.core.study.stepwise import fit_stepwise
     from footcal_cli.errors import FitError
 
+    methods = ["naive"]
+    if options.compare or options.method == "stepwise":
+        methods.append("stepwise")
     try:
-        both = {leg: fit_stepwise_and_naive(log) for leg, log in logs.items()}
+        return {
+            method: {leg: fit_stepwise(log, naive=method == "naive") for leg, log in logs.items()}
+            for method in methods
+        }
     except FitError:
-        if session.options.method == "joint":
+        if options.method == "joint":
             return {}
         raise
-    return {
-        "naive": {leg: naive for leg, (_, naive) in both.items()},
-        "stepwise": {leg: stepwise for leg, (stepwise, _) in both.items()},
-    }
 
 
 def _parameters(

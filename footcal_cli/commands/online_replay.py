@@ -63,9 +63,9 @@ def _on_cells(session: Session[OnlineReplayOptions], recording: Recording) -> Ou
 
     from footcal_cli.core.online.comparison import compare
     from footcal_cli.core.online.memory import memory_estimates
-    from footcal_cli.core.online.windows import QUIET_S
+    from footcal_cli.core.study.windows import QUIET_S
     from footcal_cli.errors import DataError
-    from footcal_cli.intake.walk import baseline_of, settings_of, truth_of
+    from footcal_cli.intake.walk import baseline_of, paper_methods, settings_of, truth_of
     from footcal_cli.session.calibration import feet_calibration
     from footcal_cli.sheets.walk import outcome_of
     from footcal_cli.sheets.walk_tables import frames_of
@@ -77,8 +77,10 @@ def _on_cells(session: Session[OnlineReplayOptions], recording: Recording) -> Ou
     settings = settings_of(options, merged, belief, robot.weight_n or 53.0)
     truth_n, baseline = truth_of(session, merged.log.time_s, belief.channels), baseline_of(session)
     with session.step("replay"):
+        papers = paper_methods(options, merged, belief)
         found = compare(
             merged, belief, settings, truth_n=truth_n, baseline=baseline,
+            others=None if papers is None else papers.replayed,
             rng=np.random.default_rng(session.request.seed),
         )  # fmt: skip
     if options.method not in found.replayed:
@@ -90,19 +92,19 @@ def _on_cells(session: Session[OnlineReplayOptions], recording: Recording) -> Ou
         )
     with session.step("evidence"):
         wanted = options.compare if options.sensitivity is None else options.sensitivity
-        curves = found.sensitivity() if wanted else []
-    estimates = (
-        memory_estimates(found.memory, belief)
-        if options.method == "memory"
-        else found.window_estimates(options.method)
-    )
+        curves = papers.sensitivity(found) if wanted and papers is not None else []
+    estimates = memory_estimates(found.memory, belief)
+    if papers is not None:
+        session.note(papers.findings())
+        if options.method != "memory":
+            estimates = papers.estimates(options.method, belief)
     session.note(found.findings())
 
     def write(path: Path) -> None:
         write_parquet_pieces(frames_of(found), path)
 
     return replace(
-        outcome_of(found, curves, robot, recording, options),
+        outcome_of(found, papers, curves, robot, recording, options),
         parameters=feet_calibration(session, estimates),
         files={"replay.parquet": write},
     )
@@ -147,7 +149,7 @@ def _long(session: Session[OnlineReplayOptions], rule: MergeRule) -> Outcome:
         recording = streams.recording(found.merged)
     session.note(found.findings())
     return replace(
-        outcome_of(found, [], robot, recording, options),
+        outcome_of(found, None, [], robot, recording, options),
         parameters=feet_calibration(session, memory_estimates(found.memory, belief)),
         files={"replay.parquet": move},
     )

@@ -31,7 +31,7 @@ def _mounting(session: Session[PoseCalibOptions]) -> Outcome:
 
     from footcal_cli.core.plausibility import check_supported
     from footcal_cli.core.pose.problem import PoseOptions
-    from footcal_cli.core.pose.stages import alternated, error_of, naive_error, offset_error
+    from footcal_cli.core.pose.stages import error_of, naive_error, offset_error
     from footcal_cli.core.pose.study import study_mounting
     from footcal_cli.core.turned import standing_axes
     from footcal_cli.errors import UsageError
@@ -71,6 +71,8 @@ def _mounting(session: Session[PoseCalibOptions]) -> Outcome:
         "offsets only": offset_error(data, study.legs),
     }
     if options.method == "alternating":
+        from footcal_cli.core.study.alternating import alternated
+
         with session.step("alternate"):
             stages["joint"] = error_of(data, study.fit)
             printed = options.balance == "printed"

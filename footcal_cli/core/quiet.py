@@ -13,6 +13,8 @@ from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 from footcal_cli.core.signals import stretches
 from footcal_cli.errors import FitError
 
+_SHIFT = 0.03
+"""Share of the weight that moves to or from a cell when the stance changes."""
 _STANCE_M, _MOMENT_S = 0.005, 0.2
 """A CoM or a foot that moves this far within this time makes another stance."""
 
@@ -107,7 +109,8 @@ def select_quiet(
     warm = max(round(rule.warm_s / period), 1)
     still = finite & loaded & ~moving & ~np.isnan(log.known["contact"]).any(axis=1)
     # single lost samples do not end a stance, they are only left out of it
-    still = _bridged(still, warm) & ~_displaced(log, period)
+    moved = _displaced(log, period) if seen.any() else _shifted(forces_n, period)
+    still = _bridged(still, warm) & ~moved
     warming = np.zeros(n, dtype=bool)
     stance = np.full(n, -1, dtype=np.int64)
     count = 0
@@ -149,6 +152,29 @@ def _displaced(log: Log, period_s: float) -> BoolArray:
     moved = np.zeros(n, dtype=bool)
     step = np.linalg.norm(place[2 * half :] - place[: -2 * half], axis=2)
     moved[half : n - half] = (np.nan_to_num(step) > _STANCE_M).any(axis=1)
+    return moved
+
+
+def _shifted(forces_n: FloatArray, period_s: float) -> BoolArray:
+    """Where weight moves from cell to cell within a moment: another stance, where no CoM is known.
+
+    Parameters
+    ----------
+    forces_n
+        Shape (n, c).
+    """
+    n = len(forces_n)
+    width = max(round(_MOMENT_S / period_s), 1)
+    known = np.nan_to_num(forces_n)
+    total = np.maximum(known.sum(axis=1, keepdims=True), 1e-9)
+    box = np.ones(width) / width
+    share = np.stack([np.convolve(c, box, mode="same") for c in (known / total).T], axis=1)
+    moved = np.zeros(n, dtype=bool)
+    if n <= 4 * width:
+        return moved
+    step = np.abs(share[2 * width :] - share[: -2 * width])
+    moved[width : n - width] = (step > _SHIFT).any(axis=1)
+    moved[: 2 * width] = moved[n - 2 * width :] = False  # the average begins and ends there
     return moved
 
 

@@ -15,11 +15,11 @@ from footcal_cli.core.online.memory import MemoryOptions
 from footcal_cli.core.online.noise import Noise, starting_noise
 from footcal_cli.core.online.streams import Merged
 from footcal_cli.core.online.tuning import LEARNT
-from footcal_cli.core.online.window import WindowRule
-from footcal_cli.core.online.windows import GivenWeights
 from footcal_cli.core.parameters import Estimates, FloatArray
 from footcal_cli.core.signals import interpolate_stream
-from footcal_cli.intake.recordings import estimates_of
+from footcal_cli.core.study.walk import PaperMethods
+from footcal_cli.core.study.window import WindowRule
+from footcal_cli.core.study.windows import GivenWeights
 from footcal_cli.session.request import read_calibration
 from footcal_cli.tables.columns import truth_table
 from footcal_cli.tables.table import read_table
@@ -47,22 +47,27 @@ def settings_of(
             samples_per_update=every,
             align=options.align_delay,
         ),
-        window=WindowRule(
-            samples=max(round(options.window_s * merged.rate_hz), every),
-            every=every,
-            foot_length_m=options.foot_length_m,
-            min_force_n=options.min_force_n,
-        ),
-        others=others_of(options),
-        weights=GivenWeights(options.force_weight, options.cop_weight, options.smooth_weight),
+        min_force_n=options.min_force_n,
         causal=options.causal,
     )
 
 
-def others_of(options: OnlineReplayOptions) -> tuple[str, ...]:
-    """The papers' methods that run: all to compare, else the one that was asked for."""
-    methods = ("window", "static")
-    return methods if options.compare else tuple(m for m in methods if m == options.method)
+def paper_methods(
+    options: OnlineReplayOptions, merged: Merged, belief: Belief
+) -> PaperMethods | None:
+    """Those that run: all to compare, else the one that was asked for; None for none."""
+    every = max(round(merged.rate_hz / options.update_hz), 1)
+    asked = [m for m in ("window", "static") if options.compare or m == options.method]
+    if not asked and not options.sensitivity:
+        return None
+    rule = WindowRule(
+        samples=max(round(options.window_s * merged.rate_hz), every),
+        every=every,
+        foot_length_m=options.foot_length_m,
+        min_force_n=options.min_force_n,
+    )
+    given = GivenWeights(options.force_weight, options.cop_weight, options.smooth_weight)
+    return PaperMethods.run(merged.log, belief, asked, rule, given)
 
 
 def noise_of(options: OnlineReplayOptions, start: Noise) -> tuple[Noise, tuple[str, ...]]:
@@ -105,4 +110,4 @@ def baseline_of(session: Session[OnlineReplayOptions]) -> Estimates | None:
     path = Path(session.options.baseline)
     if not path.is_absolute() and session.recipe.path is not None and not path.is_file():
         path = session.recipe.path.parent / path
-    return estimates_of(read_calibration(path))
+    return read_calibration(path).estimates

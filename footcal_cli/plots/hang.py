@@ -9,9 +9,9 @@ import numpy as np
 
 from footcal_cli.core.hang.binned import BinnedCom
 from footcal_cli.core.hang.joint import HangFit
-from footcal_cli.core.hang.stepwise import StepwiseFit
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.spatial import tangent_basis
+from footcal_cli.core.study.stepwise import StepwiseFit
 from footcal_cli.plots.style import AFTER, BEFORE, CELL_COLOURS, REFERENCE, new_figure, tidy
 
 if TYPE_CHECKING:

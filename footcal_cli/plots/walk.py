@@ -11,9 +11,9 @@ from footcal_cli.core.online.comparison import Comparison
 from footcal_cli.core.online.evidence import SETTLING_S
 from footcal_cli.core.online.filter import Track
 from footcal_cli.core.online.jumps import Jump
-from footcal_cli.core.online.sensitivity import Sensitivity
 from footcal_cli.core.parameters import BoolArray, FloatArray
 from footcal_cli.core.signals import peaks_kept
+from footcal_cli.core.study.sensitivity import Sensitivity
 from footcal_cli.plots.style import (
     AFTER,
     BAD,

@@ -19,6 +19,7 @@ from footcal_cli.recipe.filespecs import FileSpec, Place, as_file, as_places
 from footcal_cli.records.models import Frozen, validated
 from footcal_cli.records.own_effects import OwnEffect
 from footcal_cli.tables.columns import canonical_names, is_canonical
+from footcal_cli.tables.plates import Plate
 from footcal_cli.tables.reading import ForeignColumn, Join, Reading
 from footcal_cli.tables.textfiles import read_text
 
@@ -88,6 +89,9 @@ class Cell(Frozen):
 class Foot(Frozen):
     """A foot: load cells by name, or one six-axis transducer at the ankle.
 
+    With `force_and_cop` the log has the foot's vertical force and CoP (``left_fz_n``,
+    ``left_cop_x_m``, ``left_cop_y_m``), as plates and insoles report them, and its three cells
+    stand in for the plate, in the frame of the CoP.
     `transducer_rotation_rpy_rad` turns the transducer's axes into those of the logged foot frame;
     `weight_below_n` hangs below the transducer at `com_below_m` in its axes.
     """
@@ -98,6 +102,19 @@ class Foot(Frozen):
     weight_below_n: float = Field(default=0.0, ge=0)
     com_below_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
     outline_m: tuple[tuple[float, float], ...] = ()
+    force_and_cop: bool = False
+
+    @model_validator(mode="after")
+    def _three_cells(self) -> Self:
+        if not self.force_and_cop:
+            return self
+        places = [(cell.x_m, cell.y_m) for cell in self.cells.values()]
+        if len(places) != 3:
+            raise ValueError("force_and_cop needs three cells that stand in for the plate")
+        (ax, ay), (bx, by), (cx, cy) = places
+        if abs((bx - ax) * (cy - ay) - (by - ay) * (cx - ax)) < 1e-6:
+            raise ValueError("force_and_cop needs three cells that are not in one line")
+        return self
 
 
 class Leg(Frozen):
@@ -210,8 +227,12 @@ class Recipe(Frozen):
         """
         common = {name: place.foreign() for name, place in self.columns.items()}
         spec = next((s for s in self.files if fnmatch(path.name, s.match)), None)
+        plates = tuple(
+            Plate(name, {n: (c.x_m, c.y_m) for n, c in foot.cells.items()})
+            for name, foot in self.robot.feet.items() if foot.force_and_cop
+        )  # fmt: skip
         if spec is None:
-            return Reading(common)
+            return Reading(common, plates=plates)
         joins = []
         for join in spec.join:
             beside = path.parent / join.file
@@ -231,7 +252,7 @@ class Recipe(Frozen):
             {**common, **{name: place.foreign() for name, place in spec.columns.items()}},
             spec.layout(), spec.rate_hz, spec.wide_into,
             {e: {n: p.foreign() for n, p in own.items()} for e, own in spec.wide.items()},
-            tuple(joins), spec.rows_of,
+            tuple(joins), spec.rows_of, plates,
         )  # fmt: skip
 
     def data_paths(self, role: str) -> list[Path]:

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from footcal_cli.core.online.comparison import Comparison
-from footcal_cli.core.online.sensitivity import Sensitivity
+from footcal_cli.core.study.sensitivity import Sensitivity
+from footcal_cli.core.study.walk import PaperMethods
 from footcal_cli.intake.cell_effects import cells_in_feet
 from footcal_cli.plots import walk as plots
 from footcal_cli.recipe import Robot
@@ -36,6 +37,7 @@ SHOWN = ("before", "static", "window", "memory", "smoother")
 
 def outcome_of(
     found: Comparison,
+    papers: PaperMethods | None,
     curves: Sequence[tuple[str, Sensitivity]],
     robot: Robot,
     recording: Recording,
@@ -47,9 +49,9 @@ def outcome_of(
             title=f"Walking calibration of {robot.name}, {recording.name}",
             verdict=verdict_of(found, options.method),
             pictures=pictures_of(found, curves, robot, options.picture_span_s),
-            sheets=sheets_of(found),
+            sheets=sheets_of(found, papers),
             findings=tuple(stream_findings(recording)),
-            footer=footer_of(found, options.delay_s),
+            footer=footer_of(found, papers, options.delay_s),
         ),
         rmse=rmse_of(found),
         tables={"sensitivity.parquet": sensitivity_columns(curves)} if curves else {},
@@ -152,7 +154,7 @@ def _how_run(found: Comparison) -> str:
     )
 
 
-def footer_of(found: Comparison, delay_s: float) -> tuple[str, ...]:
+def footer_of(found: Comparison, papers: PaperMethods | None, delay_s: float) -> tuple[str, ...]:
     """What was assumed, for who wants to repeat it."""
     c = found.consistency
     return (
@@ -172,9 +174,9 @@ def footer_of(found: Comparison, delay_s: float) -> tuple[str, ...]:
         "something; the others changed nothing.",
         f"Delay compensated {1e3 * delay_s:g} ms."
         + (
-            f" Window: {found.rule.samples} samples every {found.rule.every}, "
-            f"{found.rule.iterations} Gauss-Newton iterations (NAO CoP self-calibration, eq. 14)."
-            if found.weights
+            f" Window: {papers.rule.samples} samples every {papers.rule.every}, "
+            f"{papers.rule.iterations} Gauss-Newton iterations (NAO CoP self-calibration, eq. 14)."
+            if papers is not None and papers.windowed
             else " --compare runs the methods window and static as well."
         ),
     )

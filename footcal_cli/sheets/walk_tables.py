@@ -11,8 +11,9 @@ from footcal_cli.core.online.comparison import Comparison
 from footcal_cli.core.online.evidence import Interval
 from footcal_cli.core.online.filter import Noise
 from footcal_cli.core.online.memory import LEARNT_RATIO
-from footcal_cli.core.online.sensitivity import Sensitivity
 from footcal_cli.core.parameters import Status
+from footcal_cli.core.study.sensitivity import Sensitivity
+from footcal_cli.core.study.walk import PaperMethods
 from footcal_cli.plots import walk as plots
 from footcal_cli.report import Sheet, number, with_sd
 from footcal_cli.sheets.stand import beliefs_sheet
@@ -34,14 +35,14 @@ STATE_UNITS = {
 }
 
 
-def sheets_of(found: Comparison) -> tuple[Sheet, ...]:
+def sheets_of(found: Comparison, papers: PaperMethods | None) -> tuple[Sheet, ...]:
     """All tables."""
     return (
         _methods_sheet(found),
         _calibration_sheet(found),
         _states_sheet(found),
         _settling_sheet(found),
-        _noise_sheet(found),
+        _noise_sheet(found, papers),
     )
 
 
@@ -135,7 +136,7 @@ def _settling_sheet(found: Comparison) -> Sheet:
     )
 
 
-def _noise_sheet(found: Comparison) -> Sheet:
+def _noise_sheet(found: Comparison, papers: PaperMethods | None) -> Sheet:
     memory = found.memory
     learnt = {}
     if memory.tuning is not None:
@@ -150,7 +151,8 @@ def _noise_sheet(found: Comparison) -> Sheet:
         )
         for f in fields(Noise)
     ]
-    for method, weights in found.weights.items():
+    for method, one in papers.windowed.items() if papers is not None else ():
+        weights = one.weights
         rows += [
             (f"{method}: {name}", number(float(np.asarray(weight)), 3), source)
             for name, weight, source in (

@@ -13,6 +13,7 @@ from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
 from footcal_cli.sniff.holds import blank_loads
 from footcal_cli.sniff.numbered import numbered
 from footcal_cli.sniff.plan import MASS, Blank, Entry, Plan, of, times
+from footcal_cli.sniff.plates import force_and_cop
 from footcal_cli.sniff.six_axis import transducers
 from footcal_cli.sniff.tokens import with_unit
 from footcal_cli.sniff.units import known_unit
@@ -37,6 +38,9 @@ def plan_of(file: FileGuess) -> Plan | None:
         return _cop_points(file, holes, cops)
     if {"x", "y"} <= set(holes) and loads and len(cells) >= 3:
         return _placements(file, holes, loads[0], cells)
+    plates = None if holes or (loads and cells) else force_and_cop(file)
+    if plates is not None:
+        return plates
     if six:
         return transducers(file, six)
     if why_not(file) is not None:

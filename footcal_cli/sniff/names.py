@@ -130,6 +130,8 @@ def name_guess(name: str) -> NameGuess:
         return NameGuess("other", unit=unit)
     side, place, rest = _address(words)
     quantity, axis, used = _quantity(stem, words, unit)
+    if quantity == "unknown" and rest and rest != words:
+        quantity, axis, used = _quantity(stem, rest, unit)  # fz_left
     owner = "_".join(w for w in rest if w not in used and w not in _NOISE)
     if quantity == "force" and axis and words[-1].isdigit() and words[-1] not in owner:
         owner = f"{owner}_{words[-1]}".strip("_")  # plates are counted: Fx1, Fx2

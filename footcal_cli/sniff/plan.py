@@ -106,8 +106,8 @@ class Plan:
 
 
 MASS = Blank(
-    ("# [robot]", "# mass_kg =    # the whole robot, batteries and cables included"),
-    "no log says what the robot weighs",
+    ("# [robot]", "# mass_kg =    # the whole robot or person, with all that is worn"),
+    "no log says what the robot or person weighs",
 )
 _RATE = Blank(
     ("# rate_hz = 100.0    # rows per second",),

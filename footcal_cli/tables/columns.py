@@ -371,7 +371,7 @@ def base_columns() -> tuple[Column, ...]:
 
 _ENDINGS = (
     "_counts", *(f"_{axis}" for axis in _AXES), *(f"_foot_{a}_m" for a in "xyz"),
-    "_foot_yaw_rad", *(f"_foot_q{a}" for a in "xyzw"),
+    "_foot_yaw_rad", *(f"_foot_q{a}" for a in "xyzw"), "_cop_x_m", "_cop_y_m",
 )  # fmt: skip
 """Endings of columns that are named after a channel, a foot or a transducer."""
 

@@ -5,7 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
+
+if TYPE_CHECKING:
+    from footcal_cli.tables.plates import Plate
 
 BLANKS = " "
 """As a separator: any run of spaces and tabs."""
@@ -156,6 +159,8 @@ class Reading:
         Files beside it.
     rows_of
         A column of the topic whose rows count, where several take turns; empty for all rows.
+    plates
+        Feet that report force and CoP.
     """
 
     columns: Mapping[str, ForeignColumn] = field(default_factory=dict)
@@ -165,3 +170,4 @@ class Reading:
     wide: Mapping[str, Mapping[str, ForeignColumn]] = field(default_factory=dict)
     joins: tuple[Join, ...] = ()
     rows_of: str = ""
+    plates: tuple[Plate, ...] = ()

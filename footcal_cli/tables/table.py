@@ -8,7 +8,7 @@ suffix (``load_kg`` for ``load_n``).
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -37,6 +37,7 @@ from footcal_cli.tables.logfiles import (
 )
 from footcal_cli.tables.longfiles import raw_pieces
 from footcal_cli.tables.places import Places, every_entry, passed_over, places_of
+from footcal_cli.tables.plates import add_cells, with_plates
 from footcal_cli.tables.reading import ForeignColumn, Reading
 from footcal_cli.tables.sources import source_columns
 from footcal_cli.tables.units import unit_factor
@@ -129,12 +130,15 @@ def read_table(
         number.
     """
     reading = _reading(columns)
+    table = with_plates(table, reading.plates)
     parts = [
         (places, source_columns(path, reading, places.found, _texts(table)))
         for places in places_of(table, reading, path)
     ]
     beside = {join.path: digest(join.path) for join in reading.joins}
-    return _canonical(parts, table, path, digest(path), gravity_mps2, beside)
+    read = _canonical(parts, table, path, digest(path), gravity_mps2, beside)
+    data, added = add_cells(read.data, reading.plates)
+    return replace(read, data=data, read_as=(*read.read_as, *added))
 
 
 def read_pieces(
@@ -154,11 +158,11 @@ def read_pieces(
         As `read_table`.
     """
     reading = _reading(columns)
-    places = places_of(table, reading, path)
+    places = places_of(with_plates(table, reading.plates), reading, path)
     found = places[0].found
     own = {p.column for p in found.values()} <= set(column_names(path, reading.layout))
     bare = all(p.in_file and not p.pattern and not p.names for p in found.values())
-    if len(places) > 1 or not (reading.layout.plain and own and bare):
+    if len(places) > 1 or reading.plates or not (reading.layout.plain and own and bare):
         yield read_table(path, table, reading, gravity_mps2=gravity_mps2)
         return
     sha256 = digest(path)
@@ -234,7 +238,7 @@ def refusal_of(
 ) -> FootcalError | None:
     """Why a file is no log of a table type (the first column it lacks), None where it is one."""
     reading = _reading(columns)
-    for places in every_entry(table, reading, path):
+    for places in every_entry(with_plates(table, reading.plates), reading, path):
         if places.missing:
             return places.missing[0]
     return None

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from footcal_cli.core.online.window import WindowTrack
+from footcal_cli.core.study.window import WindowTrack
 from tests.benchmarks.contenders import Contender, contenders
 from tests.benchmarks.limits import compiler
 

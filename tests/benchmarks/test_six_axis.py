@@ -12,10 +12,10 @@ import pyarrow.parquet as pq
 import pytest
 
 from footcal_cli.core.hang.joint import fit_hang
-from footcal_cli.core.hang.stepwise import fit_stepwise
-from footcal_cli.core.pose.alternating import fit_alternating
 from footcal_cli.core.pose.data import PoseData, summarise
 from footcal_cli.core.pose.joint import fit_pose
+from footcal_cli.core.study.alternating import fit_alternating
+from footcal_cli.core.study.stepwise import fit_stepwise
 from tests.core.pose_cases import Case, case
 from tests.core.six_axis_data import TABLE_2, WEIGHT_N, com_m, hang
 

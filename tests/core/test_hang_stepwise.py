@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from footcal_cli.core.hang.joint import fit_hang
-from footcal_cli.core.hang.stepwise import fit_stepwise, smooth_com
+from footcal_cli.core.study.stepwise import fit_stepwise, smooth_com
 from footcal_cli.errors import FitError
 from tests.core.six_axis_data import COM_M, FOUR_WAYS, TABLE_2, WEIGHT_N, hang
 

@@ -23,7 +23,7 @@ ERRORS = Errors(
     jumps=((2, 19.8, 2.0),),
 )  # fmt: skip
 OPTIONS = MemoryOptions(learnt=(), align=False, plate=False, guards=Guards(jump_threshold=20.0))
-SETTINGS = Settings(memory=OPTIONS, others=())
+SETTINGS = Settings(memory=OPTIONS)
 PART, BEFORE, AHEAD = 800, 400, 1200
 """Samples: 10 s with 5 s before and 15 s ahead."""
 

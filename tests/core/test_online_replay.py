@@ -10,14 +10,13 @@ from footcal_cli.core.online.memory import Memory, memory_estimates, replay_trac
 from footcal_cli.core.online.replay import Errors as Differences
 from footcal_cli.core.online.replay import (
     Replayed,
-    best_smoothing,
     corrected,
     errors_against,
-    replay_window,
 )
-from footcal_cli.core.online.sensitivity import memory_sensitivity, window_sensitivity
-from footcal_cli.core.online.window import Weights, WindowRule, run_window_fast, standing_weights
 from footcal_cli.core.parameters import Status
+from footcal_cli.core.study.sensitivity import memory_sensitivity, window_sensitivity
+from footcal_cli.core.study.window import Weights, WindowRule, run_window_fast, standing_weights
+from footcal_cli.core.study.windows import best_smoothing, replay_window
 from tests.core.walk_data import Errors, Recording, make_walk, record
 from tests.core.walking import belief_of, true_replay, walk_log
 

@@ -21,14 +21,13 @@ from footcal_cli.core.online.memory import Memory, MemoryOptions, replay_track, 
 from footcal_cli.core.online.noise import starting_noise
 from footcal_cli.core.online.replay import (
     Replayed,
-    best_smoothing,
     corrected,
     errors_against,
-    replay_window,
 )
-from footcal_cli.core.online.window import WindowRule, standing_weights
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.signals import low_pass
+from footcal_cli.core.study.window import WindowRule, standing_weights
+from footcal_cli.core.study.windows import best_smoothing, replay_window
 from tests.core.physics_walks import (
     DRIFTING,
     MASS_KG,

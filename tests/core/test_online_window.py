@@ -7,14 +7,14 @@ from scipy.optimize import least_squares
 from footcal_cli.core.experiments.walk import reference_of
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.belief import Belief
-from footcal_cli.core.online.window import (
+from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.study.window import (
     Weights,
     WindowRule,
     run_window,
     run_window_fast,
     standing_weights,
 )
-from footcal_cli.core.parameters import FloatArray
 from footcal_cli.errors import DataError
 from tests.core.walk_data import Errors, Recording, make_walk, record
 from tests.core.walking import belief_of, walk_log

@@ -16,8 +16,9 @@ from footcal_cli.core.online.memory import MemoryOptions
 from footcal_cli.core.online.merging import merge_cells
 from footcal_cli.core.online.replay import errors_against
 from footcal_cli.core.online.streams import BodyStream, MergeRule, SensorStream
-from footcal_cli.core.online.window import WindowRule
-from footcal_cli.core.online.windows import GivenWeights, run_windows, standing_start
+from footcal_cli.core.study.walk import PaperMethods
+from footcal_cli.core.study.window import WindowRule
+from footcal_cli.core.study.windows import GivenWeights, run_windows, standing_start
 from tests.core.walk_data import CELLS_FOOT, CHANNELS, Errors, G, Recording, make_walk, record
 from tests.core.walking import belief_of, walk_log
 
@@ -77,11 +78,11 @@ def test_the_smallest_force_reaches_every_cop(made: Recording) -> None:
         SensorStream(made.cell_time, made.counts, CHANNELS), body, belief, (CELLS_FOOT,) * 2,
         made.mass, G, rule=rule,
     )  # fmt: skip
-    settings = Settings(
-        memory=MemoryOptions(learnt=(), align=False), window=WindowRule(min_force_n=least_n)
-    )
+    settings = Settings(memory=MemoryOptions(learnt=(), align=False), min_force_n=least_n)
+    rule_of_window = WindowRule(min_force_n=least_n)
+    papers = PaperMethods.run(merged.log, belief, BOTH, rule_of_window, GivenWeights())
     rng = np.random.default_rng(0)
-    found = compare(merged, belief, settings, truth_n=made.force, rng=rng)
+    found = compare(merged, belief, settings, truth_n=made.force, others=papers.replayed, rng=rng)
     assert set(found.replayed) == {"before", *BOTH, "memory", "smoother", "true"}
     for one in found.replayed.values():
         for pressure in (one.total, *one.feet):

@@ -10,7 +10,6 @@ from scipy.spatial.transform import Rotation
 
 from footcal_cli.core.experiments.pose import EXPERIMENT
 from footcal_cli.core.parameters import FloatArray, Status
-from footcal_cli.core.pose.alternating import fit_alternating
 from footcal_cli.core.pose.data import pose_data, summarise
 from footcal_cli.core.pose.hanging import HangRows
 from footcal_cli.core.pose.joint import fit_pose
@@ -25,6 +24,7 @@ from footcal_cli.core.pose.model import (
 from footcal_cli.core.pose.problem import PoseOptions
 from footcal_cli.core.pose.wrenches import FootCalibration, foot_wrenches, naive_wrenches
 from footcal_cli.core.spatial import tangent_basis
+from footcal_cli.core.study.alternating import fit_alternating
 from tests.core.pose_cases import HIGH, LOW, Case, case, rms
 from tests.core.six_axis_data import (
     COM_M,

@@ -13,7 +13,6 @@ from footcal_cli.core.experiments import hang, placements, pose, stand, walk, we
 from footcal_cli.core.experiments.contract import Balance
 from footcal_cli.core.hang.joint import fit_hang
 from footcal_cli.core.hang.runs import hang_runs
-from footcal_cli.core.hang.stepwise import fit_stepwise
 from footcal_cli.core.log import Log
 from footcal_cli.core.simulation.bench_logs import (
     PlacementsPlan,
@@ -41,6 +40,7 @@ from footcal_cli.core.simulation.hexapod_logs import (
 from footcal_cli.core.simulation.noise import Noise, stream
 from footcal_cli.core.simulation.robots import TABLE_II_OFFSETS, Biped, Hexapod
 from footcal_cli.core.simulation.scenario import Spread, mounting
+from footcal_cli.core.study.stepwise import fit_stepwise
 from footcal_cli.errors import UsageError
 
 BIPED, HEXAPOD = Biped(), Hexapod()

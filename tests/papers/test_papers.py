@@ -70,12 +70,12 @@ def test_a_short_walk_gives_every_figure_of_the_page(tmp_path: Path) -> None:
         "walk", Biped(), Plans(walk=WalkPlan(duration_s=14.0)), [], seed=1, given=values
     )
     merged, belief, truth = walks.merged_of(made, Biped())
-    found = walks.compared_methods(merged, belief, truth, baseline, seed=0, learnt=())
-    summary = walks.summary_of(found, trial)
+    found, papers = walks.compared_methods(merged, belief, truth, baseline, seed=0, learnt=())
+    summary = walks.summary_of(found, papers, trial)
     assert {e["method"] for e in summary["errors"]} == set(walks.METHODS)
     assert {e["reference"] for e in summary["errors"]} == {"truth", "baseline"}
     assert summary["parameters"]["memory"]["gain_error"] < 0.02
-    curves = walks.sensitivity_of(found)
+    curves = walks.sensitivity_of(found, papers)
     assert [c["setting"] for c in curves] == ["omega_f", "omega_p", "omega_s"]
     middle = {c["cop_m"][2] for c in curves}
     assert len(middle) == 1  # × 1 is the same setting in each

@@ -32,10 +32,8 @@ from footcal_cli.core.online.comparison import Comparison, Settings, compare
 from footcal_cli.core.online.memory import MemoryOptions
 from footcal_cli.core.online.merging import merge_cells
 from footcal_cli.core.online.noise import starting_noise
-from footcal_cli.core.online.sensitivity import window_sensitivity
 from footcal_cli.core.online.streams import BodyStream, Merged, SensorStream
 from footcal_cli.core.online.tuning import LEARNT
-from footcal_cli.core.online.window import Weights, run_window
 from footcal_cli.core.parameters import Estimates, Status
 from footcal_cli.core.simulation.bench_logs import WeightsPlan
 from footcal_cli.core.simulation.recorded import motion_columns
@@ -48,6 +46,10 @@ from footcal_cli.core.simulation.scenario import (
     calibration,
     simulate,
 )
+from footcal_cli.core.study.sensitivity import window_sensitivity
+from footcal_cli.core.study.walk import PaperMethods
+from footcal_cli.core.study.window import Weights, WindowRule, run_window
+from footcal_cli.core.study.windows import GivenWeights
 from footcal_cli.plots.walk import plot_cop, plot_vgrf
 from tests.papers.statistics import converged_after
 
@@ -171,7 +173,7 @@ def merged_of(scenario: Scenario, robot: Biped) -> tuple[Merged, Belief, Array]:
     return merged, belief, truth
 
 
-def replayed(trial: Trial, motion: Mapping[str, Array]) -> Comparison:
+def replayed(trial: Trial, motion: Mapping[str, Array]) -> tuple[Comparison, PaperMethods]:
     """All methods on one walk."""
     merged, belief, truth = merged_of(recorded_walk(trial, motion), Biped())
     _, baseline = mounted(trial.session)
@@ -186,14 +188,21 @@ def compared_methods(
     *,
     seed: int,
     learnt: tuple[str, ...] = LEARNT,
-) -> Comparison:
+) -> tuple[Comparison, PaperMethods]:
     """`online-replay --compare` with its defaults; `learnt` says which noise is learnt."""
     idle = channel_contact(merged.log) == 0.0
     raw_n = merged.raw * np.abs(belief.scale_n_per_count)
     start = starting_noise(raw_n, idle, Biped().weight_n)
     settings = Settings(memory=MemoryOptions(noise=start, learnt=learnt))
     rng = np.random.default_rng(seed)
-    return compare(merged, belief, settings, truth_n=truth_n, baseline=baseline, rng=rng)
+    papers = PaperMethods.run(
+        merged.log, belief, ("window", "static"), WindowRule(), GivenWeights()
+    )
+    found = compare(
+        merged, belief, settings, truth_n=truth_n, baseline=baseline, others=papers.replayed,
+        rng=rng,
+    )  # fmt: skip
+    return found, papers
 
 
 def figures_of(found: Comparison, trial: Trial, folder: Path) -> None:
@@ -207,7 +216,7 @@ def figures_of(found: Comparison, trial: Trial, folder: Path) -> None:
     plot_vgrf(against, shown, FIGURE_SPAN_S).savefig(folder / f"walk_{stem}_vgrf.png", dpi=110)
 
 
-def summary_of(found: Comparison, trial: Trial) -> dict[str, Any]:
+def summary_of(found: Comparison, papers: PaperMethods, trial: Trial) -> dict[str, Any]:
     """The numbers that the page needs of one walk."""
     start = _cycle_starts(found.cycle, found.merged.log.time_s)
     errors = [
@@ -247,7 +256,7 @@ def summary_of(found: Comparison, trial: Trial) -> dict[str, Any]:
             for s in found.settling
         ],
         "omega": {m: [float(np.asarray(x)) for x in (w.force, w.cop, w.smooth)]
-                  for m, w in found.weights.items()},
+                  for m, one in papers.windowed.items() for w in (one.weights,)},
         "cycles": int(found.cycle.max()) + 1,
     }  # fmt: skip
 
@@ -257,10 +266,13 @@ def _cycle_starts(cycle: NDArray[np.int64], time_s: Array) -> Array:
     return np.asarray(time_s[first])
 
 
-def sensitivity_of(found: Comparison) -> list[dict[str, Any]]:
+def sensitivity_of(found: Comparison, papers: PaperMethods) -> list[dict[str, Any]]:
     """CoP and force error against the baseline as ωF, ωP, ωS are scaled by 0.2 … 5."""
     curves = window_sensitivity(
-        found.merged.log, found.belief, found.weights["window"], found.replayed["baseline"]
+        found.merged.log,
+        found.belief,
+        papers.windowed["window"].weights,
+        found.replayed["baseline"],
     )
     return [
         {"setting": c.setting, "factor": c.factors.tolist(), "cop_m": c.cop_m.tolist(),
@@ -289,12 +301,12 @@ def run_walks(
     for trial in trials(sessions, per_session):
         path = out / "walks" / f"{trial.name}.json"
         if not path.exists():
-            found = replayed(trial, motion_of(trial, out / "motions"))
-            summary = summary_of(found, trial)
+            found, papers = replayed(trial, motion_of(trial, out / "motions"))
+            summary = summary_of(found, papers, trial)
             if (trial.session, trial.trial, trial.body) == (0, 0, SHOWN_BODY):
                 figures_of(found, trial, out / "pictures")
-                summary["sensitivity"] = sensitivity_of(found)
-                log, weights = found.merged.log, found.weights["window"]
+                summary["sensitivity"] = sensitivity_of(found, papers)
+                log, weights = found.merged.log, papers.windowed["window"].weights
                 summary["ms_per_update"] = milliseconds_per_update(log, found.belief, weights)
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text(json.dumps(summary, indent=1), encoding="utf-8")

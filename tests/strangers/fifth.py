@@ -16,8 +16,10 @@ from tests.strangers.rigs import (
     G,
     Made,
     Tool,
+    Truth,
     attitudes,
     cell,
+    filled,
     rows,
     settling,
     tool,
@@ -232,15 +234,19 @@ def insole_force_and_cop(to: Path, rng: Rng) -> Made:
 
 def plates_under_each_foot(to: Path, rng: Rng) -> Made:
     """Two plates of an estimator: only Fz and CoP in m, the mass known to the person."""
-    n = 1000
-    share = 0.5 + 0.2 * np.sin(np.arange(n) / 100)
+    share = settling([0.3, 0.5, 0.7, 0.4, 0.6], 5, 100)
+    n = share.size
     mass, gain = 70.0, (1.05, 0.97)
     left, right = share * mass * G, (1 - share) * mass * G
     data = [np.arange(n) / 100, left / gain[0] + rng.normal(0, 1, n), rng.normal(0.01, 1e-3, n),
             rng.normal(0.1, 1e-3, n), right / gain[1] + rng.normal(0, 1, n),
             rng.normal(0.01, 1e-3, n), rng.normal(-0.1, 1e-3, n)]  # fmt: skip
     head = "time_s,fz_left,cop_x_left,cop_y_left,fz_right,cop_x_right,cop_y_right"
-    return Made([write(to / "plates.csv", [head, *rows(*data)])], says="weigh")
+    cells = {f"{side}_p{i}.scale": g for side, g in zip(("left", "right"), gain, strict=True)
+             for i in (1, 2, 3)}  # fmt: skip
+    truth = Truth(cells, dict.fromkeys(cells, 0.03))  # only sums are seen
+    return Made([write(to / "plates.csv", [head, *rows(*data)])], truth, says="weigh",
+                fill=filled(mass_kg=f"{mass}"))  # fmt: skip
 
 
 def onrobot_counts_rpy(to: Path, rng: Rng) -> Made:

@@ -12,6 +12,7 @@ from footcal_cli.sniff.names import orientation_in
 from footcal_cli.sniff.tokens import number_signs
 from footcal_cli.tables.canonical import unwrapped
 from footcal_cli.tables.logfiles import RawColumn
+from footcal_cli.tables.plates import cells_of
 from footcal_cli.tables.sources import at_rows
 
 
@@ -85,3 +86,13 @@ def test_rows_between_holds_are_found_and_an_attitude_that_always_turns_has_none
     angle = np.linspace(0, 6, 400)
     turning = np.column_stack([np.sin(angle), np.cos(angle), 0.5 * np.sin(2 * angle)])
     assert not between_holds(held_still(turning)).any()
+
+
+def test_three_cells_are_as_much_as_force_and_cop_and_a_lifted_foot_is_spread_evenly() -> None:
+    places = np.array([[-0.1, -0.05], [-0.1, 0.05], [0.15, 0.0]])
+    force = np.array([300.0, 500.0, 2.0])
+    cop = np.array([[0.02, 0.01], [-0.3, 0.2], [np.nan, np.nan]])
+    cells = cells_of(force, cop, places)
+    assert np.allclose(cells.sum(axis=1), force)
+    assert np.allclose((cells @ places)[:2], force[:2, None] * cop[:2])
+    assert np.allclose(cells[2], 2.0 / 3.0)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
 from footcal_cli.core.hang.joint import HangFit
 from footcal_cli.core.hang.runs import HangRun
-from footcal_cli.core.hang.stepwise import StepwiseFit
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.spatial import skew
 
@@ -39,7 +39,19 @@ class BinnedCom:
     high95_m: FloatArray
 
 
-def binned_com(fit: HangFit | StepwiseFit, runs: Sequence[HangRun], bins: int = 36) -> BinnedCom:
+class Hanging(Protocol):
+    """A fit of a hanging leg that knows no motion of the leg: weight, offset (6,), gravity."""
+
+    @property
+    def weight_n(self) -> float: ...  # noqa: D102 - named above
+    @property
+    def offset(self) -> FloatArray: ...  # noqa: D102
+
+    def gravity_dir_t(self, runs: Sequence[HangRun]) -> FloatArray:
+        """Direction of gravity per run in the transducer frame, shape (L, 3)."""
+
+
+def binned_com(fit: HangFit | Hanging, runs: Sequence[HangRun], bins: int = 36) -> BinnedCom:
     """Solve ``τ − τ_o = r × m g u`` per bin and cycle over all orientations ([Wu], III-A.3).
 
     Offset, weight and directions are those of the fit that is shown.
@@ -73,11 +85,9 @@ def binned_com(fit: HangFit | StepwiseFit, runs: Sequence[HangRun], bins: int = 
     return BinnedCom(phase, median, low, high, low95, high95)
 
 
-def _arms(
-    fit: HangFit | StepwiseFit, runs: Sequence[HangRun]
-) -> tuple[FloatArray, list[FloatArray]]:
+def _arms(fit: HangFit | Hanging, runs: Sequence[HangRun]) -> tuple[FloatArray, list[FloatArray]]:
     """Leg weight as a vector per run (L, 3), and torques of leg weight alone per run (n, 3)."""
-    if isinstance(fit, StepwiseFit):
+    if not isinstance(fit, HangFit):
         down = fit.weight_n * fit.gravity_dir_t(runs)
         return down, [run.wrench[:, 3:] - fit.offset[3:] for run in runs]
     turning = [

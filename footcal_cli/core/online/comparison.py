@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from footcal_cli.core.centroidal import Reference
+from footcal_cli.core.centroidal import MIN_FORCE_N, Reference
 from footcal_cli.core.contact import Reason, Validity, gait_cycles, judge
 from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.online.evidence import (
@@ -35,12 +35,9 @@ from footcal_cli.core.online.replay import (
     Replayed,
     corrected,
 )
-from footcal_cli.core.online.sensitivity import Sensitivity, memory_sensitivity, window_sensitivity
 from footcal_cli.core.online.streams import Merged
 from footcal_cli.core.online.weighed import Weighed, weighed_walking
-from footcal_cli.core.online.window import Weights, WindowRule
-from footcal_cli.core.online.windows import QUIET_S, GivenWeights, run_windows
-from footcal_cli.core.parameters import BoolArray, Estimates, FloatArray, IntArray, Status
+from footcal_cli.core.parameters import BoolArray, Estimates, FloatArray, IntArray
 from footcal_cli.core.quality import Finding
 
 _OUTLIER_SD = 6.0
@@ -52,20 +49,16 @@ class Settings:
 
     Parameters
     ----------
-    memory, window
-        Of the two estimators.
-    others
-        Which of the papers' methods run besides memory: ``window``, ``static``.
-    weights
-        ωF, ωP and ωS of the papers' methods, None for those that the log itself must give.
+    memory
+        Of the estimator.
+    min_force_n
+        Below this total force there is no CoP.
     causal
         Memory learns from the past alone, as a live run must.
     """
 
     memory: MemoryOptions = field(default_factory=MemoryOptions)
-    window: WindowRule = field(default_factory=WindowRule)
-    others: tuple[str, ...] = ("window", "static")
-    weights: GivenWeights = field(default_factory=GivenWeights)
+    min_force_n: float = MIN_FORCE_N
     causal: bool = False
 
 
@@ -102,11 +95,11 @@ class Comparison:
         What went in.
     memory
         The estimator that remembers.
-    weights
-        ωF, ωP and ωS of the papers' methods that ran.
+    min_force_n
+        Below this total force there is no CoP.
     replayed
-        Method -> forces and CoP: ``before memory smoother``, those of ``window static`` that ran,
-        where there is a truth ``true``, and ``baseline`` where one was given.
+        Method -> forces and CoP: ``before memory smoother``, other methods that ran, where there is
+        a truth ``true``, and ``baseline`` where one was given.
     reference
         What the motion demands once the delay and offsets that memory found are taken out.
     cycle
@@ -127,8 +120,6 @@ class Comparison:
         Of the filter.
     causal
         Whether memory learnt from the past alone.
-    left_out
-        Methods that were asked for and had no standing to take their weights from.
     in_parts
         How the walk was run in parts; `replayed` and all else per sample are of the last one.
     """
@@ -136,8 +127,7 @@ class Comparison:
     merged: Merged
     belief: Belief
     memory: Memory
-    weights: Mapping[str, Weights]
-    rule: WindowRule
+    min_force_n: float
     replayed: Mapping[str, Replayed]
     reference: Reference
     cycle: IntArray
@@ -151,7 +141,6 @@ class Comparison:
     settling: tuple[Settling, ...]
     departures: tuple[Departure, ...]
     causal: bool
-    left_out: tuple[str, ...] = ()
     in_parts: InParts | None = None
 
     @property
@@ -163,31 +152,6 @@ class Comparison:
     def of(self, method: str, reference: str) -> Judged:
         """One method against one reference."""
         return next(j for j in self.judged if (j.method, j.reference) == (method, reference))
-
-    def sensitivity(self) -> list[tuple[str, Sensitivity]]:
-        """RMSE of both estimators as each of their settings is scaled."""
-        against: Replayed | Reference = self.reference
-        if self.best_reference == "truth":
-            against = self.replayed["true"]
-        elif self.best_reference == "baseline":
-            against = self.replayed["baseline"]
-        ours = memory_sensitivity(
-            self.memory, self.belief, against, min_force_n=self.rule.min_force_n
-        )
-        curves = [("memory", s) for s in ours]
-        if "window" in self.weights:
-            log, weights = self.merged.log, self.weights["window"]
-            paper = window_sensitivity(log, self.belief, weights, against, self.rule)
-            curves += [("window", s) for s in paper]
-        return curves
-
-    def window_estimates(self, method: str) -> Estimates:
-        """The last solution of the window; it has no covariance of its own."""
-        last = self.replayed[method]
-        c = len(self.belief.channels)
-        return self.belief.estimates(
-            last.gain[-1], last.bias_n[-1], self.belief.covariance, [Status.PRIOR_KEPT] * (2 * c)
-        )
 
     @property
     def weighed(self) -> Weighed:
@@ -221,17 +185,6 @@ class Comparison:
             )
             for d in self.departures
         ]
-        if self.left_out:
-            found.append(
-                Finding(
-                    "no_standing_start",
-                    "note",
-                    " and ".join(self.left_out),
-                    "not compared: their weights come from standing still, and this log starts "
-                    f"with less than {QUIET_S} s of it",
-                    "give force_weight and cop_weight, or record standing before the first step",
-                )
-            )
         if self.memory.repeated > INADEQUATE:
             found.append(
                 Finding(
@@ -264,9 +217,10 @@ def compare(
     *,
     truth_n: FloatArray | None = None,
     baseline: Estimates | None = None,
+    others: Mapping[str, Replayed] | None = None,
     rng: np.random.Generator,
 ) -> Comparison:
-    """Run the methods on a walk and judge them.
+    """Run the estimator on a walk and judge it, and other methods that ran.
 
     Parameters
     ----------
@@ -278,6 +232,8 @@ def compare(
         True cell forces, shape (n, c), NaN where unknown; low-passed here as the cells are.
     baseline
         An offline calibration to compare with, as [NAO] does.
+    others
+        Forces and CoP of other methods on the same walk.
     rng
         For the bootstrap.
     """
@@ -288,7 +244,7 @@ def compare(
     settled = log.time_s - log.time_s[0] > SETTLING_S
     found = judged_walk(
         memory, merged, belief, settings, References(truth_n, baseline),
-        gait_cycles(log.known["contact"]), settled,
+        gait_cycles(log.known["contact"]), settled, others=others,
     )  # fmt: skip
     return with_statistics(found, rng)
 
@@ -302,6 +258,7 @@ def judged_walk(
     cycle: IntArray,
     settled: BoolArray,
     *,
+    others: Mapping[str, Replayed] | None = None,
     skip_s: float = 2.0,
 ) -> Comparison:
     """Replay a walk, or a part of it, and judge it; without statistics over cycles and time.
@@ -314,16 +271,17 @@ def judged_walk(
         Gait cycle of each sample, shape (n,).
     settled
         Samples that are judged, shape (n,).
+    others
+        Of other methods.
     skip_s
         Left out of the consistency at the start.
     """
     log = merged.log
     n, c = log.readings.shape
     reference = memory_reference(memory)
-    nothing, least_n = np.zeros((n, c)), settings.window.min_force_n
+    nothing, least_n = np.zeros((n, c)), settings.min_force_n
     replayed = {"before": corrected("before", log, belief, nothing, nothing, min_force_n=least_n)}
-    windows = run_windows(log, belief, settings.others, settings.window, settings.weights)
-    replayed |= {method: one.replayed for method, one in windows.items()}
+    replayed |= others or {}
     replayed |= {
         "memory": replay_track("memory", memory, memory.track, belief, least_n),
         "smoother": replay_track("smoother", memory, memory.smoothed, belief, least_n),
@@ -345,10 +303,10 @@ def judged_walk(
     validity = _used(merged, memory)
     used = memory.track.used
     return Comparison(
-        merged, belief, memory, {method: one.weights for method, one in windows.items()},
-        settings.window, replayed, reference, cycle, judged, {}, {}, validity, validity.counts,
+        merged, belief, memory, least_n, replayed, reference, cycle, judged, {}, {},
+        validity, validity.counts,
         (int(used.sum()), used.size), check_consistency(memory.track, skip_s=skip_s), (), (),
-        settings.causal, tuple(method for method in settings.others if method not in windows),
+        settings.causal,
     )  # fmt: skip
 
 

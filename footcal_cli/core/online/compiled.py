@@ -12,12 +12,3 @@ def kalman_loops() -> ModuleType | None:
     except ImportError:
         return None
     return kalman_loops
-
-
-def window_loops() -> ModuleType | None:
-    """`footcal_cli.core.online.window_loops`, or None without numba."""
-    try:
-        from footcal_cli.core.online import window_loops
-    except ImportError:
-        return None
-    return window_loops

@@ -162,7 +162,7 @@ class Walk:
         teacher: Part,
         baseline: Estimates | None = None,
     ) -> None:
-        self.belief, self.settings, self.baseline = belief, replace(settings, others=()), baseline
+        self.belief, self.settings, self.baseline = belief, settings, baseline
         run = run_live if settings.causal else run_memory
         memory = run(teacher.own.log, belief, settings.memory)
         self._learnt = _Learnt.of(memory, live=settings.causal)

@@ -10,15 +10,7 @@ from footcal_cli.core.centroidal import MIN_FORCE_N, Pressure, Reference, pressu
 from footcal_cli.core.effects.contract import Scope, columns_of
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.belief import Belief
-from footcal_cli.core.online.evidence import rms
 from footcal_cli.core.online.rows import hanging_of
-from footcal_cli.core.online.window import (
-    Weights,
-    WindowRule,
-    WindowTrack,
-    run_window,
-    run_window_fast,
-)
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
 
@@ -106,21 +98,6 @@ def _absent(found: Pressure, usable: BoolArray) -> Pressure:
     )
 
 
-def replay_window(
-    method: str,
-    log: Log,
-    belief: Belief,
-    track: WindowTrack,
-    setting: int = 0,
-    min_force_n: float = MIN_FORCE_N,
-) -> Replayed:
-    """Forces and CoP along the paper's window."""
-    n = len(log)
-    gain = held(track.last_sample, track.gain[:, setting], n)
-    bias = held(track.last_sample, track.bias_n[:, setting], n)
-    return corrected(method, log, belief, gain, bias, min_force_n=min_force_n)
-
-
 @dataclass(frozen=True)
 class Errors:
     """Errors of one method against a reference, per sample; NaN where either is absent.
@@ -152,36 +129,3 @@ def errors_against(ours: Replayed, truth: Replayed | Reference) -> Errors:
     return Errors(
         ours.total.cop_m - truth.total.cop_m, ours.total.fz_n - truth.total.fz_n, per_foot
     )
-
-
-def best_smoothing(
-    log: Log,
-    belief: Belief,
-    weights: Weights,
-    truth: Replayed | Reference,
-    candidates: FloatArray,
-    rule: WindowRule | None = None,
-    *,
-    static: bool = False,
-) -> tuple[float, WindowTrack]:
-    """The ωS with the least CoP error, and the paper's window run exactly with it.
-
-    Parameters
-    ----------
-    candidates
-        Values of ωS to try, in one batched pass of the fast window.
-    """
-    rule = rule or WindowRule()
-    many = Weights(weights.force, weights.cop, candidates)
-    tried = run_window_fast(log, belief, many, rule, static=static)
-    scores = [
-        rms(
-            errors_against(
-                replay_window("window", log, belief, tried, b, rule.min_force_n), truth
-            ).cop_m
-        )
-        for b in range(candidates.size)
-    ]
-    best = float(candidates[int(np.argmin(scores))])
-    exact = run_window(log, belief, Weights(weights.force, weights.cop, best), rule, static=static)
-    return best, exact

@@ -7,13 +7,12 @@ from dataclasses import replace
 import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.core.pose.alternating import fit_alternating
 from footcal_cli.core.pose.data import PoseData
 from footcal_cli.core.pose.hanging import LegKnowledge
 from footcal_cli.core.pose.joint import PoseFit
-from footcal_cli.core.pose.model import Structure, arms_b_m, balance_matrix
+from footcal_cli.core.pose.model import Structure, balance_matrix
 from footcal_cli.core.pose.problem import start_mounting
-from footcal_cli.core.pose.wrenches import floating_from_body, leg_coms_t_m, tare_in_the_air
+from footcal_cli.core.pose.wrenches import floating_from_body, tare_in_the_air
 
 
 def error_of(data: PoseData, fit: PoseFit) -> FloatArray:
@@ -61,29 +60,4 @@ def in_floating_base(data: PoseData, error: FloatArray, com_b_m: FloatArray) -> 
     moment = error[:, 3:] + np.cross(arm, error[:, :3])
     return np.concatenate(
         [(turn @ part[..., None])[..., 0] for part in (error[:, :3], moment)], axis=1
-    )
-
-
-def alternated(
-    data: PoseData, legs: tuple[LegKnowledge, ...], joint: PoseFit, *, printed: bool
-) -> PoseFit:
-    """The paper's alternating solution in the place of the joint one; it has no covariance."""
-    offset = np.stack([leg.offset for leg in legs])
-    weight = np.array([leg.weight_n for leg in legs])
-    com = leg_coms_t_m(tuple(leg.com_m for leg in legs), data.phase_rad)
-    found = fit_alternating(data, offset, weight, com, printed=printed)
-    options = replace(joint.options, structure=Structure.FULL)
-    nominal = replace(
-        joint.mounting,
-        turn_b=found.turn_b,
-        shift_b_m=np.zeros_like(found.arm_b_m),
-        offset=offset,
-        leg_weight_n=weight,
-    )
-    shift = found.arm_b_m - arms_b_m(data.geometry, nominal, Structure.FULL)
-    return replace(
-        joint,
-        options=options,
-        mounting=replace(nominal, shift_b_m=shift),
-        covariance=np.full_like(joint.covariance, np.nan),
     )

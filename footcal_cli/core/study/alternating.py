@@ -8,14 +8,17 @@ it the exact chassis balance. Kept for comparison.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import least_squares
 
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.pose.data import PoseData
-from footcal_cli.core.pose.joint import PAPER_NORM
+from footcal_cli.core.pose.hanging import LegKnowledge
+from footcal_cli.core.pose.joint import PAPER_NORM, PoseFit
+from footcal_cli.core.pose.model import Structure, arms_b_m
+from footcal_cli.core.pose.wrenches import leg_coms_t_m
 from footcal_cli.core.spatial import cayley
 
 COST_TOLERANCE = 1e-3
@@ -104,3 +107,28 @@ def fit_alternating(
         q, arm, rounds = turned, shifted, rounds + 1
     cost = float(np.sum(by_rotation(q, arm) ** 2))
     return AlternatingFit(cayley(q.reshape(legs, 3)), arm.reshape(legs, 3), rounds, cost)
+
+
+def alternated(
+    data: PoseData, legs: tuple[LegKnowledge, ...], joint: PoseFit, *, printed: bool
+) -> PoseFit:
+    """The paper's alternating solution in the place of the joint one; it has no covariance."""
+    offset = np.stack([leg.offset for leg in legs])
+    weight = np.array([leg.weight_n for leg in legs])
+    com = leg_coms_t_m(tuple(leg.com_m for leg in legs), data.phase_rad)
+    found = fit_alternating(data, offset, weight, com, printed=printed)
+    options = replace(joint.options, structure=Structure.FULL)
+    nominal = replace(
+        joint.mounting,
+        turn_b=found.turn_b,
+        shift_b_m=np.zeros_like(found.arm_b_m),
+        offset=offset,
+        leg_weight_n=weight,
+    )
+    shift = found.arm_b_m - arms_b_m(data.geometry, nominal, Structure.FULL)
+    return replace(
+        joint,
+        options=options,
+        mounting=replace(nominal, shift_b_m=shift),
+        covariance=np.full_like(joint.covariance, np.nan),
+    )

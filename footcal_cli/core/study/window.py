@@ -8,6 +8,7 @@ centred units over their prior sd (see `footcal_cli.core.online.rows`).
 from __future__ import annotations
 
 from dataclasses import dataclass
+from types import ModuleType
 
 import numpy as np
 
@@ -15,9 +16,17 @@ from footcal_cli.core.centroidal import MIN_FORCE_N
 from footcal_cli.core.experiments import walk
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.belief import Belief
-from footcal_cli.core.online.compiled import window_loops
 from footcal_cli.core.parameters import FloatArray, IntArray
 from footcal_cli.errors import DataError
+
+
+def window_loops() -> ModuleType | None:
+    """`footcal_cli.core.study.window_loops`, or None without numba."""
+    try:
+        from footcal_cli.core.study import window_loops
+    except ImportError:
+        return None
+    return window_loops
 
 
 @dataclass(frozen=True)

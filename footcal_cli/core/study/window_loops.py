@@ -1,6 +1,6 @@
 """The sums of the sliding window in loops over a whole walk, for a compiler (numba).
 
-As `footcal_cli.core.online.window`, where the array code gives the same answers, slower.
+As `footcal_cli.core.study.window`, where the array code gives the same answers, slower.
 """
 
 from __future__ import annotations

@@ -12,15 +12,73 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from footcal_cli.core.centroidal import MIN_FORCE_N, Reference
 from footcal_cli.core.experiments import walk
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.belief import Belief
-from footcal_cli.core.online.replay import Replayed, best_smoothing, replay_window
-from footcal_cli.core.online.window import Weights, WindowRule, run_window, standing_weights
+from footcal_cli.core.online.evidence import rms
+from footcal_cli.core.online.replay import Replayed, corrected, errors_against, held
+from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.study.window import (
+    Weights,
+    WindowRule,
+    WindowTrack,
+    run_window,
+    run_window_fast,
+    standing_weights,
+)
 
 SMOOTH_CANDIDATES = np.geomspace(1e1, 1e8, 15)
 QUIET_S = 0.5
 """Standing that ωF and ωP need."""
+
+
+def replay_window(
+    method: str,
+    log: Log,
+    belief: Belief,
+    track: WindowTrack,
+    setting: int = 0,
+    min_force_n: float = MIN_FORCE_N,
+) -> Replayed:
+    """Forces and CoP along the paper's window."""
+    n = len(log)
+    gain = held(track.last_sample, track.gain[:, setting], n)
+    bias = held(track.last_sample, track.bias_n[:, setting], n)
+    return corrected(method, log, belief, gain, bias, min_force_n=min_force_n)
+
+
+def best_smoothing(
+    log: Log,
+    belief: Belief,
+    weights: Weights,
+    truth: Replayed | Reference,
+    candidates: FloatArray,
+    rule: WindowRule | None = None,
+    *,
+    static: bool = False,
+) -> tuple[float, WindowTrack]:
+    """The ωS with the least CoP error, and the paper's window run exactly with it.
+
+    Parameters
+    ----------
+    candidates
+        Values of ωS to try, in one batched pass of the fast window.
+    """
+    rule = rule or WindowRule()
+    many = Weights(weights.force, weights.cop, candidates)
+    tried = run_window_fast(log, belief, many, rule, static=static)
+    scores = [
+        rms(
+            errors_against(
+                replay_window("window", log, belief, tried, b, rule.min_force_n), truth
+            ).cop_m
+        )
+        for b in range(candidates.size)
+    ]
+    best = float(candidates[int(np.argmin(scores))])
+    exact = run_window(log, belief, Weights(weights.force, weights.cop, best), rule, static=static)
+    return best, exact
 
 
 @dataclass(frozen=True)

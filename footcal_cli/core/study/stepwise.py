@@ -129,12 +129,6 @@ def fit_stepwise(logs: Sequence[Log], *, naive: bool = False) -> StepwiseFit:
     return _steps(*_smoothed(logs), naive=naive)
 
 
-def fit_stepwise_and_naive(logs: Sequence[Log]) -> tuple[StepwiseFit, StepwiseFit]:
-    """Both, the smoother run once for the two."""
-    smoothed = _smoothed(logs)
-    return _steps(*smoothed, naive=False), _steps(*smoothed, naive=True)
-
-
 def _smoothed(
     logs: Sequence[Log],
 ) -> tuple[str, tuple[HangRun, ...], list[_Pair], list[FloatArray]]:

@@ -13,9 +13,10 @@ from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.online.evidence import SETTLING_S, rms
 from footcal_cli.core.online.filter import Noise, run_settings
 from footcal_cli.core.online.memory import Memory, replay_track
-from footcal_cli.core.online.replay import Replayed, errors_against, replay_window
-from footcal_cli.core.online.window import Weights, WindowRule, run_window_fast
+from footcal_cli.core.online.replay import Replayed, errors_against
 from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.study.window import Weights, WindowRule, run_window_fast
+from footcal_cli.core.study.windows import replay_window
 
 
 @dataclass(frozen=True)

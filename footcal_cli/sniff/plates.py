@@ -1,0 +1,128 @@
+"""Feet, plates and insoles that report a vertical force and a CoP."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from footcal_cli.core.parameters import FloatArray
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
+from footcal_cli.sniff.names import words_of
+from footcal_cli.sniff.plan import MASS, Entry, Plan, of, times
+
+_OPENSIM = re.compile(r"^(?P<before>.*?)ground_force(?P<after>.*?)_(?P<kind>[vp])(?P<axis>[xyz])$")
+_TO_M = {"mm": 1e-3, "cm": 1e-2}
+_ROOM = 0.25
+"""How far around the CoP the cells stand that stand in for a plate, as a share of its range."""
+_LEAST_M = 0.05
+
+
+@dataclass(frozen=True)
+class _Foot:
+    """Columns of a foot's vertical force and CoP; `y_sign` −1 where the log's z points right."""
+
+    force: ColumnGuess
+    x: ColumnGuess
+    y: ColumnGuess
+    y_sign: float = 1.0
+
+
+def force_and_cop(file: FileGuess) -> Plan | None:
+    """The plan for a log of forces and CoPs, one of each per foot; None where it is none."""
+    feet = _of_opensim(file) or _by_names(file)
+    if not feet:
+        return None
+    time, rate, blanks = times(file, needed=True)
+    entries: dict[str, Entry] = dict(time)
+    tables = []
+    for name, foot in feet.items():
+        force = of(foot.force, foot.force.unit or "N")
+        entries[f"{name}_fz_n"] = replace(force, why="a vertical force")
+        for axis, column, sign in (("x", foot.x, 1.0), ("y", foot.y, foot.y_sign)):
+            entry = replace(of(column, column.unit or "m"), why="its CoP")
+            entries[f"{name}_cop_{axis}_m"] = replace(entry, factor=-1.0 if sign < 0 else None)
+        corners = enumerate(_around(foot), 1)
+        cells = "\n".join(f"p{i} = {{ x_m = {x:.3f}, y_m = {y:.3f} }}" for i, (x, y) in corners)
+        tables.append(
+            f"[robot.feet.{name}]    # reports force and CoP; three cells stand in for it\n"
+            f"force_and_cop = true\n[robot.feet.{name}.cells]\n{cells}"
+        )
+    tables.append(
+        "[robot.nameplate]    # the log has newtons; how far they may be off\n"
+        "scale_n_per_count = 1.0\nscale_relative_sd = 0.05\nbias_sd_n = 5.0"
+    )
+    warnings: tuple[str, ...] = ()
+    if any(foot.y_sign < 0 for foot in feet.values()):
+        warnings = ("y is taken to point up and z to the right, as OpenSim has them",)
+    return Plan(
+        file, f"vertical force and CoP, {len(feet)} of each",
+        "a force and a CoP each", "likely", "static-init", "cells", entries, (), rate_hz=rate,
+        robot=tuple(tables), blanks=(MASS, *blanks), warnings=warnings,
+    )  # fmt: skip
+
+
+def _of_opensim(file: FileGuess) -> dict[str, _Foot]:
+    """``ground_force_vy`` and ``ground_force_px, pz``, y up."""
+    found: dict[tuple[str, str], dict[str, ColumnGuess]] = {}
+    for column in file.columns:
+        name = _OPENSIM.match(column.column.lower())
+        if name and column.values is not None:
+            key = (name["before"].strip("_"), name["after"].strip("_"))
+            found.setdefault(key, {})[name["kind"] + name["axis"]] = column
+    whole = [(key, c) for key, c in found.items() if {"vy", "px", "pz"} <= set(c)]
+    sides = {"l": "left", "left": "left", "r": "right", "right": "right"}
+    named = [sides.get("".join(key).lower(), f"plate_{i}") for i, (key, _) in enumerate(whole, 1)]
+    return {
+        name: _Foot(c["vy"], c["px"], c["pz"], -1.0)
+        for name, (_, c) in zip(named, whole, strict=True)
+    }
+
+
+def _by_names(file: FileGuess) -> dict[str, _Foot]:
+    """A force and a CoP along x and y of each side, or of each number."""
+    forces: dict[str, list[ColumnGuess]] = {}
+    places: dict[tuple[str, str], list[ColumnGuess]] = {}
+    for column in file.columns:
+        if column.values is None or not np.isfinite(column.values).any():
+            continue
+        key = _key(column)
+        words = words_of(column.column)
+        last = next((w for w in reversed(words) if not w.isdigit() and w not in _LAST), "")
+        if column.quantity in ("force", "load") and column.name.axis in ("", "fz"):
+            forces.setdefault(key, []).append(column)
+        elif column.quantity == "cop" and column.name.axis in "xy":
+            places.setdefault((key, column.name.axis), []).append(column)
+        elif last in ("x", "y") and column.unit in ("m", "mm", "cm"):
+            places.setdefault((key, last), []).append(column)
+    feet = {}
+    for key, own in forces.items():
+        x, y = places.get((key, "x"), []), places.get((key, "y"), [])
+        if len(own) == len(x) == len(y) == 1:
+            feet[key if key in ("left", "right") else f"plate_{key or 1}"] = _Foot(
+                own[0], x[0], y[0]
+            )
+    return feet
+
+
+_LAST = ("left", "right", "l", "r", "mm", "cm", "m")
+
+
+def _key(column: ColumnGuess) -> str:
+    """Side of a column, or the number that its name ends with."""
+    number = re.search(r"(\d+)\s*(?:[\[(].*)?$", column.column)
+    return column.name.side or (number[1] if number else "")
+
+
+def _around(foot: _Foot) -> FloatArray:
+    """Corners of a triangle around the CoP, shape (3, 2), m."""
+    low, high = [], []
+    for column, sign in ((foot.x, 1.0), (foot.y, foot.y_sign)):
+        assert column.values is not None, "a CoP has numbers"
+        values = sign * column.values * _TO_M.get(column.unit or "m", 1.0)
+        a, b = np.nanquantile(values, [0.02, 0.98])
+        room = max(_ROOM * (b - a), _LEAST_M)
+        low.append(a - room)
+        high.append(b + room)
+    return np.array([[low[0], low[1]], [low[0], high[1]], [high[0], 0.5 * (low[1] + high[1])]])
