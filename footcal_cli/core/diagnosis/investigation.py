@@ -32,7 +32,7 @@ from footcal_cli.core.diagnosis.pairs import likely_pairs
 from footcal_cli.core.diagnosis.path import Path, beginning, grown, together
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.stated import stated_size
-from footcal_cli.core.diagnosis.subject import Subject
+from footcal_cli.core.diagnosis.subject import Advance, Subject, uncounted
 from footcal_cli.core.diagnosis.unnamed import Unnamed, against_curves, applies, curves_of
 from footcal_cli.core.effects.contract import Effect, GridOf
 from footcal_cli.core.inference.case import Case, Rows, rows_of
@@ -129,6 +129,7 @@ def investigate(
     seed: int = 0,
     *,
     stopped: bool = False,
+    advance: Advance = uncounted,
 ) -> Investigation:
     """Diagnose logs: baseline, then the model extended by each accepted effect in turn.
 
@@ -147,11 +148,13 @@ def investigate(
         Thresholds; of sign patterns.
     stopped
         Whether the readings were found to be wrong (`footcal_cli.core.quality.stopping`).
+    advance
+        Called with how many more refits are done.
     """
     rules = rules or Rules()
     rows = rows_of(case)
     problem = problem_from(case, rows, table.values(), describe)
-    subject = Subject(case, rows, problem, table, describe)
+    subject = Subject(case, rows, problem, table, describe, advance)
     path = beginning(problem, rules, seed)
     verdict, share = Verdict.BAD_DATA, 0.0
     if not stopped:
