@@ -179,7 +179,7 @@ def test_an_internal_error_is_70_without_a_traceback(
     def broken(*_: object) -> None:
         raise RuntimeError("no such luck")
 
-    monkeypatch.setattr("footcal_cli.core.bench.regression.pooled_curvature", broken)
+    monkeypatch.setattr("footcal_cli.sheets.bench.pooled_curvature", broken)
     arguments = ["offline-fit", "--recipe", recipe, "--out", tmp_path / "out"]
     answer = run(*arguments)
     assert answer.exit_code == 70
