@@ -11,6 +11,7 @@ import sys
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from inspect import CO_OPTIMIZED
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import FrameType
@@ -47,12 +48,8 @@ def module_name(path: Path) -> str:
 
 
 def subsystem(module: str) -> str:
-    """The room of a module; in the core its package, or ``core`` for the files that lie bare."""
-    parts = module.split(".")
-    if parts[0] != "core":
-        return parts[0]
-    inner = (PACKAGE / "core" / parts[1]).is_dir() if len(parts) > 1 else False
-    return f"core.{parts[1]}" if inner else "core"
+    """The room of a module; in the core its package, or the file where it lies bare."""
+    return ".".join(module.split(".")[: 2 if module.startswith("core.") else 1])
 
 
 def imports_of(path: Path, known: Mapping[str, Path]) -> Iterator[str]:
@@ -138,7 +135,8 @@ class Walked:
         if event != "call":
             return
         file = frame.f_code.co_filename
-        if file.startswith(str(PACKAGE)) and frame.f_code.co_name != "<module>":
+        # bodies of modules and classes run when they are imported, by whomever
+        if file.startswith(str(PACKAGE)) and frame.f_code.co_flags & CO_OPTIMIZED:
             self.files.setdefault(module_name(Path(file)))
         if frame.f_code.co_name == "__init__":
             made = type(frame.f_locals.get("self"))
@@ -163,12 +161,24 @@ def walked(words: tuple[str, ...]) -> Walked:
     return seen
 
 
+def ground(edges: Counter[tuple[str, str]]) -> set[str]:
+    """Bare files of the core that import no package of it, directly or around."""
+    inner = {name for pair in edges for name in pair if name.startswith("core.")}
+    low = {name for name in inner if not (PACKAGE / "core" / name[5:]).is_dir()}
+    while True:
+        high = {start for start, end in edges if start in low and end in inner and end not in low}
+        if not high:
+            return low
+        low -= high
+
+
 def drawing(edges: Counter[tuple[str, str]], inside: bool) -> str:
     """The imports as a Mermaid graph: of the rooms, or of the packages of the core."""
     drawn: Counter[tuple[str, str]] = Counter()
+    low = ground(edges)
     for (start, end), count in edges.items():
         if inside:
-            if start.startswith("core.") and end.startswith("core."):
+            if start.startswith("core.") and end.startswith("core.") and not {start, end} & low:
                 drawn[start.removeprefix("core."), end.removeprefix("core.")] += count
         else:
             pair = start.split(".")[0], end.split(".")[0]
@@ -218,7 +228,10 @@ def page() -> str:
             "other in a circle.",
             "",
             "## Rooms", "", drawing(edges, inside=False), "",
-            "## Packages of the core", "", drawing(edges, inside=True), "",
+            "## Packages of the core", "",
+            "All stand on these files, which import no package: "
+            + ", ".join(sorted(name.removeprefix("core.") for name in ground(edges))) + ".",
+            "", drawing(edges, inside=True), "",
             "## Circles", "", *rings, "",
             "## The way of a log",
             "",

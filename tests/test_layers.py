@@ -70,9 +70,7 @@ SOLVERS_OUTSIDE = {
     "core/diagnosis/detection.py": 2,
     "core/diagnosis/engine.py": 1,
     "core/diagnosis/movement.py": 1,
-    "core/effects/six_axis.py": 1,
     "core/study/stepwise.py": 3,
-    "core/online/kalman.py": 1,
     "core/study/alternating.py": 2,
 }
 

@@ -28,6 +28,7 @@ def hang_calib(session: Session[HangCalibOptions]) -> Outcome:
     from footcal_cli.core.plausibility import check_leg_weights
     from footcal_cli.core.turned import hanging_axes
     from footcal_cli.intake.hang import hang_options, leg_logs
+    from footcal_cli.session.calibration import counted_together
     from footcal_cli.sheets.hang import chosen_estimates, outcome_of
     from footcal_cli.tables.columns import hang_table
 
@@ -48,7 +49,11 @@ def hang_calib(session: Session[HangCalibOptions]) -> Outcome:
     stated = {n: leg.mass_kg * robot.gravity_mps2 for n, leg in robot.legs.items() if leg.mass_kg}
     session.note(check_leg_weights(weights, robot.weight_n, stated))
     found = outcome_of(robot.name, fits, runs, others, options.method, rejected)
-    return replace(found, parameters=_parameters(session, chosen, logs))
+    tilts = {f"{leg}.{name}" for leg, fit in fits.items() for name in fit.model.tilt_names()}
+    together = counted_together(session, list(chosen.values()), tilts)
+    return replace(
+        found, parameters=_parameters(session, dict(zip(chosen, together, strict=True)), logs)
+    )
 
 
 def _others(

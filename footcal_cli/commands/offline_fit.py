@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from footcal_cli.core.bench.cop_study import FootStudy
     from footcal_cli.core.bench.record import BenchRecord
     from footcal_cli.core.bench.study import ChannelStudy
+    from footcal_cli.core.parameters import Estimates
     from footcal_cli.core.quality import Finding
     from footcal_cli.intake.bench import WeightsLogs
     from footcal_cli.report.outcome import Outcome
@@ -29,6 +30,7 @@ def offline_fit(session: Session[OfflineFitOptions]) -> Outcome:
     from footcal_cli.core.plausibility import check_scale
     from footcal_cli.intake.bench import read_weights, study_of, study_together
     from footcal_cli.session.bench_calibration import bench_calibration
+    from footcal_cli.session.calibration import counted_together
     from footcal_cli.sheets import bench, cop, matrix
 
     options, robot = session.options, session.recipe.robot
@@ -39,8 +41,9 @@ def offline_fit(session: Session[OfflineFitOptions]) -> Outcome:
             [study_of(record, options, robot.gravity_mps2) for record in logs.records]
         )
         together = study_together(session)
-        feet = _feet(session, studies)
-    estimates = [study.estimates for study in studies]
+        alone = [study.estimates for study in studies]
+        estimates = counted_together(session, alone) if alone else []
+        feet = _feet(session, estimates)
     parts: dict[str, Outcome] = {}  # placements are what weights are for: they come first
     if feet:
         parts["cop_inadequate"] = cop.outcome_of(feet, robot)
@@ -49,6 +52,7 @@ def offline_fit(session: Session[OfflineFitOptions]) -> Outcome:
         parts["matrix_inadequate"] = matrix.outcome_of(robot.cell_names, outputs, matrices)
         found = matrices.chosen.estimates
         estimates.append(found)
+        alone.append(found)
         scale = robot.nameplate.scale_n_per_count
         for cell in (cell for cell in robot.cell_names if f"{cell}.scale" in found.names):
             session.note(check_scale(cell, found[f"{cell}.scale"], scale))
@@ -61,7 +65,7 @@ def offline_fit(session: Session[OfflineFitOptions]) -> Outcome:
         session.read_required(weights_table())
     bad = [code for code, part in parts.items() if part.report.verdict.level != "good"]
     corrections = cop.corrections_of(feet)
-    every = [*estimates, *(e for foot in feet if (e := foot.estimates) is not None)]
+    every = [*alone, *(e for foot in feet if (e := foot.estimates) is not None)]
     title = f"Offline calibration of {robot.name}"
     return replace(
         bench.joined(title, list(parts.values()), session.parameters, every),
@@ -94,7 +98,7 @@ def _apart(
     ]
 
 
-def _feet(session: Session[OfflineFitOptions], studies: Sequence[ChannelStudy]) -> list[FootStudy]:
+def _feet(session: Session[OfflineFitOptions], channels: Sequence[Estimates]) -> list[FootStudy]:
     """Corrections of every foot with placements, and of instruments that report a CoP."""
     from dataclasses import replace
 
@@ -105,11 +109,9 @@ def _feet(session: Session[OfflineFitOptions], studies: Sequence[ChannelStudy]) 
     from footcal_cli.intake.bench import calibrated_cells, read_feet, study_foot
 
     calibration = {} if session.parameters is None else calibrated_cells(session.parameters)
-    for one in studies:
-        estimates = one.estimates
-        calibration[one.channel] = (
-            estimates[f"{one.channel}.scale"], estimates[f"{one.channel}.bias"],
-        )  # fmt: skip
+    for one in channels:
+        channel = one.names[0].removesuffix(".scale")
+        calibration[channel] = one[f"{channel}.scale"], one[f"{channel}.bias"]
     logs, apart = read_feet(session, calibration)
     left_out = session.options.held_out_placements
     names = {str(name) for log in logs.values() for name in log.names}

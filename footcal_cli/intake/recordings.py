@@ -24,7 +24,7 @@ from footcal_cli.core.online.belief import (
 )
 from footcal_cli.core.online.merging import merge_cells, merge_six_axis
 from footcal_cli.core.online.streams import BodyStream, Merged, MergeRule, SensorStream
-from footcal_cli.core.parameters import Estimates, FloatArray, Status
+from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.plausibility import check_total_force, check_walking_cells
 from footcal_cli.core.quality import Finding
 from footcal_cli.core.spatial import rotation_of_quaternion, rotation_of_rpy
@@ -240,18 +240,6 @@ def _carried(log: Log) -> list[Finding]:
     return check_total_force(total, weight, "all feet")
 
 
-def estimates_of(record: ParametersRecord) -> Estimates:
-    """A calibration record as estimates."""
-    names = tuple(record.parameters)
-    return Estimates(
-        names=names,
-        units=tuple(p.unit for p in record.parameters.values()),
-        values=np.array([p.value for p in record.parameters.values()]),
-        covariance=record.covariance_of(names),
-        status=tuple(Status(p.status) for p in record.parameters.values()),
-    )
-
-
 def without_transducer_effects(log: Log, record: ParametersRecord) -> Log:
     """What transducers and body without the effects of a calibration would have shown.
 
@@ -285,7 +273,7 @@ def prior_belief(
             record.value(f"{channel}.scale")
             record.value(f"{channel}.bias")
         return belief_from(
-            estimates_of(record), channels,
+            record.estimates, channels,
             least_gain_sd=plate.mounted_scale_relative_sd or min(plate.scale_relative_sd, GAIN_SD),
             least_bias_sd_n=plate.mounted_bias_sd_n
             or min(plate.bias_sd_n, max(BIAS_SD_N, _DRIFT_SHARE * (robot.weight_n or 0.0))),

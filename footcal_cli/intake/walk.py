@@ -20,7 +20,6 @@ from footcal_cli.core.signals import interpolate_stream
 from footcal_cli.core.study.walk import PaperMethods
 from footcal_cli.core.study.window import WindowRule
 from footcal_cli.core.study.windows import GivenWeights
-from footcal_cli.intake.recordings import estimates_of
 from footcal_cli.session.request import read_calibration
 from footcal_cli.tables.columns import truth_table
 from footcal_cli.tables.table import read_table
@@ -111,4 +110,4 @@ def baseline_of(session: Session[OnlineReplayOptions]) -> Estimates | None:
     path = Path(session.options.baseline)
     if not path.is_absolute() and session.recipe.path is not None and not path.is_file():
         path = session.recipe.path.parent / path
-    return estimates_of(read_calibration(path))
+    return read_calibration(path).estimates

@@ -82,6 +82,9 @@ class DiagnoseOptions(CommandOptions):
     ] = None
 
 
+PRIOR = "Count the calibration of --parameters as prior, covariance included."
+
+
 class HangCalibOptions(CommandOptions):
     """``[hang_calib]`` of a recipe.
 
@@ -94,6 +97,7 @@ class HangCalibOptions(CommandOptions):
     method: Annotated[
         Literal["joint", "stepwise", "naive"], Flag("joint, or the paper's stepwise, or naive.")
     ] = "joint"
+    prior: Annotated[bool, Flag(PRIOR)] = False
     order: int | None = Field(default=None, ge=0, le=8)
     max_order: int = Field(default=3, ge=0, le=8)
     tilt: Annotated[
@@ -186,6 +190,7 @@ class OfflineFitOptions(CommandOptions):
     models: Annotated[
         Literal["auto", "affine"], Flag("auto: beyond affine where it pays; affine.")
     ] = "auto"
+    prior: Annotated[bool, Flag(PRIOR)] = False
     most_degree: int = Field(default=3, ge=1, le=6)
     samples: bool | None = None
     plateaus: PlateauSettings = PlateauSettings()

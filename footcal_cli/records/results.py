@@ -125,6 +125,18 @@ class ParametersRecord(Versioned):
             )
         return self.parameters[name].value
 
+    @property
+    def estimates(self) -> Estimates:
+        """All parameters with their joint covariance."""
+        names = tuple(self.parameters)
+        return Estimates(
+            names=names,
+            units=tuple(p.unit for p in self.parameters.values()),
+            values=np.array([p.value for p in self.parameters.values()]),
+            covariance=self.covariance_of(names),
+            status=tuple(Status(p.status) for p in self.parameters.values()),
+        )
+
     def covariance_of(self, names: tuple[str, ...]) -> FloatArray:
         """Joint covariance of some parameters, shape (n, n); zero between separate blocks."""
         place = {name: i for i, name in enumerate(names)}

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from footcal_cli.core.inference.earlier import LEAST_P, with_earlier
 from footcal_cli.core.parameters import Estimates
+from footcal_cli.core.quality import Finding
+from footcal_cli.errors import UsageError
 from footcal_cli.records.results import (
     CovarianceBlock,
     EffectRecord,
@@ -80,6 +83,56 @@ def calibration(
         session, conventions, parameters, covariance=covariance_blocks(*groups),
         fitted_range=fitted_range, effects=effects,
     )  # fmt: skip
+
+
+def counted_together(
+    session: Session[Any], groups: Sequence[Estimates], apart: Collection[str] = ()
+) -> list[Estimates]:
+    """Estimates with the calibration of ``--parameters`` as prior, where ``--prior`` asks for it.
+
+    Both are counted together only where chance explains how far they are apart.
+
+    Parameters
+    ----------
+    session
+        Its options have `prior`.
+    groups, apart
+        As in `footcal_cli.core.inference.earlier.with_earlier`.
+    """
+    if not session.options.prior:
+        return list(groups)
+    earlier = session.parameters
+    if earlier is None:
+        raise UsageError(
+            "prior is asked for, but no calibration is given", file=session.recipe.path,
+            remedy="give the earlier calibration with --parameters",
+        )  # fmt: skip
+    twice = sorted(
+        log for log, digest in session.inputs.items() if digest in earlier.inputs.values()
+    )
+    found = with_earlier(groups, earlier.estimates, apart)
+    if twice:
+        problem = f"the earlier calibration rests on {twice[0]} too, which would count twice"
+        remedy = "give logs that the earlier calibration has not seen, or leave --prior out"
+    elif not found.shared:
+        problem = "the earlier calibration has an sd for none of the parameters found here"
+        remedy = "leave --prior out, or give another calibration"
+    elif found.p < LEAST_P:
+        problem = (
+            "this calibration and the earlier one differ by more than chance explains "
+            f"(p = {found.p:.1g})"
+        )
+        remedy = "find out what has changed since, or leave --prior out"
+    else:
+        words = (
+            f"{len(found.shared)} parameters rest on this run and the calibration it started from"
+        )
+        session.note([Finding("prior_counted", "note", "prior", words, "nothing to do")])
+        return list(found.estimates)
+    session.note(
+        [Finding("prior_not_counted", "warning", "prior", f"{problem}: it is not counted", remedy)]
+    )
+    return list(groups)
 
 
 def feet_calibration(session: Session[Any], estimates: Estimates) -> ParametersRecord:

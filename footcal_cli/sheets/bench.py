@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from footcal_cli.core.bench.changes import Change, Earlier, find_changes
+from footcal_cli.core.bench.changes import Change, find_changes
 from footcal_cli.core.bench.plateaus import SampleState
 from footcal_cli.core.bench.record import BenchRecord
 from footcal_cli.core.bench.regression import pooled_curvature
@@ -89,11 +89,7 @@ def joined(
 
 def changes_since(before: ParametersRecord, estimates: Iterable[Estimates]) -> list[Change]:
     """Parameters against those of an earlier calibration, the surest change first."""
-    known = {
-        name: Earlier(p.value, p.sd, p.unit)
-        for name, p in before.parameters.items()
-        if p.sd is not None and p.sd > 0
-    }
+    known = before.estimates
     found = [change for group in estimates for change in find_changes(group, known)]
     return sorted(found, key=lambda change: change.p_value)
 

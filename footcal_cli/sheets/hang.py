@@ -8,17 +8,24 @@ import numpy as np
 
 from footcal_cli.core.hang.binned import binned_com
 from footcal_cli.core.hang.joint import HangFit
-from footcal_cli.core.hang.model import AXES
 from footcal_cli.core.hang.runs import HangRun
-from footcal_cli.core.parameters import Estimates, FloatArray, Status
+from footcal_cli.core.parameters import Estimates
 from footcal_cli.core.study.stepwise import StepwiseFit
 from footcal_cli.plots import hang as plots
-from footcal_cli.records.results import FindingRecord, RmseRecord, RmseRow, VerdictRecord
-from footcal_cli.report import Picture, Report, Sheet, number, with_sd
+from footcal_cli.records.results import FindingRecord, RmseRecord, VerdictRecord
+from footcal_cli.report import Picture, Report, number
 from footcal_cli.report.outcome import Outcome
+from footcal_cli.sheets.hang_tables import (
+    Residuals,
+    com_sheet,
+    method_sheets,
+    noise_sheet,
+    parameter_sheet,
+    residuals_by_stage,
+    rmse_rows,
+    without_intervals,
+)
 
-Residuals = Mapping[str, Mapping[str, FloatArray]]
-"""Stage -> leg -> residuals (n, 6)."""
 POOR_FORCE_N = 0.2
 """Wu & Revzen reaches 0.2 N per axis when hanging; a larger sd deserves a warning …"""
 POOR_EXCESS = 3.0
@@ -152,73 +159,6 @@ def _largest_lean(fits: Mapping[str, HangFit], directions: Mapping[str, FloatArr
     return float(np.rad2deg(np.arccos(np.clip(min(cosines), -1.0, 1.0))))
 
 
-def residuals_by_stage(
-    fits: Mapping[str, HangFit],
-    others: Mapping[str, Mapping[str, StepwiseFit]],
-    runs: Mapping[str, Sequence[HangRun]],
-    method: str,
-) -> dict[str, dict[str, FloatArray]]:
-    """``before``: the naive method where it can be had, else tared readings; then the methods."""
-    stages: dict[str, dict[str, FloatArray]] = {
-        {"naive": "before"}.get(name, name): {
-            leg: np.vstack(fit.residuals(runs[leg])) for leg, fit in own.items()
-        }
-        for name, own in others.items()
-    }
-    if not stages:
-        stages["before"] = {
-            leg: np.vstack([run.wrench for run in own])
-            - np.vstack([run.wrench for run in own]).mean(axis=0)
-            for leg, own in runs.items()
-        }
-    joint = {leg: np.vstack(fit.residuals(runs[leg])) for leg, fit in fits.items()}
-    if method == "joint":
-        return {**stages, "after": joint}
-    stages["joint"] = joint
-    stages["after"] = stages["before"] if method == "naive" else stages["stepwise"]
-    return stages
-
-
-def rmse_rows(residuals: Residuals) -> tuple[RmseRow, ...]:
-    """Per stage and leg, forces and torques."""
-    rows = []
-    for stage, legs in residuals.items():
-        for leg, left in legs.items():
-            for quantity, unit, part in (
-                ("force", "N", left[:, :3]),
-                ("torque", "Nm", left[:, 3:]),
-            ):
-                rows.append(
-                    RmseRow(
-                        quantity=f"{leg} {quantity}",
-                        unit=unit,
-                        stage=stage,
-                        reference="hanging leg",
-                        split="all",
-                        rmse=float(np.sqrt(np.mean(part**2))),
-                        n=int(part.size),
-                    )
-                )
-    return tuple(rows)
-
-
-def without_intervals(fit: StepwiseFit) -> Estimates:
-    """The stepwise or naive result as estimates; the method gives no sd."""
-    named = fit.parameters()
-    units = tuple(
-        "N" if name.endswith((".weight", "_fx", "_fy", "_fz")) else "m" if ".com_" in name else "Nm"
-        for name in named
-    )
-    size = len(named)
-    return Estimates(
-        tuple(named),
-        units,
-        np.array(list(named.values())),
-        np.full((size, size), np.nan),
-        (Status.ESTIMATED,) * size,
-    )
-
-
 def verdict(
     fits: Mapping[str, HangFit],
     residuals: Residuals,
@@ -297,110 +237,6 @@ def _plain_verdict(residuals: Residuals, method: str) -> VerdictRecord:
             f"The joint fit leaves {number(max(joint.values()), 2)} N on the same logs.",
         ),
     )
-
-
-def parameter_sheet(chosen: Mapping[str, Estimates]) -> Sheet:
-    """Table II: offsets and leg weight with their sd."""
-    rows = []
-    for leg, estimates in chosen.items():
-        names = ["weight", *(f"offset_{axis}" for axis in AXES)]
-        rows.append(
-            (
-                leg,
-                *(
-                    _shown(estimates, f"{leg}.{name}", 1e3 if "_t" in name else 1.0)
-                    for name in names
-                ),
-            )
-        )
-    return Sheet(
-        "Offsets and leg weight",
-        ("leg", "weight (N)", "fx (N)", "fy (N)", "fz (N)", "tx (mNm)", "ty (mNm)",
-         "tz (mNm)"),
-        rows,
-        note="± one standard deviation, autocorrelation of the noise counted; without ± the method "
-        "gives none. A dash: not observable from these orientations. Wu & Revzen, Table II.",
-    )  # fmt: skip
-
-
-def _shown(estimates: Estimates, name: str, factor: float) -> str:
-    status = estimates.status[estimates.names.index(name)]
-    if status is not Status.ESTIMATED:
-        return "– not seen"
-    return with_sd(factor * estimates[name], factor * estimates.sd_of(name))
-
-
-def com_sheet(chosen: Mapping[str, Estimates]) -> Sheet:
-    """Leg CoM coefficients in millimetres."""
-    rows = []
-    for leg, estimates in chosen.items():
-        for axis in "xyz":
-            cells = []
-            for term in ("mean", "sin", "cos"):
-                name = f"{leg}.com_{axis}_{term}"
-                if name not in estimates.names:
-                    cells.append("–")
-                elif estimates.status[estimates.names.index(name)] is not Status.ESTIMATED:
-                    cells.append("– not seen")
-                else:
-                    cells.append(with_sd(1e3 * estimates[name], 1e3 * estimates.sd_of(name)))
-            rows.append((leg, axis, *cells))
-    return Sheet(
-        "Leg CoM in the transducer frame",
-        ("leg", "axis", "mean (mm)", "sin φ (mm)", "cos φ (mm)"),
-        rows,
-        note="First harmonic shown; parameters.json has all.",
-    )
-
-
-def method_sheets(
-    fits: Mapping[str, HangFit], others: Mapping[str, Mapping[str, StepwiseFit]]
-) -> tuple[Sheet, ...]:
-    """The paper's stepwise method and the naive one beside the joint fit."""
-    if not others:
-        return ()
-    rows = []
-    for leg, fit in fits.items():
-        for name, value in (
-            ("joint", (fit.values.weight_n, fit.values.offset)),
-            *((n, (o[leg].weight_n, o[leg].offset)) for n, o in reversed(list(others.items()))),
-        ):
-            weight, offset = value
-            rows.append((leg, name, number(weight, 5), *(number(v, 4) for v in offset)))
-    return (
-        Sheet(
-            "Methods side by side",
-            ("leg", "method", "weight (N)", "fx", "fy", "fz", "tx", "ty", "tz"),
-            rows,
-            note="stepwise: Wu & Revzen, III-A, biased low in weight by about the cosine of the "
-            "tilt; "
-            "naive: no tilt at all.",
-        ),
-    )
-
-
-def noise_sheet(fits: Mapping[str, HangFit]) -> Sheet:
-    """Noise per channel, and how many independent samples the log really holds."""
-    rows = [
-        (
-            leg,
-            *(number(channel.sd, 2) for channel in fit.noise),
-            f"{fit.samples:,}",
-            f"{fit.effective_samples.min():,.0f}",
-            ", ".join(
-                f"{o}: {number(b - min(fit.evidence.values()), 3)}" for o, b in fit.evidence.items()
-            ),
-        )
-        for leg, fit in fits.items()
-    ]
-    return Sheet(
-        "Noise and evidence",
-        ("leg", "fx (N)", "fy", "fz", "tx (Nm)", "ty", "tz", "samples", "independent",
-         "harmonics: BIC above the best"),
-        rows,
-        note="Slow noise makes neighbouring samples say the same thing; intervals count the "
-        "independent ones.",
-    )  # fmt: skip
 
 
 def findings(

@@ -9,6 +9,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import pytest
 
@@ -239,3 +240,42 @@ def test_module_and_script_answer_alike_and_start_light() -> None:
 
 def test_an_unknown_command_is_a_usage_error(run: Run) -> None:
     assert run("offlin-fit").exit_code == 2
+
+
+def weighed(path: Path, seed: int) -> Path:
+    """A cell under known weights, as a converter of 24 bits reads it."""
+    rng = np.random.default_rng(seed)
+    load = np.tile([0.0, 1.0, 2.0, 3.0, 4.0], 4)
+    counts = 8_400_000.0 - 290_000.0 * load + 900.0 * rng.normal(size=load.size)
+    table = {"channel": "left_fl", "load_kg": load, "counts": np.round(counts)}
+    pd.DataFrame(table).to_csv(path, index=False)
+    return path
+
+
+def test_an_earlier_calibration_counts_as_prior_once(
+    run: Run, recipe: Path, tmp_path: Path
+) -> None:
+    logs = [weighed(tmp_path / f"weights_{seed}.csv", seed) for seed in (1, 2)]
+    fit = ("offline-fit", "--recipe", recipe, "--models", "affine", "--no-pictures")
+    first, second, both = (tmp_path / name for name in ("first", "second", "both"))
+    for log, out in zip(logs, (first, second), strict=True):
+        assert run(*fit, log, "--out", out).exit_code == 0
+    earlier = ("--parameters", first / "parameters.json", "--prior")
+    answer = run(*fit, logs[1], *earlier, "--out", both)
+    assert answer.exit_code == 0, answer.err
+    found = [
+        read_record(ParametersRecord, out / "parameters.json").parameters["left_fl.scale"]
+        for out in (first, second, both)
+    ]
+    values, sds = [f.value for f in found], [f.sd or 0.0 for f in found]
+    assert min(values[:2]) < values[2] < max(values[:2])
+    # the precisions of independent recordings add up
+    assert sds[2] ** -2 == pytest.approx(sds[0] ** -2 + sds[1] ** -2, rel=0.02)
+
+    again = run(*fit, logs[0], *earlier, "--out", tmp_path / "again")
+    assert "would count twice" in again.out
+    kept = read_record(ParametersRecord, tmp_path / "again/parameters.json")
+    assert kept.parameters["left_fl.scale"].sd == pytest.approx(sds[0])
+    missing = run(*fit, logs[0], "--prior", "--out", tmp_path / "missing")
+    assert missing.exit_code == 2
+    assert "--parameters" in missing.err

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from footcal_cli.core.bench.changes import Earlier, find_changes
+from footcal_cli.core.bench.changes import find_changes
 from footcal_cli.core.bench.matrix import fit_matrix, study_matrix
 from footcal_cli.core.experiments.weights import balance
 from footcal_cli.core.log import Log
@@ -91,12 +93,11 @@ def test_changes_are_counted_in_units_of_their_sd() -> None:
         names, ("N/count", "N", "N/count"), np.array([0.969, 2.0, 1.0]),
         np.diag([1e-4, 0.04, 1e-4]), (Status.ESTIMATED,) * 3,
     )  # fmt: skip
-    before = {
-        "left_rr.scale": Earlier(1.0, 0.01, "N/count"),
-        "left_rr.bias": Earlier(1.0, 0.1, "N"),
-        "left_fl.scale": Earlier(2.2, 0.1, "lbf/count"),
-        "gone.scale": Earlier(1.0, 0.1, "N/count"),
-    }
+    before = Estimates(
+        (*names, "gone.scale"), ("N/count", "N", "lbf/count", "N/count"),
+        np.array([1.0, 1.0, 2.2, 1.0]), np.diag([0.01, 0.1, 0.1, 0.1]) ** 2,
+        (Status.ESTIMATED,) * 4,
+    )  # fmt: skip
     first, second = find_changes(now, before)
     assert (first.name, second.name) == ("left_rr.bias", "left_rr.scale")
     assert second.in_earlier_sd == pytest.approx(-3.1)
@@ -112,7 +113,7 @@ def test_shifts_by_chance_are_not_called_changes() -> None:
     for _ in range(400):
         old, new = 1.0 + 0.01 * rng.normal(size=8), 1.0 + 0.02 * rng.normal(size=8)
         now = Estimates(names, ("N/count",) * 8, new, np.eye(8) * 4e-4, (Status.ESTIMATED,) * 8)
-        before = {n: Earlier(v, 0.01, "N/count") for n, v in zip(names, old, strict=True)}
+        before = replace(now, values=old, covariance=np.eye(8) * 1e-4)
         alarms += any(change.p_value < 0.05 for change in find_changes(now, before))
     assert alarms / 400 == pytest.approx(0.05, abs=0.025)
 

@@ -10,6 +10,7 @@ import pytest
 from footcal_cli.core.chain import Link
 from footcal_cli.core.diagnosis.answer import Verdict
 from footcal_cli.core.diagnosis.bridge import problem_from
+from footcal_cli.core.diagnosis.floor import MOST, times_floor
 from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.core.diagnosis.moments import at_its_moment
 from footcal_cli.core.diagnosis.signals import describe
@@ -59,6 +60,17 @@ def checked(found: Investigation, effect: str, size: float) -> None:
         reach = 1.5 * (cause.size.high - cause.size.low) / 2.0
         assert abs(cause.size.value - size / share) < reach
     assert cause.gain.low > 0
+
+
+def test_levels_of_one_leg_that_drift_are_a_residual_whatever_law_takes_them_up() -> None:
+    def times(rate_n_s: float) -> float:
+        logs = drifting(hung_logs(5, *distorting("", "", {})), "mr", 2, rate_n_s)
+        case = hang_case(logs, tolerance_n=0.05)
+        rows = rows_of(case)
+        return times_floor(case, rows, problem_from(case, rows, (), describe))
+
+    assert times(0.0) < 2.5
+    assert times(2e-3) > MOST
 
 
 def test_an_effect_does_not_free_what_poses_cannot_calibrate() -> None:

@@ -7,12 +7,12 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
+from footcal_cli.core.inference.kalman import correct, information, innovate, predict, smooth_back
 from footcal_cli.core.log import Log
 from footcal_cli.core.online import smoother
 from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.online.compiled import kalman_loops
 from footcal_cli.core.online.filter import Guards, Noise, Track, run_filter, run_settings
-from footcal_cli.core.online.kalman import correct, information, innovate, predict, smooth_back
 from footcal_cli.core.online.rows import Rows, cell_rows
 from footcal_cli.core.online.smoother import smooth
 from footcal_cli.core.study.window import Weights, run_window, run_window_fast, window_loops

@@ -2,30 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from scipy import stats
 
 from footcal_cli.core.parameters import Estimates
-
-
-@dataclass(frozen=True)
-class Earlier:
-    """A parameter as an earlier calibration left it.
-
-    Parameters
-    ----------
-    value, sd
-        Estimate and standard deviation, in `unit`.
-    unit
-        Its unit.
-    """
-
-    value: float
-    sd: float
-    unit: str
 
 
 @dataclass(frozen=True)
@@ -65,7 +47,7 @@ class Change:
         return f"{owner} {parameter} {sd} sd since {since}"
 
 
-def find_changes(now: Estimates, before: Mapping[str, Earlier]) -> tuple[Change, ...]:
+def find_changes(now: Estimates, before: Estimates) -> tuple[Change, ...]:
     """Compare the parameters that both calibrations have, largest joint shift first.
 
     Parameters
@@ -73,15 +55,17 @@ def find_changes(now: Estimates, before: Mapping[str, Earlier]) -> tuple[Change,
     now
         The new estimates.
     before
-        The earlier ones by name; a parameter in another unit is another parameter.
+        The earlier ones; one in another unit, or without an sd, is another parameter.
     """
+    there = {name: i for i, name in enumerate(before.names) if before.sd[i] > 0.0}
     common = [
         (i, name)
         for i, name in enumerate(now.names)
-        if name in before and before[name].unit == now.units[i]
+        if name in there and before.units[there[name]] == now.units[i]
     ]
-    shifts = np.array([now.values[i] - before[name].value for i, name in common])
-    earlier = np.array([before[name].sd for _, name in common])
+    at = [there[name] for _, name in common]
+    believed, earlier = before.values[at], before.sd[at]
+    shifts = now.values[[i for i, _ in common]] - believed
     joint = np.hypot(earlier, now.sd[[i for i, _ in common]])
     with np.errstate(divide="ignore", invalid="ignore"):
         in_earlier, in_joint = shifts / earlier, shifts / joint
@@ -95,7 +79,7 @@ def find_changes(now: Estimates, before: Mapping[str, Earlier]) -> tuple[Change,
         Change(
             name=name,
             unit=now.units[i],
-            before=before[name].value,
+            before=float(believed[k]),
             now=float(now.values[i]),
             shift=float(shifts[k]),
             in_earlier_sd=float(in_earlier[k]),

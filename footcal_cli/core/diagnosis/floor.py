@@ -14,35 +14,52 @@ from footcal_cli.core.inference.linear import scaled_inverse
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.signatures import calibration_columns
 from footcal_cli.core.inference.whitening import noise_of
-from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.parameters import FloatArray, IntArray
 
 _RCOND = 1e-12
 MOST = 5.0
 """So many times the floor is no residual of nothing."""
+_MOST_OF_LEVELS = 3.0
+"""Likewise of levels, in which the noise of single rows has averaged out."""
 
 
-def times_floor(case: Case, rows: Rows, problem: Problem) -> FloatArray:
-    """RMS residual of each output over its floor ``√(s² + t² + mean(J C Jᵀ))``, shape (outputs,).
+def times_floor(case: Case, rows: Rows, problem: Problem) -> float:
+    """Largest RMS residual of a log's output, or of its level from block to block, over a floor.
 
-    s is the innovation sd of the rows, t the tolerance, C the covariance of what was known of the
-    calibration; where nothing was known, the residual is what the best calibration leaves.
+    ``√(s² + t² + mean(J C Jᵀ))`` for single rows, and with ``s²/n`` for the mean of the n rows of a
+    block: s is the innovation sd of the rows, t the tolerance, C the covariance of what was known
+    of the calibration. Where nothing was known, the residual is what the best calibration leaves. A
+    law of what differs between hangings takes up a level that drifts in one leg; it is a residual
+    all the same.
     """
-    unit = np.maximum(_mean(problem.noise, problem), 1e-300)
-    floor = noise_of(problem).whitener.sd ** 2 + (problem.tolerance / unit) ** 2
+    unit = np.maximum(_mean(problem.noise, problem.output, len(problem.outputs)), 1e-300)
+    noise = noise_of(problem).whitener.sd[problem.output] ** 2
+    allowed = ((problem.tolerance / unit) ** 2)[problem.output]
     left = problem.residual
     if case.known is None:
         if problem.drifts:
-            return np.zeros(floor.size)
+            return 0.0
         left = problem.left_of(left)
     else:
         columns, turn = calibration_columns(case, rows)
         covariance = scaled_inverse(turn.T @ case.known @ turn, _RCOND)
-        floor = floor + _mean(np.sum((columns @ covariance) * columns, axis=1), problem)
-    return np.sqrt(_mean(left**2, problem) / np.maximum(floor, 1e-300))
-
-
-def _mean(values: FloatArray, problem: Problem) -> FloatArray:
-    """Mean over the rows of each output, shape (outputs,)."""
+        allowed = allowed + np.sum((columns @ covariance) * columns, axis=1)
     outputs = len(problem.outputs)
-    count = np.bincount(problem.output, minlength=outputs)
-    return np.bincount(problem.output, values, minlength=outputs) / np.maximum(count, 1)
+    sensor = rows.log * outputs + problem.output
+    times = np.sqrt(_mean(left**2, sensor) / np.maximum(_mean(noise + allowed, sensor), 1e-300))
+    if problem.settings is not None:
+        _, level = np.unique(np.stack([sensor, problem.block]), axis=1, return_inverse=True)
+        at = level.ravel()
+        mean, count = _mean(left, at), np.bincount(at)
+        floor = np.maximum(_mean(noise, at) / count + _mean(allowed, at), 1e-300)
+        whose = np.zeros(count.size, dtype=np.int64)
+        whose[at] = sensor
+        levels = np.sqrt(_mean(mean**2, whose) / np.maximum(_mean(floor, whose), 1e-300))
+        times = np.maximum(times, levels * MOST / _MOST_OF_LEVELS)
+    return float(times.max(initial=0.0))
+
+
+def _mean(values: FloatArray, number: IntArray, least: int = 0) -> FloatArray:
+    """Mean of the values of each number, 0 of none."""
+    count = np.bincount(number, minlength=least)
+    return np.bincount(number, values, minlength=least) / np.maximum(count, 1)

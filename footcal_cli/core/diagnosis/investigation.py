@@ -152,7 +152,7 @@ def investigate(
     verdict, share = Verdict.BAD_DATA, 0.0
     if not stopped:
         path, verdict, share = _searched(subject, path, rules, seed)
-        if verdict is Verdict.NONE and np.any(times_floor(case, rows, problem) >= MOST):
+        if verdict is Verdict.NONE and times_floor(case, rows, problem) >= MOST:
             verdict = Verdict.UNKNOWN
     rounds, causes, model, current = path.rounds, path.causes, path.model, path.current
     found = _found(subject, path)

@@ -91,7 +91,8 @@ def _couple(w: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[Float
 
 
 def _uncouple(w: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
-    return np.einsum("kij,nkj->nki", np.linalg.inv(_coupling(theta)), w), state
+    pure = np.linalg.solve(_coupling(theta), w.transpose(1, 2, 0))
+    return np.asarray(pure.transpose(2, 0, 1)), state
 
 
 def _flip(w: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:

@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 
+from footcal_cli.core.inference.kalman import correct, innovate, predict
 from footcal_cli.core.online.compiled import kalman_loops
 from footcal_cli.core.online.jumps import Jump, JumpBank
-from footcal_cli.core.online.kalman import correct, innovate, predict
 from footcal_cli.core.online.noise import Guards as Guards
 from footcal_cli.core.online.noise import Noise as Noise
 from footcal_cli.core.online.passes import Found, Pass, open_biases, plain

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from footcal_cli.core.online.kalman import Innovation
+from footcal_cli.core.inference.kalman import Innovation
 from footcal_cli.core.online.rows import Rows
 from footcal_cli.core.parameters import FloatArray, IntArray
 

@@ -1,4 +1,4 @@
-"""The Kalman step of `footcal_cli.core.online.kalman` in loops over a whole walk, for a compiler.
+"""The Kalman step of `footcal_cli.core.inference.kalman` in loops over a walk, for a compiler.
 
 `footcal_cli.core.online.filter` and its array code give the same answers, slower, where there is
 no compiler (`footcal_cli.core.online.loops`).
@@ -332,7 +332,7 @@ def _jump(
 def smooth_walk(
     mean: Any, cov: Any, past_cov: Any, ahead_mean: Any, ahead_cov: Any, decay: Any
 ) -> None:
-    """`footcal_cli.core.online.kalman.smooth_back` from the last update to the first, in place."""
+    """`footcal_cli.core.inference.kalman.smooth_back` from the last update to the first."""
     u, s = mean.shape
     chol = np.empty((s, s))
     reach, gap = np.empty((s, s)), np.empty((s, s))

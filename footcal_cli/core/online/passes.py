@@ -8,9 +8,9 @@ from types import ModuleType
 
 import numpy as np
 
+from footcal_cli.core.inference.kalman import correct, information, innovate, predict
 from footcal_cli.core.online.compiled import kalman_loops
 from footcal_cli.core.online.jumps import Jump, JumpBank
-from footcal_cli.core.online.kalman import correct, information, innovate, predict
 from footcal_cli.core.online.noise import Guards, Noise
 from footcal_cli.core.online.rows import Rows
 from footcal_cli.core.online.tuned import Tuned, spread

@@ -7,10 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from footcal_cli.core.inference.kalman import smooth_back
 from footcal_cli.core.online.compiled import kalman_loops
 from footcal_cli.core.online.filter import History, Track, track_of
 from footcal_cli.core.online.jumps import Jump
-from footcal_cli.core.online.kalman import smooth_back
 from footcal_cli.core.online.noise import Guards, Noise
 from footcal_cli.core.online.passes import Found, Pass
 from footcal_cli.core.online.rows import Rows

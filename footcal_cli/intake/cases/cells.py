@@ -41,7 +41,7 @@ def unseen_walking() -> dict[str, str]:
     return {e.name: e.unseen_walking for e in TABLE.values() if e.unseen_walking}
 
 
-def read_feet(session: Session[DiagnoseOptions]) -> CaseRead:
+def read(session: Session[DiagnoseOptions]) -> CaseRead:
     """Standing and walking: merged streams, blocks of whole gait cycles or stances."""
     kind = session.options.experiment
     experiment = walk.EXPERIMENT if kind == "walk" else stand.EXPERIMENT

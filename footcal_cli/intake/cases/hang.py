@@ -36,7 +36,7 @@ def unseen_hanging() -> dict[str, str]:
     return of_cells(EXPERIMENT) | dict.fromkeys(sorted(taken), FITTED)
 
 
-def read_hang(session: Session[DiagnoseOptions]) -> CaseRead:
+def read(session: Session[DiagnoseOptions]) -> CaseRead:
     """One log per leg; a block is some turns of all legs in one hanging.
 
     The baseline is the joint fit of `hang-calib` to these very logs: how the robot hung askew is a

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from footcal_cli.session.session import Session
 
 
-def read_placements(session: Session[DiagnoseOptions]) -> CaseRead:
+def read(session: Session[DiagnoseOptions]) -> CaseRead:
     """One log per foot, a row per placement and weight; blocks are holes."""
     findings: list[Finding] = []
     robot = session.recipe.robot

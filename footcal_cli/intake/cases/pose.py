@@ -31,7 +31,7 @@ POSES_PER_BLOCK = 7
 MOST_BLOCKS = 24
 
 
-def read_pose(session: Session[DiagnoseOptions]) -> CaseRead:
+def read(session: Session[DiagnoseOptions]) -> CaseRead:
     """One log; a block is some poses in a row, errors of the wrenches are errors in variables."""
     recipe = session.recipe
     asked = validated(

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 _JUDGED_HZ = 20.0
 
 
-def read_six_axis_feet(session: Session[DiagnoseOptions]) -> CaseRead:
+def read(session: Session[DiagnoseOptions]) -> CaseRead:
     """Standing and walking on six-axis transducers: offsets are what is calibrated, and drift.
 
     Scales, mass, CoM and mounting are candidates: a walk's own calibration does not know them.

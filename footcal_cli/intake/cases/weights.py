@@ -37,7 +37,7 @@ RECORDING_TAU_S = 2.0
 """Autocorrelation time assumed when one recording is cut into blocks."""
 
 
-def read_weights(session: Session[DiagnoseOptions]) -> CaseRead:
+def read(session: Session[DiagnoseOptions]) -> CaseRead:
     """One log per channel; blocks are sessions of a channel."""
     findings: list[Finding] = []
     streams = _running(session)

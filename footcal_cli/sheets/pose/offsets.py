@@ -18,7 +18,8 @@ from footcal_cli.plots import pose as plots
 from footcal_cli.records.results import RmseRecord, RmseRow, VerdictRecord
 from footcal_cli.report import Picture, Report, Sheet, number, with_sd
 from footcal_cli.report.outcome import Outcome
-from footcal_cli.sheets.pose.mounting import pose_wrenches, row
+from footcal_cli.sheets.pose.mounting import pose_wrenches
+from footcal_cli.sheets.pose.mounting_tables import row
 
 
 def outcome_of(
