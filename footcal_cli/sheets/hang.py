@@ -9,7 +9,7 @@ import numpy as np
 from footcal_cli.core.hang.binned import binned_com
 from footcal_cli.core.hang.joint import HangFit
 from footcal_cli.core.hang.runs import HangRun
-from footcal_cli.core.parameters import Estimates
+from footcal_cli.core.parameters import Estimates, FloatArray
 from footcal_cli.core.study.stepwise import StepwiseFit
 from footcal_cli.plots import hang as plots
 from footcal_cli.records.results import FindingRecord, RmseRecord, VerdictRecord
