@@ -20,6 +20,8 @@ from footcal_cli.sheets.stand import beliefs_sheet, root_mean_square
 from footcal_cli.sheets.streams import stream_findings
 
 _SURPRISING_SHARE = 0.02
+_SHARED_SCALE, _SURE = 0.01, 4.0
+"""Part that the vertical scales of all feet must share, and its size in sd, to be told."""
 _WIDENED = 1.5
 _NOTABLE_DELAY_S = 0.005
 
@@ -84,6 +86,13 @@ def verdict_of(found: SixAxisReplay) -> VerdictRecord:
             f"The scales are relative to the stated mass of {model}, taken as known to "
             f"{100 * KNOWN_MASS:.1g} %."
         )
+    heavier, told = _all_vertical_scales(found)
+    if told:
+        details.insert(
+            0, f"Both feet ask for {with_sd(100 * heavier[0], 100 * heavier[1])} % on their "
+            f"vertical forces: the robot does not weigh {model}, or both transducers are off. Put "
+            "it on a scale.",
+        )  # fmt: skip
     details += [
         f"{jump.name}: jumped by {with_sd(jump.size, jump.sd)} {_unit_of(jump.name)} at "
         f"{jump.onset_s:.2f} s, known {jump.found_s - jump.onset_s:.2f} s later."
@@ -94,11 +103,21 @@ def verdict_of(found: SixAxisReplay) -> VerdictRecord:
     known_of = found.merged.log.known
     small = after < POOR_SHARE * float(known_of["mass_kg"][0] * known_of["gravity_mps2"][0])
     return VerdictRecord(
-        level="good" if consistent and small and after < before else "warning",
+        level="good" if consistent and small and after < before and not told else "warning",
         sentence=f"Total vertical force off by {number(before, 3)} → {number(after, 3)} N; "
         f"{known} of {len(found.estimates.names)} unknowns of the feet estimated.",
         details=tuple(details),
     )
+
+
+def _all_vertical_scales(found: SixAxisReplay) -> tuple[tuple[float, float], bool]:
+    """What the vertical scales of all feet have in common, its sd, and whether it is sure."""
+    at = [i for i, name in enumerate(found.estimates.names) if name.endswith(".scale_fz")]
+    if not at:
+        return (0.0, 0.0), False
+    shared = float(found.estimates.values[at].mean())
+    sd = float(np.sqrt(found.estimates.covariance[np.ix_(at, at)].mean()))
+    return (shared, sd), abs(shared) > max(_SHARED_SCALE, _SURE * sd)
 
 
 def sheets_of(found: SixAxisReplay) -> tuple[Sheet, ...]:

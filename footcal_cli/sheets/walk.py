@@ -110,6 +110,12 @@ def verdict_of(found: Comparison, method: str) -> VerdictRecord:
             "diagnose.",
         )  # fmt: skip
         alarms += 1
+    if not np.any(known["angmom_rate_nm"]):
+        details.insert(
+            0, "The log has no rate of angular momentum: scales may be off by far more than their "
+            "sd; log angmom_rate_x_nm and angmom_rate_y_nm from the robot's model.",
+        )  # fmt: skip
+        alarms += 1
     consistent = 0.8 < found.consistency.ratio < 1.25
     return VerdictRecord(
         level="bad" if worse else "good" if consistent and not alarms else "warning",

@@ -8,6 +8,8 @@ import pytest
 from footcal_cli.core.effects import TABLE
 from footcal_cli.core.experiments import walk
 from footcal_cli.core.log import Log
+from footcal_cli.core.online.memory import believed
+from footcal_cli.core.online.noise import Guards, Noise
 from footcal_cli.core.online.rows import Rows, cell_rows
 from footcal_cli.core.parameters import FloatArray
 from tests.core.walk_data import Errors, make_walk, record
@@ -115,3 +117,15 @@ def test_rows_do_not_depend_on_how_the_log_is_cut_into_chunks(
     cut = cell_rows(log, belief_of(recording), samples_per_update=1)
     np.testing.assert_array_equal(cut.valid, whole.valid)
     np.testing.assert_allclose(cut.h, whole.h, rtol=1e-12, atol=1e-15)
+
+
+def test_an_offset_of_the_com_stays_unless_it_would_stand_for_an_unknown_momentum() -> None:
+    """Fixed at zero, the offset would go into the scales: left cells against right ones."""
+    recording = record(make_walk(0.1, 8.0, seed=2, turn=0.05), Errors(), seed=2)
+    log = walk_log(recording)
+    still = log.with_known(angmom_rate_nm=np.zeros_like(log.known["angmom_rate_nm"]))
+    kept = [
+        believed(cell_rows(one, belief_of(recording)), Noise(), Guards(), repeated=10.0).names
+        for one in (log, still)
+    ]
+    assert ["robot.com_correction_y" in names for names in kept] == [True, False]

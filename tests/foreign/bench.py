@@ -36,7 +36,8 @@ def weights(seed: int, *, repeats: int | None = None, distort: Distort | None = 
     on_all[np.arange(len(loads)), channel] = real
     if distort is not None:
         on_all = distort(time_s, on_all)
-    shown = looped(on_all, kind.hysteresis, robot.weight_n) + Drift(robot, rng).at(time_s)
+    drift = Drift(robot, rng).at(time_s)
+    shown = looped(on_all, kind.hysteresis, robot.weight_n) + drift
     felt = shown[np.arange(len(loads)), channel]
     # the reading is a mean over seconds; what is left wanders from one weight to the next
     felt = felt + robot.sd_n * (
@@ -53,9 +54,9 @@ def weights(seed: int, *, repeats: int | None = None, distort: Distort | None = 
             "repeat": repeat + 1,
         }
     )
-    return Recorded(
-        {"weights": frame}, robot.recipe(), {"parameters": robot.truth(), "cell_sd_n": robot.sd_n}
-    )
+    moved = [drift[channel == c, c % drift.shape[1]].mean() for c in range(cells)]
+    truth = {"parameters": robot.truth(), "cell_sd_n": robot.sd_n, "drift_n": moved}
+    return Recorded({"weights": frame}, robot.recipe(), truth)
 
 
 def placements(

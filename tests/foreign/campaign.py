@@ -40,16 +40,16 @@ class Task:
     command : of footcal
     record : the recording of a seed
     after : the task whose parameters it starts from
-    judge : answer and seed to errors
+    judge : answer, seed and truth to errors
     """
 
     command: str
     record: Callable[[int], Recorded]
     after: str | None
-    judge: Callable[[Mapping[str, Any], int], Ratios]
+    judge: Callable[[Mapping[str, Any], int, Mapping[str, Any]], Ratios]
 
 
-def cell_errors(found: Mapping[str, Any], seed: int) -> Ratios:
+def cell_errors(found: Mapping[str, Any], seed: int, truth: Mapping[str, Any]) -> Ratios:
     """Relative errors of scales, and errors of the force without load, N."""
     robot, ratios = draw_biped(seed), Ratios(scale=[], zero=[])
     for i, channel in enumerate(robot.channels):
@@ -59,13 +59,15 @@ def cell_errors(found: Mapping[str, Any], seed: int) -> Ratios:
         values, covariance = _known(found, names)
         scale = np.array([1.0 / robot.scale[i], 0.0])
         zero = np.array([robot.zero[i], 1.0])
+        moved = float(truth["drift_n"][i])
         error = values - [robot.scale[i], -robot.scale[i] * robot.zero[i]]
         for kind, row in (("scale", scale), ("zero", zero)):
-            ratios[kind].append([float(row @ error), float(np.sqrt(row @ covariance @ row))])
+            off = float(row @ error) + (moved if kind == "zero" else 0.0)
+            ratios[kind].append([off, float(np.sqrt(row @ covariance @ row))])
     return ratios
 
 
-def ankle_errors(found: Mapping[str, Any], seed: int) -> Ratios:
+def ankle_errors(found: Mapping[str, Any], seed: int, _: object) -> Ratios:
     """Offsets of both ankle transducers, forces and torques, and what hangs below them."""
     robot, ratios = draw_biped(seed), Ratios()
     for foot, offsets in zip(FEET, ankle_offsets(robot), strict=True):
@@ -91,7 +93,7 @@ def _extended(found: Mapping[str, Any], channel: str) -> bool:
     return bool(own - {f"{channel}.scale", f"{channel}.bias"})
 
 
-def hanging_errors(found: Mapping[str, Any], seed: int) -> Ratios:
+def hanging_errors(found: Mapping[str, Any], seed: int, _: object) -> Ratios:
     """Weight, offsets of forces and torques, and CoM of all legs."""
     robot = draw_hexapod(seed)
     ratios = _against(found, robot.truth(), "robot.")
@@ -104,7 +106,7 @@ def hanging_errors(found: Mapping[str, Any], seed: int) -> Ratios:
     return ratios
 
 
-def standing_errors(found: Mapping[str, Any], seed: int) -> Ratios:
+def standing_errors(found: Mapping[str, Any], seed: int, _: object) -> Ratios:
     """Mounting of all transducers, and the robot's weight."""
     robot = draw_hexapod(seed)
     ratios = _against(found, {"robot.weight": robot.truth()["robot.weight"]}, "")
@@ -173,7 +175,8 @@ def run(name: str, seed: int, folder: Path) -> dict[str, Any]:
     answer = own / "answer.json"
     if answer.exists():
         return dict(json.loads(answer.read_text(encoding="utf-8")))
-    arguments = [task.command, "--recipe", write(task.record(seed), own), "--no-pictures",
+    recorded = task.record(seed)
+    arguments = [task.command, "--recipe", write(recorded, own), "--no-pictures",
                  "--quiet", "--overwrite", "--out", own / "out"]  # fmt: skip
     if task.after is not None:
         run(task.after, seed, folder)
@@ -193,7 +196,7 @@ def run(name: str, seed: int, folder: Path) -> dict[str, Any]:
     made = own / "out" / "parameters.json"
     if made.exists():
         found = json.loads(made.read_text(encoding="utf-8"))
-        said["ratios"] = task.judge(found, seed)
+        said["ratios"] = task.judge(found, seed, recorded.truth)
         shutil.copy(made, own / "parameters.json")
     for log in own.glob("*.parquet"):
         log.unlink()

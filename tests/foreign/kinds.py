@@ -83,7 +83,7 @@ FLEET = {
     7007: Kind("teen size, 1 kHz", (14.0, 16.0), bits=16, cells_hz=1000.0, body_hz=200.0),
     7008: Kind("heavy biped, 2 kHz", (40.0, 50.0), cells_hz=2000.0, body_hz=400.0, repeats=3,
                weights_off=1e-3),
-    7009: Kind("exoskeleton, warming", (85.0, 90.0), cells=6, bits=16, warming=0.02,
+    7009: Kind("exoskeleton, warming", (85.0, 90.0), cells=6, bits=16, warming=0.003,
                cells_hz=100.0, body_hz=100.0, repeats=2, ladder=(0.0, 0.3, 0.6, 1.0)),
     7010: Kind("mass 5 % too large", (9.0, 11.0), cells_hz=100.0, body_hz=100.0, mass_off=0.05),
     7011: Kind("20 Hz", (3.5, 4.5), bits=16, cells_hz=20.0, body_hz=20.0, jitter_s=3e-3),

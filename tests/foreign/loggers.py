@@ -36,8 +36,14 @@ class Drift:
     def __init__(self, robot: Biped, rng: Rng) -> None:
         """Begin; nothing is drawn for a robot that does not warm."""
         self.sd_n = robot.kind.warming * robot.weight_n
-        self.rng, self.time_s = rng, 0.0
-        self.now = rng.normal(size=len(robot.channels)) if self.sd_n else np.zeros(1)
+        self.rng, self.time_s, self.count = rng, 0.0, 0
+        self.now, self.total = np.zeros((2, len(robot.channels)))
+        if self.sd_n:
+            self.now = rng.normal(size=len(robot.channels))
+
+    def last(self, mean: bool) -> Array:
+        """Drift at the end, or on the mean of all that was asked for, (c,)."""
+        return np.asarray(self.total / max(self.count, 1) if mean else self.sd_n * self.now)
 
     def at(self, time_s: Array) -> Array:
         """Drift in newtons at rising times, (n, c); later than what was asked before."""
@@ -49,6 +55,7 @@ class Drift:
             fresh = np.sqrt(1.0 - keep**2) * self.rng.normal(size=len(self.now))
             self.now, self.time_s = keep * self.now + fresh, float(t)
             out[i] = self.sd_n * self.now
+        self.count, self.total = self.count + len(out), self.total + out.sum(axis=0)
         return out
 
 

@@ -113,6 +113,7 @@ def _recorded(
         "angmom_loss": loss,
         "plate_kg": robot.plate_kg,
         "cell_sd_n": robot.sd_n,
+        "drift_n": drift.last(len(motions) > 1),
         "com_error_m": np.concatenate([error for _, error in seen]).mean(axis=0),
         "cells_time_s": cells["time_s"].to_numpy(),
         "cells_n": np.stack([np.interp(cells["time_s"], time_s, c) for c in felt.T], axis=1),

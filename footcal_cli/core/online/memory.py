@@ -204,14 +204,17 @@ def believed(rows: Rows, noise: Noise, guards: Guards, repeated: float) -> Rows:
     """The rows without the states that the innovations do not speak for.
 
     A state that is not needed is one more way to be wrong. Plates must earn their place always,
-    an offset of the CoM once the errors that repeat say that the model lacks something.
+    an offset of the CoM only where the rate of angular momentum is not known: it would take up
+    what that lacks. Elsewhere it stays: without it the scales would take up the offset.
     Likelihoods are divided by the factor `repeated`, as overdispersed ones are (Burnham and
     Anderson, Model Selection and Multimodel Inference, 2002, section 2.5).
     """
     quiet = replace(guards, jump_threshold=np.inf)
     faulty = repeated > INADEQUATE
     least = _FAULTY_EVIDENCE_NATS if faulty else _STATE_EVIDENCE_NATS
-    for kind in (PLATE_STATE, "com_correction") if faulty else (PLATE_STATE,):
+    for kind in (
+        (PLATE_STATE, "com_correction") if faulty and _no_momentum(rows) else (PLATE_STATE,)
+    ):
         doubted = np.array([kind in name for name in rows.names])
         if not doubted.any():
             continue
@@ -223,6 +226,12 @@ def believed(rows: Rows, noise: Noise, guards: Guards, repeated: float) -> Rows:
         if gained <= least * repeated:
             rows = bare
     return rows
+
+
+def _no_momentum(rows: Rows) -> bool:
+    """Whether the stream has no rate of angular momentum of which a share could be missing."""
+    at = [name == "robot.angmom_loss" for name in rows.names]
+    return not np.any(rows.h[:, :, at])
 
 
 def gait_phase(log: Log, rows: Rows) -> FloatArray:
