@@ -159,10 +159,11 @@ def _investigated(
         if group is not None and not group.whole_folder:
             reader.refuse_unread()
         read.findings.extend(reader.noted)
-    with session.step(f"diagnose{name}"):
+    # how many models of one and more causes are worth a fit shows as it goes
+    with session.counted(f"diagnose{name}", "refits", None) as advance:
         found = investigate(
             read.case, read.testable(table), describe, rules, session.request.seed,
-            stopped=bool(stopping(read.findings)),
+            stopped=bool(stopping(read.findings)), advance=advance,
         )  # fmt: skip
     return read, found
 

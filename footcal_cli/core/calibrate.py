@@ -6,7 +6,7 @@ columns, with their shapes, in SI units.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
@@ -19,6 +19,7 @@ from footcal_cli.core.bench.study import ChannelStudy, study_rows
 from footcal_cli.core.experiments.walk import channel_contact
 from footcal_cli.core.hang.intake import hang_log
 from footcal_cli.core.hang.joint import HangFit, HangOptions, fit_hang
+from footcal_cli.core.inference.earlier import LEAST_P, with_earlier
 from footcal_cli.core.online.belief import Belief, belief_from, nameplate
 from footcal_cli.core.online.memory import Memory, MemoryOptions, memory_estimates, run_memory
 from footcal_cli.core.online.merging import merge_cells
@@ -60,6 +61,29 @@ class Calibration(Generic[FitT]):
 
     estimates: Estimates
     fit: FitT
+
+    def counted_with(self, earlier: Estimates, apart: Collection[str] = ()) -> Estimates:
+        """The estimates with an earlier calibration as prior, joint covariance included.
+
+        Parameters
+        ----------
+        earlier
+            From logs that this calibration has not seen.
+        apart
+            Names that mean something else every time: the tilts of a hanging.
+
+        Raises
+        ------
+        FitError
+            Both differ by more than chance explains: something has changed.
+        """
+        found = with_earlier([self.estimates], earlier, apart)
+        if found.p < LEAST_P:
+            raise FitError(
+                f"two calibrations differ by more than chance explains (p = {found.p:.1g})",
+                remedy="find out what has changed since the earlier one",
+            )
+        return found.estimates[0]
 
     @property
     def sd(self) -> FloatArray:

@@ -18,9 +18,9 @@ from footcal_cli.core.hang.model import AXES
 from footcal_cli.core.hang.runs import HangRun, hang_runs
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.core.pose.data import PoseData, summarise
+from footcal_cli.core.pose.data import PoseData, PoseSummary, summarise
 from footcal_cli.core.pose.hanging import LegKnowledge
-from footcal_cli.core.pose.joint import fit_pose
+from footcal_cli.core.pose.joint import fit_pose, misfit_of_poses
 from footcal_cli.core.pose.problem import PoseOptions
 from footcal_cli.core.pose.wiring import turned_when_hanging, turned_when_standing
 from footcal_cli.core.quality import Finding
@@ -37,6 +37,10 @@ POOR = 5.0
 """Residual over the scatter from sample to sample beyond which more than noise is left."""
 LEVER_M = 0.1
 """Moments count as forces at this lever."""
+_ROUGH_STEPS = 8
+"""The right turn is fitted in four to six steps, most wrong ones run until their limit."""
+_NEAR = 20.0
+"""Times the least rough misfit, up to which a turn is fitted to the end."""
 _MOST_ROWS = 400
 _FEWEST_ROWS = 20
 _FEWEST_SIDES = 3
@@ -75,12 +79,22 @@ def words_of(turn: FloatArray) -> str:
 
 
 def _best_turn(
-    names: Sequence[str], misfit: Callable[[int, FloatArray], float], given: float
+    names: Sequence[str],
+    misfit: Callable[[int, FloatArray], float],
+    given: float,
+    roughly: Callable[[int, FloatArray], float] | None = None,
 ) -> list[Finding]:
-    """The transducer and the turn that explain a misfit, where one does so clearly."""
-    tried = sorted(
-        ((misfit(k, turn), k, i) for k in range(len(names)) for i, turn in enumerate(TURNS)),
-    )
+    """The transducer and the turn that explain a misfit, where one does so clearly.
+
+    A misfit that costs much is asked only of turns that come near the best one `roughly`.
+    """
+    every = [(k, i) for k in range(len(names)) for i in range(len(TURNS))]
+    if roughly is not None:
+        rough = [roughly(k, TURNS[i]) for k, i in every]
+        every = [
+            turn for turn, left in zip(every, rough, strict=True) if left <= _NEAR * min(rough)
+        ]
+    tried = sorted((misfit(k, TURNS[i]), k, i) for k, i in every)
     least = tried[0][0]
     if not np.isfinite(given) or least > MUCH_BETTER * given:
         return []
@@ -211,20 +225,25 @@ def check_turned_standing(
     """Find a hip transducer that was turned after hanging: the chassis then balances nowhere."""
     summary = summarise(data)
 
-    def misfit(leg: int, turn: FloatArray) -> float:
+    def turned(leg: int, turn: FloatArray) -> PoseSummary:
         size = summary.gram.shape[0]
         change = np.eye(size)
         rows = slice(6 * leg, 6 * leg + 6)
         both = np.kron(np.eye(2), turn.T)
         change[rows, rows] = both
         change[rows, -1] = legs[leg].offset - both @ legs[leg].offset  # offsets stay where they are
-        gram = change @ summary.gram @ change.T
-        return fit_pose(replace(summary, gram=gram), legs, noise_sd, options).chi2_poses
+        return replace(summary, gram=change @ summary.gram @ change.T)
+
+    def misfit(leg: int, turn: FloatArray) -> float:
+        return fit_pose(turned(leg, turn), legs, noise_sd, options).chi2_poses
+
+    def roughly(leg: int, turn: FloatArray) -> float:
+        return misfit_of_poses(turned(leg, turn), legs, noise_sd, options, _ROUGH_STEPS)
 
     given = fit_pose(summary, legs, noise_sd, options)
     if given.noise_factor < TURNED_NOISE:
         return []
-    return _best_turn(data.geometry.legs, misfit, given.chi2_poses)
+    return _best_turn(data.geometry.legs, misfit, given.chi2_poses, roughly)
 
 
 def standing_axes(

@@ -7,9 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from footcal_cli.core import calibrate
 from footcal_cli.core.bench.regression import fit_affine
 from footcal_cli.core.inference.earlier import with_earlier
 from footcal_cli.core.parameters import Estimates, FloatArray, Status
+from footcal_cli.errors import FitError
 
 _TRUTH = np.array([2.0e-5, -163.0])
 _LOAD = np.tile(np.array([0.0, 2.0, 5.0, 10.0, 20.0]), 5)
@@ -88,6 +90,17 @@ def test_a_changed_cell_differs_by_more_than_chance() -> None:
     shift = np.array([0.0, 10.0]) * earlier.sd
     assert with_earlier([now], earlier).p > 1e-3
     assert with_earlier([now], replace(earlier, values=earlier.values + shift)).p < 1e-6
+
+
+def test_calibrations_from_arrays_count_together() -> None:
+    rng = np.random.default_rng(6)
+    counts = [(_LOAD - _TRUTH[1]) / _TRUTH[0] + 2500.0 * rng.normal(size=25) for _ in range(2)]
+    first, second = (calibrate.weights("a", _LOAD, c).estimates for c in counts)
+    both = calibrate.weights("a", _LOAD, counts[1]).counted_with(first)
+    np.testing.assert_allclose(both.sd**-2, first.sd**-2 + second.sd**-2, rtol=0.05)
+    moved = replace(first, values=first.values + np.array([0.0, 10.0]) * first.sd)
+    with pytest.raises(FitError, match="more than chance"):
+        calibrate.weights("a", _LOAD, counts[1]).counted_with(moved)
 
 
 @pytest.mark.parametrize("what", ["unit", "apart", "name"])

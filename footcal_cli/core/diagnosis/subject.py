@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,6 +24,12 @@ from footcal_cli.core.inference.refit import Refit, refit
 from footcal_cli.core.inference.signatures import derivative
 from footcal_cli.core.parameters import FloatArray
 
+Advance = Callable[[float], None]
+
+
+def uncounted(_: float) -> None:
+    """Nobody watches how far it is."""
+
 
 @dataclass(frozen=True)
 class Subject:
@@ -39,6 +45,8 @@ class Subject:
         Effects by name.
     describe
         Gives the recorded signals of a case.
+    advance
+        Called with how many more refits are done.
     """
 
     case: Case
@@ -46,12 +54,15 @@ class Subject:
     problem: Problem
     table: Mapping[str, Effect]
     describe: Describe
+    advance: Advance = uncounted
 
     def refitted(self, causes: Sequence[Cause], start: Mapping[str, float]) -> Refit:
         """The model with all of these causes, from starting values."""
         accepted = [(self.table[c.signature.effect], c.signature) for c in causes]
         problem = self.problem.without_usual({effect.name for effect, _ in accepted})
-        return refit(self.case, self.rows, problem, accepted, start)
+        fitted = refit(self.case, self.rows, problem, accepted, start)
+        self.advance(1)
+        return fitted
 
     def extended(self, model: Refit, causes: Sequence[Cause]) -> Problem:
         """The problem on the extended model: its effects and their rivals are calibration now.

@@ -12,6 +12,9 @@ from footcal_cli.core.inference.fit import fit_map
 from footcal_cli.core.inference.linear import inverse_root
 from footcal_cli.core.parameters import Estimates, Parameter, ParameterSet
 
+LEAST_P = 1e-3
+"""Calibrations that differ by more than this chance explains are not counted together."""
+
 
 @dataclass(frozen=True)
 class Together:

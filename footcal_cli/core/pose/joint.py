@@ -162,10 +162,7 @@ def fit_pose(
     """
     asked = options or PoseOptions()
     problem = Problem.of(summary, legs, noise_sd, asked)
-    begin = problem.start
-    if asked.structure.rotates:
-        turn, direction = problem.hang.aligned(summary.geometry, begin.hang_dir_b)
-        begin = replace(begin, turn_b=turn, hang_dir_b=direction)
+    begin = _aligned(problem, summary, asked)
     factor = 1.0
     for _ in range(1 if asked.noise_known else 3):
         mounting, iterations, converged = problem.solve(begin, factor)
@@ -191,6 +188,28 @@ def fit_pose(
         rank,
         free,
     )
+
+
+def misfit_of_poses(
+    summary: PoseSummary,
+    legs: tuple[LegKnowledge, ...],
+    noise_sd: FloatArray,
+    options: PoseOptions,
+    most_steps: int,
+) -> float:
+    """Squared residuals of the poses after so many steps of `fit_pose` at most."""
+    problem = Problem.of(summary, legs, noise_sd, options)
+    mounting, _, _ = problem.solve(_aligned(problem, summary, options), 1.0, most_steps)
+    return problem.at(mounting, 1.0).chi2_poses
+
+
+def _aligned(problem: Problem, summary: PoseSummary, options: PoseOptions) -> Mounting:
+    """Where the fit starts: transducers turned so that all legs felt one gravity when hanging."""
+    begin = problem.start
+    if not options.structure.rotates:
+        return begin
+    turn, direction = problem.hang.aligned(summary.geometry, begin.hang_dir_b)
+    return replace(begin, turn_b=turn, hang_dir_b=direction)
 
 
 def directions_agree(fit: PoseFit, legs: tuple[LegKnowledge, ...]) -> bool:

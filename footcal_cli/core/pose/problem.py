@@ -241,11 +241,13 @@ class Problem:
             ]
         )
 
-    def solve(self, mounting: Mounting, factor: float) -> tuple[Mounting, int, bool]:
+    def solve(
+        self, mounting: Mounting, factor: float, most_steps: int = _MAX_STEPS
+    ) -> tuple[Mounting, int, bool]:
         """Levenberg-Marquardt; its work does not depend on the number of poses."""
         damping = _FIRST_DAMPING
         state = self.at(mounting, factor)
-        for iteration in range(1, _MAX_STEPS + 1):
+        for iteration in range(1, most_steps + 1):
             metric = state.hessian()
             scale = 1.0 / np.sqrt(np.maximum(np.diag(metric), np.finfo(float).tiny))
             scaled = metric * np.outer(scale, scale)
@@ -263,7 +265,7 @@ class Problem:
                 damping = max(10.0 * damping, _LEAST_RETRY)
                 if damping > _GIVE_UP:
                     return mounting, iteration, promised < _NEARLY
-        return mounting, _MAX_STEPS, False
+        return mounting, most_steps, False
 
     def covariance(self, mounting: Mounting, state: State) -> tuple[FloatArray, int, int]:
         """Sandwich ``H⁻¹ B H⁻¹``: curvature from the true wrenches, score with their noise."""

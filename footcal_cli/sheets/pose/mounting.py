@@ -208,11 +208,10 @@ def common_words(fit: PoseFit) -> tuple[str, ...]:
     yaw, height = _common_sd(fit, 2), _common_sd(fit, 3 * len(fit.geometry.legs) + 2)
     if np.isnan(yaw):
         return ("This method gives no intervals.",)
-    words = []
+    known = f"a height common to all hips is known to ± {1e3 * height:.2g} mm"
     if fit.options.structure.rotates:
-        words.append(f"A yaw common to all transducers is known to ± {np.rad2deg(yaw):.2g}°")
-    words.append(f"a height common to all hips to ± {1e3 * height:.2g} mm")
-    return (f"{'; '.join(words)} (one sd); tilt the body more to see them better.",)
+        known = f"a yaw common to all transducers is known to ± {np.rad2deg(yaw):.2g}°, {known}"
+    return (f"{known[0].upper()}{known[1:]} (one sd); more tilt of the body narrows it.",)
 
 
 def slow_words(slow: SlowNoise) -> tuple[str, ...]:
