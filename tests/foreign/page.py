@@ -23,9 +23,10 @@ _SURE = 5.0
 _ENOUGH = 4
 _HEAD = """# Calibrations in a foreign world
 
-{count} of {fleet} robots, estimators and rigs of `tests/foreign`, which share no code with footcal: bipeds of 1
-to 90 kg on three, four or six cells or six-axis ankles, and robots on four, six and eight legs
-(`tests/foreign/kinds.py` has them all). Each command ran as its user runs it
+{count} of {fleet} robots, estimators and rigs of `tests/foreign`, which share no code with
+footcal: bipeds of 1 to 90 kg on three, four or six cells or six-axis ankles,
+and robots on four, six and eight legs (`tests/foreign/kinds.py` has them all). Each
+command ran as its user runs it
 (`make foreign-calibration` makes this page anew). All of them have what ordinary robots have:
 quantised encoders, differentiated velocities, a millisecond of stamp lag, part of the angular
 momentum missing, masses of links 2 % off, an IMU that leans by milliradians, plates under the
