@@ -60,4 +60,5 @@ def epilog_of(command: str) -> str:
         "--json prints one JSON instead: verdict, errors, findings, paths "
         "(`footcal schema answer`).\n\n"
     )  # fmt: skip
-    return f"{columns}{answers}Example: {_EXAMPLES[command]}"
+    example = f"Example: {_EXAMPLES[command]}" if command in _EXAMPLES else ""
+    return f"{columns}{answers}{example}"

@@ -49,7 +49,7 @@ _LAST: Mapping[str, tuple[Any, Any]] = {
             typer.Option(
                 "--reference",
                 metavar="FILE.json",
-                help="Gate: exit 1 where a parameter left this calibration ([gates] says by how "
+                help="Gate: exit 1 where a parameter left this calibration (\\[gates] says by how "
                 "much).",
             ),
         ],

@@ -109,8 +109,9 @@ def select_quiet(
     warm = max(round(rule.warm_s / period), 1)
     still = finite & loaded & ~moving & ~np.isnan(log.known["contact"]).any(axis=1)
     # single lost samples do not end a stance, they are only left out of it
-    moved = _displaced(log, period) if seen.any() else _shifted(forces_n, period)
-    still = _bridged(still, warm) & ~moved
+    still = _bridged(still, warm) & ~_displaced(log, period)
+    if not seen.any():
+        still = _cut(still, _shifted(forces_n, period), warm + rule.least_samples)
     warming = np.zeros(n, dtype=bool)
     stance = np.full(n, -1, dtype=np.int64)
     count = 0
@@ -153,6 +154,21 @@ def _displaced(log: Log, period_s: float) -> BoolArray:
     step = np.linalg.norm(place[2 * half :] - place[: -2 * half], axis=2)
     moved[half : n - half] = (np.nan_to_num(step) > _STANCE_M).any(axis=1)
     return moved
+
+
+def _cut(still: BoolArray, moved: BoolArray, least: int) -> BoolArray:
+    """Stances without the rows that move, where several long ones keep half of the rows.
+
+    Parameters
+    ----------
+    still, moved
+        Shape (n,).
+    least
+        Rows that a stance needs.
+    """
+    cut = still & ~moved
+    lengths = [stop - start for start, stop in stretches(cut) if stop - start >= least]
+    return cut if len(lengths) > 1 and sum(lengths) > still.sum() / 2 else still
 
 
 def _shifted(forces_n: FloatArray, period_s: float) -> BoolArray:

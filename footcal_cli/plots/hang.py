@@ -115,9 +115,11 @@ def plot_tilts(fits: Mapping[str, HangFit], gravity_dir_t: Mapping[str, FloatArr
     gravity_dir_t
         Leg -> the direction that the shown method found, shape (L, 3).
     """
+    from matplotlib.ticker import MaxNLocator
+
     first = next(iter(fits.values()))
     count = min(len(first.model.log_labels()), 4)
-    figure = new_figure(2.9, width_in=2.3 * count + 0.8)
+    figure = new_figure(3.3, width_in=2.3 * count + 0.8)
     grid = figure.subplots(1, count, squeeze=False)
     names = first.model.log_labels()[:count]
     widest = 1.0
@@ -143,6 +145,8 @@ def plot_tilts(fits: Mapping[str, HangFit], gravity_dir_t: Mapping[str, FloatArr
     for axes in grid[0]:
         axes.set_xlim(-1.2 * widest, 1.2 * widest)
         axes.set_ylim(-1.2 * widest, 1.2 * widest)
+        axes.xaxis.set_major_locator(MaxNLocator(5, symmetric=True))
+        axes.yaxis.set_major_locator(MaxNLocator(5, symmetric=True))
     figure.legend(*grid[0][0].get_legend_handles_labels(), loc="outside lower center", ncols=6,
                   frameon=False, fontsize=8)  # fmt: skip
     return figure

@@ -64,12 +64,16 @@ def _is_chosen(studies: Sequence[ChannelStudy], name: str) -> bool:
 
 
 def plot_staircases(studies: Sequence[ChannelStudy]) -> Figure:
-    """Error against load, loading and unloading apart: above the straight line, below the model."""
+    """Error against load, loading and unloading apart: above the straight line, below the model.
+
+    Where the straight line is the model of every channel it is drawn once.
+    """
     shown = list(studies)[:_MOST_PANELS]
     across = min(4, len(shown))
     blocks = int(np.ceil(len(shown) / across))
-    figure = new_figure(3.4 * blocks + 0.3, width_in=max(2.6 * across, 5.0))
-    grid = figure.add_gridspec(2 * blocks, across)
+    each = 1 if all(s.ladder is None or s.ladder.model == "affine" for s in shown) else 2
+    figure = new_figure(1.8 * each * blocks + 0.4, width_in=max(2.6 * across, 5.0))
+    grid = figure.add_gridspec(each * blocks, across)
     for i, study in enumerate(shown):
         block, column = divmod(i, across)
         record, ladder = study.record, study.ladder
@@ -82,19 +86,23 @@ def plot_staircases(studies: Sequence[ChannelStudy]) -> Figure:
         limit = 0.0
         panels = []
         for k, (fit, title) in enumerate(
-            ((ladder.affine, f"{study.channel}: affine"), (ladder.chosen, ladder.model))
+            (
+                (ladder.affine, f"{study.channel}: affine"),
+                (ladder.chosen, f"{study.channel}: {ladder.model}"),
+            )[:each]
         ):
-            axes = figure.add_subplot(grid[2 * block + k, column])
+            axes = figure.add_subplot(grid[each * block + k, column])
             error = (fit.predict(record).load_n - record.load_n)[known]
             limit = max(limit, float(np.abs(error).max()))
             for sign, colour, label in (
-                (1, AFTER, "loading"), (-1, BAD, "unloading"), (0, BEFORE, "first"),
+                (1, AFTER, "loading"), (-1, BAD, "unloading"), (0, BEFORE, "first reading"),
             ):  # fmt: skip
                 at = direction == sign
                 axes.plot(record.load_n[known][at], error[at], "o", color=colour, markersize=3,
                           alpha=0.7, label=label if at.any() else None)  # fmt: skip
             axes.axhline(0, color=REFERENCE, linewidth=0.7)
-            tidy(axes, title, "known load (N)" if k else "", "residual (N)" if column == 0 else "")
+            below = "known load (N)" if k == each - 1 else ""
+            tidy(axes, title, below, "residual (N)" if column == 0 else "")
             panels.append(axes)
         for axes in panels:
             axes.set_ylim(-1.15 * limit, 1.15 * limit)

@@ -39,9 +39,10 @@ def plot_stances(errors: Sequence[StanceErrors]) -> Figure:
         right.plot(number, e.vgrf_n, "o-", color=_STAGES[e.stage], label=e.stage, markersize=4)
     left.set_yscale("log")
     how = "predicted from the other stances" if held_out else "of the fitted stance"
-    tidy(left, f"CoP error {how}", "stance", "mm")
-    tidy(right, f"Total force error {how}", "stance", "N")
-    right.set_yscale("symlog", linthresh=1.0)
+    tidy(left, f"CoP, {how}", "stance", "CoP error (mm)")
+    tidy(right, f"Total force, {how}", "stance", "total force error (N)")
+    usual = max(float(np.abs(e.vgrf_n).max()) for e in shown if e.stage != "least squares")
+    right.set_ylim(-1.2 * usual, 1.2 * usual)
     right.axhline(0.0, color=REFERENCE, linewidth=0.8)
     for axes in (left, right):
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))
@@ -64,7 +65,7 @@ def plot_curve(curve: Sequence[CurvePoint]) -> Figure:
     axes.set_yscale("log")
     axes.set_xticks(used, [str(n) for n in used])
     axes.minorticks_off()
-    tidy(axes, "CoP error on the stance that follows", "stances used", "mm")
+    tidy(axes, "CoP error on the stance that follows", "stances used", "CoP error (mm)")
     legend_below(figure)
     return figure
 

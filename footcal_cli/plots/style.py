@@ -17,14 +17,18 @@ MOST_POINTS = 4000
 """More points than this no figure of this width shows."""
 BEFORE, AFTER, REFERENCE, BAD = "#9aa1ab", "#0072B2", "#1b1f24", "#D55E00"
 WIDTH_IN = 8.5
+_EDGE_IN = 0.08
 
 
 def new_figure(height_in: float, width_in: float = WIDTH_IN) -> Figure:
     """An empty figure that belongs to no window."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-    figure = Figure(figsize=(width_in, height_in), layout="constrained")
+    # titles keep off the frame
+    layout = ConstrainedLayoutEngine(h_pad=_EDGE_IN, w_pad=_EDGE_IN)
+    figure = Figure(figsize=(width_in, height_in), layout=layout)
     FigureCanvasAgg(figure)
     return figure
 

@@ -93,8 +93,8 @@ def plot_cop(
                 )
         right.axhline(0.0, color=REFERENCE, linewidth=0.6)
         below = "time (s)" if name == "y" else ""
-        tidy(left, f"CoP {name}, from below the CoM", below, "mm")
-        tidy(right, f"error, without {methods[0]}", below, "mm")
+        tidy(left, f"CoP {name} relative to the CoM", below, f"CoP {name} (mm)")
+        tidy(right, f"Error of {' and '.join(methods[1:])}", below, "error (mm)")
     legend_below(figure)
     return figure
 
@@ -112,7 +112,7 @@ def plot_vgrf(
     for method in methods:
         force = found.replayed[method].total.fz_n[rows]
         axes.plot(time_s, force, color=METHOD_COLOURS[method], linewidth=1.0, label=method)
-    tidy(axes, "Vertical ground reaction force", "time (s)", "N")
+    tidy(axes, "Vertical ground reaction force", "time (s)", "force (N)")
     legend_below(figure)
     return figure
 
@@ -182,7 +182,7 @@ def plot_parameters(track: Track, jumps: Sequence[Jump], kinds: Sequence[str]) -
                 axes.axvline(jump.onset_s, color=BAD, linewidth=1.0, linestyle="--")
         _to_settled(axes, track, [percent * track.values[:, i] for i in at],
                     [percent * track.sd[:, i] for i in at])  # fmt: skip
-        tidy(axes, f"{kind} on top of the prior, ± 2 sd", "", unit)
+        tidy(axes, f"{kind} on top of the prior, ± 2 sd", "", f"{kind} ({unit})")
     panels[-1].set_xlabel("time (s)", fontsize=9)
     legend_below(figure, columns=8)
     return figure

@@ -6,7 +6,6 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from footcal_cli.core.inference.earlier import LEAST_P, with_earlier
 from footcal_cli.core.parameters import Estimates
 from footcal_cli.core.quality import Finding
 from footcal_cli.errors import UsageError
@@ -101,6 +100,8 @@ def counted_together(
     """
     if not session.options.prior:
         return list(groups)
+    from footcal_cli.core.inference.earlier import LEAST_P, with_earlier
+
     earlier = session.parameters
     if earlier is None:
         raise UsageError(

@@ -25,7 +25,7 @@ from footcal_cli.records.results import (
     RmseRow,
     VerdictRecord,
 )
-from footcal_cli.report import Picture, Report
+from footcal_cli.report import Picture, Report, number, plural
 from footcal_cli.report.outcome import Outcome
 from footcal_cli.sheets import ladder, weights
 
@@ -150,17 +150,22 @@ def _pictures(
     studies: Sequence[ChannelStudy], tolerance_n: float, *, climbed: bool
 ) -> tuple[Picture, ...]:
     fits = [study.affine for study in studies]
+    worst = max(fits, key=lambda fit: fit.worst_n)
+    line = f"The straight line errs by at most {number(worst.worst_n, 2)} N ({worst.channel})."
+    low, high = (pick(fits, key=lambda fit: abs(fit.scale_n_per_count)) for pick in (min, max))
     recorded = any(study.samples is not None for study in studies)
     pictures = [
         Picture(
             "loads_against_counts", lambda: plot_loads_against_counts(fits, tolerance_n),
             "Known load against raw reading with the fitted line, and the error below it; orange "
             "channels leave the band.",
-            title="Known load against reading, with the fitted line",
+            title="Known load against reading, with the fitted line", result=line,
         ),
         Picture("scales", lambda: plot_scales(fits),
                 "Cells of one type should have scales that agree.",
-            title="Scales of all cells"),
+            title="Scales of all cells",
+            result=f"From {number(1e6 * low.scale_n_per_count, 4)} ({low.channel}) to "
+            f"{number(1e6 * high.scale_n_per_count, 4)} µN per count ({high.channel})."),
     ]  # fmt: skip
     if not recorded:
         pictures.insert(
@@ -169,22 +174,29 @@ def _pictures(
                 "residuals", lambda: plot_residuals(fits, tolerance_n),
                 "Residual at each known load, one line per cell; lines that bend together share "
                 "a cause. Blue band: the tolerance.",
-                title="Residuals",
+                title="Residuals", result=line,
             ),
         )  # fmt: skip
     if climbed:
+        models = {s.channel: s.ladder.model for s in studies if s.ladder is not None}
+        chosen = ", ".join(
+            f"{model} in {sum(m == model for m in models.values())}"
+            for model in dict.fromkeys(models.values())
+        )
         pictures[:0] = [
             Picture(
                 "staircases", lambda: plot_staircases(studies),
-                "Residual against load of the straight line and of the chosen model; loading and "
-                "unloading apart: a gap between them is memory, a common bend is nonlinearity.",
-                title="Residual against load: straight line and chosen model",
+                "Residual against load of the straight line and, where another model was chosen, "
+                "of that model below it. A gap between loading and unloading is memory, a common "
+                "bend is nonlinearity.",
+                title="Residual against load", result=line,
             ),
             Picture(
                 "ladder", lambda: plot_ladder(studies),
                 "Error of each model on sessions or loads that it was not fitted to; further left "
                 "is better, the filled one is in use.",
                 title="Held-out error of each model",
+                result=f"Chosen: {chosen} of {plural(len(models), 'channel')}.",
             ),
         ]  # fmt: skip
     if recorded:

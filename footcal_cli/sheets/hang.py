@@ -9,7 +9,7 @@ import numpy as np
 from footcal_cli.core.hang.binned import binned_com
 from footcal_cli.core.hang.joint import HangFit
 from footcal_cli.core.hang.runs import HangRun
-from footcal_cli.core.parameters import Estimates
+from footcal_cli.core.parameters import Estimates, FloatArray
 from footcal_cli.core.study.stepwise import StepwiseFit
 from footcal_cli.plots import hang as plots
 from footcal_cli.records.results import FindingRecord, RmseRecord, VerdictRecord
@@ -102,12 +102,15 @@ def _pictures(
     own: Mapping[str, StepwiseFit] | None,
 ) -> tuple[Picture, ...]:
     """Figures of the method that was asked for: `own`, or the joint fit where None."""
+    stages = {s: _largest_rms(legs) for s, legs in residuals.items() if s in ("before", "after")}
     pictures = [
         Picture(
             "residuals", lambda: plots.plot_residuals(residuals),
             "Residual of the readings after offset and leg weight are subtracted: one violin "
             "per leg and axis. A good fit is one narrow hump around zero.",
             title="Residuals",
+            result="Largest RMS of a force: "
+            + ", ".join(f"{number(n, 2)} N {s} ({leg})" for s, (n, leg) in stages.items()) + ".",
         ),
     ]  # fmt: skip
     shown: Mapping[str, HangFit | StepwiseFit] = own or fits
@@ -133,9 +136,27 @@ def _pictures(
                 "Where gravity really pointed in each orientation, seen along the named axis: what "
                 "all legs share is the robot's tilt, where they differ it is the mounting.",
                 title="Direction of gravity in each orientation",
+                result=f"Gravity lies up to {_largest_lean(fits, directions):.1f}° off the named "
+                "axis.",
             )
         )  # fmt: skip
     return tuple(pictures)
+
+
+def _largest_rms(legs: Mapping[str, FloatArray]) -> tuple[float, str]:
+    """Largest RMS of a force over legs and axes in N, and its leg."""
+    found = {leg: float(np.sqrt((r[:, :3] ** 2).mean(axis=0)).max()) for leg, r in legs.items()}
+    leg = max(found, key=lambda one: found[one])
+    return found[leg], leg
+
+
+def _largest_lean(fits: Mapping[str, HangFit], directions: Mapping[str, FloatArray]) -> float:
+    """Largest angle between gravity and the named axis, degrees."""
+    cosines = [
+        float((directions[leg] * fit.model.nominal_dir_t).sum(axis=1).min())
+        for leg, fit in fits.items()
+    ]
+    return float(np.rad2deg(np.arccos(np.clip(min(cosines), -1.0, 1.0))))
 
 
 def verdict(

@@ -129,7 +129,7 @@ def menu_sheet(menu: Sequence[NextStep]) -> Sheet:
         for step in menu
     ]
     return Sheet(
-        "Stand next",
+        "Stances to record next",
         ("stance", "information gain (bits)", "best direction's sd falls by", "rank then",
          "that direction"),
         rows,
@@ -147,6 +147,17 @@ def root_mean_square(values: FloatArray) -> float:
     """RMS of the finite values."""
     finite = values[np.isfinite(values)]
     return float(np.sqrt(np.mean(finite**2))) if finite.size else float("nan")
+
+
+def _how_many(known: int, unknowns: int) -> str:
+    if known == unknowns:
+        return f"All {unknowns} parameters are estimated."
+    if known == 0:
+        return (
+            f"Standing determines sums over cells, but none of the {unknowns} parameters by itself:"
+            " each keeps its prior, moved as far as the sums demand."
+        )
+    return f"{known} of {unknowns} parameters are estimated; the others keep their prior."
 
 
 def verdict_of(
@@ -167,25 +178,25 @@ def verdict_of(
         else f"total force error {number(force_n['before'], 2)} → {number(force_n['after'], 2)} N"
     )
     details = [
-        f"{known} of {seen.unknowns} parameters estimated; the others keep their prior and say so.",
+        _how_many(known, seen.unknowns),
         f"Not seen: {'; '.join(unseen_words(seen, 3))}."
         if seen.rank < seen.unknowns
         else f"Seen worst: {'; '.join(seen.weakest(2))}.",
     ]
     if has_cop and held:
         details.append(
-            "Plain least squares without a prior would be wrong in the CoP of a held-out stance "
-            f"by {number(cop_mm['least squares'], 2)} mm."
+            "Least squares without a prior would err by "
+            f"{number(cop_mm['least squares'], 2)} mm in the CoP of a held-out stance."
         )
     if menu:
         best = menu[0]
         details.append(
-            f"Stand next: {best.name} (+{number(best.gain_nats / log(2.0), 2)} bits of "
+            f"Next stance to record: {best.name} (+{number(best.gain_nats / log(2.0), 2)} bits of "
             f"information, rank {best.rank})."
         )
     details.append(
-        f"A stated mass that is wrong by less than {number(weighed.hidden_kg, 2)} kg would not "
-        f"show here: zeros and scales are not known better. A scale would show it."
+        f"An error of the stated mass below {number(weighed.hidden_kg, 2)} kg would not show here, "
+        "because zeros and scales are not known better: weigh the robot."
     )
     how = "on held-out stances" if held else "on the fitted stance"
     return VerdictRecord(

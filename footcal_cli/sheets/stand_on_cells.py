@@ -48,6 +48,7 @@ def outcome_of(
             "directions", lambda: plot_directions(seen.singular_values, seen.rank),
             "What the stances see; grey directions keep the prior whatever the fit says.",
             title="How well each parameter direction is observed",
+            result=f"{seen.rank} of {seen.unknowns} directions are observed.",
         ),
         Picture(
             "beliefs",
@@ -57,6 +58,7 @@ def outcome_of(
             ),
             "Where standing moved each gain and bias, in units of the prior sd; the band is ± 2.",
             title="Each parameter before and after standing",
+            result=f"{sum(one == 'estimated' for one in status)} of {len(status)} are estimated.",
         ),
     ]  # fmt: skip
     if errors[0].vgrf_n.size > 1:
@@ -66,6 +68,7 @@ def outcome_of(
                 "stances", lambda: plot_stances(errors),
                 "Error of each stance before and after, and by least squares without a prior.",
                 title="Error of each stance before and after",
+                result=sheets.verdict_of(fit, errors, menu, weighed).sentence,
             ),
         )  # fmt: skip
     if curve:
@@ -76,6 +79,8 @@ def outcome_of(
                 "CoP error on the next, held-out stance after one, two, five … stances: with the "
                 "prior it falls; least squares without one needs many before it can be trusted.",
                 title="Error on the next stance against the number of stances",
+                result=f"After {curve[-1].stances} stances {1e3 * curve[-1].after_m:.2g} mm, with "
+                f"the prior alone {1e3 * curve[-1].before_m:.2g} mm.",
             ),
         )  # fmt: skip
     return Outcome(

@@ -123,8 +123,7 @@ def parameter_sheet(fits: Sequence[AffineFit]) -> Sheet:
             number(fit.centre_sd_n, 2),
             number(fit.rmse_n, 3),
             number(fit.worst_n, 3),
-            number(1e6 * fit.resolution_n, 3),
-            number(fit.smallest_step_n, 3),
+            number(1e3 * fit.smallest_step_n, 3),
             f"{number(float(fit.load_n.min()), 3)} … {number(float(fit.load_n.max()), 3)}",
             str(fit.load_n.size),
         )
@@ -133,7 +132,7 @@ def parameter_sheet(fits: Sequence[AffineFit]) -> Sheet:
     return Sheet(
         "Calibration",
         ("channel", "scale (µN/count)", "bias (N)", "zero at (counts)", "sd at mid-load (N)",
-         "RMSE (N)", "worst (N)", "µN per count", "smallest step (N)", "loads (N)", "n"),
+         "RMSE (N)", "worst (N)", "smallest step (mN)", "loads (N)", "n"),
         rows,
         brief=("channel", "scale (µN/count)", "bias (N)", "RMSE (N)", "worst (N)"),
         note="± is one standard deviation from the residuals of the fit; parameters.json has the "

@@ -131,9 +131,9 @@ def counted(kept: Path) -> str:
     """A table of answers by experiment, clean logs apart."""
     found = answers(kept)
     lines = [f"| trials | n | {' | '.join(ANSWERS)} |", f"|---|---|{'---|' * len(ANSWERS)}"]
-    kinds = list(dict.fromkeys((t.experiment, bool(t.cause)) for t, _ in found))
+    kinds = list(dict.fromkeys((t.experiment, bool(t.right)) for t, _ in found))
     for kind in [*kinds, ("all", False), ("all", True)]:
-        alike = [(t, a) for t, a in found if bool(t.cause) == kind[1]]
+        alike = [(t, a) for t, a in found if bool(t.right) == kind[1]]
         mine = [a for t, a in alike if kind[0] in (t.experiment, "all")]
         if mine:
             share = Counter(mine)

@@ -9,10 +9,10 @@ import pandas as pd
 import pytest
 
 from footcal_cli.core.parameters import Status
-from footcal_cli.core.simulation.columns import six_axis_feet_columns
 from footcal_cli.records.files import read_record, write_record
 from footcal_cli.records.results import EffectRecord, ParameterRecord, ParametersRecord, RmseRecord
 from tests.conftest import Run
+from tests.core.ankle_simulation import six_axis_feet_columns
 from tests.core.ankle_walks import ANKLES, CHANNELS, ROBOT, ankle_walk
 
 FOOT = """

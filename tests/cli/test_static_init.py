@@ -28,9 +28,9 @@ def test_one_stance_teaches_sums_and_says_so(run: Run, tmp_path: Path) -> None:
     assert answer.exit_code == 0, answer.err
     text = answer.out.replace("\n", " ")
     assert "1 stance shows 3 of 16 directions" in text
-    assert "0 of 16 parameters estimated" in text
+    assert "none of the 16 parameters by itself" in text
     assert "diagonal twist of the biases" in text
-    assert "Stand next: stand on the" in text
+    assert "Next stance to record: stand on the" in text
     record = read_record(ParametersRecord, out / "parameters.json")
     assert {p.status for p in record.parameters.values()} == {"prior kept: not observable"}
 

@@ -11,11 +11,17 @@ import pytest
 from footcal_cli.core import calibrate
 from footcal_cli.core.chain import chain_of, link
 from footcal_cli.core.effects.calibration import OFFSET
+from footcal_cli.core.effects.foot import CELL_POSITION
 from footcal_cli.core.effects.six_axis import MOUNT_ROTATION
 from footcal_cli.core.effects.six_axis_beliefs import HANG_TILT
 from footcal_cli.core.hang.joint import HangFit
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.core.simulation.bench_logs import WeightsPlan, weights_logs
+from footcal_cli.core.simulation.bench_logs import (
+    PlacementsPlan,
+    WeightsPlan,
+    placements_log,
+    weights_logs,
+)
 from footcal_cli.core.simulation.biped_logs import (
     BipedLogs,
     MotionAt,
@@ -45,6 +51,18 @@ def weighed(seed: int) -> FloatArray:
     log = weights_logs(BIPED, WEIGHED, chain, truth, seed=seed)["left_fl"].log
     load_n, counts = log.known["load_n"][:, 0], log.readings[:, 0]
     found = calibrate.weights("left_fl", load_n, counts, time_s=log.time_s, session=log.block)
+    return in_sd(found, truth)
+
+
+def placed(seed: int) -> FloatArray:
+    """Cells of a foot that stand some millimetres from where they are believed."""
+    rng = np.random.default_rng(seed)
+    cells = tuple(f"left_{cell}" for cell in BIPED.feet["left"])
+    truth = {f"{c}.cell_correction_{axis}": 0.002 * rng.normal() for c in cells for axis in "xy"}
+    chain, plan = chain_of([link(CELL_POSITION, cells)]), PlacementsPlan(repeats=2)
+    log = placements_log(BIPED, "left", plan, chain, truth, seed=seed, to_counts=False).log
+    holes, load_n = log.known["hole_m"], log.known["load_n"]
+    found = calibrate.placements(cells, BIPED.cells_m("left"), log.readings, holes, load_n)
     return in_sd(found, truth)
 
 
@@ -118,7 +136,7 @@ def walked(seed: int) -> FloatArray:
 @pytest.mark.parametrize(
     ("fit", "seeds", "low", "high"),
     [
-        (hanging, 15, 0.8, 1.3), (stood, 20, 0.75, 1.15),
+        (hanging, 15, 0.8, 1.3), (stood, 20, 0.75, 1.15), (placed, 20, 0.8, 1.2),
         pytest.param(posed, 10, 0.85, 1.15, marks=pytest.mark.slow),
         # one value per seed, of a t distribution; a walk's errors are judged with caution
         pytest.param(weighed, 12, 0.6, 1.7, marks=pytest.mark.slow),

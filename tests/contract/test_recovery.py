@@ -13,7 +13,6 @@ from footcal_cli.core.chain import Chain, Link, chain_of, link
 from footcal_cli.core.effects import TABLE
 from footcal_cli.core.effects.contract import Effect, Scope, can_carry
 from footcal_cli.core.experiments import hang, placements, pose, stand, walk, weights
-from footcal_cli.core.experiments.whitening import white_errors, whitening
 from footcal_cli.core.inference.fit import fit_map, numeric_jacobian
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray, Parameter, ParameterSet
@@ -29,7 +28,8 @@ from footcal_cli.core.simulation.hexapod_logs import HangPlan, PosePlan, hang_lo
 from footcal_cli.core.simulation.measure import Simulated
 from footcal_cli.core.simulation.noise import Noise
 from footcal_cli.core.simulation.robots import Biped, Hexapod
-from footcal_cli.core.simulation.six_axis_feet import Ankles, humanoid, six_axis_feet_log
+from tests.contract.whitening import white_errors, whitening
+from tests.core.ankle_simulation import Ankles, humanoid, six_axis_feet_log
 
 BIPED, HEXAPOD, HUMANOID = Biped(), Hexapod(), humanoid()
 FORCE_SD_N, TORQUE_SD_NM = 0.04, 0.004

@@ -9,7 +9,7 @@ from footcal_cli.core.effects import TABLE
 from footcal_cli.core.simulation.gait import WalkPlan, walking
 from footcal_cli.core.simulation.measure import Simulated
 from footcal_cli.core.simulation.noise import Noise
-from footcal_cli.core.simulation.six_axis_feet import (
+from tests.core.ankle_simulation import (
     Ankles,
     humanoid,
     six_axis_channels,

@@ -93,6 +93,16 @@ def gains_of(
     return tuple(gains)
 
 
+def bought(gains: Sequence[Gain], problem: Problem) -> float:
+    """Squared held-out error in units of the noise that names remove, all outputs together."""
+    removed = 0.0
+    for gain in gains:
+        rows = problem.output == problem.outputs.index(gain.output)
+        unit = float(problem.noise[rows][0])
+        removed += float(rows.sum()) * (gain.before**2 - gain.after**2) / unit**2
+    return removed
+
+
 def without_rivals(current: Problem, model: Refit | None) -> Problem:
     """The problem on an extended model, its effects fitted but not their rivals.
 

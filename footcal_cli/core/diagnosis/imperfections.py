@@ -19,20 +19,18 @@ from footcal_cli.core.inference.grams import whitened_grams
 from footcal_cli.core.inference.problem import Excluded, Problem, Signature
 from footcal_cli.core.inference.scores import coefficients
 from footcal_cli.core.inference.signatures import derivative, places
-from footcal_cli.core.parameters import BoolArray, FloatArray
+from footcal_cli.core.parameters import FloatArray
 
 LIMIT = 4.0
 """So many usual sizes are the most that an imperfection may have."""
 _NOTHING = 1e-6
-_NO_SIZE = 1e-3
-"""Limit, in usual sizes, of an imperfection whose size cannot be: it is the first to go."""
 
 
 def with_imperfections(problem: Problem, ideal: Case, rows: Rows) -> Problem:
     """The problem with what every log of its experiment has among what is fitted.
 
-    An imperfection of the table that is larger than `LIMIT` usual sizes, or than what matters to a
-    user who said so, stays a candidate; the others are none.
+    An imperfection that is larger than `LIMIT` usual sizes, or than what matters to a user who said
+    so, is none: of the table, it stays a candidate.
 
     Parameters
     ----------
@@ -49,14 +47,14 @@ def with_imperfections(problem: Problem, ideal: Case, rows: Rows) -> Problem:
     limits = _limits(problem, ideal, columns, signatures)
     while kept:
         size, sd = sizes_of_imperfections(problem, columns[:, kept])
-        beyond = (np.abs(size) - 2.0 * sd) / np.where(
-            _possible(size, signatures, kept), limits[kept], _NO_SIZE
-        )
+        beyond = (np.abs(size) - 2.0 * sd) / limits[kept]
         if beyond.max() <= 1.0:
             break
         out = signatures[kept[int(np.argmax(beyond))]].effect
         kept = [k for k in kept if signatures[k].effect != out]
-    effects = dict.fromkeys(signatures[k].effect for k in kept)
+    covers = {item.effect.name: item.covers for item in ideal.experiment.imperfections}
+    names = dict.fromkeys(signatures[k].effect for k in kept)
+    effects = dict.fromkeys(name for own in names for name in (own, *covers[own]))
     reason = f"fitted as a usual imperfection of a {ideal.experiment.name}"
     return replace(
         problem.without(*effects),
@@ -66,20 +64,6 @@ def with_imperfections(problem: Problem, ideal: Case, rows: Rows) -> Problem:
             *problem.excluded, *(Excluded(e, "", reason) for e in effects if e in TABLE)
         ),
     )  # fmt: skip
-
-
-def _possible(size: FloatArray, signatures: Sequence[Signature], kept: list[int]) -> BoolArray:
-    """Where an effect may have that size; one of a size that cannot be fits something else.
-
-    A negative lag against a delay of the same size is the second derivative of the motion.
-    """
-    allowed = np.ones(size.size, dtype=bool)
-    for i, k in enumerate(kept):
-        effect = TABLE.get(signatures[k].effect)
-        for p in effect.sizes if effect is not None else ():
-            if p.name == signatures[k].parameter:
-                allowed[i] = p.lower <= size[i] * signatures[k].upper <= p.upper
-    return allowed
 
 
 def sizes_of_imperfections(problem: Problem, columns: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -136,7 +120,8 @@ def _limits(
     problem: Problem, ideal: Case, columns: FloatArray, signatures: Sequence[Signature]
 ) -> FloatArray:
     """Largest sizes that are no causes, in usual ones, shape (k,)."""
-    limits = np.array([LIMIT if s.effect in TABLE else np.inf for s in signatures])
+    free = {i.effect.name for i in ideal.experiment.imperfections if not i.bounded}
+    limits = np.array([np.inf if s.effect in free else LIMIT for s in signatures])
     if not ideal.tolerance_stated:
         return limits
     alone = replace(problem.without_candidates, columns=columns, signatures=tuple(signatures))

@@ -23,8 +23,9 @@ from footcal_cli.core.diagnosis.engine import (
 )
 from footcal_cli.core.diagnosis.floor import MOST, times_floor
 from footcal_cli.core.diagnosis.form import Form, form_of
-from footcal_cli.core.diagnosis.gain import Gain, gains_of, without_rivals
+from footcal_cli.core.diagnosis.gain import Gain, bought, gains_of, without_rivals
 from footcal_cli.core.diagnosis.growth import at_an_end, named_columns
+from footcal_cli.core.diagnosis.material import Nameless, nameless_of
 from footcal_cli.core.diagnosis.mixtures import against_mixtures, applies_to, mixtures_of
 from footcal_cli.core.diagnosis.nested import nested_losses
 from footcal_cli.core.diagnosis.pairs import likely_pairs
@@ -101,6 +102,8 @@ class Investigation:
         Share of what can be explained that the names explain.
     stable
         Share of blocks without which the same effects are chosen.
+    nameless
+        What repeats in each output and has no sure name.
     """
 
     verdict: Verdict
@@ -115,6 +118,7 @@ class Investigation:
     final: Problem
     share: float
     stable: float
+    nameless: tuple[Nameless, ...] = ()
 
 
 def investigate(
@@ -155,7 +159,10 @@ def investigate(
     verdict, share = Verdict.BAD_DATA, 0.0
     if not stopped:
         path, verdict, share = _searched(subject, path, rules, seed)
-        if verdict is Verdict.NONE and times_floor(case, rows, problem) >= MOST:
+        if verdict is Verdict.NONE and (
+            times_floor(case, rows, problem) >= MOST
+            or (case.finding_n > 0.0 and any(n.huge for n in _nameless(subject, path, beside=True)))
+        ):
             verdict = Verdict.UNKNOWN
     rounds, causes, model, current = path.rounds, path.causes, path.model, path.current
     found = _found(subject, path)
@@ -169,19 +176,26 @@ def investigate(
         alike = nested.alike(
             [frozenset({s.effect for s in (c.signature, *c.rivals)}) for c in causes]
         )
+    gains = gains_of(problem, without_rivals(final, model), noise_of(final), nested, alike)
+    if named and bought(gains, problem) <= 0.0:
+        # what was chosen without a block does not predict it: a name that buys nothing is none
+        named, final, model = False, problem, None
+        verdict = Verdict.UNKNOWN if _matters(subject, path, beside=False) else Verdict.NONE
+        gains = gains_of(problem, problem, noise_of(problem))
     return Investigation(
         verdict=verdict,
         rounds=path.rounds,
         found=found if named else (),
-        nearest=() if named or verdict is Verdict.NONE else found,
+        nearest=() if named else found,
         model=model,
-        gains=gains_of(problem, without_rivals(final, model), noise_of(final), nested, alike),
+        gains=gains,
         case=case,
         rows=rows,
         problem=problem,
         final=final,
         share=share,
         stable=float(np.mean(alike)),
+        nameless=() if stopped else _nameless(subject, path, beside=named),
     )
 
 
@@ -190,11 +204,29 @@ def _searched(subject: Subject, path: Path, rules: Rules, seed: int) -> tuple[Pa
     path = grown(subject, path, rules, seed)
     strict = replace(rules, share_set=1.0)
     verdict, share = _judged(subject, path, strict, seed)
+    if verdict is Verdict.NAMED_UNKNOWN and not _matters(subject, path, beside=True):
+        return path, Verdict.NAMED, share
+    if verdict is Verdict.UNKNOWN and not _matters(subject, path, beside=False):
+        return path, Verdict.NONE, share
     if verdict is not Verdict.UNKNOWN:
         return path, verdict, share
     # what a set of rivals leaves may be a second cause, before it is their form
     another = _another_way(subject, path, strict, seed)
     return another or (path, *_judged(subject, path, rules, seed))
+
+
+def _matters(subject: Subject, path: Path, *, beside: bool) -> bool:
+    """Whether what has no sure name is a finding; what follows no signal has no size here."""
+    last = path.rounds[-1]
+    found = _nameless(subject, path, beside=beside)
+    return left_apart(last.before, last.rules) or any(item.matters for item in found)
+
+
+def _nameless(subject: Subject, path: Path, *, beside: bool) -> tuple[Nameless, ...]:
+    """What has no name beside those of a path; without `beside` they are no names either."""
+    model = None if beside else path.model
+    features = path.rounds[-1].features
+    return nameless_of(subject.case, subject.problem, path.current, model, features)
 
 
 def _another_way(

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from footcal_cli.core.diagnosis.answer import Diagnosis, Verdict
 from footcal_cli.core.diagnosis.investigation import Investigation
-from footcal_cli.core.inference.problem import Problem, Signature
+from footcal_cli.core.diagnosis.material import left_over
+from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.parameters import FloatArray, IntArray
 
 BINS = 12
 _SHARE = 0.2
 """Share of the strongest channel's dependence from which another one is touched too."""
 _NEAREST = 3
-_ONE = (Signature("residual", "", "", ""),)
 
 
 @dataclass(frozen=True)
@@ -47,12 +47,6 @@ class Leftover:
     onset: str
     blocks: int
     nearest: tuple[tuple[str, str, float], ...]
-
-
-def left_over(problem: Problem) -> FloatArray:
-    """Residual after the calibration (and accepted effects), in units of noise, shape (m,)."""
-    bare = replace(problem, columns=problem.residual[:, None], signatures=_ONE)
-    return bare.left()[:, 0]
 
 
 def nameless(found: Investigation) -> tuple[Problem, Diagnosis]:

@@ -51,6 +51,11 @@ class Path:
     removed: float = 0.0
     pair: bool = False
 
+    @property
+    def share(self) -> float:
+        """Of the baseline's held-out squared error, what the names remove."""
+        return self.removed / self.start if self.start else 0.0
+
 
 def beginning(problem: Problem, rules: Rules, seed: int) -> Path:
     """The baseline, diagnosed; no cause yet."""
@@ -68,7 +73,11 @@ def grown(subject: Subject, path: Path, rules: Rules, seed: int) -> Path:
             break
         answers = (*path.answers, answer)
         causes, model = decided_again(subject, *found, answers, seed)
-        path = continued(subject, replace(path, causes=tuple(causes), answers=answers), model, seed)
+        begun = replace(path, causes=tuple(causes), answers=answers)
+        longer = continued(subject, begun, model, seed)
+        if path.causes and longer.share <= path.share:
+            break  # a further cause that predicts no block better is the form of those before it
+        path = longer
     return path
 
 

@@ -170,9 +170,12 @@ def _next_step(
             f"{plain.sum() / total_loss:.1%} of the squared error on blocks it was not fitted to"
         )
         if plain.sum() <= needed:
-            asked = f"{needed / total_loss:.1%} are asked of it"
-            if needed >= total_loss:
-                asked = f"a further cause must remove {rules.later_share:.0%} of what the first did"
+            asked = f"at least {rules.smallest_gain * touched:.1%} are asked of a cause"
+            if rules.second_share * before >= needed:
+                asked = (
+                    f"that is less than {rules.second_share:.0%} of what the causes before it "
+                    "removed, and may come from their form"
+                )
             why.append(f"{name}: significant, but it removes only {bought}; {asked}")
             return None, why
         if earned > rules.alpha_rival:

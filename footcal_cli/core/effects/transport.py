@@ -15,6 +15,7 @@ from footcal_cli.core.effects.contract import (
     State,
     Theta,
     Trait,
+    Transform,
     on_readings,
 )
 from footcal_cli.core.effects.memory import elapsed, invert_low_pass, low_pass, recording
@@ -151,6 +152,33 @@ def _unlag(log: Log, theta: Theta, state: State) -> tuple[Log, State]:
     return _with_stream(log, stream), state
 
 
+def _smoothed(sign: float) -> Transform:
+    def smoothed(log: Log, theta: Theta, state: State) -> tuple[Log, State]:
+        kept = {name: log.known[name] for name in _DIFFERENTIATED if name in log.known}
+        if not kept:
+            return log, state
+        signal = np.concatenate([part.reshape(len(log), -1) for part in kept.values()], axis=1)
+        fresh = recording(log.time_s, None).fresh
+        before, after = (
+            resample(log.time_s, signal, log.time_s + step, fresh)
+            for step in (-_BESIDE_S, _BESIDE_S)
+        )
+        bend = (before - 2.0 * signal + after) / _BESIDE_S**2
+        signal = signal + sign * 0.5 * theta["smoothing"][0] * bend
+        known, start = {}, 0
+        for name, part in kept.items():
+            width = int(np.prod(part.shape[1:]))
+            known[name] = signal[:, start : start + width].reshape(part.shape)
+            start += width
+        return log.with_known(**known), state
+
+    return smoothed
+
+
+_DIFFERENTIATED = ("com_acc_mps2", "angmom_rate_nm")
+_BESIDE_S = 0.025
+
+
 def _uniform(rows: np.ndarray, seed: float) -> FloatArray:
     """A number in [0, 1) for each row number (splitmix64), the same in every run."""
     z = (rows.astype(np.uint64) + np.uint64(int(seed) + 1) * np.uint64(1 << 32)) * _HASH_STEP
@@ -253,5 +281,21 @@ DROPPED_SAMPLES = Effect(
     separates="count exactly repeated rows: `footcal check`",
     invertible=False,
 )
+
+SMOOTHING = Effect(
+    name="smoothing",
+    stage=Stage.TRANSPORT,
+    scope=Scope.ROBOT,
+    parameters=(EffectParameter("smoothing", "s²", 0.0, -0.01, 0.01, 2e-4),),
+    apply=_smoothed(1.0),
+    remove=_smoothed(-1.0),
+    experiments=("walk",),
+    formula="y = x + ½ v d²x/dt² on what was differentiated: a symmetric filter of variance v",
+    source="differences of encoder readings over a window, as every state estimator takes them",
+    remedy="differentiate over a shorter window",
+    needs=("com_acc_mps2",),
+    anticipates=True,
+)
+"""No row of the table: fitted beside every cause of a walk."""
 
 EFFECTS = (LAG, CLOCK_DRIFT, DELAY, DROPPED_SAMPLES)

@@ -54,10 +54,16 @@ class Imperfection:
         How it distorts a log.
     usual
         Size parameter -> sd of what is met in practice, in its unit.
+    covers
+        Effects of the table that a usual size of it cannot be distinguished from.
+    bounded
+        Whether no more than some usual sizes of it are believed.
     """
 
     effect: Effect
     usual: Mapping[str, float]
+    covers: tuple[str, ...] = ()
+    bounded: bool = True
 
 
 @dataclass(frozen=True)

@@ -26,6 +26,7 @@ EXPERIMENT = Experiment(
     known={key: walk.KNOWN[key] for key in walk.KNOWN},
     balance=balance,
     calibration=(SCALE_BIAS.name,),
+    imperfections=(walk.OF_A_MODEL,),
 )
 
 ON_SIX_AXIS = replace(walk.ON_SIX_AXIS, name="stand", balance=balance)

@@ -14,11 +14,11 @@ from dataclasses import replace
 import numpy as np
 
 from footcal_cli.core.centroidal import MIN_FORCE_N, Reference, dynamic_reference, static_reference
-from footcal_cli.core.effects.body import ANGULAR_MOMENTUM, COM_OFFSET
+from footcal_cli.core.effects.body import ANGULAR_MOMENTUM, CHANGE_OF_FOOT, COM_OFFSET, LEG_MASS
 from footcal_cli.core.effects.calibration import OFFSET, SCALE_BIAS
 from footcal_cli.core.effects.contract import Scope, columns_of, is_six_axis, units_of
 from footcal_cli.core.effects.foot import PLATE_INERTIA
-from footcal_cli.core.effects.transport import DELAY, LAG
+from footcal_cli.core.effects.transport import DELAY, LAG, SMOOTHING
 from footcal_cli.core.experiments.contract import Balance, Experiment, Imperfection
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import BoolArray, FloatArray
@@ -164,21 +164,28 @@ def _valid(log: Log, error: FloatArray, totals: int, carried: BoolArray) -> Bool
     return valid
 
 
+OF_A_MODEL = Imperfection(COM_OFFSET, {"com_correction_x": 7.5e-4, "com_correction_y": 7.5e-4})
+"""The CoM of a CAD model."""
 OF_THE_BODY = (
     Imperfection(ANGULAR_MOMENTUM, {"angmom_loss": 0.1}),
-    Imperfection(DELAY, {DELAY.size.name: 0.0015}),
-    Imperfection(LAG, {LAG.size.name: 0.0015}),
-    Imperfection(COM_OFFSET, {"com_correction_x": 7.5e-4, "com_correction_y": 7.5e-4}),
+    Imperfection(DELAY, {DELAY.size.name: 0.002}, covers=(LAG.name,)),
+    Imperfection(SMOOTHING, {"smoothing": 2e-4}),
+    OF_A_MODEL,
 )
 """What an ordinary state estimator gets wrong: light limbs left out of the angular momentum, stamps
-that are off by milliseconds, velocities smoothed over some, a CAD model of the masses."""
+that are off by milliseconds, differences over a window of some, a CAD model of the masses."""
 
 EXPERIMENT = Experiment(
     name="walk",
     known=KNOWN,
     balance=balance,
     calibration=(SCALE_BIAS.name,),
-    imperfections=(*OF_THE_BODY, Imperfection(PLATE_INERTIA, {"plate_mass": 0.1})),
+    imperfections=(
+        *OF_THE_BODY,
+        Imperfection(CHANGE_OF_FOOT, {p.name: 0.1 for p in CHANGE_OF_FOOT.sizes}),
+        Imperfection(LEG_MASS, {"leg_mass": 0.01}),
+        Imperfection(PLATE_INERTIA, {"plate_mass": 0.1}, bounded=False),
+    ),
 )
 
 ON_SIX_AXIS = replace(

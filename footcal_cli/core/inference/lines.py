@@ -289,8 +289,9 @@ def swing_series(
         if not swings:
             continue
         levelled = np.concatenate([_levelled(forces[s, c]) for s in swings])
-        part = np.concatenate([np.arange(s.size) * _PARTS // s.size for s in swings])
-        common = np.bincount(part, levelled) / np.bincount(part)
+        parts = max(_PARTS, len(swings))
+        part = np.concatenate([np.arange(s.size) * parts // s.size for s in swings])
+        common = np.bincount(part, levelled) / np.maximum(np.bincount(part), 1)
         values.append(levelled - common[part])
         rows_of.append(np.concatenate(swings))
         channel.append(np.full(part.size, c))
@@ -304,6 +305,8 @@ def swing_series(
 
 _SHORTEST_SWING = 12
 _PARTS = 8
+"""Of a swing, each with its mean over all swings; as many as swings, where those are more: a mean
+in a few steps leaves the edges of the steps, in time with the gait."""
 
 
 def _busy(values: FloatArray) -> float:

@@ -14,7 +14,6 @@ from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.simulation.biped_logs import BipedLogs
 from footcal_cli.core.simulation.hexapod_logs import orientation_of
 from footcal_cli.core.simulation.measure import Simulated
-from footcal_cli.core.simulation.six_axis_feet import Ankles
 
 Columns = Mapping[str, NDArray[np.generic]]
 """Column name -> values, all of one length."""
@@ -142,26 +141,3 @@ def poses_columns(done: Simulated, legs: Sequence[str]) -> Columns:
         **{f"body_q{axis}": quaternion[:, i] for i, axis in enumerate("xyzw")},
         "contact": log.known["contact"].ravel().astype(np.int64),
     }
-
-
-def six_axis_feet_columns(done: Simulated, feet: Sequence[str], ankles: Ankles) -> Columns:
-    """Wrenches and body stream of a robot on ankle transducers, one clock."""
-    log = done.log
-    known = log.known
-    wrenches = {
-        f"{foot}_{name}": log.readings[:, 6 * i + j]
-        for i, foot in enumerate(feet)
-        for j, name in enumerate(WRENCH_COLUMNS)
-    }
-    columns: dict[str, NDArray[np.generic]] = {
-        "time_s": log.time_s,
-        **wrenches,
-        **_vector("com", "m", known["com_m"]),
-        **_vector("com_acc", "mps2", known["com_acc_mps2"]),
-        **_vector("angmom_rate", "nm", known["angmom_rate_nm"], "xy"),
-    }
-    for i, foot in enumerate(feet):
-        sole = known["foot_pos_m"][:, i] - np.array([0.0, 0.0, ankles.height_m])
-        columns |= _vector(f"{foot}_foot", "m", sole)
-        columns[f"{foot}_foot_yaw_rad"] = known["foot_yaw_rad"][:, i]
-    return columns

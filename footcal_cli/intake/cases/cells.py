@@ -19,6 +19,7 @@ from footcal_cli.core.online.streams import MergeRule
 from footcal_cli.core.parameters import ParameterSet
 from footcal_cli.errors import DataError
 from footcal_cli.intake.cases.shared import (
+    FINDING,
     CaseRead,
     affine_parameters,
     baseline_of,
@@ -96,6 +97,7 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
         directions=gain_and_bias(channels, values) if kind == "walk" else (),
         demand_noisy=kind == "walk",
         known=known_before(session, channels, values),
+        finding_n=session.options.tolerance_n or FINDING * weight if kind == "walk" else 0.0,
         tolerance_stated=session.options.tolerance_n is not None,
         pieces=kind == "stand",
         least_noise={

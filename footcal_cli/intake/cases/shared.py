@@ -101,6 +101,9 @@ def affine_parameters(channels: Sequence[str], values: dict[str, float]) -> tupl
     return tuple(found)
 
 
+FINDING = 0.005
+"""Share of the weight that a walk without a name may be off: what laboratory force platforms are
+specified to, and more than an estimator knows of an acceleration."""
 _RCOND = 1e-14
 GAIN_MOVES, BIAS_MOVES_N, BIAS_MOVES = 0.01, 0.1, 0.003
 """How far a calibration may have moved since it was made: its gain; its bias in newtons, and as a

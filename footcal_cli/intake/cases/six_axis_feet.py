@@ -16,7 +16,7 @@ from footcal_cli.core.log import Log
 from footcal_cli.core.online.six_axis import PRIOR_SD
 from footcal_cli.core.online.streams import MergeRule
 from footcal_cli.core.parameters import Parameter, ParameterSet
-from footcal_cli.intake.cases.shared import CaseRead, baseline_of, chain_of, of_cells
+from footcal_cli.intake.cases.shared import FINDING, CaseRead, baseline_of, chain_of, of_cells
 from footcal_cli.intake.recordings import read_recordings
 from footcal_cli.recipe.options import DiagnoseOptions
 
@@ -50,6 +50,7 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
         values=values,
         calibration=ParameterSet(calibration),
         tolerance_n=options.tolerance_n or 0.001 * weight,
+        finding_n=options.tolerance_n or FINDING * weight if walks else 0.0,
         tolerance_nm=options.tolerance_mm / 1000.0 * weight,
         drifts=walks,
         alike=False,

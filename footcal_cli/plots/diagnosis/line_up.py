@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from footcal_cli.core.diagnosis.investigation import Investigation
-from footcal_cli.core.diagnosis.leftovers import left_over
+from footcal_cli.core.diagnosis.material import left_over
 from footcal_cli.plots.diagnosis.residuals import binned, driver_of, main_output
 from footcal_cli.plots.style import AFTER, REFERENCE, new_figure, tidy
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from footcal_cli.core.diagnosis.answer import Verdict
 from footcal_cli.core.diagnosis.investigation import Investigation
-from footcal_cli.core.diagnosis.leftovers import left_over
+from footcal_cli.core.diagnosis.material import left_over
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.plots.style import (

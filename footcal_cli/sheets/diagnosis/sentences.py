@@ -13,10 +13,12 @@ from footcal_cli.sheets.diagnosis.rivals import against_rivals, next_best
 from footcal_cli.sheets.diagnosis.unknown import depends_on
 from footcal_cli.sheets.diagnosis.words import (
     cannot_lines,
+    cause_words,
     causes_words,
     could_not,
     gain_words,
     matters,
+    output_words,
     place_words,
     remedy_of,
     shape_words,
@@ -30,7 +32,11 @@ _MOST_LISTED = 12
 
 def none_found(found: Investigation, untested: Mapping[str, str]) -> tuple[str, list[str]]:
     """Nothing found: what would have shown and what could not have."""
-    details = []
+    small = _repeats(found)
+    details = [] if small is None else [small]
+    if found.nearest:
+        nearest = "; ".join(cause_words(item) for item in found.nearest)
+        details.append(f"Nearest in the table: {nearest}, but that leaves more than noise.")
     shown = [_at_least(r) for r in found.rounds[0].effects if _would_show(r)]
     if shown:
         more = len(shown) - _MOST_LISTED
@@ -46,7 +52,23 @@ def none_found(found: Investigation, untested: Mapping[str, str]) -> tuple[str, 
     details.append("Not found does not mean absent; the table lists what was looked for.")
     if not any(r.status is not EffectStatus.NOT_TESTABLE for r in found.rounds[0].effects):
         return "Nothing was found because nothing could be looked for.", details
+    if small is not None:
+        return "Nothing that matters: no effect of the table, and what repeats is small.", details
     return "No unmodelled effect found: the residual looks like noise.", details
+
+
+def _repeats(found: Investigation) -> str | None:
+    """How large that is which repeats and has no name; None where nothing surely does."""
+    last = found.rounds[-1]
+    parts = [
+        f"{number(item.rms, 2)} {item.unit} in the {output_words(item.output)} "
+        f"(from {number(item.smallest, 2)} {item.unit} on it would matter)"
+        for item in found.nameless
+        if item.rms > 0.0
+    ]
+    if last.before.p >= last.rules.alpha_unknown or not parts:
+        return None
+    return f"Without a name, but the same from block to block (RMS): {together(parts)}."
 
 
 def _would_show(row: EffectRow) -> bool:
@@ -61,15 +83,18 @@ def _at_least(row: EffectRow) -> str:
 def named(found: Investigation, untested: Mapping[str, str]) -> tuple[str, list[str]]:
     """One name or several, and nothing else."""
     lead = "Cause" if any(matters(found, f) for f in found.found) else "Nothing that matters"
-    sentence = f"{lead}: {causes_words(found)}. {gain_words(found)}. Nothing else is missing."
+    small = _repeats(found)
+    rest = "is missing" if small is None else "that matters is missing"
+    sentence = f"{lead}: {causes_words(found)}. {gain_words(found)}. Nothing else {rest}."
     last = found.rounds[-1].before
     other = next_best(found)
     lines = [] if other is None else [other]
     lines += _detail_lines(found)
     lines += [f"What to do: {text}." for text in _remedies(found)]
     lines.append(
-        f"With this in the model nothing else stands out (p = {number(last.p, 2)}); any function "
-        f"of the recorded signals would explain {100 * last.ceiling:.1f} % more."
+        small
+        or f"With this in the model nothing else stands out (p = {number(last.p, 2)}); any "
+        f"function of the recorded signals would explain {100 * last.ceiling:.1f} % more."
     )
     return sentence, [*lines, *cannot_lines(found, untested)]
 

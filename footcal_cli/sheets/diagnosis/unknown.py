@@ -60,7 +60,7 @@ def depends_on(found: Investigation) -> str:
     if detection.spell_p < _CERTAIN:
         return "comes in spells, at no set time"
     left = leftover_of(found)
-    return f"{left.direction} {left.driver}" if left.driver else "repeats from block to block"
+    return f"{left.direction} {left.driver}" if left.driver else "follows no recorded signal"
 
 
 def _is_a_line(detection: Detection) -> bool:
@@ -75,7 +75,7 @@ def _where(found: Investigation) -> str:
     if _is_a_line(detection):
         return ""
     where = f", in the {output_words(left.output)}{_cells(left)}"
-    if min(detection.between_p, detection.spell_p) < _CERTAIN:
+    if min(detection.between_p, detection.spell_p) < _CERTAIN or not left.blocks:
         return where
     return f"{where}, in {left.blocks} of {found.problem.blocks} blocks"
 

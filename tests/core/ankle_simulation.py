@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from footcal_cli.core.centroidal import dynamic_reference
 from footcal_cli.core.chain import Chain
@@ -15,6 +16,7 @@ from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.signals import acceleration_of
 from footcal_cli.core.simulation.biped_logs import MotionAt
+from footcal_cli.core.simulation.columns import WRENCH_COLUMNS, Columns
 from footcal_cli.core.simulation.forces import foot_cops
 from footcal_cli.core.simulation.gait import Motion
 from footcal_cli.core.simulation.measure import Simulated, measure
@@ -169,3 +171,30 @@ def ground_wrenches(log: Log, motion: Motion) -> FloatArray:
     )
     wrench += applied_below(log, known["foot_weight_n"])
     return np.asarray(wrench.reshape(len(log), -1))
+
+
+def _vector(name: str, unit: str, array: FloatArray, axes: str = "xyz") -> dict[str, FloatArray]:
+    return {f"{name}_{axis}_{unit}": array[:, i] for i, axis in enumerate(axes)}
+
+
+def six_axis_feet_columns(done: Simulated, feet: Sequence[str], ankles: Ankles) -> Columns:
+    """Wrenches and body stream of a robot on ankle transducers, one clock."""
+    log = done.log
+    known = log.known
+    wrenches = {
+        f"{foot}_{name}": log.readings[:, 6 * i + j]
+        for i, foot in enumerate(feet)
+        for j, name in enumerate(WRENCH_COLUMNS)
+    }
+    columns: dict[str, NDArray[np.generic]] = {
+        "time_s": log.time_s,
+        **wrenches,
+        **_vector("com", "m", known["com_m"]),
+        **_vector("com_acc", "mps2", known["com_acc_mps2"]),
+        **_vector("angmom_rate", "nm", known["angmom_rate_nm"], "xy"),
+    }
+    for i, foot in enumerate(feet):
+        sole = known["foot_pos_m"][:, i] - np.array([0.0, 0.0, ankles.height_m])
+        columns |= _vector(f"{foot}_foot", "m", sole)
+        columns[f"{foot}_foot_yaw_rad"] = known["foot_yaw_rad"][:, i]
+    return columns

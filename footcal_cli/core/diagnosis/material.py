@@ -1,0 +1,130 @@
+"""How much of each output's error repeats and has no name, in its own unit, and whether it matters.
+
+Identity and importance are two sentences: what has no name is a finding only where it is larger
+than what matters to the user.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from footcal_cli.core.diagnosis.features import MEMORY, Features
+from footcal_cli.core.diagnosis.gain import output_losses, without_rivals
+from footcal_cli.core.inference.case import Case
+from footcal_cli.core.inference.linear import scaled_inverse
+from footcal_cli.core.inference.problem import Problem, Signature
+from footcal_cli.core.inference.refit import Refit
+from footcal_cli.core.inference.whitening import noise_of
+from footcal_cli.core.parameters import FloatArray
+
+MOST = 3.0
+"""Times what matters: a larger error as a whole is a finding whatever of it repeats."""
+HUGE = 10.0
+_RCOND = 1e-9
+_RIDGE = 0.01
+"""Of the mean information of a column: a signal that half the blocks hardly have says nothing."""
+_ONE = (Signature("residual", "", "", ""),)
+
+
+@dataclass(frozen=True)
+class Nameless:
+    """What of one output's error repeats from block to block without a sure name.
+
+    Parameters
+    ----------
+    output, unit
+        The quantity.
+    rms, whole
+        Of the part that repeats, and of all of the held-out error.
+    smallest
+        RMS error from which it matters.
+    """
+
+    output: str
+    unit: str
+    rms: float
+    whole: float
+    smallest: float
+
+    @property
+    def huge(self) -> bool:
+        """Whether all that is left is an error that no sensor's noise makes."""
+        return self.whole >= HUGE * self.smallest
+
+    @property
+    def matters(self) -> bool:
+        """Whether it is as large as what matters, or all that is left is no noise of this robot."""
+        return self.rms >= self.smallest or self.whole >= MOST * self.smallest
+
+
+def nameless_of(
+    case: Case, baseline: Problem, current: Problem, model: Refit | None, features: Features
+) -> tuple[Nameless, ...]:
+    """``√(e² − e₁² + g²)`` of each output: what unsure names remove, and what repeats beside them.
+
+    Parameters
+    ----------
+    case
+        Says what matters.
+    baseline, current, model
+        The problem without names, on the model with the unsure ones, and that model; twice the same
+        and None without any.
+    features
+        Of `current`.
+    """
+    rows = np.bincount(baseline.output, minlength=len(baseline.outputs))
+    unit_noise = np.array(
+        [float(baseline.noise[baseline.output == o][:1].sum()) for o in range(rows.size)]
+    )
+    squared = repeating(current, features) * unit_noise**2
+    noise, share = noise_of(current), unit_noise**2 / np.maximum(rows, 1)
+    whole = share * output_losses(current if model is None else baseline, noise).sum(axis=0)
+    if model is not None:
+        after = share * output_losses(without_rivals(current, model), noise).sum(axis=0)
+        squared += np.maximum(whole - after, 0.0)
+    smallest = [
+        case.tolerance_nm if unit == "Nm" else max(case.tolerance_n, case.finding_n)
+        for unit in baseline.units
+    ]
+    return tuple(
+        Nameless(name, unit, float(np.sqrt(s)), float(np.sqrt(w)), least)
+        for name, unit, s, w, least in zip(
+            baseline.outputs, baseline.units, squared, whole, smallest, strict=True
+        )
+    )
+
+
+def left_over(problem: Problem) -> FloatArray:
+    """Residual after the calibration and accepted effects, in units of noise, shape (m,)."""
+    bare = replace(problem, columns=problem.residual[:, None], signatures=_ONE)
+    return bare.left()[:, 0]
+
+
+def repeating(problem: Problem, features: Features) -> FloatArray:
+    """Mean square of what the recorded signals explain of the residual again and again, (outputs,).
+
+    A function of the signals is fitted to every other block, another one to the blocks between. The
+    mean of their product is ``g²`` without bias, however the noise within blocks is correlated.
+    """
+    left = left_over(problem)
+    found = np.zeros(len(problem.outputs))
+    odd = problem.block % 2 == 1
+    lasting = np.array([name == MEMORY for name in features.names], dtype=bool)[features.group]
+    columns = features.columns[:, ~lasting]
+    for o in range(found.size):
+        mine = problem.output == o
+        basis = columns[:, np.any(columns[mine] != 0.0, axis=0)]
+        halves = [mine & odd, mine & ~odd]
+        if min(int(half.sum()) for half in halves) <= 2 * basis.shape[1] or not basis.shape[1]:
+            continue
+        fits = [basis[mine] @ _fitted(basis[half], left[half]) for half in halves]
+        found[o] = max(float(np.mean(fits[0] * fits[1])), 0.0)
+    return found
+
+
+def _fitted(basis: FloatArray, target: FloatArray) -> FloatArray:
+    normal = basis.T @ basis
+    normal[np.diag_indices_from(normal)] += _RIDGE * float(np.mean(np.diag(normal)))
+    return np.asarray(scaled_inverse(normal, _RCOND) @ (basis.T @ target))
