@@ -1,7 +1,4 @@
-"""The whole diagnosis of real logs: name one effect, refit, look again, at most four times.
-
-Where that ends unknown, it begins once more with two effects at once.
-"""
+"""The whole diagnosis of real logs: name one effect, refit, look again, at most four times."""
 
 from __future__ import annotations
 
@@ -206,6 +203,12 @@ def _searched(subject: Subject, path: Path, rules: Rules, seed: int) -> tuple[Pa
     verdict, share = _judged(subject, path, strict, seed)
     if verdict is Verdict.NAMED_UNKNOWN and not _matters(subject, path, beside=True):
         return path, Verdict.NAMED, share
+    alone = len(path.causes) == 1 and path.share >= rules.later_share
+    if verdict is Verdict.UNKNOWN and alone and not _matters(subject, path, beside=True):
+        # what one name leaves of its form does not matter: it need not explain all of it
+        least = replace(strict, share_partly=rules.share_set, share_form=rules.share_set)
+        if _judged(subject, path, least, seed)[0] in (Verdict.NAMED, Verdict.NAMED_UNKNOWN):
+            return path, Verdict.NAMED, share
     if verdict is Verdict.UNKNOWN and not _matters(subject, path, beside=False):
         return path, Verdict.NONE, share
     if verdict is not Verdict.UNKNOWN:
