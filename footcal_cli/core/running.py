@@ -37,4 +37,5 @@ class Seen:
     @property
     def median(self) -> float:
         """Of all that were kept."""
-        return float(np.nanmedian(self.kept))
+        known = self.kept[np.isfinite(self.kept)]
+        return float(np.median(known)) if known.size else np.nan

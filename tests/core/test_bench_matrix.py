@@ -125,3 +125,13 @@ def test_weights_balance_is_reading_minus_load_and_skips_unknown_loads() -> None
     found = balance(log)
     np.testing.assert_allclose(found.error[0], [0.5, 0.0])
     assert found.valid.tolist() == [[True, True], [False, True]]
+
+
+def test_two_rows_are_refused_and_a_column_without_errors_is_correlated_with_none() -> None:
+    readings = np.array([[1.0, 5.0], [3.0, 2.0], [4.0, 9.0], [6.0, 7.0]])
+    loads = np.column_stack([np.zeros(4), readings[:, 1] ** 2])
+    session = np.zeros(4, dtype=np.int64)
+    with pytest.raises(FitError, match="2 rows"):
+        fit_matrix(("a", "b"), readings[:2], ("a", "b"), loads[:2], session[:2], diagonal=True)
+    fit = fit_matrix(("a", "b"), readings, ("a", "b"), loads, session, diagonal=True)
+    assert fit.noise == pytest.approx(np.eye(2))

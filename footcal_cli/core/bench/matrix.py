@@ -17,6 +17,8 @@ from footcal_cli.core.inference.held_out import Choice, HeldOut, choose, hold_ou
 from footcal_cli.core.parameters import BoolArray, Estimates, FloatArray, IntArray, Status
 from footcal_cli.errors import FitError
 
+_OF_ONE_LINE = 2  # coefficients
+
 
 @dataclass(frozen=True)
 class MatrixFit:
@@ -147,14 +149,18 @@ def fit_matrix(
             f"the loads move only {rank} of {wide} combinations of readings",
             remedy="load the channels one by one, or in as many combinations as there are channels",
         )
+    if len(readings) <= _OF_ONE_LINE:
+        raise FitError(
+            f"{len(readings)} rows leave nothing over to tell how sure a line is",
+            remedy="read at least three loads per cell",
+        )
     fits, residuals = [], np.empty_like(loads)
     for i in range(count):
         columns = scaled[:, [i]] if diagonal else scaled
         design = np.column_stack([columns, np.ones(len(columns))])
         fits.append(fit_blocks(design, loads[:, i], block))
         residuals[:, i] = loads[:, i] - design @ fits[-1].coefficients
-    noise = np.atleast_2d(np.corrcoef(residuals.T)) if count > 1 else np.ones((1, 1))
-    noise = np.where(np.isfinite(noise), noise, np.eye(count))
+    noise = _correlation(residuals)
     values, covariance, quantile = _joint(fits, centre, width, noise, diagonal=diagonal)
     size = wide + 1
     estimates = Estimates(
@@ -184,6 +190,16 @@ def fit_matrix(
         reading_high=readings.max(axis=0),
         diagonal=diagonal,
     )
+
+
+def _correlation(residuals: FloatArray) -> FloatArray:
+    """Correlation of columns (n, k), shape (k, k); none with a column that does not vary."""
+    away = residuals - residuals.mean(axis=0)
+    size = np.sqrt(np.sum(away**2, axis=0))
+    unit = away / np.where(size > 0.0, size, np.inf)
+    found = unit.T @ unit
+    np.fill_diagonal(found, 1.0)
+    return np.asarray(found)
 
 
 def directions(loads: FloatArray) -> int:

@@ -70,11 +70,17 @@ class BenchRecord:
         if not self.timed:
             return False
         gaps = np.diff(self.time_s)
+        gaps = gaps[gaps > 0]
         changes = int(np.sum(np.abs(np.diff(self.load_n)) > 0))
         dense = len(self) / (1 + changes) > _ROWS_OF_A_RECORDING
         # a reference that is read at every sample changes at most of them
         dense |= len(self) > 3 * _ROWS_OF_A_RECORDING and changes > len(self) / 2
-        return bool(dense and np.median(gaps[gaps > 0]) < 1.0)
+        return bool(dense and gaps.size and np.median(gaps) < 1.0)
+
+    @property
+    def longest_s(self) -> float:
+        """How long the longest session lasts; 0 where stamps stand still."""
+        return max(float(np.ptp(self.time_s[part])) for part in self.sessions())
 
     def select(self, rows: BoolArray) -> BenchRecord:
         """Some of the rows."""

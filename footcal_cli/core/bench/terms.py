@@ -180,7 +180,7 @@ def hysteresis_stack(full_scale_n: float) -> Rung:
 
 def creep(record: BenchRecord, constants: int) -> Rung:
     """Creep with one or two time constants between the sample interval and the longest session."""
-    longest = max(float(np.ptp(record.time_s[part])) for part in record.sessions())
+    longest = record.longest_s
     gaps = np.diff(record.time_s)
     shortest = max(2.0 * float(np.median(gaps[gaps > 0])) if np.any(gaps > 0) else 1.0, 1.0)
     grid = tuple(np.geomspace(min(shortest, longest / 4.0), 2.0 * longest, _STEPS_OF_TIME))
@@ -220,6 +220,7 @@ def menu(record: BenchRecord, most_degree: int = 3) -> tuple[Rung, ...]:
         *temperature(),
         hysteresis(scale),
         hysteresis_stack(scale),
-        *((drift(), creep(record, 1), creep(record, 2)) if record.timed else ()),
+        *((drift(),) if record.timed else ()),
+        *((creep(record, 1), creep(record, 2)) if record.timed and record.longest_s else ()),
     )
     return tuple(sorted((r for r in rungs if r.fits(record)), key=lambda rung: rung.cost))

@@ -256,6 +256,10 @@ def _judged(subject: Subject, path: Path, rules: Rules, seed: int) -> tuple[Verd
     if verdict in _NAMING and at_an_end(subject, path.causes, path.model):
         # a size that only its bound stops is the size of something else
         return Verdict.UNKNOWN, share
+    several = subject.case.drifts and len(path.causes) > 1 and not path.pair
+    if verdict in _NAMING and several and not all(cause.rivals for cause in path.causes):
+        # beside a calibration that drifts two causes copy a third that neither of them is
+        return Verdict.UNKNOWN, share
     return verdict, share
 
 

@@ -246,7 +246,8 @@ def _satterthwaite(
         np.add.at(per_block, index, weights * shared[:, k : k + 1])
         between = ratio[k] * np.sum(per_block**2, axis=0)
         total, spread = total + between, spread + between**2 / free[k]
-    return np.asarray(total**2 / spread)
+    unseen = np.full(p, float(max(n - p, 1)))  # a column of zeros has no variance to share
+    return np.asarray(np.divide(total**2, spread, out=unseen, where=spread > 0.0))
 
 
 def _free_blocks(sums: _Blocks) -> FloatArray:
