@@ -63,7 +63,7 @@ def page_of(answers: Answers) -> str:
     text += _ROBOTS.format(sure=sum(map(_sure_and_wrong, answers.values())), runs=len(answers))
     for (task, seed), one in sorted(answers.items(), key=lambda item: item[0][1]):
         sizes = ", ".join(
-            f"{name} {_rms_ratio(pairs):.2g}" for name, pairs in one["ratios"].items()
+            f"{name} {_rms_ratio(pairs):.2g}" for name, pairs in one["ratios"].items() if pairs
         )
         worst = f"{_worst(one):.1f}" if one["ratios"] else "–"
         mark = " **sure and wrong**" if _sure_and_wrong(one) else ""
