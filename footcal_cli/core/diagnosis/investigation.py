@@ -41,6 +41,9 @@ from footcal_cli.core.parameters import IntArray
 
 _CLEAR = (Verdict.NAMED, Verdict.AMBIGUOUS)
 """Verdicts that leave nothing beside the names."""
+LEAST_STABLE = 0.5
+"""Share of blocks without which a name is chosen again, below which it is none."""
+
 _NAMING = (*_CLEAR, Verdict.NAMED_UNKNOWN)
 
 
@@ -156,10 +159,7 @@ def investigate(
     verdict, share = Verdict.BAD_DATA, 0.0
     if not stopped:
         path, verdict, share = _searched(subject, path, rules, seed)
-        if verdict is Verdict.NONE and (
-            times_floor(case, rows, problem) >= MOST
-            or (case.finding_n > 0.0 and any(n.huge for n in _nameless(subject, path, beside=True)))
-        ):
+        if verdict is Verdict.NONE and times_floor(case, rows, problem) >= MOST:
             verdict = Verdict.UNKNOWN
     rounds, causes, model, current = path.rounds, path.causes, path.model, path.current
     found = _found(subject, path)
@@ -174,8 +174,8 @@ def investigate(
             [frozenset({s.effect for s in (c.signature, *c.rivals)}) for c in causes]
         )
     gains = gains_of(problem, without_rivals(final, model), noise_of(final), nested, alike)
-    if named and bought(gains, problem) <= 0.0:
-        # what was chosen without a block does not predict it: a name that buys nothing is none
+    if named and (bought(gains, problem) <= 0.0 or float(np.mean(alike)) < LEAST_STABLE):
+        # what was chosen without a block does not predict it, or is chosen only with all of them
         named, final, model = False, problem, None
         verdict = Verdict.UNKNOWN if _matters(subject, path, beside=False) else Verdict.NONE
         gains = gains_of(problem, problem, noise_of(problem))

@@ -21,7 +21,6 @@ from footcal_cli.core.parameters import FloatArray
 
 MOST = 3.0
 """Times what matters: a larger error as a whole is a finding whatever of it repeats."""
-HUGE = 10.0
 _RCOND = 1e-9
 _RIDGE = 0.01
 """Of the mean information of a column: a signal that half the blocks hardly have says nothing."""
@@ -36,8 +35,8 @@ class Nameless:
     ----------
     output, unit
         The quantity.
-    rms, whole
-        Of the part that repeats, and of all of the held-out error.
+    rms, whole, white
+        Of the part that repeats, of all of the held-out error, and of what is new in each row.
     smallest
         RMS error from which it matters.
     """
@@ -46,17 +45,18 @@ class Nameless:
     unit: str
     rms: float
     whole: float
+    white: float
     smallest: float
 
     @property
-    def huge(self) -> bool:
-        """Whether all that is left is an error that no sensor's noise makes."""
-        return self.whole >= HUGE * self.smallest
+    def lasting(self) -> float:
+        """RMS of the error without what is new in each row."""
+        return float(np.sqrt(max(self.whole**2 - self.white**2, 0.0)))
 
     @property
     def matters(self) -> bool:
         """Whether it is as large as what matters, or all that is left is no noise of this robot."""
-        return self.rms >= self.smallest or self.whole >= MOST * self.smallest
+        return self.rms >= self.smallest or self.lasting >= MOST * self.smallest
 
 
 def nameless_of(
@@ -89,9 +89,15 @@ def nameless_of(
         for unit in baseline.units
     ]
     return tuple(
-        Nameless(name, unit, float(np.sqrt(s)), float(np.sqrt(w)), least)
-        for name, unit, s, w, least in zip(
-            baseline.outputs, baseline.units, squared, whole, smallest, strict=True
+        Nameless(name, unit, float(np.sqrt(s)), float(np.sqrt(w)), float(white), least)
+        for name, unit, s, w, white, least in zip(
+            baseline.outputs,
+            baseline.units,
+            squared,
+            whole,
+            noise.whitener.sd * unit_noise,
+            smallest,
+            strict=True,
         )
     )
 
