@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gzip
+import os
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +20,7 @@ from footcal_cli.tables.columns import (
     converts,
     weights_table,
 )
+from footcal_cli.tables.logfiles import digest
 from footcal_cli.tables.reading import ForeignColumn
 from footcal_cli.tables.table import Table, read_table, refusal_of, unit_factor, write_parquet
 
@@ -195,3 +197,10 @@ def test_half_a_vector_is_refused(tmp_path: Path) -> None:
     path.write_text(",".join(whole[:-1]) + "\n" + ",".join("1" * (len(whole) - 1)) + "\n", "utf-8")
     with pytest.raises(DataError, match="missing column 'imu_acc_z_mps2'"):
         read_table(path, kind, gravity_mps2=G)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="pipes with names are a matter of Unix")
+def test_a_pipe_is_not_waited_for(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "log.csv")
+    with pytest.raises(UsageError, match="pipe"):
+        digest(tmp_path / "log.csv")
