@@ -8,6 +8,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from footcal_cli.core.parameters import Parameter
+from footcal_cli.errors import DataError
+from footcal_cli.intake.cases.pose import _at
 from footcal_cli.records.diagnosis import DiagnosisRecord
 from footcal_cli.records.files import read_record
 from footcal_cli.records.results import ParametersRecord
@@ -127,3 +130,11 @@ def test_swapped_wires_stop_the_diagnosis(run: Run, tmp_path: Path, recipe: Path
     assert not record.causes
     assert {row.status for row in record.effects} <= {"undecided", "not_testable"}
     assert not read_record(ParametersRecord, tmp_path / "out/parameters_extended.json").effects
+
+
+def test_a_hip_beyond_all_mounting_errors_is_a_refusal_and_no_error_of_ours() -> None:
+    placed = Parameter("fl.mount_pos_x", "m", 0.0, lower=-0.2, upper=0.2)
+    assert _at(placed, {"fl.mount_pos_x": 0.1}, None).value == 0.1
+    with pytest.raises(DataError, match=r"fl\.mount_pos_x is -0\.215 m") as refused:
+        _at(placed, {"fl.mount_pos_x": -0.215}, Path("parameters.json"))
+    assert "plug" in refused.value.line()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,6 +18,7 @@ from footcal_cli.core.pose.common import common_turn
 from footcal_cli.core.pose.data import Geometry, pose_data
 from footcal_cli.core.pose.problem import PoseOptions
 from footcal_cli.core.turned import standing_axes
+from footcal_cli.errors import DataError
 from footcal_cli.intake.cases.shared import CaseRead, baseline_of, chain_of, needs_time, of_cells
 from footcal_cli.intake.legs import without_effects
 from footcal_cli.intake.poses import noise_sd_of, raw_poses
@@ -86,9 +88,18 @@ def _model(
     chain, values = chain_of(baseline_of(session), channels, calibrated)
     names = [item.names() for item in chain.links if item.effect.name in calibrated]
     free = [p for p in chain.parameters() if any(p.name in own for own in names)]
-    return chain, values, tuple(_at(p, values) for p in free)
+    given = session.request.parameters
+    return chain, values, tuple(_at(p, values, given) for p in free)
 
 
-def _at(parameter: Parameter, values: Mapping[str, float]) -> Parameter:
-    """A parameter at its calibrated value."""
-    return replace(parameter, value=values.get(parameter.name, parameter.value))
+def _at(parameter: Parameter, values: Mapping[str, float], given: Path | None) -> Parameter:
+    """A parameter at its calibrated value; refused where no mounting error is that large."""
+    value = values.get(parameter.name, parameter.value)
+    if not parameter.lower <= value <= parameter.upper:
+        raise DataError(
+            f"{parameter.name} is {value:.3g} {parameter.unit}, beyond {parameter.lower:g} to "
+            f"{parameter.upper:g} {parameter.unit}: that leg sits elsewhere than the recipe says",
+            file=given,
+            remedy="check which plug belongs to which leg, and position_m in [robot.legs]",
+        )
+    return replace(parameter, value=value)
