@@ -85,6 +85,21 @@ def scaled_inverse(products: FloatArray, rcond: float, empty: float = 0.0) -> Fl
     return np.asarray((vectors * inverse[..., None, :]) @ np.swapaxes(vectors, -1, -2) / outer)
 
 
+def inverse_beside(products: FloatArray, size: FloatArray, rcond: float) -> FloatArray:
+    """Pseudo-inverse of inner products of what an elimination left of columns, shape (n, n).
+
+    Parameters
+    ----------
+    size
+        Norm of each column before, shape (n,): one that was eliminated must not count by rounding.
+    rcond
+        As in `scaled_inverse`.
+    """
+    scale = np.where(size > 0.0, size, np.inf)
+    outer = np.outer(scale, scale)
+    return np.asarray(np.linalg.pinv(products / outer, rcond=rcond, hermitian=True) / outer)
+
+
 def inverse_root(covariance: FloatArray) -> FloatArray:
     """W with ``Wᵀ W = covariance⁻¹``: what makes errors white, shape (…, n, n).
 

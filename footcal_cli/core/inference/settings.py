@@ -19,7 +19,7 @@ from itertools import product
 import numpy as np
 from scipy import optimize, stats
 
-from footcal_cli.core.inference.linear import orthonormal
+from footcal_cli.core.inference.linear import inverse_beside, orthonormal
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
 _STEPS = 40
@@ -166,11 +166,9 @@ def beside_settings(
     for rows, seen in zip(groups, shown, strict=True):
         own = orthonormal(loose[np.ix_(rows, np.flatnonzero(seen))], np.sqrt(RCOND))
         both[rows] -= own @ (own.T @ both[rows])
-    # a column that settings of their own explain must not count by its rounding
-    size = np.sqrt(np.sum(common**2, axis=0))
-    scaled = both[:, :-1] / np.where(size > 0.0, size, np.inf)
-    found = np.linalg.pinv(scaled.T @ scaled, rcond=RCOND, hermitian=True) @ scaled.T @ both[:, -1]
-    return np.asarray(both[:, -1] - scaled @ found)
+    columns, left = both[:, :-1], both[:, -1]
+    inverse = inverse_beside(columns.T @ columns, np.linalg.norm(common, axis=0), RCOND)
+    return np.asarray(left - columns @ (inverse @ (columns.T @ left)))
 
 
 def part_variances(left: FloatArray, loose: FloatArray, parts: list[Parts]) -> list[FloatArray]:
@@ -363,12 +361,7 @@ class _Sums:
         cross = self.cross[:, asked] - theirs[..., :a].swapaxes(1, 2) @ solved[..., a:]
         taken = np.einsum("sox,soy->xy", theirs[..., a:], solved[..., a:])
         common = self.common - taken
-        # against what a column was before, lest one that is eliminated counts by its rounding
-        size = np.sqrt(np.diag(self.common)[:-1])
-        scale = np.where(size > 0.0, size, np.inf)
-        inverse = np.linalg.pinv(
-            common[:-1, :-1] / np.outer(scale, scale), rcond=RCOND, hermitian=True
-        ) / np.outer(scale, scale)
+        inverse = inverse_beside(common[:-1, :-1], np.sqrt(np.diag(self.common)[:-1]), RCOND)
         flat = cross.reshape(many * a, -1)
         known = flat[:, :-1] @ inverse
         information = -known @ flat[:, :-1].T

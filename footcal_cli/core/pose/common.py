@@ -79,7 +79,7 @@ class CommonShift:
 
 
 def common_shift(
-    shift_b_m: FloatArray, covariance: FloatArray, hip_sd_m: float, com_sd_m: float
+    shift_b_m: FloatArray, mean_sd_m: FloatArray, hip_sd_m: float, com_sd_m: float
 ) -> CommonShift:
     """Part of the hips' shifts against the chassis' CoM that is the CoM's.
 
@@ -91,8 +91,8 @@ def common_shift(
     ----------
     shift_b_m
         Hips minus chassis CoM against the nominal geometry, body axes, shape (K, 3), m.
-    covariance
-        Of their mean, shape (3, 3), m².
+    mean_sd_m
+        Of their mean, shape (3,), m.
     hip_sd_m, com_sd_m
         σ_p and σ_c.
     """
@@ -100,9 +100,9 @@ def common_shift(
     precision = legs / hip_sd_m**2 + 1.0 / com_sd_m**2
     share = legs / hip_sd_m**2 / precision
     mean = shift_b_m.mean(axis=0)
-    alone = hip_sd_m**2 / legs + np.diag(covariance)
+    alone = hip_sd_m**2 / legs + mean_sd_m**2
     chi2 = float(np.sum(np.square(mean) / alone))
-    sd = np.sqrt(1.0 / precision + share**2 * np.diag(covariance))
+    sd = np.sqrt(1.0 / precision + share**2 * mean_sd_m**2)
     return CommonShift(-share * mean, np.asarray(sd), bool(stats.chi2.sf(chi2, 3) < COMMON_P))
 
 

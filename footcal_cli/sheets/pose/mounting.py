@@ -29,8 +29,8 @@ from footcal_cli.sheets.feet import wrench_columns
 if TYPE_CHECKING:
     from footcal_cli.recipe.options import PoseCalibOptions
 from footcal_cli.sheets.pose.mounting_tables import (
-    _common_sd,
     candidate_sheet,
+    common_sd,
     common_sheet,
     mounting_sheet,
     prior_sheet,
@@ -205,7 +205,7 @@ def _held_out(candidate: Candidate, first: int) -> float:
 
 def common_words(fit: PoseFit) -> tuple[str, ...]:
     """What all legs share is seen worst: a common yaw and a common height."""
-    yaw, height = _common_sd(fit, 2), _common_sd(fit, 3 * len(fit.geometry.legs) + 2)
+    yaw, height = common_sd(fit, 2), common_sd(fit, 3 * len(fit.geometry.legs) + 2)
     if np.isnan(yaw):
         return ("This method gives no intervals.",)
     known = f"a height common to all hips is known to ± {1e3 * height:.2g} mm"
@@ -279,14 +279,10 @@ def _com_elsewhere(fit: PoseFit) -> tuple[FindingRecord, ...]:
     geometry, hip_sd = fit.geometry, fit.options.translation_sd_m
     if not np.isfinite(hip_sd) or np.isnan(fit.covariance).any():
         return ()
-    legs = len(geometry.legs)
-    of_mean = np.kron(np.ones((1, legs)) / legs, np.eye(3))
-    own = slice(3 * legs, 6 * legs)
+    first = 3 * len(geometry.legs)
+    seen = np.array([common_sd(fit, first + axis) for axis in range(3)])
     shift = fit.arm_b_m - (geometry.hip_b_m - geometry.chassis_com_b_m)
-    shared = common_shift(
-        shift, of_mean @ fit.covariance[own, own] @ of_mean.T, hip_sd,
-        min(fit.options.com_sd_m, 10.0),
-    )  # fmt: skip
+    shared = common_shift(shift, seen, hip_sd, min(fit.options.com_sd_m, 10.0))
     if not shared.stands_out:
         return ()
     where = ", ".join(

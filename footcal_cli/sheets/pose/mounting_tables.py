@@ -61,7 +61,7 @@ def rms(values: FloatArray) -> float:
     return float(np.sqrt(np.mean(np.square(values))))
 
 
-def _common_sd(fit: PoseFit, first: int) -> float:
+def common_sd(fit: PoseFit, first: int) -> float:
     """Sd of the mean over legs of one body axis' rotation or shift."""
     legs = len(fit.geometry.legs)
     at = first + 3 * np.arange(legs)
@@ -120,7 +120,7 @@ def common_sheet(fit: PoseFit) -> Sheet:
     """What only the legs together share."""
     legs = len(fit.geometry.legs)
     rows = [
-        (name, axis, number(factor * _common_sd(fit, first + i), 2), unit)
+        (name, axis, number(factor * common_sd(fit, first + i), 2), unit)
         for name, first, factor, unit in (
             ("common turn", 0, 180.0 / np.pi, "°"),
             ("common shift", 3 * legs, 1e3, "mm"),
