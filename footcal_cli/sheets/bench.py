@@ -174,7 +174,7 @@ def _pictures(
                 "residuals", lambda: plot_residuals(fits, tolerance_n),
                 "Residual at each known load, one line per cell; lines that bend together share "
                 "a cause. Blue band: the tolerance.",
-                title="Residuals", result=line,
+                title="Residual of the straight line against known load", result=line,
             ),
         )  # fmt: skip
     if climbed:
@@ -189,7 +189,7 @@ def _pictures(
                 "Residual against load of the straight line and, where another model was chosen, "
                 "of that model below it. A gap between loading and unloading is memory, a common "
                 "bend is nonlinearity.",
-                title="Residual against load", result=line,
+                title="Residual against known load, loading and unloading", result=line,
             ),
             Picture(
                 "ladder", lambda: plot_ladder(studies),
@@ -205,10 +205,18 @@ def _pictures(
             Picture(
                 "recordings", lambda: plot_recordings(studies),
                 "The recording: blue samples were used, the others not, and why.",
-                title="Recording, with the samples used and rejected", zoom=True,
+                title="Recording, with the samples used and rejected",
+                result=lambda: _used(studies), zoom=True,
             ),
         )  # fmt: skip
     return tuple(pictures)
+
+
+def _used(studies: Sequence[ChannelStudy]) -> str:
+    """How many samples of the recordings were used."""
+    states = np.concatenate([s.samples.state for s in studies if s.samples is not None])
+    used = int(np.sum(states == SampleState.SETTLED))
+    return f"{used:,} of {states.size:,} samples were used ({100 * used / states.size:.0f} %)."
 
 
 def _held_out(apart: Sequence[tuple[ChannelStudy, BenchRecord]]) -> list[RmseRow]:
