@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from footcal_cli.core.bench.changes import Change, find_changes
 from footcal_cli.core.bench.plateaus import SampleState
 from footcal_cli.core.bench.record import BenchRecord
-from footcal_cli.core.bench.regression import pooled_curvature
+from footcal_cli.core.bench.regression import AffineFit, pooled_curvature
 from footcal_cli.core.bench.study import ChannelStudy, record_of_samples
 from footcal_cli.core.parameters import Estimates
 from footcal_cli.core.quality import Finding
@@ -164,8 +164,7 @@ def _pictures(
         Picture("scales", lambda: plot_scales(fits),
                 "Cells of one type should have scales that agree.",
             title="Scales of all cells",
-            result=f"From {number(1e6 * low.scale_n_per_count, 4)} ({low.channel}) to "
-            f"{number(1e6 * high.scale_n_per_count, 4)} µN per count ({high.channel})."),
+            result=_scales(low, high)),
     ]  # fmt: skip
     if not recorded:
         pictures.insert(
@@ -210,6 +209,15 @@ def _pictures(
             ),
         )  # fmt: skip
     return tuple(pictures)
+
+
+def _scales(low: AffineFit, high: AffineFit) -> str:
+    """The smallest and the largest scale."""
+    factor, unit = (1e3, "mN") if abs(high.scale_n_per_count) >= 0.01 else (1e6, "µN")
+    one, other = (number(factor * fit.scale_n_per_count, 4) for fit in (low, high))
+    if low is high:
+        return f"{one} {unit} per count."
+    return f"From {one} ({low.channel}) to {other} {unit} per count ({high.channel})."
 
 
 def _used(studies: Sequence[ChannelStudy]) -> str:

@@ -96,11 +96,12 @@ def picture_of(
         title, draw = "Every channel of the log", _stream
         named = {column: _wrong(column, findings) for column in _columns(table)}
     wrong = [f"{name} ({words})" for name, words in named.items() if words]
+    noun = "leg" if "leg" in table else "channel"
     return Picture(
         name, draw(table, robot, findings), f"{where}. Channels with a finding are red.",
         title=title,
-        result=f"{plural(len(named), 'channel')}; "
-        + (f"findings on {', '.join(wrong)}." if wrong else "no channel has a finding of its own."),
+        result=f"{plural(len(named), noun)}; "
+        + (f"findings on {', '.join(wrong)}." if wrong else f"no {noun} has a finding of its own."),
         zoom=True,
     )  # fmt: skip
 
