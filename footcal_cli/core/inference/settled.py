@@ -2,6 +2,10 @@
 
 A model that explains less leaves more that differs between hangings. Judged by variances of its
 own it would fit as well as any; all models are compared by the same law.
+
+Few blocks tell of the variance between them: an effect would pass for poor repeatability for most
+of its size. A candidate that stands out even so, the variance estimated beside it as in a t-test,
+is fitted while the variance is estimated.
 """
 
 from __future__ import annotations
