@@ -12,12 +12,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy import stats
 
 from footcal_cli.core.inference.linear import orthonormal
-from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.settings import (
     RCOND,
     Parts,
@@ -30,6 +30,9 @@ from footcal_cli.core.inference.settings import (
     within_settings,
 )
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
+
+if TYPE_CHECKING:
+    from footcal_cli.core.inference.problem import Problem
 
 MOST_SUSPECTS = 3
 """Candidates that may be taken for effects while variances are estimated."""
