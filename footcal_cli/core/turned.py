@@ -7,7 +7,6 @@ that a fit could find: every one of the 24 right-angled turns is tried instead.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from itertools import permutations, product
 
 import numpy as np
@@ -18,11 +17,7 @@ from footcal_cli.core.hang.model import AXES
 from footcal_cli.core.hang.runs import HangRun, hang_runs
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.core.pose.data import PoseData, PoseSummary, summarise
-from footcal_cli.core.pose.hanging import LegKnowledge
-from footcal_cli.core.pose.joint import fit_pose, misfit_of_poses
-from footcal_cli.core.pose.problem import PoseOptions
-from footcal_cli.core.pose.wiring import turned_when_hanging, turned_when_standing
+from footcal_cli.core.pose.wiring import turned_when_hanging
 from footcal_cli.core.quality import Finding
 from footcal_cli.core.spatial import rotation_log
 
@@ -30,17 +25,10 @@ MUCH_BETTER = 0.2
 """Share of the squared misfit that may be left when the right transducer is turned back."""
 CLEARLY = 0.5
 """And at most this share of the next best turn; closer ones are named together."""
-TURNED_NOISE = 3.0
-"""A turned transducer leaves 5 to 50 times the noise of a pose: nearer to it, none is looked for,
-since each of the 23 turns of each leg costs a fit."""
 POOR = 5.0
 """Residual over the scatter from sample to sample beyond which more than noise is left."""
 LEVER_M = 0.1
 """Moments count as forces at this lever."""
-_ROUGH_STEPS = 8
-"""The right turn is fitted in four to six steps, most wrong ones run until their limit."""
-_NEAR = 20.0
-"""Times the least rough misfit, up to which a turn is fitted to the end."""
 _MOST_ROWS = 400
 _FEWEST_ROWS = 20
 _FEWEST_SIDES = 3
@@ -78,23 +66,21 @@ def words_of(turn: FloatArray) -> str:
     return f"{size} about ({', '.join(f'{x:g}' for x in axis)})"
 
 
-def _best_turn(
+def best_turn(
     names: Sequence[str],
     misfit: Callable[[int, FloatArray], float],
     given: float,
-    roughly: Callable[[int, FloatArray], float] | None = None,
 ) -> list[Finding]:
-    """The transducer and the turn that explain a misfit, where one does so clearly.
-
-    A misfit that costs much is asked only of turns that come near the best one `roughly`.
-    """
+    """The transducer and the turn that explain a misfit, where one does so clearly."""
     every = [(k, i) for k in range(len(names)) for i in range(len(TURNS))]
-    if roughly is not None:
-        rough = [roughly(k, TURNS[i]) for k, i in every]
-        every = [
-            turn for turn, left in zip(every, rough, strict=True) if left <= _NEAR * min(rough)
-        ]
-    tried = sorted((misfit(k, TURNS[i]), k, i) for k, i in every)
+    return said_of(names, [(misfit(k, TURNS[i]), k, i) for k, i in every], given)
+
+
+def said_of(
+    names: Sequence[str], tried: Sequence[tuple[float, int, int]], given: float
+) -> list[Finding]:
+    """Likewise from every turn that was tried: squared misfit, transducer, turn."""
+    tried = sorted(tried)
     least = tried[0][0]
     if not np.isfinite(given) or least > MUCH_BETTER * given:
         return []
@@ -136,7 +122,7 @@ def check_turned_hanging(leg: str, logs: Sequence[Log]) -> list[Finding]:
         weight = max(float((back * named).sum() / (named**2).sum()), 0.0)
         return float(((back - weight * named) ** 2).sum())
 
-    return _best_turn((leg,), misfit, misfit(0, np.eye(3)))
+    return best_turn((leg,), misfit, misfit(0, np.eye(3)))
 
 
 def check_mirrored_hanging(leg: str, logs: Sequence[Log]) -> list[Finding]:
@@ -219,43 +205,6 @@ def hanging_axes(
     return found
 
 
-def check_turned_standing(
-    data: PoseData, legs: tuple[LegKnowledge, ...], noise_sd: FloatArray, options: PoseOptions
-) -> list[Finding]:
-    """Find a hip transducer that was turned after hanging: the chassis then balances nowhere."""
-    summary = summarise(data)
-
-    def turned(leg: int, turn: FloatArray) -> PoseSummary:
-        size = summary.gram.shape[0]
-        change = np.eye(size)
-        rows = slice(6 * leg, 6 * leg + 6)
-        both = np.kron(np.eye(2), turn.T)
-        change[rows, rows] = both
-        change[rows, -1] = legs[leg].offset - both @ legs[leg].offset  # offsets stay where they are
-        return replace(summary, gram=change @ summary.gram @ change.T)
-
-    def misfit(leg: int, turn: FloatArray) -> float:
-        return fit_pose(turned(leg, turn), legs, noise_sd, options).chi2_poses
-
-    def roughly(leg: int, turn: FloatArray) -> float:
-        return misfit_of_poses(turned(leg, turn), legs, noise_sd, options, _ROUGH_STEPS)
-
-    given = fit_pose(summary, legs, noise_sd, options)
-    if given.noise_factor < TURNED_NOISE:
-        return []
-    return _best_turn(data.geometry.legs, misfit, given.chi2_poses, roughly)
-
-
-def standing_axes(
-    data: PoseData, legs: tuple[LegKnowledge, ...], noise_sd: FloatArray, options: PoseOptions
-) -> list[Finding]:
-    """An axis of turned sign, else a transducer that is turned, of a standing robot."""
-    axis = turned_when_standing(data, legs, noise_sd, options)
-    if axis is not None:
-        return [axis.finding()]
-    return check_turned_standing(data, legs, noise_sd, options)
-
-
 def check_turned_feet(log: Log) -> list[Finding]:
     """Find a foot's transducer whose wrenches do not balance the motion, offsets left free.
 
@@ -296,4 +245,4 @@ def check_turned_feet(log: Log) -> list[Finding]:
             readings[:, first : first + 3] = readings[:, first : first + 3] @ turn
         return left(errors(readings))
 
-    return _best_turn(feet_of(log), misfit, left(start))
+    return best_turn(feet_of(log), misfit, left(start))

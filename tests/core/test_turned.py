@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from footcal_cli.core.pose.problem import PoseOptions
-from footcal_cli.core.turned import check_turned_standing
+from footcal_cli.core.pose.seating import check_turned_standing
 from tests.core.pose_cases import Case, case
 
 LEG = 1
