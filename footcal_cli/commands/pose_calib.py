@@ -30,9 +30,9 @@ def _mounting(session: Session[PoseCalibOptions]) -> Outcome:
     import numpy as np
 
     from footcal_cli.core.plausibility import check_supported
+    from footcal_cli.core.pose.mounted import error_of, naive_error, offset_error
     from footcal_cli.core.pose.problem import PoseOptions
     from footcal_cli.core.pose.seating import standing_axes
-    from footcal_cli.core.pose.stages import error_of, naive_error, offset_error
     from footcal_cli.core.pose.study import study_mounting
     from footcal_cli.errors import UsageError
     from footcal_cli.intake.poses import noise_sd_of, read_poses

@@ -16,9 +16,8 @@ from footcal_cli.core.pose.data import PoseData, PoseSummary, summarise
 from footcal_cli.core.pose.hanging import LegKnowledge
 from footcal_cli.core.pose.joint import PoseFit, fit_pose, misfit_of_poses
 from footcal_cli.core.pose.problem import PoseOptions
-from footcal_cli.core.pose.wiring import turned_when_standing
 from footcal_cli.core.quality import Finding
-from footcal_cli.core.turned import TURNS, said_of, words_of
+from footcal_cli.core.turned import TURNS, said_of, turned_when_standing, words_of
 
 TURNED_NOISE = 3.0
 """A turned transducer leaves 5 to 50 times the noise of a pose: nearer to it, none is looked for,
