@@ -12,9 +12,8 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from footcal_cli.core.attitude import quaternions_of
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.core.spatial import rotation_of_quaternion
+from footcal_cli.core.spatial import quaternions_of, rotation_of_quaternion
 
 if TYPE_CHECKING:
     import pandas as pd
