@@ -90,7 +90,9 @@ def tdms_export(to: Path, rng: Rng) -> Made:
     body = rows(np.arange(newton.size) / 10,
                 *(c.read(newton, rng, whole=False) for c in cells.values()), newton,
                 sep="\t", form="%.6f")  # fmt: skip
-    return Made([write(to / "weights_tdms.txt", [*head, *body])], truth_of(cells, 100))
+    # a name may keep the group and the module in front of the channel
+    named = {f"_ai_{i}": one for i, one in enumerate(cells.values())}
+    return Made([write(to / "weights_tdms.txt", [*head, *body])], truth_of(named, 100))
 
 
 def swedish_excel(to: Path, rng: Rng) -> Made:

@@ -155,7 +155,7 @@ def plates_weighed(to: Path, rng: Rng) -> Made:
             rng.normal(60, 1, n), right + rng.normal(0, 0.03, n), rng.normal(10, 1, n),
             rng.normal(-60, 1, n)]  # fmt: skip
     lines = [";".join(names), *(x.replace(".", ",") for x in rows(*data, sep=";", form="%.4f"))]
-    cells = {f"{side}_p{i}.scale": g * G for side, g in zip(("left", "right"), gain, strict=True)
+    cells = {f"{side}_p{i}.scale": g for side, g in zip(("left", "right"), gain, strict=True)
              for i in (1, 2, 3)}  # fmt: skip
     within = {name: 0.03 * g for name, g in cells.items()}
     return Made([write(to / "waagen.csv", lines, encoding="latin-1")], Truth(cells, within),
