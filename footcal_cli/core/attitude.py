@@ -47,6 +47,15 @@ def nearest_rotations(matrices: FloatArray) -> FloatArray:
     return np.where(good[:, None, None], u @ vt, np.nan)
 
 
+def rotations_of_quaternions(quaternions: FloatArray) -> FloatArray:
+    """Quaternions x y z w of any length as rotations: (n, 4) to (n, 3, 3), NaN for none."""
+    good = _whole(quaternions) & (np.linalg.norm(np.nan_to_num(quaternions), axis=1) > 0)
+    rotations = np.full((len(quaternions), 3, 3), np.nan)
+    if good.any():
+        rotations[good, :, :] = Rotation.from_quat(quaternions[good]).as_matrix()
+    return rotations
+
+
 def quaternions_of(rotations: FloatArray) -> FloatArray:
     """Quaternions x y z w of rotations: (n, 3, 3) to (n, 4), NaN where there is none."""
     good = _whole(rotations)
@@ -54,6 +63,25 @@ def quaternions_of(rotations: FloatArray) -> FloatArray:
     if good.any():
         found[good] = Rotation.from_matrix(rotations[good]).as_quat()
     return found
+
+
+def turned_up(rotations: FloatArray, up: str) -> FloatArray:
+    """Rotations to a world whose axis `up` (``+y``, ``-z``) points up, as those to one with z up.
+
+    Parameters
+    ----------
+    rotations
+        Body to world, shape (n, 3, 3).
+    up
+        Sign and axis. The components of a left-handed world are turned as those of a right-handed
+        one: gravity in the body is the same.
+    """
+    axis = np.eye(3)["xyz".index(up[1])] * (1.0 if up[0] == "+" else -1.0)
+    # a half turn about the bisector takes `up` to z; where they are opposite, about x
+    half = axis + np.array([0.0, 0.0, 1.0])
+    half = half if half.any() else np.array([1.0, 0.0, 0.0])
+    turn = Rotation.from_rotvec(np.pi * half / np.linalg.norm(half)).as_matrix()
+    return np.asarray(np.round(turn) @ rotations)
 
 
 def gravity_in(rotations: FloatArray) -> FloatArray:

@@ -99,10 +99,9 @@ def _gravity(
     table: Table, part: IntArray, leg: str, recipe: Recipe, orientation_of: str
 ) -> FloatArray:
     """Nominal direction of gravity in the transducer frame of a leg's rows, shape (n, 3)."""
-    if all(name in table for name in GRAVITY):
-        return held_still(table.numbers(GRAVITY)[part])
+    directed = all(name in table for name in GRAVITY)
     rot = None
-    by_attitude = "orientation" not in table
+    by_attitude = "orientation" not in table and not directed
     if orientation_of == "body" or by_attitude:
         if leg in recipe.robot.legs:
             rot = rotation_of_rpy(recipe.robot.legs[leg].rotation_rpy_rad)
@@ -111,6 +110,8 @@ def _gravity(
                 f"orientation_of = 'body' needs the mounting of leg '{leg}'", file=recipe.path,
                 remedy=f"add [robot.legs.{leg}]",
             )  # fmt: skip
+    if directed:
+        return held_still(table.numbers(GRAVITY)[part] @ (np.eye(3) if rot is None else rot))
     if by_attitude:
         attitude = _rotations(table.numbers(QUATERNION)[part])
         return held_still(gravity_in(attitude) @ (np.eye(3) if rot is None else rot))

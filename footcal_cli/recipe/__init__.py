@@ -252,7 +252,7 @@ class Recipe(Frozen):
             {**common, **{name: place.foreign() for name, place in spec.columns.items()}},
             spec.layout(), spec.rate_hz, spec.wide_into,
             {e: {n: p.foreign() for n, p in own.items()} for e, own in spec.wide.items()},
-            tuple(joins), spec.rows_of, plates,
+            tuple(joins), spec.rows_of, plates, spec.world_up,
         )  # fmt: skip
 
     def data_paths(self, role: str) -> list[Path]:

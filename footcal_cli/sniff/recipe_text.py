@@ -132,6 +132,8 @@ def _file_lines(part: Part, several: bool) -> list[str]:
     own = _layout_lines(plan.file)
     if plan.rate_hz is not None:
         own.append(f"rate_hz = {plan.rate_hz:g}    # guess: the log has no time stamps")
+    if plan.world_up != "+z":
+        own.append(f"world_up = {_quoted(plan.world_up)}    # in the attitudes")
     for beside in part.beside:
         offset = f", offset_s = {beside.offset_s!r}" if beside.offset_s else ""
         name = _quoted(beside.file.path.name)

@@ -82,6 +82,9 @@ def transducers(file: FileGuess, six: dict[str, dict[str, ColumnGuess]]) -> Plan
         ),)  # fmt: skip
     if _counted(six) and "f" not in said.per_count:
         missing = (*missing, COUNTED)
+    options: tuple[str, ...] = ()
+    if hang and "gravity_x" in entries:
+        options = ('orientation_of = "body"    # gravity is felt in the body, not at the legs',)
     weight = Blank(("# leg_weight_n =    # what hangs on the transducer, roughly",),
                    "a start only: the weight is estimated", False)  # fmt: skip
     return Plan(
@@ -90,6 +93,7 @@ def transducers(file: FileGuess, six: dict[str, dict[str, ColumnGuess]]) -> Plan
         "likely" if pose or orientation else "guess", "hang-calib", "hang", entries, (), wide,
         "leg", rate, () if mounts is None else leg_tables(forces, mounts),
         blanks=(*missing, weight, *blanks), warnings=tuple(warnings),
+        options=options, world_up="+z" if pose is None else pose.world_up,
     )  # fmt: skip
 
 

@@ -38,7 +38,7 @@ from footcal_cli.tables.logfiles import (
 from footcal_cli.tables.longfiles import raw_pieces
 from footcal_cli.tables.places import Places, every_entry, passed_over, places_of
 from footcal_cli.tables.plates import add_cells, with_plates
-from footcal_cli.tables.reading import ForeignColumn, Reading
+from footcal_cli.tables.reading import ForeignColumn, Reading, WorldAxis
 from footcal_cli.tables.sources import source_columns
 from footcal_cli.tables.units import unit_factor
 
@@ -136,7 +136,7 @@ def read_table(
         for places in places_of(table, reading, path)
     ]
     beside = {join.path: digest(join.path) for join in reading.joins}
-    read = _canonical(parts, table, path, digest(path), gravity_mps2, beside)
+    read = _canonical(parts, table, path, digest(path), gravity_mps2, beside, reading.world_up)
     data, added = add_cells(read.data, reading.plates)
     return replace(read, data=data, read_as=(*read.read_as, *added))
 
@@ -171,7 +171,9 @@ def read_pieces(
     try:
         for raw in raw_pieces(path, sorted({p.column for p in found.values()}), as_text):
             by_name = {name: raw[place.column] for name, place in found.items()}
-            piece = _canonical([(places[0], by_name)], table, path, sha256, gravity_mps2, {})
+            piece = _canonical(
+                [(places[0], by_name)], table, path, sha256, gravity_mps2, {}, reading.world_up
+            )
             rows += len(piece)
             yield piece
     except DataError:
@@ -189,7 +191,7 @@ def _texts(table: TableType) -> frozenset[str]:
 
 def _canonical(
     parts: Sequence[tuple[Places, Mapping[str, RawColumn]]], table: TableType, path: Path,
-    sha256: str, gravity_mps2: float, beside: Mapping[Path, str],
+    sha256: str, gravity_mps2: float, beside: Mapping[Path, str], world_up: WorldAxis = "+z",
 ) -> Table:  # fmt: skip
     """Raw columns in canonical names and units, the entries of a wide file below each other."""
     import pandas as pd
@@ -210,8 +212,8 @@ def _canonical(
         raise DataError("no rows", file=path, remedy="record the log again")
     source = {name: p.column or name for name, p in parts[0][0].found.items()}
     return Table(
-        with_attitude(frame, table, path), path, sha256, source, tuple(read_as), tuple(findings),
-        beside,
+        with_attitude(frame, table, path, world_up), path, sha256, source, tuple(read_as),
+        tuple(findings), beside,
     )  # fmt: skip
 
 
@@ -244,23 +246,38 @@ def refusal_of(
     return None
 
 
-def with_attitude(frame: pd.DataFrame, table: TableType, path: Path) -> pd.DataFrame:
+def with_attitude(
+    frame: pd.DataFrame, table: TableType, path: Path, world_up: WorldAxis = "+z"
+) -> pd.DataFrame:
     """Fill in the quaternions of attitudes logged as angles, rotation vectors or matrices.
+
+    `world_up` is the axis of their world that points up; quaternions are turned to one with z up.
 
     Raises
     ------
     DataError
         A matrix that is no rotation.
     """
-    if "body_qw" not in {c.name for c in table.columns} or "body_qw" in frame:
+    if "body_qw" not in {c.name for c in table.columns}:
+        return frame
+    if "body_qw" in frame and world_up == "+z":
         return frame
     from footcal_cli.core.attitude import (
         nearest_rotations,
         quaternions_of,
+        rotations_of_quaternions,
         rotations_of_rotvec,
         rotations_of_rpy,
+        turned_up,
     )
 
+    if "body_qw" in frame:
+        given = frame[list(QUATERNION)].to_numpy(dtype=np.float64)
+        turned = turned_up(rotations_of_quaternions(given), world_up)
+        length = np.linalg.norm(given, axis=1, keepdims=True)  # kept for whoever checks it
+        return frame.assign(
+            **dict(zip(QUATERNION, (length * quaternions_of(turned)).T, strict=True))
+        )
     if set(RPY) <= set(frame.columns):
         rotations = rotations_of_rpy(frame[list(RPY)].to_numpy(dtype=np.float64))
     elif set(ROTVEC) <= set(frame.columns):
@@ -277,4 +294,6 @@ def with_attitude(frame: pd.DataFrame, table: TableType, path: Path) -> pd.DataF
             )  # fmt: skip
     else:
         return frame
+    if world_up != "+z":
+        rotations = turned_up(rotations, world_up)
     return frame.assign(**dict(zip(QUATERNION, quaternions_of(rotations).T, strict=True)))

@@ -36,7 +36,8 @@ def bogde_example(to: Path, rng: Rng) -> Made:
         kg = one.read(np.full(30, grams * 1e-3 * G), rng, whole=False) / G
         lines = ["12:34:50.112 -> HX711 Demo", "12:34:50.140 -> Readings:"]
         for i, v in enumerate(kg):
-            lines.append(f"12:34:{51 + i // 10:02d}.{100 * (i % 10):03d} -> one reading:\t{v:.4f} kg"
+            stamp = f"12:34:{51 + i // 10:02d}.{100 * (i % 10):03d}"
+            lines.append(f"{stamp} -> one reading:\t{v:.4f} kg"
                          f"\t| average:\t{kg.mean():.4f}")  # fmt: skip
         paths.append(write(to / f"{grams}g.txt", lines, end="\r\n"))
     return Made(paths, Truth({".scale": 1.06, ".bias": -0.2}, {".scale": 0.01, ".bias": 0.1}))

@@ -9,8 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from tests.strangers.legged import _hung
-from tests.strangers.rigs import G, Made, filled, rows, settling, truth_of, write
-from tests.strangers.rigs import Cell, Truth
+from tests.strangers.rigs import Cell, G, Made, Truth, filled, rows, settling, write
 
 Rng = np.random.Generator
 
@@ -61,8 +60,8 @@ def nao_qi_log(to: Path, rng: Rng) -> Made:
     data = [rng.normal(0.65, 0.01, n) for _ in range(8)]
     data += [rng.normal(0, 0.02, n), rng.normal(0, 0.02, n), rng.normal(-9.81, 0.02, n)]
     head = ["timestamp_ms", *names]
-    return Made([write(to / "naoqi.csv", [";".join(head), *rows(10.0 * np.arange(n), *data, sep=";")])],
-                says="weigh")  # fmt: skip
+    body = rows(10.0 * np.arange(n), *data, sep=";")
+    return Made([write(to / "naoqi.csv", [";".join(head), *body])], says="weigh")
 
 
 def icub3_front_and_rear(to: Path, rng: Rng) -> Made:
@@ -114,30 +113,38 @@ def two_plates_shared(to: Path, rng: Rng) -> Made:
 
 def hung_by_accelerometer(to: Path, rng: Rng) -> Made:
     """A quadruped hung in fourteen attitudes; of its body only the accelerometer is known."""
-    wrenches, t, body, truth = _hung(rng, ("FL", "FR", "RL", "RR"))
+    wrenches, t, body, truth = _hung(rng, ("fl", "fr", "rl", "rr"))
     acc = body.inv().apply([0.0, 0.0, 9.81]) + rng.normal(0, 0.02, (len(t), 3))
     head = ["t_s", *(f"base_acc_{a}" for a in "xyz")]
-    head += [f"{leg}_hip_{axis}" for leg in wrenches for axis in ("fx", "fy", "fz", "tx", "ty", "tz")]
+    head += [
+        f"{leg.upper()}_hip_{axis}"
+        for leg in wrenches
+        for axis in ("fx", "fy", "fz", "tx", "ty", "tz")
+    ]
     body_rows = rows(t, *acc.T, *np.hstack(list(wrenches.values())).T, form="%.7g")
     return Made([write(to / "hung.csv", [",".join(head), *body_rows])], truth)
 
 
 def solo_torque_first_nwu(to: Path, rng: Rng) -> Made:
     """A quadruped hung up: `[τ; F]` per hip, a quaternion scalar first, north-east-down world."""
-    wrenches, t, body, truth = _hung(rng, ("FL", "FR", "HL", "HR"))
+    wrenches, t, body, truth = _hung(rng, ("fl", "fr", "hl", "hr"))
     flip = Rotation.from_euler("x", 180, degrees=True)
     q = np.roll((flip * body).as_quat(), 1, axis=1)
     head = ["time", "base_qw", "base_qx", "base_qy", "base_qz"]
-    head += [f"{leg}_{axis}" for leg in wrenches for axis in ("tx", "ty", "tz", "fx", "fy", "fz")]
+    head += [
+        f"{leg.upper()}_{axis}" for leg in wrenches for axis in ("tx", "ty", "tz", "fx", "fy", "fz")
+    ]
     data = np.hstack([np.roll(w, 3, axis=1) for w in wrenches.values()])
-    return Made([write(to / "hung_ned.csv", [",".join(head), *rows(t, *q.T, *data.T, form="%.7g")])],
-                truth)  # fmt: skip
+    body_rows = rows(t, *q.T, *data.T, form="%.7g")
+    return Made([write(to / "hung_ned.csv", [",".join(head), *body_rows])], truth)
 
 
 def four_cells_a_leg_long(to: Path, rng: Rng) -> Made:
     """A row per cell: milliseconds, foot, corner, counts."""
     lines = ["t_ms;foot;corner;raw"]
-    cells = {(f, c): Cell(0.02, -6.0, 1.0) for f in ("left", "right") for c in ("fl", "fr", "rl", "rr")}
+    cells = {
+        (f, c): Cell(0.02, -6.0, 1.0) for f in ("left", "right") for c in ("fl", "fr", "rl", "rr")
+    }
     for i in range(300):
         for (foot, corner), one in cells.items():
             lines.append(f"{5 * i};{foot};{corner};{one.read(np.asarray(8.0), rng):.0f}")

@@ -90,8 +90,8 @@ def ros2_echo_yaml(to: Path, rng: Rng) -> Made:
     for name, down in SIDES.items():
         lines: list[str] = []
         for i, w in enumerate(made.read(np.tile(np.array(down, float), (40, 1)), rng)):
-            lines += ["header:", "  stamp:", "    sec: 1700000000",
-                      f"    nanosec: {i * 10_000_000}", "  frame_id: ft_sensor", "wrench:"]  # fmt: skip
+            lines += ["header:", "  stamp:", "    sec: 1700000000"]
+            lines += [f"    nanosec: {i * 10_000_000}", "  frame_id: ft_sensor", "wrench:"]
             for j, kind in enumerate(("force", "torque")):
                 lines.append(f"  {kind}:")
                 lines += [f"    {a}: {float(w[3 * j + k])!r}" for k, a in enumerate("xyz")]
@@ -132,7 +132,7 @@ def yarp_dumper(to: Path, rng: Rng) -> Made:
     made, wrench, rot = _wrist(rng, 14, 30)
     rpy = rot.as_euler("xyz", degrees=True)
     acc = rot.inv().apply([0.0, 0.0, 9.80665])
-    paths = []
+    paths: list[Path] = []
     for folder, table in (
         ("right_arm_ft", wrench),
         ("inertial", np.hstack([rpy, acc, rng.normal(0, 1e-3, (len(acc), 3)), acc * 0 + 0.4])),
@@ -173,7 +173,11 @@ def px4_attitude(to: Path, rng: Rng) -> Made:
     wrench = made.read(rot.inv().apply([0.0, 0.0, 1.0]), rng)
     q = np.roll(rot.as_quat(), 1, axis=1)
     t = 34_567_890 + 4000.0 * np.arange(len(q))
-    names = ["timestamp", *(f"q[{i}]" for i in range(4)), *(f"delta_q_reset[{i}]" for i in range(4))]
+    names = [
+        "timestamp",
+        *(f"q[{i}]" for i in range(4)),
+        *(f"delta_q_reset[{i}]" for i in range(4)),
+    ]
     one = [",".join(names), *rows(t, *q.T, *np.tile([[1.0], [0], [0], [0]], len(q)))]
     two = ["timestamp,force[0],force[1],force[2],torque[0],torque[1],torque[2]",
            *rows(t + 900, *wrench.T)]  # fmt: skip
