@@ -26,7 +26,7 @@ from tests.strangers.rigs import (
 )
 
 Rng = np.random.Generator
-FOUR = ("FL", "FR", "RL", "RR")
+FOUR = ("fl", "fr", "rl", "rr")
 
 
 def bogde_example(to: Path, rng: Rng) -> Made:
