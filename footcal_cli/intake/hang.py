@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from footcal_cli.core.attitude import gravity_in
 from footcal_cli.core.hang.intake import (
     between_holds,
     finite_rows,
@@ -19,7 +18,7 @@ from footcal_cli.core.hang.intake import (
 from footcal_cli.core.hang.joint import HangOptions
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray, IntArray
-from footcal_cli.core.spatial import rotation_of_quaternion, rotation_of_rpy
+from footcal_cli.core.spatial import gravity_in, rotation_of_quaternion, rotation_of_rpy
 from footcal_cli.errors import DataError, UsageError
 from footcal_cli.intake.legs import WRENCH_COLUMNS, without_effects
 from footcal_cli.tables.columns import GRAVITY, QUATERNION
@@ -99,9 +98,10 @@ def _gravity(
     table: Table, part: IntArray, leg: str, recipe: Recipe, orientation_of: str
 ) -> FloatArray:
     """Nominal direction of gravity in the transducer frame of a leg's rows, shape (n, 3)."""
-    directed = all(name in table for name in GRAVITY)
+    if all(name in table for name in GRAVITY):
+        return held_still(table.numbers(GRAVITY)[part])
     rot = None
-    by_attitude = "orientation" not in table and not directed
+    by_attitude = "orientation" not in table
     if orientation_of == "body" or by_attitude:
         if leg in recipe.robot.legs:
             rot = rotation_of_rpy(recipe.robot.legs[leg].rotation_rpy_rad)
@@ -110,8 +110,6 @@ def _gravity(
                 f"orientation_of = 'body' needs the mounting of leg '{leg}'", file=recipe.path,
                 remedy=f"add [robot.legs.{leg}]",
             )  # fmt: skip
-    if directed:
-        return held_still(table.numbers(GRAVITY)[part] @ (np.eye(3) if rot is None else rot))
     if by_attitude:
         attitude = _rotations(table.numbers(QUATERNION)[part])
         return held_still(gravity_in(attitude) @ (np.eye(3) if rot is None else rot))

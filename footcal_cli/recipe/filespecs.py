@@ -9,7 +9,7 @@ from typing import Literal, Self
 from pydantic import Field, model_validator
 
 from footcal_cli.records.models import Frozen
-from footcal_cli.tables.reading import BLANKS, ForeignColumn, Layout, WorldAxis
+from footcal_cli.tables.reading import BLANKS, ForeignColumn, Layout
 
 
 class Place(Frozen):
@@ -97,9 +97,7 @@ class FileSpec(Frozen):
     rows without a value in this column are left out, and the other columns are filled in from their
     own rows, no farther than 0.1 s away.
     `columns` are the files' own, before ``[columns]``. `wide` makes one row of the file into one
-    row per entry, distinguished by the column `wide_into`. `world_up` is the axis of the world that
-    points up in the attitudes: ``-z`` for north-east-down, ``+y`` for optical tracking and game
-    engines, left-handed ones too. `join` brings in columns of other files.
+    row per entry, distinguished by the column `wide_into`. `join` brings in columns of other files.
     """
 
     match: str = "*"
@@ -119,7 +117,6 @@ class FileSpec(Frozen):
     columns: dict[str, Place] = Field(default_factory=dict)
     rows_of: str = ""
     wide_into: str = "channel"
-    world_up: WorldAxis = "+z"
     wide: dict[str, dict[str, Place]] = Field(default_factory=dict)
     join: tuple[JoinSpec, ...] = ()
 

@@ -88,9 +88,8 @@ PRIOR = "Count the calibration of --parameters as prior, covariance included."
 class HangCalibOptions(CommandOptions):
     """``[hang_calib]`` of a recipe.
 
-    `orientation_of` says whose axis the log's orientation names, or in whose frame gravity_x,
-    gravity_y and gravity_z are: the transducer's own, or the body's (a transducer turned by π about
-    z then reads −x in a log called ``+x``). `tilt` is one
+    `orientation_of` says whose axis the log's orientation names: the transducer's own, or the
+    body's (a transducer turned by π about z then reads −x in a log called ``+x``). `tilt` is one
     per named orientation (`per_log`), one of the sensor on its `mount`, or none; where nothing is
     said it is `mount` if the log has a measured attitude, else `per_log`.
     """

@@ -13,21 +13,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from footcal_cli.core.attitude import (
+from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.spatial import (
     gravity_in,
     nearest_rotations,
-    rotations_of_quaternions,
+    rotation_of_quaternion,
     rotations_of_rotvec,
     rotations_of_rpy,
-    turned_up,
 )
-from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.groups import angle_unit, matrix, one_owner
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
 from footcal_cli.sniff.names import orientation_in
 from footcal_cli.sniff.plan import Entry, of
 from footcal_cli.tables.columns import ROTVEC, RPY
-from footcal_cli.tables.reading import WorldAxis
+from footcal_cli.tables.world import TO_Z_UP, WorldUp
 
 EXPLAINED = 0.1
 """Share of the forces' variance that may be left by the right attitude."""
@@ -67,7 +66,7 @@ class Attitude:
     warnings: tuple[str, ...] = ()
     reacts: bool = False
     explains: bool | None = None
-    world_up: WorldAxis = "+z"
+    world_up: WorldUp = "+z"
 
 
 @dataclass(frozen=True)
@@ -77,12 +76,12 @@ class Reading:
     entries: Mapping[str, Entry]
     gravity: FloatArray
     said: str
-    world_up: WorldAxis = "+z"
+    world_up: WorldUp = "+z"
 
     @property
     def upside_down(self) -> Reading:
         """The same in a world whose axis points down."""
-        turned: WorldAxis = "-z" if self.world_up == "+z" else "-y"
+        turned: WorldUp = "-z" if self.world_up == "+z" else "-y"
         return replace(self, gravity=-self.gravity, world_up=turned)
 
 
@@ -106,9 +105,12 @@ def attitude_of(file: FileGuess, force: FloatArray | None) -> Attitude | None:
 
 def readings_of(file: FileGuess) -> list[Reading]:
     """Every way to read the attitudes in a log, the plainest first."""
+    found = [candidate for candidates in _kinds(file) for candidate in candidates]
     directed = _directions(file)
-    ways = [candidate for candidates in _kinds(file) for candidate in candidates]
-    return ways if directed is None else [*ways, directed]
+    if directed is not None:  # of the body, that carries several transducers
+        entries = {f"body_{name}": entry for name, entry in directed.entries.items()}
+        found.append(Reading(entries, directed.gravity, directed.said))
+    return found
 
 
 def upside_down(file: FileGuess, reading: Reading) -> str:
@@ -120,7 +122,7 @@ def upside_down(file: FileGuess, reading: Reading) -> str:
     if _DOWN.search(names):
         return "by its name its world points down"
     felt = one_owner(file.of("acceleration"), "xyz")
-    if felt and "gravity_x" not in reading.entries:
+    if felt and not any("gravity" in name for name in reading.entries):
         along = np.nansum(_table([felt[a] for a in "xyz"]) * reading.gravity)
         return "by the accelerometer its world points down" if along > 0 else ""
     return ""
@@ -234,7 +236,7 @@ def _worlds(
     """An attitude in a world whose z points up, and in one whose y does."""
     return (
         Reading(entries, gravity_in(rotations), said),
-        Reading(entries, gravity_in(turned_up(rotations, "+y")), f"{said}, y up", "+y"),
+        Reading(entries, gravity_in(TO_Z_UP["+y"] @ rotations), f"{said}, y up", "+y"),
     )
 
 
@@ -262,7 +264,7 @@ def _quaternions(file: FileGuess) -> list[Reading]:
             }
             if sign < 0:
                 entries["body_qw"] = replace(entries["body_qw"], factor=-1.0)
-            rotations = rotations_of_quaternions(values * [1.0, 1.0, 1.0, sign])
+            rotations = rotation_of_quaternion(values * [1.0, 1.0, 1.0, sign])
             candidates += _worlds(entries, rotations, f"quaternion {order}, {way}")
     return candidates
 

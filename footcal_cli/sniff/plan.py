@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, Sure
-from footcal_cli.tables.reading import WorldAxis
 
 
 @dataclass(frozen=True)
@@ -82,8 +81,6 @@ class Plan:
         What is to be filled in.
     warnings
         What could be otherwise.
-    world_up
-        The axis of the world that points up in the attitudes.
     """
 
     file: FileGuess
@@ -101,7 +98,6 @@ class Plan:
     options: tuple[str, ...] = ()
     blanks: tuple[Blank, ...] = ()
     warnings: tuple[str, ...] = ()
-    world_up: WorldAxis = "+z"
 
     @property
     def ready(self) -> bool:

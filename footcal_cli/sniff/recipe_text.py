@@ -40,8 +40,10 @@ def recipe_text(parts: Sequence[Part], target: Path, command_line: str) -> str:
     for part in parts:
         for table in part.plan.robot:
             tables.setdefault(table.splitlines()[0], table)  # hanging and standing share legs
+    lines += [line for line in tables.values() if not line.startswith("[")]
     for table in tables.values():
-        lines += ["", table]
+        if table.startswith("["):
+            lines += ["", table]
     for blank in blanks:
         if blank.lines[0] != _ROBOT:
             lines += ["", _asked(blank), *blank.lines]
@@ -132,8 +134,6 @@ def _file_lines(part: Part, several: bool) -> list[str]:
     own = _layout_lines(plan.file)
     if plan.rate_hz is not None:
         own.append(f"rate_hz = {plan.rate_hz:g}    # guess: the log has no time stamps")
-    if plan.world_up != "+z":
-        own.append(f"world_up = {_quoted(plan.world_up)}    # in the attitudes")
     for beside in part.beside:
         offset = f", offset_s = {beside.offset_s!r}" if beside.offset_s else ""
         name = _quoted(beside.file.path.name)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from footcal_cli.core.body_positions import upright_axis
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.attitudes import Attitude, attitude_of, named_orientation
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
@@ -82,18 +83,17 @@ def transducers(file: FileGuess, six: dict[str, dict[str, ColumnGuess]]) -> Plan
         ),)  # fmt: skip
     if _counted(six) and "f" not in said.per_count:
         missing = (*missing, COUNTED)
-    options: tuple[str, ...] = ()
-    if hang and "gravity_x" in entries:
-        options = ('orientation_of = "body"    # gravity is felt in the body, not at the legs',)
+    world: tuple[str, ...] = ()
+    if pose is not None and pose.world_up != "+z":
+        world = (f'world_up = "{pose.world_up}"    # in the attitudes',)
     weight = Blank(("# leg_weight_n =    # what hangs on the transducer, roughly",),
                    "a start only: the weight is estimated", False)  # fmt: skip
     return Plan(
         file, f"{len(six)} six-axis transducer{'s' * (len(six) > 1)} turned under gravity",
         "six axes" + (" and an attitude" if pose else " and orientations" if orientation else ""),
         "likely" if pose or orientation else "guess", "hang-calib", "hang", entries, (), wide,
-        "leg", rate, () if mounts is None else leg_tables(forces, mounts),
+        "leg", rate, (*world, *(() if mounts is None else leg_tables(forces, mounts))),
         blanks=(*missing, weight, *blanks), warnings=tuple(warnings),
-        options=options, world_up="+z" if pose is None else pose.world_up,
     )  # fmt: skip
 
 
@@ -267,7 +267,10 @@ def _ankles(
     return Plan(
         file, f"six-axis transducers at two feet{moves}",
         "six axes on the left and on the right", "likely", command, "cells", entries, (),
-        robot=(f"[robot.feet.left]\n{_MOUNTED}", f"[robot.feet.right]\n{_MOUNTED}"),
+        robot=(
+            *upright(file, body),
+            *(f"[robot.feet.{side}]\n{_MOUNTED}" for side in ("left", "right")),
+        ),
         blanks=(MASS, *blanks),
     )  # fmt: skip
 
@@ -278,6 +281,28 @@ def body_entries(file: FileGuess) -> dict[str, Entry]:
     for quantity, pattern in (("com", "com_{}_m"), ("com_acc", "com_acc_{}_mps2")):
         entries |= {pattern.format(c.name.axis): of(c) for c in file.of(quantity)}
     return entries | _feet_poses(file)
+
+
+def upright(file: FileGuess, entries: Mapping[str, Entry]) -> tuple[str, ...]:
+    """A recipe's line that says which axis of the world points up, where it is not z."""
+
+    def place(stem: str) -> FloatArray | None:
+        names = [f"{stem}_{axis}_m" for axis in "xyz"]
+        columns = [entries[n].column if n in entries else own.get(n) for n in names]
+        values = [c.values for c in columns if c is not None and c.values is not None]
+        return np.column_stack(values) if len(values) == 3 else None
+
+    own = {column.column: column for column in file.columns}
+    com = place("com")
+    feet = [at for side in ("left", "right") if (at := place(f"{side}_foot")) is not None]
+    if com is None or not feet:
+        return ()
+    stacked = np.stack(feet, axis=1)
+    good = np.isfinite(com).all(axis=1) & np.isfinite(stacked).all(axis=(1, 2))
+    up = upright_axis(com[good], stacked[good]) if good.any() else ""
+    if up in ("", "+z"):
+        return ()
+    return (f'world_up = "{up}"    # likely: the CoM lies above the feet along {up}',)
 
 
 def _feet_poses(file: FileGuess) -> dict[str, Entry]:

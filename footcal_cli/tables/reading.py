@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Literal
 
 if TYPE_CHECKING:
     from footcal_cli.tables.plates import Plate
+from footcal_cli.tables.world import WorldUp
 
-WorldAxis = Literal["+x", "-x", "+y", "-y", "+z", "-z"]
 BLANKS = " "
 """As a separator: any run of spaces and tabs."""
 
@@ -163,7 +163,7 @@ class Reading:
     plates
         Feet that report force and CoP.
     world_up
-        The axis of the world that points up in the attitudes.
+        Axis of the log's world that points up.
     """
 
     columns: Mapping[str, ForeignColumn] = field(default_factory=dict)
@@ -174,4 +174,4 @@ class Reading:
     joins: tuple[Join, ...] = ()
     rows_of: str = ""
     plates: tuple[Plate, ...] = ()
-    world_up: WorldAxis = "+z"
+    world_up: WorldUp = "+z"

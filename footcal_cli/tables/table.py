@@ -20,6 +20,7 @@ from footcal_cli.core.quality import Finding
 from footcal_cli.errors import DataError, FootcalError
 from footcal_cli.tables.canonical import ReadColumn, canonical, conversion_of
 from footcal_cli.tables.columns import (
+    BODY_GRAVITY,
     MATRIX,
     QUATERNION,
     ROTVEC,
@@ -38,9 +39,10 @@ from footcal_cli.tables.logfiles import (
 from footcal_cli.tables.longfiles import raw_pieces
 from footcal_cli.tables.places import Places, every_entry, passed_over, places_of
 from footcal_cli.tables.plates import add_cells, with_plates
-from footcal_cli.tables.reading import ForeignColumn, Reading, WorldAxis
+from footcal_cli.tables.reading import ForeignColumn, Reading
 from footcal_cli.tables.sources import source_columns
 from footcal_cli.tables.units import unit_factor
+from footcal_cli.tables.world import TO_Z_UP, WorldUp, with_z_up
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -191,7 +193,7 @@ def _texts(table: TableType) -> frozenset[str]:
 
 def _canonical(
     parts: Sequence[tuple[Places, Mapping[str, RawColumn]]], table: TableType, path: Path,
-    sha256: str, gravity_mps2: float, beside: Mapping[Path, str], world_up: WorldAxis = "+z",
+    sha256: str, gravity_mps2: float, beside: Mapping[Path, str], world_up: WorldUp,
 ) -> Table:  # fmt: skip
     """Raw columns in canonical names and units, the entries of a wide file below each other."""
     import pandas as pd
@@ -211,10 +213,8 @@ def _canonical(
     if not len(frame):
         raise DataError("no rows", file=path, remedy="record the log again")
     source = {name: p.column or name for name, p in parts[0][0].found.items()}
-    return Table(
-        with_attitude(frame, table, path, world_up), path, sha256, source, tuple(read_as),
-        tuple(findings), beside,
-    )  # fmt: skip
+    frame = with_z_up(with_attitude(frame, table, path, world_up), world_up)
+    return Table(frame, path, sha256, source, tuple(read_as), tuple(findings), beside)
 
 
 def _reading(columns: Mapping[str, ForeignColumn] | Reading | None) -> Reading:
@@ -247,41 +247,33 @@ def refusal_of(
 
 
 def with_attitude(
-    frame: pd.DataFrame, table: TableType, path: Path, world_up: WorldAxis = "+z"
+    frame: pd.DataFrame, table: TableType, path: Path, up: WorldUp = "+z"
 ) -> pd.DataFrame:
-    """Fill in the quaternions of attitudes logged as angles, rotation vectors or matrices.
-
-    `world_up` is the axis of their world that points up; quaternions are turned to one with z up.
+    """Fill in the quaternions of attitudes logged as angles, vectors or matrices.
 
     Raises
     ------
     DataError
         A matrix that is no rotation.
     """
-    if "body_qw" not in {c.name for c in table.columns}:
+    if "body_qw" not in {c.name for c in table.columns} or "body_qw" in frame:
         return frame
-    if "body_qw" in frame and world_up == "+z":
-        return frame
-    from footcal_cli.core.attitude import (
+    from footcal_cli.core.spatial import (
         nearest_rotations,
         quaternions_of,
-        rotations_of_quaternions,
+        rotations_of_gravity,
         rotations_of_rotvec,
         rotations_of_rpy,
-        turned_up,
     )
 
-    if "body_qw" in frame:
-        given = frame[list(QUATERNION)].to_numpy(dtype=np.float64)
-        turned = turned_up(rotations_of_quaternions(given), world_up)
-        length = np.linalg.norm(given, axis=1, keepdims=True)  # kept for whoever checks it
-        return frame.assign(
-            **dict(zip(QUATERNION, (length * quaternions_of(turned)).T, strict=True))
-        )
     if set(RPY) <= set(frame.columns):
         rotations = rotations_of_rpy(frame[list(RPY)].to_numpy(dtype=np.float64))
     elif set(ROTVEC) <= set(frame.columns):
         rotations = rotations_of_rotvec(frame[list(ROTVEC)].to_numpy(dtype=np.float64))
+    elif set(BODY_GRAVITY) <= set(frame.columns):
+        rotations = rotations_of_gravity(frame[list(BODY_GRAVITY)].to_numpy(dtype=np.float64))
+        # gravity points down whatever the log calls its axes
+        rotations = TO_Z_UP[up].T @ rotations
     elif set(MATRIX) <= set(frame.columns):
         matrices = frame[list(MATRIX)].to_numpy(dtype=np.float64).reshape(-1, 3, 3)
         rotations = nearest_rotations(matrices)
@@ -294,6 +286,4 @@ def with_attitude(
             )  # fmt: skip
     else:
         return frame
-    if world_up != "+z":
-        rotations = turned_up(rotations, world_up)
     return frame.assign(**dict(zip(QUATERNION, quaternions_of(rotations).T, strict=True)))
