@@ -12,7 +12,8 @@ READERS = {
     ".bag": "bags", ".db3": "bags", ".mcap": "mcap_files", ".c3d": "c3d", ".mot": "opensim",
     ".sto": "opensim", ".mat": "matlab", ".h5": "hdf5", ".hdf5": "hdf5", ".hdf": "hdf5",
     ".jsonl": "lines", ".ndjson": "lines", ".json": "lines", ".csv": "logs", ".tsv": "logs",
-    ".txt": "logs", ".parquet": "logs", ".pq": "logs",
+    ".txt": "logs", ".npz": "arrays_numpy", ".npy": "arrays_numpy",
+    ".log": "logs", ".yaml": "documents", ".yml": "documents", ".parquet": "logs", ".pq": "logs",
 }  # fmt: skip
 """Suffix -> module of this room."""
 
@@ -44,7 +45,18 @@ def open_source(path: Path, clock: Clock) -> tuple[Stream, ...]:
         )  # fmt: skip
     elif path.stat().st_size == 0:
         raise DataError("the file is empty", file=path, remedy="record or export it again")
-    found: tuple[Stream, ...] = import_module(f"footcal_cli.formats.{READERS[suffix]}").streams(
-        path, clock
-    )
+    reader = READERS[suffix]
+    if reader in ("logs", "documents") and suffix not in (".parquet", ".pq"):
+        reader = "documents" if _of_documents(path) else "logs"
+    found: tuple[Stream, ...] = import_module(f"footcal_cli.formats.{reader}").streams(path, clock)
     return found
+
+
+def _of_documents(path: Path) -> bool:
+    """Whether a text is of printed messages."""
+    if path.suffix == ".gz":
+        return False
+    from footcal_cli.formats.documents import is_of_documents
+
+    with path.open("rb") as stream:
+        return is_of_documents(stream.read(2**16).decode("utf-8", errors="replace"))
