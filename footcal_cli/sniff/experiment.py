@@ -12,6 +12,7 @@ from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.groups import channel_names, readings, wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
 from footcal_cli.sniff.holds import blank_loads
+from footcal_cli.sniff.motion import body_entries, upright, without_motion
 from footcal_cli.sniff.numbered import numbered
 from footcal_cli.sniff.plan import MASS, Blank, Entry, Plan, of, times
 from footcal_cli.sniff.plates import force_and_cop
@@ -34,7 +35,7 @@ UNIT_ASKED = Blank(
 
 def plan_of(file: FileGuess) -> Plan | None:
     """The plan for one log, None where its columns fit no experiment."""
-    file = numbered(file)
+    file = without_motion(numbered(file))
     six = wrenches(file)
     loads, cells = _loads_and_cells(file)
     holes = {c.name.axis: c for c in file.of("hole")}
@@ -324,9 +325,7 @@ def _unloaded(file: FileGuess, cell: ColumnGuess) -> Plan:
 
 def _cells(file: FileGuess, cells: list[ColumnGuess]) -> Plan:
     """Several cells in time: feet that stand or walk."""
-    named = {
-        name if _foot_of(name) else f"foot_{name}": c for name, c in channel_names(cells).items()
-    }
+    named = {_on_foot(name, c): c for name, c in channel_names(cells).items()}
     time, rate, blanks = times(file, needed=True)
     entries = {**time, **{f"{n}_counts": _reading(c) for n, c in named.items()}}
     if "temperature_degc" in (extras := _extras(file)):
@@ -344,21 +343,28 @@ def _cells(file: FileGuess, cells: list[ColumnGuess]) -> Plan:
         ("# [robot.nameplate]", "# scale_n_per_count =    # by the data sheet; zero_counts too"),
         "nothing says how many newtons a count is; or give --parameters of a bench calibration",
     )  # fmt: skip
+    body = body_entries(file) if file.of("com") else {}
     forces = all(c.unit in _FORCES for c in cells)
     if forces:
         plate = Blank(("# [robot.nameplate]", "# scale_n_per_count = 1.0"), "the log has newtons")
     return Plan(
-        file, f"{len(cells)} load cells in time: standing or walking",
+        file,
+        f"{len(cells)} load cells in time: standing or walking"
+        + (", with the body's motion" if body else ""),
         f"a wide table of {len(cells)} readings" + (" and time" if time else ""), "likely",
-        "static-init", "cells", entries, tuple(named), rate_hz=rate,
-        blanks=(MASS, positions, plate, *blanks),
+        "online-replay" if body else "static-init", "cells", body | entries, tuple(named),
+        rate_hz=rate, robot=upright(file, body), blanks=(MASS, positions, plate, *blanks),
     )  # fmt: skip
 
 
-def _foot_of(name: str) -> str:
-    """The foot in a cell's name such as ``left_fl``; empty where it names none."""
+def _on_foot(name: str, cell: ColumnGuess) -> str:
+    """A cell's name behind that of its foot: ``left_fl``; ``foot_`` where none is named."""
     foot, _, place = name.partition("_")
-    return foot if foot in ("left", "right") and place else ""
+    if foot in ("left", "right") and place:
+        return name
+    side = cell.name.side
+    plain = re.sub(rf"^{side[:1]}(?:{side[1:]})?_?(?:foot_)?", "", name) if side else name
+    return f"{side or 'foot'}_{plain or 'cell'}"
 
 
 def _key(name: str) -> str:

@@ -13,9 +13,9 @@ from footcal_cli.sniff.experiment import plan_of
 from footcal_cli.sniff.file_names import Beside, Part, alike_part, escaped
 from footcal_cli.sniff.groups import readings, wrenches
 from footcal_cli.sniff.guesses import FileGuess
+from footcal_cli.sniff.motion import body_entries, upright
 from footcal_cli.sniff.numbered import numbered
 from footcal_cli.sniff.plan import Plan
-from footcal_cli.sniff.six_axis import body_entries, upright
 
 _TO_S = {"ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 _ATTITUDE = ("quaternion", "angle", "matrix", "gravity", "acceleration")

@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from footcal_cli.core.body_positions import upright_axis
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.attitudes import Attitude, attitude_of, named_orientation
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
+from footcal_cli.sniff.motion import body_entries, upright
 from footcal_cli.sniff.mounts import Mounts, mounts_of
 from footcal_cli.sniff.plan import MASS, Blank, Entry, Plan, of, times
 from footcal_cli.sniff.units import known_unit
@@ -273,51 +273,3 @@ def _ankles(
         ),
         blanks=(MASS, *blanks),
     )  # fmt: skip
-
-
-def body_entries(file: FileGuess) -> dict[str, Entry]:
-    """The robot's own stream: stamps, centre of mass, its acceleration, poses of the feet."""
-    entries, _, _ = times(file, needed=False)
-    for quantity, pattern in (("com", "com_{}_m"), ("com_acc", "com_acc_{}_mps2")):
-        entries |= {pattern.format(c.name.axis): of(c) for c in file.of(quantity)}
-    return entries | _feet_poses(file)
-
-
-def upright(file: FileGuess, entries: Mapping[str, Entry]) -> tuple[str, ...]:
-    """A recipe's line that says which axis of the world points up, where it is not z."""
-
-    def place(stem: str) -> FloatArray | None:
-        names = [f"{stem}_{axis}_m" for axis in "xyz"]
-        columns = [entries[n].column if n in entries else own.get(n) for n in names]
-        values = [c.values for c in columns if c is not None and c.values is not None]
-        return np.column_stack(values) if len(values) == 3 else None
-
-    own = {column.column: column for column in file.columns}
-    com = place("com")
-    feet = [at for side in ("left", "right") if (at := place(f"{side}_foot")) is not None]
-    if com is None or not feet:
-        return ()
-    stacked = np.stack(feet, axis=1)
-    good = np.isfinite(com).all(axis=1) & np.isfinite(stacked).all(axis=(1, 2))
-    up = upright_axis(com[good], stacked[good]) if good.any() else ""
-    if up in ("", "+z"):
-        return ()
-    return (f'world_up = "{up}"    # likely: the CoM lies above the feet along {up}',)
-
-
-def _feet_poses(file: FileGuess) -> dict[str, Entry]:
-    """Poses of the feet beside the transducers."""
-    found: dict[str, Entry] = {}
-    for side in ("left", "right"):
-        for column in file.columns:
-            if column.name.side != side or column.values is None:
-                continue
-            plain = column.column.lower()
-            last = re.split(r"[_.\s]", plain)[-1]
-            if column.quantity == "quaternion" and column.name.axis in "xyzw":
-                found[f"{side}_foot_q{column.name.axis}"] = of(column)
-            elif last in ("x", "y", "z") and "foot" in plain and column.quantity != "force":
-                found[f"{side}_foot_{last}_m"] = of(column, column.unit or "m")
-            elif last == "yaw" and "foot" in plain:
-                found[f"{side}_foot_yaw_rad"] = of(column, column.unit or "rad")
-    return found

@@ -1,0 +1,110 @@
+"""The robot's own stream in a log: CoM, its acceleration, angular momentum, poses of the feet.
+
+A walk is logged in one table with its sensors as often as beside it; either way no column of the
+motion is a reading.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from footcal_cli.core.body_positions import upright_axis
+from footcal_cli.core.parameters import FloatArray
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
+from footcal_cli.sniff.names import words_of
+from footcal_cli.sniff.plan import Entry, of, times
+from footcal_cli.sniff.units import split_unit
+
+_RATES = {"vel", "velocity", "v", "speed", "omega", "twist"}
+_MOMENTUM = {"ldot", "hdot", "angmom", "dl", "dh"}
+_FEET = {"foot", "feet", "lfoot", "rfoot", "footl", "footr", "sole", "ankle"}
+_NO_PLACE = {"force", "cop", "acceleration", "com", "com_acc", "quaternion", "angle", "reading"}
+
+
+def body_entries(file: FileGuess) -> dict[str, Entry]:
+    """Stamps and every column of the motion, by canonical name."""
+    entries, _, _ = times(file, needed=False)
+    for column in file.columns:
+        name = _canonical(column)
+        if name and name not in entries:
+            default = next((u for end, u in _UNITS.items() if name.endswith(end)), None)
+            entries[name] = of(column, column.unit or default)
+    return entries
+
+
+_UNITS = {"_foot_x_m": "m", "_foot_y_m": "m", "_foot_z_m": "m", "_foot_yaw_rad": "rad"}
+
+
+def without_motion(file: FileGuess) -> FileGuess:
+    """The log with each column of a motion taken for that; as it is where no CoM stands in it."""
+    axes = {c.name.axis for c in file.of("com")}
+    if not {"x", "y", "z"} <= axes:
+        return file
+    columns = (
+        c.as_quantity("other", "likely", "the body's motion")
+        if c.quantity not in ("com", "com_acc", "angle", "quaternion") and _of_motion(c)
+        else c
+        for c in file.columns
+    )
+    return replace(file, columns=tuple(columns))
+
+
+def upright(file: FileGuess, entries: Mapping[str, Entry]) -> tuple[str, ...]:
+    """A recipe's line that says which axis of the world points up, where it is not z."""
+
+    def place(stem: str) -> FloatArray | None:
+        names = [f"{stem}_{axis}_m" for axis in "xyz"]
+        columns = [entries[n].column if n in entries else own.get(n) for n in names]
+        values = [c.values for c in columns if c is not None and c.values is not None]
+        return np.column_stack(values) if len(values) == 3 else None
+
+    own = {column.column: column for column in file.columns}
+    com = place("com")
+    feet = [at for side in ("left", "right") if (at := place(f"{side}_foot")) is not None]
+    if com is None or not feet:
+        return ()
+    stacked = np.stack(feet, axis=1)
+    good = np.isfinite(com).all(axis=1) & np.isfinite(stacked).all(axis=(1, 2))
+    up = upright_axis(com[good], stacked[good]) if good.any() else ""
+    if up in ("", "+z"):
+        return ()
+    return (f'world_up = "{up}"    # likely: the CoM lies above the feet along {up}',)
+
+
+def _of_motion(column: ColumnGuess) -> bool:
+    """Whether a column is of the motion, speeds that no calibration needs among them."""
+    words = _words(column)
+    moving = bool(_RATES & set(words)) and words[-1] in ("x", "y", "z")
+    return bool(_canonical(column)) or moving
+
+
+def _canonical(column: ColumnGuess) -> str:
+    """Canonical name of a column of the motion; empty for any other."""
+    if column.values is None:
+        return ""
+    words, side = _words(column), column.name.side
+    last = words[-1] if words else ""
+    if column.quantity in ("com", "com_acc"):
+        stem, unit = {"com": ("com", "m"), "com_acc": ("com_acc", "mps2")}[column.quantity]
+        return "" if _RATES & set(words) else f"{stem}_{column.name.axis}_{unit}"
+    if last in ("x", "y", "z") and (_MOMENTUM & set(words) or {"momentum", "rate"} <= set(words)):
+        return f"angmom_rate_{last}_nm" if last != "z" else ""
+    if not side or not _FEET & set(words):
+        return ""
+    if column.quantity == "quaternion" and column.name.axis in ("x", "y", "z", "w"):
+        return f"{side}_foot_q{column.name.axis}"
+    if column.quantity == "angle":
+        return f"{side}_foot_yaw_rad" if column.name.axis == "yaw" else ""
+    if last in ("x", "y", "z") and not _RATES & set(words) and column.quantity not in _NO_PLACE:
+        return f"{side}_foot_{last}_m"
+    return ""
+
+
+def _words(column: ColumnGuess) -> list[str]:
+    """Words of a column's name without its unit."""
+    stem, _, _ = split_unit(re.sub(r"\[(\d+)\]", r"_\1", column.column.lstrip("%#$/ ")))
+    return words_of(stem)
