@@ -361,7 +361,7 @@ def _on_foot(name: str, cell: ColumnGuess) -> str:
     """A cell's name behind that of its foot: ``left_fl``; ``foot_`` where none is named."""
     foot, _, place = name.partition("_")
     if foot in ("left", "right") and place:
-        return name
+        return f"{foot}_{place.removeprefix('foot_')}"
     side = cell.name.side
     plain = re.sub(rf"^{side[:1]}(?:{side[1:]})?_?(?:foot_)?", "", name) if side else name
     return f"{side or 'foot'}_{plain or 'cell'}"

@@ -126,5 +126,5 @@ def channel_names(columns: Iterable[ColumnGuess]) -> dict[str, ColumnGuess]:
 
 def _slug(name: str) -> str:
     plain = re.sub(r"[^A-Za-z0-9]+", "_", name).strip("_").lower()
-    plain = re.sub(r"_(counts|n|adc|raw)$", "", plain) or "cell"
+    plain = re.sub(r"_(counts|n|adc|raw|data)$", "", plain) or "cell"
     return f"cell_{plain}" if plain[0].isdigit() else plain

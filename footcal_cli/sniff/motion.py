@@ -22,7 +22,7 @@ from footcal_cli.sniff.units import split_unit
 _RATES = {"vel", "velocity", "v", "speed", "omega", "twist"}
 _MOMENTUM = {"ldot", "hdot", "angmom", "dl", "dh"}
 _FEET = {"foot", "feet", "lfoot", "rfoot", "footl", "footr", "sole", "ankle"}
-_NO_PLACE = {"force", "cop", "acceleration", "com", "com_acc", "quaternion", "angle", "reading"}
+_NO_PLACE = {"force", "cop", "acceleration", "com", "com_acc", "quaternion", "angle"}
 
 
 def body_entries(file: FileGuess) -> dict[str, Entry]:
@@ -90,7 +90,7 @@ def _canonical(column: ColumnGuess) -> str:
     last = words[-1] if words else ""
     if column.quantity in ("com", "com_acc"):
         stem, unit = {"com": ("com", "m"), "com_acc": ("com_acc", "mps2")}[column.quantity]
-        return "" if _RATES & set(words) else f"{stem}_{column.name.axis}_{unit}"
+        return f"{stem}_{column.name.axis}_{unit}"
     if last in ("x", "y", "z") and (_MOMENTUM & set(words) or {"momentum", "rate"} <= set(words)):
         return f"angmom_rate_{last}_nm" if last != "z" else ""
     if not side or not _FEET & set(words):

@@ -16,6 +16,7 @@ Quantity = Literal[
 ]  # fmt: skip
 
 _CAMEL = re.compile(r"[A-Z]+(?![a-zà-öø-ÿ])|[A-Z]?[a-zà-öø-ÿ]+|\d+|[А-Яа-яÀ-ÿ]+")
+_CENTRE = re.compile(r"(?<![A-Za-z])[Cc]o[MP](?![a-z])")
 _AXIS = re.compile(r"([fmt])([xyz])(\d{0,2})")
 _WORDS: dict[str, Quantity] = {}
 for _meaning, _spellings in {
@@ -57,6 +58,7 @@ _SIGNED = re.compile(
     r"|[ _]*(?P<after>plus|minus|pos|neg|positive|negative|[+-])(?=[^a-z]|$)|(?=[^a-z]|$))"
 )
 """An axis with its sign before or after it, and whether it points up or down."""
+_ACCELERATED = {"acc", "accel", "acceleration", "dd"}
 _REPORTED = {"plate", "platform", "measured", "meas", "sensor", "estimated", "est", "insole"}
 FORCE = {"force", "kraft", "fuerza", "effort", "f", "forza", "grf", "kracht"}
 TORQUE = {"torque", "moment", "tau", "drehmoment", "m", "t", "couple"}
@@ -116,9 +118,13 @@ class NameGuess:
         return "_".join(part for part in (self.side, self.place) if part) or self.owner
 
 
+def _small(centre: re.Match[str]) -> str:
+    return f"{centre[0].lower()}_"
+
+
 def words_of(name: str) -> list[str]:
-    """Words of a name in small letters: ``LFsrFL`` is l, fsr, fl."""
-    return [word.lower() for word in _CAMEL.findall(name)]
+    """Words of a name in small letters: ``LFsrFL`` is l, fsr, fl, and ``CoM`` is com."""
+    return [word.lower() for word in _CAMEL.findall(_CENTRE.sub(_small, name))]
 
 
 def name_guess(name: str) -> NameGuess:
@@ -189,9 +195,16 @@ def _quantity(stem: str, words: list[str], unit: str | None) -> tuple[Quantity, 
         found = re.search(r"(?:cop)[\W_]*([xyzap])|([xy])[\W_]*cop", stem.lower())
         letter = (found[1] or found[2]) if found else last[:1]
         return "cop", {"a": "x"}.get(letter, letter), {"cop", "x", "y", "copx", "copy"}
-    if {"com", "center", "centre"} & set(words) and last in ("x", "y", "z") and "cop" not in words:
-        acc = {"acc", "accel", "acceleration", "dd"} & set(words)
-        return ("com_acc" if acc else "com"), last, set(words)
+    centre = re.fullmatch(r"([xyz])com|com([xyz])", last)
+    if centre or (
+        {"com", "center", "centre"} & set(words) and last[-1:] in "xyz" and "cop" not in words
+        and last[:-1] in ("", "d", "dd", "a", "acc", "v", "vel")
+    ):  # fmt: skip
+        if {"vel", "velocity", "speed", "twist"} & set(words) or last[:-1] in ("d", "v", "vel"):
+            return "other", "", set(words)
+        acc = _ACCELERATED & set(words) or last[:-1] in ("dd", "a", "acc")
+        axis_of = (centre[1] or centre[2]) if centre else last[-1]
+        return ("com_acc" if acc else "com"), axis_of, set(words)
     if "gravity" in words and last in "xyz":
         return "gravity", last, {"gravity", last}
     if axis and not (set(words) & {"com", "acc", "gyro", "imu", "position", "pos"}):

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from footcal_cli.core.hang.intake import between_holds, held_still
+from footcal_cli.sniff.columns import guess_file
+from footcal_cli.sniff.experiment import plan_of
 from footcal_cli.sniff.names import orientation_in
 from footcal_cli.sniff.tokens import number_signs
 from footcal_cli.tables.canonical import unwrapped
@@ -30,6 +33,60 @@ from footcal_cli.tables.sources import at_rows
 )
 def test_signs_of_numbers(texts: list[str], separator: str, signs: tuple[str, str]) -> None:
     assert number_signs(texts, separator) == signs
+
+
+WALKS = {
+    "beams": (
+        [f"{s}_{p}_raw" for s in "lr" for p in ("toe_in", "toe_out", "heel_in", "heel_out")],
+        [f"com_{a}_mm" for a in "xyz"], [f"com_acc_{a}" for a in "xyz"], ["Ldot_x", "Ldot_y"],
+        [f"{s}foot_{a}" for s in "lr" for a in ("x", "y", "z", "yaw_deg")],
+    ),
+    "nao": (
+        [f"{s}Fsr{p}" for s in "LR" for p in ("FL", "FR", "RL", "RR")],
+        [f"CoM.{a}" for a in "xyz"], [f"CoMAcc.{a}" for a in "xyz"], [],
+        [f"{s}Foot.{a}" for s in "LR" for a in "xyz"],
+    ),
+    "ros": (
+        [f"/{s}_foot/cell_{i}/data" for s in ("left", "right") for i in range(4)],
+        [f"/com/position/{a}" for a in "xyz"],
+        [f"/com/{q}/{a}" for q in ("acceleration", "velocity") for a in "xyz"], [],
+        [f"/{s}_foot/pose/position/{a}" for s in ("left", "right") for a in "xyz"],
+    ),
+    "soles": (
+        [f"{s}_FSR{i}" for s in ("left", "right") for i in range(1, 5)],
+        [f"com_pos_{a}" for a in "xyz"],
+        [f"com_{q}_{a}" for q in ("vel", "acceleration") for a in "xyz"],
+        ["angular_momentum_rate_x", "angular_momentum_rate_y"],
+        [f"{s}_sole_{a}" for s in "lr" for a in "xyz"],
+    ),
+}  # fmt: skip
+"""Readings, CoM, its rates, angular momentum, feet, as four groups call them in one table."""
+
+
+@pytest.mark.parametrize("names", WALKS.values(), ids=WALKS.keys())
+def test_a_walk_on_cells_with_the_body_in_one_table(
+    tmp_path: Path, names: tuple[list[str], ...]
+) -> None:
+    """No column of the motion is a reading; eight cells of two feet remain."""
+    rng, log = np.random.default_rng(1), tmp_path / "walk.csv"
+    cells, *motion = names
+    body = [name for group in motion for name in group]
+    table = np.hstack([
+        np.arange(200)[:, None] / 100.0, rng.integers(8_000_000, 8_400_000, (200, 8)),
+        0.2 + 0.1 * rng.standard_normal((200, len(body))),
+    ])  # fmt: skip
+    np.savetxt(log, table, "%.10g", ",", header=",".join(["time_s", *cells, *body]), comments="")
+    plan = plan_of(guess_file(log))
+    assert plan is not None
+    assert plan.command == "online-replay"
+    assert [
+        e.column.column for n, e in plan.entries.items() if n.endswith("_counts") and e.column
+    ] == cells
+    feet = {f"{s}_foot_{a}_m" for s in ("left", "right") for a in "xyz"}
+    com = {f"com_{a}_m" for a in "xyz"} | {f"com_acc_{a}_mps2" for a in "xyz"}
+    assert feet | com <= set(plan.entries)
+    assert len(names[3]) == sum(name.startswith("angmom") for name in plan.entries)
+    assert {name.partition("_")[0] for name in plan.channels} == {"left", "right"}
 
 
 @pytest.mark.parametrize(
