@@ -10,6 +10,7 @@ import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.quality import Finding
+from footcal_cli.core.spatial import rotation_of_quaternion
 
 SLOWEST_S = 0.5
 """Longest interval of a stream of standing or walking."""
@@ -23,15 +24,23 @@ MOTION_WINDOW_S = 1.0
 """Length of the bump over which positions and accelerations are compared."""
 AGREE = 0.8
 """Correlation of accelerations with the motion from which their ratio means anything."""
+FASTEST_TURN_RADPS = 20.0
+"""No foot turns faster about the vertical."""
+MOST_TURNS_RAD = 4.0 * np.pi
+"""Headings beyond are degrees, or a robot that turned more than twice."""
+ACROSS_RAD, IN_DEGREES = 0.8, 0.3
+"""Steps turn the line from foot to foot by half a radian; a heading that lies further off, and
+as degrees within this share of it, is one in degrees."""
 _ACC_UNITS = {1.0 / 9.80665: "in g", 1e3: "in mm/s²", 1e2: "in cm/s²", -1.0: "of turned sign"}
 _FEWEST = 20
+
+
 _FEWEST_SAMPLES = 100
 _UNEXPLAINED, _EXPLAINED = 0.6, 0.85
 """Shares of the change of the forces that motion explains at wrong and at right stamps."""
 
 
-def alarm(code: str, where: str, sentence: str, remedy: str) -> Finding:
-    """Of the severest kind."""
+def _alarm(code: str, where: str, sentence: str, remedy: str) -> Finding:
     return Finding(code, "alarm", where, sentence, remedy)
 
 
@@ -58,7 +67,7 @@ def check_stamp_unit(
     unit = next((u for f, u in factors.items() if FASTEST_S * 10 < usual / f <= slowest_s), None)
     cause = f"the stamps look like {unit}" if unit and usual > slowest_s else "they are no seconds"
     return [
-        alarm(
+        _alarm(
             "stamps_not_seconds", where,
             f"the usual interval between samples is {usual:.4g} s: {cause}",
             'give the unit in [columns], time_s = { column = "…", unit = "ms" }',
@@ -80,7 +89,7 @@ def check_overlap(
     apart = -common
     far = f"{apart / 86400:.4g} days" if apart > 86400 else f"{max(apart, 0.0):.4g} s"
     return [
-        alarm(
+        _alarm(
             "streams_apart", f"{first}, {second}",
             f"the streams share {max(common, 0.0):.3g} s of {shorter:.3g} s; between them lie {far}"
             if common > 0
@@ -131,7 +140,7 @@ def check_rates(
     if as_written > _UNEXPLAINED or explained(best) < _EXPLAINED:
         return []
     return [
-        alarm(
+        _alarm(
             "rates_differ", where,
             f"the forces follow the body's motion ({explained(best):.0%} of their change) only if "
             f"the sensors' seconds last {best:g} s; as they are written, {as_written:.0%}",
@@ -160,7 +169,7 @@ def check_positions(com_m: FloatArray, feet_m: FloatArray, where: str) -> list[F
     if max(abs(height), wide, aside) > TALLEST_M:
         which = [name for name, size in (("the CoM", abs(height)), ("the feet", wide)) if size > 10]
         return [
-            alarm(
+            _alarm(
                 "positions_not_metres", where,
                 f"the CoM lies {height:.4g} m above and {aside:.4g} m away from the feet, and the "
                 f"feet {wide:.4g} m apart: {' and '.join(which) or 'one of them'} may be in mm, or "
@@ -170,7 +179,7 @@ def check_positions(com_m: FloatArray, feet_m: FloatArray, where: str) -> list[F
         ]  # fmt: skip
     if height < -0.02:
         return [
-            alarm(
+            _alarm(
                 "z_points_down", where,
                 f"the CoM lies {-height:.3g} m below the feet: z points down, or the frames differ",
                 "log positions in a world frame whose z points up",
@@ -178,7 +187,7 @@ def check_positions(com_m: FloatArray, feet_m: FloatArray, where: str) -> list[F
         ]  # fmt: skip
     if aside > max(1.0, 2.0 * height):
         return [
-            alarm(
+            _alarm(
                 "com_not_over_feet", where,
                 f"the CoM lies {aside:.3g} m away from the feet (its height: {height:.3g} m): they "
                 "are given in different frames",
@@ -211,7 +220,7 @@ def check_acceleration(
     known = unit * ratio > 0 and 0.7 < ratio / unit < 1.4
     cause = f"it looks {_ACC_UNITS[unit]}" if known else "its unit or that of the CoM is wrong"
     return [
-        alarm(
+        _alarm(
             "acceleration_not_of_com", where,
             f"the acceleration is {ratio:.3g} times that of the CoM's own motion (correlation "
             f"{agreement:.2f}): {cause}",
@@ -232,7 +241,7 @@ def _mean_acceleration(acc_mps2: FloatArray, gravity_mps2: float, where: str) ->
             else "its unit is wrong, or an offset is in it"
         )
         return [
-            alarm(
+            _alarm(
                 "acceleration_holds_gravity", where,
                 f"the CoM accelerates by {mean[largest]:.3g} m/s² along {'xyz'[largest]} on "
                 f"average: {cause}",
@@ -297,5 +306,104 @@ def check_imu(imu_acc_mps2: FloatArray, gravity_mps2: float, where: str) -> list
             "imu_without_gravity", "alarm" if in_g or usual > gravity_mps2 else "warning", where,
             f"the specific force at the IMU is {usual:.3g} m/s² (median): {cause}",
             "log imu_acc as the accelerometer reads it, in m/s² (9.8 at rest), or give its unit",
+        )
+    ]  # fmt: skip
+
+
+def check_heading(time_s: FloatArray, yaw_rad: FloatArray, where: str) -> list[Finding]:
+    """Find headings in degrees: they turn too far, or too fast.
+
+    Parameters
+    ----------
+    time_s, yaw_rad
+        Shape (n,).
+    """
+    good = np.isfinite(yaw_rad) & np.isfinite(time_s)
+    yaw, time_s = yaw_rad[good], time_s[good]
+    if yaw.size < _FEWEST:
+        return []
+    # jumps by whole turns are a matter of the range, not of the unit
+    turned = np.unwrap(yaw)
+    furthest = float(np.abs(yaw).max())
+    gap = max(round(0.05 / max(float(np.median(np.diff(time_s))), 1e-6)), 1)
+    spent = time_s[gap:] - time_s[:-gap]
+    moving = spent > 0
+    rate = np.abs(turned[gap:] - turned[:-gap])[moving] / spent[moving]
+    fastest = float(np.percentile(rate, 99.5)) if rate.size else 0.0
+    if furthest <= MOST_TURNS_RAD and fastest <= FASTEST_TURN_RADPS:
+        return []
+    return [
+        _in_degrees(where, f"reaches {furthest:.4g} rad and turns by up to {fastest:.3g} rad/s")
+    ]
+
+
+def check_heading_across(
+    yaw_rad: FloatArray, left_m: FloatArray, right_m: FloatArray, where: str
+) -> list[Finding]:
+    """Find headings in degrees by the line from foot to foot, which lies across the heading.
+
+    Parameters
+    ----------
+    yaw_rad
+        Shape (n,).
+    left_m, right_m
+        Positions of both feet, shape (n, 3).
+    """
+    across = left_m - right_m
+    good = np.isfinite(yaw_rad) & np.isfinite(across).all(axis=1)
+    if good.sum() < _FEWEST:
+        return []
+    yaw, across = yaw_rad[good], across[good]
+    ahead = np.arctan2(across[:, 1], across[:, 0]) - np.pi / 2.0
+
+    def off(heading: FloatArray) -> float:
+        return float(np.median(np.abs(np.angle(np.exp(1j * (heading - ahead))))))
+
+    given, turned = off(yaw), off(np.radians(yaw))
+    if given < ACROSS_RAD or turned > IN_DEGREES * given:
+        return []
+    return [_in_degrees(where, f"lies {given:.2g} rad off the line across both feet")]
+
+
+def _in_degrees(where: str, seen: str) -> Finding:
+    return _alarm(
+        "heading_not_radians", where, f"the heading {seen}: it looks given in degrees",
+        'give the unit in [columns], left_foot_yaw_rad = { column = "…", unit = "deg" }',
+    )  # fmt: skip
+
+
+def check_quaternions(quaternion: FloatArray, where: str, *, upright: bool = True) -> list[Finding]:
+    """Find quaternions that are no rotations, or given with w first.
+
+    Parameters
+    ----------
+    quaternion
+        x y z w, shape (n, 4).
+    upright
+        The z axis of what is turned points up; with w first it points elsewhere.
+    """
+    good = quaternion[np.isfinite(quaternion).all(axis=1)]
+    size = np.linalg.norm(good, axis=1)
+    if len(good) < 1 or float(np.median(np.abs(size - 1.0))) > 0.05:
+        return [] if len(good) < 1 else [
+            _alarm(
+                "no_unit_quaternions", where,
+                f"the quaternions have a norm of {float(np.median(size)):.3g} (median), not 1",
+                "check that all four columns are mapped to the right names",
+            )
+        ]  # fmt: skip
+    if not upright:
+        return []
+    good = good[np.abs(size - 1.0) < 0.1]
+    up = float(np.median(rotation_of_quaternion(good)[:, 2, 2]))
+    other = float(np.median(rotation_of_quaternion(good[:, [1, 2, 3, 0]])[:, 2, 2]))
+    if up > 0.5 or other < 0.9:
+        return []
+    return [
+        _alarm(
+            "quaternions_w_first", where,
+            f"with the order x y z w it does not stand upright (its z axis rises by {up:.2g}), "
+            f"with w first it does ({other:.2g})",
+            "map the columns to qx qy qz qw by what they hold: the first one is w",
         )
     ]  # fmt: skip

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from footcal_cli.core import bench_rows, body_stream, headings, quality, readings
+from footcal_cli.core import bench_rows, body_stream, quality, readings
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.plausibility import check_scale, check_shares
 from footcal_cli.core.quality import Finding
@@ -256,17 +256,17 @@ def _body(table: Table, robot: Robot) -> list[Finding]:
         if f"{foot}_foot_yaw_rad" in table:
             name = f"{foot}_foot_yaw_rad"
             yaw = table.number(name)
-            heading = headings.check_heading(time_s, yaw, name)
+            heading = body_stream.check_heading(time_s, yaw, name)
             if not heading and {"left", "right"} <= set(feet):
                 left, right = (at[feet.index(side)] for side in ("left", "right"))
-                heading = headings.check_heading_across(yaw, left, right, name)
+                heading = body_stream.check_heading_across(yaw, left, right, name)
             found += heading
         if f"{foot}_foot_qw" in table:
             columns = [f"{foot}_foot_q{a}" for a in "xyzw"]
             # a link's frame may point anywhere, as transducer_rotation_rpy_rad then says
             spec = robot.feet.get(foot)
             upright = spec is None or not any(spec.transducer_rotation_rpy_rad)
-            found += headings.check_quaternions(
+            found += body_stream.check_quaternions(
                 table.numbers(columns), f"{foot}_foot_qx …", upright=upright
             )
     return found
@@ -295,7 +295,7 @@ def _legs(table: Table, robot: Robot) -> list[Finding]:
                 found += readings.check_glitches(table.number(c)[at], stamps, label)
     if "body_qw" in table:
         columns = [f"body_q{a}" for a in "xyzw"]
-        found += headings.check_quaternions(table.numbers(columns), "body_qx …")
+        found += body_stream.check_quaternions(table.numbers(columns), "body_qx …")
     return found
 
 

@@ -14,9 +14,10 @@ import pytest
 from footcal_cli.commands import option_tables
 from footcal_cli.core.body_stream import (
     check_acceleration,
+    check_heading_across,
     check_overlap,
+    check_quaternions,
 )
-from footcal_cli.core.headings import check_heading_across, check_quaternions
 from footcal_cli.core.plausibility import check_shares
 from footcal_cli.recipe import Recipe, Robot, read_recipe
 from footcal_cli.records.results import ParametersRecord
