@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 from rosbags.rosbag2 import Writer as Writer2
 from rosbags.typesys import Stores, get_typestore
+from scipy.io import savemat
 
 from tests.cli import foreign_logs as foreign
 from tests.conftest import Run
