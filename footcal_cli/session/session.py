@@ -100,8 +100,6 @@ class Session(Logs, Generic[Options]):
 
     Parameters
     ----------
-    request
-        From the command line.
     options_model
         The command's table in a recipe.
     commands

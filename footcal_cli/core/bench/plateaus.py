@@ -133,8 +133,6 @@ def find_outliers(
     ----------
     reading
         Shape (n,), one uninterrupted recording in order of time.
-    options
-        Thresholds.
 
     Returns
     -------
@@ -172,8 +170,6 @@ def find_plateaus(
     ----------
     time_s, reading
         Shape (n,), times increasing.
-    options
-        Thresholds.
     """
     options = options or PlateauOptions()
     if np.any(np.diff(time_s) < 0):

@@ -32,8 +32,6 @@ def variance_between(
     ----------
     calibration, loose, residual
         Columns that all settings share, Z, and the residual, white within a setting.
-    groups
-        Rows of each setting.
     kind
         As in `Settings`.
     """

@@ -267,8 +267,6 @@ def repeated(
         What is to be whitened, rows already white within a setting, shape (n, k).
     loose
         Z, likewise whitened.
-    groups
-        Rows of each setting.
     variance
         Of each column of Z, shape (q,).
     """

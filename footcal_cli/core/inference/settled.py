@@ -122,8 +122,6 @@ class Settled:
         Between parts.
     loose
         Z, white within a setting, shape (n, q).
-    groups
-        Rows of each setting.
     variance
         Of each column of Z between settings, shape (q,).
     """
