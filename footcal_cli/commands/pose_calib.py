@@ -30,8 +30,8 @@ def _mounting(session: Session[PoseCalibOptions]) -> Outcome:
     import numpy as np
 
     from footcal_cli.core.plausibility import check_supported
+    from footcal_cli.core.pose.mounted import error_of, naive_error, offset_error
     from footcal_cli.core.pose.problem import PoseOptions
-    from footcal_cli.core.pose.stages import error_of, naive_error, offset_error
     from footcal_cli.core.pose.study import study_mounting
     from footcal_cli.core.turned import standing_axes
     from footcal_cli.errors import UsageError

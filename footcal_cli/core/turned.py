@@ -7,13 +7,13 @@ that a fit could find: every one of the 24 right-angled turns is tried instead.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import permutations, product
 
 import numpy as np
 
 from footcal_cli.core.experiments.walk import balance, feet_of
-from footcal_cli.core.hang.joint import HangFit, HangOptions
+from footcal_cli.core.hang.joint import HangFit, HangOptions, fit_hang
 from footcal_cli.core.hang.model import AXES
 from footcal_cli.core.hang.runs import HangRun, hang_runs
 from footcal_cli.core.log import Log
@@ -22,9 +22,92 @@ from footcal_cli.core.pose.data import PoseData, PoseSummary, summarise
 from footcal_cli.core.pose.hanging import LegKnowledge
 from footcal_cli.core.pose.joint import fit_pose, misfit_of_poses
 from footcal_cli.core.pose.problem import PoseOptions
-from footcal_cli.core.pose.wiring import turned_when_hanging, turned_when_standing
 from footcal_cli.core.quality import Finding
 from footcal_cli.core.spatial import rotation_log
+
+SHARE_LEFT = 0.25
+"""Share of the squared misfit that may be left when the right axis is turned back."""
+
+
+AS_GOOD = 0.01
+"""Difference of two squared misfits, as a share of the smaller, that tells no axis from another."""
+
+
+@dataclass(frozen=True)
+class TurnedAxis:
+    """An axis that fits far better with its sign turned.
+
+    Parameters
+    ----------
+    channels
+        ``fl.fx``, the best first; several where turning any of them fits alike: a leg and its
+        mirror image differ by two signs.
+    left
+        Share of the squared misfit that is left with the sign turned back.
+    """
+
+    channels: tuple[str, ...]
+    left: float
+
+    def finding(self) -> Finding:
+        """As an alarm."""
+        axes = " or ".join(f"{axis} of leg {leg}" for leg, axis in map(_parts, self.channels))
+        legs = " or ".join(dict.fromkeys(leg for leg, _ in map(_parts, self.channels)))
+        return Finding(
+            "axis_turned",
+            "alarm",
+            " or ".join(self.channels),
+            f"{axes} reads with the sign turned: turned back, {self.left:.1%} of the squared "
+            "misfit remains" + ("; these data cannot tell which" if len(self.channels) > 1 else ""),
+            f"correct the wiring or the axes of leg {legs}, then calibrate again",
+        )
+
+
+def _parts(channel: str) -> tuple[str, str]:
+    leg, axis = channel.split(".")
+    return leg, axis
+
+
+def turned_when_hanging(logs: Sequence[Log], asked: HangOptions) -> TurnedAxis | None:
+    """The axis of one hanging leg whose sign is turned, if any."""
+    channels = logs[0].channels
+
+    def misfit(signs: FloatArray) -> float:
+        changed = [log.with_readings(log.readings * signs) for log in logs]
+        fit = fit_hang(changed, asked)
+        sd = np.array([channel.sd for channel in fit.noise])
+        return float(sum(np.sum((part / sd) ** 2) for part in fit.residuals(hang_runs(changed)[0])))
+
+    return _most_improved(misfit, channels)
+
+
+def turned_when_standing(
+    data: PoseData, legs: tuple[LegKnowledge, ...], noise_sd: FloatArray, options: PoseOptions
+) -> TurnedAxis | None:
+    """The axis of one of the standing legs whose sign is turned, if any."""
+    summary = summarise(data)
+    channels = [f"{leg}.{axis}" for leg in data.geometry.legs for axis in AXES]
+
+    def misfit(signs: FloatArray) -> float:
+        turned = np.append(signs, np.ones(summary.gram.shape[0] - signs.size))
+        gram = summary.gram * np.outer(turned, turned)
+        return fit_pose(replace(summary, gram=gram), legs, noise_sd, options).chi2_poses
+
+    return _most_improved(misfit, channels)
+
+
+def _most_improved(
+    misfit: Callable[[FloatArray], float], channels: Sequence[str]
+) -> TurnedAxis | None:
+    before = misfit(np.ones(len(channels)))
+    after = np.array([misfit(1.0 - 2.0 * row) for row in np.eye(len(channels))])
+    least = float(after.min())
+    share = least / max(before, np.finfo(float).tiny)
+    if share >= SHARE_LEFT:
+        return None
+    alike = [i for i in np.argsort(after, kind="stable") if after[i] <= (1.0 + AS_GOOD) * least]
+    return TurnedAxis(tuple(channels[i] for i in alike), share)
+
 
 MUCH_BETTER = 0.2
 """Share of the squared misfit that may be left when the right transducer is turned back."""

@@ -12,13 +12,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from footcal_cli.core.attitude import (
+from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.spatial import (
     gravity_in,
     nearest_rotations,
     rotations_of_rotvec,
     rotations_of_rpy,
 )
-from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.groups import angle_unit, matrix, one_owner
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
 from footcal_cli.sniff.names import orientation_in

@@ -254,7 +254,7 @@ def with_attitude(frame: pd.DataFrame, table: TableType, path: Path) -> pd.DataF
     """
     if "body_qw" not in {c.name for c in table.columns} or "body_qw" in frame:
         return frame
-    from footcal_cli.core.attitude import (
+    from footcal_cli.core.spatial import (
         nearest_rotations,
         quaternions_of,
         rotations_of_rotvec,
