@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import permutations, product
+from typing import TypeVar
 
 import numpy as np
 
@@ -27,8 +28,10 @@ from footcal_cli.core.spatial import rotation_log
 
 SHARE_LEFT = 0.25
 """Share of the squared misfit that may be left when the right axis is turned back."""
-
-
+_ROUGH_STEPS = 8
+"""The right axis or turn is fitted in four to six steps, most wrong ones run until their limit."""
+_NEAR = 20.0
+"""Times the least rough misfit, up to which what was turned back is fitted to the end."""
 AS_GOOD = 0.01
 """Difference of two squared misfits, as a share of the smaller, that tells no axis from another."""
 
@@ -88,19 +91,45 @@ def turned_when_standing(
     summary = summarise(data)
     channels = [f"{leg}.{axis}" for leg in data.geometry.legs for axis in AXES]
 
-    def misfit(signs: FloatArray) -> float:
-        turned = np.append(signs, np.ones(summary.gram.shape[0] - signs.size))
-        gram = summary.gram * np.outer(turned, turned)
-        return fit_pose(replace(summary, gram=gram), legs, noise_sd, options).chi2_poses
+    def turned(signs: FloatArray) -> PoseSummary:
+        every = np.append(signs, np.ones(summary.gram.shape[0] - signs.size))
+        return replace(summary, gram=summary.gram * np.outer(every, every))
 
-    return _most_improved(misfit, channels)
+    def misfit(signs: FloatArray) -> float:
+        return fit_pose(turned(signs), legs, noise_sd, options).chi2_poses
+
+    def roughly(signs: FloatArray) -> float:
+        return misfit_of_poses(turned(signs), legs, noise_sd, options, _ROUGH_STEPS)
+
+    return _most_improved(misfit, channels, roughly)
+
+
+_Back = TypeVar("_Back")
+
+
+def _near_the_best(
+    every: Sequence[_Back], roughly: Callable[[_Back], float], given: float
+) -> list[_Back]:
+    """What to fit to the end: nothing where no way of turning back is better than the given one."""
+    rough = [roughly(one) for one in every]
+    if min(rough) > given:
+        return []
+    return [one for one, left in zip(every, rough, strict=True) if left <= _NEAR * min(rough)]
 
 
 def _most_improved(
-    misfit: Callable[[FloatArray], float], channels: Sequence[str]
+    misfit: Callable[[FloatArray], float],
+    channels: Sequence[str],
+    roughly: Callable[[FloatArray], float] | None = None,
 ) -> TurnedAxis | None:
     before = misfit(np.ones(len(channels)))
-    after = np.array([misfit(1.0 - 2.0 * row) for row in np.eye(len(channels))])
+    tried = list(1.0 - 2.0 * np.eye(len(channels)))
+    if roughly is not None:
+        tried = _near_the_best(tried, roughly, before)
+    if not tried:
+        return None
+    channels = [channels[int(np.argmin(signs))] for signs in tried]
+    after = np.array([misfit(signs) for signs in tried])
     least = float(after.min())
     share = least / max(before, np.finfo(float).tiny)
     if share >= SHARE_LEFT:
@@ -120,10 +149,6 @@ POOR = 5.0
 """Residual over the scatter from sample to sample beyond which more than noise is left."""
 LEVER_M = 0.1
 """Moments count as forces at this lever."""
-_ROUGH_STEPS = 8
-"""The right turn is fitted in four to six steps, most wrong ones run until their limit."""
-_NEAR = 20.0
-"""Times the least rough misfit, up to which a turn is fitted to the end."""
 _MOST_ROWS = 400
 _FEWEST_ROWS = 20
 _FEWEST_SIDES = 3
@@ -169,14 +194,14 @@ def _best_turn(
 ) -> list[Finding]:
     """The transducer and the turn that explain a misfit, where one does so clearly.
 
-    A misfit that costs much is asked only of turns that come near the best one `roughly`.
+    A misfit that costs much is asked only of turns that come near the best one `roughly`, and of
+    none where that one is no better than the given one.
     """
     every = [(k, i) for k in range(len(names)) for i in range(len(TURNS))]
     if roughly is not None:
-        rough = [roughly(k, TURNS[i]) for k, i in every]
-        every = [
-            turn for turn, left in zip(every, rough, strict=True) if left <= _NEAR * min(rough)
-        ]
+        every = _near_the_best(every, lambda one: roughly(one[0], TURNS[one[1]]), given)
+    if not every:
+        return []
     tried = sorted((misfit(k, TURNS[i]), k, i) for k, i in every)
     least = tried[0][0]
     if not np.isfinite(given) or least > MUCH_BETTER * given:
