@@ -19,16 +19,16 @@ from footcal_cli.core.hang.model import AXES
 from footcal_cli.core.hang.runs import HangRun, hang_runs
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.core.pose.data import PoseData, PoseSummary, summarise
+from footcal_cli.core.pose.data import PoseData, summarise
 from footcal_cli.core.pose.hanging import LegKnowledge
-from footcal_cli.core.pose.joint import fit_pose, misfit_of_poses
+from footcal_cli.core.pose.joint import fit_pose
 from footcal_cli.core.pose.problem import PoseOptions
 from footcal_cli.core.quality import Finding
 from footcal_cli.core.spatial import rotation_log
 
 SHARE_LEFT = 0.25
 """Share of the squared misfit that may be left when the right axis is turned back."""
-_ROUGH_STEPS = 8
+ROUGH_STEPS = 8
 """The right axis or turn is fitted in four to six steps, most wrong ones run until their limit."""
 _NEAR = 20.0
 """Times the least rough misfit, up to which what was turned back is fitted to the end."""
@@ -99,17 +99,17 @@ def turned_when_standing(
         return fit_pose(turned(signs), legs, noise_sd, options).chi2_poses
 
     def roughly(signs: FloatArray) -> float:
-        return misfit_of_poses(turned(signs), legs, noise_sd, options, _ROUGH_STEPS)
+        return misfit_of_poses(turned(signs), legs, noise_sd, options, ROUGH_STEPS)
 
     return _most_improved(misfit, channels, roughly)
 
 
-_Back = TypeVar("_Back")
+Back = TypeVar("Back")
 
 
-def _near_the_best(
-    every: Sequence[_Back], roughly: Callable[[_Back], float], given: float
-) -> list[_Back]:
+def near_the_best(
+    every: Sequence[Back], roughly: Callable[[Back], float], given: float
+) -> list[Back]:
     """What to fit to the end: nothing where no way of turning back is better than the given one."""
     rough = [roughly(one) for one in every]
     if min(rough) > given:
@@ -125,7 +125,7 @@ def _most_improved(
     before = misfit(np.ones(len(channels)))
     tried = list(1.0 - 2.0 * np.eye(len(channels)))
     if roughly is not None:
-        tried = _near_the_best(tried, roughly, before)
+        tried = near_the_best(tried, roughly, before)
     if not tried:
         return None
     channels = [channels[int(np.argmin(signs))] for signs in tried]
@@ -142,9 +142,6 @@ MUCH_BETTER = 0.2
 """Share of the squared misfit that may be left when the right transducer is turned back."""
 CLEARLY = 0.5
 """And at most this share of the next best turn; closer ones are named together."""
-TURNED_NOISE = 3.0
-"""A turned transducer leaves 5 to 50 times the noise of a pose: nearer to it, none is looked for,
-since each of the 23 turns of each leg costs a fit."""
 POOR = 5.0
 """Residual over the scatter from sample to sample beyond which more than noise is left."""
 LEVER_M = 0.1
@@ -190,19 +187,17 @@ def _best_turn(
     names: Sequence[str],
     misfit: Callable[[int, FloatArray], float],
     given: float,
-    roughly: Callable[[int, FloatArray], float] | None = None,
 ) -> list[Finding]:
-    """The transducer and the turn that explain a misfit, where one does so clearly.
-
-    A misfit that costs much is asked only of turns that come near the best one `roughly`, and of
-    none where that one is no better than the given one.
-    """
+    """The transducer and the turn that explain a misfit, where one does so clearly."""
     every = [(k, i) for k in range(len(names)) for i in range(len(TURNS))]
-    if roughly is not None:
-        every = _near_the_best(every, lambda one: roughly(one[0], TURNS[one[1]]), given)
-    if not every:
-        return []
-    tried = sorted((misfit(k, TURNS[i]), k, i) for k, i in every)
+    return said_of(names, [(misfit(k, TURNS[i]), k, i) for k, i in every], given)
+
+
+def said_of(
+    names: Sequence[str], tried: Sequence[tuple[float, int, int]], given: float
+) -> list[Finding]:
+    """Likewise from every turn that was tried: squared misfit, transducer, turn."""
+    tried = sorted(tried)
     least = tried[0][0]
     if not np.isfinite(given) or least > MUCH_BETTER * given:
         return []
@@ -325,43 +320,6 @@ def hanging_axes(
             turned = turned if axis is None else [axis.finding()]
         found += turned
     return found
-
-
-def check_turned_standing(
-    data: PoseData, legs: tuple[LegKnowledge, ...], noise_sd: FloatArray, options: PoseOptions
-) -> list[Finding]:
-    """Find a hip transducer that was turned after hanging: the chassis then balances nowhere."""
-    summary = summarise(data)
-
-    def turned(leg: int, turn: FloatArray) -> PoseSummary:
-        size = summary.gram.shape[0]
-        change = np.eye(size)
-        rows = slice(6 * leg, 6 * leg + 6)
-        both = np.kron(np.eye(2), turn.T)
-        change[rows, rows] = both
-        change[rows, -1] = legs[leg].offset - both @ legs[leg].offset  # offsets stay where they are
-        return replace(summary, gram=change @ summary.gram @ change.T)
-
-    def misfit(leg: int, turn: FloatArray) -> float:
-        return fit_pose(turned(leg, turn), legs, noise_sd, options).chi2_poses
-
-    def roughly(leg: int, turn: FloatArray) -> float:
-        return misfit_of_poses(turned(leg, turn), legs, noise_sd, options, _ROUGH_STEPS)
-
-    given = fit_pose(summary, legs, noise_sd, options)
-    if given.noise_factor < TURNED_NOISE:
-        return []
-    return _best_turn(data.geometry.legs, misfit, given.chi2_poses, roughly)
-
-
-def standing_axes(
-    data: PoseData, legs: tuple[LegKnowledge, ...], noise_sd: FloatArray, options: PoseOptions
-) -> list[Finding]:
-    """An axis of turned sign, else a transducer that is turned, of a standing robot."""
-    axis = turned_when_standing(data, legs, noise_sd, options)
-    if axis is not None:
-        return [axis.finding()]
-    return check_turned_standing(data, legs, noise_sd, options)
 
 
 def check_turned_feet(log: Log) -> list[Finding]:
