@@ -19,9 +19,9 @@ from footcal_cli.core.hang.model import AXES
 from footcal_cli.core.hang.runs import HangRun, hang_runs
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.core.pose.data import PoseData, summarise
+from footcal_cli.core.pose.data import PoseData, PoseSummary, summarise
 from footcal_cli.core.pose.hanging import LegKnowledge
-from footcal_cli.core.pose.joint import fit_pose
+from footcal_cli.core.pose.joint import fit_pose, misfit_of_poses
 from footcal_cli.core.pose.problem import PoseOptions
 from footcal_cli.core.quality import Finding
 from footcal_cli.core.spatial import rotation_log
