@@ -39,6 +39,19 @@ def rotations_of_rotvec(rotvec_rad: FloatArray) -> FloatArray:
     return rotations
 
 
+def rotations_of_gravity(gravity_b: FloatArray) -> FloatArray:
+    """Attitudes without a heading, from the direction of gravity in the body, of any length.
+
+    ``Rz(0) Ry(pitch) Rx(roll)``: (n, 3) to (n, 3, 3); NaN where there is no direction.
+    """
+    up = -gravity_b
+    roll = np.arctan2(up[:, 1], up[:, 2])
+    pitch = np.arctan2(-up[:, 0], np.hypot(up[:, 1], up[:, 2]))
+    angles = np.stack([roll, pitch, np.zeros(len(up))], axis=1)
+    some = np.linalg.norm(up, axis=1, keepdims=True) > 0
+    return rotations_of_rpy(np.where(some, angles, np.nan))
+
+
 def nearest_rotations(matrices: FloatArray) -> FloatArray:
     """The rotations nearest to logged matrices (n, 3, 3).
 

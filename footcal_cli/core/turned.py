@@ -2,6 +2,9 @@
 
 Such a turn exchanges or reverses two axes of force and of torque at once. It is no small error
 that a fit could find: every one of the 24 right-angled turns is tried instead.
+
+A single turned axis drives weight, CoM and tilts far from where they are; signatures taken there
+say nothing. So every axis is turned back in turn, and the whole model fitted again.
 """
 
 from __future__ import annotations
@@ -9,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import permutations, product
+from typing import TypeVar
 
 import numpy as np
 
@@ -27,8 +31,10 @@ from footcal_cli.core.spatial import rotation_log
 
 SHARE_LEFT = 0.25
 """Share of the squared misfit that may be left when the right axis is turned back."""
-
-
+ROUGH_STEPS = 8
+"""The right axis or turn is fitted in four to six steps, most wrong ones run until their limit."""
+_NEAR = 20.0
+"""Times the least rough misfit, up to which what was turned back is fitted to the end."""
 AS_GOOD = 0.01
 """Difference of two squared misfits, as a share of the smaller, that tells no axis from another."""
 
@@ -88,19 +94,45 @@ def turned_when_standing(
     summary = summarise(data)
     channels = [f"{leg}.{axis}" for leg in data.geometry.legs for axis in AXES]
 
-    def misfit(signs: FloatArray) -> float:
-        turned = np.append(signs, np.ones(summary.gram.shape[0] - signs.size))
-        gram = summary.gram * np.outer(turned, turned)
-        return fit_pose(replace(summary, gram=gram), legs, noise_sd, options).chi2_poses
+    def turned(signs: FloatArray) -> PoseSummary:
+        every = np.append(signs, np.ones(summary.gram.shape[0] - signs.size))
+        return replace(summary, gram=summary.gram * np.outer(every, every))
 
-    return _most_improved(misfit, channels)
+    def misfit(signs: FloatArray) -> float:
+        return fit_pose(turned(signs), legs, noise_sd, options).chi2_poses
+
+    def roughly(signs: FloatArray) -> float:
+        return misfit_of_poses(turned(signs), legs, noise_sd, options, ROUGH_STEPS)
+
+    return _most_improved(misfit, channels, roughly)
+
+
+Back = TypeVar("Back")
+
+
+def near_the_best(
+    every: Sequence[Back], roughly: Callable[[Back], float], given: float
+) -> list[Back]:
+    """What to fit to the end: nothing where no way of turning back is better than the given one."""
+    rough = [roughly(one) for one in every]
+    if min(rough) > given:
+        return []
+    return [one for one, left in zip(every, rough, strict=True) if left <= _NEAR * min(rough)]
 
 
 def _most_improved(
-    misfit: Callable[[FloatArray], float], channels: Sequence[str]
+    misfit: Callable[[FloatArray], float],
+    channels: Sequence[str],
+    roughly: Callable[[FloatArray], float] | None = None,
 ) -> TurnedAxis | None:
     before = misfit(np.ones(len(channels)))
-    after = np.array([misfit(1.0 - 2.0 * row) for row in np.eye(len(channels))])
+    tried = list(1.0 - 2.0 * np.eye(len(channels)))
+    if roughly is not None:
+        tried = near_the_best(tried, roughly, before)
+    if not tried:
+        return None
+    channels = [channels[int(np.argmin(signs))] for signs in tried]
+    after = np.array([misfit(signs) for signs in tried])
     least = float(after.min())
     share = least / max(before, np.finfo(float).tiny)
     if share >= SHARE_LEFT:
@@ -113,17 +145,10 @@ MUCH_BETTER = 0.2
 """Share of the squared misfit that may be left when the right transducer is turned back."""
 CLEARLY = 0.5
 """And at most this share of the next best turn; closer ones are named together."""
-TURNED_NOISE = 3.0
-"""A turned transducer leaves 5 to 50 times the noise of a pose: nearer to it, none is looked for,
-since each of the 23 turns of each leg costs a fit."""
 POOR = 5.0
 """Residual over the scatter from sample to sample beyond which more than noise is left."""
 LEVER_M = 0.1
 """Moments count as forces at this lever."""
-_ROUGH_STEPS = 8
-"""The right turn is fitted in four to six steps, most wrong ones run until their limit."""
-_NEAR = 20.0
-"""Times the least rough misfit, up to which a turn is fitted to the end."""
 _MOST_ROWS = 400
 _FEWEST_ROWS = 20
 _FEWEST_SIDES = 3
@@ -165,19 +190,17 @@ def _best_turn(
     names: Sequence[str],
     misfit: Callable[[int, FloatArray], float],
     given: float,
-    roughly: Callable[[int, FloatArray], float] | None = None,
 ) -> list[Finding]:
-    """The transducer and the turn that explain a misfit, where one does so clearly.
-
-    A misfit that costs much is asked only of turns that come near the best one `roughly`.
-    """
+    """The transducer and the turn that explain a misfit, where one does so clearly."""
     every = [(k, i) for k in range(len(names)) for i in range(len(TURNS))]
-    if roughly is not None:
-        rough = [roughly(k, TURNS[i]) for k, i in every]
-        every = [
-            turn for turn, left in zip(every, rough, strict=True) if left <= _NEAR * min(rough)
-        ]
-    tried = sorted((misfit(k, TURNS[i]), k, i) for k, i in every)
+    return said_of(names, [(misfit(k, TURNS[i]), k, i) for k, i in every], given)
+
+
+def said_of(
+    names: Sequence[str], tried: Sequence[tuple[float, int, int]], given: float
+) -> list[Finding]:
+    """Likewise from every turn that was tried: squared misfit, transducer, turn."""
+    tried = sorted(tried)
     least = tried[0][0]
     if not np.isfinite(given) or least > MUCH_BETTER * given:
         return []
@@ -300,43 +323,6 @@ def hanging_axes(
             turned = turned if axis is None else [axis.finding()]
         found += turned
     return found
-
-
-def check_turned_standing(
-    data: PoseData, legs: tuple[LegKnowledge, ...], noise_sd: FloatArray, options: PoseOptions
-) -> list[Finding]:
-    """Find a hip transducer that was turned after hanging: the chassis then balances nowhere."""
-    summary = summarise(data)
-
-    def turned(leg: int, turn: FloatArray) -> PoseSummary:
-        size = summary.gram.shape[0]
-        change = np.eye(size)
-        rows = slice(6 * leg, 6 * leg + 6)
-        both = np.kron(np.eye(2), turn.T)
-        change[rows, rows] = both
-        change[rows, -1] = legs[leg].offset - both @ legs[leg].offset  # offsets stay where they are
-        return replace(summary, gram=change @ summary.gram @ change.T)
-
-    def misfit(leg: int, turn: FloatArray) -> float:
-        return fit_pose(turned(leg, turn), legs, noise_sd, options).chi2_poses
-
-    def roughly(leg: int, turn: FloatArray) -> float:
-        return misfit_of_poses(turned(leg, turn), legs, noise_sd, options, _ROUGH_STEPS)
-
-    given = fit_pose(summary, legs, noise_sd, options)
-    if given.noise_factor < TURNED_NOISE:
-        return []
-    return _best_turn(data.geometry.legs, misfit, given.chi2_poses, roughly)
-
-
-def standing_axes(
-    data: PoseData, legs: tuple[LegKnowledge, ...], noise_sd: FloatArray, options: PoseOptions
-) -> list[Finding]:
-    """An axis of turned sign, else a transducer that is turned, of a standing robot."""
-    axis = turned_when_standing(data, legs, noise_sd, options)
-    if axis is not None:
-        return [axis.finding()]
-    return check_turned_standing(data, legs, noise_sd, options)
 
 
 def check_turned_feet(log: Log) -> list[Finding]:

@@ -85,7 +85,12 @@ def attitude_of(file: FileGuess, force: FloatArray | None) -> Attitude | None:
 
 def readings_of(file: FileGuess) -> list[Reading]:
     """Every way to read the attitudes in a log, the plainest first."""
-    return [candidate for candidates in _kinds(file) for candidate in candidates]
+    found = [candidate for candidates in _kinds(file) for candidate in candidates]
+    directed = _directions(file)
+    if directed is not None:  # of the body, that carries several transducers
+        entries = {f"body_{name}": entry for name, entry in directed.entries.items()}
+        found.append(Reading(entries, directed.gravity, directed.said))
+    return found
 
 
 def _kinds(file: FileGuess) -> tuple[list[Reading], ...]:
