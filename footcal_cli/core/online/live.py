@@ -13,6 +13,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from footcal_cli.core.effects.transport import SMOOTHED_OVER_S
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.online.evidence import repetition
@@ -101,9 +102,9 @@ def run_live(log: Log, belief: Belief, options: MemoryOptions | None = None) -> 
 
 
 def ahead_of(log: Log, delay_s: float) -> int:
-    """Samples after a row that it looks at: for a slope, and for a body that comes late."""
+    """Samples after a row that it looks at: for derivatives, and for a body that comes late."""
     period_s = float(np.median(np.diff(log.time_s))) if len(log) > 1 else 1.0
-    return 2 + int(np.ceil(max(delay_s, 0.0) / period_s))
+    return 2 + int(np.ceil((max(delay_s, 0.0) + SMOOTHED_OVER_S) / period_s))
 
 
 def rows_by_then(

@@ -16,9 +16,9 @@ import numpy as np
 
 from footcal_cli.core.centroidal import Reference
 from footcal_cli.core.contact import airborne
-from footcal_cli.core.effects.body import heading_rad
+from footcal_cli.core.effects.body import COM_OFFSET, heading_rad
 from footcal_cli.core.effects.contract import Scope, columns_of
-from footcal_cli.core.effects.transport import DELAY
+from footcal_cli.core.effects.transport import DELAY, SMOOTHING
 from footcal_cli.core.experiments import walk
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.belief import Belief
@@ -29,7 +29,10 @@ REFERENCE_STATES: Mapping[str, tuple[str, float]] = {
     "robot.delay": ("s", 0.01),
     "robot.com_correction_x": ("m", 0.004),
     "robot.com_correction_y": ("m", 0.004),
+    "robot.com_correction_z": ("m", 0.004),
     "robot.angmom_loss": ("-", 0.2),
+    "robot.smoothing": ("s²", 5e-4),
+    "robot.smoothing_fourth": ("s⁴", 1e-6),
 }
 """What may be wrong with the demanded force and CoP -> unit and prior sd; names as in effects."""
 PLATE_STATE = "plate_weight"
@@ -183,7 +186,11 @@ def cell_rows(
         prior_sd[: 2 * c], prior_sd[: 2 * c]
     )
     reference = walk.reference_of(log, static=static)
-    slope = _slope(log.time_s, reference)
+    slopes = {"robot.delay": _slope(log.time_s, reference)} | {
+        name: _changed(name, sd[name], log, reference, static=static)
+        for name in states
+        if name in _BY_EFFECT
+    }
     hanging = hanging_of(log)
     blocks = len(log) // samples_per_update
     if blocks == 0:
@@ -198,7 +205,7 @@ def cell_rows(
         error, valid, h = _sample_rows(
             log.rows(start, stop).with_readings(belief.forces(log.readings[part])),
             Reference(reference.fz_n[part], reference.cop_m[part]),
-            slope[part],
+            {name: slope[part] for name, slope in slopes.items()},
             states,
             hanging[part, : len(feet)],
         )
@@ -240,10 +247,28 @@ def _slope(time_s: FloatArray, reference: Reference) -> FloatArray:
     return np.where(np.isfinite(slope), slope, 0.0)
 
 
+_BY_EFFECT = {
+    "robot.com_correction_z": COM_OFFSET,
+    "robot.smoothing": SMOOTHING,
+    "robot.smoothing_fourth": SMOOTHING,
+}
+
+
+def _changed(name: str, size: float, log: Log, reference: Reference, *, static: bool) -> FloatArray:
+    """``∂(Fz, pˣ, pʸ)/∂state`` of the reference when an effect is removed, shape (n, 3)."""
+    effect = _BY_EFFECT[name]
+    theta = {p: np.zeros(1) for p in effect.parameter_names}
+    theta[name.removeprefix("robot.")] = np.array([size])
+    without, _ = effect.remove(log, theta, None)
+    moved = walk.reference_of(without, static=static)
+    change = np.column_stack([moved.fz_n - reference.fz_n, moved.cop_m - reference.cop_m]) / size
+    return np.where(np.isfinite(change), change, 0.0)
+
+
 def _sample_rows(
     log: Log,
     reference: Reference,
-    slope: FloatArray,
+    slopes: Mapping[str, FloatArray],
     states: Sequence[str],
     hanging: FloatArray,
 ) -> tuple[FloatArray, BoolArray, FloatArray]:
@@ -252,7 +277,7 @@ def _sample_rows(
     n, c = log.readings.shape
     totals = len(walk.CELL_TOTALS)
     h = np.zeros((n, totals + c, 2 * c + len(states) + hanging.shape[1] + 1))
-    h[:, :totals, -1] = _state_column("robot.delay", log, slope, heading_rad(log))
+    h[:, :totals, -1] = _state_column("robot.delay", log, slopes, heading_rad(log))
     arms = log.known["cell_pos_m"] - reference.cop_m[:, None]
     per_force = np.stack([np.ones((n, c)), arms[:, :, 1], -arms[:, :, 0]], axis=1)
     h[:, :totals, :c] = per_force * log.readings[:, None]
@@ -262,7 +287,7 @@ def _sample_rows(
     h[:, totals + cells, c + cells] = 1.0
     yaw = heading_rad(log)
     for i, name in enumerate(states):
-        h[:, :totals, 2 * c + i] = _state_column(name, log, slope, yaw)
+        h[:, :totals, 2 * c + i] = _state_column(name, log, slopes, yaw)
     for i, columns in enumerate(columns_of(Scope.FOOT, log.channels)[: hanging.shape[1]]):
         hung = 2 * c + len(states) + i
         h[:, totals + columns, hung] = 1.0 / len(columns)
@@ -271,11 +296,14 @@ def _sample_rows(
     return balance.error, balance.valid & finite, np.where(finite[..., None], h, 0.0)
 
 
-def _state_column(name: str, log: Log, slope: FloatArray, yaw: FloatArray) -> FloatArray:
+def _state_column(
+    name: str, log: Log, slopes: Mapping[str, FloatArray], yaw: FloatArray
+) -> FloatArray:
     """``∂(fz, mx, my)/∂state``, shape (n, 3): ``(−∂F_ref, −Fz ∂pʸ, Fz ∂pˣ)``, Fz of the cells."""
     fz = log.readings.sum(axis=1)
     zero = np.zeros_like(fz)
-    if name == "robot.delay":
+    if name in slopes:
+        slope = slopes[name]
         return np.stack([-slope[:, 0], -fz * slope[:, 2], fz * slope[:, 1]], axis=1)
     if name == "robot.com_correction_x":
         return np.stack([zero, -fz * np.sin(yaw), fz * np.cos(yaw)], axis=1)
