@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from footcal_cli.core.effects import TABLE
+from footcal_cli.core.effects.transport import SMOOTHING
 from footcal_cli.core.experiments import walk
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.memory import believed
@@ -64,6 +65,9 @@ def test_gains_and_biases_act_on_the_rows_as_on_the_readings(
         ("com_offset", {"com_correction_y": -0.004}, "robot.com_correction_y", -0.004, 1e-9),
         ("angular_momentum", {"angmom_loss": 0.01}, "robot.angmom_loss", 0.01, 2e-2),
         ("hanging_plate", {"plate_weight": 1.5}, "left.plate_weight", 1.5, 1e-9),
+        ("com_offset", {"com_correction_z": 0.004}, "robot.com_correction_z", 0.004, 1e-9),
+        ("smoothing", {"smoothing": 3e-4}, "robot.smoothing", 3e-4, 1e-2),
+        ("smoothing", {"smoothing_fourth": 1e-6}, "robot.smoothing_fourth", 1e-6, 1e-2),
         ("delay", {"delay": 0.002}, "robot.delay", 0.002, 6e-2),
     ],
 )
@@ -76,7 +80,7 @@ def test_every_state_is_the_effect_of_that_name(
     tolerance: float,
 ) -> None:
     _, newtons, rows, _ = made
-    row = TABLE[effect]
+    row = SMOOTHING if effect == SMOOTHING.name else TABLE[effect]
     owners = 2 if effect == "hanging_plate" else 1
     values = {p.name: np.full(owners, p.neutral) for p in row.parameters}
     for name, value in theta.items():

@@ -13,7 +13,6 @@ from itertools import pairwise
 
 import numpy as np
 
-from footcal_cli.core.effects.transport import SMOOTHED_OVER_S
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.online.evidence import repetition
@@ -26,7 +25,7 @@ from footcal_cli.core.online.memory import (
     gait_phase,
     rows_of,
 )
-from footcal_cli.core.online.rows import Rows, advanced
+from footcal_cli.core.online.rows import HINDSIGHT_STATES, Rows, advanced
 from footcal_cli.core.online.smoother import run_smoother
 from footcal_cli.core.online.tuning import Tuning, learn_noise
 from footcal_cli.core.parameters import FloatArray, IntArray
@@ -55,6 +54,15 @@ class _Piece:
     delay_s: float
 
 
+def of_live(options: MemoryOptions | None) -> MemoryOptions:
+    """Options without the states that filters of the past alone leave to guessing.
+
+    What smooths the reference stands before a causal low-pass then, and its derivatives behind.
+    """
+    options = options or MemoryOptions()
+    return replace(options, states=tuple(s for s in options.states if s not in HINDSIGHT_STATES))
+
+
 def run_live(log: Log, belief: Belief, options: MemoryOptions | None = None) -> Memory:
     """Filter a walk as a live run would have.
 
@@ -69,7 +77,7 @@ def run_live(log: Log, belief: Belief, options: MemoryOptions | None = None) -> 
     -------
     The track of the live run; its smoothed track is an estimate after the fact.
     """
-    options = options or MemoryOptions()
+    options = of_live(options)
     size = options.samples_per_update
     updates = rows_of(log, belief, options).time_s
     learnt = Learnt(0.0, options.noise, None, ())
@@ -102,9 +110,9 @@ def run_live(log: Log, belief: Belief, options: MemoryOptions | None = None) -> 
 
 
 def ahead_of(log: Log, delay_s: float) -> int:
-    """Samples after a row that it looks at: for derivatives, and for a body that comes late."""
+    """Samples after a row that it looks at: for a slope, and for a body that comes late."""
     period_s = float(np.median(np.diff(log.time_s))) if len(log) > 1 else 1.0
-    return 2 + int(np.ceil((max(delay_s, 0.0) + SMOOTHED_OVER_S) / period_s))
+    return 2 + int(np.ceil(max(delay_s, 0.0) / period_s))
 
 
 def rows_by_then(

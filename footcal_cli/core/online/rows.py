@@ -189,7 +189,7 @@ def cell_rows(
     slopes = {"robot.delay": _slope(log.time_s, reference)} | {
         name: _changed(name, sd[name], log, reference, static=static)
         for name in states
-        if name in _BY_EFFECT
+        if name in HINDSIGHT_STATES
     }
     hanging = hanging_of(log)
     blocks = len(log) // samples_per_update
@@ -247,16 +247,17 @@ def _slope(time_s: FloatArray, reference: Reference) -> FloatArray:
     return np.where(np.isfinite(slope), slope, 0.0)
 
 
-_BY_EFFECT = {
+HINDSIGHT_STATES = {
     "robot.com_correction_z": COM_OFFSET,
     "robot.smoothing": SMOOTHING,
     "robot.smoothing_fourth": SMOOTHING,
 }
+"""States that only a whole walk determines -> the effect that they are a size of."""
 
 
 def _changed(name: str, size: float, log: Log, reference: Reference, *, static: bool) -> FloatArray:
     """``∂(Fz, pˣ, pʸ)/∂state`` of the reference when an effect is removed, shape (n, 3)."""
-    effect = _BY_EFFECT[name]
+    effect = HINDSIGHT_STATES[name]
     theta = {p: np.zeros(1) for p in effect.parameter_names}
     theta[name.removeprefix("robot.")] = np.array([size])
     without, _ = effect.remove(log, theta, None)
