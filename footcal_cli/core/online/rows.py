@@ -18,7 +18,7 @@ from footcal_cli.core.centroidal import Reference
 from footcal_cli.core.contact import airborne
 from footcal_cli.core.effects.body import COM_OFFSET, heading_rad
 from footcal_cli.core.effects.contract import Scope, columns_of
-from footcal_cli.core.effects.transport import DELAY, SMOOTHING
+from footcal_cli.core.effects.transport import DELAY, SMOOTHED_OVER_S, SMOOTHING
 from footcal_cli.core.experiments import walk
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.belief import Belief
@@ -187,7 +187,7 @@ def cell_rows(
     )
     reference = walk.reference_of(log, static=static)
     slopes = {"robot.delay": _slope(log.time_s, reference)} | {
-        name: _changed(name, sd[name], log, reference, static=static)
+        name: _changed(name, sd[name], log, belief, static=static)
         for name in states
         if name in HINDSIGHT_STATES
     }
@@ -255,15 +255,38 @@ HINDSIGHT_STATES = {
 """States that only a whole walk determines -> the effect that they are a size of."""
 
 
-def _changed(name: str, size: float, log: Log, reference: Reference, *, static: bool) -> FloatArray:
+def _as_cells_have_it(log: Log, belief: Belief) -> Log:
+    """The log with the acceleration that the measured force and CoP stand for.
+
+    The derivatives of a noisy acceleration are correlated with its own noise: smoothing estimated
+    from them comes out too small, or negative. The noise of the cells is another one.
+    """
+    forces, known = belief.forces(log.readings), log.known
+    fz, com = forces.sum(axis=1), known["com_m"]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        cop = np.einsum("nca,nc->na", known["cell_pos_m"], forces) / fz[:, None]
+        level = (com[:, :2] - cop) * (fz / known["mass_kg"] / com[:, 2])[:, None]
+    up = fz / known["mass_kg"] - known["gravity_mps2"]
+    return log.with_known(
+        com_acc_mps2=np.column_stack([level, up]),
+        angmom_rate_nm=np.zeros_like(known["angmom_rate_nm"]),
+    )
+
+
+def _changed(name: str, size: float, log: Log, belief: Belief, *, static: bool) -> FloatArray:
     """``∂(Fz, pˣ, pʸ)/∂state`` of the reference when an effect is removed, shape (n, 3)."""
     effect = HINDSIGHT_STATES[name]
+    if effect is SMOOTHING:
+        log = _as_cells_have_it(log, belief)
     theta = {p: np.zeros(1) for p in effect.parameter_names}
     theta[name.removeprefix("robot.")] = np.array([size])
     without, _ = effect.remove(log, theta, None)
-    moved = walk.reference_of(without, static=static)
+    reference, moved = (walk.reference_of(of, static=static) for of in (log, without))
     change = np.column_stack([moved.fz_n - reference.fz_n, moved.cop_m - reference.cop_m]) / size
-    return np.where(np.isfinite(change), change, 0.0)
+    first, last = log.time_s[[0, -1]]
+    # a derivative needs samples on both sides
+    amid = (log.time_s >= first + SMOOTHED_OVER_S) & (log.time_s <= last - SMOOTHED_OVER_S)
+    return np.where(np.isfinite(change) & amid[:, None], change, 0.0)
 
 
 def _sample_rows(
