@@ -170,9 +170,7 @@ def investigate(
         nested = nested_losses(
             problem, rounds[0].library, rules, len(causes), seed, noise_of(final), pair=path.pair
         )
-        alike = nested.alike(
-            [frozenset({s.effect for s in (c.signature, *c.rivals)}) for c in causes]
-        )
+        alike = nested.alike([_leading_to(c) for c in causes])
     gains = gains_of(problem, without_rivals(final, model), noise_of(final), nested, alike)
     if named and (bought(gains, problem) <= 0.0 or float(np.mean(alike)) < LEAST_STABLE):
         # what was chosen without a block does not predict it, or is chosen only with all of them
@@ -194,6 +192,16 @@ def investigate(
         stable=float(np.mean(alike)),
         nameless=() if stopped else _nameless(subject, path, beside=named),
     )
+
+
+def _leading_to(cause: Cause) -> frozenset[str]:
+    """Effects from which the search comes to a cause.
+
+    Without a block the linear search alone is repeated. One that a full refit surely puts behind
+    the cause begins the same contest: beside a clock that runs fast a delay is nearer to linear.
+    """
+    lost = {name for name, other in cause.compared.items() if other.excess.low > 0.0}
+    return frozenset({s.effect for s in (cause.signature, *cause.rivals)} | lost)
 
 
 def _searched(subject: Subject, path: Path, rules: Rules, seed: int) -> tuple[Path, Verdict, float]:
