@@ -170,7 +170,7 @@ def investigate(
         nested = nested_losses(
             problem, rounds[0].library, rules, len(causes), seed, noise_of(final), pair=path.pair
         )
-        alike = nested.alike([_leading_to(c) for c in causes])
+        alike = nested.alike([c.begun_by for c in causes])
     gains = gains_of(problem, without_rivals(final, model), noise_of(final), nested, alike)
     if named and (bought(gains, problem) <= 0.0 or float(np.mean(alike)) < LEAST_STABLE):
         # what was chosen without a block does not predict it, or is chosen only with all of them
@@ -192,16 +192,6 @@ def investigate(
         stable=float(np.mean(alike)),
         nameless=() if stopped else _nameless(subject, path, beside=named),
     )
-
-
-def _leading_to(cause: Cause) -> frozenset[str]:
-    """Effects from which the search comes to a cause.
-
-    Without a block the linear search alone is repeated. One that a full refit surely puts behind
-    the cause begins the same contest: beside a clock that runs fast a delay is nearer to linear.
-    """
-    lost = {name for name, other in cause.compared.items() if other.excess.low > 0.0}
-    return frozenset({s.effect for s in (cause.signature, *cause.rivals)} | lost)
 
 
 def _searched(subject: Subject, path: Path, rules: Rules, seed: int) -> tuple[Path, Verdict, float]:
@@ -236,8 +226,7 @@ def _matters(subject: Subject, path: Path, *, beside: bool) -> bool:
 def _nameless(subject: Subject, path: Path, *, beside: bool) -> tuple[Nameless, ...]:
     """What has no name beside those of a path; without `beside` they are no names either."""
     model = None if beside else path.model
-    features = path.rounds[-1].features
-    return nameless_of(subject.case, subject.problem, path.current, model, features)
+    return nameless_of(subject.case, subject.problem, path.current, model, path.repeats)
 
 
 def _another_way(

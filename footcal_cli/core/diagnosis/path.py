@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 from footcal_cli.core.diagnosis.answer import Cause, Diagnosis
 from footcal_cli.core.diagnosis.contenders import refitted_with
@@ -12,6 +13,7 @@ from footcal_cli.core.diagnosis.engine import diagnose
 from footcal_cli.core.diagnosis.gain import losses, without_rivals
 from footcal_cli.core.diagnosis.growth import at_an_end, grown_by_one
 from footcal_cli.core.diagnosis.library import Library
+from footcal_cli.core.diagnosis.material import repeating
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.inference.evidence import Interval
@@ -19,6 +21,7 @@ from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.refit import Refit
 from footcal_cli.core.inference.scores import scores
 from footcal_cli.core.inference.whitening import noise_of
+from footcal_cli.core.parameters import FloatArray
 
 
 @dataclass(frozen=True)
@@ -55,6 +58,11 @@ class Path:
     def share(self) -> float:
         """Of the baseline's held-out squared error, what the names remove."""
         return self.removed / self.start if self.start else 0.0
+
+    @cached_property
+    def repeats(self) -> FloatArray:
+        """Mean square of what repeats in each output beside the names, in units of its noise."""
+        return repeating(self.current, self.rounds[-1].features)
 
 
 def beginning(problem: Problem, rules: Rules, seed: int) -> Path:
