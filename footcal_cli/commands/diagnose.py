@@ -86,8 +86,8 @@ def _single(session: Session[DiagnoseOptions], groups: Sequence[Group], rules: R
     from dataclasses import replace
 
     from footcal_cli.core.diagnosis.movement import movements
-    from footcal_cli.intake.cases.alone import found_alone
     from footcal_cli.intake.cases.shared import baseline_of
+    from footcal_cli.intake.cases.weights import found_alone
     from footcal_cli.records.diagnosis import DiagnosisRecord
     from footcal_cli.records.files import read_record
     from footcal_cli.session.extended import extended
@@ -120,7 +120,7 @@ def _together(session: Session[DiagnoseOptions], groups: Sequence[Group], rules:
     from footcal_cli.core.diagnosis.joint import diagnose_together
     from footcal_cli.core.diagnosis.joint_sizes import SingleDiagnosis
     from footcal_cli.session.extended import extended_together
-    from footcal_cli.sheets.diagnosis.joint_report import joint_outcome
+    from footcal_cli.sheets.diagnosis.joint import joint_outcome
 
     table, reads, singles, alone = _table(session), [], [], []
     for group in session.progress(groups, "diagnose", len(groups)):

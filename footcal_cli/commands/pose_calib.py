@@ -30,10 +30,10 @@ def _mounting(session: Session[PoseCalibOptions]) -> Outcome:
     import numpy as np
 
     from footcal_cli.core.plausibility import check_supported
+    from footcal_cli.core.pose.mounted import error_of, naive_error, offset_error
     from footcal_cli.core.pose.problem import PoseOptions
-    from footcal_cli.core.pose.stages import error_of, naive_error, offset_error
+    from footcal_cli.core.pose.seating import standing_axes
     from footcal_cli.core.pose.study import study_mounting
-    from footcal_cli.core.turned import standing_axes
     from footcal_cli.errors import UsageError
     from footcal_cli.intake.poses import noise_sd_of, read_poses
     from footcal_cli.sheets.pose.mounting import outcome_of
@@ -58,9 +58,9 @@ def _mounting(session: Session[PoseCalibOptions]) -> Outcome:
         supported = data.robot_weight_n - data.leg_weight_n.sum()
         error = offset_error(data, legs)[:, :3]
         session.note(check_supported(error, float(supported), "all legs"))
-        # as `diagnose` asks: with ordinary priors, whatever this run leaves free
-        usual = PoseOptions(com_sd_m=options.com_sd_m, translation_sd_m=0.005)
-        session.note(standing_axes(data, legs, noise_sd, usual))
+        session.note(
+            standing_axes(data, legs, noise_sd, options.com_sd_m, options.translation_sd_m)
+        )
         study = study_mounting(
             data, legs, noise_sd, free, structure=options.structure,
             translation_sd_m=options.translation_sd_m, directions=options.hang_directions,

@@ -35,8 +35,8 @@ def _on_cells(session: Session[StaticInitOptions], recordings: Sequence[Recordin
 
     import numpy as np
 
+    from footcal_cli.core.next_stance import stance_curve
     from footcal_cli.core.online.weighed import weighed_standing
-    from footcal_cli.core.stance_curve import stance_curve
     from footcal_cli.core.static_init import fit_static, stance_errors, stance_rows
     from footcal_cli.intake.stances import all_stances, next_menu
     from footcal_cli.session.calibration import feet_calibration

@@ -16,8 +16,6 @@ SLOWEST_S = 0.5
 """Longest interval of a stream of standing or walking."""
 FASTEST_S = 2e-5
 """Shortest interval of any stream of forces or bodies."""
-TALLEST_M = 10.0
-"""No CoM of a legged robot or a person lies higher above its feet, no two feet further apart."""
 MEAN_ACC_MPS2 = 2.0
 """A body that accelerates so on average leaves the laboratory within seconds."""
 MOTION_WINDOW_S = 1.0
@@ -147,54 +145,6 @@ def check_rates(
             "correct the rate or the unit of the stamps of one stream",
         )
     ]  # fmt: skip
-
-
-def check_positions(com_m: FloatArray, feet_m: FloatArray, where: str) -> list[Finding]:
-    """Find positions in another unit, axes that point down, CoM and feet in different frames.
-
-    Parameters
-    ----------
-    com_m, feet_m
-        Shapes (n, 3) and (n, feet, 3).
-    """
-    good = np.isfinite(com_m).all(axis=1) & np.isfinite(feet_m).all(axis=(1, 2))
-    if good.sum() < _FEWEST:
-        return []
-    com, feet = com_m[good], feet_m[good]
-    height = float(np.median(com[:, 2] - feet[:, :, 2].min(axis=1)))
-    wide = 0.0
-    if feet.shape[1] > 1:
-        wide = float(np.median(np.linalg.norm(np.ptp(feet[..., :2], axis=1), axis=1)))
-    aside = float(np.median(np.linalg.norm(com[:, :2] - feet[..., :2].mean(axis=1), axis=1)))
-    if max(abs(height), wide, aside) > TALLEST_M:
-        which = [name for name, size in (("the CoM", abs(height)), ("the feet", wide)) if size > 10]
-        return [
-            _alarm(
-                "positions_not_metres", where,
-                f"the CoM lies {height:.4g} m above and {aside:.4g} m away from the feet, and the "
-                f"feet {wide:.4g} m apart: {' and '.join(which) or 'one of them'} may be in mm, or "
-                "in another frame",
-                'give the unit in [columns], com_x_m = { column = "…", unit = "mm" }',
-            )
-        ]  # fmt: skip
-    if height < -0.02:
-        return [
-            _alarm(
-                "z_points_down", where,
-                f"the CoM lies {-height:.3g} m below the feet: z points down, or the frames differ",
-                "log positions in a world frame whose z points up",
-            )
-        ]  # fmt: skip
-    if aside > max(1.0, 2.0 * height):
-        return [
-            _alarm(
-                "com_not_over_feet", where,
-                f"the CoM lies {aside:.3g} m away from the feet (its height: {height:.3g} m): they "
-                "are given in different frames",
-                "log CoM and feet in the same world frame",
-            )
-        ]  # fmt: skip
-    return []
 
 
 def check_acceleration(

@@ -8,8 +8,76 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
-from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.parameters import BoolArray, FloatArray
+
+_WHOLE_MATRIX = 0.02
+"""How far ``R Rᵀ`` of a logged matrix may be from I, from few digits."""
+
+
+def _whole(values: FloatArray) -> BoolArray:
+    """Which rows hold numbers alone, shape (n,)."""
+    return np.asarray(np.isfinite(values).reshape(len(values), -1).all(axis=1), dtype=np.bool_)
+
+
+def rotations_of_rpy(rpy_rad: FloatArray) -> FloatArray:
+    """``Rz(yaw) Ry(pitch) Rx(roll)``: (n, 3) to (n, 3, 3); NaN where an angle is not a number."""
+    good = _whole(rpy_rad)
+    rotations = np.full((len(rpy_rad), 3, 3), np.nan)
+    if good.any():
+        rotations[good, :, :] = Rotation.from_euler("xyz", rpy_rad[good]).as_matrix()
+    return rotations
+
+
+def rotations_of_rotvec(rotvec_rad: FloatArray) -> FloatArray:
+    """``exp([v]×)``: (n, 3) to (n, 3, 3); NaN where a component is not a number."""
+    good = _whole(rotvec_rad)
+    rotations = np.full((len(rotvec_rad), 3, 3), np.nan)
+    if good.any():
+        rotations[good, :, :] = Rotation.from_rotvec(rotvec_rad[good]).as_matrix()
+    return rotations
+
+
+def rotations_of_gravity(gravity_b: FloatArray) -> FloatArray:
+    """Attitudes without a heading, from the direction of gravity in the body, of any length.
+
+    ``Rz(0) Ry(pitch) Rx(roll)``: (n, 3) to (n, 3, 3); NaN where there is no direction.
+    """
+    up = -gravity_b
+    roll = np.arctan2(up[:, 1], up[:, 2])
+    pitch = np.arctan2(-up[:, 0], np.hypot(up[:, 1], up[:, 2]))
+    angles = np.stack([roll, pitch, np.zeros(len(up))], axis=1)
+    some = np.linalg.norm(up, axis=1, keepdims=True) > 0
+    return rotations_of_rpy(np.where(some, angles, np.nan))
+
+
+def nearest_rotations(matrices: FloatArray) -> FloatArray:
+    """The rotations nearest to logged matrices (n, 3, 3).
+
+    NaN where one is no rotation: a row is missing, or it mirrors or stretches.
+    """
+    good = _whole(matrices)
+    filled = np.where(good[:, None, None], matrices, np.eye(3))
+    away = np.abs(filled @ filled.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2))
+    good &= (away < _WHOLE_MATRIX) & (np.linalg.det(filled) > 0)
+    u, _, vt = np.linalg.svd(filled)
+    return np.where(good[:, None, None], u @ vt, np.nan)
+
+
+def quaternions_of(rotations: FloatArray) -> FloatArray:
+    """Quaternions x y z w of rotations: (n, 3, 3) to (n, 4), NaN where there is none."""
+    good = _whole(rotations)
+    found = np.full((len(rotations), 4), np.nan)
+    if good.any():
+        found[good] = Rotation.from_matrix(rotations[good]).as_quat()
+    return found
+
+
+def gravity_in(rotations: FloatArray) -> FloatArray:
+    """Direction of gravity in a frame, ``Rᵀ [0 0 −1]``: rotations to world (n, 3, 3) to (n, 3)."""
+    return np.asarray(-rotations[:, 2, :])
+
 
 _SMALL_ANGLE_RAD = 1e-4
 _EYE = np.eye(3)

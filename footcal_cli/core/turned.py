@@ -7,40 +7,116 @@ that a fit could find: every one of the 24 right-angled turns is tried instead.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import permutations, product
 
 import numpy as np
 
 from footcal_cli.core.experiments.walk import balance, feet_of
-from footcal_cli.core.hang.joint import HangFit, HangOptions
+from footcal_cli.core.hang.joint import HangFit, HangOptions, fit_hang
 from footcal_cli.core.hang.model import AXES
 from footcal_cli.core.hang.runs import HangRun, hang_runs
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.core.pose.data import PoseData, PoseSummary, summarise
+from footcal_cli.core.pose.data import PoseData, summarise
 from footcal_cli.core.pose.hanging import LegKnowledge
-from footcal_cli.core.pose.joint import fit_pose, misfit_of_poses
+from footcal_cli.core.pose.joint import fit_pose
 from footcal_cli.core.pose.problem import PoseOptions
-from footcal_cli.core.pose.wiring import turned_when_hanging, turned_when_standing
 from footcal_cli.core.quality import Finding
 from footcal_cli.core.spatial import rotation_log
+
+SHARE_LEFT = 0.25
+"""Share of the squared misfit that may be left when the right axis is turned back."""
+
+
+AS_GOOD = 0.01
+"""Difference of two squared misfits, as a share of the smaller, that tells no axis from another."""
+
+
+@dataclass(frozen=True)
+class TurnedAxis:
+    """An axis that fits far better with its sign turned.
+
+    Parameters
+    ----------
+    channels
+        ``fl.fx``, the best first; several where turning any of them fits alike: a leg and its
+        mirror image differ by two signs.
+    left
+        Share of the squared misfit that is left with the sign turned back.
+    """
+
+    channels: tuple[str, ...]
+    left: float
+
+    def finding(self) -> Finding:
+        """As an alarm."""
+        axes = " or ".join(f"{axis} of leg {leg}" for leg, axis in map(_parts, self.channels))
+        legs = " or ".join(dict.fromkeys(leg for leg, _ in map(_parts, self.channels)))
+        return Finding(
+            "axis_turned",
+            "alarm",
+            " or ".join(self.channels),
+            f"{axes} reads with the sign turned: turned back, {self.left:.1%} of the squared "
+            "misfit remains" + ("; these data cannot tell which" if len(self.channels) > 1 else ""),
+            f"correct the wiring or the axes of leg {legs}, then calibrate again",
+        )
+
+
+def _parts(channel: str) -> tuple[str, str]:
+    leg, axis = channel.split(".")
+    return leg, axis
+
+
+def turned_when_hanging(logs: Sequence[Log], asked: HangOptions) -> TurnedAxis | None:
+    """The axis of one hanging leg whose sign is turned, if any."""
+    channels = logs[0].channels
+
+    def misfit(signs: FloatArray) -> float:
+        changed = [log.with_readings(log.readings * signs) for log in logs]
+        fit = fit_hang(changed, asked)
+        sd = np.array([channel.sd for channel in fit.noise])
+        return float(sum(np.sum((part / sd) ** 2) for part in fit.residuals(hang_runs(changed)[0])))
+
+    return _most_improved(misfit, channels)
+
+
+def turned_when_standing(
+    data: PoseData, legs: tuple[LegKnowledge, ...], noise_sd: FloatArray, options: PoseOptions
+) -> TurnedAxis | None:
+    """The axis of one of the standing legs whose sign is turned, if any."""
+    summary = summarise(data)
+    channels = [f"{leg}.{axis}" for leg in data.geometry.legs for axis in AXES]
+
+    def misfit(signs: FloatArray) -> float:
+        turned = np.append(signs, np.ones(summary.gram.shape[0] - signs.size))
+        gram = summary.gram * np.outer(turned, turned)
+        return fit_pose(replace(summary, gram=gram), legs, noise_sd, options).chi2_poses
+
+    return _most_improved(misfit, channels)
+
+
+def _most_improved(
+    misfit: Callable[[FloatArray], float], channels: Sequence[str]
+) -> TurnedAxis | None:
+    before = misfit(np.ones(len(channels)))
+    after = np.array([misfit(1.0 - 2.0 * row) for row in np.eye(len(channels))])
+    least = float(after.min())
+    share = least / max(before, np.finfo(float).tiny)
+    if share >= SHARE_LEFT:
+        return None
+    alike = [i for i in np.argsort(after, kind="stable") if after[i] <= (1.0 + AS_GOOD) * least]
+    return TurnedAxis(tuple(channels[i] for i in alike), share)
+
 
 MUCH_BETTER = 0.2
 """Share of the squared misfit that may be left when the right transducer is turned back."""
 CLEARLY = 0.5
 """And at most this share of the next best turn; closer ones are named together."""
-TURNED_NOISE = 3.0
-"""A turned transducer leaves 5 to 50 times the noise of a pose: nearer to it, none is looked for,
-since each of the 23 turns of each leg costs a fit."""
 POOR = 5.0
 """Residual over the scatter from sample to sample beyond which more than noise is left."""
 LEVER_M = 0.1
 """Moments count as forces at this lever."""
-_ROUGH_STEPS = 8
-"""The right turn is fitted in four to six steps, most wrong ones run until their limit."""
-_NEAR = 20.0
-"""Times the least rough misfit, up to which a turn is fitted to the end."""
 _MOST_ROWS = 400
 _FEWEST_ROWS = 20
 _FEWEST_SIDES = 3
@@ -82,19 +158,17 @@ def _best_turn(
     names: Sequence[str],
     misfit: Callable[[int, FloatArray], float],
     given: float,
-    roughly: Callable[[int, FloatArray], float] | None = None,
 ) -> list[Finding]:
-    """The transducer and the turn that explain a misfit, where one does so clearly.
-
-    A misfit that costs much is asked only of turns that come near the best one `roughly`.
-    """
+    """The transducer and the turn that explain a misfit, where one does so clearly."""
     every = [(k, i) for k in range(len(names)) for i in range(len(TURNS))]
-    if roughly is not None:
-        rough = [roughly(k, TURNS[i]) for k, i in every]
-        every = [
-            turn for turn, left in zip(every, rough, strict=True) if left <= _NEAR * min(rough)
-        ]
-    tried = sorted((misfit(k, TURNS[i]), k, i) for k, i in every)
+    return said_of(names, [(misfit(k, TURNS[i]), k, i) for k, i in every], given)
+
+
+def said_of(
+    names: Sequence[str], tried: Sequence[tuple[float, int, int]], given: float
+) -> list[Finding]:
+    """Likewise from every turn that was tried: squared misfit, transducer, turn."""
+    tried = sorted(tried)
     least = tried[0][0]
     if not np.isfinite(given) or least > MUCH_BETTER * given:
         return []
@@ -217,43 +291,6 @@ def hanging_axes(
             turned = turned if axis is None else [axis.finding()]
         found += turned
     return found
-
-
-def check_turned_standing(
-    data: PoseData, legs: tuple[LegKnowledge, ...], noise_sd: FloatArray, options: PoseOptions
-) -> list[Finding]:
-    """Find a hip transducer that was turned after hanging: the chassis then balances nowhere."""
-    summary = summarise(data)
-
-    def turned(leg: int, turn: FloatArray) -> PoseSummary:
-        size = summary.gram.shape[0]
-        change = np.eye(size)
-        rows = slice(6 * leg, 6 * leg + 6)
-        both = np.kron(np.eye(2), turn.T)
-        change[rows, rows] = both
-        change[rows, -1] = legs[leg].offset - both @ legs[leg].offset  # offsets stay where they are
-        return replace(summary, gram=change @ summary.gram @ change.T)
-
-    def misfit(leg: int, turn: FloatArray) -> float:
-        return fit_pose(turned(leg, turn), legs, noise_sd, options).chi2_poses
-
-    def roughly(leg: int, turn: FloatArray) -> float:
-        return misfit_of_poses(turned(leg, turn), legs, noise_sd, options, _ROUGH_STEPS)
-
-    given = fit_pose(summary, legs, noise_sd, options)
-    if given.noise_factor < TURNED_NOISE:
-        return []
-    return _best_turn(data.geometry.legs, misfit, given.chi2_poses, roughly)
-
-
-def standing_axes(
-    data: PoseData, legs: tuple[LegKnowledge, ...], noise_sd: FloatArray, options: PoseOptions
-) -> list[Finding]:
-    """An axis of turned sign, else a transducer that is turned, of a standing robot."""
-    axis = turned_when_standing(data, legs, noise_sd, options)
-    if axis is not None:
-        return [axis.finding()]
-    return check_turned_standing(data, legs, noise_sd, options)
 
 
 def check_turned_feet(log: Log) -> list[Finding]:

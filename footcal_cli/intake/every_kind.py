@@ -90,6 +90,8 @@ def compare(
             for leg, own in logs.items():
                 turned = check_turned_hanging(leg, own)
                 session.note(turned or check_mirrored_hanging(leg, own))
+        if "poses" in by_kind:
+            _standing_legs(session)
     with suppress(DataError, UsageError, FitError, ValueError):
         if "body" in by_kind and ("cells" in by_kind or "six_axis_feet" in by_kind):
             _walking(session)
@@ -109,6 +111,21 @@ def _placements(session: Session[Any], tables: Sequence[Table]) -> None:
         for log in logs.values():
             rows = log.rows
             session.note(check_shares(rows.forces_n, rows.cells, rows.load_n, calibrated=True))
+
+
+def _standing_legs(session: Session[Any]) -> None:
+    """How legs sit by their poses, from what hanging knew of them."""
+    from footcal_cli.core.pose.data import pose_data
+    from footcal_cli.core.pose.seating import standing_axes
+    from footcal_cli.intake.legs import without_effects
+    from footcal_cli.intake.poses import noise_sd_of, raw_poses
+    from footcal_cli.recipe.options import PoseCalibOptions
+
+    asked = PoseCalibOptions.model_validate(session.recipe.options.get("pose_calib", {}))
+    log, legs, _ = raw_poses(session, asked)
+    data = pose_data(without_effects(log, session.parameters))
+    sd, _ = noise_sd_of(asked, len(legs))
+    session.note(standing_axes(data, legs, sd, asked.com_sd_m, asked.translation_sd_m))
 
 
 def _walking(session: Session[Any]) -> None:

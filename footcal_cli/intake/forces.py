@@ -17,7 +17,7 @@ from footcal_cli.core.effects.contract import Trait
 from footcal_cli.core.effects.foot import CELL_POSITION
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.core.running import Seen
+from footcal_cli.core.signals import Seen
 from footcal_cli.errors import UsageError
 from footcal_cli.intake.cell_effects import (
     temperature_assumed,

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from footcal_cli.core.attitude import gravity_in
 from footcal_cli.core.hang.intake import (
     between_holds,
     finite_rows,
@@ -19,7 +18,7 @@ from footcal_cli.core.hang.intake import (
 from footcal_cli.core.hang.joint import HangOptions
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray, IntArray
-from footcal_cli.core.spatial import rotation_of_quaternion, rotation_of_rpy
+from footcal_cli.core.spatial import gravity_in, rotation_of_quaternion, rotation_of_rpy
 from footcal_cli.errors import DataError, UsageError
 from footcal_cli.intake.legs import WRENCH_COLUMNS, without_effects
 from footcal_cli.tables.columns import GRAVITY, QUATERNION

@@ -11,9 +11,9 @@ import numpy as np
 
 from footcal_cli.core.body_stream import check_overlap
 from footcal_cli.core.online.belief import Belief
+from footcal_cli.core.online.judged import in_band
 from footcal_cli.core.online.merging import merge_cells
 from footcal_cli.core.online.parts import AHEAD_S, BEFORE_S, ENOUGH_CYCLES, PART_S, Part
-from footcal_cli.core.online.references import in_band
 from footcal_cli.core.online.streams import BodyStream, Merged, MergeRule, SensorStream
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.plausibility import check_total_force, check_walking_cells

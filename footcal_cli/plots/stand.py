@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from footcal_cli.core.next_stance import CurvePoint
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.core.stance_curve import CurvePoint
 from footcal_cli.core.static_init import StanceErrors
 from footcal_cli.plots.style import AFTER, BAD, BEFORE, REFERENCE, legend_below, new_figure, tidy
 

@@ -22,6 +22,7 @@ from footcal_cli.tables.columns import canonical_names, is_canonical
 from footcal_cli.tables.plates import Plate
 from footcal_cli.tables.reading import ForeignColumn, Join, Reading
 from footcal_cli.tables.textfiles import read_text
+from footcal_cli.tables.world import WorldUp
 
 __all__ = [
     "CommandOptions", "Frozen", "Gates", "Recipe", "Robot", "metres", "read_recipe", "validated",
@@ -156,11 +157,16 @@ class Nameplate(Frozen):
 
 
 class Robot(Frozen):
-    """Geometry and masses."""
+    """Geometry and masses.
+
+    `world_up` is the axis that points up in the world of the logs' positions, accelerations and
+    attitudes; they are turned to z up as they are read. Foot frames keep x forward, y left.
+    """
 
     name: str = "unnamed robot"
     mass_kg: float | None = Field(default=None, gt=0)
     gravity_mps2: float = Field(default=STANDARD_GRAVITY_MPS2, gt=0)
+    world_up: WorldUp = "+z"
     channels: tuple[str, ...] = ()
     feet: dict[str, Foot] = Field(default_factory=dict)
     legs: dict[str, Leg] = Field(default_factory=dict)
@@ -232,7 +238,7 @@ class Recipe(Frozen):
             for name, foot in self.robot.feet.items() if foot.force_and_cop
         )  # fmt: skip
         if spec is None:
-            return Reading(common, plates=plates)
+            return Reading(common, plates=plates, world_up=self.robot.world_up)
         joins = []
         for join in spec.join:
             beside = path.parent / join.file
@@ -252,7 +258,7 @@ class Recipe(Frozen):
             {**common, **{name: place.foreign() for name, place in spec.columns.items()}},
             spec.layout(), spec.rate_hz, spec.wide_into,
             {e: {n: p.foreign() for n, p in own.items()} for e, own in spec.wide.items()},
-            tuple(joins), spec.rows_of, plates,
+            tuple(joins), spec.rows_of, plates, self.robot.world_up,
         )  # fmt: skip
 
     def data_paths(self, role: str) -> list[Path]:

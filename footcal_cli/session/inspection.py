@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from footcal_cli.core import bench_rows, body_stream, quality, readings
+from footcal_cli.core.body_positions import check_positions
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.plausibility import check_scale, check_shares
 from footcal_cli.core.quality import Finding
@@ -290,7 +291,7 @@ def _body(table: Table, robot: Robot) -> list[Finding]:
     feet = [f for f in robot.feet or ("left", "right") if f"{f}_foot_x_m" in table]
     if feet:
         at = [table.numbers([f"{f}_foot_{a}_m" for a in "xyz"]) for f in feet]
-        found += body_stream.check_positions(com, np.stack(at, axis=1), where)
+        found += check_positions(com, np.stack(at, axis=1), where)
     found += body_stream.check_acceleration(
         time_s, com, table.numbers([f"com_acc_{a}_mps2" for a in "xyz"]), robot.gravity_mps2, where
     )

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from copy import copy
 from dataclasses import replace
@@ -26,11 +26,9 @@ from footcal_cli.report import Drawn, Report, history_sheet, read_aloud, read_as
 from footcal_cli.report.outcome import Outcome
 from footcal_cli.report.text import print_text
 from footcal_cli.session.answer import answer_of, as_json, print_answer
-from footcal_cli.session.gates import gated, merged
+from footcal_cli.session.gates import DOUBTFUL, gated, merged, trusted
 from footcal_cli.session.inspection import inspect_record
-from footcal_cli.session.logs import Logs
-from footcal_cli.session.progress import Advance, bar
-from footcal_cli.session.read_as import in_units_of_readings
+from footcal_cli.session.logs import Logs, in_units_of_readings
 from footcal_cli.session.request import Request, read_calibration
 from footcal_cli.session.run_files import write_run
 from footcal_cli.session.run_folder import (
@@ -41,7 +39,6 @@ from footcal_cli.session.run_folder import (
     refuse_grown,
     whole_folder,
 )
-from footcal_cli.session.trust import DOUBTFUL, trusted
 from footcal_cli.tables.table import (
     digest,
     refuse_wrong_units,
@@ -50,6 +47,48 @@ from footcal_cli.tables.textfiles import shown
 
 if TYPE_CHECKING:
     from footcal_cli.core.effects.contract import Effect
+
+Advance = Callable[[float], None]
+
+
+@contextmanager
+def bar(console: Console, step: str, unit: str, total: float | None) -> Iterator[Advance]:
+    """Show a step's progress while it runs.
+
+    Parameters
+    ----------
+    console
+        Only a terminal shows anything.
+    step, unit
+        What is done, and what is counted where `step` does not say it.
+    total
+        How many there are; None where nobody knows, and then no time left is shown.
+
+    Yields
+    ------
+    A function to be called with how many more are done
+    """
+    if not console.is_terminal or console.quiet:
+        yield lambda _: None
+        return
+    from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn
+    from rich.progress import TimeRemainingColumn as TimeLeft
+    from rich.text import Text
+
+    class Count(ProgressColumn):
+        """Done, of how many, and how many per second."""
+
+        def render(self, task: Task) -> Text:
+            known = "" if task.total is None else f" of {task.total:,.0f}"
+            rate = "" if not task.speed else f", {task.speed:,.3g} per second"
+            return Text(" ".join(f"{task.completed:,.0f}{known} {unit}".split()) + rate)
+
+    columns = [TextColumn("{task.description}"), BarColumn(bar_width=30), Count()]
+    left = [TextColumn("left"), TimeLeft()] if total is not None else []
+    with Progress(*columns, *left, console=console, transient=True) as shown:
+        task = shown.add_task(step, total=total)
+        yield lambda done: shown.advance(task, done)
+
 
 _PIPE_WIDTH = 160  # columns of a table that no terminal limits
 

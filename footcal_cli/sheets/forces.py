@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from footcal_cli.core.running import Seen
+from footcal_cli.core.signals import Seen
 from footcal_cli.records.results import RmseRecord, VerdictRecord
 from footcal_cli.report import Report, Sheet, number
 from footcal_cli.report.outcome import Outcome

@@ -8,10 +8,10 @@ from math import log
 import numpy as np
 
 from footcal_cli.core.inference.observability import NextStep, Observability
+from footcal_cli.core.next_stance import CurvePoint
 from footcal_cli.core.online.weighed import Weighed
 from footcal_cli.core.parameters import FloatArray, Status
 from footcal_cli.core.quiet import QuietSet
-from footcal_cli.core.stance_curve import CurvePoint
 from footcal_cli.core.static_init import StanceErrors, StanceRows, StaticInit
 from footcal_cli.records.results import RmseRecord, RmseRow, VerdictRecord
 from footcal_cli.report import Sheet, number, with_sd

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from footcal_cli.core.inference.observability import NextStep
+from footcal_cli.core.next_stance import CurvePoint
 from footcal_cli.core.online.weighed import Weighed
 from footcal_cli.core.quiet import QuietSet
-from footcal_cli.core.stance_curve import CurvePoint
 from footcal_cli.core.static_init import StanceErrors, StanceRows, StaticInit
 from footcal_cli.plots.stand import plot_beliefs, plot_curve, plot_directions, plot_stances
 from footcal_cli.report import Picture, Report

@@ -12,13 +12,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from footcal_cli.core.attitude import (
+from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.spatial import (
     gravity_in,
     nearest_rotations,
     rotations_of_rotvec,
     rotations_of_rpy,
 )
-from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.groups import angle_unit, matrix, one_owner
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
 from footcal_cli.sniff.names import orientation_in
@@ -85,7 +85,12 @@ def attitude_of(file: FileGuess, force: FloatArray | None) -> Attitude | None:
 
 def readings_of(file: FileGuess) -> list[Reading]:
     """Every way to read the attitudes in a log, the plainest first."""
-    return [candidate for candidates in _kinds(file) for candidate in candidates]
+    found = [candidate for candidates in _kinds(file) for candidate in candidates]
+    directed = _directions(file)
+    if directed is not None:  # of the body, that carries several transducers
+        entries = {f"body_{name}": entry for name, entry in directed.entries.items()}
+        found.append(Reading(entries, directed.gravity, directed.said))
+    return found
 
 
 def _kinds(file: FileGuess) -> tuple[list[Reading], ...]:

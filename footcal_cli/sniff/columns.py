@@ -28,6 +28,8 @@ _SECONDS = re.compile(r"(?:^|[._ ])(?:sec|secs|seconds)$", re.IGNORECASE)
 _NANOSECONDS = re.compile(r"(?:^|[._ ])(?:nano|n)(?:sec|secs|seconds)$", re.IGNORECASE)
 _MOST_HZ = 20_000.0
 _NICE_STEPS = 1e-6
+_RUN_ROWS = 20
+"""Stamps of a long table go on for so many rows before they begin again."""
 _TYPED_ROWS, _HELD_S = 100, 5.0
 """Fewer rows than this, further apart than this, are readings noted one by one."""
 
@@ -262,6 +264,8 @@ def _numbered(column: ColumnGuess) -> ColumnGuess:
     values = column.values
     if values is None:
         return column
+    if column.quantity == "contact" and np.isin(values, (0.0, 1.0)).all():
+        return column
     if column.quantity in ("label", "contact"):
         return column.as_quantity("reading", "guess", "a number among labels")
     if column.quantity == "unknown" and column.unit in ("N", "kN", "mN", "kgf", "lbf", "gf"):
@@ -272,6 +276,8 @@ def _numbered(column: ColumnGuess) -> ColumnGuess:
             return column.as_quantity("sequence", "likely", "counts its rows")
         return column.as_quantity("time", "likely", "increases evenly")
     if column.quantity == "time" and not _increases(values, strictly=False):
+        if _restarts(values):
+            return column
         return column.as_quantity("other", "guess", "called time, but does not increase")
     return column
 
@@ -348,6 +354,12 @@ def _increases(values: FloatArray, strictly: bool = True) -> bool:
     good = values[np.isfinite(values)]
     steps = np.diff(good)
     return bool(good.size > 2 and (np.all(steps > 0) if strictly else np.all(steps >= 0)))
+
+
+def _restarts(values: FloatArray) -> bool:
+    """Stamps that begin again now and then: with each leg or orientation of a long table."""
+    steps = np.diff(values[np.isfinite(values)])
+    return bool(steps.size > 2 and np.mean(steps < 0) < 1.0 / _RUN_ROWS and np.median(steps) > 0)
 
 
 def _even(values: FloatArray) -> bool:

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from footcal_cli.core.attitude import nearest_rotations
+from footcal_cli.core.spatial import nearest_rotations
 from footcal_cli.sniff.groups import AXES, owner_of
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
 

@@ -40,8 +40,10 @@ def recipe_text(parts: Sequence[Part], target: Path, command_line: str) -> str:
     for part in parts:
         for table in part.plan.robot:
             tables.setdefault(table.splitlines()[0], table)  # hanging and standing share legs
+    lines += [line for line in tables.values() if not line.startswith("[")]
     for table in tables.values():
-        lines += ["", table]
+        if table.startswith("["):
+            lines += ["", table]
     for blank in blanks:
         if blank.lines[0] != _ROBOT:
             lines += ["", _asked(blank), *blank.lines]

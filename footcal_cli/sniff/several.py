@@ -15,7 +15,7 @@ from footcal_cli.sniff.groups import readings, wrenches
 from footcal_cli.sniff.guesses import FileGuess
 from footcal_cli.sniff.numbered import numbered
 from footcal_cli.sniff.plan import Plan
-from footcal_cli.sniff.six_axis import body_entries
+from footcal_cli.sniff.six_axis import body_entries, upright
 
 _TO_S = {"ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 _ATTITUDE = ("quaternion", "angle", "matrix", "gravity", "acceleration")
@@ -124,7 +124,7 @@ def _with_body(plan: Plan, body: FileGuess) -> list[Part]:
     entries = body_entries(body)
     other = Plan(
         body, "the robot's own stream: CoM and feet", "its centre of mass", "likely",
-        "online-replay", "body", entries,
+        "online-replay", "body", entries, robot=upright(body, entries),
     )  # fmt: skip
     sensors = replace(plan, command="online-replay", kind=f"{plan.kind}; a body stream beside it")
     return [

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from footcal_cli.core.body_positions import upright_axis
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.attitudes import Attitude, attitude_of, named_orientation
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
@@ -263,7 +264,10 @@ def _ankles(
     return Plan(
         file, f"six-axis transducers at two feet{moves}",
         "six axes on the left and on the right", "likely", command, "cells", entries, (),
-        robot=(f"[robot.feet.left]\n{_MOUNTED}", f"[robot.feet.right]\n{_MOUNTED}"),
+        robot=(
+            *upright(file, body),
+            *(f"[robot.feet.{side}]\n{_MOUNTED}" for side in ("left", "right")),
+        ),
         blanks=(MASS, *blanks),
     )  # fmt: skip
 
@@ -274,6 +278,28 @@ def body_entries(file: FileGuess) -> dict[str, Entry]:
     for quantity, pattern in (("com", "com_{}_m"), ("com_acc", "com_acc_{}_mps2")):
         entries |= {pattern.format(c.name.axis): of(c) for c in file.of(quantity)}
     return entries | _feet_poses(file)
+
+
+def upright(file: FileGuess, entries: Mapping[str, Entry]) -> tuple[str, ...]:
+    """A recipe's line that says which axis of the world points up, where it is not z."""
+
+    def place(stem: str) -> FloatArray | None:
+        names = [f"{stem}_{axis}_m" for axis in "xyz"]
+        columns = [entries[n].column if n in entries else own.get(n) for n in names]
+        values = [c.values for c in columns if c is not None and c.values is not None]
+        return np.column_stack(values) if len(values) == 3 else None
+
+    own = {column.column: column for column in file.columns}
+    com = place("com")
+    feet = [at for side in ("left", "right") if (at := place(f"{side}_foot")) is not None]
+    if com is None or not feet:
+        return ()
+    stacked = np.stack(feet, axis=1)
+    good = np.isfinite(com).all(axis=1) & np.isfinite(stacked).all(axis=(1, 2))
+    up = upright_axis(com[good], stacked[good]) if good.any() else ""
+    if up in ("", "+z"):
+        return ()
+    return (f'world_up = "{up}"    # likely: the CoM lies above the feet along {up}',)
 
 
 def _feet_poses(file: FileGuess) -> dict[str, Entry]:

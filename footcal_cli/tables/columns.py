@@ -103,6 +103,7 @@ QUATERNION = tuple(f"body_q{a}" for a in "xyzw")
 RPY = tuple(f"body_{angle}_rad" for angle in ("roll", "pitch", "yaw"))
 ROTVEC = tuple(f"body_rotvec_{a}_rad" for a in "xyz")
 MATRIX = tuple(f"body_r{i}{j}" for i in "123" for j in "123")
+BODY_GRAVITY = tuple(f"body_gravity_{a}" for a in "xyz")
 GRAVITY = tuple(f"gravity_{a}" for a in "xyz")
 _AXES = ("fx_n", "fy_n", "fz_n", "tx_nm", "ty_nm", "tz_nm")
 
@@ -276,7 +277,7 @@ def body_table(feet: Sequence[str]) -> TableType:
             Column("time_s", "time stamp"),
             *(stream(f"com_{a}_m", "centre of mass") for a in "xyz"),
             *(stream(f"com_acc_{a}_mps2", "its acceleration, gravity not included") for a in "xyz"),
-            *(stream(f"angmom_rate_{a}_nm", "angular momentum rate", True) for a in "xy"),
+            *(stream(f"angmom_rate_{a}_nm", "angular momentum rate", True) for a in "xyz"),
             *(stream(f"imu_acc_{a}_mps2", "specific force at the IMU", True) for a in "xyz"),
             *(stream(f"imu_gyro_{a}_radps", "angular rate at the IMU", True) for a in "xyz"),
             *feet_columns,
@@ -286,17 +287,18 @@ def body_table(feet: Sequence[str]) -> TableType:
 
 
 def _attitude(missing: Missing) -> tuple[Column, ...]:
-    """Attitude of the body, or of what a transducer is mounted on, in one of four forms."""
+    """Attitude of the body, or of what a transducer is mounted on, in one of five forms."""
     names = (
         *((name, "body to world quaternion") for name in QUATERNION),
         *((name, "body to world: Rz(yaw) Ry(pitch) Rx(roll)") for name in RPY),
         *((name, "body to world rotation vector, axis times angle") for name in ROTVEC),
         *((name, "body to world rotation matrix, row by row") for name in MATRIX),
+        *((name, "direction of gravity in the body, of any length") for name in BODY_GRAVITY),
     )
     return tuple(Column(n, meaning, optional=True, missing=missing) for n, meaning in names)
 
 
-_ANY_ATTITUDE = (QUATERNION, RPY, ROTVEC, MATRIX)
+_ANY_ATTITUDE = (QUATERNION, RPY, ROTVEC, MATRIX, BODY_GRAVITY)
 
 
 def hang_table() -> TableType:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Literal
 
 if TYPE_CHECKING:
     from footcal_cli.tables.plates import Plate
+from footcal_cli.tables.world import WorldUp
 
 BLANKS = " "
 """As a separator: any run of spaces and tabs."""
@@ -161,6 +162,8 @@ class Reading:
         A column of the topic whose rows count, where several take turns; empty for all rows.
     plates
         Feet that report force and CoP.
+    world_up
+        Axis of the log's world that points up.
     """
 
     columns: Mapping[str, ForeignColumn] = field(default_factory=dict)
@@ -171,3 +174,4 @@ class Reading:
     joins: tuple[Join, ...] = ()
     rows_of: str = ""
     plates: tuple[Plate, ...] = ()
+    world_up: WorldUp = "+z"

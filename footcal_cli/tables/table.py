@@ -20,6 +20,7 @@ from footcal_cli.core.quality import Finding
 from footcal_cli.errors import DataError, FootcalError
 from footcal_cli.tables.canonical import ReadColumn, canonical, conversion_of
 from footcal_cli.tables.columns import (
+    BODY_GRAVITY,
     MATRIX,
     QUATERNION,
     ROTVEC,
@@ -41,6 +42,7 @@ from footcal_cli.tables.plates import add_cells, with_plates
 from footcal_cli.tables.reading import ForeignColumn, Reading
 from footcal_cli.tables.sources import source_columns
 from footcal_cli.tables.units import unit_factor
+from footcal_cli.tables.world import TO_Z_UP, WorldUp, with_z_up
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -136,7 +138,7 @@ def read_table(
         for places in places_of(table, reading, path)
     ]
     beside = {join.path: digest(join.path) for join in reading.joins}
-    read = _canonical(parts, table, path, digest(path), gravity_mps2, beside)
+    read = _canonical(parts, table, path, digest(path), gravity_mps2, beside, reading.world_up)
     data, added = add_cells(read.data, reading.plates)
     return replace(read, data=data, read_as=(*read.read_as, *added))
 
@@ -171,7 +173,9 @@ def read_pieces(
     try:
         for raw in raw_pieces(path, sorted({p.column for p in found.values()}), as_text):
             by_name = {name: raw[place.column] for name, place in found.items()}
-            piece = _canonical([(places[0], by_name)], table, path, sha256, gravity_mps2, {})
+            piece = _canonical(
+                [(places[0], by_name)], table, path, sha256, gravity_mps2, {}, reading.world_up
+            )
             rows += len(piece)
             yield piece
     except DataError:
@@ -189,7 +193,7 @@ def _texts(table: TableType) -> frozenset[str]:
 
 def _canonical(
     parts: Sequence[tuple[Places, Mapping[str, RawColumn]]], table: TableType, path: Path,
-    sha256: str, gravity_mps2: float, beside: Mapping[Path, str],
+    sha256: str, gravity_mps2: float, beside: Mapping[Path, str], world_up: WorldUp,
 ) -> Table:  # fmt: skip
     """Raw columns in canonical names and units, the entries of a wide file below each other."""
     import pandas as pd
@@ -209,10 +213,8 @@ def _canonical(
     if not len(frame):
         raise DataError("no rows", file=path, remedy="record the log again")
     source = {name: p.column or name for name, p in parts[0][0].found.items()}
-    return Table(
-        with_attitude(frame, table, path), path, sha256, source, tuple(read_as), tuple(findings),
-        beside,
-    )  # fmt: skip
+    frame = with_z_up(with_attitude(frame, table, path, world_up), world_up)
+    return Table(frame, path, sha256, source, tuple(read_as), tuple(findings), beside)
 
 
 def _reading(columns: Mapping[str, ForeignColumn] | Reading | None) -> Reading:
@@ -244,8 +246,10 @@ def refusal_of(
     return None
 
 
-def with_attitude(frame: pd.DataFrame, table: TableType, path: Path) -> pd.DataFrame:
-    """Fill in the quaternions of attitudes logged as angles, rotation vectors or matrices.
+def with_attitude(
+    frame: pd.DataFrame, table: TableType, path: Path, up: WorldUp = "+z"
+) -> pd.DataFrame:
+    """Fill in the quaternions of attitudes logged as angles, vectors or matrices.
 
     Raises
     ------
@@ -254,9 +258,10 @@ def with_attitude(frame: pd.DataFrame, table: TableType, path: Path) -> pd.DataF
     """
     if "body_qw" not in {c.name for c in table.columns} or "body_qw" in frame:
         return frame
-    from footcal_cli.core.attitude import (
+    from footcal_cli.core.spatial import (
         nearest_rotations,
         quaternions_of,
+        rotations_of_gravity,
         rotations_of_rotvec,
         rotations_of_rpy,
     )
@@ -265,6 +270,10 @@ def with_attitude(frame: pd.DataFrame, table: TableType, path: Path) -> pd.DataF
         rotations = rotations_of_rpy(frame[list(RPY)].to_numpy(dtype=np.float64))
     elif set(ROTVEC) <= set(frame.columns):
         rotations = rotations_of_rotvec(frame[list(ROTVEC)].to_numpy(dtype=np.float64))
+    elif set(BODY_GRAVITY) <= set(frame.columns):
+        rotations = rotations_of_gravity(frame[list(BODY_GRAVITY)].to_numpy(dtype=np.float64))
+        # gravity points down whatever the log calls its axes
+        rotations = TO_Z_UP[up].T @ rotations
     elif set(MATRIX) <= set(frame.columns):
         matrices = frame[list(MATRIX)].to_numpy(dtype=np.float64).reshape(-1, 3, 3)
         rotations = nearest_rotations(matrices)

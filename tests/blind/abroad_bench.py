@@ -37,9 +37,11 @@ def diagnosed(trial: Abroad, seed: int, folder: Path) -> dict[str, Any]:
     make(trial, seed, folder)
     began, record = time.process_time(), {"verdict": "error"}
     for command in _commands(trial.experiment, folder):
-        if "--parameters" in command and not (folder / "calibration/parameters.json").is_file():
-            at = command.index("--parameters")  # a calibration of bad data leaves none
-            command = [*command[:at], *command[at + 2 :]]
+        at = command.index("--parameters") if "--parameters" in command else -1
+        if at > 0 and not Path(command[at + 1]).is_file():  # a calibration of bad data leaves none
+            before = folder / "hung" / "parameters.json"
+            given: list[str | Path] = ["--parameters", before] if before.is_file() else []
+            command = [*command[:at], *given, *command[at + 2 :]]
         code, said = footcal([*command, "--recipe", folder / "recipe.toml"])
         if code not in FINE:
             return {"verdict": "error", "said": said[-800:], "step": command[0]}

@@ -16,8 +16,7 @@ from footcal_cli.recipe import CommandOptions, Gates
 from footcal_cli.records.results import ParametersRecord, RmseRecord, RmseRow, VerdictRecord
 from footcal_cli.report import Report
 from footcal_cli.report.outcome import Outcome
-from footcal_cli.session.gates import gated, merged
-from footcal_cli.session.trust import trusted
+from footcal_cli.session.gates import gated, merged, trusted
 from tests.cli.test_run_folder import LOG
 from tests.conftest import REPOSITORY, Run
 

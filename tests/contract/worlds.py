@@ -19,7 +19,7 @@ from footcal_cli.core.effects import TABLE
 from footcal_cli.core.effects.contract import Effect, Trait
 from footcal_cli.core.experiments import hang, placements, pose, stand, walk, weights
 from footcal_cli.core.experiments.contract import Experiment
-from footcal_cli.core.hang.blocks import blocked
+from footcal_cli.core.hang.runs import blocked
 from footcal_cli.core.inference.case import Case
 from footcal_cli.core.inference.tracking import gain_and_bias
 from footcal_cli.core.log import Log

@@ -13,9 +13,9 @@ from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.signals import describe
 from footcal_cli.core.effects import TABLE
 from footcal_cli.core.experiments import hang, pose
-from footcal_cli.core.hang.blocks import blocked
 from footcal_cli.core.hang.effect import hanging_effect
 from footcal_cli.core.hang.joint import fit_hang
+from footcal_cli.core.hang.runs import blocked
 from footcal_cli.core.inference.case import Case
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray, Parameter, ParameterSet

@@ -16,10 +16,9 @@ from footcal_cli.core.bench.record import (
     order_by_direction,
     record_of,
 )
-from footcal_cli.core.bench.relaxation import fit_relaxation
+from footcal_cli.core.bench.relaxation import fit_relaxation, study_waiting
 from footcal_cli.core.bench.study import study_rows, study_samples
 from footcal_cli.core.bench.terms import creep, effect_term, hysteresis, power_term, temperature
-from footcal_cli.core.bench.waiting import study_waiting
 from footcal_cli.core.chain import Chain, link
 from footcal_cli.core.effects import TABLE
 from footcal_cli.core.log import Log

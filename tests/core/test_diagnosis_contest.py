@@ -30,8 +30,7 @@ from footcal_cli.core.inference.case import Case, rows_of
 from footcal_cli.core.inference.evidence import Interval, sign_flip_group, sign_patterns
 from footcal_cli.core.inference.linear import left_by
 from footcal_cli.core.inference.problem import Signature
-from footcal_cli.core.inference.refit import Refit
-from footcal_cli.core.inference.size_intervals import Scatter
+from footcal_cli.core.inference.refit import Refit, Scatter
 from footcal_cli.core.inference.whitening import noise_of
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.simulation.bench_logs import WeightsPlan

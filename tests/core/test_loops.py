@@ -7,8 +7,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from footcal_cli.core.effects.loop import LOOP_FORM_ERROR, loop_width
 from footcal_cli.core.effects.memory import play
+from footcal_cli.core.effects.memory_effects import LOOP_FORM_ERROR, loop_width
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 

@@ -8,8 +8,13 @@ import numpy as np
 import pytest
 
 from footcal_cli.core.log import Log
-from footcal_cli.core.online.credible import step_band_hz, within_band
-from footcal_cli.core.online.memory import MemoryOptions, begun_delay_s, rows_of
+from footcal_cli.core.online.memory import (
+    MemoryOptions,
+    begun_delay_s,
+    rows_of,
+    step_band_hz,
+    within_band,
+)
 from footcal_cli.core.online.rows import advanced
 from tests.core.walk_data import Errors, Recording, make_walk, record
 from tests.core.walking import belief_of, walk_log

@@ -6,7 +6,7 @@ from footcal_cli.core.online.evidence import (
     bootstrap_ratio,
     paired_p,
 )
-from footcal_cli.core.online.squares import squares, squares_per_cycle
+from footcal_cli.core.online.judged import squares, squares_per_cycle
 
 
 def test_squares_count_finite_errors_and_those_of_parts_add_up() -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from footcal_cli.core.pose.stages import in_floating_base, offset_error
+from footcal_cli.core.pose.mounted import in_floating_base, offset_error
 from footcal_cli.core.pose.wrenches import (
     FootCalibration,
     floating_from_body,

@@ -6,11 +6,10 @@ from footcal_cli.core.contact import judge
 from footcal_cli.core.effects.contract import Scope, columns_of
 from footcal_cli.core.experiments import stand
 from footcal_cli.core.log import Log
-from footcal_cli.core.next_stance import next_stances
+from footcal_cli.core.next_stance import next_stances, stance_curve
 from footcal_cli.core.online.belief import belief_from
 from footcal_cli.core.parameters import FloatArray, Status
 from footcal_cli.core.quiet import QuietRule, QuietSet, select_quiet
-from footcal_cli.core.stance_curve import stance_curve
 from footcal_cli.core.static_init import StaticInit, fit_static, stance_errors, stance_rows
 from footcal_cli.errors import FitError
 from tests.core.walk_data import Standing, make_standing

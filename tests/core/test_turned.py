@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from footcal_cli.core.pose.problem import PoseOptions
-from footcal_cli.core.turned import check_turned_standing
+from footcal_cli.core.pose.seating import check_turned_standing, standing_axes
 from tests.core.pose_cases import Case, case
 
 LEG = 1
@@ -26,17 +26,34 @@ def test_a_robot_that_is_mounted_as_said_is_not_called_turned(stood: Case) -> No
 
 
 @pytest.mark.parametrize(
-    ("turn", "words"),
-    [(HALF_ABOUT_Z, "half a turn about z"), (QUARTER_ABOUT_X, "a quarter turn about x")],
+    ("turn", "words", "renamed"),
+    [
+        (HALF_ABOUT_Z, "half a turn about z", True),
+        (QUARTER_ABOUT_X, "a quarter turn about x", False),
+    ],
 )
 def test_a_turned_transducer_is_found_with_its_turn(
-    stood: Case, turn: np.ndarray, words: str
+    stood: Case, turn: np.ndarray, words: str, *, renamed: bool
 ) -> None:
     offset = stood.legs[LEG].offset
+    own = np.zeros(6) if renamed else offset  # offsets stay in a sensor, not in renamed axes
     wrench = stood.data.wrench_t.copy()
-    carried = (wrench[:, LEG] - offset).reshape(-1, 2, 3)  # offsets are the sensor's own
-    wrench[:, LEG] = (carried @ turn.T).reshape(-1, 6) + offset
+    carried = (wrench[:, LEG] - own).reshape(-1, 2, 3)
+    wrench[:, LEG] = (carried @ turn.T).reshape(-1, 6) + own
     data = replace(stood.data, wrench_t=wrench)
     (finding,) = check_turned_standing(data, stood.legs, stood.noise_sd, PoseOptions())
     assert finding.where == stood.data.geometry.legs[LEG]
     assert words in finding.sentence
+
+
+def test_exchanged_plugs_are_no_mounting_error(stood: Case) -> None:
+    names = stood.data.geometry.legs
+    there = list(range(len(names)))
+    there[0], there[1] = 1, 0
+    data = replace(stood.data, wrench_t=stood.data.wrench_t[:, there])
+    legs = tuple(stood.legs[k] for k in there)  # hung with the same plugs
+    found = standing_axes(data, legs, stood.noise_sd, 0.05, 0.005)
+    elsewhere = [f for f in found if f.code == "leg_elsewhere"]
+    assert {f.where for f in elsewhere} == set(names[:2])
+    assert all(f"{names[0]}" in f.remedy and f"{names[1]}" in f.remedy for f in elsewhere)
+    assert not standing_axes(stood.data, stood.legs, stood.noise_sd, 0.05, 0.005)

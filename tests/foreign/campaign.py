@@ -22,7 +22,7 @@ from tests.foreign.ankles import AXES, ankle_offsets
 from tests.foreign.bench import weights
 from tests.foreign.biped import FEET, GRAVITY_MPS2, draw_biped
 from tests.foreign.files import Recorded, write
-from tests.foreign.kinds import FLEET
+from tests.foreign.kinds import kind_of
 from tests.foreign.legs import draw_hexapod, hang, poses
 from tests.foreign.noise import Array
 from tests.foreign.streams import stand, walk
@@ -161,7 +161,7 @@ TASKS = {
 
 def tasks_of(seed: int) -> tuple[str, ...]:
     """The commands that a robot of the fleet can be given."""
-    kind = FLEET[seed]
+    kind = kind_of(seed)
     if kind.legs:
         return "hang-calib", "pose-calib"
     if kind.cells == 0:

@@ -1,6 +1,7 @@
 """Robots of many makes: what they weigh, what they stand on, and how they are logged.
 
-A seed that is a key of `FLEET` draws a robot of that kind, any other seed the usual one.
+A seed draws a robot of the make ``seed % DRAW``, and the usual one where `FLEET` has no such key:
+7003, 107003 and 207003 are three robots of one make.
 """
 
 from __future__ import annotations
@@ -105,9 +106,11 @@ FLEET = {
     7023: Kind("hexapod, warming", _HEXAPOD, legs=6, warming=0.01, share_drift=0.0),
     7024: Kind("eight legs, 60 s a turn", _HEXAPOD, legs=8, turn_s=60.0, rate_hz=10.0),
 }  # fmt: skip
-"""Seed -> kind."""
+"""Make -> kind."""
+DRAW = 100_000
+"""Seeds of one make lie this far apart."""
 
 
 def kind_of(seed: int) -> Kind:
     """The kind that a seed draws."""
-    return FLEET.get(seed, _USUAL)
+    return FLEET.get(seed % DRAW, _USUAL)

@@ -7,9 +7,8 @@ import sys
 import numpy as np
 import pytest
 
-from footcal_cli.core.hang.intake import gravity_of_orientation, hang_log
+from footcal_cli.core.hang.intake import gravity_of_orientation, hang_log, shaft_motion
 from footcal_cli.core.hang.joint import HangFit, fit_hang
-from footcal_cli.core.hang.turning import shaft_motion
 from tests.foreign import draw_hexapod, hang
 from tests.foreign.legs import AXES, LEGS
 from tests.foreign.noise import Array

@@ -20,9 +20,8 @@ from footcal_cli.core.bench.plateaus import (
 )
 from footcal_cli.core.bench.record import BenchRecord, condense
 from footcal_cli.core.bench.regression import AffineFit, Method, fit_affine
-from footcal_cli.core.bench.relaxation import Relaxation, fit_relaxation
+from footcal_cli.core.bench.relaxation import Relaxation, Waiting, fit_relaxation, study_waiting
 from footcal_cli.core.bench.terms import menu
-from footcal_cli.core.bench.waiting import Waiting, study_waiting
 from footcal_cli.core.parameters import Estimates, FloatArray, IntArray, Status
 from footcal_cli.errors import DataError, FitError
 

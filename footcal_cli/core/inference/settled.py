@@ -6,18 +6,13 @@ own it would fit as well as any; all models are compared by the same law.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import stats
 
 from footcal_cli.core.inference.linear import orthonormal
-from footcal_cli.core.inference.outstanding import (
-    MOST_SUSPECTS,
-    SHARES,
-    outstanding,
-    strongest,
-)
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.settings import (
     RCOND,
@@ -31,6 +26,43 @@ from footcal_cli.core.inference.settings import (
     within_settings,
 )
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
+
+MOST_SUSPECTS = 3
+"""Candidates that may be taken for effects while variances are estimated."""
+RARE = 0.05
+"""Probability with which the best of all candidates explains that much of noise."""
+SHARES = (1.0, 0.05)
+"""Of the variances, at which the strongest candidate is suspected: one that made a variance large
+is hidden by it, and another stands out in its place."""
+_INSIDE = 1e-8  # share of a column's square that a base leaves, below which it leaves none
+
+
+def strongest(score: FloatArray, own: FloatArray, whole: FloatArray) -> tuple[int, float]:
+    """Which candidate has the largest ``|z| = |g̃·r̃| / |g̃|``, and that.
+
+    Parameters
+    ----------
+    score, own, whole
+        ``g̃·r̃``, ``|g̃|²`` and ``|g|²`` of each, g̃ what a base leaves of g.
+    """
+    z = np.abs(score) / np.sqrt(np.where(own > _INSIDE * whole, own, np.inf))
+    best = int(np.argmax(z))
+    return best, float(z[best])
+
+
+def outstanding(tested: Mapping[int, float], among: int) -> int | None:
+    """The suspect with the largest |z| if the best of so many candidates rarely has it by chance.
+
+    Parameters
+    ----------
+    tested
+        Suspect -> |z|, the variance estimated beside it.
+    among
+        Of how many candidates the suspects were the strongest.
+    """
+    best = max(sorted(tested), key=lambda suspect: tested[suspect])
+    return best if tested[best] > float(stats.norm.isf(0.5 * RARE / among)) else None
+
 
 Whiten = Callable[[FloatArray], FloatArray]
 """Columns of all rows, shape (m, k), as columns that are white within a part, shape (n, k)."""

@@ -9,13 +9,13 @@ from __future__ import annotations
 import numpy as np
 
 from footcal_cli.core.inference.linear import scaled_inverse
-from footcal_cli.core.inference.outstanding import (
+from footcal_cli.core.inference.problem import Problem
+from footcal_cli.core.inference.settled import (
     MOST_SUSPECTS,
     SHARES,
     outstanding,
     strongest,
 )
-from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.whitening import RowWhitener
 from footcal_cli.core.parameters import FloatArray, IntArray
 

@@ -20,7 +20,15 @@ from footcal_cli.core.online.evidence import (
     departures,
     settle,
 )
-from footcal_cli.core.online.judged import Judged, judge_method, over_cycles
+from footcal_cli.core.online.judged import (
+    Judged,
+    References,
+    by_estimates,
+    by_truth,
+    in_band,
+    judge_method,
+    over_cycles,
+)
 from footcal_cli.core.online.live import run_live
 from footcal_cli.core.online.memory import (
     INADEQUATE,
@@ -30,7 +38,6 @@ from footcal_cli.core.online.memory import (
     replay_track,
     run_memory,
 )
-from footcal_cli.core.online.references import References, by_estimates, by_truth, in_band
 from footcal_cli.core.online.replay import (
     Replayed,
     corrected,

@@ -8,15 +8,114 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from footcal_cli.core.centroidal import Reference
+from footcal_cli.core.log import Log
+from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.online.evidence import (
     Interval,
     bootstrap_mean,
     bootstrap_ratio,
     paired_p,
 )
-from footcal_cli.core.online.replay import Replayed, errors_against
-from footcal_cli.core.online.squares import Squares, squares, squares_per_cycle
-from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
+from footcal_cli.core.online.replay import Replayed, corrected, errors_against
+from footcal_cli.core.parameters import BoolArray, Estimates, FloatArray, IntArray
+from footcal_cli.core.signals import low_pass_stretches
+
+
+@dataclass(frozen=True)
+class References:
+    """What a walk is compared with besides its own motion.
+
+    Parameters
+    ----------
+    truth_n
+        True cell forces in the band of the cells, shape (n, c).
+    baseline
+        An offline calibration.
+    """
+
+    truth_n: FloatArray | None = None
+    baseline: Estimates | None = None
+
+
+def in_band(truth_n: FloatArray, rate_hz: float, *, causal: bool) -> FloatArray:
+    """True forces in the band of the cells, shape (n, c)."""
+    good = np.asarray(np.isfinite(truth_n).all(axis=1))
+    return low_pass_stretches(truth_n, good, rate_hz, causal=causal)
+
+
+def by_truth(log: Log, belief: Belief, truth_n: FloatArray, min_force_n: float) -> Replayed:
+    """The true forces as if a calibration had produced them."""
+    change = truth_n - belief.forces(log.readings)
+    nothing = np.zeros(truth_n.shape)
+    return corrected("true", log, belief, nothing, change, min_force_n=min_force_n)
+
+
+def by_estimates(log: Log, belief: Belief, estimates: Estimates, min_force_n: float) -> Replayed:
+    """What an offline calibration makes of the walk."""
+    scale = np.array([estimates[f"{name}.scale"] for name in belief.channels])
+    bias = np.array([estimates[f"{name}.bias"] for name in belief.channels])
+    gain = scale / belief.scale_n_per_count - 1.0
+    shape = log.readings.shape
+    return corrected(
+        "baseline", log, belief, np.broadcast_to(gain, shape),
+        np.broadcast_to(bias - belief.bias_n * (1.0 + gain), shape), min_force_n=min_force_n,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Squares:
+    """Sums of squared errors, from which those of parts of a walk add up.
+
+    Parameters
+    ----------
+    total
+        Sum of the squares, a number or of each gait cycle, shape (cycles,).
+    count
+        How many errors stand behind it, of the same shape.
+    """
+
+    total: FloatArray
+    count: FloatArray
+
+    @property
+    def rms(self) -> FloatArray:
+        """``√(total / count)``, NaN where nothing counts."""
+        with np.errstate(invalid="ignore"):
+            return np.asarray(np.sqrt(self.total / np.where(self.count > 0, self.count, np.nan)))
+
+    def __add__(self, other: Squares) -> Squares:
+        return Squares(self.total + other.total, self.count + other.count)
+
+    def widened(self, cycles: int) -> Squares:
+        """The same with room for so many gait cycles."""
+        more = (0, cycles - self.count.size)
+        return Squares(np.pad(self.total, more), np.pad(self.count, more))
+
+
+def squares(values: FloatArray) -> Squares:
+    """Of the finite errors, shape (n,), or of vectors, shape (n, k)."""
+    squared = values**2 if values.ndim == 1 else np.sum(values**2, axis=1)
+    finite = squared[np.isfinite(squared)]
+    return Squares(np.asarray(finite.sum()), np.asarray(float(finite.size)))
+
+
+def squares_per_cycle(errors: FloatArray, cycle: IntArray) -> Squares:
+    """Of each gait cycle.
+
+    Parameters
+    ----------
+    errors
+        Shape (n,) or (n, k); not finite ones do not count.
+    cycle
+        Number of the cycle of each sample, negative for none, shape (n,).
+    """
+    squared = errors**2 if errors.ndim == 1 else np.sum(errors**2, axis=1)
+    use = (cycle >= 0) & np.isfinite(squared)
+    count = int(cycle.max(initial=-1)) + 1
+    return Squares(
+        np.bincount(cycle[use], weights=squared[use], minlength=count).astype(float),
+        np.bincount(cycle[use], minlength=count).astype(float),
+    )
 
 
 @dataclass(frozen=True)

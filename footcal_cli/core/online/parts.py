@@ -22,15 +22,20 @@ from footcal_cli.core.online.comparison import (
     judged_walk,
     with_statistics,
 )
-from footcal_cli.core.online.credible import within_band
 from footcal_cli.core.online.evidence import SETTLING_S, Consistency, Repeats, repeats
 from footcal_cli.core.online.filter import Noise, Track, track_of
-from footcal_cli.core.online.judged import Judged
+from footcal_cli.core.online.judged import Judged, References
 from footcal_cli.core.online.jumps import Jump, JumpBank
 from footcal_cli.core.online.live import run_live
-from footcal_cli.core.online.memory import Memory, gait_phase, rows_of, run_memory, sized
+from footcal_cli.core.online.memory import (
+    Memory,
+    gait_phase,
+    rows_of,
+    run_memory,
+    sized,
+    within_band,
+)
 from footcal_cli.core.online.passes import Pass, open_biases
-from footcal_cli.core.online.references import References
 from footcal_cli.core.online.rows import Rows, advanced
 from footcal_cli.core.online.smoother import run_smoother
 from footcal_cli.core.online.streams import Merged

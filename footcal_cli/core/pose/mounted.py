@@ -3,15 +3,71 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.pose.data import Geometry, PoseData
 from footcal_cli.core.pose.hanging import LegKnowledge
-from footcal_cli.core.pose.wrenches import FootCalibration, reference_com_b_m
+from footcal_cli.core.pose.joint import PoseFit
+from footcal_cli.core.pose.model import Structure, balance_matrix
+from footcal_cli.core.pose.problem import start_mounting
+from footcal_cli.core.pose.wrenches import (
+    FootCalibration,
+    floating_from_body,
+    reference_com_b_m,
+    tare_in_the_air,
+)
 from footcal_cli.core.spatial import rotation_exp
+
+
+def error_of(data: PoseData, fit: PoseFit) -> FloatArray:
+    """Chassis balance error of a fit, body frame about the chassis CoM, shape (P, 6)."""
+    return data.features() @ fit.matrix.T
+
+
+def offset_error(data: PoseData, legs: tuple[LegKnowledge, ...]) -> FloatArray:
+    """The same with offsets and weights from hanging and the nominal mounting."""
+    mounting, _ = start_mounting(data.geometry, legs, data.robot_weight_n)
+    return data.features() @ balance_matrix(data.geometry, mounting, Structure.FULL).T
+
+
+def naive_error(data: PoseData, legs: tuple[LegKnowledge, ...]) -> FloatArray:
+    """The same with a tare taken in the air and the nominal mounting ([Wu], I-B and Fig. 2).
+
+    The tare holds the legs' weight, so that the feet carry the whole robot.
+    """
+    mounting, _ = start_mounting(data.geometry, legs, data.robot_weight_n)
+    tare = tare_in_the_air(
+        data.geometry.rot_bt,
+        mounting.offset,
+        mounting.leg_weight_n,
+        tuple(leg.com_m for leg in legs),
+    )
+    tared = replace(mounting, offset=tare, leg_weight_n=np.zeros(len(legs)))
+    return data.features() @ balance_matrix(data.geometry, tared, Structure.FULL).T
+
+
+def in_floating_base(data: PoseData, error: FloatArray, com_b_m: FloatArray) -> FloatArray:
+    """A balance error as the sum of the ground's wrenches less the robot's weight, (P, 6).
+
+    What the chassis lacks is what the ground's wrenches lack, carried from the chassis CoM to the
+    robot's and turned into the floating base: z up, x along the heading ([Wu], Figs. 2 and 6).
+
+    Parameters
+    ----------
+    error
+        Body frame about the chassis CoM, shape (P, 6).
+    com_b_m
+        CoM of the robot in every pose, shape (P, 3).
+    """
+    turn = floating_from_body(data.rot_wb)
+    arm = data.geometry.chassis_com_b_m - com_b_m
+    moment = error[:, 3:] + np.cross(arm, error[:, :3])
+    return np.concatenate(
+        [(turn @ part[..., None])[..., 0] for part in (error[:, :3], moment)], axis=1
+    )
 
 
 @dataclass(frozen=True)

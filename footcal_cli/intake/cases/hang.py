@@ -10,9 +10,9 @@ from footcal_cli.core.chain import Chain, Link
 from footcal_cli.core.effects import calibration_of, having
 from footcal_cli.core.effects.contract import Trait
 from footcal_cli.core.experiments.hang import EXPERIMENT
-from footcal_cli.core.hang.blocks import blocked
 from footcal_cli.core.hang.effect import hanging_effect
 from footcal_cli.core.hang.joint import HangFit, fit_hang
+from footcal_cli.core.hang.runs import blocked
 from footcal_cli.core.inference.case import Case
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import Parameter, ParameterSet

@@ -16,8 +16,7 @@ from footcal_cli.core.inference.case import Case
 from footcal_cli.core.parameters import IntArray, Parameter, ParameterSet
 from footcal_cli.core.pose.common import common_turn
 from footcal_cli.core.pose.data import Geometry, pose_data
-from footcal_cli.core.pose.problem import PoseOptions
-from footcal_cli.core.turned import standing_axes
+from footcal_cli.core.pose.seating import standing_axes
 from footcal_cli.errors import DataError
 from footcal_cli.intake.cases.shared import CaseRead, baseline_of, chain_of, needs_time, of_cells
 from footcal_cli.intake.legs import without_effects
@@ -57,8 +56,8 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
     untested = of_cells(EXPERIMENT) | needs_time(EXPERIMENT, "poses have no time stamps")
     untested[BODY_TILT.name] = _tilt_or_mountings(data.geometry, values)
     sd, _ = noise_sd_of(asked, len(legs))
-    options = PoseOptions(com_sd_m=asked.com_sd_m, translation_sd_m=0.005)
-    return CaseRead(case, standing_axes(data, legs, sd, options), untested)
+    seen = standing_axes(data, legs, sd, asked.com_sd_m, asked.translation_sd_m)
+    return CaseRead(case, seen, untested)
 
 
 def _tilt_or_mountings(geometry: Geometry, values: Mapping[str, float]) -> str:

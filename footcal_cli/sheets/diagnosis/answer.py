@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
+
+import numpy as np
 
 from footcal_cli.core.diagnosis.answer import EffectStatus, Verdict
 from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.core.diagnosis.next_experiment import next_menu
+from footcal_cli.core.effects.cells import NONLINEARITY
 from footcal_cli.core.effects.contract import Effect
+from footcal_cli.core.effects.memory_effects import CREEP, HYSTERESIS
 from footcal_cli.core.quality import Finding, stopping
+from footcal_cli.records.diagnosis import NextExperimentRecord
 from footcal_cli.records.results import VerdictRecord
+from footcal_cli.report import number
 from footcal_cli.sheets.diagnosis.contract import Answer
 from footcal_cli.sheets.diagnosis.experiment import experiment_words, next_experiment, sharpening
 from footcal_cli.sheets.diagnosis.sentences import (
@@ -19,9 +26,70 @@ from footcal_cli.sheets.diagnosis.sentences import (
     partly_named,
     underpowered,
 )
-from footcal_cli.sheets.diagnosis.stopped import stopped
 from footcal_cli.sheets.diagnosis.unknown import unknown
 from footcal_cli.sheets.diagnosis.words import rival_groups
+
+LADDER_AGAIN = (
+    "a ladder of at least six weights up and down, two holds of five minutes, each cell alone, "
+    "three times"
+)
+
+
+def stopped(found: Investigation, stop: Sequence[Finding]) -> Answer:
+    """Bad data: say so, and what can be said all the same."""
+    said = re.split(r":| \(", stop[0].sentence)[0]
+    sentence = f"Stopped: {said}; diagnosing would be meaningless."
+    details = [f"Look at this first: {stop[0].remedy}."] if stop[0].remedy else []
+    rivals: tuple[tuple[str, ...], ...] = ()
+    experiment = None
+    if found.case.experiment.name == "weights":
+        bent = _curvature(found)
+        if bent:
+            details += bent
+            what = "nonlinearity from creep or the order of loading"
+            repeats = "with four unrepeated points" if _unrepeated(found) else "here"
+            details.append(f"These readings cannot separate {what} {repeats}.")
+            rivals = (tuple(effect.name for effect in (NONLINEARITY, CREEP, HYSTERESIS)),)
+        experiment = NextExperimentRecord(id="up_down", kind="weights", words=LADDER_AGAIN)
+        details.append(f"Run next: {LADDER_AGAIN}.")
+    return Answer(
+        VerdictRecord(level="bad", sentence=sentence, details=tuple(details)),
+        rivals,
+        experiment,
+    )
+
+
+def _unrepeated(found: Investigation) -> bool:
+    return all(np.unique(log.known["load_n"]).size == len(log) == 4 for log in found.case.logs)
+
+
+def _curvature(found: Investigation) -> list[str]:
+    """Whether scale and bias are inadequate, and whether all channels bend alike."""
+    from footcal_cli.core.bench.regression import fit_affine, pooled_curvature
+
+    fits = []
+    for log in found.case.logs:
+        load = log.known["load_n"].reshape(len(log), -1)[:, 0]
+        known = np.isfinite(load)
+        fits.append(fit_affine(log.channels[0], load[known], log.readings[known, 0]))
+    worst = max(fits, key=lambda f: f.worst_n)
+    largest = max(float(np.abs(f.load_n).max()) for f in fits)
+    if worst.worst_n < 0.01 * largest:
+        return []
+    curvature = pooled_curvature(fits)
+    lines = [
+        f"Affine inadequate: errors up to {number(worst.worst_n, 2)} N ({worst.channel}) of "
+        f"{number(largest, 3)} N."
+    ]
+    if curvature is not None:
+        shape = "compressive" if curvature.mean > 0 else "expansive"
+        lines.append(
+            f"Shared {shape} curve: {curvature.same_sign} of {len(curvature.bows)} channels bend "
+            f"the same way (mean bow {100 * abs(curvature.mean):.1f} % of the span, sign test p = "
+            f"{number(curvature.sign_p, 2)} were the channels independent)."
+        )
+    return lines
+
 
 _ASKS = (Verdict.AMBIGUOUS, Verdict.UNKNOWN, Verdict.NAMED_UNKNOWN)
 """Verdicts that an experiment would sharpen."""

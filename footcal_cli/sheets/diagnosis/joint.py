@@ -12,14 +12,17 @@ from footcal_cli.core.diagnosis.joint_hypotheses import JointSize
 from footcal_cli.core.diagnosis.joint_sizes import SingleDiagnosis, SizeSeen
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.effects.contract import Effect
+from footcal_cli.intake.cases.shared import CaseRead
 from footcal_cli.records.diagnosis import (
     CauseRecord,
     DiagnosisRecord,
     ExperimentRecord,
     SizeInExperimentRecord,
 )
-from footcal_cli.records.results import FindingRecord, VerdictRecord
-from footcal_cli.report import Sheet, number
+from footcal_cli.records.results import FindingRecord, RmseRecord, VerdictRecord
+from footcal_cli.report import Report, Sheet, number
+from footcal_cli.report.outcome import Outcome
+from footcal_cli.sheets.diagnosis.report import rmse_of
 from footcal_cli.sheets.diagnosis.words import place_words, together, with_interval, words
 
 _HOW_TO_READ = (
@@ -288,4 +291,46 @@ def _cause_record(
         probability=dict(item.rivals),
         agreement_p=item.agreement,
         remedy=table[item.cause.effect].remedy,
+    )
+
+
+def joint_outcome(
+    title: str,
+    joint: JointDiagnosis,
+    reads: Sequence[CaseRead],
+    table: Mapping[str, Effect],
+    rules: Rules,
+    seed: int,
+    alone: Sequence[str],
+) -> Outcome:
+    """One verdict on several experiments; `alone` are the options that diagnose each by itself."""
+    singles = joint.singles
+    findings = [
+        FindingRecord.of(f).model_copy(update={"where": f"{one.name}: {f.where}"})
+        for one, read in zip(singles, reads, strict=True)
+        for f in read.findings
+    ]
+    record = joint_record(joint, table, findings, rules, seed)
+    rows = tuple(
+        row.model_copy(update={"quantity": f"{one.name}: {row.quantity}"})
+        for one in singles
+        for row in rmse_of(one.found).rows
+    )
+    return Outcome(
+        usable=record.verdict != "bad-data",
+        diagnosis=record.verdict,
+        report=Report(
+            title=f"{title}: {' + '.join(one.name for one in singles)}",
+            verdict=joint_verdict(joint, table),
+            lead_sheets=(size_sheet(joint), experiment_sheet(joint)),
+            sheets=(unseen_sheet(joint),),
+            findings=tuple(findings),
+            footer=(
+                "Each experiment by itself: footcal diagnose with its logs alone "
+                f"({'; '.join(alone)}).",
+                rules.sentence(),
+            ),
+        ),
+        rmse=RmseRecord(rows=rows),
+        records={"diagnosis.json": record},
     )

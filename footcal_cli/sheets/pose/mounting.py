@@ -13,10 +13,9 @@ from footcal_cli.core.pose.data import PoseData
 from footcal_cli.core.pose.departures import Departure, departures
 from footcal_cli.core.pose.joint import PoseFit
 from footcal_cli.core.pose.leg_map import LegMap
-from footcal_cli.core.pose.mounted import Mounted
+from footcal_cli.core.pose.mounted import Mounted, in_floating_base
 from footcal_cli.core.pose.selection import Candidate
 from footcal_cli.core.pose.slow_noise import SlowNoise
-from footcal_cli.core.pose.stages import in_floating_base
 from footcal_cli.core.pose.study import MountingStudy
 from footcal_cli.core.pose.wrenches import FootCalibration, foot_wrenches, robot_com_b_m
 from footcal_cli.core.spatial import rotation_log

@@ -1,0 +1,158 @@
+"""Hip transducers that sit elsewhere, or otherwise, than the recipe says.
+
+A mounting error is some degrees and millimetres. What a fit needs beyond that is no mounting error:
+a transducer turned by a right angle or two, an axis of turned sign, a plug in another leg's socket.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.pose.data import PoseData, PoseSummary, summarise
+from footcal_cli.core.pose.hanging import LegKnowledge
+from footcal_cli.core.pose.joint import PoseFit, fit_pose, misfit_of_poses
+from footcal_cli.core.pose.problem import PoseOptions
+from footcal_cli.core.quality import Finding
+from footcal_cli.core.turned import TURNS, said_of, turned_when_standing, words_of
+
+TURNED_NOISE = 3.0
+"""A turned transducer leaves 5 to 50 times the noise of a pose: nearer to it, none is looked for,
+since each of the 23 turns of each leg costs a fit."""
+BEYOND = 10.0
+"""Times the prior sd of a hip's place, beyond which a shift is no mounting error."""
+USUAL_PLACE_SD_M = 0.005
+_ROUGH_STEPS = 8
+"""The right turn is fitted in four to six steps, most wrong ones run until their limit."""
+_NEAR = 20.0
+"""Times the least rough misfit, up to which a turn is fitted to the end."""
+
+
+def standing_axes(
+    data: PoseData,
+    legs: tuple[LegKnowledge, ...],
+    noise_sd: FloatArray,
+    com_sd_m: float,
+    place_sd_m: float | None,
+) -> list[Finding]:
+    """An axis of turned sign, a transducer that is turned, else legs that sit elsewhere.
+
+    Asked with ordinary priors, whatever a calibration leaves free.
+
+    Parameters
+    ----------
+    com_sd_m, place_sd_m
+        Prior sd of the chassis' CoM and of each hip; None: nothing is believed of the hips.
+    """
+    options = PoseOptions(com_sd_m=com_sd_m, translation_sd_m=place_sd_m or USUAL_PLACE_SD_M)
+    axis = turned_when_standing(data, legs, noise_sd, options)
+    if axis is not None:
+        return [axis.finding()]
+    fit = fit_pose(summarise(data), legs, noise_sd, options)
+    turned = check_turned_standing(data, legs, noise_sd, options, fit)
+    return turned or check_seating(fit, np.inf if place_sd_m is None else place_sd_m)
+
+
+def check_turned_standing(
+    data: PoseData,
+    legs: tuple[LegKnowledge, ...],
+    noise_sd: FloatArray,
+    options: PoseOptions,
+    given: PoseFit | None = None,
+) -> list[Finding]:
+    """Find a hip transducer that was turned after hanging: the chassis then balances nowhere.
+
+    Its offsets stay with its channels where it was mounted otherwise, and turn with them where
+    only their names or signs changed; both are tried.
+
+    Parameters
+    ----------
+    given
+        The fit of the data as they are, if it is known already.
+    """
+    summary = summarise(data)
+    given = given or fit_pose(summary, legs, noise_sd, options)
+    if given.noise_factor < TURNED_NOISE:
+        return []
+    tried = [
+        (_turned_back(summary, legs, k, turn, offsets=offsets), k, i)
+        for k in range(len(legs)) for i, turn in enumerate(TURNS) for offsets in (False, True)
+    ]  # fmt: skip
+    rough = [misfit_of_poses(back, legs, noise_sd, options, _ROUGH_STEPS) for back, _, _ in tried]
+    fitted = [
+        (fit_pose(back, legs, noise_sd, options).chi2_poses, k, i)
+        for (back, k, i), left in zip(tried, rough, strict=True)
+        if left <= _NEAR * min(rough)
+    ]
+    return said_of(data.geometry.legs, fitted, given.chi2_poses)
+
+
+def _turned_back(
+    summary: PoseSummary,
+    legs: Sequence[LegKnowledge],
+    leg: int,
+    turn: FloatArray,
+    *,
+    offsets: bool,
+) -> PoseSummary:
+    """The poses with one transducer turned back, its offsets too or where they are."""
+    change = np.eye(summary.gram.shape[0])
+    rows = slice(6 * leg, 6 * leg + 6)
+    both = np.kron(np.eye(2), turn.T)
+    change[rows, rows] = both
+    if not offsets:
+        change[rows, -1] = legs[leg].offset - both @ legs[leg].offset
+    return replace(summary, gram=change @ summary.gram @ change.T)
+
+
+def check_seating(fit: PoseFit, place_sd_m: float) -> list[Finding]:
+    """Legs whose fitted mounting is no mounting error.
+
+    A turn is none where another of the 24 right-angled mountings is nearer than the recipe's; a
+    shift against the median leg's is none where another leg's hip is nearer than its own, or from
+    `BEYOND` prior sd on.
+    """
+    geometry = fit.geometry
+    shift = fit.arm_b_m - (geometry.hip_b_m - geometry.chassis_com_b_m)
+    own = shift - np.median(shift, axis=0)  # what all share is the chassis' CoM
+    right_angled = np.array([np.eye(3), *TURNS])
+    found = []
+    for k, leg in enumerate(geometry.legs):
+        nominal = geometry.rot_bt[k]
+        turn_t = nominal.T @ fit.mounting.turn_b[k] @ nominal
+        closeness = np.einsum("nij,ij->n", right_angled, turn_t)
+        nearest = int(np.argmax(closeness))
+        if nearest:
+            angle = float(np.arccos(np.clip((closeness[0] - 1.0) / 2.0, -1.0, 1.0)))
+            found.append(_turned(leg, right_angled[nearest], angle))
+        away = np.linalg.norm(geometry.hip_b_m - (geometry.hip_b_m[k] + own[k]), axis=1)
+        if int(np.argmin(away)) != k or away[k] > BEYOND * place_sd_m:
+            found.append(_elsewhere(geometry.legs, k, int(np.argmin(away)), float(away[k])))
+    return found
+
+
+def _turned(leg: str, turn: FloatArray, angle_rad: float) -> Finding:
+    return Finding(
+        "transducer_turned", "alarm", leg,
+        f"the transducer of {leg} balances the others only if it is turned by "
+        f"{np.rad2deg(angle_rad):.0f}° against the recipe, nearest to {words_of(turn)}: no "
+        "mounting error is so large",
+        f"check the plug of {leg}, or turn its frame by {words_of(turn)} in the recipe "
+        f"(rotation_rpy_rad of [robot.legs.{leg}]); then calibrate again",
+    )  # fmt: skip
+
+
+def _elsewhere(names: Sequence[str], leg: int, other: int, away_m: float) -> Finding:
+    mine, there = names[leg], names[other]
+    where = "" if other == leg else f", near that of {there}"
+    plugs = mine if other == leg else f"{mine} and which to {there}"
+    return Finding(
+        "leg_elsewhere", "alarm", mine,
+        f"leg {mine} carries its load {1000 * away_m:.0f} mm away from its hip{where}: no mounting "
+        "error is so large",
+        f"check which plug belongs to {plugs}, and position_m of [robot.legs.{mine}]; then "
+        "calibrate again",
+    )  # fmt: skip
