@@ -237,8 +237,8 @@ def _another_way(
     One that removes less than a path that left something is not what is wrong.
     """
     most = path.removed
-    for pair in likely_pairs(path.rounds[0].library, rules):
-        both = together(subject, path, pair, seed)
+    for first in dict.fromkeys(pair[0] for pair in likely_pairs(path.rounds[0].library, rules)):
+        both = together(subject, path, first, seed)
         if both is not None:
             both = grown(subject, both, rules, seed)
             verdict, share = _judged(subject, both, rules, seed)

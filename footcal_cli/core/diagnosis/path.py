@@ -106,7 +106,7 @@ def continued(subject: Subject, path: Path, model: Refit, seed: int) -> Path:
     )
 
 
-def together(subject: Subject, path: Path, pair: tuple[int, int], seed: int) -> Path | None:
+def together(subject: Subject, path: Path, stronger: int, seed: int) -> Path | None:
     """A path that begins with two causes, each the best name for what the other one leaves.
 
     The stronger of a pair is put into the model and the other one is looked for among all effects,
@@ -117,8 +117,8 @@ def together(subject: Subject, path: Path, pair: tuple[int, int], seed: int) -> 
     ----------
     subject, path
         What is diagnosed, and a path whose first round is the baseline.
-    pair
-        Candidates by number.
+    stronger
+        Candidate by number; its partner is looked for anew, so that pairs which share it are one.
     seed
         Of sign patterns.
 
@@ -129,7 +129,7 @@ def together(subject: Subject, path: Path, pair: tuple[int, int], seed: int) -> 
     baseline = path.rounds[0]
     least = baseline.rules.pair_share
     rules = replace(baseline.rules, later_share=least, second_share=least)
-    first = _best_beside(subject, _cause(baseline.library, pair[0]), rules, seed)
+    first = _best_beside(subject, _cause(baseline.library, stronger), rules, seed)
     second = None if first is None else _best_beside(subject, first[0][-1], rules, seed)
     if first is None or second is None:
         return None
