@@ -2,6 +2,9 @@
 
 Such a turn exchanges or reverses two axes of force and of torque at once. It is no small error
 that a fit could find: every one of the 24 right-angled turns is tried instead.
+
+A single turned axis drives weight, CoM and tilts far from where they are; signatures taken there
+say nothing. So every axis is turned back in turn, and the whole model fitted again.
 """
 
 from __future__ import annotations

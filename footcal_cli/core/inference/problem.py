@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from footcal_cli.core.inference.linear import least_squares, scaled_inverse
 from footcal_cli.core.inference.lines import Series, Traces
 from footcal_cli.core.inference.settings import Settings
 from footcal_cli.core.inference.tracking import Tracking
+from footcal_cli.core.inference.whitening import Noise, law_of_noise
 from footcal_cli.core.parameters import FloatArray, IntArray
 
 _RCOND = 1e-10
@@ -170,6 +172,11 @@ class Problem:
         starts = np.flatnonzero(np.diff(self.sequence, prepend=self.sequence[:1] - 1))
         if np.unique(self.sequence[starts]).size != starts.size:
             raise ValueError("rows of one sequence must stand together")
+
+    @cached_property
+    def law(self) -> Noise:
+        """What its noise is like, from the residual."""
+        return law_of_noise(self)
 
     @property
     def without_candidates(self) -> Problem:

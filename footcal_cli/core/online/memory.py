@@ -1,4 +1,12 @@
-"""The estimator that remembers, over a whole walk: delay aligned, noise learnt, then filtered."""
+"""The estimator that remembers, over a whole walk: delay aligned, noise learnt, then filtered.
+
+An estimator's CoM acceleration holds motion that never was: odometry that changes its foot bumps at
+every step, and each bump is differentiated twice. These false forces repeat with the gait, so that
+thousands of steps never average them out, and gains of cells are bent until they fit. They are
+harmonics of the step; what moves a robot from foot to foot is the step itself. Where errors repeat,
+total rows are filtered below the second harmonic of the step, on both sides alike, and only as many
+are kept as are independent.
+"""
 
 from __future__ import annotations
 
