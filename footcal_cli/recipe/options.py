@@ -26,8 +26,6 @@ class Flag:
         What ``--help`` says of it.
     name
         How it is called; the field's name where empty.
-    metavar
-        What its value is called.
     """
 
     help: str
