@@ -54,8 +54,6 @@ def scores(inner: FloatArray, base: IntArray, columns: IntArray) -> Scores:
         Gram matrices of the blocks, shape (B, n, n); the residual is the last column.
     base
         Columns that are fitted: calibration and what was accepted.
-    columns
-        Candidates.
     """
     last = inner.shape[1] - 1
     wanted = np.append(columns, last)
@@ -98,8 +96,6 @@ def held_out_loss(
     ----------
     inner
         Gram matrices that are fitted, shape (B, n, n).
-    base
-        Columns.
     judged
         Gram matrices in which the error is counted; `inner` where absent. Same column numbers,
         the residual last.

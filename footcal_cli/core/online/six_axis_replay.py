@@ -66,8 +66,6 @@ class SixAxisReplay:
     ----------
     merged, rows
         What went in, the body stream moved by `delay_s`.
-    track, smoothed, tuning
-        Filter, smoother, learnt noise.
     jumps
         Offset jumps alarmed while filtering, sized by the smoother.
     estimates

@@ -66,8 +66,6 @@ class Tuning:
         Before and after.
     sd_log
         Sd of the logarithm of each learnt field from the curvature, shape (learnt,).
-    learnt
-        Names of the fields.
     """
 
     noise: Noise
@@ -92,14 +90,10 @@ def learn_noise(
 
     Parameters
     ----------
-    rows
-        The walk.
     start
         Where to begin, and the centre of a weak prior.
     learnt
         Fields of `Noise` to move; the others are kept (a recipe's).
-    rounds
-        Newton rounds.
     guards
         Its Huber limit.
     known_jumps
