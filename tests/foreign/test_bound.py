@@ -24,7 +24,7 @@ def bound(robot_sd_n: float, weights_off: float, load_n: Array) -> Array:
     same = np.equal.outer(load_n, load_n)
     noise = noise + (weights_off * np.outer(load_n, load_n) ** 0.5) ** 2 * same
     a = np.column_stack([load_n, np.ones(n)])
-    return np.sqrt(np.diag(np.linalg.inv(a.T @ np.linalg.solve(noise, a))))
+    return np.asarray(np.sqrt(np.diag(np.linalg.inv(a.T @ np.linalg.solve(noise, a)))))
 
 
 def ratios(seeds: range) -> tuple[Array, Array]:
