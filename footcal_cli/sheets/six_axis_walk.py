@@ -13,7 +13,7 @@ from footcal_cli.core.online.six_axis_replay import SixAxisReplay
 from footcal_cli.core.parameters import FloatArray, Status
 from footcal_cli.intake.recordings import Recording
 from footcal_cli.plots import six_axis_walk as plots
-from footcal_cli.plots.walk import plot_innovations
+from footcal_cli.plots.walk import plot_innovations, within_band
 from footcal_cli.records.results import FindingRecord, RmseRecord, RmseRow, VerdictRecord
 from footcal_cli.report import Picture, Report, Sheet, number, plural, with_sd
 from footcal_cli.report.outcome import Outcome
@@ -289,7 +289,7 @@ def pictures_of(found: SixAxisReplay) -> tuple[Picture, ...]:
         Picture("innovations", lambda: plot_innovations(found.track, found.rows.outputs[:5]),
                 "Difference between each update and its prediction, over its predicted sd.",
             title="Innovations in units of their predicted sd",
-            result=f"{100 * found.consistency.inside:.0f} % lie inside their own 95 % band.",
+            result=lambda: within_band(found.track, 5),
             zoom=True),
     )  # fmt: skip
 

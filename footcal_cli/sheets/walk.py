@@ -255,7 +255,7 @@ def pictures_of(
                 "Difference between each update and its prediction, over its predicted sd: 95 % "
                 "should lie in the grey band, without a pattern.",
             title="Innovations in units of their predicted sd",
-            result=f"{100 * found.consistency.inside:.0f} % lie inside their own 95 % band.",
+            result=lambda: plots.within_band(track, 3),
             zoom=True),
     ]  # fmt: skip
     if states:
