@@ -22,7 +22,7 @@ from footcal_cli.sheets.streams import stream_findings
 
 _SURPRISING_SHARE = 0.02
 _SHARED_SCALE, _SURE = 0.01, 4.0
-"""Part that the vertical scales of all feet must share, and its size in sd, to be told."""
+"""Part that the vertical scales of all feet must share, and its size in sd, to be reported."""
 _WIDENED = 1.5
 _NOTABLE_DELAY_S = 0.005
 
@@ -205,7 +205,7 @@ def findings_of(found: SixAxisReplay) -> list[FindingRecord]:
     if not any(".scale_" in name for name in found.estimates.names):
         add(
             "scales_left_alone", "feet",
-            f"the motion of the body tells the force to {found.demand_sd_n:.0f} N only: scales "
+            f"the body's motion determines the force only to {found.demand_sd_n:.0f} N: scales "
             "were left at 1, a regression on so poor a demand would pull them to zero",
             "log the CoM from a better model, or an IMU; or set scales = true",
         )  # fmt: skip
