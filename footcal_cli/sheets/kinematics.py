@@ -99,12 +99,8 @@ def findings_of(
         Of the recipe.
     urdf, log
         Names of the files.
-    mass_kg
-        Of the model.
     carried_n
         Mean vertical force on the feet, None where it was not logged.
-    posture, found
-        The motion.
     known
         Whether the base's position was logged.
     """

@@ -57,16 +57,12 @@ def outcome_of(
 
     Parameters
     ----------
-    robot
-        Its name.
     study
         The fit and what judges it.
     stages
         Balance errors (P, 6) by stage: before, offsets only, …, after.
     rejected
         Poses by reason.
-    options
-        How it was fitted.
     """
     data, fit, names = study.data, study.fit, study.data.geometry.legs
     calibration = Mounted(fit.rot_bt, fit.arm_b_m).feet(data, fit.mounting.offset, study.legs)
