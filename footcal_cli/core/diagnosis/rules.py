@@ -21,8 +21,6 @@ class Rules:
     ----------
     alpha_name
         Family-wise level of naming a cause; half each for effects seen within and between blocks.
-    alpha_certain
-        Level of naming first what is smaller than matters, other than in walks and stands.
     alpha_unknown
         Level of saying that something without a name is left.
     alpha_rival
@@ -103,7 +101,6 @@ class Rules:
     """
 
     alpha_name: float = 0.01
-    alpha_certain: float = 0.001
     alpha_unknown: float = 0.02
     alpha_rival: float = 0.05
     alpha_beside: float = 0.01

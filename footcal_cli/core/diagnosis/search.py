@@ -184,11 +184,9 @@ def _next_step(
             return None, why
         small = abs(size) < lib.smallest[lib.index(int(evidence.best[c]))]
         worth = float(plain.sum()) >= rules.later_share * total_loss
-        first = not steps and lib.problem.accepted is None and not lib.problem.pieces
-        alone = first and evidence.p[c] < rules.alpha_certain
-        if small and (lib.problem.drifts or not (worth or alone)):
+        if small and (lib.problem.drifts or not worth):
             # a small cause that is certain is named and called small, but not what the form of a
-            # larger one gets wrong, nor what is usual in a walk or a stand
+            # larger one gets wrong, nor what is usual in a walk
             why.append(f"{name}: significant, but {abs(size):.3g} {signature.unit} is below the "
                        "size that matters")  # fmt: skip
             return None, why

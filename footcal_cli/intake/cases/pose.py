@@ -75,6 +75,7 @@ def _by_pose(effect: Effect) -> Effect:
             replace(
                 p, unit=per_pose.get(p.unit, p.unit),
                 prior_sd=p.prior_sd * (POSE_S if p.unit.endswith("/s") else 1.0),
+                grid=p.grid[1::2],  # every tenth of the poses: no moment within a block shows
             )
             for p in effect.parameters
         ),
