@@ -21,8 +21,6 @@ class Link:
 
     Parameters
     ----------
-    effect
-        The row of the table.
     owners
         Name of each parameter's owner -> the units (channels, feet, legs) that share its value.
         Units that no owner names are neutral.
@@ -83,15 +81,6 @@ class Seen:
 
     def __init__(self) -> None:
         self._last: dict[str, tuple[Log, Theta, FloatArray]] = {}
-        self._remembers: dict[tuple[str, ...], bool] = {}
-
-    def remembers(self, chain: Chain, log: Log, values: Mapping[str, float]) -> bool:
-        """Whether what a chain makes of a row of the log depends on the rows before it."""
-        acting = tuple(name for item in chain.links for name in item.acting(values))
-        if acting not in self._remembers:
-            _, states = chain.remove(log.rows(0, 2), values)
-            self._remembers[acting] = any(state is not None for state in states.values())
-        return self._remembers[acting]
 
     def removed(self, effect: Effect, log: Log, theta: Theta) -> Log:
         """`Effect.remove` of the columns that differ from the last ones; exact."""
@@ -171,7 +160,12 @@ class Chain:
         """Log to truth; pass the returned state on with the next chunk."""
         return self._run(log, values, state, forward=False)
 
-    def truth(self, log: Log, values: Mapping[str, float], seen: Seen) -> Log:
+    def remembers(self, log: Log, values: Mapping[str, float]) -> bool:
+        """Whether what it makes of a row of the log depends on the rows before it."""
+        states = self.remove(log.rows(0, 2), values)[1]
+        return any(state is not None for state in states.values())
+
+    def truth(self, log: Log, values: Mapping[str, float], seen: Seen | None) -> Log:
         """As `remove` for a whole log, with what calls before it have left in `seen`."""
         return self._run(log, values, None, forward=False, seen=seen)[0]
 

@@ -152,8 +152,6 @@ def check_dead_channels(
     ----------
     readings
         In units that siblings share, shape (n, c).
-    names
-        Of the channels.
     loaded
         Rows are weights put here and there: the siblings are known to move.
     """
@@ -186,8 +184,6 @@ def check_loose_channels(readings: FloatArray, names: Sequence[str]) -> list[Fin
     ----------
     readings
         In units that siblings share, shape (n, c).
-    names
-        Of the channels.
     """
     good = readings[np.isfinite(readings).all(axis=1)]
     if len(good) < 50 or len(names) < 3:

@@ -235,8 +235,6 @@ def read_placements(
 
     Parameters
     ----------
-    tables
-        Placements logs.
     robot
         Feet with their cells' positions; the nameplate for the forces before calibration.
     calibration

@@ -53,12 +53,8 @@ class Recording:
 
     Parameters
     ----------
-    merged
-        Streams as one log.
     belief
         Prior of the cells; None for six-axis feet.
-    feet
-        Names of the feet.
     name
         File name of the sensors' log.
     no_body, no_angular_momentum

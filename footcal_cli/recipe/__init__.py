@@ -303,8 +303,6 @@ def read_recipe(path: Path, commands: Collection[str]) -> Recipe:
 
     Parameters
     ----------
-    path
-        The TOML file.
     commands
         Names of the tables that hold options of commands.
     """

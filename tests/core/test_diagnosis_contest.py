@@ -31,7 +31,6 @@ from footcal_cli.core.inference.evidence import Interval, sign_flip_group, sign_
 from footcal_cli.core.inference.linear import left_by
 from footcal_cli.core.inference.problem import Signature
 from footcal_cli.core.inference.refit import Refit, Scatter
-from footcal_cli.core.inference.whitening import noise_of
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.simulation.bench_logs import WeightsPlan
 from footcal_cli.sheets.diagnosis.evidence import table_rows
@@ -120,7 +119,7 @@ def test_a_dead_zone_and_the_hinge_that_equals_it_lose_alike() -> None:
         start = {f"all.{effect}": 0.05, f"all.{shape}": 6.0}
         fitted = subject.refitted([cause], start)
         fair = subject.without_credit(subject.bare(fitted, [cause]), fitted)
-        noise = noise or noise_of(fair)
+        noise = noise or fair.law
         losses.append(_white_loss(fair, noise).sum())
     assert losses[0] == pytest.approx(losses[1], rel=2e-3)
 
@@ -249,7 +248,7 @@ def test_positions_of_its_own_in_every_cell_are_no_proof() -> None:
     rows = rows_of(case)
     subject = Subject(case, rows, problem_from(case, rows, (), describe), TABLE, describe)
     best = tried("cell_position", 1.0, 0.4)
-    noise = noise_of(subject.problem)
+    noise = subject.problem.law
     chosen, fitted, _ = _where(subject, [], None, best, noise, SIGNS, Rules())
     assert chosen is best.cause
     assert fitted is best.fitted

@@ -18,7 +18,6 @@ from footcal_cli.core.inference.evidence import sign_patterns
 from footcal_cli.core.inference.grams import whitened_grams
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.scores import scores
-from footcal_cli.core.inference.whitening import noise_of
 from footcal_cli.core.parameters import FloatArray
 
 STANCES = 24
@@ -95,7 +94,7 @@ def test_noise_is_what_one_calibration_of_all_stances_leaves() -> None:
     for _ in range(40):
         problem = standing(stances(rng), rng.normal(size=3 * STANCES) * np.tile(size, STANCES))
         off = problem.calibration @ rng.normal(0.0, 30.0, 6)
-        found.append(noise_of(replace(problem, residual=problem.residual + off)).whitener.sd)
+        found.append(replace(problem, residual=problem.residual + off).law.whitener.sd)
     assert np.sqrt(np.mean(np.square(found), axis=0)) == pytest.approx(size, rel=0.1)
 
 

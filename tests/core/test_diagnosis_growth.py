@@ -15,7 +15,6 @@ from footcal_cli.core.effects import TABLE
 from footcal_cli.core.inference.evidence import Interval
 from footcal_cli.core.inference.problem import Problem, Signature
 from footcal_cli.core.inference.refit import Refit, Scatter
-from footcal_cli.core.inference.whitening import noise_of
 from footcal_cli.core.parameters import FloatArray
 
 BLOCKS, ROWS = 12, 60
@@ -53,7 +52,7 @@ def test_a_rival_that_one_block_tells_apart_does_not_take_the_gain_away() -> Non
     baseline = problem_of(residual)
     alone = problem_of(residual, cause[:, None])
     both = replace(alone, accepted=np.stack([cause, rival], axis=1))
-    law = noise_of(alone)
+    law = alone.law
     start, end = losses(baseline, [alone], law)
     assert start - end > 0.5 * 0.3**2 * cause.size
     assert losses(baseline, [both], law)[1] > start

@@ -16,7 +16,7 @@ from footcal_cli.core.inference.grams import Grams, whitened_grams
 from footcal_cli.core.inference.problem import Problem, Signature
 from footcal_cli.core.inference.scores import scores
 from footcal_cli.core.inference.wandering import variance_beside, wandering_variance
-from footcal_cli.core.inference.whitening import has_single_rows, noise_of
+from footcal_cli.core.inference.whitening import has_single_rows
 from footcal_cli.core.parameters import FloatArray
 
 STANCES, PIECES, OUTPUTS = 24, 4, 3
@@ -87,7 +87,7 @@ def best_possible(problem: Problem) -> float:
 
 
 def test_rows_within_a_stance_are_as_noisy_as_its_pieces_are() -> None:
-    sd = [noise_of(standing(seed)).whitener.sd for seed in range(20)]
+    sd = [standing(seed).law.whitener.sd for seed in range(20)]
     assert np.sqrt(np.mean(np.square(sd))) == pytest.approx(WITHIN, rel=0.1)
 
 

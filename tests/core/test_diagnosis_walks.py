@@ -20,7 +20,7 @@ from footcal_cli.core.effects import TABLE
 from footcal_cli.core.inference.case import every, residual, rows_of
 from footcal_cli.core.inference.grams import whitened_grams
 from footcal_cli.core.inference.problem import Problem, Signature
-from footcal_cli.core.inference.whitening import RowWhitener, noise_of
+from footcal_cli.core.inference.whitening import RowWhitener
 from footcal_cli.core.parameters import FloatArray
 from tests.core.test_diagnosis_bridge import ROBOT, walk_case
 
@@ -152,9 +152,9 @@ def test_in_noise_of_its_own_a_worse_model_fits_as_well() -> None:
         whitened_grams(p, np.empty((noise.size, 0)))[0].inner[:, -1, -1].sum() for p in (good, bad)
     ]
     assert own[1] == pytest.approx(own[0], rel=0.02)
-    levels = [noise_of(p).level for p in (good, bad)]
+    levels = [p.law.level for p in (good, bad)]
     assert levels[0] < levels[1]
-    shared = noise_of(good)
+    shared = good.law
     judged = [
         whitened_grams(p, np.empty((noise.size, 0)), shared)[0].inner[:, -1, -1].sum()
         for p in (good, bad)

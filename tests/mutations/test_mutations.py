@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import json
 from pathlib import Path
 
 from tests.mutations.sites import Mutant, apply, instrument, mutants_of
@@ -51,3 +52,15 @@ def test_recording_changes_no_result(tmp_path: Path) -> None:
     text = (root / FILE).read_text(encoding="utf-8")
     assert text.count(".hit(") == 4
     ast.parse(text)
+
+
+def test_the_drawn_mutants_stand_in_the_product(repository: Path) -> None:
+    """A file that was moved takes its mutants along; some lines may be written anew."""
+    rows = json.loads((Path(__file__).parent / "mutants.json").read_text(encoding="utf-8"))
+    asked = [Mutant(**{k: v for k, v in row.items() if k != "verdict"}) for row in rows]
+    known = {
+        mutant
+        for file in {m.file for m in asked if (repository / m.file).is_file()}
+        for mutant, _, _ in mutants_of(repository, file)
+    }
+    assert len([m for m in asked if m not in known]) <= 3

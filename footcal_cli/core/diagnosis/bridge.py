@@ -144,13 +144,14 @@ def _settings(ideal: Case, rows: Rows) -> Settings:
 def _of_each_cell(ideal: Case, rows: Rows) -> tuple[list[FloatArray], list[str]]:
     """Gain and offset of every cell, where an output is a sum over cells."""
     columns, kind = [], []
-    still = residual(ideal, rows, ideal.values)
+    seen = ideal.memory()
+    still = residual(ideal, rows, ideal.values, seen=seen)
     for channel in channels_of(ideal.logs):
         scale, bias = f"{channel}.scale", f"{channel}.bias"
         values = ideal.values
         gain = {scale: _MORE * values[scale], bias: _MORE * values[bias]}
         for name, moved in (("gain", gain), ("offset", {bias: values[bias] + _MORE - 1.0})):
-            column = residual(ideal, rows, {**values, **moved}) - still
+            column = residual(ideal, rows, {**values, **moved}, seen=seen) - still
             columns.append(column / max(float(np.sqrt(np.mean(column**2))), 1e-300))
             kind.append(name)
     return columns, kind

@@ -37,7 +37,7 @@ from footcal_cli.core.inference.scores import held_out_loss
 from footcal_cli.core.inference.settings import Settings
 from footcal_cli.core.inference.shapes import shapes_of
 from footcal_cli.core.inference.signatures import SWITCHES, own_place
-from footcal_cli.core.inference.whitening import Noise, noise_of
+from footcal_cli.core.inference.whitening import Noise
 from footcal_cli.core.parameters import FloatArray
 
 OF_ANY_ORDER = having(Trait.LOW_PASS)
@@ -156,7 +156,7 @@ def _of_the_likeliest(judged: Sequence[Problem]) -> Noise:
         left = float(_white_loss(problem, noise).sum()) if noise.settled else 0.0
         return noise.level + 0.5 * left
 
-    laws = [noise_of(problem) for problem in judged]
+    laws = [problem.law for problem in judged]
     return min(zip(judged, laws, strict=True), key=lambda pair: surprise(*pair))[1]
 
 

@@ -13,7 +13,6 @@ from footcal_cli.core.inference.case import Case, Rows
 from footcal_cli.core.inference.linear import scaled_inverse
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.signatures import calibration_columns
-from footcal_cli.core.inference.whitening import noise_of
 from footcal_cli.core.parameters import FloatArray, IntArray
 
 _RCOND = 1e-12
@@ -33,7 +32,7 @@ def times_floor(case: Case, rows: Rows, problem: Problem) -> float:
     all the same.
     """
     unit = np.maximum(_mean(problem.noise, problem.output, len(problem.outputs)), 1e-300)
-    noise = noise_of(problem).whitener.sd[problem.output] ** 2
+    noise = problem.law.whitener.sd[problem.output] ** 2
     allowed = ((problem.tolerance / unit) ** 2)[problem.output]
     left = problem.residual
     if case.known is None:

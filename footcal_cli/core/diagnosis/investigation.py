@@ -36,7 +36,6 @@ from footcal_cli.core.inference.case import Case, Rows, rows_of
 from footcal_cli.core.inference.evidence import Interval, sign_patterns
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.refit import Refit
-from footcal_cli.core.inference.whitening import noise_of
 from footcal_cli.core.parameters import IntArray
 
 _CLEAR = (Verdict.NAMED, Verdict.AMBIGUOUS)
@@ -168,17 +167,17 @@ def investigate(
     nested, alike = None, np.ones(problem.blocks, dtype=bool)
     if named:
         nested = nested_losses(
-            problem, rounds[0].library, rules, len(causes), seed, noise_of(final), pair=path.pair
+            problem, rounds[0].library, rules, len(causes), seed, final.law, pair=path.pair
         )
         alike = nested.alike(
             [frozenset({s.effect for s in (c.signature, *c.rivals)}) for c in causes]
         )
-    gains = gains_of(problem, without_rivals(final, model), noise_of(final), nested, alike)
+    gains = gains_of(problem, without_rivals(final, model), final.law, nested, alike)
     if named and (bought(gains, problem) <= 0.0 or float(np.mean(alike)) < LEAST_STABLE):
         # what was chosen without a block does not predict it, or is chosen only with all of them
         named, final, model = False, problem, None
         verdict = Verdict.UNKNOWN if _matters(subject, path, beside=False) else Verdict.NONE
-        gains = gains_of(problem, problem, noise_of(problem))
+        gains = gains_of(problem, problem, problem.law)
     return Investigation(
         verdict=verdict,
         rounds=path.rounds,

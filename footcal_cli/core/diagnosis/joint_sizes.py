@@ -18,7 +18,6 @@ from footcal_cli.core.inference.evidence import effective_blocks
 from footcal_cli.core.inference.grams import Grams, whitened_grams
 from footcal_cli.core.inference.problem import Signature
 from footcal_cli.core.inference.scores import coefficients, scores
-from footcal_cli.core.inference.whitening import noise_of
 from footcal_cli.core.parameters import IntArray
 
 _CERTAIN = (Verdict.NAMED, Verdict.AMBIGUOUS, Verdict.NAMED_UNKNOWN)
@@ -110,7 +109,7 @@ class SingleDiagnosis:
         """All candidates beside the calibration, in the noise that is left beside its names."""
         problem = self.found.problem
         nothing = np.empty((problem.residual.size, 0))
-        return whitened_grams(problem, nothing, noise_of(self.found.final), counted=False)[0]
+        return whitened_grams(problem, nothing, self.found.final.law, counted=False)[0]
 
     @cached_property
     def units(self) -> Mapping[str, frozenset[str]]:

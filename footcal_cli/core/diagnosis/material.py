@@ -16,7 +16,6 @@ from footcal_cli.core.inference.case import Case
 from footcal_cli.core.inference.linear import scaled_inverse
 from footcal_cli.core.inference.problem import Problem, Signature
 from footcal_cli.core.inference.refit import Refit
-from footcal_cli.core.inference.whitening import noise_of
 from footcal_cli.core.parameters import FloatArray
 
 MOST = 3.0
@@ -79,7 +78,7 @@ def nameless_of(
         [float(baseline.noise[baseline.output == o][:1].sum()) for o in range(rows.size)]
     )
     squared = repeating(current, features) * unit_noise**2
-    noise, share = noise_of(current), unit_noise**2 / np.maximum(rows, 1)
+    noise, share = current.law, unit_noise**2 / np.maximum(rows, 1)
     whole = share * output_losses(current if model is None else baseline, noise).sum(axis=0)
     if model is not None:
         after = share * output_losses(without_rivals(current, model), noise).sum(axis=0)

@@ -22,7 +22,6 @@ from footcal_cli.core.inference.grams import whitened_grams
 from footcal_cli.core.inference.problem import Signature
 from footcal_cli.core.inference.refit import Refit
 from footcal_cli.core.inference.signatures import derivative
-from footcal_cli.core.inference.whitening import noise_of
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 
@@ -61,7 +60,7 @@ def at_its_moment(
         )
         for time in times
     ]  # fmt: skip
-    grams, _ = whitened_grams(left.without_candidates, np.stack(columns, axis=1), noise_of(left))
+    grams, _ = whitened_grams(left.without_candidates, np.stack(columns, axis=1), left.law)
     taken = [explained(grams, grams.calibration, one)[0] for one in grams.features[:, None]]
     best = int(np.argmax(taken))
     # of so many rows one explains that much more of noise alone

@@ -18,7 +18,6 @@ from footcal_cli.core.inference.evidence import Interval
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.refit import Refit
 from footcal_cli.core.inference.scores import scores
-from footcal_cli.core.inference.whitening import noise_of
 
 
 @dataclass(frozen=True)
@@ -86,7 +85,7 @@ def continued(subject: Subject, path: Path, model: Refit, seed: int) -> Path:
     current = subject.extended(model, path.causes)
     # a curve that is neither of two rivals is both of them
     either = (without_rivals(current, model), current)
-    start, end = losses(subject.problem, either, noise_of(current))
+    start, end = losses(subject.problem, either, current.law)
     last = diagnose(current, path.rounds[0].rules, seed, start)
     return replace(
         path,
@@ -138,7 +137,7 @@ def _best_beside(
     """A cause and the best name for what it leaves, with their model and what found the name."""
     model = refitted_with(subject, [held], None)
     current = subject.extended(model, [held])
-    start, _ = losses(subject.problem, [current], noise_of(current))
+    start, _ = losses(subject.problem, [current], current.law)
     answer = diagnose(current, rules, seed, start)
     found, answer = grown_by_one(subject, [held], model, current, answer, start, seed)
     return None if found is None or len(found[0]) == 1 else (*found, answer)

@@ -18,7 +18,6 @@ from footcal_cli.core.inference.refit import Refit
 from footcal_cli.core.inference.scores import scores
 from footcal_cli.core.inference.shapes import shapes_of
 from footcal_cli.core.inference.signatures import derivative
-from footcal_cli.core.inference.whitening import noise_of
 from footcal_cli.core.log import Log
 
 _STEP = 0.01  # of a parameter, for the derivative
@@ -104,7 +103,7 @@ def _other_forms(
         subject.problem, residual=model.residual, accepted=beside if beside.size else None,
         columns=columns / scale, signatures=signatures,
     )  # fmt: skip
-    noise = noise_of(local)
+    noise = local.law
     grams, _ = whitened_grams(replace(local, residual=whole), np.empty((whole.size, 0)), noise)
     told = scores(grams.inner, grams.calibration, grams.candidates)
     bought = told.score.sum(axis=0) * told.size

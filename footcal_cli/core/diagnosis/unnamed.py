@@ -36,7 +36,6 @@ from footcal_cli.core.inference.linear import unit_columns
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.scores import held_out_loss, scores
 from footcal_cli.core.inference.signatures import derivative
-from footcal_cli.core.inference.whitening import noise_of
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 
@@ -236,7 +235,7 @@ def _replaces(
     rules: Rules,
 ) -> bool:
     """Whether a curve is a rival of the named causes, by the rule for rivals with a name."""
-    grams, _ = whitened_grams(before.without_candidates, np.hstack([curve, named]), noise_of(after))
+    grams, _ = whitened_grams(before.without_candidates, np.hstack([curve, named]), after.law)
     bent, mine = np.split(grams.features, [curve.shape[1]])
     base = grams.calibration
     start, with_curve, with_names = (

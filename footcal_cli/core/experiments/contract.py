@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from footcal_cli.core.chain import Chain
+from footcal_cli.core.chain import Chain, Seen
 from footcal_cli.core.effects.contract import Effect
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import BoolArray, FloatArray
@@ -92,7 +92,21 @@ class Experiment:
 
 
 def residual(
-    experiment: Experiment, chain: Chain, log: Log, values: Mapping[str, float]
+    experiment: Experiment,
+    chain: Chain,
+    log: Log,
+    values: Mapping[str, float],
+    seen: Seen | None = None,
+    judged: Callable[[Log], Log] | None = None,
 ) -> Balance:
-    """The one residual: a log through the inverse chain, against what the experiment demands."""
-    return experiment.balance(chain.remove(log, values)[0])
+    """The one residual: a log through the inverse chain, against what the experiment demands.
+
+    Parameters
+    ----------
+    seen
+        What earlier calls on this log have computed; they must differ by a few columns.
+    judged
+        The rows of the log, its distortions removed, that are judged; all of them where None.
+    """
+    truth = chain.truth(log, values, seen)
+    return experiment.balance(truth if judged is None else judged(truth))

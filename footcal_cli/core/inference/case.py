@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -103,9 +103,8 @@ class Case:
         """The rows of each log that are judged."""
         return tuple(every(log, self.stride) for log in self.logs)
 
-    @cached_property
-    def seen(self) -> tuple[Seen, ...]:
-        """What derivatives of each log have computed before."""
+    def memory(self) -> tuple[Seen, ...]:
+        """Room for what derivatives of each log compute on the way, for `residual`."""
         return tuple(Seen() for _ in self.logs)
 
     def extended(self, chain: Chain, values: Mapping[str, float]) -> Case:
@@ -155,19 +154,28 @@ def residual(
     values: Mapping[str, float],
     chain: Chain | None = None,
     only: Sequence[int] | None = None,
+    seen: Sequence[Seen] | None = None,
 ) -> FloatArray:
-    """The one residual of a case in units of noise, shape (m,); zero on logs not among `only`."""
+    """The one residual's rows that count, in units of noise, shape (m,).
+
+    Parameters
+    ----------
+    only
+        Logs it is wanted of; it is zero on the others.
+    seen
+        From `Case.memory`, where many near-equal values are tried one after the other.
+    """
     used = chain or case.chain
     out = np.zeros(rows.row.size)
     for i in range(len(case.logs)) if only is None else only:
         here = rows.log == i
-        log = case.logs[i]
-        if case.stride > 1 and not case.seen[i].remembers(used, log, values):
-            judged, _ = used.remove(case.judged[i], values)
+        log, judged = case.logs[i], partial(_judged, case, i)
+        if case.stride > 1 and not used.remembers(log, values):
+            balance = contract.residual(case.experiment, used, case.judged[i], values)
         else:
-            judged = _judged(case, i, used.truth(log, values, case.seen[i]))
-        error = case.experiment.balance(judged).error
-        out[here] = error[rows.row[here] // case.stride, rows.column[here]]
+            of_log = None if seen is None else seen[i]
+            balance = contract.residual(case.experiment, used, log, values, of_log, judged)
+        out[here] = balance.error[rows.row[here] // case.stride, rows.column[here]]
     scaled = out / rows.noise
     # an extreme trial value may leave the balance undefined; it then says nothing
     return np.where(np.isfinite(scaled), scaled, 0.0)

@@ -14,7 +14,7 @@ import numpy as np
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.tracking import PART_S, Tracking, innovations, parts_of, starts_of
 from footcal_cli.core.inference.wandering import partial_out, variance_beside, wandering_columns
-from footcal_cli.core.inference.whitening import PIECE, Noise, RowWhitener, kept_tracking, noise_of
+from footcal_cli.core.inference.whitening import PIECE, Noise, RowWhitener, kept_tracking
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
 _FREE = 1e8
@@ -119,8 +119,6 @@ def whitened_grams(
 
     Parameters
     ----------
-    problem
-        The arrays.
     features
         Further columns, shape (m, f): anything the residual may depend on.
     noise
@@ -129,7 +127,7 @@ def whitened_grams(
         Whether errors are counted without whitening too. A fit asks for `inner` alone: `plain`,
         `by_output` and `energy` are then empty.
     """
-    noise = noise or noise_of(problem)
+    noise = noise or problem.law
     whitener, tau = noise.whitener, noise.autocorrelation_time
     kept = whitener.kept
     tracked = problem.tracking is not None

@@ -85,6 +85,31 @@ def scaled_inverse(products: FloatArray, rcond: float, empty: float = 0.0) -> Fl
     return np.asarray((vectors * inverse[..., None, :]) @ np.swapaxes(vectors, -1, -2) / outer)
 
 
+def solve_information(
+    information: FloatArray, vector: FloatArray, unit: FloatArray, rcond: float
+) -> tuple[FloatArray, FloatArray, int]:
+    """A linear fit from its normal equations, as far as its unknowns are seen.
+
+    Parameters
+    ----------
+    information, vector
+        ``Σ Aᵀ W A`` and ``Σ Aᵀ W y``, shape (n, n) and (n,).
+    unit
+        Size of each unknown, shape (n,): what "seen" is measured in.
+    rcond
+        Eigenvalue in these units, against the largest, from which a direction is seen.
+
+    Returns
+    -------
+    Estimate (n,), covariance (n, n) and the number of directions seen; others are left at zero
+    """
+    outer = np.outer(unit, unit)
+    values, vectors = np.linalg.eigh(information * outer)
+    seen = values > rcond * values[-1]
+    covariance = (vectors[:, seen] / values[seen]) @ vectors[:, seen].T * outer
+    return covariance @ vector, covariance, int(seen.sum())
+
+
 def inverse_beside(products: FloatArray, size: FloatArray, rcond: float) -> FloatArray:
     """Pseudo-inverse of inner products of what an elimination left of columns, shape (n, n).
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from footcal_cli.core.inference.linear import least_squares, scaled_inverse
 from footcal_cli.core.inference.lines import Series, Traces
 from footcal_cli.core.inference.settings import Settings
 from footcal_cli.core.inference.tracking import Tracking
+from footcal_cli.core.inference.whitening import Noise, law_of_noise
 from footcal_cli.core.parameters import FloatArray, IntArray
 
 _RCOND = 1e-10
@@ -26,8 +28,6 @@ class Signature:
         Names in the table of effects.
     where
         Who carries it (``left_rr``, ``all cells``, ``left``, ``robot``).
-    unit
-        Unit of the size.
     shape
         Values of the shape parameters.
     lower, upper
@@ -77,8 +77,6 @@ class Problem:
         What each candidate of size one adds to the residual, shape (m, k), and what it is.
     block, output, sequence
         Of each row, shape (m,): 0 … B−1; index into `outputs`; number of the sequence.
-    outputs, units
-        Name and unit of the outputs.
     noise
         Assumed noise sd of each row in the output's unit, shape (m,).
     tolerance
@@ -170,6 +168,11 @@ class Problem:
         starts = np.flatnonzero(np.diff(self.sequence, prepend=self.sequence[:1] - 1))
         if np.unique(self.sequence[starts]).size != starts.size:
             raise ValueError("rows of one sequence must stand together")
+
+    @cached_property
+    def law(self) -> Noise:
+        """What its noise is like, from the residual."""
+        return law_of_noise(self)
 
     @property
     def without_candidates(self) -> Problem:

@@ -16,7 +16,7 @@ from footcal_cli.core.inference.grams import Grams, whitened_grams
 from footcal_cli.core.inference.problem import Problem, Signature
 from footcal_cli.core.inference.scores import joint_sizes, scores
 from footcal_cli.core.inference.signatures import extended_chain
-from footcal_cli.core.inference.whitening import Noise, noise_of
+from footcal_cli.core.inference.whitening import Noise
 from footcal_cli.core.parameters import FloatArray, IntArray
 
 MODEL_ERROR = 0.05
@@ -48,8 +48,6 @@ class Scatter:
 
         Parameters
         ----------
-        value
-            The number.
         turn
             Its derivative by the fitted numbers, shape (k,).
         beyond
@@ -248,7 +246,7 @@ class _Fit:
         """The model with given columns, which were taken at its ideal recordings."""
         left = residual(self.case, self.rows, values, self.chain)
         local = _local(self.problem, left, columns)
-        noise = near.noise if near else noise_of(local)
+        noise = near.noise if near else local.law
         grams, _ = whitened_grams(local, np.empty((left.size, 0)), noise, counted=False)
         return _Point(dict(values), ideal, noise, left, columns, grams)
 
@@ -341,13 +339,13 @@ def _columns(
     ideal: Case, rows: Rows, chain: Chain, values: Mapping[str, float], freed: Sequence[Freed]
 ) -> FloatArray:
     """What a change of each freed parameter adds to the residual, shape (m, freed)."""
-    columns = []
+    columns, seen = [], ideal.memory()
     for item in freed:
         value = values[item.name]
         low = max(value - item.step, item.parameter.lower)
         high = min(value + item.step, item.parameter.upper)
-        up = residual(ideal, rows, {**values, item.name: high}, chain)
-        down = residual(ideal, rows, {**values, item.name: low}, chain)
+        up = residual(ideal, rows, {**values, item.name: high}, chain, seen=seen)
+        down = residual(ideal, rows, {**values, item.name: low}, chain, seen=seen)
         columns.append(-(up - down) / max(high - low, 1e-300))
     return np.stack(columns, axis=1)
 

@@ -2,18 +2,23 @@
 
 A model that explains less leaves more that differs between hangings. Judged by variances of its
 own it would fit as well as any; all models are compared by the same law.
+
+Few blocks tell of the variance between them: an effect would pass for poor repeatability for most
+of its size. A candidate that stands out even so, the variance estimated beside it as in a t-test,
+is fitted while the variance is estimated.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy import stats
 
+from footcal_cli.core.inference.between_settings import variance_between
 from footcal_cli.core.inference.linear import orthonormal
-from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.settings import (
     RCOND,
     Parts,
@@ -22,10 +27,12 @@ from footcal_cli.core.inference.settings import (
     part_variances,
     repeated,
     row_levels,
-    variance_between,
     within_settings,
 )
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
+
+if TYPE_CHECKING:
+    from footcal_cli.core.inference.problem import Problem
 
 MOST_SUSPECTS = 3
 """Candidates that may be taken for effects while variances are estimated."""
@@ -115,8 +122,6 @@ class Settled:
         Between parts.
     loose
         Z, white within a setting, shape (n, q).
-    groups
-        Rows of each setting.
     variance
         Of each column of Z between settings, shape (q,).
     """

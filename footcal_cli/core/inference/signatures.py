@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from footcal_cli.core.chain import Chain, Link
+from footcal_cli.core.chain import Chain, Link, Seen
 from footcal_cli.core.effects import having
 from footcal_cli.core.effects.contract import (
     Effect,
@@ -76,10 +76,11 @@ def calibration_columns(
     ways = ways / np.max(np.abs(ways) / steps[:, None], axis=0)
     raw = np.empty((rows.row.size, ways.shape[1]))
     at = {p.name: case.values.get(p.name, p.value) for p in parameters}
+    seen = case.memory()
     for i, way in enumerate(_DIFFERENCE * ways.T):
         touched = _touched(case, [p.name for p, d in zip(parameters, way, strict=True) if d])
         up, down = (
-            residual(case, rows, _moved(case.values, at, sign * way), only=touched)
+            residual(case, rows, _moved(case.values, at, sign * way), None, touched, seen)
             for sign in (1.0, -1.0)
         )
         raw[:, i] = (up - down) / (2.0 * _DIFFERENCE)
@@ -116,14 +117,14 @@ def _moved(
 
 def direction_columns(case: Case, rows: Rows) -> FloatArray:
     """What one prior sd of each way of drifting adds to the residual, shape (m, p)."""
-    columns = []
+    columns, seen = [], case.memory()
     for direction in case.directions:
         ends = []
         for sign in (1.0, -1.0):
             moved = dict(case.values)
             for name, change in direction.changes.items():
                 moved[name] += 0.01 * sign * change
-            ends.append(residual(case, rows, moved))
+            ends.append(residual(case, rows, moved, seen=seen))
         columns.append((ends[0] - ends[1]) / 0.02)
     return np.stack(columns, axis=1)
 
@@ -135,6 +136,8 @@ def library_columns(case: Case, rows: Rows, effects: Iterable[Effect]) -> Column
     columns: list[FloatArray] = []
     excluded: list[Excluded] = []
     known = set.intersection(*(set(log.known) for log in case.logs))
+    seen = case.memory()
+    without = residual(case, rows, case.values, seen=seen)
     for effect in effects:
         if effect.name in present or case.experiment.name not in effect.experiments:
             continue
@@ -149,7 +152,7 @@ def library_columns(case: Case, rows: Rows, effects: Iterable[Effect]) -> Column
                 Excluded(effect.name, "", "no graded signature; looked for among the raw data")
             )
             continue
-        found, made = effect_columns(case, rows, effect)
+        found, made = effect_columns(case, rows, effect, seen, without)
         signatures += found
         columns += made
     stacked = np.stack(columns, axis=1) if columns else np.empty((rows.row.size, 0))
@@ -157,9 +160,15 @@ def library_columns(case: Case, rows: Rows, effects: Iterable[Effect]) -> Column
 
 
 def effect_columns(
-    case: Case, rows: Rows, effect: Effect
+    case: Case, rows: Rows, effect: Effect, seen: Sequence[Seen], without: FloatArray
 ) -> tuple[list[Signature], list[FloatArray]]:
-    """Columns of one effect; shapes that look alike are kept once."""
+    """Columns of one effect; shapes that look alike are kept once.
+
+    Parameters
+    ----------
+    without
+        The residual without any of it, shape (m,).
+    """
     units = _units(case, effect)
     shapes = shapes_of(case, effect)
     signatures: list[Signature] = []
@@ -172,7 +181,12 @@ def effect_columns(
             lower, upper = 0.7, 1.3
         kept: list[FloatArray] = []
         for shape in shapes:
-            single = {u: derivative(case, rows, effect, size, {u: (u,)}, shape) for u in units}
+            single = {
+                u: derivative(
+                    case, rows, effect, size, {u: (u,)}, shape, seen=seen, without=without
+                )
+                for u in units
+            }
             shared = np.sum(list(single.values()), axis=0)
             largest = max(float(np.sqrt(np.mean(c**2))) for c in single.values())
             idle = largest < _CARRIED if switch else largest * size.prior_sd < _NOTHING
@@ -180,7 +194,8 @@ def effect_columns(
                 continue
             kept.append(shared)
             far = [
-                {u: _far(case, rows, effect, size, u, shape, by) for u in units} for by in size.far
+                {u: _far(case, rows, effect, size, u, shape, by, seen, without) for u in units}
+                for by in size.far
             ]
             for where, owners, members in places(effect, units):
                 signature = Signature(
@@ -254,12 +269,20 @@ def derivative(
     owners: Mapping[str, tuple[str, ...]],
     shape: Mapping[str, float],
     at: Mapping[str, float] | None = None,
+    seen: Sequence[Seen] | None = None,
+    without: FloatArray | None = None,
 ) -> FloatArray:
     """What size one of an effect adds to the residual, shape (m,).
 
     ``−dr/ds``: removing too little of an effect leaves it in. Central differences where the range
     allows, one-sided at its edge.
+
+    Parameters
+    ----------
+    without
+        The residual at the neutral size, shape (m,), if it is known already.
     """
+    known = seen or case.memory()
     chain = case.chain.with_link(Link(effect, dict(owners)))
     step = STEP * size.prior_sd
     values = {**case.values, **(at or {})}
@@ -273,8 +296,10 @@ def derivative(
     ]  # fmt: skip
 
     def shifted(by: float) -> FloatArray:
+        if by == 0.0 and without is not None:
+            return np.where(np.isin(rows.log, touched), without, 0.0)
         moved = {f"{owner}.{size.name}": size.neutral + by for owner in owners}
-        return residual(case, rows, {**values, **moved}, chain, touched)
+        return residual(case, rows, {**values, **moved}, chain, touched, known)
 
     low = -step if size.neutral - step >= size.lower else 0.0
     high = step if size.neutral + step <= size.upper else 0.0
@@ -289,6 +314,8 @@ def _far(
     unit: str,
     shape: Mapping[str, float],
     by: float,
+    seen: Sequence[Seen],
+    without: FloatArray,
 ) -> FloatArray:
     """What an effect of a size far from neutral adds to the residual, over that size, (m,).
 
@@ -296,11 +323,9 @@ def _far(
     """
     chain = case.chain.with_link(Link(effect, {unit: (unit,)}))
     values = {**case.values, **{f"{unit}.{name}": value for name, value in shape.items()}}
-    none, much = (
-        residual(case, rows, {**values, f"{unit}.{size.name}": size.neutral + change}, chain)
-        for change in (0.0, by)
-    )
-    return np.asarray((none - much) / by)
+    moved = {**values, f"{unit}.{size.name}": size.neutral + by}
+    much = residual(case, rows, moved, chain, seen=seen)
+    return np.asarray((without - much) / by)
 
 
 def extended_chain(chain: Chain, effect: Effect, signature: Signature) -> Chain:

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from weakref import WeakKeyDictionary
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.linalg import solve_toeplitz
 
 from footcal_cli.core.inference.linear import left_by, orthonormal
-from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.settled import Settled, settled
 from footcal_cli.core.inference.tracking import (
     Tracking,
@@ -18,6 +17,9 @@ from footcal_cli.core.inference.tracking import (
 )
 from footcal_cli.core.parameters import FloatArray, IntArray
 from footcal_cli.core.signals import autocorrelation_time
+
+if TYPE_CHECKING:
+    from footcal_cli.core.inference.problem import Problem
 
 AR_ORDER = 5
 """Autoregressive order of the noise model; AR(1) plus white noise needs more than one."""
@@ -83,8 +85,6 @@ class Noise:
 
     Parameters
     ----------
-    whitener
-        Of the rows.
     autocorrelation_time
         Of the residual before whitening, in rows.
     walk
@@ -106,17 +106,8 @@ class Noise:
         return rows + (self.settled.log_sd if self.settled else 0.0)
 
 
-def noise_of(problem: Problem) -> Noise:
-    """Estimate the noise from the residual, once for each problem."""
-    if problem not in _KNOWN:
-        _KNOWN[problem] = _estimated(problem)
-    return _KNOWN[problem]
-
-
-_KNOWN: WeakKeyDictionary[Problem, Noise] = WeakKeyDictionary()
-
-
-def _estimated(problem: Problem) -> Noise:
+def law_of_noise(problem: Problem) -> Noise:
+    """Estimate the noise from the residual; `Problem.law` keeps it."""
     whitener, tau = fit_row_whitener(problem)
     if problem.tracking is None:
         return Noise(whitener, tau, settled=settled(problem, whitener, whitener.kept))

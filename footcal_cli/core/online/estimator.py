@@ -72,8 +72,6 @@ class LiveEstimator:
 
     Parameters
     ----------
-    belief
-        Prior of the cells.
     options
         As `footcal_cli.core.online.memory.run_memory`; defaults where None.
 

@@ -61,8 +61,6 @@ def run_live(log: Log, belief: Belief, options: MemoryOptions | None = None) -> 
     ----------
     log
         Raw counts, filtered causally, contact told without the future.
-    belief
-        Prior of the cells.
     options
         As `footcal_cli.core.online.memory.run_memory`.
 

@@ -1,4 +1,12 @@
-"""The estimator that remembers, over a whole walk: delay aligned, noise learnt, then filtered."""
+"""The estimator that remembers, over a whole walk: delay aligned, noise learnt, then filtered.
+
+An estimator's CoM acceleration holds motion that never was: odometry that changes its foot bumps at
+every step, and each bump is differentiated twice. These false forces repeat with the gait, so that
+thousands of steps never average them out, and gains of cells are bent until they fit. They are
+harmonics of the step; what moves a robot from foot to foot is the step itself. Where errors repeat,
+total rows are filtered below the second harmonic of the step, on both sides alike, and only as many
+are kept as are independent.
+"""
 
 from __future__ import annotations
 
@@ -104,14 +112,10 @@ class Memory:
     ----------
     rows
         That it was given, the body stream moved by `delay_s`.
-    track, smoothed
-        Filter and smoother.
     jumps
         Bias jumps alarmed while filtering, sized by the smoother.
     tuning
         Noise learnt from the innovations; None where it was given.
-    noise
-        That was used.
     repeated
         Factor on all covariances for errors that repeat in every gait cycle (`repetition`).
     delay_s, delay_sd_s
@@ -149,8 +153,6 @@ class MemoryOptions:
         Names of the noises to learn from the innovations; empty: `noise` is what it is.
     guards
         Huber limit, information gate, jump threshold.
-    samples_per_update
-        Samples per block.
     align
         Find the delay in a first pass and rebuild the rows about it.
     state_sd
@@ -175,8 +177,6 @@ def run_memory(log: Log, belief: Belief, options: MemoryOptions | None = None) -
     ----------
     log
         Raw counts, filtered; rows that must not count are NaN.
-    belief
-        Prior of the cells.
     options
         Defaults where None.
     """

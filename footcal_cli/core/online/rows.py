@@ -146,8 +146,6 @@ def cell_rows(
     ----------
     log
         Walk or stand with raw counts, filtered as wanted; rows that must not count are NaN.
-    belief
-        Prior of the cells.
     samples_per_update
         Samples averaged to one block (20 Hz from 80 Hz).
     states

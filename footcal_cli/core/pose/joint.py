@@ -43,8 +43,6 @@ class PoseFit:
     ----------
     geometry, options
         As asked.
-    mounting
-        The solution.
     covariance
         Of rotations (body axes, left perturbation), shifts, offsets, leg weights, robot weight,
         in this order, shape (13K + 1, 13K + 1).
@@ -157,15 +155,14 @@ def fit_pose(
         What hanging says of each leg, K of them.
     noise_sd
         Noise of one pose's wrench per leg and channel, shape (K, 6), N and Nm.
-    options
-        What to fit.
     """
     asked = options or PoseOptions()
     problem = Problem.of(summary, legs, noise_sd, asked)
     begin = _aligned(problem, summary, asked)
     factor = 1.0
     for _ in range(1 if asked.noise_known else 3):
-        mounting, iterations, converged = problem.solve(begin, factor)
+        found = problem.solve(begin, factor)
+        mounting = found.point
         state = problem.at(mounting, factor)
         seen = max(6 * summary.poses - asked.structure.freedom(len(legs)), 1)
         ratio = float(np.sqrt(max(state.chi2_poses, 0.0) / seen))
@@ -183,8 +180,8 @@ def fit_pose(
         state.chi2_hang,
         ratio if asked.noise_known else factor,
         summary.poses,
-        iterations,
-        converged,
+        found.steps,
+        found.converged,
         rank,
         free,
     )
@@ -199,7 +196,7 @@ def misfit_of_poses(
 ) -> float:
     """Squared residuals of the poses after so many steps of `fit_pose` at most."""
     problem = Problem.of(summary, legs, noise_sd, options)
-    mounting, _, _ = problem.solve(_aligned(problem, summary, options), 1.0, most_steps)
+    mounting = problem.solve(_aligned(problem, summary, options), 1.0, most_steps).point
     return problem.at(mounting, 1.0).chi2_poses
 
 

@@ -1,4 +1,4 @@
-"""The cost of a mounting on the Gram matrix of the poses, its derivatives and its minimum.
+"""The cost of a mounting on the Gram matrix of the poses, and its derivatives.
 
 With ``S = Σ x xᵀ`` the cost is ``½ tr(W M S Mᵀ)`` plus priors, its gradient ``⟨dM, W M S Fᵀ⟩``
 with ``F = I − N Mᵀ W M``; everything has the size of M, whatever the number of poses.
@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from footcal_cli.core.inference.descent import Descent, descend
 from footcal_cli.core.inference.linear import inverse_root, scaled_inverse
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.pose.data import Geometry, PoseSummary
@@ -25,14 +26,6 @@ from footcal_cli.core.pose.model import (
 )
 from footcal_cli.core.spatial import rotation_log, tangent_basis
 
-_MAX_STEPS = 100
-_DECREMENT = 1e-7
-_FIRST_DAMPING = 1e-9
-_LEAST_RETRY = 1e-4
-_EASE = 0.01
-_GIVE_UP = 1e10
-_NEARLY = 1e-3
-
 
 @dataclass(frozen=True)
 class PoseOptions:
@@ -40,8 +33,6 @@ class PoseOptions:
 
     Parameters
     ----------
-    structure
-        Which mounting errors are free.
     errors_in_variables
         False: plain least squares with the weights of the nominal mounting, for comparison.
     translation_sd_m
@@ -87,8 +78,6 @@ class State:
 
     Parameters
     ----------
-    cost, chi2_poses, chi2_hang, gradient
-        As their names say.
     slopes
         ``W^½ dM/dθ`` of the free unknowns, shape (n, 6, 6K + 4).
     seen, own
@@ -241,31 +230,13 @@ class Problem:
             ]
         )
 
-    def solve(
-        self, mounting: Mounting, factor: float, most_steps: int = _MAX_STEPS
-    ) -> tuple[Mounting, int, bool]:
-        """Levenberg-Marquardt; its work does not depend on the number of poses."""
-        damping = _FIRST_DAMPING
-        state = self.at(mounting, factor)
-        for iteration in range(1, most_steps + 1):
-            metric = state.hessian()
-            scale = 1.0 / np.sqrt(np.maximum(np.diag(metric), np.finfo(float).tiny))
-            scaled = metric * np.outer(scale, scale)
-            damped = scaled + damping * np.eye(scale.size)
-            step = -scale * np.linalg.solve(damped, scale * state.gradient)
-            promised = float(-0.5 * state.gradient @ step)
-            tangent = tangent_basis(mounting.hang_dir_b)
-            candidate = moved(mounting, self.columns @ step, tangent)
-            tried = self.at(candidate, factor)
-            if tried.cost <= state.cost * (1.0 + 1e-14):
-                mounting, state, damping = candidate, tried, _EASE * damping
-                if promised < _DECREMENT:
-                    return mounting, iteration, True
-            else:
-                damping = max(10.0 * damping, _LEAST_RETRY)
-                if damping > _GIVE_UP:
-                    return mounting, iteration, promised < _NEARLY
-        return mounting, most_steps, False
+    def solve(self, mounting: Mounting, factor: float, most_steps: int = 100) -> Descent[Mounting]:
+        """Descend from a mounting; the work does not depend on the number of poses."""
+
+        def move(point: Mounting, step: FloatArray) -> Mounting:
+            return moved(point, self.columns @ step, tangent_basis(point.hang_dir_b))
+
+        return descend(lambda point: self.at(point, factor), move, mounting, most_steps)
 
     def covariance(self, mounting: Mounting, state: State) -> tuple[FloatArray, int, int]:
         """Sandwich ``H⁻¹ B H⁻¹``: curvature from the true wrenches, score with their noise."""

@@ -19,6 +19,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.signal import lfilter
 
+from footcal_cli.core.inference.descent import newton_step
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.pose.data import PoseData, PoseSummary, summarise
 from footcal_cli.core.pose.hanging import LegKnowledge
@@ -156,11 +157,8 @@ def _cost(
     summary = replace(summarise(data), gram=white.T @ white)
     problem = Problem.of(summary, legs, noise_sd, fit.options)
     state = problem.at(fit.mounting, fit.noise_factor)
-    curvature = state.hessian()
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(curvature), np.finfo(float).tiny))
-    scaled = curvature * np.outer(scale, scale)
-    step = np.linalg.solve(scaled, scale * state.gradient)
-    gained = 0.5 * float(scale @ (state.gradient * step))
+    step, scaled, scale = newton_step(state)
+    gained = -0.5 * float(state.gradient @ step)
     count = 6 * summary.poses - fit.free
     level = max(state.chi2_poses - 2.0 * gained, np.finfo(float).tiny)
     determinant = np.linalg.slogdet(scaled)[1] - 2.0 * np.log(scale).sum()

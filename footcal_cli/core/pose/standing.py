@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from footcal_cli.core.inference.linear import inverse_root
+from footcal_cli.core.inference.linear import inverse_root, solve_information
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.pose.data import PoseData
 from footcal_cli.core.spatial import wrench_transform
@@ -100,8 +100,6 @@ def fit_offsets(
     ----------
     data
         Poses; `contact` says which legs were lifted (0).
-    robot
-        The last calibration.
     noise_sd
         Noise of one pose's wrench, shape (K, 6).
     wanted_sd
@@ -144,15 +142,8 @@ def fit_offsets(
     vector += (own.sum(axis=0) * weights).ravel()
     squares += float(np.sum(own**2 * weights))
 
-    scale = noise_sd.ravel()
-    scaled = information * np.outer(scale, scale)
-    values, vectors = np.linalg.eigh(scaled)
-    seen = values > _SEEN * values[-1]
-    rank = int(seen.sum())
+    estimate, covariance, rank = solve_information(information, vector, noise_sd.ravel(), _SEEN)
     accepted = rank == unknowns
-    inverse = (vectors[:, seen] / values[seen]) @ vectors[:, seen].T
-    covariance = inverse * np.outer(scale, scale)
-    estimate = covariance @ vector
     left = max(6 * poses + 6 * int(count.sum()) - rank, 1)
     noise_factor = float(np.sqrt(max(squares - vector @ estimate, 0.0) / left))
     if not accepted:

@@ -170,7 +170,11 @@ _LEVEL, _WORTH = 0.001, 0.9
 
 
 def found_alone(read: CaseRead, found: Investigation) -> list[ChannelStudy]:
-    """Cells that surely need more than a scale and a bias where none was named."""
+    """Cells that surely need more than a scale and a bias where none was named.
+
+    `offline-fit` judges every cell by its own rows; a diagnosis asks for evidence from many blocks.
+    What the one command surely finds the other must not deny.
+    """
     case = read.case
     rows_of_cells = case.experiment.name == "weights" and not case.one_recording
     if found.verdict is not Verdict.NONE or not rows_of_cells or len(case.chain.links) > 1:

@@ -11,7 +11,7 @@ from footcal_cli.core.diagnosis.attribution import Attribution, attributions
 from footcal_cli.core.diagnosis.gain import output_losses, without_rivals
 from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.core.inference.problem import Problem
-from footcal_cli.core.inference.whitening import noise_of, residual_within_blocks
+from footcal_cli.core.inference.whitening import residual_within_blocks
 from footcal_cli.plots.style import AFTER, BAD, BEFORE, REFERENCE, new_figure, tidy
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ def plot_ladder(found: Investigation) -> Figure:
 
 def _steps(found: Investigation) -> list[tuple[str, float, str]]:
     """Label, RMS error and colour of each rung; every model fitted in one and the same noise."""
-    noise, last = noise_of(found.final), found.rounds[-1].before
+    noise, last = found.final.law, found.rounds[-1].before
     alone = without_rivals(found.final, found.model)
     start, end = (output_losses(model, noise).sum() for model in (found.problem, alone))
     steps = [("without any effect", _rms(start, found.problem), BEFORE)]

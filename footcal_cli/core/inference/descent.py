@@ -1,0 +1,95 @@
+"""The one fit where a record is reduced so far that no residual is left: a cost and its curvature.
+
+A cost on a Gram matrix whose weights depend on the unknowns (errors in the regressors) is no sum of
+squares of rows; `fit_map` serves the others. The unknowns may be curved (rotations): steps are
+taken where the point is, by whatever moves it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Generic, Protocol, TypeVar
+
+import numpy as np
+
+from footcal_cli.core.parameters import FloatArray
+
+_DECREMENT = 1e-7
+_FIRST_DAMPING = 1e-9
+_LEAST_RETRY = 1e-4
+_EASE = 0.01
+_GIVE_UP = 1e10
+_NEARLY = 1e-3
+
+PointT = TypeVar("PointT")
+
+
+class Curved(Protocol):
+    """A cost at a point, −log of a posterior density, and its derivatives by a step from there."""
+
+    @property
+    def cost(self) -> float:
+        """Its value."""
+
+    @property
+    def gradient(self) -> FloatArray:
+        """Shape (n,)."""
+
+    def hessian(self) -> FloatArray:
+        """Expected curvature, positive definite, shape (n, n)."""
+
+
+@dataclass(frozen=True)
+class Descent(Generic[PointT]):
+    """Where a descent ended, after how many steps, and whether at a minimum."""
+
+    point: PointT
+    steps: int
+    converged: bool
+
+
+def newton_step(state: Curved, damping: float = 0.0) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The step to the minimum of a quadratic cost, of unknowns in any units.
+
+    Returns
+    -------
+    step, scaled, scale
+        ``−H⁻¹ g``, shape (n,), and H = scaled / (scale scaleᵀ) with a unit diagonal; `damping` is
+        added to that (Levenberg and Marquardt).
+    """
+    metric = state.hessian()
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(metric), np.finfo(float).tiny))
+    scaled = metric * np.outer(scale, scale)
+    damped = scaled + damping * np.eye(scale.size)
+    return -scale * np.linalg.solve(damped, scale * state.gradient), scaled, scale
+
+
+def descend(
+    at: Callable[[PointT], Curved],
+    move: Callable[[PointT, FloatArray], PointT],
+    begin: PointT,
+    most_steps: int = 100,
+) -> Descent[PointT]:
+    """Levenberg-Marquardt on the expected curvature.
+
+    Parameters
+    ----------
+    move
+        The point that a step (n,) leads to.
+    """
+    point, state, damping = begin, at(begin), _FIRST_DAMPING
+    for steps in range(1, most_steps + 1):
+        step, _, _ = newton_step(state, damping)
+        promised = float(-0.5 * state.gradient @ step)
+        candidate = move(point, step)
+        tried = at(candidate)
+        if tried.cost <= state.cost * (1.0 + 1e-14):
+            point, state, damping = candidate, tried, _EASE * damping
+            if promised < _DECREMENT:
+                return Descent(point, steps, True)
+        else:
+            damping = max(10.0 * damping, _LEAST_RETRY)
+            if damping > _GIVE_UP:
+                return Descent(point, steps, promised < _NEARLY)
+    return Descent(point, most_steps, False)
