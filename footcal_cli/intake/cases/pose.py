@@ -93,7 +93,7 @@ def _known_from_hanging(legs: Sequence[LegKnowledge], tolerance_n: float) -> dic
 
 def _tilt_or_mountings(geometry: Geometry, values: Mapping[str, float]) -> str:
     """Why a tilted body frame cannot be tested, and what the calibrated mountings share."""
-    reason = "no pose tells it from a rotation of all mountings, which is calibrated"
+    reason = "no pose distinguishes it from a rotation of all mountings, which is calibrated"
     nominal_t = np.array(
         [[values.get(f"{leg}.mount_rot_{axis}", 0.0) for axis in "xyz"] for leg in geometry.legs]
     )
