@@ -74,7 +74,7 @@ def test_a_body_stream_in_the_log_of_the_feet_need_not_be_named_twice(
     assert both.exit_code == 0, both.err
     # without its acceleration the stream is not whole: the column is named
     columns = pd.read_parquet(log)
-    columns.drop(columns=[c for c in columns if c.startswith("com_acc")]).to_parquet(log)
+    columns.drop(columns=[c for c in columns if str(c).startswith("com_acc")]).to_parquet(log)
     cut = run("online-replay", "--recipe", recipe, "--out", tmp_path / "cut")
     assert cut.exit_code == 3
     assert "com_acc_x_mps2" in cut.err
