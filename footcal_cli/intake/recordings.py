@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -101,6 +102,8 @@ def read_recordings(
         )  # fmt: skip
     feet = tuple(robot.feet)
     six_axis = is_six_axis_robot(robot)
+    if not six_axis:
+        require_feet_of_cells(robot, session.recipe.path)
     sensor_type = six_axis_feet_table(feet) if six_axis else cells_table(robot.cell_names)
     sensors, bodies = _pairs(session, sensor_type, body_table(feet))
     if body_needed and not bodies:
@@ -254,6 +257,24 @@ def without_transducer_effects(log: Log, record: ParametersRecord) -> Log:
     truth, _ = extended.remove(log.with_readings(np.nan_to_num(log.readings)), values)
     shown, _ = offsets.apply(truth, values)
     return shown.with_readings(np.where(good[:, None], shown.readings, np.nan))
+
+
+def require_feet_of_cells(robot: Robot, path: Path | None) -> None:
+    """Refuse channels that are the cells of no foot, and cells that no channel reads.
+
+    Raises
+    ------
+    UsageError
+        Names them.
+    """
+    own = [f"{foot}_{cell}" for foot, spec in robot.feet.items() for cell in spec.cells]
+    odd = [name for name in robot.cell_names if name not in own]
+    odd += [name for name in own if name not in robot.cell_names]
+    if odd:
+        raise UsageError(
+            f"channels and feet of the recipe do not fit: {', '.join(odd[:4])}", file=path,
+            remedy="name channels <foot>_<cell> of [robot.feet.<foot>.cells], or leave them out",
+        )  # fmt: skip
 
 
 def prior_belief(

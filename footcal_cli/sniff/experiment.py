@@ -289,8 +289,11 @@ def _unloaded(file: FileGuess, cell: ColumnGuess) -> Plan:
 
 def _cells(file: FileGuess, cells: list[ColumnGuess]) -> Plan:
     """Several cells in time: feet that stand or walk."""
+    found = channel_names(cells)
+    points = {"hl", "hr"} <= set(found)  # hind legs: a cell in each foot
     named = {
-        name if _foot_of(name) else f"foot_{name}": c for name, c in channel_names(cells).items()
+        f"{name}_foot" if points else name if _foot_of(name) else f"foot_{name}": c
+        for name, c in found.items()
     }
     time, rate, blanks = times(file, needed=True)
     entries = {**time, **{f"{n}_counts": _reading(c) for n, c in named.items()}}
@@ -304,7 +307,15 @@ def _cells(file: FileGuess, cells: list[ColumnGuess]) -> Plan:
     for foot, places in feet.items():
         lines.append(f"# [robot.feet.{foot}.cells]    # x forward, y left, from the foot's origin")
         lines += [f"# {_key(place)} = {{ x_m = , y_m =  }}" for place in places]
-    positions = Blank(tuple(lines), "no log says where the cells sit")
+    positions = [Blank(tuple(lines), "no log says where the cells sit")]
+    tables: tuple[str, ...] = ()
+    if points:
+        why = "likely: one cell in the foot's point"
+        tables = tuple(
+            f"[robot.feet.{foot}.cells]\nfoot = {{ x_m = 0.0, y_m = 0.0 }}    # {why}"
+            for foot in found
+        )
+        positions = []
     plate = Blank(
         ("# [robot.nameplate]", "# scale_n_per_count =    # by the data sheet; zero_counts too"),
         "nothing says how many newtons a count is; or give --parameters of a bench calibration",
@@ -315,8 +326,8 @@ def _cells(file: FileGuess, cells: list[ColumnGuess]) -> Plan:
     return Plan(
         file, f"{len(cells)} load cells in time: standing or walking",
         f"a wide table of {len(cells)} readings" + (" and time" if time else ""), "likely",
-        "static-init", "cells", entries, tuple(named), rate_hz=rate,
-        blanks=(MASS, positions, plate, *blanks),
+        "static-init", "cells", entries, tuple(named), rate_hz=rate, robot=tables,
+        blanks=(MASS, *positions, plate, *blanks),
     )  # fmt: skip
 
 
