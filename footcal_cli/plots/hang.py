@@ -12,7 +12,15 @@ from footcal_cli.core.hang.joint import HangFit
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.spatial import tangent_basis
 from footcal_cli.core.study.stepwise import StepwiseFit
-from footcal_cli.plots.style import AFTER, BEFORE, CELL_COLOURS, REFERENCE, new_figure, tidy
+from footcal_cli.plots.style import (
+    AFTER,
+    BEFORE,
+    CELL_COLOURS,
+    MARKERS,
+    REFERENCE,
+    new_figure,
+    tidy,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -91,6 +99,7 @@ def plot_com(fits: Mapping[str, HangFit | StepwiseFit], binned: Mapping[str, Bin
             if np.broadcast_to(seen, 3)[a]:
                 axes.plot(phase, com[:, a], "--", color=REFERENCE, linewidth=0.9)
             axes.plot([], [], color=colour, linewidth=3, label=name)
+        axes.plot([], [], "--", color=REFERENCE, linewidth=0.9, label="fitted")
         axes.set_xticks([0, np.pi, 2 * np.pi], ["0", "π", "2π"])
         tidy(
             axes,
@@ -100,7 +109,7 @@ def plot_com(fits: Mapping[str, HangFit | StepwiseFit], binned: Mapping[str, Bin
         )
     for j in range(len(fits), down * across):
         grid[j // across][j % across].set_visible(False)
-    figure.legend(*grid[0][0].get_legend_handles_labels(), loc="outside lower center", ncols=3,
+    figure.legend(*grid[0][0].get_legend_handles_labels(), loc="outside lower center", ncols=4,
                   frameon=False, fontsize=9)  # fmt: skip
     return figure
 
@@ -134,7 +143,8 @@ def plot_tilts(fits: Mapping[str, HangFit], gravity_dir_t: Mapping[str, FloatArr
             basis = basis * np.sign(basis[np.argmax(np.abs(basis), axis=0), [0, 1]])
             lean = np.rad2deg(basis.T @ gravity_dir_t[leg][at])
             widest = max(widest, float(np.abs(lean).max()))
-            axes.plot(*lean, "o", color=CELL_COLOURS[i % len(CELL_COLOURS)], markersize=5,
+            axes.plot(*lean, MARKERS[i % len(MARKERS)], color=CELL_COLOURS[i % len(CELL_COLOURS)],
+                      markersize=5,
                       label=leg.upper())  # fmt: skip
         axes.axhline(0, color=REFERENCE, linewidth=0.6)
         axes.axvline(0, color=REFERENCE, linewidth=0.6)

@@ -14,6 +14,7 @@ from footcal_cli.plots.style import (
     BAD,
     BEFORE,
     CELL_COLOURS,
+    MARKERS,
     REFERENCE,
     log_axis,
     new_figure,
@@ -45,7 +46,7 @@ def plot_ladder(studies: Sequence[ChannelStudy]) -> Figure:
             axes.plot(
                 row.held_out_rmse_n,
                 places[row.model] + 0.28 * (i / max(len(shown) - 1, 1) - 0.5),
-                "o",
+                MARKERS[i % len(MARKERS)],
                 color=colour,
                 markerfacecolor=colour if chosen else "white",
                 markersize=8 if chosen else 5,

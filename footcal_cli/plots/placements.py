@@ -107,7 +107,7 @@ def plot_corrections(found: FootStudy) -> Figure:
 
 
 def plot_total_force(found: FootStudy) -> Figure:
-    """Total force against the known load, and what is left of it ([NAO], Fig. 8)."""
+    """Total force against the known load, and its error ([NAO], Fig. 8)."""
     figure = new_figure(3.2)
     force, error = figure.subplots(1, 2)
     series = [(found.rows.load_n, found.study.chosen.fit.total_n(found.rows), AFTER, "corrected")]
@@ -121,6 +121,6 @@ def plot_total_force(found: FootStudy) -> Figure:
         error.plot(load, total - load, ".", color=colour, markersize=4)
     error.axhline(0.0, color=REFERENCE, linewidth=0.8)
     tidy(force, f"Vertical force, {found.foot} foot", "known load (N)", "sum of the cells (N)")
-    tidy(error, "its error", "known load (N)", "N")
+    tidy(error, "Error of the vertical force", "known load (N)", "measured − known (N)")
     legend_below(figure)
     return figure

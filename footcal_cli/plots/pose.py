@@ -19,6 +19,7 @@ from footcal_cli.plots.style import (
     AFTER,
     BEFORE,
     CELL_COLOURS,
+    MARKERS,
     REFERENCE,
     legend_below,
     new_figure,
@@ -59,7 +60,7 @@ def plot_balance(stages: Mapping[str, FloatArray]) -> Figure:
     ):
         axes.axhline(0.0, color=REFERENCE, linewidth=0.7)
         axes.set_xticks(range(3), names.split())
-        tidy(axes, title, "axis of the floating base (z up, x ahead)", f"error ({unit})")
+        tidy(axes, title, "axis of the floating base (x forward, z up)", f"error ({unit})")
     figure.legend(*grid[0].get_legend_handles_labels(), loc="outside lower center", ncols=4,
                   frameon=False, fontsize=9)  # fmt: skip
     return figure
@@ -104,11 +105,13 @@ def plot_mounting(fit: PoseFit) -> Figure:
         sketch.plot(-moved[1], moved[0], "o", color=AFTER, markersize=5)
         sketch.annotate(leg.upper(), (-y, x), xytext=(8, -12), textcoords="offset points",
                         fontsize=9)  # fmt: skip
+    shared = (f"{a} {1e3 * c:+.1f}" for a, c in zip("xyz", common, strict=True))
+    together = ", ".join(shared).replace("-", "−")
     sketch.set_aspect("equal")
     sketch.margins(0.18)
     sketch.set_xticks([])
     tidy(sketch, f"From above; shifts × {enlarge:g}, turns × {turn_scale:.2g}",
-         "all hips together: " + " ".join(f"{1e3 * c:+.1f}" for c in common) + " mm",
+         f"shift of all hips together (not drawn): {together} mm",
          "x forward (m)")  # fmt: skip
     sd = np.sqrt(np.clip(np.diag(fit.covariance)[: 3 * len(legs)], 0, None)).reshape(-1, 3)
     places = np.arange(len(legs))[::-1]
@@ -116,7 +119,8 @@ def plot_mounting(fit: PoseFit) -> Figure:
         at = places + 0.22 * (1 - a)
         turns.errorbar(
             np.rad2deg(rotvec[:, a]), at, xerr=1.96 * np.rad2deg(np.nan_to_num(sd[:, a])),
-            fmt="o", color=CELL_COLOURS[a], markersize=4, linewidth=1.4, label=f"about {name}",
+            fmt=MARKERS[a], color=CELL_COLOURS[a], markersize=5, linewidth=1.4,
+            label=f"about {name}",
         )  # fmt: skip
     turns.axvline(0, color=REFERENCE, linewidth=0.7)
     turns.set_yticks(places, [leg.upper() for leg in legs])
@@ -128,7 +132,7 @@ def plot_mounting(fit: PoseFit) -> Figure:
 
 
 def plot_leg_map(mapped: LegMap, legs: Sequence[str]) -> Figure:
-    """Leg by pose: the residual that the leg's own readings foretell."""
+    """Leg by pose: the residual that the leg's own readings predict."""
     figure = new_figure(0.36 * len(legs) + 1.6)
     axes, bars = figure.subplots(1, 2, width_ratios=[4, 1], sharey=True)
     poses = mapped.foretold.shape[1]
@@ -141,9 +145,11 @@ def plot_leg_map(mapped: LegMap, legs: Sequence[str]) -> Figure:
     axes.set_yticks(range(len(legs)), [leg.upper() for leg in legs])
     tidy(axes, "Residual predicted by each leg's readings", "pose", "")
     axes.grid(False)
-    figure.colorbar(image, ax=axes, label="in units of the noise", pad=0.01)
+    bar = figure.colorbar(image, ax=axes, pad=0.01)
+    bar.set_label("residual (noise sd)", fontsize=9)
+    bar.ax.tick_params(labelsize=8)
     bars.barh(range(len(legs)), 100 * mapped.share, color=AFTER)
-    tidy(bars, "Share", "% of the residual", "")
+    tidy(bars, "Share of each leg", "% of the residual", "")
     bars.set_xlim(0, max(100 * float(mapped.share.max()) * 1.1, 10.0))
     return figure
 
@@ -159,7 +165,7 @@ def plot_coverage(data: PoseData) -> Figure:
                     color=CELL_COLOURS[k % len(CELL_COLOURS)])  # fmt: skip
     shafts.set_yticks(range(len(legs)), [leg.upper() for leg in legs])
     shafts.invert_yaxis()
-    tidy(shafts, f"Shaft angles of {len(data)} poses", "φ (°)", "")
+    tidy(shafts, f"Shaft angles of {len(data)} poses", "shaft angle (°)", "")
     lean = np.rad2deg(np.arcsin(np.clip(data.gravity_b[:, :2], -1, 1)))
     tilts.plot(lean[:, 0], lean[:, 1], ".", color=AFTER, markersize=3)
     tilts.set_aspect("equal", adjustable="datalim")

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from footcal_cli.core.chain import Chain
-from footcal_cli.core.effects.contract import Stage
 from footcal_cli.core.log import Log
 from footcal_cli.plots.style import CELL_COLOURS, REFERENCE, new_figure, tidy
 
@@ -19,14 +16,9 @@ SHOWN_ROWS = 1600
 """Rows of a picture: twenty seconds of cells."""
 
 
-def plot_shown_and_true(
-    shown: Log, truth: Log, chain: Chain, values: Mapping[str, float]
-) -> Figure:
+def plot_shown_and_true(believed: Log, truth: Log) -> Figure:
     """Readings under the true calibration over the true loads, and their difference."""
-    calibration = Chain(
-        tuple(item for item in chain.links if item.effect.stage is Stage.CALIBRATION)
-    )
-    believed, _ = calibration.remove(shown, values)
+    shown = believed
     rows = slice(0, min(SHOWN_ROWS, len(shown)))
     by_time = bool(np.all(np.diff(shown.time_s[rows]) > 0))
     x = shown.time_s[rows] if by_time else np.arange(rows.stop)
@@ -41,7 +33,9 @@ def plot_shown_and_true(
             x, believed.readings[rows, i] - truth.readings[rows, i],
             color=CELL_COLOURS[i], linewidth=0.7,
         )  # fmt: skip
-    tidy(upper, "Measured (colour) and true (black)", "", "load (N; Nm on torque axes)")
+    torques = any(name.rpartition(".")[2].startswith("t") for name in shown.channels)
+    unit = "N; Nm on torque axes" if torques else "N"
+    tidy(upper, "Measured (colour) and true (black)", "", f"load ({unit})")
     upper.legend(fontsize=8, frameon=False, loc="center left", bbox_to_anchor=(1.0, 0.5))
-    tidy(lower, "Measured − true", "time (s)" if by_time else "row", "difference (N; Nm)")
+    tidy(lower, "Measured − true", "time (s)" if by_time else "row", f"difference ({unit})")
     return figure

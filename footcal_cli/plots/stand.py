@@ -88,7 +88,7 @@ def plot_directions(singular_values: FloatArray, rank: int) -> Figure:
         axes,
         f"{rank} of {number.size} directions seen; above the dashed line better than by the prior",
         "direction, best seen first",
-        "prior sd / data sd",
+        "prior sd / sd from the data",
     )
     return figure
 
@@ -104,10 +104,16 @@ def plot_beliefs(
     axes.axvspan(-2.0, 2.0, color="#eef1f4")
     for y, v, s, p, known in zip(place, value, sd, prior_sd, estimated, strict=True):
         colour = AFTER if known else BEFORE
-        axes.errorbar(v / p, y, xerr=2.0 * s / p, fmt="o", color=colour, markersize=4, capsize=2)
-    axes.set_yticks(place, [f"{n} ({u})" for n, u in zip(names, units, strict=True)])
+        axes.errorbar(v / p, y, xerr=2.0 * s / p, fmt="o", color=colour, markersize=5, capsize=2,
+                      markerfacecolor=colour if known else "white")  # fmt: skip
+    axes.set_yticks(
+        place, [n if u == "-" else f"{n} ({u})" for n, u in zip(names, units, strict=True)]
+    )
     axes.axvline(0.0, color=REFERENCE, linewidth=0.8)
     tidy(
-        axes, "Change against the prior, ± 2 sd (blue: estimated, grey: prior kept)", "prior sd", ""
+        axes,
+        "Change against the prior, ± 2 sd (filled: estimated, hollow: prior kept)",
+        "change (prior sd)",
+        "",
     )
     return figure

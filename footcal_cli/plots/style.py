@@ -10,9 +10,11 @@ if TYPE_CHECKING:
 
 
 CELL_COLOURS = (
-    "#0072B2", "#E69F00", "#009E73", "#D55E00", "#56B4E9", "#CC79A7", "#7A5C00", "#000000",
+    "#0072B2", "#E69F00", "#009E73", "#D55E00", "#56B4E9", "#CC79A7", "#7A5C00", "#5B2A86",
 )  # fmt: skip
-"""Okabe-Ito, told apart by colour-blind readers; one per cell or leg."""
+"""Okabe-Ito, which colour-blind readers distinguish; one per cell or leg. Black is the truth's."""
+MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<")
+"""One per cell or leg besides its colour."""
 MOST_POINTS = 4000
 """More points than this no figure of this width shows."""
 BEFORE, AFTER, REFERENCE, BAD = "#9aa1ab", "#0072B2", "#1b1f24", "#D55E00"
@@ -38,7 +40,7 @@ def tidy(axes: Axes, title: str = "", x: str = "", y: str = "") -> None:
     axes.set_title(title, loc="left", fontsize=10)
     axes.set_xlabel(x, fontsize=9)
     axes.set_ylabel(y, fontsize=9)
-    axes.tick_params(labelsize=8)
+    axes.tick_params(which="both", labelsize=8)
     axes.grid(color="#e3e6ea", linewidth=0.6)
     axes.set_axisbelow(True)
     for side in ("top", "right"):

@@ -25,6 +25,7 @@ from footcal_cli.plots.style import (
     new_figure,
     tidy,
 )
+from footcal_cli.plots.words import capital, output_words
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -129,15 +130,10 @@ def plot_path(
     feet_m
         Foot -> positions of its cells (cells, 2) and its outline, in the foot frame.
     """
-    log = found.merged.log
     figure = new_figure(4.2)
     panels = figure.subplots(1, len(feet_m), squeeze=False, sharey=True)[0]
     for k, (axes, (name, (cells, outline))) in enumerate(zip(panels, feet_m.items(), strict=True)):
-        first = next(i for i, c in enumerate(log.channels) if c.startswith(f"{name}_"))
-        yaw = log.known["foot_yaw_rad"][:, k]
-        to_first = _turned(np.broadcast_to(cells[0], (len(yaw), 2)), -yaw)
-        origin = log.known["cell_pos_m"][:, first] - to_first
-        local = 1e3 * _turned(found.replayed[method].feet[k].cop_m - origin, yaw)
+        local = 1e3 * cop_in_foot(found, method, k, name, cells)
         local = local[:: -(-len(local) // _MOST_DOTS)]
         axes.plot(-local[:, 1], local[:, 0], ".", markersize=1.0, color=AFTER)
         axes.plot(-1e3 * cells[:, 1], 1e3 * cells[:, 0], "s", color=REFERENCE, markersize=5)
@@ -145,8 +141,22 @@ def plot_path(
             closed = 1e3 * np.array([*outline, outline[0]])
             axes.plot(-closed[:, 1], closed[:, 0], color=BEFORE, linewidth=1.2)
         axes.set_aspect("equal")
-        tidy(axes, f"{name} foot", "to the right (mm)", "forward (mm)" if k == 0 else "")
+        tidy(
+            axes, f"{name.capitalize()} foot", "to the right (mm)", "forward (mm)" if k == 0 else ""
+        )
     return figure
+
+
+def cop_in_foot(
+    found: Comparison, method: str, k: int, foot: str, cells_m: FloatArray
+) -> FloatArray:
+    """CoP (n, 2) under the k-th foot in its own frame, m."""
+    log = found.merged.log
+    first = next(i for i, c in enumerate(log.channels) if c.startswith(f"{foot}_"))
+    yaw = log.known["foot_yaw_rad"][:, k]
+    to_first = _turned(np.broadcast_to(cells_m[0], (len(yaw), 2)), -yaw)
+    origin = log.known["cell_pos_m"][:, first] - to_first
+    return _turned(found.replayed[method].feet[k].cop_m - origin, yaw)
 
 
 def _turned(vector: FloatArray, yaw: FloatArray) -> FloatArray:
@@ -182,7 +192,7 @@ def plot_parameters(track: Track, jumps: Sequence[Jump], kinds: Sequence[str]) -
                 axes.axvline(jump.onset_s, color=BAD, linewidth=1.0, linestyle="--")
         _to_settled(axes, track, [percent * track.values[:, i] for i in at],
                     [percent * track.sd[:, i] for i in at])  # fmt: skip
-        tidy(axes, f"{kind} on top of the prior, ± 2 sd", "", f"{kind} ({unit})")
+        tidy(axes, f"{kind.capitalize()} on top of the prior, ± 2 sd", "", f"{kind} ({unit})")
     panels[-1].set_xlabel("time (s)", fontsize=9)
     legend_below(figure, columns=8)
     return figure
@@ -220,7 +230,7 @@ def plot_states(
         axes.fill_between(time_s, low, high, color=AFTER, alpha=0.15)
         axes.axhline(0.0, color=REFERENCE, linewidth=0.6)
         _to_settled(axes, track, [value], [sd])
-        tidy(axes, state_in_words(name), "", unit)
+        tidy(axes, f"{capital(state_in_words(name))}, ± 2 sd", "", unit)
     panels[-1].set_xlabel("time (s)", fontsize=9)
     return figure
 
@@ -231,7 +241,6 @@ _STATES_IN_WORDS = {
     "robot.com_correction_y": "CoM further left than the model has it",
     "robot.angmom_loss": "share of the rate of angular momentum that the stream lacks",
 }
-_OUTPUTS_IN_WORDS = {"fz": "force", "mx": "moment about x", "my": "moment about y"}
 
 
 def state_in_words(name: str) -> str:
@@ -252,8 +261,8 @@ def plot_innovations(track: Track, outputs: Sequence[str]) -> Figure:
         drawn = peaks_kept(normalised[:, k], _MOST_DOTS)
         axes.plot(track.time_s[drawn], normalised[drawn, k], ".", markersize=1.5, color=AFTER)
         axes.set_ylim(-5.5, 5.5)
-        title = _OUTPUTS_IN_WORDS.get(name, name)
-        tidy(axes, f"{title}: surprise over its claimed sd", "", "sd")
+        title = capital(output_words(name))
+        tidy(axes, f"{title}: innovation over its predicted sd (band: ± 2)", "", "sd")
     panels[-1].set_xlabel("time (s)", fontsize=9)
     return figure
 
@@ -277,7 +286,7 @@ def plot_sensitivity(curves: Sequence[tuple[str, Sensitivity]]) -> Figure:
             axes.set_xticks([0.2, 0.5, 1.0, 2.0, 5.0], ["0.2", "0.5", "1", "2", "5"])
             axes.minorticks_off()
             axes.set_ylim(bottom=0.0)
-        title = f"{method}: each setting scaled"
+        title = f"{method.capitalize()}: each setting scaled"
         if len(chosen) > _MOST_CURVES:
             rest = 1e3 * float(np.ptp(chosen[_MOST_CURVES].cop_m))
             title += f" ({len(chosen) - _MOST_CURVES} others: < {rest:.2g} mm)"
@@ -309,7 +318,7 @@ def plot_cycles(found: Comparison, methods: Sequence[str]) -> Figure:
                 series[method] = values
         if series:
             _violins(axes, series)
-        tidy(axes, f"{title}, per gait cycle", "", f"RMSE ({unit})")
+        tidy(axes, f"{capital(title)}, per gait cycle", "", f"RMSE ({unit})")
     return figure
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from footcal_cli.core.bench.regression import AffineFit
-from footcal_cli.plots.style import AFTER, BAD, CELL_COLOURS, new_figure, tidy
+from footcal_cli.plots.style import AFTER, BAD, CELL_COLOURS, MARKERS, new_figure, tidy
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -50,7 +50,8 @@ def plot_residuals(fits: Sequence[AffineFit], tolerance_n: float) -> Figure:
         loads = np.unique(fit.load_n)
         mean = [fit.residual_n[fit.load_n == load].mean() for load in loads]
         colour = CELL_COLOURS[i % len(CELL_COLOURS)]
-        axes.plot(loads, mean, "o-", color=colour, linewidth=1.2, markersize=4, label=fit.channel)
+        axes.plot(loads, mean, f"{MARKERS[i % len(MARKERS)]}-", color=colour, linewidth=1.2,
+                  markersize=4, label=fit.channel)  # fmt: skip
     axes.axhline(0, color="#1b1f24", linewidth=0.8)
     tidy(axes, "Residual of the affine calibration (should be flat)", "known load (N)",
          "measured − known (N)")  # fmt: skip

@@ -49,10 +49,10 @@ class Picture:
     caption
         What to see in it and how to read it.
     title
-        What it shows, in a few words; empty: the file name in words.
+        What is seen, in a few words.
     result
-        What it shows of these data, in one sentence, for readers who cannot see it; empty: the
-        report's result.
+        What it shows of these data, in one sentence, for readers who cannot see it; a function
+        is called only if the figure is drawn.
     zoom
         Whether the page can zoom into its curves and read values off them.
     """
@@ -60,15 +60,14 @@ class Picture:
     name: str
     draw: Callable[[], Figure]
     caption: str
-    title: str = ""
-    result: str = ""
+    title: str
+    result: str | Callable[[], str]
     zoom: bool = False
 
     @property
-    def heading(self) -> str:
-        """The title, or the file name in words."""
-        words = self.name.replace("_", " ")
-        return self.title or words[:1].upper() + words[1:]
+    def sentence(self) -> str:
+        """The result in words."""
+        return self.result if isinstance(self.result, str) else self.result()
 
     def drawn(self) -> Drawn:
         """The figure, drawn."""

@@ -80,7 +80,7 @@ class _Figure:
     picture: Picture
     data: str
     curves: str
-    alt: str
+    result: str
 
 
 def render_html(
@@ -99,7 +99,7 @@ def render_html(
             picture=picture,
             data=base64.b64encode(images[picture.name].png).decode("ascii"),
             curves=images[picture.name].curves,
-            alt=f"{picture.heading}. {picture.result or report.verdict.sentence}",
+            result=picture.sentence,
         )
         for i, picture in enumerate(report.pictures)
     ]

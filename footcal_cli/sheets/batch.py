@@ -15,7 +15,7 @@ from footcal_cli.core.parameters import Status
 from footcal_cli.plots import batch as plots
 from footcal_cli.records.batch import SessionRecord
 from footcal_cli.records.results import FindingRecord, VerdictRecord
-from footcal_cli.report import Picture, Report, Sheet, number, with_sd
+from footcal_cli.report import Picture, Report, Sheet, number, plural, with_sd
 from footcal_cli.report.outcome import Outcome
 
 _MOST_REFUSALS = 20
@@ -330,6 +330,9 @@ def pictures_of(fleet: Fleet, dated: bool) -> tuple[Picture, ...]:
             "changes from each robot's first level; dashed red: a change point, red circle: an "
             "outlying session."
             + _not_drawn({s.parameter for s in series}),
+            title=f"{kind.replace('_', ' ').capitalize()} of every session over time",
+            result=f"{sum(s.proved for s in series)} of {len(series)} series changed; "
+            f"{plural(sum(int(s.outlying.sum()) for s in series), 'outlying session')}.",
         )
         for kind, series in list(kinds.items())[:_MOST_KINDS]
     ]  # fmt: skip
@@ -337,9 +340,21 @@ def pictures_of(fleet: Fleet, dated: bool) -> tuple[Picture, ...]:
         pictures.append(
             Picture("budget", lambda: plots.plot_budgets(fleet.budgets),
                     "Where the variance of a robot's parameter comes from, session to session; the "
-                    "upright stroke marks what the fits claim.")
+                    "upright stroke marks what the fits claim.",
+                title="Variance of each parameter by source",
+                result=lambda: _largest_source(fleet))
         )  # fmt: skip
     return tuple(pictures)
+
+
+def _largest_source(fleet: Fleet) -> str:
+    """Which source is the largest, and in how many parameters."""
+    largest = [max(b.components, key=lambda c: c.sd).name for b in fleet.budgets if b.components]
+    source = max(set(largest), key=largest.count)
+    return (
+        f"The largest source is {source} in {largest.count(source)} of "
+        f"{plural(len(largest), 'parameter')}."
+    )
 
 
 def _not_drawn(names: set[str]) -> str:

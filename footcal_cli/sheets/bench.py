@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from footcal_cli.core.bench.changes import Change, find_changes
 from footcal_cli.core.bench.plateaus import SampleState
 from footcal_cli.core.bench.record import BenchRecord
-from footcal_cli.core.bench.regression import pooled_curvature
+from footcal_cli.core.bench.regression import AffineFit, pooled_curvature
 from footcal_cli.core.bench.study import ChannelStudy, record_of_samples
 from footcal_cli.core.parameters import Estimates
 from footcal_cli.core.quality import Finding
@@ -160,8 +160,7 @@ def _pictures(
         Picture("scales", lambda: plot_scales(fits),
                 "Cells of one type should have scales that agree.",
             title="Scales of all cells",
-            result=f"From {number(1e6 * low.scale_n_per_count, 4)} ({low.channel}) to "
-            f"{number(1e6 * high.scale_n_per_count, 4)} µN per count ({high.channel})."),
+            result=_scales(low, high)),
     ]  # fmt: skip
     if not recorded:
         pictures.insert(
@@ -170,7 +169,7 @@ def _pictures(
                 "residuals", lambda: plot_residuals(fits, tolerance_n),
                 "Residual at each known load, one line per cell; lines that bend together share "
                 "a cause. Blue band: the tolerance.",
-                title="Residuals", result=line,
+                title="Residual of the straight line against known load", result=line,
             ),
         )  # fmt: skip
     if climbed:
@@ -185,7 +184,7 @@ def _pictures(
                 "Residual against load of the straight line and, where another model was chosen, "
                 "of that model below it. A gap between loading and unloading is memory, a common "
                 "bend is nonlinearity.",
-                title="Residual against load", result=line,
+                title="Residual against known load, loading and unloading", result=line,
             ),
             Picture(
                 "ladder", lambda: plot_ladder(studies),
@@ -201,10 +200,27 @@ def _pictures(
             Picture(
                 "recordings", lambda: plot_recordings(studies),
                 "The recording: blue samples were used, the others not, and why.",
-                title="Recording, with the samples used and rejected", zoom=True,
+                title="Recording, with the samples used and rejected",
+                result=lambda: _used(studies), zoom=True,
             ),
         )  # fmt: skip
     return tuple(pictures)
+
+
+def _scales(low: AffineFit, high: AffineFit) -> str:
+    """The smallest and the largest scale."""
+    factor, unit = (1e3, "mN") if abs(high.scale_n_per_count) >= 0.01 else (1e6, "µN")
+    one, other = (number(factor * fit.scale_n_per_count, 4) for fit in (low, high))
+    if low is high:
+        return f"{one} {unit} per count."
+    return f"From {one} ({low.channel}) to {other} {unit} per count ({high.channel})."
+
+
+def _used(studies: Sequence[ChannelStudy]) -> str:
+    """How many samples of the recordings were used."""
+    states = np.concatenate([s.samples.state for s in studies if s.samples is not None])
+    used = int(np.sum(states == SampleState.SETTLED))
+    return f"{used:,} of {states.size:,} samples were used ({100 * used / states.size:.0f} %)."
 
 
 def _held_out(apart: Sequence[tuple[ChannelStudy, BenchRecord]]) -> list[RmseRow]:

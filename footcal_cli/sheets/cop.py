@@ -18,7 +18,7 @@ from footcal_cli.records.results import (
     RmseRecord,
     VerdictRecord,
 )
-from footcal_cli.report import Picture, Report, Sheet
+from footcal_cli.report import Picture, Report, Sheet, number
 from footcal_cli.report.outcome import Outcome
 from footcal_cli.sheets import placements as sheets
 
@@ -68,18 +68,24 @@ def outcome_of(feet: Sequence[FootStudy], robot: Robot) -> Outcome:
 
 def _pictures(found: FootStudy, robot: Robot) -> list[Picture]:
     spec = robot.feet.get(found.foot)
+    chosen = found.study.chosen
+    none = next((r for r in found.study.results if r.name == "none"), chosen)
+    errors = (
+        f"CoP error on placements left out: {number(1e3 * none.left_out.rmse, 3)} mm uncorrected, "
+        f"{number(1e3 * chosen.left_out.rmse, 3)} mm with the correction in use ({chosen.name})."
+    )
     outline = np.array(spec.outline_m) if spec is not None and spec.outline_m else None
     pictures = [
         Picture(
             f"cop_errors_{found.foot}", lambda: plot_error_map(found, outline),
             f"{found.foot}: from each hole (circle) to the mean CoP of every load there, "
             "enlarged as stated; squares are the cells, orange are placements never used.",
-            title=f"CoP error at each hole, {found.foot} foot",
+            title=f"CoP error at each hole, {found.foot} foot", result=errors,
         ),
         Picture(
             f"cop_corrections_{found.foot}", lambda: plot_corrections(found),
             f"{found.foot}: error of every correction where it was fitted and where not.",
-            title=f"Error of each CoP correction, {found.foot} foot",
+            title=f"Error of each CoP correction, {found.foot} foot", result=errors,
         ),
     ]  # fmt: skip
     if np.isfinite(found.rows.load_n).all() and found.rows.cells:
@@ -89,9 +95,19 @@ def _pictures(found: FootStudy, robot: Robot) -> list[Picture]:
                 f"{found.foot}: sum of the cells against the weight that lay on the foot, and "
                 "its error.",
                 title=f"Total force against the known load, {found.foot} foot",
+                result=lambda: _force_errors(found),
             )
         )  # fmt: skip
     return pictures
+
+
+def _force_errors(found: FootStudy) -> str:
+    """RMS error of the total force before and after."""
+    stages = {"corrected": found.study.chosen.fit.total_n(found.rows) - found.rows.load_n}
+    if found.before is not None:
+        stages = {"before": found.before.total_n - found.before.load_n, **stages}
+    rms = {stage: float(np.sqrt(np.nanmean(error**2))) for stage, error in stages.items()}
+    return f"RMS error: {', '.join(f'{number(v, 2)} N {stage}' for stage, v in rms.items())}."
 
 
 def _corrected(found: FootStudy) -> dict[str, NDArray[Any]]:

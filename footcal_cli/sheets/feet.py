@@ -48,6 +48,7 @@ def outcome_of(
     before, after, legs = stages["before"], stages["after"], data.geometry.legs
     key, values = along
     poses = key == "pose"
+    found = verdict(stages, data, mounted)
     x = np.arange(len(values), dtype=float) if poses else values
     pictures = [
         Picture(
@@ -56,6 +57,7 @@ def outcome_of(
             "Wrench of the ground on each foot in the floating-base frame: grey with a tare in "
             "the air and the nominal mounting, blue calibrated. A lifted foot must show zero.",
             title="Wrench of the ground on each foot",
+            result=found.sentence,
         )
     ]
     groups = stepping_together(data.phase_rad)
@@ -67,13 +69,14 @@ def outcome_of(
                 "The same over the shaft angle, legs that step together in one column (compare "
                 "Wu & Revzen, Figs. 8 and 9).",
                 title="Wrench of the ground on each foot over the shaft angle",
+                result=found.sentence,
             )
         )
     origin = ", ".join(f"{1e3 * x:.1f}" for x in calibration.origin_b_m)
     return Outcome(
         report=Report(
             title=f"Foot wrenches of {robot}",
-            verdict=verdict(stages, data, mounted),
+            verdict=found,
             pictures=tuple(pictures),
             sheets=(foot_sheet(stages, data),),
             footer=(

@@ -93,6 +93,16 @@ def chosen_estimates(
     return {leg: without_intervals(other) for leg, other in others[method].items()}
 
 
+def _com_swing(fits: Mapping[str, HangFit | StepwiseFit]) -> str:
+    """How far the CoM of the leg that moves it most travels."""
+    phase = np.linspace(0.0, 2 * np.pi, 200)
+    travel = {
+        leg: 1e3 * float(np.ptp(fit.com_t_m(phase), axis=0).max()) for leg, fit in fits.items()
+    }
+    leg = max(travel, key=lambda name: travel[name])
+    return f"The CoM travels by up to {travel[leg]:.0f} mm per turn of the shaft ({leg})."
+
+
 def _pictures(
     fits: Mapping[str, HangFit],
     runs: Mapping[str, Sequence[HangRun]],
@@ -106,7 +116,7 @@ def _pictures(
             "residuals", lambda: plots.plot_residuals(residuals),
             "Residual of the readings after offset and leg weight are subtracted: one violin "
             "per leg and axis. A good fit is one narrow hump around zero.",
-            title="Residuals",
+            title="Residual of each leg and axis before and after",
             result="Largest RMS of a force: "
             + ", ".join(f"{number(n, 2)} N {s} ({leg})" for s, (n, leg) in stages.items()) + ".",
         ),
@@ -119,7 +129,7 @@ def _pictures(
                 "leg_com", lambda: plots.plot_com(shown, binned),
                 "Leg CoM in the transducer frame against the shaft angle: dots are medians over "
                 "cycles, dark the quartiles, light 95 % of the cycles; dashed the fitted series.",
-                title="Leg CoM against shaft angle",
+                title="Leg CoM against shaft angle", result=lambda: _com_swing(shown),
             )
         )  # fmt: skip
     tilted = own is None or any(fit.turn_rad.any() for fit in own.values())

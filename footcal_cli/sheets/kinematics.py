@@ -51,14 +51,25 @@ def outcome_of(
                     "The first seconds: central differences (grey), behind the low-pass (blue) "
                     "with ± 2 sd of its noise.",
                     title="Acceleration of the CoM", zoom=True,
+                    result="Sd of its noise behind the low-pass: "
+                    + ", ".join(number(v, 2) for v in found.com_acc_sd_mps2)
+                    + " m/s² in x, y, z.",
                 ),
                 Picture("path", lambda: plot_path(posture, feet),
                         "The CoM should pass between the feet.",
-                    title="Path of the centre of pressure under each foot"),
+                    title="Path of the CoM and the feet, from above",
+                    result=f"The CoM moves over {_range_m(posture.com_m[:, 0])} m in x and "
+                    f"{_range_m(posture.com_m[:, 1])} m in y."),
                 Picture(
                     "heights", lambda: plot_heights(time_s, posture, feet),
                     "A standing foot should stay at zero.",
                     title="Height of each foot", zoom=True,
+                    result="Lowest heights: "
+                    + ", ".join(
+                        f"{1e3 * float(np.nanmin(posture.feet_m[:, i, 2])):.0f} mm ({foot})"
+                        for i, foot in enumerate(feet)
+                    )
+                    + ".",
                 ),
             ),
             sheets=(sheet,),
@@ -70,6 +81,10 @@ def outcome_of(
         ),
         tables={"body.parquet": body_columns(time_s, posture, found, feet)},
     )  # fmt: skip
+
+
+def _range_m(values: FloatArray) -> str:
+    return number(float(np.nanmax(values) - np.nanmin(values)), 3)
 
 
 def findings_of(

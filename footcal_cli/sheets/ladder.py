@@ -73,7 +73,11 @@ def _separating(study: ChannelStudy) -> str:
     """The experiment that tells the first term from its rivals, by the table of effects."""
     terms = study.fit.terms if study.fit is not None else ()
     effect = TABLE.get(terms[0].effect) if terms else None
-    return f"; {effect.separates} would tell" if effect is not None and effect.separates else ""
+    return (
+        f"; {effect.separates} would distinguish them"
+        if effect is not None and effect.separates
+        else ""
+    )
 
 
 def is_curved(study: ChannelStudy) -> bool:
@@ -165,7 +169,11 @@ def _all(channels: int) -> str:
 
 
 def _share(some: int, channels: int) -> str:
-    return "the only channel" if channels == 1 else f"{some} of the {channels} channels"
+    if channels == 1:
+        return "the only channel"
+    if some == channels == 2:
+        return "both channels"
+    return f"all {channels} channels" if some == channels else f"{some} of the {channels} channels"
 
 
 def _some(some: int, channels: int) -> str:

@@ -20,6 +20,8 @@ from footcal_cli.tables.columns import TableType
 from footcal_cli.tables.table import Table
 
 _MOST_PICTURES = 12
+_MOST_NAMED = 3
+"""So many places of findings stand in the headline."""
 _LEG_PANELS = {"force (N)": ("fx_n", "fy_n", "fz_n"), "torque (Nm)": ("tx_nm", "ty_nm", "tz_nm")}
 _WORDS = {
     "dead_cell": "stands still", "turned_sign": "turned sign", "stuck_channel": "frozen",
@@ -43,9 +45,7 @@ def outcome_of(
             title="Check of the log",
             verdict=VerdictRecord(
                 level="good" if not serious else "bad" if alarmed else "warning",
-                sentence=f"{plural(len(serious), 'finding')} in {rows} rows."
-                if serious
-                else f"Nothing wrong found in {rows} rows.",
+                sentence=_headline(serious, rows),
                 details=(
                     "Checked: units of stamps, loads, positions, headings and accelerations; "
                     "gaps, lost and far-off samples, end codes; channels that stand still, "
@@ -68,6 +68,18 @@ def outcome_of(
     )
 
 
+def _headline(serious: Sequence[Finding], rows: int) -> str:
+    """How many findings, and where."""
+    if not serious:
+        return f"Nothing wrong found in {plural(rows, 'row')}."
+    named = list(dict.fromkeys(finding.where for finding in serious))
+    more = f" and {len(named) - _MOST_NAMED} more" if len(named) > _MOST_NAMED else ""
+    return (
+        f"{plural(len(serious), 'finding')} in {plural(rows, 'row')}: "
+        f"{', '.join(named[:_MOST_NAMED])}{more}."
+    )
+
+
 def picture_of(
     table: Table, kind: TableType, robot: Robot, findings: Sequence[Finding], number: int
 ) -> Picture:
@@ -75,12 +87,23 @@ def picture_of(
     name = f"log_{number}_{kind.name}"
     where = f"{table.path.name}, read as {kind.name.replace('_', ' ')}"
     if kind.name == "weights":
-        said, draw = "known load against counts, channel by channel", _weights
+        title, draw = "Known load against counts, channel by channel", _weights
+        named = {str(c): _wrong(str(c), findings) for c in table.text("channel")}
     elif "leg" in table:
-        said, draw = "wrench of every leg, row by row", _legs
+        title, draw = "Wrench of every leg, row by row", _legs
+        named = {str(leg): _wrong_leg(str(leg), findings) for leg in table.text("leg")}
     else:
-        said, draw = "every channel; what was found is red", _stream
-    return Picture(name, draw(table, robot, findings), f"{where}: {said}.", zoom=True)
+        title, draw = "Every channel of the log", _stream
+        named = {column: _wrong(column, findings) for column in _columns(table)}
+    wrong = [f"{name} ({words})" for name, words in named.items() if words]
+    noun = "leg" if "leg" in table else "channel"
+    return Picture(
+        name, draw(table, robot, findings), f"{where}. Channels with a finding are red.",
+        title=title,
+        result=f"{plural(len(named), noun)}; "
+        + (f"findings on {', '.join(wrong)}." if wrong else f"no {noun} has a finding of its own."),
+        zoom=True,
+    )  # fmt: skip
 
 
 def _weights(table: Table, robot: Robot, findings: Sequence[Finding]) -> Drawing:
@@ -142,8 +165,7 @@ def _legs(table: Table, robot: Robot, findings: Sequence[Finding]) -> Drawing:
     length = max(part.size for part in rows)
     panels = []
     for name, part in zip(names, rows, strict=True):
-        found = [f for f in findings if f.severity != "note" and str(name) in _legs_named(f.where)]
-        words = ", ".join(dict.fromkeys(_WORDS.get(f.code, f.code) for f in found))
+        words = _wrong_leg(str(name), findings)
         for quantity, columns in _LEG_PANELS.items():
             series = {}
             for column in columns:
@@ -161,6 +183,12 @@ def _legs(table: Table, robot: Robot, findings: Sequence[Finding]) -> Drawing:
     return partial(
         plot_channels, np.arange(1.0, length + 1), panels, label="row of the leg", breaks=breaks
     )
+
+
+def _wrong_leg(leg: str, findings: Sequence[Finding]) -> str:
+    """What was found about one leg, in a few words."""
+    found = [f for f in findings if f.severity != "note" and leg in _legs_named(f.where)]
+    return ", ".join(dict.fromkeys(_WORDS.get(f.code, f.code.replace("_", " ")) for f in found))
 
 
 def _legs_named(where: str) -> set[str]:

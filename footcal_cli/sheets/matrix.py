@@ -30,6 +30,7 @@ def outcome_of(channels: Sequence[str], outputs: Sequence[str], study: MatrixStu
                     "What each reading adds to each load, relative to the largest of its row, with "
                     "95 % intervals; grey ones could be zero.",
                     title="Contribution of each reading to each load",
+                    result=matrix_headline(channels, outputs, study),
                 ),
             ),
             sheets=(matrix_sheet(channels, outputs, study), error_sheet(outputs, study)),

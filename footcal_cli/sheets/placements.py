@@ -43,7 +43,7 @@ def feet_headline(feet: Sequence[FootStudy]) -> str:
         best = study.results[study.choice.best]
         other = with_sd(_MM * best.left_out.rmse, _MM * best.left_out.rmse_sd)
         rival = "" if best is chosen else f"; the best correction, {best.name}, leaves {other} mm"
-        return f"No correction of the CoP pays on unseen placements: {error} mm as it is{rival}."
+        return f"No correction of the CoP helps on unseen placements: {error} mm as it is{rival}."
     raw = _MM * study.results[0].left_out.rmse
     return (
         f"At placements left out of the fit the CoP is right to {error} mm ({worst.foot}, "

@@ -4,7 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from footcal_cli.core.effects.contract import Scope
+import numpy as np
+
+from footcal_cli.core.chain import Chain
+from footcal_cli.core.effects.contract import Scope, Stage
+from footcal_cli.core.log import Log
 from footcal_cli.core.simulation.scenario import EffectRequest, Scenario
 from footcal_cli.plots.simulated import plot_shown_and_true
 from footcal_cli.records.results import VerdictRecord
@@ -41,7 +45,8 @@ def verdict(kind: str, scenario: Scenario, requests: Sequence[EffectRequest]) ->
     )
     main = next(iter(rows))
     return VerdictRecord(
-        level="good", sentence=f"Simulated {kind}: {rows[main]} rows of {main} {carried}."
+        level="good",
+        sentence=f"Simulated {kind}: {rows[main]:,} rows in {main}.parquet, {carried}.",
     )
 
 
@@ -83,17 +88,33 @@ def effect_sheet(requests: Sequence[EffectRequest]) -> Sheet:
     )  # fmt: skip
 
 
+def _believed(scenario: Scenario) -> Log:
+    """What the sensors showed, converted with their true calibration."""
+    links = scenario.chain.links
+    calibration = Chain(tuple(item for item in links if item.effect.stage is Stage.CALIBRATION))
+    return calibration.remove(scenario.shown, scenario.values)[0]
+
+
+def _largest_difference(scenario: Scenario) -> str:
+    """The channel that is furthest from the truth, in one sentence."""
+    shown, truth = _believed(scenario), scenario.truth
+    error = np.nanmax(np.abs(shown.readings - truth.readings), axis=0)
+    worst = int(np.argmax(error))
+    channel = shown.channels[worst]
+    unit = "Nm" if channel.rpartition(".")[2].startswith("t") else "N"
+    return f"Largest difference: {number(float(error[worst]), 2)} {unit} ({channel})."
+
+
 def pictures_of(scenario: Scenario) -> tuple[Picture, ...]:
     """What was shown and what was true."""
     return (
         Picture(
             "shown_and_true",
-            lambda: plot_shown_and_true(
-                scenario.shown, scenario.truth, scenario.chain, scenario.values
-            ),
+            lambda: plot_shown_and_true(_believed(scenario), scenario.truth),
             "What the sensors showed, converted with their true calibration (colour), over what "
             "was true (black); below, the difference: effects and noise.",
             title="Measured and true loads, and their difference",
+            result=lambda: _largest_difference(scenario),
             zoom=True,
         ),
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Literal
 
 import numpy as np
@@ -14,7 +15,7 @@ from footcal_cli.intake.recordings import Recording
 from footcal_cli.plots import six_axis_walk as plots
 from footcal_cli.plots.walk import plot_innovations
 from footcal_cli.records.results import FindingRecord, RmseRecord, RmseRow, VerdictRecord
-from footcal_cli.report import Picture, Report, Sheet, number, with_sd
+from footcal_cli.report import Picture, Report, Sheet, number, plural, with_sd
 from footcal_cli.report.outcome import Outcome
 from footcal_cli.sheets.stand import beliefs_sheet, root_mean_square
 from footcal_cli.sheets.streams import stream_findings
@@ -269,21 +270,51 @@ def pictures_of(found: SixAxisReplay) -> tuple[Picture, ...]:
     return (
         Picture("vertical", lambda: plots.plot_vertical(found),
                 "Total vertical force: what both feet read and what the body's motion demands.",
-            title="Total vertical force: measured and demanded by the motion", zoom=True),
+            title="Total vertical force: measured and demanded by the motion",
+            result=lambda: _rms_words(found, ("fz",)), zoom=True),
         Picture("swing", lambda: plots.plot_swing(found),
                 "A foot in the air should read only what hangs below its transducer.",
-            title="Reading of each foot in the air", zoom=True),
+            title="Reading of each foot in the air",
+            result=lambda: _rms_words(
+                found, [n for n in found.rows.outputs[found.rows.totals :] if n.endswith("fz")]
+            ), zoom=True),
         Picture("offsets",
                 lambda: plots.plot_offsets(
                     found.track, found.smoothed, feet_of(found), found.jumps
                 ),
                 "Offsets along the walk: band ± 2 sd as known then, line with hindsight, dashed: a "
                 "jump.",
-            title="Offsets along the walk", zoom=True),
+            title="Offsets along the walk",
+            result=lambda: _largest_offset(found), zoom=True),
         Picture("innovations", lambda: plot_innovations(found.track, found.rows.outputs[:5]),
-                "What each update did not expect, over its claimed sd.",
-            title="Innovations in units of their predicted sd", zoom=True),
+                "Difference between each update and its prediction, over its predicted sd.",
+            title="Innovations in units of their predicted sd",
+            result=f"{100 * found.consistency.inside:.0f} % lie inside their own 95 % band.",
+            zoom=True),
     )  # fmt: skip
+
+
+def _rms_words(found: SixAxisReplay, outputs: Sequence[str]) -> str:
+    """RMS error of some rows of the balance, before and after."""
+    at = [found.rows.outputs.index(name) for name in outputs]
+    before, after = (root_mean_square(errors[:, at]) for errors in (found.before, found.after))
+    return f"RMS error {number(before, 3)} N before, {number(after, 3)} N calibrated."
+
+
+def _largest_offset(found: SixAxisReplay) -> str:
+    """The largest force offset at the end of the walk."""
+    forces = [
+        (abs(value), name, value, sd)
+        for name, value, sd in zip(
+            found.estimates.names, found.estimates.values, found.estimates.sd, strict=True
+        )
+        if ".offset_f" in name
+    ]
+    jumps = f"{plural(len(found.jumps), 'jump')}."
+    if not forces:
+        return jumps
+    _, name, value, sd = max(forces)
+    return f"Largest force offset at the end: {with_sd(value, sd)} N ({name}); {jumps}"
 
 
 def footer_of(found: SixAxisReplay) -> tuple[str, ...]:

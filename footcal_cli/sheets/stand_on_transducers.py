@@ -47,14 +47,16 @@ def outcome_of(
                         rows.names, rows.units, rows.prior_sd, estimates.values, estimates.sd,
                         [s == "estimated" for s in estimates.status],
                     ),
-                    "Offsets against the prior of zero; grey ones are not observable from "
+                    "Offsets against the prior of zero; hollow ones are not observable from "
                     "standing.",
                     title="Each parameter before and after standing",
+                    result=f"{known} of {len(estimates.status)} are estimated.",
                 ),
                 Picture(
                     "directions", lambda: plot_directions(seen.singular_values, seen.rank),
-                    "How well each direction is seen.",
+                    "What the stances see; grey directions keep the prior whatever the fit says.",
                     title="How well each parameter direction is observed",
+                    result=f"{seen.rank} of {seen.unknowns} directions are observed.",
                 ),
             ),
             sheets=(

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from footcal_cli.core.online.comparison import Comparison
+from footcal_cli.core.online.filter import Track
+from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.study.sensitivity import Sensitivity
 from footcal_cli.core.study.walk import PaperMethods
 from footcal_cli.intake.cell_effects import cells_in_feet
 from footcal_cli.plots import walk as plots
 from footcal_cli.recipe import Robot
 from footcal_cli.records.results import RmseRecord, RmseRow, VerdictRecord
-from footcal_cli.report import Picture, Report, number, with_sd
+from footcal_cli.report import Picture, Report, number, plural, with_sd
 from footcal_cli.report.outcome import Outcome
 from footcal_cli.sheets.streams import stream_findings
 from footcal_cli.sheets.walk_tables import (
@@ -228,32 +230,41 @@ def pictures_of(
         Picture("cop", lambda: plots.plot_cop(found, drawn, span_s),
                 f"Centre of pressure; black: {against} (compare Figs. 10, 12 and 14 of NAO CoP "
                 "self-calibration).",
-            title="Centre of pressure by method", zoom=True),
+            title="Centre of pressure by method",
+            result=_by_method(found, judged, "cop", 1e3, "mm"),
+            zoom=True),
         Picture("vgrf", lambda: plots.plot_vgrf(found, drawn, span_s),
                 f"Vertical force; black: {against} (compare Figs. 11, 13, 15 of NAO CoP "
                 "self-calibration).",
-            title="Vertical force by method", zoom=True),
+            title="Vertical force by method", result=_by_method(found, judged, "vgrf", 1.0, "N"),
+            zoom=True),
         Picture("cycles", lambda: plots.plot_cycles(found, judged),
                 f"Error of every gait cycle against {AGAINST[found.best_reference]}.",
-            title="Error per gait cycle by method", zoom=True),
+            title="Error per gait cycle by method",
+            result=_by_method(found, judged, "cop", 1e3, "mm"), zoom=True),
         Picture("path", lambda: plots.plot_path(found, "memory", feet),
                 "CoP under each foot with its cells and outline; where there is no contact there "
                 "is no point.",
-            title="Path of the centre of pressure under each foot"),
+            title="Path of the centre of pressure under each foot",
+            result=lambda: _paths(found, feet)),
         Picture("parameters", lambda: plots.plot_parameters(track, memory.jumps, ("bias", "gain")),
                 "Every cell's bias and gain on top of the prior with ± 2 sd; dashed: a jump.",
-            title="Bias and gain of each cell along the walk", zoom=True),
+            title="Bias and gain of each cell along the walk",
+            result=lambda: _known_to(track, len(memory.jumps)), zoom=True),
         Picture("innovations", lambda: plots.plot_innovations(track, ("fz", "mx", "my")),
-                "What each update did not expect, over its claimed sd: 95 % should lie in the "
-                "grey band, without a pattern.",
-            title="Innovations in units of their predicted sd", zoom=True),
+                "Difference between each update and its prediction, over its predicted sd: 95 % "
+                "should lie in the grey band, without a pattern.",
+            title="Innovations in units of their predicted sd",
+            result=f"{100 * found.consistency.inside:.0f} % lie inside their own 95 % band.",
+            zoom=True),
     ]  # fmt: skip
     if states:
         pictures.append(
             Picture("states", lambda: plots.plot_states(track, states, STATE_UNITS),
-                    "What was wrong with the body stream and the feet; the delay is on top of "
+                    "Estimated errors of the body stream and the feet; the delay is on top of "
                     f"{1e3 * memory.delay_s:.1f} ms found first.",
-                title="Errors of the body stream along the walk", zoom=True)
+                title="Errors of the body stream along the walk",
+                result=lambda: _states_at_end(track, states), zoom=True)
         )  # fmt: skip
     if curves:
         pictures.append(
@@ -261,6 +272,58 @@ def pictures_of(
                     "How much each weight and noise matters (NAO CoP self-calibration, section "
                     "3.3.2), the first "
                     "5 s left out.",
-                title="Sensitivity to weights and noise settings")
+                title="Sensitivity to weights and noise settings",
+                result=lambda: _most_sensitive(curves))
         )  # fmt: skip
     return tuple(pictures)
+
+
+def _by_method(
+    found: Comparison, methods: Sequence[str], quantity: str, factor: float, unit: str
+) -> str:
+    """RMS error of a quantity by every method that was judged."""
+    rms = {m: factor * found.of(m, found.best_reference).rms(quantity) for m in methods}
+    return f"RMS error: {', '.join(f'{m} {number(v, 3)} {unit}' for m, v in rms.items())}."
+
+
+def _paths(
+    found: Comparison, feet: Mapping[str, tuple[FloatArray, Sequence[tuple[float, float]]]]
+) -> str:
+    """How long the path of the CoP under each foot is."""
+    spans = []
+    for k, (name, (cells, _)) in enumerate(feet.items()):
+        forward = 1e3 * plots.cop_in_foot(found, "memory", k, name, cells)[:, 0]
+        low, high = np.nanquantile(forward, (0.05, 0.95))
+        spans.append(f"{name} {low:.0f} … {high:.0f} mm".replace("-", "−"))
+    return f"90 % of the CoP along the foot: {', '.join(spans)}."
+
+
+def _known_to(track: Track, jumps: int) -> str:
+    """How well biases and gains are known at the end."""
+    words = []
+    for kind, factor, unit in (("bias", 1.0, "N"), ("gain", 100.0, "%")):
+        sd = [s for n, s in zip(track.names, track.sd[-1], strict=True) if n.endswith(f".{kind}")]
+        if sd:
+            words.append(f"every {kind} to ± {number(factor * float(max(sd)), 2)} {unit}")
+    return f"Known at the end: {', '.join(words)} or better; {plural(jumps, 'jump')}."
+
+
+def _states_at_end(track: Track, names: Sequence[str]) -> str:
+    """Every error of the body stream at the end of the walk."""
+    words = []
+    for name in names:
+        i = track.names.index(name)
+        factor, unit = STATE_UNITS.get(name, (1.0, track.units[i]))
+        value, sd = factor * float(track.values[-1, i]), factor * float(track.sd[-1, i])
+        words.append(f"{plots.state_in_words(name)} {with_sd(value, sd)} {unit}")
+    return f"At the end: {'; '.join(words)}."
+
+
+def _most_sensitive(curves: Sequence[tuple[str, Sensitivity]]) -> str:
+    """The setting that changes the CoP error most."""
+    method, worst = max(curves, key=lambda one: float(np.ptp(one[1].cop_m)))
+    return (
+        f"{worst.setting} of {method} matters most: CoP error from "
+        f"{number(1e3 * float(worst.cop_m.min()), 3)} to "
+        f"{number(1e3 * float(worst.cop_m.max()), 3)} mm."
+    )

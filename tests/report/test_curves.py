@@ -56,7 +56,7 @@ def test_only_pages_with_curves_carry_the_charts_and_a_label_cannot_end_their_el
     )  # fmt: skip
     pages = {}
     for zoom in (False, True):
-        picture = Picture("walk", _walk, "A walk.", zoom=zoom)
+        picture = Picture("walk", _walk, "A walk.", title="A walk", result="It walks.", zoom=zoom)
         report = Report("Test", verdict, pictures=(picture,))
         with drawing():
             pages[zoom] = render_html(report, run, "{}", {"walk": picture.drawn()})

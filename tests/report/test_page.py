@@ -35,7 +35,15 @@ def page(**changes: object) -> str:
     parts: dict[str, object] = {
         "title": "Test",
         "verdict": VerdictRecord(level="warning", sentence="One cell does not fit."),
-        "pictures": (Picture("residuals", Figure, "Should be flat.", title="Residual by load"),),
+        "pictures": (
+            Picture(
+                "residuals",
+                Figure,
+                "Should be flat.",
+                title="Residual by load",
+                result="One cell does not fit.",
+            ),
+        ),
         "sheets": (TABLE, Sheet("Errors", ("a", "b"), [("x", "1")])),
         "findings": (ALARM, NOTE),
     }

@@ -17,7 +17,14 @@ from footcal_cli.core.pose.hanging import LegKnowledge
 from footcal_cli.core.pose.joint import PoseFit, fit_pose, misfit_of_poses
 from footcal_cli.core.pose.problem import PoseOptions
 from footcal_cli.core.quality import Finding
-from footcal_cli.core.turned import TURNS, said_of, turned_when_standing, words_of
+from footcal_cli.core.turned import (
+    ROUGH_STEPS,
+    TURNS,
+    near_the_best,
+    said_of,
+    turned_when_standing,
+    words_of,
+)
 
 TURNED_NOISE = 3.0
 """A turned transducer leaves 5 to 50 times the noise of a pose: nearer to it, none is looked for,
@@ -25,10 +32,6 @@ since each of the 23 turns of each leg costs a fit."""
 BEYOND = 10.0
 """Times the prior sd of a hip's place, beyond which a shift is no mounting error."""
 USUAL_PLACE_SD_M = 0.005
-_ROUGH_STEPS = 8
-"""The right turn is fitted in four to six steps, most wrong ones run until their limit."""
-_NEAR = 20.0
-"""Times the least rough misfit, up to which a turn is fitted to the end."""
 
 
 def standing_axes(
@@ -81,13 +84,13 @@ def check_turned_standing(
         (_turned_back(summary, legs, k, turn, offsets=offsets), k, i)
         for k in range(len(legs)) for i, turn in enumerate(TURNS) for offsets in (False, True)
     ]  # fmt: skip
-    rough = [misfit_of_poses(back, legs, noise_sd, options, _ROUGH_STEPS) for back, _, _ in tried]
-    fitted = [
-        (fit_pose(back, legs, noise_sd, options).chi2_poses, k, i)
-        for (back, k, i), left in zip(tried, rough, strict=True)
-        if left <= _NEAR * min(rough)
-    ]
-    return said_of(data.geometry.legs, fitted, given.chi2_poses)
+
+    def roughly(one: tuple[PoseSummary, int, int]) -> float:
+        return misfit_of_poses(one[0], legs, noise_sd, options, ROUGH_STEPS)
+
+    near = near_the_best(tried, roughly, given.chi2_poses)
+    fitted = [(fit_pose(back, legs, noise_sd, options).chi2_poses, k, i) for back, k, i in near]
+    return said_of(data.geometry.legs, fitted, given.chi2_poses) if fitted else []
 
 
 def _turned_back(

@@ -57,10 +57,10 @@ def plot_isolability(
     order = _clustered(now)
     ordered = [signatures[i] for i in order]
     names = [s.effect for s in ordered]
-    panels = [("in these data", now[np.ix_(order, order)])]
+    panels = [("Likeness |cos| in these data", now[np.ix_(order, order)])]
     if menu is not None and menu.best is not None:
         then = _then(found, table, menu.best.plan, ordered)
-        panels.append((f"after '{menu.best.plan.id.replace('_', ' ')}'", then))
+        panels.append((f"After '{menu.best.plan.id.replace('_', ' ')}'", then))
     side = _CELL_IN * len(names)
     margin, below = 1.35, 1.15
     width = margin + len(panels) * (side + 0.25) + 0.6
@@ -77,6 +77,22 @@ def plot_isolability(
     )  # fmt: skip
     figure.colorbar(figure.axes[0].images[0], cax=bar).ax.tick_params(labelsize=6.5)
     return figure
+
+
+def alike(found: Investigation) -> str:
+    """Which effects these data hardly distinguish, in one sentence."""
+    signatures = _compared(found)
+    if not signatures:
+        return "No effect is visible in these data."
+    cos = _now(found, signatures)
+    order = _clustered(cos)
+    names = [signatures[i].effect.replace("_", " ") for i in order]
+    groups = [
+        " and ".join(names[first : last + 1]) for first, last in _runs(cos[np.ix_(order, order)])
+    ]
+    if not groups:
+        return f"No two of {len(names)} effects look alike (|cos| > {_SAME})."
+    return f"Alike (|cos| > {_SAME}) of {len(names)} effects: {'; '.join(groups)}."
 
 
 def _compared(found: Investigation) -> tuple[Signature, ...]:

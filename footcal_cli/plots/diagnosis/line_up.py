@@ -23,6 +23,11 @@ LINE_UP_CAPTION = (
 _PANELS = 20
 
 
+def place_of_data(seed: int) -> int:
+    """Number of the panel that shows the data, from 1."""
+    return int(np.random.default_rng(seed + 1).integers(_PANELS)) + 1
+
+
 def plot_line_up(found: Investigation, seed: int) -> Figure:
     """The data among nineteen data sets whose blocks had their signs flipped."""
     name, driver = driver_of(found)
@@ -31,7 +36,7 @@ def plot_line_up(found: Investigation, seed: int) -> Figure:
     rows = np.flatnonzero(problem.output == output)
     left = left_over(problem)[rows]
     rng = np.random.default_rng(seed + 1)
-    place = int(rng.integers(_PANELS))
+    place = int(rng.integers(_PANELS))  # the first draw, as in `place_of_data`
     figure = new_figure(5.6)
     grid = figure.subplots(4, 5, sharex=True, sharey=True)
     spread = 0.0

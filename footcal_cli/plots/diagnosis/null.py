@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from footcal_cli.core.diagnosis.investigation import Investigation
-from footcal_cli.plots.style import BAD, REFERENCE, new_figure, tidy
+from footcal_cli.plots.style import BAD, REFERENCE, legend_below, new_figure, tidy
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -16,6 +16,15 @@ NULL_CAPTION = (
     "The largest statistic over the whole table when whole blocks change sign at random, and the "
     "one of the data."
 )
+
+
+def in_words(found: Investigation) -> str:
+    """The statistic of the data against its 1 % limit by chance."""
+    null = found.rounds[0].search.first.null_max
+    if not null.size:
+        return "Too few blocks for random signs."
+    limit = float(np.quantile(null, 0.99))
+    return f"{null[0]:.2f} in the data; by chance 1 % lie above {limit:.2f}."
 
 
 def plot_null(found: Investigation) -> Figure:
@@ -31,7 +40,7 @@ def plot_null(found: Investigation) -> Figure:
             np.quantile(null, 0.99), color=REFERENCE, linewidth=1, linestyle=":",
             label="1 % by chance",
         )  # fmt: skip
-        axes.legend(fontsize=8, frameon=False)
-    tidy(axes, "Largest statistic over the table under random signs of blocks", "max |T|",
-         "sign patterns")  # fmt: skip
+        legend_below(figure)
+    tidy(axes, "Largest statistic |T| of all effects: the data, and with random signs of blocks",
+         "largest |T|", "random sign patterns")  # fmt: skip
     return figure

@@ -1,4 +1,4 @@
-"""What is left against the signal that tells it best, before and after."""
+"""Residual against the signal that predicts it best, before and after."""
 
 from __future__ import annotations
 
@@ -22,6 +22,7 @@ from footcal_cli.plots.style import (
     new_figure,
     tidy,
 )
+from footcal_cli.plots.words import output_words, words
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -99,6 +100,20 @@ DRIVER_CAPTION = (
 )
 
 
+def in_words(found: Investigation) -> str:
+    """RMS residual of the output that is drawn, before and after."""
+    output, (name, _) = main_output(found), driver_of(found)
+    stages = {"before": found.problem, **({"after": found.final} if found.found else {})}
+    rms = {}
+    for stage, problem in stages.items():
+        rows = problem.output == output
+        left = (left_over(problem) * problem.noise)[rows]
+        rms[stage] = float(np.sqrt(np.mean(left**2))) if left.size else 0.0
+    unit, of = found.problem.units[output], output_words(found.problem.outputs[output])
+    listed = ", ".join(f"{value:.3g} {unit} {stage}" for stage, value in rms.items())
+    return f"RMS residual of the {of} against {words(name)}: {listed}."
+
+
 def plot_driver(found: Investigation) -> Figure:
     """Residual against its driver, before (fitted effect drawn through) and after."""
     name, driver = driver_of(found)
@@ -129,7 +144,8 @@ def plot_driver(found: Investigation) -> Figure:
             axes.plot(xs, ys, "--", color=BAD, linewidth=1.8, label="fitted effect")
         axes.axhline(0, color=REFERENCE, linewidth=0.8)
         title = "Before: should be flat" if stage == "before" else "After: should be flat"
-        tidy(axes, title, name, f"residual {problem.outputs[output]} ({unit})" if i == 0 else "")
+        of = output_words(problem.outputs[output])
+        tidy(axes, title, words(name), f"residual of the {of} ({unit})" if i == 0 else "")
         spread = float(np.quantile(np.abs(left), 0.99)) if left.size else 0.0
         if i == 0:
             axes.set_ylim(-1.3 * (spread or 1.0), 1.3 * (spread or 1.0))

@@ -10,8 +10,9 @@ import numpy as np
 from footcal_cli.core.diagnosis.answer import EffectRow, EffectStatus, Verdict
 from footcal_cli.core.diagnosis.evidence_table import AS_GOOD, found_row, order_of_row, rival_row
 from footcal_cli.core.diagnosis.investigation import Investigation
+from footcal_cli.plots.words import words
 from footcal_cli.report import Sheet, number
-from footcal_cli.sheets.diagnosis.words import with_interval, words
+from footcal_cli.sheets.diagnosis.words import handy_unit, scaled, with_interval
 
 _MOST_ROWS = 20
 _HOW_TO_READ = (
@@ -95,7 +96,7 @@ def _row_of(rows: Sequence[EffectRow], effect: str) -> EffectRow | None:
 
 def _evidence_row(row: EffectRow, blocks: int) -> tuple[str, ...]:
     tested = row.status is not EffectStatus.NOT_TESTABLE
-    unit = row.signature.unit
+    factor, unit = handy_unit(row.size.value, row.signature.unit)
     verdict = str(row.status).replace("_", " ")
     if row.status is EffectStatus.NOT_TESTABLE:
         verdict += f": {row.reason}"
@@ -104,12 +105,14 @@ def _evidence_row(row: EffectRow, blocks: int) -> tuple[str, ...]:
     return (
         words(row.signature.effect),
         row.signature.where,
-        with_interval(row.size, unit) if np.isfinite(row.size.low) and tested else "–",
+        with_interval(scaled(row.size, factor), unit)
+        if np.isfinite(row.size.low) and tested
+        else "–",
         number(row.p, 2) if tested else "–",
         f"{100 * row.gain:+.1f} %".replace("-", "−") if tested else "–",
         f"{row.blocks_better} of {blocks}" if tested else "–",
-        _size(row.smallest, unit) if tested else "–",
-        _size(row.detectable, unit) if tested else "–",
+        _size(factor * row.smallest, unit) if tested else "–",
+        _size(factor * row.detectable, unit) if tested else "–",
         f"{100 * row.visible:.0f} %" if tested else "–",
         verdict,
     )

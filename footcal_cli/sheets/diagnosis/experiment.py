@@ -8,9 +8,10 @@ from footcal_cli.core.diagnosis.answer import Verdict
 from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.core.diagnosis.menu import Menu, Prospect, advice
 from footcal_cli.core.effects.contract import Effect
+from footcal_cli.plots.words import words
 from footcal_cli.records.diagnosis import NextExperimentRecord
 from footcal_cli.report import Sheet, number
-from footcal_cli.sheets.diagnosis.words import together, words
+from footcal_cli.sheets.diagnosis.words import together
 
 
 def next_experiment(

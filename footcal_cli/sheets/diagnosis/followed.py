@@ -13,8 +13,9 @@ from footcal_cli.core.diagnosis.suspects import (
     suspects_of,
 )
 from footcal_cli.core.effects.contract import Effect
+from footcal_cli.plots.words import words
 from footcal_cli.records.diagnosis import DiagnosisRecord, FollowedRecord, SuspectRecord
-from footcal_cli.sheets.diagnosis.words import together, words
+from footcal_cli.sheets.diagnosis.words import together
 
 
 def suspect_records(found: Investigation, table: Mapping[str, Effect]) -> tuple[SuspectRecord, ...]:

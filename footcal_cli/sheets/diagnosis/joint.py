@@ -13,6 +13,7 @@ from footcal_cli.core.diagnosis.joint_sizes import SingleDiagnosis, SizeSeen
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.effects.contract import Effect
 from footcal_cli.intake.cases.shared import CaseRead
+from footcal_cli.plots.words import words
 from footcal_cli.records.diagnosis import (
     CauseRecord,
     DiagnosisRecord,
@@ -23,7 +24,7 @@ from footcal_cli.records.results import FindingRecord, RmseRecord, VerdictRecord
 from footcal_cli.report import Report, Sheet, number
 from footcal_cli.report.outcome import Outcome
 from footcal_cli.sheets.diagnosis.report import rmse_of
-from footcal_cli.sheets.diagnosis.words import place_words, together, with_interval, words
+from footcal_cli.sheets.diagnosis.words import place_words, together, with_interval
 
 _HOW_TO_READ = (
     "A column per experiment: the size that its data prefer ± standard deviation, its own "

@@ -34,30 +34,35 @@ def pictures_of(
             lambda: residuals.plot_driver(found),
             residuals.DRIVER_CAPTION,
             title="Residual before and after the identified effect",
+            result=lambda: residuals.in_words(found),
         ),
         Picture(
             "line_up",
             lambda: line_up.plot_line_up(found, seed),
             line_up.LINE_UP_CAPTION,
             title="The data among nineteen random panels",
+            result=f"The data stand in panel {line_up.place_of_data(seed)}.",
         ),
         Picture(
             "gain_per_block",
             lambda: gains.plot_gains(found),
             gains.GAINS_CAPTION,
             title="Error of each held-out block before and after",
+            result=lambda: gains.in_words(found),
         ),
         Picture(
             "ladder",
             lambda: ladder.plot_ladder(found),
             ladder.LADDER_CAPTION,
             title="Held-out error of each model",
+            result=lambda: gains.in_words(found),
         ),
         Picture(
             "isolability",
             lambda: isolability.plot_isolability(found, table, menu),
             isolability.caption(menu),
             title="Which effects look alike",
+            result=lambda: isolability.alike(found),
         ),
     ]
     if moved and found.found:
@@ -67,6 +72,7 @@ def pictures_of(
                 lambda: movement.plot_movement(moved),
                 movement.MOVEMENT_CAPTION,
                 title="Change of each calibration parameter",
+                result=lambda: movement.in_words(moved),
             )
         )
     drawn.append(
@@ -75,6 +81,7 @@ def pictures_of(
             lambda: null.plot_null(found),
             null.NULL_CAPTION,
             title="Largest statistic of the data and by chance",
+            result=lambda: null.in_words(found),
         )
     )
     return tuple(drawn)

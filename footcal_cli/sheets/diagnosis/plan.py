@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from footcal_cli.core.diagnosis.menu import Menu, advice
 from footcal_cli.core.effects.contract import Effect
+from footcal_cli.plots.words import words
 from footcal_cli.records.diagnosis import NextExperimentRecord, PlanRecord
 from footcal_cli.records.results import VerdictRecord
 from footcal_cli.report import Report
@@ -17,7 +18,7 @@ from footcal_cli.sheets.diagnosis.experiment import (
     options_of,
     prospect_record,
 )
-from footcal_cli.sheets.diagnosis.words import together, words
+from footcal_cli.sheets.diagnosis.words import together
 
 
 def plan_outcome(menu: Menu, names: Sequence[str], table: Mapping[str, Effect]) -> Outcome:

@@ -11,8 +11,8 @@ from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.core.diagnosis.kindred import excess_of
 from footcal_cli.core.inference.evidence import Interval
 from footcal_cli.core.parameters import FloatArray
+from footcal_cli.plots.words import words
 from footcal_cli.report import number
-from footcal_cli.sheets.diagnosis.words import words
 
 _NOISE = 0.05  # p above which what is left is not worth a word
 

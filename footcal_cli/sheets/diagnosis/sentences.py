@@ -8,7 +8,8 @@ import numpy as np
 
 from footcal_cli.core.diagnosis.answer import EffectRow, EffectStatus
 from footcal_cli.core.diagnosis.investigation import Investigation
-from footcal_cli.report import number
+from footcal_cli.plots.words import output_words, words
+from footcal_cli.report import number, plural
 from footcal_cli.sheets.diagnosis.rivals import against_rivals, next_best
 from footcal_cli.sheets.diagnosis.unknown import depends_on
 from footcal_cli.sheets.diagnosis.words import (
@@ -18,13 +19,11 @@ from footcal_cli.sheets.diagnosis.words import (
     could_not,
     gain_words,
     matters,
-    output_words,
     place_words,
     remedy_of,
     shape_words,
     size_words,
     together,
-    words,
 )
 
 _MOST_LISTED = 12
@@ -36,7 +35,10 @@ def none_found(found: Investigation, untested: Mapping[str, str]) -> tuple[str, 
     details = [] if small is None else [small]
     if found.nearest:
         nearest = "; ".join(cause_words(item) for item in found.nearest)
-        details.append(f"Nearest in the table: {nearest}, but that leaves more than noise.")
+        details.append(
+            f"Nearest in the table: {nearest}. It is not reported: it does not predict blocks "
+            "that were left out of the fit, or is not chosen without them."
+        )
     shown = [_at_least(r) for r in found.rounds[0].effects if _would_show(r)]
     if shown:
         more = len(shown) - _MOST_LISTED
@@ -155,8 +157,8 @@ def underpowered(found: Investigation, untested: Mapping[str, str]) -> tuple[str
     rules = found.rounds[0].rules
     more = max(rules.fewest_blocks - blocks, 1)
     return (
-        f"{blocks} block{'' if blocks == 1 else 's'} cannot reach alpha = {rules.alpha_name:g} "
-        f"(smallest possible p is {number(found.rounds[0].smallest_p, 2)}). "
+        f"Too few blocks to identify a cause: {plural(blocks, 'block')} can show "
+        f"p = {number(found.rounds[0].smallest_p, 2)} at best, {rules.alpha_name:g} is needed. "
         f"Record at least {more} more.",
         ["Blocks are recordings, sessions or remounts, alike in content; more samples in the same "
          "block do not help."],

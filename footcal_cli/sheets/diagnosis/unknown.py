@@ -12,16 +12,10 @@ from footcal_cli.core.diagnosis.investigation import Found, Investigation
 from footcal_cli.core.diagnosis.leftovers import Leftover, leftover_of, nameless
 from footcal_cli.core.diagnosis.menu import Menu
 from footcal_cli.core.inference.lines import Line
+from footcal_cli.plots.words import output_words, words
 from footcal_cli.report import Sheet, number
 from footcal_cli.sheets.diagnosis.experiment import sharpening
-from footcal_cli.sheets.diagnosis.words import (
-    cannot_lines,
-    cause_words,
-    output_words,
-    place_words,
-    together,
-    words,
-)
+from footcal_cli.sheets.diagnosis.words import cannot_lines, cause_words, place_words, together
 
 _CERTAIN = 0.01  # a test's p from which it is said in the first sentence
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,36 +11,8 @@ from footcal_cli.core.diagnosis.answer import EffectStatus
 from footcal_cli.core.diagnosis.gain import Gain
 from footcal_cli.core.diagnosis.investigation import Found, Investigation
 from footcal_cli.core.inference.evidence import Interval
-from footcal_cli.report import number
-
-OUTPUTS = {
-    "fz": "vertical force",
-    "fx": "force along x",
-    "fy": "force along y",
-    "mx": "moment about x",
-    "my": "moment about y",
-    "mz": "moment about z",
-    "tx": "torque about x",
-    "ty": "torque about y",
-    "tz": "torque about z",
-    "moment_x": "moment along x",
-    "moment_y": "moment along y",
-    "force": "force",
-    "swing": "force of unloaded cells",
-}
-"""Outputs of the balances, for people."""
-
-
-def words(name: str) -> str:
-    """An effect's name for a sentence."""
-    return name.replace("_", " ")
-
-
-def output_words(name: str) -> str:
-    """An output's name for a sentence."""
-    owner, _, plain = name.rpartition(".")
-    said = OUTPUTS.get(plain, words(plain))
-    return f"{said} ({words(owner)})" if owner else said
+from footcal_cli.plots.words import output_words, words
+from footcal_cli.report import number, plural
 
 
 def place_words(where: str) -> str:
@@ -51,6 +24,25 @@ def together(names: Iterable[str], last: str = "and") -> str:
     """``a, b and c``."""
     items = list(dict.fromkeys(names))
     return items[0] if len(items) == 1 else f"{', '.join(items[:-1])} {last} {items[-1]}"
+
+
+_HANDY = {"m": (1e3, "mm"), "s": (1e3, "ms"), "s/s": (1e6, "ppm"), "rad": (180.0 / np.pi, "°")}
+"""Units of sizes as people read them: a lag of 0.9 ms, not of 0.0009 s."""
+_PLAIN_FROM = 0.5
+
+
+def handy_unit(value: float, unit: str) -> tuple[float, str]:
+    """Factor and unit in which a size has few digits."""
+    factor, handy = _HANDY.get(unit, (1.0, unit))
+    return (1.0, unit) if unit in ("m", "s") and abs(value) >= _PLAIN_FROM else (factor, handy)
+
+
+def scaled(interval: Interval, factor: float) -> Interval:
+    """The same interval in another unit."""
+    return replace(
+        interval, value=factor * interval.value, low=factor * interval.low,
+        high=factor * interval.high,
+    )  # fmt: skip
 
 
 def with_interval(interval: Interval, unit: str) -> str:
@@ -175,9 +167,10 @@ def could_not(found: Investigation, untested: Mapping[str, str]) -> str:
 
 
 def cannot_lines(found: Investigation, untested: Mapping[str, str]) -> list[str]:
-    """The names of what could not be tested, as a line."""
-    names = [name for group in not_testable(found, untested).values() for name in group]
-    return [f"Could not be tested (the report says why): {', '.join(names)}."] if names else []
+    """How many effects could not be tested; the table says which and why."""
+    count = sum(map(len, not_testable(found, untested).values()))
+    where = "table 'What could not be tested' in the report"
+    return [f"{plural(count, 'effect')} could not be tested here ({where})."] if count else []
 
 
 def _plain(reason: str) -> str:

@@ -84,6 +84,8 @@ def outcome_of(
                     "truth. Before: tare in the air, nominal mounting (compare Wu & Revzen, Figs. "
                     "2 and 6).",
                     title="Sum of all foot wrenches against the robot's weight",
+                    result=f"RMS of the sum of forces: {number(rms(stages['before'][:, :3]), 2)} N "
+                    f"before, {number(rms(stages['after'][:, :3]), 2)} N now.",
                 ),
                 Picture(
                     "mounting",
@@ -91,6 +93,7 @@ def outcome_of(
                     "The robot from above: nominal hips (squares), calibrated hips with 95 % "
                     "ellipses and axes, errors drawn larger than life.",
                     title="Nominal and calibrated hips, from above",
+                    result=lambda: _largest_errors(fit),
                 ),
                 Picture(
                     "legs_and_poses",
@@ -98,6 +101,7 @@ def outcome_of(
                     "Residual that each leg's own readings predict, pose by pose: a row that "
                     "lights up is a leg with a wrong gain, a twisted axis or a dead channel.",
                     title="Residual predicted by each leg, pose by pose",
+                    result=lambda: _largest_share(study.mapped, names),
                 ),
                 Picture(
                     "coverage",
@@ -105,6 +109,7 @@ def outcome_of(
                     "Which shaft angles and body tilts the poses cover: yaw and height of the "
                     "mounting are only seen where the body tilts.",
                     title="Shaft angles and body tilts covered by the poses",
+                    result=lambda: _covered(data),
                 ),
             ),
             sheets=(
@@ -125,6 +130,37 @@ def outcome_of(
         },
         usable=fit.converged,
     )  # fmt: skip
+
+
+def _largest_errors(fit: PoseFit) -> str:
+    """The largest turn and the largest shift of a mounting."""
+    legs, geometry = fit.geometry.legs, fit.geometry
+    turn = np.rad2deg(np.linalg.norm(rotation_log(fit.mounting.turn_b), axis=1))
+    nominal = geometry.hip_b_m - geometry.chassis_com_b_m
+    shift = 1e3 * np.linalg.norm(fit.arm_b_m - nominal, axis=1)
+    return (
+        f"Largest turn {number(float(turn.max()), 2)}° ({legs[int(turn.argmax())]}), largest "
+        f"shift {number(float(shift.max()), 2)} mm ({legs[int(shift.argmax())]})."
+    )
+
+
+def _largest_share(mapped: LegMap, legs: Sequence[str]) -> str:
+    """Which leg predicts most of the residual."""
+    worst = int(np.argmax(mapped.share))
+    return (
+        f"{legs[worst]} predicts most: {number(100 * float(mapped.share[worst]), 2)} % of the "
+        "residual."
+    )
+
+
+def _covered(data: PoseData) -> str:
+    """Ranges of shaft angles and tilts."""
+    phase = np.rad2deg(data.phase_rad)
+    lean = np.rad2deg(np.arcsin(np.clip(np.linalg.norm(data.gravity_b[:, :2], axis=1), 0, 1)))
+    return (
+        f"{len(data)} poses; shafts from {np.nanmin(phase):.0f} to {np.nanmax(phase):.0f}°, tilt "
+        f"of the body up to {float(lean.max()):.1f}°."
+    )
 
 
 def _models(candidates: Sequence[Candidate]) -> dict[str, object]:

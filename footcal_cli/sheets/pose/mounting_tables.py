@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from footcal_cli.core.hang.model import AXES
-from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.parameters import FloatArray, Status
 from footcal_cli.core.pose.hanging import LegKnowledge
 from footcal_cli.core.pose.joint import PoseFit
 from footcal_cli.core.pose.selection import Candidate
 from footcal_cli.records.results import RmseRow
 from footcal_cli.report import Sheet, number, with_sd
-
-if TYPE_CHECKING:
-    pass
 
 
 def rmse_rows(stages: Mapping[str, FloatArray], held_out: Candidate) -> tuple[RmseRow, ...]:
@@ -71,10 +67,17 @@ def common_sd(fit: PoseFit, first: int) -> float:
 def mounting_sheet(fit: PoseFit) -> Sheet:
     """Mounting errors along the nominal transducer's axes."""
     estimates = fit.estimates()
+    fixed = {
+        name
+        for name, status in zip(estimates.names, estimates.status, strict=True)
+        if status == Status.FIXED
+    }
     rows = []
     for leg in fit.geometry.legs:
         cells = [
-            with_sd(
+            "fixed"
+            if f"{leg}.{kind}_{axis}" in fixed
+            else with_sd(
                 factor * estimates[f"{leg}.{kind}_{axis}"],
                 factor * estimates.sd_of(f"{leg}.{kind}_{axis}"),
             )
@@ -87,8 +90,9 @@ def mounting_sheet(fit: PoseFit) -> Sheet:
         ("leg", "turn x (°)", "turn y (°)", "turn z (°)", "shift x (mm)", "shift y (mm)",
          "shift z (mm)"),
         rows,
-        note="Along the nominal transducer's axes, ± one standard deviation. A shift is the hip's "
-        "minus the chassis CoM's: standing shows only their sum (p̃ + p_BC in Wu & Revzen).",
+        note="Along the nominal transducer's axes, ± one standard deviation; fixed: not part of "
+        "the fit. A shift is the hip's minus the chassis CoM's: standing shows only their sum "
+        "(p̃ + p_BC in Wu & Revzen).",
     )  # fmt: skip
 
 

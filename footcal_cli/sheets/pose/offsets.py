@@ -45,6 +45,7 @@ def outcome_of(
                 lambda: plots.plot_offset_change(found, names),
                 "How far each offset moved since the last calibration, with 95 % intervals.",
                 title="Change of each offset since the last calibration",
+                result=offset_sentence(found, names),
             ),
         )
     return Outcome(

@@ -40,7 +40,11 @@ def outcome_of(
                     "Force on the second transducer of each pair that the first does not explain, "
                     "over the log: flat while quiet, what appears with tipping is weight turning "
                     "with the leg, hands, or gain.",
-                    title="Force that the first transducer of a pair does not explain", zoom=True,
+                    title="Force that the first transducer of a pair does not explain",
+                    result="RMS, quiet and tipping: "
+                    + ", ".join(f"{number(f.force_left_n, 2)} N ({f.second})" for f in fits)
+                    + ".",
+                    zoom=True,
                 ),
             ),
             sheets=(_pair_sheet(fits),),

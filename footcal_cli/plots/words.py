@@ -1,0 +1,37 @@
+"""Names of effects and outputs as they stand in figures and sentences."""
+
+from __future__ import annotations
+
+OUTPUTS = {
+    "fz": "vertical force",
+    "fx": "force along x",
+    "fy": "force along y",
+    "mx": "moment about x",
+    "my": "moment about y",
+    "mz": "moment about z",
+    "tx": "torque about x",
+    "ty": "torque about y",
+    "tz": "torque about z",
+    "moment_x": "moment along x",
+    "moment_y": "moment along y",
+    "force": "force",
+    "swing": "force of unloaded cells",
+}
+"""Outputs of the balances, for people."""
+
+
+def words(name: str) -> str:
+    """An effect's name for a sentence."""
+    return name.replace("_", " ")
+
+
+def output_words(name: str) -> str:
+    """An output's name for a sentence."""
+    owner, _, plain = name.rpartition(".")
+    known = OUTPUTS.get(plain, words(plain))
+    return f"{known} ({words(owner)})" if owner else known
+
+
+def capital(sentence: str) -> str:
+    """The same with a capital letter in front."""
+    return sentence[:1].upper() + sentence[1:]
