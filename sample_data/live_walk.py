@@ -20,7 +20,7 @@ from footcal_cli.core.online.estimator import LiveEstimator
 from footcal_cli.core.online.feed import LiveFeed, RobotFacts
 from footcal_cli.core.online.memory import MemoryOptions
 from footcal_cli.core.online.noise import Noise
-from footcal_cli.core.online.streams import BodyStream, SensorStream
+from footcal_cli.core.online.streams import BodyStream, MergeRule, SensorStream
 
 HERE = Path(__file__).parent / "biped"
 CELLS = np.array([[0.07, 0.03], [0.07, -0.03], [-0.05, 0.03], [-0.05, -0.03]])
@@ -48,7 +48,7 @@ def main(seconds: float) -> None:
     """Print the biases in N with their sd once a second."""
     scale = np.full(8, SCALE_N_PER_COUNT)
     belief = nameplate(CHANNELS, scale, -scale * ZERO_COUNTS)
-    feed = LiveFeed(RobotFacts(belief, (CELLS, CELLS), mass_kg=5.3))
+    feed = LiveFeed(RobotFacts(belief, (CELLS, CELLS), mass_kg=5.3), rule=MergeRule(delay_s=0.02))
     estimator = LiveEstimator(belief, MemoryOptions(noise=Noise()))
     next_s = 1.0
     for line in lines(seconds):

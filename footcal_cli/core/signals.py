@@ -45,8 +45,6 @@ class Seen:
 
 CUTOFF_HZ = 10.0
 """Low-pass of force and acceleration terms ([NAO], section 4.1)."""
-TELEMETRY_DELAY_S = 0.02
-"""Body stream behind the cells ([NAO], section 2.2: 20 ± 4 ms)."""
 _FILTER_ORDER = 2
 GAP_PERIODS = 3.5
 """An interval this many times the median one is long, and a gap where its time stays lost."""

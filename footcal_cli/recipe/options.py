@@ -67,7 +67,7 @@ class DiagnoseOptions(CommandOptions):
         tuple[str, ...], Flag("Leave an effect out of the table.", metavar="EFFECT")
     ] = ()
     most_effects: int = Field(default=4, ge=1, le=4)
-    delay_s: float = 0.02
+    delay_s: float = 0.0
     between: Annotated[
         tuple[str, ...], Flag("Rivals that --plan should distinguish.", metavar="EFFECT")
     ] = ()
@@ -238,7 +238,7 @@ class OnlineReplayOptions(CommandOptions):
         Literal["memory", "window", "static"],
         Flag("memory, window (sliding Gauss-Newton) or static (zero acceleration, after Han)."),
     ] = "memory"
-    delay_s: Annotated[float, Flag("Delay of the body stream to compensate.")] = 0.02
+    delay_s: Annotated[float, Flag("Delay of the body stream to compensate.")] = 0.0
     cutoff_hz: Positive = 10.0
     causal: Annotated[bool, Flag("Filter, learn and find contact from the past only.")] = False
     min_force_n: Positive = 5.0
@@ -368,7 +368,7 @@ class StaticInitOptions(CommandOptions):
     largest_rate_radps: Positive = 0.1
     least_samples: int = Field(default=40, ge=4)
     until_s: Annotated[Limit, Flag("Use only the log's first seconds.")] = None
-    delay_s: float = Field(default=0.02, ge=0)
+    delay_s: float = Field(default=0.0, ge=0)
     cutoff_hz: Positive = 10.0
     force_sd_n: Positive = 0.15
     moment_sd_nm: Positive = 0.03

@@ -13,7 +13,7 @@ from footcal_cli.core.online.filter import Guards, Track
 from footcal_cli.core.online.memory import MemoryOptions
 from footcal_cli.core.online.merging import merge_cells
 from footcal_cli.core.online.parts import Part, Walk
-from footcal_cli.core.online.streams import BodyStream, Merged, SensorStream
+from footcal_cli.core.online.streams import BodyStream, Merged, MergeRule, SensorStream
 from tests.core.walk_data import CELLS_FOOT, CHANNELS, Errors, G, Recording, make_walk, record
 from tests.core.walking import belief_of
 
@@ -35,7 +35,8 @@ def merged_of(rec: Recording) -> Merged:
         np.concatenate([rec.feet, zero], axis=2), rec.yaw,
     )  # fmt: skip
     sensors = SensorStream(rec.cell_time, rec.counts, CHANNELS)
-    return merge_cells(sensors, body, belief_of(rec), (CELLS_FOOT, CELLS_FOOT), rec.mass, G)
+    cells, rule = (CELLS_FOOT, CELLS_FOOT), MergeRule(delay_s=0.02)
+    return merge_cells(sensors, body, belief_of(rec), cells, rec.mass, G, rule=rule)
 
 
 def parts_of(merged: Merged) -> Iterator[Part]:

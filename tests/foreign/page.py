@@ -9,6 +9,7 @@ import numpy as np
 from scipy import stats
 
 from tests.foreign.kinds import DRAW, FLEET, kind_of
+from tests.foreign.owners import OWNERS
 
 Answer = Mapping[str, Any]
 Answers = Mapping[tuple[str, int], Answer]
@@ -41,8 +42,18 @@ _LINES = (
     "| command | quantity | robots | error (RMS) | stated sd | error / sd | held | 95 % interval |",
     "|---|---|---|---|---|---|---|---|",
 )
+_OWNERS = """
+## Logs in their owners' frames, recipes by `footcal init`
+
+First draw of makes that were written after the code; nothing was chosen on them. Logs are text in a
+laboratory's axes (y up; north, east, down), in left-handed sensor frames, with an accelerometer in
+place of attitudes; masses, lengths and a data sheet are filled in where the recipe asks for them.
+The left-handed transducers are found: hanging calibrates them in their own axes, standing refuses
+them (exit 3).
+
+"""
 _ROBOTS = """
-## Robot by robot, fresh seeds
+## Robot by robot
 
 *Worst* is the largest error in units of its stated sd.
 
@@ -54,16 +65,20 @@ _ROBOTS = """
 def page_of(answers: Answers) -> str:
     """Markdown of all answers: the fresh draws, then the one that mends were chosen on."""
     fresh = {key: one for key, one in answers.items() if key[1] >= DRAW}
-    seen = {key: one for key, one in answers.items() if key[1] < DRAW}
+    seen = {key: one for key, one in answers.items() if key[1] < DRAW and key[1] not in OWNERS}
+    owners = {key: one for key, one in answers.items() if key[1] in OWNERS}
     text = _HEAD.format(count=len({seed % DRAW for _, seed in answers}), fleet=len(FLEET))
     if fresh:
         draws = sorted({seed // DRAW for _, seed in fresh})
         text += f"## Fresh seeds\n\nDraws {', '.join(map(str, draws))} of every make.\n\n"
         text += _coverage(fresh)
+    if owners:
+        text += _OWNERS + _coverage(owners)
     if seen:
         text += "\n## Seeds on which mends were chosen\n\n" + _coverage(seen)
     text += _ROBOTS
-    for (task, seed), one in sorted((fresh or seen).items(), key=lambda item: item[0][1] % DRAW):
+    shown = {**(fresh or seen), **owners}
+    for (task, seed), one in sorted(shown.items(), key=lambda item: item[0][1] % DRAW):
         sizes = ", ".join(
             f"{name} {_rms_ratio(pairs):.2g}" for name, pairs in one["ratios"].items() if pairs
         )

@@ -159,12 +159,14 @@ def _smoothed(sign: float) -> Transform:
             return log, state
         signal = np.concatenate([part.reshape(len(log), -1) for part in kept.values()], axis=1)
         fresh = recording(log.time_s, None).fresh
-        before, after = (
-            resample(log.time_s, signal, log.time_s + step, fresh)
-            for step in (-_BESIDE_S, _BESIDE_S)
+        first, before, after, last = (
+            resample(log.time_s, signal, log.time_s + step * _BESIDE_S, fresh)
+            for step in (-2.0, -1.0, 1.0, 2.0)
         )
         bend = (before - 2.0 * signal + after) / _BESIDE_S**2
-        signal = signal + sign * 0.5 * theta["smoothing"][0] * bend
+        fourth = (first - 4.0 * before + 6.0 * signal - 4.0 * after + last) / _BESIDE_S**4
+        variance, fourth_moment = theta["smoothing"][0], theta["smoothing_fourth"][0]
+        signal = signal + sign * (variance / 2.0 * bend + fourth_moment / 24.0 * fourth)
         known, start = {}, 0
         for name, part in kept.items():
             width = int(np.prod(part.shape[1:]))
@@ -286,11 +288,15 @@ SMOOTHING = Effect(
     name="smoothing",
     stage=Stage.TRANSPORT,
     scope=Scope.ROBOT,
-    parameters=(EffectParameter("smoothing", "s²", 0.0, -0.01, 0.01, 2e-4),),
+    parameters=(
+        EffectParameter("smoothing", "s²", 0.0, -0.01, 0.01, 2e-4),
+        EffectParameter("smoothing_fourth", "s⁴", 0.0, -1e-3, 1e-3, 1e-7),
+    ),
     apply=_smoothed(1.0),
     remove=_smoothed(-1.0),
     experiments=("walk",),
-    formula="y = x + ½ v d²x/dt² on what was differentiated: a symmetric filter of variance v",
+    formula="y = x + v/2 d²x/dt² + u/24 d⁴x/dt⁴ on what was differentiated: a symmetric filter, "
+    "moments v and u",
     source="differences of encoder readings over a window, as every state estimator takes them",
     remedy="differentiate over a shorter window",
     needs=("com_acc_mps2",),

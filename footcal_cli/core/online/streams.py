@@ -13,7 +13,6 @@ from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.signals import (
     CUTOFF_HZ,
-    TELEMETRY_DELAY_S,
     Clock,
 )
 
@@ -73,7 +72,7 @@ class MergeRule:
     Parameters
     ----------
     delay_s
-        Fixed delay of the body stream, compensated.
+        Fixed delay of the body stream, compensated (NAO: 20 ± 4 ms); 0 for an unknown robot.
     cutoff_hz
         Low-pass of forces, accelerations and angular momentum.
     causal
@@ -84,7 +83,7 @@ class MergeRule:
         ε of the CoP.
     """
 
-    delay_s: float = TELEMETRY_DELAY_S
+    delay_s: float = 0.0
     cutoff_hz: float = CUTOFF_HZ
     causal: bool = False
     largest_acc_mps2: float = 8.0
