@@ -155,7 +155,7 @@ def placements(
     best = None if study.physical is None else study.results[study.physical].parameters
     if best is None:
         raise FitError(
-            "the placements are too few to tell where the cells are",
+            "the placements are too few to find where the cells are",
             remedy="place the weight over more holes",
         )
     return Calibration(best, study)

@@ -64,7 +64,7 @@ class TurnedAxis:
             "alarm",
             " or ".join(self.channels),
             f"{axes} reads with the sign turned: turned back, {self.left:.1%} of the squared "
-            "misfit remains" + ("; these data cannot tell which" if len(self.channels) > 1 else ""),
+            "misfit remains" + ("; these data do not show which" if len(self.channels) > 1 else ""),
             f"correct the wiring or the axes of leg {legs}, then calibrate again",
         )
 

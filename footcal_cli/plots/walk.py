@@ -250,6 +250,14 @@ def state_in_words(name: str) -> str:
     return _STATES_IN_WORDS.get(name, name)
 
 
+def within_band(track: Track, outputs: int) -> str:
+    """How many normalised innovations of the first outputs lie within ± 2 sd."""
+    with np.errstate(invalid="ignore"):
+        normalised = (track.innovation / track.innovation_sd)[:, :outputs]
+    share = float(np.mean(np.abs(normalised[np.isfinite(normalised)]) < 2.0))
+    return f"{100 * share:.0f} % lie within ± 2 sd (95 % expected)."
+
+
 def plot_innovations(track: Track, outputs: Sequence[str]) -> Figure:
     """Normalised innovations of the totals: they should fill ± 2 and show no pattern."""
     figure = new_figure(1.3 * len(outputs) + 0.5)

@@ -186,7 +186,8 @@ class OfflineFitOptions(CommandOptions):
         Flag("ordinary, weighted or robust regression."),
     ] = "ordinary"
     models: Annotated[
-        Literal["auto", "affine"], Flag("auto: beyond affine where it pays; affine.")
+        Literal["auto", "affine"],
+        Flag("auto: beyond affine where held-out data ask for it"),
     ] = "auto"
     prior: Annotated[bool, Flag(PRIOR)] = False
     most_degree: int = Field(default=3, ge=1, le=6)

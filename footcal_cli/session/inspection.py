@@ -320,7 +320,7 @@ def _loads(load: FloatArray, robot: Robot) -> list[Finding]:
         found.append(
             Finding(
                 "no_load", "warning", "load", f"all {load.size} loads are 0 N",
-                "check the load column; rows without a load tell the zero alone",
+                "check the load column; rows without a load determine only the zero",
             )
         )  # fmt: skip
     if load.size and float(load.max()) <= 0.0 and float(load.min()) < 0.0:

@@ -137,7 +137,6 @@ def library_columns(case: Case, rows: Rows, effects: Iterable[Effect]) -> Column
     excluded: list[Excluded] = []
     known = set.intersection(*(set(log.known) for log in case.logs))
     seen = case.memory()
-    without = residual(case, rows, case.values, seen=seen)
     for effect in effects:
         if effect.name in present or case.experiment.name not in effect.experiments:
             continue
@@ -152,7 +151,7 @@ def library_columns(case: Case, rows: Rows, effects: Iterable[Effect]) -> Column
                 Excluded(effect.name, "", "no graded signature; looked for among the raw data")
             )
             continue
-        found, made = effect_columns(case, rows, effect, seen, without)
+        found, made = effect_columns(case, rows, effect, seen)
         signatures += found
         columns += made
     stacked = np.stack(columns, axis=1) if columns else np.empty((rows.row.size, 0))
@@ -160,15 +159,9 @@ def library_columns(case: Case, rows: Rows, effects: Iterable[Effect]) -> Column
 
 
 def effect_columns(
-    case: Case, rows: Rows, effect: Effect, seen: Sequence[Seen], without: FloatArray
+    case: Case, rows: Rows, effect: Effect, seen: Sequence[Seen]
 ) -> tuple[list[Signature], list[FloatArray]]:
-    """Columns of one effect; shapes that look alike are kept once.
-
-    Parameters
-    ----------
-    without
-        The residual without any of it, shape (m,).
-    """
+    """Columns of one effect; shapes that look alike are kept once."""
     units = _units(case, effect)
     shapes = shapes_of(case, effect)
     signatures: list[Signature] = []
@@ -182,10 +175,7 @@ def effect_columns(
         kept: list[FloatArray] = []
         for shape in shapes:
             single = {
-                u: derivative(
-                    case, rows, effect, size, {u: (u,)}, shape, seen=seen, without=without
-                )
-                for u in units
+                u: derivative(case, rows, effect, size, {u: (u,)}, shape, seen=seen) for u in units
             }
             shared = np.sum(list(single.values()), axis=0)
             largest = max(float(np.sqrt(np.mean(c**2))) for c in single.values())
@@ -194,7 +184,7 @@ def effect_columns(
                 continue
             kept.append(shared)
             far = [
-                {u: _far(case, rows, effect, size, u, shape, by, seen, without) for u in units}
+                {u: _far(case, rows, effect, size, u, shape, by, seen) for u in units}
                 for by in size.far
             ]
             for where, owners, members in places(effect, units):
@@ -270,17 +260,11 @@ def derivative(
     shape: Mapping[str, float],
     at: Mapping[str, float] | None = None,
     seen: Sequence[Seen] | None = None,
-    without: FloatArray | None = None,
 ) -> FloatArray:
     """What size one of an effect adds to the residual, shape (m,).
 
     ``−dr/ds``: removing too little of an effect leaves it in. Central differences where the range
     allows, one-sided at its edge.
-
-    Parameters
-    ----------
-    without
-        The residual at the neutral size, shape (m,), if it is known already.
     """
     known = seen or case.memory()
     chain = case.chain.with_link(Link(effect, dict(owners)))
@@ -296,8 +280,6 @@ def derivative(
     ]  # fmt: skip
 
     def shifted(by: float) -> FloatArray:
-        if by == 0.0 and without is not None:
-            return np.where(np.isin(rows.log, touched), without, 0.0)
         moved = {f"{owner}.{size.name}": size.neutral + by for owner in owners}
         return residual(case, rows, {**values, **moved}, chain, touched, known)
 
@@ -315,7 +297,6 @@ def _far(
     shape: Mapping[str, float],
     by: float,
     seen: Sequence[Seen],
-    without: FloatArray,
 ) -> FloatArray:
     """What an effect of a size far from neutral adds to the residual, over that size, (m,).
 
@@ -323,9 +304,13 @@ def _far(
     """
     chain = case.chain.with_link(Link(effect, {unit: (unit,)}))
     values = {**case.values, **{f"{unit}.{name}": value for name, value in shape.items()}}
-    moved = {**values, f"{unit}.{size.name}": size.neutral + by}
-    much = residual(case, rows, moved, chain, seen=seen)
-    return np.asarray((without - much) / by)
+    none, much = (
+        residual(
+            case, rows, {**values, f"{unit}.{size.name}": size.neutral + change}, chain, seen=seen
+        )
+        for change in (0.0, by)
+    )
+    return np.asarray((none - much) / by)
 
 
 def extended_chain(chain: Chain, effect: Effect, signature: Signature) -> Chain:

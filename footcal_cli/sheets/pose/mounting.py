@@ -80,8 +80,8 @@ def outcome_of(
                         {name: in_floating_base(data, e, com) for name, e in stages.items()}
                     ),
                     "Sum of the ground's wrenches on all feet minus the robot's weight, in the "
-                    "floating base about the robot's CoM: zero if every transducer tells the "
-                    "truth. Before: tare in the air, nominal mounting (compare Wu & Revzen, Figs. "
+                    "floating base about the robot's CoM: zero if every transducer is "
+                    "right. Before: tare in the air, nominal mounting (compare Wu & Revzen, Figs. "
                     "2 and 6).",
                     title="Sum of all foot wrenches against the robot's weight",
                     result=f"RMS of the sum of forces: {number(rms(stages['before'][:, :3]), 2)} N "
