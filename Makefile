@@ -94,6 +94,10 @@ mutations: $(VENV)/.installed-dev  ## Seeded mutations of the product: which tes
 samples: $(VENV)/.installed-dev  ## Rebuild sample_data/ from the physics engine.
 	$(BIN)/python sample_data/make_samples.py
 
+.PHONY: pictures
+pictures: demo  ## Run the demo and take the pictures of README and documents from it.
+	$(BIN)/python docs/make_pictures.py $(OUT)
+
 .PHONY: effects-page
 effects-page: $(VENV)/.installed-dev  ## Rebuild docs/effects.md and its figures.
 	$(BIN)/python docs/make_effects_page.py

@@ -12,12 +12,8 @@ class FootcalError(Exception):
 
     Parameters
     ----------
-    problem
-        What is wrong.
     file, column, row, value, unit
         Where, as far as it is known. `row` is already in words (``line 8``).
-    remedy
-        What to do about it.
     example
         Lines of what would be taken instead; they follow the message.
     foreign

@@ -27,10 +27,6 @@ def run_here(jobs: Sequence[Job], workers: int, work: Work, died: Died) -> Itera
 
     Parameters
     ----------
-    jobs
-        The sessions.
-    workers
-        Number of processes.
     work
         What is done with each; a function that a new process can import.
     died

@@ -39,8 +39,6 @@ class Job:
         Files, None where the session has none.
     command, seed
         What is run.
-    out
-        Folder of the batch.
     again
         Run even if the same session is done.
     pictures

@@ -111,8 +111,6 @@ def check_rates(
         Stamps and forces of the sensors, shapes (n,) and (n, c).
     body_s, motion
         Stamps, and CoM and acceleration, shapes (m,) and (m, 6).
-    where
-        Both files.
     """
     good = np.isfinite(forces_n).all(axis=1) & np.isfinite(time_s)
     sound = np.isfinite(motion).all(axis=1) & np.isfinite(body_s)

@@ -137,8 +137,6 @@ def placements(
 
     Parameters
     ----------
-    cells
-        Names, c of them.
     cell_pos_m
         Where the cells are believed in the foot frame, shape (c, 2).
     force_n
@@ -157,7 +155,7 @@ def placements(
     best = None if study.physical is None else study.results[study.physical].parameters
     if best is None:
         raise FitError(
-            "the placements are too few to tell where the cells are",
+            "the placements are too few to find where the cells are",
             remedy="place the weight over more holes",
         )
     return Calibration(best, study)
@@ -182,8 +180,6 @@ def stand(
         Calibration to start from: an earlier one (`belief_from`), or the data sheet (`nameplate`).
     cells_foot_m
         Cell positions in each foot's frame, shape (cells, 2) per foot.
-    mass_kg
-        Of the whole robot.
     """
     merged = _merged(sensors, body, belief, cells_foot_m, mass_kg, gravity_mps2, "stand")
     forces = belief.forces(merged.log.readings)
@@ -232,8 +228,6 @@ def hang(
 
     Parameters
     ----------
-    leg
-        Its name.
     time_s, phase_rad
         Stamps and shaft angle, shape (n,), one orientation after the other.
     wrench
@@ -264,8 +258,6 @@ def poses(
 
     Parameters
     ----------
-    geometry
-        The design file.
     hanging
         From `hang`, per leg in the order of the geometry.
     wrench
@@ -274,8 +266,6 @@ def poses(
         Shaft angles, shape (P, K).
     rot_wb
         Body to world, shape (P, 3, 3).
-    robot_weight_n
-        Weight of the whole robot.
     noise_sd
         Noise of a pose's readings, shape (6,); None: the fit estimates it.
     options

@@ -21,8 +21,6 @@ class Link:
 
     Parameters
     ----------
-    effect
-        The row of the table.
     owners
         Name of each parameter's owner -> the units (channels, feet, legs) that share its value.
         Units that no owner names are neutral.

@@ -101,12 +101,6 @@ def detect_contact(
     foot_force_n
         Vertical force of each foot by the calibration believed so far, shape (n, feet); NaN where
         samples were lost.
-    weight_n
-        Body weight.
-    rate_hz
-        Sampling rate.
-    rule
-        Thresholds.
     """
     rule = rule or ContactRule()
     width = max(round(rule.settle_s * rate_hz), 1)

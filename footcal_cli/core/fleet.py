@@ -59,8 +59,6 @@ class Series:
 
     Parameters
     ----------
-    parameter, unit, robot
-        What it is.
     at
         Numbers of the sessions that estimated it, shape (k,).
     time, values, sd
@@ -119,8 +117,6 @@ class Budget:
 
     Parameters
     ----------
-    parameter, unit
-        What it is.
     sessions
         How many estimated it.
     claimed_sd

@@ -123,8 +123,6 @@ def derivative_noise(
         Unfiltered, shape (n, k).
     good
         Rows that are whole, shape (n,).
-    rate_hz, cutoff_hz
-        Sampling rate and cut-off.
     """
     lowest = _NOISE_BAND_CUTOFFS * cutoff_hz / rate_hz
     unknown = np.full(second_derivative.shape[1], np.nan)

@@ -112,8 +112,6 @@ def next_stances(
         Columns of each foot's cells.
     foot_names
         Their names (left, right).
-    weight_n
-        Body weight.
     belief
         For the channels and the units.
     """

@@ -78,8 +78,6 @@ def check_shares(
     ----------
     forces_n
         By the calibration or, up to a common factor, by the nameplate, shape (n, c).
-    cells
-        Their names.
     load_n
         Weights W put on the foot, shape (n,).
     calibrated

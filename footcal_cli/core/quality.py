@@ -32,8 +32,6 @@ class Finding:
         Stable machine-readable name (``readings_repeat_across_channels``).
     severity
         ``alarm``: results would be meaningless; ``warning``: results suffer; ``note``.
-    where
-        Channel, column or file.
     sentence, remedy
         What was seen, with numbers, and what to do.
     """

@@ -50,8 +50,6 @@ class QuietSet:
     ----------
     stance
         Number of the stance each sample belongs to, −1 where it does not count, shape (n,).
-    validity
-        Why samples do not count.
     """
 
     stance: IntArray
@@ -85,8 +83,6 @@ def select_quiet(
         Of the IMU without gravity, shape (n, 3); the CoM's where None.
     gyro_radps
         Shape (n, 3); not judged where None.
-    rule
-        Thresholds.
 
     Raises
     ------

@@ -112,17 +112,13 @@ def check_codes(channel: str, counts: FloatArray, bits: int) -> list[Finding]:
 
 def find_frozen(reading: FloatArray, least: int = 50) -> BoolArray:
     """Samples of runs of one value that last `least` samples and far longer than usual runs."""
-    found = np.zeros(reading.size, dtype=bool)
     edges = np.concatenate([[0], np.flatnonzero(np.diff(reading) != 0) + 1, [reading.size]])
     lengths = np.diff(edges)
-    if not lengths.size:
-        return found
     usual = float(np.percentile(lengths, 90))
-    for start, length in zip(edges[:-1], lengths, strict=True):
-        found[start : start + length] = length >= max(least, 10.0 * usual) or (
-            length == reading.size > 1
-        )
-    return found
+    frozen = lengths >= max(least, 10.0 * usual)
+    if reading.size > 1:
+        frozen |= lengths == reading.size
+    return np.repeat(frozen, lengths)
 
 
 def check_glitches(reading: FloatArray, time_s: FloatArray, where: str) -> list[Finding]:
@@ -152,8 +148,6 @@ def check_dead_channels(
     ----------
     readings
         In units that siblings share, shape (n, c).
-    names
-        Of the channels.
     loaded
         Rows are weights put here and there: the siblings are known to move.
     """
@@ -186,8 +180,6 @@ def check_loose_channels(readings: FloatArray, names: Sequence[str]) -> list[Fin
     ----------
     readings
         In units that siblings share, shape (n, c).
-    names
-        Of the channels.
     """
     good = readings[np.isfinite(readings).all(axis=1)]
     if len(good) < 50 or len(names) < 3:

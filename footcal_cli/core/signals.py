@@ -62,8 +62,6 @@ class Clock:
     ----------
     keep
         Rows left after repeated and backward stamps are dropped.
-    period_s
-        Median interval of the kept rows.
     duplicates, backward
         Rows dropped because their stamp repeats or precedes the one before.
     gaps, longest_gap_s, missing

@@ -111,8 +111,6 @@ def stance_rows(
         Raw counts.
     quiet
         From `select_quiet`.
-    belief
-        Prior.
     force_sd_n, moment_sd_nm, swing_sd_n
         Floors of total force, moments and lifted cells.
     """

@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import permutations, product
+from typing import TypeVar
 
 import numpy as np
 
@@ -21,17 +22,19 @@ from footcal_cli.core.hang.model import AXES
 from footcal_cli.core.hang.runs import HangRun, hang_runs
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.core.pose.data import PoseData, summarise
+from footcal_cli.core.pose.data import PoseData, PoseSummary, summarise
 from footcal_cli.core.pose.hanging import LegKnowledge
-from footcal_cli.core.pose.joint import fit_pose
+from footcal_cli.core.pose.joint import fit_pose, misfit_of_poses
 from footcal_cli.core.pose.problem import PoseOptions
 from footcal_cli.core.quality import Finding
 from footcal_cli.core.spatial import rotation_log
 
 SHARE_LEFT = 0.25
 """Share of the squared misfit that may be left when the right axis is turned back."""
-
-
+ROUGH_STEPS = 8
+"""The right axis or turn is fitted in four to six steps, most wrong ones run until their limit."""
+_NEAR = 20.0
+"""Times the least rough misfit, up to which what was turned back is fitted to the end."""
 AS_GOOD = 0.01
 """Difference of two squared misfits, as a share of the smaller, that tells no axis from another."""
 
@@ -61,7 +64,7 @@ class TurnedAxis:
             "alarm",
             " or ".join(self.channels),
             f"{axes} reads with the sign turned: turned back, {self.left:.1%} of the squared "
-            "misfit remains" + ("; these data cannot tell which" if len(self.channels) > 1 else ""),
+            "misfit remains" + ("; these data do not show which" if len(self.channels) > 1 else ""),
             f"correct the wiring or the axes of leg {legs}, then calibrate again",
         )
 
@@ -91,19 +94,45 @@ def turned_when_standing(
     summary = summarise(data)
     channels = [f"{leg}.{axis}" for leg in data.geometry.legs for axis in AXES]
 
-    def misfit(signs: FloatArray) -> float:
-        turned = np.append(signs, np.ones(summary.gram.shape[0] - signs.size))
-        gram = summary.gram * np.outer(turned, turned)
-        return fit_pose(replace(summary, gram=gram), legs, noise_sd, options).chi2_poses
+    def turned(signs: FloatArray) -> PoseSummary:
+        every = np.append(signs, np.ones(summary.gram.shape[0] - signs.size))
+        return replace(summary, gram=summary.gram * np.outer(every, every))
 
-    return _most_improved(misfit, channels)
+    def misfit(signs: FloatArray) -> float:
+        return fit_pose(turned(signs), legs, noise_sd, options).chi2_poses
+
+    def roughly(signs: FloatArray) -> float:
+        return misfit_of_poses(turned(signs), legs, noise_sd, options, ROUGH_STEPS)
+
+    return _most_improved(misfit, channels, roughly)
+
+
+Back = TypeVar("Back")
+
+
+def near_the_best(
+    every: Sequence[Back], roughly: Callable[[Back], float], given: float
+) -> list[Back]:
+    """What to fit to the end: nothing where no way of turning back is better than the given one."""
+    rough = [roughly(one) for one in every]
+    if min(rough) > given:
+        return []
+    return [one for one, left in zip(every, rough, strict=True) if left <= _NEAR * min(rough)]
 
 
 def _most_improved(
-    misfit: Callable[[FloatArray], float], channels: Sequence[str]
+    misfit: Callable[[FloatArray], float],
+    channels: Sequence[str],
+    roughly: Callable[[FloatArray], float] | None = None,
 ) -> TurnedAxis | None:
     before = misfit(np.ones(len(channels)))
-    after = np.array([misfit(1.0 - 2.0 * row) for row in np.eye(len(channels))])
+    tried = list(1.0 - 2.0 * np.eye(len(channels)))
+    if roughly is not None:
+        tried = near_the_best(tried, roughly, before)
+    if not tried:
+        return None
+    channels = [channels[int(np.argmin(signs))] for signs in tried]
+    after = np.array([misfit(signs) for signs in tried])
     least = float(after.min())
     share = least / max(before, np.finfo(float).tiny)
     if share >= SHARE_LEFT:

@@ -42,8 +42,6 @@ def check_exchanged_cells(
     ----------
     counts
         Readings, shape (n, c).
-    names
-        Of the cells, c of them.
     cell_m, hole_m
         Where cells and weights are, foot frame, shapes (c, 2) and (n, 2).
     load_n
@@ -65,8 +63,6 @@ def check_exchanged_walking(
     ----------
     readings
         Of all cells, shape (n, c).
-    names
-        Of the cells, c of them.
     arms_m
         From the demanded CoP to each cell, in the world, shape (n, c, 2).
     demanded_n

@@ -42,8 +42,6 @@ class Stream:
         Topic, variable or group, as the file calls it.
     kind
         Message type, or what the file calls it.
-    rows
-        How many samples.
     columns
         Names as they will be written.
     time

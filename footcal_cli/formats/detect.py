@@ -7,15 +7,7 @@ from pathlib import Path
 
 from footcal_cli.errors import DataError, UsageError
 from footcal_cli.formats.contract import Clock, Stream
-
-READERS = {
-    ".bag": "bags", ".db3": "bags", ".mcap": "mcap_files", ".c3d": "c3d", ".mot": "opensim",
-    ".sto": "opensim", ".mat": "matlab", ".h5": "hdf5", ".hdf5": "hdf5", ".hdf": "hdf5",
-    ".jsonl": "lines", ".ndjson": "lines", ".json": "lines", ".csv": "logs", ".tsv": "logs",
-    ".txt": "logs", ".npz": "arrays_numpy", ".npy": "arrays_numpy",
-    ".log": "logs", ".yaml": "documents", ".yml": "documents", ".parquet": "logs", ".pq": "logs",
-}  # fmt: skip
-"""Suffix -> module of this room."""
+from footcal_cli.tables.foreign import READERS, is_of_documents
 
 
 def open_source(path: Path, clock: Clock) -> tuple[Stream, ...]:
@@ -56,7 +48,5 @@ def _of_documents(path: Path) -> bool:
     """Whether a text is of printed messages."""
     if path.suffix == ".gz":
         return False
-    from footcal_cli.formats.documents import is_of_documents
-
     with path.open("rb") as stream:
         return is_of_documents(stream.read(2**16).decode("utf-8", errors="replace"))

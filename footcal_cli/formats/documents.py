@@ -17,14 +17,6 @@ _ENTRY = re.compile(r"^(?P<indent>\s*)(?P<dash>- )?(?:(?P<key>[A-Za-z_][\w ]*):)
 _LIST = re.compile(r"^\[(.*)\]$")
 
 
-def is_of_documents(text: str) -> bool:
-    """Whether a text is of messages: keys with colons, ``---`` between."""
-    lines = [line for line in text.splitlines()[:400] if line.strip()]
-    ends = sum(line.strip() == "---" for line in lines)
-    keyed = sum(bool(re.match(r"\s*(?:- )?[A-Za-z_]\w*:(?:\s|$)", line)) for line in lines)
-    return ends >= 2 and keyed > 0.5 * (len(lines) - ends)
-
-
 def streams(path: Path, _clock: Clock) -> tuple[Stream, ...]:
     """The one table of the messages: a column for every number, keys joined by dots.
 

@@ -32,8 +32,6 @@ def arrays_of(path: Path, *, matlab: bool) -> dict[str, Array]:
 
     Parameters
     ----------
-    path
-        The file.
     matlab
         Written by MATLAB: axes reversed, texts as 16-bit codes, references in ``#refs#``.
     """

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -35,6 +36,9 @@ if TYPE_CHECKING:
 
 FRAMES_OF_A_POINT = 50
 """With more rows than this per point they are frames of a recording, condensed to medians."""
+
+_CUT_STEPS = 3.0
+"""A file that begins within so many sample periods after another one's end goes on with it."""
 
 
 @dataclass(frozen=True)
@@ -112,8 +116,8 @@ def records_of_rows(tables: Sequence[Table]) -> list[BenchRecord]:
 
 
 def records_of_streams(tables: Sequence[Table], channels: Sequence[str]) -> list[BenchRecord]:
-    """Running recordings with one column per channel."""
-    session = sessions_of(tables)
+    """Running recordings with one column per channel; a file may go on with the one before it."""
+    session = _continued(tables, sessions_of(tables))
     columns = {
         name: np.concatenate([table.optional(name) for table in tables])
         for name in ("time_s", "load_n", "temperature_degc")
@@ -131,6 +135,23 @@ def records_of_streams(tables: Sequence[Table], channels: Sequence[str]) -> list
         )
         for channel in channels
     ]
+
+
+def _continued(tables: Sequence[Table], session: IntArray) -> IntArray:
+    """Sessions (n,), one for files that a logger cut: the next sample is that of another file."""
+    ends = np.cumsum([len(table) for table in tables])
+    spans = []
+    for table, end in zip(tables, ends, strict=True):
+        time_s = table.number("time_s")
+        own = np.unique(session[end - len(table) : end])
+        if time_s.size > 1 and own.size == 1:
+            step_s = float(np.median(np.abs(np.diff(time_s))))
+            spans.append((float(time_s.min()), float(time_s.max()), step_s, int(own[0])))
+    joined = session.copy()
+    for (_, before_s, step_s, earlier), (after_s, _, _, later) in pairwise(sorted(spans)):
+        if 0.0 < after_s - before_s <= _CUT_STEPS * step_s:
+            joined[session == later] = joined[session == earlier][0]
+    return joined
 
 
 def sessions_of(tables: Sequence[Table]) -> IntArray:
@@ -235,8 +256,6 @@ def read_placements(
 
     Parameters
     ----------
-    tables
-        Placements logs.
     robot
         Feet with their cells' positions; the nameplate for the forces before calibration.
     calibration

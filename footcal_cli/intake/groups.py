@@ -25,8 +25,6 @@ class Group:
     ----------
     name
         What the report calls it: the folder, or the kind.
-    kind
-        Of experiment.
     logs
         Its files.
     parameters

@@ -54,8 +54,6 @@ def leg_logs(
 
     Parameters
     ----------
-    tables
-        Hanging tables.
     recipe
         Legs in order, and their nominal mounting.
     options

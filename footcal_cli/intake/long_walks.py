@@ -24,6 +24,7 @@ from footcal_cli.intake.recordings import (
     Recording,
     body_stream_of,
     prior_belief,
+    require_feet_of_cells,
     sensor_stream_of,
     wiring_of,
 )
@@ -210,6 +211,7 @@ class LongWalk:
     def parts(self) -> Iterator[Part]:
         """The walk part by part, each with what lies around it."""
         robot = self.session.recipe.robot
+        require_feet_of_cells(robot, self.session.recipe.path)
         body, cells = _Ahead(self._bodies()), _Ahead(self._sensors())
         truth = None if self.truth is None else _Ahead(self._truths(self.truth))
         time_s = cells.first().time_s

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -53,12 +54,8 @@ class Recording:
 
     Parameters
     ----------
-    merged
-        Streams as one log.
     belief
         Prior of the cells; None for six-axis feet.
-    feet
-        Names of the feet.
     name
         File name of the sensors' log.
     no_body, no_angular_momentum
@@ -105,13 +102,12 @@ def read_recordings(
         )  # fmt: skip
     feet = tuple(robot.feet)
     six_axis = is_six_axis_robot(robot)
+    if not six_axis:
+        require_feet_of_cells(robot, session.recipe.path)
     sensor_type = six_axis_feet_table(feet) if six_axis else cells_table(robot.cell_names)
     sensors, bodies = _pairs(session, sensor_type, body_table(feet))
     if body_needed and not bodies:
-        raise DataError(
-            "no log has the body's columns (com_x_m …, left_foot_x_m …)", file=sensors[0].path,
-            remedy="name the body stream in [data] body, or map its columns",
-        )  # fmt: skip
+        raise _body_missing(session, body_table(feet), sensors[0].path)
     found = []
     for i, table in enumerate(sensors):
         body = bodies[i] if bodies else None
@@ -188,6 +184,20 @@ def _moving(
     }  # fmt: skip
 
 
+def _body_missing(session: Session[Any], body_type: TableType, log: Path) -> DataError:
+    """What the body stream lacks, as far as it stands in the sensors' own log."""
+    lacks = ""
+    try:
+        session.read_required(body_type, role="cells")
+    except DataError as error:
+        lacks = f": {error.problem}"
+    return DataError(
+        f"no log has the whole body stream{lacks}", file=log,
+        remedy="name its log in [data] body, or map its columns; com_acc_x_mps2 … is the second "
+        "derivative of the CoM, and `footcal kinematics` computes it from joints",
+    )  # fmt: skip
+
+
 def _pairs(
     session: Session[Any], sensor_type: TableType, body_type: TableType
 ) -> tuple[list[Table], list[Table]]:
@@ -196,7 +206,8 @@ def _pairs(
     if not in_order:
         session.read_required(sensor_type, role="cells")  # says what is missing
     # a body stream is no evidence of its own: two sensor logs may share one
-    bodies = [t for t in session.read_in_order(body_type, "body", copies=True) if t is not None]
+    role = "body" if session.paths("body") else "cells"
+    bodies = [t for t in session.read_in_order(body_type, role, copies=True) if t is not None]
     if bodies and len(bodies) != len(in_order):
         raise UsageError(
             f"{len(in_order)} sensor logs but {len(bodies)} body logs",
@@ -258,6 +269,24 @@ def without_transducer_effects(log: Log, record: ParametersRecord) -> Log:
     truth, _ = extended.remove(log.with_readings(np.nan_to_num(log.readings)), values)
     shown, _ = offsets.apply(truth, values)
     return shown.with_readings(np.where(good[:, None], shown.readings, np.nan))
+
+
+def require_feet_of_cells(robot: Robot, path: Path | None) -> None:
+    """Refuse channels that are the cells of no foot, and cells that no channel reads.
+
+    Raises
+    ------
+    UsageError
+        Names them.
+    """
+    own = [f"{foot}_{cell}" for foot, spec in robot.feet.items() for cell in spec.cells]
+    odd = [name for name in robot.cell_names if name not in own]
+    odd += [name for name in own if name not in robot.cell_names]
+    if odd:
+        raise UsageError(
+            f"channels and feet of the recipe do not fit: {', '.join(odd[:4])}", file=path,
+            remedy="name channels <foot>_<cell> of [robot.feet.<foot>.cells], or leave them out",
+        )  # fmt: skip
 
 
 def prior_belief(

@@ -117,8 +117,6 @@ class RigidBody:
             Shape (n, 3) and, x y z w of unit length, (n, 4); NaN where lost.
         positions
             Joint -> rad or m, shape (n,), all joints.
-        feet
-            Names of frames.
         """
         pin = _pinocchio()
         model, data = self.model, self.model.createData()

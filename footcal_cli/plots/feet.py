@@ -31,11 +31,12 @@ def plot_feet(
     figure = new_figure(9.0, width_in=2.0 * len(legs) + 0.8)
     grid = figure.subplots(6, len(legs), sharex=True, sharey="row", squeeze=False)
     t = time_s[::step] - time_s[0]
+    style = "-" if along.startswith("time") else "."  # poses follow in no order
     for k, leg in enumerate(legs):
         for i, (axis, unit) in enumerate(_AXES):
             axes = grid[i][k]
-            axes.plot(t, before[::step, k, i], color=BEFORE, linewidth=0.9)
-            axes.plot(t, after[::step, k, i], color=AFTER, linewidth=0.9)
+            axes.plot(t, before[::step, k, i], style, color=BEFORE, linewidth=0.9, markersize=2)
+            axes.plot(t, after[::step, k, i], style, color=AFTER, linewidth=0.9, markersize=2)
             axes.axhline(0.0, color=REFERENCE, linewidth=0.5)
             tidy(axes, leg.upper() if i == 0 else "", along if i == 5 else "",
                  f"{axis} ({unit})" if k == 0 else "")  # fmt: skip

@@ -88,8 +88,8 @@ def plot_staircases(studies: Sequence[ChannelStudy]) -> Figure:
         panels = []
         for k, (fit, title) in enumerate(
             (
-                (ladder.affine, f"{study.channel}: affine"),
-                (ladder.chosen, f"{study.channel}: {ladder.model}"),
+                (ladder.affine, f"{study.channel}\naffine"),
+                (ladder.chosen, f"{study.channel}\n{ladder.model}"),
             )[:each]
         ):
             axes = figure.add_subplot(grid[each * block + k, column])

@@ -202,6 +202,7 @@ def plot_series(fits: Sequence[SeriesFit]) -> Figure:
         for a, name in enumerate("xyz"):
             row[0].plot(fit.left[:, a], color=CELL_COLOURS[a], linewidth=1.0, label=f"f{name}")
         row[0].axhline(0, color=REFERENCE, linewidth=0.6)
-        tidy(row[0], f"{fit.first} → {fit.second}", "block", "unexplained (N)")
+        below = "block of readings" if fit is fits[-1] else ""
+        tidy(row[0], f"{fit.first} → {fit.second}", below, "unexplained (N)")
     legend_below(figure)
     return figure

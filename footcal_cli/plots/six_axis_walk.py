@@ -19,6 +19,7 @@ from footcal_cli.plots.style import (
     new_figure,
     tidy,
 )
+from footcal_cli.plots.words import capital
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -37,7 +38,7 @@ def plot_vertical(found: SixAxisReplay) -> Figure:
         (2, REFERENCE, "mass of the model × (g + CoM acceleration)"),
     ):
         axes.plot(time_s, found.vertical_n[:, column], color=colour, linewidth=1.0, label=label)
-    tidy(axes, "Total vertical force on both feet", "time (s)", "N")
+    tidy(axes, "Total vertical force on both feet", "time (s)", "force (N)")
     legend_below(figure)
     return figure
 
@@ -65,7 +66,8 @@ def plot_swing(found: SixAxisReplay) -> Figure:
                 )  # fmt: skip
             axes.axhline(0.0, color=REFERENCE, linewidth=0.6)
             axes.set_xticks(place, list(axes_names))
-            tidy(axes, f"{foot} foot in the air, ± 2 sd" if row == 0 else "", "", unit)
+            label = f"reading ({unit})" if k == 0 else ""
+            tidy(axes, f"{capital(foot)} foot in the air, ± 2 sd" if row == 0 else "", "", label)
     return figure
 
 
@@ -94,6 +96,8 @@ def plot_offsets(
             spread = np.nanmax(np.abs(smoothed.values[:, [
                 track.names.index(f"{foot}.offset_{a}") for a in axes_names]]))  # fmt: skip
             axes.set_ylim(-2.0 * spread - 0.1, 2.0 * spread + 0.1)
-            tidy(axes, f"{foot} offsets" if row == 0 else "", "time (s)" if row else "", unit)
-            axes.legend(fontsize=7, frameon=False, ncols=3)
+            label = f"offset ({unit})" if k == 0 else ""
+            title = f"{capital(foot)} foot" if row == 0 else ""
+            tidy(axes, title, "time (s)" if row else "", label)
+    legend_below(figure, columns=6)
     return figure

@@ -239,7 +239,10 @@ _STATES_IN_WORDS = {
     "robot.delay": "body stream later than compensated",
     "robot.com_correction_x": "CoM further forward than the model has it",
     "robot.com_correction_y": "CoM further left than the model has it",
+    "robot.com_correction_z": "CoM higher than the model has it",
     "robot.angmom_loss": "share of the rate of angular momentum that the stream lacks",
+    "robot.smoothing": "second moment of the filter that smoothed the acceleration",
+    "robot.smoothing_fourth": "fourth moment of that filter, less what the second implies",
 }
 
 
@@ -248,6 +251,14 @@ def state_in_words(name: str) -> str:
     if name.endswith(".plate_weight"):
         return f"plate hanging from the cells of the {name.split('.')[0]} foot"
     return _STATES_IN_WORDS.get(name, name)
+
+
+def within_band(track: Track, outputs: int) -> str:
+    """How many normalised innovations of the first outputs lie within ± 2 sd."""
+    with np.errstate(invalid="ignore"):
+        normalised = (track.innovation / track.innovation_sd)[:, :outputs]
+    share = float(np.mean(np.abs(normalised[np.isfinite(normalised)]) < 2.0))
+    return f"{100 * share:.0f} % lie within ± 2 sd (95 % expected)."
 
 
 def plot_innovations(track: Track, outputs: Sequence[str]) -> Figure:

@@ -14,6 +14,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+_MANY_COUNTS = 2000.0
+"""From this range on counts are drawn in reading."""
+
+
 def plot_loads_against_counts(fits: Sequence[AffineFit], tolerance_n: float) -> Figure:
     """Per channel: load against counts with the fitted line, and the residual below."""
     across = min(4, len(fits))
@@ -26,18 +30,25 @@ def plot_loads_against_counts(fits: Sequence[AffineFit], tolerance_n: float) -> 
         upper = figure.add_subplot(grid[2 * row, column])
         lower = figure.add_subplot(grid[2 * row + 1, column], sharex=upper)
         colour = AFTER if fit.worst_n <= tolerance_n else BAD
-        thousands = (fit.counts - fit.centre_counts) / 1e3
-        order = np.argsort(thousands)
-        upper.plot(thousands[order], fit.predicted_n[order], color=colour, linewidth=1.2)
-        upper.plot(thousands, fit.load_n, "o", color="#1b1f24", markersize=4)
+        offset = fit.counts - fit.centre_counts
+        many = float(np.abs(offset).max()) >= _MANY_COUNTS
+        reading = offset / 1e3 if many else offset
+        order = np.argsort(reading)
+        upper.plot(reading[order], fit.predicted_n[order], color=colour, linewidth=1.2)
+        upper.plot(reading, fit.load_n, "o", color="#1b1f24", markersize=4)
         tidy(upper, fit.channel, "", "load (N)" if column == 0 else "")
         upper.tick_params(labelbottom=False)
         lower.axhspan(-tolerance_n, tolerance_n, color="#e8f1f8")
-        lower.vlines(thousands, 0, fit.residual_n, color=colour, linewidth=1.4)
-        lower.plot(thousands, fit.residual_n, "o", color=colour, markersize=3.5)
+        lower.vlines(reading, 0, fit.residual_n, color=colour, linewidth=1.4)
+        lower.plot(reading, fit.residual_n, "o", color=colour, markersize=3.5)
         lower.axhline(0, color="#1b1f24", linewidth=0.7)
         lower.set_ylim(-worst, worst)
-        tidy(lower, "", "counts − mean (10³)", "residual (N)" if column == 0 else "")
+        tidy(
+            lower,
+            "",
+            "counts − mean (10³)" if many else "counts − mean",
+            "residual (N)" if column == 0 else "",
+        )
     return figure
 
 

@@ -182,10 +182,10 @@ class Robot(Frozen):
 
     @property
     def cell_names(self) -> tuple[str, ...]:
-        """Channels of the load cells: as listed, or ``<foot>_<cell>`` of the feet."""
-        return self.channels or tuple(
-            f"{foot}_{cell}" for foot, spec in self.feet.items() for cell in spec.cells
-        )
+        """Channels of the load cells: ``<foot>_<cell>`` of the feet, or others as listed."""
+        own = tuple(f"{foot}_{cell}" for foot, spec in self.feet.items() for cell in spec.cells)
+        same = set(self.channels) == set(own)  # in the order of the feet's cells
+        return own if same else self.channels or own
 
     @property
     def weight_n(self) -> float | None:
@@ -303,8 +303,6 @@ def read_recipe(path: Path, commands: Collection[str]) -> Recipe:
 
     Parameters
     ----------
-    path
-        The TOML file.
     commands
         Names of the tables that hold options of commands.
     """

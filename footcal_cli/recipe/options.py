@@ -26,8 +26,6 @@ class Flag:
         What ``--help`` says of it.
     name
         How it is called; the field's name where empty.
-    metavar
-        What its value is called.
     """
 
     help: str
@@ -188,7 +186,8 @@ class OfflineFitOptions(CommandOptions):
         Flag("ordinary, weighted or robust regression."),
     ] = "ordinary"
     models: Annotated[
-        Literal["auto", "affine"], Flag("auto: beyond affine where it pays; affine.")
+        Literal["auto", "affine"],
+        Flag("auto: beyond affine where held-out data ask for it"),
     ] = "auto"
     prior: Annotated[bool, Flag(PRIOR)] = False
     most_degree: int = Field(default=3, ge=1, le=6)
@@ -255,7 +254,10 @@ class OnlineReplayOptions(CommandOptions):
         "robot.delay",
         "robot.com_correction_x",
         "robot.com_correction_y",
+        "robot.com_correction_z",
         "robot.angmom_loss",
+        "robot.smoothing",
+        "robot.smoothing_fourth",
     )
     hanging_plate: bool = True
     swing_rows: bool = True

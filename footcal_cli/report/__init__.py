@@ -86,8 +86,6 @@ class Sheet:
     ----------
     title, columns, rows
         What it shows; every row has one text per column.
-    note
-        A sentence under the table.
     greyed
         Numbers of the rows to print in grey.
     folded_after

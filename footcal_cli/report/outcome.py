@@ -17,8 +17,6 @@ class Outcome:
 
     Parameters
     ----------
-    report
-        What people read.
     rmse
         Errors before and after.
     parameters

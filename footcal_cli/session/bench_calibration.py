@@ -30,8 +30,6 @@ def bench_calibration(
 
     Parameters
     ----------
-    session
-        What was asked and read.
     studies
         Channels with weights of their own.
     estimates

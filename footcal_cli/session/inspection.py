@@ -1,4 +1,4 @@
-"""What a log or a calibration says against the recipe and against itself, whoever reads it.
+"""What a log says against the recipe and against itself, whoever reads it.
 
 `footcal_cli.session.session` asks for it whenever a command reads a file, so that every command
 hears the same of the same file. What needs a calibration or two streams is asked where they come
@@ -19,17 +19,11 @@ from footcal_cli.core.plausibility import check_scale, check_shares
 from footcal_cli.core.quality import Finding
 from footcal_cli.core.wiring import check_exchanged_cells
 from footcal_cli.recipe import Robot
-from footcal_cli.records.results import ParametersRecord
 from footcal_cli.tables.columns import TableType
 from footcal_cli.tables.table import Table
 
 _SLOWEST_LEGS_S, _SLOWEST_BENCH_S = 5.0, 60.0
 """Longest usual interval of hanging legs and of weighing; walking and standing are faster."""
-_SAME_GRAVITY = 0.006
-"""Share by which gravity differs between places on the ground, at most."""
-_CONVENTIONS = ("force = scale * counts + bias", "reading = applied + offset")
-"""How every sign convention that footcal writes begins."""
-_UNNAMED = Robot().name
 
 
 def inspect(table: Table, kind: TableType, robot: Robot) -> list[Finding]:
@@ -68,45 +62,6 @@ def over_pieces(said: Sequence[Sequence[Finding]]) -> list[Finding]:
         )
         for key, finding in first.items()
     ]
-
-
-def inspect_record(record: ParametersRecord, robot: Robot, path: str) -> list[Finding]:
-    """What a calibration to start from states against the recipe."""
-    found = []
-    if _UNNAMED not in (record.robot, robot.name) and record.robot != robot.name:
-        found.append(
-            Finding(
-                "calibration_of_another_robot", "warning", path,
-                f"the calibration is of '{record.robot}', the recipe of '{robot.name}'",
-                "give the calibration of this robot, or correct name in [robot]",
-            )
-        )  # fmt: skip
-    off = record.gravity_mps2 / robot.gravity_mps2 - 1.0
-    if abs(off) > 1e-6:
-        found.append(
-            Finding(
-                "gravity_differs", "alarm" if abs(off) > _SAME_GRAVITY else "note", path,
-                f"the calibration was made with g = {record.gravity_mps2:g} m/s², the recipe says "
-                f"{robot.gravity_mps2:g} m/s²",
-                "correct gravity_mps2 in [robot]"
-                + (", or calibrate again" if abs(off) > _SAME_GRAVITY else "")
-                + "; it differs by up to 0.5 % between places",
-            )
-        )  # fmt: skip
-    if not record.sign_convention.startswith(_CONVENTIONS):
-        found.append(
-            Finding(
-                "unknown_sign_convention", "warning", path,
-                f"the calibration means its values so: '{record.sign_convention[:80]}'; this "
-                f"program takes {' or '.join(_CONVENTIONS)}",
-                "convert it to this convention",
-            )
-        )  # fmt: skip
-    plate = robot.nameplate.scale_n_per_count
-    for cell in robot.cell_names:
-        if f"{cell}.scale" in record.parameters:
-            found += check_scale(cell, record.parameters[f"{cell}.scale"].value, plate)
-    return found
 
 
 def weights_findings(
@@ -365,7 +320,7 @@ def _loads(load: FloatArray, robot: Robot) -> list[Finding]:
         found.append(
             Finding(
                 "no_load", "warning", "load", f"all {load.size} loads are 0 N",
-                "check the load column; rows without a load tell the zero alone",
+                "check the load column; rows without a load determine only the zero",
             )
         )  # fmt: skip
     if load.size and float(load.max()) <= 0.0 and float(load.min()) < 0.0:

@@ -26,8 +26,6 @@ class Logs:
 
     Parameters
     ----------
-    request
-        From the command line.
     recipe
         How logs are read; empty where none was given.
     """

@@ -7,9 +7,18 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from footcal_cli.core.plausibility import check_scale
+from footcal_cli.core.quality import Finding
 from footcal_cli.errors import UsageError
+from footcal_cli.recipe import Robot
 from footcal_cli.records.files import read_record
 from footcal_cli.records.results import ParametersRecord
+
+_SAME_GRAVITY = 0.006
+"""Share by which gravity differs between places on the ground, at most."""
+_CONVENTIONS = ("force = scale * counts + bias", "reading = applied + offset")
+"""How every sign convention that footcal writes begins."""
+_UNNAMED = Robot().name
 
 
 @dataclass(frozen=True)
@@ -69,3 +78,42 @@ def read_calibration(path: Path) -> ParametersRecord:
             remedy="calibrate again, or change the gate that rejected it",
         )  # fmt: skip
     return record
+
+
+def inspect_record(record: ParametersRecord, robot: Robot, path: str) -> list[Finding]:
+    """What a calibration to start from states against the recipe."""
+    found = []
+    if _UNNAMED not in (record.robot, robot.name) and record.robot != robot.name:
+        found.append(
+            Finding(
+                "calibration_of_another_robot", "warning", path,
+                f"the calibration is of '{record.robot}', the recipe of '{robot.name}'",
+                "give the calibration of this robot, or correct name in [robot]",
+            )
+        )  # fmt: skip
+    off = record.gravity_mps2 / robot.gravity_mps2 - 1.0
+    if abs(off) > 1e-6:
+        found.append(
+            Finding(
+                "gravity_differs", "alarm" if abs(off) > _SAME_GRAVITY else "note", path,
+                f"the calibration was made with g = {record.gravity_mps2:g} m/s², the recipe says "
+                f"{robot.gravity_mps2:g} m/s²",
+                "correct gravity_mps2 in [robot]"
+                + (", or calibrate again" if abs(off) > _SAME_GRAVITY else "")
+                + "; it differs by up to 0.5 % between places",
+            )
+        )  # fmt: skip
+    if not record.sign_convention.startswith(_CONVENTIONS):
+        found.append(
+            Finding(
+                "unknown_sign_convention", "warning", path,
+                f"the calibration means its values so: '{record.sign_convention[:80]}'; this "
+                f"program takes {' or '.join(_CONVENTIONS)}",
+                "convert it to this convention",
+            )
+        )  # fmt: skip
+    plate = robot.nameplate.scale_n_per_count
+    for cell in robot.cell_names:
+        if f"{cell}.scale" in record.parameters:
+            found += check_scale(cell, record.parameters[f"{cell}.scale"].value, plate)
+    return found

@@ -27,9 +27,8 @@ from footcal_cli.report.outcome import Outcome
 from footcal_cli.report.text import print_text
 from footcal_cli.session.answer import answer_of, as_json, print_answer
 from footcal_cli.session.gates import DOUBTFUL, gated, merged, trusted
-from footcal_cli.session.inspection import inspect_record
 from footcal_cli.session.logs import Logs, in_units_of_readings
-from footcal_cli.session.request import Request, read_calibration
+from footcal_cli.session.request import Request, inspect_record, read_calibration
 from footcal_cli.session.run_files import write_run
 from footcal_cli.session.run_folder import (
     claim,
@@ -101,8 +100,6 @@ class Session(Logs, Generic[Options]):
 
     Parameters
     ----------
-    request
-        From the command line.
     options_model
         The command's table in a recipe.
     commands

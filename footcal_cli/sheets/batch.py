@@ -245,7 +245,7 @@ def _series_sheet(series: Sequence[Series]) -> Sheet:
         elif one.drifting:
             what = "steady drift"
         elif one.trend is None:
-            what = "too few sessions to tell"
+            what = "too few sessions"
         lines.append(
             (
                 one.robot,

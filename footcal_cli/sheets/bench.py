@@ -41,14 +41,10 @@ def joined(
 
     Parameters
     ----------
-    title
-        Of the report.
     parts
         The one that leads first: its sentence is the verdict, the others are details.
     earlier
         The calibration that the run started from.
-    estimates
-        What was found now.
     """
     reports = [part.report for part in parts]
     verdicts = [report.verdict for report in reports]

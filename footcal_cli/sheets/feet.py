@@ -34,10 +34,6 @@ def outcome_of(
 
     Parameters
     ----------
-    robot
-        Its name.
-    data
-        Readings and attitudes.
     along
         ``pose`` or ``time_s``, and its values (n,).
     stages

@@ -52,8 +52,6 @@ def outcome_of(
 
     Parameters
     ----------
-    robot
-        Its name.
     fits
         Joint fit of every leg.
     runs

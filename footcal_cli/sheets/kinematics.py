@@ -99,12 +99,8 @@ def findings_of(
         Of the recipe.
     urdf, log
         Names of the files.
-    mass_kg
-        Of the model.
     carried_n
         Mean vertical force on the feet, None where it was not logged.
-    posture, found
-        The motion.
     known
         Whether the base's position was logged.
     """
@@ -181,7 +177,7 @@ def noise_lines(mass_kg: float, posture: Posture, found: Accelerations) -> str:
     """
     acceleration, rate = found.com_acc_sd_mps2, found.angmom_rate_sd_nm
     if not np.isfinite([*acceleration, *rate]).all():
-        return "# the rate is too low to tell the derivatives' noise\n"
+        return "# the rate is too low for the noise of the derivatives\n"
     arm = mass_kg * float(np.nanmedian(posture.com_m[:, 2]))
     moment = max(float(np.hypot(arm * acceleration[0], rate[1])),
                  float(np.hypot(arm * acceleration[1], rate[0])))  # fmt: skip

@@ -13,7 +13,7 @@ from footcal_cli.core.online.six_axis_replay import SixAxisReplay
 from footcal_cli.core.parameters import FloatArray, Status
 from footcal_cli.intake.recordings import Recording
 from footcal_cli.plots import six_axis_walk as plots
-from footcal_cli.plots.walk import plot_innovations
+from footcal_cli.plots.walk import plot_innovations, within_band
 from footcal_cli.records.results import FindingRecord, RmseRecord, RmseRow, VerdictRecord
 from footcal_cli.report import Picture, Report, Sheet, number, plural, with_sd
 from footcal_cli.report.outcome import Outcome
@@ -22,7 +22,7 @@ from footcal_cli.sheets.streams import stream_findings
 
 _SURPRISING_SHARE = 0.02
 _SHARED_SCALE, _SURE = 0.01, 4.0
-"""Part that the vertical scales of all feet must share, and its size in sd, to be told."""
+"""Part that the vertical scales of all feet must share, and its size in sd, to be reported."""
 _WIDENED = 1.5
 _NOTABLE_DELAY_S = 0.005
 
@@ -205,7 +205,7 @@ def findings_of(found: SixAxisReplay) -> list[FindingRecord]:
     if not any(".scale_" in name for name in found.estimates.names):
         add(
             "scales_left_alone", "feet",
-            f"the motion of the body tells the force to {found.demand_sd_n:.0f} N only: scales "
+            f"the body's motion determines the force only to {found.demand_sd_n:.0f} N: scales "
             "were left at 1, a regression on so poor a demand would pull them to zero",
             "log the CoM from a better model, or an IMU; or set scales = true",
         )  # fmt: skip
@@ -289,7 +289,7 @@ def pictures_of(found: SixAxisReplay) -> tuple[Picture, ...]:
         Picture("innovations", lambda: plot_innovations(found.track, found.rows.outputs[:5]),
                 "Difference between each update and its prediction, over its predicted sd.",
             title="Innovations in units of their predicted sd",
-            result=f"{100 * found.consistency.inside:.0f} % lie inside their own 95 % band.",
+            result=lambda: within_band(found.track, 5),
             zoom=True),
     )  # fmt: skip
 

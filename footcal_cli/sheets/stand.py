@@ -113,7 +113,7 @@ def directions_sheet(found: Observability) -> Sheet:
         ("singular values", values),
         *((f"{label} {i + 1}", words) for i, words in enumerate(unseen)),
     ]
-    return Sheet("What these stances can tell", ("", ""), rows)
+    return Sheet("What these stances determine", ("", ""), rows)
 
 
 def menu_sheet(menu: Sequence[NextStep]) -> Sheet:

@@ -46,7 +46,7 @@ def outcome_of(
     pictures = [
         Picture(
             "directions", lambda: plot_directions(seen.singular_values, seen.rank),
-            "What the stances see; grey directions keep the prior whatever the fit says.",
+            "How well the stances determine each direction; those without a bar keep the prior.",
             title="How well each parameter direction is observed",
             result=f"{seen.rank} of {seen.unknowns} directions are observed.",
         ),
@@ -56,7 +56,7 @@ def outcome_of(
                 rows.names, rows.units, rows.prior_sd, value, sd,
                 [one == "estimated" for one in status],
             ),
-            "Where standing moved each gain and bias, in units of the prior sd; the band is ± 2.",
+            "Change of each gain and bias by standing, in units of its prior sd; band: ± 2 sd.",
             title="Each parameter before and after standing",
             result=f"{sum(one == 'estimated' for one in status)} of {len(status)} are estimated.",
         ),

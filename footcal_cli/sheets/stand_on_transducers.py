@@ -54,7 +54,8 @@ def outcome_of(
                 ),
                 Picture(
                     "directions", lambda: plot_directions(seen.singular_values, seen.rank),
-                    "What the stances see; grey directions keep the prior whatever the fit says.",
+                    "How well the stances determine each direction; those without a bar keep the "
+                    "prior.",
                     title="How well each parameter direction is observed",
                     result=f"{seen.rank} of {seen.unknowns} directions are observed.",
                 ),

@@ -82,9 +82,9 @@ def verdict_of(found: Comparison, method: str) -> VerdictRecord:
             f"{_METHODS[other]} on this walk."
         )
     states = found.memory.track
-    told = []
+    errors = []
     if "robot.delay" in states.names:
-        told.append(
+        errors.append(
             f"body stream {with_sd(1e3 * found.memory.delay_s, 1e3 * found.memory.delay_sd_s)} ms "
             "later than compensated"
         )
@@ -93,9 +93,9 @@ def verdict_of(found: Comparison, method: str) -> VerdictRecord:
         if name in states.names:
             i = states.names.index(name)
             value, sd = 1e3 * states.values[-1, i], 1e3 * states.sd[-1, i]
-            told.append(f"CoM {axis} off by {with_sd(float(value), float(sd))} mm")
-    if told:
-        details.append(f"Found along the way: {'; '.join(told)}.")
+            errors.append(f"CoM {axis} off by {with_sd(float(value), float(sd))} mm")
+    if errors:
+        details.append(f"Found along the way: {'; '.join(errors)}.")
     details += [
         f"{jump.name.removesuffix('.bias')}: bias jumped by {number(jump.size, 2)} N at "
         f"{jump.onset_s:.2f} s."
@@ -255,7 +255,7 @@ def pictures_of(
                 "Difference between each update and its prediction, over its predicted sd: 95 % "
                 "should lie in the grey band, without a pattern.",
             title="Innovations in units of their predicted sd",
-            result=f"{100 * found.consistency.inside:.0f} % lie inside their own 95 % band.",
+            result=lambda: plots.within_band(track, 3),
             zoom=True),
     ]  # fmt: skip
     if states:

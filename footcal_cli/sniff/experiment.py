@@ -325,7 +325,9 @@ def _unloaded(file: FileGuess, cell: ColumnGuess) -> Plan:
 
 def _cells(file: FileGuess, cells: list[ColumnGuess]) -> Plan:
     """Several cells in time: feet that stand or walk."""
-    named = {_on_foot(name, c): c for name, c in channel_names(cells).items()}
+    found = channel_names(cells)
+    points = {"hl", "hr"} <= set(found)  # hind legs: a cell in each foot
+    named = {f"{name}_foot" if points else _on_foot(name, c): c for name, c in found.items()}
     time, rate, blanks = times(file, needed=True)
     entries = {**time, **{f"{n}_counts": _reading(c) for n, c in named.items()}}
     if "temperature_degc" in (extras := _extras(file)):
@@ -338,7 +340,15 @@ def _cells(file: FileGuess, cells: list[ColumnGuess]) -> Plan:
     for foot, places in feet.items():
         lines.append(f"# [robot.feet.{foot}.cells]    # x forward, y left, from the foot's origin")
         lines += [f"# {_key(place)} = {{ x_m = , y_m =  }}" for place in places]
-    positions = Blank(tuple(lines), "no log says where the cells sit")
+    positions = [Blank(tuple(lines), "no log says where the cells sit")]
+    tables: tuple[str, ...] = ()
+    if points:
+        why = "likely: one cell in the foot's point"
+        tables = tuple(
+            f"[robot.feet.{foot}.cells]\nfoot = {{ x_m = 0.0, y_m = 0.0 }}    # {why}"
+            for foot in found
+        )
+        positions = []
     plate = Blank(
         ("# [robot.nameplate]", "# scale_n_per_count =    # by the data sheet; zero_counts too"),
         "nothing says how many newtons a count is; or give --parameters of a bench calibration",
@@ -353,7 +363,8 @@ def _cells(file: FileGuess, cells: list[ColumnGuess]) -> Plan:
         + (", with the body's motion" if body else ""),
         f"a wide table of {len(cells)} readings" + (" and time" if time else ""), "likely",
         "online-replay" if body else "static-init", "cells", body | entries, tuple(named),
-        rate_hz=rate, robot=upright(file, body), blanks=(MASS, positions, plate, *blanks),
+        rate_hz=rate, robot=(*upright(file, body), *tables),
+        blanks=(MASS, *positions, plate, *blanks),
     )  # fmt: skip
 
 

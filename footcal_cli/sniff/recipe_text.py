@@ -29,7 +29,8 @@ def recipe_text(parts: Sequence[Part], target: Path, command_line: str) -> str:
     if root != ".":
         lines.append(f"data_root = {_quoted(root)}    # the folder that holds recipe and logs")
     channels = [c for part in parts for c in part.plan.channels]
-    lines += ["", "[robot]", f"name = {_quoted(stem)}"]
+    # a name of the log would make the calibration of one recipe that of another robot in the next
+    lines += ["", "[robot]", '# name = "…"    # the robot, where several share a laboratory']
     if channels and all(part.plan.role != "placements" for part in parts):
         lines.append(f"channels = [{', '.join(_quoted(c) for c in dict.fromkeys(channels))}]")
     blanks = list(dict.fromkeys(blank for part in parts for blank in part.plan.blanks))

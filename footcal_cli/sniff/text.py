@@ -12,12 +12,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from footcal_cli.errors import DataError
-from footcal_cli.formats.detect import READERS
-from footcal_cli.formats.documents import is_of_documents
 from footcal_cli.sniff.freeform import carried_between, free_form
 from footcal_cli.sniff.tokens import NOTHING, is_moment, is_number, number_signs, worth
 from footcal_cli.sniff.units import looks_like_units
 from footcal_cli.tables.delimited import before_power_was_lost
+from footcal_cli.tables.foreign import READERS, is_of_documents
 from footcal_cli.tables.reading import BLANKS, Layout
 from footcal_cli.tables.textfiles import regular_file, unreadable
 

@@ -12,11 +12,13 @@ from statistics import median
 
 from footcal_cli import __version__
 from tests.benchmarks.contenders import Contender, contenders
+from tests.benchmarks.diagnoses import diagnosed, lines_of
 from tests.benchmarks.limits import FLAGS, compiler
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "benchmarks.md"
 _LONGEST_S = 1.0
 _MICRO = 1e6
+_DIAGNOSES = 2
 
 
 def measured(one: Contender, rounds: int) -> list[float]:
@@ -36,8 +38,10 @@ def measured(one: Contender, rounds: int) -> list[float]:
     return times
 
 
-def page_of(results: list[tuple[Contender, list[float]]]) -> str:
-    """The page, a table per kernel."""
+def page_of(
+    results: list[tuple[Contender, list[float]]], diagnoses: list[tuple[str, list[float]]]
+) -> str:
+    """The page, a table per kernel and one of whole diagnoses."""
     lines = [
         "# Benchmarks",
         "Written by `make bench`. CPU time per update of a 20 s walk (8 cells at 80 Hz, 20 updates "
@@ -66,7 +70,7 @@ def page_of(results: list[tuple[Contender, list[float]]]) -> str:
                 f"{len(times)}) | {best[one.name] / best['compiled']:.2g} | {against} |"
             )
         lines.append("")
-    return "\n".join([*lines, versions()]) + "\n"
+    return "\n".join([*lines, *lines_of(diagnoses), versions()]) + "\n"
 
 
 def versions() -> str:
@@ -96,7 +100,12 @@ def main() -> None:
         results.append((one, times))
         sys.stdout.write(f"{_MICRO * median(times):10.3f} µs  {one.group}: {one.name}\n")
         sys.stdout.flush()
-    given.out.write_text(page_of(results), encoding="utf-8")
+    diagnoses = []
+    for name, times in diagnosed(_DIAGNOSES):
+        diagnoses.append((name, times))
+        sys.stdout.write(f"{min(times):10.1f} s   {name}\n")
+        sys.stdout.flush()
+    given.out.write_text(page_of(results, diagnoses), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -136,3 +136,20 @@ def write_lines(path: Path, frame: pd.DataFrame) -> Path:
     rows = (json.dumps(row) for row in frame.to_dict("records"))
     path.write_text("\n".join(rows) + "\n", encoding="utf-8")
     return path
+
+
+def write_c3d(path: Path) -> Path:
+    """Two analog channels at 200 Hz and a marker at 100 Hz, moments in Nmm."""
+    import ezc3d
+
+    made = ezc3d.c3d()
+    made["parameters"]["POINT"]["RATE"]["value"] = [100.0]
+    made["parameters"]["POINT"]["LABELS"]["value"] = ("heel",)
+    made["parameters"]["POINT"]["UNITS"]["value"] = ("mm",)
+    made["parameters"]["ANALOG"]["RATE"]["value"] = [200.0]
+    made["parameters"]["ANALOG"]["LABELS"]["value"] = ("Fz1", "Mx1")
+    made.add_parameter("ANALOG", "UNITS", ["N", "Nmm"])
+    made["data"]["points"] = np.array([10.0, 20.0, 30.0, 1.0])[:, None, None] * np.ones((4, 1, 3))
+    made["data"]["analogs"] = np.array([[np.arange(6.0), 100.0 * np.arange(6.0)]])
+    made.write(str(path))
+    return path

@@ -21,7 +21,8 @@ from footcal_cli.core.body_stream import (
 from footcal_cli.core.plausibility import check_shares
 from footcal_cli.recipe import Recipe, Robot, read_recipe
 from footcal_cli.records.results import ParametersRecord
-from footcal_cli.session.inspection import inspect, inspect_record
+from footcal_cli.session.inspection import inspect
+from footcal_cli.session.request import inspect_record
 from footcal_cli.tables import columns
 from footcal_cli.tables.columns import TableType
 from footcal_cli.tables.table import Table, read_table, refusal_of

@@ -54,7 +54,7 @@ def gained(hung: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     log = folder / "gain.parquet"
     write_parquet(table, log)
     given = ("--recipe", RECIPE, "--parameters", hung / "parameters.json")
-    with drawing(), pytest.raises(SystemExit):
+    with pytest.raises(SystemExit):
         main([str(word) for word in ("pose-calib", log, *given, "--out", folder / "out")])
     return folder
 
@@ -99,11 +99,14 @@ def test_hang_calib_beats_the_naive_method_and_writes_everything(hung: Path) -> 
 
 def test_wrong_orientation_frame_is_noticed(run: Run, tmp_path: Path) -> None:
     """The right legs are turned by pi: taken as transducer axes, +x is −x for them."""
+    table = pd.read_parquet(REPOSITORY / "sample_data/hexapod/hang.parquet")
+    log = tmp_path / "one_of_each_side.parquet"
+    write_parquet(table[table["leg"].isin(["fl", "fr"])].reset_index(drop=True), log)
     text = RECIPE.read_text(encoding="utf-8").replace('"body"', '"transducer"')
     recipe = tmp_path / "wrong.toml"
     text = text.replace("[hang_calib]", "[hang_calib]\ncompare = false")
     recipe.write_text(text.replace("../sample_data", str(REPOSITORY / "sample_data")))
-    answer = run("hang-calib", "--recipe", recipe, "--out", tmp_path / "out")
+    answer = run("hang-calib", log, "--recipe", recipe, "--out", tmp_path / "out")
     assert "away from the named axis" in answer.out
     assert "leg fr" in answer.out
 

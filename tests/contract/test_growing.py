@@ -1,4 +1,4 @@
-"""Growing the house in a copy: an effect touches one file, a command one file and one line."""
+"""Growing in a copy: an effect or an experiment touches one file, a command a file and a line."""
 
 from __future__ import annotations
 
@@ -62,6 +62,48 @@ def whitened(theta):
 fit = fit_map(whitened, free)
 print(fit.estimates["left_fl.bow"], fit.estimates.sd_of("left_fl.bow"))
 """
+EXPERIMENT = """
+from footcal_cli.core.experiments.contract import Balance, Experiment
+
+
+def balance(log):
+    total = log.readings.sum(axis=1, keepdims=True) - log.known["weight_n"][:, None]
+    return Balance(("fz",), ("N",), total, total == total)
+
+
+KNOWN = {"weight_n": "who stands on all cells, N"}
+EXPERIMENT = Experiment("scales", KNOWN, balance, ("scale_bias",))
+"""
+STAND_ON = """
+import numpy as np
+from footcal_cli.core.chain import chain_of, link
+from footcal_cli.core.effects.calibration import SCALE_BIAS
+from footcal_cli.core.experiments.contract import residual
+from footcal_cli.core.experiments.scales import EXPERIMENT
+from footcal_cli.core.inference.fit import fit_map
+from footcal_cli.core.log import Log
+
+rng = np.random.default_rng(5)
+cells, share = ("left_fl", "left_fr"), rng.uniform(0.1, 0.9, 200)
+weight = rng.choice([0.0, 300.0, 600.0], 200)
+true = {"left_fl.scale": 2e-3, "left_fl.bias": 1.0, "left_fr.scale": -1e-3, "left_fr.bias": -2.0}
+force = np.stack([share * weight, (1.0 - share) * weight], axis=1)
+log = Log("scales", cells, np.arange(200.0), force, {"weight_n": weight}, np.zeros(200, dtype=int))
+chain = chain_of([link(SCALE_BIAS, cells)])
+shown = chain.apply(log.with_readings(force + rng.normal(0.0, 0.5, force.shape)), true)[0]
+free = chain.parameters().updated({name: 1.1 * value for name, value in true.items()})
+sd = np.array([0.5 * 2.0**0.5])
+
+
+def whitened(theta):
+    return residual(EXPERIMENT, chain, shown, dict(zip(free.names, theta))).whitened(sd)
+
+
+fit = fit_map(whitened, free)
+for name in ("left_fl.scale", "left_fr.scale"):
+    print((fit.estimates[name] - true[name]) / fit.estimates.sd_of(name))
+print(fit.rank)
+"""
 COMMAND = '''"""``footcal greet``."""
 
 import typer
@@ -75,12 +117,13 @@ def greet() -> None:
 
 @pytest.fixture(scope="module")
 def grown(tmp_path_factory: pytest.TempPathFactory, repository: Path) -> Path:
-    """A copy of the package with one more effect and one more command."""
+    """A copy of the package with one more effect, experiment and command."""
     place = tmp_path_factory.mktemp("grown")
     package = place / "footcal_cli"
     shutil.copytree(repository / "footcal_cli", package, ignore=shutil.ignore_patterns("*.pyc"))
     with (package / "core" / "effects" / "cells.py").open("a", encoding="utf-8") as file:
         file.write(EFFECT)
+    (package / "core" / "experiments" / "scales.py").write_text(EXPERIMENT, encoding="utf-8")
     (package / "commands" / "greet.py").write_text(COMMAND, encoding="utf-8")
     app = package / "app.py"
     line = 'COMMANDS = {\n    "greet": "Say hello.",\n'
@@ -102,6 +145,13 @@ def python(place: Path, *words: str) -> str:
 def test_a_new_effect_is_fitted_through_the_one_residual(grown: Path) -> None:
     value, sd = map(float, python(grown, "-c", RECOVER).split())
     assert abs(value - 0.7) < 4.0 * sd < 0.1
+
+
+def test_a_new_experiment_is_fitted_through_the_one_residual(grown: Path) -> None:
+    """Who stands on two cells tells their scales; of two biases it tells the sum."""
+    *errors, rank = map(float, python(grown, "-c", STAND_ON).split())
+    assert rank == 3
+    assert max(map(abs, errors)) < 4.0
 
 
 def test_a_new_effect_can_be_simulated(grown: Path) -> None:

@@ -367,6 +367,6 @@ WORLDS = {
         HEXAPOD.channels,
         of_cells(pose.EXPERIMENT)
         | needs_time(pose.EXPERIMENT, "poses have no time stamps")
-        | {"body_tilt": "no pose tells it from a rotation of all mountings"},
+        | {"body_tilt": "no pose distinguishes it from a rotation of all mountings"},
     ),
 }

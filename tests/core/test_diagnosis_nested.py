@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from footcal_cli.core.diagnosis.nested import folds_of
+from footcal_cli.core.diagnosis.answer import Cause, Compared
+from footcal_cli.core.diagnosis.nested import Nested, folds_of
+from footcal_cli.core.inference.evidence import Interval
+from footcal_cli.core.inference.problem import Signature
 
 
 def test_no_fold_takes_more_than_its_share_of_one_cells_sessions() -> None:
@@ -24,3 +27,17 @@ def test_neighbours_of_one_kind_are_left_out_together() -> None:
 
 def test_of_few_blocks_each_is_a_fold() -> None:
     assert folds_of(np.zeros(5, dtype=np.int64), 12).tolist() == [0, 1, 2, 3, 4]
+
+
+def test_a_look_alike_that_the_refit_surely_puts_behind_leads_to_the_same_cause() -> None:
+    def excess(low: float) -> Compared:
+        return Compared(Interval(low + 0.5, low, low + 1.0), 0.001, 0.4)
+
+    cause = Cause(
+        Signature("clock_drift", "clock_drift", "robot", "s/s"), Interval(2e-3, 1.9e-3, 2.1e-3),
+        0.004, Interval(0.9, 0.8, 1.0), 9, 0.0, rivals=(), places=(),
+        compared={"delay": excess(0.7), "imu_tilt": excess(-0.1)},
+    )  # fmt: skip
+    chosen = tuple(frozenset(names) for names in (["clock_drift"], ["delay"], ["imu_tilt"], []))
+    nested = Nested(np.arange(4), chosen, np.zeros((4, 1)))
+    assert nested.alike([cause.begun_by]).tolist() == [True, True, False, False]

@@ -106,7 +106,7 @@ def test_whichever_of_two_it_begins_with_both_are_named(first: int) -> None:
     subject = Subject(case, rows, problem, table, describe)
     path = beginning(problem, RULES, 0)
     pair = likely_pairs(path.rounds[0].library, RULES)[0]
-    both = together(subject, path, (pair[first], pair[1 - first]), 0)
+    both = together(subject, path, pair[first], 0)
     assert both is not None
     assert both.model is not None
     assert {c.signature.effect for c in both.causes} == {"nonlinearity", "hysteresis"}

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from footcal_cli.core.inference.between_settings import variance_between
 from footcal_cli.core.inference.problem import Problem, Signature
 from footcal_cli.core.inference.settings import (
     Parts,
@@ -15,7 +16,6 @@ from footcal_cli.core.inference.settings import (
     part_variances,
     repeated,
     row_levels,
-    variance_between,
     within_settings,
 )
 from footcal_cli.core.inference.settled import settled

@@ -82,7 +82,7 @@ def shell(line: str) -> int:
     if words[0] == "python":
         return subprocess.run([sys.executable, *words[1:]], check=False).returncode
     assert words[0] == "footcal", f"neither run nor listed in NOT_RUN: {line}"
-    words += [] if words[1] in ("schema", "effects") else ["--no-pictures", "--overwrite"]
+    words += [] if words[1] in ("schema", "effects", "init") else ["--no-pictures", "--overwrite"]
     with pytest.raises(SystemExit) as end:
         main(words[1:])
     return int(end.value.code or 0)

@@ -133,6 +133,10 @@ def _foreign_names(folder: Path, words: Words) -> Words:
 _ORDER_FREE = ("weights", "together", "pose", "check_weights")
 
 
+_SPLIT_BY_TIME = ("stream", "stand", "walk", "apply", "check_walk")
+"""Not hanging logs: each file is a hanging of its own there, with its own tilt."""
+
+
 def _rows() -> Iterator[Relation]:
     def shuffled(log: pd.DataFrame) -> pd.DataFrame:
         return log.sample(frac=1, random_state=3)
@@ -163,6 +167,19 @@ def _rows() -> Iterator[Relation]:
         at = words.index(word)
         return [*words[:at], *paths, *words[at + 1 :]]
 
+    def by_time(folder: Path, words: Words) -> Words:
+        new: Words = []
+        for word in words:
+            if word.endswith(".csv") and "time_s" in read_log(Path(word)):
+                log = read_log(Path(word))
+                early = log["time_s"] < log["time_s"].median()
+                for i, piece in enumerate((log[early], log[~early])):
+                    new.append(str(folder / f"{Path(word).stem}_part_{i}.csv"))
+                    piece.to_csv(new[-1], index=False)
+            else:
+                new.append(word)
+        return new
+
     def swapped(folder: Path, words: Words) -> Words:
         logs = [w for w in words if w.endswith(".csv")]
         return [words[0], *logs[::-1], *(w for w in words[1:] if w not in logs)]
@@ -180,6 +197,10 @@ def _rows() -> Iterator[Relation]:
             f"in two files, by {by}", "files", BASES[name], partial(halves, by), ROUNDED,
             words=False,
         )  # fmt: skip
+    for base in bases_of(*_SPLIT_BY_TIME):
+        yield Relation(
+            "each stream in two files, by time", "files", base, by_time, ROUNDED, words=False
+        )
     for base in bases_of("placements", "stand", "walk", "check_walk"):
         yield Relation("logs named in another order", "files", base, swapped)
 

@@ -6,6 +6,7 @@ from collections import Counter, defaultdict
 from collections.abc import Sequence
 from pathlib import Path
 
+from tests.faults.promises import promise_lines
 from tests.faults.running import Outcome
 
 _PARTS = {
@@ -69,6 +70,8 @@ def write_page(outcomes: Sequence[Outcome], planned: Sequence[str], page: Path) 
     if looked:
         missed = sum(bool(o.violations) for o in looked)
         lines.append(f"| a fault of a log that `check` does not see | {missed} of {len(looked)} |")
+    lines += ["", "## What it once did", "", "Seen in an early version; each is turned round, and "
+              "a test of `make test` guards it.", "", *promise_lines()]  # fmt: skip
     for part, (title, words) in _PARTS.items():
         own = [o for o in outcomes if o.part == part]
         if part == "seen" and own:

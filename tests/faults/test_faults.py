@@ -7,12 +7,16 @@ from pathlib import Path
 
 import pytest
 
+from footcal_cli.errors import UsageError
+from footcal_cli.tables.units import parse_unit
+from tests.conftest import REPOSITORY
 from tests.faults.bases import BASES
 from tests.faults.corpus import drawn, possible, prepared
 from tests.faults.injected import kills, machine_faults, races
 from tests.faults.judging import Case, attempt
 from tests.faults.log_relations import log_relations
 from tests.faults.mutations import ANY, Mutation
+from tests.faults.promises import PROMISES
 from tests.faults.relations import relation_jobs
 from tests.faults.running import Job, outcomes
 from tests.faults.world_relations import world_relations
@@ -122,3 +126,14 @@ def test_the_corpus_is_large() -> None:
     relations = (*log_relations(), *world_relations())
     assert len(possible()) >= 1000
     assert len({relation.key for relation in relations}) >= 90
+
+
+def test_every_promise_of_the_page_is_guarded_by_a_test() -> None:
+    for _, _, test in PROMISES:
+        file, _, name = test.partition("::")
+        assert f"def {name}(" in (REPOSITORY / file).read_text(encoding="utf-8"), test
+
+
+def test_a_tower_of_powers_is_no_unit() -> None:
+    with pytest.raises(UsageError, match="is not the spelling of a unit"):
+        parse_unit("s**9**9**9")

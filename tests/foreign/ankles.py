@@ -21,11 +21,17 @@ def ankle_offsets(robot: Biped) -> Array:
     return np.asarray(sd * rng.normal(size=(2, 6)))
 
 
+def sole(robot: Biped, yaw: Array, pitch: Array) -> Rotation:
+    """Attitude of a sole that pitches, and rolls where the ankle has two axes."""
+    roll = robot.kind.ankle_roll / 0.08 * np.abs(pitch)
+    return Rotation.from_euler("ZYX", np.column_stack([yaw, pitch, roll]))
+
+
 def foot_attitude(robot: Biped, foot: str, yaw: Array, pitch: Array) -> dict[str, Array]:
     """Columns of a foot's attitude: yaw of one that stands on cells, a quaternion else."""
     if robot.kind.cells:
         return {f"{foot}_foot_yaw_rad": yaw}
-    quat = Rotation.from_euler("ZY", np.column_stack([yaw, pitch])).as_quat()
+    quat = sole(robot, yaw, pitch).as_quat()
     return {f"{foot}_foot_q{a}": quat[:, i] for i, a in enumerate("xyzw")}
 
 
@@ -38,9 +44,7 @@ def ankles(
     columns: dict[str, Array] = {"time_s": np.asarray(np.round(time_s, 5), dtype=np.float64)}
     push = robot.mass_kg * motion.com_acc_mps2[:, :2]
     for side, foot in enumerate(FEET):
-        turn = Rotation.from_euler(
-            "ZY", np.column_stack([plan.yaw_rad[:, side], plan.pitch_rad[:, side]])
-        )
+        turn = sole(robot, plan.yaw_rad[:, side], plan.pitch_rad[:, side])
         cells = motion.ground_n[:, count * side : count * (side + 1)]
         normal = cells.sum(axis=1)
         share = plan.share[:, side : side + 1]

@@ -22,10 +22,13 @@ from tests.foreign.ankles import AXES, ankle_offsets
 from tests.foreign.bench import weights
 from tests.foreign.biped import FEET, GRAVITY_MPS2, draw_biped
 from tests.foreign.files import Recorded, write
-from tests.foreign.kinds import kind_of
+from tests.foreign.kinds import DRAW, kind_of
 from tests.foreign.legs import draw_hexapod, hang, poses
 from tests.foreign.noise import Array
+from tests.foreign.owners import OWNERS, filled, logged
+from tests.foreign.points import LEGS, points, quadruped_truth
 from tests.foreign.streams import stand, walk
+from tests.foreign.wrist import TOOL, wrist
 
 Ratios = dict[str, list[list[float]]]
 """Quantity -> pairs of error and stated sd."""
@@ -93,12 +96,47 @@ def _extended(found: Mapping[str, Any], channel: str) -> bool:
     return bool(own - {f"{channel}.scale", f"{channel}.bias"})
 
 
+def tool_errors(found: Mapping[str, Any], seed: int, truth: Mapping[str, Any]) -> Ratios:
+    """Offsets of a wrist's transducer, and weight and CoM of the tool, whatever they are called."""
+    (name,) = {n.split(".")[0] for n in found["parameters"] if n.endswith(".offset_fx")}
+    own = {n.replace(TOOL, name): v for n, v in truth["parameters"].items()}
+    ratios = _against(found, own, "robot.")
+    for axis, true in zip("xyz", truth["com_m"], strict=True):
+        _add(ratios, "leg CoM", found, f"{name}.com_{axis}_mean", float(true))
+    return ratios
+
+
+def point_errors(found: Mapping[str, Any], seed: int, _: object) -> Ratios:
+    """Scales (relative) and zeros of the four cells of a quadruped."""
+    robot, ratios = quadruped_truth(seed), Ratios(scale=[], zero=[])
+    for leg, scale, zero in zip(LEGS, robot["scale"], robot["zero"], strict=True):
+        values, covariance = _known(found, (f"{leg}_foot.scale", f"{leg}_foot.bias"))
+        error = values - [scale, -scale * zero]
+        for kind, row in (("scale", [1.0 / scale, 0.0]), ("zero", [zero, 1.0])):
+            at = np.array(row)
+            ratios[kind].append([float(at @ error), float(np.sqrt(at @ covariance @ at))])
+    return ratios
+
+
+def _poised(seed: int) -> Recorded:
+    return points(seed, walking=False)
+
+
+def _crawling(seed: int) -> Recorded:
+    return points(seed, walking=True)
+
+
 def hanging_errors(found: Mapping[str, Any], seed: int, _: object) -> Ratios:
     """Weight, offsets of forces and torques, and CoM of all legs."""
-    robot = draw_hexapod(seed)
-    ratios = _against(found, robot.truth(), "robot.")
+    robot, true = draw_hexapod(seed), draw_hexapod(seed).truth()
+    hand = np.ones(3)
+    if robot.kind.name == "left-handed transducers":  # in the axes that its readings have
+        hand = np.array([1.0, -1.0, 1.0])
+        other = (".offset_fy", ".offset_tx", ".offset_tz")
+        true = {n: -v if n.endswith(other) else v for n, v in true.items()}
+    ratios = _against(found, true, "robot.")
     for k, leg in enumerate(robot.legs):
-        for axis, row in zip("xyz", robot.arm_m[k], strict=True):
+        for axis, row in zip("xyz", hand[:, None] * robot.arm_m[k], strict=True):
             for what, true in zip(("mean", "sin", "cos", "sin2"), row, strict=True):
                 name = f"{leg}.com_{axis}_{what}"
                 if name in found["parameters"]:
@@ -156,17 +194,39 @@ TASKS = {
     "online-replay, ankles": Task("online-replay", walk, None, ankle_errors),
     "hang-calib": Task("hang-calib", hang, None, hanging_errors),
     "pose-calib": Task("pose-calib", poses, "hang-calib", standing_errors),
+    "hang-calib, wrist": Task("hang-calib", wrist, None, tool_errors),
+    "static-init, points": Task("static-init", _poised, None, point_errors),
+    "online-replay, points": Task("online-replay", _crawling, None, point_errors),
 }
 
 
 def tasks_of(seed: int) -> tuple[str, ...]:
     """The commands that a robot of the fleet can be given."""
-    kind = kind_of(seed)
+    kind, name = kind_of(seed), kind_of(seed).name
+    if name == "wrist sensor with a tool":
+        return ("hang-calib, wrist",)
+    if name == "quadruped on points":
+        return "static-init, points", "online-replay, points"
     if kind.legs:
         return "hang-calib", "pose-calib"
     if kind.cells == 0:
         return "static-init, ankles", "online-replay, ankles"
     return tuple(TASKS)[:5]
+
+
+def _by_init(recorded: Recorded, folder: Path) -> Path:
+    """Logs as their owner writes them, and the recipe of ``footcal init``, filled in."""
+    folder.mkdir(parents=True, exist_ok=True)
+    made, recipe = logged(recorded), folder / "recipe.toml"
+    for name, frame in made.files.items():
+        frame.to_csv(folder / name, index=False)
+    paths = [str(folder / name) for name in made.files]
+    subprocess.run(
+        [sys.executable, "-m", "footcal_cli", "init", *paths, "-o", str(recipe), "--overwrite"],
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    recipe.write_text(filled(recipe.read_text(encoding="utf-8"), made.fill), encoding="utf-8")
+    return recipe
 
 
 def run(name: str, seed: int, folder: Path) -> dict[str, Any]:
@@ -176,7 +236,9 @@ def run(name: str, seed: int, folder: Path) -> dict[str, Any]:
     if answer.exists():
         return dict(json.loads(answer.read_text(encoding="utf-8")))
     recorded = task.record(seed)
-    arguments = [task.command, "--recipe", write(recorded, own), "--no-pictures",
+    habit = OWNERS.get(seed % DRAW)
+    recipe = write(recorded, own) if habit is None else _by_init(habit(recorded), own)
+    arguments = [task.command, "--recipe", recipe, "--no-pictures",
                  "--quiet", "--overwrite", "--out", own / "out"]  # fmt: skip
     if task.after is not None:
         run(task.after, seed, folder)
@@ -198,7 +260,7 @@ def run(name: str, seed: int, folder: Path) -> dict[str, Any]:
         found = json.loads(made.read_text(encoding="utf-8"))
         said["ratios"] = task.judge(found, seed, recorded.truth)
         shutil.copy(made, own / "parameters.json")
-    for log in own.glob("*.parquet"):
+    for log in [*own.glob("*.parquet"), *own.glob("*.csv")]:
         log.unlink()
     shutil.rmtree(own / "out", ignore_errors=True)
     answer.write_text(json.dumps(said, indent=1), encoding="utf-8")

@@ -35,6 +35,8 @@ class Kind:
     weights_off : relative sd of its weights
     turn_s, rate_hz : of hanging legs
     share_drift : part of the noise that lasts from pose to pose
+    span : of the converter of a transducer, relative to twice the robot's weight
+    ankle_roll : how far a swinging sole rolls, rad; it pitches in any case
     """
 
     name: str = "usual biped"
@@ -61,6 +63,8 @@ class Kind:
     turn_s: float = 20.0
     rate_hz: float = 25.0
     share_drift: float = 0.3
+    span: float = 1.0
+    ankle_roll: float = 0.0
 
     @property
     def size(self) -> float:
@@ -105,6 +109,20 @@ FLEET = {
     7022: Kind("quadruped, mass 5 % too small", (28.0, 32.0), legs=4, noise=2.0, mass_off=-0.05),
     7023: Kind("hexapod, warming", _HEXAPOD, legs=6, warming=0.01, share_drift=0.0),
     7024: Kind("eight legs, 60 s a turn", _HEXAPOD, legs=8, turn_s=60.0, rate_hz=10.0),
+    7101: Kind("70 kg, ankles of two axes", (68.0, 72.0), cells=0, cells_hz=200.0, body_hz=200.0,
+               ankle_roll=0.08),
+    7102: Kind("transducers of ten times the range", _HEXAPOD, legs=6, bits=16, noise=10.0,
+               span=10.0),
+    7103: Kind("legs of 200 g, 6 s a turn", (2.7, 3.0), legs=6, noise=0.5, turn_s=6.0),
+    7104: Kind("legs of 200 g, 20 s a turn", (2.7, 3.0), legs=6, noise=0.5),
+    7105: Kind("legs of 200 g, 60 s a turn", (2.7, 3.0), legs=6, noise=0.5, turn_s=60.0,
+               rate_hz=10.0),
+    7106: Kind("laboratory with y up", (5.0, 7.0), cells_hz=100.0, body_hz=100.0),
+    7107: Kind("north east down", (5.0, 7.0), cells_hz=100.0, body_hz=100.0),
+    7108: Kind("left-handed transducers", _HEXAPOD, legs=6),
+    7109: Kind("gravity from an IMU", _HEXAPOD, legs=6),
+    7110: Kind("wrist sensor with a tool"),
+    7111: Kind("quadruped on points", (6.0, 20.0)),
 }  # fmt: skip
 """Make -> kind."""
 DRAW = 100_000

@@ -215,7 +215,7 @@ def converted(robot: Hexapod, wrench: Array) -> Array:
     """Readings in steps of a converter that reaches over twice the weight."""
     if not robot.kind.bits:
         return wrench
-    step = 4.0 * robot.mass_kg * GRAVITY_MPS2 / 2.0**robot.kind.bits
+    step = 4.0 * robot.kind.span * robot.mass_kg * GRAVITY_MPS2 / 2.0**robot.kind.bits
     steps = step * np.array([1.0] * 3 + [0.05 * _reach(robot.kind)] * 3)
     return np.asarray(np.round(wrench / steps) * steps)
 

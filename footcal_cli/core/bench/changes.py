@@ -18,8 +18,6 @@ class Change:
     ----------
     name, unit
         Of the parameter.
-    before, now
-        Values.
     shift
         now − before.
     in_earlier_sd
@@ -52,8 +50,6 @@ def find_changes(now: Estimates, before: Estimates) -> tuple[Change, ...]:
 
     Parameters
     ----------
-    now
-        The new estimates.
     before
         The earlier ones; one in another unit, or without an sd, is another parameter.
     """

@@ -84,8 +84,6 @@ class CopFit:
 
     Parameters
     ----------
-    model
-        Which.
     weights
         Empirical: coefficients of the standardised features, shape (k, 2). Physical: shape
         (c + 1, 3), what each cell (last row: the offset) adds to load, load·x, load·y.
@@ -255,8 +253,6 @@ def fit_cop(model: CopModel, rows: PlacementRows, ridge: float = 0.0) -> CopFit:
 
     Parameters
     ----------
-    model
-        Which.
     rows
         Placements; the empirical models use rows with a CoP, the physical ones all rows with a
         known load, because moments are defined at the smallest weight.

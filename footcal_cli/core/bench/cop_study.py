@@ -148,8 +148,6 @@ class FootStudy:
 
     Parameters
     ----------
-    foot
-        Its name.
     rows
         Placements that were fitted.
     study

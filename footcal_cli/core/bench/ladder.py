@@ -34,8 +34,6 @@ class LadderRow:
     ----------
     model
         ``affine`` or the names of its rungs joined by `` + ``.
-    coefficients
-        How many numbers it fits.
     rmse_n
         On the rows it was fitted to.
     held_out_rmse_n
@@ -68,8 +66,6 @@ class Ladder:
 
     Parameters
     ----------
-    channel
-        Whose.
     rows
         In the order in which they were tried.
     affine, chosen
@@ -123,8 +119,6 @@ def held_out_error(record: BenchRecord, fit: ChannelFit) -> HeldOut:
 
     Parameters
     ----------
-    record
-        All rows.
     fit
         The model fitted to all of them.
     """

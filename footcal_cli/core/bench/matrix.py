@@ -151,7 +151,7 @@ def fit_matrix(
         )
     if len(readings) <= _OF_ONE_LINE:
         raise FitError(
-            f"{len(readings)} rows leave nothing over to tell how sure a line is",
+            f"{len(readings)} rows leave none over for the uncertainty of a line",
             remedy="read at least three loads per cell",
         )
     fits, residuals = [], np.empty_like(loads)

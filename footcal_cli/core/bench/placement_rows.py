@@ -157,8 +157,6 @@ def find_repeats(rows: PlacementRows, cop_m: FloatArray) -> Repeats:
 
     Parameters
     ----------
-    rows
-        Placements.
     cop_m
         Their CoP, raw or corrected, shape (n, 2).
     """

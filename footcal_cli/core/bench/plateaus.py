@@ -96,8 +96,8 @@ class Plateaus:
         Index of the load a hold belongs to: holds interrupted by a touch share one, shape (h,).
     start_s, stop_s
         First and last settled sample of each hold, shape (h,).
-    median, sd, slope_per_s
-        Reading of each hold, its scatter about its own trend, and that trend, shape (h,).
+    median, sd
+        Reading of each hold, and its scatter about its own trend, shape (h,).
     n, n_effective
         Settled samples of each hold, and how many independent ones they are worth, shape (h,).
     """
@@ -109,7 +109,6 @@ class Plateaus:
     stop_s: FloatArray
     median: FloatArray
     sd: FloatArray
-    slope_per_s: FloatArray
     n: IntArray
     n_effective: FloatArray
 
@@ -133,8 +132,6 @@ def find_outliers(
     ----------
     reading
         Shape (n,), one uninterrupted recording in order of time.
-    options
-        Thresholds.
 
     Returns
     -------
@@ -172,8 +169,6 @@ def find_plateaus(
     ----------
     time_s, reading
         Shape (n,), times increasing.
-    options
-        Thresholds.
     """
     options = options or PlateauOptions()
     if np.any(np.diff(time_s) < 0):
@@ -309,10 +304,8 @@ def _collect(
         t, y = time_s[hold == number], reading[hold == number]
         slope, intercept = np.polyfit(t - t[0], y, 1)
         rest = y - (intercept + slope * (t - t[0]))
-        rows.append(
-            (t[0], t[-1], np.median(y), rest.std(ddof=2), slope, y.size, effective_size(rest))
-        )
-    table = np.array(rows).reshape(-1, 7).T
+        rows.append((t[0], t[-1], np.median(y), rest.std(ddof=2), y.size, effective_size(rest)))
+    table = np.array(rows).reshape(-1, 6).T
     moved = np.abs(np.diff(table[2], prepend=table[2][:1])) > same_level
     return Plateaus(
         state=state,
@@ -322,9 +315,8 @@ def _collect(
         stop_s=table[1],
         median=table[2],
         sd=table[3],
-        slope_per_s=table[4],
-        n=table[5].astype(np.int64),
-        n_effective=table[6],
+        n=table[4].astype(np.int64),
+        n_effective=table[5],
     )
 
 

@@ -30,11 +30,6 @@ def with_common_noise(studies: Sequence[ChannelStudy]) -> tuple[ChannelStudy, ..
 
     One channel of a few sessions hardly shows how far its zero differs between them, nor how long
     an error lasts; all of them together do.
-
-    Parameters
-    ----------
-    studies
-        Of one bench.
     """
     short = [
         (study, study.ladder, _rows_of(study.record, study.ladder.chosen))

@@ -25,8 +25,6 @@ class BenchRecord:
 
     Parameters
     ----------
-    channel
-        Its name.
     load_n
         True load, shape (n,); NaN where it is not known (a weight being changed): such rows only
         carry the memory of what the cell went through.
@@ -204,13 +202,6 @@ def condense(record: BenchRecord, interval_s: float) -> BenchRecord:
     """Means over intervals of time, so that a dense recording becomes a few hundred rows.
 
     An interval never mixes two sessions, two loads, or known with unknown loads.
-
-    Parameters
-    ----------
-    record
-        Samples.
-    interval_s
-        Length of an interval.
     """
     keep = np.isfinite(record.reading)
     record = record.select(keep)

@@ -293,8 +293,6 @@ class Curvature:
     ----------
     bows
         `AffineFit.bow` per channel, shape (k,).
-    mean, sd
-        Over the channels.
     t, p
         One-sample t-test of the mean, channels as the units of evidence.
     same_sign

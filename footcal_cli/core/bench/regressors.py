@@ -67,8 +67,6 @@ def design_of(
 
     Parameters
     ----------
-    record
-        Bench record.
     drive
         Loads without gaps, shape (n,).
     terms, log_shapes
@@ -135,8 +133,6 @@ def invert(
         ``scale·S + bias``, shape (n,).
     record
         Clock, sessions and temperatures.
-    terms, sizes, log_shapes
-        The model.
     limits
         Loads between which the answer is looked for: a polynomial bends back beyond its data.
 

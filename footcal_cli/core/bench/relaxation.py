@@ -110,8 +110,6 @@ class Relaxation:
     ----------
     tau_s, tau_ci95_s
         Time constants ascending (k,) and their intervals (k, 2), symmetric in the logarithm.
-    log_tau_sd
-        Shape (k,).
     level, level_sd
         Reading after an infinite wait, shape (h,).
     amplitude, amplitude_sd
@@ -128,7 +126,6 @@ class Relaxation:
 
     tau_s: FloatArray
     tau_ci95_s: FloatArray
-    log_tau_sd: FloatArray
     level: FloatArray
     level_sd: FloatArray
     amplitude: FloatArray
@@ -203,7 +200,6 @@ def fit_relaxation(
     return Relaxation(
         tau_s=tau,
         tau_ci95_s=np.column_stack([tau / reach, tau * reach]),
-        log_tau_sd=log_sd,
         level=kept[: names.size],
         level_sd=sd[: names.size],
         amplitude=kept[names.size :].reshape(shape).T,

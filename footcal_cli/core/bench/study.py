@@ -48,8 +48,6 @@ class Samples:
         Index of the load that a settled sample belongs to, −1 elsewhere, shape (n,).
     session, temperature_degc
         Shape (n,); no temperature: None.
-    options
-        What counted as standing still.
     """
 
     time_s: FloatArray
@@ -76,8 +74,6 @@ class ChannelStudy:
 
     Parameters
     ----------
-    channel
-        Its name.
     record
         Rows that were fitted.
     affine
@@ -214,8 +210,6 @@ def study_rows(
     ----------
     record
         One row per reading.
-    method
-        Regression of the affine fit.
     extend
         Whether to try more than scale and bias.
     most_degree
@@ -247,8 +241,6 @@ def study_samples(
         Samples; where the load is recorded too, its standing still makes a sample settled.
     method, extend, most_degree
         As `study_rows`.
-    options
-        What counts as standing still.
     loads_n
         Loads in the order in which they were put on, where the recording does not have them.
 

@@ -40,8 +40,6 @@ class Term:
     ----------
     owner
         Suffix to the channel's name where an effect occurs more than once (``_wide``).
-    size, unit
-        Name and unit of the size.
     shapes, shape_units
         Names and units of the shapes.
     grids
@@ -73,8 +71,6 @@ class Rung:
     ----------
     name
         As reports say it.
-    terms
-        Its distortions.
     needs_time, needs_temperature
         What the record must have.
     """

@@ -36,11 +36,12 @@ def aliases(
     left out.
     """
     best: dict[str, tuple[Signature, float, float]] = {}
+    mine, weights = _fitted(lib, signature, sizes)
     for members in _groups(lib).values():
         other = lib.problem.signatures[members[0]]
         if other.effect == signature.effect:
             continue
-        cos, needed = _copy(lib, signature, sizes, members)
+        cos, needed = _copy(lib.products, mine, weights, members)
         possible = all(
             lib.problem.signatures[i].lower <= size <= lib.problem.signatures[i].upper
             for i, size in zip(members, needed, strict=True)
@@ -69,25 +70,27 @@ def copied(
     members = _groups(lib).get(_place(rival))
     if members is None:
         return 0.0, {}
-    cos, needed = _copy(lib, signature, sizes, members)
+    cos, needed = _copy(lib.products, *_fitted(lib, signature, sizes), members)
     return cos, {
         signatures[i].parameter: float(size) for i, size in zip(members, needed, strict=True)
     }
 
 
+def _fitted(
+    lib: Library, signature: Signature, sizes: Mapping[str, float]
+) -> tuple[IntArray, FloatArray]:
+    """Columns of a fitted effect in its place, and the size of each."""
+    # what a refit made of a cause may stand where the linear test could not look
+    signatures, place = lib.problem.signatures, _place(signature)
+    mine = [i for i, s in enumerate(signatures) if _place(s) == place]
+    weights = np.array([sizes.get(signatures[i].parameter, 0.0) for i in mine])
+    return np.array(mine, dtype=np.int64), weights
+
+
 def _copy(
-    lib: Library,
-    signature: Signature,
-    sizes: Mapping[str, float],
-    members: IntArray,
+    seen: FloatArray, mine: IntArray, weights: FloatArray, members: IntArray
 ) -> tuple[float, FloatArray]:
     """Cos and sizes of the copy that some axes of another effect make of a fitted one."""
-    # what a refit made of a cause may stand where the linear test could not look
-    seen, place = lib.products, _place(signature)
-    mine = np.array(
-        [i for i, s in enumerate(lib.problem.signatures) if _place(s) == place], dtype=np.int64
-    )
-    weights = np.array([sizes.get(lib.problem.signatures[i].parameter, 0.0) for i in mine])
     own = float(weights @ seen[np.ix_(mine, mine)] @ weights)
     if own <= 0.0:
         return 0.0, np.zeros(members.size)

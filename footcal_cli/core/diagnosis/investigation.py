@@ -169,9 +169,7 @@ def investigate(
         nested = nested_losses(
             problem, rounds[0].library, rules, len(causes), seed, final.law, pair=path.pair
         )
-        alike = nested.alike(
-            [frozenset({s.effect for s in (c.signature, *c.rivals)}) for c in causes]
-        )
+        alike = nested.alike([c.begun_by for c in causes])
     gains = gains_of(problem, without_rivals(final, model), final.law, nested, alike)
     if named and (bought(gains, problem) <= 0.0 or float(np.mean(alike)) < LEAST_STABLE):
         # what was chosen without a block does not predict it, or is chosen only with all of them
@@ -227,8 +225,7 @@ def _matters(subject: Subject, path: Path, *, beside: bool) -> bool:
 def _nameless(subject: Subject, path: Path, *, beside: bool) -> tuple[Nameless, ...]:
     """What has no name beside those of a path; without `beside` they are no names either."""
     model = None if beside else path.model
-    features = path.rounds[-1].features
-    return nameless_of(subject.case, subject.problem, path.current, model, features)
+    return nameless_of(subject.case, subject.problem, path.current, model, path.repeats)
 
 
 def _another_way(
@@ -239,8 +236,8 @@ def _another_way(
     One that removes less than a path that left something is not what is wrong.
     """
     most = path.removed
-    for pair in likely_pairs(path.rounds[0].library, rules):
-        both = together(subject, path, pair, seed)
+    for first in dict.fromkeys(pair[0] for pair in likely_pairs(path.rounds[0].library, rules)):
+        both = together(subject, path, first, seed)
         if both is not None:
             both = grown(subject, both, rules, seed)
             verdict, share = _judged(subject, both, rules, seed)

@@ -59,7 +59,7 @@ class Nameless:
 
 
 def nameless_of(
-    case: Case, baseline: Problem, current: Problem, model: Refit | None, features: Features
+    case: Case, baseline: Problem, current: Problem, model: Refit | None, repeats: FloatArray
 ) -> tuple[Nameless, ...]:
     """``√(e² − e₁² + g²)`` of each output: what unsure names remove, and what repeats beside them.
 
@@ -70,14 +70,14 @@ def nameless_of(
     baseline, current, model
         The problem without names, on the model with the unsure ones, and that model; twice the same
         and None without any.
-    features
-        Of `current`.
+    repeats
+        From `repeating`, of `current`.
     """
     rows = np.bincount(baseline.output, minlength=len(baseline.outputs))
     unit_noise = np.array(
         [float(baseline.noise[baseline.output == o][:1].sum()) for o in range(rows.size)]
     )
-    squared = repeating(current, features) * unit_noise**2
+    squared = repeats * unit_noise**2
     noise, share = current.law, unit_noise**2 / np.maximum(rows, 1)
     whole = share * output_losses(current if model is None else baseline, noise).sum(axis=0)
     if model is not None:

@@ -150,7 +150,9 @@ def _pair_without(lib: Library, kept: BoolArray, rules: Rules) -> IntArray:
 
 def _chosen_without(lib: Library, kept: BoolArray, rules: Rules, seed: int) -> IntArray:
     """Candidates that the search accepts on some of the blocks alone."""
-    reach = 4.0 * float(smallest_p(float(kept.sum())))
+    # the first block of a recording, on which a filter learns, has no sign to flip
+    tells = kept & (lib.grams.inner[:, -1, -1] != 0.0)
+    reach = 4.0 * float(smallest_p(float(tells.sum())))
     found = search(
         replace(lib, grams=lib.grams.of_blocks(kept)),
         sign_patterns(int(kept.sum()), seed),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 from footcal_cli.core.diagnosis.answer import Cause, Diagnosis
 from footcal_cli.core.diagnosis.contenders import refitted_with
@@ -12,12 +13,14 @@ from footcal_cli.core.diagnosis.engine import diagnose
 from footcal_cli.core.diagnosis.gain import losses, without_rivals
 from footcal_cli.core.diagnosis.growth import at_an_end, grown_by_one
 from footcal_cli.core.diagnosis.library import Library
+from footcal_cli.core.diagnosis.material import repeating
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.inference.evidence import Interval
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.refit import Refit
 from footcal_cli.core.inference.scores import scores
+from footcal_cli.core.parameters import FloatArray
 
 
 @dataclass(frozen=True)
@@ -54,6 +57,11 @@ class Path:
     def share(self) -> float:
         """Of the baseline's held-out squared error, what the names remove."""
         return self.removed / self.start if self.start else 0.0
+
+    @cached_property
+    def repeats(self) -> FloatArray:
+        """Mean square of what repeats in each output beside the names, in units of its noise."""
+        return repeating(self.current, self.rounds[-1].features)
 
 
 def beginning(problem: Problem, rules: Rules, seed: int) -> Path:
@@ -97,7 +105,7 @@ def continued(subject: Subject, path: Path, model: Refit, seed: int) -> Path:
     )
 
 
-def together(subject: Subject, path: Path, pair: tuple[int, int], seed: int) -> Path | None:
+def together(subject: Subject, path: Path, stronger: int, seed: int) -> Path | None:
     """A path that begins with two causes, each the best name for what the other one leaves.
 
     The stronger of a pair is put into the model and the other one is looked for among all effects,
@@ -108,8 +116,8 @@ def together(subject: Subject, path: Path, pair: tuple[int, int], seed: int) -> 
     ----------
     subject, path
         What is diagnosed, and a path whose first round is the baseline.
-    pair
-        Candidates by number.
+    stronger
+        Candidate by number; its partner is looked for anew, so that pairs which share it are one.
     seed
         Of sign patterns.
 
@@ -120,7 +128,7 @@ def together(subject: Subject, path: Path, pair: tuple[int, int], seed: int) -> 
     baseline = path.rounds[0]
     least = baseline.rules.pair_share
     rules = replace(baseline.rules, later_share=least, second_share=least)
-    first = _best_beside(subject, _cause(baseline.library, pair[0]), rules, seed)
+    first = _best_beside(subject, _cause(baseline.library, stronger), rules, seed)
     second = None if first is None else _best_beside(subject, first[0][-1], rules, seed)
     if first is None or second is None:
         return None

@@ -233,11 +233,11 @@ def _rivals(
         alias = cos[c] > rules.alias
         if total[c] < rules.rival_share * total[best] and not alias:
             continue
-        if _out_of_it(lib, evidence, base, best, c, signs, rules, seed):
-            continue
         size = evidence.size[c]
         spread = 2.0 * np.std(evidence.size_without[:, c]) * np.sqrt(max(grams.blocks - 1, 1))
         if size < other.lower - spread or size > other.upper + spread:
+            continue
+        if _out_of_it(lib, evidence, base, best, c, signs, rules, seed):
             continue
         (places if other.effect == mine.effect else rivals).append(int(evidence.best[c]))
     return tuple(rivals), tuple(places)
@@ -259,6 +259,8 @@ def _out_of_it(
     difference holds the same evidence with twice the noise.
     """
     difference = evidence.gain[:, best] - evidence.gain[:, other]
+    if not float(difference.sum()) > 0.0:
+        return False
     columns = evidence.best[[best, other]]
     same = lib.columns[other]
     at = int(np.flatnonzero(same == columns[1])[0])
@@ -270,11 +272,12 @@ def _out_of_it(
         p = float(between_blocks(lib, beside, columns[:1], seed)[1][0])
     else:
         p = float(sign_flip_max_t(found.score, signs).p[0])
-        if has_single_rows(lib.problem):
+        # the rows can only make it surer
+        if 2.0 * p > rules.alpha_beside and has_single_rows(lib.problem):
             every = scores(lib.grams.inner, beside, lib.grams.candidates)
             single = single_rows_p(lib.problem, every, beside.size)[lib.index(int(columns[0]))]
             p = min(2.0 * min(p, float(single)), 1.0)
-    return p <= rules.alpha_beside and float(difference.sum()) > 0.0
+    return p <= rules.alpha_beside
 
 
 def _backward(lib: Library, steps: Sequence[Step], signs: FloatArray) -> list[Step]:

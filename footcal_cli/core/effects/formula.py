@@ -48,8 +48,6 @@ class Formula:
 
     Parameters
     ----------
-    text
-        As it was written.
     names
         Signals and parameters that it uses.
     """

@@ -33,8 +33,6 @@ class SignalKind:
 
     Parameters
     ----------
-    meaning, unit
-        In words.
     experiments
         Where it is known.
     needs

@@ -187,16 +187,12 @@ def hang_log(
 
     Parameters
     ----------
-    leg
-        Its name.
     time_s, phase_rad
         Shape (n,).
     wrench
         Readings, shape (n, 6), N and Nm.
     gravity_dir
         Nominal direction of gravity in the transducer frame, shape (n, 3).
-    leg_weight_n
-        Believed weight.
     temperature_degc
         Shape (n,), where measured.
     """

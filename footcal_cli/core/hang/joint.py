@@ -41,8 +41,6 @@ class HangOptions:
     ----------
     order
         Harmonics of ``r(φ)``; None: the lowest BIC up to `max_order` decides.
-    max_order
-        Highest order tried.
     tilt, tilt_sd_rad
         See `HangModel`.
     temperature, drift
@@ -74,10 +72,6 @@ class HangFit:
     ----------
     model
         The terms of the fit; `model.order` was chosen by evidence unless it was asked for.
-    fit
-        Estimates, covariance and health.
-    noise
-        Per channel.
     evidence
         Order -> BIC (lower is better).
     effective_samples
@@ -162,8 +156,6 @@ def fit_hang(logs: Sequence[Log], options: HangOptions | None = None) -> HangFit
     ----------
     logs
         Hanging logs of one leg (experiment ``hang``), in any orientations.
-    options
-        What to fit.
     """
     asked = options or HangOptions()
     runs, leg = hang_runs(logs)

@@ -36,8 +36,6 @@ class HangModel:
 
     Parameters
     ----------
-    leg
-        Owner of the parameters.
     nominal_dir_t
         Nominal direction of gravity per log in the transducer frame, shape (L, 3).
     order

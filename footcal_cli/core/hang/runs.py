@@ -28,8 +28,6 @@ class HangRun:
         Readings, shape (n, 6), N and Nm.
     phase_rad, time_s, temperature_degc
         Shape (n,); temperature is 0 where the log has none.
-    leg_weight_n
-        Believed weight of the leg.
     shaft_radps, shaft_radps2
         Speed and acceleration of the shaft, shape (n,); zero where the log does not say.
     """

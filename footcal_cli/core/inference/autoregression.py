@@ -76,8 +76,6 @@ def fit_noise(
         Per record, shape (n, c).
     regressors
         Per record, what was fitted to it, shape (n, d).
-    max_lags
-        Longest autoregression tried.
     """
     shortest = min(residual.shape[0] for residual in residuals)
     lags = int(min(max_lags, shortest // _SAMPLES_PER_LAG))

@@ -75,14 +75,8 @@ def descend(
 
     Parameters
     ----------
-    at
-        The cost at a point.
     move
         The point that a step (n,) leads to.
-    begin
-        Where to start.
-    most_steps
-        Steps tried at most.
     """
     point, state, damping = begin, at(begin), _FIRST_DAMPING
     for steps in range(1, most_steps + 1):

@@ -93,8 +93,6 @@ def fit_map(
         SciPy's robust losses act on the data rows *and* the prior rows alike.
     noise_known
         False: scale the covariance by the estimated noise (no absolute noise level is known).
-    max_evaluations
-        Bound on the optimiser's work.
     start
         Where the optimiser starts, all parameters (n,), inside the bounds; the prior means where
         absent. Fixed parameters stay at their value.

@@ -129,8 +129,6 @@ def acts(item: Freed, value: float, rms: float) -> bool:
 
     Parameters
     ----------
-    item, value
-        The number and where it is.
     rms
         Of its derivative, in units of the noise.
     """

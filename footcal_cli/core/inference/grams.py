@@ -119,8 +119,6 @@ def whitened_grams(
 
     Parameters
     ----------
-    problem
-        The arrays.
     features
         Further columns, shape (m, f): anything the residual may depend on.
     noise

@@ -20,8 +20,6 @@ def folds(group: IntArray, most: int = 10) -> Iterator[BoolArray]:
     ----------
     group
         Shape (n,).
-    most
-        Largest number of folds.
     """
     names = np.unique(group)
     for part in range(min(most, names.size)):
@@ -79,8 +77,6 @@ def hold_out(
         Shape (n,) or (n, k).
     group
         Placement, load or session of each row, shape (n,).
-    most
-        Largest number of folds.
     """
     error = np.full(truth.shape, np.nan)
     for out in folds(group, most):

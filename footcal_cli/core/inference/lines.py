@@ -43,8 +43,6 @@ class Series:
     ----------
     values, time_s, channel
         Of each row, shape (n,); rows of one channel stand together in the order of recording.
-    names
-        Of the channels.
     rate_hz
         Usual rate of the rows.
     most_slots
@@ -67,8 +65,6 @@ class Traces:
     ----------
     time_s, channel
         Of each row, shape (m,).
-    names
-        Of the channels.
     """
 
     time_s: FloatArray
@@ -89,8 +85,6 @@ class Line:
     ----------
     p
         Family-wise over all channels and frequencies.
-    name
-        Channel or output.
     frequency_hz
         Below half the rate; what is faster shows as one of its aliases ``|k·rate ± f|``.
     rate_hz

@@ -33,8 +33,6 @@ def shrinkage(case: Case, rows: Rows, chain: Chain, values: Mapping[str, float])
     ----------
     case, rows
         The baseline.
-    chain, values
-        The model.
     """
     white = _ratio(case, rows, chain, values, slow=False)
     slow = _ratio(case, rows, chain, values, slow=True)

@@ -38,8 +38,6 @@ class Observability:
         would leave.
     directions
         Unit vectors in prior sd, shape (unknowns, unknowns), in the order of the singular values.
-    names
-        Of the unknowns.
     """
 
     rank: int
@@ -141,8 +139,6 @@ class NextStep:
 
     Parameters
     ----------
-    name
-        Of the experiment.
     gain_nats
         Expected information about the unknowns.
     rank
@@ -150,8 +146,6 @@ class NextStep:
     sd_ratio
         Largest reduction among directions: sd after over sd before of the direction that gains
         most.
-    direction
-        That direction in words.
     """
 
     name: str
@@ -179,8 +173,6 @@ def rank_candidates(
         Prior covariance in units of the prior sd, shape (p, p).
     candidates
         Name -> rows it would add, in units of their noise, shape (k, p).
-    names
-        Of the unknowns.
     """
     covariance = np.linalg.inv(np.linalg.inv(prior_correlation) + whitened.T @ whitened)
     root = np.linalg.cholesky(0.5 * (covariance + covariance.T))

@@ -28,8 +28,6 @@ class Signature:
         Names in the table of effects.
     where
         Who carries it (``left_rr``, ``all cells``, ``left``, ``robot``).
-    unit
-        Unit of the size.
     shape
         Values of the shape parameters.
     lower, upper
@@ -79,8 +77,6 @@ class Problem:
         What each candidate of size one adds to the residual, shape (m, k), and what it is.
     block, output, sequence
         Of each row, shape (m,): 0 … B−1; index into `outputs`; number of the sequence.
-    outputs, units
-        Name and unit of the outputs.
     noise
         Assumed noise sd of each row in the output's unit, shape (m,).
     tolerance

@@ -48,8 +48,6 @@ class Scatter:
 
         Parameters
         ----------
-        value
-            The number.
         turn
             Its derivative by the fitted numbers, shape (k,).
         beyond

@@ -321,8 +321,6 @@ def components_of(
     groups
         Factor -> label of each session, shape (n,), in the order in which they are fitted; a nested
         factor's labels differ from parent to parent. Factors that vary nowhere are left out.
-    seed
-        Of the draws.
 
     Returns
     -------

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
@@ -55,8 +54,6 @@ def scores(inner: FloatArray, base: IntArray, columns: IntArray) -> Scores:
         Gram matrices of the blocks, shape (B, n, n); the residual is the last column.
     base
         Columns that are fitted: calibration and what was accepted.
-    columns
-        Candidates.
     """
     last = inner.shape[1] - 1
     wanted = np.append(columns, last)
@@ -99,8 +96,6 @@ def held_out_loss(
     ----------
     inner
         Gram matrices that are fitted, shape (B, n, n).
-    base
-        Columns.
     judged
         Gram matrices in which the error is counted; `inner` where absent. Same column numbers,
         the residual last.
@@ -164,11 +159,14 @@ def held_out_gains(
     fitted, judged = _products(inner, base, columns), _products(plain, base, columns)
     total = fitted.summed()
     overall = _one_extra(total)[0]
-    best_overall = _best_of(overall, starts)
+    # the last of a smaller group again, which changes nothing of which is the first largest
+    width = int(np.diff(starts).max())
+    members = np.minimum(starts[:-1, None] + np.arange(width), starts[1:, None] - 1)
+    best_overall = _best_of(overall, members)
     for b in range(blocks):
         rest = total.without(fitted, b)
         drop, beta, gamma, theta = _one_extra(rest)
-        chosen = _best_of(drop, starts)
+        chosen = _best_of(drop, members)
         moved = gamma[:, chosen] * beta[chosen]
         white[b] = _gain(fitted, b, chosen, theta, moved, beta[chosen])
         counted[b] = _gain(judged, b, chosen, theta, moved, beta[chosen])
@@ -240,12 +238,10 @@ def _one_extra(parts: _Products) -> tuple[FloatArray, FloatArray, FloatArray, Fl
     return beta * score, beta, gamma, theta
 
 
-def _best_of(values: FloatArray, starts: IntArray) -> IntArray:
-    """Index of the largest value of each group."""
-    return np.array(
-        [a + int(np.argmax(values[a:b])) for a, b in pairwise(starts)],
-        dtype=np.int64,
-    )
+def _best_of(values: FloatArray, members: IntArray) -> IntArray:
+    """Index of the largest value of each group, `members` of shape (groups, width)."""
+    best = np.argmax(values[members], axis=1)
+    return np.asarray(members[np.arange(best.size), best])
 
 
 def cosines(inner: FloatArray, base: IntArray, columns: IntArray) -> FloatArray:

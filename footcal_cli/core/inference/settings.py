@@ -17,21 +17,17 @@ from functools import cached_property
 from itertools import product
 
 import numpy as np
-from scipy import optimize, stats
 
 from footcal_cli.core.inference.linear import inverse_beside, orthonormal
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
-_STEPS = 40
-_STOP = 0.02
+STEPS = 40
+STOP = 0.02
 _CAUTION = 0.7  # share of a step taken: the median jumps
 _NORMAL_MEDIAN = 0.6745  # of |x| of a standard normal variable
-_UPPER = 0.1
-"""The variance is taken so large that a larger one would have shown less with this probability."""
 _ALIKE = 1e-6  # a load that stands still is an offset
 _QUIETEST = 0.1  # share of its usual noise that an axis has at least
 _SHOWN = 0.05  # share of its largest influence from which a setting shows a column
-_LEAST, _MOST = 1e-6, 1e6  # variance between settings against that of one row
 RCOND = 1e-9
 _PART_START, _PART_LEAST = 0.05, 1e-5  # variance of one part against that of one row
 
@@ -243,7 +239,7 @@ def _variance_of_parts(products: list[tuple[FloatArray, FloatArray]]) -> FloatAr
     right = np.stack([cross for _, cross in products])
     size = own.shape[1]
     variance = np.full(size, _PART_START)
-    for _ in range(_STEPS):
+    for _ in range(STEPS):
         inverse = np.linalg.inv(own + np.diag(1.0 / variance))
         known = np.clip(1.0 - np.einsum("gii->gi", inverse) / variance, 1e-9, 1.0)
         effect = np.einsum("gij,gj->gi", inverse, right)
@@ -255,7 +251,7 @@ def _variance_of_parts(products: list[tuple[FloatArray, FloatArray]]) -> FloatAr
         updated = np.maximum(variance * np.clip(factor, 0.1, 10.0) ** _CAUTION, _PART_LEAST)
         change = float(np.abs(np.log(updated / variance)).max())
         variance = updated
-        if change < _STOP:
+        if change < STOP:
             break
     return variance
 
@@ -271,132 +267,12 @@ def repeated(
         What is to be whitened, rows already white within a setting, shape (n, k).
     loose
         Z, likewise whitened.
-    groups
-        Rows of each setting.
     variance
         Of each column of Z, shape (q,).
     """
     out = white.copy()
     _shrink(out, groups, loose * np.sqrt(variance))
     return out
-
-
-def variance_between(
-    calibration: FloatArray,
-    loose: FloatArray,
-    residual: FloatArray,
-    groups: list[IntArray],
-    kind: IntArray,
-) -> FloatArray:
-    """Upper value of each column's variance between settings, shape (q,).
-
-    Predictions û of what differs come from the mixed-model equations (Henderson), in which the
-    fitted calibration's own uncertainty counts, and the other kinds of columns at their variance.
-
-    Parameters
-    ----------
-    calibration, loose, residual
-        Columns that all settings share, Z, and the residual, white within a setting.
-    groups
-        Rows of each setting.
-    kind
-        As in `Settings`.
-    """
-    common = np.column_stack([calibration, residual])
-    sums = _Sums(
-        common.T @ common,
-        np.stack([loose[rows].T @ common[rows] for rows in groups]),
-        np.stack([loose[rows].T @ loose[rows] for rows in groups]),
-    )
-    kinds = int(kind.max()) + 1
-    variance = np.full(kinds, _LEAST)
-    for _ in range(_STEPS):
-        before = variance.copy()
-        for g in range(kinds):
-            variance[g] = _upper(*sums.beside(kind == g, variance[kind]))
-        if float(np.abs(np.log(variance / before)).max()) < _STOP:
-            break
-    return np.asarray(variance[kind])
-
-
-@dataclass(frozen=True)
-class _Sums:
-    """Products from which the mixed-model equations follow.
-
-    Parameters
-    ----------
-    common
-        Of the calibration's columns and the residual, shape (p + 1, p + 1).
-    cross, own
-        Of each setting's Z with these and with itself, shapes (S, q, p + 1) and (S, q, q).
-    """
-
-    common: FloatArray
-    cross: FloatArray
-    own: FloatArray
-
-    def beside(self, asked: BoolArray, variance: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Information about what is asked for, and its score, once all else is fitted.
-
-        A setting's other columns touch no other setting: they are eliminated there, and then the
-        calibration's columns from what is left.
-
-        Parameters
-        ----------
-        asked
-            Columns of Z, shape (q,).
-        variance
-            Of each, shape (q,): the prior of those not asked for.
-
-        Returns
-        -------
-        Shapes (S a, S a) and (S a,), `a` columns asked for.
-        """
-        others = ~asked
-        inner = self.own[:, others][:, :, others] + np.diag(1.0 / variance[others])
-        theirs = np.concatenate([self.own[:, others][:, :, asked], self.cross[:, others]], axis=2)
-        solved = np.linalg.solve(inner, theirs)
-        many, a = len(self.own), int(asked.sum())
-        square = self.own[:, asked][:, :, asked] - theirs[..., :a].swapaxes(1, 2) @ solved[..., :a]
-        cross = self.cross[:, asked] - theirs[..., :a].swapaxes(1, 2) @ solved[..., a:]
-        taken = np.einsum("sox,soy->xy", theirs[..., a:], solved[..., a:])
-        common = self.common - taken
-        inverse = inverse_beside(common[:-1, :-1], np.sqrt(np.diag(self.common)[:-1]), RCOND)
-        flat = cross.reshape(many * a, -1)
-        known = flat[:, :-1] @ inverse
-        information = -known @ flat[:, :-1].T
-        for s in range(many):
-            at = slice(s * a, (s + 1) * a)
-            information[at, at] += square[s]
-        return information, flat[:, -1] - known @ common[:-1, -1]
-
-
-def _upper(information: FloatArray, score: FloatArray) -> float:
-    """Variance v under which predictions as small as these come with probability `_UPPER`.
-
-    ``û = v (I + v M)⁻¹ b``, M the information about u once all else is fitted, b the score. If v is
-    true then û'û/v is a sum of χ²₁ with weights ``k_i = v λ_i / (1 + v λ_i)``, λ the eigenvalues
-    of M; that is near to ``(Σk²/Σk) χ²`` on ``(Σk)²/Σk²`` degrees of freedom (Satterthwaite).
-    """
-    values, vectors = np.linalg.eigh(information)
-    seen = values > RCOND * max(float(values.max(initial=0.0)), 1e-300)
-    told, along = values[seen], (vectors.T @ score)[seen]
-    if not told.size:
-        return _LEAST
-
-    def more(log_variance: float) -> float:
-        v = float(np.exp(log_variance))
-        share = v * told / (1.0 + v * told)
-        found = v * float(np.sum((along / (1.0 + v * told)) ** 2))
-        one, two = float(share.sum()), float(np.sum(share**2))
-        return found - two / one * float(stats.chi2.ppf(_UPPER, one**2 / two))
-
-    low, high = np.log(_LEAST), np.log(_MOST)
-    if more(low) <= 0.0:
-        return _LEAST
-    if more(high) >= 0.0:
-        return _MOST
-    return float(np.exp(optimize.brentq(more, low, high, xtol=_STOP)))
 
 
 def _weighted_median(values: FloatArray, weights: FloatArray) -> float:

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy import stats
 
+from footcal_cli.core.inference.between_settings import variance_between
 from footcal_cli.core.inference.linear import orthonormal
 from footcal_cli.core.inference.settings import (
     RCOND,
@@ -26,7 +27,6 @@ from footcal_cli.core.inference.settings import (
     part_variances,
     repeated,
     row_levels,
-    variance_between,
     within_settings,
 )
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
@@ -122,8 +122,6 @@ class Settled:
         Between parts.
     loose
         Z, white within a setting, shape (n, q).
-    groups
-        Rows of each setting.
     variance
         Of each column of Z between settings, shape (q,).
     """

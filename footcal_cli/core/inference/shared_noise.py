@@ -178,8 +178,6 @@ def fit_under(rows: Rows, common: Common, law: Law) -> SharedFit:
 
     Parameters
     ----------
-    rows
-        Of the channel.
     common, law
         From `common_law` and `law_under`.
     """

@@ -85,8 +85,6 @@ class Noise:
 
     Parameters
     ----------
-    whitener
-        Of the rows.
     autocorrelation_time
         Of the residual before whitening, in rows.
     walk

@@ -33,12 +33,8 @@ def coarse_delay_s(
     ----------
     log
         Its body stream as it came.
-    rows_of
-        Rows of a log.
     state
         Name of the delay among the unknowns; it is left out of every trial.
-    noise, guards
-        Of the filter.
     """
     stop = int(np.searchsorted(log.time_s, log.time_s[0] + _SEARCHED_S))
     begun = log.rows(0, stop)

@@ -56,8 +56,6 @@ class Settings:
 
     Parameters
     ----------
-    memory
-        Of the estimator.
     min_force_n
         Below this total force there is no CoP.
     causal
@@ -75,8 +73,6 @@ class InParts:
 
     Parameters
     ----------
-    parts
-        How many.
     part_s, ahead_s
         Their length, and what their smoother sees beyond their end.
     taught_from_s
@@ -109,8 +105,6 @@ class Comparison:
         a truth ``true``, and ``baseline`` where one was given.
     reference
         What the motion demands once the delay and offsets that memory found are taken out.
-    cycle
-        Gait cycle of each sample.
     judged
         Every method against every reference.
     ratios
@@ -231,18 +225,12 @@ def compare(
 
     Parameters
     ----------
-    merged
-        Streams of the walk as one log.
-    belief
-        Prior of the cells.
     truth_n
         True cell forces, shape (n, c), NaN where unknown; low-passed here as the cells are.
     baseline
         An offline calibration to compare with, as [NAO] does.
     others
         Forces and CoP of other methods on the same walk.
-    rng
-        For the bootstrap.
     """
     log = merged.log
     memory = (run_live if settings.causal else run_memory)(log, belief, settings.memory)
@@ -272,14 +260,10 @@ def judged_walk(
 
     Parameters
     ----------
-    memory
-        What the estimator found.
     cycle
         Gait cycle of each sample, shape (n,).
     settled
         Samples that are judged, shape (n,).
-    others
-        Of other methods.
     skip_s
         Left out of the consistency at the start.
     """

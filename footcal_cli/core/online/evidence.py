@@ -70,13 +70,6 @@ def settle(track: Track, names: Sequence[str]) -> list[Settling]:
     A parameter has converged when it stays within ± 2 sd (as stated at the end) of its mean over
     the last third. Drift compares the means of the middle and the last third; its sd comes from
     the states' sd at the middle of both, taken as independent.
-
-    Parameters
-    ----------
-    track
-        From the filter.
-    names
-        Which unknowns.
     """
     rows = []
     u = track.time_s.size
@@ -181,8 +174,6 @@ class Consistency:
         Share of updates whose own value lies in its 95 % band.
     whiteness
         Lag-one autocorrelation of the normalised total-force innovation.
-    updates
-        How many.
     worth
         Degrees of freedom of the band.
     rows
@@ -229,8 +220,6 @@ def check_consistency(track: Track, *, skip_s: float = 2.0) -> Consistency:
 
     Parameters
     ----------
-    track
-        From the filter.
     skip_s
         Left out at the start.
     """

@@ -55,10 +55,6 @@ class Track:
         Information each update brought about z; those below the gate were left out, shape (u,).
     used
         Whether the update changed anything, shape (u,).
-    log_likelihood
-        Of all innovations.
-    jumps
-        Bias jumps found.
     history
         What a smoother needs (None if it was not kept).
     """
@@ -148,8 +144,6 @@ def run_filter(
     ----------
     rows
         From `cell_rows` or `six_axis_rows`.
-    noise
-        Scalars.
     guards
         Limits; the defaults where None.
     walk_factor

@@ -29,8 +29,6 @@ class References:
     ----------
     truth_n
         True cell forces in the band of the cells, shape (n, c).
-    baseline
-        An offline calibration.
     """
 
     truth_n: FloatArray | None = None

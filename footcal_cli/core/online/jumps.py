@@ -30,8 +30,6 @@ class Jump:
 
     Parameters
     ----------
-    name
-        The parameter.
     onset_s, found_s
         Stamp of the first update that shows it, and of the update that proved it.
     size, sd

@@ -119,8 +119,6 @@ def starting_noise(raw_n: FloatArray, idle: BoolArray, weight_n: float) -> Noise
         Readings in newtons, not filtered, shape (n, c).
     idle
         Where the foot of each cell is in the air, shape (n, c).
-    weight_n
-        Body weight.
     """
     return replace(Noise().for_weight(weight_n), swing_fixed_n=kept_rounding_n(raw_n, idle))
 

@@ -97,8 +97,6 @@ class _Seam:
     live, past
         Mean and covariance of the filter, and of the pass that the smoother goes back over: it
         knows the jumps beforehand.
-    bank
-        Hypotheses of jumps.
     track, smoothed
         Their last update.
     delay_s

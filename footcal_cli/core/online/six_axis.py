@@ -34,6 +34,10 @@ _MASS_SHARE = 0.1
 cables, covers and batteries."""
 KNOWN_MASS = 0.002
 """Sd of a mass that is taken as known, as a share of it: all scales together are as unsure."""
+KNOWN_MOTION = 0.05
+"""Sd of the size of a body's horizontal motion, as a share of it: a scale that both feet share on
+an axis and a motion of another size are one thing. Light limbs, masses of links from a drawing and
+differences over a window leave ordinary estimators so far off."""
 _DELAY_STEP_S = 2e-3
 DELAY_STATE, MASS_STATE = "robot.delay", "robot.mass_correction"
 TORQUE_ARM_M = 0.05

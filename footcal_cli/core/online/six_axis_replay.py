@@ -17,7 +17,13 @@ from footcal_cli.core.online.jumps import Jump
 from footcal_cli.core.online.memory import LEARNT_RATIO, gait_phase, sized
 from footcal_cli.core.online.replay import held
 from footcal_cli.core.online.rows import Rows, advanced
-from footcal_cli.core.online.six_axis import DELAY_STATE, KNOWN_MASS, MASS_STATE, six_axis_rows
+from footcal_cli.core.online.six_axis import (
+    DELAY_STATE,
+    KNOWN_MASS,
+    KNOWN_MOTION,
+    MASS_STATE,
+    six_axis_rows,
+)
 from footcal_cli.core.online.smoother import smooth
 from footcal_cli.core.online.streams import Merged
 from footcal_cli.core.online.tuning import LEARNT, Tuning, learn_noise
@@ -60,8 +66,6 @@ class SixAxisReplay:
     ----------
     merged, rows
         What went in, the body stream moved by `delay_s`.
-    track, smoothed, tuning
-        Filter, smoother, learnt noise.
     jumps
         Offset jumps alarmed while filtering, sized by the smoother.
     estimates
@@ -331,12 +335,17 @@ def _without_repeats(log: Log, rows: Rows, track: Track) -> tuple[Rows, tuple[fl
 def _estimates(track: Track, rows: Rows, delay_s: float) -> Estimates:
     """The filter's last state, its delay on top of the one already taken out.
 
-    All scales are relative to a mass that is itself known to a share: they have that in common.
+    All scales are relative to a mass that is itself known to a share, those of an axis that is not
+    vertical also to the size of the motion: they have that in common.
     """
     values = track.values[-1].copy()
     values[track.names.index(DELAY_STATE)] += delay_s
     common = np.array([KNOWN_MASS * (".scale_" in name) for name in track.names])
     covariance = track.covariance + np.outer(common, common)
+    for axis in AXES:
+        if axis != "fz":
+            alike = np.array([KNOWN_MOTION * n.endswith(f".scale_{axis}") for n in track.names])
+            covariance = covariance + np.outer(alike, alike)
     status = [
         Status.ESTIMATED if now < LEARNT_RATIO * before else Status.PRIOR_KEPT
         for now, before in zip(np.sqrt(np.diag(covariance)), rows.prior_sd, strict=True)

@@ -27,8 +27,6 @@ class SensorStream:
         Shape (n,).
     readings
         Counts of cells, or newtons and newton metres of transducers, NaN where lost, shape (n, c).
-    channels
-        Names of the columns.
     """
 
     time_s: FloatArray
@@ -83,8 +81,6 @@ class MergeRule:
         A CoM acceleration above this is not believed (saturation, impact).
     min_force_n
         ε of the CoP.
-    contact
-        Thresholds of contact detection.
     """
 
     delay_s: float = 0.0
@@ -109,8 +105,6 @@ class Merged:
         Which samples may count, and why not.
     sensor_clock, body_clock
         Repeated stamps, gaps.
-    rate_hz
-        Of the sensors.
     imu_acc_mps2, imu_gyro_radps
         On the sensors' clock, unfiltered; None where the log has none.
     """

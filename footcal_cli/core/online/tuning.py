@@ -27,6 +27,9 @@ _PRIOR_SD_LOG, _PRIOR_SD_LOG_TIME = 1.5, 0.5
 Of correlation times only 1.6: an error of the demanded force that lasts for many steps would take
 the place of the gains.
 """
+_LONGEST = 2.0
+"""Correlation times grow by this logarithm at most: what lasts longer than some steps is no noise,
+and taken for it an error that a foot in the air keeps would take the place of its offset."""
 _CORRELATION_TIMES = ("force_slow_s", "moment_slow_s", "swing_slow_s")
 _FIRST_STEP = 0.7
 _LARGEST_STEP = 1.5
@@ -63,8 +66,6 @@ class Tuning:
         Before and after.
     sd_log
         Sd of the logarithm of each learnt field from the curvature, shape (learnt,).
-    learnt
-        Names of the fields.
     """
 
     noise: Noise
@@ -89,14 +90,10 @@ def learn_noise(
 
     Parameters
     ----------
-    rows
-        The walk.
     start
         Where to begin, and the centre of a weak prior.
     learnt
         Fields of `Noise` to move; the others are kept (a recipe's).
-    rounds
-        Newton rounds.
     guards
         Its Huber limit.
     known_jumps
@@ -114,11 +111,16 @@ def learn_noise(
     prior_sd = np.array(
         [_PRIOR_SD_LOG_TIME if name in _CORRELATION_TIMES else _PRIOR_SD_LOG for name in learnt]
     )
+    furthest = np.array([_LONGEST if n in _CORRELATION_TIMES else _FURTHEST for n in learnt])
     step = np.full(at.size, _FIRST_STEP)
 
-    def score(points: FloatArray) -> FloatArray:
+    def within(points: FloatArray) -> FloatArray:
         points = points.copy()
-        points[:, at] = np.clip(points[:, at], origin[at] - _FURTHEST, origin[at] + _FURTHEST)
+        points[:, at] = np.clip(points[:, at], origin[at] - _FURTHEST, origin[at] + furthest)
+        return points
+
+    def score(points: FloatArray) -> FloatArray:
+        points = within(points)
         likelihood, _, _ = run_settings(
             rows, Noise.of(np.exp(points)), guards, known_jumps=known_jumps, states=False
         )
@@ -148,6 +150,7 @@ def learn_noise(
         step = np.clip(1.0 / np.sqrt(curvature), 0.1, _FIRST_STEP)
         if gained < 0.2:
             break
+    point = within(point[None])[0]
     sd_log = 1.0 / np.sqrt(curvature)
     # the mean of a walk's variance, not its mode: exp(2 s²) for a log-normal amplitude. A walk too
     # small is blind to drift and sure of itself

@@ -22,8 +22,6 @@ class Geometry:
 
     Parameters
     ----------
-    legs
-        Names, K of them.
     rot_bt
         Nominal rotation transducer to body, shape (K, 3, 3).
     hip_b_m
@@ -44,8 +42,6 @@ class PoseData:
 
     Parameters
     ----------
-    geometry
-        Nominal mounting.
     wrench_t
         Readings, shape (P, K, 6), N and Nm.
     phase_rad
@@ -56,8 +52,6 @@ class PoseData:
         Body to world, shape (P, 3, 3).
     contact
         1 on the ground, 0 lifted, nan unknown, shape (P, K).
-    robot_weight_n
-        Weight of the whole robot.
     leg_weight_n
         Believed weight of each leg, shape (K,).
     block
@@ -126,12 +120,8 @@ class PoseSummary:
 
     Parameters
     ----------
-    geometry
-        Nominal mounting.
     gram
         ``Σ_p x xᵀ``, shape (6K + 4, 6K + 4).
-    poses
-        Number P.
     robot_weight_n, leg_weight_n
         As in `PoseData`.
     """

@@ -26,8 +26,6 @@ class Departure:
     ----------
     name, unit
         As in ``parameters.json``.
-    believed, believed_sd
-        Before the poses.
     found, found_sd
         What the poses alone say, all other priors kept.
     sigmas
@@ -55,8 +53,6 @@ def departures(
     ----------
     fit
         Of poses and priors together.
-    legs
-        What hanging said.
     robot_weight_n
         What the scale said.
     """

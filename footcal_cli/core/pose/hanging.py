@@ -34,8 +34,6 @@ class LegKnowledge:
     ----------
     offset
         Shape (6,).
-    weight_n
-        Weight of the leg.
     gravity_dir_t
         Direction of gravity per log in the true transducer frame, shape (L, 3).
     nominal_dir_t
@@ -141,8 +139,6 @@ class HangRows:
 
     Parameters
     ----------
-    legs
-        Knowledge per leg.
     log_of
         Which hanging direction of the robot each leg's log belongs to, per leg (L_k,).
     logs

@@ -43,8 +43,6 @@ class PoseFit:
     ----------
     geometry, options
         As asked.
-    mounting
-        The solution.
     covariance
         Of rotations (body axes, left perturbation), shifts, offsets, leg weights, robot weight,
         in this order, shape (13K + 1, 13K + 1).
@@ -157,8 +155,6 @@ def fit_pose(
         What hanging says of each leg, K of them.
     noise_sd
         Noise of one pose's wrench per leg and channel, shape (K, 6), N and Nm.
-    options
-        What to fit.
     """
     asked = options or PoseOptions()
     problem = Problem.of(summary, legs, noise_sd, asked)

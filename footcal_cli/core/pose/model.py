@@ -66,8 +66,6 @@ class Mounting:
         Wrench without load, shape (K, 6).
     leg_weight_n
         Shape (K,).
-    robot_weight_n
-        Whole robot.
     hang_dir_b
         Direction of gravity in the body frame in each hanging log, shape (L, 3).
     """

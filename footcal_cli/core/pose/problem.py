@@ -33,8 +33,6 @@ class PoseOptions:
 
     Parameters
     ----------
-    structure
-        Which mounting errors are free.
     errors_in_variables
         False: plain least squares with the weights of the nominal mounting, for comparison.
     translation_sd_m
@@ -80,8 +78,6 @@ class State:
 
     Parameters
     ----------
-    cost, chi2_poses, chi2_hang, gradient
-        As their names say.
     slopes
         ``W^½ dM/dθ`` of the free unknowns, shape (n, 6, 6K + 4).
     seen, own

@@ -17,7 +17,14 @@ from footcal_cli.core.pose.hanging import LegKnowledge
 from footcal_cli.core.pose.joint import PoseFit, fit_pose, misfit_of_poses
 from footcal_cli.core.pose.problem import PoseOptions
 from footcal_cli.core.quality import Finding
-from footcal_cli.core.turned import TURNS, said_of, turned_when_standing, words_of
+from footcal_cli.core.turned import (
+    ROUGH_STEPS,
+    TURNS,
+    near_the_best,
+    said_of,
+    turned_when_standing,
+    words_of,
+)
 
 TURNED_NOISE = 3.0
 """A turned transducer leaves 5 to 50 times the noise of a pose: nearer to it, none is looked for,
@@ -25,10 +32,6 @@ since each of the 23 turns of each leg costs a fit."""
 BEYOND = 10.0
 """Times the prior sd of a hip's place, beyond which a shift is no mounting error."""
 USUAL_PLACE_SD_M = 0.005
-_ROUGH_STEPS = 8
-"""The right turn is fitted in four to six steps, most wrong ones run until their limit."""
-_NEAR = 20.0
-"""Times the least rough misfit, up to which a turn is fitted to the end."""
 
 
 def standing_axes(
@@ -81,13 +84,13 @@ def check_turned_standing(
         (_turned_back(summary, legs, k, turn, offsets=offsets), k, i)
         for k in range(len(legs)) for i, turn in enumerate(TURNS) for offsets in (False, True)
     ]  # fmt: skip
-    rough = [misfit_of_poses(back, legs, noise_sd, options, _ROUGH_STEPS) for back, _, _ in tried]
-    fitted = [
-        (fit_pose(back, legs, noise_sd, options).chi2_poses, k, i)
-        for (back, k, i), left in zip(tried, rough, strict=True)
-        if left <= _NEAR * min(rough)
-    ]
-    return said_of(data.geometry.legs, fitted, given.chi2_poses)
+
+    def roughly(one: tuple[PoseSummary, int, int]) -> float:
+        return misfit_of_poses(one[0], legs, noise_sd, options, ROUGH_STEPS)
+
+    near = near_the_best(tried, roughly, given.chi2_poses)
+    fitted = [(fit_pose(back, legs, noise_sd, options).chi2_poses, k, i) for back, k, i in near]
+    return said_of(data.geometry.legs, fitted, given.chi2_poses) if fitted else []
 
 
 def _turned_back(
@@ -119,7 +122,8 @@ def check_seating(fit: PoseFit, place_sd_m: float) -> list[Finding]:
     shift = fit.arm_b_m - (geometry.hip_b_m - geometry.chassis_com_b_m)
     own = shift - np.median(shift, axis=0)  # what all share is the chassis' CoM
     right_angled = np.array([np.eye(3), *TURNS])
-    found = []
+    found: list[Finding] = []
+    exchanged: list[Finding] = []
     for k, leg in enumerate(geometry.legs):
         nominal = geometry.rot_bt[k]
         turn_t = nominal.T @ fit.mounting.turn_b[k] @ nominal
@@ -129,9 +133,11 @@ def check_seating(fit: PoseFit, place_sd_m: float) -> list[Finding]:
             angle = float(np.arccos(np.clip((closeness[0] - 1.0) / 2.0, -1.0, 1.0)))
             found.append(_turned(leg, right_angled[nearest], angle))
         away = np.linalg.norm(geometry.hip_b_m - (geometry.hip_b_m[k] + own[k]), axis=1)
-        if int(np.argmin(away)) != k or away[k] > BEYOND * place_sd_m:
-            found.append(_elsewhere(geometry.legs, k, int(np.argmin(away)), float(away[k])))
-    return found
+        if int(np.argmin(away)) != k:
+            exchanged.append(_elsewhere(geometry.legs, k, int(np.argmin(away)), float(away[k])))
+        elif away[k] > BEYOND * place_sd_m:
+            found.append(_elsewhere(geometry.legs, k, k, float(away[k])))
+    return exchanged or found  # exchanged plugs push the other legs away, too
 
 
 def _turned(leg: str, turn: FloatArray, angle_rad: float) -> Finding:

@@ -78,8 +78,6 @@ def compare_structures(
 
     Parameters
     ----------
-    data
-        Poses.
     legs, noise_sd
         As for `fit_pose`.
     options

@@ -23,8 +23,6 @@ class SeriesFit:
 
     Parameters
     ----------
-    first, second
-        Their names.
     rot_21
         Rotation first to second, from how their forces change together, shape (3, 3).
     pos_2_m

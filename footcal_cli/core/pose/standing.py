@@ -100,8 +100,6 @@ def fit_offsets(
     ----------
     data
         Poses; `contact` says which legs were lifted (0).
-    robot
-        The last calibration.
     noise_sd
         Noise of one pose's wrench, shape (K, 6).
     wanted_sd

@@ -34,8 +34,6 @@ class Stretch:
         Rows ``start:stop``.
     verdict
         Why it was kept or discarded.
-    duration_s
-        From the first to the last row.
     """
 
     start: int
@@ -101,8 +99,6 @@ def steady_stretches(
         Shape (n,), evenly sampled.
     force_n
         Forces of all legs, shape (n, K, 3), N.
-    rule
-        Thresholds.
     tracked
         Whether motion capture saw the body, shape (n,).
     """

@@ -76,8 +76,6 @@ def study_mounting(
         Prior of each hip; None for none.
     directions
         Gravity's directions from hanging: ``use``, ``ignore``, or ``auto`` where they agree.
-    folds
-        Of the cross-validation.
     """
     legs, dropped = _with_directions(data, legs, noise_sd, free, directions)
     candidates = compare_structures(data, legs, noise_sd, free, folds)

@@ -254,8 +254,6 @@ class StandPlan:
         Whether the feet are put down anew in each stance.
     lean_m, squat_m
         How far the CoM is moved sideways and ahead, and down.
-    sway_m
-        Size of the sway.
     toes_rad
         Angles by which both feet are turned out, in the stances by turns.
     """

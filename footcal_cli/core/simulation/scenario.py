@@ -63,8 +63,6 @@ class EffectRequest:
 
     Parameters
     ----------
-    effect
-        The row of the table.
     owner
         The channel, foot or leg that carries it; None: every one of them alike.
     values

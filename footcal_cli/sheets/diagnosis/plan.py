@@ -33,7 +33,7 @@ def plan_outcome(menu: Menu, names: Sequence[str], table: Mapping[str, Effect]) 
             title=f"The next experiment: {asked}",
             verdict=VerdictRecord(
                 level="good" if chosen.id else "warning",
-                sentence=f"To tell {asked} apart, run: {experiment_words(chosen)}.",
+                sentence=f"To distinguish {asked}, run: {experiment_words(chosen)}.",
                 details=(f"Then: footcal diagnose … --experiment {options_of(chosen)}.",)
                 if chosen.id
                 else ("No experiment that footcal knows distinguishes them.",),

@@ -57,16 +57,12 @@ def outcome_of(
 
     Parameters
     ----------
-    robot
-        Its name.
     study
         The fit and what judges it.
     stages
         Balance errors (P, 6) by stage: before, offsets only, …, after.
     rejected
         Poses by reason.
-    options
-        How it was fitted.
     """
     data, fit, names = study.data, study.fit, study.data.geometry.legs
     calibration = Mounted(fit.rot_bt, fit.arm_b_m).feet(data, fit.mounting.offset, study.legs)
@@ -84,8 +80,8 @@ def outcome_of(
                         {name: in_floating_base(data, e, com) for name, e in stages.items()}
                     ),
                     "Sum of the ground's wrenches on all feet minus the robot's weight, in the "
-                    "floating base about the robot's CoM: zero if every transducer tells the "
-                    "truth. Before: tare in the air, nominal mounting (compare Wu & Revzen, Figs. "
+                    "floating base about the robot's CoM: zero if every transducer is "
+                    "right. Before: tare in the air, nominal mounting (compare Wu & Revzen, Figs. "
                     "2 and 6).",
                     title="Sum of all foot wrenches against the robot's weight",
                     result=f"RMS of the sum of forces: {number(rms(stages['before'][:, :3]), 2)} N "

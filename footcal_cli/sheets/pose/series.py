@@ -77,7 +77,7 @@ def _pair_sheet(fits: Sequence[SeriesFit]) -> Sheet:
     return Sheet(
         "Pairs",
         ("first", "second", "turn (°)", "distance (mm)", *(f"o₂−T o₁ {axis}" for axis in AXES),
-         "force left (N)"),
+         "residual force (N)"),
         [
             (
                 fit.first,

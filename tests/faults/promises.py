@@ -1,0 +1,115 @@
+"""What footcal once did to a log, a calibration or a folder, and the test that now forbids it."""
+
+from __future__ import annotations
+
+_ACCOUNTED, _INSPECTION, _PLAUSIBLE = (
+    f"tests/cli/test_{name}.py" for name in ("accounted", "inspection", "plausibility")
+)
+_FOLDER, _GATES, _SHIPPED = (
+    f"tests/cli/test_{name}.py" for name in ("run_folder", "gates", "shipped_pipeline")
+)
+_FAULTS = "tests/faults/test_faults.py"
+
+PROMISES: tuple[tuple[str, str, str], ...] = (
+    ("a log with a misspelt column is dropped in silence, exit code 0",
+     "the command ends and names the log",
+     f"{_ACCOUNTED}::test_a_log_that_no_table_takes_ends_the_command"),
+    ("a misspelt canonical name in `[columns]` changes nothing",
+     "refused with the nearest name",
+     f"{_ACCOUNTED}::test_a_canonical_name_misspelt_in_columns_is_named"),
+    ("time stamps of a Parquet file are read as nanoseconds in a column of seconds",
+     "read as seconds",
+     f"{_ACCOUNTED}::test_parquet_stamps_are_seconds"),
+    ("a boolean or a text counts as a number in a recipe",
+     "refused with the key",
+     f"{_ACCOUNTED}::test_a_text_or_a_boolean_is_no_number_in_a_recipe"),
+    ("kg, g and turned signs under `load_n` are a good calibration",
+     "compared with the nameplate's scale",
+     f"{_INSPECTION}::test_weights_against_the_nameplate"),
+    ("`apply` gives −51 N on a robot of 52 N and calls it good",
+     "forces are compared with the robot's weight",
+     f"{_PLAUSIBLE}::test_apply_compares_the_forces_with_the_weight"),
+    ("a turned wrench gives a leg a weight of −6.2 N",
+     "compared with the robot and with stated weights",
+     f"{_PLAUSIBLE}::test_legs_against_the_robot_and_against_their_stated_weights"),
+    ("forces in kgf under `_n` pass",
+     "compared with what the hips support",
+     f"{_PLAUSIBLE}::test_forces_at_the_hips_against_what_they_support"),
+    ("yaw in degrees, acceleration in g, CoM in mm, stamps in ms pass",
+     "a finding with the likely unit",
+     f"{_INSPECTION}::test_a_body_stream_in_other_units"),
+    ("quaternions with w first pass",
+     "a finding",
+     f"{_INSPECTION}::test_quaternions_with_w_first"),
+    ("streams of different days are merged",
+     "a finding",
+     f"{_INSPECTION}::test_streams_of_different_days"),
+    ("`check` overlooks end codes and 11 other faults of a log",
+     "each is named; the table below counts them",
+     "tests/cli/test_check.py::test_faults_of_a_walk_log_are_named"),
+    ("a dead cell is diagnosed as a tilted IMU",
+     "bad data in every command",
+     f"{_PLAUSIBLE}::test_a_cell_that_cannot_be_right_is_bad_data_everywhere"),
+    ("`--overwrite` deletes input logs in the folder",
+     "refused",
+     f"{_FOLDER}::test_overwrite_never_deletes_an_input"),
+    ("a kill between two renames leaves no result under its name",
+     "old and new folder change places in one step",
+     f"{_FOLDER}::test_names_are_exchanged_whole"),
+    ("two runs into one folder both end with exit code 0",
+     "the second is refused",
+     f"{_FOLDER}::test_a_second_writer_is_refused"),
+    ("Ctrl-C ends with exit code 3, or with a traceback",
+     "130 and one sentence at any moment",
+     f"{_FOLDER}::test_a_signal_at_any_moment_loses_nothing"),
+    ("after a missed gate the second `make` says *up to date*",
+     "it fails until the gate is met",
+     f"{_GATES}::test_make_fails_again_until_the_gate_is_met"),
+    ("the gate judges another reference than the verdict quotes",
+     "the same one",
+     f"{_GATES}::test_gates_judge_what_the_verdict_quotes"),
+    ("a fit that made a quantity worse, or did not converge, is good",
+     "not good, exit code 3",
+     f"{_GATES}::test_what_got_worse_on_any_quantity_is_no_good_fit"),
+    ("29 ordinary causes end with exit code 70",
+     "each is the user's, with a remedy",
+     f"{_FAULTS}::test_ordinary_causes_are_no_internal_error"),
+    ("the unit `s**9**9**9` runs for ever",
+     "refused at once",
+     f"{_FAULTS}::test_a_tower_of_powers_is_no_unit"),
+    ("running out of memory ends with exit code 1",
+     "74 and one sentence",
+     f"{_FAULTS}::test_an_injected_fault_of_each_kind_breaks_no_promise"),
+    ("rows out of order in `hang-calib` run for ever",
+     "stragglers are a warning, shuffled rows are refused",
+     "tests/core/test_quality.py::test_stragglers_are_a_warning_and_shuffled_rows_an_alarm"),
+    ("the same rows under another name shrink every sd by 10–30 %",
+     "counted once",
+     "tests/test_copies.py::test_a_log_given_twice_moves_nothing"),
+    ("two rows per cell are an error of 1e-15 N, good",
+     "a line without an interval, a warning",
+     "tests/core/test_regression.py::test_two_readings_give_a_line_without_an_interval"),
+    ("scales of standing move by 0.16 sd with the world's heading",
+     "they do not",
+     "tests/core/test_static_init.py::test_nothing_depends_on_where_the_world_lies"),
+    ("the ridge of a CoP correction depends on the foot's frame, by 2 %",
+     "it does not",
+     "tests/core/test_placements.py::test_no_correction_depends_on_the_foot_frame"),
+    ("`simulate` → `offline-fit` → `static-init` → `online-replay` → `diagnose` ends with exit "
+     "code 70 without `--parameters`",
+     "runs through",
+     f"{_SHIPPED}::test_stand_and_walk_run_with_the_recipe_alone"),
+    ("a clean bench gets a temperature scale at 10 sd that the next commands refuse",
+     "runs through",
+     f"{_SHIPPED}::test_bench_stand_walk_and_diagnosis_run_with_the_calibration_of_the_bench"),
+)  # fmt: skip
+"""What happened once, what happens now, and the test that guards it."""
+
+
+def promise_lines() -> list[str]:
+    """The table of the page."""
+    return [
+        "| once | now | guarded by |",
+        "|---|---|---|",
+        *(f"| {once} | {now} | `{test.partition('::')[2]}` |" for once, now, test in PROMISES),
+    ]
