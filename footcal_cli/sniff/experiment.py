@@ -9,12 +9,22 @@ import numpy as np
 
 from footcal_cli.core.bench.matrix import directions
 from footcal_cli.core.parameters import FloatArray
+from footcal_cli.sniff.cells import cells_in_time, toml_key
 from footcal_cli.sniff.groups import channel_names, readings, wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
 from footcal_cli.sniff.holds import blank_loads
-from footcal_cli.sniff.motion import body_entries, upright, without_motion
+from footcal_cli.sniff.motion import without_motion
 from footcal_cli.sniff.numbered import numbered
-from footcal_cli.sniff.plan import MASS, Blank, Entry, Plan, of, times
+from footcal_cli.sniff.plan import (
+    FORCES,
+    Blank,
+    Entry,
+    Plan,
+    extras,
+    of,
+    reading_entry,
+    times,
+)
 from footcal_cli.sniff.plates import force_and_cop
 from footcal_cli.sniff.six_axis import transducers
 from footcal_cli.sniff.tokens import with_unit
@@ -22,7 +32,6 @@ from footcal_cli.sniff.units import known_unit
 from footcal_cli.tables.units import conversion
 
 _ROWS_OF_A_STREAM = 60
-_FORCES = ("N", "kN", "mN", "kgf", "lbf", "gf", "kg", "g", "lb")
 _OF_ALL = 0.2
 """How far the sum of readings may be from the load that all cells carry together."""
 _GRAVITY_MPS2 = 9.80665
@@ -62,7 +71,7 @@ def plan_of(file: FileGuess) -> Plan | None:
     if len(cells) == 1:
         return _unloaded(file, cells[0])
     if cells:
-        return _cells(file, cells)
+        return cells_in_time(file, cells)
     return None
 
 
@@ -78,7 +87,7 @@ def why_not(file: FileGuess) -> tuple[str, str] | None:
         )
     loads, cells = _loads_and_cells(file)
     if loads and len(cells) > 1 and _share_the_load(loads, cells):
-        first = _key(next(iter(channel_names(cells))))
+        first = toml_key(next(iter(channel_names(cells))))
         return (
             f"{len(cells)} cells whose readings add up to the known load: they share it, and no "
             "column says how much each carried",
@@ -91,7 +100,7 @@ def why_not(file: FileGuess) -> tuple[str, str] | None:
 def _share_the_load(loads: list[ColumnGuess], cells: list[ColumnGuess]) -> bool:
     """Whether cells that read forces carry the load together: each less, all of them as much."""
     load = loads[0]
-    if len(loads) > 1 or not all(c.unit in _FORCES for c in (load, *cells)):
+    if len(loads) > 1 or not all(c.unit in FORCES for c in (load, *cells)):
         return False
     values = [_in_newton(c) for c in (load, *cells)]
     known, read = values[0], np.sum(values[1:], axis=0)
@@ -117,7 +126,7 @@ def _loads_and_cells(file: FileGuess) -> tuple[list[ColumnGuess], list[ColumnGue
     if not loads:
         forces = [
             c for c in file.of("force", "reading", "unknown")
-            if c.unit in _FORCES and c.name.axis in ("", "fz") and c.values is not None
+            if c.unit in FORCES and c.name.axis in ("", "fz") and c.values is not None
         ]  # fmt: skip
         others = [c for c in readings(file) if c not in forces]
         others = others or [
@@ -145,42 +154,20 @@ def _loads_and_cells(file: FileGuess) -> tuple[list[ColumnGuess], list[ColumnGue
     return loads, cells
 
 
-def _extras(file: FileGuess) -> dict[str, Entry]:
-    """Columns that help wherever they stand."""
-    found = {}
-    for quantity, name in (
-        ("temperature", "temperature_degc"), ("repeat", "repeat"), ("session", "session"),
-    ):  # fmt: skip
-        for column in file.of(quantity)[:1]:
-            found[name] = of(column)
-    return found
-
-
-def _reading(column: ColumnGuess) -> Entry:
-    """A cell's reading: counts, a voltage or a force."""
-    if column.counts and column.unit not in _FORCES:
-        return Entry(column, None, sure=column.sure, why="whole numbers: counts")
-    if column.unit in ("V", "mV", "mV/V"):
-        return Entry(column, column.unit, sure="likely", why="a voltage: the scale is N per volt")
-    if column.unit in _FORCES:
-        return Entry(column, column.unit, sure="likely", why="a force that was calibrated before")
-    return Entry(column, None, sure="likely", why="its unit is not said: taken as it is")
-
-
 def _weights(file: FileGuess, loads: list[ColumnGuess], cells: list[ColumnGuess]) -> Plan:
     """Known loads beside readings."""
     load = loads[0]
     entry, asked = _load_entry(load)
     labels = [c for c in file.of("label") if len(c.words) > 0]
     time, _, _ = times(file, needed=False)
-    entries = {"load_n": entry, **time, **_extras(file)}
+    entries = {"load_n": entry, **time, **extras(file)}
     named = channel_names(cells)
     if len(loads) == len(cells) > 1:
         pairs = dict(zip(named, loads, strict=True))
         if _one_proportion(loads):
             return _each_its_load(file, named, pairs, time)
         entries = {f"{n}_load_n": of(c, c.unit or "N") for n, c in pairs.items()}
-        entries |= {f"{n}_counts": _reading(c) for n, c in named.items()}
+        entries |= {f"{n}_counts": reading_entry(c) for n, c in named.items()}
         return Plan(
             file, "several cells loaded at once, each with its own known load",
             "as many loads as readings", "likely", "offline-fit", "weights_together",
@@ -195,7 +182,7 @@ def _weights(file: FileGuess, loads: list[ColumnGuess], cells: list[ColumnGuess]
         direction = file.of("direction")
         if direction and direction[0].values is not None:
             entries["direction"] = of(direction[0])
-        entries |= {"channel": channel, "counts": _reading(cell)}
+        entries |= {"channel": channel, "counts": reading_entry(cell)}
         return Plan(
             file, "known weights, one row per reading", "a load beside each reading",
             "likely", "offline-fit", "weights", entries,
@@ -203,7 +190,7 @@ def _weights(file: FileGuess, loads: list[ColumnGuess], cells: list[ColumnGuess]
         )  # fmt: skip
     if time and file.rows >= _ROWS_OF_A_STREAM:
         return _stream(file, named, entries, asked)
-    wide = {name: {"counts": _reading(column)} for name, column in named.items()}
+    wide = {name: {"counts": reading_entry(column)} for name, column in named.items()}
     return Plan(
         file, f"known weights, the readings of {len(cells)} cells beside each other",
         "one load and several readings in a row", "guess", "offline-fit", "weights",
@@ -228,13 +215,13 @@ def _each_its_load(
     """Cells that were loaded side by side, each with a load of its own in every row."""
     asked = tuple({blank for c in loads.values() for blank in _load_entry(c)[1]})
     wide = {
-        name: {"load_n": _load_entry(loads[name])[0], "counts": _reading(column)}
+        name: {"load_n": _load_entry(loads[name])[0], "counts": reading_entry(column)}
         for name, column in named.items()
     }
     return Plan(
         file, f"known weights on {len(named)} cells, each with its own load in every row",
         "as many loads as readings, all in one proportion", "likely", "offline-fit", "weights",
-        {**time, **_extras(file)}, tuple(named), wide, blanks=asked,
+        {**time, **extras(file)}, tuple(named), wide, blanks=asked,
     )  # fmt: skip
 
 
@@ -244,7 +231,7 @@ def _loads_across(file: FileGuess) -> Plan | None:
     for column in file.columns:
         found = with_unit(column.column.strip())
         unit = known_unit(found[1]) if found else None
-        if found and unit in _FORCES and column.values is not None:
+        if found and unit in FORCES and column.values is not None:
             loads[column.column] = (float(found[0].replace(",", ".")), unit)
     others = [c for c in file.columns if c.column not in loads]
     labels = [c for c in others if c.words]
@@ -254,7 +241,7 @@ def _loads_across(file: FileGuess) -> Plan | None:
     wide = {
         name: {
             "load_n": Entry(value=f"{value:g}", unit=unit, why="the header"),
-            "counts": _reading(replace(columns[name], unit=None)),
+            "counts": reading_entry(replace(columns[name], unit=None)),
         }
         for name, (value, unit) in loads.items()
     }
@@ -275,7 +262,7 @@ def _runs_across(file: FileGuess, loads: list[ColumnGuess]) -> Plan | None:
     if len(loads) != 1 or len(runs) < 2:
         return None
     entry, asked = _load_entry(loads[0])
-    wide = {number: {"counts": _reading(column)} for number, column in runs.items()}
+    wide = {number: {"counts": reading_entry(column)} for number, column in runs.items()}
     channel = Entry(value="cell", why="one cell, a column for each run")
     return Plan(
         file, f"known weights on one cell, {len(runs)} runs beside each other",
@@ -297,7 +284,7 @@ def _stream(
 ) -> Plan:  # fmt: skip
     """A recording of one or more cells under a load that is read too."""
     entries = {k: v for k, v in entries.items() if k in ("time_s", "load_n", "temperature_degc")}
-    entries |= {f"{name}_counts": _reading(column) for name, column in named.items()}
+    entries |= {f"{name}_counts": reading_entry(column) for name, column in named.items()}
     return Plan(
         file, "a running recording while the load changes", "time, load and readings", "likely",
         "offline-fit", "weights_stream", entries, tuple(named), blanks=asked,
@@ -309,7 +296,7 @@ def _unloaded(file: FileGuess, cell: ColumnGuess) -> Plan:
     time, rate, blanks = times(file, needed=True)
     name = next(iter(channel_names([cell])))
     name = name if name not in ("counts", "reading", "value", "cell_1") else "cell"
-    entries = {**time, f"{name}_counts": _reading(cell), **_extras(file)}
+    entries = {**time, f"{name}_counts": reading_entry(cell), **extras(file)}
     entries.pop("repeat", None)
     seconds = np.arange(file.rows) / (rate or 100.0)
     if time and (stamped := file.of("time")[0]).values is not None:
@@ -321,65 +308,6 @@ def _unloaded(file: FileGuess, cell: ColumnGuess) -> Plan:
         "offline-fit", "weights_stream", entries, (name,), rate_hz=rate,
         blanks=(blank_loads(seconds, cell.values), *blanks),
     )  # fmt: skip
-
-
-def _cells(file: FileGuess, cells: list[ColumnGuess]) -> Plan:
-    """Several cells in time: feet that stand or walk."""
-    found = channel_names(cells)
-    points = {"hl", "hr"} <= set(found)  # hind legs: a cell in each foot
-    named = {f"{name}_foot" if points else _on_foot(name, c): c for name, c in found.items()}
-    time, rate, blanks = times(file, needed=True)
-    entries = {**time, **{f"{n}_counts": _reading(c) for n, c in named.items()}}
-    if "temperature_degc" in (extras := _extras(file)):
-        entries["temperature_degc"] = extras["temperature_degc"]
-    feet: dict[str, list[str]] = {}
-    for name in named:
-        foot, _, place = name.partition("_")
-        feet.setdefault(foot, []).append(place)
-    lines: list[str] = []
-    for foot, places in feet.items():
-        lines.append(f"# [robot.feet.{foot}.cells]    # x forward, y left, from the foot's origin")
-        lines += [f"# {_key(place)} = {{ x_m = , y_m =  }}" for place in places]
-    positions = [Blank(tuple(lines), "no log says where the cells sit")]
-    tables: tuple[str, ...] = ()
-    if points:
-        why = "likely: one cell in the foot's point"
-        tables = tuple(
-            f"[robot.feet.{foot}.cells]\nfoot = {{ x_m = 0.0, y_m = 0.0 }}    # {why}"
-            for foot in found
-        )
-        positions = []
-    plate = Blank(
-        ("# [robot.nameplate]", "# scale_n_per_count =    # by the data sheet; zero_counts too"),
-        "nothing says how many newtons a count is; or give --parameters of a bench calibration",
-    )  # fmt: skip
-    body = body_entries(file) if file.of("com") else {}
-    forces = all(c.unit in _FORCES for c in cells)
-    if forces:
-        plate = Blank(("# [robot.nameplate]", "# scale_n_per_count = 1.0"), "the log has newtons")
-    return Plan(
-        file,
-        f"{len(cells)} load cells in time: standing or walking"
-        + (", with the body's motion" if body else ""),
-        f"a wide table of {len(cells)} readings" + (" and time" if time else ""), "likely",
-        "online-replay" if body else "static-init", "cells", body | entries, tuple(named),
-        rate_hz=rate, robot=(*upright(file, body), *tables),
-        blanks=(MASS, *positions, plate, *blanks),
-    )  # fmt: skip
-
-
-def _on_foot(name: str, cell: ColumnGuess) -> str:
-    """A cell's name behind that of its foot: ``left_fl``; ``foot_`` where none is named."""
-    foot, _, place = name.partition("_")
-    if foot in ("left", "right") and place:
-        return f"{foot}_{place.removeprefix('foot_')}"
-    side = cell.name.side
-    plain = re.sub(rf"^{side[:1]}(?:{side[1:]})?_?(?:foot_)?", "", name) if side else name
-    return f"{side or 'foot'}_{plain or 'cell'}"
-
-
-def _key(name: str) -> str:
-    return name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else f'"{name}"'
 
 
 def _cop_points(
@@ -408,7 +336,7 @@ def _placements(
         "placement": of(points[0]) if points else Entry(value="point", why="no name of the points"),
         **{f"hole_{a}_m": of(holes[a], holes[a].unit or "m") for a in "xy"},
         "load_n": _load_entry(load)[0],
-        **{f"{n}_counts": _reading(c) for n, c in named.items()},
+        **{f"{n}_counts": reading_entry(c) for n, c in named.items()},
     }
     foot = labels[0].words[0] if labels else "foot"
     lines = (f"# [robot.feet.{foot}.cells]    # x forward, y left, from the foot's origin",

@@ -120,3 +120,29 @@ def times(file: FileGuess, *, needed: bool) -> tuple[dict[str, Entry], float | N
     for column in file.of("time"):
         return {"time_s": of(column)}, None, []
     return ({}, 100.0, [_RATE]) if needed else ({}, None, [])
+
+
+FORCES = ("N", "kN", "mN", "kgf", "lbf", "gf", "kg", "g", "lb")
+"""Units of a reading that is a force already."""
+
+
+def extras(file: FileGuess) -> dict[str, Entry]:
+    """Columns that help wherever they stand."""
+    found = {}
+    for quantity, name in (
+        ("temperature", "temperature_degc"), ("repeat", "repeat"), ("session", "session"),
+    ):  # fmt: skip
+        for column in file.of(quantity)[:1]:
+            found[name] = of(column)
+    return found
+
+
+def reading_entry(column: ColumnGuess) -> Entry:
+    """A cell's reading: counts, a voltage or a force."""
+    if column.counts and column.unit not in FORCES:
+        return Entry(column, None, sure=column.sure, why="whole numbers: counts")
+    if column.unit in ("V", "mV", "mV/V"):
+        return Entry(column, column.unit, sure="likely", why="a voltage: the scale is N per volt")
+    if column.unit in FORCES:
+        return Entry(column, column.unit, sure="likely", why="a force that was calibrated before")
+    return Entry(column, None, sure="likely", why="its unit is not said: taken as it is")

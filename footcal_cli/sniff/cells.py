@@ -1,0 +1,70 @@
+"""Load cells in time, standing or walking, alone or with the body's motion in the same table."""
+
+from __future__ import annotations
+
+import re
+
+from footcal_cli.sniff.groups import channel_names
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
+from footcal_cli.sniff.motion import body_entries, upright
+from footcal_cli.sniff.plan import FORCES, MASS, Blank, Plan, extras, reading_entry, times
+
+
+def cells_in_time(file: FileGuess, cells: list[ColumnGuess]) -> Plan:
+    """Several cells in time: feet that stand or walk."""
+    found = channel_names(cells)
+    points = {"hl", "hr"} <= set(found)  # hind legs: a cell in each foot
+    named = {f"{name}_foot" if points else _on_foot(name, c): c for name, c in found.items()}
+    time, rate, blanks = times(file, needed=True)
+    entries = {**time, **{f"{n}_counts": reading_entry(c) for n, c in named.items()}}
+    if "temperature_degc" in (beside := extras(file)):
+        entries["temperature_degc"] = beside["temperature_degc"]
+    feet: dict[str, list[str]] = {}
+    for name in named:
+        foot, _, place = name.partition("_")
+        feet.setdefault(foot, []).append(place)
+    lines: list[str] = []
+    for foot, places in feet.items():
+        lines.append(f"# [robot.feet.{foot}.cells]    # x forward, y left, from the foot's origin")
+        lines += [f"# {toml_key(place)} = {{ x_m = , y_m =  }}" for place in places]
+    positions = [Blank(tuple(lines), "no log says where the cells sit")]
+    tables: tuple[str, ...] = ()
+    if points:
+        why = "likely: one cell in the foot's point"
+        tables = tuple(
+            f"[robot.feet.{foot}.cells]\nfoot = {{ x_m = 0.0, y_m = 0.0 }}    # {why}"
+            for foot in found
+        )
+        positions = []
+    plate = Blank(
+        ("# [robot.nameplate]", "# scale_n_per_count =    # by the data sheet; zero_counts too"),
+        "nothing says how many newtons a count is; or give --parameters of a bench calibration",
+    )  # fmt: skip
+    body = body_entries(file) if file.of("com") else {}
+    forces = all(c.unit in FORCES for c in cells)
+    if forces:
+        plate = Blank(("# [robot.nameplate]", "# scale_n_per_count = 1.0"), "the log has newtons")
+    return Plan(
+        file,
+        f"{len(cells)} load cells in time: standing or walking"
+        + (", with the body's motion" if body else ""),
+        f"a wide table of {len(cells)} readings" + (" and time" if time else ""), "likely",
+        "online-replay" if body else "static-init", "cells", body | entries, tuple(named),
+        rate_hz=rate, robot=(*upright(file, body), *tables),
+        blanks=(MASS, *positions, plate, *blanks),
+    )  # fmt: skip
+
+
+def _on_foot(name: str, cell: ColumnGuess) -> str:
+    """A cell's name behind that of its foot: ``left_fl``; ``foot_`` where none is named."""
+    foot, _, place = name.partition("_")
+    if foot in ("left", "right") and place:
+        return f"{foot}_{place.removeprefix('foot_')}"
+    side = cell.name.side
+    plain = re.sub(rf"^{side[:1]}(?:{side[1:]})?_?(?:foot_)?", "", name) if side else name
+    return f"{side or 'foot'}_{plain or 'cell'}"
+
+
+def toml_key(name: str) -> str:
+    """A name as the key of a TOML table."""
+    return name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else f'"{name}"'
