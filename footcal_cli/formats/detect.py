@@ -7,14 +7,7 @@ from pathlib import Path
 
 from footcal_cli.errors import DataError, UsageError
 from footcal_cli.formats.contract import Clock, Stream
-
-READERS = {
-    ".bag": "bags", ".db3": "bags", ".mcap": "mcap_files", ".c3d": "c3d", ".mot": "opensim",
-    ".sto": "opensim", ".mat": "matlab", ".h5": "hdf5", ".hdf5": "hdf5", ".hdf": "hdf5",
-    ".jsonl": "lines", ".ndjson": "lines", ".json": "lines", ".csv": "logs", ".tsv": "logs",
-    ".txt": "logs", ".parquet": "logs", ".pq": "logs",
-}  # fmt: skip
-"""Suffix -> module of this room."""
+from footcal_cli.tables.foreign import READERS, is_of_documents
 
 
 def open_source(path: Path, clock: Clock) -> tuple[Stream, ...]:
@@ -44,7 +37,16 @@ def open_source(path: Path, clock: Clock) -> tuple[Stream, ...]:
         )  # fmt: skip
     elif path.stat().st_size == 0:
         raise DataError("the file is empty", file=path, remedy="record or export it again")
-    found: tuple[Stream, ...] = import_module(f"footcal_cli.formats.{READERS[suffix]}").streams(
-        path, clock
-    )
+    reader = READERS[suffix]
+    if reader in ("logs", "documents") and suffix not in (".parquet", ".pq"):
+        reader = "documents" if _of_documents(path) else "logs"
+    found: tuple[Stream, ...] = import_module(f"footcal_cli.formats.{reader}").streams(path, clock)
     return found
+
+
+def _of_documents(path: Path) -> bool:
+    """Whether a text is of printed messages."""
+    if path.suffix == ".gz":
+        return False
+    with path.open("rb") as stream:
+        return is_of_documents(stream.read(2**16).decode("utf-8", errors="replace"))

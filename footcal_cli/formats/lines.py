@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gzip
+import io
 import json
 from collections.abc import Iterator
 from functools import partial
@@ -97,14 +98,47 @@ def _kind(value: object) -> str:
 def _each(stream: TextIO) -> Iterator[str]:
     """Lines, or the objects of a document that is one list, as a line each."""
     first = stream.readline()
-    if not first.lstrip().startswith("["):
+    rest = stream.read() if first.lstrip().startswith("[") or not _is_object(first) else ""
+    if rest or not (second := stream.readline()):
+        try:
+            samples = _samples(json.loads(first + rest))
+        except json.JSONDecodeError:
+            samples = None
+        if samples is not None:
+            yield from map(json.dumps, samples)
+            return
         yield first
-        yield from stream
+        yield from io.StringIO(rest)  # refused as the lines that they are
         return
+    yield first
+    yield second
+    yield from stream
+
+
+def _is_object(line: str) -> bool:
     try:
-        yield from map(json.dumps, json.loads(first + stream.read()))
-    except (json.JSONDecodeError, TypeError):
-        yield first  # refused as the line that it is
+        return isinstance(json.loads(line), dict)
+    except json.JSONDecodeError:
+        return False
+
+
+def _samples(document: Any) -> list[Any] | None:
+    """The samples of one document: a list, the list of objects in it, or lists of one length."""
+    if isinstance(document, list):
+        return document
+    if not isinstance(document, dict):
+        return None
+    lists = {name: value for name, value in document.items() if isinstance(value, list)}
+    objects = [v for v in lists.values() if len(v) > 1 and all(isinstance(x, dict) for x in v)]
+    if len(objects) == 1:
+        return objects[0]
+    lengths = {len(value) for value in lists.values()}
+    if len(lists) > 1 and len(lengths) == 1 and min(lengths) > 3:
+        rows = zip(*lists.values(), strict=True)
+        return [dict(zip(lists, row, strict=True)) for row in rows]
+    inner = [value for value in document.values() if isinstance(value, dict)]
+    found = [samples for one in inner if (samples := _samples(one)) is not None]
+    return found[0] if len(found) == 1 else None
 
 
 def _objects(path: Path) -> Iterator[tuple[int, dict[str, Any], list[str]]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,8 @@ import numpy as np
 from footcal_cli.errors import DataError
 from footcal_cli.formats.arrays import stream_of
 from footcal_cli.formats.contract import Clock, Columns, Stream, with_unit
-from footcal_cli.tables.logfiles import column_names, is_parquet, raw_columns
+from footcal_cli.tables.logfiles import RawColumn, column_names, is_parquet, raw_columns
+from footcal_cli.tables.nested import unpacked
 
 
 def streams(path: Path, _clock: Clock) -> tuple[Stream, ...]:
@@ -20,21 +22,27 @@ def streams(path: Path, _clock: Clock) -> tuple[Stream, ...]:
     DataError
         Empty, truncated, no header, or rows of another width.
     """
+    if is_parquet(path):
+        return (stream_of(path.name.split(".")[0], "Parquet", _plain(unpacked(path))),)
     names = column_names(path)
     if len(names) == 1 and ";" in names[0]:
         raise DataError(
             "the columns are separated by semicolons", file=path,
             remedy="export it with commas as separators and decimal points",
         )  # fmt: skip
+    columns = _plain(raw_columns(path, names, ()))
+    if not len(next(iter(columns.values()))):
+        raise DataError("no rows", file=path, remedy="record the log again")
+    return (stream_of(path.name.split(".")[0], "CSV", columns),)
+
+
+def _plain(raw: Mapping[str, RawColumn]) -> Columns:
     columns: Columns = {}
-    for name, column in raw_columns(path, names, ()).items():
+    for name, column in raw.items():
         if column.kind in {"stamp", "duration"}:
             columns[with_unit(name, "ns")] = column.values
         elif column.kind == "text":
             columns[name] = np.where(column.empty, "", column.values)
         else:
             columns[name] = column.values
-    if not len(next(iter(columns.values()))):
-        raise DataError("no rows", file=path, remedy="record the log again")
-    kind = "Parquet" if is_parquet(path) else "CSV"
-    return (stream_of(path.name.split(".")[0], kind, columns),)
+    return columns

@@ -54,12 +54,38 @@ def _collect(name: str, value: Any, arrays: dict[str, Array]) -> None:
         return
     array = np.asarray(value)
     if array.dtype.kind == "O" and array.ndim == 1 and array.size and _is_struct(array[0]):
+        joined = _trials(array)
+        if joined:
+            arrays |= {f"{name}.{field}": values for field, values in joined.items()}
+            return
         for i, element in enumerate(array):
             _collect(f"{name}_{i}", element, arrays)
         return
     if array.dtype.kind == "O" and not all(isinstance(item, str) for item in array.ravel()):
         array = np.empty(0, dtype="V1")  # a cell array: no column
     arrays[name] = array
+
+
+def _trials(elements: Array) -> dict[str, Array]:
+    """A struct array of trials below each other: vectors joined, each scalar repeated beside them.
+
+    Empty where the elements are no such trials.
+    """
+    parts: dict[str, list[Array]] = {}
+    for element in elements:
+        fields = {f: np.asarray(getattr(element, f)) for f in element._fieldnames}
+        lengths = {a.size for a in fields.values() if a.ndim == 1 and a.dtype.kind in "biuf"}
+        scalars = [a for a in fields.values() if a.ndim == 0 and a.dtype.kind in "biufU"]
+        if len(lengths) != 1 or not scalars:
+            return {}
+        rows = lengths.pop()
+        for field, values in fields.items():
+            if values.ndim == 0 and values.dtype.kind in "biufU":
+                parts.setdefault(field, []).append(np.full(rows, values))
+            elif values.ndim == 1 and values.size == rows:
+                parts.setdefault(field, []).append(values)
+    whole = {f: own for f, own in parts.items() if len(own) == elements.size}
+    return {field: np.concatenate(own) for field, own in whole.items()}
 
 
 def _is_struct(value: object) -> bool:

@@ -107,10 +107,7 @@ def read_recordings(
     sensor_type = six_axis_feet_table(feet) if six_axis else cells_table(robot.cell_names)
     sensors, bodies = _pairs(session, sensor_type, body_table(feet))
     if body_needed and not bodies:
-        raise DataError(
-            "no log has the body's columns (com_x_m …, left_foot_x_m …)", file=sensors[0].path,
-            remedy="name the body stream in [data] body, or map its columns",
-        )  # fmt: skip
+        raise _body_missing(session, body_table(feet), sensors[0].path)
     found = []
     for i, table in enumerate(sensors):
         body = bodies[i] if bodies else None
@@ -187,6 +184,20 @@ def _moving(
     }  # fmt: skip
 
 
+def _body_missing(session: Session[Any], body_type: TableType, log: Path) -> DataError:
+    """What the body stream lacks, as far as it stands in the sensors' own log."""
+    lacks = ""
+    try:
+        session.read_required(body_type, role="cells")
+    except DataError as error:
+        lacks = f": {error.problem}"
+    return DataError(
+        f"no log has the whole body stream{lacks}", file=log,
+        remedy="name its log in [data] body, or map its columns; com_acc_x_mps2 … is the second "
+        "derivative of the CoM, and `footcal kinematics` computes it from joints",
+    )  # fmt: skip
+
+
 def _pairs(
     session: Session[Any], sensor_type: TableType, body_type: TableType
 ) -> tuple[list[Table], list[Table]]:
@@ -195,7 +206,8 @@ def _pairs(
     if not in_order:
         session.read_required(sensor_type, role="cells")  # says what is missing
     # a body stream is no evidence of its own: two sensor logs may share one
-    bodies = [t for t in session.read_in_order(body_type, "body", copies=True) if t is not None]
+    role = "body" if session.paths("body") else "cells"
+    bodies = [t for t in session.read_in_order(body_type, role, copies=True) if t is not None]
     if bodies and len(bodies) != len(in_order):
         raise UsageError(
             f"{len(in_order)} sensor logs but {len(bodies)} body logs",

@@ -239,7 +239,10 @@ _STATES_IN_WORDS = {
     "robot.delay": "body stream later than compensated",
     "robot.com_correction_x": "CoM further forward than the model has it",
     "robot.com_correction_y": "CoM further left than the model has it",
+    "robot.com_correction_z": "CoM higher than the model has it",
     "robot.angmom_loss": "share of the rate of angular momentum that the stream lacks",
+    "robot.smoothing": "second moment of the filter that smoothed the acceleration",
+    "robot.smoothing_fourth": "fourth moment of that filter, less what the second implies",
 }
 
 

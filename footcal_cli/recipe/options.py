@@ -254,7 +254,10 @@ class OnlineReplayOptions(CommandOptions):
         "robot.delay",
         "robot.com_correction_x",
         "robot.com_correction_y",
+        "robot.com_correction_z",
         "robot.angmom_loss",
+        "robot.smoothing",
+        "robot.smoothing_fourth",
     )
     hanging_plate: bool = True
     swing_rows: bool = True

@@ -31,7 +31,10 @@ STATE_UNITS = {
     "robot.delay": (1e3, "ms"),
     "robot.com_correction_x": (1e3, "mm"),
     "robot.com_correction_y": (1e3, "mm"),
+    "robot.com_correction_z": (1e3, "mm"),
     "robot.angmom_loss": (100.0, "%"),
+    "robot.smoothing": (1e6, "ms²"),
+    "robot.smoothing_fourth": (1e12, "ms⁴"),
 }
 
 

@@ -7,6 +7,7 @@ that makes the logged forces the weight of one thing is taken.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -16,6 +17,7 @@ from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.spatial import (
     gravity_in,
     nearest_rotations,
+    rotation_of_quaternion,
     rotations_of_rotvec,
     rotations_of_rpy,
 )
@@ -24,11 +26,19 @@ from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
 from footcal_cli.sniff.names import orientation_in
 from footcal_cli.sniff.plan import Entry, of
 from footcal_cli.tables.columns import ROTVEC, RPY
+from footcal_cli.tables.world import TO_Z_UP, WorldUp
 
 EXPLAINED = 0.1
 """Share of the forces' variance that may be left by the right attitude."""
 _TURNED = 0.05
 """Variance of the direction of gravity from which an attitude can be told from another."""
+REACTS = (
+    "{} the opposite of what pulls on {}: {} axes were turned round; or the world of the attitude "
+    "points down (north-east-down): then take the factors out and set world_up"
+)
+"""What is said where forces and an attitude are of opposite sign."""
+_DOWN = re.compile(r"(?i)(?:^|[\W_])(?:ned|frd|north_east_down|vehicle_attitude)(?:[\W_]|$)")
+"""Names of worlds whose z points down."""
 _MOST = 4000
 _AXES = {a: np.eye(3)[i] for i, a in enumerate("xyz")}
 
@@ -48,21 +58,31 @@ class Attitude:
     explains
         Whether the forces are the weight of one thing in this attitude; None where they cannot
         say so.
+    world_up
+        The axis of the world that points up.
     """
 
     entries: Mapping[str, Entry]
     warnings: tuple[str, ...] = ()
     reacts: bool = False
     explains: bool | None = None
+    world_up: WorldUp = "+z"
 
 
 @dataclass(frozen=True)
 class Reading:
-    """One way to read an attitude: directions of gravity (n, 3), what it is called."""
+    """One way to read an attitude: directions of gravity (n, 3), what it is called, what is up."""
 
     entries: Mapping[str, Entry]
     gravity: FloatArray
     said: str
+    world_up: WorldUp = "+z"
+
+    @property
+    def upside_down(self) -> Reading:
+        """The same in a world whose axis points down."""
+        turned: WorldUp = "-z" if self.world_up == "+z" else "-y"
+        return replace(self, gravity=-self.gravity, world_up=turned)
 
 
 def attitude_of(file: FileGuess, force: FloatArray | None) -> Attitude | None:
@@ -75,10 +95,10 @@ def attitude_of(file: FileGuess, force: FloatArray | None) -> Attitude | None:
     force
         Of one transducer, shape (n, 3); None where several take turns.
     """
-    found = [_best(candidates, force) for candidates in _kinds(file) if candidates]
+    found = [_best(candidates, force, file) for candidates in _kinds(file) if candidates]
     directed = _directions(file)
     if directed is not None:
-        found.append(_best([directed], force, signed=True))
+        found.append(_best([directed], force, file, signed=True))
     explained = [one for one in found if one.explains]
     return next(iter(explained or found), None)
 
@@ -91,6 +111,21 @@ def readings_of(file: FileGuess) -> list[Reading]:
         entries = {f"body_{name}": entry for name, entry in directed.entries.items()}
         found.append(Reading(entries, directed.gravity, directed.said))
     return found
+
+
+def upside_down(file: FileGuess, reading: Reading) -> str:
+    """Why the world of a log seems to point down where the forces would be those of a reaction.
+
+    Empty where nothing says so: a name, or an accelerometer, which shows up at rest.
+    """
+    names = " ".join((file.path.stem, *(c.column for c in file.columns)))
+    if _DOWN.search(names):
+        return "by its name its world points down"
+    felt = one_owner(file.of("acceleration"), "xyz")
+    if felt and not any("gravity" in name for name in reading.entries):
+        along = np.nansum(_table([felt[a] for a in "xyz"]) * reading.gravity)
+        return "by the accelerometer its world points down" if along > 0 else ""
+    return ""
 
 
 def _kinds(file: FileGuess) -> tuple[list[Reading], ...]:
@@ -139,8 +174,9 @@ def _opposite(orientation: str) -> str:
 
 
 def _best(
-    candidates: Sequence[Reading], force: FloatArray | None, signed: bool = False
-) -> Attitude:
+    candidates: Sequence[Reading], force: FloatArray | None, file: FileGuess, *,
+    signed: bool = False,
+) -> Attitude:  # fmt: skip
     """The candidate under which the forces are a weight, the first where none is better."""
     first = candidates[0]
     if force is None or not turns(first.gravity):
@@ -157,11 +193,13 @@ def _best(
     if slope < 0 and signed:
         entries = {name: _turned(entry) for name, entry in entries.items()}
         warnings.append("gravity was turned round, so that what hangs on the transducer has weight")
+    elif slope < 0 and (why := upside_down(file, chosen)):
+        chosen, slope = chosen.upside_down, -slope
+        warnings.append(f"{why}: so what hangs on the transducer has weight")
     elif slope < 0:
-        warnings.append(
-            "the transducer reads the opposite of what pulls on it: its six axes were turned round"
-        )
-    return Attitude(entries, tuple(warnings), bool(slope < 0 and not signed), True)
+        warnings.append(REACTS.format("the transducer reads", "it", "its six"))
+    reacts = bool(slope < 0 and not signed)
+    return Attitude(entries, tuple(warnings), reacts, True, chosen.world_up)
 
 
 def _turned(entry: Entry) -> Entry:
@@ -192,6 +230,16 @@ def _table(columns: Sequence[ColumnGuess]) -> FloatArray:
     return np.column_stack([c.values if c.values is not None else np.nan for c in columns])
 
 
+def _worlds(
+    entries: Mapping[str, Entry], rotations: FloatArray, said: str
+) -> tuple[Reading, Reading]:
+    """An attitude in a world whose z points up, and in one whose y does."""
+    return (
+        Reading(entries, gravity_in(rotations), said),
+        Reading(entries, gravity_in(TO_Z_UP["+y"] @ rotations), f"{said}, y up", "+y"),
+    )
+
+
 def _quaternions(file: FileGuess) -> list[Reading]:
     """A quaternion by its letters, or by its numbers in either order, and its conjugate."""
     found = file.of("quaternion")
@@ -203,7 +251,7 @@ def _quaternions(file: FileGuess) -> list[Reading]:
     elif numbered:
         columns = [numbered[a] for a in "0123"]
         orders = {"scalar first": [*columns[1:], columns[0]], "scalar last": columns}
-    candidates = []
+    candidates: list[Reading] = []
     for order, columns in orders.items():
         values = _table(columns)
         norm = np.linalg.norm(values, axis=1)
@@ -216,11 +264,8 @@ def _quaternions(file: FileGuess) -> list[Reading]:
             }
             if sign < 0:
                 entries["body_qw"] = replace(entries["body_qw"], factor=-1.0)
-            x, y, z, w = (values / norm[:, None]).T * np.array([[1.0], [1.0], [1.0], [sign]])
-            gravity = -np.column_stack(
-                [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]
-            )
-            candidates.append(Reading(entries, gravity, f"quaternion {order}, {way}"))
+            rotations = rotation_of_quaternion(values * [1.0, 1.0, 1.0, sign])
+            candidates += _worlds(entries, rotations, f"quaternion {order}, {way}")
     return candidates
 
 
@@ -232,13 +277,12 @@ def _matrices(file: FileGuess) -> list[Reading]:
     rows = nearest_rotations(_table([c for c, _ in found.values()]).reshape(-1, 3, 3))
     names = list(found)
     turned = [names[3 * j + i] for i in range(3) for j in range(3)]
+    plain = {n: of(found[n][0]) for n in names}
+    back = {n: of(found[m][0]) for n, m in zip(names, turned, strict=True)}
     return [
-        Reading({n: of(found[n][0]) for n in names}, gravity_in(rows), "body to world"),
-        Reading(
-            {n: of(found[m][0]) for n, m in zip(names, turned, strict=True)},
-            gravity_in(np.swapaxes(rows, 1, 2)), "a matrix from world to body",
-        ),
-    ]  # fmt: skip
+        *_worlds(plain, rows, "body to world"),
+        *_worlds(back, np.swapaxes(rows, 1, 2), "a matrix from world to body"),
+    ]
 
 
 def _angles(file: FileGuess) -> list[Reading]:
@@ -260,12 +304,9 @@ def _angles(file: FileGuess) -> list[Reading]:
     whole[:, 2] = heading
     back = {name: replace(e, factor=-1.0) for name, e in entries.items() if e.column is not None}
     return [
-        Reading(entries, gravity_in(rotations_of_rpy(whole)), "roll, pitch and yaw"),
-        Reading(
-            {**entries, **back}, gravity_in(rotations_of_rpy(-whole)),
-            "angles with the other sign",
-        ),
-    ]  # fmt: skip
+        *_worlds(entries, rotations_of_rpy(whole), "roll, pitch and yaw"),
+        *_worlds({**entries, **back}, rotations_of_rpy(-whole), "angles with the other sign"),
+    ]
 
 
 def _three_numbers(file: FileGuess) -> list[Reading]:
@@ -275,18 +316,20 @@ def _three_numbers(file: FileGuess) -> list[Reading]:
         return []
     unit = angle_unit(found)
     values = _table(list(found.values())) * (np.pi / 180 if unit == "deg" else 1.0)
-    ways = []
+    ways: list[list[Reading]] = []
     for names, said, rotations in (
         (ROTVEC, "a rotation vector", rotations_of_rotvec),
         (RPY, "angles about x, y and z", rotations_of_rpy),
     ):
         entries = {n: of(c, unit) for n, c in zip(names, found.values(), strict=True)}
         back = {n: replace(entry, factor=-1.0) for n, entry in entries.items()}
-        ways += [
-            Reading(entries, gravity_in(rotations(values)), said),
-            Reading(back, gravity_in(rotations(-values)), f"{said}, with the other sign"),
-        ]
-    return ways if unit == "rad" else [*ways[2:], *ways[:2]]
+        ways.append(
+            [
+                *_worlds(entries, rotations(values), said),
+                *_worlds(back, rotations(-values), f"{said}, with the other sign"),
+            ]
+        )
+    return [*ways[0], *ways[1]] if unit == "rad" else [*ways[1], *ways[0]]
 
 
 def _directions(file: FileGuess) -> Reading | None:

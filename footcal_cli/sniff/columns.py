@@ -26,6 +26,8 @@ _FEW = 25
 _EPOCHS = {"s": 1e9, "ms": 1e12, "us": 1e15, "ns": 1e18}
 _SECONDS = re.compile(r"(?:^|[._ ])(?:sec|secs|seconds)$", re.IGNORECASE)
 _NANOSECONDS = re.compile(r"(?:^|[._ ])(?:nano|n)(?:sec|secs|seconds)$", re.IGNORECASE)
+_UNIT_COLUMN = re.compile(r"(?i)(.*?)[\W_]*(?:unit|units|einheit)\W*")
+_VALUE_COLUMN = re.compile(r"(?i)[\W_]*(?:value|wert|val)?\W*$")
 _MOST_HZ = 20_000.0
 _NICE_STEPS = 1e-6
 _RUN_ROWS = 20
@@ -53,9 +55,24 @@ def guess_file(path: Path) -> FileGuess:
     columns = [_column(name, raw[name], units.get(name, "")) for name in names]
     if text.layout.line:
         columns = [_part_of_the_words(column) for column in columns]
-    columns = _by_numbers(_seconds_apart(columns))
+    columns = _by_numbers(_seconds_apart(_units_beside(columns)))
     rows = len(next(iter(raw.values())).values)
     return FileGuess(path, text, tuple(columns), rows, _rate(columns), rows_of)
+
+
+def _units_beside(columns: list[ColumnGuess]) -> list[ColumnGuess]:
+    """A unit that stands as a text beside its number: ``load.value`` and ``load.unit``."""
+    units = {}
+    for column in columns:
+        found = _UNIT_COLUMN.fullmatch(column.column)
+        if found and len(column.words) == 1 and (unit := known_unit(column.words[0])):
+            units[found[1]] = unit
+    made = []
+    for column in columns:
+        stem = _VALUE_COLUMN.sub("", column.column)
+        unit = units.get(stem) if column.values is not None and column.unit is None else None
+        made.append(column if unit is None else replace(column, unit=unit))
+    return made
 
 
 def topic(raw: Mapping[str, RawColumn]) -> str:

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from footcal_cli.core.bench.matrix import directions
+from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.groups import channel_names, readings, wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
 from footcal_cli.sniff.holds import blank_loads
@@ -17,9 +18,13 @@ from footcal_cli.sniff.plates import force_and_cop
 from footcal_cli.sniff.six_axis import transducers
 from footcal_cli.sniff.tokens import with_unit
 from footcal_cli.sniff.units import known_unit
+from footcal_cli.tables.units import conversion
 
 _ROWS_OF_A_STREAM = 60
 _FORCES = ("N", "kN", "mN", "kgf", "lbf", "gf", "kg", "g", "lb")
+_OF_ALL = 0.2
+"""How far the sum of readings may be from the load that all cells carry together."""
+_GRAVITY_MPS2 = 9.80665
 UNIT_TO_FILL_IN = "?"
 UNIT_ASKED = Blank(
     ('# in [columns]: unit = "?" of load_n becomes N, kg, g, lb …',),
@@ -70,7 +75,37 @@ def why_not(file: FileGuess) -> tuple[str, str] | None:
             f"forces along three axes of {len(feet)} feet, one row per foot",
             f"write one row per stamp, a column of vertical force for each foot ({columns}, …)",
         )
+    loads, cells = _loads_and_cells(file)
+    if loads and len(cells) > 1 and _share_the_load(loads, cells):
+        first = _key(next(iter(channel_names(cells))))
+        return (
+            f"{len(cells)} cells whose readings add up to the known load: they share it, and no "
+            "column says how much each carried",
+            f"give each its own load ({first}_load_n, …), load them one by one, or put the weight "
+            "on known points (hole_x_m, hole_y_m)",
+        )
     return None
+
+
+def _share_the_load(loads: list[ColumnGuess], cells: list[ColumnGuess]) -> bool:
+    """Whether cells that read forces carry the load together: each less, all of them as much."""
+    load = loads[0]
+    if len(loads) > 1 or not all(c.unit in _FORCES for c in (load, *cells)):
+        return False
+    values = [_in_newton(c) for c in (load, *cells)]
+    known, read = values[0], np.sum(values[1:], axis=0)
+    good = np.isfinite(known) & np.isfinite(read)
+    if good.sum() < 3 or np.ptp(known[good]) == 0:
+        return False
+    whole = np.polyfit(known[good], read[good], 1)[0]
+    each = [np.polyfit(known[good], v[good], 1)[0] for v in values[1:]]
+    return bool(abs(whole - 1) < _OF_ALL and max(each) < 1 - _OF_ALL)
+
+
+def _in_newton(column: ColumnGuess) -> FloatArray:
+    assert column.values is not None, "readings have numbers"
+    change = conversion(column.unit or "N", "N", _GRAVITY_MPS2)
+    return np.asarray(change(column.values))
 
 
 def _loads_and_cells(file: FileGuess) -> tuple[list[ColumnGuess], list[ColumnGuess]]:

@@ -14,7 +14,15 @@ import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.spatial import rotation_log, rotation_of_rpy, rpy_of_rotation
-from footcal_cli.sniff.attitudes import EXPLAINED, Attitude, Reading, readings_of, turns
+from footcal_cli.sniff.attitudes import (
+    EXPLAINED,
+    REACTS,
+    Attitude,
+    Reading,
+    readings_of,
+    turns,
+    upside_down,
+)
 from footcal_cli.sniff.guesses import FileGuess
 
 _AXES_NEAR = np.radians(8.0)
@@ -74,13 +82,14 @@ def mounts_of(file: FileGuess, forces: Mapping[str, FloatArray]) -> Mounts | Non
     reacts = float(np.median([fit.sign for fit in fits[at].values()])) < 0
     chosen: Reading = candidates[at]
     warnings = (f"{chosen.said}: so the forces are the weights of the legs",) if at else ()
-    if reacts:
-        warnings = (
-            *warnings,
-            "the transducers read the opposite of what pulls on them: their axes were turned round",
-        )
     rotation = {name: _nominal(fit.rotation) for name, fit in fits[at].items()}
-    return Mounts(Attitude(chosen.entries, warnings, reacts, True), rotation, True)
+    if reacts and (why := upside_down(file, chosen)):
+        reacts, chosen = False, chosen.upside_down
+        warnings = (*warnings, f"{why}: so the legs have weight")
+    elif reacts:
+        warnings = (*warnings, REACTS.format("the transducers read", "them", "their"))
+    attitude = Attitude(chosen.entries, warnings, reacts, True, chosen.world_up)
+    return Mounts(attitude, rotation, True)
 
 
 @dataclass(frozen=True)

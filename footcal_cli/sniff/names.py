@@ -58,9 +58,9 @@ _SIGNED = re.compile(
 )
 """An axis with its sign before or after it, and whether it points up or down."""
 _REPORTED = {"plate", "platform", "measured", "meas", "sensor", "estimated", "est", "insole"}
-_FORCE = {"force", "kraft", "fuerza", "effort", "f", "forza", "grf", "kracht"}
-_TORQUE = {"torque", "moment", "tau", "drehmoment", "m", "t", "couple"}
-_NOISE = {
+FORCE = {"force", "kraft", "fuerza", "effort", "f", "forza", "grf", "kracht"}
+TORQUE = {"torque", "moment", "tau", "drehmoment", "m", "t", "couple"}
+NOISE = {
     "field", "wrench", "header", "data", "fsr", "sensor", "value", "device", "sub", "list", "raw",
     "counts", "count", "adc", "reading", "cell", "lc", "loadcell", "load", "sole", "ft", "msg",
     "force", "torque", "moment", "measured", "sensors", "analog", "val", "s", "hx", "signal",
@@ -132,7 +132,7 @@ def name_guess(name: str) -> NameGuess:
     quantity, axis, used = _quantity(stem, words, unit)
     if quantity == "unknown" and rest and rest != words:
         quantity, axis, used = _quantity(stem, rest, unit)  # fz_left
-    owner = "_".join(w for w in rest if w not in used and w not in _NOISE)
+    owner = "_".join(w for w in rest if w not in used and w not in NOISE)
     if quantity == "force" and axis and words[-1].isdigit() and words[-1] not in owner:
         owner = f"{owner}_{words[-1]}".strip("_")  # plates are counted: Fx1, Fx2
     return NameGuess(quantity, axis, side, place, owner, unit, factor)
@@ -184,7 +184,7 @@ def _quantity(stem: str, words: list[str], unit: str | None) -> tuple[Quantity, 
     compact = [w for w in words if not w.isdigit()]
     last = words[-1] if words else ""
     axis = _AXIS.fullmatch("".join(words[-1:])) or _AXIS.fullmatch("".join(words[-2:]))
-    kinds = {w for w in words if w in _FORCE or w in _TORQUE}
+    kinds = {w for w in words if w in FORCE or w in TORQUE}
     if "cop" in words or re.search(r"cop_?[xyzap]", stem.lower()):
         found = re.search(r"(?:cop)[\W_]*([xyzap])|([xy])[\W_]*cop", stem.lower())
         letter = (found[1] or found[2]) if found else last[:1]
@@ -198,7 +198,7 @@ def _quantity(stem: str, words: list[str], unit: str | None) -> tuple[Quantity, 
         kind = "f" if axis[1] == "f" else "t"
         return "force", kind + axis[2], {axis[0], axis[1], axis[2], axis[1] + axis[2]}
     if kinds and last in ("x", "y", "z"):
-        kind = "f" if kinds & _FORCE and not kinds & {"torque", "moment", "tau"} else "t"
+        kind = "f" if kinds & FORCE and not kinds & {"torque", "moment", "tau"} else "t"
         return "force", kind + last, {last, *kinds}
     if (
         re.fullmatch(r"q[xyzw]|q_[xyzw]", stem.lower().split(".")[-1].split("_q")[0])
@@ -258,8 +258,8 @@ def _by_words(
             if quantity == "load" and unit in ("count", "V", "mV"):
                 return "reading", "", set(said)
             return quantity, "", set(said)
-    if set(words) & _FORCE:
-        return "force", "", set(words) & _FORCE
+    if set(words) & FORCE:
+        return "force", "", set(words) & FORCE
     if not compact or all(len(w) <= 2 for w in compact):
         if unit in ("s", "ms", "us", "ns"):
             return "time", "", set()

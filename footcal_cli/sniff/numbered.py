@@ -11,11 +11,15 @@ import numpy as np
 from footcal_cli.core.spatial import nearest_rotations
 from footcal_cli.sniff.groups import AXES, owner_of
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
+from footcal_cli.sniff.names import FORCE, NOISE, TORQUE, words_of
 
 _INDEXED = re.compile(r"^(.*?)[\[_. (]*(\d+)[\])]*$")
-_WRENCH_STEM = re.compile(r"wrench|ft|force|tcp|f_ext", re.IGNORECASE)
+_WRENCH_STEM = re.compile(r"wrench|ft|force|tcp|f_ext|reaction|sensordata|spatial", re.IGNORECASE)
 _POSE_STEM = re.compile(r"pose|tcp|flange", re.IGNORECASE)
 _NO_WRENCH = re.compile(r"pose|position|speed|vel|foot|feet|joint|target", re.IGNORECASE)
+_ACCELERATION = {"acc", "accel", "acceleration", "accelerometer"}
+_TURNS = 0.05
+"""How much a component changes at least where a quaternion is told by its length."""
 _LARGER = 3.0
 """Forces in N are larger than torques in Nm by this much, in nearly every log."""
 
@@ -36,6 +40,10 @@ def numbered(file: FileGuess) -> FileGuess:
     if not any(column.quantity in ("matrix", "angle") for column in made.values()):
         made = {}
     made |= _wrenches(file, stems, made)
+    if not any(c.quantity in ("quaternion", "matrix") for c in (*file.columns, *made.values())):
+        made |= _quaternion(stems)
+    for stem, columns in stems.items():
+        made |= {k: v for k, v in _vector(stem, columns).items() if k not in made}
     return replace(file, columns=tuple(made.get(c.column, c) for c in file.columns))
 
 
@@ -68,6 +76,48 @@ def _wrenches(
             )
             made[column.column] = replace(column, name=name, sure="guess", why=why)
     return made
+
+
+def _quaternion(stems: dict[str, list[ColumnGuess]]) -> dict[str, ColumnGuess]:
+    """Four numbers in a row whose squares add up to one in all rows, though they change."""
+    for columns in stems.values():
+        for at in range(len(columns) - 3):
+            four = columns[at : at + 4]
+            values = np.column_stack([c.values for c in four])  # type: ignore[misc]
+            values = values[np.isfinite(values).all(axis=1)]
+            if len(values) < 3 or not np.allclose(np.linalg.norm(values, axis=1), 1.0, atol=1e-3):
+                continue
+            if np.ptp(values, axis=0).max() > _TURNS:
+                return {
+                    c.column: replace(
+                        c, name=replace(c.name, quantity="quaternion", axis=str(i), owner="body"),
+                        unit=None, sure="likely", why="four numbers of length one",
+                    )
+                    for i, c in enumerate(four)
+                }  # fmt: skip
+    return {}
+
+
+def _vector(stem: str, columns: Sequence[ColumnGuess]) -> dict[str, ColumnGuess]:
+    """``force[0] … force[2]`` as its components along x, y and z."""
+    words = words_of(stem)
+    if len(columns) != 3 or not words:
+        return {}
+    *before, last = [w for w in words if w not in ("n", "nm", "linear", "vector")] or words
+    for called, quantity, letter in (
+        (FORCE, "force", "f"), (TORQUE, "force", "t"), (_ACCELERATION, "acceleration", ""),
+        ({"gravity"}, "gravity", ""),
+    ):  # fmt: skip
+        if last in called and len(last) > 1:
+            owner = "_".join(w for w in before if w not in NOISE)
+            return {
+                c.column: replace(
+                    c, name=replace(c.name, quantity=quantity, axis=f"{letter}{axis}", owner=owner),  # type: ignore[arg-type]
+                    sure="likely", why=f"the {i + 1}. of three numbers of a vector",
+                )
+                for i, (axis, c) in enumerate(zip("xyz", columns, strict=True))
+            }  # fmt: skip
+    return {}
 
 
 def _pose(columns: Sequence[ColumnGuess]) -> dict[str, ColumnGuess]:

@@ -83,13 +83,16 @@ def transducers(file: FileGuess, six: dict[str, dict[str, ColumnGuess]]) -> Plan
         ),)  # fmt: skip
     if _counted(six) and "f" not in said.per_count:
         missing = (*missing, COUNTED)
+    world: tuple[str, ...] = ()
+    if pose is not None and pose.world_up != "+z":
+        world = (f'world_up = "{pose.world_up}"    # in the attitudes',)
     weight = Blank(("# leg_weight_n =    # what hangs on the transducer, roughly",),
                    "a start only: the weight is estimated", False)  # fmt: skip
     return Plan(
         file, f"{len(six)} six-axis transducer{'s' * (len(six) > 1)} turned under gravity",
         "six axes" + (" and an attitude" if pose else " and orientations" if orientation else ""),
         "likely" if pose or orientation else "guess", "hang-calib", "hang", entries, (), wide,
-        "leg", rate, () if mounts is None else leg_tables(forces, mounts),
+        "leg", rate, (*world, *(() if mounts is None else leg_tables(forces, mounts))),
         blanks=(*missing, weight, *blanks), warnings=tuple(warnings),
     )  # fmt: skip
 

@@ -15,11 +15,21 @@ from footcal_cli.errors import DataError
 from footcal_cli.sniff.freeform import carried_between, free_form
 from footcal_cli.sniff.tokens import NOTHING, is_moment, is_number, number_signs, worth
 from footcal_cli.sniff.units import looks_like_units
+from footcal_cli.tables.delimited import before_power_was_lost
+from footcal_cli.tables.foreign import READERS, is_of_documents
 from footcal_cli.tables.reading import BLANKS, Layout
 from footcal_cli.tables.textfiles import regular_file, unreadable
 
 _MOST = 2**20
 """Bytes that are looked at."""
+_PROGRAMS = {
+    (".xlsx", ".xls", ".xlsm", ".ods"): "save the sheet as CSV",
+    (".tdms", ".tdm"): "export it as CSV (DIAdem, LabVIEW, or npTDMS: tdmsinfo, as_dataframe)",
+    (".ulg",): "run `ulog2csv` on it, which writes a CSV for each topic",
+    (".pkl", ".pickle", ".feather"): "write it with DataFrame.to_csv",
+    (".acq", ".adicht", ".dat", ".edf"): "export it as CSV from the program that recorded it",
+}
+"""Suffixes of binary files that footcal does not read, and what turns them into text."""
 _COMMENTS = ("#", "%", "//", "!", ";", "'")
 _SEPARATORS = (",", ";", "\t", "|", BLANKS)
 _ALIKE = 0.7
@@ -71,10 +81,17 @@ def guess_text(path: Path) -> TextGuess:
             remedy=f"run `footcal convert {path} --out {path.stem}.parquet`, then footcal init on "
             "what it writes",
         )  # fmt: skip
+    if is_of_documents(text):
+        raise DataError(
+            "messages as `ros2 topic echo` prints them, not a table", file=path,
+            remedy=f"run `footcal convert {path} --out {path.stem}.parquet`, then footcal init on "
+            "what it writes",
+        )  # fmt: skip
     said = [] if encoding == "utf-8" else [f"encoding {encoding}"]
     free = free_form(lines, encoding)
     if free is not None:
         return TextGuess(free, (), (*said, "no fields: values are found in each line by a pattern"))
+    lines = [x for x in lines if "-" not in x or "|" not in x or x.strip("|-: \t")]  # Markdown's
     found = max(
         (_Body.of(lines, separator) for separator in _SEPARATORS), key=lambda body: body.score
     )
@@ -93,7 +110,18 @@ def guess_text(path: Path) -> TextGuess:
     if until and not guess.units and len(last) == found.width and looks_like_units(last):
         guess = replace(guess, units=tuple(last), said=(*guess.said, "units below the rows"))
     top = found.begins_at(lines)
+    layout = _restarted(layout, lines, top)
+    said += ["the header stands there again, left out"] if layout.comment in lines[:top] else []
     return TextGuess(layout, guess.units, (*said, *guess.said), tuple(lines[:top]))
+
+
+def _restarted(layout: Layout, lines: list[str], top: int) -> Layout:
+    """A log whose header stands between its rows again: lines like it are left out."""
+    header = lines[top - 1] if top else ""
+    if layout.comment or not layout.header or header.strip() not in map(str.strip, lines[top:]):
+        return layout
+    names = tuple(fields_of(header, layout.separator))
+    return replace(layout, comment=header.strip(), header=False, names=names)
 
 
 def _is_json(text: str) -> bool:
@@ -119,11 +147,10 @@ def _decoded(path: Path) -> tuple[str, str]:
         raise unreadable(path, error) from None
     if content[:2] in (b"\xff\xfe", b"\xfe\xff"):
         return content[: len(content) // 2 * 2].decode("utf-16", errors="ignore"), "utf-16"
+    if content[:1] != b"\0":
+        content = before_power_was_lost(content)
     if b"\0" in content:
-        raise DataError(
-            "a binary file, not text", file=path,
-            remedy="run `footcal convert --list` on it; it reads bags, MCAP, C3D, MATLAB and HDF5",
-        )  # fmt: skip
+        raise DataError("a binary file, not text", file=path, remedy=_opened_by(path))
     try:
         return content.decode("utf-8-sig"), "utf-8"
     except UnicodeDecodeError as error:
@@ -131,6 +158,23 @@ def _decoded(path: Path) -> tuple[str, str]:
             return content.decode("utf-8-sig", errors="ignore"), "utf-8"
     encoding = "cp1252" if any(0x80 <= byte < 0xA0 for byte in content) else "latin-1"
     return content.decode(encoding, errors="replace"), encoding
+
+
+def _opened_by(path: Path) -> str:
+    """What makes a table of a binary file, by its suffix."""
+    suffix = path.suffix.lower()
+    if suffix in READERS:
+        return (
+            f"run `footcal convert {path} --out {path.stem}.parquet`, then footcal init on what "
+            "it writes"
+        )
+    program = next((said for names, said in _PROGRAMS.items() if suffix in names), "")
+    if program:
+        return f"{program}, then footcal init on that"
+    return (
+        f"export it as CSV; footcal convert reads {' '.join(sorted(READERS))}, but no "
+        f"'{suffix or path.name}'"
+    )
 
 
 def fields_of(line: str, separator: str) -> list[str]:

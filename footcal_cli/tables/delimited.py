@@ -26,6 +26,7 @@ if TYPE_CHECKING:  # imported where it is used: a refusal does not wait for it
 MOST_BYTES = 4 * 1024**3
 """Of a text log, unpacked."""
 _LONGEST_HEADER = 2**20
+_ZEROS = 4
 _AS_CSV = "export it as CSV (UTF-8) or Parquet, or run `footcal init` on it"
 
 
@@ -111,6 +112,17 @@ def text_table(path: Path, layout: Layout, texts: Collection[str]) -> tuple[pd.D
     return frame, np.array(numbers, dtype=np.int64)
 
 
+def before_power_was_lost(content: bytes) -> bytes:
+    """A text without the zero bytes that a logger without power leaves at its end.
+
+    The line that breaks off there goes too: its last number may lack digits.
+    """
+    kept = content.rstrip(b"\0")
+    if len(content) - len(kept) < _ZEROS or b"\0" in kept:
+        return content
+    return kept[: kept.rfind(b"\n") + 1]
+
+
 def _named(fields: Sequence[str]) -> list[str]:
     """Header fields as names: an empty one gets its number, one that repeats a count."""
     seen: dict[str, int] = {}
@@ -186,6 +198,8 @@ def _lines(path: Path, layout: Layout) -> _Lines:
                 header, waits = line, False
         elif below:
             below -= 1
+        elif layout.separator == "|" and not line.strip("|-: \t\r\n"):
+            continue  # the rule of a table in Markdown
         elif line.strip(f"\r\n\t \f\x1a\0{layout.separator}"):
             kept.append(line)
             numbers.append(number)
@@ -242,7 +256,7 @@ def _bytes(path: Path) -> bytes:
             f"more than {MOST_BYTES / 1024**3:.0f} GB of text", file=path,
             remedy="split it, or export it as Parquet",
         )  # fmt: skip
-    return content
+    return before_power_was_lost(content)
 
 
 def _csv_header(path: Path) -> list[str]:
@@ -252,6 +266,7 @@ def _csv_header(path: Path) -> list[str]:
             start: bytes = stream.read(_LONGEST_HEADER)
     except (OSError, EOFError, zlib.error) as error:
         raise unreadable(path, error) from None
+    start = before_power_was_lost(start)
     end = start.find(b"\n")
     if end < 0 and len(start) == _LONGEST_HEADER:
         raise DataError(

@@ -230,9 +230,12 @@ def of_arrow(column: pa.ChunkedArray, name: str, path: Path) -> RawColumn:
         return RawColumn("text", np.array(column.to_pylist(), dtype=object), empty)
     if pa.types.is_null(kind):
         return RawColumn("number", np.full(len(column), np.nan), empty)
+    nested = pa.types.is_nested(kind)
     raise DataError(
         f"holds the type {short(str(kind))}, which is neither a number nor a text nor a time",
-        file=path, column=name, remedy="export plain numbers, one column each",
+        file=path, column=name,
+        remedy=f"run `footcal convert {path} --out {path.stem}_flat.parquet`, which makes a column "
+        "of each number" if nested else "export plain numbers, one column each",
     )  # fmt: skip
 
 

@@ -56,7 +56,13 @@ def short_parts(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def options(*more: str) -> str:
     noise = [f"{f.name} = {getattr(Noise(), f.name)}" for f in fields(Noise)]
-    lines = ["[online_replay]", "align_delay = false", "hanging_plate = false", *more]
+    lines = [
+        "[online_replay]",
+        "delay_s = 0.02",
+        "align_delay = false",
+        "hanging_plate = false",
+        *more,
+    ]
     return "\n".join([*lines, "[online_replay.noise]", *noise])
 
 

@@ -64,6 +64,22 @@ def extended(folder: Path, effect: str, owner: str, name: str, size: float) -> P
     return path
 
 
+def test_a_body_stream_in_the_log_of_the_feet_need_not_be_named_twice(
+    run: Run, tmp_path: Path
+) -> None:
+    log, recipe = write_walk(tmp_path, 4, 8.0), tmp_path / "recipe.toml"
+    with recipe.open("a") as file:
+        file.write('[data]\ncells = ["walk.parquet"]\n')
+    both = run("online-replay", "--recipe", recipe, "--out", tmp_path / "both", "--no-pictures")
+    assert both.exit_code == 0, both.err
+    # without its acceleration the stream is not whole: the column is named
+    columns = pd.read_parquet(log)
+    columns.drop(columns=[c for c in columns if str(c).startswith("com_acc")]).to_parquet(log)
+    cut = run("online-replay", "--recipe", recipe, "--out", tmp_path / "cut")
+    assert cut.exit_code == 3
+    assert "com_acc_x_mps2" in cut.err
+
+
 def test_effects_of_a_calibration_are_undone_before_a_walk_is_judged(
     run: Run, tmp_path: Path
 ) -> None:

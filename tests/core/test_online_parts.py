@@ -130,8 +130,11 @@ def test_the_smoother_of_a_part_knows_nearly_what_the_whole_walk_knows(
     back = [part.memory.smoothed.chosen(slice(1 if k else 0, None)) for k, part in enumerate(found)]
     values = np.concatenate([track.values for track in back])
     sd = whole.memory.smoothed.sd
-    apart = (values - whole.memory.smoothed.values) / sd
-    filtered = (whole.memory.track.values - whole.memory.smoothed.values) / sd
+    # what does not change along a walk, such as a filter of the body's stream, 15 s ahead cannot
+    # know as well as the whole walk does: gains and biases are compared
+    cells = slice(0, 2 * len(CHANNELS))
+    apart = ((values - whole.memory.smoothed.values) / sd)[:, cells]
+    filtered = ((whole.memory.track.values - whole.memory.smoothed.values) / sd)[:, cells]
     # 15 s ahead leave a fifth of an sd of what the filter, which sees nothing ahead, lacks
     assert np.sqrt(np.mean(apart**2)) < 0.25
     assert np.sqrt(np.mean(apart**2)) < 0.3 * np.sqrt(np.mean(filtered**2))

@@ -259,7 +259,7 @@ def quadruped_feet(to: Path, rng: Rng) -> Made:
                 ["timestamp,LF_FOOT_force,RF_FOOT_force,LH_FOOT_force,RH_FOOT_force", *body],
             )
         ],
-        says="what the robot weighs",
+        says="what the robot or person weighs",
     )
 
 

@@ -7,7 +7,19 @@ from pathlib import Path
 import pytest
 
 from tests.conftest import Run
-from tests.strangers import fifth, fourth, later, legged, seen, third, turned, unseen
+from tests.strangers import (
+    fifth,
+    fourth,
+    later,
+    legged,
+    seen,
+    sixth_bench,
+    sixth_robots,
+    sixth_wrists,
+    third,
+    turned,
+    unseen,
+)
 from tests.strangers.rigs import Write
 from tests.strangers.trial import trial
 
@@ -16,7 +28,8 @@ SAMPLE = (
     seen.wrist_rpy_degrees, seen.bare_readings, third.netft_orientations, third.scalar_first,
     third.mixed_unit_texts, seen.cop_grid, fourth.labview_lvm, fourth.two_rows_of_names,
     fifth.ur_rtde_rotation_vector, fifth.turned_by_hand,
-    *legged.LEGGED,
+    *legged.LEGGED, sixth_wrists.unity_left_handed, sixth_robots.hung_by_accelerometer,
+    sixth_robots.solo_torque_first_nwu,
 )  # fmt: skip
 
 
@@ -28,12 +41,15 @@ def test_a_sample_of_the_corpus(shape: Write, run: Run, tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "corpus", ["seen", "unseen", "third", "later", "turned", "fourth", "fifth"]
+    "corpus", ["seen", "unseen", "third", "later", "turned", "fourth", "fifth", "sixth"]
 )
 def test_the_whole_corpus(corpus: str, run: Run, tmp_path: Path) -> None:
     shapes = {
         "seen": seen.SEEN, "unseen": unseen.UNSEEN, "third": third.THIRD, "later": later.LATER,
         "turned": turned.TURNED, "fourth": fourth.FOURTH, "fifth": fifth.FIFTH,
+        "sixth": (
+            *sixth_bench.SIXTH_BENCH, *sixth_wrists.SIXTH_WRISTS, *sixth_robots.SIXTH_ROBOTS
+        ),
     }[corpus]  # fmt: skip
     found = {shape.__name__: trial(shape, tmp_path / shape.__name__, run) for shape in shapes}
     for kind in ("calibration", "next step"):

@@ -46,6 +46,12 @@ def trial(shape: Write, folder: Path, run: Run, seed: int = 0) -> Trial:
     made = shape(folder, np.random.default_rng(seed))
     recipe = folder / "guess.toml"
     answer = run("init", *made.paths, "-o", recipe)
+    if answer.exit_code != 0 and "footcal convert" in answer.err:
+        # a file that is no text: what the remedy says, then the same again
+        converted = folder / "converted"
+        done = run("convert", *made.paths, "--out", converted, "--quiet")
+        if done.exit_code == 0:
+            answer = run("init", *sorted(converted.glob("*.parquet")), "-o", recipe)
     if answer.exit_code != 0:
         said = made.says and made.says in answer.err and "Remedy" in answer.err
         return Trial("next step" if said else f"init: {answer.err.strip()}", made)

@@ -60,7 +60,7 @@ def _contenders(answer: Diagnosis, table: Mapping[str, Effect]) -> list[tuple[Si
     mine = lib.causes.index(first.signature.cause)
     gain = evidence.gain.sum(axis=0)
     near = aliases(lib, first.signature, {first.signature.parameter: first.size.value})
-    alike = {signature.effect for signature, _, cos in near if cos > rules.look_alike}
+    alike = {signature.effect: cos for signature, _, cos in near if cos > rules.look_alike}
     found = {first.signature.effect: (first.signature, first.size)}
     mimics = table[first.signature.effect].mimics
     order = np.argsort(-gain, kind="stable")
@@ -70,7 +70,10 @@ def _contenders(answer: Diagnosis, table: Mapping[str, Effect]) -> list[tuple[Si
             break
         # off its moment a change predicts little of other blocks, however sure it is
         placed = evidence.p[c] < rules.alpha_name and has_moment(table[signature.effect])
-        if gain[c] < rules.contender_share * gain[mine] and not placed:
+        effect = table[signature.effect]
+        # one axis of several understates it: all of them copy the named one with a share of cos²
+        copied = alike.get(effect.name, 0.0) ** 2 if len(effect.sizes) > 1 else 0.0
+        if max(gain[c], copied * gain[mine]) < rules.contender_share * gain[mine] and not placed:
             continue
         possible = signature.lower <= evidence.size[c] <= signature.upper
         like = signature.effect in alike or signature.effect in mimics

@@ -127,7 +127,7 @@ def _in_some_blocks(lib: Library, informative: FloatArray) -> BoolArray:
         return np.asarray(informative >= _FEWEST_KNOWN)
     if has_single_rows(lib.problem) and not lib.problem.drifts:
         return np.asarray(informative >= _FEWEST_SINGLE)
-    if lib.problem.drifts or settings is not None:
+    if lib.problem.drifts:
         return np.zeros(informative.size, dtype=bool)
     # beside a cause that is in the model few blocks may only show what its form gets wrong
     fewest = _FEWEST_KNOWN if lib.problem.accepted is None else _FEWEST

@@ -179,6 +179,8 @@ def _smoothed(sign: float) -> Transform:
 
 _DIFFERENTIATED = ("com_acc_mps2", "angmom_rate_nm")
 _BESIDE_S = 0.025
+SMOOTHED_OVER_S = 2.0 * _BESIDE_S
+"""So far from a sample lie those from which its fourth derivative is taken."""
 
 
 def _uniform(rows: np.ndarray, seed: float) -> FloatArray:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from footcal_cli.core.inference.kalman import correct_by_products
 from footcal_cli.core.parameters import FloatArray, IntArray
 
 PART_S = 2.0
@@ -155,14 +156,10 @@ def _log_likelihood(parts: Sequence[_Part], variance: FloatArray) -> FloatArray:
         cov = cov + (variance * part.interval_s)[:, None, :] * unit
         j_d = part.jr - mean @ part.jj
         d_d = part.rr - np.einsum("ti,ti->t", mean, part.jr + j_d)
-        # (P⁻¹ + JᵀJ)⁻¹ = (1 + P JᵀJ)⁻¹ P
-        whole = unit + cov @ part.jj
-        posterior = np.linalg.solve(whole, cov)
-        moved = np.einsum("tij,tj->ti", posterior, j_d)
-        total -= 0.5 * (d_d - np.einsum("ti,ti->t", j_d, moved))
-        total -= 0.5 * np.linalg.slogdet(whole)[1]
+        cov, log_det = correct_by_products(cov, part.jj)
+        moved = np.einsum("tij,tj->ti", cov, j_d)
+        total -= 0.5 * (d_d - np.einsum("ti,ti->t", j_d, moved) + log_det)
         mean = mean + moved
-        cov = 0.5 * (posterior + posterior.transpose(0, 2, 1))
     return total
 
 
@@ -208,8 +205,6 @@ def innovations(
         j = part[:, calibration]
         left = part - j @ mean
         j_left = j.T @ left
-        # (P⁻¹ + JᵀJ)⁻¹ = (1 + P JᵀJ)⁻¹ P
-        posterior = np.linalg.solve(np.eye(p) + cov @ (j.T @ j), cov)
-        yield mean, left.T @ left - j_left.T @ posterior @ j_left
-        mean = mean + posterior @ j_left
-        cov = 0.5 * (posterior + posterior.T)
+        cov, _ = correct_by_products(cov, j.T @ j)
+        yield mean, left.T @ left - j_left.T @ cov @ j_left
+        mean = mean + cov @ j_left

@@ -21,6 +21,7 @@ from footcal_cli.core.online.live import (
     Learnt,
     ahead_of,
     learn,
+    of_live,
     repeated_by_then,
     rows_by_then,
 )
@@ -85,7 +86,7 @@ class LiveEstimator:
 
     def __init__(self, belief: Belief, options: MemoryOptions | None = None) -> None:
         self._belief = belief
-        self._options = options or MemoryOptions()
+        self._options = of_live(options)
         self._learnt = Learnt(0.0, self._options.noise, None, ())
         self._past: list[Log] = []
         self._recent: Log | None = None

@@ -25,7 +25,7 @@ from footcal_cli.core.online.memory import (
     gait_phase,
     rows_of,
 )
-from footcal_cli.core.online.rows import Rows, advanced
+from footcal_cli.core.online.rows import HINDSIGHT_STATES, Rows, advanced
 from footcal_cli.core.online.smoother import run_smoother
 from footcal_cli.core.online.tuning import Tuning, learn_noise
 from footcal_cli.core.parameters import FloatArray, IntArray
@@ -54,6 +54,15 @@ class _Piece:
     delay_s: float
 
 
+def of_live(options: MemoryOptions | None) -> MemoryOptions:
+    """Options without the states that filters of the past alone leave to guessing.
+
+    What smooths the reference stands before a causal low-pass then, and its derivatives behind.
+    """
+    options = options or MemoryOptions()
+    return replace(options, states=tuple(s for s in options.states if s not in HINDSIGHT_STATES))
+
+
 def run_live(log: Log, belief: Belief, options: MemoryOptions | None = None) -> Memory:
     """Filter a walk as a live run would have.
 
@@ -68,7 +77,7 @@ def run_live(log: Log, belief: Belief, options: MemoryOptions | None = None) -> 
     -------
     The track of the live run; its smoothed track is an estimate after the fact.
     """
-    options = options or MemoryOptions()
+    options = of_live(options)
     size = options.samples_per_update
     updates = rows_of(log, belief, options).time_s
     learnt = Learnt(0.0, options.noise, None, ())

@@ -20,6 +20,7 @@ from scipy.signal import butter, sosfiltfilt
 from footcal_cli.core.centroidal import MIN_FORCE_N, Reference
 from footcal_cli.core.contact import gait_cycles
 from footcal_cli.core.effects.body import heading_rad
+from footcal_cli.core.effects.transport import SMOOTHING
 from footcal_cli.core.experiments import walk
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.alignment import coarse_delay_s
@@ -340,9 +341,14 @@ def memory_reference(memory: Memory) -> Reference:
     com = log.known["com_m"].copy()
     com[:, 0] += np.cos(yaw) * dx - np.sin(yaw) * dy
     com[:, 1] += np.sin(yaw) * dx + np.cos(yaw) * dy
+    com[:, 2] += state.get("robot.com_correction_z", none)
     regained = 1.0 + state.get("robot.angmom_loss", none)
     rate = log.known["angmom_rate_nm"] * regained[:, None]
-    return walk.reference_of(log.with_known(com_m=com, angmom_rate_nm=rate))
+    log = log.with_known(com_m=com, angmom_rate_nm=rate)
+    last = {name: track.values[-1:, i] for i, name in enumerate(track.names)}
+    theta = {name: last.get(f"robot.{name}", np.zeros(1)) for name in SMOOTHING.parameter_names}
+    sharp, _ = SMOOTHING.remove(log, theta, None)
+    return walk.reference_of(sharp)
 
 
 def memory_estimates(memory: Memory, belief: Belief) -> Estimates:

@@ -16,9 +16,9 @@ import numpy as np
 
 from footcal_cli.core.centroidal import Reference
 from footcal_cli.core.contact import airborne
-from footcal_cli.core.effects.body import heading_rad
+from footcal_cli.core.effects.body import COM_OFFSET, heading_rad
 from footcal_cli.core.effects.contract import Scope, columns_of
-from footcal_cli.core.effects.transport import DELAY
+from footcal_cli.core.effects.transport import DELAY, SMOOTHED_OVER_S, SMOOTHING
 from footcal_cli.core.experiments import walk
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.belief import Belief
@@ -29,7 +29,10 @@ REFERENCE_STATES: Mapping[str, tuple[str, float]] = {
     "robot.delay": ("s", 0.01),
     "robot.com_correction_x": ("m", 0.004),
     "robot.com_correction_y": ("m", 0.004),
+    "robot.com_correction_z": ("m", 0.004),
     "robot.angmom_loss": ("-", 0.2),
+    "robot.smoothing": ("s²", 5e-4),
+    "robot.smoothing_fourth": ("s⁴", 1e-6),
 }
 """What may be wrong with the demanded force and CoP -> unit and prior sd; names as in effects."""
 PLATE_STATE = "plate_weight"
@@ -183,7 +186,11 @@ def cell_rows(
         prior_sd[: 2 * c], prior_sd[: 2 * c]
     )
     reference = walk.reference_of(log, static=static)
-    slope = _slope(log.time_s, reference)
+    slopes = {"robot.delay": _slope(log.time_s, reference)} | {
+        name: _changed(name, sd[name], log, belief, static=static)
+        for name in states
+        if name in HINDSIGHT_STATES
+    }
     hanging = hanging_of(log)
     blocks = len(log) // samples_per_update
     if blocks == 0:
@@ -198,7 +205,7 @@ def cell_rows(
         error, valid, h = _sample_rows(
             log.rows(start, stop).with_readings(belief.forces(log.readings[part])),
             Reference(reference.fz_n[part], reference.cop_m[part]),
-            slope[part],
+            {name: slope[part] for name, slope in slopes.items()},
             states,
             hanging[part, : len(feet)],
         )
@@ -240,10 +247,52 @@ def _slope(time_s: FloatArray, reference: Reference) -> FloatArray:
     return np.where(np.isfinite(slope), slope, 0.0)
 
 
+HINDSIGHT_STATES = {
+    "robot.com_correction_z": COM_OFFSET,
+    "robot.smoothing": SMOOTHING,
+    "robot.smoothing_fourth": SMOOTHING,
+}
+"""States that only a whole walk determines -> the effect that they are a size of."""
+
+
+def _as_cells_have_it(log: Log, belief: Belief) -> Log:
+    """The log with the acceleration that the measured force and CoP stand for.
+
+    The derivatives of a noisy acceleration are correlated with its own noise: smoothing estimated
+    from them comes out too small, or negative. The noise of the cells is another one.
+    """
+    forces, known = belief.forces(log.readings), log.known
+    fz, com = forces.sum(axis=1), known["com_m"]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        cop = np.einsum("nca,nc->na", known["cell_pos_m"], forces) / fz[:, None]
+        level = (com[:, :2] - cop) * (fz / known["mass_kg"] / com[:, 2])[:, None]
+    up = fz / known["mass_kg"] - known["gravity_mps2"]
+    return log.with_known(
+        com_acc_mps2=np.column_stack([level, up]),
+        angmom_rate_nm=np.zeros_like(known["angmom_rate_nm"]),
+    )
+
+
+def _changed(name: str, size: float, log: Log, belief: Belief, *, static: bool) -> FloatArray:
+    """``∂(Fz, pˣ, pʸ)/∂state`` of the reference when an effect is removed, shape (n, 3)."""
+    effect = HINDSIGHT_STATES[name]
+    if effect is SMOOTHING:
+        log = _as_cells_have_it(log, belief)
+    theta = {p: np.zeros(1) for p in effect.parameter_names}
+    theta[name.removeprefix("robot.")] = np.array([size])
+    without, _ = effect.remove(log, theta, None)
+    reference, moved = (walk.reference_of(of, static=static) for of in (log, without))
+    change = np.column_stack([moved.fz_n - reference.fz_n, moved.cop_m - reference.cop_m]) / size
+    first, last = log.time_s[[0, -1]]
+    # a derivative needs samples on both sides
+    amid = (log.time_s >= first + SMOOTHED_OVER_S) & (log.time_s <= last - SMOOTHED_OVER_S)
+    return np.where(np.isfinite(change) & amid[:, None], change, 0.0)
+
+
 def _sample_rows(
     log: Log,
     reference: Reference,
-    slope: FloatArray,
+    slopes: Mapping[str, FloatArray],
     states: Sequence[str],
     hanging: FloatArray,
 ) -> tuple[FloatArray, BoolArray, FloatArray]:
@@ -252,7 +301,7 @@ def _sample_rows(
     n, c = log.readings.shape
     totals = len(walk.CELL_TOTALS)
     h = np.zeros((n, totals + c, 2 * c + len(states) + hanging.shape[1] + 1))
-    h[:, :totals, -1] = _state_column("robot.delay", log, slope, heading_rad(log))
+    h[:, :totals, -1] = _state_column("robot.delay", log, slopes, heading_rad(log))
     arms = log.known["cell_pos_m"] - reference.cop_m[:, None]
     per_force = np.stack([np.ones((n, c)), arms[:, :, 1], -arms[:, :, 0]], axis=1)
     h[:, :totals, :c] = per_force * log.readings[:, None]
@@ -262,7 +311,7 @@ def _sample_rows(
     h[:, totals + cells, c + cells] = 1.0
     yaw = heading_rad(log)
     for i, name in enumerate(states):
-        h[:, :totals, 2 * c + i] = _state_column(name, log, slope, yaw)
+        h[:, :totals, 2 * c + i] = _state_column(name, log, slopes, yaw)
     for i, columns in enumerate(columns_of(Scope.FOOT, log.channels)[: hanging.shape[1]]):
         hung = 2 * c + len(states) + i
         h[:, totals + columns, hung] = 1.0 / len(columns)
@@ -271,11 +320,14 @@ def _sample_rows(
     return balance.error, balance.valid & finite, np.where(finite[..., None], h, 0.0)
 
 
-def _state_column(name: str, log: Log, slope: FloatArray, yaw: FloatArray) -> FloatArray:
+def _state_column(
+    name: str, log: Log, slopes: Mapping[str, FloatArray], yaw: FloatArray
+) -> FloatArray:
     """``∂(fz, mx, my)/∂state``, shape (n, 3): ``(−∂F_ref, −Fz ∂pʸ, Fz ∂pˣ)``, Fz of the cells."""
     fz = log.readings.sum(axis=1)
     zero = np.zeros_like(fz)
-    if name == "robot.delay":
+    if name in slopes:
+        slope = slopes[name]
         return np.stack([-slope[:, 0], -fz * slope[:, 2], fz * slope[:, 1]], axis=1)
     if name == "robot.com_correction_x":
         return np.stack([zero, -fz * np.sin(yaw), fz * np.cos(yaw)], axis=1)

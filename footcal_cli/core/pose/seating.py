@@ -122,7 +122,8 @@ def check_seating(fit: PoseFit, place_sd_m: float) -> list[Finding]:
     shift = fit.arm_b_m - (geometry.hip_b_m - geometry.chassis_com_b_m)
     own = shift - np.median(shift, axis=0)  # what all share is the chassis' CoM
     right_angled = np.array([np.eye(3), *TURNS])
-    found = []
+    found: list[Finding] = []
+    exchanged: list[Finding] = []
     for k, leg in enumerate(geometry.legs):
         nominal = geometry.rot_bt[k]
         turn_t = nominal.T @ fit.mounting.turn_b[k] @ nominal
@@ -132,9 +133,11 @@ def check_seating(fit: PoseFit, place_sd_m: float) -> list[Finding]:
             angle = float(np.arccos(np.clip((closeness[0] - 1.0) / 2.0, -1.0, 1.0)))
             found.append(_turned(leg, right_angled[nearest], angle))
         away = np.linalg.norm(geometry.hip_b_m - (geometry.hip_b_m[k] + own[k]), axis=1)
-        if int(np.argmin(away)) != k or away[k] > BEYOND * place_sd_m:
-            found.append(_elsewhere(geometry.legs, k, int(np.argmin(away)), float(away[k])))
-    return found
+        if int(np.argmin(away)) != k:
+            exchanged.append(_elsewhere(geometry.legs, k, int(np.argmin(away)), float(away[k])))
+        elif away[k] > BEYOND * place_sd_m:
+            found.append(_elsewhere(geometry.legs, k, k, float(away[k])))
+    return exchanged or found  # exchanged plugs push the other legs away, too
 
 
 def _turned(leg: str, turn: FloatArray, angle_rad: float) -> Finding:

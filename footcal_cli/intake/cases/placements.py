@@ -21,6 +21,7 @@ from footcal_cli.intake.cases.shared import (
     CaseRead,
     affine_parameters,
     chain_of,
+    known_before,
     needs_time,
 )
 from footcal_cli.recipe.options import DiagnoseOptions
@@ -93,6 +94,7 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
         tolerance_nm=session.options.tolerance_mm / 1000.0 * largest,
         alike=False,
         settings="round",
+        known=known_before(session, channels, values),
         groups={f"{foot}.{o}": o for foot in robot.feet for o in ("fz", "moment_x", "moment_y")},
     )
     case, elsewhere = relabelled(case)

@@ -10,15 +10,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from footcal_cli.core.chain import Chain
-from footcal_cli.core.effects.six_axis_beliefs import BODY_TILT
+from footcal_cli.core.effects import find_effect, having
+from footcal_cli.core.effects.contract import Effect, Trait
+from footcal_cli.core.effects.six_axis_beliefs import BODY_TILT, LEG_WEIGHT
 from footcal_cli.core.experiments.pose import EXPERIMENT
 from footcal_cli.core.inference.case import Case
 from footcal_cli.core.parameters import IntArray, Parameter, ParameterSet
 from footcal_cli.core.pose.common import common_turn
 from footcal_cli.core.pose.data import Geometry, pose_data
+from footcal_cli.core.pose.hanging import LegKnowledge
 from footcal_cli.core.pose.seating import standing_axes
 from footcal_cli.errors import DataError
-from footcal_cli.intake.cases.shared import CaseRead, baseline_of, chain_of, needs_time, of_cells
+from footcal_cli.intake.cases.shared import CaseRead, baseline_of, chain_of, of_cells
 from footcal_cli.intake.legs import without_effects
 from footcal_cli.intake.poses import noise_sd_of, raw_poses
 from footcal_cli.recipe import validated
@@ -28,6 +31,8 @@ if TYPE_CHECKING:
     from footcal_cli.session.session import Session
 
 
+POSE_S = 60.0
+"""A pose takes about a minute: usual drifts are known per second."""
 POSES_PER_BLOCK = 7
 MOST_BLOCKS = 24
 
@@ -53,11 +58,37 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
         alike=False,
     )
     data = pose_data(without_effects(raw, session.parameters))
-    untested = of_cells(EXPERIMENT) | needs_time(EXPERIMENT, "poses have no time stamps")
+    untested = of_cells(EXPERIMENT) | _known_from_hanging(legs, case.tolerance_n)
     untested[BODY_TILT.name] = _tilt_or_mountings(data.geometry, values)
     sd, _ = noise_sd_of(asked, len(legs))
     seen = standing_axes(data, legs, sd, asked.com_sd_m, asked.translation_sd_m)
-    return CaseRead(case, seen, untested)
+    timed = having(Trait.TIMED, experiment=EXPERIMENT.name)
+    return CaseRead(case, seen, untested, {name: _by_pose(find_effect(name)) for name in timed})
+
+
+def _by_pose(effect: Effect) -> Effect:
+    """An effect in time in units of poses: their order is known, their stamps are not."""
+    per_pose = {"N/s": "N/pose", "Nm/s": "Nm/pose", "s": "poses"}
+    return replace(
+        effect,
+        parameters=tuple(
+            replace(
+                p, unit=per_pose.get(p.unit, p.unit),
+                prior_sd=p.prior_sd * (POSE_S if p.unit.endswith("/s") else 1.0),
+                grid=p.grid[1::2],  # every tenth of the poses: no moment within a block shows
+            )
+            for p in effect.parameters
+        ),
+        formula=f"{effect.formula}; t in poses, in the order of the log",
+    )  # fmt: skip
+
+
+def _known_from_hanging(legs: Sequence[LegKnowledge], tolerance_n: float) -> dict[str, str]:
+    """Leg weights that hanging knows far better than poses need: there they copy the robot's."""
+    sd = float(np.sqrt(sum(leg.covariance[6, 6] for leg in legs)))
+    if not 0.0 < 2.0 * sd < tolerance_n:
+        return {}
+    return {LEG_WEIGHT.name: f"hanging knows the sum of the legs' weights to ± {sd:.2g} N"}
 
 
 def _tilt_or_mountings(geometry: Geometry, values: Mapping[str, float]) -> str:

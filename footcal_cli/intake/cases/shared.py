@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -39,15 +39,22 @@ class CaseRead:
         On raw data.
     untested
         Effect -> reason why these logs cannot test it.
+    instead
+        Effects in the units of these logs, by the name of the table's.
     """
 
     case: Case
     findings: list[Finding]
     untested: dict[str, str]
+    instead: Mapping[str, Effect] = field(default_factory=dict)
 
     def testable(self, table: Mapping[str, Effect]) -> dict[str, Effect]:
         """The effects that these logs can test."""
-        return {name: effect for name, effect in table.items() if name not in self.untested}
+        return {
+            name: self.instead.get(name, effect)
+            for name, effect in table.items()
+            if name not in self.untested
+        }
 
 
 def chain_of(

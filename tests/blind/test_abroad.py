@@ -1,0 +1,31 @@
+"""Causes hidden in the foreign world on development seeds, calibrated and diagnosed by commands."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.blind.abroad import TRIALS
+from tests.blind.abroad_bench import answer, diagnosed, seed_of
+
+SEEN = (
+    ("placements clean", 310),
+    ("placements cell", 310),
+    ("placements drift", 300),
+    ("pose clean", 320),
+    ("pose half turn", 301),
+    ("pose drift", 301),
+    ("pose plugs", 300),
+)
+"""Kind and number: causes ended unnamed or absorbed before, clean logs were left alone."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "number"), SEEN)
+def test_a_hidden_cause_is_named_and_a_clean_log_left_alone(
+    name: str, number: int, tmp_path: Path
+) -> None:
+    trial = TRIALS[name]
+    record = diagnosed(trial, seed_of("development", name, number), tmp_path)
+    assert answer(trial, record) == "right", record.get("sentence")
