@@ -207,7 +207,9 @@ def _pairs(
         session.read_required(sensor_type, role="cells")  # says what is missing
     # a body stream is no evidence of its own: two sensor logs may share one
     role = "body" if session.paths("body") else "cells"
-    bodies = [t for t in session.read_in_order(body_type, role, copies=True) if t is not None]
+    bodies: list[Table] = []
+    if role == "body" or session.holds(body_type, role):
+        bodies = [t for t in session.read_in_order(body_type, role, copies=True) if t is not None]
     if bodies and len(bodies) != len(in_order):
         raise UsageError(
             f"{len(in_order)} sensor logs but {len(bodies)} body logs",

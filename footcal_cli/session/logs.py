@@ -90,6 +90,14 @@ class Logs:
             tables.append(self._read(path, table))
         return [*tables] if copies else self._once(tables, table.name, role)
 
+    def holds(self, table: TableType, role: str) -> bool:
+        """Whether every log of a role has the columns of a table."""
+        return all(
+            refusal_of(path, table, self.recipe.reading(path)) is None
+            for path in self.paths(role)
+            if path.is_file()
+        )
+
     def _read(self, path: Path, table: TableType) -> Table:
         """One log, with all that it says."""
         self._taken.add(path)

@@ -168,13 +168,14 @@ def test_a_pair_removes_as_much_as_any_path_that_left_something(
 ) -> None:
     """One cause at a time removes 50 and leaves something; what a pair removes, and its verdict."""
     nothing = Path((), None, (), (SimpleNamespace(library=None),), None, removed=50.0)  # type: ignore[arg-type]
-    tried = {(0, 1): first, (2, 3): second}
+    tried = {0: first, 2: second}
     verdicts = dict(tried.values())
-    monkeypatch.setattr(investigation, "likely_pairs", lambda *_: list(tried))
+    pairs = [(0, 1), (0, 4), (2, 3)]
+    monkeypatch.setattr(investigation, "likely_pairs", lambda *_: pairs)
     monkeypatch.setattr(
         investigation,
         "together",
-        lambda _subject, path, pair, _seed: replace(path, removed=tried[pair][0]),
+        lambda _subject, path, stronger, _seed: replace(path, removed=tried[stronger][0]),
     )
     monkeypatch.setattr(investigation, "grown", lambda _subject, path, *_: path)
     monkeypatch.setattr(

@@ -134,7 +134,7 @@ def test_force_plate_points_and_what_no_correction_can_do(
     # twenty points, errors of 5–10 mm that follow no smooth function of the place
     assert 0.005 < left_out["after"] < 0.010
     assert left_out["quadratic"] > 0.8 * left_out["after"]
-    assert "No correction of the CoP pays" in answer.out
+    assert "No correction of the CoP helps" in answer.out
 
 
 def test_creep_recipe_end_to_end(

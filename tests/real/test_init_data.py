@@ -64,4 +64,4 @@ def test_a_plate_is_corrected_by_the_guessed_recipe(
     assert run("init", log, "-o", recipe, "--quiet").exit_code == 0
     answer = run("offline-fit", "--recipe", recipe, "--out", tmp_path / "out", "--no-pictures")
     assert answer.exit_code == 0, answer.err
-    assert "No correction of the CoP pays" in answer.out
+    assert "No correction of the CoP helps" in answer.out

@@ -258,8 +258,9 @@ HINDSIGHT_STATES = {
 def _as_cells_have_it(log: Log, belief: Belief) -> Log:
     """The log with the acceleration that the measured force and CoP stand for.
 
-    The derivatives of a noisy acceleration are correlated with its own noise: smoothing estimated
-    from them comes out too small, or negative. The noise of the cells is another one.
+    A noisy acceleration times a size is correlated with the noise of the reference: regressed on
+    it, smoothing and the height of the CoM come out too small, or negative (errors in variables).
+    The noise of the cells is another one.
     """
     forces, known = belief.forces(log.readings), log.known
     fz, com = forces.sum(axis=1), known["com_m"]
@@ -275,9 +276,7 @@ def _as_cells_have_it(log: Log, belief: Belief) -> Log:
 
 def _changed(name: str, size: float, log: Log, belief: Belief, *, static: bool) -> FloatArray:
     """``∂(Fz, pˣ, pʸ)/∂state`` of the reference when an effect is removed, shape (n, 3)."""
-    effect = HINDSIGHT_STATES[name]
-    if effect is SMOOTHING:
-        log = _as_cells_have_it(log, belief)
+    effect, log = HINDSIGHT_STATES[name], _as_cells_have_it(log, belief)
     theta = {p: np.zeros(1) for p in effect.parameter_names}
     theta[name.removeprefix("robot.")] = np.array([size])
     without, _ = effect.remove(log, theta, None)
