@@ -169,7 +169,7 @@ OF_A_MODEL = Imperfection(COM_OFFSET, {"com_correction_x": 7.5e-4, "com_correcti
 OF_THE_BODY = (
     Imperfection(ANGULAR_MOMENTUM, {"angmom_loss": 0.1}),
     Imperfection(DELAY, {DELAY.size.name: 0.002}, covers=(LAG.name,)),
-    Imperfection(SMOOTHING, {"smoothing": 5e-4, "smoothing_fourth": 1e-6}, bounded=False),
+    Imperfection(SMOOTHING, {"smoothing": 5e-4}, bounded=False),
     OF_A_MODEL,
 )
 """What an ordinary state estimator gets wrong: light limbs left out of the angular momentum, stamps

@@ -273,8 +273,9 @@ def _reading_share(
 def _demand_moved(log: Log, balance: Balance) -> Log:
     """A standing or walking log whose body moves as the readings demand, where both are noisy.
 
-    Acceleration takes the rest of the forces, the horizontal place of the CoM that of the
-    moments; both enter the demand one to one ([NAO], eqs. (9)–(11)).
+    Acceleration takes the rest of the forces, and that of the moments where no horizontal force is
+    measured, else the horizontal place of the CoM does ([NAO], eqs. (9)–(11)). An acceleration is
+    differentiated twice: left noisy, its derivatives share their noise with the residual.
     """
     at = {name: i for i, name in enumerate(balance.outputs)}
     if not {"fz", "mx", "my"} <= set(at):
@@ -288,9 +289,14 @@ def _demand_moved(log: Log, balance: Balance) -> Log:
     for axis, name in enumerate(("fx", "fy", "fz")):
         if name in at:
             acc[:, axis] += rest(name) / mass
-    total = np.maximum(mass * (acc[:, 2] + log.known["gravity_mps2"]), 1.0)
-    com[:, 0] -= rest("my") / total
-    com[:, 1] += rest("mx") / total
+    if "fx" in at:
+        total = np.maximum(mass * (acc[:, 2] + log.known["gravity_mps2"]), 1.0)
+        com[:, 0] -= rest("my") / total
+        com[:, 1] += rest("mx") / total
+    else:
+        lever = mass * com[:, 2]
+        acc[:, 0] += rest("my") / lever
+        acc[:, 1] -= rest("mx") / lever
     return log.with_known(com_acc_mps2=acc, com_m=com)
 
 
