@@ -7,7 +7,9 @@ here tells `footcal_cli.app` what really happened. Imported by `footcal_cli.app`
 
 from __future__ import annotations
 
+import _thread
 import signal
+import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -16,6 +18,7 @@ from types import FrameType
 
 EXIT_INTERRUPTED = 130
 EXIT_TERMINATED = 143
+_AGAIN_AFTER_S = 0.02
 
 
 class Interrupted(BaseException):
@@ -42,6 +45,9 @@ class Interruption:
 def watched(*, until_exit: bool = False) -> Iterator[Interruption]:
     """Turn SIGINT and SIGTERM into `Interrupted` and remember that they came.
 
+    Python drops what a finalizer or the callback of a weak reference raises; a signal that came
+    just there is raised again a moment later.
+
     Parameters
     ----------
     until_exit
@@ -56,10 +62,24 @@ def watched(*, until_exit: bool = False) -> Iterator[Interruption]:
         seen.signal = number
         raise Interrupted
 
+    dropped = sys.unraisablehook
+
+    def again(raised: sys.UnraisableHookArgs) -> None:
+        if raised.exc_type is not Interrupted:
+            dropped(raised)
+            return
+        timer = threading.Timer(
+            _AGAIN_AFTER_S, _thread.interrupt_main, (seen.signal or signal.SIGINT,)
+        )
+        timer.daemon = True
+        timer.start()
+
+    sys.unraisablehook = again
     before = {number: signal.signal(number, handle) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         yield seen
     finally:
-        for number, handler in before.items():
-            if not until_exit:
+        if not until_exit:
+            sys.unraisablehook = dropped
+            for number, handler in before.items():
                 signal.signal(number, handler)

@@ -70,8 +70,9 @@ def make_walk(
     step: float = 0.6,
     double: float = 0.16,
     turn: float = 0.0,
+    swing: float = 1.0,
 ) -> Motion:
-    """Two seconds of standing, then steps to the end."""
+    """Two seconds of standing, then steps to the end; `swing` scales the angular momentum."""
     rng = np.random.default_rng(seed)
     n = int(seconds * FINE_HZ)
     t = np.arange(n) / FINE_HZ
@@ -122,7 +123,7 @@ def make_walk(
         [0.25 * np.sin(omega / 2 * t), 0.2 * np.sin(omega * t + 0.5)], 1
     )
     wander = np.stack([smooth(coloured(rng, n, 0.3, 20)[:, 0], 101) for _ in range(2)], 1)
-    angmom_rate = drive + wander * np.clip(t - 2, 0, 1)[:, None]
+    angmom_rate = swing * (drive + wander * np.clip(t - 2, 0, 1)[:, None])
     fz = mass * (acc_z + G)
     shift = np.stack([angmom_rate[:, 1], -angmom_rate[:, 0]], 1) / fz[:, None]
     k = z / (G + acc_z) * FINE_HZ**2

@@ -1,0 +1,44 @@
+"""A signal ends the work wherever Python happens to be when it comes."""
+
+from __future__ import annotations
+
+import signal
+import time
+import weakref
+
+import pytest
+
+from footcal_cli.session.interruption import Interrupted, watched
+
+
+class Thing:
+    """Something that a weak reference can point at."""
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_in_the_callback_of_a_weak_reference_is_not_lost(
+    number: signal.Signals, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Python drops exceptions there; the import system has such callbacks."""
+    thing = Thing()
+    reference = weakref.ref(thing, lambda _: signal.raise_signal(number))
+    with watched() as interruption:
+        del thing
+        assert reference() is None
+        with pytest.raises(Interrupted):
+            time.sleep(10.0)
+    assert interruption.signal == number
+    assert capfd.readouterr().err == ""
+
+
+def test_what_else_goes_wrong_there_is_still_reported(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    reported: list[type[BaseException]] = []
+    monkeypatch.setattr("sys.unraisablehook", lambda raised: reported.append(raised.exc_type))
+    thing = Thing()
+    reference = weakref.ref(thing, lambda _: 1 // 0)
+    with watched():
+        del thing
+    assert reference() is None
+    assert reported == [ZeroDivisionError]
