@@ -67,8 +67,8 @@ def _on_cells(session: Session[StaticInitOptions], recordings: Sequence[Recordin
         )  # fmt: skip
     session.note(weighed.findings())
     found = outcome_of(robot.name, rows, fit, errors, quiet, curve, menu, weighed, options)
-    report = replace(found.report, findings=standing_findings(recordings, fit.chi2, fit.dof))
-    return replace(found, report=report, parameters=feet_calibration(session, fit.estimates))
+    session.note(standing_findings(recordings, fit.chi2, fit.dof))
+    return replace(found, parameters=feet_calibration(session, fit.estimates))
 
 
 def _on_transducers(
@@ -90,5 +90,5 @@ def _on_transducers(
         )
         fit = fit_static_six_axis(rows)
     found = outcome_of(session.recipe.robot.name, rows, fit, quiet)
-    report = replace(found.report, findings=standing_findings(recordings, fit.chi2, fit.dof))
-    return replace(found, report=report, parameters=feet_calibration(session, fit.estimates))
+    session.note(standing_findings(recordings, fit.chi2, fit.dof))
+    return replace(found, parameters=feet_calibration(session, fit.estimates))

@@ -5,12 +5,12 @@ Every function returns findings that name the likely cause; none of them changes
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.core.quality import UNIT_RATIOS, Finding
+from footcal_cli.core.quality import UNIT_RATIOS, Finding, listed
 
 SCALE_RANGE = (0.5, 2.0)
 """A cell whose scale is off its nameplate by more is another cell, or its loads another unit."""
@@ -185,10 +185,11 @@ def check_supported(error_n: FloatArray, weight_n: float, where: str) -> list[Fi
     ]  # fmt: skip
 
 
+@listed
 def check_leg_weights(
     weights_n: Mapping[str, float], robot_n: float | None,
     stated_n: Mapping[str, float] | None = None,
-) -> list[Finding]:  # fmt: skip
+) -> Iterator[Finding]:  # fmt: skip
     """Find leg weights that cannot be: negative, together more than the robot, not as stated.
 
     Parameters
@@ -207,7 +208,8 @@ def check_leg_weights(
         for finding in _off_statement(leg, weight, stated_n[leg])
     ]
     if stated:
-        return stated
+        yield from stated
+        return
     findings = [
         Finding(
             "negative_leg_weight", "alarm", leg,
@@ -217,29 +219,25 @@ def check_leg_weights(
         for leg, weight in weights_n.items()
         if weight < 0
     ]  # fmt: skip
+    yield from findings
     total = sum(weights_n.values())
     if robot_n is not None and not findings and total > robot_n:
-        findings.append(
-            Finding(
-                "legs_heavier_than_robot", "alarm", "all legs",
-                f"the legs weigh {total:.4g} N together, the robot {robot_n:.4g} N",
-                "check the unit of the forces (N or kgf?) in [columns], and mass_kg in [robot]",
-            )
+        yield Finding(
+            "legs_heavier_than_robot", "alarm", "all legs",
+            f"the legs weigh {total:.4g} N together, the robot {robot_n:.4g} N",
+            "check the unit of the forces (N or kgf?) in [columns], and mass_kg in [robot]",
         )  # fmt: skip
     known = stated_n is not None and weights_n.keys() <= stated_n.keys()
     light = robot_n is not None and total < LIGHT_LEGS * robot_n
     if robot_n is not None and light and not findings and len(weights_n) > 1 and not known:
-        findings.append(
-            Finding(
-                "legs_very_light", "warning", "all legs",
-                f"the legs weigh {total:.4g} N together, {total / robot_n:.1%} of the robot; it "
-                f"would be {total * UNIT_RATIOS['lbf'] / robot_n:.0%} had the forces been noted in "
-                f"lbf, {total * UNIT_RATIOS['kg'] / robot_n:.0%} in kgf",
-                "check the unit of the forces in [columns]; where so little hangs below the "
-                "transducers, give each leg's mass_kg in [robot.legs]",
-            )
+        yield Finding(
+            "legs_very_light", "warning", "all legs",
+            f"the legs weigh {total:.4g} N together, {total / robot_n:.1%} of the robot; it "
+            f"would be {total * UNIT_RATIOS['lbf'] / robot_n:.0%} had the forces been noted in "
+            f"lbf, {total * UNIT_RATIOS['kg'] / robot_n:.0%} in kgf",
+            "check the unit of the forces in [columns]; where so little hangs below the "
+            "transducers, give each leg's mass_kg in [robot.legs]",
         )  # fmt: skip
-    return findings
 
 
 def _off_statement(leg: str, weight_n: float, stated_n: float) -> list[Finding]:
@@ -257,9 +255,10 @@ def _off_statement(leg: str, weight_n: float, stated_n: float) -> list[Finding]:
     ]  # fmt: skip
 
 
+@listed
 def check_walking_cells(
     forces_n: FloatArray, cells: Sequence[str], foot: Sequence[str]
-) -> list[Finding]:
+) -> Iterator[Finding]:
     """Find cells under a walking robot that are dead or of turned sign.
 
     Parameters
@@ -269,10 +268,9 @@ def check_walking_cells(
     cells, foot
         Name and foot of every cell.
     """
-    found: list[Finding] = []
     forces_n = forces_n[np.isfinite(forces_n).all(axis=1)]
     if not forces_n.size:
-        return found
+        return
     low, high = np.percentile(forces_n, [2, 98], axis=0)
     span = high - low
     for i, name in enumerate(cells):
@@ -280,13 +278,11 @@ def check_walking_cells(
         if not mates or np.median(span[mates]) < WALKING_SPAN_N:
             continue
         if span[i] < DEAD_SHARE * float(np.median(span[mates])):
-            found.append(
-                Finding(
-                    "dead_cell", "alarm", name,
-                    f"the cell moves by {span[i]:.2g} N while the others of its foot move by "
-                    f"{float(np.median(span[mates])):.3g} N",
-                    "check its wires, its plug and that it carries the plate",
-                )
+            yield Finding(
+                "dead_cell", "alarm", name,
+                f"the cell moves by {span[i]:.2g} N while the others of its foot move by "
+                f"{float(np.median(span[mates])):.3g} N",
+                "check its wires, its plug and that it carries the plate",
             )  # fmt: skip
             continue
         others = np.abs(forces_n[:, mates] - np.median(low[mates])).sum(axis=1)
@@ -295,12 +291,9 @@ def check_walking_cells(
         steps = np.median(forces_n[down], axis=0) - np.median(forces_n[up], axis=0)
         usual = float(np.median(steps[mates]))
         if usual > WALKING_SPAN_N and steps[i] < -TURNED_SHARE * usual:
-            found.append(
-                Finding(
-                    "turned_sign", "alarm", name,
-                    f"the cell reads {-steps[i]:.3g} N less when its foot carries the robot; the "
-                    f"others read {usual:.3g} N more",
-                    "check the sign of its scale and the wires of its bridge",
-                )
+            yield Finding(
+                "turned_sign", "alarm", name,
+                f"the cell reads {-steps[i]:.3g} N less when its foot carries the robot; the "
+                f"others read {usual:.3g} N more",
+                "check the sign of its scale and the wires of its bridge",
             )  # fmt: skip
-    return found

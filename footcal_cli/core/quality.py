@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import wraps
 from itertools import combinations
-from typing import Literal
+from typing import Literal, ParamSpec
 
 import numpy as np
 
@@ -41,6 +42,19 @@ class Finding:
     where: str
     sentence: str
     remedy: str
+
+
+Asked = ParamSpec("Asked")
+
+
+def listed(check: Callable[Asked, Iterator[Finding]]) -> Callable[Asked, list[Finding]]:
+    """A check that yields its findings, called for all of them."""
+
+    @wraps(check)
+    def called(*args: Asked.args, **words: Asked.kwargs) -> list[Finding]:
+        return list(check(*args, **words))
+
+    return called
 
 
 STOPPING = frozenset({"readings_repeat_across_channels"})
@@ -161,9 +175,10 @@ UNIT_RATIOS = {"kg": 9.80665, "lbf": 4.4482216, "g": 9.80665e-3, "kN": 1e3}
 SAME_RATIO = 0.04
 
 
+@listed
 def check_units_of_sessions(
     channel: str, load_n: FloatArray, counts: FloatArray, session: FloatArray
-) -> list[Finding]:
+) -> Iterator[Finding]:
     """Find sessions whose loads were noted in another unit: a slope off by a known ratio.
 
     A unit is off by 9.8 or 4.4, never by a per mille: what is not near a ratio is no unit.
@@ -179,22 +194,19 @@ def check_units_of_sessions(
         if mine.sum() > 2 and np.ptp(load_n[mine]) > 0:
             slopes[number] = float(np.polyfit(load_n[mine], counts[mine], 1)[0])
     typical = float(np.median(list(slopes.values()))) if len(slopes) > 2 else 0.0
-    findings = []
     for number, slope in slopes.items():
         for unit, ratio in UNIT_RATIOS.items():
             if typical and abs(slope / typical / ratio - 1.0) < SAME_RATIO:
-                findings.append(
-                    Finding(
-                        "another_unit", "alarm", channel,
-                        f"session {int(number) + 1} of {channel} reads {slope / typical:.3g} x as "
-                        f"much per load as the others: its loads look noted in {unit}",
-                        "correct the unit of that session's loads",
-                    )
+                yield Finding(
+                    "another_unit", "alarm", channel,
+                    f"session {int(number) + 1} of {channel} reads {slope / typical:.3g} x as "
+                    f"much per load as the others: its loads look noted in {unit}",
+                    "correct the unit of that session's loads",
                 )  # fmt: skip
-    return findings
 
 
-def check_duplicate_channels(readings: FloatArray, channels: Sequence[str]) -> list[Finding]:
+@listed
+def check_duplicate_channels(readings: FloatArray, channels: Sequence[str]) -> Iterator[Finding]:
     """Find channels of a stream that show the same readings throughout.
 
     Parameters
@@ -202,19 +214,15 @@ def check_duplicate_channels(readings: FloatArray, channels: Sequence[str]) -> l
     readings
         Shape (n, c); NaN where a sample was lost.
     """
-    findings = []
     for i, j in combinations(range(len(channels)), 2):
         both = np.isfinite(readings[:, i]) & np.isfinite(readings[:, j])
         a, b = readings[both, i], readings[both, j]
         if a.size > 10 and np.ptp(a) > 0 and np.mean(a == b) > 0.95:
-            findings.append(
-                Finding(
-                    "duplicate_channel", "alarm", f"{channels[i]}, {channels[j]}",
-                    f"{np.mean(a == b):.0%} of the readings of the two channels are identical",
-                    "check the channel map of the logger; one of the cells is not recorded",
-                )
+            yield Finding(
+                "duplicate_channel", "alarm", f"{channels[i]}, {channels[j]}",
+                f"{np.mean(a == b):.0%} of the readings of the two channels are identical",
+                "check the channel map of the logger; one of the cells is not recorded",
             )  # fmt: skip
-    return findings
 
 
 STUCK_SECONDS = 1.0
@@ -249,7 +257,8 @@ def check_order(time_s: FloatArray, stream: str) -> list[Finding]:
     ]  # fmt: skip
 
 
-def check_clock(time_s: FloatArray, stream: str) -> list[Finding]:
+@listed
+def check_clock(time_s: FloatArray, stream: str) -> Iterator[Finding]:
     """Find stamps that go back or repeat, gaps, and an uneven rate.
 
     Parameters
@@ -258,38 +267,33 @@ def check_clock(time_s: FloatArray, stream: str) -> list[Finding]:
         Stamps in order of the file, shape (n,).
     """
     if time_s.size < 3:
-        return []
+        return
     steps = np.diff(time_s)
-    findings = []
-    findings += check_order(time_s, stream)
+    yield from check_order(time_s, stream)
     if np.any(steps == 0):
-        findings.append(
-            Finding(
-                "duplicate_stamps", "warning", stream,
-                f"{int(np.sum(steps == 0))} of {time_s.size} stamps repeat",
-                "stamp at the sensor, not at the receiver; repeated stamps are used once",
-            )
+        yield Finding(
+            "duplicate_stamps", "warning", stream,
+            f"{int(np.sum(steps == 0))} of {time_s.size} stamps repeat",
+            "stamp at the sensor, not at the receiver; repeated stamps are used once",
         )  # fmt: skip
     rising = time_s[np.concatenate([[True], time_s[1:] > np.maximum.accumulate(time_s)[:-1]])]
     gaps = gaps_of(rising)
     if gaps.size:
         widths = np.diff(rising)
         longest = int(gaps[np.argmax(widths[gaps])])
-        findings.append(
-            Finding(
-                "gaps", "warning", stream,
-                f"{gaps.size} gap{'s' if gaps.size > 1 else ''}, the longest "
-                f"{widths[longest]:.3g} s at {rising[longest]:.6g} s "
-                f"(usual interval {np.median(widths):.3g} s)",
-                "check the link or the logger's load; nothing is interpolated across a gap",
-            )
+        yield Finding(
+            "gaps", "warning", stream,
+            f"{gaps.size} gap{'s' if gaps.size > 1 else ''}, the longest "
+            f"{widths[longest]:.3g} s at {rising[longest]:.6g} s "
+            f"(usual interval {np.median(widths):.3g} s)",
+            "check the link or the logger's load; nothing is interpolated across a gap",
         )  # fmt: skip
-    return findings
 
 
+@listed
 def check_stream(
     time_s: FloatArray, readings: FloatArray, channels: Sequence[str]
-) -> list[Finding]:
+) -> Iterator[Finding]:
     """Find lost samples, stuck and duplicated channels of a stream.
 
     Parameters
@@ -297,29 +301,24 @@ def check_stream(
     readings
         Shape (n, c); NaN where a sample was lost.
     """
-    findings = check_duplicate_channels(readings, channels)
+    yield from check_duplicate_channels(readings, channels)
     step_s = float(np.median(np.diff(time_s))) if time_s.size > 2 else np.nan
     longest = np.array([_longest_run(readings[:, i]) for i in range(len(channels))])
     for name, column, run in zip(channels, readings.T, longest, strict=True):
         lost = int(np.sum(~np.isfinite(column)))
         if lost:
-            findings.append(
-                Finding(
-                    "lost_samples", "warning" if lost > 0.01 * column.size else "note", name,
-                    f"{lost} of {column.size} samples are missing",
-                    "check the connection of the channel; lost samples are left out",
-                )
+            yield Finding(
+                "lost_samples", "warning" if lost > 0.01 * column.size else "note", name,
+                f"{lost} of {column.size} samples are missing",
+                "check the connection of the channel; lost samples are left out",
             )  # fmt: skip
         others = float(np.median(longest)) if longest.size > 1 else 0.0
         if run * step_s > STUCK_SECONDS and run > 10 * max(others, 1.0):
-            findings.append(
-                Finding(
-                    "stuck_channel", "alarm", name,
-                    f"one value for {run * step_s:.3g} s ({run} samples) while others move",
-                    "check that the channel is connected and that its reading is refreshed",
-                )
+            yield Finding(
+                "stuck_channel", "alarm", name,
+                f"one value for {run * step_s:.3g} s ({run} samples) while others move",
+                "check that the channel is connected and that its reading is refreshed",
             )  # fmt: skip
-    return findings
 
 
 def check_frozen(time_s: FloatArray, readings: FloatArray, stream: str) -> list[Finding]:

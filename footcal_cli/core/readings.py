@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from footcal_cli.core.parameters import BoolArray, FloatArray
-from footcal_cli.core.quality import Finding
+from footcal_cli.core.quality import Finding, listed
 from footcal_cli.core.signals import stretches
 
 OFFSET_BINARY_SHARE = 0.05
@@ -77,37 +77,30 @@ def find_end_codes(counts: FloatArray, bits: int) -> BoolArray:
     return np.asarray(at_end)
 
 
-def check_codes(channel: str, counts: FloatArray, bits: int) -> list[Finding]:
+@listed
+def check_codes(channel: str, counts: FloatArray, bits: int) -> Iterator[Finding]:
     """Find saturated codes, a stuck channel and offset-binary readings of one channel."""
-    findings = []
     half = 2.0 ** (bits - 1)
     at_end = find_end_codes(counts, bits)
     if at_end.any():
-        findings.append(
-            Finding(
-                "saturated_codes", "alarm", channel,
-                f"{int(at_end.sum())} of {counts.size} readings are an end code of a {bits}-bit "
-                f"converter ({counts[at_end][0]:,.0f})",
-                "lower the gain or the load; check the wiring of the bridge",
-            )
+        yield Finding(
+            "saturated_codes", "alarm", channel,
+            f"{int(at_end.sum())} of {counts.size} readings are an end code of a {bits}-bit "
+            f"converter ({counts[at_end][0]:,.0f})",
+            "lower the gain or the load; check the wiring of the bridge",
         )  # fmt: skip
     if counts.size > 1 and np.ptp(counts) == 0:
-        findings.append(
-            Finding(
-                "stuck_channel", "alarm", channel,
-                f"all {counts.size} readings are {counts[0]:,.0f}",
-                "check that the channel is connected and that its reading is refreshed",
-            )
+        yield Finding(
+            "stuck_channel", "alarm", channel,
+            f"all {counts.size} readings are {counts[0]:,.0f}",
+            "check that the channel is connected and that its reading is refreshed",
         )  # fmt: skip
     elif counts.size > 1 and np.all(np.abs(counts - half) < OFFSET_BINARY_SHARE * half):
-        findings.append(
-            Finding(
-                "offset_binary", "note", channel,
-                f"readings lie around {half:,.0f} = 2^{bits - 1}: offset-binary, zero is mid-scale",
-                "nothing to do: the bias absorbs it",
-            )
+        yield Finding(
+            "offset_binary", "note", channel,
+            f"readings lie around {half:,.0f} = 2^{bits - 1}: offset-binary, zero is mid-scale",
+            "nothing to do: the bias absorbs it",
         )  # fmt: skip
-    return findings
 
 
 def find_frozen(reading: FloatArray, least: int = 50) -> BoolArray:
@@ -139,9 +132,10 @@ def check_glitches(reading: FloatArray, time_s: FloatArray, where: str) -> list[
     ]  # fmt: skip
 
 
+@listed
 def check_dead_channels(
     readings: FloatArray, names: Sequence[str], *, loaded: bool = False
-) -> list[Finding]:
+) -> Iterator[Finding]:
     """Find channels of one foot that stand still, or only rustle, while their siblings move.
 
     Parameters
@@ -153,24 +147,20 @@ def check_dead_channels(
     """
     good = readings[np.isfinite(readings).all(axis=1)]
     if len(good) < (_FEWEST_LOADED if loaded else 50) or len(names) < 3:
-        return []
+        return
     span = np.subtract(*np.percentile(good, [98, 2], axis=0))
     scatter = np.median(np.abs(np.diff(good, axis=0)), axis=0)
-    found = []
     for i, name in enumerate(names):
         mates = np.delete(np.arange(len(names)), i)
         usual = float(np.median(span[mates]))
         moves = (loaded or usual > MOVING * float(np.median(scatter[mates]))) and usual > 0
         if moves and span[i] < DEAD_SPAN * usual:
-            found.append(
-                Finding(
-                    "dead_cell", "alarm", name,
-                    f"the channel moves by {span[i]:,.4g} while the others of its foot move by "
-                    f"{usual:,.4g}",
-                    "check its wires, its plug and that it carries the plate",
-                )
+            yield Finding(
+                "dead_cell", "alarm", name,
+                f"the channel moves by {span[i]:,.4g} while the others of its foot move by "
+                f"{usual:,.4g}",
+                "check its wires, its plug and that it carries the plate",
             )  # fmt: skip
-    return found
 
 
 def check_loose_channels(readings: FloatArray, names: Sequence[str]) -> list[Finding]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import combinations
 
 import numpy as np
@@ -150,25 +150,21 @@ def _windows(time_s: FloatArray) -> list[IntArray]:
     return np.split(np.arange(time_s.size), np.flatnonzero(np.diff(number)) + 1)
 
 
-def _silent(spread: FloatArray, names: Sequence[str]) -> list[Finding]:
+def _silent(spread: FloatArray, names: Sequence[str]) -> Iterator[Finding]:
     """Channels that moved with the steps once and no longer do while the others go on."""
     usual = np.median(spread, axis=0)
     usual = np.where(usual > SILENT * np.median(usual), usual, np.median(usual))
     share = spread / np.maximum(usual, 1e-300)
-    found = []
     for i, name in enumerate(names):
         others = np.median(np.delete(share, i, axis=1), axis=1)
         silent = (share[:, i] < SILENT) & (others > MOVING)
         if silent.sum() >= 2 and (share[:, i] > MOVING).any():
-            found.append(
-                Finding(
-                    "stuck_channel", "alarm", name,
-                    f"the reading of {name} stands still for about {silent.sum() * WINDOW_S:.0f} s "
-                    "while the other cells follow the steps",
-                    "check that the channel is connected and that its reading is refreshed",
-                )
+            yield Finding(
+                "stuck_channel", "alarm", name,
+                f"the reading of {name} stands still for about {silent.sum() * WINDOW_S:.0f} s "
+                "while the other cells follow the steps",
+                "check that the channel is connected and that its reading is refreshed",
             )  # fmt: skip
-    return found
 
 
 def _twins(moved: Sequence[FloatArray], names: Sequence[str]) -> list[Finding]:

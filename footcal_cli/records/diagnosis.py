@@ -6,8 +6,8 @@ from typing import Literal
 
 from pydantic import Field
 
+from footcal_cli.core.quality import Finding
 from footcal_cli.records.files import Record, Versioned
-from footcal_cli.records.results import FindingRecord
 
 
 class HeldOutGain(Record):
@@ -176,7 +176,7 @@ class DiagnosisRecord(Versioned):
     survivors: tuple[str, ...] = ()
     ranges: dict[str, RangeRecord] = Field(default_factory=dict)
     experiments: tuple[ExperimentRecord, ...] = ()
-    findings: tuple[FindingRecord, ...] = ()
+    findings: tuple[Finding, ...] = ()
     effects: tuple[EffectRowRecord, ...] = ()
     blocks: int
     rows: int

@@ -175,27 +175,6 @@ class RmseRecord(Versioned):
     rejected: dict[str, int] = Field(default_factory=dict)
 
 
-class FindingRecord(Record):
-    """Something about the data that the user should know."""
-
-    code: str
-    severity: Literal["alarm", "warning", "note"]
-    where: str
-    sentence: str
-    remedy: str
-
-    @classmethod
-    def of(cls, finding: Finding) -> FindingRecord:
-        """The record of a finding of the core."""
-        return cls(
-            code=finding.code,
-            severity=finding.severity,
-            where=finding.where,
-            sentence=finding.sentence,
-            remedy=finding.remedy,
-        )
-
-
 class VerdictRecord(Record):
     """The first sentence of a report."""
 
@@ -250,7 +229,7 @@ class RunRecord(Versioned):
     seed: int
     timings_s: dict[str, float]
     verdict: VerdictRecord
-    findings: tuple[FindingRecord, ...] = ()
+    findings: tuple[Finding, ...] = ()
     gates_missed: tuple[str, ...] = ()
     exit_code: int
     files: tuple[str, ...] = ()
@@ -270,7 +249,7 @@ class AnswerRecord(Versioned):
     verdict: VerdictRecord | None = None
     diagnosis: str | None = None
     error: str | None = None
-    findings: tuple[FindingRecord, ...] = ()
+    findings: tuple[Finding, ...] = ()
     gates_missed: tuple[str, ...] = ()
     rmse: tuple[RmseRow, ...] = ()
     rejected: dict[str, int] = Field(default_factory=dict)

@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 from math import floor, isfinite, log10
 from typing import TYPE_CHECKING
 
+from footcal_cli.core.quality import Finding
 from footcal_cli.records.results import (
-    FindingRecord,
     ParametersRecord,
     ReadColumnRecord,
     RmseRecord,
@@ -115,7 +115,7 @@ class Report:
     verdict: VerdictRecord
     pictures: tuple[Picture, ...] = ()
     sheets: tuple[Sheet, ...] = ()
-    findings: tuple[FindingRecord, ...] = ()
+    findings: tuple[Finding, ...] = ()
     footer: tuple[str, ...] = field(default=())
     lead_sheets: tuple[Sheet, ...] = ()
 

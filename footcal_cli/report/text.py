@@ -12,7 +12,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table as RichTable
 
-from footcal_cli.records.results import FindingRecord
+from footcal_cli.core.quality import Finding
 from footcal_cli.report import Report, Sheet, plural
 
 _MARKS = {"good": "green", "warning": "yellow", "bad": "red"}
@@ -34,7 +34,7 @@ def print_text(report: Report, console: Console) -> None:
         console.print(_drawn(sheet, console.width))
 
 
-def _say_finding(console: Console, finding: FindingRecord) -> None:
+def _say_finding(console: Console, finding: Finding) -> None:
     lead = f"{finding.severity.upper()} "
     text = f"{finding.where}: {finding.sentence}. → {finding.remedy}"
     _say(console, lead, text, style=_SEVERITY[finding.severity])

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from typing import Any
 
 import numpy as np
 
+from footcal_cli.core.quality import Finding
 from footcal_cli.errors import nearest
 from footcal_cli.recipe import CommandOptions, Gates
-from footcal_cli.records.results import FindingRecord, ParametersRecord, RmseRow, VerdictRecord
+from footcal_cli.records.results import ParametersRecord, RmseRow, VerdictRecord
 from footcal_cli.report import Sheet, number
 from footcal_cli.report.outcome import Outcome
 
@@ -56,7 +57,7 @@ def trusted(outcome: Outcome) -> Outcome:
     )
 
 
-def _worse(outcome: Outcome) -> list[FindingRecord]:
+def _worse(outcome: Outcome) -> Iterator[Finding]:
     """Quantities that the calibration left worse than before, whatever the others gained."""
     rows = outcome.rmse.rows if outcome.rmse is not None else ()
     before = {_key(row): row for row in rows if row.stage == "before"}
@@ -66,7 +67,6 @@ def _worse(outcome: Outcome) -> list[FindingRecord]:
     }
     known = {row.reference for row in before.values()} - {"baseline"}
     judged = {outcome.reference} & known or known
-    found = []
     for row in rows:
         was = before.get(_key(row))
         if row.stage != outcome.stage or was is None:
@@ -77,17 +77,14 @@ def _worse(outcome: Outcome) -> list[FindingRecord]:
         gained = row.rmse - was.rmse
         floor = max(LEAST.get(row.unit, 0.0), SHARE * largest[row.unit])
         if row.rmse > WORSE * was.rmse and gained > floor:
-            found.append(
-                FindingRecord(
-                    code="worse_than_before", severity="alarm", where=row.quantity,
-                    sentence=f"the calibration made it worse: RMSE {was.rmse:.3g} → "
-                    f"{row.rmse:.3g} {row.unit} against {row.reference} "
-                    f"({row.split.replace('_', ' ')})",
-                    remedy="do not use it; check the recipe against the log (footcal check), then "
-                    "run footcal diagnose",
-                )
+            yield Finding(
+                "worse_than_before", "alarm", row.quantity,
+                f"the calibration made it worse: RMSE {was.rmse:.3g} → "
+                f"{row.rmse:.3g} {row.unit} against {row.reference} "
+                f"({row.split.replace('_', ' ')})",
+                "do not use it; check the recipe against the log (footcal check), then "
+                "run footcal diagnose",
             )  # fmt: skip
-    return found
 
 
 def _key(row: RmseRow) -> tuple[str, str, str]:
@@ -162,7 +159,7 @@ def gated(
     return replace(outcome, report=report, gates_missed=(*outcome.gates_missed, *missed))
 
 
-def _strict(findings: Sequence[FindingRecord]) -> list[str]:
+def _strict(findings: Sequence[Finding]) -> list[str]:
     """The gate of ``--strict-findings``: warnings and alarms of the data, by code."""
     serious = sorted({f.code for f in findings if f.severity != "note"})
     return [f"strict findings: {', '.join(serious)}"] if serious else []

@@ -7,7 +7,7 @@ together (`footcal_cli.intake.recordings`).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -313,26 +313,24 @@ def _known(channel: str, load: FloatArray, counts: FloatArray, robot: Robot) -> 
     return check_scale(channel, scale, plate)
 
 
-def _loads(load: FloatArray, robot: Robot) -> list[Finding]:
+def _loads(load: FloatArray, robot: Robot) -> Iterator[Finding]:
     load = load[np.isfinite(load)]
-    found = quality.check_load_unit(load, None, robot.weight_n) if load.size else []
-    if load.size and not load.any():
-        found.append(
-            Finding(
-                "no_load", "warning", "load", f"all {load.size} loads are 0 N",
-                "check the load column; rows without a load determine only the zero",
-            )
+    if not load.size:
+        return
+    yield from quality.check_load_unit(load, None, robot.weight_n)
+    if not load.any():
+        yield Finding(
+            "no_load", "warning", "load",
+            f"all {load.size} loads are 0 N",
+            "check the load column; rows without a load determine only the zero",
         )  # fmt: skip
-    if load.size and float(load.max()) <= 0.0 and float(load.min()) < 0.0:
-        found.append(
-            Finding(
-                "negative_loads", "warning", "load",
-                f"all loads are negative ({load.min():.4g} … {load.max():.4g} N): a weight that "
-                "presses is positive here",
-                "turn the sign of the load column, unless the cells were really pulled",
-            )
+    if float(load.max()) <= 0.0 and float(load.min()) < 0.0:
+        yield Finding(
+            "negative_loads", "warning", "load",
+            f"all loads are negative ({load.min():.4g} … {load.max():.4g} N): a weight that "
+            "presses is positive here",
+            "turn the sign of the load column, unless the cells were really pulled",
         )  # fmt: skip
-    return found
 
 
 def _codes(name: str, values: FloatArray, robot: Robot) -> list[Finding]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -80,40 +80,32 @@ def read_calibration(path: Path) -> ParametersRecord:
     return record
 
 
-def inspect_record(record: ParametersRecord, robot: Robot, path: str) -> list[Finding]:
+def inspect_record(record: ParametersRecord, robot: Robot, path: str) -> Iterator[Finding]:
     """What a calibration to start from states against the recipe."""
-    found = []
     if _UNNAMED not in (record.robot, robot.name) and record.robot != robot.name:
-        found.append(
-            Finding(
-                "calibration_of_another_robot", "warning", path,
-                f"the calibration is of '{record.robot}', the recipe of '{robot.name}'",
-                "give the calibration of this robot, or correct name in [robot]",
-            )
+        yield Finding(
+            "calibration_of_another_robot", "warning", path,
+            f"the calibration is of '{record.robot}', the recipe of '{robot.name}'",
+            "give the calibration of this robot, or correct name in [robot]",
         )  # fmt: skip
     off = record.gravity_mps2 / robot.gravity_mps2 - 1.0
     if abs(off) > 1e-6:
-        found.append(
-            Finding(
-                "gravity_differs", "alarm" if abs(off) > _SAME_GRAVITY else "note", path,
-                f"the calibration was made with g = {record.gravity_mps2:g} m/s², the recipe says "
-                f"{robot.gravity_mps2:g} m/s²",
-                "correct gravity_mps2 in [robot]"
-                + (", or calibrate again" if abs(off) > _SAME_GRAVITY else "")
-                + "; it differs by up to 0.5 % between places",
-            )
+        yield Finding(
+            "gravity_differs", "alarm" if abs(off) > _SAME_GRAVITY else "note", path,
+            f"the calibration was made with g = {record.gravity_mps2:g} m/s², the recipe says "
+            f"{robot.gravity_mps2:g} m/s²",
+            "correct gravity_mps2 in [robot]"
+            + (", or calibrate again" if abs(off) > _SAME_GRAVITY else "")
+            + "; it differs by up to 0.5 % between places",
         )  # fmt: skip
     if not record.sign_convention.startswith(_CONVENTIONS):
-        found.append(
-            Finding(
-                "unknown_sign_convention", "warning", path,
-                f"the calibration means its values so: '{record.sign_convention[:80]}'; this "
-                f"program takes {' or '.join(_CONVENTIONS)}",
-                "convert it to this convention",
-            )
+        yield Finding(
+            "unknown_sign_convention", "warning", path,
+            f"the calibration means its values so: '{record.sign_convention[:80]}'; this "
+            f"program takes {' or '.join(_CONVENTIONS)}",
+            "convert it to this convention",
         )  # fmt: skip
     plate = robot.nameplate.scale_n_per_count
     for cell in robot.cell_names:
         if f"{cell}.scale" in record.parameters:
-            found += check_scale(cell, record.parameters[f"{cell}.scale"].value, plate)
-    return found
+            yield from check_scale(cell, record.parameters[f"{cell}.scale"].value, plate)

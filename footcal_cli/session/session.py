@@ -19,9 +19,10 @@ from typing import TYPE_CHECKING, Generic, TypeVar
 
 from rich.console import Console
 
+from footcal_cli.core.quality import Finding
 from footcal_cli.errors import DataError, FitError
 from footcal_cli.recipe import CommandOptions, Recipe, read_recipe, validated
-from footcal_cli.records.results import FindingRecord, ParametersRecord, RunRecord
+from footcal_cli.records.results import ParametersRecord, RunRecord
 from footcal_cli.report import Drawn, Report, history_sheet, read_aloud, read_as_sheet
 from footcal_cli.report.outcome import Outcome
 from footcal_cli.report.text import print_text
@@ -237,9 +238,7 @@ class Session(Logs, Generic[Options]):
             A LOG was none of the kinds that the command reads.
         """
         self.refuse_unread()
-        outcome = replace(
-            outcome, report=_with_findings(outcome.report, map(FindingRecord.of, self._noted))
-        )
+        outcome = replace(outcome, report=_with_findings(outcome.report, self._noted))
         if self.read_as:
             report = outcome.report
             sheets = (*report.sheets, read_as_sheet(self.read_as))
@@ -311,7 +310,7 @@ class Session(Logs, Generic[Options]):
 _SEVERITIES = ("alarm", "warning", "note")
 
 
-def _with_findings(report: Report, noted: Iterable[FindingRecord]) -> Report:
+def _with_findings(report: Report, noted: Iterable[Finding]) -> Report:
     """The report with all findings, gravest first, each once; its verdict no better than they."""
     once = {(f.code, f.where, f.sentence): f for f in (*report.findings, *noted)}
     findings = tuple(sorted(once.values(), key=lambda f: _SEVERITIES.index(f.severity)))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from datetime import UTC, datetime
 from functools import partial
 from typing import Literal
@@ -12,9 +12,10 @@ import numpy as np
 
 from footcal_cli.core.fleet import Budget, Fleet, Series, Sessions
 from footcal_cli.core.parameters import Status
+from footcal_cli.core.quality import Finding
 from footcal_cli.plots import batch as plots
 from footcal_cli.records.batch import SessionRecord
-from footcal_cli.records.results import FindingRecord, VerdictRecord
+from footcal_cli.records.results import VerdictRecord
 from footcal_cli.report import Picture, Report, Sheet, number, plural, with_sd
 from footcal_cli.report.outcome import Outcome
 
@@ -160,46 +161,32 @@ def _count(n: int, what: str) -> str:
     return f"{n} {what}{'' if n == 1 else 's'}"
 
 
-def findings_of(fleet: Fleet) -> list[FindingRecord]:
+def findings_of(fleet: Fleet) -> Iterator[Finding]:
     """Changes, drifts and outlying sessions."""
-    found = []
     for one in fleet.series:
         where = f"{one.robot}, {one.parameter}"
         for change in one.changes:
             name = fleet.sessions.names[one.at[change.first_after]]
-            found.append(
-                FindingRecord(
-                    code="parameter_changed",
-                    severity="warning",
-                    where=where,
-                    sentence=f"changed by {with_sd(change.size, change.sd)} {one.unit} at session "
-                    f"{name} (p {number(change.p, 2)}, all places counted)",
-                    remedy="ask what was done to the robot before that session",
-                )
-            )
+            yield Finding(
+                "parameter_changed", "warning", where,
+                f"changed by {with_sd(change.size, change.sd)} {one.unit} at session "
+                f"{name} (p {number(change.p, 2)}, all places counted)",
+                "ask what was done to the robot before that session",
+            )  # fmt: skip
         if one.drifting and one.trend is not None:
-            found.append(
-                FindingRecord(
-                    code="parameter_drifts",
-                    severity="warning",
-                    where=where,
-                    sentence=f"drifts by {with_sd(one.trend.total, one.trend.total_sd)} {one.unit} "
-                    f"over the sessions (p {number(one.trend.p, 2)})",
-                    remedy="calibrate more often, or find what wears",
-                )
-            )
+            yield Finding(
+                "parameter_drifts", "warning", where,
+                f"drifts by {with_sd(one.trend.total, one.trend.total_sd)} {one.unit} "
+                f"over the sessions (p {number(one.trend.p, 2)})",
+                "calibrate more often, or find what wears",
+            )  # fmt: skip
     for name, parameters in fleet.outlying_sessions().items():
         some = ", ".join(parameters[:4]) + ("" if len(parameters) < 5 else " …")
-        found.append(
-            FindingRecord(
-                code="outlying_session",
-                severity="warning",
-                where=name,
-                sentence=f"lies apart from the other sessions in {some}",
-                remedy="look at its report; run diagnose on its logs",
-            )
-        )
-    return found
+        yield Finding(
+            "outlying_session", "warning", name,
+            f"lies apart from the other sessions in {some}",
+            "look at its report; run diagnose on its logs",
+        )  # fmt: skip
 
 
 def sheets_of(rows: Sequence[SessionRecord], fleet: Fleet) -> tuple[Sheet, ...]:

@@ -19,7 +19,6 @@ from footcal_cli.core.quality import Finding
 from footcal_cli.plots.ladder import plot_ladder, plot_recordings, plot_staircases
 from footcal_cli.plots.weights import plot_loads_against_counts, plot_residuals, plot_scales
 from footcal_cli.records.results import (
-    FindingRecord,
     ParametersRecord,
     RmseRecord,
     RmseRow,
@@ -128,7 +127,7 @@ def weights_outcome(
             verdict=ladder.weights_verdict(studies, curvature, tolerance_n),
             pictures=_pictures(studies, tolerance_n, climbed=climbed),
             sheets=tuple(sheet for sheet in sheets if sheet is not None),
-            findings=tuple(map(FindingRecord.of, findings)),
+            findings=tuple(findings),
             footer=(
                 f"Model: F = scale · S + bias per channel, {method} regression of load on counts "
                 "(NAO CoP self-calibration, eqs. 1 and 2). Adequate: no residual above "

@@ -14,7 +14,6 @@ from footcal_cli.recipe import Robot
 from footcal_cli.records.results import (
     CopCorrectionRecord,
     CopCorrectionsRecord,
-    FindingRecord,
     RmseRecord,
     VerdictRecord,
 )
@@ -45,9 +44,7 @@ def outcome_of(feet: Sequence[FootStudy], robot: Robot) -> Outcome:
             ),
             pictures=tuple(pictures),
             sheets=tuple(tables),
-            findings=tuple(
-                FindingRecord.of(f) for found in feet for f in sheets.misplaced_cells(found)
-            ),
+            findings=tuple(f for found in feet for f in sheets.misplaced_cells(found)),
             footer=(
                 "CoP corrections: NAO CoP self-calibration, eqs. (3)–(5), solved as the linear "
                 "problem they are; the physical alternatives correct the cells instead. Each row's "

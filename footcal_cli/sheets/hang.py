@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -10,9 +10,10 @@ from footcal_cli.core.hang.binned import binned_com
 from footcal_cli.core.hang.joint import HangFit
 from footcal_cli.core.hang.runs import HangRun
 from footcal_cli.core.parameters import Estimates, FloatArray
+from footcal_cli.core.quality import Finding
 from footcal_cli.core.study.stepwise import StepwiseFit
 from footcal_cli.plots import hang as plots
-from footcal_cli.records.results import FindingRecord, RmseRecord, VerdictRecord
+from footcal_cli.records.results import RmseRecord, VerdictRecord
 from footcal_cli.report import Picture, Report, number
 from footcal_cli.report.outcome import Outcome
 from footcal_cli.sheets.hang_tables import (
@@ -76,7 +77,7 @@ def outcome_of(
                 *method_sheets(fits, others),
                 noise_sheet(fits),
             ),
-            findings=findings(fits, runs),
+            findings=tuple(findings(fits, runs)),
             footer=footer(method),
         ),
         rmse=RmseRecord(rows=rmse_rows(residuals), rejected=dict(rejected)),
@@ -249,54 +250,42 @@ def _plain_verdict(residuals: Residuals, method: str) -> VerdictRecord:
 
 def findings(
     fits: Mapping[str, HangFit], runs: Mapping[str, Sequence[HangRun]]
-) -> tuple[FindingRecord, ...]:
+) -> Iterator[Finding]:
     """Forces that are no weight, a CoM out of reach, tilts like those of a wrongly named axis."""
-    found = []
     for leg, fit in fits.items():
-        found += _no_weight(leg, fit, runs[leg])
+        yield from _no_weight(leg, fit, runs[leg])
         cosine = np.sum(fit.gravity_dir_t * fit.model.nominal_dir_t, axis=1)
         angle = np.rad2deg(np.arccos(np.clip(cosine, -1.0, 1.0)))
         for label, tilt in zip(fit.model.log_labels(), angle, strict=True):
             if tilt > _LARGE_TILT_DEG:
-                found.append(
-                    FindingRecord(
-                        code="large_tilt",
-                        severity="warning",
-                        where=f"leg {leg}, {label.replace('_', ' ')}",
-                        sentence=f"gravity is {tilt:.0f}° away from the named axis",
-                        remedy="check the orientation's name and the transducer's axes "
-                        "(orientation_of)",
-                    )
-                )
-    return tuple(found)
+                yield Finding(
+                    "large_tilt", "warning", f"leg {leg}, {label.replace('_', ' ')}",
+                    f"gravity is {tilt:.0f}° away from the named axis",
+                    "check the orientation's name and the transducer's axes "
+                    "(orientation_of)",
+                )  # fmt: skip
 
 
-def _no_weight(leg: str, fit: HangFit, runs: Sequence[HangRun]) -> list[FindingRecord]:
+def _no_weight(leg: str, fit: HangFit, runs: Sequence[HangRun]) -> Iterator[Finding]:
     """What shows that the wrenches are not the weight of one thing in the attitudes of the log."""
-    found = []
     weight = float(fit.estimates[f"{leg}.weight"])
     left = np.concatenate(fit.residuals(runs))[:, :3]
     rms = float(np.sqrt(np.mean(left**2)))
     if rms > _UNEXPLAINED * abs(weight) and fit.misfit(runs) > _SYSTEMATIC:
-        found.append(
-            FindingRecord(
-                code="forces_unexplained", severity="alarm", where=f"leg {leg}",
-                sentence=f"the forces are not the weight of one thing in the attitudes of the log: "
-                f"residual {number(rms, 3)} N per axis at a weight of {number(weight, 3)} N",
-                remedy="check the order and the sense of the attitude's angles or quaternion, and "
-                "the mounting of the transducer (rotation_rpy_rad)",
-            )
+        yield Finding(
+            "forces_unexplained", "alarm", f"leg {leg}",
+            f"the forces are not the weight of one thing in the attitudes of the log: "
+            f"residual {number(rms, 3)} N per axis at a weight of {number(weight, 3)} N",
+            "check the order and the sense of the attitude's angles or quaternion, and "
+            "the mounting of the transducer (rotation_rpy_rad)",
         )  # fmt: skip
     com = np.array([float(fit.estimates[f"{leg}.com_{axis}_mean"]) for axis in "xyz"])
     if np.linalg.norm(com) > _FARTHEST_M:
-        found.append(
-            FindingRecord(
-                code="com_far", severity="alarm", where=f"leg {leg}",
-                sentence=f"its CoM would lie {np.linalg.norm(com):.3g} m from the transducer",
-                remedy="check the unit of the torques in [columns] (N*mm?)",
-            )
+        yield Finding(
+            "com_far", "alarm", f"leg {leg}",
+            f"its CoM would lie {np.linalg.norm(com):.3g} m from the transducer",
+            "check the unit of the torques in [columns] (N*mm?)",
         )  # fmt: skip
-    return found
 
 
 def footer(method: str) -> tuple[str, ...]:

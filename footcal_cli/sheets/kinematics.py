@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -90,7 +90,7 @@ def _range_m(values: FloatArray) -> str:
 def findings_of(
     robot: Robot, urdf: str, log: str, mass_kg: float, carried_n: float | None, posture: Posture,
     found: Accelerations, *, known: bool,
-) -> list[Finding]:  # fmt: skip
+) -> Iterator[Finding]:  # fmt: skip
     """Masses that contradict each other, feet in the air, a base that is not known.
 
     Parameters
@@ -104,50 +104,40 @@ def findings_of(
     known
         Whether the base's position was logged.
     """
-    findings = []
     if robot.mass_kg is not None and abs(mass_kg / robot.mass_kg - 1) > _MASS_TOLERANCE:
-        findings.append(
-            Finding(
-                "model_mass_differs", "warning", urdf,
-                f"the URDF weighs {mass_kg:.4g} kg, the recipe says {robot.mass_kg:.4g} kg",
-                "weigh the robot with battery and cables and correct the one that is wrong: CoM "
-                "and L̇ are the URDF's",
-            )
+        yield Finding(
+            "model_mass_differs", "warning", urdf,
+            f"the URDF weighs {mass_kg:.4g} kg, the recipe says {robot.mass_kg:.4g} kg",
+            "weigh the robot with battery and cables and correct the one that is wrong: CoM "
+            "and L̇ are the URDF's",
         )  # fmt: skip
     if carried_n is not None:
         lifted = float(np.nanmean(found.com_acc_low_mps2[:, 2]))
         weighed = carried_n / (robot.gravity_mps2 + lifted)
         if abs(weighed / mass_kg - 1) > _FORCE_TOLERANCE:
-            findings.append(
-                Finding(
-                    "model_mass_not_carried", "warning", urdf,
-                    f"the feet carry {weighed:.4g} kg on average, the URDF weighs "
-                    f"{mass_kg:.4g} kg",
-                    "check the URDF's masses, the sensors' zero and the sign of fz",
-                )
+            yield Finding(
+                "model_mass_not_carried", "warning", urdf,
+                f"the feet carry {weighed:.4g} kg on average, the URDF weighs "
+                f"{mass_kg:.4g} kg",
+                "check the URDF's masses, the sensors' zero and the sign of fz",
             )  # fmt: skip
     if known:
         seen = posture.feet_m[np.isfinite(posture.feet_m[:, :, 2]).any(axis=1), :, 2]
         ground = float(np.median(np.nanmin(seen, axis=1))) if seen.size else 0.0
         if abs(ground) > _GROUND_TOLERANCE_M:
-            findings.append(
-                Finding(
-                    "feet_not_on_ground", "warning", log,
-                    f"the lower foot is at {1e3 * ground:.3g} mm most of the time, not on the "
-                    "ground at z = 0",
-                    "give the base's height over the ground, or name the sole's link in "
-                    "[kinematics.feet]",
-                )
+            yield Finding(
+                "feet_not_on_ground", "warning", log,
+                f"the lower foot is at {1e3 * ground:.3g} mm most of the time, not on the "
+                "ground at z = 0",
+                "give the base's height over the ground, or name the sole's link in "
+                "[kinematics.feet]",
             )  # fmt: skip
     else:
-        findings.append(
-            Finding(
-                "base_position_inferred", "note", log,
-                "the log has no base position; the stance foot is taken to stand still",
-                "log the base's position if feet slip or the ground is not level",
-            )
+        yield Finding(
+            "base_position_inferred", "note", log,
+            "the log has no base position; the stance foot is taken to stand still",
+            "log the base's position if feet slip or the ground is not level",
         )  # fmt: skip
-    return findings
 
 
 def body_columns(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from footcal_cli.core.bench.cop_models import CopFit
 from footcal_cli.core.bench.cop_study import CopResult, FootStudy
 from footcal_cli.core.bench.placement_rows import PlacementRows, find_repeats
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.core.quality import Finding
+from footcal_cli.core.quality import Finding, listed
 from footcal_cli.records.results import RmseRow
 from footcal_cli.report import Sheet, number, with_sd
 
@@ -134,16 +134,16 @@ def cell_sheet(found: FootStudy) -> Sheet | None:
     )
 
 
-def misplaced_cells(found: FootStudy) -> list[Finding]:
+@listed
+def misplaced_cells(found: FootStudy) -> Iterator[Finding]:
     """Cells that placements see elsewhere than the recipe has them, by more than chance."""
     physical = found.study.physical
     chosen = found.study.chosen
     if physical is None or chosen is found.study.results[0]:
-        return []
+        return
     estimates = found.study.results[physical].parameters
     if estimates is None:
-        return []
-    findings = []
+        return
     for cell in found.rows.cells:
         at = [
             estimates.names.index(name)
@@ -157,18 +157,13 @@ def misplaced_cells(found: FootStudy) -> list[Finding]:
         sd = float(np.sqrt(moved @ covariance @ moved)) / max(distance, np.finfo(float).tiny)
         if distance < MISPLACED_M or distance < _SIGMAS * sd:
             continue
-        findings.append(
-            Finding(
-                "cell_misplaced",
-                "warning",
-                cell,
-                f"the placements see it {with_sd(_MM * distance, _MM * sd)} mm from where the "
-                f"recipe has it (x {_MM * moved[0]:+.1f}, y {_MM * moved[1]:+.1f} mm)",
-                "measure where it sits and correct x_m and y_m in the recipe; if it sits right, "
-                "look for a load that bypasses it",
-            )
-        )
-    return findings
+        yield Finding(
+            "cell_misplaced", "warning", cell,
+            f"the placements see it {with_sd(_MM * distance, _MM * sd)} mm from where the "
+            f"recipe has it (x {_MM * moved[0]:+.1f}, y {_MM * moved[1]:+.1f} mm)",
+            "measure where it sits and correct x_m and y_m in the recipe; if it sits right, "
+            "look for a load that bypasses it",
+        )  # fmt: skip
 
 
 def repeat_sheet(found: FootStudy) -> Sheet:

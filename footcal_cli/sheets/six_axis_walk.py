@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Literal
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -11,10 +10,11 @@ from footcal_cli.core.online.replay import held
 from footcal_cli.core.online.six_axis import KNOWN_MASS, MASS_STATE
 from footcal_cli.core.online.six_axis_replay import SixAxisReplay
 from footcal_cli.core.parameters import FloatArray, Status
+from footcal_cli.core.quality import Finding
 from footcal_cli.intake.recordings import Recording
 from footcal_cli.plots import six_axis_walk as plots
 from footcal_cli.plots.walk import plot_innovations, within_band
-from footcal_cli.records.results import FindingRecord, RmseRecord, RmseRow, VerdictRecord
+from footcal_cli.records.results import RmseRecord, RmseRow, VerdictRecord
 from footcal_cli.report import Picture, Report, Sheet, number, plural, with_sd
 from footcal_cli.report.outcome import Outcome
 from footcal_cli.sheets.stand import beliefs_sheet, root_mean_square
@@ -149,35 +149,19 @@ def sheets_of(found: SixAxisReplay) -> tuple[Sheet, ...]:
     )  # fmt: skip
 
 
-def findings_of(found: SixAxisReplay) -> list[FindingRecord]:
+def findings_of(found: SixAxisReplay) -> Iterator[Finding]:
     """What does not fit this robot's model."""
-    findings = []
-
-    def add(
-        code: str,
-        where: str,
-        sentence: str,
-        remedy: str,
-        severity: Literal["alarm", "warning", "note"] = "warning",
-    ) -> None:
-        findings.append(
-            FindingRecord(
-                code=code, severity=severity, where=where, sentence=sentence, remedy=remedy
-            )
-        )
-
     for jump in found.jumps:
-        add(
-            "offset_jump", jump.name,
+        yield Finding(
+            "offset_jump", "alarm" if jump.sure else "note", jump.name,
             f"the offset jumped by {with_sd(jump.size, jump.sd)} {_unit_of(jump.name)} at "
             f"{jump.onset_s:.2f} s (proved {jump.found_s - jump.onset_s:.2f} s later)",
             "check the transducer's cable and screws; before and after are calibrated apart",
-            "alarm" if jump.sure else "note",
         )  # fmt: skip
     widened = max(found.inflated * found.repeated[0], found.inflated * found.repeated[1])
     if widened > _WIDENED:
-        add(
-            "model_wrong", "robot",
+        yield Finding(
+            "model_wrong", "warning", "robot",
             f"errors of the totals repeat in every gait cycle ({found.repeated[0]:.1f} times the "
             f"variance of chance, of swinging feet {found.repeated[1]:.1f} times) and innovations "
             f"needed {found.inflated:.2f} times the learnt variance: intervals are widened by as "
@@ -189,22 +173,22 @@ def findings_of(found: SixAxisReplay) -> list[FindingRecord]:
             f"{name} {1e3 * value:+.0f}"
             for name, value in zip(found.rows.outputs, found.delay_asked_s, strict=False)
         )
-        add(
-            "delay_not_told", "body stream",
+        yield Finding(
+            "delay_not_told", "warning", "body stream",
             f"each total would move the body's stream by another time ({asked} ms): this is no "
             "delay but a motion that the feet did not feel, and nothing was taken out",
             "compare the model's CoM acceleration with an IMU",
         )  # fmt: skip
     elif abs(found.delay_s) > max(_NOTABLE_DELAY_S, 3 * found.delay_sd_s):
-        add(
-            "delay", "body stream",
+        yield Finding(
+            "delay", "warning", "body stream",
             f"the body's stream is {with_sd(1e3 * found.delay_s, 1e3 * found.delay_sd_s)} ms "
             "late beyond what the recipe compensates; it was taken out",
             "add it to delay_s in the recipe if several walks agree",
         )  # fmt: skip
     if not any(".scale_" in name for name in found.estimates.names):
-        add(
-            "scales_left_alone", "feet",
+        yield Finding(
+            "scales_left_alone", "warning", "feet",
             f"the body's motion determines the force only to {found.demand_sd_n:.0f} N: scales "
             "were left at 1, a regression on so poor a demand would pull them to zero",
             "log the CoM from a better model, or an IMU; or set scales = true",
@@ -212,8 +196,8 @@ def findings_of(found: SixAxisReplay) -> list[FindingRecord]:
     model = float(found.merged.log.known["mass_kg"][0])
     mass, sd = _column(found, MASS_STATE) if MASS_STATE in found.estimates.names else (0.0, 0.0)
     if abs(mass) > max(_SURPRISING_SHARE * model, 3 * sd):
-        add(
-            "mass_differs", "robot",
+        yield Finding(
+            "mass_differs", "warning", "robot",
             f"the feet carry {model + mass:.1f} ± {sd:.1f} kg, the model has {model:.1f} kg "
             f"({100 * mass / model:+.1f} %), unless both vertical scales are off together",
             "weigh the robot with battery and payload",
@@ -221,8 +205,8 @@ def findings_of(found: SixAxisReplay) -> list[FindingRecord]:
     for axis in "xy":
         value, sd = _column(found, f"robot.com_correction_{axis}")
         if abs(value) > max(0.005, 3 * sd):
-            add(
-                "com_differs", "robot",
+            yield Finding(
+                "com_differs", "warning", "robot",
                 f"the CoM lies {1e3 * value:+.0f} ± {1e3 * sd:.0f} mm in {axis} from the model's",
                 "correct the masses in the model, or level the IMU: they look alike here",
             )  # fmt: skip
@@ -231,19 +215,18 @@ def findings_of(found: SixAxisReplay) -> list[FindingRecord]:
     ):
         kind = name.rsplit(".", 1)[-1]
         if kind.startswith("scale_") and abs(value) > max(0.03, 3 * sd):
-            add(
-                "scale_off", name,
+            yield Finding(
+                "scale_off", "warning", name,
                 f"reads {100 * value:+.1f} ± {100 * sd:.1f} % too little",
                 "check the transducer's calibration matrix and its axes",
             )  # fmt: skip
     ratio = found.consistency.ratio
     if not 0.8 < ratio < 1.25:
-        add(
-            "inconsistent_innovations", "filter",
+        yield Finding(
+            "inconsistent_innovations", "warning", "filter",
             f"innovations are {ratio**0.5:.2f} times as large as claimed",
             "an effect is missing from the chain; run diagnose on this log",
         )  # fmt: skip
-    return findings
 
 
 def rmse_of(found: SixAxisReplay) -> RmseRecord:

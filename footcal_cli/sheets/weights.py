@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -69,27 +69,22 @@ def curvature_sentence(fits: Sequence[AffineFit], curvature: Curvature | None) -
 _ATTENUATED = 0.002
 
 
-def moving_findings(study: ChannelStudy) -> list[Finding]:
+def moving_findings(study: ChannelStudy) -> Iterator[Finding]:
     """What a reference that never stands still means for a channel."""
     if not study.lags_s:
-        return []
+        return
     lags = ", ".join(f"{1e3 * lag:.3g}" for lag in study.lags_s)
-    found = [
-        Finding(
-            "moving_reference", "note", study.channel,
-            f"the reference never stands still: compared sample by sample, the reading {lags} ms "
-            "late", "nothing to do: the lag is taken out",
-        )
-    ]  # fmt: skip
+    yield Finding(
+        "moving_reference", "note", study.channel,
+        f"the reference never stands still: compared sample by sample, the reading {lags} ms late",
+        "nothing to do: the lag is taken out",
+    )  # fmt: skip
     if study.attenuation > _ATTENUATED:
-        found.append(
-            Finding(
-                "noisy_regressor", "warning", study.channel,
-                f"noise pulls the scale towards zero by up to {100 * study.attenuation:.2g} %",
-                "record slower or longer ramps, or hold the load",
-            )
+        yield Finding(
+            "noisy_regressor", "warning", study.channel,
+            f"noise pulls the scale towards zero by up to {100 * study.attenuation:.2g} %",
+            "record slower or longer ramps, or hold the load",
         )  # fmt: skip
-    return found
 
 
 def find_extrapolation(

@@ -7,8 +7,8 @@ import re
 import pytest
 from matplotlib.figure import Figure
 
+from footcal_cli.core.quality import Finding
 from footcal_cli.records.results import (
-    FindingRecord,
     ParameterRecord,
     ParametersRecord,
     RunRecord,
@@ -17,13 +17,8 @@ from footcal_cli.records.results import (
 from footcal_cli.report import Drawn, Picture, Report, Sheet, history_sheet, plural
 from footcal_cli.report.page import render_html
 
-ALARM = FindingRecord(
-    code="stuck", severity="alarm", where="left_rr", sentence="reads 812 throughout",
-    remedy="replace the cable",
-)  # fmt: skip
-NOTE = FindingRecord(
-    code="repeats", severity="note", where="left_fl", sentence="few repeats", remedy="repeat"
-)
+ALARM = Finding("stuck", "alarm", "left_rr", "reads 812 throughout", "replace the cable")
+NOTE = Finding("repeats", "note", "left_fl", "few repeats", "repeat")
 TABLE = Sheet(
     "Calibration", ("channel", "scale (N)", "status"),
     [("left_fl", "−3.40 ± 0.02", "estimated"), ("left_fr", "1,204", "fixed"),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -161,54 +161,37 @@ class Comparison:
         mass_kg = float(self.merged.log.known["mass_kg"][0])
         return weighed_walking(self.belief, track.values[-1, :c], track.covariance[:c, :c], mass_kg)
 
-    def findings(self) -> list[Finding]:
+    def findings(self) -> Iterator[Finding]:
         """Jumps, a wrong mass, parameters that left their interval, inconsistent innovations."""
-        found = [
-            Finding(
-                "bias_jump",
-                "alarm" if jump.sure else "note",
-                jump.name.removesuffix(".bias"),
+        for jump in self.memory.jumps:
+            yield Finding(
+                "bias_jump", "alarm" if jump.sure else "note", jump.name.removesuffix(".bias"),
                 f"the bias jumped by {jump.size:.2f} ± {jump.sd:.2f} N at {jump.onset_s:.2f} s "
                 f"(proved {jump.found_s - jump.onset_s:.2f} s later)",
                 "check the cell's cable and seat; before and after are calibrated apart",
-            )
-            for jump in self.memory.jumps
-        ]
-        found += self.weighed.findings()
-        found += [
-            Finding(
-                "left_interval",
-                "warning",
-                d.name,
+            )  # fmt: skip
+        yield from self.weighed.findings()
+        for d in self.departures:
+            yield Finding(
+                "left_interval", "warning", d.name,
                 f"since {d.time_s:.1f} s outside [{d.low:.3g}, {d.high:.3g}] {d.unit}, now "
                 f"{d.value:.3g}",
                 "calibrate offline again, or widen the prior if the data sheet allows it",
-            )
-            for d in self.departures
-        ]
+            )  # fmt: skip
         if self.memory.repeated > INADEQUATE:
-            found.append(
-                Finding(
-                    "repeated_errors",
-                    "warning",
-                    "filter",
-                    "the residual repeats in every gait cycle: "
-                    f"{self.memory.repeated:.1f} times the variance that chance would leave",
-                    "run diagnose on this log: an effect is missing from the chain",
-                )
-            )
+            yield Finding(
+                "repeated_errors", "warning", "filter",
+                "the residual repeats in every gait cycle: "
+                f"{self.memory.repeated:.1f} times the variance that chance would leave",
+                "run diagnose on this log: an effect is missing from the chain",
+            )  # fmt: skip
         ratio = self.consistency.ratio
         if not 0.8 < ratio < 1.25:
-            found.append(
-                Finding(
-                    "inconsistent_innovations",
-                    "warning",
-                    "filter",
-                    f"innovations are {ratio**0.5:.2f} times as large as claimed",
-                    "run diagnose on this log: an effect is missing from the chain",
-                )
-            )
-        return found
+            yield Finding(
+                "inconsistent_innovations", "warning", "filter",
+                f"innovations are {ratio**0.5:.2f} times as large as claimed",
+                "run diagnose on this log: an effect is missing from the chain",
+            )  # fmt: skip
 
 
 def compare(

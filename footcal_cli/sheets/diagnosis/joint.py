@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from footcal_cli.core.diagnosis.joint_hypotheses import JointSize
 from footcal_cli.core.diagnosis.joint_sizes import SingleDiagnosis, SizeSeen
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.effects.contract import Effect
+from footcal_cli.core.quality import Finding
 from footcal_cli.intake.cases.shared import CaseRead
 from footcal_cli.plots.words import words
 from footcal_cli.records.diagnosis import (
@@ -20,7 +22,7 @@ from footcal_cli.records.diagnosis import (
     ExperimentRecord,
     SizeInExperimentRecord,
 )
-from footcal_cli.records.results import FindingRecord, RmseRecord, VerdictRecord
+from footcal_cli.records.results import RmseRecord, VerdictRecord
 from footcal_cli.report import Report, Sheet, number
 from footcal_cli.report.outcome import Outcome
 from footcal_cli.sheets.diagnosis.report import rmse_of
@@ -216,7 +218,7 @@ def unseen_sheet(joint: JointDiagnosis) -> Sheet:
 def joint_record(
     joint: JointDiagnosis,
     table: Mapping[str, Effect],
-    findings: Sequence[FindingRecord],
+    findings: Sequence[Finding],
     rules: Rules,
     seed: int,
 ) -> DiagnosisRecord:
@@ -307,7 +309,7 @@ def joint_outcome(
     """One verdict on several experiments; `alone` are the options that diagnose each by itself."""
     singles = joint.singles
     findings = [
-        FindingRecord.of(f).model_copy(update={"where": f"{one.name}: {f.where}"})
+        replace(f, where=f"{one.name}: {f.where}")
         for one, read in zip(singles, reads, strict=True)
         for f in read.findings
     ]

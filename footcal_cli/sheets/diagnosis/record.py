@@ -17,7 +17,6 @@ from footcal_cli.records.diagnosis import (
     HeldOutGain,
     RangeRecord,
 )
-from footcal_cli.records.results import FindingRecord
 from footcal_cli.sheets.diagnosis.contract import Answer
 from footcal_cli.sheets.diagnosis.evidence import table_rows
 from footcal_cli.sheets.diagnosis.experiment import experiment_words
@@ -47,7 +46,7 @@ def record_of(
         experiment=experiment_words(answer.experiment),
         next_experiment=answer.experiment,
         ranges=_ranges(found),
-        findings=tuple(FindingRecord.of(f) for f in read.findings),
+        findings=tuple(read.findings),
         effects=tuple(rows),
         blocks=found.problem.blocks,
         rows=int(found.problem.residual.size),

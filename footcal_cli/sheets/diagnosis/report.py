@@ -13,7 +13,7 @@ from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.effects.contract import Effect
 from footcal_cli.intake.cases.shared import CaseRead
 from footcal_cli.records.diagnosis import DiagnosisRecord
-from footcal_cli.records.results import FindingRecord, RmseRecord, RmseRow, VerdictRecord
+from footcal_cli.records.results import RmseRecord, RmseRow, VerdictRecord
 from footcal_cli.report import Report
 from footcal_cli.report.outcome import Outcome
 from footcal_cli.sheets.diagnosis.answer import answer_of
@@ -96,7 +96,7 @@ def outcome_of(
                 *movement_sheets(moved),
                 untested_sheet(found, read.untested),
             ),
-            findings=tuple(FindingRecord.of(f) for f in read.findings),
+            findings=tuple(read.findings),
             footer=(f"To reproduce: {reproduce}", rules.sentence(), method_note(found, seed)),
         ),
         rmse=rmse_of(found),

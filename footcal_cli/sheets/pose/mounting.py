@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,9 +18,10 @@ from footcal_cli.core.pose.selection import Candidate
 from footcal_cli.core.pose.slow_noise import SlowNoise
 from footcal_cli.core.pose.study import MountingStudy
 from footcal_cli.core.pose.wrenches import FootCalibration, foot_wrenches, robot_com_b_m
+from footcal_cli.core.quality import Finding
 from footcal_cli.core.spatial import rotation_log
 from footcal_cli.plots import pose as plots
-from footcal_cli.records.results import FindingRecord, RmseRecord, VerdictRecord
+from footcal_cli.records.results import RmseRecord, VerdictRecord
 from footcal_cli.report import Picture, Report, number, with_sd
 from footcal_cli.report.outcome import Outcome
 from footcal_cli.sheets.feet import wrench_columns
@@ -265,47 +266,35 @@ def suspect_legs(mapped: LegMap, legs: Sequence[str]) -> list[str]:
     return [max(found)[1]] if found else []
 
 
-def findings(fit: PoseFit, mapped: LegMap) -> tuple[FindingRecord, ...]:
+def findings(fit: PoseFit, mapped: LegMap) -> Iterator[Finding]:
     """A leg that does not fit, poses that do not suffice, a turn that all mountings share."""
-    found = [
-        FindingRecord(
-            code="leg_predicts_residual",
-            severity="warning",
-            where=f"leg {leg}",
-            sentence=f"its own readings predict {100 * mapped.share[k]:.0f} % of "
-            "the residual of the balance",
-            remedy="check gain, axes and channels of that transducer; run diagnose",
-        )
-        for k, leg in enumerate(fit.geometry.legs)
-        if leg in suspect_legs(mapped, fit.geometry.legs)
-    ]
+    for k, leg in enumerate(fit.geometry.legs):
+        if leg in suspect_legs(mapped, fit.geometry.legs):
+            yield Finding(
+                "leg_predicts_residual", "warning", f"leg {leg}",
+                f"its own readings predict {100 * mapped.share[k]:.0f} % of the residual of the "
+                "balance",
+                "check gain, axes and channels of that transducer; run diagnose",
+            )  # fmt: skip
     if fit.rank < fit.free:
-        found.append(
-            FindingRecord(
-                code="rank",
-                severity="warning",
-                where=f"{fit.poses} poses",
-                sentence=f"they determine {fit.rank} of {fit.free} mounting errors; the rest rests "
-                "on priors and hanging logs",
-                remedy="add poses with other shaft angles and body tilts (8 suffice for full rank)",
-            )
-        )
+        yield Finding(
+            "rank", "warning", f"{fit.poses} poses",
+            f"they determine {fit.rank} of {fit.free} mounting errors; the rest rests "
+            "on priors and hanging logs",
+            "add poses with other shaft angles and body tilts (8 suffice for full rank)",
+        )  # fmt: skip
     common = common_turn(rotation_log(fit.mounting.turn_b))
     if common is not None and common.stands_out:
-        found.append(
-            FindingRecord(
-                code="mountings_turned_alike",
-                severity="note",
-                where="all legs",
-                sentence=f"{common.words}; a body frame tilted by its markers (body_tilt) looks "
-                "the same in every pose (mount_rotation)",
-                remedy="put a spirit level on the chassis where the markers define its frame",
-            )
-        )
-    return (*found, *_com_elsewhere(fit))
+        yield Finding(
+            "mountings_turned_alike", "note", "all legs",
+            f"{common.words}; a body frame tilted by its markers (body_tilt) looks "
+            "the same in every pose (mount_rotation)",
+            "put a spirit level on the chassis where the markers define its frame",
+        )  # fmt: skip
+    yield from _com_elsewhere(fit)
 
 
-def _com_elsewhere(fit: PoseFit) -> tuple[FindingRecord, ...]:
+def _com_elsewhere(fit: PoseFit) -> tuple[Finding, ...]:
     """A shift that all hips share is named as that of the chassis' CoM."""
     geometry, hip_sd = fit.geometry, fit.options.translation_sd_m
     if not np.isfinite(hip_sd) or np.isnan(fit.covariance).any():
@@ -322,52 +311,44 @@ def _com_elsewhere(fit: PoseFit) -> tuple[FindingRecord, ...]:
     )
     metres = ", ".join(f"{v:.4f}" for v in geometry.chassis_com_b_m + shared.com_b_m)
     return (
-        FindingRecord(
-            code="chassis_com_elsewhere",
-            severity="note",
-            where="all legs",
-            sentence="all hips are shifted alike, as if the CoM of the robot without its legs lay "
+        Finding(
+            "chassis_com_elsewhere",
+            "note",
+            "all legs",
+            "all hips are shifted alike, as if the CoM of the robot without its legs lay "
             f"at ({where}) mm in the body frame; standing shows only hip minus CoM",
-            remedy=f"write chassis_com_m = [{metres}] into [pose_calib] if the CoM was not "
+            f"write chassis_com_m = [{metres}] into [pose_calib] if the CoM was not "
             "measured: the shifts are then each hip's own",
         ),
     )
 
 
-def departure_findings(found: Sequence[Departure]) -> tuple[FindingRecord, ...]:
+def departure_findings(found: Sequence[Departure]) -> Iterator[Finding]:
     """Where the poses contradict the scale or the hanging robot."""
-    findings = []
     for one in found[:_MOST_DEPARTURES]:
         of_robot = one.name == "robot.weight"
         said = _BELIEF.get(one.name, "hanging")
-        findings.append(
-            FindingRecord(
-                code="robot_weight_differs" if of_robot else "differs_from_hanging",
-                severity="warning",
-                where=one.name,
-                sentence=f"the poses say {with_sd(one.found, one.found_sd)} {one.unit}, {said} "
-                f"{with_sd(one.believed, one.believed_sd)} {one.unit}: {one.sigmas:.0f} sd apart",
-                remedy="weigh the robot as it stood, with battery and cables; if the scale is "
-                "right, the transducers' gain is off"
-                if of_robot
-                else "hang the robot again and compare; an offset that moved since asks for "
-                "--fit offsets",
-            )
-        )
-    return tuple(findings)
+        yield Finding(
+            "robot_weight_differs" if of_robot else "differs_from_hanging", "warning", one.name,
+            f"the poses say {with_sd(one.found, one.found_sd)} {one.unit}, {said} "
+            f"{with_sd(one.believed, one.believed_sd)} {one.unit}: {one.sigmas:.0f} sd apart",
+            "weigh the robot as it stood, with battery and cables; if the scale is "
+            "right, the transducers' gain is off"
+            if of_robot
+            else "hang the robot again and compare; an offset that moved since asks for "
+            "--fit offsets",
+        )  # fmt: skip
 
 
-def disagreeing_directions(fit: PoseFit) -> FindingRecord:
+def disagreeing_directions(fit: PoseFit) -> Finding:
     """The hanging logs of different legs do not belong to one rigid robot."""
-    return FindingRecord(
-        code="hang_directions_disagree",
-        severity="warning",
-        where="hanging logs",
-        sentence="the legs' directions of gravity do not fit one rigid robot (χ² "
+    return Finding(
+        "hang_directions_disagree", "warning", "hanging logs",
+        "the legs' directions of gravity do not fit one rigid robot (χ² "
         f"{fit.chi2_hang:.0f}); they are not used for the mounting",
-        remedy="hang the whole robot at once for all legs, or check the transducers' axes "
+        "hang the whole robot at once for all legs, or check the transducers' axes "
         "(orientation_of in hang-calib)",
-    )
+    )  # fmt: skip
 
 
 def footer(method: str, balance: str, errors_in_variables: bool) -> tuple[str, ...]:
