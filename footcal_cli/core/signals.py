@@ -295,6 +295,12 @@ def autocorrelation_time(series: FloatArray, sequence: IntArray | None = None) -
     return found
 
 
+def root_mean_square(values: FloatArray) -> float:
+    """Of the finite values; NaN where there are none."""
+    finite = values[np.isfinite(values)]
+    return float(np.sqrt(np.mean(finite**2))) if finite.size else float("nan")
+
+
 def effective_size(series: FloatArray) -> float:
     """Independent samples that a correlated series is worth, ``n / τ``."""
     return series.size / autocorrelation_time(series)

@@ -9,12 +9,14 @@ from pydantic import Field, model_validator
 
 from footcal_cli.core.parameters import Estimates, FloatArray, Status
 from footcal_cli.core.quality import Finding
+from footcal_cli.core.signals import root_mean_square
 from footcal_cli.errors import UsageError, nearest
 from footcal_cli.records.files import Record, Versioned
 from footcal_cli.records.own_effects import OwnEffect
 
 _LARGEST = 1e30
 """Larger values and sds overflow when they are squared."""
+Split = Literal["all", "train", "held_out"]
 _ROUNDING = 1e-6
 """Of correlations."""
 
@@ -162,9 +164,20 @@ class RmseRow(Record):
     unit: str
     stage: str
     reference: str
-    split: Literal["all", "train", "held_out"]
+    split: Split
     rmse: float
     n: int
+
+    @classmethod
+    def of(
+        cls, quantity: str, unit: str, stage: str, reference: str, error: FloatArray,
+        split: Split = "all",
+    ) -> Self:  # fmt: skip
+        """Of the finite ones of some errors."""
+        return cls(
+            quantity=quantity, unit=unit, stage=stage, reference=reference, split=split,
+            rmse=root_mean_square(error), n=int(np.isfinite(error).sum()),
+        )  # fmt: skip
 
 
 class RmseRecord(Versioned):

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footcal_cli.core.bench.cop_study import FootStudy
+from footcal_cli.core.signals import root_mean_square
 from footcal_cli.plots.placements import plot_corrections, plot_error_map, plot_total_force
 from footcal_cli.recipe import Robot
 from footcal_cli.records.results import (
@@ -103,7 +104,7 @@ def _force_errors(found: FootStudy) -> str:
     stages = {"corrected": found.study.chosen.fit.total_n(found.rows) - found.rows.load_n}
     if found.before is not None:
         stages = {"before": found.before.total_n - found.before.load_n, **stages}
-    rms = {stage: float(np.sqrt(np.nanmean(error**2))) for stage, error in stages.items()}
+    rms = {stage: root_mean_square(error) for stage, error in stages.items()}
     return f"RMS error: {', '.join(f'{number(v, 2)} N {stage}' for stage, v in rms.items())}."
 
 

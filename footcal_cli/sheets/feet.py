@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.pose.data import PoseData
 from footcal_cli.core.pose.wrenches import FootCalibration
+from footcal_cli.core.signals import root_mean_square
 from footcal_cli.plots.feet import plot_feet, plot_groups, stepping_together
 from footcal_cli.records.results import RmseRecord, RmseRow, VerdictRecord
 from footcal_cli.report import Picture, Report, Sheet, number
@@ -128,12 +129,9 @@ def rmse_rows(stages: Mapping[str, FloatArray], data: PoseData) -> tuple[RmseRow
         if lifted.size:
             parts.append(("force on lifted feet", "N", "zero", lifted))
         rows += [
-            RmseRow(
-                quantity=quantity, unit=unit, stage=stage, reference=reference, split="all",
-                rmse=float(np.sqrt(np.mean(error**2))), n=int(error.size),
-            )
+            RmseRow.of(quantity, unit, stage, reference, error)
             for quantity, unit, reference, error in parts
-        ]  # fmt: skip
+        ]
     return tuple(rows)
 
 
@@ -153,7 +151,7 @@ def verdict(stages: Mapping[str, FloatArray], data: PoseData, mounted: bool) -> 
             "pose-calib."
         )
     lifted = {
-        stage: float(np.sqrt(np.mean(error**2)))
+        stage: root_mean_square(error)
         for stage, wrench in stages.items()
         if (error := _lifted_force(wrench, data)).size
     }
@@ -165,7 +163,7 @@ def verdict(stages: Mapping[str, FloatArray], data: PoseData, mounted: bool) -> 
             f"({number(lifted['before'], 2)} N with a tare); it should be zero.",
             details=tuple(details),
         )
-    off = float(np.sqrt(np.mean(_weight_error(stages["after"], data) ** 2)))
+    off = root_mean_square(_weight_error(stages["after"], data))
     return VerdictRecord(
         level="good" if mounted else "warning",
         sentence=f"The feet carry the robot's weight to {number(off, 2)} N RMS.",
@@ -184,9 +182,9 @@ def foot_sheet(stages: Mapping[str, FloatArray], data: PoseData) -> Sheet:
                 leg,
                 number(float(after[:, 2].max()), 3),
                 number(float(np.median(after[:, 2])), 3),
-                number(float(np.sqrt(np.mean((after - before) ** 2))), 2),
-                number(float(np.sqrt(np.mean(before[up] ** 2))), 2) if up.any() else "–",
-                number(float(np.sqrt(np.mean(after[up] ** 2))), 2) if up.any() else "–",
+                number(root_mean_square(after - before), 2),
+                number(root_mean_square(before[up]), 2),
+                number(root_mean_square(after[up]), 2),
             )
         )
     return Sheet(

@@ -11,6 +11,7 @@ from footcal_cli.core.hang.joint import HangFit
 from footcal_cli.core.hang.runs import HangRun
 from footcal_cli.core.parameters import Estimates, FloatArray
 from footcal_cli.core.quality import Finding
+from footcal_cli.core.signals import root_mean_square
 from footcal_cli.core.study.stepwise import StepwiseFit
 from footcal_cli.plots import hang as plots
 from footcal_cli.records.results import RmseRecord, VerdictRecord
@@ -270,7 +271,7 @@ def _no_weight(leg: str, fit: HangFit, runs: Sequence[HangRun]) -> Iterator[Find
     """What shows that the wrenches are not the weight of one thing in the attitudes of the log."""
     weight = float(fit.estimates[f"{leg}.weight"])
     left = np.concatenate(fit.residuals(runs))[:, :3]
-    rms = float(np.sqrt(np.mean(left**2)))
+    rms = root_mean_square(left)
     if rms > _UNEXPLAINED * abs(weight) and fit.misfit(runs) > _SYSTEMATIC:
         yield Finding(
             "forces_unexplained", "alarm", f"leg {leg}",

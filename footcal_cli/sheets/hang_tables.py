@@ -47,25 +47,12 @@ def residuals_by_stage(
 
 def rmse_rows(residuals: Residuals) -> tuple[RmseRow, ...]:
     """Per stage and leg, forces and torques."""
-    rows = []
-    for stage, legs in residuals.items():
-        for leg, left in legs.items():
-            for quantity, unit, part in (
-                ("force", "N", left[:, :3]),
-                ("torque", "Nm", left[:, 3:]),
-            ):
-                rows.append(
-                    RmseRow(
-                        quantity=f"{leg} {quantity}",
-                        unit=unit,
-                        stage=stage,
-                        reference="hanging leg",
-                        split="all",
-                        rmse=float(np.sqrt(np.mean(part**2))),
-                        n=int(part.size),
-                    )
-                )
-    return tuple(rows)
+    return tuple(
+        RmseRow.of(f"{leg} {quantity}", unit, stage, "hanging leg", part)
+        for stage, legs in residuals.items()
+        for leg, left in legs.items()
+        for quantity, unit, part in (("force", "N", left[:, :3]), ("torque", "Nm", left[:, 3:]))
+    )
 
 
 def without_intervals(fit: StepwiseFit) -> Estimates:

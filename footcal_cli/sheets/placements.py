@@ -11,7 +11,7 @@ from footcal_cli.core.bench.cop_study import CopResult, FootStudy
 from footcal_cli.core.bench.placement_rows import PlacementRows, find_repeats
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.quality import Finding, listed
-from footcal_cli.records.results import RmseRow
+from footcal_cli.records.results import RmseRow, Split
 from footcal_cli.report import Sheet, number, with_sd
 
 _MOST_ROWS = 120
@@ -227,50 +227,35 @@ def _error_rows(
     stage: str,
     rows: PlacementRows,
     cop_m: FloatArray,
-    split: str,
+    split: Split,
     fit: CopFit | None = None,
 ) -> list[RmseRow]:
     error = cop_errors_m(cop_m, rows)
     total = (rows.total_n if fit is None else fit.total_n(rows)) - rows.load_n
     apart = ", placement never used" if split == "held_out" else ""
-    distance = _row(f"cop {found.foot}", "m", stage, f"hole{apart}", split, np.hypot(*error.T))
-    axes = [
-        _row(f"cop_{axis} {found.foot}", "m", stage, f"hole{apart}", split, error[:, i])
-        for i, axis in enumerate("xy")
+    parts = [
+        (f"cop_x {found.foot}", "m", f"hole{apart}", error[:, 0]),
+        (f"cop_y {found.foot}", "m", f"hole{apart}", error[:, 1]),
+        (f"cop {found.foot}", "m", f"hole{apart}", np.hypot(*error.T)),
+        (f"vgrf {found.foot}", "N", f"known load{apart}", total),
     ]
-    force = _row(
-        f"vgrf {found.foot}", "N", stage, f"known load{apart}", split, total[np.isfinite(total)]
-    )
     # the axes of every correction that was not chosen would bury the rest
-    parts = [*axes, distance, force] if stage in ("before", "after") else [distance, force]
-    return [row for row in parts if row.n]
+    return [
+        RmseRow.of(quantity, unit, stage, reference, errors, split)
+        for quantity, unit, reference, errors in parts[0 if stage in ("before", "after") else 2 :]
+        if np.isfinite(errors).any()
+    ]
 
 
 def _left_out_rows(found: FootStudy, stage: str, result: CopResult) -> list[RmseRow]:
     reference = "hole, its placement left out of the fit"
     error = result.left_out.error
     total = result.left_out_total.error
-    made = [_row(f"cop {found.foot}", "m", stage, reference, "held_out", np.hypot(*error.T))]
+    made = [RmseRow.of(f"cop {found.foot}", "m", stage, reference, np.hypot(*error.T), "held_out")]
     if np.isfinite(total).all():
         against = "known load, its placement left out of the fit"
-        made.append(_row(f"vgrf {found.foot}", "N", stage, against, "held_out", total))
+        made.append(RmseRow.of(f"vgrf {found.foot}", "N", stage, against, total, "held_out"))
     return made
-
-
-def _row(
-    quantity: str, unit: str, stage: str, reference: str, split: str, errors: FloatArray
-) -> RmseRow:
-    return RmseRow.model_validate(
-        {
-            "quantity": quantity,
-            "unit": unit,
-            "stage": stage,
-            "reference": reference,
-            "split": split,
-            "rmse": float(np.sqrt(np.mean(errors**2))) if errors.size else 0.0,
-            "n": errors.size,
-        }
-    )
 
 
 def _before_m(found: FootStudy) -> float:

@@ -11,13 +11,14 @@ from footcal_cli.core.online.six_axis import KNOWN_MASS, MASS_STATE
 from footcal_cli.core.online.six_axis_replay import SixAxisReplay
 from footcal_cli.core.parameters import FloatArray, Status
 from footcal_cli.core.quality import Finding
+from footcal_cli.core.signals import root_mean_square
 from footcal_cli.intake.recordings import Recording
 from footcal_cli.plots import six_axis_walk as plots
 from footcal_cli.plots.walk import plot_innovations, within_band
 from footcal_cli.records.results import RmseRecord, RmseRow, VerdictRecord
 from footcal_cli.report import Picture, Report, Sheet, number, plural, with_sd
 from footcal_cli.report.outcome import Outcome
-from footcal_cli.sheets.stand import beliefs_sheet, root_mean_square
+from footcal_cli.sheets.stand import beliefs_sheet, unit_of
 from footcal_cli.sheets.streams import stream_findings
 
 _SURPRISING_SHARE = 0.02
@@ -126,7 +127,7 @@ def sheets_of(found: SixAxisReplay) -> tuple[Sheet, ...]:
     e = found.estimates
     rows = []
     for i, name in enumerate(found.rows.outputs):
-        unit = "Nm" if name.split(".")[-1][0] in "mt" else "N"
+        unit = unit_of(name)
         errors = [found.before[:, i], found.after[:, i]]
         rows.append(
             (name, unit, str(int(np.isfinite(errors[0]).sum())),
@@ -235,16 +236,9 @@ def rmse_of(found: SixAxisReplay) -> RmseRecord:
     for i, name in enumerate(found.rows.outputs):
         reference = "motion" if i < found.rows.totals else "weight below the transducer"
         for stage, errors in (("before", found.before), ("memory", found.after)):
-            n = int(np.isfinite(errors[:, i]).sum())
-            if n:
-                rows.append(
-                    RmseRow(
-                        quantity="vgrf" if name == "fz" else name,
-                        unit="Nm" if name.split(".")[-1][0] in "mt" else "N",
-                        stage=stage, reference=reference, split="all",
-                        rmse=root_mean_square(errors[:, i]), n=n,
-                    )
-                )  # fmt: skip
+            if np.isfinite(errors[:, i]).any():
+                quantity = "vgrf" if name == "fz" else name
+                rows.append(RmseRow.of(quantity, unit_of(name), stage, reference, errors[:, i]))
     return RmseRecord(rows=tuple(rows), rejected=found.merged.validity.counts)
 
 

@@ -12,6 +12,7 @@ from footcal_cli.core.next_stance import CurvePoint
 from footcal_cli.core.online.weighed import Weighed
 from footcal_cli.core.parameters import FloatArray, Status
 from footcal_cli.core.quiet import QuietSet
+from footcal_cli.core.signals import root_mean_square
 from footcal_cli.core.static_init import StanceErrors, StanceRows, StaticInit
 from footcal_cli.records.results import RmseRecord, RmseRow, VerdictRecord
 from footcal_cli.report import Sheet, number, with_sd
@@ -143,12 +144,6 @@ def counted(stances: int) -> str:
     return "1 stance shows" if stances == 1 else f"{stances} stances show"
 
 
-def root_mean_square(values: FloatArray) -> float:
-    """RMS of the finite values."""
-    finite = values[np.isfinite(values)]
-    return float(np.sqrt(np.mean(finite**2))) if finite.size else float("nan")
-
-
 def _how_many(known: int, unknowns: int) -> str:
     if known == unknowns:
         return f"All {unknowns} parameters are estimated."
@@ -214,11 +209,9 @@ def rmse_of(errors: Sequence[StanceErrors], quiet: Sequence[QuietSet]) -> RmseRe
         for quantity, values in series.items():
             if np.isfinite(values).any():
                 rows.append(
-                    RmseRow(
-                        quantity=quantity, unit="N" if quantity == "vgrf" else "m",
-                        stage=e.stage.replace(" ", "_"), reference="weight and projected CoM",
-                        split="held_out" if e.held_out else "all",
-                        rmse=root_mean_square(values), n=int(np.isfinite(values).sum()),
+                    RmseRow.of(
+                        quantity, "N" if quantity == "vgrf" else "m", e.stage.replace(" ", "_"),
+                        "weight and projected CoM", values, "held_out" if e.held_out else "all",
                     )
                 )  # fmt: skip
     return RmseRecord(rows=tuple(rows), rejected=_rejected(quiet))
@@ -228,17 +221,17 @@ def offset_rmse_of(rows: StanceRows, values: FloatArray, quiet: Sequence[QuietSe
     """Errors of six-axis feet per row as ``rmse.json`` has them."""
     after = rows.error + rows.h @ (values / rows.prior_sd)
     output = np.array(rows.output)
-    found = []
-    for name in dict.fromkeys(rows.output):
-        for stage, left in (("before", rows.error), ("after", after)):
-            found.append(
-                RmseRow(
-                    quantity=name, unit="Nm" if name.split(".")[-1][0] in "mt" else "N",
-                    stage=stage, reference="weight and CoM", split="all",
-                    rmse=root_mean_square(left[output == name]), n=int(np.sum(output == name)),
-                )
-            )  # fmt: skip
-    return RmseRecord(rows=tuple(found), rejected=_rejected(quiet))
+    found = tuple(
+        RmseRow.of(name, unit_of(name), stage, "weight and CoM", left[output == name])
+        for name in dict.fromkeys(rows.output)
+        for stage, left in (("before", rows.error), ("after", after))
+    )
+    return RmseRecord(rows=found, rejected=_rejected(quiet))
+
+
+def unit_of(output: str) -> str:
+    """Unit of an output of the balance by its name: ``fz``, ``mx``, ``left.ty``."""
+    return "Nm" if output.split(".")[-1][0] in "mt" else "N"
 
 
 def _rejected(quiet: Sequence[QuietSet]) -> dict[str, int]:

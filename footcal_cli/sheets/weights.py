@@ -11,7 +11,7 @@ from footcal_cli.core.bench.regression import AffineFit, Curvature, fit_affine
 from footcal_cli.core.bench.study import ChannelStudy
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.quality import Finding
-from footcal_cli.records.results import RmseRow
+from footcal_cli.records.results import RmseRow, Split
 from footcal_cli.report import Sheet, number, with_sd
 
 NEXT_RECORDING = (
@@ -204,20 +204,9 @@ def method_sheet(fits: Sequence[AffineFit]) -> Sheet:
     )  # fmt: skip
 
 
-def force_row(channel: str, stage: str, errors: FloatArray, split: str = "all") -> RmseRow:
+def force_row(channel: str, stage: str, errors: FloatArray, split: Split = "all") -> RmseRow:
     """Root mean square of a channel's force error."""
-    known = errors[np.isfinite(errors)]
-    return RmseRow.model_validate(
-        {
-            "quantity": f"force {channel}",
-            "unit": "N",
-            "stage": stage,
-            "reference": "known load",
-            "split": split,
-            "rmse": float(np.sqrt(np.mean(known**2))),
-            "n": known.size,
-        }
-    )
+    return RmseRow.of(f"force {channel}", "N", stage, "known load", errors, split)
 
 
 def affine_rows(fits: Sequence[AffineFit], after: str = "after") -> list[RmseRow]:

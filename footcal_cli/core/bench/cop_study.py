@@ -19,6 +19,7 @@ from footcal_cli.core.effects.foot import CELL_POSITION
 from footcal_cli.core.inference.held_out import Choice, HeldOut, choose, folds
 from footcal_cli.core.inference.linear import variance_shares
 from footcal_cli.core.parameters import BoolArray, Estimates, FloatArray, Status
+from footcal_cli.core.signals import root_mean_square
 from footcal_cli.errors import FitError
 
 RIDGES = (0.0, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
@@ -273,8 +274,8 @@ def _study_one(model: CopModel, rows: PlacementRows) -> CopResult:
     floor, noise = _scatter(out.error, rows.total_n[used])
     return CopResult(
         fit=fit,
-        cop_rmse_m=_rms_norm(error),
-        total_rmse_n=_rms(total),
+        cop_rmse_m=root_mean_square(np.linalg.norm(error, axis=1)),
+        total_rmse_n=root_mean_square(total),
         left_out=out,
         left_out_total=HeldOut(total_error, out.group),
         floor_m=floor,
@@ -339,12 +340,3 @@ def _parameters(fit: CopFit, rows: PlacementRows, replicas: list[CopFit]) -> Est
     covariance = (len(table) - 1) / len(table) * rest.T @ rest
     status = (Status.ESTIMATED,) * len(names)
     return Estimates(tuple(names), tuple(units), read(fit), covariance, status)
-
-
-def _rms(values: FloatArray) -> float:
-    known = values[np.isfinite(values)]
-    return float(np.sqrt(np.mean(known**2))) if known.size else float("nan")
-
-
-def _rms_norm(error: FloatArray) -> float:
-    return _rms(np.linalg.norm(error, axis=1))

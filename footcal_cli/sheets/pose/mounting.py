@@ -19,6 +19,7 @@ from footcal_cli.core.pose.slow_noise import SlowNoise
 from footcal_cli.core.pose.study import MountingStudy
 from footcal_cli.core.pose.wrenches import FootCalibration, foot_wrenches, robot_com_b_m
 from footcal_cli.core.quality import Finding
+from footcal_cli.core.signals import root_mean_square
 from footcal_cli.core.spatial import rotation_log
 from footcal_cli.plots import pose as plots
 from footcal_cli.records.results import RmseRecord, VerdictRecord
@@ -34,7 +35,6 @@ from footcal_cli.sheets.pose.mounting_tables import (
     common_sheet,
     mounting_sheet,
     prior_sheet,
-    rms,
     rmse_rows,
 )
 
@@ -85,8 +85,12 @@ def outcome_of(
                     "right. Before: tare in the air, nominal mounting (compare Wu & Revzen, Figs. "
                     "2 and 6).",
                     title="Sum of all foot wrenches against the robot's weight",
-                    result=f"RMS of the sum of forces: {number(rms(stages['before'][:, :3]), 2)} N "
-                    f"before, {number(rms(stages['after'][:, :3]), 2)} N now.",
+                    result="RMS of the sum of forces: "
+                    + " N before, ".join(
+                        number(root_mean_square(stages[stage][:, :3]), 2)
+                        for stage in ("before", "after")
+                    )
+                    + " N now.",
                 ),
                 Picture(
                     "mounting",
@@ -184,16 +188,16 @@ def verdict(
 ) -> VerdictRecord:
     """One sentence: what the sum of forces was off by, and is now on poses not used."""
     fit, held_out = study.fit, study.held_out
-    before = rms(stages["before"][:, :3])
+    before = root_mean_square(stages["before"][:, :3])
     alternated = bool(np.isnan(fit.covariance).any())
-    after = rms(stages["after"][:, :3]) if alternated else _held_out(held_out, 0)
-    moment = rms(stages["after"][:, 3:]) if alternated else _held_out(held_out, 3)
+    after = root_mean_square(stages["after"][:, :3]) if alternated else _held_out(held_out, 0)
+    moment = root_mean_square(stages["after"][:, 3:]) if alternated else _held_out(held_out, 3)
     turn = np.rad2deg(np.linalg.norm(rotation_log(fit.mounting.turn_b), axis=1))
     details = [
         f"Mounting errors fitted: {fit.options.structure.value}; rotations up to "
         f"{number(float(turn.max()), 2)}° ({fit.geometry.legs[int(turn.argmax())]}).",
         f"The evidence alone asks for: {study.candidates[0].structure.value}.",
-        f"Moments: {number(rms(stages['before'][:, 3:]), 2)} Nm before, "
+        f"Moments: {number(root_mean_square(stages['before'][:, 3:]), 2)} Nm before, "
         f"{number(moment, 2)} Nm now.",
         *common_words(fit),
         *slow_words(study.slow),

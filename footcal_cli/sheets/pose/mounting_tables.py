@@ -46,15 +46,7 @@ def rmse_rows(stages: Mapping[str, FloatArray], held_out: Candidate) -> tuple[Rm
 
 def row(quantity: str, unit: str, stage: str, error: FloatArray) -> RmseRow:
     """One error of the chassis balance."""
-    return RmseRow(
-        quantity=quantity, unit=unit, stage=stage, reference="chassis weight", split="all",
-        rmse=rms(error), n=int(error.size),
-    )  # fmt: skip
-
-
-def rms(values: FloatArray) -> float:
-    """Root of the mean square."""
-    return float(np.sqrt(np.mean(np.square(values))))
+    return RmseRow.of(quantity, unit, stage, "chassis weight", error)
 
 
 def common_sd(fit: PoseFit, first: int) -> float:
