@@ -146,6 +146,16 @@ class ParameterSet:
         return ParameterSet((*self.parameters, *more), correlation)
 
 
+LEARNT_RATIO = 0.5
+
+
+def learnt_status(sd: FloatArray, prior_sd: FloatArray) -> tuple[Status, ...]:
+    """Estimated is what the data taught: where they at least halved the prior sd, shape (p,)."""
+    return tuple(
+        Status.ESTIMATED if learnt else Status.PRIOR_KEPT for learnt in sd < LEARNT_RATIO * prior_sd
+    )
+
+
 @dataclass(frozen=True)
 class Estimates:
     """Parameters after a fit, with their joint covariance.

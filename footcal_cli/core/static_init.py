@@ -26,19 +26,13 @@ from footcal_cli.core.parameters import (
     IntArray,
     Parameter,
     ParameterSet,
-    Status,
+    learnt_status,
 )
 from footcal_cli.core.quiet import QuietSet
 from footcal_cli.core.signals import autocorrelation_time
 
 FORCE_SD_N, MOMENT_SD_NM, SWING_SD_N = 0.15, 0.03, 0.15
 """What a stance's mean is worth: force, moment about the CoM (1 mm of CoM), a lifted cell."""
-
-LEARNT_RATIO = 0.5
-"""A parameter counts as estimated where standing at least halved its prior sd.
-
-Every stance shows the sum of all cells, which shrinks every sd a little without teaching any cell.
-"""
 
 
 @dataclass(frozen=True)
@@ -287,8 +281,8 @@ def _fit(rows: StanceRows) -> Fit:
     )
     slope, error = rows.whitened / rows.prior_sd, rows.error / rows.sd
     fit = fit_map(lambda z: error + slope @ z, parameters, jacobian=lambda _: slope, linear=True)
-    learnt = fit.estimates.sd < LEARNT_RATIO * rows.prior_sd
-    status = tuple(Status.ESTIMATED if found else Status.PRIOR_KEPT for found in learnt)
+    # every stance shows the sum of all cells, which shrinks every sd a little and teaches no cell
+    status = learnt_status(fit.estimates.sd, rows.prior_sd)
     return replace(fit, estimates=replace(fit.estimates, status=status))
 
 

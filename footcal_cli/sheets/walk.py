@@ -91,9 +91,8 @@ def verdict_of(found: Comparison, method: str) -> VerdictRecord:
     for axis in "xy":
         name = f"robot.com_correction_{axis}"
         if name in states.names:
-            i = states.names.index(name)
-            value, sd = 1e3 * states.values[-1, i], 1e3 * states.sd[-1, i]
-            errors.append(f"CoM {axis} off by {with_sd(float(value), float(sd))} mm")
+            value, sd = states.at_end(name)
+            errors.append(f"CoM {axis} off by {with_sd(1e3 * value, 1e3 * sd)} mm")
     if errors:
         details.append(f"Found along the way: {'; '.join(errors)}.")
     details += [
@@ -312,10 +311,9 @@ def _states_at_end(track: Track, names: Sequence[str]) -> str:
     """Every error of the body stream at the end of the walk."""
     words = []
     for name in names:
-        i = track.names.index(name)
-        factor, unit = STATE_UNITS.get(name, (1.0, track.units[i]))
-        value, sd = factor * float(track.values[-1, i]), factor * float(track.sd[-1, i])
-        words.append(f"{plots.state_in_words(name)} {with_sd(value, sd)} {unit}")
+        factor, unit = STATE_UNITS.get(name, (1.0, track.units[track.names.index(name)]))
+        value, sd = track.at_end(name)
+        words.append(f"{plots.state_in_words(name)} {with_sd(factor * value, factor * sd)} {unit}")
     return f"At the end: {'; '.join(words)}."
 
 

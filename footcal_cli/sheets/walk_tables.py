@@ -10,8 +10,7 @@ import numpy as np
 from footcal_cli.core.online.comparison import Comparison
 from footcal_cli.core.online.evidence import Interval
 from footcal_cli.core.online.filter import Noise
-from footcal_cli.core.online.memory import LEARNT_RATIO
-from footcal_cli.core.parameters import Status
+from footcal_cli.core.parameters import learnt_status
 from footcal_cli.core.study.sensitivity import Sensitivity
 from footcal_cli.core.study.walk import PaperMethods
 from footcal_cli.plots import walk as plots
@@ -83,10 +82,7 @@ def _methods_sheet(found: Comparison) -> Sheet:
 def _calibration_sheet(found: Comparison) -> Sheet:
     track, rows = found.memory.track, found.memory.rows
     c = 2 * len(found.belief.channels)
-    status = [
-        Status.ESTIMATED if now < LEARNT_RATIO * before else Status.PRIOR_KEPT
-        for now, before in zip(track.sd[-1, :c], rows.prior_sd[:c], strict=True)
-    ]
+    status = learnt_status(track.sd[-1, :c], rows.prior_sd[:c])
     return beliefs_sheet(
         track.names[:c], track.units[:c], track.values[-1, :c], track.sd[-1, :c], rows.prior_sd[:c],
         status,

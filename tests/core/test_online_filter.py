@@ -8,7 +8,7 @@ import pytest
 from footcal_cli.core.online.evidence import check_consistency
 from footcal_cli.core.online.filter import Guards, Noise, run_filter, run_settings
 from footcal_cli.core.online.rows import Rows
-from footcal_cli.core.online.smoother import smooth
+from footcal_cli.core.online.smoother import run_smoother
 from footcal_cli.core.online.tuning import learn_noise
 from footcal_cli.core.parameters import FloatArray
 
@@ -105,7 +105,7 @@ def test_the_filter_is_the_dense_posterior_of_each_moment() -> None:
 
 def test_the_smoother_is_the_dense_posterior_of_the_whole() -> None:
     rows, _ = toy_rows(2)
-    smoothed = smooth(run_filter(rows, NOISE, OPEN, keep_history=True))
+    smoothed = run_smoother(rows, NOISE, OPEN)
     mean, variance = dense_posterior(rows, NOISE, 119)
     np.testing.assert_allclose(smoothed.values, mean, rtol=1e-5, atol=1e-8)
     np.testing.assert_allclose(smoothed.sd**2, variance, rtol=1e-5)
@@ -207,11 +207,7 @@ def test_no_jump_is_cried_where_there_is_none() -> None:
 def test_a_track_with_jumps_is_not_smoothed_across_its_corrections() -> None:
     rows, _ = toy_rows(7, u=300)
     rows.error[150:] -= 3.0 * rows.h[150:, :, 2] / rows.prior_sd[2]
-    track = run_filter(rows, NOISE, keep_history=True)
-    with pytest.raises(ValueError, match="known_jumps"):
-        smooth(track)
-    again = run_filter(rows, NOISE, OPEN, known_jumps=track.jumps, keep_history=True)
-    smoothed = smooth(again)
+    smoothed = run_smoother(rows, NOISE, OPEN, run_filter(rows, NOISE).jumps)
     step = smoothed.values[155:, 2].mean() - smoothed.values[:145, 2].mean()
     assert step == pytest.approx(3.0, abs=0.3)
     # the smoother knows of the jump before the first row that shows it

@@ -14,7 +14,7 @@ from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.online.compiled import kalman_loops
 from footcal_cli.core.online.filter import Guards, Noise, Track, run_filter, run_settings
 from footcal_cli.core.online.rows import Rows, cell_rows
-from footcal_cli.core.online.smoother import smooth
+from footcal_cli.core.online.smoother import run_smoother
 from footcal_cli.core.study.window import Weights, run_window, run_window_fast, window_loops
 from tests.core.walk_data import Errors, make_walk, record
 from tests.core.walking import belief_of, walk_log
@@ -62,9 +62,7 @@ def test_compiled_filter_finds_what_the_array_code_finds(rows: Rows) -> None:
 @needs_compiler
 def test_compiled_smoother_is_the_array_smoother(rows: Rows) -> None:
     jumps = run_filter(rows, NOISE).jumps
-    quiet = Guards(jump_threshold=np.inf)
-    past = run_filter(rows, NOISE, quiet, known_jumps=jumps, keep_history=True)
-    one, other = smooth(past, fast=False), smooth(past)
+    one, other = (run_smoother(rows, NOISE, Guards(), jumps, fast=fast) for fast in (False, True))
     np.testing.assert_allclose(one.values, other.values, atol=1e-10 * np.abs(one.values).max())
     np.testing.assert_allclose(one.sd, other.sd, rtol=1e-9)
 
@@ -73,11 +71,11 @@ def test_compiled_smoother_is_the_array_smoother(rows: Rows) -> None:
 def test_smoothing_by_stretches_is_smoothing_the_whole(
     rows: Rows, length: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(smoother, "STRETCH", length)
     jumps = run_filter(rows, NOISE).jumps
-    quiet = Guards(jump_threshold=np.inf)
-    whole = smooth(run_filter(rows, NOISE, quiet, known_jumps=jumps, keep_history=True))
-    parts = smoother.run_smoother(rows, NOISE, quiet, jumps)
+    monkeypatch.setattr(smoother, "STRETCH", len(rows))
+    whole = run_smoother(rows, NOISE, Guards(), jumps)
+    monkeypatch.setattr(smoother, "STRETCH", length)
+    parts = run_smoother(rows, NOISE, Guards(), jumps)
     for name in ("values", "sd", "nis", "momentary", "covariance"):
         one, other = getattr(whole, name), getattr(parts, name)
         np.testing.assert_allclose(one, other, atol=1e-10 * np.abs(one).max())

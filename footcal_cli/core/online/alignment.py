@@ -7,7 +7,6 @@ linear step stops halfway. The likelihood over ± 150 ms has one sharp maximum.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 
@@ -24,6 +23,37 @@ _NEAR = 1
 _SURE_NATS = 50.0
 
 
+_SETTLED_S = 2e-4
+
+
+def aligned(
+    log: Log, rows_of: Callable[[Log, float], Rows], state: str, noise: Noise, guards: Guards,
+    passes: int,
+) -> tuple[float, Log, Rows]:  # fmt: skip
+    """The delay, searched and then estimated until it settles; the log moved by it, and its rows.
+
+    Parameters
+    ----------
+    log, state
+        As `coarse_delay_s`.
+    rows_of
+        The rows of a log that was moved by so much, s.
+    passes
+        Of the filter, at most.
+    """
+    delay = coarse_delay_s(log, lambda late: rows_of(late, 0.0), state, noise, guards)
+    moved = advanced(log, delay)
+    rows = rows_of(moved, 0.0)
+    for _ in range(passes):
+        step, _ = run_filter(rows, noise, guards).at_end(state)
+        delay += step
+        moved = advanced(log, delay)
+        rows = rows_of(moved, delay)
+        if abs(step) < _SETTLED_S:
+            break
+    return delay, moved, rows
+
+
 def coarse_delay_s(
     log: Log, rows_of: Callable[[Log], Rows], state: str, noise: Noise, guards: Guards
 ) -> float:
@@ -38,12 +68,11 @@ def coarse_delay_s(
     """
     stop = int(np.searchsorted(log.time_s, log.time_s[0] + _SEARCHED_S))
     begun = log.rows(0, stop)
-    quiet = replace(guards, jump_threshold=np.inf)
 
     def likelihood(delay_s: float) -> float:
         rows = rows_of(advanced(begun, delay_s))
         rest = rows.without(np.array([name == state for name in rows.names]))
-        return float(run_filter(rest, noise, quiet).log_likelihood)
+        return float(run_filter(rest, noise, guards.without_jumps()).log_likelihood)
 
     steps = round(LARGEST_DELAY_S / _STEP_S)
     delays = _STEP_S * np.arange(-steps, steps + 1)

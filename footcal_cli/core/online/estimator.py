@@ -164,15 +164,12 @@ class LiveEstimator:
         blocks = max(at, 2)
         log = self._log(blocks * options.samples_per_update + self._ahead())
         rows = rows_by_then(log, blocks, self._learnt, self._belief, options)
-        guards = options.guards
         past = rows.part(0, at) if at else rows
         begun = Pass.begin(past, self._learnt.noise, None, ())
-        bank = JumpBank.start(
-            past, begun.mean.size, guards.jump_threshold, guards.least_jump_n, guards.jump_memory_s
-        )
+        bank = JumpBank.start(past, begun.mean.size, options.guards)
         if not at:
             return _Running(begun.mean, begun.cov, bank, 1.0)
-        found = begun.run(past, guards, bank)
+        found = begun.run(past, options.guards, bank)
         track = track_of(past, begun, found, bank)
         factor = repeated_by_then(log, past, track, options)
         return _Running(begun.mean, begun.cov, bank, factor, track.jumps)

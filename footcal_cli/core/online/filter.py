@@ -55,8 +55,6 @@ class Track:
         Information each update brought about z; those below the gate were left out, shape (u,).
     used
         Whether the update changed anything, shape (u,).
-    history
-        What a smoother needs (None if it was not kept).
     """
 
     time_s: FloatArray
@@ -74,7 +72,13 @@ class Track:
     used: BoolArray
     log_likelihood: float
     jumps: tuple[Jump, ...]
-    history: History | None = None
+
+    def at_end(self, name: str) -> tuple[float, float]:
+        """Value and sd of a state after the last update; zeros where it is none of the states."""
+        if name not in self.names:
+            return 0.0, 0.0
+        at = self.names.index(name)
+        return float(self.values[-1, at]), float(self.sd[-1, at])
 
     def inflated(self, factor: float) -> Track:
         """The same states with all their covariances multiplied; the innovations stay."""
@@ -101,33 +105,6 @@ class Track:
         return {name: values for name, values in own.items() if values is not None}
 
 
-@dataclass(frozen=True)
-class History:
-    """Filtered moments of the whole state in scaled units, for `smooth`.
-
-    Parameters
-    ----------
-    mean, covariance
-        After each update, shape (u, s) and (u, s, s).
-    mean_ahead, covariance_ahead
-        Predicted before each update.
-    decay
-        Diagonal of the transition into each update, shape (u, s).
-    scale
-        Prior sd of z, shape (p,).
-    own
-        Which states are the channels' slow noise, shape (c,).
-    """
-
-    mean: FloatArray
-    covariance: FloatArray
-    mean_ahead: FloatArray
-    covariance_ahead: FloatArray
-    decay: FloatArray
-    scale: FloatArray
-    own: IntArray
-
-
 def run_filter(
     rows: Rows,
     noise: Noise,
@@ -135,7 +112,6 @@ def run_filter(
     *,
     walk_factor: FloatArray | None = None,
     known_jumps: Sequence[Jump] = (),
-    keep_history: bool = False,
     fast: bool = True,
 ) -> Track:
     """Filter a walk with one setting of the noise.
@@ -150,31 +126,16 @@ def run_filter(
         Multiplies the random walk of each unknown, shape (p,): a cell known to drift more.
     known_jumps
         Onsets at which a bias is opened, found in an earlier pass; no others are looked for.
-    keep_history
-        Keep what `footcal_cli.core.online.smoother` needs.
     fast
         Use compiled loops where they are at hand; the array code gives the same to rounding.
     """
     guards = guards or Guards()
     begun = Pass.begin(rows, noise, walk_factor, known_jumps)
-    bank = None
-    if not known_jumps:
-        bank = JumpBank.start(
-            rows, begun.mean.size, guards.jump_threshold, guards.least_jump_n, guards.jump_memory_s
-        )
-    found = begun.run(rows, guards, bank, keep_history=keep_history, fast=fast)
-    history = None
-    if keep_history:
-        history = History(
-            found.past_mean, found.past_cov, found.ahead_mean, found.ahead_cov, begun.decay,
-            rows.prior_sd, begun.tuned.seen,
-        )  # fmt: skip
-    return track_of(rows, begun, found, bank, history)
+    bank = None if known_jumps else JumpBank.start(rows, begun.mean.size, guards)
+    return track_of(rows, begun, begun.run(rows, guards, bank, fast=fast), bank)
 
 
-def track_of(
-    rows: Rows, passed: Pass, found: Found, bank: JumpBank | None, history: History | None = None
-) -> Track:
+def track_of(rows: Rows, passed: Pass, found: Found, bank: JumpBank | None) -> Track:
     """What a pass found, in the units of the rows."""
     p = len(rows.names)
     return Track(
@@ -193,7 +154,6 @@ def track_of(
         used=found.used,
         log_likelihood=float(found.log_likelihood),
         jumps=() if bank is None else tuple(bank.found),
-        history=history,
     )
 
 

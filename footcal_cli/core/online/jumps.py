@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from footcal_cli.core.inference.kalman import Innovation
+from footcal_cli.core.online.noise import Guards
 from footcal_cli.core.online.rows import Rows
 from footcal_cli.core.parameters import FloatArray, IntArray
 
@@ -80,17 +81,15 @@ class JumpBank:
     """Stamps of the updates before `rows`, the last one last."""
 
     @classmethod
-    def start(
-        cls, rows: Rows, states: int, threshold: float, least_n: float, memory_s: float
-    ) -> JumpBank | None:
+    def start(cls, rows: Rows, states: int, guards: Guards) -> JumpBank | None:
         """An empty bank; None where no jump is looked for."""
         biases = np.array(
             [i for i, n in enumerate(rows.names) if n.endswith(".bias") or ".offset_" in n]
         )
-        if not np.isfinite(threshold) or not biases.size or len(rows) < 2:
+        if not np.isfinite(guards.jump_threshold) or not biases.size or len(rows) < 2:
             return None
         interval = float(np.median(np.diff(rows.time_s)))
-        size = max(round(memory_s / interval), 1)
+        size = max(round(guards.jump_memory_s / interval), 1)
         return cls(
             rows,
             biases,
@@ -98,8 +97,9 @@ class JumpBank:
             np.zeros((size, biases.size)),
             np.zeros((size, biases.size)),
             np.full(size, -1),
-            threshold,
-            least_n * np.array([_TORQUE if rows.units[i] == "Nm" else 1.0 for i in biases]),
+            guards.jump_threshold,
+            guards.least_jump_n
+            * np.array([_TORQUE if rows.units[i] == "Nm" else 1.0 for i in biases]),
         )
 
     def moved_on(self, rows: Rows) -> JumpBank:

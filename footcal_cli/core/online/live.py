@@ -23,11 +23,12 @@ from footcal_cli.core.online.memory import (
     begun_delay_s,
     believed,
     gait_phase,
+    noise_learnt,
     rows_of,
 )
 from footcal_cli.core.online.rows import HINDSIGHT_STATES, Rows, advanced
 from footcal_cli.core.online.smoother import run_smoother
-from footcal_cli.core.online.tuning import Tuning, learn_noise
+from footcal_cli.core.online.tuning import Tuning
 from footcal_cli.core.parameters import FloatArray, IntArray
 
 FIRST_LEARNING_S = 8.0
@@ -98,14 +99,10 @@ def run_live(log: Log, belief: Belief, options: MemoryOptions | None = None) -> 
     moved = advanced(log, last.delay_s)
     rows = _without(rows_of(moved, belief, options), last.unneeded)
     live = _joined(pieces, rows, last.delay_s)
-    quiet = replace(options.guards, jump_threshold=np.inf)
-    past = run_smoother(rows, last.noise, quiet, live.jumps)
-    delay_sd = 0.0
-    if "robot.delay" in rows.names:
-        delay_sd = float(live.sd[-1, rows.names.index("robot.delay")])
+    past = run_smoother(rows, last.noise, options.guards, live.jumps)
     return Memory(
         rows, live, past, live.jumps, last.tuning, last.noise, factor, last.delay_s,
-        delay_sd, moved,
+        live.at_end("robot.delay")[1], moved,
     )  # fmt: skip
 
 
@@ -149,16 +146,10 @@ def learn(
     delay = learnt.delay_s
     if options.align and "robot.delay" in rows.names:
         coarse = 0.0 if delay else begun_delay_s(seen, belief, options)
-        delay += coarse or float(track.values[-1, rows.names.index("robot.delay")])
+        delay += coarse or track.at_end("robot.delay")[0]
     moved = advanced(seen, delay)
     whole = rows_of(moved, belief, options)
-    noise, tuning = options.noise, None
-    if options.learnt:
-        tuning = learn_noise(
-            whole, options.noise, learnt=options.learnt, guards=options.guards,
-            known_jumps=track.jumps,
-        )  # fmt: skip
-        noise = tuning.noise
+    noise, tuning = noise_learnt(whole, options, track.jumps)
     first = run_filter(whole, noise, options.guards)
     factor = repetition(first, gait_phase(moved, whole), whole.totals)
     needed = believed(whole, noise, options.guards, factor).names

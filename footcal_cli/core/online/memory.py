@@ -10,7 +10,7 @@ are kept as are independent.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
@@ -23,7 +23,7 @@ from footcal_cli.core.effects.body import heading_rad
 from footcal_cli.core.effects.transport import SMOOTHING
 from footcal_cli.core.experiments import walk
 from footcal_cli.core.log import Log
-from footcal_cli.core.online.alignment import coarse_delay_s
+from footcal_cli.core.online.alignment import aligned, coarse_delay_s
 from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.online.evidence import repetition
 from footcal_cli.core.online.filter import Guards, Noise, Track, run_filter
@@ -32,7 +32,7 @@ from footcal_cli.core.online.replay import Replayed, corrected, held
 from footcal_cli.core.online.rows import PLATE_STATE, REFERENCE_STATES, Rows, advanced, cell_rows
 from footcal_cli.core.online.smoother import run_smoother
 from footcal_cli.core.online.tuning import LEARNT, Tuning, learn_noise
-from footcal_cli.core.parameters import BoolArray, Estimates, FloatArray, Status
+from footcal_cli.core.parameters import BoolArray, Estimates, FloatArray, learnt_status
 
 _HARMONICS = 2.4
 """Cutoff in cycles per stride: above the step, which is the second."""
@@ -91,8 +91,6 @@ def _held(values: FloatArray, good: BoolArray) -> FloatArray:
     return np.asarray(values[np.where(at < 0, first, at)])
 
 
-LEARNT_RATIO = 0.5
-"""A parameter counts as estimated where the walk at least halved its prior sd."""
 _STATE_EVIDENCE_NATS, _FAULTY_EVIDENCE_NATS = 5.0, 15.0
 """Gain in log likelihood from which a doubted state is believed; the second where the model lacks
 something, since an error of a cell in part looks like one of the body."""
@@ -102,7 +100,6 @@ INADEQUATE = 2.0
 _BEFORE_JUMP, _AFTER_JUMP = 5, 25
 """Updates before and after an onset between which a jump is measured: the foot has swung again."""
 _DELAY_PASSES = 2
-_DELAY_SETTLED_S = 2e-4
 
 
 @dataclass(frozen=True)
@@ -182,22 +179,13 @@ def run_memory(log: Log, belief: Belief, options: MemoryOptions | None = None) -
         Defaults where None.
     """
     options = options or MemoryOptions()
-
-    delay, moved = 0.0, log
-    rows = rows_of(moved, belief, options)
     if options.align and "robot.delay" in options.states:
-        at = rows.names.index("robot.delay")
-        delay = begun_delay_s(log, belief, options)
-        moved = advanced(log, delay)
-        rows = rows_of(moved, belief, options)
-        for _ in range(_DELAY_PASSES):
-            first = run_filter(rows, options.noise, options.guards)
-            step = float(first.values[-1, at])
-            delay += step
-            moved = advanced(log, delay)
-            rows = rows_of(moved, belief, options)
-            if abs(step) < _DELAY_SETTLED_S:
-                break
+        delay, moved, rows = aligned(
+            log, lambda moved, _: rows_of(moved, belief, options), "robot.delay", options.noise,
+            options.guards, _DELAY_PASSES,
+        )  # fmt: skip
+    else:
+        delay, moved, rows = 0.0, log, rows_of(log, belief, options)
     phase = gait_phase(moved, rows)
     noise, tuning, first = _learnt(rows, options)
     repeated = repetition(first, phase, rows.totals)
@@ -209,12 +197,8 @@ def run_memory(log: Log, belief: Belief, options: MemoryOptions | None = None) -
         repeated = repetition(first, phase, rows.totals, known=True)
     rows = believed(rows, noise, options.guards, repeated)
     track = run_filter(rows, noise, options.guards)
-    quiet = replace(options.guards, jump_threshold=np.inf)
-    past = run_smoother(rows, noise, quiet, track.jumps)
-    delay_sd = 0.0
-    if "robot.delay" in rows.names:
-        at = rows.names.index("robot.delay")
-        delay_sd = float(track.sd[-1, at])
+    past = run_smoother(rows, noise, options.guards, track.jumps)
+    _, delay_sd = track.at_end("robot.delay")
     repeated = repetition(track, phase, rows.totals, known=known)
     track = track.inflated(repeated)
     smoothed = past.inflated(repeated)
@@ -226,15 +210,21 @@ def run_memory(log: Log, belief: Belief, options: MemoryOptions | None = None) -
 
 def _learnt(rows: Rows, options: MemoryOptions) -> tuple[Noise, Tuning | None, Track]:
     """The noise as the innovations have it, how it was found, and the filter's run with it."""
-    noise, tuning = options.noise, None
-    if options.learnt:
-        first = run_filter(rows, options.noise, options.guards)
-        tuning = learn_noise(
-            rows, options.noise, learnt=options.learnt, guards=options.guards,
-            known_jumps=first.jumps,
-        )  # fmt: skip
-        noise = tuning.noise
+    jumps = run_filter(rows, options.noise, options.guards).jumps if options.learnt else ()
+    noise, tuning = noise_learnt(rows, options, jumps)
     return noise, tuning, run_filter(rows, noise, options.guards)
+
+
+def noise_learnt(
+    rows: Rows, options: MemoryOptions, jumps: Sequence[Jump]
+) -> tuple[Noise, Tuning | None]:
+    """The noise as the innovations have it, and how it was found; as given where it is."""
+    if not options.learnt:
+        return options.noise, None
+    tuning = learn_noise(
+        rows, options.noise, learnt=options.learnt, guards=options.guards, known_jumps=jumps
+    )
+    return tuning.noise, tuning
 
 
 def begun_delay_s(log: Log, belief: Belief, options: MemoryOptions) -> float:
@@ -267,7 +257,7 @@ def believed(rows: Rows, noise: Noise, guards: Guards, repeated: float) -> Rows:
     Likelihoods are divided by the factor `repeated`, as overdispersed ones are (Burnham and
     Anderson, Model Selection and Multimodel Inference, 2002, section 2.5).
     """
-    quiet = replace(guards, jump_threshold=np.inf)
+    quiet = guards.without_jumps()
     faulty = repeated > INADEQUATE
     least = _FAULTY_EVIDENCE_NATS if faulty else _STATE_EVIDENCE_NATS
     for kind in (
@@ -355,10 +345,6 @@ def memory_estimates(memory: Memory, belief: Belief) -> Estimates:
     """The last state as ``<cell>.scale`` and ``<cell>.bias``; unlearnt ones keep the prior."""
     c = len(belief.channels)
     cells = slice(0, 2 * c)
-    sd = memory.track.sd[-1, cells]
-    status = [
-        Status.ESTIMATED if now < LEARNT_RATIO * before else Status.PRIOR_KEPT
-        for now, before in zip(sd, memory.rows.prior_sd[cells], strict=True)
-    ]
+    status = learnt_status(memory.track.sd[-1, cells], memory.rows.prior_sd[cells])
     values = memory.track.values[-1, cells]
     return belief.estimates(values[:c], values[c:], memory.track.covariance[cells, cells], status)

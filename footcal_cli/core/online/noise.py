@@ -109,6 +109,10 @@ class Guards:
     least_jump_n: float = 0.5
     jump_memory_s: float = 2.0
 
+    def without_jumps(self) -> Guards:
+        """The same, looking for none."""
+        return replace(self, jump_threshold=np.inf)
+
 
 def starting_noise(raw_n: FloatArray, idle: BoolArray, weight_n: float) -> Noise:
     """Where learning begins: the default for the robot's weight, and the converter's rounding.

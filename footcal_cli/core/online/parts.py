@@ -223,13 +223,10 @@ class Walk:
             # until the first update of the part, the last one of the part before holds
             shown, back = seam.track.followed_by(known), seam.smoothed.followed_by(smoothed)
             first -= 1
-        delay_sd = 0.0
-        if "robot.delay" in rows.names:
-            delay_sd = float(known.sd[-1, rows.names.index("robot.delay")])
         memory = Memory(
             _from_sample(rows.part(first, stop), part.start), shown, back, jumps,
-            self._learnt.tuning, self._learnt.noise, factor, delay_s, delay_sd,
-            log.rows(part.start, part.stop), self._learnt.band_hz,
+            self._learnt.tuning, self._learnt.noise, factor, delay_s,
+            known.at_end("robot.delay")[1], log.rows(part.start, part.stop), self._learnt.band_hz,
         )  # fmt: skip
         settled = np.ones(part.stop - part.start, dtype=bool)
         if seam is None:
@@ -337,10 +334,7 @@ class _Passes:
         whole = Pass.begin(rows, noise, None, ())
         filtered = whole.part(first, stop)
         if seam is None:
-            bank = JumpBank.start(
-                own, filtered.mean.size, guards.jump_threshold, guards.least_jump_n,
-                guards.jump_memory_s,
-            )  # fmt: skip
+            bank = JumpBank.start(own, filtered.mean.size, guards)
         else:
             filtered.mean, filtered.cov = seam.live
             bank = None if seam.bank is None else seam.bank.moved_on(own)
@@ -352,15 +346,14 @@ class _Passes:
         next_bank = None if bank is None else bank.moved_on(later)
         coming.run(later, guards, next_bank)
         known = [*track.jumps, *([] if next_bank is None else next_bank.found)]
-        quiet = replace(guards, jump_threshold=np.inf)
         begun = whole.part(first, len(rows))
         if seam is not None:
             begun.mean, begun.cov = (state.copy() for state in seam.past)
         # one from before the start was opened in the part before
         open_biases(begun.drive, ahead, [j for j in known if j.onset_s >= ahead.time_s[0]])
         going = begun.part(0, stop - first)
-        going.run(own, quiet)
-        smoothed = run_smoother(ahead, noise, quiet, begun=begun)
+        going.run(own, guards)
+        smoothed = run_smoother(ahead, noise, guards, begun=begun)
         return cls(
             track,
             smoothed.chosen(slice(0, stop - first)),

@@ -10,11 +10,11 @@ import numpy as np
 from footcal_cli.core.effects.calibration import AXES
 from footcal_cli.core.experiments import walk
 from footcal_cli.core.log import Log
-from footcal_cli.core.online.alignment import coarse_delay_s
+from footcal_cli.core.online.alignment import aligned
 from footcal_cli.core.online.evidence import Consistency, check_consistency, repetition
 from footcal_cli.core.online.filter import Guards, Noise, Track, run_filter
 from footcal_cli.core.online.jumps import Jump
-from footcal_cli.core.online.memory import LEARNT_RATIO, gait_phase, sized
+from footcal_cli.core.online.memory import gait_phase, sized
 from footcal_cli.core.online.replay import held
 from footcal_cli.core.online.rows import Rows, advanced
 from footcal_cli.core.online.six_axis import (
@@ -24,13 +24,13 @@ from footcal_cli.core.online.six_axis import (
     MASS_STATE,
     six_axis_rows,
 )
-from footcal_cli.core.online.smoother import smooth
+from footcal_cli.core.online.smoother import run_smoother
 from footcal_cli.core.online.streams import Merged
 from footcal_cli.core.online.tuning import LEARNT, Tuning, learn_noise
-from footcal_cli.core.parameters import Estimates, FloatArray, Status
+from footcal_cli.core.parameters import Estimates, FloatArray, learnt_status
 
 _GOOD_DEMAND = 0.02
-_DELAY_PASSES, _DELAY_SETTLED_S = 8, 2e-4
+_DELAY_PASSES = 8
 _AGREED_S, _AGREED_SHARE = 0.008, 0.25
 """Totals agree on a delay where none asks for more than this, or this share of it, on top."""
 _SHARE_ROUNDS, _SMALLEST_SHARE, _LARGEST_SHARE = 2, 0.2, 5.0
@@ -154,11 +154,7 @@ def replay_six_axis(
     rows, repeated = _without_repeats(log, rows, track)
     if max(repeated) > 1.0:
         track = run_filter(rows, noise, guards)
-    past = run_filter(
-        rows, noise, replace(guards, jump_threshold=np.inf), known_jumps=track.jumps,
-        keep_history=True,
-    )  # fmt: skip
-    smoothed = smooth(past)
+    smoothed = run_smoother(rows, noise, guards, track.jumps)
     corrected = corrected_log(log, track.names, smoothed, rows)
     before, after = _errors(merged.log), _errors(corrected)
     weight = log.known["mass_kg"] * (log.known["com_acc_mps2"][:, 2] + log.known["gravity_mps2"])
@@ -207,20 +203,11 @@ def _aligned(log: Log, samples_per_update: int, guards: Guards) -> _Aligned:
     A body that is late is late for every force and moment alike. Where one total wants it earlier
     and another later, the motion is wrong in another way, and it is left as it is.
     """
-    quiet = replace(guards, jump_threshold=np.inf)
-    delay = coarse_delay_s(
-        log, lambda late: _rows(late, samples_per_update, scales=False), DELAY_STATE, START, quiet
-    )
-    moved = advanced(log, delay)
-    rows = _rows(moved, samples_per_update, scales=False)
+    delay, moved, rows = aligned(
+        log, lambda late, by: _rows(late, samples_per_update, scales=False, moved_s=by),
+        DELAY_STATE, START, guards.without_jumps(), _DELAY_PASSES,
+    )  # fmt: skip
     at = rows.names.index(DELAY_STATE)
-    for _ in range(_DELAY_PASSES):
-        step = float(run_filter(rows, START, quiet).values[-1, at])
-        delay += step
-        moved = advanced(log, delay)
-        rows = _rows(moved, samples_per_update, scales=False, moved_s=delay)
-        if abs(step) < _DELAY_SETTLED_S:
-            break
     asks = _asked_delays(rows, at)
     if np.max(np.abs(asks)) <= max(_AGREED_S, _AGREED_SHARE * abs(delay)):
         return _Aligned(moved, delay, rows, asks, told=True)
@@ -263,10 +250,9 @@ def _learnt(rows: Rows, guards: Guards) -> tuple[Rows, Tuning]:
     learnt = tuple(name for name in LEARNT if name not in ("gain_walk", "state_walk"))
     jumps = run_filter(rows, START, guards).jumps
     tuning = learn_noise(rows, START, learnt=learnt, guards=guards, known_jumps=jumps)
-    quiet = replace(guards, jump_threshold=np.inf)
     kinds = [name.rsplit(".", 1)[-1] for name in rows.outputs]
     for _ in range(_SHARE_ROUNDS):
-        track = run_filter(rows, tuning.noise, quiet, known_jumps=jumps)
+        track = run_filter(rows, tuning.noise, guards.without_jumps(), known_jumps=jumps)
         squared = (track.innovation / track.innovation_sd) ** 2
         share = np.array([_root_mean(squared[:, _same(kinds, k)]) for k in range(len(kinds))])
         share = np.clip(share, _SMALLEST_SHARE, _LARGEST_SHARE)
@@ -346,11 +332,8 @@ def _estimates(track: Track, rows: Rows, delay_s: float) -> Estimates:
         if axis != "fz":
             alike = np.array([KNOWN_MOTION * n.endswith(f".scale_{axis}") for n in track.names])
             covariance = covariance + np.outer(alike, alike)
-    status = [
-        Status.ESTIMATED if now < LEARNT_RATIO * before else Status.PRIOR_KEPT
-        for now, before in zip(np.sqrt(np.diag(covariance)), rows.prior_sd, strict=True)
-    ]
-    return Estimates(track.names, track.units, values, covariance, tuple(status))
+    status = learnt_status(np.sqrt(np.diag(covariance)), rows.prior_sd)
+    return Estimates(track.names, track.units, values, covariance, status)
 
 
 def _errors(log: Log) -> FloatArray:

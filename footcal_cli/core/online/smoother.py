@@ -9,7 +9,7 @@ import numpy as np
 
 from footcal_cli.core.inference.kalman import smooth_back
 from footcal_cli.core.online.compiled import kalman_loops
-from footcal_cli.core.online.filter import History, Track, track_of
+from footcal_cli.core.online.filter import Track, track_of
 from footcal_cli.core.online.jumps import Jump
 from footcal_cli.core.online.noise import Guards, Noise
 from footcal_cli.core.online.passes import Found, Pass
@@ -18,38 +18,6 @@ from footcal_cli.core.parameters import FloatArray
 
 STRETCH = 500
 """Updates whose history is held at once (20 MB for a biped)."""
-
-
-def smooth(track: Track, *, fast: bool = True) -> Track:
-    """Every state given the whole walk.
-
-    ``x̂ₖ|N = x̂ₖ + Cₖ (x̂ₖ₊₁|N − x̂ₖ₊₁|k)``, ``Cₖ = Pₖ Φᵀ P⁻¹ₖ₊₁|k`` (Rauch, Tung, Striebel,
-    AIAA Journal 3, 1965).
-
-    Parameters
-    ----------
-    track
-        From `footcal_cli.core.online.filter.run_filter` with ``keep_history=True`` and, where it
-        found jumps, filtered again with these known: a correction is not a transition.
-    fast
-        Use compiled loops where they are at hand.
-    """
-    past = track.history
-    if past is None:
-        raise ValueError("this track has no history: filter with keep_history=True")
-    if track.jumps:
-        raise ValueError("filter again with the jumps as known_jumps before smoothing")
-    mean, cov = past.mean.copy(), past.covariance.copy()
-    p = past.scale.size
-    _back(mean, cov, past, fast=fast)
-    variance = np.diagonal(cov, axis1=1, axis2=2)[:, :p]
-    return replace(
-        track,
-        values=mean[:, :p] * past.scale,
-        sd=np.sqrt(np.clip(variance, 0.0, None)) * past.scale,
-        momentary=mean[:, past.own] if past.own.size else None,
-        history=None,
-    )
 
 
 def run_smoother(
@@ -61,15 +29,18 @@ def run_smoother(
     begun: Pass | None = None,
     fast: bool = True,
 ) -> Track:
-    """Filter and smooth a walk, the history of one stretch in memory at a time.
+    """Every state given the whole walk, the history of one stretch in memory at a time.
 
+    ``x̂ₖ|N = x̂ₖ + Cₖ (x̂ₖ₊₁|N − x̂ₖ₊₁|k)``, ``Cₖ = Pₖ Φᵀ P⁻¹ₖ₊₁|k`` (Rauch, Tung, Striebel,
+    AIAA Journal 3, 1965).
     The filter runs forwards and leaves its state at the start of every stretch; backwards, each
     stretch is filtered again with its history and smoothed.
 
     Parameters
     ----------
     rows, noise, guards, known_jumps, fast
-        As `footcal_cli.core.online.filter.run_filter`; other jumps are not looked for.
+        As `footcal_cli.core.online.filter.run_filter`; other jumps are not looked for, since a
+        correction is not a transition.
     begun
         A pass that has come to the first of the rows, `known_jumps` opened; the prior where None.
     """
@@ -92,19 +63,15 @@ def run_smoother(
         part = whole.part(start, start + STRETCH)
         part.mean, part.cov = state
         found = part.run(rows.part(start, start + STRETCH), guards, keep_history=True, fast=fast)
-        past = History(
-            found.past_mean, found.past_cov, found.ahead_mean, found.ahead_cov, part.decay,
-            rows.prior_sd, seen,
-        )  # fmt: skip
-        mean, cov = past.mean.copy(), past.covariance.copy()
+        mean, cov = found.past_mean.copy(), found.past_cov.copy()
         if later is not None:
             decay = whole.decay[start + STRETCH]
             mean[-1], cov[-1] = smooth_back(mean[-1], cov[-1], decay, ahead, later)
-        _back(mean, cov, past, fast=fast)
+        _back(mean, cov, found, part.decay, fast=fast)
         cut = slice(start, start + STRETCH)
         values[cut], momentary[cut] = mean[:, :p], mean[:, seen]
         variance[cut] = np.diagonal(cov, axis1=1, axis2=2)[:, :p]
-        ahead, later = (past.mean_ahead[0], past.covariance_ahead[0]), (mean[0], cov[0])
+        ahead, later = (found.ahead_mean[0], found.ahead_cov[0]), (mean[0], cov[0])
     return replace(
         track,
         values=values * rows.prior_sd,
@@ -113,15 +80,12 @@ def run_smoother(
     )
 
 
-def _back(mean: FloatArray, cov: FloatArray, past: History, *, fast: bool) -> None:
+def _back(mean: FloatArray, cov: FloatArray, past: Found, decay: FloatArray, *, fast: bool) -> None:
     """Smooth in place from the last update, smoothed already, to the first."""
     loops = kalman_loops() if fast else None
     if loops is not None:
-        loops.smooth_walk(
-            mean, cov, past.covariance, past.mean_ahead, past.covariance_ahead, past.decay
-        )
+        loops.smooth_walk(mean, cov, past.past_cov, past.ahead_mean, past.ahead_cov, decay)
         return
     for j in range(len(mean) - 2, -1, -1):
-        ahead = (past.mean_ahead[j + 1], past.covariance_ahead[j + 1])
-        later = (mean[j + 1], cov[j + 1])
-        mean[j], cov[j] = smooth_back(mean[j], cov[j], past.decay[j + 1], ahead, later)
+        ahead, later = (past.ahead_mean[j + 1], past.ahead_cov[j + 1]), (mean[j + 1], cov[j + 1])
+        mean[j], cov[j] = smooth_back(mean[j], cov[j], decay[j + 1], ahead, later)
