@@ -126,12 +126,13 @@ def plot_recordings(studies: Sequence[ChannelStudy]) -> Figure:
         samples = study.samples
         if samples is None:
             continue
-        step = max(len(samples.time_s) // 20_000, 1)
+        step = max(len(samples.record) // 20_000, 1)
         for state, colour in colours.items():
             at = np.flatnonzero(samples.state == state)
             at = at[::step] if state in (SampleState.SETTLED, SampleState.MOVING) else at
             if at.size:
-                axes.plot(samples.time_s[at], samples.reading[at], ".", color=colour, markersize=2,
+                record = samples.record
+                axes.plot(record.time_s[at], record.reading[at], ".", color=colour, markersize=2,
                           label=state.reason)  # fmt: skip
         tidy(axes, study.channel, "time (s)" if i == len(shown) - 1 else "", "reading (counts)")
         if i == 0:

@@ -8,7 +8,7 @@ import numpy as np
 
 from footcal_cli.core.hang.joint import fit_hang
 from footcal_cli.core.pose.data import PoseData, pose_data, summarise
-from footcal_cli.core.pose.hanging import LegKnowledge, known_offsets, leg_knowledge
+from footcal_cli.core.pose.hanging import LegKnowledge, leg_knowledge
 from footcal_cli.core.pose.joint import PoseFit, fit_pose
 from footcal_cli.core.pose.problem import PoseOptions
 from footcal_cli.core.spatial import rotation_log
@@ -27,6 +27,15 @@ from tests.core.six_axis_data import (
 
 LOW = (0.02, 0.002)
 HIGH = (0.5, 0.15)
+
+
+def known_offsets(
+    offset: Array, offset_sd: Array, weight_n: float, weight_sd_n: float
+) -> LegKnowledge:
+    """Knowledge without hanging logs: offsets and weight with their sd, no directions."""
+    none = np.zeros((0, 3))
+    covariance = np.diag(np.append(offset_sd, weight_sd_n) ** 2)
+    return LegKnowledge(offset, weight_n, none, none, covariance, np.zeros((3, 1)))
 
 
 @dataclass(frozen=True)

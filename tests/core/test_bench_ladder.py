@@ -275,7 +275,7 @@ def test_a_recording_gives_the_same_calibration_as_its_holds() -> None:
     assert study.samples is not None
     settled = study.samples.hold >= 0
     assert settled.mean() > 0.85
-    np.testing.assert_allclose(study.samples.load_n[settled], rows.load_n[settled])
+    np.testing.assert_allclose(study.samples.record.load_n[settled], rows.load_n[settled])
     assert study.estimates[f"{CELL}.hysteresis_width"] == pytest.approx(0.6, rel=0.1)
     assert study.estimates[f"{CELL}.scale"] == pytest.approx(stairs.scale, rel=1e-3)
     with pytest.raises(DataError, match="21 loads stand still"):

@@ -9,7 +9,7 @@ import pytest
 
 from footcal_cli.core.bench.cop_models import AFFINE, CROSSTALK, FULL, MODELS, POSITIONS, fit_cop
 from footcal_cli.core.bench.cop_study import CopStudy, study_cop
-from footcal_cli.core.bench.placement_rows import PlacementRows, find_repeats, placement_rows
+from footcal_cli.core.bench.placement_rows import PlacementRows, find_repeats, holes_of
 from footcal_cli.core.bench.regression import fit_affine
 from footcal_cli.core.effects import TABLE
 from footcal_cli.core.experiments.placements import EXPERIMENT, balance
@@ -42,15 +42,7 @@ def bench(
     forces = np.column_stack(
         [fit.scale_n_per_count * codes[:, i] + fit.bias_n for i, fit in enumerate(fits)]
     )
-    log = Log(
-        "placements",
-        CELLS,
-        np.arange(len(weight), dtype=float),
-        forces,
-        {"load_n": weight, "hole_m": hole, "cell_pos_m": np.tile(CELL_POS, (len(weight), 1, 1))},
-        np.zeros(len(weight), dtype=np.int64),
-    )
-    rows = placement_rows(log)
+    rows = PlacementRows(CELLS, forces, CELL_POS, hole, weight, holes_of(hole))
     before = replace(rows, forces_n=NAMEPLATE_SCALE * codes + NAMEPLATE_BIAS)
     return foot, before, rows, np.isin(rows.placement, HELD_OUT)
 
@@ -74,14 +66,14 @@ def test_the_papers_table_on_and_off_the_fit() -> None:
     table = []
     for seed in range(6):
         _, before, rows, held = bench(seed)
-        result = study_cop(rows.select(~held))["full"]
-        new = rows.select(held)
+        fitted, new = rows.select(~held), rows.select(held)
+        result = study_cop(fitted)["full"]
         table.append(
             (
                 rmse(before.raw_cop_m, before),
                 np.sqrt(np.mean((before.total_n - before.load_n) ** 2)),
                 result.cop_rmse_m,
-                result.total_rmse_n,
+                np.sqrt(np.mean((result.fit.total_n(fitted) - fitted.load_n) ** 2)),
                 rmse(result.fit.cop_m(new), new),
                 np.sqrt(np.mean((result.fit.total_n(new) - new.load_n) ** 2)),
             )
@@ -224,7 +216,8 @@ def test_the_parameters_mean_what_the_table_of_effects_means() -> None:
     mixed = {"crosstalk": foot.crosstalk, "crosstalk_from": np.zeros(len(CELLS))}
     log, _ = TABLE["crosstalk"].apply(log, mixed, None)
     np.testing.assert_allclose(log.known["cell_pos_m"][0], CELL_POS)
-    found = fit_cop(CROSSTALK, placement_rows(log))
+    rows = PlacementRows(CELLS, log.readings, CELL_POS, hole, load, holes_of(hole))
+    found = fit_cop(CROSSTALK, rows)
     np.testing.assert_allclose(found.crosstalk, foot.crosstalk, atol=1e-9)
     np.testing.assert_allclose(found.corrections_m(CELL_POS), shift, atol=1e-9)
 

@@ -33,7 +33,7 @@ def creep(real_data: Path) -> ChannelStudy:
 def test_three_weights_stand_still_and_hands_do_not(creep: ChannelStudy) -> None:
     samples = creep.samples
     assert samples is not None
-    time, settled = samples.time_s, samples.hold >= 0
+    time, settled = samples.record.time_s, samples.hold >= 0
     assert np.unique(samples.hold[settled]).tolist() == [0, 1, 2]
     changing = ((time > 117) & (time < 178)) | ((time > 322) & (time < 355))
     assert not settled[changing].any()

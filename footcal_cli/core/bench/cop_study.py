@@ -37,8 +37,8 @@ class CopResult:
     ----------
     fit
         On all placements that are not held out.
-    cop_rmse_m, total_rmse_n
-        On those placements: root mean squared distance of the CoP, and of the vertical force.
+    cop_rmse_m
+        On those placements: root mean squared distance of the CoP.
     left_out
         CoP errors with the row's own placement left out, shape (m, 2), with its placement.
     left_out_total
@@ -53,7 +53,6 @@ class CopResult:
 
     fit: CopFit
     cop_rmse_m: float
-    total_rmse_n: float
     left_out: HeldOut
     left_out_total: HeldOut
     floor_m: FloatArray
@@ -270,12 +269,10 @@ def _study_one(model: CopModel, rows: PlacementRows) -> CopResult:
     out, total_error, replicas = _leave_out(model, rows, ridge)
     used = rows.valid
     error = fit.cop_m(rows)[used] - rows.hole_m[used]
-    total = fit.total_n(rows) - rows.load_n
     floor, noise = _scatter(out.error, rows.total_n[used])
     return CopResult(
         fit=fit,
         cop_rmse_m=root_mean_square(np.linalg.norm(error, axis=1)),
-        total_rmse_n=root_mean_square(total),
         left_out=out,
         left_out_total=HeldOut(total_error, out.group),
         floor_m=floor,

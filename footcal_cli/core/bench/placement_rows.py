@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from footcal_cli.core.centroidal import MIN_FORCE_N, pressure
-from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
 
@@ -79,28 +78,6 @@ class PlacementRows:
             placement=self.placement[rows],
             given_cop_m=None if self.given_cop_m is None else self.given_cop_m[rows],
         )
-
-
-def placement_rows(log: Log, min_force_n: float = MIN_FORCE_N) -> PlacementRows:
-    """Rows of a placements log whose readings are already in newtons.
-
-    Parameters
-    ----------
-    log
-        Experiment ``placements``, one foot.
-    min_force_n
-        Below this total force there is no CoP.
-    """
-    hole = log.known["hole_m"]
-    return PlacementRows(
-        cells=log.channels,
-        forces_n=log.readings,
-        cell_pos_m=log.known["cell_pos_m"][0],
-        hole_m=hole,
-        load_n=log.known["load_n"].reshape(len(log), -1).sum(axis=1),
-        placement=holes_of(hole),
-        min_force_n=min_force_n,
-    )
 
 
 def holes_of(hole_m: FloatArray) -> IntArray:

@@ -22,7 +22,7 @@ from footcal_cli.core.bench.record import BenchRecord, condense
 from footcal_cli.core.bench.regression import AffineFit, Method, fit_affine
 from footcal_cli.core.bench.relaxation import Relaxation, Waiting, fit_relaxation, study_waiting
 from footcal_cli.core.bench.terms import menu
-from footcal_cli.core.parameters import Estimates, FloatArray, IntArray, Status
+from footcal_cli.core.parameters import Estimates, IntArray, Status
 from footcal_cli.errors import DataError, FitError
 
 FEWEST_ROWS = 10
@@ -40,24 +40,29 @@ class Samples:
 
     Parameters
     ----------
-    time_s, reading, load_n
-        Shape (n,); the load is NaN where it is not known.
+    record
+        All of them; the load is NaN where it is not known.
     state
         `SampleState`, shape (n,).
     hold
         Index of the load that a settled sample belongs to, −1 elsewhere, shape (n,).
-    session, temperature_degc
-        Shape (n,); no temperature: None.
     """
 
-    time_s: FloatArray
-    reading: FloatArray
-    load_n: FloatArray
+    record: BenchRecord
     state: IntArray
     hold: IntArray
-    session: IntArray
-    temperature_degc: FloatArray | None
     options: PlateauOptions
+
+    @property
+    def good(self) -> BenchRecord:
+        """The record without glitches and dropouts: NaN in their place."""
+        bad = self.state >= SampleState.GLITCH
+        return replace(self.record, reading=np.where(bad, np.nan, self.record.reading))
+
+    @property
+    def settled(self) -> BenchRecord:
+        """The same with the loads of settled samples alone."""
+        return replace(self.good, load_n=np.where(self.hold >= 0, self.record.load_n, np.nan))
 
     def rejected(self) -> dict[str, int]:
         """Samples per reason for not being used."""
@@ -166,18 +171,7 @@ def complete(fit: ChannelFit) -> Estimates:
 
 def record_of_samples(study: ChannelStudy) -> BenchRecord:
     """What a study began with: its rows, or all samples of a recording, bad ones blanked."""
-    samples = study.samples
-    if samples is None:
-        return study.record
-    bad = samples.state >= SampleState.GLITCH
-    return BenchRecord(
-        study.channel,
-        samples.load_n,
-        np.where(bad, np.nan, samples.reading),
-        samples.time_s,
-        samples.session,
-        samples.temperature_degc,
-    )
+    return study.record if study.samples is None else study.samples.good
 
 
 def settled_like(study: ChannelStudy, record: BenchRecord) -> BenchRecord:
@@ -192,13 +186,7 @@ def settled_like(study: ChannelStudy, record: BenchRecord) -> BenchRecord:
     """
     if study.samples is None:
         return record
-    samples = find_loads(record, study.samples.options, ())
-    filtered = replace(
-        record,
-        load_n=np.where(samples.hold >= 0, samples.load_n, np.nan),
-        reading=np.where(samples.state >= SampleState.GLITCH, np.nan, samples.reading),
-    )
-    return _condensed(filtered)
+    return _condensed(find_loads(record, study.samples.options, ()).settled)
 
 
 def study_rows(
@@ -253,14 +241,7 @@ def study_samples(
     if not len(loads_n) and never_still(record, asked):
         return _study_moving(record, method, asked, extend=extend, most_degree=most_degree)
     samples = find_loads(record, asked, loads_n)
-    settled = samples.hold >= 0
-    bad = samples.state >= SampleState.GLITCH
-    filtered = replace(
-        record,
-        load_n=np.where(settled, samples.load_n, np.nan),
-        reading=np.where(bad, np.nan, samples.reading),
-    )
-    study = study_rows(_condensed(filtered), method, extend=extend, most_degree=most_degree)
+    study = study_rows(_condensed(samples.settled), method, extend=extend, most_degree=most_degree)
     relaxation, waiting = _creep_of(samples)
     return replace(
         study,
@@ -278,10 +259,8 @@ def _study_moving(
     """Study a channel under a reference that never stands still, its lag taken out."""
     found = aligned(record, options, max(1, len(record) // ROWS_FOR_FITS))
     study = study_rows(_condensed(found.record), method, extend=extend, most_degree=most_degree)
-    samples = Samples(
-        record.time_s, record.reading, found.record.load_n, found.state,
-        np.where(found.record.known, 0, -1), record.session, record.temperature_degc, options,
-    )  # fmt: skip
+    shifted = replace(record, load_n=found.record.load_n)
+    samples = Samples(shifted, found.state, np.where(found.record.known, 0, -1), options)
     affine = replace(study.affine, lack_of_fit=None)
     return replace(
         study, affine=affine, samples=samples, lags_s=found.lags_s, attenuation=found.attenuation
@@ -341,16 +320,7 @@ def find_loads(record: BenchRecord, options: PlateauOptions, loads_n: Sequence[f
             f"{found.size}", column=record.channel,
             remedy='give loads = "… kg" in [offline_fit.plateaus], one per hold in order of time',
         )  # fmt: skip
-    return Samples(
-        record.time_s,
-        record.reading,
-        load,
-        state,
-        hold,
-        record.session,
-        record.temperature_degc,
-        options,
-    )
+    return Samples(replace(record, load_n=load), state, hold, options)
 
 
 def _levels(plateaus: Plateaus, first: int) -> IntArray:
@@ -363,15 +333,12 @@ def _levels(plateaus: Plateaus, first: int) -> IntArray:
 
 def _creep_of(samples: Samples) -> tuple[Relaxation | None, Waiting | None]:
     """Time constants of the holds, one or two, and what waiting does to the scale."""
-    at = samples.hold >= 0
-    span = float(np.ptp(samples.time_s[at]))
+    record, at = samples.record, samples.hold >= 0
+    span = float(np.ptp(record.time_s[at]))
     dense = BenchRecord(
-        "hold",
-        np.where(at, samples.hold, np.nan).astype(float),
-        np.where(samples.state >= SampleState.GLITCH, np.nan, samples.reading),
-        samples.time_s,
-        np.zeros(samples.time_s.size, dtype=np.int64),
-    )
+        "hold", np.where(at, samples.hold, np.nan), samples.good.reading, record.time_s,
+        np.zeros(len(record), dtype=np.int64),
+    )  # fmt: skip
     short = condense(dense, max(span / (2 * ROWS_FOR_FITS), 1e-9))
     hold = np.where(short.known, np.nan_to_num(short.load_n, nan=-1.0), -1.0).astype(np.int64)
     found: list[Relaxation] = []
@@ -385,5 +352,5 @@ def _creep_of(samples: Samples) -> tuple[Relaxation | None, Waiting | None]:
         better = len(found) == 2 and found[1].bic < found[0].bic - _CREEP_BIC
         relaxation = found[1] if better else found[0]
     final = None if relaxation is None else relaxation.level
-    waiting = study_waiting(samples.time_s, samples.reading, samples.load_n, samples.hold, final)
+    waiting = study_waiting(record.time_s, record.reading, record.load_n, samples.hold, final)
     return relaxation, waiting

@@ -124,15 +124,6 @@ def stored_knowledge(
     return knowledge_of(model, stored)
 
 
-def known_offsets(
-    offset: FloatArray, offset_sd: FloatArray, weight_n: float, weight_sd_n: float
-) -> LegKnowledge:
-    """Knowledge without hanging logs: offsets and weight with their sd, no directions."""
-    none = np.zeros((0, 3))
-    covariance = np.diag(np.append(offset_sd, weight_sd_n) ** 2)
-    return LegKnowledge(offset, weight_n, none, none, covariance, np.zeros((3, 1)))
-
-
 @dataclass(frozen=True)
 class HangRows:
     """Residual rows of all legs, ``L⁻¹ [o − ô; m g − m̂g; tangents of R_kᵀ v_l − u_kl]``.

@@ -44,8 +44,6 @@ class StepwiseFit:
         Shape (6,), N and Nm, mean of the pairs.
     com_m
         ``mean, sin, cos`` per axis, shape (3, 3), m; y is constant.
-    mean_turn_rad, half_turn_rad
-        The paper's s⁺ and s⁻ per pair, shape (pairs, 3).
     turn_rad
         s of every orientation, in the order of `hang_runs`, shape (L, 3); zero outside the pairs.
     """
@@ -54,8 +52,6 @@ class StepwiseFit:
     weight_n: float
     offset: FloatArray
     com_m: FloatArray
-    mean_turn_rad: FloatArray
-    half_turn_rad: FloatArray
     turn_rad: FloatArray
 
     def gravity_dir_t(self, runs: Sequence[HangRun]) -> FloatArray:
@@ -153,7 +149,7 @@ def _steps(
     phase = pairs[0].phase_rad
     com = _sine_fit(phase, com_samples)
 
-    offsets, halves = [], []
+    offsets = []
     turn_of_run = np.zeros((len(runs), 3))
     for pair, weight, turn in zip(pairs, weights, turns, strict=True):
         arm = leg_com_t_m(com, pair.phase_rad)
@@ -164,14 +160,11 @@ def _steps(
         force = (pair.plus[:, :3] - leak).mean(axis=0)
         torque = (pair.plus[:, 3:] - np.cross(arm, leak)).mean(axis=0)
         offsets.append(np.concatenate([force, torque]))
-        halves.append(half)
     return StepwiseFit(
         leg,
         float(np.mean(weights)),
         np.mean(offsets, axis=0),
         com,
-        np.array(turns),
-        np.array(halves),
         turn_of_run,
     )
 

@@ -144,7 +144,7 @@ def _loads(session: Session[DiagnoseOptions], table: Table, channel: str) -> Flo
     )  # fmt: skip
     known_n = settings.known_n(session.recipe.robot.gravity_mps2)
     samples = find_loads(record, plateau_options(settings), known_n)
-    return np.asarray(np.where(samples.hold >= 0, samples.load_n, np.nan))
+    return np.asarray(np.where(samples.hold >= 0, samples.record.load_n, np.nan))
 
 
 def _stride(logs: Sequence[Log]) -> int:
