@@ -63,7 +63,7 @@ def offline_fit(session: Session[OfflineFitOptions]) -> Outcome:
         )  # fmt: skip
     if not parts:
         session.read_required(weights_table())
-    bad = [code for code, part in parts.items() if part.report.verdict.level != "good"]
+    bad = [code for code, part in parts.items() if part.verdict.level != "good"]
     corrections = cop.corrections_of(feet)
     every = [*alone, *(e for foot in feet if (e := foot.estimates) is not None)]
     title = f"Offline calibration of {robot.name}"

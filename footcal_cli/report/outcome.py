@@ -12,8 +12,8 @@ from footcal_cli.report import Report
 
 
 @dataclass(frozen=True)
-class Outcome:
-    """What a command found, ready to be written.
+class Outcome(Report):
+    """What a command has to say and what it leaves besides the report, ready to be written.
 
     Parameters
     ----------
@@ -38,7 +38,6 @@ class Outcome:
         False: nothing to be trusted came out (exit code 3).
     """
 
-    report: Report
     rmse: RmseRecord | None = None
     parameters: ParametersRecord | None = None
     records: Mapping[str, Versioned] = field(default_factory=dict)

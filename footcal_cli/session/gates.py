@@ -44,16 +44,13 @@ def trusted(outcome: Outcome) -> Outcome:
     """The outcome of a calibration with its doubts: not good and not usable where they weigh."""
     if outcome.parameters is None or outcome.diagnosis is not None:
         return outcome
-    report = outcome.report
-    findings = (*report.findings, *_worse(outcome))
+    findings = (*outcome.findings, *_worse(outcome))
     doubted = any(f.code in UNTRUSTED and f.severity == "alarm" for f in findings)
-    verdict = report.verdict
+    verdict = outcome.verdict
     if doubted or (not outcome.usable and verdict.level == "good"):
         verdict = verdict.model_copy(update={"level": "bad"})
     return replace(
-        outcome,
-        report=replace(report, findings=findings, verdict=verdict),
-        usable=outcome.usable and not doubted,
+        outcome, findings=findings, verdict=verdict, usable=outcome.usable and not doubted
     )
 
 
@@ -138,9 +135,9 @@ def gated(
     reference
         The calibration that parameters must not leave.
     """
-    gates, report = options.gates, outcome.report
+    gates = options.gates
     optional = {name for key in ("max_rmse", "max_change") for name in shared.get(key, ())}
-    found = [*_verdict(gates, report.verdict, outcome.diagnosis)]
+    found = [*_verdict(gates, outcome.verdict, outcome.diagnosis)]
     rows = [
         row
         for row in (outcome.rmse.rows if outcome.rmse is not None else ())
@@ -153,10 +150,9 @@ def gated(
         found += _changes(gates, optional, outcome.parameters, reference)
     missed = [gate.sentence for gate in found if not gate.met]
     if options.strict_findings:
-        missed += _strict(report.findings)
-    if found:
-        report = replace(report, sheets=(*report.sheets, gate_sheet(found)))
-    return replace(outcome, report=report, gates_missed=(*outcome.gates_missed, *missed))
+        missed += _strict(outcome.findings)
+    sheets = (*outcome.sheets, gate_sheet(found)) if found else outcome.sheets
+    return replace(outcome, sheets=sheets, gates_missed=(*outcome.gates_missed, *missed))
 
 
 def _strict(findings: Sequence[Finding]) -> list[str]:

@@ -20,7 +20,6 @@ from footcal_cli.tables.logfiles import write_csv, write_parquet, write_parquet_
 
 def write_run(folder: Path, run: RunRecord, outcome: Outcome, images: Mapping[str, Drawn]) -> None:
     """Everything a run leaves, into one folder; `images` holds each picture by name, drawn."""
-    report = outcome.report
     if outcome.parameters is not None:
         rejected = run.gates_missed or (() if outcome.usable else (run.verdict.sentence,))
         # under another name: make and scripts must not take it for an accepted calibration
@@ -30,7 +29,7 @@ def write_run(folder: Path, run: RunRecord, outcome: Outcome, images: Mapping[st
     if outcome.rmse is not None:
         write_record(outcome.rmse, folder / "rmse.json")
         _write_rmse_csv(outcome.rmse, folder / "rmse.csv")
-        report = replace(report, sheets=(*report.sheets, rmse_sheet(outcome.rmse)))
+        outcome = replace(outcome, sheets=(*outcome.sheets, rmse_sheet(outcome.rmse)))
     for name, record in outcome.records.items():
         write_record(record, folder / name)
     for name, columns in outcome.tables.items():
@@ -43,7 +42,7 @@ def write_run(folder: Path, run: RunRecord, outcome: Outcome, images: Mapping[st
     recipe_text = json.dumps({**run.recipe, run.command: run.options}, indent=2, ensure_ascii=False)
     beside = sorted({"run.json", *(p.name for p in folder.iterdir() if p.is_file())})
     (folder / "report.html").write_text(
-        render_html(report, run, recipe_text, images, beside), encoding="utf-8"
+        render_html(outcome, run, recipe_text, images, beside), encoding="utf-8"
     )
     files = sorted(p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.is_file())
     write_record(run.model_copy(update={"files": tuple(files)}), folder / "run.json")

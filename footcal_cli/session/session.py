@@ -23,7 +23,7 @@ from footcal_cli.core.quality import Finding
 from footcal_cli.errors import DataError, FitError
 from footcal_cli.recipe import CommandOptions, Recipe, read_recipe, validated
 from footcal_cli.records.results import ParametersRecord, RunRecord
-from footcal_cli.report import Drawn, Report, history_sheet, read_aloud, read_as_sheet
+from footcal_cli.report import Drawn, history_sheet, read_aloud, read_as_sheet
 from footcal_cli.report.outcome import Outcome
 from footcal_cli.report.text import print_text
 from footcal_cli.session.answer import answer_of, as_json, print_answer
@@ -238,11 +238,9 @@ class Session(Logs, Generic[Options]):
             A LOG was none of the kinds that the command reads.
         """
         self.refuse_unread()
-        outcome = replace(outcome, report=_with_findings(outcome.report, self._noted))
+        outcome = _with_findings(outcome, self._noted)
         if self.read_as:
-            report = outcome.report
-            sheets = (*report.sheets, read_as_sheet(self.read_as))
-            outcome = replace(outcome, report=replace(report, sheets=sheets))
+            outcome = replace(outcome, sheets=(*outcome.sheets, read_as_sheet(self.read_as)))
         if outcome.parameters is not None:
             record = in_units_of_readings(outcome.parameters, self.read_as)
             outcome = replace(outcome, parameters=record)
@@ -250,9 +248,9 @@ class Session(Logs, Generic[Options]):
         images: dict[str, Drawn] = {}
         with self.step("draw"):
             if self.options.pictures:
-                images = {picture.name: picture.drawn() for picture in outcome.report.pictures}
+                images = {picture.name: picture.drawn() for picture in outcome.pictures}
             else:
-                outcome = replace(outcome, report=replace(outcome.report, pictures=()))
+                outcome = replace(outcome, pictures=())
         exit_code = 3 if not outcome.usable else 1 if outcome.gates_missed else 0
         run = RunRecord(
             command=self.request.command,
@@ -269,8 +267,8 @@ class Session(Logs, Generic[Options]):
             read_as={path: tuple(columns.values()) for path, columns in self.read_as.items()},
             seed=self.request.seed,
             timings_s=self.timings_s,
-            verdict=outcome.report.verdict,
-            findings=outcome.report.findings,
+            verdict=outcome.verdict,
+            findings=outcome.findings,
             gates_missed=outcome.gates_missed,
             exit_code=exit_code,
         )
@@ -289,7 +287,7 @@ class Session(Logs, Generic[Options]):
         answer = Console(quiet=self.request.quiet, highlight=False)
         if not answer.is_terminal:
             answer = Console(quiet=self.request.quiet, highlight=False, width=_PIPE_WIDTH)
-        print_text(outcome.report, answer)
+        print_text(outcome, answer)
         for line in read_aloud(self.read_as):
             answer.print(line, soft_wrap=True, markup=False)
         answer.print(f"report: {self.request.out / 'report.html'}", soft_wrap=True)
@@ -297,29 +295,29 @@ class Session(Logs, Generic[Options]):
 
     def _with_history(self, outcome: Outcome) -> Outcome:
         """The report with what changed since the calibration that the run started from."""
-        report, start = outcome.report, self.request.parameters
-        told = any(sheet.title.startswith("Changes since") for sheet in report.lead_sheets)
+        start = self.request.parameters
+        told = any(sheet.title.startswith("Changes since") for sheet in outcome.lead_sheets)
         if start is None or told:
             return outcome
         sheet = history_sheet(self.parameters, outcome.parameters, shown(start))
         if sheet is None:
             return outcome
-        return replace(outcome, report=replace(report, sheets=(*report.sheets, sheet)))
+        return replace(outcome, sheets=(*outcome.sheets, sheet))
 
 
 _SEVERITIES = ("alarm", "warning", "note")
 
 
-def _with_findings(report: Report, noted: Iterable[Finding]) -> Report:
-    """The report with all findings, gravest first, each once; its verdict no better than they."""
-    once = {(f.code, f.where, f.sentence): f for f in (*report.findings, *noted)}
+def _with_findings(outcome: Outcome, noted: Iterable[Finding]) -> Outcome:
+    """The outcome with all findings, gravest first, each once; its verdict no better than they."""
+    once = {(f.code, f.where, f.sentence): f for f in (*outcome.findings, *noted)}
     findings = tuple(sorted(once.values(), key=lambda f: _SEVERITIES.index(f.severity)))
-    verdict = report.verdict
+    verdict = outcome.verdict
     if findings and findings[0].severity == "alarm":
         verdict = verdict.model_copy(update={"level": "bad"})
     elif verdict.level == "good" and any(f.code in DOUBTFUL for f in findings):
         verdict = verdict.model_copy(update={"level": "warning"})
-    return replace(report, findings=findings, verdict=verdict)
+    return replace(outcome, findings=findings, verdict=verdict)
 
 
 def _shown_or_none(path: Path | None) -> str | None:

@@ -16,7 +16,7 @@ from footcal_cli.core.quality import Finding
 from footcal_cli.plots import batch as plots
 from footcal_cli.records.batch import SessionRecord
 from footcal_cli.records.results import VerdictRecord
-from footcal_cli.report import Picture, Report, Sheet, number, plural, with_sd
+from footcal_cli.report import Picture, Sheet, number, plural, with_sd
 from footcal_cli.report.outcome import Outcome
 
 _MOST_REFUSALS = 20
@@ -46,17 +46,15 @@ def outcome_of(
     missed = gates_missed(fleet, limits)
     table = frame_of(found)
     return Outcome(
-        report=Report(
-            title=f"{len(found)} sessions, {command}",
-            verdict=verdict_of(found, fleet, len(missed)),
-            pictures=pictures_of(fleet, dated),
-            sheets=sheets_of(found, fleet),
-            findings=tuple(findings_of(fleet)),
-            footer=(
-                "Each session's own report lies in sessions/<session>/report.html.",
-                "Sessions in the order of their dates." if dated else
-                "Not every session has a date: sessions in the order of their names.",
-            ),
+        title=f"{len(found)} sessions, {command}",
+        verdict=verdict_of(found, fleet, len(missed)),
+        pictures=pictures_of(fleet, dated),
+        sheets=sheets_of(found, fleet),
+        findings=tuple(findings_of(fleet)),
+        footer=(
+            "Each session's own report lies in sessions/<session>/report.html.",
+            "Sessions in the order of their dates." if dated else
+            "Not every session has a date: sessions in the order of their names.",
         ),
         tables={"sessions.parquet": table, "sessions.csv": table},
         gates_missed=(*_refused(found), *missed),

@@ -24,7 +24,7 @@ from footcal_cli.records.results import (
     RmseRow,
     VerdictRecord,
 )
-from footcal_cli.report import Picture, Report, number, plural
+from footcal_cli.report import Picture, number, plural
 from footcal_cli.report.outcome import Outcome
 from footcal_cli.sheets import ladder, weights
 
@@ -45,9 +45,8 @@ def joined(
     earlier
         The calibration that the run started from.
     """
-    reports = [part.report for part in parts]
-    verdicts = [report.verdict for report in reports]
-    lead = [sheet for report in reports for sheet in report.leading]
+    verdicts = [part.verdict for part in parts]
+    lead = [sheet for part in parts for sheet in part.leading]
     details = list(verdicts[0].details)
     for verdict in verdicts[1:]:
         details += [verdict.sentence, *verdict.details]
@@ -63,17 +62,13 @@ def joined(
     level = max((verdict.level for verdict in verdicts), key=_LEVELS.index)
     records = [part.rmse for part in reversed(parts) if part.rmse is not None]
     return Outcome(
-        report=Report(
-            title=title,
-            verdict=VerdictRecord(
-                level=level, sentence=verdicts[0].sentence, details=tuple(details)
-            ),
-            pictures=tuple(picture for report in reports for picture in report.pictures),
-            lead_sheets=tuple(lead),
-            sheets=tuple(sheet for report in reports for sheet in report.details),
-            findings=tuple(f for report in reports for f in report.findings),
-            footer=tuple(line for report in reversed(reports) for line in report.footer),
-        ),
+        title=title,
+        verdict=VerdictRecord(level=level, sentence=verdicts[0].sentence, details=tuple(details)),
+        pictures=tuple(picture for part in parts for picture in part.pictures),
+        lead_sheets=tuple(lead),
+        sheets=tuple(sheet for part in parts for sheet in part.details),
+        findings=tuple(f for part in parts for f in part.findings),
+        footer=tuple(line for part in reversed(parts) for line in part.footer),
         rmse=RmseRecord(
             rows=tuple(row for record in records for row in record.rows),
             rejected={k: n for record in records for k, n in record.rejected.items()},
@@ -122,17 +117,15 @@ def weights_outcome(
         ladder.tried_sheet(studies),
     ]
     return Outcome(
-        report=Report(
-            title="Weights",
-            verdict=ladder.weights_verdict(studies, curvature, tolerance_n),
-            pictures=_pictures(studies, tolerance_n, climbed=climbed),
-            sheets=tuple(sheet for sheet in sheets if sheet is not None),
-            findings=tuple(findings),
-            footer=(
-                f"Model: F = scale · S + bias per channel, {method} regression of load on counts "
-                "(NAO CoP self-calibration, eqs. 1 and 2). Adequate: no residual above "
-                f"{tolerance_percent:g} % of the largest load ({tolerance_n:.3g} N).",
-            ),
+        title="Weights",
+        verdict=ladder.weights_verdict(studies, curvature, tolerance_n),
+        pictures=_pictures(studies, tolerance_n, climbed=climbed),
+        sheets=tuple(sheet for sheet in sheets if sheet is not None),
+        findings=tuple(findings),
+        footer=(
+            f"Model: F = scale · S + bias per channel, {method} regression of load on counts "
+            "(NAO CoP self-calibration, eqs. 1 and 2). Adequate: no residual above "
+            f"{tolerance_percent:g} % of the largest load ({tolerance_n:.3g} N).",
         ),
         rmse=RmseRecord(
             rows=(*rows, *ladder.held_out_rows(studies), *_held_out(apart)), rejected=dict(rejected)

@@ -18,7 +18,7 @@ from footcal_cli.records.results import (
     RmseRecord,
     VerdictRecord,
 )
-from footcal_cli.report import Picture, Report, Sheet, number
+from footcal_cli.report import Picture, Sheet, number
 from footcal_cli.report.outcome import Outcome
 from footcal_cli.sheets import placements as sheets
 
@@ -36,21 +36,19 @@ def outcome_of(feet: Sequence[FootStudy], robot: Robot) -> Outcome:
     light = sum(int(np.sum(~found.rows.valid)) for found in feet)
     corrected = [_corrected(found) for found in feet]
     return Outcome(
-        report=Report(
-            title="Placements",
-            verdict=VerdictRecord(
-                level="warning" if poor else "good",
-                sentence=sheets.feet_headline(feet),
-                details=tuple(sheets.foot_sentence(found) for found in feet),
-            ),
-            pictures=tuple(pictures),
-            sheets=tuple(tables),
-            findings=tuple(f for found in feet for f in sheets.misplaced_cells(found)),
-            footer=(
-                "CoP corrections: NAO CoP self-calibration, eqs. (3)–(5), solved as the linear "
-                "problem they are; the physical alternatives correct the cells instead. Each row's "
-                "own placement is left out where it says so.",
-            ),
+        title="Placements",
+        verdict=VerdictRecord(
+            level="warning" if poor else "good",
+            sentence=sheets.feet_headline(feet),
+            details=tuple(sheets.foot_sentence(found) for found in feet),
+        ),
+        pictures=tuple(pictures),
+        sheets=tuple(tables),
+        findings=tuple(f for found in feet for f in sheets.misplaced_cells(found)),
+        footer=(
+            "CoP corrections: NAO CoP self-calibration, eqs. (3)–(5), solved as the linear "
+            "problem they are; the physical alternatives correct the cells instead. Each row's "
+            "own placement is left out where it says so.",
         ),
         rmse=RmseRecord(
             rows=tuple(row for found in feet for row in sheets.placement_errors(found)),

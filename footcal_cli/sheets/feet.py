@@ -14,7 +14,7 @@ from footcal_cli.core.pose.wrenches import FootCalibration
 from footcal_cli.core.signals import root_mean_square
 from footcal_cli.plots.feet import plot_feet, plot_groups, stepping_together
 from footcal_cli.records.results import RmseRecord, RmseRow, VerdictRecord
-from footcal_cli.report import Picture, Report, Sheet, number
+from footcal_cli.report import Picture, Sheet, number
 from footcal_cli.report.outcome import Outcome
 
 _BETTER = 0.8
@@ -75,16 +75,14 @@ def outcome_of(
         )
     origin = ", ".join(f"{1e3 * x:.1f}" for x in calibration.origin_b_m)
     return Outcome(
-        report=Report(
-            title=f"Foot wrenches of {robot}",
-            verdict=found,
-            pictures=tuple(pictures),
-            sheets=(foot_sheet(stages, data),),
-            footer=(
-                "Floating base: origin fixed in the body at the robot's CoM with all shafts at 0 "
-                f"({origin} mm in the body frame), z up, x along the heading (Wu & Revzen, eq. "
-                "(3)).",
-            ),
+        title=f"Foot wrenches of {robot}",
+        verdict=found,
+        pictures=tuple(pictures),
+        sheets=(foot_sheet(stages, data),),
+        footer=(
+            "Floating base: origin fixed in the body at the robot's CoM with all shafts at 0 "
+            f"({origin} mm in the body frame), z up, x along the heading (Wu & Revzen, eq. "
+            "(3)).",
         ),
         rmse=RmseRecord(rows=rmse_rows(stages, data), rejected=dict(rejected)),
         tables={

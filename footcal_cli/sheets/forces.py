@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from footcal_cli.core.signals import Seen
 from footcal_cli.records.results import RmseRecord, VerdictRecord
-from footcal_cli.report import Report, Sheet, number
+from footcal_cli.report import Sheet, number
 from footcal_cli.report.outcome import Outcome
 
 
@@ -22,20 +22,16 @@ def outcome_of(
         for foot, seen in feet.items()
     ]
     return Outcome(
-        report=Report(
-            title=f"Forces of {robot}",
-            verdict=VerdictRecord(
-                level="good",
-                sentence=f"{cells} cells calibrated over {total.count:,} samples; sum of all "
-                f"forces {number(total.median, 4)} N (median).",
-            ),
-            sheets=(
-                Sheet("Feet", ("foot", "median Fz (N)", "largest Fz (N)", "loaded (%)"), rows),
-            ),
-            footer=(
-                "F = scale · S + bias per cell; CoP = Σ p F / Σ F in the foot frame, absent where "
-                f"Fz ≤ {least_force_n:g} N (NAO CoP self-calibration, eqs. (1), (2), (8)).",
-            ),
+        title=f"Forces of {robot}",
+        verdict=VerdictRecord(
+            level="good",
+            sentence=f"{cells} cells calibrated over {total.count:,} samples; sum of all "
+            f"forces {number(total.median, 4)} N (median).",
+        ),
+        sheets=(Sheet("Feet", ("foot", "median Fz (N)", "largest Fz (N)", "loaded (%)"), rows),),
+        footer=(
+            "F = scale · S + bias per cell; CoP = Σ p F / Σ F in the foot frame, absent where "
+            f"Fz ≤ {least_force_n:g} N (NAO CoP self-calibration, eqs. (1), (2), (8)).",
         ),
         rmse=RmseRecord(rows=(), rejected={"reading is missing": lost} if lost else {}),
     )

@@ -15,7 +15,7 @@ from footcal_cli.core.signals import root_mean_square
 from footcal_cli.core.study.stepwise import StepwiseFit
 from footcal_cli.plots import hang as plots
 from footcal_cli.records.results import RmseRecord, VerdictRecord
-from footcal_cli.report import Picture, Report, number
+from footcal_cli.report import Picture, number
 from footcal_cli.report.outcome import Outcome
 from footcal_cli.sheets.hang_tables import (
     Residuals,
@@ -68,19 +68,17 @@ def outcome_of(
     residuals = residuals_by_stage(fits, others, runs, method)
     chosen = chosen_estimates(fits, others, method)
     return Outcome(
-        report=Report(
-            title=f"Hanging calibration of {robot}",
-            verdict=verdict(fits, residuals, runs, method),
-            pictures=_pictures(fits, runs, residuals, others.get(method)),
-            sheets=(
-                parameter_sheet(chosen),
-                com_sheet(chosen),
-                *method_sheets(fits, others),
-                noise_sheet(fits),
-            ),
-            findings=tuple(findings(fits, runs)),
-            footer=footer(method),
+        title=f"Hanging calibration of {robot}",
+        verdict=verdict(fits, residuals, runs, method),
+        pictures=_pictures(fits, runs, residuals, others.get(method)),
+        sheets=(
+            parameter_sheet(chosen),
+            com_sheet(chosen),
+            *method_sheets(fits, others),
+            noise_sheet(fits),
         ),
+        findings=tuple(findings(fits, runs)),
+        footer=footer(method),
         rmse=RmseRecord(rows=rmse_rows(residuals), rejected=dict(rejected)),
         usable=method != "joint" or all(fit.fit.converged for fit in fits.values()),
     )

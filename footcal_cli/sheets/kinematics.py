@@ -12,7 +12,7 @@ from footcal_cli.core.quality import Finding
 from footcal_cli.plots.kinematics import plot_accelerations, plot_heights, plot_path
 from footcal_cli.recipe import Robot
 from footcal_cli.records.results import VerdictRecord
-from footcal_cli.report import Picture, Report, Sheet, number
+from footcal_cli.report import Picture, Sheet, number
 from footcal_cli.report.outcome import Outcome
 
 _MASS_TOLERANCE, _FORCE_TOLERANCE, _GROUND_TOLERANCE_M = 0.02, 0.05, 0.02
@@ -38,46 +38,44 @@ def outcome_of(
     )
     names = ", ".join(feet)
     return Outcome(
-        report=Report(
-            title=f"Kinematics of {robot}, {log}",
-            verdict=VerdictRecord(
-                level="good" if 2 * whole > time_s.size else "warning",
-                sentence=f"{whole} of {time_s.size} rows at {rate:.4g} Hz give CoM, acceleration, "
-                f"L̇ and the poses of {names}; the model weighs {mass_kg:.4g} kg.",
+        title=f"Kinematics of {robot}, {log}",
+        verdict=VerdictRecord(
+            level="good" if 2 * whole > time_s.size else "warning",
+            sentence=f"{whole} of {time_s.size} rows at {rate:.4g} Hz give CoM, acceleration, "
+            f"L̇ and the poses of {names}; the model weighs {mass_kg:.4g} kg.",
+        ),
+        pictures=(
+            Picture(
+                "accelerations", lambda: plot_accelerations(time_s, found),
+                "The first seconds: central differences (grey), behind the low-pass (blue) "
+                "with ± 2 sd of its noise.",
+                title="Acceleration of the CoM", zoom=True,
+                result="Sd of its noise behind the low-pass: "
+                + ", ".join(number(v, 2) for v in found.com_acc_sd_mps2)
+                + " m/s² in x, y, z.",
             ),
-            pictures=(
-                Picture(
-                    "accelerations", lambda: plot_accelerations(time_s, found),
-                    "The first seconds: central differences (grey), behind the low-pass (blue) "
-                    "with ± 2 sd of its noise.",
-                    title="Acceleration of the CoM", zoom=True,
-                    result="Sd of its noise behind the low-pass: "
-                    + ", ".join(number(v, 2) for v in found.com_acc_sd_mps2)
-                    + " m/s² in x, y, z.",
-                ),
-                Picture("path", lambda: plot_path(posture, feet),
-                        "The CoM should pass between the feet.",
-                    title="Path of the CoM and the feet, from above",
-                    result=f"The CoM moves over {_range_m(posture.com_m[:, 0])} m in x and "
-                    f"{_range_m(posture.com_m[:, 1])} m in y."),
-                Picture(
-                    "heights", lambda: plot_heights(time_s, posture, feet),
-                    "A standing foot should stay at zero.",
-                    title="Height of each foot", zoom=True,
-                    result="Lowest heights: "
-                    + ", ".join(
-                        f"{1e3 * float(np.nanmin(posture.feet_m[:, i, 2])):.0f} mm ({foot})"
-                        for i, foot in enumerate(feet)
-                    )
-                    + ".",
-                ),
+            Picture("path", lambda: plot_path(posture, feet),
+                    "The CoM should pass between the feet.",
+                title="Path of the CoM and the feet, from above",
+                result=f"The CoM moves over {_range_m(posture.com_m[:, 0])} m in x and "
+                f"{_range_m(posture.com_m[:, 1])} m in y."),
+            Picture(
+                "heights", lambda: plot_heights(time_s, posture, feet),
+                "A standing foot should stay at zero.",
+                title="Height of each foot", zoom=True,
+                result="Lowest heights: "
+                + ", ".join(
+                    f"{1e3 * float(np.nanmin(posture.feet_m[:, i, 2])):.0f} mm ({foot})"
+                    for i, foot in enumerate(feet)
+                )
+                + ".",
             ),
-            sheets=(sheet,),
-            footer=(
-                "com_acc and angmom_rate are central differences without a low-pass: the commands "
-                "that read body.parquet filter them as they filter the forces. The columns "
-                "…_lowpass_… are filtered already.",
-            ),
+        ),
+        sheets=(sheet,),
+        footer=(
+            "com_acc and angmom_rate are central differences without a low-pass: the commands "
+            "that read body.parquet filter them as they filter the forces. The columns "
+            "…_lowpass_… are filtered already.",
         ),
         tables={"body.parquet": body_columns(time_s, posture, found, feet)},
     )  # fmt: skip

@@ -14,7 +14,7 @@ from footcal_cli.core.signals import gaps_of
 from footcal_cli.plots.log import Drawing, Panel, plot_channels, plot_weights
 from footcal_cli.recipe import Robot
 from footcal_cli.records.results import VerdictRecord
-from footcal_cli.report import Picture, Report, Sheet, plural
+from footcal_cli.report import Picture, Sheet, plural
 from footcal_cli.report.outcome import Outcome
 from footcal_cli.tables.columns import TableType
 from footcal_cli.tables.table import Table
@@ -41,28 +41,26 @@ def outcome_of(
     rows = sum(len(table) for table, _ in tables)
     alarmed = any(finding.severity == "alarm" for finding in serious)
     return Outcome(
-        report=Report(
-            title="Check of the log",
-            verdict=VerdictRecord(
-                level="good" if not serious else "bad" if alarmed else "warning",
-                sentence=_headline(serious, rows),
-                details=(
-                    "Checked: units of stamps, loads, positions, headings and accelerations; "
-                    "gaps, lost and far-off samples, end codes; channels that stand still, "
-                    "repeat, read with the sign turned or are exchanged; loads, weight and "
-                    "calibration against the recipe.",
-                ),
+        title="Check of the log",
+        verdict=VerdictRecord(
+            level="good" if not serious else "bad" if alarmed else "warning",
+            sentence=_headline(serious, rows),
+            details=(
+                "Checked: units of stamps, loads, positions, headings and accelerations; "
+                "gaps, lost and far-off samples, end codes; channels that stand still, "
+                "repeat, read with the sign turned or are exchanged; loads, weight and "
+                "calibration against the recipe.",
             ),
-            pictures=tuple(
-                picture_of(table, kind, robot, serious, number)
-                for number, (table, kind) in enumerate(tables[:_MOST_PICTURES], start=1)
-            ),
-            lead_sheets=(
-                Sheet(
-                    "Logs",
-                    ("file", "read as", "rows"),
-                    [(table.path.name, kind.name, str(len(table))) for table, kind in tables],
-                ),
+        ),
+        pictures=tuple(
+            picture_of(table, kind, robot, serious, number)
+            for number, (table, kind) in enumerate(tables[:_MOST_PICTURES], start=1)
+        ),
+        lead_sheets=(
+            Sheet(
+                "Logs",
+                ("file", "read as", "rows"),
+                [(table.path.name, kind.name, str(len(table))) for table, kind in tables],
             ),
         ),
     )

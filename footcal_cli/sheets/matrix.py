@@ -10,32 +10,30 @@ from footcal_cli.core.bench.matrix import MatrixFit, MatrixStudy
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.plots.matrix import plot_matrix
 from footcal_cli.records.results import RmseRecord, RmseRow, VerdictRecord
-from footcal_cli.report import Picture, Report, Sheet, number, with_sd
+from footcal_cli.report import Picture, Sheet, number, with_sd
 from footcal_cli.report.outcome import Outcome
 
 
 def outcome_of(channels: Sequence[str], outputs: Sequence[str], study: MatrixStudy) -> Outcome:
     """Cells loaded together, or a sensor of several bridges against a known wrench."""
     return Outcome(
-        report=Report(
-            title="Matrix",
-            verdict=VerdictRecord(
-                level="good",
-                sentence=matrix_headline(channels, outputs, study),
-                details=matrix_details(study),
-            ),
-            pictures=(
-                Picture(
-                    "matrix", lambda: plot_matrix(channels, outputs, study.full),
-                    "What each reading adds to each load, relative to the largest of its row, with "
-                    "95 % intervals; grey ones could be zero.",
-                    title="Contribution of each reading to each load",
-                    result=matrix_headline(channels, outputs, study),
-                ),
-            ),
-            sheets=(matrix_sheet(channels, outputs, study), error_sheet(outputs, study)),
-            footer=("Loads = matrix · counts + bias, all loads regressed on all readings.",),
+        title="Matrix",
+        verdict=VerdictRecord(
+            level="good",
+            sentence=matrix_headline(channels, outputs, study),
+            details=matrix_details(study),
         ),
+        pictures=(
+            Picture(
+                "matrix", lambda: plot_matrix(channels, outputs, study.full),
+                "What each reading adds to each load, relative to the largest of its row, with "
+                "95 % intervals; grey ones could be zero.",
+                title="Contribution of each reading to each load",
+                result=matrix_headline(channels, outputs, study),
+            ),
+        ),
+        sheets=(matrix_sheet(channels, outputs, study), error_sheet(outputs, study)),
+        footer=("Loads = matrix · counts + bias, all loads regressed on all readings.",),
         rmse=RmseRecord(rows=tuple(matrix_rows(outputs, study))),
     )  # fmt: skip
 

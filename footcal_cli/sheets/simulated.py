@@ -12,7 +12,7 @@ from footcal_cli.core.log import Log
 from footcal_cli.core.simulation.scenario import EffectRequest, Scenario
 from footcal_cli.plots.simulated import plot_shown_and_true
 from footcal_cli.records.results import VerdictRecord
-from footcal_cli.report import Picture, Report, Sheet, number
+from footcal_cli.report import Picture, Sheet, number
 from footcal_cli.report.outcome import Outcome
 
 
@@ -21,15 +21,13 @@ def outcome_of(
 ) -> Outcome:
     """The logs of a simulated experiment."""
     return Outcome(
-        report=Report(
-            title=f"Simulated {kind} of {robot}",
-            verdict=verdict(kind, scenario, requests),
-            pictures=pictures_of(scenario),
-            sheets=(file_sheet(scenario), effect_sheet(requests)),
-            footer=(
-                "The logs hold what the sensors showed; truth.json holds every parameter they were "
-                "distorted with. The same recipe, effects and seed give the same bytes.",
-            ),
+        title=f"Simulated {kind} of {robot}",
+        verdict=verdict(kind, scenario, requests),
+        pictures=pictures_of(scenario),
+        sheets=(file_sheet(scenario), effect_sheet(requests)),
+        footer=(
+            "The logs hold what the sensors showed; truth.json holds every parameter they were "
+            "distorted with. The same recipe, effects and seed give the same bytes.",
         ),
         tables={f"{stem}.parquet": columns for stem, columns in scenario.files.items()},
     )

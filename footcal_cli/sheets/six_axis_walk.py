@@ -16,7 +16,7 @@ from footcal_cli.intake.recordings import Recording
 from footcal_cli.plots import six_axis_walk as plots
 from footcal_cli.plots.walk import plot_innovations, within_band
 from footcal_cli.records.results import RmseRecord, RmseRow, VerdictRecord
-from footcal_cli.report import Picture, Report, Sheet, number, plural, with_sd
+from footcal_cli.report import Picture, Sheet, number, plural, with_sd
 from footcal_cli.report.outcome import Outcome
 from footcal_cli.sheets.stand import beliefs_sheet, unit_of
 from footcal_cli.sheets.streams import stream_findings
@@ -49,14 +49,12 @@ def feet_of(found: SixAxisReplay) -> tuple[str, ...]:
 def outcome_of(found: SixAxisReplay, robot: str, recording: Recording) -> Outcome:
     """What the replay of a walk on six-axis feet found."""
     return Outcome(
-        report=Report(
-            title=f"Walking calibration of {robot}, {recording.name}",
-            verdict=verdict_of(found),
-            pictures=pictures_of(found),
-            sheets=sheets_of(found),
-            findings=(*stream_findings(recording), *findings_of(found)),
-            footer=footer_of(found),
-        ),
+        title=f"Walking calibration of {robot}, {recording.name}",
+        verdict=verdict_of(found),
+        pictures=pictures_of(found),
+        sheets=sheets_of(found),
+        findings=(*stream_findings(recording), *findings_of(found)),
+        footer=footer_of(found),
         rmse=rmse_of(found),
         tables={"replay.parquet": columns_of(found)},
         stage="memory",

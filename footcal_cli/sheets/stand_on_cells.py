@@ -13,7 +13,7 @@ from footcal_cli.core.online.weighed import Weighed
 from footcal_cli.core.quiet import QuietSet
 from footcal_cli.core.static_init import StanceErrors, StanceRows, StaticInit
 from footcal_cli.plots.stand import plot_beliefs, plot_curve, plot_directions, plot_stances
-from footcal_cli.report import Picture, Report
+from footcal_cli.report import Picture
 from footcal_cli.report.outcome import Outcome
 from footcal_cli.sheets import stand as sheets
 
@@ -84,26 +84,22 @@ def outcome_of(
             ),
         )  # fmt: skip
     return Outcome(
-        report=Report(
-            title=f"Standing calibration of {robot}",
-            verdict=sheets.verdict_of(fit, errors, menu, weighed),
-            pictures=tuple(pictures),
-            sheets=(
-                sheets.beliefs_sheet(
-                    rows.names, rows.units, value, sd, rows.prior_sd, status, _NOTE
-                ),
-                sheets.directions_sheet(seen),
-                *((sheets.menu_sheet(menu),) if menu else ()),
-                *((sheets.curve_sheet(curve),) if curve else ()),
-                sheets.stances_sheet(errors, rows.effective_samples),
-            ),
-            footer=(
-                "Model: Σ(1 + γ)F⁰ + β per cell against weight and projected CoM (NAO CoP "
-                "self-calibration, eqs. 12, 13), maximum a posteriori in centred units; the prior "
-                "is --parameters or the nameplate.",
-                f"A stance counts {options.force_sd_n:g} N in force and "
-                f"{1e3 * options.moment_sd_nm:g} N·mm in moment at best, whatever its length.",
-            ),
+        title=f"Standing calibration of {robot}",
+        verdict=sheets.verdict_of(fit, errors, menu, weighed),
+        pictures=tuple(pictures),
+        sheets=(
+            sheets.beliefs_sheet(rows.names, rows.units, value, sd, rows.prior_sd, status, _NOTE),
+            sheets.directions_sheet(seen),
+            *((sheets.menu_sheet(menu),) if menu else ()),
+            *((sheets.curve_sheet(curve),) if curve else ()),
+            sheets.stances_sheet(errors, rows.effective_samples),
+        ),
+        footer=(
+            "Model: Σ(1 + γ)F⁰ + β per cell against weight and projected CoM (NAO CoP "
+            "self-calibration, eqs. 12, 13), maximum a posteriori in centred units; the prior "
+            "is --parameters or the nameplate.",
+            f"A stance counts {options.force_sd_n:g} N in force and "
+            f"{1e3 * options.moment_sd_nm:g} N·mm in moment at best, whatever its length.",
         ),
         rmse=sheets.rmse_of(errors, quiet),
     )

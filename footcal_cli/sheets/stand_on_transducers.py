@@ -8,7 +8,7 @@ from footcal_cli.core.quiet import QuietSet
 from footcal_cli.core.static_init import SixAxisInit, StanceRows
 from footcal_cli.plots.stand import plot_beliefs, plot_directions
 from footcal_cli.records.results import VerdictRecord
-from footcal_cli.report import Picture, Report
+from footcal_cli.report import Picture
 from footcal_cli.report.outcome import Outcome
 from footcal_cli.sheets import stand as sheets
 
@@ -27,47 +27,45 @@ def outcome_of(
     stances = sum(one.stances for one in quiet)
     everything = known == len(estimates.status)
     return Outcome(
-        report=Report(
-            title=f"Standing calibration of {robot}",
-            verdict=VerdictRecord(
-                level="good" if everything else "warning",
-                sentence=f"{sheets.counted(stances)} {seen.rank} of "
-                f"{seen.unknowns} unknowns of six-axis feet; {known} estimated, the others keep "
-                "their prior.",
-                details=(
-                    "With both feet down only sums over the feet are seen: lift each foot once, or "
-                    "walk (online-replay), to distinguish their offsets.",
-                    f"Not seen: {'; '.join(seen.weakest(3))}.",
-                ),
+        title=f"Standing calibration of {robot}",
+        verdict=VerdictRecord(
+            level="good" if everything else "warning",
+            sentence=f"{sheets.counted(stances)} {seen.rank} of "
+            f"{seen.unknowns} unknowns of six-axis feet; {known} estimated, the others keep "
+            "their prior.",
+            details=(
+                "With both feet down only sums over the feet are seen: lift each foot once, or "
+                "walk (online-replay), to distinguish their offsets.",
+                f"Not seen: {'; '.join(seen.weakest(3))}.",
             ),
-            pictures=(
-                Picture(
-                    "beliefs",
-                    lambda: plot_beliefs(
-                        rows.names, rows.units, rows.prior_sd, estimates.values, estimates.sd,
-                        [s == "estimated" for s in estimates.status],
-                    ),
-                    "Offsets against the prior of zero; hollow ones are not observable from "
-                    "standing.",
-                    title="Each parameter before and after standing",
-                    result=f"{known} of {len(estimates.status)} are estimated.",
-                ),
-                Picture(
-                    "directions", lambda: plot_directions(seen.singular_values, seen.rank),
-                    "How well the stances determine each direction; those without a bar keep the "
-                    "prior.",
-                    title="How well each parameter direction is observed",
-                    result=f"{seen.rank} of {seen.unknowns} directions are observed.",
-                ),
-            ),
-            sheets=(
-                sheets.beliefs_sheet(
-                    rows.names, rows.units, estimates.values, estimates.sd, rows.prior_sd,
-                    estimates.status, _NOTE,
-                ),
-                sheets.directions_sheet(seen),
-            ),
-            footer=(f"chi² {fit.chi2:.3g} for {fit.dof} rows.",),
         ),
+        pictures=(
+            Picture(
+                "beliefs",
+                lambda: plot_beliefs(
+                    rows.names, rows.units, rows.prior_sd, estimates.values, estimates.sd,
+                    [s == "estimated" for s in estimates.status],
+                ),
+                "Offsets against the prior of zero; hollow ones are not observable from "
+                "standing.",
+                title="Each parameter before and after standing",
+                result=f"{known} of {len(estimates.status)} are estimated.",
+            ),
+            Picture(
+                "directions", lambda: plot_directions(seen.singular_values, seen.rank),
+                "How well the stances determine each direction; those without a bar keep the "
+                "prior.",
+                title="How well each parameter direction is observed",
+                result=f"{seen.rank} of {seen.unknowns} directions are observed.",
+            ),
+        ),
+        sheets=(
+            sheets.beliefs_sheet(
+                rows.names, rows.units, estimates.values, estimates.sd, rows.prior_sd,
+                estimates.status, _NOTE,
+            ),
+            sheets.directions_sheet(seen),
+        ),
+        footer=(f"chi² {fit.chi2:.3g} for {fit.dof} rows.",),
         rmse=sheets.offset_rmse_of(rows, estimates.values, quiet),
     )  # fmt: skip

@@ -16,7 +16,7 @@ from footcal_cli.intake.cell_effects import cells_in_feet
 from footcal_cli.plots import walk as plots
 from footcal_cli.recipe import Robot
 from footcal_cli.records.results import RmseRecord, RmseRow, VerdictRecord
-from footcal_cli.report import Picture, Report, number, plural, with_sd
+from footcal_cli.report import Picture, number, plural, with_sd
 from footcal_cli.report.outcome import Outcome
 from footcal_cli.sheets.streams import stream_findings
 from footcal_cli.sheets.walk_tables import (
@@ -47,14 +47,12 @@ def outcome_of(
 ) -> Outcome:
     """What the replay of a walk on load cells found, without its samples."""
     return Outcome(
-        report=Report(
-            title=f"Walking calibration of {robot.name}, {recording.name}",
-            verdict=verdict_of(found, options.method),
-            pictures=pictures_of(found, curves, robot, options.picture_span_s),
-            sheets=sheets_of(found, papers),
-            findings=tuple(stream_findings(recording)),
-            footer=footer_of(found, papers, options.delay_s),
-        ),
+        title=f"Walking calibration of {robot.name}, {recording.name}",
+        verdict=verdict_of(found, options.method),
+        pictures=pictures_of(found, curves, robot, options.picture_span_s),
+        sheets=sheets_of(found, papers),
+        findings=tuple(stream_findings(recording)),
+        footer=footer_of(found, papers, options.delay_s),
         rmse=rmse_of(found),
         tables={"sensitivity.parquet": sensitivity_columns(curves)} if curves else {},
         stage=options.method,

@@ -14,7 +14,6 @@ import pytest
 from footcal_cli.core.online.jumps import Jump
 from footcal_cli.recipe import CommandOptions, Gates
 from footcal_cli.records.results import ParametersRecord, RmseRecord, RmseRow, VerdictRecord
-from footcal_cli.report import Report
 from footcal_cli.report.outcome import Outcome
 from footcal_cli.session.gates import gated, merged, trusted
 from tests.cli.test_run_folder import LOG
@@ -91,8 +90,8 @@ Split = Literal["all", "train", "held_out"]
 
 
 def outcome(*rows: RmseRow) -> Outcome:
-    report = Report("Test", VerdictRecord(level="good", sentence="Fine."))
-    return Outcome(report, rmse=RmseRecord(rows=rows))
+    verdict = VerdictRecord(level="good", sentence="Fine.")
+    return Outcome("Test", verdict, rmse=RmseRecord(rows=rows))
 
 
 def row(quantity: str, rmse: float, split: Split = "all", against: str = "motion") -> RmseRow:
@@ -242,15 +241,15 @@ def test_what_got_worse_on_any_quantity_is_no_good_fit(
     rows = [one.model_copy(update={"stage": "before"}) for one in was]
     rows += [row(n, e) for n, e in zip(names, after, strict=True)]
     found = trusted(replace(outcome(*rows), parameters=calibration()))
-    assert (found.report.verdict.level == "good") is found.usable is good
-    assert [f.where for f in found.report.findings] == ([] if good else ["left.fx"])
+    assert (found.verdict.level == "good") is found.usable is good
+    assert [f.where for f in found.findings] == ([] if good else ["left.fx"])
     # a diagnosis and a command without a calibration have nothing to reject
     assert trusted(outcome(*rows)).usable
 
 
 def test_a_fit_that_did_not_converge_is_not_good() -> None:
     found = trusted(replace(outcome(), parameters=calibration(), usable=False))
-    assert found.report.verdict.level == "bad"
+    assert found.verdict.level == "bad"
 
 
 def test_a_jump_without_a_sure_size_is_no_alarm() -> None:

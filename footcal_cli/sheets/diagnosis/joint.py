@@ -23,7 +23,7 @@ from footcal_cli.records.diagnosis import (
     SizeInExperimentRecord,
 )
 from footcal_cli.records.results import RmseRecord, VerdictRecord
-from footcal_cli.report import Report, Sheet, number
+from footcal_cli.report import Sheet, number
 from footcal_cli.report.outcome import Outcome
 from footcal_cli.sheets.diagnosis.report import rmse_of
 from footcal_cli.sheets.diagnosis.words import place_words, together, with_interval
@@ -322,17 +322,15 @@ def joint_outcome(
     return Outcome(
         usable=record.verdict != "bad-data",
         diagnosis=record.verdict,
-        report=Report(
-            title=f"{title}: {' + '.join(one.name for one in singles)}",
-            verdict=joint_verdict(joint, table),
-            lead_sheets=(size_sheet(joint), experiment_sheet(joint)),
-            sheets=(unseen_sheet(joint),),
-            findings=tuple(findings),
-            footer=(
-                "Each experiment by itself: footcal diagnose with its logs alone "
-                f"({'; '.join(alone)}).",
-                rules.sentence(),
-            ),
+        title=f"{title}: {' + '.join(one.name for one in singles)}",
+        verdict=joint_verdict(joint, table),
+        lead_sheets=(size_sheet(joint), experiment_sheet(joint)),
+        sheets=(unseen_sheet(joint),),
+        findings=tuple(findings),
+        footer=(
+            "Each experiment by itself: footcal diagnose with its logs alone "
+            f"({'; '.join(alone)}).",
+            rules.sentence(),
         ),
         rmse=RmseRecord(rows=rows),
         records={"diagnosis.json": record},

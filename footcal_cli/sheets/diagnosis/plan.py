@@ -9,7 +9,6 @@ from footcal_cli.core.effects.contract import Effect
 from footcal_cli.plots.words import words
 from footcal_cli.records.diagnosis import NextExperimentRecord, PlanRecord
 from footcal_cli.records.results import VerdictRecord
-from footcal_cli.report import Report
 from footcal_cli.report.outcome import Outcome
 from footcal_cli.sheets.diagnosis.experiment import (
     experiment_record,
@@ -29,17 +28,15 @@ def plan_outcome(menu: Menu, names: Sequence[str], table: Mapping[str, Effect]) 
         chosen = NextExperimentRecord(id="", kind="", words=said, between=tuple(names))
     asked = together(words(n) for n in names)
     return Outcome(
-        report=Report(
-            title=f"The next experiment: {asked}",
-            verdict=VerdictRecord(
-                level="good" if chosen.id else "warning",
-                sentence=f"To distinguish {asked}, run: {experiment_words(chosen)}.",
-                details=(f"Then: footcal diagnose … --experiment {options_of(chosen)}.",)
-                if chosen.id
-                else ("No experiment that footcal knows distinguishes them.",),
-            ),
-            lead_sheets=menu_sheets(menu),
+        title=f"The next experiment: {asked}",
+        verdict=VerdictRecord(
+            level="good" if chosen.id else "warning",
+            sentence=f"To distinguish {asked}, run: {experiment_words(chosen)}.",
+            details=(f"Then: footcal diagnose … --experiment {options_of(chosen)}.",)
+            if chosen.id
+            else ("No experiment that footcal knows distinguishes them.",),
         ),
+        lead_sheets=menu_sheets(menu),
         records={
             "plan.json": PlanRecord(
                 between=tuple(names),

@@ -14,7 +14,6 @@ from footcal_cli.core.effects.contract import Effect
 from footcal_cli.intake.cases.shared import CaseRead
 from footcal_cli.records.diagnosis import DiagnosisRecord
 from footcal_cli.records.results import RmseRecord, RmseRow, VerdictRecord
-from footcal_cli.report import Report
 from footcal_cli.report.outcome import Outcome
 from footcal_cli.sheets.diagnosis.answer import answer_of
 from footcal_cli.sheets.diagnosis.contract import Answer
@@ -82,23 +81,21 @@ def outcome_of(
     return Outcome(
         usable=record.verdict != "bad-data",
         diagnosis=record.verdict,
-        report=Report(
-            title=f"{title}: {read.case.experiment.name}",
-            verdict=answer.verdict,
-            pictures=pictures_of(found, table, moved, answer.menu, seed),
-            lead_sheets=(
-                evidence_sheet(found, read.untested),
-                *card_sheets(found, answer.menu),
-                *menu_sheets(answer.menu),
-            ),
-            sheets=(
-                *gain_sheets(found),
-                *movement_sheets(moved),
-                untested_sheet(found, read.untested),
-            ),
-            findings=tuple(read.findings),
-            footer=(f"To reproduce: {reproduce}", rules.sentence(), method_note(found, seed)),
+        title=f"{title}: {read.case.experiment.name}",
+        verdict=answer.verdict,
+        pictures=pictures_of(found, table, moved, answer.menu, seed),
+        lead_sheets=(
+            evidence_sheet(found, read.untested),
+            *card_sheets(found, answer.menu),
+            *menu_sheets(answer.menu),
         ),
+        sheets=(
+            *gain_sheets(found),
+            *movement_sheets(moved),
+            untested_sheet(found, read.untested),
+        ),
+        findings=tuple(read.findings),
+        footer=(f"To reproduce: {reproduce}", rules.sentence(), method_note(found, seed)),
         rmse=rmse_of(found),
         records={
             "diagnosis.json": record.model_copy(

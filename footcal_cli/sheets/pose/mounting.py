@@ -23,7 +23,7 @@ from footcal_cli.core.signals import root_mean_square
 from footcal_cli.core.spatial import rotation_log
 from footcal_cli.plots import pose as plots
 from footcal_cli.records.results import RmseRecord, VerdictRecord
-from footcal_cli.report import Picture, Report, number, with_sd
+from footcal_cli.report import Picture, number, with_sd
 from footcal_cli.report.outcome import Outcome
 from footcal_cli.sheets.feet import wrench_columns
 
@@ -71,63 +71,61 @@ def outcome_of(
     contradicted = departures(fit, study.legs, data.robot_weight_n)
     dropped = () if study.dropped is None else (disagreeing_directions(study.dropped),)
     return Outcome(
-        report=Report(
-            title=f"Standing calibration of {robot}",
-            verdict=verdict(study, stages, contradicted),
-            pictures=(
-                Picture(
-                    "balance",
-                    lambda: plots.plot_balance(
-                        {name: in_floating_base(data, e, com) for name, e in stages.items()}
-                    ),
-                    "Sum of the ground's wrenches on all feet minus the robot's weight, in the "
-                    "floating base about the robot's CoM: zero if every transducer is "
-                    "right. Before: tare in the air, nominal mounting (compare Wu & Revzen, Figs. "
-                    "2 and 6).",
-                    title="Sum of all foot wrenches against the robot's weight",
-                    result="RMS of the sum of forces: "
-                    + " N before, ".join(
-                        number(root_mean_square(stages[stage][:, :3]), 2)
-                        for stage in ("before", "after")
-                    )
-                    + " N now.",
+        title=f"Standing calibration of {robot}",
+        verdict=verdict(study, stages, contradicted),
+        pictures=(
+            Picture(
+                "balance",
+                lambda: plots.plot_balance(
+                    {name: in_floating_base(data, e, com) for name, e in stages.items()}
                 ),
-                Picture(
-                    "mounting",
-                    lambda: plots.plot_mounting(fit),
-                    "The robot from above: nominal hips (squares), calibrated hips with 95 % "
-                    "ellipses and axes, errors drawn larger than life.",
-                    title="Nominal and calibrated hips, from above",
-                    result=lambda: _largest_errors(fit),
-                ),
-                Picture(
-                    "legs_and_poses",
-                    lambda: plots.plot_leg_map(study.mapped, names),
-                    "Residual that each leg's own readings predict, pose by pose: a row that "
-                    "lights up is a leg with a wrong gain, a twisted axis or a dead channel.",
-                    title="Residual predicted by each leg, pose by pose",
-                    result=lambda: _largest_share(study.mapped, names),
-                ),
-                Picture(
-                    "coverage",
-                    lambda: plots.plot_coverage(data),
-                    "Which shaft angles and body tilts the poses cover: yaw and height of the "
-                    "mounting are only seen where the body tilts.",
-                    title="Shaft angles and body tilts covered by the poses",
-                    result=lambda: _covered(data),
-                ),
+                "Sum of the ground's wrenches on all feet minus the robot's weight, in the "
+                "floating base about the robot's CoM: zero if every transducer is "
+                "right. Before: tare in the air, nominal mounting (compare Wu & Revzen, Figs. "
+                "2 and 6).",
+                title="Sum of all foot wrenches against the robot's weight",
+                result="RMS of the sum of forces: "
+                + " N before, ".join(
+                    number(root_mean_square(stages[stage][:, :3]), 2)
+                    for stage in ("before", "after")
+                )
+                + " N now.",
             ),
-            sheets=(
-                mounting_sheet(fit),
-                candidate_sheet(study.candidates),
-                common_sheet(fit),
-                prior_sheet(fit, study.legs),
+            Picture(
+                "mounting",
+                lambda: plots.plot_mounting(fit),
+                "The robot from above: nominal hips (squares), calibrated hips with 95 % "
+                "ellipses and axes, errors drawn larger than life.",
+                title="Nominal and calibrated hips, from above",
+                result=lambda: _largest_errors(fit),
             ),
-            findings=(
-                *dropped, *findings(fit, study.mapped), *departure_findings(contradicted)
+            Picture(
+                "legs_and_poses",
+                lambda: plots.plot_leg_map(study.mapped, names),
+                "Residual that each leg's own readings predict, pose by pose: a row that "
+                "lights up is a leg with a wrong gain, a twisted axis or a dead channel.",
+                title="Residual predicted by each leg, pose by pose",
+                result=lambda: _largest_share(study.mapped, names),
             ),
-            footer=footer(options.method, options.balance, options.errors_in_variables),
+            Picture(
+                "coverage",
+                lambda: plots.plot_coverage(data),
+                "Which shaft angles and body tilts the poses cover: yaw and height of the "
+                "mounting are only seen where the body tilts.",
+                title="Shaft angles and body tilts covered by the poses",
+                result=lambda: _covered(data),
+            ),
         ),
+        sheets=(
+            mounting_sheet(fit),
+            candidate_sheet(study.candidates),
+            common_sheet(fit),
+            prior_sheet(fit, study.legs),
+        ),
+        findings=(
+            *dropped, *findings(fit, study.mapped), *departure_findings(contradicted)
+        ),
+        footer=footer(options.method, options.balance, options.errors_in_variables),
         rmse=RmseRecord(rows=rmse_rows(stages, study.held_out), rejected=dict(rejected)),
         tables={
             "wrenches.parquet": pose_wrenches(data, calibration),

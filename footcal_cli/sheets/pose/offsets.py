@@ -16,7 +16,7 @@ from footcal_cli.core.pose.standing import OffsetFit
 from footcal_cli.core.spatial import wrench_transform
 from footcal_cli.plots import pose as plots
 from footcal_cli.records.results import RmseRecord, RmseRow, VerdictRecord
-from footcal_cli.report import Picture, Report, Sheet, number, with_sd
+from footcal_cli.report import Picture, Sheet, number, with_sd
 from footcal_cli.report.outcome import Outcome
 from footcal_cli.sheets.pose.mounting import pose_wrenches
 from footcal_cli.sheets.pose.mounting_tables import row
@@ -49,20 +49,18 @@ def outcome_of(
             ),
         )
     return Outcome(
-        report=Report(
-            title=f"Offsets again, from standing: {robot}",
-            verdict=VerdictRecord(
-                level=offset_level(found),
-                sentence=offset_sentence(found, names),
-                details=found.words,
-            ),
-            pictures=pictures,
-            sheets=(offset_sheet(found, names),),
-            findings=(),
-            footer=(
-                "Chassis balance of every pose plus, for every lifted leg, reading = offset + its "
-                "own weight; mounting, weights and CoM kept (Wu & Revzen, section V).",
-            ),
+        title=f"Offsets again, from standing: {robot}",
+        verdict=VerdictRecord(
+            level=offset_level(found),
+            sentence=offset_sentence(found, names),
+            details=found.words,
+        ),
+        pictures=pictures,
+        sheets=(offset_sheet(found, names),),
+        findings=(),
+        footer=(
+            "Chassis balance of every pose plus, for every lifted leg, reading = offset + its "
+            "own weight; mounting, weights and CoM kept (Wu & Revzen, section V).",
         ),
         rmse=RmseRecord(rows=rows, rejected=dict(rejected)),
         tables=tables,

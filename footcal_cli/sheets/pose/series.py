@@ -10,7 +10,7 @@ from footcal_cli.core.hang.model import AXES
 from footcal_cli.core.pose.series import SEEN, UNKNOWN, SeriesFit, series_words
 from footcal_cli.plots.pose import plot_series
 from footcal_cli.records.results import RmseRecord, RmseRow, VerdictRecord
-from footcal_cli.report import Picture, Report, Sheet, number, with_sd
+from footcal_cli.report import Picture, Sheet, number, with_sd
 from footcal_cli.report.outcome import Outcome
 
 
@@ -20,39 +20,37 @@ def outcome_of(
     """What pairs of transducers on stiff legs say of each other, and what they cannot say."""
     seen = SEEN * len(fits)
     return Outcome(
-        report=Report(
-            title=f"Transducers in series: {robot}",
-            verdict=VerdictRecord(
-                level="warning",
-                sentence=f"{seen} of {UNKNOWN * len(fits)} offsets' directions are seen; without "
-                "the body's orientation, its mass or an unloaded moment no offset and no weight "
-                "can be calibrated from this log.",
-                details=(
-                    *(word for fit in fits for word in series_words(fit)),
-                    "To calibrate: record the body's orientation, hang the robot in two pairs of "
-                    "opposite orientations (hang-calib), or lift each foot once (pose-calib --fit "
-                    "offsets).",
-                ),
+        title=f"Transducers in series: {robot}",
+        verdict=VerdictRecord(
+            level="warning",
+            sentence=f"{seen} of {UNKNOWN * len(fits)} offsets' directions are seen; without "
+            "the body's orientation, its mass or an unloaded moment no offset and no weight "
+            "can be calibrated from this log.",
+            details=(
+                *(word for fit in fits for word in series_words(fit)),
+                "To calibrate: record the body's orientation, hang the robot in two pairs of "
+                "opposite orientations (hang-calib), or lift each foot once (pose-calib --fit "
+                "offsets).",
             ),
-            pictures=(
-                Picture(
-                    "series", lambda: plot_series(fits),
-                    "Force on the second transducer of each pair that the first does not explain, "
-                    "over the log: flat while quiet, what appears with tipping is weight turning "
-                    "with the leg, hands, or gain.",
-                    title="Force that the first transducer of a pair does not explain",
-                    result="RMS, quiet and tipping: "
-                    + ", ".join(f"{number(f.force_left_n, 2)} N ({f.second})" for f in fits)
-                    + ".",
-                    zoom=True,
-                ),
+        ),
+        pictures=(
+            Picture(
+                "series", lambda: plot_series(fits),
+                "Force on the second transducer of each pair that the first does not explain, "
+                "over the log: flat while quiet, what appears with tipping is weight turning "
+                "with the leg, hands, or gain.",
+                title="Force that the first transducer of a pair does not explain",
+                result="RMS, quiet and tipping: "
+                + ", ".join(f"{number(f.force_left_n, 2)} N ({f.second})" for f in fits)
+                + ".",
+                zoom=True,
             ),
-            sheets=(_pair_sheet(fits),),
-            footer=(
-                "Relative rotation by Kabsch's method on changes of force, translation by least "
-                f"squares on changes of torque, means over {block_s:g} s; combination of "
-                f"offsets from the first {quiet_s:g} s.",
-            ),
+        ),
+        sheets=(_pair_sheet(fits),),
+        footer=(
+            "Relative rotation by Kabsch's method on changes of force, translation by least "
+            f"squares on changes of torque, means over {block_s:g} s; combination of "
+            f"offsets from the first {quiet_s:g} s.",
         ),
         rmse=RmseRecord(
             rows=tuple(row for fit in fits for row in _rows(fit)),
