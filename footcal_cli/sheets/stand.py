@@ -14,8 +14,9 @@ from footcal_cli.core.parameters import FloatArray, Status
 from footcal_cli.core.quiet import QuietSet
 from footcal_cli.core.signals import root_mean_square
 from footcal_cli.core.static_init import StanceErrors, StanceRows, StaticInit
+from footcal_cli.plots.stand import plot_beliefs, plot_directions
 from footcal_cli.records.results import RmseRecord, RmseRow, VerdictRecord
-from footcal_cli.report import Sheet, number, with_sd
+from footcal_cli.report import Picture, Sheet, number, with_sd
 
 MISFIT = 9.0
 """chi² per row beyond which more than noise and prior is left: no fit to be called good."""
@@ -115,6 +116,30 @@ def directions_sheet(found: Observability) -> Sheet:
         *((f"{label} {i + 1}", words) for i, words in enumerate(unseen)),
     ]
     return Sheet("What these stances determine", ("", ""), rows)
+
+
+def directions_picture(found: Observability) -> Picture:
+    """How well the stances determine each direction."""
+    return Picture(
+        "directions", lambda: plot_directions(found.singular_values, found.rank),
+        "How well the stances determine each direction; those without a bar keep the prior.",
+        title="How well each parameter direction is observed",
+        result=f"{found.rank} of {found.unknowns} directions are observed.",
+    )  # fmt: skip
+
+
+def beliefs_picture(
+    rows: StanceRows, value: FloatArray, sd: FloatArray, status: Sequence[Status], caption: str
+) -> Picture:
+    """Every unknown before and after standing."""
+    known = [one is Status.ESTIMATED for one in status]
+    return Picture(
+        "beliefs",
+        lambda: plot_beliefs(rows.names, rows.units, rows.prior_sd, value, sd, known),
+        caption,
+        title="Each parameter before and after standing",
+        result=f"{sum(known)} of {len(known)} are estimated.",
+    )
 
 
 def menu_sheet(menu: Sequence[NextStep]) -> Sheet:

@@ -12,7 +12,7 @@ from footcal_cli.core.next_stance import CurvePoint
 from footcal_cli.core.online.weighed import Weighed
 from footcal_cli.core.quiet import QuietSet
 from footcal_cli.core.static_init import StanceErrors, StanceRows, StaticInit
-from footcal_cli.plots.stand import plot_beliefs, plot_curve, plot_directions, plot_stances
+from footcal_cli.plots.stand import plot_curve, plot_stances
 from footcal_cli.report import Picture
 from footcal_cli.report.outcome import Outcome
 from footcal_cli.sheets import stand as sheets
@@ -44,21 +44,10 @@ def outcome_of(
     status = fit.estimates.status
     seen = fit.observability
     pictures = [
-        Picture(
-            "directions", lambda: plot_directions(seen.singular_values, seen.rank),
-            "How well the stances determine each direction; those without a bar keep the prior.",
-            title="How well each parameter direction is observed",
-            result=f"{seen.rank} of {seen.unknowns} directions are observed.",
-        ),
-        Picture(
-            "beliefs",
-            lambda: plot_beliefs(
-                rows.names, rows.units, rows.prior_sd, value, sd,
-                [one == "estimated" for one in status],
-            ),
+        sheets.directions_picture(seen),
+        sheets.beliefs_picture(
+            rows, value, sd, status,
             "Change of each gain and bias by standing, in units of its prior sd; band: ± 2 sd.",
-            title="Each parameter before and after standing",
-            result=f"{sum(one == 'estimated' for one in status)} of {len(status)} are estimated.",
         ),
     ]  # fmt: skip
     if errors[0].vgrf_n.size > 1:

@@ -6,9 +6,7 @@ from collections.abc import Sequence
 
 from footcal_cli.core.quiet import QuietSet
 from footcal_cli.core.static_init import SixAxisInit, StanceRows
-from footcal_cli.plots.stand import plot_beliefs, plot_directions
 from footcal_cli.records.results import VerdictRecord
-from footcal_cli.report import Picture
 from footcal_cli.report.outcome import Outcome
 from footcal_cli.sheets import stand as sheets
 
@@ -40,24 +38,11 @@ def outcome_of(
             ),
         ),
         pictures=(
-            Picture(
-                "beliefs",
-                lambda: plot_beliefs(
-                    rows.names, rows.units, rows.prior_sd, estimates.values, estimates.sd,
-                    [s == "estimated" for s in estimates.status],
-                ),
-                "Offsets against the prior of zero; hollow ones are not observable from "
-                "standing.",
-                title="Each parameter before and after standing",
-                result=f"{known} of {len(estimates.status)} are estimated.",
+            sheets.beliefs_picture(
+                rows, estimates.values, estimates.sd, estimates.status,
+                "Offsets against the prior of zero; hollow ones are not observable from standing.",
             ),
-            Picture(
-                "directions", lambda: plot_directions(seen.singular_values, seen.rank),
-                "How well the stances determine each direction; those without a bar keep the "
-                "prior.",
-                title="How well each parameter direction is observed",
-                result=f"{seen.rank} of {seen.unknowns} directions are observed.",
-            ),
+            sheets.directions_picture(seen),
         ),
         sheets=(
             sheets.beliefs_sheet(
