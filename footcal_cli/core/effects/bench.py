@@ -17,6 +17,9 @@ from footcal_cli.core.effects.contract import (
     Theta,
     Trait,
     on_known,
+    over,
+    plus,
+    times,
 )
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import BoolArray, FloatArray
@@ -49,49 +52,22 @@ def _hole_shift(log: Log, theta: Theta) -> FloatArray:
     return there
 
 
-def _misplace(hole: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
-    return hole - _hole_shift(log, theta), state
-
-
-def _replace(hole: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
-    return hole + _hole_shift(log, theta), state
-
-
-def _unit(load: FloatArray, log: Log, theta: Theta) -> FloatArray:
+def _unit(log: Log, theta: Theta) -> FloatArray:
     block = theta["unit_block"][0]
     hit = np.full(len(log), True) if block == _EVERY_BLOCK else log.block == int(block)
     factor: FloatArray = np.where(hit, theta["unit_factor"][0], 1.0)
-    return factor.reshape(-1, *[1] * (load.ndim - 1))
-
-
-def _misread(load: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
-    return load / _unit(load, log, theta), state
-
-
-def _reread(load: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
-    return load * _unit(load, log, theta), state
+    return factor.reshape(-1, *[1] * (log.known["load_n"].ndim - 1))
 
 
 WRONG_WEIGHT = Effect(
     name="wrong_weight",
-    traits=(
-        Trait.BELIEF,
-        Trait.OF_THE_SUM,
-    ),
+    traits=(Trait.BELIEF, Trait.OF_THE_SUM),
     stage=Stage.BENCH,
     scope=Scope.ROBOT,
     parameters=(
         EffectParameter("label_correction", "N", 0.0, -20.0, 20.0, 0.1),
         EffectParameter(
-            "label",
-            "N",
-            5.0,
-            1e-3,
-            1e4,
-            5.0,
-            True,
-            (0.5, 1.0, 2.0, 5.0, 10.0, 20.0),
-            GridOf.LABEL,
+            "label", "N", 5.0, 1e-3, 1e4, 5.0, True, (0.5, 1.0, 2.0, 5.0, 10.0, 20.0), GridOf.LABEL
         ),
     ),
     apply=on_known("load_n", _mislabel),
@@ -126,8 +102,8 @@ WRONG_HOLE = Effect(
             GridOf.HOLE,
         ),
     ),
-    apply=on_known("hole_m", _misplace),
-    remove=on_known("hole_m", _replace),
+    apply=on_known("hole_m", plus(_hole_shift, -1.0)),
+    remove=on_known("hole_m", plus(_hole_shift)),
     experiments=("placements",),
     of_recording=True,
     formula="true position = written position + δ for one hole",
@@ -140,10 +116,7 @@ WRONG_HOLE = Effect(
 
 WRONG_UNIT = Effect(
     name="wrong_unit",
-    traits=(
-        Trait.BELIEF,
-        Trait.UNGRADED,
-    ),
+    traits=(Trait.BELIEF, Trait.UNGRADED),
     stage=Stage.BENCH,
     scope=Scope.ROBOT,
     parameters=(
@@ -152,8 +125,8 @@ WRONG_UNIT = Effect(
             "unit_block", "block", _EVERY_BLOCK, -1.0, 1e6, 1.0, True, (-1.0, 0.0, 1.0, 2.0, 3.0)
         ),
     ),
-    apply=on_known("load_n", _misread),
-    remove=on_known("load_n", _reread),
+    apply=on_known("load_n", over(_unit)),
+    remove=on_known("load_n", times(_unit)),
     experiments=("weights", "placements"),
     of_recording=True,
     formula="true load = k · written load, in one block or in all: 9.80665 for kg, 4.448 for lbf",

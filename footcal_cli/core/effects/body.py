@@ -11,7 +11,6 @@ from scipy.spatial.transform import Rotation
 
 from footcal_cli.core.effects.contract import (
     DRIFT_TAKES_IT,
-    ArrayTransform,
     Effect,
     EffectParameter,
     Scope,
@@ -22,6 +21,9 @@ from footcal_cli.core.effects.contract import (
     Transform,
     columns_of,
     on_known,
+    over,
+    plus,
+    times,
 )
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray, IntArray
@@ -82,35 +84,20 @@ def _unslope(acc: FloatArray, log: Log, theta: Theta, state: State) -> tuple[Flo
     return _see_tilted(acc, log, tilt.T, np.zeros(len(log))), state
 
 
-def _accel_bias(sign: float) -> ArrayTransform:
-    def biased(acc: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
-        return acc + sign * _turned(_triple(theta, "accel_bias"), heading_rad(log)), state
-
-    return biased
+def _accel_bias(log: Log, theta: Theta) -> FloatArray:
+    return _turned(_triple(theta, "accel_bias"), heading_rad(log))
 
 
-def _com(sign: float) -> ArrayTransform:
-    def moved(com: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
-        return com + sign * _turned(_triple(theta, "com_correction"), heading_rad(log)), state
-
-    return moved
+def _com(log: Log, theta: Theta) -> FloatArray:
+    return _turned(_triple(theta, "com_correction"), heading_rad(log))
 
 
-def _mass(sign: float) -> ArrayTransform:
-    def changed(
-        mass: FloatArray, _log: Log, theta: Theta, state: State
-    ) -> tuple[FloatArray, State]:
-        return mass + sign * theta["mass_correction"][0], state
-
-    return changed
+def _mass(_log: Log, theta: Theta) -> FloatArray:
+    return theta["mass_correction"][:1]
 
 
-def _lose(rate: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
-    return rate * (1.0 - theta["angmom_loss"][0]), state
-
-
-def _regain(rate: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
-    return rate / (1.0 - theta["angmom_loss"][0]), state
+def _kept(_log: Log, theta: Theta) -> FloatArray:
+    return 1.0 - theta["angmom_loss"][:1]
 
 
 MASS = Effect(
@@ -120,8 +107,8 @@ MASS = Effect(
     stage=Stage.BODY,
     scope=Scope.ROBOT,
     parameters=(EffectParameter("mass_correction", "kg", 0.0, -20.0, 20.0, 0.1),),
-    apply=on_known("mass_kg", _mass(-1.0)),
-    remove=on_known("mass_kg", _mass(1.0)),
+    apply=on_known("mass_kg", plus(_mass, -1.0)),
+    remove=on_known("mass_kg", plus(_mass)),
     experiments=BALANCED,
     formula="true mass = believed mass + δ",
     source="NAO CoP self-calibration, eq. (9)",
@@ -138,8 +125,8 @@ COM_OFFSET = Effect(
     parameters=tuple(
         EffectParameter(f"com_correction_{axis}", "m", 0.0, -0.2, 0.2, 0.005) for axis in "xyz"
     ),
-    apply=on_known("com_m", _com(-1.0)),
-    remove=on_known("com_m", _com(1.0)),
+    apply=on_known("com_m", plus(_com, -1.0)),
+    remove=on_known("com_m", plus(_com)),
     experiments=BALANCED,
     formula="true CoM = believed CoM + R(heading) δ",
     source="NAO CoP self-calibration, eqs. (10)(11): CoM from the robot's own model",
@@ -196,8 +183,8 @@ ACCEL_BIAS = Effect(
     parameters=tuple(
         EffectParameter(f"accel_bias_{axis}", "m/s²", 0.0, -3.0, 3.0, 0.1) for axis in "xyz"
     ),
-    apply=on_known("com_acc_mps2", _accel_bias(1.0)),
-    remove=on_known("com_acc_mps2", _accel_bias(-1.0)),
+    apply=on_known("com_acc_mps2", plus(_accel_bias)),
+    remove=on_known("com_acc_mps2", plus(_accel_bias, -1.0)),
     experiments=("walk",),
     formula="a_shown = a + R(heading) b",
     source="NAO CoP self-calibration, open points (IMU bias)",
@@ -212,8 +199,8 @@ ANGULAR_MOMENTUM = Effect(
     stage=Stage.BODY,
     scope=Scope.ROBOT,
     parameters=(EffectParameter("angmom_loss", "-", 0.0, -2.0, 0.95, 0.1),),
-    apply=on_known("angmom_rate_nm", _lose),
-    remove=on_known("angmom_rate_nm", _regain),
+    apply=on_known("angmom_rate_nm", times(_kept)),
+    remove=on_known("angmom_rate_nm", over(_kept)),
     experiments=("walk",),
     formula="L̇_shown = (1 − s) L̇",
     source="NAO CoP self-calibration, eqs. (10)(11); dropping L̇ biases scales by 10–30 %",

@@ -14,6 +14,7 @@ from footcal_cli.core.effects.contract import (
     Trait,
     on_readings,
     on_wrenches,
+    plus,
 )
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
@@ -53,12 +54,8 @@ def _to_newtons(y: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[F
     return y * theta["scale"] + theta["bias"], state
 
 
-def _offset(w: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
-    return w + wrench_of(theta, "offset"), state
-
-
-def _unoffset(w: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
-    return w - wrench_of(theta, "offset"), state
+def _offset(_log: Log, theta: Theta) -> FloatArray:
+    return wrench_of(theta, "offset")
 
 
 SCALE_BIAS = Effect(
@@ -86,8 +83,8 @@ OFFSET = Effect(
     stage=Stage.CALIBRATION,
     scope=Scope.LEG,
     parameters=per_axis("offset", 3.0, 0.3, np.inf),
-    apply=on_wrenches(_offset),
-    remove=on_wrenches(_unoffset),
+    apply=on_wrenches(plus(_offset)),
+    remove=on_wrenches(plus(_offset, -1.0)),
     experiments=("hang", "pose", "stand", "walk"),
     formula="w_measured = w_applied + w_offset",
     source="Wu & Revzen, eq. (1)",

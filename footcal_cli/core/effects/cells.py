@@ -20,6 +20,9 @@ from footcal_cli.core.effects.contract import (
     columns_of,
     is_six_axis,
     on_readings,
+    over,
+    plus,
+    times,
 )
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
@@ -138,28 +141,16 @@ def _warmth(log: Log) -> FloatArray:
     return warmth
 
 
-def _warm_scale(x: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
-    return x * (1.0 + theta["temperature_scale"] * _warmth(log)), state
+def _warm_scale(log: Log, theta: Theta) -> FloatArray:
+    return 1.0 + theta["temperature_scale"] * _warmth(log)
 
 
-def _cool_scale(y: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
-    return y / (1.0 + theta["temperature_scale"] * _warmth(log)), state
+def _warm_bias(log: Log, theta: Theta) -> FloatArray:
+    return theta["temperature_bias"] * _warmth(log)
 
 
-def _warm_bias(x: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
-    return x + theta["temperature_bias"] * _warmth(log), state
-
-
-def _cool_bias(y: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
-    return y - theta["temperature_bias"] * _warmth(log), state
-
-
-def _flip(x: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
-    return x * (1.0 - 2.0 * theta["sign_flip"]), state
-
-
-def _unflip(y: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
-    return y / (1.0 - 2.0 * theta["sign_flip"]), state
+def _flipped(_log: Log, theta: Theta) -> FloatArray:
+    return 1.0 - 2.0 * theta["sign_flip"]
 
 
 CROSSTALK = Effect(
@@ -186,10 +177,7 @@ CROSSTALK = Effect(
 
 NONLINEARITY = Effect(
     name="nonlinearity",
-    traits=(
-        Trait.CURVE,
-        Trait.SMOOTH,
-    ),
+    traits=(Trait.CURVE, Trait.SMOOTH),
     stage=Stage.CELL,
     scope=Scope.CHANNEL,
     parameters=(EffectParameter("quadratic", "1/N", 0.0, -0.01, 0.01, 1e-3),),
@@ -206,11 +194,7 @@ NONLINEARITY = Effect(
 
 NONLINEARITY_CUBIC = Effect(
     name="nonlinearity_cubic",
-    traits=(
-        Trait.CURVE,
-        Trait.SMOOTH,
-        Trait.SMALL_CELL,
-    ),
+    traits=(Trait.CURVE, Trait.SMOOTH, Trait.SMALL_CELL),
     stage=Stage.CELL,
     scope=Scope.CHANNEL,
     parameters=(EffectParameter("cubic", "1/N²", 0.0, -3e-4, 1e-3, 2e-5),),
@@ -226,11 +210,7 @@ NONLINEARITY_CUBIC = Effect(
 
 DEAD_ZONE = Effect(
     name="dead_zone",
-    traits=(
-        Trait.CURVE,
-        Trait.KNEE,
-        Trait.SMALL_CELL,
-    ),
+    traits=(Trait.CURVE, Trait.KNEE, Trait.SMALL_CELL),
     stage=Stage.CELL,
     scope=Scope.CHANNEL,
     parameters=(
@@ -251,11 +231,7 @@ DEAD_ZONE = Effect(
 
 HINGE = Effect(
     name="hinge",
-    traits=(
-        Trait.CURVE,
-        Trait.KNEE,
-        Trait.SMALL_CELL,
-    ),
+    traits=(Trait.CURVE, Trait.KNEE, Trait.SMALL_CELL),
     stage=Stage.CELL,
     scope=Scope.CHANNEL,
     parameters=(
@@ -280,8 +256,8 @@ TEMPERATURE_SCALE = Effect(
     stage=Stage.CELL,
     scope=Scope.CHANNEL,
     parameters=(EffectParameter("temperature_scale", "1/K", 0.0, -0.02, 0.02, 5e-4),),
-    apply=on_readings(_warm_scale),
-    remove=on_readings(_cool_scale),
+    apply=on_readings(times(_warm_scale)),
+    remove=on_readings(over(_warm_scale)),
     experiments=("weights", "stand", "walk", "hang"),
     formula="y = x (1 + k (T − 25 °C))",
     source="load-cell data sheets: temperature effect on span; OIML R 60",
@@ -297,8 +273,8 @@ TEMPERATURE_BIAS = Effect(
     stage=Stage.CELL,
     scope=Scope.CHANNEL,
     parameters=(EffectParameter("temperature_bias", "N/K", 0.0, -1.0, 1.0, 0.02),),
-    apply=on_readings(_warm_bias),
-    remove=on_readings(_cool_bias),
+    apply=on_readings(plus(_warm_bias)),
+    remove=on_readings(plus(_warm_bias, -1.0)),
     experiments=("weights", "stand", "walk", "hang"),
     formula="y = x + k (T − 25 °C)",
     source="load-cell data sheets: temperature effect on zero; OIML R 60",
@@ -314,8 +290,8 @@ SIGN_FLIP = Effect(
     stage=Stage.CELL,
     scope=Scope.CHANNEL,
     parameters=(EffectParameter("sign_flip", "-", 0.0, 0.0, 1.0, 0.3),),
-    apply=on_readings(_flip),
-    remove=on_readings(_unflip),
+    apply=on_readings(times(_flipped)),
+    remove=on_readings(over(_flipped)),
     experiments=LOADED,
     formula="y = (1 − 2 s) x, s = 1 for a flipped channel",
     source="signal wires exchanged",
@@ -326,10 +302,7 @@ SIGN_FLIP = Effect(
 
 SATURATION = Effect(
     name="saturation",
-    traits=(
-        Trait.CURVE,
-        Trait.SMALL_CELL,
-    ),
+    traits=(Trait.CURVE, Trait.SMALL_CELL),
     stage=Stage.CELL,
     scope=Scope.CHANNEL,
     parameters=(

@@ -260,6 +260,37 @@ class Effect:
         return tuple(parameter for parameter in self.parameters if parameter.shape)
 
 
+Amount = Callable[[Log, Theta], FloatArray]
+"""What an effect without memory adds, or multiplies by."""
+
+
+def plus(amount: Amount, sign: float = 1.0) -> ArrayTransform:
+    """``x + amount``; with the sign −1 the way back."""
+
+    def moved(x: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+        return x + sign * amount(log, theta), state
+
+    return moved
+
+
+def times(factor: Amount) -> ArrayTransform:
+    """``x · factor``."""
+
+    def grown(x: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+        return x * factor(log, theta), state
+
+    return grown
+
+
+def over(factor: Amount) -> ArrayTransform:
+    """``x / factor``."""
+
+    def shrunk(x: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+        return x / factor(log, theta), state
+
+    return shrunk
+
+
 def on_readings(transform: ArrayTransform) -> Transform:
     """Lift ``(readings (n, c), log, theta, state)`` to whole logs."""
 

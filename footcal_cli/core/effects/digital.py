@@ -107,11 +107,7 @@ CHANNEL_STUCK = Effect(
 
 CHANNEL_SWAP = Effect(
     name="channel_swap",
-    traits=(
-        Trait.SWITCH,
-        Trait.SYMMETRIC,
-        Trait.SMALL_CELL,
-    ),
+    traits=(Trait.SWITCH, Trait.SYMMETRIC, Trait.SMALL_CELL),
     stage=Stage.DIGITAL,
     scope=Scope.ROBOT,
     parameters=(

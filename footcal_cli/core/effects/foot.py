@@ -18,6 +18,7 @@ from footcal_cli.core.effects.contract import (
     is_six_axis,
     on_known,
     on_readings,
+    plus,
 )
 from footcal_cli.core.effects.memory import elapsed
 from footcal_cli.core.log import Log
@@ -97,26 +98,19 @@ def _unbypass(y: FloatArray, log: Log, theta: Theta, state: State) -> tuple[Floa
     return x, state
 
 
-def _plate(sign: float) -> ArrayTransform:
-    def hung(x: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
-        y = x.copy()
-        if "contact" in log.known:
-            # a filtered reading changes over a transition, which detected contact leaves open
-            hanging = log.known.get("airborne", log.known["contact"] == 0.0)
-            for i, cells in enumerate(_feet(log)):
-                share = theta["plate_weight"][i] / len(cells)
-                y[:, cells] += sign * share * hanging[:, i : i + 1]
-        return y, state
-
+def _plate(log: Log, theta: Theta) -> FloatArray:
+    hung = np.zeros((len(log), len(log.channels)))
+    if "contact" in log.known:
+        # a filtered reading changes over a transition, which detected contact leaves open
+        hanging = log.known.get("airborne", log.known["contact"] == 0.0)
+        for i, cells in enumerate(_feet(log)):
+            hung[:, cells] = theta["plate_weight"][i] / len(cells) * hanging[:, i : i + 1]
     return hung
 
 
 CELL_POSITION = Effect(
     name="cell_position",
-    traits=(
-        Trait.BELIEF,
-        Trait.MIXTURE,
-    ),
+    traits=(Trait.BELIEF, Trait.MIXTURE),
     stage=Stage.FOOT,
     scope=Scope.CHANNEL,
     parameters=(
@@ -186,8 +180,8 @@ HANGING_PLATE = Effect(
     stage=Stage.FOOT,
     scope=Scope.FOOT,
     parameters=(EffectParameter("plate_weight", "N", 0.0, -20.0, 20.0, 0.5),),
-    apply=on_readings(_plate(-1.0)),
-    remove=on_readings(_plate(1.0)),
+    apply=on_readings(plus(_plate, -1.0)),
+    remove=on_readings(plus(_plate)),
     experiments=("walk",),
     formula="y_i = x_i − W / cells while the foot is in the air: the loose sole hangs on the cells",
     source="the feet of the NAO CoP paper; a sole that rests on the floor in stance and hangs in "
@@ -199,18 +193,13 @@ HANGING_PLATE = Effect(
 )
 
 
-def _with_inertia(sign: float) -> ArrayTransform:
-    def moved(x: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
-        if "foot_acc_mps2" not in log.known:
-            return x, state
-        y = x.copy()
+def _inertia(log: Log, theta: Theta) -> FloatArray:
+    force = np.zeros((len(log), len(log.channels)))
+    if "foot_acc_mps2" in log.known:
         acceleration = log.known["foot_acc_mps2"]
         for foot, own in enumerate(columns_of(Scope.FOOT, log.channels)):
-            force = theta["plate_mass"][foot] * acceleration[:, foot, 2:]
-            y[:, own] -= sign * force / own.size
-        return y, state
-
-    return moved
+            force[:, own] = theta["plate_mass"][foot] * acceleration[:, foot, 2:] / own.size
+    return force
 
 
 PLATE_INERTIA = Effect(
@@ -218,8 +207,8 @@ PLATE_INERTIA = Effect(
     stage=Stage.FOOT,
     scope=Scope.FOOT,
     parameters=(EffectParameter("plate_mass", "kg", 0.0, -5.0, 5.0, 0.1),),
-    apply=on_readings(_with_inertia(1.0)),
-    remove=on_readings(_with_inertia(-1.0)),
+    apply=on_readings(plus(_inertia, -1.0)),
+    remove=on_readings(plus(_inertia)),
     experiments=("walk",),
     formula="y_i = x_i − m a / cells, a the vertical acceleration of the foot",
     source="Newton: cells drive what is mounted below them; its weight is part of their bias",

@@ -6,10 +6,12 @@ recorded between two blocks for longer than `BREAK_S`: two sessions in one log s
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
+from footcal_cli.core.effects.contract import ArrayTransform, State, Theta
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
@@ -80,6 +82,18 @@ def elapsed(time_s: FloatArray, state: ElapsedState | None) -> tuple[FloatArray,
     return time_s - origin, (float(origin[-1]), float(time_s[-1]))
 
 
+def plus_since(
+    amount: Callable[[FloatArray, Theta], FloatArray], sign: float = 1.0
+) -> ArrayTransform:
+    """``x + amount`` of the time since the recording's first row; with the sign −1 back."""
+
+    def moved(x: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+        since, state = elapsed(log.time_s, state)
+        return x + sign * amount(since, theta), state
+
+    return moved
+
+
 def linear_recurrence(decay: FloatArray, drive: FloatArray, start: FloatArray) -> FloatArray:
     """Solve ``s_k = decay_k s_{k−1} + drive_k`` for all rows at once by doubling.
 
@@ -144,10 +158,7 @@ def invert_low_pass(
 
 
 def _low_pass_terms(
-    signal: FloatArray,
-    time_s: FloatArray,
-    time_constant_s: FloatArray,
-    state: LowPassState | None,
+    signal: FloatArray, time_s: FloatArray, time_constant_s: FloatArray, state: LowPassState | None
 ) -> tuple[BoolArray, FloatArray, FloatArray, FloatArray, FloatArray]:
     """Fresh rows, a, g, the signal one row before (n, c), and the other one's last value (c,)."""
     last, before, other = state or (None, np.zeros_like(signal[0]), np.zeros_like(signal[0]))

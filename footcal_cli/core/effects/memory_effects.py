@@ -19,12 +19,12 @@ from footcal_cli.core.effects.contract import (
 )
 from footcal_cli.core.effects.memory import (
     Recording,
-    elapsed,
     invert_low_pass,
     linear_recurrence,
     low_pass,
     low_pass_decay,
     play,
+    plus_since,
     recording,
     rows_of,
 )
@@ -132,24 +132,12 @@ def _unlag(y: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatAr
     return invert_low_pass(y, log.time_s, theta["sensor_lag"], state)
 
 
-def _drift(x: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
-    since, state = elapsed(log.time_s, state)
-    return x + theta["bias_drift"] * since[:, None], state
+def _drift(since_s: FloatArray, theta: Theta) -> FloatArray:
+    return theta["bias_drift"] * since_s[:, None]
 
 
-def _undrift(y: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
-    since, state = elapsed(log.time_s, state)
-    return y - theta["bias_drift"] * since[:, None], state
-
-
-def _jump(x: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
-    since, state = elapsed(log.time_s, state)
-    return x + theta["bias_jump"] * (since[:, None] >= theta["jump_time"]), state
-
-
-def _unjump(y: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
-    since, state = elapsed(log.time_s, state)
-    return y - theta["bias_jump"] * (since[:, None] >= theta["jump_time"]), state
+def _jump(since_s: FloatArray, theta: Theta) -> FloatArray:
+    return theta["bias_jump"] * (since_s[:, None] >= theta["jump_time"])
 
 
 HYSTERESIS = Effect(
@@ -215,10 +203,7 @@ CREEP_SLOW = _creep_row("creep_slow", 900.0, (600.0, 900.0, 1800.0), "the slow p
 
 SENSOR_LAG = Effect(
     name="sensor_lag",
-    traits=(
-        Trait.TIMED,
-        Trait.LOW_PASS,
-    ),
+    traits=(Trait.TIMED, Trait.LOW_PASS),
     stage=Stage.CELL,
     scope=Scope.CHANNEL,
     parameters=(EffectParameter("sensor_lag", "s", 0.0, 0.0, 0.5, 0.02),),
@@ -240,8 +225,8 @@ BIAS_DRIFT = Effect(
     stage=Stage.CELL,
     scope=Scope.CHANNEL,
     parameters=(EffectParameter("bias_drift", "N/s", 0.0, -0.1, 0.1, 5e-4),),
-    apply=on_readings(_drift),
-    remove=on_readings(_undrift),
+    apply=on_readings(plus_since(_drift)),
+    remove=on_readings(plus_since(_drift, -1.0)),
     experiments=("weights", "placements", "stand", "walk"),
     of_recording=True,
     formula="y = x + k (t − t₀)",
@@ -263,8 +248,8 @@ BIAS_JUMP = Effect(
             "jump_time", "s", 20.0, 0.0, 1e6, 20.0, True, (5.0, 10.0, 20.0, 30.0, 60.0, 120.0)
         ),
     ),
-    apply=on_readings(_jump),
-    remove=on_readings(_unjump),
+    apply=on_readings(plus_since(_jump)),
+    remove=on_readings(plus_since(_jump, -1.0)),
     experiments=("weights", "placements", "stand", "walk"),
     of_recording=True,
     formula="y = x + J for t − t₀ ≥ t_J",

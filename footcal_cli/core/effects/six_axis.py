@@ -21,8 +21,11 @@ from footcal_cli.core.effects.contract import (
     Theta,
     Trait,
     on_wrenches,
+    over,
+    plus,
+    times,
 )
-from footcal_cli.core.effects.memory import elapsed
+from footcal_cli.core.effects.memory import plus_since
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 
@@ -68,12 +71,8 @@ def _about(sign: float) -> ArrayTransform:
     return moved
 
 
-def _gain(w: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
-    return w * (1.0 + wrench_of(theta, "gain")), state
-
-
-def _ungain(w: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
-    return w / (1.0 + wrench_of(theta, "gain")), state
+def _gain(_log: Log, theta: Theta) -> FloatArray:
+    return 1.0 + wrench_of(theta, "gain")
 
 
 def _coupling(theta: Theta) -> FloatArray:
@@ -95,12 +94,8 @@ def _uncouple(w: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[Flo
     return np.asarray(pure.transpose(2, 0, 1)), state
 
 
-def _flip(w: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
-    return w * (1.0 - 2.0 * wrench_of(theta, "flip")), state
-
-
-def _unflip(w: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
-    return w / (1.0 - 2.0 * wrench_of(theta, "flip")), state
+def _flipped(_log: Log, theta: Theta) -> FloatArray:
+    return 1.0 - 2.0 * wrench_of(theta, "flip")
 
 
 def _strain_of(theta: Theta) -> FloatArray:
@@ -125,42 +120,28 @@ def _unstrain(w: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[Flo
     return np.concatenate([force - strain * load[..., None], w[..., 3:]], axis=-1), state
 
 
-def _drag(sign: float) -> ArrayTransform:
-    def dragged(w: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
-        if "phase_rad" not in log.known:
-            return w, state
-        phase = leg_phase(log)[..., None]
-        sine = np.stack([theta[f"cable_{axis}_sin"] for axis in AXES[:3]], axis=-1)
-        cosine = np.stack([theta[f"cable_{axis}_cos"] for axis in AXES[:3]], axis=-1)
-        pull = sine * np.sin(phase) + cosine * np.cos(phase)
-        return np.concatenate([w[..., :3] + sign * pull, w[..., 3:]], axis=-1), state
-
-    return dragged
+def _drag(log: Log, theta: Theta) -> FloatArray:
+    if "phase_rad" not in log.known:
+        return np.zeros(1)
+    phase = leg_phase(log)[..., None]
+    sine = np.stack([theta[f"cable_{axis}_sin"] for axis in AXES[:3]], axis=-1)
+    cosine = np.stack([theta[f"cable_{axis}_cos"] for axis in AXES[:3]], axis=-1)
+    pull = sine * np.sin(phase) + cosine * np.cos(phase)
+    return np.concatenate([pull, np.zeros_like(pull)], axis=-1)
 
 
-def _drift(sign: float) -> ArrayTransform:
-    def drifted(w: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
-        since, state = elapsed(log.time_s, state)
-        return w + sign * since[:, None, None] * wrench_of(theta, "offset_drift"), state
-
-    return drifted
+def _drift(since_s: FloatArray, theta: Theta) -> FloatArray:
+    return since_s[:, None, None] * wrench_of(theta, "offset_drift")
 
 
-def _change(sign: float) -> ArrayTransform:
-    def changed(w: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
-        since, state = elapsed(log.time_s, state)
-        after = since[:, None, None] >= theta["change_time"][:, None]
-        return w + sign * after * wrench_of(theta, "offset_change"), state
-
-    return changed
+def _change(since_s: FloatArray, theta: Theta) -> FloatArray:
+    after = since_s[:, None, None] >= theta["change_time"][:, None]
+    return after * wrench_of(theta, "offset_change")
 
 
 MOUNT_TRANSLATION = Effect(
     name="mount_translation",
-    traits=(
-        Trait.MOUNTING,
-        Trait.LINEAR,
-    ),
+    traits=(Trait.MOUNTING, Trait.LINEAR),
     stage=Stage.SIX_AXIS,
     scope=Scope.LEG,
     parameters=tuple(
@@ -178,10 +159,7 @@ MOUNT_TRANSLATION = Effect(
 
 MOUNT_ROTATION = Effect(
     name="mount_rotation",
-    traits=(
-        Trait.MOUNTING,
-        Trait.LINEAR,
-    ),
+    traits=(Trait.MOUNTING, Trait.LINEAR),
     stage=Stage.SIX_AXIS,
     scope=Scope.LEG,
     parameters=tuple(
@@ -199,15 +177,12 @@ MOUNT_ROTATION = Effect(
 
 SCALE_MATRIX = Effect(
     name="scale_matrix",
-    traits=(
-        Trait.AXIS_GAIN,
-        Trait.LINEAR,
-    ),
+    traits=(Trait.AXIS_GAIN, Trait.LINEAR),
     stage=Stage.SIX_AXIS,
     scope=Scope.LEG,
     parameters=tuple(EffectParameter(f"gain_{axis}", "-", 0.0, -0.4, 0.4, 0.02) for axis in AXES),
-    apply=on_wrenches(_gain),
-    remove=on_wrenches(_ungain),
+    apply=on_wrenches(times(_gain)),
+    remove=on_wrenches(over(_gain)),
     experiments=HIPS_AND_ANKLES,
     formula="w_measured = (1 + γ) w, axis by axis",
     source="Wu & Revzen, section I-C (in-situ calibration matrices)",
@@ -236,16 +211,12 @@ CROSS_COUPLING = Effect(
 
 AXIS_FLIP = Effect(
     name="axis_flip",
-    traits=(
-        Trait.AXIS_GAIN,
-        Trait.LINEAR,
-        Trait.SWITCH,
-    ),
+    traits=(Trait.AXIS_GAIN, Trait.LINEAR, Trait.SWITCH),
     stage=Stage.SIX_AXIS,
     scope=Scope.LEG,
     parameters=tuple(EffectParameter(f"flip_{axis}", "-", 0.0, 0.0, 1.0, 0.3) for axis in AXES),
-    apply=on_wrenches(_flip),
-    remove=on_wrenches(_unflip),
+    apply=on_wrenches(times(_flipped)),
+    remove=on_wrenches(over(_flipped)),
     experiments=HIPS_AND_ANKLES,
     formula="w_measured = (1 − 2 s) w, s = 1 for a flipped axis",
     source="METHODS: transducers mounted turned by π about z read −x where others read +x",
@@ -283,8 +254,8 @@ CABLE_DRAG = Effect(
         for axis in AXES[:3]
         for part in ("sin", "cos")
     ),
-    apply=on_wrenches(_drag(1.0)),
-    remove=on_wrenches(_drag(-1.0)),
+    apply=on_wrenches(plus(_drag)),
+    remove=on_wrenches(plus(_drag, -1.0)),
     experiments=HUNG_OR_STOOD,
     formula="f_measured = f + a sin φ + b cos φ",
     source="motor cables that bridge the transducer and bend with the leg",
@@ -300,8 +271,8 @@ OFFSET_DRIFT = Effect(
     stage=Stage.SIX_AXIS,
     scope=Scope.LEG,
     parameters=per_axis("offset_drift", 2e-4, 2e-5, 1.0, "/s"),
-    apply=on_wrenches(_drift(1.0)),
-    remove=on_wrenches(_drift(-1.0)),
+    apply=on_wrenches(plus_since(_drift)),
+    remove=on_wrenches(plus_since(_drift, -1.0)),
     experiments=HIPS_AND_ANKLES,
     of_recording=True,
     formula="w_measured = w + k (t − t₀)",
@@ -330,8 +301,8 @@ OFFSET_CHANGE = Effect(
             GridOf.SPAN,
         ),
     ),
-    apply=on_wrenches(_change(1.0)),
-    remove=on_wrenches(_change(-1.0)),
+    apply=on_wrenches(plus_since(_change)),
+    remove=on_wrenches(plus_since(_change, -1.0)),
     experiments=HIPS_AND_ANKLES,
     of_recording=True,
     formula="w_measured = w + Δ for t − t₀ ≥ t_Δ",

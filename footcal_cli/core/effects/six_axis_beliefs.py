@@ -9,7 +9,6 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from footcal_cli.core.effects.contract import (
-    ArrayTransform,
     Effect,
     EffectParameter,
     Scope,
@@ -18,6 +17,7 @@ from footcal_cli.core.effects.contract import (
     Theta,
     Trait,
     on_known,
+    plus,
 )
 from footcal_cli.core.effects.six_axis import leg_phase
 from footcal_cli.core.log import Log
@@ -29,36 +29,26 @@ TILTS = tuple(f"tilt_{name}_{axis}" for name in HANGINGS for axis in "xyz" if ax
 """Small rotations of each hanging about the two transducer axes across gravity."""
 
 
-def _leg_weight(sign: float) -> ArrayTransform:
-    def changed(
-        weight: FloatArray, _log: Log, theta: Theta, state: State
-    ) -> tuple[FloatArray, State]:
-        correction = theta["weight_correction"]
-        return weight + sign * (correction if weight.ndim > 1 else correction[0]), state
-
-    return changed
+def _leg_weight(log: Log, theta: Theta) -> FloatArray:
+    correction = theta["weight_correction"]
+    return correction if log.known["leg_weight_n"].ndim > 1 else correction[:1]
 
 
-def _leg_com(sign: float) -> ArrayTransform:
-    def moved(com: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
-        phase = leg_phase(log)
-        sine, cosine = np.sin(phase), np.cos(phase)
-        name = "com_correction"
-        error = np.stack(
-            [
-                theta[f"{name}_x_sin"] * sine
-                + theta[f"{name}_x_cos"] * cosine
-                + theta[f"{name}_x_mean"],
-                np.broadcast_to(theta[f"{name}_y_mean"], phase.shape),
-                theta[f"{name}_z_sin"] * sine
-                + theta[f"{name}_z_cos"] * cosine
-                + theta[f"{name}_z_mean"],
-            ],
-            axis=-1,
-        )
-        return com + sign * error.reshape(com.shape), state
+def _leg_com(log: Log, theta: Theta) -> FloatArray:
+    phase = leg_phase(log)
+    sine, cosine = np.sin(phase), np.cos(phase)
 
-    return moved
+    def part(axis: str) -> FloatArray:
+        swing, mean = (theta[f"com_correction_{axis}_{term}"] for term in ("sin", "mean"))
+        return swing * sine + theta[f"com_correction_{axis}_cos"] * cosine + mean
+
+    level = np.broadcast_to(theta["com_correction_y_mean"], phase.shape)
+    error = np.stack([part("x"), level, part("z")], axis=-1)
+    return error.reshape(log.known["leg_com_m"].shape)
+
+
+def _robot_weight(_log: Log, theta: Theta) -> FloatArray:
+    return theta["robot_weight_correction"][:1]
 
 
 def _hang_rotation(gravity_dir: FloatArray, theta: Theta) -> FloatArray:
@@ -86,15 +76,6 @@ def _hang_tilted(d: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[
     return true, state
 
 
-def _robot_weight(sign: float) -> ArrayTransform:
-    def changed(
-        weight: FloatArray, _log: Log, theta: Theta, state: State
-    ) -> tuple[FloatArray, State]:
-        return weight + sign * theta["robot_weight_correction"][0], state
-
-    return changed
-
-
 def _tilt_matrix(theta: Theta) -> FloatArray:
     return Rotation.from_euler("xy", [theta["body_roll"][0], theta["body_pitch"][0]]).as_matrix()
 
@@ -111,15 +92,12 @@ def _right_tilt(r: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[F
 
 LEG_WEIGHT = Effect(
     name="leg_weight",
-    traits=(
-        Trait.BELIEF,
-        Trait.HUNG,
-    ),
+    traits=(Trait.BELIEF, Trait.HUNG),
     stage=Stage.BODY,
     scope=Scope.LEG,
     parameters=(EffectParameter("weight_correction", "N", 0.0, -50.0, 50.0, 0.3),),
-    apply=on_known("leg_weight_n", _leg_weight(-1.0)),
-    remove=on_known("leg_weight_n", _leg_weight(1.0)),
+    apply=on_known("leg_weight_n", plus(_leg_weight, -1.0)),
+    remove=on_known("leg_weight_n", plus(_leg_weight)),
     experiments=("hang", "pose"),
     formula="true m_k g = believed m_k g + δ",
     source="Wu & Revzen, eqs. (2)–(7), Table II",
@@ -131,18 +109,15 @@ LEG_WEIGHT = Effect(
 
 LEG_COM = Effect(
     name="leg_com",
-    traits=(
-        Trait.BELIEF,
-        Trait.HUNG,
-    ),
+    traits=(Trait.BELIEF, Trait.HUNG),
     stage=Stage.BODY,
     scope=Scope.LEG,
     parameters=tuple(
         EffectParameter(f"com_correction_{part}", "m", 0.0, -0.5, 0.5, 0.005)
         for part in ("x_sin", "x_cos", "x_mean", "y_mean", "z_sin", "z_cos", "z_mean")
     ),
-    apply=on_known("leg_com_m", _leg_com(-1.0)),
-    remove=on_known("leg_com_m", _leg_com(1.0)),
+    apply=on_known("leg_com_m", plus(_leg_com, -1.0)),
+    remove=on_known("leg_com_m", plus(_leg_com)),
     experiments=("hang",),
     formula="true r(φ) = believed r(φ) + sin, cos and mean in x and z, mean in y",
     source="Wu & Revzen, section III-A-3: r(φ) = A sin(φ + C) + D",
@@ -154,10 +129,7 @@ LEG_COM = Effect(
 
 HANG_TILT = Effect(
     name="hang_tilt",
-    traits=(
-        Trait.BELIEF,
-        Trait.HUNG,
-    ),
+    traits=(Trait.BELIEF, Trait.HUNG),
     stage=Stage.BODY,
     scope=Scope.LEG,
     parameters=tuple(EffectParameter(tilt, "rad", 0.0, -0.5, 0.5, 0.035) for tilt in TILTS),
@@ -179,8 +151,8 @@ ROBOT_WEIGHT = Effect(
     stage=Stage.BODY,
     scope=Scope.ROBOT,
     parameters=(EffectParameter("robot_weight_correction", "N", 0.0, -200.0, 200.0, 1.0),),
-    apply=on_known("robot_weight_n", _robot_weight(-1.0)),
-    remove=on_known("robot_weight_n", _robot_weight(1.0)),
+    apply=on_known("robot_weight_n", plus(_robot_weight, -1.0)),
+    remove=on_known("robot_weight_n", plus(_robot_weight)),
     experiments=("pose",),
     formula="true M g = believed M g + δ",
     source="Wu & Revzen, eq. (8): G; 8.18 kg on a hanging scale",
