@@ -68,19 +68,14 @@ def convert(
     from footcal_cli.commands import option_tables
     from footcal_cli.errors import UsageError
     from footcal_cli.formats.detect import open_source
-    from footcal_cli.recipe import Recipe, read_recipe, validated
+    from footcal_cli.recipe import Recipe, read_recipe
 
     read = read_recipe(recipe, option_tables()) if recipe is not None else Recipe()
     given = {
         "topics": tuple(topic) if topic else None, "time": time, "join": join, "clock": clock,
         "tolerance_s": tolerance_s,
     }  # fmt: skip
-    options = validated(
-        ConvertOptions,
-        read.options.get("convert", {}) | {k: v for k, v in given.items() if v is not None},
-        file=recipe,
-        table="convert",
-    )
+    options = read.options_for(ConvertOptions, "convert", given)
     paths = list(sources or ()) or read.data_paths("convert")
     if not paths:
         raise UsageError(

@@ -51,17 +51,12 @@ def export(
     """Write a calibration for ROS, mc_rtc, YARP, URDF, C or MATLAB."""
     from footcal_cli.commands import option_tables
     from footcal_cli.errors import UsageError
-    from footcal_cli.recipe import Recipe, read_recipe, validated
+    from footcal_cli.recipe import Recipe, read_recipe
     from footcal_cli.session.request import read_calibration
 
     read = read_recipe(recipe, option_tables()) if recipe is not None else Recipe()
     given = {"to": to, "sensors": tuple(sensor) if sensor else None}
-    options = validated(
-        ExportOptions,
-        read.options.get("export", {}) | {k: v for k, v in given.items() if v is not None},
-        file=recipe,
-        table="export",
-    )
+    options = read.options_for(ExportOptions, "export", given)
     if calibration is None:
         raise UsageError("no calibration given", remedy="name a parameters.json")
     if options.to is None:

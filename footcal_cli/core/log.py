@@ -57,7 +57,7 @@ class Log:
         """The same recording with some of the known quantities replaced."""
         return replace(self, known={**self.known, **changes})
 
-    def at(self, rows: BoolArray | IntArray) -> Log:
+    def at(self, rows: BoolArray | IntArray | slice) -> Log:
         """The chosen rows."""
         return replace(
             self,
@@ -69,11 +69,4 @@ class Log:
 
     def rows(self, start: int, stop: int) -> Log:
         """Rows ``start:stop``, for chunk-wise work."""
-        part = slice(start, stop)
-        return replace(
-            self,
-            time_s=self.time_s[part],
-            readings=self.readings[part],
-            known={name: array[part] for name, array in self.known.items()},
-            block=self.block[part],
-        )
+        return self.at(slice(start, stop))

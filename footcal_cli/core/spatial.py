@@ -215,6 +215,14 @@ def rotation_of_quaternion(quaternion: FloatArray) -> FloatArray:
     return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
+def rotations_logged(quaternion: FloatArray) -> FloatArray:
+    """Rotations of logged quaternions x y z w, NaN where one is lost, shape (n, 3, 3)."""
+    good = np.isfinite(quaternion).all(axis=1) & (np.linalg.norm(quaternion, axis=1) > 0.5)
+    matrices = np.full((len(quaternion), 3, 3), np.nan)
+    matrices[good] = rotation_of_quaternion(quaternion[good])
+    return matrices
+
+
 def rotation_of_rpy(rpy_rad: Sequence[float]) -> FloatArray:
     """``Rz(yaw) Ry(pitch) Rx(roll)``, shape (3, 3)."""
     (cr, cp, cy), (sr, sp, sy) = np.cos(rpy_rad), np.sin(rpy_rad)

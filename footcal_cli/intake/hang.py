@@ -18,7 +18,7 @@ from footcal_cli.core.hang.intake import (
 from footcal_cli.core.hang.joint import HangOptions
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray, IntArray
-from footcal_cli.core.spatial import gravity_in, rotation_of_quaternion, rotation_of_rpy
+from footcal_cli.core.spatial import gravity_in, rotation_of_rpy, rotations_logged
 from footcal_cli.errors import DataError, UsageError
 from footcal_cli.intake.legs import WRENCH_COLUMNS, without_effects
 from footcal_cli.tables.columns import GRAVITY, QUATERNION
@@ -109,7 +109,7 @@ def _gravity(
                 remedy=f"add [robot.legs.{leg}]",
             )  # fmt: skip
     if by_attitude:
-        attitude = _rotations(table.numbers(QUATERNION)[part])
+        attitude = rotations_logged(table.numbers(QUATERNION)[part])
         return held_still(gravity_in(attitude) @ (np.eye(3) if rot is None else rot))
     gravity, unknown = gravity_of_orientation(table.text("orientation")[part], rot)
     if unknown:
@@ -120,11 +120,3 @@ def _gravity(
             "body_qy body_qz body_qw",
         )  # fmt: skip
     return gravity
-
-
-def _rotations(quaternion: FloatArray) -> FloatArray:
-    """Rotations of quaternions x y z w, NaN where one is lost, shape (n, 3, 3)."""
-    good = np.isfinite(quaternion).all(axis=1) & (np.linalg.norm(quaternion, axis=1) > 0.5)
-    matrices = np.full((len(quaternion), 3, 3), np.nan)
-    matrices[good] = rotation_of_quaternion(quaternion[good])
-    return matrices

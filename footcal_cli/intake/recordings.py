@@ -28,7 +28,7 @@ from footcal_cli.core.online.streams import BodyStream, Merged, MergeRule, Senso
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.plausibility import check_total_force, check_walking_cells
 from footcal_cli.core.quality import Finding
-from footcal_cli.core.spatial import rotation_of_quaternion, rotation_of_rpy
+from footcal_cli.core.spatial import rotation_of_rpy, rotations_logged
 from footcal_cli.core.wiring import check_channels_walking, check_exchanged_walking
 from footcal_cli.errors import DataError, UsageError
 from footcal_cli.intake.cell_effects import cells_in_feet, without_cell_effects
@@ -348,14 +348,15 @@ def body_stream_of(table: Table, feet: tuple[str, ...]) -> BodyStream:
     for foot in feet:
         if f"{foot}_foot_qw" in table:
             quaternion = table.numbers([f"{foot}_foot_q{axis}" for axis in "xyzw"])
-            rot = _rotations(quaternion)
+            rot = rotations_logged(quaternion)
         else:
             yaw = (
                 table.number(f"{foot}_foot_yaw_rad")
                 if f"{foot}_foot_yaw_rad" in table
                 else np.zeros(n)
             )
-            rot = _rotations(np.stack([0 * yaw, 0 * yaw, np.sin(yaw / 2), np.cos(yaw / 2)], axis=1))
+            about_z = np.stack([0 * yaw, 0 * yaw, np.sin(yaw / 2), np.cos(yaw / 2)], axis=1)
+            rot = rotations_logged(about_z)
         rotations.append(rot)
         yaws.append(np.arctan2(rot[:, 1, 0], rot[:, 0, 0]))
     momentum = (
@@ -374,14 +375,6 @@ def body_stream_of(table: Table, feet: tuple[str, ...]) -> BodyStream:
         imu_acc_mps2=triple("imu_acc_{}_mps2") if "imu_acc_x_mps2" in table else None,
         imu_gyro_radps=triple("imu_gyro_{}_radps") if "imu_gyro_x_radps" in table else None,
     )
-
-
-def _rotations(quaternion: FloatArray) -> FloatArray:
-    """Rotation matrices of quaternions x y z w, NaN where one is lost, shape (n, 3, 3)."""
-    good = np.isfinite(quaternion).all(axis=1) & (np.linalg.norm(quaternion, axis=1) > 0.5)
-    matrices = np.full((len(quaternion), 3, 3), np.nan)
-    matrices[good] = rotation_of_quaternion(quaternion[good])
-    return matrices
 
 
 def _no_body(stream: SensorStream, feet: int) -> BodyStream:

@@ -7,7 +7,7 @@ the logs lie (``[data]``, relative to the recipe) and, in one table per command,
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from fnmatch import fnmatch
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
@@ -16,7 +16,7 @@ from pydantic import Field, model_validator
 
 from footcal_cli.errors import UsageError, nearest
 from footcal_cli.recipe.filespecs import FileSpec, Place, as_file, as_places
-from footcal_cli.records.models import Frozen, validated
+from footcal_cli.records.models import Frozen, Model, validated
 from footcal_cli.records.own_effects import OwnEffect
 from footcal_cli.tables.columns import canonical_names, is_canonical
 from footcal_cli.tables.plates import Plate
@@ -276,6 +276,14 @@ class Recipe(Frozen):
                 self._refuse_outside(pattern, matches)
             found += matches
         return found
+
+    def options_for(
+        self, model: type[Model], table: str, given: Mapping[str, object] | None = None
+    ) -> Model:
+        """Options of a command: its table, overridden by what is given and not None."""
+        over = {key: value for key, value in (given or {}).items() if value is not None}
+        own = self.options.get(table, {})
+        return validated(model, {**own, **over}, file=self.path, table=table)
 
     def hip_position_m(self, leg: str) -> tuple[float, float, float]:
         """Where the recipe says that a leg's transducer sits, body frame, m; refused without."""

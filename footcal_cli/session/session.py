@@ -21,7 +21,7 @@ from rich.console import Console
 
 from footcal_cli.core.quality import Finding
 from footcal_cli.errors import DataError, FitError
-from footcal_cli.recipe import CommandOptions, Recipe, read_recipe, validated
+from footcal_cli.recipe import CommandOptions, Recipe, read_recipe
 from footcal_cli.records.results import ParametersRecord, RunRecord
 from footcal_cli.report import Drawn, history_sheet, read_aloud, read_as_sheet
 from footcal_cli.report.outcome import Outcome
@@ -122,16 +122,11 @@ class Session(Logs, Generic[Options]):
             self.recipe.every_place(), self.recipe.robot.gravity_mps2, request.recipe
         )
         table = request.command.replace("-", "_")
-        given = {k: v for k, v in request.overrides.items() if v is not None}
-        own = self.recipe.options.get(table, {})
-        gates = merged(self.recipe.gates, own.get("gates", {}))
+        gates = merged(self.recipe.gates, self.recipe.options.get(table, {}).get("gates", {}))
         if request.reference is not None:
             gates["reference"] = str(request.reference)
-        self.options: Options = validated(
-            options_model,
-            {**own, **given, **({"gates": gates} if gates else {})},
-            file=request.recipe,
-            table=table,
+        self.options: Options = self.recipe.options_for(
+            options_model, table, {**request.overrides, "gates": gates or None}
         )
         refuse(request.out, request.overwrite, self.input_paths())
         claim(request.out)

@@ -99,7 +99,7 @@ def verdict_of(found: SixAxisReplay) -> VerdictRecord:
         for jump in found.jumps
     ]
     known = sum(s is Status.ESTIMATED for s in found.estimates.status)
-    consistent = 0.8 < found.consistency.ratio < 1.25
+    consistent = found.consistency.as_claimed
     known_of = found.merged.log.known
     small = after < POOR_SHARE * float(known_of["mass_kg"][0] * known_of["gravity_mps2"][0])
     return VerdictRecord(
@@ -219,13 +219,7 @@ def findings_of(found: SixAxisReplay) -> Iterator[Finding]:
                 f"reads {100 * value:+.1f} ± {100 * sd:.1f} % too little",
                 "check the transducer's calibration matrix and its axes",
             )  # fmt: skip
-    ratio = found.consistency.ratio
-    if not 0.8 < ratio < 1.25:
-        yield Finding(
-            "inconsistent_innovations", "warning", "filter",
-            f"innovations are {ratio**0.5:.2f} times as large as claimed",
-            "an effect is missing from the chain; run diagnose on this log",
-        )  # fmt: skip
+    yield from found.consistency.findings()
 
 
 def rmse_of(found: SixAxisReplay) -> RmseRecord:

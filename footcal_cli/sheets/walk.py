@@ -115,7 +115,7 @@ def verdict_of(found: Comparison, method: str) -> VerdictRecord:
             "sd; log angmom_rate_x_nm and angmom_rate_y_nm from the robot's model.",
         )  # fmt: skip
         alarms += 1
-    consistent = 0.8 < found.consistency.ratio < 1.25
+    consistent = found.consistency.as_claimed
     return VerdictRecord(
         level="bad" if worse else "good" if consistent and not alarms else "warning",
         sentence=f"CoP error {number(cop[0], 3)} → {number(cop[1], 3)} mm, error of the vertical "

@@ -185,13 +185,7 @@ class Comparison:
                 f"{self.memory.repeated:.1f} times the variance that chance would leave",
                 "run diagnose on this log: an effect is missing from the chain",
             )  # fmt: skip
-        ratio = self.consistency.ratio
-        if not 0.8 < ratio < 1.25:
-            yield Finding(
-                "inconsistent_innovations", "warning", "filter",
-                f"innovations are {ratio**0.5:.2f} times as large as claimed",
-                "run diagnose on this log: an effect is missing from the chain",
-            )  # fmt: skip
+        yield from self.consistency.findings()
 
 
 def compare(

@@ -10,6 +10,7 @@ from scipy import stats
 
 from footcal_cli.core.online.filter import Track
 from footcal_cli.core.parameters import FloatArray, IntArray
+from footcal_cli.core.quality import Finding
 from footcal_cli.core.signals import autocorrelation_time
 
 SETTLING_S = 5.0
@@ -188,6 +189,20 @@ class Consistency:
     updates: int
     worth: float
     rows: float
+
+    @property
+    def as_claimed(self) -> bool:
+        """Whether the innovations are about as large as the filter claims."""
+        return 0.8 < self.ratio < 1.25
+
+    def findings(self) -> Iterator[Finding]:
+        """Innovations that are not."""
+        if not self.as_claimed:
+            yield Finding(
+                "inconsistent_innovations", "warning", "filter",
+                f"innovations are {self.ratio**0.5:.2f} times as large as claimed",
+                "run diagnose on this log: an effect is missing from the chain",
+            )  # fmt: skip
 
     @classmethod
     def joined(cls, parts: Sequence[Consistency]) -> Consistency:

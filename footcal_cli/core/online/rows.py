@@ -192,11 +192,7 @@ def cell_rows(
         if name in HINDSIGHT_STATES
     }
     hanging = hanging_of(log)
-    blocks = len(log) // samples_per_update
-    if blocks == 0:
-        raise DataError(
-            f"{len(log)} samples are too few for one update", remedy="record a longer walk"
-        )
+    blocks = updates_of(log, samples_per_update)
     chunk = max(_CHUNK_ROWS // samples_per_update, 1) * samples_per_update
     parts = []
     for start in range(0, blocks * samples_per_update, chunk):
@@ -336,6 +332,16 @@ def _state_column(
     if name == "robot.angmom_loss":
         return np.stack([zero, *(-log.known["angmom_rate_nm"]).T], axis=1)
     raise KeyError(f"no state '{name}'; known are {', '.join(REFERENCE_STATES)}")
+
+
+def updates_of(log: Log, samples_per_update: int) -> int:
+    """How many updates a log gives; refused where it gives none."""
+    updates = len(log) // samples_per_update
+    if not updates:
+        raise DataError(
+            f"{len(log)} samples are too few for one update", remedy="record a longer walk"
+        )
+    return updates
 
 
 def block_means(

@@ -13,9 +13,8 @@ import numpy as np
 from footcal_cli.core.effects.calibration import AXES
 from footcal_cli.core.experiments import walk
 from footcal_cli.core.log import Log
-from footcal_cli.core.online.rows import Rows, advanced, block_means
+from footcal_cli.core.online.rows import Rows, advanced, block_means, updates_of
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.errors import DataError
 
 PRIOR_SD: Mapping[str, tuple[str, float]] = {
     "offset_f": ("N", 30.0),
@@ -98,11 +97,7 @@ def six_axis_rows(
             add(f"{foot}.com_below_{axis}", "com_below")
     if walking:
         add(DELAY_STATE, "delay")
-    blocks = len(log) // samples_per_update
-    if blocks == 0:
-        raise DataError(
-            f"{len(log)} samples are too few for one update", remedy="record a longer walk"
-        )
+    blocks = updates_of(log, samples_per_update)
     used = log.rows(0, blocks * samples_per_update)
     balance = walk.six_axis_balance(used)
     h = _columns(used, scales)[:, :, : len(names)]

@@ -19,7 +19,6 @@ from footcal_cli.core.parameters import Parameter, ParameterSet
 from footcal_cli.core.turned import hanging_axes
 from footcal_cli.intake.cases.shared import CaseRead, baseline_of, chain_of, needs_time, of_cells
 from footcal_cli.intake.hang import hang_options, leg_logs
-from footcal_cli.recipe import validated
 from footcal_cli.recipe.options import DiagnoseOptions, HangCalibOptions
 from footcal_cli.tables.columns import hang_table
 
@@ -44,9 +43,7 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
     stay in the model.
     """
     recipe = session.recipe
-    asked = validated(
-        HangCalibOptions, recipe.options.get("hang_calib", {}), file=recipe.path, table="hang_calib"
-    )
+    asked = recipe.options_for(HangCalibOptions, "hang_calib")
     tables = session.read_required(hang_table())
     raw, _ = leg_logs(tables, recipe, asked)
     undone, _ = leg_logs(tables, recipe, asked, session.parameters)

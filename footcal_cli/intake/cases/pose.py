@@ -24,7 +24,6 @@ from footcal_cli.errors import DataError
 from footcal_cli.intake.cases.shared import CaseRead, baseline_of, chain_of, of_cells
 from footcal_cli.intake.legs import without_effects
 from footcal_cli.intake.poses import noise_sd_of, raw_poses
-from footcal_cli.recipe import validated
 from footcal_cli.recipe.options import DiagnoseOptions, PoseCalibOptions
 
 if TYPE_CHECKING:
@@ -40,9 +39,7 @@ MOST_BLOCKS = 24
 def read(session: Session[DiagnoseOptions]) -> CaseRead:
     """One log; a block is some poses in a row, errors of the wrenches are errors in variables."""
     recipe = session.recipe
-    asked = validated(
-        PoseCalibOptions, recipe.options.get("pose_calib", {}), file=recipe.path, table="pose_calib"
-    )
+    asked = recipe.options_for(PoseCalibOptions, "pose_calib")
     raw, legs, _ = raw_poses(session, asked)
     log = replace(raw, block=_blocks(len(raw)))
     chain, values, free = _model(session, log.channels)
