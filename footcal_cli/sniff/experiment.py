@@ -10,7 +10,7 @@ import numpy as np
 from footcal_cli.core.bench.matrix import directions
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.cells import cells_in_time, toml_key
-from footcal_cli.sniff.groups import channel_names, readings, wrenches
+from footcal_cli.sniff.groups import channel_names, could_be_read, readings, wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
 from footcal_cli.sniff.holds import blank_loads
 from footcal_cli.sniff.motion import without_motion
@@ -28,13 +28,12 @@ from footcal_cli.sniff.plan import (
 from footcal_cli.sniff.plates import force_and_cop
 from footcal_cli.sniff.six_axis import transducers
 from footcal_cli.sniff.tokens import with_unit
-from footcal_cli.sniff.units import known_unit
+from footcal_cli.sniff.units import GRAVITY_MPS2, known_unit
 from footcal_cli.tables.units import conversion
 
 _ROWS_OF_A_STREAM = 60
 _OF_ALL = 0.2
 """How far the sum of readings may be from the load that all cells carry together."""
-_GRAVITY_MPS2 = 9.80665
 UNIT_TO_FILL_IN = "?"
 UNIT_ASKED = Blank(
     ('# in [columns]: unit = "?" of load_n becomes N, kg, g, lb …',),
@@ -51,7 +50,7 @@ def plan_of(file: FileGuess) -> Plan | None:
     cops = {c.name.axis: c for c in file.of("cop")}
     if {"x", "y"} <= set(holes) and {"x", "y"} <= set(cops):
         return _cop_points(file, holes, cops)
-    if {"x", "y"} <= set(holes) and loads and len(cells) >= 3:
+    if {"x", "y"} <= set(holes) and loads and len(cells) >= 3 and not six:
         return _placements(file, holes, loads[0], cells)
     plates = None if holes or (loads and cells) else force_and_cop(file)
     if plates is not None:
@@ -114,7 +113,7 @@ def _share_the_load(loads: list[ColumnGuess], cells: list[ColumnGuess]) -> bool:
 
 def _in_newton(column: ColumnGuess) -> FloatArray:
     assert column.values is not None, "readings have numbers"
-    change = conversion(column.unit or "N", "N", _GRAVITY_MPS2)
+    change = conversion(column.unit or "N", "N", GRAVITY_MPS2)
     return np.asarray(change(column.values))
 
 
@@ -130,7 +129,7 @@ def _loads_and_cells(file: FileGuess) -> tuple[list[ColumnGuess], list[ColumnGue
         ]  # fmt: skip
         others = [c for c in readings(file) if c not in forces]
         others = others or [
-            c for c in file.of("unknown", "reading") if c not in forces and c.values is not None
+            c for c in file.of("unknown", "reading") if c not in forces and could_be_read(c)
         ]
         plain = [c for c in file.of("force") if c.name.axis in ("", "fz")]
         if not forces and len(plain) == 1 and others and plain[0] not in others:
@@ -143,7 +142,7 @@ def _loads_and_cells(file: FileGuess) -> tuple[list[ColumnGuess], list[ColumnGue
         why = "a pressure that all readings are under: its unit times an area is the load"
         return ([pressures[0].as_quantity("load", "guess", why)], cells) if cells else ([], [])
     if loads and not cells:
-        cells = [c for c in file.of("unknown", "force") if c.values is not None]
+        cells = [c for c in file.of("unknown", "force") if could_be_read(c)]
         if not cells and len(loads) == 2:
             # two weights: the one with fewer values was put on, the other was read
             loads = sorted(loads, key=lambda c: np.unique(c.values).size)  # type: ignore[arg-type]

@@ -32,7 +32,7 @@ for _meaning, _spellings in {
     "volt volts voltage spannung messwert wert hx taxel bits lsb data sensor scale strain bridge "
     "lc ain analog a channel ch kanal zelle medida mesure valeur lectura cap capacitance lecture "
     "brut brute lettura valore anzeige rohwert rohwerte zählwert bridge output ausgabe display",
-    "temperature": "temp temperature temperatur temperature",
+    "temperature": "temp temperature temperatur température temperatura",
     "label": "cell channel sensor zelle kanal foot fuss leg bein device name side location bein",
     "direction": "direction dir richtung updown",
     "repeat": "repeat rep repetition trial run cycle durchgang wiederholung essai lauf prova",
@@ -58,6 +58,16 @@ _SIGNED = re.compile(
     r"|[ _]*(?P<after>plus|minus|pos|neg|positive|negative|[+-])(?=[^a-z]|$)|(?=[^a-z]|$))"
 )
 """An axis with its sign before or after it, and whether it points up or down."""
+_ANGLES = {
+    word: axis
+    for axis, spellings in {
+        "roll": "roll bank rollwinkel wankwinkel roulis alabeo rollio",
+        "pitch": "pitch elevation nickwinkel tangage cabeceo beccheggio",
+        "yaw": "yaw heading gierwinkel lacet guiñada imbardata",
+    }.items()
+    for word in spellings.split()
+}
+"""How the angles about x, y and z of a body are called."""
 _ACCELERATED = {"acc", "accel", "acceleration", "dd"}
 _REPORTED = {"plate", "platform", "measured", "meas", "sensor", "estimated", "est", "insole"}
 FORCE = {"force", "kraft", "fuerza", "effort", "f", "forza", "grf", "kracht"}
@@ -234,9 +244,9 @@ def _quantity(stem: str, words: list[str], unit: str | None) -> tuple[Quantity, 
         return "acceleration", last[-1], {last}
     if re.fullmatch(r"(?:.*[\W_])?r[xyz]", stem.lower()) and unit in ("rad", "deg", None):
         return "angle", last, {last}
-    for angle in ("roll", "pitch", "yaw"):
-        if angle in words:
-            return "angle", angle, {angle}
+    for word in words:
+        if word in _ANGLES:
+            return "angle", _ANGLES[word], {word}
     found = re.fullmatch(r"r_?([0-3])_?([0-3])", stem.lower().split(".")[-1].split("rot_")[-1])
     if found:
         return "matrix", found[1] + found[2], {"r"}

@@ -10,7 +10,7 @@ import numpy as np
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.attitudes import attitude_of
 from footcal_cli.sniff.experiment import plan_of
-from footcal_cli.sniff.file_names import Beside, Part, alike_part, escaped
+from footcal_cli.sniff.file_names import Beside, Part, alike_part, called, escaped
 from footcal_cli.sniff.groups import readings, wrenches
 from footcal_cli.sniff.guesses import FileGuess
 from footcal_cli.sniff.motion import body_entries, upright
@@ -50,9 +50,9 @@ def _two(one: FileGuess, other: FileGuess) -> list[Part]:
             if plan is not None:
                 return _with_body(plan, beside)
     for file, beside in ((one, other), (other, one)):
-        held = wrenches(numbered(file)) and not attitude_of(file, None)
-        if held and attitude_of(beside, None) is not None:
-            made = _with_attitude(file, beside)
+        held = wrenches(numbered(file)) and not attitude_of(numbered(file), None)
+        if held and attitude_of(numbered(beside), None) is not None:
+            made = _with_attitude(file, numbered(beside))
             if made is not None:
                 return [made]
     for file, beside in ((one, other), (other, one)):
@@ -99,7 +99,8 @@ def _with_attitude(file: FileGuess, beside: FileGuess) -> Part | None:
     if offset:
         plan = replace(plan, warnings=(*plan.warnings, why))
     path = file.path
-    return Part(plan, (path,), escaped(path.name), (Beside(beside, "time", offset, why),))
+    match = escaped(called([path, beside.path])[0])
+    return Part(plan, (path,), match, (Beside(beside, "time", offset, why),))
 
 
 def _seconds(file: FileGuess) -> FloatArray | None:

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import csv
 import gzip
 import json
 import re
 import zlib
-from collections import Counter
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from footcal_cli.errors import DataError
 from footcal_cli.sniff.freeform import carried_between, free_form
-from footcal_cli.sniff.tokens import NOTHING, is_moment, is_number, number_signs, worth
+from footcal_cli.sniff.header import header_fields, once, qualified, units_above, with_units_said
+from footcal_cli.sniff.rows import Body, fields_of
+from footcal_cli.sniff.tokens import is_number
 from footcal_cli.sniff.units import looks_like_units
 from footcal_cli.tables.delimited import before_power_was_lost
 from footcal_cli.tables.foreign import READERS, is_of_documents
@@ -34,8 +34,6 @@ _COMMENTS = ("#", "%", "//", "!", ";", "'")
 _SEPARATORS = (",", ";", "\t", "|", BLANKS)
 _ALIKE = 0.7
 """Share of lines that must be alike for a layout to be taken."""
-_SPARSE = 0.1
-"""Share of rows with more empty cells than numbers from which a table is sparse."""
 _CALLED = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars", BLANKS: "blanks"}
 
 
@@ -93,7 +91,7 @@ def guess_text(path: Path) -> TextGuess:
         return TextGuess(free, (), (*said, "no fields: values are found in each line by a pattern"))
     lines = [x for x in lines if "-" not in x or "|" not in x or x.strip("|-: \t")]  # Markdown's
     found = max(
-        (_Body.of(lines, separator) for separator in _SEPARATORS), key=lambda body: body.score
+        (Body.of(lines, separator) for separator in _SEPARATORS), key=lambda body: body.score
     )
     if found.share < _ALIKE or found.numbers == 0:
         raise DataError(
@@ -111,7 +109,8 @@ def guess_text(path: Path) -> TextGuess:
         guess = replace(guess, units=tuple(last), said=(*guess.said, "units below the rows"))
     top = found.begins_at(lines)
     layout = _restarted(layout, lines, top)
-    said += ["the header stands there again, left out"] if layout.comment in lines[:top] else []
+    again = bool(layout.comment) and layout.comment in lines[:top]
+    said += ["the header stands there again, left out"] if again else []
     return TextGuess(layout, guess.units, (*said, *guess.said), tuple(lines[:top]))
 
 
@@ -177,89 +176,7 @@ def _opened_by(path: Path) -> str:
     )
 
 
-def fields_of(line: str, separator: str) -> list[str]:
-    """Fields of a line, stripped."""
-    if separator == BLANKS:
-        return line.split()
-    return [f.strip() for f in next(csv.reader([line.strip("\r\n")], delimiter=separator), [])]
-
-
-def _filled_fields(line: str, separator: str) -> list[str]:
-    """Fields of a line up to the last that is not empty."""
-    return fields_of(line.rstrip(separator), separator)
-
-
-@dataclass(frozen=True)
-class _Body:
-    """The rows of a text under one separator.
-
-    `share` of the lines have `width` fields; `numbers` of these hold numbers, in `numeric` columns;
-    `sparse` where many rows lack half of them, as topics do that take turns.
-    """
-
-    separator: str
-    decimal: str
-    thousands: str
-    width: int
-    share: float
-    numbers: float
-    score: float
-    numeric: tuple[int, ...]
-    sparse: bool
-
-    @classmethod
-    def of(cls, lines: list[str], separator: str) -> _Body:
-        written = [line for line in lines if line.strip()]
-        tail = written[len(written) // 3 :][:400] if len(written) > 6 else written[-3:] or written
-        tail = [line for line in tail if not line.lstrip().startswith(("#", "%", "//"))] or tail
-        split = [_filled_fields(line, separator) for line in tail]
-        width, alike = Counter(map(len, split)).most_common(1)[0]
-        open_ended = [fields_of(line, separator) for line in tail]
-        longer, more = Counter(map(len, open_ended)).most_common(1)[0]
-        if more > alike or (more == alike and any(len(row) > width for row in split)):
-            split, width = open_ended, longer  # cells at the end of rows may be empty
-        rows = [row for row in split if len(row) == width]
-        signs = number_signs([f for row in rows for f in row], separator)
-        worths = [[worth(field, *signs) for field in row] for row in rows]
-        share = len(rows) / len(split)
-        numeric = tuple(
-            i for i in range(width)
-            if sum(is_number(row[i], *signs) or row[i] == "" for row in rows) > 0.8 * len(rows)
-            and any(is_number(row[i], *signs) for row in rows)
-        )  # fmt: skip
-        moments = sum(
-            sum(is_moment(row[i]) for row in rows) > 0.8 * len(rows) for i in range(width)
-        )
-        score = share * sum(map(sum, worths)) / len(rows)
-        halves = [sum(not row[i] for i in numeric) * 2 > len(numeric) for row in rows]
-        sparse = sum(halves) > _SPARSE * len(rows)
-        return cls(separator, *signs, width, share, len(numeric) + moments, score, numeric, sparse)
-
-    def begins_at(self, lines: list[str]) -> int:
-        """Where the rows begin: a line above them may hold a number or two beside its words."""
-        whole = (i for i, line in enumerate(lines) if self.is_row(line, whole=True))
-        some = (i for i, line in enumerate(lines) if self.is_row(line))
-        return next(whole, next(some, 0))
-
-    def is_row(self, line: str, *, whole: bool = False) -> bool:
-        """Whether a line is a row; `whole`: no word stands where numbers should."""
-        fields = _filled_fields(line, self.separator)
-        if len(fields) < self.width:
-            fields = fields_of(line, self.separator)[: self.width]
-        if len(fields) != self.width:
-            return False
-        if not self.numeric:
-            return any(is_moment(field) for field in fields)
-        good = [is_number(fields[i], self.decimal, self.thousands) for i in self.numeric]
-        if whole:
-            nothing = [fields[i].lower() in NOTHING for i in self.numeric]
-            return any(good) and all(a or b for a, b in zip(good, nothing, strict=True))
-        if self.sparse and any(good):
-            return all(ok or not fields[i] for i, ok in zip(self.numeric, good, strict=True))
-        return sum(good) >= max(1, (len(good) + 1) // 2)
-
-
-def _laid_out(lines: list[str], body: _Body, encoding: str) -> TextGuess:
+def _laid_out(lines: list[str], body: Body, encoding: str) -> TextGuess:
     """Header, preamble, units and comments around the rows."""
     first = body.begins_at(lines)
     comment = _comment(lines[first:], body)
@@ -267,15 +184,17 @@ def _laid_out(lines: list[str], body: _Body, encoding: str) -> TextGuess:
     names: tuple[str, ...] = ()
     units: tuple[str, ...] = ()
     header_at: int | None = None
-    candidates = [(i, _header_fields(line, body, comment)) for i, line in above]
+    candidates = [(i, header_fields(line, body, comment)) for i, line in above]
     candidates = [(i, fields) for i, fields in candidates if fields]
     if candidates:
         header_at, fields = candidates.pop()
         if candidates and looks_like_units(fields):
             units = tuple(fields)
             header_at, fields = candidates.pop()
-        units = units or _units_above([x for i, x in above if i < header_at], body)
-        names = tuple(_qualified(fields, [x for i, x in above if i < header_at], body))
+        elif candidates:
+            header_at, fields = with_units_said([*candidates, (header_at, fields)])
+        units = units or units_above([x for i, x in above if i < header_at], body)
+        names = tuple(qualified(fields, [x for i, x in above if i < header_at], body))
     said = [f"fields separated by {_CALLED[body.separator]}"] if body.width > 1 else []
     if body.decimal == ",":
         said.append("decimal commas")
@@ -301,7 +220,7 @@ def _laid_out(lines: list[str], body: _Body, encoding: str) -> TextGuess:
         below = sum(i > header_at for i in kept)
         layout = Layout(separator, decimal, encoding, comment, skip, skip_below=below)  # type: ignore[arg-type]
     else:
-        names = _once(names)
+        names = once(names)
         layout = Layout(separator, decimal, encoding, comment, len(kept), False, names)  # type: ignore[arg-type]
         said.append("names put together from the lines above the rows")
     if layout.skip_rows:
@@ -309,7 +228,7 @@ def _laid_out(lines: list[str], body: _Body, encoding: str) -> TextGuess:
     return TextGuess(layout, units, tuple(said))
 
 
-def _end(lines: list[str], body: _Body, comment: str) -> tuple[str, list[str]]:
+def _end(lines: list[str], body: Body, comment: str) -> tuple[str, list[str]]:
     """What the line begins with above which the table ends, and its fields; empty if it goes on.
 
     A remark below the rows, or a second table: two lines that are no rows, or none after it.
@@ -332,76 +251,10 @@ def _end(lines: list[str], body: _Body, comment: str) -> tuple[str, list[str]]:
     return "", []
 
 
-def _comment(lines: list[str], body: _Body) -> str:
+def _comment(lines: list[str], body: Body) -> str:
     """What lines between the rows begin with that are none."""
     others = [line.lstrip() for line in lines if line.strip() and not body.is_row(line)]
     for sign in _COMMENTS:
         if any(line.startswith(sign) for line in others):
             return sign
     return ""
-
-
-def _header_fields(line: str, body: _Body, comment: str) -> list[str]:
-    """Names in a line above the rows, empty where it is none."""
-    plain = line.strip("\r\n")
-    for sign in ("#", "%", "//", comment):
-        if sign and plain.lstrip().startswith(sign):
-            bare = plain.lstrip().removeprefix(sign).strip()
-            fields = _split(bare, body)
-            if fields and sign == "%" and " " not in plain[:2]:
-                return _split(plain, body)  # rostopic's %time
-            return fields
-    return _split(plain, body)
-
-
-def _split(line: str, body: _Body) -> list[str]:
-    fields = fields_of(line.rstrip(body.separator), body.separator)
-    if len(fields) == body.width - 1 and body.separator != BLANKS and body.width > 2:
-        fields = fields_of(line, body.separator)
-    if body.width < len(fields) <= body.width + 2 and body.separator != BLANKS:
-        fields = fields[: body.width]  # rows without the comments that the header announces
-    if len(fields) != body.width and body.separator == BLANKS:
-        fields = [f.strip() for f in re.split(r"\t+|\s{2,}|,\s*|;\s*", line.strip())]
-    if len(fields) != body.width:
-        return []
-    words = [f for f in fields if f and not is_number(f, body.decimal)]
-    return fields if len(words) * 2 >= sum(bool(f) for f in fields) and words else []
-
-
-def _units_above(above: list[str], body: _Body) -> tuple[str, ...]:
-    """Units in a line that says so: ``Y_Unit_Label, Volts, Newtons``; empty without one."""
-    for line in above:
-        word, *others = fields_of(line.rstrip(body.separator), body.separator)[: body.width] or [""]
-        said = re.search(r"(?i)(?:^|[\W_])(?:units?|einheit(?:en)?|unités?)(?:[\W_]|$)", word)
-        if said and len(others) == body.width - 1 and looks_like_units(others):
-            return ("", *others)
-    return ()
-
-
-def _qualified(fields: list[str], above: list[str], body: _Body) -> list[str]:
-    """Names that stand there twice, after the groups in the rows above them (merged cells)."""
-    for line in reversed(above):
-        if len(set(fields)) == len(fields) or body.separator == BLANKS:
-            break
-        row = fields_of(line, body.separator)
-        row = [*row, *[""] * (body.width - len(row))][: body.width]
-        groups, last = [], ""
-        for word in row:
-            last = word or last
-            groups.append(last)
-        if len(set(filter(None, groups))) > 1 and not any(
-            is_number(word, body.decimal) for word in row
-        ):
-            fields = [f"{g} {f}".strip() for g, f in zip(groups, fields, strict=True)]
-    return fields
-
-
-def _once(names: tuple[str, ...]) -> tuple[str, ...]:
-    """Names made different, none empty."""
-    seen: Counter[str] = Counter()
-    made = []
-    for i, name in enumerate(names):
-        plain = name.strip() or f"column_{i + 1}"
-        seen[plain] += 1
-        made.append(plain if seen[plain] == 1 else f"{plain}.{seen[plain]}")
-    return tuple(made)

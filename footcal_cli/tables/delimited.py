@@ -41,8 +41,8 @@ def text_names(path: Path, layout: Layout) -> list[str]:
     if layout.plain:
         return _csv_header(path)
     if layout.line:
-        both = f"{layout.carried}|{layout.line}" if layout.carried else layout.line
-        return list(re.compile(both).groupindex)
+        both = (re.compile(text).groupindex for text in (layout.carried, layout.line))
+        return list(dict.fromkeys(name for own in both for name in own))
     carried = list(re.compile(layout.carried).groupindex) if layout.carried else []
     return [*_own_names(_lines(path, layout), layout), *carried]
 
@@ -95,11 +95,15 @@ def text_table(path: Path, layout: Layout, texts: Collection[str]) -> tuple[pd.D
             remedy="correct separator, decimal or names in [[files]]",
         )  # fmt: skip
     wanted = [*names, "\0trailing"] if trailing else names
+    thousands = layout.thousands
+    if not thousands.isascii():  # blanks of other widths
+        lines = [re.sub(rf"(?<=\d){thousands}(?=\d{{3}}(?!\d))", "", line) for line in lines]
+        thousands = ""
     try:
         frame = pd.read_csv(
             io.StringIO("".join(line.rstrip("\r\n") + "\n" for line in lines)),
             sep=r"\s+" if layout.separator == BLANKS else layout.separator,
-            decimal=layout.decimal, thousands=layout.thousands or None, header=None,
+            decimal=layout.decimal, thousands=thousands or None, header=None,
             names=wanted, index_col=False, dtype=dict.fromkeys(texts, str),
             skipinitialspace=True, low_memory=False, skip_blank_lines=False,
         )  # fmt: skip

@@ -49,7 +49,7 @@ def monitor_two_cells(to: Path, rng: Rng) -> Made:
         for a, b in zip(*(c.read(np.full(10, kg * G), rng) for c in cells), strict=True):
             n += 1
             lines.append(f"14:02:{n // 10:02d}.{100 * (n % 10):03d} -> {a:.0f}\t{b:.0f}")
-    named = dict(zip(("1", "2"), cells, strict=True))
+    named = dict(zip(("reading", "reading_2"), cells, strict=True))  # nothing names them
     return Made([write(to / "monitor.txt", lines)], truth_of(named))
 
 
