@@ -97,12 +97,12 @@ class FileSpec(Frozen):
     that begin with `comment` are left out, then `skip_rows` lines; a line of names follows unless
     `header` is false; `names` replaces it;
     `skip_below` lines of units and the like stand below it; the table ends above a line that begins
-    with `until`. `line` is a regular expression with
-    named groups for texts without fields: each line it is found in is a row; `carried` is one for
-    lines between the rows (``# load 2 kg``) whose groups are columns of the rows below. `rate_hz`
-    counts rows where there are no stamps. `rows_of` is for topics that take turns in one table:
-    rows without a value in this column are left out, and the other columns are filled in from their
-    own rows, no farther than 0.1 s away.
+    with `until`. `turned`: the sheet lies on its side, each line begins with its name. `line` is a
+    regular expression with named groups for texts without fields: each line it is found in is a
+    row; `carried` is one for lines between the rows (``# load 2 kg``) whose groups are columns of
+    the rows below. `rate_hz` counts rows where there are no stamps. `rows_of` is for topics that
+    take turns in one table: rows without a value in this column are left out, and the other columns
+    are filled in from their own rows, no farther than 0.1 s away.
     `columns` are the files' own, before ``[columns]``. `wide` makes one row of the file into one
     row per entry, distinguished by the column `wide_into`. `join` brings in columns of other files.
     """
@@ -118,6 +118,7 @@ class FileSpec(Frozen):
     names: tuple[str, ...] = ()
     skip_below: int = Field(default=0, ge=0)
     until: str = ""
+    turned: bool = False
     line: str = ""
     carried: str = ""
     rate_hz: float | None = Field(default=None, gt=0)
@@ -149,7 +150,7 @@ class FileSpec(Frozen):
         return Layout(
             _SEPARATORS.get(self.separator, self.separator), self.decimal, self.encoding,
             self.comment, self.skip_rows, self.header, self.names, self.skip_below, self.line,
-            self.carried, self.thousands, self.until,
+            self.carried, self.thousands, self.until, self.turned,
         )  # fmt: skip
 
 

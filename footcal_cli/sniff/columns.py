@@ -35,6 +35,8 @@ from footcal_cli.tables.reading import Layout
 from footcal_cli.tables.sources import at_rows
 
 _NICE_STEPS = 1e-6
+_COUNTS_UP_TO = 100
+"""How far a column that numbers rows or poses may count, in rows."""
 
 
 def guess_file(path: Path) -> FileGuess:
@@ -150,6 +152,9 @@ def _numbered(column: ColumnGuess) -> ColumnGuess:
         return column.as_quantity("reading", "guess", "a number among labels")
     if column.quantity == "unknown" and column.unit in ("N", "kN", "mN", "kgf", "lbf", "gf"):
         return column.as_quantity("force", "likely", "its unit is that of a force")
+    far = np.nanmax(np.abs(values)) > _COUNTS_UP_TO * values.size
+    if column.quantity == "sequence" and far and not increases(values, strictly=False):
+        return column.as_quantity("unknown", "guess", "called a number, but counts no rows")
     if column.quantity in ("unknown", "reading") and since_1970(values) in ("ms", "us", "ns"):
         return column.as_quantity("time", "likely", "counts from 1970")
     if column.unit is not None and column.unit not in TIMES:

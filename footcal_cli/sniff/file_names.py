@@ -10,14 +10,15 @@ from pathlib import Path
 import numpy as np
 
 from footcal_cli.sniff.attitudes import attitude_of, named_orientation
-from footcal_cli.sniff.experiment import UNIT_ASKED, UNIT_TO_FILL_IN, plan_of
+from footcal_cli.sniff.experiment import plan_of
 from footcal_cli.sniff.groups import readings, wrenches
 from footcal_cli.sniff.guesses import FileGuess
-from footcal_cli.sniff.names import name_guess
+from footcal_cli.sniff.names import common_start, name_guess
 from footcal_cli.sniff.numbered import numbered
-from footcal_cli.sniff.plan import Entry, Plan, reading_entry
+from footcal_cli.sniff.plan import Entry, Plan, reading_entry, times
 from footcal_cli.sniff.six_axis import forces_of
 from footcal_cli.sniff.units import MASSES, WEIGHTS, known_unit
+from footcal_cli.sniff.weights import UNIT_ASKED, UNIT_TO_FILL_IN
 from footcal_cli.tables.textfiles import called_as
 
 _LOAD = re.compile(
@@ -57,8 +58,8 @@ class _Names:
 
     @classmethod
     def of(cls, names: Sequence[str]) -> _Names:
-        head = _common_start(names).rstrip("0123456789.+-")
-        tail = _common_start([name[::-1] for name in names])[::-1]
+        head = common_start(names).rstrip("0123456789.+-")
+        tail = common_start([name[::-1] for name in names])[::-1]
         longest = min(map(len, names)) - len(head)
         tail = tail[-longest:] if longest > 0 else ""
         while tail and tail[0].isalnum():
@@ -171,12 +172,16 @@ def _per_load(group: list[FileGuess], names: _Names) -> Part | None:
         "load_n": load, "counts": reading_entry(cell),
         "channel": Entry(value=channel, why="the vertical force" if six else "one cell alone"),
     }  # fmt: skip
+    first = group[0]
+    if cell.values is not None and np.isnan(cell.values).any() and first.of("time"):
+        first = replace(first, rows_of=cell.column)  # another sensor of the recorder is faster
+        entries |= times(first, needed=False)[0]
     warnings = (
         "the load is taken to stand on the sensor, its force along z; fx, fy and torques are not "
         "calibrated",
     ) if six else ()  # fmt: skip
     plan = Plan(
-        group[0], "known weights, one file per weight", "the files' names differ by a number",
+        first, "known weights, one file per weight", "the files' names differ by a number",
         "likely", "offline-fit", "weights", entries, (channel,),
         blanks=() if load.unit != UNIT_TO_FILL_IN else (UNIT_ASKED,), warnings=warnings,
     )  # fmt: skip
@@ -278,12 +283,6 @@ def _per_channel(group: list[FileGuess], names: _Names) -> Part | None:
     by = "time" if timed else "row"
     beside = tuple(Beside(f, by, why="one file per channel") for f in group[1:])
     return Part(plan, tuple(paths[:1]), escaped(paths[0].name), beside)
-
-
-def _common_start(words: Sequence[str]) -> str:
-    """The letters that all words begin with."""
-    first, last = min(words), max(words)
-    return first[: next((i for i, c in enumerate(first) if last[i] != c), len(first))]
 
 
 def escaped(name: str) -> str:

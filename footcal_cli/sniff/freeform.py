@@ -23,6 +23,7 @@ _BOUND = re.compile(r"[A-Za-z)\]]['\"]?\s*[:=]|->|→")
 """What binds a word to a value: not a table's separator."""
 _BRACKETED = re.compile(r"[(\[{]\s*\x01(?:\s*[,;]?\s*\x01){1,23}\s*[)\]}][,;]?")
 """A row of numbers in brackets, as programs print their lists."""
+_LEAST_OF_A_LIST = 6
 _UNITS = {"kg", "g", "N", "lb", "mg", "kN", "lbs", "oz", "mN"}
 _HEAVY = re.compile(r"weight|load|mass|gewicht|last|poids|peso|known|put|add|tare|empty|leer", re.I)
 
@@ -42,7 +43,7 @@ def free_form(lines: list[str], encoding: str) -> Layout | None:
     typed = [s for s in ranked[1:] if s.count("\x01") == 1 and _is_load(s) and shapes[s] < count]
     if count < 3 or count + sum(shapes[s] for s in typed) < _LEAST * len(written):
         return None
-    if _BRACKETED.fullmatch(row):
+    if _BRACKETED.search(row) and row.count("\x01") >= _LEAST_OF_A_LIST:
         return Layout(encoding=encoding, line=_expression(row, "column"))
     if any(sign in row for sign in (",\x01", ";\x01", "\t\x01")) and not _BOUND.search(row):
         return None
@@ -115,6 +116,7 @@ def _expression(shape: str, called: str) -> str:
             unit = re.match(r"\s*([A-Za-z]+)\b", pieces[at + 1]) if at + 1 < len(pieces) else None
             if unit and unit[1] in _UNITS:
                 name = f"{name}_{unit[1].lower()}"
+            name = called if called == "column" else name
             names[name] += 1
             named = f"column_{names[name]}" if called == "column" else _numbered(name, names)
             made += rf"(?P<{named}>{_NUMBER})"

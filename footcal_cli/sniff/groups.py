@@ -13,7 +13,7 @@ from footcal_cli.sniff.names import words_of
 from footcal_cli.sniff.units import NO_READING, split_unit
 
 AXES = ("fx", "fy", "fz", "tx", "ty", "tz")
-_AT_THE_FOOT = re.compile(r"foot|ankle|sole", re.IGNORECASE)
+AT_THE_FOOT = re.compile(r"foot|ankle|sole", re.IGNORECASE)
 _BEFORE_AXIS = re.compile(
     r"(.*?)[\W_]*(?:(?:force|torque|moment)[\W_]*[xyz]|[fmt][\W_]?[xyz])(?![a-z])", re.IGNORECASE
 )
@@ -27,7 +27,7 @@ def wrenches(file: FileGuess) -> dict[str, dict[str, ColumnGuess]]:
         if column.name.axis in AXES:
             groups.setdefault((column.name.address, ""), {}).setdefault(column.name.axis, column)
             by_stem.setdefault(_stem(column.column), {}).setdefault(column.name.axis, column)
-            if _AT_THE_FOOT.search(column.column):
+            if AT_THE_FOOT.search(column.column):
                 own = groups.setdefault((column.name.address, "foot"), {})
                 own.setdefault(column.name.axis, column)
     whole = {key: g for key, g in groups.items() if set(g) == set(AXES)}

@@ -6,6 +6,7 @@ import re
 from collections import Counter
 from collections.abc import Sequence
 
+from footcal_cli.sniff.names import STATISTICS
 from footcal_cli.sniff.rows import Body, fields_of
 from footcal_cli.sniff.tokens import is_number
 from footcal_cli.sniff.units import looks_like_units, split_unit
@@ -52,6 +53,13 @@ def with_units_said(candidates: Sequence[tuple[int, list[str]]]) -> tuple[int, l
     return last
 
 
+def name_of_the_index(fields: Sequence[str], below: Sequence[str], body: Body) -> list[str]:
+    """Names whose first, if it is empty, stands alone in a line below them, as pandas writes it."""
+    alone = [fields_of(line, body.separator) for line in below if body.separator != BLANKS]
+    named = [row[0] for row in alone if len(row) == body.width and row[0] and not any(row[1:])]
+    return [named[0], *fields[1:]] if named and not fields[0] else list(fields)
+
+
 def units_above(above: list[str], body: Body) -> tuple[str, ...]:
     """Units in a line that says so: ``Y_Unit_Label, Volts, Newtons``; empty without one."""
     for line in above:
@@ -65,7 +73,8 @@ def units_above(above: list[str], body: Body) -> tuple[str, ...]:
 def qualified(fields: list[str], above: list[str], body: Body) -> list[str]:
     """Names that stand there twice, after the groups in the rows above them (merged cells)."""
     for line in reversed(above):
-        if len(set(fields)) == len(fields) or body.separator == BLANKS:
+        different = len(set(fields)) == len(fields) and not STATISTICS & {f.lower() for f in fields}
+        if different or body.separator == BLANKS:
             break
         row = fields_of(line, body.separator)
         row = [*row, *[""] * (body.width - len(row))][: body.width]
@@ -73,7 +82,7 @@ def qualified(fields: list[str], above: list[str], body: Body) -> list[str]:
         for word in row:
             last = word or last
             groups.append(last)
-        if len(set(filter(None, groups))) > 1 and not any(
+        if len(set(filter(None, groups))) > (len(set(fields)) < len(fields)) and not any(
             is_number(word, body.decimal) for word in row
         ):
             fields = [f"{g} {f}".strip() for g, f in zip(groups, fields, strict=True)]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -48,6 +49,10 @@ for _meaning, _spellings in {
 }.items():
     for _word in _spellings.split():
         _WORDS.setdefault(_word, _meaning)  # type: ignore[arg-type]
+STATISTICS = frozenset(
+    ["mean", "avg", "average", "median", "std", "sd", "var", "min", "max", "sem"]
+)
+"""What stands in a second row of names, under the quantity that it is of."""
 _MEAN = re.compile(r"[\W_](?:mean|avg|average|median)$", re.IGNORECASE)
 _SPREAD = re.compile(r"[\W_](?:std|sd|stdev|stddev|var|variance|rms|sem)$", re.IGNORECASE)
 """How a column of means or of scatter is called."""
@@ -68,6 +73,7 @@ _ANGLES = {
     for word in spellings.split()
 }
 """How the angles about x, y and z of a body are called."""
+_NOT_OF_CELLS = {"acc", "accel", "gyro", "imu", "mag", "ang", "angvel", "velocity", "emg", "ecg"}
 _ACCELERATED = {"acc", "accel", "acceleration", "dd"}
 _REPORTED = {"plate", "platform", "measured", "meas", "sensor", "estimated", "est", "insole"}
 FORCE = {"force", "kraft", "fuerza", "effort", "f", "forza", "grf", "kracht"}
@@ -132,6 +138,17 @@ def _small(centre: re.Match[str]) -> str:
     return f"{centre[0].lower()}_"
 
 
+def common_start(words: Sequence[str]) -> str:
+    """The letters that all words begin with."""
+    first, last = min(words), max(words)
+    return first[: next((i for i, c in enumerate(first) if last[i] != c), len(first))]
+
+
+def is_label(word: str) -> bool:
+    """Whether a word is one for sensors or what they sit on."""
+    return _WORDS.get(word) == "label" or word in NOISE
+
+
 def words_of(name: str) -> list[str]:
     """Words of a name in small letters: ``LFsrFL`` is l, fsr, fl, and ``CoM`` is com."""
     return [word.lower() for word in _CAMEL.findall(_CENTRE.sub(_small, name))]
@@ -140,6 +157,7 @@ def words_of(name: str) -> list[str]:
 def name_guess(name: str) -> NameGuess:
     """What a column's name says of it."""
     plain = re.sub(r"\[(\d+)\]", r"_\1", name.lstrip("%#$/ "))
+    plain = re.sub(r"(?<=[\])])\.\d+$", "", plain)  # the same name a second time
     stem, unit, factor = split_unit(_MEAN.sub("", plain))
     words = words_of(stem)
     if _SPREAD.search(plain):
@@ -256,7 +274,7 @@ def _quantity(stem: str, words: list[str], unit: str | None) -> tuple[Quantity, 
         "hole", "point", "pos", "position", "target", "loch", "ref", "true", "place",
     }) or (stem.lower() in ("x", "y") and unit in ("m", "mm", "cm", None)):  # fmt: skip
         return "hole", last, {last}
-    if set(words) & {"acc", "accel", "gyro", "imu", "mag", "ang", "angvel", "velocity"}:
+    if set(words) & _NOT_OF_CELLS:
         return "other", "", set()
     return _by_words(words, compact, unit)
 

@@ -43,11 +43,11 @@ def numbered(file: FileGuess) -> FileGuess:
             made |= _matrix(columns)
     if not any(column.quantity in ("matrix", "angle") for column in made.values()):
         made = {}
-    made |= _wrenches(file, stems, made)
     axes = {c.name.axis for c in file.of("quaternion")}
     whole = axes >= set("xyzw") or axes >= set("0123")
     if not whole and not any(c.quantity == "matrix" for c in (*file.columns, *made.values())):
         made |= _quaternion(stems)
+    made |= _wrenches(file, stems, made)
     if not file.of("angle", "gravity", "matrix", "acceleration", "quaternion") and not any(
         c.quantity in ("quaternion", "angle", "matrix") for c in made.values()
     ):
@@ -70,7 +70,10 @@ def _wrenches(
         and c[0].column not in taken
     }  # fmt: skip
     nameless = [c for c in file.columns if c.column.startswith("column_")]
-    free = [c for c in nameless if c.quantity == "unknown" and c.values is not None]
+    free = [
+        c for c in nameless
+        if c.quantity == "unknown" and c.values is not None and c.column not in taken
+    ]  # fmt: skip
     if not six and len(free) == 6 and not any(c.counts for c in free):
         six = {"": free}
     made: dict[str, ColumnGuess] = {}

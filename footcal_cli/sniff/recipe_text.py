@@ -190,6 +190,8 @@ def _layout_lines(file: FileGuess) -> list[str]:
         lines.append("header = false")
     if layout.names:
         lines.append(f"names = [{', '.join(map(_quoted, layout.names))}]")
+    if layout.turned:
+        lines.append("turned = true    # each line begins with its name")
     if layout.until:
         lines.append(f"until = {_quoted(layout.until)}    # the table ends above it")
     if layout.skip_below:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import csv
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 
+from footcal_cli.sniff.names import name_guess
 from footcal_cli.sniff.tokens import NOTHING, is_moment, is_number, number_signs, worth
 from footcal_cli.tables.reading import BLANKS
 
@@ -27,6 +29,39 @@ def filled_fields(line: str, separator: str) -> list[str]:
 
 _A_VALUE = 0.5
 """What a number or a moment is worth at least; a word is worth less."""
+_LINES_OF_A_SHEET = 60
+_LOOKED_AT = 2000
+
+
+def on_its_side(lines: Sequence[str]) -> str:
+    """The separator of a sheet whose lines begin with their names; empty for all others.
+
+    All other fields are numbers, the names differ, and one of them is that of a load.
+    """
+    written = [line for line in lines if line.strip()]
+    if not 2 <= len(written) <= _LINES_OF_A_SHEET:
+        return ""
+    for separator in (";", "\t", ","):
+        table = [fields_of(line, separator) for line in written]
+        if len(set(map(len, table))) != 1 or len(table[0]) < 3:
+            continue
+        signs = number_signs([field for row in table for field in row[1:]], separator)
+        names = [row[0] for row in table]
+        numbers = all(is_number(field, *signs) for row in table for field in row[1:])
+        worded = not any(is_number(name, *signs) or is_moment(name) for name in names)
+        loads = [name for name in names if name_guess(name).quantity == "load"]
+        if numbers and worded and len(loads) == 1 and len(set(names)) == len(names):
+            return separator
+    return ""
+
+
+def _filled(lines: Sequence[str], separator: str, width: int) -> bool:
+    """Whether a line has a value in its last field of so many: a sensor that was slower or shorter.
+
+    Words are no values: a header may announce remarks that nobody wrote.
+    """
+    last = [row[-1] for row in (filled_fields(x, separator) for x in lines) if len(row) == width]
+    return any(is_number(field, sign) for field in last for sign in ".,")
 
 
 @dataclass(frozen=True)
@@ -57,7 +92,8 @@ class Body:
         width, alike = Counter(map(len, split)).most_common(1)[0]
         open_ended = [fields_of(line, separator) for line in tail]
         longer, more = Counter(map(len, open_ended)).most_common(1)[0]
-        if more > alike or (more == alike and any(len(row) > width for row in split)):
+        wide = more == alike and longer > width and _filled(written[:_LOOKED_AT], separator, longer)
+        if more > alike or wide:
             split, width = open_ended, longer  # cells at the end of rows may be empty
         rows = [row for row in split if len(row) == width]
         signs = number_signs([f for row in rows for f in row], separator)

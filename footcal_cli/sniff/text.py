@@ -11,11 +11,19 @@ from pathlib import Path
 
 from footcal_cli.errors import DataError
 from footcal_cli.sniff.freeform import carried_between, free_form
-from footcal_cli.sniff.header import header_fields, once, qualified, units_above, with_units_said
-from footcal_cli.sniff.rows import Body, fields_of
+from footcal_cli.sniff.header import (
+    header_fields,
+    name_of_the_index,
+    once,
+    qualified,
+    units_above,
+    with_units_said,
+)
+from footcal_cli.sniff.rows import Body, fields_of, on_its_side
+from footcal_cli.sniff.sections import refuse_frames, sections
 from footcal_cli.sniff.tokens import is_number
 from footcal_cli.sniff.units import looks_like_units
-from footcal_cli.tables.delimited import before_power_was_lost
+from footcal_cli.tables.delimited import before_power_was_lost, upright
 from footcal_cli.tables.foreign import READERS, is_of_documents
 from footcal_cli.tables.reading import BLANKS, Layout
 from footcal_cli.tables.textfiles import regular_file, unreadable
@@ -34,6 +42,8 @@ _COMMENTS = ("#", "%", "//", "!", ";", "'")
 _SEPARATORS = (",", ";", "\t", "|", BLANKS)
 _ALIKE = 0.7
 """Share of lines that must be alike for a layout to be taken."""
+_FRAME = re.compile(r"\b\w*can\d*\s+[0-9A-Fa-f]{3,8}(?:#|\s+\[\d\])|^[tTrR][0-9A-F]{4,}$")
+"""A frame of a bus as candump or a serial adapter (slcan) writes it."""
 _CALLED = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars", BLANKS: "blanks"}
 
 
@@ -90,28 +100,70 @@ def guess_text(path: Path) -> TextGuess:
     if free is not None:
         return TextGuess(free, (), (*said, "no fields: values are found in each line by a pattern"))
     lines = [x for x in lines if "-" not in x or "|" not in x or x.strip("|-: \t")]  # Markdown's
+    side = on_its_side(lines)
+    lines = upright(lines, side) if side else lines
+    said += ["the sheet lies on its side"] if side else []
     found = max(
-        (Body.of(lines, separator) for separator in _SEPARATORS), key=lambda body: body.score
+        (Body.of(lines, separator) for separator in ([side] if side else _SEPARATORS)),
+        key=lambda body: body.score,
     )
     if found.share < _ALIKE or found.numbers == 0:
         raise DataError(
             "no rows of numbers that are alike", file=path,
-            remedy="export one table of numbers per file, its columns named in the first line",
+            remedy=_written_by_machines(lines)
+            or "export one table of numbers per file, its columns named in the first line",
         )  # fmt: skip
+    refuse_frames(path, lines, found)
     guess = _laid_out(lines, found, encoding)
-    until, last = _end(lines, found, guess.layout.comment)
-    said += [f"the table ends above '{until}'"] if until else []
-    layout = replace(guess.layout, thousands=found.thousands, until=until)
-    carried = carried_between([x for x in lines if not found.is_row(x)])
-    layout = replace(layout, carried=carried)
+    carried = carried_between([x for x in lines if not found.is_row(x)]) or sections(lines, found)
+    layout = _without_carried(replace(guess.layout, carried=carried), lines, found)
+    between = [x for x in lines if not (carried and re.search(carried, x))]
+    until, last = _end(_once_named(between, found), found, guess.layout.comment)
+    said += [_ends(until, between, found)] if until else []
+    layout = replace(layout, thousands=found.thousands, until=until)
     said += ["lines between the rows say what holds below"] if carried else []
     if until and not guess.units and len(last) == found.width and looks_like_units(last):
         guess = replace(guess, units=tuple(last), said=(*guess.said, "units below the rows"))
     top = found.begins_at(lines)
-    layout = _restarted(layout, lines, top)
+    layout = replace(_restarted(layout, lines, top), turned=bool(side))
     again = bool(layout.comment) and layout.comment in lines[:top]
     said += ["the header stands there again, left out"] if again else []
     return TextGuess(layout, guess.units, (*said, *guess.said), tuple(lines[:top]))
+
+
+def _without_carried(layout: Layout, lines: list[str], body: Body) -> Layout:
+    """A layout that does not count lines above the rows that are read as what holds below."""
+    if not layout.carried:
+        return layout
+    counted = [
+        i for i, line in enumerate(lines[: body.begins_at(lines)])
+        if re.search(layout.carried, line)
+        and not (layout.comment and line.lstrip().startswith(layout.comment))
+    ]  # fmt: skip
+    # in the order in which they are skipped: above the header, then below it
+    top = layout.skip_rows
+    seen = [i for i, line in enumerate(lines) if not _a_comment(line, layout)]
+    above = sum(seen.index(i) < top for i in counted)
+    below = len(counted) - above if layout.header else 0
+    return replace(layout, skip_rows=top - above, skip_below=layout.skip_below - below)
+
+
+def _a_comment(line: str, layout: Layout) -> bool:
+    return bool(layout.comment) and line.lstrip().startswith(layout.comment)
+
+
+def _once_named(lines: list[str], body: Body) -> list[str]:
+    """Lines without those that are the header again."""
+    top = body.begins_at(lines)
+    header = lines[top - 1].strip() if top else ""
+    return [*lines[:top], *(x for x in lines[top:] if not header or x.strip() != header)]
+
+
+def _ends(until: str, lines: list[str], body: Body) -> str:
+    """What is said of a table that ends above a line: how many rows like its own it leaves out."""
+    at = next(i for i, x in enumerate(lines) if x.startswith(until) and i >= body.begins_at(lines))
+    lost = sum(body.is_row(line, whole=True) for line in lines[at:])
+    return f"the table ends above '{until}'" + (f", {lost} rows below it are not read" * bool(lost))
 
 
 def _restarted(layout: Layout, lines: list[str], top: int) -> Layout:
@@ -121,6 +173,18 @@ def _restarted(layout: Layout, lines: list[str], top: int) -> Layout:
         return layout
     names = tuple(fields_of(header, layout.separator))
     return replace(layout, comment=header.strip(), header=False, names=names)
+
+
+def _written_by_machines(lines: list[str]) -> str:
+    """What makes a table of messages whose bytes only a description of them explains."""
+    written = [line for line in lines if line.strip()]
+    frames = sum(bool(_FRAME.search(line)) for line in written)
+    if frames < _ALIKE * len(written):
+        return ""
+    return (
+        "frames of a bus: decode them with the description of its messages (a DBC file: cantools, "
+        "python-can) into one table of numbers, its columns named in the first line"
+    )
 
 
 def _is_json(text: str) -> bool:
@@ -194,6 +258,7 @@ def _laid_out(lines: list[str], body: Body, encoding: str) -> TextGuess:
         elif candidates:
             header_at, fields = with_units_said([*candidates, (header_at, fields)])
         units = units or units_above([x for i, x in above if i < header_at], body)
+        fields = name_of_the_index(fields, lines[header_at + 1 : first], body)
         names = tuple(qualified(fields, [x for i, x in above if i < header_at], body))
     said = [f"fields separated by {_CALLED[body.separator]}"] if body.width > 1 else []
     if body.decimal == ",":

@@ -10,6 +10,7 @@ import warnings
 import zlib
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -187,7 +188,9 @@ def _lines(path: Path, layout: Layout) -> _Lines:
     skip = layout.skip_rows
     below = layout.skip_below
     waits = layout.header
-    for number, line in enumerate(decoded(path, layout).splitlines(), start=1):
+    lines = decoded(path, layout).splitlines()
+    lines = upright(lines, layout.separator) if layout.turned else lines
+    for number, line in enumerate(lines, start=1):
         if between is not None and (said := between.search(line)) is not None:
             holds = {**holds, **said.groupdict()}
             continue
@@ -210,6 +213,17 @@ def _lines(path: Path, layout: Layout) -> _Lines:
             if between is not None:
                 carried.append(holds)
     return _Lines(kept, numbers, header, carried)
+
+
+def upright(lines: Sequence[str], separator: str) -> list[str]:
+    """Lines of a sheet that lies on its side, turned: its columns as lines."""
+    layout = Layout(separator=separator)
+    fields = [_fields(line, layout) for line in lines if line.strip(f" \t\r\n{separator}")]
+    text = io.StringIO()
+    csv.writer(text, delimiter=separator, lineterminator="\n").writerows(
+        zip_longest(*fields, fillvalue="")
+    )
+    return text.getvalue().splitlines()
 
 
 def _searched(path: Path, layout: Layout) -> tuple[pd.DataFrame, IntArray]:

@@ -82,6 +82,8 @@ class Layout:
         Sign between groups of three digits; empty for none.
     until
         The table ends above a line that begins so; empty where it ends with the file.
+    turned
+        Names stand in the first field of each line, a row is a column: the sheet lies on its side.
     encoding
         Of the text.
     comment
@@ -114,6 +116,7 @@ class Layout:
     carried: str = ""
     thousands: str = ""
     until: str = ""
+    turned: bool = False
 
     @property
     def plain(self) -> bool:

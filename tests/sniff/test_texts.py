@@ -11,17 +11,18 @@ import pytest
 from footcal_cli.errors import DataError
 from footcal_cli.sniff.clocks import even, increases, restarts, since_1970
 from footcal_cli.sniff.columns import guess_file
-from footcal_cli.sniff.experiment import plan_of
+from footcal_cli.sniff.experiment import plan_of, why_not
 from footcal_cli.sniff.file_names import alike_part, called
 from footcal_cli.sniff.freeform import carried_between, free_form
 from footcal_cli.sniff.groups import channel_names, readings
 from footcal_cli.sniff.header import with_units_said
 from footcal_cli.sniff.names import name_guess
-from footcal_cli.sniff.text import guess_text
+from footcal_cli.sniff.numbered import numbered
+from footcal_cli.sniff.text import TextGuess, guess_text
 from footcal_cli.sniff.texts import numbers_as_labels
 from footcal_cli.sniff.tokens import IN_WORDS
 from footcal_cli.sniff.units import looks_like_units, split_unit
-from footcal_cli.tables.delimited import text_table
+from footcal_cli.tables.delimited import text_table, upright
 from footcal_cli.tables.reading import BLANKS
 
 
@@ -188,3 +189,137 @@ def test_what_is_no_table_is_refused_with_a_way_on(tmp_path: Path) -> None:
         with pytest.raises(DataError) as refused:
             guess_text(log)
         assert way in str(refused.value.remedy)
+
+
+def _guess(folder: Path, text: str) -> TextGuess:
+    log = folder / "a.csv"
+    log.write_text(text, encoding="utf-8")
+    return guess_text(log)
+
+
+ROWS = "0,7\n1,9\n2,8\n3,9\n"
+BLOCKS = {
+    "the header again": (f"Cell FL\nkg,raw\n{ROWS}\nCell FR\nkg,raw\n{ROWS}", ["FL", "FR"]),
+    "rows alone": (f"kg,raw\n# cell A\n{ROWS}# cell B\n{ROWS}", ["A", "B"]),
+    "marks": (f"=== L1 ===\nkg,raw\n{ROWS}=== R1 ===\nkg,raw\n{ROWS}", ["L1", "R1"]),
+}
+
+
+@pytest.mark.parametrize("case", BLOCKS)
+def test_blocks_that_are_named_above_are_all_read(tmp_path: Path, case: str) -> None:
+    """Of four blocks the first alone was read, and called good."""
+    text, cells = BLOCKS[case]
+    layout = _guess(tmp_path, text).layout
+    assert layout.until == ""
+    frame, _ = text_table(tmp_path / "a.csv", layout, ())
+    assert frame["channel"].tolist() == [cells[0]] * 4 + [cells[1]] * 4
+    assert frame.iloc[:, 1].tolist() == [7, 9, 8, 9] * 2
+
+
+def test_remarks_name_no_cell(tmp_path: Path) -> None:
+    text = "kg,raw\n0,7\n1,9\n# paused\n0,5\n1,8\n# resumed\n0,5\n1,8\n"
+    assert _guess(tmp_path, text).layout.carried == ""
+
+
+def test_what_stands_above_the_rows_is_not_skipped_twice(tmp_path: Path) -> None:
+    text = "t,raw\nload 1 kg\n0,7\n1,7\nload 2 kg\n2,9\n3,9\n"
+    layout = _guess(tmp_path, text).layout
+    frame, lines = text_table(tmp_path / "a.csv", layout, ())
+    assert frame["load"].tolist() == ["1 kg", "1 kg", "2 kg", "2 kg"]
+    assert lines.tolist() == [3, 4, 6, 7]
+
+
+def test_rows_that_are_left_out_are_counted(tmp_path: Path) -> None:
+    text = f"kg,raw\n{ROWS * 3}Totals\nmean,sd\n5,8\n1,1\n"
+    assert (
+        "the table ends above 'Totals', 2 rows below it are not read" in _guess(tmp_path, text).said
+    )
+
+
+def test_a_matrix_for_each_frame_is_no_table(tmp_path: Path) -> None:
+    frames = "".join(f"Frame {i}\n1,2,3\n4,5,{i}\n\n" for i in range(1, 9))
+    with pytest.raises(DataError, match="a matrix of 2 lines for each of 8 frames"):
+        _guess(tmp_path, "ROWS 2\n" + frames)
+
+
+def test_a_sheet_on_its_side_is_turned(tmp_path: Path) -> None:
+    guess = _guess(tmp_path, "Load [kg];0;0,5;1\nCell A;7;9;8\nCell B;5;4;2\n")
+    assert guess.layout.turned
+    frame, _ = text_table(tmp_path / "a.csv", guess.layout, ())
+    assert frame["Load [kg]"].tolist() == [0.0, 0.5, 1.0]
+    assert frame["Cell B"].tolist() == [5, 4, 2]
+    assert upright(["a,1", "b,2,3"], ",") == ["a,b", "1,2", ",3"]
+    assert not _guess(tmp_path, "cell,load_kg,raw\nfl,0,7\nfl,1,9\nfr,2,8\n").layout.turned
+
+
+def test_frames_of_a_bus_are_to_be_decoded(tmp_path: Path) -> None:
+    with pytest.raises(DataError) as refused:
+        _guess(tmp_path, "".join(f"(17.{i:06d}) can0 181#00FF{i:04X}\n" for i in range(30)))
+    assert "cantools" in str(refused.value.remedy)
+
+
+def test_the_name_of_an_index_and_groups_above_statistics(tmp_path: Path) -> None:
+    text = ",raw,raw\n,mean,std\nmass_kg,,\n0.0,7.5,0.1\n0.5,9.5,0.2\n1.0,8.5,0.1\n"
+    assert _guess(tmp_path, text).layout.names == ("mass_kg", "raw mean", "raw std")
+
+
+def test_a_cell_that_carries_nothing_is_left_out_and_said(tmp_path: Path) -> None:
+    rng, log = np.random.default_rng(1), tmp_path / "a.csv"
+    load = np.repeat([0.0, 1, 2, 5], 5)
+    noise = rng.normal(0, 1e-3, (2, load.size))
+    rows = zip(load, 3 * load + noise[0], noise[1], strict=True)
+    log.write_text("load_kg,ch1_V,ch2_V\n" + "".join(f"{a},{b:.6f},{c:.6f}\n" for a, b, c in rows))
+    plan = plan_of(guess_file(log))
+    assert plan is not None
+    assert plan.channels == ("cell_1",)
+    assert any("ch2_V: left out" in warning for warning in plan.warnings)
+
+
+def test_the_column_that_names_the_loaded_cell(tmp_path: Path) -> None:
+    log = tmp_path / "a.csv"
+    lines = [f"{on},{kg},{7 + kg * (on == 'NE')},{5 + kg * (on == 'S')}"
+             for on in ("NE", "S") for kg in (0, 1, 4, 2, 9)]  # fmt: skip
+    log.write_text("on,load_kg,NE,S\n" + "\n".join(lines) + "\n")
+    plan = plan_of(guess_file(log))
+    assert plan is not None
+    assert plan.channels == ("NE", "S")
+    assert plan.wide["S"]["load_n"].only_where == {"on": "S"}
+
+
+def test_cells_below_each_other_without_loads_are_not_one_cell(tmp_path: Path) -> None:
+    log = tmp_path / "a.csv"
+    lines = [f"{5 * i},{foot},{at},{8_300_000 + 7 * i % 5}"
+             for i in range(40) for foot in ("left", "right") for at in ("fl", "fr")]  # fmt: skip
+    log.write_text("ms,foot,corner,raw\n" + "\n".join(lines) + "\n")
+    found = why_not(guess_file(log))
+    assert found is not None
+    assert "left_fl_counts" in found[1]
+
+
+def test_transducers_that_carry_one_weight_together_stand(tmp_path: Path) -> None:
+    share = np.repeat([0.5, 0.3, 0.7], 40)
+    rng, log = np.random.default_rng(2), tmp_path / "a.csv"
+    parts = [
+        np.column_stack([*rng.normal(0, 0.5, (2, share.size)), 600 * part, *rng.normal(
+            0, 5, (3, share.size))]) for part in (share, 1 - share)
+    ]  # fmt: skip
+    names = [f"FP{i}_{a}" for i in (1, 2) for a in ("Fx", "Fy", "Fz", "Mx", "My", "Mz")]
+    np.savetxt(log, np.hstack(parts), "%.4f", ",", header=",".join(names), comments="")
+    plan = plan_of(guess_file(log))
+    assert plan is not None
+    assert plan.command == "static-init"
+    np.savetxt(log, np.hstack([parts[0], parts[0]]), "%.4f", ",", header=",".join(names),
+               comments="")  # fmt: skip
+    plan = plan_of(guess_file(log))
+    assert plan is not None
+    assert plan.command == "hang-calib"
+
+
+def test_gravity_among_numbers_without_names(tmp_path: Path) -> None:
+    rng, log = np.random.default_rng(3), tmp_path / "a.txt"
+    up = np.repeat(rng.normal(0, 1, (12, 3)), 20, axis=0)
+    up *= 9.81 / np.linalg.norm(up, axis=1, keepdims=True)
+    table = np.column_stack([0.01 * np.arange(len(up)), rng.normal(0, 1, (len(up), 2)), up])
+    np.savetxt(log, table, "%.5f")
+    found = numbered(guess_file(log)).of("acceleration")
+    assert [c.column for c in found] == ["column_4", "column_5", "column_6"]
