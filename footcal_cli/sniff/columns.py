@@ -29,7 +29,7 @@ from footcal_cli.sniff.texts import (
     text_column,
     units_beside,
 )
-from footcal_cli.sniff.units import TIMES, known_unit
+from footcal_cli.sniff.units import NO_READING, TIMES, known_unit
 from footcal_cli.tables.logfiles import RawColumn, column_names, is_parquet, raw_columns
 from footcal_cli.tables.reading import Layout
 from footcal_cli.tables.sources import at_rows
@@ -96,6 +96,8 @@ def _column(column: str, raw: RawColumn, unit_row: str) -> ColumnGuess:
     said = "its name" + (" and its row of units" if known_unit(unit_row) else "")
     if raw.kind in ("stamp", "duration"):
         return ColumnGuess(column, replace(name, quantity="time"), None, "sure", "dates")
+    if name.axis and name.quantity == "force" and unit in (*NO_READING, "m"):
+        name = replace(name, quantity="other", axis="")  # TX (mm) is a place
     if raw.kind == "text":
         return text_column(column, name, unit, raw)
     values = np.asarray(raw.values, dtype=np.float64)

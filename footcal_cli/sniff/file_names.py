@@ -100,6 +100,11 @@ def alike_part(group: list[FileGuess]) -> Part | None:
     names = _Names.of(called(paths))
     six = wrenches(numbered(first))
     told = first.of("load") or first.of("label")
+    if len(told) == len(first.of("load")) == 1 and not six and not readings(first):
+        # the names say what was put on, the column what the display made of it
+        shown = [_as_reading(file) for file in group]
+        if (made := _per_load(shown, names)) is not None:
+            return made
     if len(six) == 1 and not told:
         beside = None if names.of_folders else _per_foot(group, names)
         return (
@@ -158,6 +163,15 @@ def _per_orientation(group: list[FileGuess], names: _Names) -> Part | None:
         warnings=(*plan.warnings, *found.warnings),
     )  # fmt: skip
     return Part(plan, tuple(file.path for file in group), names.match)
+
+
+def _as_reading(file: FileGuess) -> FileGuess:
+    """A log whose only load is what was read."""
+    why = "a load in every file, whose names say others"
+    return replace(file, columns=tuple(
+        c.as_quantity("reading", "likely", why) if c.quantity == "load" else c
+        for c in file.columns
+    ))  # fmt: skip
 
 
 def _per_load(group: list[FileGuess], names: _Names) -> Part | None:

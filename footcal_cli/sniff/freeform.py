@@ -43,7 +43,8 @@ def free_form(lines: list[str], encoding: str) -> Layout | None:
     typed = [s for s in ranked[1:] if s.count("\x01") == 1 and _is_load(s) and shapes[s] < count]
     if count < 3 or count + sum(shapes[s] for s in typed) < _LEAST * len(written):
         return None
-    if _BRACKETED.search(row) and row.count("\x01") >= _LEAST_OF_A_LIST:
+    listed = _BRACKETED.search(row) and row.count("\x01") >= _LEAST_OF_A_LIST
+    if listed or _BRACKETED.fullmatch(row):
         return Layout(encoding=encoding, line=_expression(row, "column"))
     if any(sign in row for sign in (",\x01", ";\x01", "\t\x01")) and not _BOUND.search(row):
         return None

@@ -16,24 +16,28 @@ Quantity = Literal[
     "other", "unknown",
 ]  # fmt: skip
 
-_CAMEL = re.compile(r"[A-Z]+(?![a-zà-öø-ÿ])|[A-Z]?[a-zà-öø-ÿ]+|\d+|[А-Яа-яÀ-ÿ]+")
+_CAMEL = re.compile(
+    r"[A-Z]+(?![a-zà-öø-ÿ])|[A-Z]?[a-zà-öø-ÿ]+|\d+|[А-Яа-яЁёÀ-ÿ]+|[\u3041-\u30ff\u4e00-\u9fff]+"
+)
 _CENTRE = re.compile(r"(?<![A-Za-z])[Cc]o[MP](?![a-z])")
 _AXIS = re.compile(r"([fmt])([xyz])(\d{0,2})")
 _WORDS: dict[str, Quantity] = {}
 for _meaning, _spellings in {
     "time": "time zeit timestamp stamp temps tiempo tempo t secs seconds millis micros elapsed "
-    "uhrzeit clock date datetime datum date_time zeitstempel tid czas timer timestep",
+    "uhrzeit clock date datetime datum date_time zeitstempel tid czas timer timestep время дата "
+    "时间 時間 时刻",
     "sequence": "seq sample index idx frame frames nr no number id row record counter packet n "
     "subframe sub messung probe nummer",
     "load": "load weight mass masse gewicht last poids charge peso carga applied known reference "
     "ref true nominal referenz belastung soll target gewichte weights loads std standard setpoint "
     "kraft_soll gram grams gramm kilogram pound pounds vikt massa appliqué appliquée aplicada "
-    "carico put aufgelegt",
+    "carico put aufgelegt масса вес нагрузка груз эталон 质量 重量 载荷 负载 砝码 荷重 荷重",
     "reading": "reading readings counts count raw adc value val signal output fsr cell loadcell "
     "volt volts voltage spannung messwert wert hx taxel bits lsb data sensor scale strain bridge "
     "lc ain analog a channel ch kanal zelle medida mesure valeur lectura cap capacitance lecture "
-    "brut brute lettura valore anzeige rohwert rohwerte zählwert bridge output ausgabe display",
-    "temperature": "temp temperature temperatur température temperatura",
+    "brut brute lettura valore anzeige rohwert rohwerte zählwert bridge output ausgabe display "
+    "отсчёт отсчет ацп датчик код показание показания 读数 读值 示数 传感器 电压 値 值",
+    "temperature": "temp temperature temperatur température temperatura температура 温度",
     "label": "cell channel sensor zelle kanal foot fuss leg bein device name side location bein",
     "direction": "direction dir richtung updown",
     "repeat": "repeat rep repetition trial run cycle durchgang wiederholung essai lauf prova",
@@ -76,7 +80,7 @@ _ANGLES = {
 _NOT_OF_CELLS = {"acc", "accel", "gyro", "imu", "mag", "ang", "angvel", "velocity", "emg", "ecg"}
 _ACCELERATED = {"acc", "accel", "acceleration", "dd"}
 _REPORTED = {"plate", "platform", "measured", "meas", "sensor", "estimated", "est", "insole"}
-FORCE = {"force", "kraft", "fuerza", "effort", "f", "forza", "grf", "kracht"}
+FORCE = {"force", "kraft", "fuerza", "effort", "f", "forza", "grf", "kracht", "сила", "力"}
 TORQUE = {"torque", "moment", "tau", "drehmoment", "m", "t", "couple"}
 NOISE = {
     "field", "wrench", "header", "data", "fsr", "sensor", "value", "device", "sub", "list", "raw",
@@ -233,8 +237,8 @@ def _quantity(stem: str, words: list[str], unit: str | None) -> tuple[Quantity, 
         acc = _ACCELERATED & set(words) or last[:-1] in ("dd", "a", "acc")
         axis_of = (centre[1] or centre[2]) if centre else last[-1]
         return ("com_acc" if acc else "com"), axis_of, set(words)
-    if "gravity" in words and last in "xyz":
-        return "gravity", last, {"gravity", last}
+    if {"gravity", "grav"} & set(words) and last in "xyz":
+        return "gravity", last, {"gravity", "grav", last}
     if axis and not (set(words) & {"com", "acc", "gyro", "imu", "position", "pos"}):
         kind = "f" if axis[1] == "f" else "t"
         return "force", kind + axis[2], {axis[0], axis[1], axis[2], axis[1] + axis[2]}

@@ -55,6 +55,11 @@ def on_its_side(lines: Sequence[str]) -> str:
     return ""
 
 
+def _below(lines: Sequence[str]) -> list[str]:
+    """The last lines of a short text, without its first, which may name the columns."""
+    return list(lines[-min(3, max(1, len(lines) - 1)) :])
+
+
 def _filled(lines: Sequence[str], separator: str, width: int) -> bool:
     """Whether a line has a value in its last field of so many: a sensor that was slower or shorter.
 
@@ -86,7 +91,7 @@ class Body:
     def of(cls, lines: list[str], separator: str) -> Body:
         """The rows under a separator, judged by the lines behind the first third."""
         written = [line for line in lines if line.strip()]
-        tail = written[len(written) // 3 :][:400] if len(written) > 6 else written[-3:] or written
+        tail = written[len(written) // 3 :][:400] if len(written) > 6 else _below(written)
         tail = [line for line in tail if not line.lstrip().startswith(("#", "%", "//"))] or tail
         split = [filled_fields(line, separator) for line in tail]
         width, alike = Counter(map(len, split)).most_common(1)[0]

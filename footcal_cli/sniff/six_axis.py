@@ -60,6 +60,9 @@ def transducers(file: FileGuess, six: dict[str, dict[str, ColumnGuess]]) -> Plan
         pose = _named_rows(orientation[0], None if labels else next(iter(six.values())))
         entries |= {"orientation": of(orientation[0])} if pose is None else pose.entries
         warnings = [] if pose is None else list(pose.warnings)
+    own = _own_attitudes(file, six) if len(six) > 1 and not orientation and not hang else {}
+    if own:
+        return _each_by_itself(file, six, own, time, rate, tuple(blanks))
     sides = {name.partition("_")[0]: group for name, group in six.items()}
     if sides.keys() >= {"left", "right"} and len(six) == 2 and not orientation and not hang:
         return _ankles(file, sides, entries, tuple(blanks))
@@ -99,6 +102,40 @@ def transducers(file: FileGuess, six: dict[str, dict[str, ColumnGuess]]) -> Plan
         "likely" if pose or orientation else "guess", "hang-calib", "hang", entries, (), wide,
         "leg", rate, (*world, *(() if mounts is None else leg_tables(forces, mounts))),
         blanks=(*missing, weight, *blanks), warnings=tuple(warnings),
+    )  # fmt: skip
+
+
+def _own_attitudes(
+    file: FileGuess, six: Mapping[str, dict[str, ColumnGuess]]
+) -> dict[str, Attitude]:
+    """The attitude of each of several transducers by its own columns; empty unless all have one."""
+    found = {}
+    for name, group in six.items():
+        side, place = group["fx"].name.side, group["fx"].name.place
+        columns = tuple(c for c in file.columns if (c.name.side, c.name.place) == (side, place))
+        pose = attitude_of(replace(file, columns=columns), forces_of(group))
+        if pose is None or not pose.explains:
+            return {}
+        found[name] = pose
+    apart = {tuple(e.column.column for e in p.entries.values() if e.column) for p in found.values()}
+    return found if len(apart) == len(found) else {}
+
+
+def _each_by_itself(
+    file: FileGuess, six: dict[str, dict[str, ColumnGuess]], own: Mapping[str, Attitude],
+    time: Mapping[str, Entry], rate: float | None, blanks: tuple[Blank, ...],
+) -> Plan:  # fmt: skip
+    """Several transducers that hang free, each with an attitude of its own: two arms."""
+    said = _said_above(file)
+    wide = {
+        name: {**_axes(group, said, -1.0 if own[name].reacts else 1.0), **own[name].entries}
+        for name, group in six.items()
+    }
+    warnings = tuple(dict.fromkeys(w for pose in own.values() for w in pose.warnings))
+    return Plan(
+        file, f"{len(six)} six-axis transducers, each with its own attitude",
+        "six axes and an attitude of each", "likely", "hang-calib", "hang", dict(time), (), wide,
+        "leg", rate, blanks=blanks, warnings=warnings,
     )  # fmt: skip
 
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from footcal_cli.errors import DataError
+from footcal_cli.sniff.encodings import encoding_of
 from footcal_cli.sniff.freeform import carried_between, free_form
 from footcal_cli.sniff.header import (
     header_fields,
@@ -219,7 +220,7 @@ def _decoded(path: Path) -> tuple[str, str]:
     except UnicodeDecodeError as error:
         if error.start > len(content) - 4 and len(content) == _MOST:
             return content.decode("utf-8-sig", errors="ignore"), "utf-8"
-    encoding = "cp1252" if any(0x80 <= byte < 0xA0 for byte in content) else "latin-1"
+    encoding = encoding_of(content)
     return content.decode(encoding, errors="replace"), encoding
 
 

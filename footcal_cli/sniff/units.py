@@ -23,6 +23,8 @@ _ALSO = {
     "ncm": "N*cm", "n.cm": "N*cm", "kn": "kN", "kilonewton": "kN", "mn": "mN", "hz": "",
     "millimeter": "mm", "millimetre": "mm", "meter": "m", "metre": "m", "meters": "m",
     "metres": "m", "s": "s", "m": "m", "n": "N", "dan": "daN", "decanewton": "daN",
+    "кг": "kg", "г": "g", "н": "N", "кн": "kN", "мс": "ms", "с": "s", "мм": "mm", "мв": "mV",
+    "в": "V", "千克": "kg", "公斤": "kg", "克": "g", "牛": "N", "秒": "s", "毫秒": "ms",
 }  # fmt: skip
 GRAVITY_MPS2 = 9.80665
 MASSES = {"kg": 1.0, "g": 1e-3, "lb": 0.45359237, "oz": 0.028349523125, "mg": 1e-6}
@@ -41,6 +43,7 @@ _SUFFIXES = {
     "rad": "rad", "counts": "count", "raw": "count", "adc": "count", "v": "V", "mv": "mV",
     "lb": "lb", "lbs": "lb", "lbf": "lbf", "degc": "degC", "grams": "g", "sec": "s", "gf": "gf",
     "kgf": "kgf", "oz": "oz", "mg": "mg", "newton": "N", "newtons": "N", "kpa": "kPa",
+    "кг": "kg", "г": "g", "н": "N", "кн": "kN", "мс": "ms", "с": "s", "мм": "mm",
     "bar": "bar", "dan": "daN", "millis": "ms", "micros": "us", "volts": "V", "mvv": "mV/V",
 }  # fmt: skip
 _SPLIT = re.compile(r"[_\s/.\-,]+")

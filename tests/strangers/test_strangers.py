@@ -8,6 +8,7 @@ import pytest
 
 from tests.conftest import Run
 from tests.strangers import (
+    eighth,
     fifth,
     fourth,
     later,
@@ -33,7 +34,8 @@ SAMPLE = (
     fifth.ur_rtde_rotation_vector, fifth.turned_by_hand,
     *legged.LEGGED, sixth_wrists.unity_left_handed, sixth_robots.hung_by_accelerometer,
     sixth_robots.solo_torque_first_nwu, sixth_bench.bogde_example, seventh_bench.zwick,
-    seventh_bench.event_column, seventh_wrists.upside_down_files,
+    seventh_bench.event_column, seventh_wrists.upside_down_files, eighth.readings_in_pounds,
+    eighth.two_arms,
 )  # fmt: skip
 
 
@@ -45,7 +47,8 @@ def test_a_sample_of_the_corpus(shape: Write, run: Run, tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "corpus", ["seen", "unseen", "third", "later", "turned", "fourth", "fifth", "sixth", "seventh"]
+    "corpus",
+    ["seen", "unseen", "third", "later", "turned", "fourth", "fifth", "sixth", "seventh", "eighth"],
 )
 def test_the_whole_corpus(corpus: str, run: Run, tmp_path: Path) -> None:
     shapes = {
@@ -54,6 +57,7 @@ def test_the_whole_corpus(corpus: str, run: Run, tmp_path: Path) -> None:
         "sixth": (
             *sixth_bench.SIXTH_BENCH, *sixth_wrists.SIXTH_WRISTS, *sixth_robots.SIXTH_ROBOTS
         ),
+        "eighth": eighth.EIGHTH,
         "seventh": (
             *seventh_bench.SEVENTH_BENCH, *seventh_wrists.SEVENTH_WRISTS,
             *seventh_robots.SEVENTH_ROBOTS,
