@@ -14,6 +14,7 @@ from tests.strangers import (
     later,
     legged,
     seen,
+    seen_wrists,
     seventh_bench,
     seventh_robots,
     seventh_wrists,
@@ -29,7 +30,7 @@ from tests.strangers.trial import trial
 
 SAMPLE = (
     seen.semicolons_commas_units, seen.serial_with_typed_weights, seen.one_file_per_channel,
-    seen.wrist_rpy_degrees, seen.bare_readings, third.netft_orientations, third.scalar_first,
+    seen_wrists.wrist_rpy_degrees, seen.bare_readings, third.netft_orientations, third.scalar_first,
     third.mixed_unit_texts, seen.cop_grid, fourth.labview_lvm, fourth.two_rows_of_names,
     fifth.ur_rtde_rotation_vector, fifth.turned_by_hand,
     *legged.LEGGED, sixth_wrists.unity_left_handed, sixth_robots.hung_by_accelerometer,
@@ -52,8 +53,8 @@ def test_a_sample_of_the_corpus(shape: Write, run: Run, tmp_path: Path) -> None:
 )
 def test_the_whole_corpus(corpus: str, run: Run, tmp_path: Path) -> None:
     shapes = {
-        "seen": seen.SEEN, "unseen": unseen.UNSEEN, "third": third.THIRD, "later": later.LATER,
-        "turned": turned.TURNED, "fourth": fourth.FOURTH, "fifth": fifth.FIFTH,
+        "seen": (*seen.SEEN, *seen_wrists.SEEN_WRISTS), "unseen": unseen.UNSEEN,
+        "third": third.THIRD, "later": later.LATER, "turned": turned.TURNED, "fourth": fourth.FOURTH, "fifth": fifth.FIFTH,
         "sixth": (
             *sixth_bench.SIXTH_BENCH, *sixth_wrists.SIXTH_WRISTS, *sixth_robots.SIXTH_ROBOTS
         ),
