@@ -18,7 +18,7 @@ from footcal_cli.errors import UsageError, nearest
 from footcal_cli.recipe.filespecs import FileSpec, Place, as_file, as_places
 from footcal_cli.records.models import Frozen, Model, validated
 from footcal_cli.records.own_effects import OwnEffect
-from footcal_cli.tables.columns import canonical_names, is_canonical
+from footcal_cli.tables.canonical_names import canonical_names, is_canonical
 from footcal_cli.tables.plates import Plate
 from footcal_cli.tables.reading import ForeignColumn, Join, Reading
 from footcal_cli.tables.textfiles import called_as, read_text

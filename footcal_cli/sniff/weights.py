@@ -9,11 +9,11 @@ from dataclasses import replace
 import numpy as np
 
 from footcal_cli.core.bench.matrix import directions
-from footcal_cli.sniff.groups import channel_names
+from footcal_cli.sniff.groups import AXES, channel_names
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
 from footcal_cli.sniff.plan import FORCES, Blank, Entry, Plan, extras, of, reading_entry, times
 from footcal_cli.sniff.tokens import with_unit
-from footcal_cli.sniff.units import known_unit
+from footcal_cli.sniff.units import known_unit, split_unit
 
 _ROWS_OF_A_STREAM = 60
 _FOLLOWS, _IDLE = 0.9, 0.2
@@ -47,6 +47,8 @@ def weights(
     entries = {"load_n": entry, **time, **extras(file)}
     one_name = next(iter(named)) if named else "cell"
     named = dict(named or channel_names(cells))
+    if (wrench := _axes_of(loads)) and len(cells) >= len(AXES):
+        return _known_wrench(file, wrench, named, time)
     if len(loads) == len(cells) > 1:
         pairs = dict(zip(named, loads, strict=True))
         if _one_proportion(loads):
@@ -151,6 +153,32 @@ def _plain(name: str) -> str:
     return re.sub(r"[\W_]+", "", name).lower()
 
 
+def _axes_of(loads: Sequence[ColumnGuess]) -> dict[str, ColumnGuess]:
+    """Known loads by the axis of a wrench that their names say; empty unless they are all six."""
+    found = {}
+    for load in loads:
+        for letter, axis in re.findall(r"(?<![a-z])([fmt])([xyz])(?![a-z])", load.column.lower()):
+            found[("f" if letter == "f" else "t") + axis] = load
+    return found if set(found) == set(AXES) and len(loads) == len(AXES) else {}
+
+
+def _known_wrench(
+    file: FileGuess, wrench: Mapping[str, ColumnGuess], named: Mapping[str, ColumnGuess],
+    time: Mapping[str, Entry],
+) -> Plan:  # fmt: skip
+    """A six-axis transducer in a rig: the wrench that was put on beside its readings."""
+    entries = dict(time)
+    for axis in AXES:
+        unit, name = ("N", "n") if axis[0] == "f" else ("N*m", "nm")
+        entries[f"known_{axis}_{name}"] = of(wrench[axis], wrench[axis].unit or unit)
+    entries |= {f"{name}_counts": reading_entry(column) for name, column in named.items()}
+    return Plan(
+        file, f"a known wrench on a transducer with {len(named)} readings",
+        "six loads along and about axes, and readings", "likely", "offline-fit",
+        "weights_together", entries, tuple(named), options=("known_wrench = true",),
+    )  # fmt: skip
+
+
 def _one_proportion(loads: list[ColumnGuess]) -> bool:
     """Whether known loads rise and fall together: no crosstalk can be seen."""
     table = np.column_stack([c.values for c in loads])  # type: ignore[misc]
@@ -205,7 +233,7 @@ def runs_across(file: FileGuess, loads: list[ColumnGuess]) -> Plan | None:
     """One cell, a column of readings for each run: ``load; run 1; run 2``."""
     runs = {
         found[1]: c for c in file.of("repeat")
-        if c.values is not None and (found := re.search(r"(\d+)\W*$", c.column))
+        if c.values is not None and (found := re.search(r"(\d+)\W*$", split_unit(c.column)[0]))
         and np.unique(c.values).size > 2
     }  # fmt: skip
     if len(loads) != 1 or len(runs) < 2:

@@ -169,3 +169,17 @@ def test_places_are_no_torques_and_two_arms_have_two_attitudes(tmp_path: Path) -
     assert {name: w["body_qw"].column.column for name, w in plan.wide.items() if w["body_qw"].column
             } == {"left": "left_wrist_qw", "right": "right_wrist_qw"}  # fmt: skip
     assert plan.file.of("force")[0].column == "left_wrist_fx"
+
+
+def test_a_known_wrench_is_no_load_on_six_cells(tmp_path: Path) -> None:
+    rng, log = np.random.default_rng(6), tmp_path / "rig.csv"
+    put = rng.normal(0, 50, (40, 6))
+    axes = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
+    names = [*(f"{a} applied" for a in axes), *(f"bridge {i} [mV/V]" for i in range(6))]
+    table = np.hstack([put, put @ rng.normal(0, 0.01, (6, 6))])
+    np.savetxt(log, table, "%.6f", ",", header=",".join(names), comments="")
+    plan = plan_of(guess_file(log))
+    assert plan is not None
+    assert plan.options == ("known_wrench = true",)
+    assert plan.entries["known_tx_nm"].unit == "N*m"
+    assert len(plan.channels) == 6
