@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import itertools
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -21,6 +21,9 @@ MOST_AT_ONCE = 128
 
 class Products(ABC):
     """``X_bᵀ V_b⁻¹ X_b`` of every block b; the residual is the last column."""
+
+    def __init__(self) -> None:
+        self._fits: dict[bytes, FloatArray] = {}
 
     @property
     @abstractmethod
@@ -64,6 +67,20 @@ class Products(ABC):
     def less(self, columns: IntArray, sizes: FloatArray) -> Products:
         """With a residual from which columns of given sizes are taken."""
 
+    def fit(self, base: IntArray, fitted: Callable[[FloatArray], FloatArray]) -> FloatArray:
+        """What one function makes of the products of a base and the residual, made once.
+
+        Parameters
+        ----------
+        fitted
+            Of products (B, p + 1, p + 1), the residual last.
+        """
+        key = base.tobytes()
+        if key not in self._fits:
+            used = np.append(base, self.last)
+            self._fits[key] = fitted(self.part(used, used))
+        return self._fits[key]
+
     def with_residual(self, columns: IntArray) -> FloatArray:
         """Products of columns with the residual, shape (B, columns)."""
         return self.part(np.array([self.last]), columns)[:, 0]
@@ -79,6 +96,7 @@ class Dense(Products):
     """
 
     def __init__(self, every: FloatArray) -> None:
+        super().__init__()
         self.every = every
 
     @property
@@ -138,9 +156,11 @@ class Lazy(Products):
         known: FloatArray | None = None,
         at: IntArray | None = None,
     ) -> None:
+        super().__init__()
         self.rows, self.taken, self.known = rows, taken, known
         self.at = np.empty(0, dtype=np.int64) if at is None else at
         self._kept: dict[int, FloatArray] = {}
+        self._own: FloatArray | None = None
 
     @property
     def blocks(self) -> int:
@@ -185,13 +205,13 @@ class Lazy(Products):
 
     def squares(self, columns: IntArray) -> FloatArray:
         """As `Products.squares`."""
-        own = np.stack([np.einsum("ij,ij->j", x[:, columns], x[:, columns]) for x in self.rows])
-        if self.taken is not None:
-            own -= np.einsum("bij,bij->bj", self.taken[:, :, columns], self.taken[:, :, columns])
-        if self.known is not None:
-            for c, known in zip(self.at, np.diag(self.known), strict=True):
-                own[:, columns == c] += known
-        return own
+        if self._own is None:
+            self._own = np.stack([np.einsum("ij,ij->j", x, x) for x in self.rows])
+            if self.taken is not None:
+                self._own -= np.einsum("bij,bij->bj", self.taken, self.taken)
+            if self.known is not None:
+                self._own[:, self.at] += np.diag(self.known)
+        return np.asarray(self._own[:, columns])
 
     def among(self, columns: IntArray) -> FloatArray:
         """As `Products.among`."""
@@ -221,6 +241,7 @@ class Lazy(Products):
         taken = None if self.taken is None else self.taken[kept]
         fewer = Lazy(rows, taken, self.known, self.at)
         fewer._kept = {c: row[kept] for c, row in self._kept.items()}
+        fewer._own = None if self._own is None else self._own[kept]
         return fewer
 
     def less(self, columns: IntArray, sizes: FloatArray) -> Lazy:

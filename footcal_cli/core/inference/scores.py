@@ -98,13 +98,17 @@ def held_out_loss(inner: Products, base: IntArray, judged: Products | None = Non
         Products in which the error is counted; `inner` where absent. Same column numbers, the
         residual last.
     """
-    small = _of_fit(inner, base)
-    total = small.sum(axis=0)
-    own = small if judged is None else _of_fit(judged, base)
-    rest = total - small
-    weights = np.ones(small.shape[:2])
-    weights[:, :-1] = -_regressed(rest[:, :-1, :-1], rest[:, :-1, -1:])[..., 0]
+    weights = inner.fit(base, _weights_without_each)
+    own = _of_fit(inner if judged is None else judged, base)
     return np.asarray(np.einsum("bi,bij,bj->b", weights, own, weights, optimize=True))
+
+
+def _weights_without_each(products: FloatArray) -> FloatArray:
+    """``(−θ, 1)`` with θ the fit without each block, shape (B, p + 1)."""
+    rest = products.sum(axis=0) - products
+    weights = np.ones(products.shape[:2])
+    weights[:, :-1] = -_regressed(rest[:, :-1, :-1], rest[:, :-1, -1:])[..., 0]
+    return weights
 
 
 def _of_fit(products: Products, base: IntArray) -> FloatArray:

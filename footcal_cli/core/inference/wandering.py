@@ -26,6 +26,7 @@ _LEAST_ROWS = 1.5  # rows of a block per direction in which its calibration may 
 _DROP = 1e-6
 _RCOND = 1e-9
 _DEPENDENT = 1e-10
+_CLEAR = 1e-3  # ratio of a Cholesky factor's diagonal, above which no direction is dependent
 
 
 def wandering_columns(problem: Problem, whitener: RowWhitener) -> FloatArray:
@@ -161,6 +162,12 @@ def wandering_variance(rows: Products, calibration: IntArray, wandering: IntArra
 
 def _solved(products: FloatArray, target: FloatArray) -> FloatArray:
     """Coefficients of least squares from inner products, dependent directions left out, (p,)."""
+    try:
+        root = np.diag(np.linalg.cholesky(products))
+    except np.linalg.LinAlgError:
+        root = np.zeros(1)
+    if root.size and root.min() > _CLEAR * root.max():
+        return np.asarray(np.linalg.solve(products, target))
     values, vectors = np.linalg.eigh(products)
     size = np.abs(values)
     seen = size > _DEPENDENT * size.max(initial=0.0)
