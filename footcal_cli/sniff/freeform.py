@@ -7,20 +7,23 @@ from collections import Counter
 from dataclasses import replace
 
 from footcal_cli.sniff.names import orientation_in
+from footcal_cli.sniff.tokens import SIDES
 from footcal_cli.tables.reading import Layout
 
 _NUMBER = r"[+-]?(?:\d+\.\d+|\d+)(?:[eE][+-]?\d+)?"
 _STAMP = r"(?:\d{4}-\d\d-\d\d[ T])?\d\d:\d\d:\d\d(?:[.,]\d+)?"
-_PIECE = re.compile(rf"(?P<stamp>{_STAMP})|(?<![\w.])(?P<number>{_NUMBER})(?!\w*\d)")
+_LABEL = r"[A-Za-z_]\w*"
+_PIECE = re.compile(
+    rf"(?P<stamp>{_STAMP})|(?<![\w.])(?P<number>{_NUMBER})(?!\w*\d)|(?<=\w=)(?P<label>{_LABEL})"
+)
 _LEAST = 0.4
-_SIDES = 3
-"""Sides on which a sensor hangs, from which its weight and offsets can be told."""
 _FEW = 2
 """Numbers in a row that may stand without words when loads were typed between the rows."""
 _BOUND = re.compile(r"[A-Za-z)\]]['\"]?\s*[:=]|->|→")
 """What binds a word to a value: not a table's separator."""
 _BRACKETED = re.compile(r"[(\[{]\s*\x01(?:\s*[,;]?\s*\x01){1,23}\s*[)\]}][,;]?")
 """A row of numbers in brackets, as programs print their lists."""
+_LEAST_OF_A_LIST = 6
 _UNITS = {"kg", "g", "N", "lb", "mg", "kN", "lbs", "oz", "mN"}
 _HEAVY = re.compile(r"weight|load|mass|gewicht|last|poids|peso|known|put|add|tare|empty|leer", re.I)
 
@@ -40,7 +43,8 @@ def free_form(lines: list[str], encoding: str) -> Layout | None:
     typed = [s for s in ranked[1:] if s.count("\x01") == 1 and _is_load(s) and shapes[s] < count]
     if count < 3 or count + sum(shapes[s] for s in typed) < _LEAST * len(written):
         return None
-    if _BRACKETED.fullmatch(row):
+    listed = _BRACKETED.search(row) and row.count("\x01") >= _LEAST_OF_A_LIST
+    if listed or _BRACKETED.fullmatch(row):
         return Layout(encoding=encoding, line=_expression(row, "column"))
     if any(sign in row for sign in (",\x01", ";\x01", "\t\x01")) and not _BOUND.search(row):
         return None
@@ -78,12 +82,13 @@ def carried_between(remarks: list[str]) -> str:
     axes = [orientation_in(word) for word in words]
     first = next((i for i, axis in enumerate(axes) if axis), len(axes))
     sides = set(axes[first:])
-    return turned.pattern if len(sides) >= _SIDES and None not in sides else ""
+    return turned.pattern if len(sides) >= SIDES and None not in sides else ""
 
 
 def _shape(line: str) -> str:
-    """A line with its numbers and its stamps replaced by one control character each."""
-    return _PIECE.sub(lambda found: "\x02" if found["stamp"] else "\x01", line)
+    """A line with its numbers, stamps and words behind ``=`` as one control character each."""
+    return _PIECE.sub(lambda found: {"number": "\x01", "stamp": "\x02"}.get(
+        found.lastgroup or "", "\x03"), line)  # fmt: skip
 
 
 def _is_load(shape: str) -> bool:
@@ -95,21 +100,29 @@ def _expression(shape: str, called: str) -> str:
     """A regular expression for a shape; groups are named after the words before them."""
     made = "^"
     names: Counter[str] = Counter()
-    pieces = re.split(r"(\x01|\x02)", shape)
+    pieces = re.split(r"(\x01|\x02|\x03)", shape)
     for at, piece in enumerate(pieces):
-        if piece == "\x02":
+        if piece == "\x03":
+            name = _name(_before(pieces, at)[-1:], "label")
+            names[name] += 1
+            made += rf"(?P<{_numbered(name, names)}>{_LABEL})"
+            continue
+        if piece == "\x02" and called == "load":
+            made += rf"(?:{_STAMP})"
+        elif piece == "\x02":
             names["time"] += 1
             made += rf"(?P<{_numbered('time', names)}>{_STAMP})"
         elif piece == "\x01":
-            name = _name(made_words, called) if (made_words := _words(shape, names)) else called
+            name = _name(made_words, called) if (made_words := _before(pieces, at)) else called
             unit = re.match(r"\s*([A-Za-z]+)\b", pieces[at + 1]) if at + 1 < len(pieces) else None
             if unit and unit[1] in _UNITS:
                 name = f"{name}_{unit[1].lower()}"
+            name = called if called == "column" else name
             names[name] += 1
             named = f"column_{names[name]}" if called == "column" else _numbered(name, names)
             made += rf"(?P<{named}>{_NUMBER})"
         else:
-            made += re.sub(r"\s+", r"\\s*", re.escape(piece).replace(r"\ ", " "))
+            made += r"\s*".join(re.escape(part) for part in re.split(r"\s+", piece))
     return made
 
 
@@ -117,11 +130,9 @@ def _numbered(name: str, names: Counter[str]) -> str:
     return name if names[name] == 1 else f"{name}_{names[name]}"
 
 
-def _words(shape: str, names: Counter[str]) -> list[str]:
-    """Words just before the next number."""
-    pieces = re.split(r"\x01|\x02", shape)
-    before = pieces[min(sum(names.values()), len(pieces) - 1)]
-    return re.findall(r"[A-Za-z][A-Za-z0-9]*", before)
+def _before(pieces: list[str], at: int) -> list[str]:
+    """Words just before a number."""
+    return re.findall(r"[A-Za-z][A-Za-z0-9]*", pieces[at - 1] if at else "")
 
 
 def _name(words: list[str], called: str) -> str:

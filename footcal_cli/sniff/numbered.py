@@ -11,13 +11,17 @@ import numpy as np
 from footcal_cli.core.spatial import nearest_rotations
 from footcal_cli.sniff.groups import AXES, owner_of
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
-from footcal_cli.sniff.names import FORCE, NOISE, TORQUE, words_of
+from footcal_cli.sniff.names import FORCE, NOISE, TORQUE, NameGuess, words_of
+from footcal_cli.sniff.units import GRAVITY_MPS2, split_unit
 
 _INDEXED = re.compile(r"^(.*?)[\[_. (]*(\d+)[\])]*$")
 _WRENCH_STEM = re.compile(r"wrench|ft|force|tcp|f_ext|reaction|sensordata|spatial", re.IGNORECASE)
 _POSE_STEM = re.compile(r"pose|tcp|flange", re.IGNORECASE)
 _NO_WRENCH = re.compile(r"pose|position|speed|vel|foot|feet|joint|target", re.IGNORECASE)
 _ACCELERATION = {"acc", "accel", "acceleration", "accelerometer"}
+_WHOLE_TURN_DEG = 360.0
+_GRAVITY_WITHIN, _NEARLY_ALL = 0.03, 0.9
+"""How far an accelerometer at rest is from g, and in which share of rows."""
 _TURNS = 0.05
 """How much a component changes at least where a quaternion is told by its length."""
 _LARGER = 3.0
@@ -39,9 +43,18 @@ def numbered(file: FileGuess) -> FileGuess:
             made |= _matrix(columns)
     if not any(column.quantity in ("matrix", "angle") for column in made.values()):
         made = {}
-    made |= _wrenches(file, stems, made)
-    if not any(c.quantity in ("quaternion", "matrix") for c in (*file.columns, *made.values())):
+    axes = {c.name.axis for c in file.of("quaternion")}
+    whole = axes >= set("xyzw") or axes >= set("0123")
+    if not whole and not any(c.quantity == "matrix" for c in (*file.columns, *made.values())):
         made |= _quaternion(stems)
+    made |= _wrenches(file, stems, made)
+    if not file.of("angle", "gravity", "matrix", "acceleration", "quaternion") and not any(
+        c.quantity in ("quaternion", "angle", "matrix") for c in made.values()
+    ):
+        felt = _gravity(stems)
+        made |= {} if felt.keys() & made.keys() else felt
+    if not whole and not file.of("angle", "gravity", "matrix") and file.of("force"):
+        made |= {k: v for k, v in _lettered(file).items() if k not in made}
     for stem, columns in stems.items():
         made |= {k: v for k, v in _vector(stem, columns).items() if k not in made}
     return replace(file, columns=tuple(made.get(c.column, c) for c in file.columns))
@@ -57,7 +70,10 @@ def _wrenches(
         and c[0].column not in taken
     }  # fmt: skip
     nameless = [c for c in file.columns if c.column.startswith("column_")]
-    free = [c for c in nameless if c.quantity == "unknown" and c.values is not None]
+    free = [
+        c for c in nameless
+        if c.quantity == "unknown" and c.values is not None and c.column not in taken
+    ]  # fmt: skip
     if not six and len(free) == 6 and not any(c.counts for c in free):
         six = {"": free}
     made: dict[str, ColumnGuess] = {}
@@ -95,6 +111,49 @@ def _quaternion(stems: dict[str, list[ColumnGuess]]) -> dict[str, ColumnGuess]:
                     )
                     for i, c in enumerate(four)
                 }  # fmt: skip
+    return {}
+
+
+def _gravity(stems: dict[str, list[ColumnGuess]]) -> dict[str, ColumnGuess]:
+    """Three numbers in a row as long as gravity in nearly all rows, though they change."""
+    for columns in stems.values():
+        for three in zip(columns, columns[1:], columns[2:], strict=False):
+            values = np.column_stack([c.values for c in three])  # type: ignore[misc]
+            values = values[np.isfinite(values).all(axis=1)]
+            if len(values) < 3 or any(c.name.axis for c in three):
+                continue
+            size = np.linalg.norm(values, axis=1)
+            as_long = np.abs(size - GRAVITY_MPS2) < _GRAVITY_WITHIN * GRAVITY_MPS2
+            if as_long.mean() > _NEARLY_ALL and np.ptp(values, axis=0).max() > _TURNS * size.max():
+                return {
+                    c.column: replace(
+                        c, name=NameGuess("acceleration", axis), unit=None, sure="likely",
+                        why="three numbers as long as gravity",
+                    )
+                    for axis, c in zip("xyz", three, strict=True)
+                }  # fmt: skip
+    return {}
+
+
+def _lettered(file: FileGuess) -> dict[str, ColumnGuess]:
+    """Angles of an arm's flange by their letters: W P R about x, y, z; A B C about z, y, x."""
+    for letters, angles in (("WPR", ("roll", "pitch", "yaw")), ("ABC", ("yaw", "pitch", "roll"))):
+        found: dict[str, ColumnGuess] = {}
+        for column in file.columns:
+            last = re.search(r"(?:^|[\W_])([A-Z])$", split_unit(column.column)[0].strip())
+            values = column.values
+            if last is None or values is None or column.unit not in (None, "deg", "rad"):
+                continue
+            if np.nanmax(np.abs(values)) <= _WHOLE_TURN_DEG:
+                found.setdefault(last[1], column)
+        if set(letters) <= set(found):
+            return {
+                found[letter].column: replace(
+                    found[letter], sure="likely", why=f"one of the angles {' '.join(letters)}",
+                    name=NameGuess("angle", angle, unit=found[letter].unit),
+                )
+                for letter, angle in zip(letters, angles, strict=True)
+            }  # fmt: skip
     return {}
 
 
