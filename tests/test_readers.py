@@ -5,14 +5,20 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 
 from footcal_cli.commands import option_tables
 from footcal_cli.errors import DataError, UsageError
 from footcal_cli.recipe import Recipe, read_recipe
+from footcal_cli.tables.canonical_names import is_canonical
 from footcal_cli.tables.columns import weights_stream_table, weights_table
 from footcal_cli.tables.delimited import before_power_was_lost, text_names, text_table
-from footcal_cli.tables.reading import BLANKS, ForeignColumn, Layout
+from footcal_cli.tables.foreign import is_of_documents
+from footcal_cli.tables.nested import unpacked
+from footcal_cli.tables.places import places_of
+from footcal_cli.tables.reading import BLANKS, ForeignColumn, Layout, Reading
 from footcal_cli.tables.table import read_table
 from footcal_cli.tables.textfiles import called_as, regular_file
 from footcal_cli.tables.values import bare_hexadecimal
@@ -163,3 +169,39 @@ def test_folders_and_files_that_are_not_there_are_refused(tmp_path: Path) -> Non
 def test_a_place_in_the_file_or_in_the_recipe() -> None:
     assert ForeignColumn("a").in_file
     assert not ForeignColumn(value=1.0).in_file
+
+
+def test_structs_and_lists_of_parquet(tmp_path: Path) -> None:
+    table = pa.table({
+        "wrench": pa.array([{"f": {"x": 1.0}}, {"f": {"x": 2.0}}]),
+        "q": pa.array([[0.0, 1.0], [1.0, 0.0]]),
+    })  # fmt: skip
+    pq.write_table(table, tmp_path / "a.parquet")
+    found = unpacked(tmp_path / "a.parquet")
+    assert list(found) == ["wrench.f.x", "q_0", "q_1"]
+    assert found["wrench.f.x"].values.tolist() == [1.0, 2.0]
+    pq.write_table(pa.table({"q": pa.array([[0.0], [1.0, 0.0]])}), tmp_path / "b.parquet")
+    with pytest.raises(DataError, match="a list of now 1, now 2"):
+        unpacked(tmp_path / "b.parquet")
+
+
+def test_messages_printed_as_text() -> None:
+    assert is_of_documents("a:\n  b: 1\n---\na:\n  b: 2\n---\n")
+    assert not is_of_documents("a,b\n1,2\n3,4\n")
+
+
+def test_names_of_the_contract() -> None:
+    assert is_canonical("left_fl_counts", ("left_fl",))
+    assert is_canonical("known_tx_nm", ())
+    assert not is_canonical("left_fl_n", ())
+    assert not is_canonical("lod_n", ("left_fl",))
+
+
+def test_a_column_under_two_names_and_one_in_another_unit(tmp_path: Path) -> None:
+    log = tmp_path / "a.csv"
+    log.write_text("channel,load_kg,load_n,counts\nfl,1,9,5\n")
+    with pytest.raises(DataError, match="stands there more than once"):
+        places_of(weights_table(), Reading(), log)
+    log.write_text("channel,load_g,counts\nfl,1000,5\n")
+    (places,) = places_of(weights_table(), Reading(), log)
+    assert places.found["load_n"] == ForeignColumn("load_g", "g")

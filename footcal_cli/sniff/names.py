@@ -36,7 +36,7 @@ for _meaning, _spellings in {
     "volt volts voltage spannung messwert wert hx taxel bits lsb data sensor scale strain bridge "
     "lc ain analog a channel ch kanal zelle medida mesure valeur lectura cap capacitance lecture "
     "brut brute lettura valore anzeige rohwert rohwerte zählwert bridge output ausgabe display "
-    "отсчёт отсчет ацп датчик код показание показания 读数 读值 示数 传感器 电压 値 值",
+    "отсчёт отсчет ацп датчик код показание показания 读数 读值 示数 传感器 电压 値 值 出力",
     "temperature": "temp temperature temperatur température temperatura температура 温度",
     "label": "cell channel sensor zelle kanal foot fuss leg bein device name side location bein",
     "direction": "direction dir richtung updown",
@@ -155,7 +155,15 @@ def is_label(word: str) -> bool:
 
 def words_of(name: str) -> list[str]:
     """Words of a name in small letters: ``LFsrFL`` is l, fsr, fl, and ``CoM`` is com."""
-    return [word.lower() for word in _CAMEL.findall(_CENTRE.sub(_small, name))]
+    words = [word.lower() for word in _CAMEL.findall(_CENTRE.sub(_small, name))]
+    return [part for word in words for part in _of_characters(word)]
+
+
+def _of_characters(word: str) -> list[str]:
+    """Known words within one that is written without blanks, as in Chinese and Japanese."""
+    if word.isascii() or word in _WORDS or word < "\u3000":
+        return [word]
+    return [known for known in _WORDS if known > "\u3000" and known in word] or [word]
 
 
 def name_guess(name: str) -> NameGuess:

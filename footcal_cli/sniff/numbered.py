@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.spatial import nearest_rotations
 from footcal_cli.sniff.groups import AXES, owner_of
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
@@ -22,6 +23,8 @@ _ACCELERATION = {"acc", "accel", "acceleration", "accelerometer"}
 _WHOLE_TURN_DEG = 360.0
 _GRAVITY_WITHIN, _NEARLY_ALL = 0.03, 0.9
 """How far an accelerometer at rest is from g, and in which share of rows."""
+_ROWS_OF_A_POSE, _ORTHONORMAL = 3, 0.02
+"""A pose without its last row, and how far its rotation may be from one."""
 _TURNS = 0.05
 """How much a component changes at least where a quaternion is told by its length."""
 _LARGER = 3.0
@@ -39,7 +42,7 @@ def numbered(file: FileGuess) -> FileGuess:
     for stem, columns in stems.items():
         if len(columns) == 6 and _POSE_STEM.search(stem) and "force" not in stem.lower():
             made |= _pose(columns)
-        elif len(columns) in (9, 16):
+        elif len(columns) in (9, 12, 16):
             made |= _matrix(columns)
     if not any(column.quantity in ("matrix", "angle") for column in made.values()):
         made = {}
@@ -51,7 +54,7 @@ def numbered(file: FileGuess) -> FileGuess:
     if not file.of("angle", "gravity", "matrix", "acceleration", "quaternion") and not any(
         c.quantity in ("quaternion", "angle", "matrix") for c in made.values()
     ):
-        felt = _gravity(stems)
+        felt = _gravity(file)
         made |= {} if felt.keys() & made.keys() else felt
     if not whole and not file.of("angle", "gravity", "matrix") and file.of("force"):
         made |= {k: v for k, v in _lettered(file).items() if k not in made}
@@ -114,20 +117,22 @@ def _quaternion(stems: dict[str, list[ColumnGuess]]) -> dict[str, ColumnGuess]:
     return {}
 
 
-def _gravity(stems: dict[str, list[ColumnGuess]]) -> dict[str, ColumnGuess]:
-    """Three numbers in a row as long as gravity in nearly all rows, though they change."""
-    for columns in stems.values():
-        for three in zip(columns, columns[1:], columns[2:], strict=False):
-            values = np.column_stack([c.values for c in three])  # type: ignore[misc]
-            values = values[np.isfinite(values).all(axis=1)]
-            if len(values) < 3 or any(c.name.axis for c in three):
-                continue
-            size = np.linalg.norm(values, axis=1)
-            as_long = np.abs(size - GRAVITY_MPS2) < _GRAVITY_WITHIN * GRAVITY_MPS2
-            if as_long.mean() > _NEARLY_ALL and np.ptp(values, axis=0).max() > _TURNS * size.max():
+def _gravity(file: FileGuess) -> dict[str, ColumnGuess]:
+    """Three unnamed numbers in a row as long as gravity, or as 1, though they change."""
+    unnamed = ("unknown", "reading")
+    for three in zip(file.columns, file.columns[1:], file.columns[2:], strict=False):
+        if any(c.values is None or c.name.axis or c.quantity not in unnamed for c in three):
+            continue
+        values = np.column_stack([c.values for c in three])  # type: ignore[misc]
+        values = values[np.isfinite(values).all(axis=1)]
+        if len(values) < 3 or np.ptp(values, axis=0).max() < _TURNS * np.abs(values).max():
+            continue
+        size = np.linalg.norm(values, axis=1)
+        for quantity, length in (("acceleration", GRAVITY_MPS2), ("gravity", 1.0)):
+            if np.mean(np.abs(size - length) < _GRAVITY_WITHIN * length) > _NEARLY_ALL:
                 return {
                     c.column: replace(
-                        c, name=NameGuess("acceleration", axis), unit=None, sure="likely",
+                        c, name=NameGuess(quantity, axis), unit=None, sure="likely",  # type: ignore[arg-type]
                         why="three numbers as long as gravity",
                     )
                     for axis, c in zip("xyz", three, strict=True)
@@ -199,9 +204,15 @@ def _matrix(columns: Sequence[ColumnGuess]) -> dict[str, ColumnGuess]:
     """A rotation matrix of nine numbers, or within a pose of sixteen; which way by the last row."""
     values = np.column_stack([c.values for c in columns])  # type: ignore[misc]
     size = 3 if len(columns) == 9 else 4
-    blocks = values.reshape(-1, size, size)
+    blocks = values.reshape(-1, len(columns) // size, size)
     by_columns = False
-    if size == 4:
+    if len(columns) == _ROWS_OF_A_POSE * size:
+        turned = values.reshape(-1, size, _ROWS_OF_A_POSE).transpose(0, 2, 1)
+        by_columns = _skew(turned) < _skew(blocks)
+        blocks = turned if by_columns else blocks
+        if _skew(blocks) > _ORTHONORMAL:
+            return {}
+    elif size == 4:
         bottom, right = blocks[:, 3, :3], blocks[:, :3, 3]
         by_columns = bool(np.allclose(right, 0.0) and not np.allclose(bottom, 0.0))
         if not by_columns and not np.allclose(bottom, 0.0):
@@ -211,7 +222,7 @@ def _matrix(columns: Sequence[ColumnGuess]) -> dict[str, ColumnGuess]:
         return {}
     made = {}
     for at, column in enumerate(columns):
-        i, j = _place(at, size, by_columns)
+        i, j = _place(at, len(columns) // size if by_columns else size, by_columns)
         said = "column by column" if by_columns else "row by row"
         inside = max(i, j) <= 3
         name = replace(
@@ -222,6 +233,13 @@ def _matrix(columns: Sequence[ColumnGuess]) -> dict[str, ColumnGuess]:
             column, name=name, sure="guess", why=f"a rotation matrix, {said}"
         )
     return made
+
+
+def _skew(blocks: FloatArray) -> float:
+    """How far the left of blocks (n, 3, 4) is from a rotation, as a median."""
+    rotation = blocks[:, :3, :3]
+    product = rotation @ np.swapaxes(rotation, 1, 2)
+    return float(np.nanmedian(np.abs(product - np.eye(3)).max(axis=(1, 2))))
 
 
 def _place(at: int, size: int, by_columns: bool) -> tuple[int, int]:

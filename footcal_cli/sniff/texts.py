@@ -10,13 +10,21 @@ import numpy as np
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.guesses import ColumnGuess
 from footcal_cli.sniff.names import NameGuess, orientation_in
-from footcal_cli.sniff.tokens import HEXADECIMAL, IN_WORDS, SIDES, date_format, with_unit
+from footcal_cli.sniff.tokens import (
+    HEXADECIMAL,
+    IN_WORDS,
+    PLUS_MINUS,
+    SIDES,
+    date_format,
+    with_unit,
+)
 from footcal_cli.sniff.units import MASSES, WEIGHTS, known_unit
 from footcal_cli.tables.logfiles import RawColumn
 from footcal_cli.tables.values import bare_hexadecimal
 
 FEW = 25
 """A load takes no more than so many values, and so many sensors have a name."""
+MEAN_IN_A_CELL = r"^([-+]?[\d.,]+)"
 _UNIT_COLUMN = re.compile(r"(?i)(.*?)[\W_]*(?:unit|units|einheit)\W*")
 _VALUE_COLUMN = re.compile(r"(?i)[\W_]*(?:value|wert|val)?\W*$")
 
@@ -51,6 +59,12 @@ def text_column(column: str, name: NameGuess, unit: str | None, raw: RawColumn) 
         values = np.array([float(int(word, 16)) for word in words])
         name = replace(name, quantity="reading" if np.ptp(values) > 0 else "other")
         return ColumnGuess(column, name, None, "likely", "hexadecimal numbers", values)
+    means = [found[1] for word in words if (found := PLUS_MINUS.fullmatch(word))]
+    if words and len(means) == len(words):
+        values = np.array([float(mean.replace(",", ".")) for mean in means])
+        name = replace(name, quantity="reading" if name.quantity == "label" else name.quantity)
+        why = "means with their scatter, which is left out"
+        return ColumnGuess(column, name, unit, "likely", why, values, pattern=MEAN_IN_A_CELL)
     weighed = _with_units(column, name, words) or _among_words(column, name, words, raw)
     if weighed is not None:
         return weighed

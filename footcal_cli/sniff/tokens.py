@@ -17,6 +17,8 @@ _DATE = re.compile(
 _TIME = re.compile(_TIME_OF_DAY)
 _WITH_UNIT = re.compile(r"([+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?)\s*([A-Za-zµ%°]{1,5})")
 _WORD = re.compile(r"[^\d;\t|,][^;\t|,]*")
+PLUS_MINUS = re.compile(r"([-+]?\d+(?:[.,]\d+)?)\s*(?:±|\+/-|\+-)\s*\d+(?:[.,]\d+)?")
+"""A mean with its scatter."""
 SIDES = 3
 """Sides on which a sensor hangs, from which its weight and offsets can be told."""
 IN_WORDS = re.compile(
@@ -56,6 +58,8 @@ def worth(text: str, decimal: str, thousands: str = "") -> float:
         return 0.0
     if is_number(text, decimal, thousands) or is_moment(text):
         return 1.0
+    if PLUS_MINUS.fullmatch(text):
+        return 1.0
     if with_unit(text):
         return 0.7
     return 0.1 if _WORD.fullmatch(text) else -1.0
@@ -70,6 +74,7 @@ def number_signs(texts: list[str], separator: str) -> tuple[str, str]:
     separated by commas.
     """
     texts = [pair[0] if (pair := with_unit(text)) else text for text in texts]
+    texts = [found[1] if (found := PLUS_MINUS.fullmatch(text)) else text for text in texts]
     grouped = [found for text in texts if (found := _GROUPED.fullmatch(text))]
     twice = {
         found[1] for found in grouped

@@ -13,7 +13,7 @@ from footcal_cli.sniff.groups import AXES, channel_names
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
 from footcal_cli.sniff.plan import FORCES, Blank, Entry, Plan, extras, of, reading_entry, times
 from footcal_cli.sniff.tokens import with_unit
-from footcal_cli.sniff.units import known_unit
+from footcal_cli.sniff.units import known_unit, split_unit
 
 _ROWS_OF_A_STREAM = 60
 _FOLLOWS, _IDLE = 0.9, 0.2
@@ -233,7 +233,7 @@ def runs_across(file: FileGuess, loads: list[ColumnGuess]) -> Plan | None:
     """One cell, a column of readings for each run: ``load; run 1; run 2``."""
     runs = {
         found[1]: c for c in file.of("repeat")
-        if c.values is not None and (found := re.search(r"(\d+)\W*$", c.column))
+        if c.values is not None and (found := re.search(r"(\d+)\W*$", split_unit(c.column)[0]))
         and np.unique(c.values).size > 2
     }  # fmt: skip
     if len(loads) != 1 or len(runs) < 2:

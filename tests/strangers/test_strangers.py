@@ -13,6 +13,7 @@ from tests.strangers import (
     fourth,
     later,
     legged,
+    ninth,
     seen,
     seen_wrists,
     seventh_bench,
@@ -36,7 +37,7 @@ SAMPLE = (
     *legged.LEGGED, sixth_wrists.unity_left_handed, sixth_robots.hung_by_accelerometer,
     sixth_robots.solo_torque_first_nwu, sixth_bench.bogde_example, seventh_bench.zwick,
     seventh_bench.event_column, seventh_wrists.upside_down_files, eighth.readings_in_pounds,
-    eighth.two_arms,
+    eighth.two_arms, ninth.urscript_pose,
 )  # fmt: skip
 
 
@@ -49,7 +50,19 @@ def test_a_sample_of_the_corpus(shape: Write, run: Run, tmp_path: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "corpus",
-    ["seen", "unseen", "third", "later", "turned", "fourth", "fifth", "sixth", "seventh", "eighth"],
+    [
+        "seen",
+        "unseen",
+        "third",
+        "later",
+        "turned",
+        "fourth",
+        "fifth",
+        "sixth",
+        "seventh",
+        "eighth",
+        "ninth",
+    ],
 )
 def test_the_whole_corpus(corpus: str, run: Run, tmp_path: Path) -> None:
     shapes = {
@@ -59,7 +72,7 @@ def test_the_whole_corpus(corpus: str, run: Run, tmp_path: Path) -> None:
         "sixth": (
             *sixth_bench.SIXTH_BENCH, *sixth_wrists.SIXTH_WRISTS, *sixth_robots.SIXTH_ROBOTS
         ),
-        "eighth": eighth.EIGHTH,
+        "eighth": eighth.EIGHTH, "ninth": ninth.NINTH,
         "seventh": (
             *seventh_bench.SEVENTH_BENCH, *seventh_wrists.SEVENTH_WRISTS,
             *seventh_robots.SEVENTH_ROBOTS,

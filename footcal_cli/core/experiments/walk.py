@@ -194,7 +194,7 @@ def _in_the_air(log: Log) -> BoolArray:
     return np.equal(channel_contact(log), 0.0)
 
 
-OF_A_MODEL = Imperfection(COM_OFFSET, {"com_correction_x": 7.5e-4, "com_correction_y": 7.5e-4})
+OF_A_MODEL = Imperfection(COM_OFFSET, {"com_correction_x": 5e-4, "com_correction_y": 5e-4})
 """The CoM of a CAD model."""
 OF_THE_BODY = (
     Imperfection(ANGULAR_MOMENTUM, {"angmom_loss": 0.1}),
