@@ -6,10 +6,11 @@ the motion of the body; a swinging foot weighs what hangs below its transducer.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from footcal_cli.core.effects.body import heading_rad
 from footcal_cli.core.effects.calibration import AXES
 from footcal_cli.core.experiments import walk
 from footcal_cli.core.log import Log
@@ -17,6 +18,11 @@ from footcal_cli.core.online.rows import Rows, advanced, block_means
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.errors import DataError
 
+KNOWN_MOTION = 0.05
+"""Sd of the size of a body's horizontal motion and of the moments it takes, as a share of them: a
+scale that both feet share on an axis and a motion of another size are one thing. Light limbs,
+masses of links from a drawing and differences over a window leave ordinary estimators so far off.
+"""
 PRIOR_SD: Mapping[str, tuple[str, float]] = {
     "offset_f": ("N", 30.0),
     "offset_t": ("Nm", 5.0),
@@ -26,6 +32,9 @@ PRIOR_SD: Mapping[str, tuple[str, float]] = {
     "weight": ("N", 3.0),
     "com_below": ("m", 0.05),
     "delay": ("s", 0.01),
+    "motion_size": ("-", KNOWN_MOTION),
+    "angmom_loss": ("-", 0.2),
+    "angmom_share": ("-", 0.5),
 }
 """Kind of unknown -> unit and prior sd: transducers zeroed at an unknown time; the mass is taken to
 a share of itself."""
@@ -34,10 +43,9 @@ _MASS_SHARE = 0.1
 cables, covers and batteries."""
 KNOWN_MASS = 0.002
 """Sd of a mass that is taken as known, as a share of it: all scales together are as unsure."""
-KNOWN_MOTION = 0.05
-"""Sd of the size of a body's horizontal motion, as a share of it: a scale that both feet share on
-an axis and a motion of another size are one thing. Light limbs, masses of links from a drawing and
-differences over a window leave ordinary estimators so far off."""
+KNOWN_SWING = 0.05
+"""Sd of the size of a foot's acceleration in the air, as a share of it: the weight below a
+transducer is seen by it."""
 _DELAY_STEP_S = 2e-3
 DELAY_STATE, MASS_STATE = "robot.delay", "robot.mass_correction"
 TORQUE_ARM_M = 0.05
@@ -98,6 +106,10 @@ def six_axis_rows(
             add(f"{foot}.com_below_{axis}", "com_below")
     if walking:
         add(DELAY_STATE, "delay")
+        add("robot.motion_size_x", "motion_size")
+        add("robot.motion_size_y", "motion_size")
+        for state in _momentum_states(log):
+            add(f"robot.{state}", state.removesuffix("_x").removesuffix("_y"))
     blocks = len(log) // samples_per_update
     if blocks == 0:
         raise DataError(
@@ -135,9 +147,11 @@ def _columns(log: Log, scales: bool) -> FloatArray:
     arms = pos - known["com_m"][:, None]
     totals = len(walk.SIX_AXIS_TOTALS)
     carriers = 6 * feet * 2 if scales else 6 * feet + 1
-    h = np.zeros((n, totals + 6 * feet, carriers + 3 + 4 * feet))
+    h = np.zeros((n, totals + 6 * feet, carriers + 7 + 4 * feet))
     below = walk.applied_below(log, np.ones((n, feet)))
-    in_the_air = _expected_in_the_air(log, wrench)
+    still = log.with_known(foot_acc_mps2=np.zeros_like(known["foot_acc_mps2"]))
+    carried = walk.applied_below(still, known["foot_weight_n"])
+    in_the_air = carried + _unloaded(log, wrench - carried)[None]
     for k in range(feet):
         unit = _total_of_axes(rot[:, k], arms[:, k])
         rows = totals + 6 * k + np.arange(6)
@@ -168,23 +182,85 @@ def _columns(log: Log, scales: bool) -> FloatArray:
     ends = [
         walk.six_axis_balance(advanced(log, sign * _DELAY_STEP_S)).error for sign in (1.0, -1.0)
     ]
-    h[:, :, -1] = (ends[0] - ends[1]) / (2.0 * _DELAY_STEP_S)
+    h[:, :, -5] = (ends[0] - ends[1]) / (2.0 * _DELAY_STEP_S)
+    motion = _horizontal_motion(log, wrench - (in_the_air - carried))
+    h[:, :2, -4:-2] = -motion
+    if known["angmom_rate_nm"].any():
+        h[:, 3:5, -2] = -known["angmom_rate_nm"]
+    else:
+        lever = np.array([1.0, -1.0])[:, None] * motion * known["com_m"][:, 2, None, None]
+        h[:, 3:5, -2:] = lever[:, ::-1]
     return np.nan_to_num(h)
 
 
-def _expected_in_the_air(log: Log, wrench: FloatArray) -> FloatArray:
-    """What a foot in the air should read, shape (n, feet, 6): the regressor of its scales.
+def _momentum_states(log: Log) -> tuple[str, ...]:
+    """What is unknown of the rate of angular momentum: its size, or all of it.
 
-    Its own reading would not do: the noise stands in the error as well, and a scale regressed on
-    it is pulled towards −1 where little but noise is read.
+    Where a stream has none, limbs still swing as the body is pushed: a share of the moment of the
+    horizontal force about the ground, one along and one across the heading.
     """
+    if log.known["angmom_rate_nm"].any():
+        return ("angmom_loss",)
+    return ("angmom_share_x", "angmom_share_y")
+
+
+def shared_errors(log: Log, names: Sequence[str], values: FloatArray) -> FloatArray:
+    """Errors of one sd that all estimates have in common and no balance shows, shape (m, p).
+
+    - The mass: scales, and offsets, which are readings without load times their scales.
+    - The size of the angular momentum: the same for torques about each horizontal axis.
+    - The size of a foot's acceleration: the weight below it, its lever, and offsets in the air.
+    """
+    shared = np.zeros((4, len(names)))
+    at = {name: i for i, name in enumerate(names)}
+    feet = walk.feet_of(log)
     still = log.with_known(foot_acc_mps2=np.zeros_like(log.known["foot_acc_mps2"]))
-    expected = walk.applied_below(still, log.known["foot_weight_n"])
+    hanging = walk.applied_below(still, np.ones((len(log), len(feet))))
     airborne = ~log.known["contact"].astype(bool)
-    for k in range(wrench.shape[1]):
+    for k, foot in enumerate(feet):
+        for j, axis in enumerate(AXES):
+            offset, scale = at[f"{foot}.offset_{axis}"], at.get(f"{foot}.scale_{axis}")
+            if scale is not None:
+                mass = np.array([KNOWN_MASS, *KNOWN_MOTION * (np.array(["tx", "ty"]) == axis), 0.0])
+                shared[:, scale] = mass
+                shared[:, offset] = mass * values[offset]
+        weight = KNOWN_SWING * float(log.known["foot_weight_n"][0, k])
+        shared[3, at[f"{foot}.weight"]] = weight
+        for axis, lever in zip("xyz", log.known["foot_com_m"][0, k], strict=True):
+            name = f"{foot}.com_below_{axis}"
+            shared[3, at[name]] = -KNOWN_SWING * (lever + values[at[name]])
         if airborne[:, k].any():
-            expected[:, k] += np.median((wrench - expected)[airborne[:, k], k], axis=0)
-    return np.asarray(expected)
+            own = [at[f"{foot}.offset_{axis}"] for axis in AXES]
+            shared[3, own] = -weight * np.median(hanging[airborne[:, k], k], axis=0)
+    return shared
+
+
+def _horizontal_motion(log: Log, wrench: FloatArray) -> FloatArray:
+    """The body's horizontal ``m c̈`` along and across its heading, in the world, shape (n, 2, 2).
+
+    From the forces measured, for the same reason: the noise of the demand stands in the error.
+    """
+    balance = walk.six_axis_balance(log.with_readings(wrench.reshape(len(log), -1)))
+    force = balance.error[:, :2] + log.known["mass_kg"][:, None] * log.known["com_acc_mps2"][:, :2]
+    yaw = heading_rad(log)
+    axes = np.stack([[np.cos(yaw), np.sin(yaw)], [-np.sin(yaw), np.cos(yaw)]]).transpose(2, 1, 0)
+    return np.asarray(axes * np.einsum("nij,ni->nj", axes, force)[:, None])
+
+
+def _unloaded(log: Log, wrench: FloatArray) -> FloatArray:
+    """What each foot reads in the air beside the weight below, shape (feet, 6): its offsets.
+
+    With it a foot in the air has the regressor of its scales. Its own reading would not do: the
+    noise stands in the error as well, and a scale regressed on it is pulled towards −1 where
+    little but noise is read.
+    """
+    airborne = ~log.known["contact"].astype(bool)
+    return np.stack(
+        [
+            np.median(wrench[airborne[:, k], k], axis=0) if airborne[:, k].any() else np.zeros(6)
+            for k in range(wrench.shape[1])
+        ]
+    )
 
 
 def _total_of_axes(rot: FloatArray, arm: FloatArray) -> FloatArray:
