@@ -206,8 +206,9 @@ Mended with the second draw in view, whose rows above are of the code before:
 - `online-replay` on cells: smoothing by the estimator of the body and the height of its CoM are
   estimated along, from the acceleration that the cells measure. Nameplate and walk of 11 bipeds of
   the first draw, 94 scales: 81 % within their intervals before, 83 % now (RMS error/sd 1.75 and
-  1.76); the robot of 20 Hz from 3.7 to 1.4 % off, the teen-sized one from 0.37 to 0.64 %. In another
-  world (Savitzky-Golay of 0.15 s, CoM 1.5 mm off; four walks, 32 scales) 41 % before, 94 % now.
+  1.76); the robot of 20 Hz from 3.7 to 1.4 % off, the teen-sized one from 0.37 to 0.64 %. In
+  another world (Savitzky-Golay of 0.15 s, CoM 1.5 mm off; four walks, 32 scales) 41 % before,
+  94 % now.
 
 What remains: `static-init` does not count a CoM that is a millimetre off (a quadruped on points,
 zeros 5.3 sd off); a motion of another size reaches the scales of ankles, not yet their offsets

@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from footcal_cli.core.contact import cycle_phase
 from footcal_cli.core.effects.body import heading_rad
 from footcal_cli.core.effects.calibration import AXES
 from footcal_cli.core.experiments import walk
@@ -48,6 +49,7 @@ KNOWN_SWING = 0.05
 transducer is seen by it."""
 _DELAY_STEP_S = 2e-3
 DELAY_STATE, MASS_STATE = "robot.delay", "robot.mass_correction"
+_PHASES = 40
 TORQUE_ARM_M = 0.05
 """A torque row's noise over a force row's."""
 
@@ -186,18 +188,18 @@ def _columns(log: Log, scales: bool) -> FloatArray:
     motion = _horizontal_motion(log, wrench - (in_the_air - carried))
     h[:, :2, -4:-2] = -motion
     if known["angmom_rate_nm"].any():
-        h[:, 3:5, -2] = -known["angmom_rate_nm"]
+        h[:, 3:5, -2] = -_repeating(log, known["angmom_rate_nm"])
     else:
-        lever = np.array([1.0, -1.0])[:, None] * motion * known["com_m"][:, 2, None, None]
-        h[:, 3:5, -2:] = lever[:, ::-1]
+        moment = motion * known["com_m"][:, 2, None, None]
+        h[:, 3, -2:], h[:, 4, -2:] = moment[:, 1], -moment[:, 0]
     return np.nan_to_num(h)
 
 
 def _momentum_states(log: Log) -> tuple[str, ...]:
     """What is unknown of the rate of angular momentum: its size, or all of it.
 
-    Where a stream has none, limbs still swing as the body is pushed: a share of the moment of the
-    horizontal force about the ground, one along and one across the heading.
+    Where a stream has none, limbs still swing as the body is pushed: ``(L̇ʸ, −L̇ˣ) = s m cᶻ c̈``, a
+    share s of the moment of the horizontal force, one along and one across the heading.
     """
     if log.known["angmom_rate_nm"].any():
         return ("angmom_loss",)
@@ -218,7 +220,7 @@ def shared_errors(log: Log, names: Sequence[str], values: FloatArray) -> FloatAr
     hanging = walk.applied_below(still, np.ones((len(log), len(feet))))
     airborne = ~log.known["contact"].astype(bool)
     for k, foot in enumerate(feet):
-        for j, axis in enumerate(AXES):
+        for axis in AXES:
             offset, scale = at[f"{foot}.offset_{axis}"], at.get(f"{foot}.scale_{axis}")
             if scale is not None:
                 mass = np.array([KNOWN_MASS, *KNOWN_MOTION * (np.array(["tx", "ty"]) == axis), 0.0])
@@ -233,6 +235,25 @@ def shared_errors(log: Log, names: Sequence[str], values: FloatArray) -> FloatAr
             own = [at[f"{foot}.offset_{axis}"] for axis in AXES]
             shared[3, own] = -weight * np.median(hanging[airborne[:, k], k], axis=0)
     return shared
+
+
+def _repeating(log: Log, vector: FloatArray) -> FloatArray:
+    """The part of a horizontal vector (n, 2) that repeats in every gait cycle, (n, 2).
+
+    In the heading's axes, the mean over all cycles at that phase: it has little of the noise that
+    a differentiated stream adds to the error as well.
+    """
+    turn = np.exp(1j * heading_rad(log))
+    along = (vector[:, 0] + 1j * vector[:, 1]) / turn
+    phase = cycle_phase(log.known["contact"])
+    whole = np.isfinite(phase)
+    at = np.minimum((phase[whole] * _PHASES).astype(int), _PHASES - 1)
+    count = np.maximum(np.bincount(at, minlength=_PHASES), 1)
+    mean = np.zeros(len(log), dtype=complex)
+    sums = [np.bincount(at, part[whole], _PHASES) for part in (along.real, along.imag)]
+    mean[whole] = ((sums[0] + 1j * sums[1]) / count)[at]
+    mean *= turn
+    return np.stack([mean.real, mean.imag], axis=1)
 
 
 def _horizontal_motion(log: Log, wrench: FloatArray) -> FloatArray:

@@ -335,11 +335,13 @@ def _without_repeats(log: Log, rows: Rows, track: Track) -> tuple[Rows, tuple[fl
 def _estimates(track: Track, rows: Rows, log: Log, delay_s: float) -> Estimates:
     """The filter's last state, its delay on top of the one already taken out.
 
-    What the balance cannot see, `shared_errors`, comes on top of the covariance.
+    What the balance cannot see, `shared_errors`, comes on top of the covariance of what was
+    learnt from it.
     """
     values = track.values[-1].copy()
     values[track.names.index(DELAY_STATE)] += delay_s
-    shared = shared_errors(log, track.names, values)
+    learnt = 1.0 - np.diag(track.covariance) / rows.prior_sd**2
+    shared = shared_errors(log, track.names, values) * np.sqrt(np.maximum(learnt, 0.0))
     covariance = track.covariance + shared.T @ shared
     status = [
         Status.ESTIMATED if now < LEARNT_RATIO * before else Status.PRIOR_KEPT
