@@ -106,12 +106,6 @@ def six_axis_rows(
     for foot in feet if walking else ():
         for axis in "xyz":
             add(f"{foot}.com_below_{axis}", "com_below")
-    if walking:
-        add(DELAY_STATE, "delay")
-        add("robot.motion_size_x", "motion_size")
-        add("robot.motion_size_y", "motion_size")
-        for state in _momentum_states(log):
-            add(f"robot.{state}", state.removesuffix("_x").removesuffix("_y"))
     blocks = len(log) // samples_per_update
     if blocks == 0:
         raise DataError(
@@ -120,6 +114,9 @@ def six_axis_rows(
     used = log.rows(0, blocks * samples_per_update)
     balance = walk.six_axis_balance(used)
     h = _columns(used, scales)[:, :, : len(names)]
+    for state, column in _of_the_motion(used, scales).items() if walking else ():
+        add(f"robot.{state}", state.removesuffix("_x").removesuffix("_y"))
+        h = np.concatenate([h, column[:, :, None]], axis=2)
     h, error, valid = block_means(
         balance.error, balance.valid, h * np.array(scale), samples_per_update
     )
@@ -149,11 +146,10 @@ def _columns(log: Log, scales: bool) -> FloatArray:
     arms = pos - known["com_m"][:, None]
     totals = len(walk.SIX_AXIS_TOTALS)
     carriers = 6 * feet * 2 if scales else 6 * feet + 1
-    h = np.zeros((n, totals + 6 * feet, carriers + 7 + 4 * feet))
+    h = np.zeros((n, totals + 6 * feet, carriers + 2 + 4 * feet))
     below = walk.applied_below(log, np.ones((n, feet)))
-    still = log.with_known(foot_acc_mps2=np.zeros_like(known["foot_acc_mps2"]))
-    carried = walk.applied_below(still, known["foot_weight_n"])
-    in_the_air = carried + _unloaded(log, wrench - carried)[None]
+    carried = walk.applied_below(_still(log), known["foot_weight_n"])
+    in_the_air = carried + _unloaded(log)[None]
     for k in range(feet):
         unit = _total_of_axes(rot[:, k], arms[:, k])
         rows = totals + 6 * k + np.arange(6)
@@ -181,29 +177,42 @@ def _columns(log: Log, scales: bool) -> FloatArray:
     weight = known["mass_kg"] * known["gravity_mps2"]
     h[:, 4, carriers] = weight
     h[:, 3, carriers + 1] = -weight
-    ends = [
-        walk.six_axis_balance(advanced(log, sign * _DELAY_STEP_S)).error for sign in (1.0, -1.0)
-    ]
-    h[:, :, -5] = (ends[0] - ends[1]) / (2.0 * _DELAY_STEP_S)
-    motion = _horizontal_motion(log, wrench - (in_the_air - carried))
-    h[:, :2, -4:-2] = -motion
-    if known["angmom_rate_nm"].any():
-        h[:, 3:5, -2] = -_repeating(log, known["angmom_rate_nm"])
-    else:
-        moment = motion * known["com_m"][:, 2, None, None]
-        h[:, 3, -2:], h[:, 4, -2:] = moment[:, 1], -moment[:, 0]
     return np.nan_to_num(h)
 
 
-def _momentum_states(log: Log) -> tuple[str, ...]:
-    """What is unknown of the rate of angular momentum: its size, or all of it.
+def _of_the_motion(log: Log, scales: bool) -> dict[str, FloatArray]:
+    """What may be wrong with the motion -> ``∂error/∂state``, shape (n, k).
 
-    Where a stream has none, limbs still swing as the body is pushed: ``(L̇ʸ, −L̇ˣ) = s m cᶻ c̈``, a
-    share s of the moment of the horizontal force, one along and one across the heading.
+    Sizes come from the forces measured where they can: the noise of the demand stands in the error,
+    and a size regressed on it is pulled towards −1. A motion whose demand is too poor for scales
+    has no sizes either. Where a stream has no angular momentum, limbs still swing as the body
+    is pushed: ``(L̇ʸ, −L̇ˣ) = s m cᶻ c̈``, a share s of the moment of the horizontal force, one along
+    and one across the heading.
     """
+    balances = [
+        walk.six_axis_balance(advanced(log, sign * _DELAY_STEP_S)).error for sign in (1.0, -1.0)
+    ]
+    columns = {"delay": (balances[0] - balances[1]) / (2.0 * _DELAY_STEP_S)}
+    if not scales:
+        return {"delay": np.nan_to_num(columns["delay"])}
+    motion = _horizontal_motion(log)
+    for i, axis in enumerate("xy"):
+        column = columns[f"motion_size_{axis}"] = np.zeros_like(balances[0])
+        column[:, :2] = -motion[:, :, i]
     if log.known["angmom_rate_nm"].any():
-        return ("angmom_loss",)
-    return ("angmom_share_x", "angmom_share_y")
+        column = columns["angmom_loss"] = np.zeros_like(balances[0])
+        column[:, 3:5] = -_repeating(log, log.known["angmom_rate_nm"])
+        return {state: np.nan_to_num(column) for state, column in columns.items()}
+    height = log.known["com_m"][:, 2]
+    for i, axis in enumerate("xy"):
+        column = columns[f"angmom_share_{axis}"] = np.zeros_like(balances[0])
+        column[:, 3], column[:, 4] = height * motion[:, 1, i], -height * motion[:, 0, i]
+    return {state: np.nan_to_num(column) for state, column in columns.items()}
+
+
+def _still(log: Log) -> Log:
+    """The log with feet that are not accelerated."""
+    return log.with_known(foot_acc_mps2=np.zeros_like(log.known["foot_acc_mps2"]))
 
 
 def shared_errors(log: Log, names: Sequence[str], values: FloatArray) -> FloatArray:
@@ -216,8 +225,7 @@ def shared_errors(log: Log, names: Sequence[str], values: FloatArray) -> FloatAr
     shared = np.zeros((4, len(names)))
     at = {name: i for i, name in enumerate(names)}
     feet = walk.feet_of(log)
-    still = log.with_known(foot_acc_mps2=np.zeros_like(log.known["foot_acc_mps2"]))
-    hanging = walk.applied_below(still, np.ones((len(log), len(feet))))
+    hanging = walk.applied_below(_still(log), np.ones((len(log), len(feet))))
     airborne = ~log.known["contact"].astype(bool)
     for k, foot in enumerate(feet):
         for axis in AXES:
@@ -256,19 +264,16 @@ def _repeating(log: Log, vector: FloatArray) -> FloatArray:
     return np.stack([mean.real, mean.imag], axis=1)
 
 
-def _horizontal_motion(log: Log, wrench: FloatArray) -> FloatArray:
-    """The body's horizontal ``m c̈`` along and across its heading, in the world, shape (n, 2, 2).
-
-    From the forces measured, for the same reason: the noise of the demand stands in the error.
-    """
-    balance = walk.six_axis_balance(log.with_readings(wrench.reshape(len(log), -1)))
+def _horizontal_motion(log: Log) -> FloatArray:
+    """The body's horizontal ``m c̈``, as measured: world axes by along and across, (n, 2, 2)."""
+    balance = walk.six_axis_balance(log.with_readings(log.readings - _unloaded(log).ravel()))
     force = balance.error[:, :2] + log.known["mass_kg"][:, None] * log.known["com_acc_mps2"][:, :2]
     yaw = heading_rad(log)
     axes = np.stack([[np.cos(yaw), np.sin(yaw)], [-np.sin(yaw), np.cos(yaw)]]).transpose(2, 1, 0)
     return np.asarray(axes * np.einsum("nij,ni->nj", axes, force)[:, None])
 
 
-def _unloaded(log: Log, wrench: FloatArray) -> FloatArray:
+def _unloaded(log: Log) -> FloatArray:
     """What each foot reads in the air beside the weight below, shape (feet, 6): its offsets.
 
     With it a foot in the air has the regressor of its scales. Its own reading would not do: the
@@ -276,6 +281,8 @@ def _unloaded(log: Log, wrench: FloatArray) -> FloatArray:
     little but noise is read.
     """
     airborne = ~log.known["contact"].astype(bool)
+    carried = walk.applied_below(_still(log), log.known["foot_weight_n"])
+    wrench = log.readings.reshape(carried.shape) - carried
     return np.stack(
         [
             np.median(wrench[airborne[:, k], k], axis=0) if airborne[:, k].any() else np.zeros(6)

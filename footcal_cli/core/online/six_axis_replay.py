@@ -373,12 +373,20 @@ def corrected_log(log: Log, names: Sequence[str], track: Track, rows: Rows) -> L
     com = log.known["com_m"].copy()
     com[:, 0] += column["robot.com_correction_x"]
     com[:, 1] += column["robot.com_correction_y"]
-    yaw, push = heading_rad(log), log.known["com_acc_mps2"].copy()
-    along, across = np.cos(yaw), np.sin(yaw)
-    ahead = column["robot.motion_size_x"] * (push[:, 0] * along + push[:, 1] * across)
-    aside = column["robot.motion_size_y"] * (push[:, 1] * along - push[:, 0] * across)
-    push[:, 0] += ahead * along - aside * across
-    push[:, 1] += ahead * across + aside * along
+    zero, push = np.zeros(n), log.known["com_acc_mps2"].copy()
+
+    def shared_out(state: str) -> FloatArray:
+        """Shares along and across the heading of a horizontal acceleration, (n, 2)."""
+        sizes = [column.get(f"robot.{state}_{axis}", zero) for axis in "xy"]
+        turn = np.exp(1j * heading_rad(log))
+        along = (push[:, 0] + 1j * push[:, 1]) / turn
+        part = (sizes[0] * along.real + 1j * sizes[1] * along.imag) * turn
+        return np.stack([part.real, part.imag], axis=1)
+
+    push[:, :2] += shared_out("motion_size")
+    limbs = (log.known["mass_kg"] * com[:, 2])[:, None] * shared_out("angmom_share")
+    momentum = log.known["angmom_rate_nm"] * (1.0 + column.get("robot.angmom_loss", zero))[:, None]
+    momentum = momentum + np.stack([-limbs[:, 1], limbs[:, 0]], axis=1)
     weight = log.known["foot_weight_n"] + np.stack(
         [column[f"{foot}.weight"] for foot in feet], axis=1
     )
@@ -388,7 +396,7 @@ def corrected_log(log: Log, names: Sequence[str], track: Track, rows: Rows) -> L
     return log.with_readings(readings).with_known(
         com_m=com,
         com_acc_mps2=push,
-        angmom_rate_nm=log.known["angmom_rate_nm"],
+        angmom_rate_nm=momentum,
         mass_kg=log.known["mass_kg"] + column.get(MASS_STATE, np.zeros(n)),
         foot_weight_n=weight,
         foot_com_m=log.known["foot_com_m"] + hanging,
