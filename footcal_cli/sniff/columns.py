@@ -92,8 +92,10 @@ def _stamps(column: RawColumn) -> bool:
 
 def _column(column: str, raw: RawColumn, unit_row: str) -> ColumnGuess:
     name = name_guess(column)
-    unit = known_unit(unit_row) or name.unit
-    said = "its name" + (" and its row of units" if known_unit(unit_row) else "")
+    below = known_unit(unit_row)
+    unit, said = below or name.unit, "its name" + (" and its row of units" if below else "")
+    if below and name.unit and name.unit not in (below, "count"):
+        unit, said = None, f"its name says {name.unit}, the row of units {below}"
     if raw.kind in ("stamp", "duration"):
         return ColumnGuess(column, replace(name, quantity="time"), None, "sure", "dates")
     if name.axis and name.quantity == "force" and unit in (*NO_READING, "m"):
@@ -154,7 +156,7 @@ def _numbered(column: ColumnGuess) -> ColumnGuess:
         return column.as_quantity("reading", "guess", "a number among labels")
     if column.quantity == "unknown" and column.unit in ("N", "kN", "mN", "kgf", "lbf", "gf"):
         return column.as_quantity("force", "likely", "its unit is that of a force")
-    far = np.nanmax(np.abs(values)) > _COUNTS_UP_TO * values.size
+    far = np.nan_to_num(np.abs(values)).max(initial=0.0) > _COUNTS_UP_TO * values.size
     if column.quantity == "sequence" and far and not increases(values, strictly=False):
         return column.as_quantity("unknown", "guess", "called a number, but counts no rows")
     if column.quantity in ("unknown", "reading") and since_1970(values) in ("ms", "us", "ns"):
