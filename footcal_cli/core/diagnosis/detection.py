@@ -350,7 +350,7 @@ def block_calibrations(
     )
     own = rows[:, z[:, None], z[None, :]]
     ridge = _COEFFICIENT_RIDGE * np.eye(z.size)
-    kind = _kinds(own)
+    kind = kinds_of(own)
     moves = _centred(np.linalg.solve(own + ridge, moved), kind)
     information = np.einsum("bqk,bqr,brk->bk", moves, own, moves)
     return _centred(score / spread, kind), moves * spread[None, :, None], kind, information
@@ -361,7 +361,7 @@ _OF_A_KIND = 0.1
 """cos of what two blocks know of their calibrations from which they know of the same sensors."""
 
 
-def _kinds(own: FloatArray) -> IntArray:
+def kinds_of(own: FloatArray) -> IntArray:
     """Number of the group of blocks that know of the same calibration, shape (B,).
 
     Parameters
