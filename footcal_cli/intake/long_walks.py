@@ -22,12 +22,11 @@ from footcal_cli.core.signals import Clock, gaps_of, interpolate_stream
 from footcal_cli.intake.cell_effects import cells_in_feet, without_cell_effects
 from footcal_cli.intake.recordings import (
     Recording,
-    body_stream_of,
     prior_belief,
     require_feet_of_cells,
-    sensor_stream_of,
     wiring_of,
 )
+from footcal_cli.intake.streams import body_stream_of, sensor_stream_of
 from footcal_cli.intake.walk_length import pieces_of
 from footcal_cli.session.inspection import over_pieces
 from footcal_cli.tables.columns import TableType, body_table, cells_table, truth_table

@@ -28,10 +28,11 @@ from footcal_cli.core.online.streams import BodyStream, Merged, MergeRule, Senso
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.plausibility import check_total_force, check_walking_cells
 from footcal_cli.core.quality import Finding
-from footcal_cli.core.spatial import rotation_of_quaternion, rotation_of_rpy
+from footcal_cli.core.spatial import rotation_of_rpy
 from footcal_cli.core.wiring import check_channels_walking, check_exchanged_walking
 from footcal_cli.errors import DataError, UsageError
 from footcal_cli.intake.cell_effects import cells_in_feet, without_cell_effects
+from footcal_cli.intake.streams import body_stream_of, no_body, sensor_stream_of
 from footcal_cli.recipe import Robot
 from footcal_cli.records.effects import effect_of
 from footcal_cli.records.results import ParametersRecord
@@ -45,7 +46,6 @@ _MOST_ROWS = 600
 """Of a recording, to see whether cells are exchanged: neighbours tell the same."""
 _DRIFT_SHARE = 0.005
 """What a cell's zero may move by, of the robot's weight, since it was calibrated."""
-_AXIS_COLUMNS = ("fx_n", "fy_n", "fz_n", "tx_nm", "ty_nm", "tz_nm")
 
 
 @dataclass(frozen=True)
@@ -117,7 +117,7 @@ def read_recordings(
             else robot.cell_names
         )
         stream = sensor_stream_of(table, channels, feet if six_axis else (), robot.adc.lost_reading)
-        motion = body_stream_of(body, feet) if body is not None else _no_body(stream, len(feet))
+        motion = body_stream_of(body, feet) if body is not None else no_body(stream, len(feet))
         if six_axis:
             merged = _merge_six_axis(stream, motion, robot, rule, experiment)
             if session.parameters is not None:
@@ -319,80 +319,6 @@ def prior_belief(
     return nameplate(
         channels, scale, -scale * plate.zero_counts, plate.scale_relative_sd, plate.bias_sd_n
     )
-
-
-def sensor_stream_of(
-    table: Table, channels: tuple[str, ...], feet: tuple[str, ...], lost: float | None
-) -> SensorStream:
-    """Readings of cells or, where `feet` are named, of their transducers; lost ones are NaN."""
-    columns = (
-        [f"{foot}_{axis}" for foot in feet for axis in _AXIS_COLUMNS]
-        if feet
-        else [f"{channel}_counts" for channel in channels]
-    )
-    readings = table.numbers(columns)
-    if lost is not None:
-        readings = np.where(readings == lost, np.nan, readings)
-    return SensorStream(table.number("time_s"), readings, channels)
-
-
-def body_stream_of(table: Table, feet: tuple[str, ...]) -> BodyStream:
-    """The body's columns; what a log may lack is zero or None."""
-    n = len(table)
-
-    def triple(pattern: str) -> FloatArray:
-        return table.numbers([pattern.format(axis) for axis in "xyz"])
-
-    rotations = []
-    yaws = []
-    for foot in feet:
-        if f"{foot}_foot_qw" in table:
-            quaternion = table.numbers([f"{foot}_foot_q{axis}" for axis in "xyzw"])
-            rot = _rotations(quaternion)
-        else:
-            yaw = (
-                table.number(f"{foot}_foot_yaw_rad")
-                if f"{foot}_foot_yaw_rad" in table
-                else np.zeros(n)
-            )
-            rot = _rotations(np.stack([0 * yaw, 0 * yaw, np.sin(yaw / 2), np.cos(yaw / 2)], axis=1))
-        rotations.append(rot)
-        yaws.append(np.arctan2(rot[:, 1, 0], rot[:, 0, 0]))
-    momentum = (
-        table.numbers(["angmom_rate_x_nm", "angmom_rate_y_nm"])
-        if "angmom_rate_x_nm" in table
-        else np.zeros((n, 2))
-    )
-    return BodyStream(
-        time_s=table.number("time_s"),
-        com_m=triple("com_{}_m"),
-        com_acc_mps2=triple("com_acc_{}_mps2"),
-        angmom_rate_nm=momentum,
-        feet_m=np.stack([triple(f"{foot}_foot_{{}}_m") for foot in feet], axis=1),
-        feet_yaw_rad=np.stack(yaws, axis=1),
-        feet_rot=np.stack(rotations, axis=1),
-        imu_acc_mps2=triple("imu_acc_{}_mps2") if "imu_acc_x_mps2" in table else None,
-        imu_gyro_radps=triple("imu_gyro_{}_radps") if "imu_gyro_x_radps" in table else None,
-    )
-
-
-def _rotations(quaternion: FloatArray) -> FloatArray:
-    """Rotation matrices of quaternions x y z w, NaN where one is lost, shape (n, 3, 3)."""
-    good = np.isfinite(quaternion).all(axis=1) & (np.linalg.norm(quaternion, axis=1) > 0.5)
-    matrices = np.full((len(quaternion), 3, 3), np.nan)
-    matrices[good] = rotation_of_quaternion(quaternion[good])
-    return matrices
-
-
-def _no_body(stream: SensorStream, feet: int) -> BodyStream:
-    """A robot that says nothing: its weight is known, its CoM is not."""
-    time_s = stream.time_s[np.isfinite(stream.time_s)]
-    ends = np.array([time_s.min() - 1.0, *np.unique(time_s), time_s.max() + 1.0])
-    n = ends.size
-    return BodyStream(
-        ends, np.full((n, 3), np.nan), np.zeros((n, 3)), np.zeros((n, 2)),
-        np.zeros((n, feet, 3)), np.zeros((n, feet)),
-    )  # fmt: skip
 
 
 def _merge_six_axis(

@@ -18,10 +18,10 @@ from footcal_cli.errors import UsageError, nearest
 from footcal_cli.recipe.filespecs import FileSpec, Place, as_file, as_places
 from footcal_cli.records.models import Frozen, validated
 from footcal_cli.records.own_effects import OwnEffect
-from footcal_cli.tables.columns import canonical_names, is_canonical
+from footcal_cli.tables.canonical_names import canonical_names, is_canonical
 from footcal_cli.tables.plates import Plate
 from footcal_cli.tables.reading import ForeignColumn, Join, Reading
-from footcal_cli.tables.textfiles import read_text
+from footcal_cli.tables.textfiles import called_as, read_text
 from footcal_cli.tables.world import WorldUp
 
 __all__ = [
@@ -232,7 +232,7 @@ class Recipe(Frozen):
             A file to be joined is not there, or joins others itself.
         """
         common = {name: place.foreign() for name, place in self.columns.items()}
-        spec = next((s for s in self.files if fnmatch(path.name, s.match)), None)
+        spec = next((s for s in self.files if fnmatch(called_as(path, s.match), s.match)), None)
         plates = tuple(
             Plate(name, {n: (c.x_m, c.y_m) for n, c in foot.cells.items()})
             for name, foot in self.robot.feet.items() if foot.force_and_cop

@@ -20,9 +20,11 @@ class Place(Frozen):
     strptime has it (``%d.%m.%Y %H:%M:%S.%f``), `pattern` a regular expression whose first group is
     the value in a cell (``Reading: 8347750``) and whose group ``unit``, if any, is that value's own
     unit, `nanoseconds` the column beside one of whole seconds, `names` translates texts, `wraps_at`
-    is the number at which a counter begins again from zero (2³² = 4294967296). Instead of `column`,
-    a `value` holds for every row, and `file_name` is a regular expression whose first group in the
-    file's name does.
+    is the number at which a counter begins again from zero (2³² = 4294967296). `held`: an empty
+    cell means what stands above it. `only_where` is for a weight that lies on one cell at a time,
+    ``{ loaded_cell = "FL" }``: where that column says something else the number is 0. Instead of
+    `column`, a `value` holds for every row, and `file_name` is a regular expression whose first
+    group in the file's name does; with a slash in it, in ``folder/file``.
     """
 
     column: str = ""
@@ -35,6 +37,8 @@ class Place(Frozen):
     nanoseconds: str = ""
     wraps_at: float | None = Field(default=None, gt=0)
     names: dict[str, str] = Field(default_factory=dict)
+    held: bool = False
+    only_where: dict[str, str] = Field(default_factory=dict)
 
     @model_validator(mode="after")
     def _one_source(self) -> Self:
@@ -50,6 +54,8 @@ class Place(Frozen):
                 raise ValueError(f"'{text}' needs exactly one group in round brackets")
             if with_unit and self.unit is None:
                 raise ValueError("a pattern that finds units needs the unit they become: unit")
+        if (self.held or self.only_where) and not self.column:
+            raise ValueError("held and only_where are for a column")
         if self.nanoseconds and not self.column:
             raise ValueError("nanoseconds stand next to a column of whole seconds")
         return self
@@ -84,18 +90,19 @@ class JoinSpec(Frozen):
 class FileSpec(Frozen):
     """An entry of ``[[files]]``: how the files of one kind are written.
 
-    `match` is a pattern of file names (``press_*.csv``); the first entry that matches a log counts.
+    `match` is a pattern of file names (``press_*.csv``), with a slash in it of ``folder/file``; the
+    first entry that matches a log counts.
     `separator` is one character, ``tab`` or ``space`` (any run of blanks); `decimal` a point or a
     comma, `thousands` the sign between groups of three digits; `encoding` that of the text. Lines
     that begin with `comment` are left out, then `skip_rows` lines; a line of names follows unless
     `header` is false; `names` replaces it;
     `skip_below` lines of units and the like stand below it; the table ends above a line that begins
-    with `until`. `line` is a regular expression with
-    named groups for texts without fields: each line it is found in is a row; `carried` is one for
-    lines between the rows (``# load 2 kg``) whose groups are columns of the rows below. `rate_hz`
-    counts rows where there are no stamps. `rows_of` is for topics that take turns in one table:
-    rows without a value in this column are left out, and the other columns are filled in from their
-    own rows, no farther than 0.1 s away.
+    with `until`. `turned`: the sheet lies on its side, each line begins with its name. `line` is a
+    regular expression with named groups for texts without fields: each line it is found in is a
+    row; `carried` is one for lines between the rows (``# load 2 kg``) whose groups are columns of
+    the rows below. `rate_hz` counts rows where there are no stamps. `rows_of` is for topics that
+    take turns in one table: rows without a value in this column are left out, and the other columns
+    are filled in from their own rows, no farther than 0.1 s away.
     `columns` are the files' own, before ``[columns]``. `wide` makes one row of the file into one
     row per entry, distinguished by the column `wide_into`. `join` brings in columns of other files.
     """
@@ -111,6 +118,7 @@ class FileSpec(Frozen):
     names: tuple[str, ...] = ()
     skip_below: int = Field(default=0, ge=0)
     until: str = ""
+    turned: bool = False
     line: str = ""
     carried: str = ""
     rate_hz: float | None = Field(default=None, gt=0)
@@ -142,7 +150,7 @@ class FileSpec(Frozen):
         return Layout(
             _SEPARATORS.get(self.separator, self.separator), self.decimal, self.encoding,
             self.comment, self.skip_rows, self.header, self.names, self.skip_below, self.line,
-            self.carried, self.thousands, self.until,
+            self.carried, self.thousands, self.until, self.turned,
         )  # fmt: skip
 
 

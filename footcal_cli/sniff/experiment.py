@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import re
-from dataclasses import replace
-
 import numpy as np
 
-from footcal_cli.core.bench.matrix import directions
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.cells import cells_in_time, toml_key
-from footcal_cli.sniff.groups import channel_names, readings, wrenches
+from footcal_cli.sniff.groups import channel_names, could_be_read, readings, wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
 from footcal_cli.sniff.holds import blank_loads
 from footcal_cli.sniff.motion import without_motion
@@ -27,19 +23,14 @@ from footcal_cli.sniff.plan import (
 )
 from footcal_cli.sniff.plates import force_and_cop
 from footcal_cli.sniff.six_axis import transducers
-from footcal_cli.sniff.tokens import with_unit
-from footcal_cli.sniff.units import known_unit
+from footcal_cli.sniff.units import GRAVITY_MPS2
+from footcal_cli.sniff.weights import load_entry, loads_across, runs_across, weights
 from footcal_cli.tables.units import conversion
 
-_ROWS_OF_A_STREAM = 60
+_TURNS = 0.5
+"""In a table of one row per cell the next row is mostly of another."""
 _OF_ALL = 0.2
 """How far the sum of readings may be from the load that all cells carry together."""
-_GRAVITY_MPS2 = 9.80665
-UNIT_TO_FILL_IN = "?"
-UNIT_ASKED = Blank(
-    ('# in [columns]: unit = "?" of load_n becomes N, kg, g, lb …',),
-    "nothing says the unit of the load",
-)
 
 
 def plan_of(file: FileGuess) -> Plan | None:
@@ -51,7 +42,7 @@ def plan_of(file: FileGuess) -> Plan | None:
     cops = {c.name.axis: c for c in file.of("cop")}
     if {"x", "y"} <= set(holes) and {"x", "y"} <= set(cops):
         return _cop_points(file, holes, cops)
-    if {"x", "y"} <= set(holes) and loads and len(cells) >= 3:
+    if {"x", "y"} <= set(holes) and loads and len(cells) >= 3 and not six:
         return _placements(file, holes, loads[0], cells)
     plates = None if holes or (loads and cells) else force_and_cop(file)
     if plates is not None:
@@ -61,11 +52,11 @@ def plan_of(file: FileGuess) -> Plan | None:
     if why_not(file) is not None:
         return None
     if loads and cells:
-        return _weights(file, loads, cells)
-    runs = _runs_across(file, loads)
+        return weights(file, loads, cells)
+    runs = runs_across(file, loads)
     if runs is not None:
         return runs
-    across = _loads_across(file)
+    across = loads_across(file)
     if across is not None:
         return across
     if len(cells) == 1:
@@ -86,6 +77,13 @@ def why_not(file: FileGuess) -> tuple[str, str] | None:
             f"write one row per stamp, a column of vertical force for each foot ({columns}, …)",
         )
     loads, cells = _loads_and_cells(file)
+    apart = _one_row_per_cell(file, cells)
+    if not loads and apart:
+        return (
+            f"readings of {len(apart)} cells below each other, one row per cell and stamp",
+            "write one row per stamp, a column for each cell "
+            f"({', '.join(f'{name}_counts' for name in apart[:3])}, …), or known loads in a column",
+        )
     if loads and len(cells) > 1 and _share_the_load(loads, cells):
         first = toml_key(next(iter(channel_names(cells))))
         return (
@@ -95,6 +93,19 @@ def why_not(file: FileGuess) -> tuple[str, str] | None:
             "on known points (hole_x_m, hole_y_m)",
         )
     return None
+
+
+def _one_row_per_cell(file: FileGuess, cells: list[ColumnGuess]) -> list[str]:
+    """Names of cells whose readings take turns in one column; empty where they do not."""
+    labels = [c for c in file.of("label", "placement") if c.codes is not None and len(c.words) > 1]
+    if len(cells) != 1 or not labels:
+        return []
+    codes = np.column_stack([c.codes for c in labels])  # type: ignore[misc]
+    changes = np.any(np.diff(codes, axis=0) != 0, axis=1)
+    different = np.unique(codes, axis=0)
+    if changes.mean() < _TURNS or len(different) < 2 or codes.min() < 0:
+        return []
+    return ["_".join(c.words[i] for c, i in zip(labels, row, strict=True)) for row in different]
 
 
 def _share_the_load(loads: list[ColumnGuess], cells: list[ColumnGuess]) -> bool:
@@ -114,7 +125,7 @@ def _share_the_load(loads: list[ColumnGuess], cells: list[ColumnGuess]) -> bool:
 
 def _in_newton(column: ColumnGuess) -> FloatArray:
     assert column.values is not None, "readings have numbers"
-    change = conversion(column.unit or "N", "N", _GRAVITY_MPS2)
+    change = conversion(column.unit or "N", "N", GRAVITY_MPS2)
     return np.asarray(change(column.values))
 
 
@@ -130,7 +141,7 @@ def _loads_and_cells(file: FileGuess) -> tuple[list[ColumnGuess], list[ColumnGue
         ]  # fmt: skip
         others = [c for c in readings(file) if c not in forces]
         others = others or [
-            c for c in file.of("unknown", "reading") if c not in forces and c.values is not None
+            c for c in file.of("unknown", "reading") if c not in forces and could_be_read(c)
         ]
         plain = [c for c in file.of("force") if c.name.axis in ("", "fz")]
         if not forces and len(plain) == 1 and others and plain[0] not in others:
@@ -143,7 +154,7 @@ def _loads_and_cells(file: FileGuess) -> tuple[list[ColumnGuess], list[ColumnGue
         why = "a pressure that all readings are under: its unit times an area is the load"
         return ([pressures[0].as_quantity("load", "guess", why)], cells) if cells else ([], [])
     if loads and not cells:
-        cells = [c for c in file.of("unknown", "force") if c.values is not None]
+        cells = [c for c in file.of("unknown", "force") if could_be_read(c)]
         if not cells and len(loads) == 2:
             # two weights: the one with fewer values was put on, the other was read
             loads = sorted(loads, key=lambda c: np.unique(c.values).size)  # type: ignore[arg-type]
@@ -152,143 +163,6 @@ def _loads_and_cells(file: FileGuess) -> tuple[list[ColumnGuess], list[ColumnGue
                 loads[:1],
             )
     return loads, cells
-
-
-def _weights(file: FileGuess, loads: list[ColumnGuess], cells: list[ColumnGuess]) -> Plan:
-    """Known loads beside readings."""
-    load = loads[0]
-    entry, asked = _load_entry(load)
-    labels = [c for c in file.of("label") if len(c.words) > 0]
-    time, _, _ = times(file, needed=False)
-    entries = {"load_n": entry, **time, **extras(file)}
-    named = channel_names(cells)
-    if len(loads) == len(cells) > 1:
-        pairs = dict(zip(named, loads, strict=True))
-        if _one_proportion(loads):
-            return _each_its_load(file, named, pairs, time)
-        entries = {f"{n}_load_n": of(c, c.unit or "N") for n, c in pairs.items()}
-        entries |= {f"{n}_counts": reading_entry(c) for n, c in named.items()}
-        return Plan(
-            file, "several cells loaded at once, each with its own known load",
-            "as many loads as readings", "likely", "offline-fit", "weights_together",
-            entries, tuple(named),
-        )  # fmt: skip
-    if len(cells) == 1 or labels:
-        cell = cells[0]
-        channel = of(labels[0]) if labels else Entry(value="cell", why="one cell alone")
-        dense = bool(time) and file.rows >= _ROWS_OF_A_STREAM and not labels
-        if dense:
-            return _stream(file, {"cell": cell}, entries, asked)
-        direction = file.of("direction")
-        if direction and direction[0].values is not None:
-            entries["direction"] = of(direction[0])
-        entries |= {"channel": channel, "counts": reading_entry(cell)}
-        return Plan(
-            file, "known weights, one row per reading", "a load beside each reading",
-            "likely", "offline-fit", "weights", entries,
-            tuple(labels[0].words) if labels else ("cell",), blanks=asked,
-        )  # fmt: skip
-    if time and file.rows >= _ROWS_OF_A_STREAM:
-        return _stream(file, named, entries, asked)
-    wide = {name: {"counts": reading_entry(column)} for name, column in named.items()}
-    return Plan(
-        file, f"known weights, the readings of {len(cells)} cells beside each other",
-        "one load and several readings in a row", "guess", "offline-fit", "weights",
-        entries, tuple(named), wide, blanks=asked,
-        warnings=(
-            "taken that every cell carried the whole load by itself; if the load stood on all "
-            "of them, give each its share",
-        ),
-    )  # fmt: skip
-
-
-def _one_proportion(loads: list[ColumnGuess]) -> bool:
-    """Whether known loads rise and fall together: no crosstalk can be seen."""
-    table = np.column_stack([c.values for c in loads])  # type: ignore[misc]
-    return directions(table[np.isfinite(table).all(axis=1)]) < len(loads)
-
-
-def _each_its_load(
-    file: FileGuess, named: dict[str, ColumnGuess], loads: dict[str, ColumnGuess],
-    time: dict[str, Entry],
-) -> Plan:  # fmt: skip
-    """Cells that were loaded side by side, each with a load of its own in every row."""
-    asked = tuple({blank for c in loads.values() for blank in _load_entry(c)[1]})
-    wide = {
-        name: {"load_n": _load_entry(loads[name])[0], "counts": reading_entry(column)}
-        for name, column in named.items()
-    }
-    return Plan(
-        file, f"known weights on {len(named)} cells, each with its own load in every row",
-        "as many loads as readings, all in one proportion", "likely", "offline-fit", "weights",
-        {**time, **extras(file)}, tuple(named), wide, blanks=asked,
-    )  # fmt: skip
-
-
-def _loads_across(file: FileGuess) -> Plan | None:
-    """A sheet of cells by weights, the weights in the header: ``cell; 0 kg; 0.5 kg; 1 kg``."""
-    loads: dict[str, tuple[float, str]] = {}
-    for column in file.columns:
-        found = with_unit(column.column.strip())
-        unit = known_unit(found[1]) if found else None
-        if found and unit in FORCES and column.values is not None:
-            loads[column.column] = (float(found[0].replace(",", ".")), unit)
-    others = [c for c in file.columns if c.column not in loads]
-    labels = [c for c in others if c.words]
-    if len(loads) < 2 or len(labels) != 1 or any(c.values is not None for c in others):
-        return None
-    columns = {c.column: c for c in file.columns}
-    wide = {
-        name: {
-            "load_n": Entry(value=f"{value:g}", unit=unit, why="the header"),
-            "counts": reading_entry(replace(columns[name], unit=None)),
-        }
-        for name, (value, unit) in loads.items()
-    }
-    return Plan(
-        file, "known weights, a column of readings for each", "loads in the header", "likely",
-        "offline-fit", "weights", {"channel": of(labels[0])}, tuple(labels[0].words), wide,
-        "load_n",
-    )  # fmt: skip
-
-
-def _runs_across(file: FileGuess, loads: list[ColumnGuess]) -> Plan | None:
-    """One cell, a column of readings for each run: ``load; run 1; run 2``."""
-    runs = {
-        found[1]: c for c in file.of("repeat")
-        if c.values is not None and (found := re.search(r"(\d+)\W*$", c.column))
-        and np.unique(c.values).size > 2
-    }  # fmt: skip
-    if len(loads) != 1 or len(runs) < 2:
-        return None
-    entry, asked = _load_entry(loads[0])
-    wide = {number: {"counts": reading_entry(column)} for number, column in runs.items()}
-    channel = Entry(value="cell", why="one cell, a column for each run")
-    return Plan(
-        file, f"known weights on one cell, {len(runs)} runs beside each other",
-        "a load and numbered runs in a row", "likely", "offline-fit", "weights",
-        {"load_n": entry, "channel": channel}, ("cell",), wide, "repeat", blanks=asked,
-    )  # fmt: skip
-
-
-def _load_entry(load: ColumnGuess) -> tuple[Entry, tuple[Blank, ...]]:
-    """The entry of known loads; their unit is asked for where nothing says it."""
-    if load.unit is not None and load.unit != "count":
-        return of(load), ()
-    return replace(of(load, UNIT_TO_FILL_IN), sure="guess"), (UNIT_ASKED,)
-
-
-def _stream(
-    file: FileGuess, named: dict[str, ColumnGuess], entries: dict[str, Entry],
-    asked: tuple[Blank, ...],
-) -> Plan:  # fmt: skip
-    """A recording of one or more cells under a load that is read too."""
-    entries = {k: v for k, v in entries.items() if k in ("time_s", "load_n", "temperature_degc")}
-    entries |= {f"{name}_counts": reading_entry(column) for name, column in named.items()}
-    return Plan(
-        file, "a running recording while the load changes", "time, load and readings", "likely",
-        "offline-fit", "weights_stream", entries, tuple(named), blanks=asked,
-    )  # fmt: skip
 
 
 def _unloaded(file: FileGuess, cell: ColumnGuess) -> Plan:
@@ -335,7 +209,7 @@ def _placements(
         "foot": of(labels[0]) if labels else Entry(value="foot", why="one foot"),
         "placement": of(points[0]) if points else Entry(value="point", why="no name of the points"),
         **{f"hole_{a}_m": of(holes[a], holes[a].unit or "m") for a in "xy"},
-        "load_n": _load_entry(load)[0],
+        "load_n": load_entry(load)[0],
         **{f"{n}_counts": reading_entry(c) for n, c in named.items()},
     }
     foot = labels[0].words[0] if labels else "foot"
@@ -345,7 +219,7 @@ def _placements(
         file, "a known weight over known holes of a foot", "holes, a load and readings", "likely",
         "offline-fit", "placements", entries,
         blanks=(
-            *_load_entry(load)[1],
+            *load_entry(load)[1],
             Blank(lines, "no log says where the cells sit"),
             Blank(("# weights = […]    # in [data]: each cell under known weights",),
                   "placements need calibrated cells: their weights too, or --parameters"),

@@ -10,16 +10,20 @@ from pathlib import Path
 import numpy as np
 
 from footcal_cli.sniff.attitudes import attitude_of, named_orientation
-from footcal_cli.sniff.experiment import UNIT_ASKED, UNIT_TO_FILL_IN, plan_of
+from footcal_cli.sniff.experiment import plan_of
 from footcal_cli.sniff.groups import readings, wrenches
-from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
-from footcal_cli.sniff.names import name_guess
+from footcal_cli.sniff.guesses import FileGuess
+from footcal_cli.sniff.names import common_start, name_guess
 from footcal_cli.sniff.numbered import numbered
-from footcal_cli.sniff.plan import Entry, Plan
+from footcal_cli.sniff.plan import Entry, Plan, reading_entry, times
 from footcal_cli.sniff.six_axis import forces_of
 from footcal_cli.sniff.units import MASSES, WEIGHTS, known_unit
+from footcal_cli.sniff.weights import UNIT_ASKED, UNIT_TO_FILL_IN
+from footcal_cli.tables.textfiles import called_as
 
-_LOAD = re.compile(r"(\d+(?:[.,p]\d+)?)[ _]*(kg|g|N|lb|lbs|mg|kN)?", re.IGNORECASE)
+_LOAD = re.compile(
+    r"(\d+(?:[.,p]\d+)?)[ _]*(kg|g|N|lb|lbs|mg|kN|oz|ozf|kgf|gf|lbf|daN|mN)?", re.IGNORECASE
+)
 _NOTHING = {"tare", "zero", "empty", "noload", "no_load", "unloaded", "leer", "null"}
 _LEAST_ORIENTATIONS = 3
 
@@ -54,8 +58,8 @@ class _Names:
 
     @classmethod
     def of(cls, names: Sequence[str]) -> _Names:
-        head = _common_start(names).rstrip("0123456789.+-")
-        tail = _common_start([name[::-1] for name in names])[::-1]
+        head = common_start(names).rstrip("0123456789.+-")
+        tail = common_start([name[::-1] for name in names])[::-1]
         longest = min(map(len, names)) - len(head)
         tail = tail[-longest:] if longest > 0 else ""
         while tail and tail[0].isalnum():
@@ -68,9 +72,22 @@ class _Names:
         return f"{escaped(self.head)}*{escaped(self.tail)}"
 
     @property
+    def of_folders(self) -> bool:
+        """Whether the folders' names tell the logs apart."""
+        return "/" in self.tail
+
+    @property
     def expression(self) -> str:
         """Regular expression whose group is what stands between."""
         return f"^{re.escape(self.head)}(.+){re.escape(self.tail)}$"
+
+
+def called(paths: Sequence[Path]) -> list[str]:
+    """What tells logs apart: their names, or their folders' too where all are named alike."""
+    names = [path.name for path in paths]
+    if len(set(names)) == len(names):
+        return names
+    return [called_as(path, "/") for path in paths]
 
 
 def alike_part(group: list[FileGuess]) -> Part | None:
@@ -80,19 +97,25 @@ def alike_part(group: list[FileGuess]) -> Part | None:
     plan = plan_of(first)
     if len(group) == 1:
         return None if plan is None else Part(plan, paths, escaped(paths[0].name))
-    names = _Names.of([path.name for path in paths])
+    names = _Names.of(called(paths))
     six = wrenches(numbered(first))
     told = first.of("load") or first.of("label")
+    if len(told) == len(first.of("load")) == 1 and not six and not readings(first):
+        # the names say what was put on, the column what the display made of it
+        shown = [_as_reading(file) for file in group]
+        if (made := _per_load(shown, names)) is not None:
+            return made
     if len(six) == 1 and not told:
+        beside = None if names.of_folders else _per_foot(group, names)
         return (
-            _per_orientation(group, names) or _per_load(group, names) or _per_foot(group, names)
+            _per_orientation(group, names) or _per_load(group, names) or beside
             or (None if plan is None else Part(_per_leg(plan, names), paths, names.match))
         )  # fmt: skip
     if len(readings(first)) == 1:
         if not told:
             made = _per_load(group, names)
             addresses = {name_guess(word).address or word for word in names.middle}
-            if made is None and len(addresses) == len(group):
+            if made is None and len(addresses) == len(group) and not names.of_folders:
                 made = _per_channel(group, names)
             if made is not None:
                 return made
@@ -121,12 +144,13 @@ def _per_orientation(group: list[FileGuess], names: _Names) -> Part | None:
     first = numbered(group[0])
     if first.of("orientation") or attitude_of(first, None) is not None:
         return None
-    words = [file.path.name for file in group]
+    words = called([file.path for file in group])
     means = np.array([
         np.nanmean(forces_of(next(iter(wrenches(numbered(file)).values()))), axis=0)
         for file in group
     ])  # fmt: skip
-    entry = Entry(file_name="^(.+)$", sure="likely", why="the files' names")
+    expression = "^(.+/.+)$" if names.of_folders else "^(.+)$"
+    entry = Entry(file_name=expression, sure="likely", why="the files' names")
     found = named_orientation(words, entry, means)
     different = set() if found is None else set(found.entries["orientation"].names.values())
     plan = plan_of(first)
@@ -141,6 +165,15 @@ def _per_orientation(group: list[FileGuess], names: _Names) -> Part | None:
     return Part(plan, tuple(file.path for file in group), names.match)
 
 
+def _as_reading(file: FileGuess) -> FileGuess:
+    """A log whose only load is what was read."""
+    why = "a load in every file, whose names say others"
+    return replace(file, columns=tuple(
+        c.as_quantity("reading", "likely", why) if c.quantity == "load" else c
+        for c in file.columns
+    ))  # fmt: skip
+
+
 def _per_load(group: list[FileGuess], names: _Names) -> Part | None:
     """One file per weight, which the file's name gives; of six axes the vertical force is read."""
     six = wrenches(numbered(group[0]))
@@ -150,15 +183,19 @@ def _per_load(group: list[FileGuess], names: _Names) -> Part | None:
         return None
     channel = "fz" if six else "cell"
     entries = {
-        "load_n": load, "counts": _as_read(cell),
+        "load_n": load, "counts": reading_entry(cell),
         "channel": Entry(value=channel, why="the vertical force" if six else "one cell alone"),
     }  # fmt: skip
+    first = group[0]
+    if cell.values is not None and np.isnan(cell.values).any() and first.of("time"):
+        first = replace(first, rows_of=cell.column)  # another sensor of the recorder is faster
+        entries |= times(first, needed=False)[0]
     warnings = (
         "the load is taken to stand on the sensor, its force along z; fx, fy and torques are not "
         "calibrated",
     ) if six else ()  # fmt: skip
     plan = Plan(
-        group[0], "known weights, one file per weight", "the files' names differ by a number",
+        first, "known weights, one file per weight", "the files' names differ by a number",
         "likely", "offline-fit", "weights", entries, (channel,),
         blanks=() if load.unit != UNIT_TO_FILL_IN else (UNIT_ASKED,), warnings=warnings,
     )  # fmt: skip
@@ -201,10 +238,6 @@ def _per_leg(plan: Plan, names: _Names) -> Plan:
     return replace(plan, entries={**plan.entries, "leg": leg})
 
 
-def _as_read(cell: ColumnGuess) -> Entry:
-    return Entry(cell, cell.unit if cell.unit in ("V", "mV", "mV/V", "N", "kN") else None)
-
-
 def _loads_named(names: _Names) -> Entry | None:
     """Loads in names of files: numbers, all with one unit or each with its own."""
     found = [_LOAD.fullmatch(word.strip("_- ")) for word in names.middle]
@@ -222,6 +255,7 @@ def _loads_named(names: _Names) -> Entry | None:
         return None
     if len(units) <= 1 and simple:
         expression = rf"^{re.escape(names.head)}[_ -]*(\d+(?:\.\d+)?)"
+        expression += "[^/]*/" if names.of_folders else ""
         return Entry(
             file_name=expression, unit=next(iter(units), UNIT_TO_FILL_IN),
             sure="likely" if units else "guess", why="a number in the file's name",
@@ -263,12 +297,6 @@ def _per_channel(group: list[FileGuess], names: _Names) -> Part | None:
     by = "time" if timed else "row"
     beside = tuple(Beside(f, by, why="one file per channel") for f in group[1:])
     return Part(plan, tuple(paths[:1]), escaped(paths[0].name), beside)
-
-
-def _common_start(words: Sequence[str]) -> str:
-    """The letters that all words begin with."""
-    first, last = min(words), max(words)
-    return first[: next((i for i, c in enumerate(first) if last[i] != c), len(first))]
 
 
 def escaped(name: str) -> str:

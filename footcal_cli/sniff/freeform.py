@@ -7,20 +7,25 @@ from collections import Counter
 from dataclasses import replace
 
 from footcal_cli.sniff.names import orientation_in
+from footcal_cli.sniff.tokens import SIDES
 from footcal_cli.tables.reading import Layout
 
 _NUMBER = r"[+-]?(?:\d+\.\d+|\d+)(?:[eE][+-]?\d+)?"
 _STAMP = r"(?:\d{4}-\d\d-\d\d[ T])?\d\d:\d\d:\d\d(?:[.,]\d+)?"
-_PIECE = re.compile(rf"(?P<stamp>{_STAMP})|(?<![\w.])(?P<number>{_NUMBER})(?!\w*\d)")
+_LABEL = r"[A-Za-z_]\w*"
+_PIECE = re.compile(
+    rf"(?P<stamp>{_STAMP})|(?<![\w.])(?P<number>{_NUMBER})(?!\w*\d)|(?<=\w=)(?P<label>{_LABEL})"
+)
 _LEAST = 0.4
-_SIDES = 3
-"""Sides on which a sensor hangs, from which its weight and offsets can be told."""
 _FEW = 2
 """Numbers in a row that may stand without words when loads were typed between the rows."""
 _BOUND = re.compile(r"[A-Za-z)\]]['\"]?\s*[:=]|->|→")
 """What binds a word to a value: not a table's separator."""
 _BRACKETED = re.compile(r"[(\[{]\s*\x01(?:\s*[,;]?\s*\x01){1,23}\s*[)\]}][,;]?")
 """A row of numbers in brackets, as programs print their lists."""
+_LEAST_OF_A_LIST = 6
+_MOST_BESIDE = 4
+"""Numbers in a line that says a load: the time before it, say."""
 _UNITS = {"kg", "g", "N", "lb", "mg", "kN", "lbs", "oz", "mN"}
 _HEAVY = re.compile(r"weight|load|mass|gewicht|last|poids|peso|known|put|add|tare|empty|leer", re.I)
 
@@ -37,10 +42,11 @@ def free_form(lines: list[str], encoding: str) -> Layout | None:
         return None
     row = ranked[0]
     count = shapes[row]
-    typed = [s for s in ranked[1:] if s.count("\x01") == 1 and _is_load(s) and shapes[s] < count]
+    typed = [s for s in ranked[1:] if _load_of(s) is not None and shapes[s] < count]
     if count < 3 or count + sum(shapes[s] for s in typed) < _LEAST * len(written):
         return None
-    if _BRACKETED.fullmatch(row):
+    listed = _BRACKETED.search(row) and row.count("\x01") >= _LEAST_OF_A_LIST
+    if listed or _BRACKETED.fullmatch(row):
         return Layout(encoding=encoding, line=_expression(row, "column"))
     if any(sign in row for sign in (",\x01", ";\x01", "\t\x01")) and not _BOUND.search(row):
         return None
@@ -78,54 +84,91 @@ def carried_between(remarks: list[str]) -> str:
     axes = [orientation_in(word) for word in words]
     first = next((i for i, axis in enumerate(axes) if axis), len(axes))
     sides = set(axes[first:])
-    return turned.pattern if len(sides) >= _SIDES and None not in sides else ""
+    return turned.pattern if len(sides) >= SIDES and None not in sides else ""
 
 
 def _shape(line: str) -> str:
-    """A line with its numbers and its stamps replaced by one control character each."""
-    return _PIECE.sub(lambda found: "\x02" if found["stamp"] else "\x01", line)
+    """A line with its numbers, stamps and words behind ``=`` as one control character each."""
+    return _PIECE.sub(lambda found: {"number": "\x01", "stamp": "\x02"}.get(
+        found.lastgroup or "", "\x03"), line)  # fmt: skip
 
 
-def _is_load(shape: str) -> bool:
-    after = re.search(r"\x01\s*([A-Za-z]+)", shape)
-    return bool((after and after[1] in _UNITS) or _HEAVY.search(shape))
+def _load_of(shape: str) -> int | None:
+    """Which number of a shape is a load, counted from 0; None where none is.
+
+    It is the one with a unit, or the only one, behind a word for weights.
+    """
+    if "\x03" in shape:
+        return None
+    after = re.findall(r"\x01(?:\s*([A-Za-z]+))?", shape)
+    weighed = [i for i, unit in enumerate(after) if unit in _UNITS]
+    if len(weighed) == 1 and len(after) <= _MOST_BESIDE:
+        return weighed[0]
+    return 0 if len(after) == 1 and _HEAVY.search(shape) else None
 
 
 def _expression(shape: str, called: str) -> str:
     """A regular expression for a shape; groups are named after the words before them."""
     made = "^"
     names: Counter[str] = Counter()
-    pieces = re.split(r"(\x01|\x02)", shape)
+    pieces = re.split(r"(\x01|\x02|\x03)", shape)
+    load = _load_of(shape) if called == "load" else None
+    numbers, listed = 0, ""
     for at, piece in enumerate(pieces):
-        if piece == "\x02":
+        if piece == "\x01":
+            numbers += 1
+            if load is not None and numbers - 1 != load:
+                made += rf"(?:{_NUMBER})"
+                continue
+        elif called == "column":
+            listed = _list_named(piece, listed)
+        if piece == "\x03":
+            name = _name(_before(pieces, at)[-1:], "label")
+            names[name] += 1
+            made += rf"(?P<{_numbered(name, names)}>{_LABEL})"
+            continue
+        if piece == "\x02" and called == "load":
+            made += rf"(?:{_STAMP})"
+        elif piece == "\x02":
             names["time"] += 1
             made += rf"(?P<{_numbered('time', names)}>{_STAMP})"
         elif piece == "\x01":
-            name = _name(made_words, called) if (made_words := _words(shape, names)) else called
+            name = _name(made_words, called) if (made_words := _before(pieces, at)) else called
             unit = re.match(r"\s*([A-Za-z]+)\b", pieces[at + 1]) if at + 1 < len(pieces) else None
             if unit and unit[1] in _UNITS:
                 name = f"{name}_{unit[1].lower()}"
+            name = (listed or called) if called == "column" else name
             names[name] += 1
-            named = f"column_{names[name]}" if called == "column" else _numbered(name, names)
+            named = f"{name}_{names[name]}" if called == "column" else _numbered(name, names)
             made += rf"(?P<{named}>{_NUMBER})"
         else:
-            made += re.sub(r"\s+", r"\\s*", re.escape(piece).replace(r"\ ", " "))
+            made += r"\s*".join(re.escape(part) for part in re.split(r"\s+", piece))
     return made
+
+
+def _list_named(piece: str, before: str) -> str:
+    """Name of the list that numbers behind a piece of a line stand in; empty for none.
+
+    ``pose=[…]`` has one, and ``p[…]``, as poses are written in URScript.
+    """
+    opened = re.search(r"([A-Za-z]\w*)?\s*[:=]?\s*[(\[{]\s*$", piece)
+    if opened:
+        word = (opened[1] or "").lower()
+        return "pose" if word == "p" else word if len(word) > 2 else ""
+    return "" if re.search(r"[)\]}]", piece) else before
 
 
 def _numbered(name: str, names: Counter[str]) -> str:
     return name if names[name] == 1 else f"{name}_{names[name]}"
 
 
-def _words(shape: str, names: Counter[str]) -> list[str]:
-    """Words just before the next number."""
-    pieces = re.split(r"\x01|\x02", shape)
-    before = pieces[min(sum(names.values()), len(pieces) - 1)]
-    return re.findall(r"[A-Za-z][A-Za-z0-9]*", before)
+def _before(pieces: list[str], at: int) -> list[str]:
+    """Words just before a number."""
+    return re.findall(r"[A-Za-z][A-Za-z0-9]*", pieces[at - 1] if at else "")
 
 
 def _name(words: list[str], called: str) -> str:
     if called == "load":
-        return called
+        return f"load_{words[-1].lower()}" if words[-1] in _UNITS else called
     name = "_".join(words[-2:]).lower()
     return name if name.isidentifier() else called

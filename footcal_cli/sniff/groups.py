@@ -10,9 +10,10 @@ import numpy as np
 
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
 from footcal_cli.sniff.names import words_of
+from footcal_cli.sniff.units import NO_READING, split_unit
 
 AXES = ("fx", "fy", "fz", "tx", "ty", "tz")
-_AT_THE_FOOT = re.compile(r"foot|ankle|sole", re.IGNORECASE)
+AT_THE_FOOT = re.compile(r"foot|ankle|sole", re.IGNORECASE)
 _BEFORE_AXIS = re.compile(
     r"(.*?)[\W_]*(?:(?:force|torque|moment)[\W_]*[xyz]|[fmt][\W_]?[xyz])(?![a-z])", re.IGNORECASE
 )
@@ -26,7 +27,7 @@ def wrenches(file: FileGuess) -> dict[str, dict[str, ColumnGuess]]:
         if column.name.axis in AXES:
             groups.setdefault((column.name.address, ""), {}).setdefault(column.name.axis, column)
             by_stem.setdefault(_stem(column.column), {}).setdefault(column.name.axis, column)
-            if _AT_THE_FOOT.search(column.column):
+            if AT_THE_FOOT.search(column.column):
                 own = groups.setdefault((column.name.address, "foot"), {})
                 own.setdefault(column.name.axis, column)
     whole = {key: g for key, g in groups.items() if set(g) == set(AXES)}
@@ -89,15 +90,32 @@ def one_owner(columns: Iterable[ColumnGuess], axes: Iterable[str]) -> dict[str, 
 
 def readings(file: FileGuess) -> list[ColumnGuess]:
     """Columns taken for readings of cells: those called so, else those nothing else explains."""
-    named = _parts([c for c in file.of("reading") if c.values is not None])
+    named = _parts([c for c in file.of("reading") if could_be_read(c)])
     plain = _parts([c for c in file.of("force") if c.name.axis in ("", "fz")])
-    unknown = [c for c in file.of("unknown") if c.values is not None and np.ptp(_finite(c)) > 0]
+    unknown = [c for c in file.of("unknown") if could_be_read(c) and np.ptp(_finite(c)) > 0]
     if named:
+        own = {_without_its_letter(c.column) for c in named}
+        named += [
+            c for c in unknown
+            if _without_its_letter(c.column) in own and c.counts == named[0].counts
+        ]  # fmt: skip
+        unknown = [c for c in unknown if c not in named]
         placed = [c for c in unknown if c.name.side or c.name.place]
         return [*named, *placed] if placed and not any(c.name.side for c in named) else named
     if plain and not wrenches(file):
         return plain
     return unknown
+
+
+def _without_its_letter(name: str) -> tuple[str, bool]:
+    """A name without the letter or the number by which its siblings differ: A, B; ch_1, ch_2."""
+    found = re.fullmatch(r"(.*?)(?:(\d+)|(?<![A-Za-z])[A-Za-z])", split_unit(name)[0].strip())
+    return (found[1], found[2] is not None) if found else (name, False)
+
+
+def could_be_read(column: ColumnGuess) -> bool:
+    """Whether a column can be the reading of a load cell: numbers in no other quantity's unit."""
+    return column.values is not None and column.unit not in NO_READING
 
 
 def _parts(columns: list[ColumnGuess]) -> list[ColumnGuess]:

@@ -42,6 +42,8 @@ class ColumnGuess:
         The column of nanoseconds beside one of whole seconds.
     wraps_at
         Where a counter began again from zero; `values` go on counting.
+    held
+        Whether an empty cell means what stands above it.
     """
 
     column: str
@@ -56,6 +58,7 @@ class ColumnGuess:
     codes: IntArray | None = None
     nanoseconds: str = ""
     wraps_at: float | None = None
+    held: bool = False
 
     @property
     def quantity(self) -> str:

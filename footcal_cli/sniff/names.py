@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -15,24 +16,28 @@ Quantity = Literal[
     "other", "unknown",
 ]  # fmt: skip
 
-_CAMEL = re.compile(r"[A-Z]+(?![a-zà-öø-ÿ])|[A-Z]?[a-zà-öø-ÿ]+|\d+|[А-Яа-яÀ-ÿ]+")
+_CAMEL = re.compile(
+    r"[A-Z]+(?![a-zà-öø-ÿ])|[A-Z]?[a-zà-öø-ÿ]+|\d+|[А-Яа-яЁёÀ-ÿ]+|[\u3041-\u30ff\u4e00-\u9fff]+"
+)
 _CENTRE = re.compile(r"(?<![A-Za-z])[Cc]o[MP](?![a-z])")
 _AXIS = re.compile(r"([fmt])([xyz])(\d{0,2})")
 _WORDS: dict[str, Quantity] = {}
 for _meaning, _spellings in {
     "time": "time zeit timestamp stamp temps tiempo tempo t secs seconds millis micros elapsed "
-    "uhrzeit clock date datetime datum date_time zeitstempel tid czas timer timestep",
+    "uhrzeit clock date datetime datum date_time zeitstempel tid czas timer timestep время дата "
+    "时间 時間 时刻",
     "sequence": "seq sample index idx frame frames nr no number id row record counter packet n "
     "subframe sub messung probe nummer",
     "load": "load weight mass masse gewicht last poids charge peso carga applied known reference "
     "ref true nominal referenz belastung soll target gewichte weights loads std standard setpoint "
     "kraft_soll gram grams gramm kilogram pound pounds vikt massa appliqué appliquée aplicada "
-    "carico put aufgelegt",
+    "carico put aufgelegt масса вес нагрузка груз эталон 质量 重量 载荷 负载 砝码 荷重 荷重",
     "reading": "reading readings counts count raw adc value val signal output fsr cell loadcell "
     "volt volts voltage spannung messwert wert hx taxel bits lsb data sensor scale strain bridge "
     "lc ain analog a channel ch kanal zelle medida mesure valeur lectura cap capacitance lecture "
-    "brut brute lettura valore anzeige rohwert rohwerte zählwert bridge output ausgabe display",
-    "temperature": "temp temperature temperatur temperature",
+    "brut brute lettura valore anzeige rohwert rohwerte zählwert bridge output ausgabe display "
+    "отсчёт отсчет ацп датчик код показание показания 读数 读值 示数 传感器 电压 値 值 出力",
+    "temperature": "temp temperature temperatur température temperatura температура 温度",
     "label": "cell channel sensor zelle kanal foot fuss leg bein device name side location bein",
     "direction": "direction dir richtung updown",
     "repeat": "repeat rep repetition trial run cycle durchgang wiederholung essai lauf prova",
@@ -48,6 +53,10 @@ for _meaning, _spellings in {
 }.items():
     for _word in _spellings.split():
         _WORDS.setdefault(_word, _meaning)  # type: ignore[arg-type]
+STATISTICS = frozenset(
+    ["mean", "avg", "average", "median", "std", "sd", "var", "min", "max", "sem"]
+)
+"""What stands in a second row of names, under the quantity that it is of."""
 _MEAN = re.compile(r"[\W_](?:mean|avg|average|median)$", re.IGNORECASE)
 _SPREAD = re.compile(r"[\W_](?:std|sd|stdev|stddev|var|variance|rms|sem)$", re.IGNORECASE)
 """How a column of means or of scatter is called."""
@@ -58,9 +67,20 @@ _SIGNED = re.compile(
     r"|[ _]*(?P<after>plus|minus|pos|neg|positive|negative|[+-])(?=[^a-z]|$)|(?=[^a-z]|$))"
 )
 """An axis with its sign before or after it, and whether it points up or down."""
+_ANGLES = {
+    word: axis
+    for axis, spellings in {
+        "roll": "roll bank rollwinkel wankwinkel roulis alabeo rollio",
+        "pitch": "pitch elevation nickwinkel tangage cabeceo beccheggio",
+        "yaw": "yaw heading gierwinkel lacet guiñada imbardata",
+    }.items()
+    for word in spellings.split()
+}
+"""How the angles about x, y and z of a body are called."""
+_NOT_OF_CELLS = {"acc", "accel", "gyro", "imu", "mag", "ang", "angvel", "velocity", "emg", "ecg"}
 _ACCELERATED = {"acc", "accel", "acceleration", "dd"}
 _REPORTED = {"plate", "platform", "measured", "meas", "sensor", "estimated", "est", "insole"}
-FORCE = {"force", "kraft", "fuerza", "effort", "f", "forza", "grf", "kracht"}
+FORCE = {"force", "kraft", "fuerza", "effort", "f", "forza", "grf", "kracht", "сила", "力"}
 TORQUE = {"torque", "moment", "tau", "drehmoment", "m", "t", "couple"}
 NOISE = {
     "field", "wrench", "header", "data", "fsr", "sensor", "value", "device", "sub", "list", "raw",
@@ -122,14 +142,34 @@ def _small(centre: re.Match[str]) -> str:
     return f"{centre[0].lower()}_"
 
 
+def common_start(words: Sequence[str]) -> str:
+    """The letters that all words begin with."""
+    first, last = min(words), max(words)
+    return first[: next((i for i, c in enumerate(first) if last[i] != c), len(first))]
+
+
+def is_label(word: str) -> bool:
+    """Whether a word is one for sensors or what they sit on."""
+    return _WORDS.get(word) == "label" or word in NOISE
+
+
 def words_of(name: str) -> list[str]:
     """Words of a name in small letters: ``LFsrFL`` is l, fsr, fl, and ``CoM`` is com."""
-    return [word.lower() for word in _CAMEL.findall(_CENTRE.sub(_small, name))]
+    words = [word.lower() for word in _CAMEL.findall(_CENTRE.sub(_small, name))]
+    return [part for word in words for part in _of_characters(word)]
+
+
+def _of_characters(word: str) -> list[str]:
+    """Known words within one that is written without blanks, as in Chinese and Japanese."""
+    if word.isascii() or word in _WORDS or word < "\u3000":
+        return [word]
+    return [known for known in _WORDS if known > "\u3000" and known in word] or [word]
 
 
 def name_guess(name: str) -> NameGuess:
     """What a column's name says of it."""
     plain = re.sub(r"\[(\d+)\]", r"_\1", name.lstrip("%#$/ "))
+    plain = re.sub(r"(?<=[\])])\.\d+$", "", plain)  # the same name a second time
     stem, unit, factor = split_unit(_MEAN.sub("", plain))
     words = words_of(stem)
     if _SPREAD.search(plain):
@@ -205,8 +245,8 @@ def _quantity(stem: str, words: list[str], unit: str | None) -> tuple[Quantity, 
         acc = _ACCELERATED & set(words) or last[:-1] in ("dd", "a", "acc")
         axis_of = (centre[1] or centre[2]) if centre else last[-1]
         return ("com_acc" if acc else "com"), axis_of, set(words)
-    if "gravity" in words and last in "xyz":
-        return "gravity", last, {"gravity", last}
+    if {"gravity", "grav"} & set(words) and last in "xyz":
+        return "gravity", last, {"gravity", "grav", last}
     if axis and not (set(words) & {"com", "acc", "gyro", "imu", "position", "pos"}):
         kind = "f" if axis[1] == "f" else "t"
         return "force", kind + axis[2], {axis[0], axis[1], axis[2], axis[1] + axis[2]}
@@ -234,9 +274,9 @@ def _quantity(stem: str, words: list[str], unit: str | None) -> tuple[Quantity, 
         return "acceleration", last[-1], {last}
     if re.fullmatch(r"(?:.*[\W_])?r[xyz]", stem.lower()) and unit in ("rad", "deg", None):
         return "angle", last, {last}
-    for angle in ("roll", "pitch", "yaw"):
-        if angle in words:
-            return "angle", angle, {angle}
+    for word in words:
+        if word in _ANGLES:
+            return "angle", _ANGLES[word], {word}
     found = re.fullmatch(r"r_?([0-3])_?([0-3])", stem.lower().split(".")[-1].split("rot_")[-1])
     if found:
         return "matrix", found[1] + found[2], {"r"}
@@ -246,7 +286,7 @@ def _quantity(stem: str, words: list[str], unit: str | None) -> tuple[Quantity, 
         "hole", "point", "pos", "position", "target", "loch", "ref", "true", "place",
     }) or (stem.lower() in ("x", "y") and unit in ("m", "mm", "cm", None)):  # fmt: skip
         return "hole", last, {last}
-    if set(words) & {"acc", "accel", "gyro", "imu", "mag", "ang", "angvel", "velocity"}:
+    if set(words) & _NOT_OF_CELLS:
         return "other", "", set()
     return _by_words(words, compact, unit)
 

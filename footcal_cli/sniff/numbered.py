@@ -8,16 +8,23 @@ from dataclasses import replace
 
 import numpy as np
 
+from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.spatial import nearest_rotations
 from footcal_cli.sniff.groups import AXES, owner_of
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
-from footcal_cli.sniff.names import FORCE, NOISE, TORQUE, words_of
+from footcal_cli.sniff.names import FORCE, NOISE, TORQUE, NameGuess, words_of
+from footcal_cli.sniff.units import GRAVITY_MPS2, split_unit
 
 _INDEXED = re.compile(r"^(.*?)[\[_. (]*(\d+)[\])]*$")
 _WRENCH_STEM = re.compile(r"wrench|ft|force|tcp|f_ext|reaction|sensordata|spatial", re.IGNORECASE)
 _POSE_STEM = re.compile(r"pose|tcp|flange", re.IGNORECASE)
 _NO_WRENCH = re.compile(r"pose|position|speed|vel|foot|feet|joint|target", re.IGNORECASE)
 _ACCELERATION = {"acc", "accel", "acceleration", "accelerometer"}
+_WHOLE_TURN_DEG = 360.0
+_GRAVITY_WITHIN, _NEARLY_ALL = 0.03, 0.9
+"""How far an accelerometer at rest is from g, and in which share of rows."""
+_ROWS_OF_A_POSE, _ORTHONORMAL = 3, 0.02
+"""A pose without its last row, and how far its rotation may be from one."""
 _TURNS = 0.05
 """How much a component changes at least where a quaternion is told by its length."""
 _LARGER = 3.0
@@ -35,13 +42,22 @@ def numbered(file: FileGuess) -> FileGuess:
     for stem, columns in stems.items():
         if len(columns) == 6 and _POSE_STEM.search(stem) and "force" not in stem.lower():
             made |= _pose(columns)
-        elif len(columns) in (9, 16):
+        elif len(columns) in (9, 12, 16):
             made |= _matrix(columns)
     if not any(column.quantity in ("matrix", "angle") for column in made.values()):
         made = {}
-    made |= _wrenches(file, stems, made)
-    if not any(c.quantity in ("quaternion", "matrix") for c in (*file.columns, *made.values())):
+    axes = {c.name.axis for c in file.of("quaternion")}
+    whole = axes >= set("xyzw") or axes >= set("0123")
+    if not whole and not any(c.quantity == "matrix" for c in (*file.columns, *made.values())):
         made |= _quaternion(stems)
+    made |= _wrenches(file, stems, made)
+    if not file.of("angle", "gravity", "matrix", "acceleration", "quaternion") and not any(
+        c.quantity in ("quaternion", "angle", "matrix") for c in made.values()
+    ):
+        felt = _gravity(file)
+        made |= {} if felt.keys() & made.keys() else felt
+    if not whole and not file.of("angle", "gravity", "matrix") and file.of("force"):
+        made |= {k: v for k, v in _lettered(file).items() if k not in made}
     for stem, columns in stems.items():
         made |= {k: v for k, v in _vector(stem, columns).items() if k not in made}
     return replace(file, columns=tuple(made.get(c.column, c) for c in file.columns))
@@ -57,7 +73,10 @@ def _wrenches(
         and c[0].column not in taken
     }  # fmt: skip
     nameless = [c for c in file.columns if c.column.startswith("column_")]
-    free = [c for c in nameless if c.quantity == "unknown" and c.values is not None]
+    free = [
+        c for c in nameless
+        if c.quantity == "unknown" and c.values is not None and c.column not in taken
+    ]  # fmt: skip
     if not six and len(free) == 6 and not any(c.counts for c in free):
         six = {"": free}
     made: dict[str, ColumnGuess] = {}
@@ -95,6 +114,51 @@ def _quaternion(stems: dict[str, list[ColumnGuess]]) -> dict[str, ColumnGuess]:
                     )
                     for i, c in enumerate(four)
                 }  # fmt: skip
+    return {}
+
+
+def _gravity(file: FileGuess) -> dict[str, ColumnGuess]:
+    """Three unnamed numbers in a row as long as gravity, or as 1, though they change."""
+    unnamed = ("unknown", "reading")
+    for three in zip(file.columns, file.columns[1:], file.columns[2:], strict=False):
+        if any(c.values is None or c.name.axis or c.quantity not in unnamed for c in three):
+            continue
+        values = np.column_stack([c.values for c in three])  # type: ignore[misc]
+        values = values[np.isfinite(values).all(axis=1)]
+        if len(values) < 3 or np.ptp(values, axis=0).max() < _TURNS * np.abs(values).max():
+            continue
+        size = np.linalg.norm(values, axis=1)
+        for quantity, length in (("acceleration", GRAVITY_MPS2), ("gravity", 1.0)):
+            if np.mean(np.abs(size - length) < _GRAVITY_WITHIN * length) > _NEARLY_ALL:
+                return {
+                    c.column: replace(
+                        c, name=NameGuess(quantity, axis), unit=None, sure="likely",  # type: ignore[arg-type]
+                        why="three numbers as long as gravity",
+                    )
+                    for axis, c in zip("xyz", three, strict=True)
+                }  # fmt: skip
+    return {}
+
+
+def _lettered(file: FileGuess) -> dict[str, ColumnGuess]:
+    """Angles of an arm's flange by their letters: W P R about x, y, z; A B C about z, y, x."""
+    for letters, angles in (("WPR", ("roll", "pitch", "yaw")), ("ABC", ("yaw", "pitch", "roll"))):
+        found: dict[str, ColumnGuess] = {}
+        for column in file.columns:
+            last = re.search(r"(?:^|[\W_])([A-Z])$", split_unit(column.column)[0].strip())
+            values = column.values
+            if last is None or values is None or column.unit not in (None, "deg", "rad"):
+                continue
+            if np.nanmax(np.abs(values)) <= _WHOLE_TURN_DEG:
+                found.setdefault(last[1], column)
+        if set(letters) <= set(found):
+            return {
+                found[letter].column: replace(
+                    found[letter], sure="likely", why=f"one of the angles {' '.join(letters)}",
+                    name=NameGuess("angle", angle, unit=found[letter].unit),
+                )
+                for letter, angle in zip(letters, angles, strict=True)
+            }  # fmt: skip
     return {}
 
 
@@ -140,9 +204,15 @@ def _matrix(columns: Sequence[ColumnGuess]) -> dict[str, ColumnGuess]:
     """A rotation matrix of nine numbers, or within a pose of sixteen; which way by the last row."""
     values = np.column_stack([c.values for c in columns])  # type: ignore[misc]
     size = 3 if len(columns) == 9 else 4
-    blocks = values.reshape(-1, size, size)
+    blocks = values.reshape(-1, len(columns) // size, size)
     by_columns = False
-    if size == 4:
+    if len(columns) == _ROWS_OF_A_POSE * size:
+        turned = values.reshape(-1, size, _ROWS_OF_A_POSE).transpose(0, 2, 1)
+        by_columns = _skew(turned) < _skew(blocks)
+        blocks = turned if by_columns else blocks
+        if _skew(blocks) > _ORTHONORMAL:
+            return {}
+    elif size == 4:
         bottom, right = blocks[:, 3, :3], blocks[:, :3, 3]
         by_columns = bool(np.allclose(right, 0.0) and not np.allclose(bottom, 0.0))
         if not by_columns and not np.allclose(bottom, 0.0):
@@ -152,7 +222,7 @@ def _matrix(columns: Sequence[ColumnGuess]) -> dict[str, ColumnGuess]:
         return {}
     made = {}
     for at, column in enumerate(columns):
-        i, j = _place(at, size, by_columns)
+        i, j = _place(at, len(columns) // size if by_columns else size, by_columns)
         said = "column by column" if by_columns else "row by row"
         inside = max(i, j) <= 3
         name = replace(
@@ -163,6 +233,13 @@ def _matrix(columns: Sequence[ColumnGuess]) -> dict[str, ColumnGuess]:
             column, name=name, sure="guess", why=f"a rotation matrix, {said}"
         )
     return made
+
+
+def _skew(blocks: FloatArray) -> float:
+    """How far the left of blocks (n, 3, 4) is from a rotation, as a median."""
+    rotation = blocks[:, :3, :3]
+    product = rotation @ np.swapaxes(rotation, 1, 2)
+    return float(np.nanmedian(np.abs(product - np.eye(3)).max(axis=(1, 2))))
 
 
 def _place(at: int, size: int, by_columns: bool) -> tuple[int, int]:

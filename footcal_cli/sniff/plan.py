@@ -16,7 +16,7 @@ class Entry:
     ----------
     column
         The file's, None for a value.
-    unit, value, file_name, factor, nanoseconds, wraps_at, names
+    unit, value, file_name, factor, nanoseconds, wraps_at, names, only_where
         As in a recipe.
     sure, why
         How sure, and by what.
@@ -30,6 +30,7 @@ class Entry:
     nanoseconds: str = ""
     wraps_at: float | None = None
     names: Mapping[str, str] = field(default_factory=dict)
+    only_where: Mapping[str, str] = field(default_factory=dict)
     sure: Sure = "likely"
     why: str = ""
 

@@ -11,6 +11,7 @@ from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
 from footcal_cli.sniff.names import words_of
 from footcal_cli.sniff.plan import MASS, Entry, Plan, of, times
+from footcal_cli.sniff.units import split_unit
 
 _OPENSIM = re.compile(r"^(?P<before>.*?)ground_force(?P<after>.*?)_(?P<kind>[vp])(?P<axis>[xyz])$")
 _TO_M = {"mm": 1e-3, "cm": 1e-2}
@@ -110,9 +111,11 @@ _LAST = ("left", "right", "l", "r", "mm", "cm", "m")
 
 
 def _key(column: ColumnGuess) -> str:
-    """Side of a column, or the number that its name ends with."""
+    """Side of a column, or the number that its name ends with, or the only one in it."""
+    stem = split_unit(column.column)[0]
     number = re.search(r"(\d+)\s*(?:[\[(].*)?$", column.column)
-    return column.name.side or (number[1] if number else "")
+    numbers = [number[1]] if number else re.findall(r"\d+", stem)
+    return column.name.side or (numbers[0] if len(numbers) == 1 else "")
 
 
 def _around(foot: _Foot) -> FloatArray:

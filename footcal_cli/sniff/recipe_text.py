@@ -6,7 +6,7 @@ import os.path
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-from footcal_cli.sniff.file_names import Part
+from footcal_cli.sniff.file_names import Part, called
 from footcal_cli.sniff.guesses import FileGuess
 from footcal_cli.sniff.plan import Blank, Entry, Plan, of
 from footcal_cli.tables.columns import body_table
@@ -137,7 +137,9 @@ def _file_lines(part: Part, several: bool) -> list[str]:
         own.append(f"rate_hz = {plan.rate_hz:g}    # guess: the log has no time stamps")
     for beside in part.beside:
         offset = f", offset_s = {beside.offset_s!r}" if beside.offset_s else ""
-        name = _quoted(beside.file.path.name)
+        apart = beside.file.path.parent != part.paths[0].parent
+        place = Path(os.path.relpath(beside.file.path, part.paths[0].parent))
+        name = _quoted(place.as_posix() if apart else beside.file.path.name)
         one = f"{{ file = {name}, by = {_quoted(beside.by)}{offset} }}"
         own.append(f"join = [{one}]    # {beside.why}")
     if len(part.beside) > 1:
@@ -158,7 +160,8 @@ def _file_lines(part: Part, several: bool) -> list[str]:
         more = [*_layout_lines(other)]
         times = other.of("time")
         if more or times:
-            lines += ["", "[[files]]", f"match = {_quoted(other.path.name)}", *more]
+            name = called([other.path, *part.paths])[0]
+            lines += ["", "[[files]]", f"match = {_quoted(name)}", *more]
         if times:
             lines += ["[files.columns]", *_entries({"time_s": of(times[0])})]
     return lines
@@ -187,6 +190,8 @@ def _layout_lines(file: FileGuess) -> list[str]:
         lines.append("header = false")
     if layout.names:
         lines.append(f"names = [{', '.join(map(_quoted, layout.names))}]")
+    if layout.turned:
+        lines.append("turned = true    # each line begins with its name")
     if layout.until:
         lines.append(f"until = {_quoted(layout.until)}    # the table ends above it")
     if layout.skip_below:
@@ -221,6 +226,11 @@ def _place(entry: Entry) -> str:
     if entry.names:
         pairs = ", ".join(f"{_quoted(a)} = {_quoted(b)}" for a, b in entry.names.items())
         said.append(f"names = {{ {pairs} }}")
+    if entry.only_where:
+        pairs = ", ".join(f"{_key(a)} = {_quoted(b)}" for a, b in entry.only_where.items())
+        said.append(f"only_where = {{ {pairs} }}")
+    if entry.column is not None and entry.column.held:
+        said.append("held = true")
     if entry.column is not None and entry.column.pattern:
         said.append(f"pattern = {_literal(entry.column.pattern)}")
     if len(said) == 1 and entry.column is not None:

@@ -10,14 +10,15 @@ import numpy as np
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.attitudes import attitude_of
 from footcal_cli.sniff.experiment import plan_of
-from footcal_cli.sniff.file_names import Beside, Part, alike_part, escaped
+from footcal_cli.sniff.file_names import Beside, Part, alike_part, called, escaped
 from footcal_cli.sniff.groups import readings, wrenches
-from footcal_cli.sniff.guesses import FileGuess
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
 from footcal_cli.sniff.motion import body_entries, upright
 from footcal_cli.sniff.numbered import numbered
 from footcal_cli.sniff.plan import Plan
 
 _TO_S = {"ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+_LEAST_STEPS = 2
 _ATTITUDE = ("quaternion", "angle", "matrix", "gravity", "acceleration")
 
 
@@ -50,11 +51,14 @@ def _two(one: FileGuess, other: FileGuess) -> list[Part]:
             if plan is not None:
                 return _with_body(plan, beside)
     for file, beside in ((one, other), (other, one)):
-        held = wrenches(numbered(file)) and not attitude_of(file, None)
-        if held and attitude_of(beside, None) is not None:
-            made = _with_attitude(file, beside)
+        held = wrenches(numbered(file)) and not attitude_of(numbered(file), None)
+        if held and attitude_of(numbered(beside), None) is not None:
+            made = _with_attitude(file, numbered(beside))
             if made is not None:
                 return [made]
+    for file, beside in ((one, other), (other, one)):
+        if (made := _by_steps(file, beside)) is not None:
+            return [made]
     for file, beside in ((one, other), (other, one)):
         cells = readings(file)
         reference = beside.of("load") or [
@@ -78,6 +82,40 @@ def _two(one: FileGuess, other: FileGuess) -> list[Part]:
     return []
 
 
+def _by_steps(file: FileGuess, steps: FileGuess) -> Part | None:
+    """Readings with the number of a step, and a table of what was put on at each step."""
+    loads = [c for c in steps.of("load") if c.values is not None]
+    keys = {c.column for c in steps.columns} & {c.column for c in file.columns}
+    if len(loads) != 1 or len(keys) != 1 or steps.rows >= file.rows:
+        return None
+    key = keys.pop()
+    named, ours = (next(c for c in f.columns if c.column == key) for f in (steps, file))
+    called, found = _texts_of(named), set(_texts_of(ours))
+    if len(set(called)) < len(called) or not found <= set(called) or len(found) < _LEAST_STEPS:
+        return None
+    load = loads[0]
+    assert load.values is not None, "asked above"
+    by_name = dict(zip(called, load.values.tolist(), strict=True))
+    own = np.array([by_name[text] for text in _texts_of(ours)])
+    put = replace(ours.as_quantity("load", "likely", f"by {steps.path.name}"), values=own,
+                  unit=load.unit, words=(), codes=None)  # fmt: skip
+    plan = plan_of(replace(file, columns=tuple(put if c is ours else c for c in file.columns)))
+    if plan is None or plan.entries.get("load_n") is None:
+        return None
+    names = {text: f"{value:.10g}" for text, value in by_name.items()}
+    entry = replace(plan.entries["load_n"], names=names)
+    plan = replace(plan, entries={**plan.entries, "load_n": entry})
+    return Part(plan, (file.path,), escaped(file.path.name))
+
+
+def _texts_of(column: ColumnGuess) -> list[str]:
+    """Cells of a column that numbers or names steps, as texts."""
+    if column.codes is not None:
+        return [column.words[i] if i >= 0 else "" for i in column.codes]
+    values = [] if column.values is None else column.values.tolist()
+    return [f"{v:.0f}" if v == v and v == round(v) else str(v) for v in values]
+
+
 def _with_attitude(file: FileGuess, beside: FileGuess) -> Part | None:
     """A six-axis transducer, and the attitude from another log."""
     if not (file.of("time") and beside.of("time")):
@@ -99,7 +137,8 @@ def _with_attitude(file: FileGuess, beside: FileGuess) -> Part | None:
     if offset:
         plan = replace(plan, warnings=(*plan.warnings, why))
     path = file.path
-    return Part(plan, (path,), escaped(path.name), (Beside(beside, "time", offset, why),))
+    match = escaped(called([path, beside.path])[0])
+    return Part(plan, (path,), match, (Beside(beside, "time", offset, why),))
 
 
 def _seconds(file: FileGuess) -> FloatArray | None:

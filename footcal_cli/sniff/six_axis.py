@@ -10,6 +10,7 @@ import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.attitudes import Attitude, attitude_of, named_orientation
+from footcal_cli.sniff.groups import AT_THE_FOOT
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
 from footcal_cli.sniff.motion import body_entries, upright
 from footcal_cli.sniff.mounts import Mounts, mounts_of
@@ -25,6 +26,8 @@ COUNTED = Blank(
     "the six axes are counts, and nothing says how many make a newton",
 )
 _MOST_N = 20_000.0
+_LOADED, _TOGETHER = 10.0, 0.2
+"""A weight is so much larger than its changes; what is shifted adds up to so much less."""
 _LONGEST_LEVER = 5.0
 """Torques that change so much beside forces of unknown unit are not in Nm."""
 TURNED = Blank(
@@ -57,8 +60,13 @@ def transducers(file: FileGuess, six: dict[str, dict[str, ColumnGuess]]) -> Plan
         pose = _named_rows(orientation[0], None if labels else next(iter(six.values())))
         entries |= {"orientation": of(orientation[0])} if pose is None else pose.entries
         warnings = [] if pose is None else list(pose.warnings)
-    sides = {name.partition("_")[0] for name in six}
-    if sides >= {"left", "right"} and len(six) == 2 and not orientation and not hang:
+    own = _own_attitudes(file, six) if len(six) > 1 and not orientation and not hang else {}
+    if own:
+        return _each_by_itself(file, six, own, time, rate, tuple(blanks))
+    sides = {name.partition("_")[0]: group for name, group in six.items()}
+    if sides.keys() >= {"left", "right"} and len(six) == 2 and not orientation and not hang:
+        return _ankles(file, sides, entries, tuple(blanks))
+    if pose is None and not orientation and _stand(six):
         return _ankles(file, six, entries, tuple(blanks))
     sign = -1.0 if pose is not None and pose.reacts else 1.0
     said = _said_above(file)
@@ -95,6 +103,58 @@ def transducers(file: FileGuess, six: dict[str, dict[str, ColumnGuess]]) -> Plan
         "leg", rate, (*world, *(() if mounts is None else leg_tables(forces, mounts))),
         blanks=(*missing, weight, *blanks), warnings=tuple(warnings),
     )  # fmt: skip
+
+
+def _own_attitudes(
+    file: FileGuess, six: Mapping[str, dict[str, ColumnGuess]]
+) -> dict[str, Attitude]:
+    """The attitude of each of several transducers by its own columns; empty unless all have one."""
+    found = {}
+    for name, group in six.items():
+        side, place = group["fx"].name.side, group["fx"].name.place
+        columns = tuple(c for c in file.columns if (c.name.side, c.name.place) == (side, place))
+        pose = attitude_of(replace(file, columns=columns), forces_of(group))
+        if pose is None or not pose.explains:
+            return {}
+        found[name] = pose
+    apart = {tuple(e.column.column for e in p.entries.values() if e.column) for p in found.values()}
+    return found if len(apart) == len(found) else {}
+
+
+def _each_by_itself(
+    file: FileGuess, six: dict[str, dict[str, ColumnGuess]], own: Mapping[str, Attitude],
+    time: Mapping[str, Entry], rate: float | None, blanks: tuple[Blank, ...],
+) -> Plan:  # fmt: skip
+    """Several transducers that hang free, each with an attitude of its own: two arms."""
+    said = _said_above(file)
+    wide = {
+        name: {**_axes(group, said, -1.0 if own[name].reacts else 1.0), **own[name].entries}
+        for name, group in six.items()
+    }
+    warnings = tuple(dict.fromkeys(w for pose in own.values() for w in pose.warnings))
+    return Plan(
+        file, f"{len(six)} six-axis transducers, each with its own attitude",
+        "six axes and an attitude of each", "likely", "hang-calib", "hang", dict(time), (), wide,
+        "leg", rate, blanks=blanks, warnings=warnings,
+    )  # fmt: skip
+
+
+def _stand(six: Mapping[str, dict[str, ColumnGuess]]) -> bool:
+    """Whether several transducers carry one weight together: plates, or feet that stand.
+
+    Their vertical forces have one sign, and add up to what changes less than they do by themselves;
+    or each is at a foot by its name.
+    """
+    if len(six) < 2:
+        return False
+    vertical = np.column_stack([group["fz"].values for group in six.values()])  # type: ignore[misc]
+    means = np.nanmean(vertical, axis=0)
+    if not (np.all(means > 0) or np.all(means < 0)):
+        return False
+    named = all(AT_THE_FOOT.search(group["fz"].column) for group in six.values())
+    together, alone = np.nanstd(vertical.sum(axis=1)), np.nanstd(vertical, axis=0).max()
+    loaded = np.abs(means).sum() > _LOADED * np.nanstd(vertical.sum(axis=1))
+    return bool(loaded and (named or together < _TOGETHER * alone))
 
 
 def _forces(
@@ -259,17 +319,17 @@ def _ankles(
     entries = {name: entry for name, entry in entries.items() if name == "time_s"}
     said = _said_above(file)
     for name, group in six.items():
-        entries |= _axes(group, said, prefix=f"{name.partition('_')[0]}_")
+        entries |= _axes(group, said, prefix=f"{name}_")
     body = body_entries(file)
     entries |= {name: entry for name, entry in body.items() if name != "time_s"}
     command = "online-replay" if file.of("com") else "static-init"
     moves = ", with the body's motion" if file.of("com") else ""
     return Plan(
-        file, f"six-axis transducers at two feet{moves}",
-        "six axes on the left and on the right", "likely", command, "cells", entries, (),
+        file, f"six-axis transducers at {'two' if len(six) == 2 else len(six)} feet{moves}",
+        "six axes of each, that carry a weight together", "likely", command, "cells", entries, (),
         robot=(
             *upright(file, body),
-            *(f"[robot.feet.{side}]\n{_MOUNTED}" for side in ("left", "right")),
+            *(f"[robot.feet.{foot}]\n{_MOUNTED}" for foot in six),
         ),
         blanks=(MASS, *blanks),
     )  # fmt: skip

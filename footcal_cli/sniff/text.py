@@ -2,20 +2,29 @@
 
 from __future__ import annotations
 
-import csv
 import gzip
 import json
 import re
 import zlib
-from collections import Counter
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from footcal_cli.errors import DataError
+from footcal_cli.sniff.encodings import encoding_of
 from footcal_cli.sniff.freeform import carried_between, free_form
-from footcal_cli.sniff.tokens import NOTHING, is_moment, is_number, number_signs, worth
+from footcal_cli.sniff.header import (
+    header_fields,
+    name_of_the_index,
+    once,
+    qualified,
+    units_above,
+    with_units_said,
+)
+from footcal_cli.sniff.rows import Body, fields_of, on_its_side
+from footcal_cli.sniff.sections import refuse_frames, sections
+from footcal_cli.sniff.tokens import is_number
 from footcal_cli.sniff.units import looks_like_units
-from footcal_cli.tables.delimited import before_power_was_lost
+from footcal_cli.tables.delimited import before_power_was_lost, upright
 from footcal_cli.tables.foreign import READERS, is_of_documents
 from footcal_cli.tables.reading import BLANKS, Layout
 from footcal_cli.tables.textfiles import regular_file, unreadable
@@ -34,8 +43,8 @@ _COMMENTS = ("#", "%", "//", "!", ";", "'")
 _SEPARATORS = (",", ";", "\t", "|", BLANKS)
 _ALIKE = 0.7
 """Share of lines that must be alike for a layout to be taken."""
-_SPARSE = 0.1
-"""Share of rows with more empty cells than numbers from which a table is sparse."""
+_FRAME = re.compile(r"\b\w*can\d*\s+[0-9A-Fa-f]{3,8}(?:#|\s+\[\d\])|^[tTrR][0-9A-F]{4,}$")
+"""A frame of a bus as candump or a serial adapter (slcan) writes it."""
 _CALLED = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars", BLANKS: "blanks"}
 
 
@@ -92,27 +101,70 @@ def guess_text(path: Path) -> TextGuess:
     if free is not None:
         return TextGuess(free, (), (*said, "no fields: values are found in each line by a pattern"))
     lines = [x for x in lines if "-" not in x or "|" not in x or x.strip("|-: \t")]  # Markdown's
+    side = on_its_side(lines)
+    lines = upright(lines, side) if side else lines
+    said += ["the sheet lies on its side"] if side else []
     found = max(
-        (_Body.of(lines, separator) for separator in _SEPARATORS), key=lambda body: body.score
+        (Body.of(lines, separator) for separator in ([side] if side else _SEPARATORS)),
+        key=lambda body: body.score,
     )
     if found.share < _ALIKE or found.numbers == 0:
         raise DataError(
             "no rows of numbers that are alike", file=path,
-            remedy="export one table of numbers per file, its columns named in the first line",
+            remedy=_written_by_machines(lines)
+            or "export one table of numbers per file, its columns named in the first line",
         )  # fmt: skip
+    refuse_frames(path, lines, found)
     guess = _laid_out(lines, found, encoding)
-    until, last = _end(lines, found, guess.layout.comment)
-    said += [f"the table ends above '{until}'"] if until else []
-    layout = replace(guess.layout, thousands=found.thousands, until=until)
-    carried = carried_between([x for x in lines if not found.is_row(x)])
-    layout = replace(layout, carried=carried)
+    carried = carried_between([x for x in lines if not found.is_row(x)]) or sections(lines, found)
+    layout = _without_carried(replace(guess.layout, carried=carried), lines, found)
+    between = [x for x in lines if not (carried and re.search(carried, x))]
+    until, last = _end(_once_named(between, found), found, guess.layout.comment)
+    said += [_ends(until, between, found)] if until else []
+    layout = replace(layout, thousands=found.thousands, until=until)
     said += ["lines between the rows say what holds below"] if carried else []
     if until and not guess.units and len(last) == found.width and looks_like_units(last):
         guess = replace(guess, units=tuple(last), said=(*guess.said, "units below the rows"))
     top = found.begins_at(lines)
-    layout = _restarted(layout, lines, top)
-    said += ["the header stands there again, left out"] if layout.comment in lines[:top] else []
+    layout = replace(_restarted(layout, lines, top), turned=bool(side))
+    again = bool(layout.comment) and layout.comment in lines[:top]
+    said += ["the header stands there again, left out"] if again else []
     return TextGuess(layout, guess.units, (*said, *guess.said), tuple(lines[:top]))
+
+
+def _without_carried(layout: Layout, lines: list[str], body: Body) -> Layout:
+    """A layout that does not count lines above the rows that are read as what holds below."""
+    if not layout.carried:
+        return layout
+    counted = [
+        i for i, line in enumerate(lines[: body.begins_at(lines)])
+        if re.search(layout.carried, line)
+        and not (layout.comment and line.lstrip().startswith(layout.comment))
+    ]  # fmt: skip
+    # in the order in which they are skipped: above the header, then below it
+    top = layout.skip_rows
+    seen = [i for i, line in enumerate(lines) if not _a_comment(line, layout)]
+    above = sum(seen.index(i) < top for i in counted)
+    below = len(counted) - above if layout.header else 0
+    return replace(layout, skip_rows=top - above, skip_below=layout.skip_below - below)
+
+
+def _a_comment(line: str, layout: Layout) -> bool:
+    return bool(layout.comment) and line.lstrip().startswith(layout.comment)
+
+
+def _once_named(lines: list[str], body: Body) -> list[str]:
+    """Lines without those that are the header again."""
+    top = body.begins_at(lines)
+    header = lines[top - 1].strip() if top else ""
+    return [*lines[:top], *(x for x in lines[top:] if not header or x.strip() != header)]
+
+
+def _ends(until: str, lines: list[str], body: Body) -> str:
+    """What is said of a table that ends above a line: how many rows like its own it leaves out."""
+    at = next(i for i, x in enumerate(lines) if x.startswith(until) and i >= body.begins_at(lines))
+    lost = sum(body.is_row(line, whole=True) for line in lines[at:])
+    return f"the table ends above '{until}'" + (f", {lost} rows below it are not read" * bool(lost))
 
 
 def _restarted(layout: Layout, lines: list[str], top: int) -> Layout:
@@ -122,6 +174,18 @@ def _restarted(layout: Layout, lines: list[str], top: int) -> Layout:
         return layout
     names = tuple(fields_of(header, layout.separator))
     return replace(layout, comment=header.strip(), header=False, names=names)
+
+
+def _written_by_machines(lines: list[str]) -> str:
+    """What makes a table of messages whose bytes only a description of them explains."""
+    written = [line for line in lines if line.strip()]
+    frames = sum(bool(_FRAME.search(line)) for line in written)
+    if frames < _ALIKE * len(written):
+        return ""
+    return (
+        "frames of a bus: decode them with the description of its messages (a DBC file: cantools, "
+        "python-can) into one table of numbers, its columns named in the first line"
+    )
 
 
 def _is_json(text: str) -> bool:
@@ -156,7 +220,7 @@ def _decoded(path: Path) -> tuple[str, str]:
     except UnicodeDecodeError as error:
         if error.start > len(content) - 4 and len(content) == _MOST:
             return content.decode("utf-8-sig", errors="ignore"), "utf-8"
-    encoding = "cp1252" if any(0x80 <= byte < 0xA0 for byte in content) else "latin-1"
+    encoding = encoding_of(content)
     return content.decode(encoding, errors="replace"), encoding
 
 
@@ -177,89 +241,7 @@ def _opened_by(path: Path) -> str:
     )
 
 
-def fields_of(line: str, separator: str) -> list[str]:
-    """Fields of a line, stripped."""
-    if separator == BLANKS:
-        return line.split()
-    return [f.strip() for f in next(csv.reader([line.strip("\r\n")], delimiter=separator), [])]
-
-
-def _filled_fields(line: str, separator: str) -> list[str]:
-    """Fields of a line up to the last that is not empty."""
-    return fields_of(line.rstrip(separator), separator)
-
-
-@dataclass(frozen=True)
-class _Body:
-    """The rows of a text under one separator.
-
-    `share` of the lines have `width` fields; `numbers` of these hold numbers, in `numeric` columns;
-    `sparse` where many rows lack half of them, as topics do that take turns.
-    """
-
-    separator: str
-    decimal: str
-    thousands: str
-    width: int
-    share: float
-    numbers: float
-    score: float
-    numeric: tuple[int, ...]
-    sparse: bool
-
-    @classmethod
-    def of(cls, lines: list[str], separator: str) -> _Body:
-        written = [line for line in lines if line.strip()]
-        tail = written[len(written) // 3 :][:400] if len(written) > 6 else written[-3:] or written
-        tail = [line for line in tail if not line.lstrip().startswith(("#", "%", "//"))] or tail
-        split = [_filled_fields(line, separator) for line in tail]
-        width, alike = Counter(map(len, split)).most_common(1)[0]
-        open_ended = [fields_of(line, separator) for line in tail]
-        longer, more = Counter(map(len, open_ended)).most_common(1)[0]
-        if more > alike or (more == alike and any(len(row) > width for row in split)):
-            split, width = open_ended, longer  # cells at the end of rows may be empty
-        rows = [row for row in split if len(row) == width]
-        signs = number_signs([f for row in rows for f in row], separator)
-        worths = [[worth(field, *signs) for field in row] for row in rows]
-        share = len(rows) / len(split)
-        numeric = tuple(
-            i for i in range(width)
-            if sum(is_number(row[i], *signs) or row[i] == "" for row in rows) > 0.8 * len(rows)
-            and any(is_number(row[i], *signs) for row in rows)
-        )  # fmt: skip
-        moments = sum(
-            sum(is_moment(row[i]) for row in rows) > 0.8 * len(rows) for i in range(width)
-        )
-        score = share * sum(map(sum, worths)) / len(rows)
-        halves = [sum(not row[i] for i in numeric) * 2 > len(numeric) for row in rows]
-        sparse = sum(halves) > _SPARSE * len(rows)
-        return cls(separator, *signs, width, share, len(numeric) + moments, score, numeric, sparse)
-
-    def begins_at(self, lines: list[str]) -> int:
-        """Where the rows begin: a line above them may hold a number or two beside its words."""
-        whole = (i for i, line in enumerate(lines) if self.is_row(line, whole=True))
-        some = (i for i, line in enumerate(lines) if self.is_row(line))
-        return next(whole, next(some, 0))
-
-    def is_row(self, line: str, *, whole: bool = False) -> bool:
-        """Whether a line is a row; `whole`: no word stands where numbers should."""
-        fields = _filled_fields(line, self.separator)
-        if len(fields) < self.width:
-            fields = fields_of(line, self.separator)[: self.width]
-        if len(fields) != self.width:
-            return False
-        if not self.numeric:
-            return any(is_moment(field) for field in fields)
-        good = [is_number(fields[i], self.decimal, self.thousands) for i in self.numeric]
-        if whole:
-            nothing = [fields[i].lower() in NOTHING for i in self.numeric]
-            return any(good) and all(a or b for a, b in zip(good, nothing, strict=True))
-        if self.sparse and any(good):
-            return all(ok or not fields[i] for i, ok in zip(self.numeric, good, strict=True))
-        return sum(good) >= max(1, (len(good) + 1) // 2)
-
-
-def _laid_out(lines: list[str], body: _Body, encoding: str) -> TextGuess:
+def _laid_out(lines: list[str], body: Body, encoding: str) -> TextGuess:
     """Header, preamble, units and comments around the rows."""
     first = body.begins_at(lines)
     comment = _comment(lines[first:], body)
@@ -267,15 +249,18 @@ def _laid_out(lines: list[str], body: _Body, encoding: str) -> TextGuess:
     names: tuple[str, ...] = ()
     units: tuple[str, ...] = ()
     header_at: int | None = None
-    candidates = [(i, _header_fields(line, body, comment)) for i, line in above]
+    candidates = [(i, header_fields(line, body, comment)) for i, line in above]
     candidates = [(i, fields) for i, fields in candidates if fields]
     if candidates:
         header_at, fields = candidates.pop()
         if candidates and looks_like_units(fields):
             units = tuple(fields)
             header_at, fields = candidates.pop()
-        units = units or _units_above([x for i, x in above if i < header_at], body)
-        names = tuple(_qualified(fields, [x for i, x in above if i < header_at], body))
+        elif candidates:
+            header_at, fields = with_units_said([*candidates, (header_at, fields)])
+        units = units or units_above([x for i, x in above if i < header_at], body)
+        fields = name_of_the_index(fields, lines[header_at + 1 : first], body)
+        names = tuple(qualified(fields, [x for i, x in above if i < header_at], body))
     said = [f"fields separated by {_CALLED[body.separator]}"] if body.width > 1 else []
     if body.decimal == ",":
         said.append("decimal commas")
@@ -301,7 +286,7 @@ def _laid_out(lines: list[str], body: _Body, encoding: str) -> TextGuess:
         below = sum(i > header_at for i in kept)
         layout = Layout(separator, decimal, encoding, comment, skip, skip_below=below)  # type: ignore[arg-type]
     else:
-        names = _once(names)
+        names = once(names)
         layout = Layout(separator, decimal, encoding, comment, len(kept), False, names)  # type: ignore[arg-type]
         said.append("names put together from the lines above the rows")
     if layout.skip_rows:
@@ -309,7 +294,7 @@ def _laid_out(lines: list[str], body: _Body, encoding: str) -> TextGuess:
     return TextGuess(layout, units, tuple(said))
 
 
-def _end(lines: list[str], body: _Body, comment: str) -> tuple[str, list[str]]:
+def _end(lines: list[str], body: Body, comment: str) -> tuple[str, list[str]]:
     """What the line begins with above which the table ends, and its fields; empty if it goes on.
 
     A remark below the rows, or a second table: two lines that are no rows, or none after it.
@@ -332,76 +317,10 @@ def _end(lines: list[str], body: _Body, comment: str) -> tuple[str, list[str]]:
     return "", []
 
 
-def _comment(lines: list[str], body: _Body) -> str:
+def _comment(lines: list[str], body: Body) -> str:
     """What lines between the rows begin with that are none."""
     others = [line.lstrip() for line in lines if line.strip() and not body.is_row(line)]
     for sign in _COMMENTS:
         if any(line.startswith(sign) for line in others):
             return sign
     return ""
-
-
-def _header_fields(line: str, body: _Body, comment: str) -> list[str]:
-    """Names in a line above the rows, empty where it is none."""
-    plain = line.strip("\r\n")
-    for sign in ("#", "%", "//", comment):
-        if sign and plain.lstrip().startswith(sign):
-            bare = plain.lstrip().removeprefix(sign).strip()
-            fields = _split(bare, body)
-            if fields and sign == "%" and " " not in plain[:2]:
-                return _split(plain, body)  # rostopic's %time
-            return fields
-    return _split(plain, body)
-
-
-def _split(line: str, body: _Body) -> list[str]:
-    fields = fields_of(line.rstrip(body.separator), body.separator)
-    if len(fields) == body.width - 1 and body.separator != BLANKS and body.width > 2:
-        fields = fields_of(line, body.separator)
-    if body.width < len(fields) <= body.width + 2 and body.separator != BLANKS:
-        fields = fields[: body.width]  # rows without the comments that the header announces
-    if len(fields) != body.width and body.separator == BLANKS:
-        fields = [f.strip() for f in re.split(r"\t+|\s{2,}|,\s*|;\s*", line.strip())]
-    if len(fields) != body.width:
-        return []
-    words = [f for f in fields if f and not is_number(f, body.decimal)]
-    return fields if len(words) * 2 >= sum(bool(f) for f in fields) and words else []
-
-
-def _units_above(above: list[str], body: _Body) -> tuple[str, ...]:
-    """Units in a line that says so: ``Y_Unit_Label, Volts, Newtons``; empty without one."""
-    for line in above:
-        word, *others = fields_of(line.rstrip(body.separator), body.separator)[: body.width] or [""]
-        said = re.search(r"(?i)(?:^|[\W_])(?:units?|einheit(?:en)?|unités?)(?:[\W_]|$)", word)
-        if said and len(others) == body.width - 1 and looks_like_units(others):
-            return ("", *others)
-    return ()
-
-
-def _qualified(fields: list[str], above: list[str], body: _Body) -> list[str]:
-    """Names that stand there twice, after the groups in the rows above them (merged cells)."""
-    for line in reversed(above):
-        if len(set(fields)) == len(fields) or body.separator == BLANKS:
-            break
-        row = fields_of(line, body.separator)
-        row = [*row, *[""] * (body.width - len(row))][: body.width]
-        groups, last = [], ""
-        for word in row:
-            last = word or last
-            groups.append(last)
-        if len(set(filter(None, groups))) > 1 and not any(
-            is_number(word, body.decimal) for word in row
-        ):
-            fields = [f"{g} {f}".strip() for g, f in zip(groups, fields, strict=True)]
-    return fields
-
-
-def _once(names: tuple[str, ...]) -> tuple[str, ...]:
-    """Names made different, none empty."""
-    seen: Counter[str] = Counter()
-    made = []
-    for i, name in enumerate(names):
-        plain = name.strip() or f"column_{i + 1}"
-        seen[plain] += 1
-        made.append(plain if seen[plain] == 1 else f"{plain}.{seen[plain]}")
-    return tuple(made)

@@ -17,6 +17,14 @@ _DATE = re.compile(
 _TIME = re.compile(_TIME_OF_DAY)
 _WITH_UNIT = re.compile(r"([+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?)\s*([A-Za-zµ%°]{1,5})")
 _WORD = re.compile(r"[^\d;\t|,][^;\t|,]*")
+PLUS_MINUS = re.compile(r"([-+]?\d+(?:[.,]\d+)?)\s*(?:±|\+/-|\+-)\s*\d+(?:[.,]\d+)?")
+"""A mean with its scatter."""
+SIDES = 3
+"""Sides on which a sensor hangs, from which its weight and offsets can be told."""
+IN_WORDS = re.compile(
+    r"(?<![\w.+-])(?<!\d,)([-+]?\d+(?:[.,]\d+)?)\s*(kg|g|mg|N|kN|mN|lb|lbs|lbf|oz|kgf|gf)(?!\w)"
+)
+"""A weight with its unit among words."""
 HEXADECIMAL = re.compile(r"0[xX][0-9A-Fa-f]{1,12}")
 NOTHING = {"", "nan", "na", "n/a", "null", "none", "-nan", "inf", "-inf", "-", "--", "#n/a"}
 
@@ -50,6 +58,8 @@ def worth(text: str, decimal: str, thousands: str = "") -> float:
         return 0.0
     if is_number(text, decimal, thousands) or is_moment(text):
         return 1.0
+    if PLUS_MINUS.fullmatch(text):
+        return 1.0
     if with_unit(text):
         return 0.7
     return 0.1 if _WORD.fullmatch(text) else -1.0
@@ -58,13 +68,18 @@ def worth(text: str, decimal: str, thousands: str = "") -> float:
 def number_signs(texts: list[str], separator: str) -> tuple[str, str]:
     """The decimal sign of fields, and the sign between groups of thousands, empty for none.
 
-    Two of a sign in one number are between groups, or one before the other sign; so is one that
-    always has three digits after it where other numbers have the other sign. One sign alone
-    (``8.388``) is the decimal one, but in a text that is itself separated by commas.
+    Two of a sign in one number are between groups, or one before the other sign, or one that is
+    neither point nor comma; so is one that always has three digits after it where other numbers
+    have the other sign. One sign alone (``8.388``) is the decimal one, but in a text that is itself
+    separated by commas.
     """
     texts = [pair[0] if (pair := with_unit(text)) else text for text in texts]
+    texts = [found[1] if (found := PLUS_MINUS.fullmatch(text)) else text for text in texts]
     grouped = [found for text in texts if (found := _GROUPED.fullmatch(text))]
-    twice = {found[1] for found in grouped if found[2] or found[0].count(found[1]) > 1}
+    twice = {
+        found[1] for found in grouped
+        if found[2] or found[0].count(found[1]) > 1 or found[1] not in ".,"
+    }  # fmt: skip
     commas = [text for text in texts if _COMMA_ONLY.fullmatch(text)]
     points = [text for text in texts if _POINT_ONLY.fullmatch(text)]
     whole = {sign: _all_grouped(alone) for sign, alone in ((",", commas), (".", points))}

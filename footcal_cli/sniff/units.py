@@ -11,8 +11,11 @@ _ALSO = {
     "gramm": "g", "sec": "s", "secs": "s", "seconds": "s", "second": "s", "sekunden": "s",
     "millis": "ms", "msec": "ms", "milliseconds": "ms", "usec": "us", "micros": "us", "nsec": "ns",
     "nanoseconds": "ns", "volts": "V", "volt": "V", "n.mm": "N*mm", "n*mm": "N*mm", "nmm": "N*mm",
-    "n.m": "N*m", "n*m": "N*m", "n-m": "N*m", "nm": "N*m", "n m": "N*m", "n·m": "N*m",
-    "n⋅m": "N*m", "degrees": "deg", "degree": "deg", "radians": "rad", "celsius": "degC",
+    "n.m": "N*m", "n*m": "N*m", "n-m": "N*m", "n-mm": "N*mm", "n-cm": "N*cm", "kn-m": "kN*m",
+    "lbf-ft": "lbf*ft", "lb-ft": "lbf*ft", "ozf-in": "ozf*in", "oz-in": "ozf*in",
+    "kgf-m": "kgf*m", "kgf-cm": "kgf*cm", "kgf-mm": "kgf*mm",
+    "nm": "N*m", "n m": "N*m", "n·m": "N*m", "n⋅m": "N*m",
+    "degrees": "deg", "degree": "deg", "radians": "rad", "celsius": "degC",
     "deg c": "degC", "°c": "degC", "m/s²": "m/s^2", "m/s2": "m/s^2", "m/s^2": "m/s^2",
     "lsb": "count", "raw": "count", "adc": "count", "cnt": "count", "cts": "count",
     "digits": "count", "counts": "count", "count": "count", "pounds": "lb", "lbf-in": "lbf*in",
@@ -20,9 +23,16 @@ _ALSO = {
     "ncm": "N*cm", "n.cm": "N*cm", "kn": "kN", "kilonewton": "kN", "mn": "mN", "hz": "",
     "millimeter": "mm", "millimetre": "mm", "meter": "m", "metre": "m", "meters": "m",
     "metres": "m", "s": "s", "m": "m", "n": "N", "dan": "daN", "decanewton": "daN",
+    "кг": "kg", "г": "g", "н": "N", "кн": "kN", "мс": "ms", "с": "s", "мм": "mm", "мв": "mV",
+    "в": "V", "千克": "kg", "公斤": "kg", "克": "g", "牛": "N", "秒": "s", "毫秒": "ms",
 }  # fmt: skip
+GRAVITY_MPS2 = 9.80665
 MASSES = {"kg": 1.0, "g": 1e-3, "lb": 0.45359237, "oz": 0.028349523125, "mg": 1e-6}
 """In kg."""
+TIMES = ("s", "ms", "us", "ns", "min", "h")
+NO_READING = ("mm", "cm", "um", "in", "deg", "rad", "degC", "degF", "m/s^2", "m/s", "rad/s",
+              "deg/s", "Hz", "rpm", "g0", *TIMES[1:])  # fmt: skip
+"""Units of what no load cell gives: lengths, angles, temperatures, speeds, times."""
 WEIGHTS = {"N": 1.0, "kN": 1e3, "mN": 1e-3}
 """In N."""
 _BRACKETED = re.compile(r"^(?P<stem>.*?)[\s_]*[\[(<{](?P<unit>[^\])>}]*)[\])>}]\s*$")
@@ -33,9 +43,12 @@ _SUFFIXES = {
     "rad": "rad", "counts": "count", "raw": "count", "adc": "count", "v": "V", "mv": "mV",
     "lb": "lb", "lbs": "lb", "lbf": "lbf", "degc": "degC", "grams": "g", "sec": "s", "gf": "gf",
     "kgf": "kgf", "oz": "oz", "mg": "mg", "newton": "N", "newtons": "N", "kpa": "kPa",
+    "кг": "kg", "г": "g", "н": "N", "кн": "kN", "мс": "ms", "с": "s", "мм": "mm",
     "bar": "bar", "dan": "daN", "millis": "ms", "micros": "us", "volts": "V", "mvv": "mV/V",
 }  # fmt: skip
 _SPLIT = re.compile(r"[_\s/.\-,]+")
+_PRODUCT = re.compile(r"[_\s/.,-]+(k?N|lbf?|ozf?|kgf)[-_. *](mm|cm|m|in|ft)$")
+"""A unit of torque at the end of a name: ``Tx_lbf-in``, ``Mz N.mm``."""
 
 
 def known_unit(text: str) -> str | None:
@@ -58,6 +71,9 @@ def split_unit(name: str) -> tuple[str, str | None, float]:
     parted = _COUNTED.fullmatch(found["unit"].strip()) if found else None
     if found and parted and (unit := known_unit(parted[2])) and float(parted[1]) > 0:
         return found["stem"], unit, float(parted[1])
+    product = _PRODUCT.search(name)
+    if product and (unit := known_unit(f"{product[1]}-{product[2]}")) is not None:
+        return name[: product.start()].rstrip("_ /.-,"), unit, 1.0
     parts = [part for part in _SPLIT.split(name) if part]
     if len(parts) > 1:
         last = parts[-1]

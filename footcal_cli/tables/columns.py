@@ -105,7 +105,7 @@ ROTVEC = tuple(f"body_rotvec_{a}_rad" for a in "xyz")
 MATRIX = tuple(f"body_r{i}{j}" for i in "123" for j in "123")
 BODY_GRAVITY = tuple(f"body_gravity_{a}" for a in "xyz")
 GRAVITY = tuple(f"gravity_{a}" for a in "xyz")
-_AXES = ("fx_n", "fy_n", "fz_n", "tx_nm", "ty_nm", "tz_nm")
+AXIS_COLUMNS = ("fx_n", "fy_n", "fz_n", "tx_nm", "ty_nm", "tz_nm")
 
 
 def weights_table() -> TableType:
@@ -158,7 +158,7 @@ def weights_together_table(channels: Sequence[str], *, known_wrench: bool = Fals
     known_wrench
         The six components of a wrench are known, not a load per channel.
     """
-    known = [f"known_{axis}" for axis in _AXES]
+    known = [f"known_{axis}" for axis in AXIS_COLUMNS]
     if not known_wrench:
         known = [f"{name}_load_n" for name in channels]
     return TableType(
@@ -246,7 +246,7 @@ def six_axis_feet_table(feet: Sequence[str]) -> TableType:
             *(
                 Column(f"{foot}_{axis}", f"reading of foot {foot}", missing="keep")
                 for foot in feet
-                for axis in _AXES
+                for axis in AXIS_COLUMNS
             ),
         ),
     )
@@ -320,7 +320,7 @@ def hang_table() -> TableType:
                 for name in GRAVITY
             ),
             *_attitude("keep"),
-            *(Column(axis, "transducer reading", missing="keep") for axis in _AXES),
+            *(Column(axis, "transducer reading", missing="keep") for axis in AXIS_COLUMNS),
             Column("temperature_degc", "temperature at the transducer", optional=True),
         ),
         either=((("orientation",), GRAVITY, *_ANY_ATTITUDE),),
@@ -335,7 +335,7 @@ def legs_table() -> TableType:
             Column("time_s", "time stamp"),
             Column("leg", "which leg", kind="text"),
             Column("phase_rad", "shaft angle"),
-            *(Column(axis, "transducer reading", missing="keep") for axis in _AXES),
+            *(Column(axis, "transducer reading", missing="keep") for axis in AXIS_COLUMNS),
             *_attitude("keep"),
             Column("contact", "1 where the leg touches the ground", optional=True, flag=True),
         ),
@@ -351,7 +351,7 @@ def poses_table() -> TableType:
             Column("pose", "name or number of the pose", kind="text"),
             Column("leg", "which leg", kind="text"),
             Column("phase_rad", "shaft angle"),
-            *(Column(axis, "transducer reading", missing="keep") for axis in _AXES),
+            *(Column(axis, "transducer reading", missing="keep") for axis in AXIS_COLUMNS),
             *_attitude("refuse"),
             Column("contact", "1 where the leg touches the ground", optional=True, flag=True),
         ),
@@ -369,37 +369,3 @@ def base_columns() -> tuple[Column, ...]:
         Column(name, "pose of the base in the world", optional=True, missing="keep")
         for name in names
     )
-
-
-_ENDINGS = (
-    "_counts", *(f"_{axis}" for axis in _AXES), *(f"_foot_{a}_m" for a in "xyz"),
-    "_foot_yaw_rad", *(f"_foot_q{a}" for a in "xyzw"), "_cop_x_m", "_cop_y_m",
-)  # fmt: skip
-"""Endings of columns that are named after a channel, a foot or a transducer."""
-
-
-def canonical_names(cells: Sequence[str]) -> set[str]:
-    """Every canonical column that some log of a robot may have, but for those of `_ENDINGS`.
-
-    Parameters
-    ----------
-    cells
-        Names of the robot's load cells, alone and with their foot; their readings are included.
-    """
-    tables = (
-        weights_table(), weights_stream_table(cells), weights_together_table(cells),
-        weights_together_table(cells, known_wrench=True), cop_points_table(),
-        placements_table(cells), cells_table(cells), truth_table(cells), body_table(()),
-        hang_table(), legs_table(), poses_table(), TableType("base", base_columns()),
-    )  # fmt: skip
-    return {column.name for table in tables for column in table.columns}
-
-
-def is_canonical(name: str, cells: Sequence[str]) -> bool:
-    """Whether some log may have a column of this name, given the cells that the recipe names."""
-    if name in canonical_names(cells):
-        return True
-    of_a_sensor = any(name.endswith(f"_{axis}") for axis in _AXES)
-    if not of_a_sensor and (name.endswith("_n") or (cells and name.endswith("_counts"))):
-        return False  # forces have a cell of the recipe; readings too where it lists its cells
-    return any(name.endswith(ending) and name != ending for ending in _ENDINGS)

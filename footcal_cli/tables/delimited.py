@@ -10,6 +10,7 @@ import warnings
 import zlib
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -41,8 +42,8 @@ def text_names(path: Path, layout: Layout) -> list[str]:
     if layout.plain:
         return _csv_header(path)
     if layout.line:
-        both = f"{layout.carried}|{layout.line}" if layout.carried else layout.line
-        return list(re.compile(both).groupindex)
+        both = (re.compile(text).groupindex for text in (layout.carried, layout.line))
+        return list(dict.fromkeys(name for own in both for name in own))
     carried = list(re.compile(layout.carried).groupindex) if layout.carried else []
     return [*_own_names(_lines(path, layout), layout), *carried]
 
@@ -95,11 +96,15 @@ def text_table(path: Path, layout: Layout, texts: Collection[str]) -> tuple[pd.D
             remedy="correct separator, decimal or names in [[files]]",
         )  # fmt: skip
     wanted = [*names, "\0trailing"] if trailing else names
+    thousands = layout.thousands
+    if not thousands.isascii():  # blanks of other widths
+        lines = [re.sub(rf"(?<=\d){thousands}(?=\d{{3}}(?!\d))", "", line) for line in lines]
+        thousands = ""
     try:
         frame = pd.read_csv(
             io.StringIO("".join(line.rstrip("\r\n") + "\n" for line in lines)),
             sep=r"\s+" if layout.separator == BLANKS else layout.separator,
-            decimal=layout.decimal, thousands=layout.thousands or None, header=None,
+            decimal=layout.decimal, thousands=thousands or None, header=None,
             names=wanted, index_col=False, dtype=dict.fromkeys(texts, str),
             skipinitialspace=True, low_memory=False, skip_blank_lines=False,
         )  # fmt: skip
@@ -183,7 +188,9 @@ def _lines(path: Path, layout: Layout) -> _Lines:
     skip = layout.skip_rows
     below = layout.skip_below
     waits = layout.header
-    for number, line in enumerate(decoded(path, layout).splitlines(), start=1):
+    lines = decoded(path, layout).splitlines()
+    lines = upright(lines, layout.separator) if layout.turned else lines
+    for number, line in enumerate(lines, start=1):
         if between is not None and (said := between.search(line)) is not None:
             holds = {**holds, **said.groupdict()}
             continue
@@ -206,6 +213,17 @@ def _lines(path: Path, layout: Layout) -> _Lines:
             if between is not None:
                 carried.append(holds)
     return _Lines(kept, numbers, header, carried)
+
+
+def upright(lines: Sequence[str], separator: str) -> list[str]:
+    """Lines of a sheet that lies on its side, turned: its columns as lines."""
+    layout = Layout(separator=separator)
+    fields = [_fields(line, layout) for line in lines if line.strip(f" \t\r\n{separator}")]
+    text = io.StringIO()
+    csv.writer(text, delimiter=separator, lineterminator="\n").writerows(
+        zip_longest(*fields, fillvalue="")
+    )
+    return text.getvalue().splitlines()
 
 
 def _searched(path: Path, layout: Layout) -> tuple[pd.DataFrame, IntArray]:

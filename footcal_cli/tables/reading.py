@@ -28,7 +28,8 @@ class ForeignColumn:
     value
         The same for every row.
     file_name
-        Regular expression; what its first group finds in the file's name, for every row.
+        Regular expression; what its first group finds in the file's name, for every row. With a
+        slash in it: in the name behind that of the file's folder.
     pattern
         Regular expression; what its first group finds in a cell (``Reading: 8347750 g``). A group
         called ``unit`` finds the unit of each number, which is converted to `unit`.
@@ -42,6 +43,10 @@ class ForeignColumn:
         A counter that reaches this number begins again from zero.
     names
         Texts of the file -> footcal's.
+    held
+        An empty cell means what stands above it.
+    only_where
+        Another column -> its text: in all other rows the number is 0.
     """
 
     column: str = ""
@@ -54,6 +59,8 @@ class ForeignColumn:
     nanoseconds: str = ""
     wraps_at: float | None = None
     names: Mapping[str, str] = field(default_factory=dict)
+    held: bool = False
+    only_where: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def in_file(self) -> bool:
@@ -75,6 +82,8 @@ class Layout:
         Sign between groups of three digits; empty for none.
     until
         The table ends above a line that begins so; empty where it ends with the file.
+    turned
+        Names stand in the first field of each line, a row is a column: the sheet lies on its side.
     encoding
         Of the text.
     comment
@@ -107,6 +116,7 @@ class Layout:
     carried: str = ""
     thousands: str = ""
     until: str = ""
+    turned: bool = False
 
     @property
     def plain(self) -> bool:

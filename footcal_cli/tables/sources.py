@@ -16,6 +16,7 @@ from footcal_cli.tables.canonical import canonical
 from footcal_cli.tables.columns import Column
 from footcal_cli.tables.logfiles import RawColumn, column_names, raw_columns
 from footcal_cli.tables.reading import ForeignColumn, Join, Layout, Reading
+from footcal_cli.tables.textfiles import called_as
 
 _TIME = Column("time_s", "time stamp")
 _TOPIC_S = 0.1
@@ -58,6 +59,14 @@ def source_columns(
     own = set(column_names(path, reading.layout))
     wanted = {p.column for p in places.values() if p.in_file}
     wanted |= {p.nanoseconds for p in places.values() if p.nanoseconds}
+    conditions = {name for p in places.values() for name in p.only_where}
+    wanted |= conditions
+    if conditions - own:
+        raise DataError(
+            f"missing column '{min(conditions - own)}' that only_where names"
+            f"{nearest(min(conditions - own), sorted(own))}", file=path,
+            remedy="correct only_where in [columns]",
+        )  # fmt: skip
     if reading.rows_of and reading.rows_of not in own:
         raise DataError(
             f"missing column '{reading.rows_of}' that rows_of names"
@@ -69,6 +78,7 @@ def source_columns(
     as_text = {
         p.column for name, p in places.items() if name in texts or p.pattern or p.names
     } & own  # fmt: skip
+    as_text |= conditions
     raw = dict(raw_columns(path, here, as_text, reading.layout))
     rows = len(raw[here[0]].values)
     if rows == 0:
@@ -84,6 +94,8 @@ def source_columns(
     for name, place in places.items():
         if place.in_file:
             found[name] = _cell(raw[place.column], place, reading, path)
+            if place.only_where:
+                found[name] = _only_where(found[name], raw, place)
             if place.nanoseconds:
                 found[name] = _with_nanoseconds(found[name], raw[place.nanoseconds], place, path)
         elif place.value is None and place.file_name is None:
@@ -141,7 +153,7 @@ def _said(place: ForeignColumn, path: Path) -> str | float:
     """A value of the recipe or of the file's name."""
     if place.value is not None:
         return place.value
-    found = re.search(place.file_name or "", path.name)
+    found = re.search(place.file_name or "", called_as(path, place.file_name or ""))
     if found is None:
         raise DataError(
             "the file's name is not as [columns] says", file=path, value=place.file_name,
@@ -171,8 +183,29 @@ def _with_nanoseconds(
     return replace(whole, kind="stamp", values=stamps, empty=whole.empty | rest.empty)
 
 
+def _only_where(
+    raw: RawColumn, columns: Mapping[str, RawColumn], place: ForeignColumn
+) -> RawColumn:
+    """Numbers that are 0 where another column does not say a certain text."""
+    elsewhere = np.zeros(len(raw.values), dtype=bool)
+    for name, said in place.only_where.items():
+        words = columns[name].values.tolist()
+        elsewhere |= np.array([str(word).strip() != said for word in words])
+    values = raw.values.copy()
+    values[elsewhere] = "0" if raw.kind == "text" else 0
+    return replace(raw, values=values, empty=raw.empty & ~elsewhere)
+
+
+def _held(raw: RawColumn) -> RawColumn:
+    """A column whose empty cells mean what stands above them."""
+    above = np.maximum.accumulate(np.where(raw.empty, -1, np.arange(len(raw.values))))
+    values = raw.values[np.maximum(above, 0)]
+    return replace(raw, values=values, empty=above < 0)
+
+
 def _cell(raw: RawColumn, place: ForeignColumn, reading: Reading, path: Path) -> RawColumn:
     """A column of the file, what its pattern finds in each cell, its texts by footcal's names."""
+    raw = _held(raw) if place.held else raw
     if raw.kind != "text" or not (place.pattern or place.names):
         return raw
     words: list[object] = []

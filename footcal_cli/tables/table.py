@@ -163,7 +163,9 @@ def read_pieces(
     places = places_of(with_plates(table, reading.plates), reading, path)
     found = places[0].found
     own = {p.column for p in found.values()} <= set(column_names(path, reading.layout))
-    bare = all(p.in_file and not p.pattern and not p.names for p in found.values())
+    bare = all(
+        p.in_file and not (p.pattern or p.names or p.held or p.only_where) for p in found.values()
+    )
     if len(places) > 1 or reading.plates or not (reading.layout.plain and own and bare):
         yield read_table(path, table, reading, gravity_mps2=gravity_mps2)
         return

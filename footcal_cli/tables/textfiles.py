@@ -8,6 +8,15 @@ from pathlib import Path
 from footcal_cli.errors import DataError, UsageError
 
 
+def called_as(path: Path, expression: str) -> str:
+    """What an expression for names is compared with: the name, behind its folder's if it has a /.
+
+    >>> called_as(Path("/data/500g/log.csv"), "*/log.csv")
+    '500g/log.csv'
+    """
+    return f"{path.absolute().parent.name}/{path.name}" if "/" in expression else path.name
+
+
 def regular_file(path: Path, *, at_most: int | None = None) -> None:
     """Refuse what is no file: a folder, a pipe, a device, or more bytes than can be meant.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,9 @@ _DAY_NS = 86_400 * 10**9
 _TRUE_AND_FALSE = {"true": 1.0, "false": 0.0}
 HEXADECIMAL = r"0[xX][0-9A-Fa-f]{1,12}"
 """A register of a converter as it was printed."""
+_LETTERS = frozenset("ABCDEFabcdef")
+_DIGITS = _LETTERS | frozenset("0123456789")
+_MOST_DIGITS = 12
 _ISO = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d")
 _ZONE = re.compile(r"(?:Z|[+-]\d\d:?\d\d)$")
 
@@ -154,12 +158,26 @@ def _parsed(raw: RawColumn, spec: Column, name: str, unit: str | None, path: Pat
         words = words.map(lambda word: _TRUE_AND_FALSE.get(str(word).lower(), word))
     if path.suffix.lower() in {".parquet", ".pq"}:
         _refuse("text, not a number", ~raw.empty, raw, spec, name, unit, path)
-    if words.dropna().str.fullmatch(HEXADECIMAL).all():
+    some = words.dropna()
+    if some.str.fullmatch(HEXADECIMAL).all() or bare_hexadecimal(some.tolist()):
         words = words.map(lambda word: int(word, 16), na_action="ignore")
     parsed = pd.to_numeric(words, errors="coerce")
     bad = np.asarray(parsed.isna().to_numpy() & ~raw.empty)
     _refuse("not a number", bad, raw, spec, name, unit, path)
     return parsed.to_numpy()
+
+
+def bare_hexadecimal(words: Sequence[str]) -> bool:
+    """Whether words are registers in hexadecimal digits without a mark: as long as each other.
+
+    Some digit is a letter; four digits at least, as no converter that weighs has fewer.
+    """
+    lengths = {len(word) for word in words}
+    return (
+        len(lengths) == 1 and 4 <= lengths.pop() <= _MOST_DIGITS
+        and all(set(word) <= _DIGITS for word in words)
+        and any(set(word) & _LETTERS for word in words)
+    )  # fmt: skip
 
 
 def _refuse(

@@ -36,6 +36,8 @@ LEVEL = ("com_offset", "accel_bias", "imu_tilt", "floor_slope", "cell_position")
 CURVES = ("nonlinearity", "nonlinearity_cubic", "saturation", "hinge", "dead_zone")
 CREEP = ("creep", "creep_slow")
 LATE = ("delay", "lag")
+SLOW = (*LATE, "sensor_lag")
+"""Streams apart in time, whichever of them it is and by what filter."""
 SUM = ("wrong_weight", "load_bypass")
 ACC, COM = "com_acc_{}_mps2", "com_{}_m"
 SECONDS = 45.0
@@ -64,6 +66,11 @@ class Abroad:
     right: tuple[str, ...]
     hide: Hide
     wiring: bool = False
+
+    @property
+    def beside(self) -> frozenset[str]:
+        """Names that may stand in a set beside the right ones."""
+        return frozenset(SLOW if set(self.right) & set(SLOW) else ())
 
 
 def make(trial: Abroad, seed: int, folder: Path) -> None:
@@ -150,12 +157,12 @@ def _bypassed(share: float) -> Distort:
     return distort
 
 
-def _lagging(rng: Rng) -> Distort:
-    cell = int(rng.integers(8))
+def _lagging(rng: Rng, *, every: bool = False) -> Distort:
+    cells: Array = np.asarray(np.arange(8) if every else rng.integers(8, size=1))
 
     def distort(time_s: Array, loads: Array) -> Array:
         late = foreign.slow_part(loads, time_s, _rested(len(loads)), 0.05)
-        return _on(loads, np.array([cell]), lambda x: late[:, [cell]])
+        return _on(loads, cells, lambda x: late[:, cells])
 
     return distort
 
@@ -337,6 +344,7 @@ _ON_FEET: tuple[tuple[str, str, tuple[str, ...], Hide], ...] = (
     ("walk", "bypass", ("load_bypass",), _felt(_walking, lambda r: _bypassed(0.25))),
     ("walk", "cell", ("cell_position",), lambda s, r: _misplaced(_walking(s), r, 0.008)),
     ("walk", "slow cell", ("sensor_lag",), _felt(_walking, _lagging)),
+    ("walk", "slow cells", ("sensor_lag",), _felt(_walking, lambda r: _lagging(r, every=True))),
     ("walk", "dead cell", ("channel_stuck",), _dead),
     ("walk", "plugs", ("channel_swap",), _plugs(_walking, "cells", "left_fl", "left_rl")),
     ("stand", "", (), lambda s, r: _standing(s)),

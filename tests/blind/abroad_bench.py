@@ -90,7 +90,7 @@ def answer(trial: Abroad, record: Mapping[str, Any]) -> str:
         return "right"
     held = [group for group in said.rivals if group & right]
     if held:
-        return "right" if held[0] <= right else "set"
+        return "right" if held[0] <= right | trial.beside else "set"
     return "unknown" if said.verdict in ("ambiguous", "named+unknown") else said.verdict
 
 

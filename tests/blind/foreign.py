@@ -110,12 +110,16 @@ def neighbour_crosstalk(x: Array, share: float, feet: list[list[int]]) -> Array:
 
 
 def soft_bypass(x: Array, share: float, touch_n: float, feet: list[list[int]]) -> Array:
-    """A shell that comes to bear softly beside the cells of a foot and takes part of the load."""
+    """A shell that comes to bear softly beside the cells of a foot and takes part of the load.
+
+    A foot in the air carries nothing that it could take, whatever its cells show of their plates.
+    """
     y = x.copy()
     width = 0.15 * touch_n + 0.2
+    at_rest = np.logaddexp(0.0, -touch_n / width)
     for cells in feet:
-        total = np.clip(x[:, cells].sum(axis=1), 1e-6, None)
-        beside = share * width * np.logaddexp(0.0, (total - touch_n) / width)
+        total = np.clip(x[:, cells].sum(axis=1), 1e-3, None)
+        beside = share * width * (np.logaddexp(0.0, (total - touch_n) / width) - at_rest)
         y[:, cells] *= (1.0 - beside / total)[:, None]
     return y
 

@@ -204,6 +204,15 @@ def test_no_jump_is_cried_where_there_is_none() -> None:
     assert cried == 0
 
 
+@pytest.mark.parametrize("fast", [False, True])
+@pytest.mark.parametrize("column", [2, 3])
+def test_a_belief_that_is_far_off_is_no_jump(column: int, fast: bool) -> None:
+    for seed in range(5):
+        rows, _ = toy_rows(400 + seed)
+        off = 7.0 * rows.h[:, :, column]  # seven sd of what is believed before the walk, all along
+        assert not run_filter(replace(rows, error=rows.error - off), NOISE, fast=fast).jumps
+
+
 def test_a_track_with_jumps_is_not_smoothed_across_its_corrections() -> None:
     rows, _ = toy_rows(7, u=300)
     rows.error[150:] -= 3.0 * rows.h[150:, :, 2] / rows.prior_sd[2]

@@ -87,9 +87,7 @@ def json_array(to: Path, rng: Rng) -> Made:
         {"weight_kg": float(k), "raw": int(c)}
         for k, c in zip(kg, one.read(kg * G, rng), strict=True)
     ]
-    return Made(
-        [write(to / "data.json", json.dumps(made, indent=1).splitlines())], says="footcal convert"
-    )
+    return Made([write(to / "data.json", json.dumps(made, indent=1).splitlines())], truth_of(one))
 
 
 def two_cells_pounds(to: Path, rng: Rng) -> Made:
@@ -114,7 +112,7 @@ def kuka_abc(to: Path, rng: Rng) -> Made:
     t = np.arange(len(rot)) * 12.0
     head = "t_ms;A;B;C;Fx;Fy;Fz;Mx;My;Mz"
     body = rows(t, *abc.T, *wrench.T, sep=";")
-    return Made([write(to / "kuka.csv", [head, *body])], tool_truth(made), says="attitude")
+    return Made([write(to / "kuka.csv", [head, *body])], tool_truth(made))
 
 
 def corner_loads(to: Path, rng: Rng) -> Made:

@@ -221,7 +221,8 @@ def labelled_plotter(to: Path, rng: Rng) -> Made:
     reading = [one.read(newton, rng) for one in cells.values()]
     lines = [f"load_N:{n:.1f}\tA:{a:.0f}\tB:{b:.0f}"
              for n, a, b in zip(newton, *reading, strict=True)]  # fmt: skip
-    return Made([write(to / "plotter.txt", lines)], truth_of(cells, 50))
+    named = {name.lower(): one for name, one in cells.items()}  # as groups of a pattern are called
+    return Made([write(to / "plotter.txt", lines)], truth_of(named, 50))
 
 
 def board_of_four(to: Path, rng: Rng) -> Made:

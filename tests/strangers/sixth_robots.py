@@ -36,7 +36,7 @@ def anymal_with_contacts_long(to: Path, rng: Rng) -> Made:
         for foot, part in feet.items():
             f = [rng.normal(0, 1), rng.normal(0, 1), 500 * part[i] + rng.normal(0, 0.5)]
             lines.append(f"{i / 100:.3f},{foot}," + ",".join(f"{v:.4f}" for v in f))
-    return Made([write(to / "feet_long.csv", lines)], says="weigh")
+    return Made([write(to / "feet_long.csv", lines)], says="one row per stamp")
 
 
 def isaac_contact_forces(to: Path, rng: Rng) -> Made:
@@ -148,7 +148,7 @@ def four_cells_a_leg_long(to: Path, rng: Rng) -> Made:
     for i in range(300):
         for (foot, corner), one in cells.items():
             lines.append(f"{5 * i};{foot};{corner};{one.read(np.asarray(8.0), rng):.0f}")
-    return Made([write(to / "cells_long.csv", lines)], says="where the cells sit")
+    return Made([write(to / "cells_long.csv", lines)], says="one row per stamp")
 
 
 def plates_weighed(to: Path, rng: Rng) -> Made:

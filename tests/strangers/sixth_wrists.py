@@ -287,11 +287,14 @@ def known_wrenches_on_an_ankle(to: Path, rng: Rng) -> Made:
     reading = np.linalg.solve(gain, put.T).T + offset + noise * [1, 1, 1, 0.05, 0.05, 0.05]
     axes = ("fx", "fy", "fz", "mx", "my", "mz")
     head = [f"{a}_applied" for a in axes] + [f"{a}_measured" for a in axes]
-    offsets = {f".offset_{a[0].replace('m', 't')}{a[1]}": float(v)
-               for a, v in zip(axes, offset, strict=True)}  # fmt: skip
-    within = {n: 0.2 if ".offset_f" in n else 0.02 for n in offsets}
+    # put = gain (reading − offset): a matrix, and a bias for each axis
+    out = ("fx", "fy", "fz", "tx", "ty", "tz")
+    values = {f"{a}.bias": float(v) for a, v in zip(out, -gain @ offset, strict=True)}
+    values |= {"fx.scale": float(gain[0, 0]), "fx.scale_from_fz": float(gain[0, 2])}
+    values |= {"tx.scale_from_mx": float(gain[3, 3]), "tz.scale_from_fy": float(gain[5, 1])}
+    within = {n: 0.002 if "scale" in n else 0.2 if n[0] == "f" else 0.02 for n in values}
     return Made([write(to / "rig.csv", [",".join(head), *rows(*put.T, *reading.T)])],
-                Truth(offsets, within))  # fmt: skip
+                Truth(values, within))  # fmt: skip
 
 
 SIXTH_WRISTS = (

@@ -8,11 +8,17 @@ import pytest
 
 from tests.conftest import Run
 from tests.strangers import (
+    eighth,
     fifth,
     fourth,
     later,
     legged,
+    ninth,
     seen,
+    seen_wrists,
+    seventh_bench,
+    seventh_robots,
+    seventh_wrists,
     sixth_bench,
     sixth_robots,
     sixth_wrists,
@@ -25,11 +31,13 @@ from tests.strangers.trial import trial
 
 SAMPLE = (
     seen.semicolons_commas_units, seen.serial_with_typed_weights, seen.one_file_per_channel,
-    seen.wrist_rpy_degrees, seen.bare_readings, third.netft_orientations, third.scalar_first,
+    seen_wrists.wrist_rpy_degrees, seen.bare_readings, third.netft_orientations, third.scalar_first,
     third.mixed_unit_texts, seen.cop_grid, fourth.labview_lvm, fourth.two_rows_of_names,
     fifth.ur_rtde_rotation_vector, fifth.turned_by_hand,
     *legged.LEGGED, sixth_wrists.unity_left_handed, sixth_robots.hung_by_accelerometer,
-    sixth_robots.solo_torque_first_nwu,
+    sixth_robots.solo_torque_first_nwu, sixth_bench.bogde_example, seventh_bench.zwick,
+    seventh_bench.event_column, seventh_wrists.upside_down_files, eighth.readings_in_pounds,
+    eighth.two_arms, ninth.urscript_pose,
 )  # fmt: skip
 
 
@@ -41,14 +49,33 @@ def test_a_sample_of_the_corpus(shape: Write, run: Run, tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "corpus", ["seen", "unseen", "third", "later", "turned", "fourth", "fifth", "sixth"]
+    "corpus",
+    [
+        "seen",
+        "unseen",
+        "third",
+        "later",
+        "turned",
+        "fourth",
+        "fifth",
+        "sixth",
+        "seventh",
+        "eighth",
+        "ninth",
+    ],
 )
 def test_the_whole_corpus(corpus: str, run: Run, tmp_path: Path) -> None:
     shapes = {
-        "seen": seen.SEEN, "unseen": unseen.UNSEEN, "third": third.THIRD, "later": later.LATER,
-        "turned": turned.TURNED, "fourth": fourth.FOURTH, "fifth": fifth.FIFTH,
+        "seen": (*seen.SEEN, *seen_wrists.SEEN_WRISTS), "unseen": unseen.UNSEEN,
+        "third": third.THIRD, "later": later.LATER, "turned": turned.TURNED,
+        "fourth": fourth.FOURTH, "fifth": fifth.FIFTH,
         "sixth": (
             *sixth_bench.SIXTH_BENCH, *sixth_wrists.SIXTH_WRISTS, *sixth_robots.SIXTH_ROBOTS
+        ),
+        "eighth": eighth.EIGHTH, "ninth": ninth.NINTH,
+        "seventh": (
+            *seventh_bench.SEVENTH_BENCH, *seventh_wrists.SEVENTH_WRISTS,
+            *seventh_robots.SEVENTH_ROBOTS,
         ),
     }[corpus]  # fmt: skip
     found = {shape.__name__: trial(shape, tmp_path / shape.__name__, run) for shape in shapes}

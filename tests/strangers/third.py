@@ -352,7 +352,7 @@ def matlab_workspace(to: Path, rng: Rng) -> Made:
     """A .mat file."""
     one, kg = cell(rng), steps(KG, 4)
     savemat(to / "bench.mat", {"load_kg": kg, "counts": one.read(kg * G, rng)})
-    return Made([to / "bench.mat"], says="footcal convert")
+    return Made([to / "bench.mat"], truth_of(one))
 
 
 def silent_weights(to: Path, rng: Rng) -> Made:

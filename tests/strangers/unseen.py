@@ -60,7 +60,7 @@ def json_lines(to: Path, rng: Rng) -> Made:
         json.dumps({"load_kg": float(k), "counts": int(c)})
         for k, c in zip(kg, one.read(kg * G, rng), strict=True)
     ]
-    return Made([write(to / "log.jsonl", lines)], says="footcal convert")
+    return Made([write(to / "log.jsonl", lines)], truth_of(one))
 
 
 def labview(to: Path, rng: Rng) -> Made:

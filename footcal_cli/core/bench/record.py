@@ -144,7 +144,7 @@ def load_levels(load_n: FloatArray) -> IntArray:
         return level
     span = float(values[-1] - values[0])
     starts = values[np.diff(values, prepend=-np.inf) > _SAME_LOAD * span]
-    if starts.size > 2 * _MOST_LOADS:
+    if starts.size > 2 * _MOST_LOADS or (starts.size == 1 and span > 0.0):
         starts = values[0] + span * np.arange(_MOST_LOADS) / _MOST_LOADS
     level[known] = np.searchsorted(starts, load_n[known], side="right") - 1
     return level

@@ -45,7 +45,8 @@ def problem_from(
     calibration, turn = calibration_of(ideal, rows, within)
     tracking = None
     if case.drifts and case.directions:
-        _, kind = np.unique([d.kind for d in case.directions], return_inverse=True)
+        wandering = [d.kind for d in case.directions if not d.lasting]
+        _, kind = np.unique(wandering, return_inverse=True)
         tracking = Tracking(rows.time_s, rows.log, kind.astype(np.int64))
     tolerance = np.array(
         [case.tolerance_nm if unit == "Nm" else case.tolerance_n for unit in rows.units]
@@ -69,6 +70,7 @@ def problem_from(
         excluded=library.excluded,
         calibration_turn=turn,
         known=known_of(case, turn),
+        held=held_of(ideal, rows),
         tracking=tracking,
         alike=case.alike,
         drifts=case.drifts,
@@ -96,6 +98,13 @@ def calibration_of(
     if ideal.drifts and ideal.directions:
         return direction_columns(ideal, rows), None
     return calibration_columns(ideal, rows, within)
+
+
+def held_of(ideal: Case, rows: Rows) -> FloatArray | None:
+    """What one sd of each lasting difference from a known calibration adds, shape (m, h)."""
+    if not any(direction.lasting for direction in ideal.directions):
+        return None
+    return direction_columns(ideal, rows, lasting=True)
 
 
 def known_of(case: Case, turn: FloatArray | None) -> FloatArray | None:

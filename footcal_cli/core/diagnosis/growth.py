@@ -76,7 +76,9 @@ def at_an_end(subject: Subject, causes: Sequence[Cause], model: Refit | None) ->
         size = next(p for p in effect.parameters if p.name == cause.signature.parameter)
         for owner, _ in cause.signature.owners:
             value = model.values[f"{owner}.{size.name}"]
-            if effect.name not in SWITCHES and not size.lower < value < size.upper:
+            shape = {p.name: model.values[f"{owner}.{p.name}"] for p in effect.shapes}
+            most = effect.largest(size, shape)
+            if effect.name not in SWITCHES and not size.lower < value < most:
                 return True
     return False
 

@@ -25,7 +25,7 @@ from footcal_cli.core.diagnosis.growth import at_an_end, named_columns
 from footcal_cli.core.diagnosis.material import Nameless, nameless_of
 from footcal_cli.core.diagnosis.mixtures import against_mixtures, applies_to, mixtures_of
 from footcal_cli.core.diagnosis.nested import nested_losses
-from footcal_cli.core.diagnosis.pairs import likely_pairs
+from footcal_cli.core.diagnosis.pairs import in_other_cells, likely_pairs
 from footcal_cli.core.diagnosis.path import Path, beginning, grown, together
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.stated import stated_size
@@ -255,8 +255,9 @@ def _judged(subject: Subject, path: Path, rules: Rules, seed: int) -> tuple[Verd
     if verdict in _NAMING and at_an_end(subject, path.causes, path.model):
         # a size that only its bound stops is the size of something else
         return Verdict.UNKNOWN, share
-    several = subject.case.drifts and len(path.causes) > 1 and not path.pair
-    if verdict in _NAMING and several and not all(cause.rivals for cause in path.causes):
+    sure = path.pair or all(cause.rivals for cause in path.causes)
+    sure &= in_other_cells(subject.table, path.causes)
+    if verdict in _NAMING and subject.case.drifts and len(path.causes) > 1 and not sure:
         # beside a calibration that drifts two causes copy a third that neither of them is
         return Verdict.UNKNOWN, share
     return verdict, share

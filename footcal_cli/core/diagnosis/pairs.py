@@ -7,10 +7,15 @@ candidates together are as cheap to compare as all singles, on the same inner pr
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 
+from footcal_cli.core.diagnosis.answer import Cause
 from footcal_cli.core.diagnosis.library import Library
 from footcal_cli.core.diagnosis.rules import Rules
+from footcal_cli.core.effects.contract import Effect, Stage
 from footcal_cli.core.inference.scores import scores
 
 _SPREAD = 3.0  # sd of its own by which a size may lie beyond its bounds
@@ -55,3 +60,17 @@ def likely_pairs(lib: Library, rules: Rules) -> list[tuple[int, int]]:
         one, other = like[i] > rules.look_alike, like[j] > rules.look_alike
         gain[np.outer(one, other) | np.outer(other, one)] = 0.0
     return [(int(shown[first]), int(shown[second])) for first, second in pairs]
+
+
+def in_other_cells(table: Mapping[str, Effect], causes: Sequence[Cause]) -> bool:
+    """Whether no two causes distort what the same cells show.
+
+    A loop of another form than the table's is a loop and a curve in the same cells, a curve of
+    another form two curves.
+    """
+    cells = [
+        {member for _, members in cause.signature.owners for member in members}
+        for cause in causes
+        if table[cause.signature.effect].stage is Stage.CELL
+    ]
+    return all(a.isdisjoint(b) for a, b in itertools.combinations(cells, 2))

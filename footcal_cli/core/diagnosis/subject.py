@@ -11,6 +11,7 @@ from footcal_cli.core.diagnosis.answer import Cause
 from footcal_cli.core.diagnosis.bridge import (
     Describe,
     calibration_of,
+    held_of,
     known_of,
     numbered,
     problem_from,
@@ -90,6 +91,7 @@ class Subject:
             calibration_names=numbered(calibration),
             calibration_turn=turn,
             known=known_of(self.case, turn),
+            held=held_of(model.ideal, self.rows),
             accepted=self._accepted(model, causes),
             columns=self.problem.columns[:, :0],
             signatures=(),

@@ -22,6 +22,9 @@ def yardsticks(problem: Problem, grams: Grams) -> tuple[FloatArray, FloatArray]:
             # what matters is what the calibration in use makes of an effect
             return problem.visible(left), problem.smallest_sizes(problem.columns)
         return problem.visible(left), _smallest_sizes(problem, left)
+    if problem.held is not None:
+        # as above; what a common gain would take is an error of the forces all the same
+        return grams.visible[grams.candidates], problem.smallest_sizes(problem.columns)
     smallest = np.full(len(problem.signatures), np.inf)
     for o in range(len(problem.outputs)):
         rows = problem.output == o

@@ -201,6 +201,9 @@ class Effect:
         What it is, for whoever treats such effects alike.
     unseen_walking
         Why a walk alone cannot show it, and what would; empty where it can.
+    most
+        ``shape by short name -> size``: the largest size that is possible in a shape, where that
+        is less than the size's own range.
     form_error
         Sd, as a share, by which what is stated is off where the real effect has another form than
         the table's; all data share it.
@@ -235,6 +238,7 @@ class Effect:
     by_column: bool = False
     stated: Callable[[Log, Log], FloatArray] | None = None
     stated_as: str = ""
+    most: Callable[[Mapping[str, float]], float] | None = None
     form_error: float = 0.0
     traits: tuple[Trait, ...] = ()
     unseen_walking: str = ""
@@ -248,6 +252,10 @@ class Effect:
     def sizes(self) -> tuple[EffectParameter, ...]:
         """All parameters that make the effect act, without the shapes."""
         return tuple(parameter for parameter in self.parameters if not parameter.shape)
+
+    def largest(self, size: EffectParameter, shape: Mapping[str, float]) -> float:
+        """Upper end of a size in a shape, given by short name."""
+        return size.upper if self.most is None else min(size.upper, self.most(shape))
 
     @property
     def parameter_names(self) -> tuple[str, ...]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from footcal_cli.core.effects.contract import (
@@ -31,6 +33,9 @@ from footcal_cli.core.effects.memory import (
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import BoolArray, FloatArray
 
+STEEPEST = 0.95
+"""Share of its slope that a cell may lose where its load turns: ``1 − w/2r > 0``, since no cell
+shows less under more load. Only that limits the width of a loop, not any number of newtons."""
 BINS = 24
 """Loads at which rising and falling readings are compared."""
 LOOP_FORM_ERROR = 0.05
@@ -79,16 +84,25 @@ MOVING = ("walk",)
 
 
 def _hysteresis(x: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
-    half, reach = 0.5 * theta["hysteresis_width"], theta["hysteresis_reach"]
+    reach, lost = theta["hysteresis_reach"], _lost_slope(theta)
     last, start = state or (None, np.zeros(x.shape[1]))
     passed, last = rows_of(log, last)
     z = play(x, reach, start, passed.fresh)
-    return x + half / reach * (z - x), (last, z[-1])
+    return x + lost * (z - x), (last, z[-1])
+
+
+def _lost_slope(theta: Theta) -> FloatArray:
+    """``w/2r``, the share of its slope that a cell loses where its load turns."""
+    return np.minimum(0.5 * theta["hysteresis_width"] / theta["hysteresis_reach"], STEEPEST)
+
+
+def _widest_loop(shape: Mapping[str, float]) -> float:
+    return 2.0 * STEEPEST * shape["hysteresis_reach"]
 
 
 def _unhysteresis(y: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
     reach = theta["hysteresis_reach"]
-    yielding = 1.0 - 0.5 * theta["hysteresis_width"] / reach
+    yielding = 1.0 - _lost_slope(theta)
     last, start = state or (None, np.zeros(y.shape[1]))
     passed, last = rows_of(log, last)
     z = play(y, reach * yielding, start, passed.fresh)
@@ -157,7 +171,7 @@ HYSTERESIS = Effect(
     stage=Stage.CELL,
     scope=Scope.CHANNEL,
     parameters=(
-        EffectParameter("hysteresis_width", "N", 0.0, 0.0, 1.5, 0.3),
+        EffectParameter("hysteresis_width", "N", 0.0, 0.0, 1000.0 * STEEPEST, 0.3),
         EffectParameter(
             "hysteresis_reach",
             "N",
@@ -180,6 +194,7 @@ HYSTERESIS = Effect(
     remedy="approach every load from the same side; check glued seats and screws",
     mimics=("sensor_lag", "creep"),
     separates="a staircase of weights up and down with long holds",
+    most=_widest_loop,
     stated=loop_width,
     stated_as="widest loop",
     form_error=LOOP_FORM_ERROR,

@@ -164,7 +164,7 @@ def _valid(log: Log, error: FloatArray, totals: int, carried: BoolArray) -> Bool
     return valid
 
 
-OF_A_MODEL = Imperfection(COM_OFFSET, {"com_correction_x": 7.5e-4, "com_correction_y": 7.5e-4})
+OF_A_MODEL = Imperfection(COM_OFFSET, {"com_correction_x": 5e-4, "com_correction_y": 5e-4})
 """The CoM of a CAD model."""
 OF_THE_BODY = (
     Imperfection(ANGULAR_MOMENTUM, {"angmom_loss": 0.1}),

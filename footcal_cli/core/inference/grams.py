@@ -156,6 +156,10 @@ def whitened_grams(
     by_output = np.stack([_block_grams(short[m], problem.block[m], problem.blocks) for m in of])
     energy = _energies(raw, problem.output, len(problem.outputs))
     if problem.drifts:
+        if problem.held is not None:
+            # in equal shares, as what is known beforehand of a calibration
+            held = numbers[1][: problem.held.shape[1]]
+            rows[:, held, held] += 1.0 / problem.blocks
         inner = within = rows
         base = numbers[1]
     else:

@@ -116,6 +116,9 @@ class Problem:
     known
         Precision with which the coefficients of `calibration` were known before, about none,
         shape (p, p); None where these rows alone say what they are.
+    held
+        Columns in which all blocks alike differ from a known calibration, in units of the sd with
+        which it was known, shape (m, h).
     usual, usual_of
         Columns of the experiment's usual imperfections, fitted with the calibration but common to
         all blocks, in usual sizes, shape (m, u), and what they are.
@@ -148,6 +151,7 @@ class Problem:
     traces: Traces | None = None
     raw: Series | None = None
     known: FloatArray | None = None
+    held: FloatArray | None = None
     usual: FloatArray | None = None
     usual_of: tuple[Signature, ...] = ()
 
@@ -192,6 +196,7 @@ class Problem:
             residual=self.residual / rows,
             calibration=self.calibration / share,
             accepted=None if self.accepted is None else self.accepted / share,
+            held=None if self.held is None else self.held / share,
             usual=None if self.usual is None else self.usual / share,
         )
 
@@ -221,6 +226,7 @@ class Problem:
             regressors={name: mean(values) for name, values in self.regressors.items()},
             pieces=False,
             accepted=None if self.accepted is None else mean(self.accepted),
+            held=None if self.held is None else mean(self.held),
             usual=None if self.usual is None else mean(self.usual),
         )  # fmt: skip
 
@@ -245,8 +251,8 @@ class Problem:
 
     @property
     def shared(self) -> FloatArray:
-        """What all blocks share beside the calibration: imperfections and accepted effects."""
-        parts = [part for part in (self.usual, self.accepted) if part is not None]
+        """What all blocks share beside what wanders: what is held, imperfections, effects."""
+        parts = [part for part in (self.held, self.usual, self.accepted) if part is not None]
         return np.hstack([self.calibration[:, :0], *parts])
 
     def left(self) -> FloatArray:

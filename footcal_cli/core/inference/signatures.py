@@ -115,18 +115,20 @@ def _moved(
     }  # fmt: skip
 
 
-def direction_columns(case: Case, rows: Rows) -> FloatArray:
-    """What one prior sd of each way of drifting adds to the residual, shape (m, p)."""
-    columns, seen = [], case.memory()
+def direction_columns(case: Case, rows: Rows, *, lasting: bool = False) -> FloatArray:
+    """What one prior sd of each way of drifting, or of lasting, adds to the residual, (m, p)."""
+    columns, seen = [np.empty((rows.row.size, 0))], case.memory()
     for direction in case.directions:
+        if direction.lasting is not lasting:
+            continue
         ends = []
         for sign in (1.0, -1.0):
             moved = dict(case.values)
             for name, change in direction.changes.items():
                 moved[name] += 0.01 * sign * change
             ends.append(residual(case, rows, moved, seen=seen))
-        columns.append((ends[0] - ends[1]) / 0.02)
-    return np.stack(columns, axis=1)
+        columns.append((ends[0] - ends[1])[:, None] / 0.02)
+    return np.hstack(columns)
 
 
 def library_columns(case: Case, rows: Rows, effects: Iterable[Effect]) -> Columns:
@@ -191,7 +193,7 @@ def effect_columns(
                 signature = Signature(
                     effect=effect.name, parameter=size.name, where=where, unit=size.unit,
                     shape=tuple(shape.items()), lower=lower - size.neutral,
-                    upper=upper - size.neutral, owners=owners,
+                    upper=min(upper, effect.largest(size, shape)) - size.neutral, owners=owners,
                 )  # fmt: skip
                 for of_each in (single, *far):
                     signatures.append(signature)

@@ -27,11 +27,23 @@ _SWEEPS = 2
 
 @dataclass(frozen=True)
 class Direction:
-    """One way in which a calibration may differ: parameter changes per prior sd."""
+    """One way in which a calibration may differ: parameter changes per prior sd.
+
+    Parameters
+    ----------
+    name, kind
+        Those of one kind wander alike.
+    changes
+        By parameter.
+    lasting
+        Whether it differs from what was known, and stays so: the gain of a cell moves with its
+        mounting, not within a walk.
+    """
 
     name: str
     kind: str
     changes: Mapping[str, float]
+    lasting: bool = False
 
 
 @dataclass(frozen=True)
@@ -51,14 +63,31 @@ class Tracking:
     kind: IntArray
 
 
-def gain_and_bias(channels: Sequence[str], values: Mapping[str, float]) -> tuple[Direction, ...]:
-    """Relative gain and bias of each cell: ``F = (1 + γ) F⁰ + β``."""
-    found = []
+def gain_and_bias(
+    channels: Sequence[str], values: Mapping[str, float], held_to: float | None = None
+) -> tuple[Direction, ...]:
+    """Relative gain and bias of each cell: ``F = (1 + γ) F⁰ + β``.
+
+    Parameters
+    ----------
+    held_to
+        Sd of γ, in which a cell then differs from a gain that all have in common, where weights
+        have told the gains: of a mass that is off, cells know nothing. Free where None.
+    """
+    found: list[Direction] = []
+    common: dict[str, float] = {}
+    lasting = held_to is not None
     for channel in channels:
         scale, bias = values[f"{channel}.scale"], values[f"{channel}.bias"]
-        gain = {f"{channel}.scale": GAIN_SD * scale, f"{channel}.bias": GAIN_SD * bias}
-        found.append(Direction(f"{channel}.gain", "gain", gain))
+        gain = {f"{channel}.scale": scale, f"{channel}.bias": bias}
+        common |= gain
+        sd = GAIN_SD if held_to is None else held_to
+        gain = {name: sd * value for name, value in gain.items()}
+        found.append(Direction(f"{channel}.gain", "gain", gain, lasting))
         found.append(Direction(f"{channel}.bias", "bias", {f"{channel}.bias": BIAS_SD_N}))
+    if lasting:
+        common = {name: GAIN_SD * value for name, value in common.items()}
+        found.append(Direction("common gain", "common gain", common))
     return tuple(found)
 
 

@@ -224,8 +224,9 @@ def _means_of_sequences(problem: Problem) -> FloatArray:
 def residual_within_blocks(problem: Problem, residual: FloatArray | None = None) -> FloatArray:
     """Residual after a calibration and output offsets of each block's own, shape (m,)."""
     residual = (problem.residual if residual is None else residual).copy()
-    if problem.usual is not None:
-        residual = left_by(np.hstack([problem.calibration, problem.usual]), residual, _RANK)
+    lasting = [part for part in (problem.held, problem.usual) if part is not None]
+    if lasting:
+        residual = left_by(np.hstack([problem.calibration, *lasting]), residual, _RANK)
     offsets = np.eye(len(problem.outputs))[problem.output]
     for b in range(problem.blocks):
         rows = problem.block == b

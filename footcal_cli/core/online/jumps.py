@@ -22,6 +22,9 @@ _TORQUE = 0.1
 
 SURE_SD = 3.0
 """Sizes within so many sd of zero may be no jump at all."""
+WRONG_PRIOR = 10.0
+"""So many sd may a bias be off what was believed of it before the walk. Of that the share ``P`` is
+left where the filter's variance is P in units of the prior's; no smaller change is a jump."""
 
 
 @dataclass(frozen=True)
@@ -63,6 +66,8 @@ class JumpBank:
         Running sums of signature against innovations, shape (onsets, biases).
     onset
         Update of each hypothesis, −1 while empty.
+    unlearnt
+        Variance of each bias before its onset, in units of its prior's, shape (onsets, biases).
     least
         Smaller jumps are left to the random walk, in each bias's unit, shape (biases,).
     """
@@ -73,6 +78,7 @@ class JumpBank:
     score: FloatArray
     information: FloatArray
     onset: IntArray
+    unlearnt: FloatArray
     threshold: float
     least: FloatArray
     found: list[Jump] = field(default_factory=list)
@@ -98,6 +104,7 @@ class JumpBank:
             np.zeros((size, biases.size)),
             np.zeros((size, biases.size)),
             np.full(size, -1),
+            np.ones((size, biases.size)),
             threshold,
             least_n * np.array([_TORQUE if rows.units[i] == "Nm" else 1.0 for i in biases]),
         )
@@ -113,6 +120,7 @@ class JumpBank:
             score=np.roll(self.score, turn, axis=0),
             information=np.roll(self.information, turn, axis=0),
             onset=np.roll(self.onset, turn) - passed,
+            unlearnt=np.roll(self.unlearnt, turn, axis=0),
             found=[],
             earlier_s=np.concatenate([self.earlier_s, self.rows.time_s])[-size:],
         )
@@ -138,12 +146,16 @@ class JumpBank:
         self.response[self.biases, slot, np.arange(count)] = 1.0
         self.score[slot] = self.information[slot] = 0.0
         self.onset[slot] = j
+        corrected = np.sum(found.weight[:, self.biases] ** 2, axis=0)
+        self.unlearnt[slot] = cov[self.biases, self.biases] + corrected
         flat = self.response.reshape(s, -1)
         whitened = found.root @ (h @ flat)
         self.score += (found.standard @ whitened).reshape(size, count)
         self.information += np.sum(whitened**2, axis=0).reshape(size, count)
         flat -= found.weight.T @ whitened
         evidence = self.score**2 / np.maximum(self.information, 1e-12)
+        wrong = np.abs(self.score) < WRONG_PRIOR * self.unlearnt * self.information
+        evidence[wrong] = 0.0
         best = np.unravel_index(int(np.argmax(evidence)), evidence.shape)
         if evidence[best] <= self.threshold:
             return mean, cov

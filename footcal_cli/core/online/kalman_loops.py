@@ -213,7 +213,8 @@ def filter_walk(
     huber: float, least_gain: float, seen: Any, values: Any, variances: Any, momentary: Any,
     nis: Any, gains: Any, innovation: Any, innovation_var: Any, used: Any, past_mean: Any,
     past_cov: Any, ahead_mean: Any, ahead_cov: Any, biases: Any, response: Any, score: Any,
-    weighed: Any, onset: Any, threshold: float, least: Any, found: Any,
+    weighed: Any, onset: Any, unlearnt: Any, threshold: float, least: Any, wrong_prior: float,
+    found: Any,
 ) -> Any:  # fmt: skip
     """Filter a walk with one setting; the bank of jumps along, where `biases` has any.
 
@@ -251,7 +252,8 @@ def filter_walk(
                 if biases.size > 0:
                     jumps = _jump(
                         j, rows, hh, total, weight, standard, decays[j], mean, cov, biases,
-                        response, score, weighed, onset, threshold, least, found, jumps,
+                        response, score, weighed, onset, unlearnt, threshold, least, wrong_prior,
+                        found, jumps,
                     )  # fmt: skip
         for m in range(p):
             values[j, m] = mean[m]
@@ -267,8 +269,8 @@ def filter_walk(
 @compiled
 def _jump(
     j: int, rows: int, hh: Any, chol: Any, weight: Any, standard: Any, decay: Any, mean: Any,
-    cov: Any, biases: Any, response: Any, score: Any, weighed: Any, onset: Any, threshold: float,
-    least: Any, found: Any, jumps: int,
+    cov: Any, biases: Any, response: Any, score: Any, weighed: Any, onset: Any, unlearnt: Any,
+    threshold: float, least: Any, wrong_prior: float, found: Any, jumps: int,
 ) -> int:  # fmt: skip
     """`footcal_cli.core.online.jumps.JumpBank.update`; how many jumps have been found."""
     s, size, count = response.shape
@@ -283,6 +285,9 @@ def _jump(
         response[biases[c], slot, c] = 1.0
         score[slot, c] = 0.0
         weighed[slot, c] = 0.0
+        unlearnt[slot, c] = cov[biases[c], biases[c]]
+        for i in range(rows):
+            unlearnt[slot, c] += weight[i, biases[c]] ** 2
     onset[slot] = j
     flat = response.reshape(s, size * count)
     signature = np.dot(hh[:rows], flat)
@@ -303,6 +308,8 @@ def _jump(
                 score[o, c] += standard[i] * value
                 weighed[o, c] += value * value
             evidence = score[o, c] * score[o, c] / max(weighed[o, c], 1e-12)
+            if abs(score[o, c]) < wrong_prior * unlearnt[o, c] * weighed[o, c]:
+                continue
             if evidence > best:
                 best, best_o, best_c = evidence, o, c
     if best <= threshold:

@@ -10,7 +10,7 @@ import numpy as np
 
 from footcal_cli.core.inference.kalman import correct, information, innovate, predict
 from footcal_cli.core.online.compiled import kalman_loops
-from footcal_cli.core.online.jumps import Jump, JumpBank
+from footcal_cli.core.online.jumps import WRONG_PRIOR, Jump, JumpBank
 from footcal_cli.core.online.noise import Guards, Noise
 from footcal_cli.core.online.rows import Rows
 from footcal_cli.core.online.tuned import Tuned, spread
@@ -176,8 +176,10 @@ def _by_loops(
         none if bank is None else bank.score,
         none if bank is None else bank.information,
         np.zeros(1, dtype=np.int64) if bank is None else bank.onset,
+        none if bank is None else bank.unlearnt,
         np.inf if bank is None else bank.threshold,
         np.zeros(1) if bank is None else bank.least / rows.prior_sd[bank.biases],
+        WRONG_PRIOR,
         most,
     )  # fmt: skip
     if bank is not None:

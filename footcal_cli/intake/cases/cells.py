@@ -20,6 +20,7 @@ from footcal_cli.core.parameters import ParameterSet
 from footcal_cli.errors import DataError
 from footcal_cli.intake.cases.shared import (
     FINDING,
+    GAIN_MOVES,
     CaseRead,
     affine_parameters,
     baseline_of,
@@ -80,6 +81,8 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
     # a stance may be a single row
     rate = 1.0 / float(np.median(np.diff(logs[0].time_s))) if kind == "walk" else 0.0
     scale = np.abs([values[f"{channel}.scale"] for channel in channels])
+    known = known_before(session, channels, values)
+    held_to = None if known is None else GAIN_MOVES
     case = Case(
         experiment=experiment,
         logs=tuple(logs),
@@ -94,9 +97,9 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
         groups=dict.fromkeys(channels, "swing"),
         one_recording=len(logs) == 1,
         raw=_unfiltered(recordings) if kind == "walk" else None,
-        directions=gain_and_bias(channels, values) if kind == "walk" else (),
+        directions=gain_and_bias(channels, values, held_to) if kind == "walk" else (),
         demand_noisy=kind == "walk",
-        known=known_before(session, channels, values),
+        known=known,
         finding_n=session.options.tolerance_n or FINDING * weight if kind == "walk" else 0.0,
         tolerance_stated=session.options.tolerance_n is not None,
         pieces=kind == "stand",

@@ -1,0 +1,85 @@
+"""Tables of standing and walking as streams: readings of the feet, and the body's own."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from footcal_cli.core.online.streams import BodyStream, SensorStream
+from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.spatial import rotation_of_quaternion
+from footcal_cli.tables.columns import AXIS_COLUMNS
+from footcal_cli.tables.table import Table
+
+
+def sensor_stream_of(
+    table: Table, channels: tuple[str, ...], feet: tuple[str, ...], lost: float | None
+) -> SensorStream:
+    """Readings of cells or, where `feet` are named, of their transducers; lost ones are NaN."""
+    columns = (
+        [f"{foot}_{axis}" for foot in feet for axis in AXIS_COLUMNS]
+        if feet
+        else [f"{channel}_counts" for channel in channels]
+    )
+    readings = table.numbers(columns)
+    if lost is not None:
+        readings = np.where(readings == lost, np.nan, readings)
+    return SensorStream(table.number("time_s"), readings, channels)
+
+
+def body_stream_of(table: Table, feet: tuple[str, ...]) -> BodyStream:
+    """The body's columns; what a log may lack is zero or None."""
+    n = len(table)
+
+    def triple(pattern: str) -> FloatArray:
+        return table.numbers([pattern.format(axis) for axis in "xyz"])
+
+    rotations = []
+    yaws = []
+    for foot in feet:
+        if f"{foot}_foot_qw" in table:
+            quaternion = table.numbers([f"{foot}_foot_q{axis}" for axis in "xyzw"])
+            rot = _rotations(quaternion)
+        else:
+            yaw = (
+                table.number(f"{foot}_foot_yaw_rad")
+                if f"{foot}_foot_yaw_rad" in table
+                else np.zeros(n)
+            )
+            rot = _rotations(np.stack([0 * yaw, 0 * yaw, np.sin(yaw / 2), np.cos(yaw / 2)], axis=1))
+        rotations.append(rot)
+        yaws.append(np.arctan2(rot[:, 1, 0], rot[:, 0, 0]))
+    momentum = (
+        table.numbers(["angmom_rate_x_nm", "angmom_rate_y_nm"])
+        if "angmom_rate_x_nm" in table
+        else np.zeros((n, 2))
+    )
+    return BodyStream(
+        time_s=table.number("time_s"),
+        com_m=triple("com_{}_m"),
+        com_acc_mps2=triple("com_acc_{}_mps2"),
+        angmom_rate_nm=momentum,
+        feet_m=np.stack([triple(f"{foot}_foot_{{}}_m") for foot in feet], axis=1),
+        feet_yaw_rad=np.stack(yaws, axis=1),
+        feet_rot=np.stack(rotations, axis=1),
+        imu_acc_mps2=triple("imu_acc_{}_mps2") if "imu_acc_x_mps2" in table else None,
+        imu_gyro_radps=triple("imu_gyro_{}_radps") if "imu_gyro_x_radps" in table else None,
+    )
+
+
+def _rotations(quaternion: FloatArray) -> FloatArray:
+    """Rotation matrices of quaternions x y z w, NaN where one is lost, shape (n, 3, 3)."""
+    good = np.isfinite(quaternion).all(axis=1) & (np.linalg.norm(quaternion, axis=1) > 0.5)
+    matrices = np.full((len(quaternion), 3, 3), np.nan)
+    matrices[good] = rotation_of_quaternion(quaternion[good])
+    return matrices
+
+
+def no_body(stream: SensorStream, feet: int) -> BodyStream:
+    """A robot that says nothing: its weight is known, its CoM is not."""
+    time_s = stream.time_s[np.isfinite(stream.time_s)]
+    ends = np.array([time_s.min() - 1.0, *np.unique(time_s), time_s.max() + 1.0])
+    n = ends.size
+    return BodyStream(
+        ends, np.full((n, 3), np.nan), np.zeros((n, 3)), np.zeros((n, 2)),
+        np.zeros((n, feet, 3)), np.zeros((n, feet)),
+    )  # fmt: skip

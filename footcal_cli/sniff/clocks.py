@@ -1,0 +1,173 @@
+"""Columns of time: counters and dates, their unit, and which of several clocks counts."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+
+from footcal_cli.core.parameters import FloatArray
+from footcal_cli.sniff.guesses import ColumnGuess
+from footcal_cli.tables.canonical import unwrapped
+
+_EPOCHS = {"s": 1e9, "ms": 1e12, "us": 1e15, "ns": 1e18}
+_SECONDS = re.compile(r"(?:^|[._ ])(?:sec|secs|seconds)$", re.IGNORECASE)
+_NANOSECONDS = re.compile(r"(?:^|[._ ])(?:nano|n)(?:sec|secs|seconds)$", re.IGNORECASE)
+_MOST_HZ = 20_000.0
+_RUN_ROWS = 20
+"""Stamps of a long table go on for so many rows before they begin again."""
+_TYPED_ROWS, _HELD_S = 100, 5.0
+"""Fewer rows than this, further apart than this, are readings noted one by one."""
+
+
+def unwrapped_counter(column: ColumnGuess) -> ColumnGuess:
+    """A counter of 16, 24 or 32 bits that began again from zero, as if it had gone on."""
+    values = column.values
+    if values is None or not _whole(column) or increases(values, strictly=False):
+        return column
+    for bits in (16, 24, 32):
+        onward = unwrapped(values, 2.0**bits)
+        drops = np.sum(np.diff(values) < 0)
+        # it goes on through the zero with the same steps as before
+        if values.max() < 2**bits and values.max() > 0.98 * 2**bits and (
+            increases(onward) and even(onward) and drops < values.size / 8
+        ):  # fmt: skip
+            made = column.as_quantity("time", "likely", f"a counter of {bits} bits, unwrapped")
+            return replace(made, values=onward, wraps_at=2.0**bits)
+    return column
+
+
+def seconds_apart(columns: list[ColumnGuess]) -> list[ColumnGuess]:
+    """Stamps in two columns: whole seconds, then nanoseconds, as ROS 2 writes them."""
+    for whole, rest in pairwise(columns):
+        if whole.values is None or rest.values is None or not _whole(whole) or not _whole(rest):
+            continue
+        named = bool(_SECONDS.search(whole.column) and _NANOSECONDS.search(rest.column))
+        since_1970 = 1e9 < whole.values[0] < 5e9 and increases(whole.values, strictly=False)
+        inside = rest.values.min() >= 0 and 1e6 < rest.values.max() < 1e9
+        if not (inside and (named or since_1970)):
+            continue
+        time = whole.as_quantity("time", "sure" if named else "likely", "seconds and nanoseconds")
+        time = replace(
+            time, unit=None, values=whole.values + 1e-9 * rest.values, nanoseconds=rest.column
+        )
+        other = rest.as_quantity("other", "likely", f"nanoseconds of {whole.column}")
+        return [{id(whole): time, id(rest): other}.get(id(c), c) for c in columns]
+    return columns
+
+
+def _whole(column: ColumnGuess) -> bool:
+    return column.values is not None and bool(np.all(column.values == np.round(column.values)))
+
+
+def first_in_time(columns: list[ColumnGuess]) -> list[ColumnGuess]:
+    """A first column that increases evenly is time where no other is, whatever it is called.
+
+    Loads and labels, which may have been carried down from lines between, do not count.
+    """
+    first = next((c for c in columns if c.quantity not in ("load", "label")), columns[0])
+    values = first.values
+    if (
+        any(column.quantity == "time" for column in columns)
+        or first.quantity not in ("reading", "unknown", "hole")
+        or values is None
+        or not (increases(values) and even(values))
+    ):
+        return columns
+    taken = first.as_quantity("time", "guess", "the first column, increases evenly")
+    return [taken if column is first else column for column in columns]
+
+
+def one_time(columns: list[ColumnGuess]) -> list[ColumnGuess]:
+    """The best column of time stamps alone is time, with its unit."""
+    times = [c for c in columns if c.quantity == "time"]
+    if not times:
+        return columns
+    with_dates = [c for c in times if c.values is None]
+    stamped = [c for c in times if c.nanoseconds] + [
+        c for c in times if "stamp" in c.column.lower() and "header" in c.column.lower()
+    ]
+    named = [c for c in times if c.unit is not None]
+    best = (stamped or named or with_dates or times)[0]
+    if with_dates and best.values is not None and np.ptp(best.values) == 0:
+        best = with_dates[0]
+    made = []
+    for column in columns:
+        if column.quantity != "time":
+            made.append(column)
+        elif column is not best:
+            made.append(column.as_quantity("other", "likely", "another clock"))
+        else:
+            made.append(_with_time_unit(column))
+    return made
+
+
+def _with_time_unit(column: ColumnGuess) -> ColumnGuess:
+    values = column.values
+    if values is None or column.nanoseconds or column.unit in ("s", "ms", "us", "ns", "min", "h"):
+        return replace(column, sure="sure") if column.unit else column
+    first, steps = abs(float(values[0])), np.diff(values)
+    step = float(np.median(steps[steps > 0])) if np.any(steps > 0) else 0.0
+    words = column.column.lower()
+    for word, unit in (("milli", "ms"), ("micro", "us"), ("nano", "ns"), ("msec", "ms")):
+        if word in words:
+            return replace(column, unit=unit, sure="sure")
+    for unit, size in reversed(_EPOCHS.items()):
+        if 0.5 * size < first < 5 * size:
+            return replace(column, unit=unit, sure="sure", why=f"{unit} since 1970")
+    if step == 0.0 or np.any(values != np.round(values)):
+        rate = 1 / step if step else 0.0
+        why = f"steps of {step:.4g}: {rate:.4g} Hz if in s"
+        return replace(
+            column, unit="s", sure="likely" if 0.2 < rate < _MOST_HZ else "guess", why=why
+        )
+    if values.size < _TYPED_ROWS and _HELD_S <= step < 1e4:
+        why = f"whole steps of {step:g} in {values.size} rows: typed by hand, in s"
+        return replace(column, unit="s", sure="guess", why=why)
+    unit = "s" if step <= 1 and float(values[-1]) < 1e5 and step == 1 else (
+        "ms" if step <= 2000 else "us" if step <= 2e6 else "ns"
+    )  # fmt: skip
+    return replace(
+        column, unit=unit, sure="guess", why=f"whole steps of {step:g}: taken for {unit}"
+    )
+
+
+def increases(values: FloatArray, strictly: bool = True) -> bool:
+    """Whether numbers (n,) rise from row to row; not `strictly`: or stay."""
+    good = values[np.isfinite(values)]
+    steps = np.diff(good)
+    return bool(good.size > 2 and (np.all(steps > 0) if strictly else np.all(steps >= 0)))
+
+
+def since_1970(values: FloatArray) -> str:
+    """The unit of whole numbers (n,) that count from 1970 in this century; empty for others."""
+    good = values[np.isfinite(values)]
+    if good.size < 3 or not increases(good, strictly=False) or np.any(good != np.round(good)):
+        return ""
+    return next((u for u, size in _EPOCHS.items() if 0.5 * size < good[0] < 5 * size), "")
+
+
+def restarts(values: FloatArray) -> bool:
+    """Stamps that begin again now and then: with each leg or orientation of a long table."""
+    steps = np.diff(values[np.isfinite(values)])
+    return bool(steps.size > 2 and np.mean(steps < 0) < 1.0 / _RUN_ROWS and np.median(steps) > 0)
+
+
+def even(values: FloatArray) -> bool:
+    """Whether most steps of numbers (n,) are of one size."""
+    steps = np.diff(values)
+    return bool(np.quantile(np.abs(steps - np.median(steps)), 0.8) <= 0.3 * np.median(steps))
+
+
+def rate_of(columns: list[ColumnGuess]) -> float | None:
+    """Rows per second by the stamps, None without any."""
+    scale: Mapping[str | None, float] = {"ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60, "h": 3600}
+    for column in columns:
+        if column.quantity == "time" and column.values is not None:
+            steps = np.diff(column.values)
+            steps = steps[steps > 0] * scale.get(column.unit, 1.0)
+            return float(1 / np.median(steps)) if steps.size else None
+    return None

@@ -1,0 +1,100 @@
+"""Names and units of columns, from the lines above the rows of a text."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Sequence
+
+from footcal_cli.sniff.names import STATISTICS
+from footcal_cli.sniff.rows import Body, fields_of
+from footcal_cli.sniff.tokens import is_number
+from footcal_cli.sniff.units import looks_like_units, split_unit
+from footcal_cli.tables.reading import BLANKS
+
+
+def header_fields(line: str, body: Body, comment: str) -> list[str]:
+    """Names in a line above the rows, empty where it is none."""
+    plain = line.strip("\r\n")
+    for sign in ("#", "%", "//", comment):
+        if sign and plain.lstrip().startswith(sign):
+            bare = plain.lstrip().removeprefix(sign).strip()
+            fields = _split(bare, body)
+            if fields and sign == "%" and " " not in plain[:2]:
+                return _split(plain, body)  # rostopic's %time
+            return fields
+    return _split(plain, body)
+
+
+def _split(line: str, body: Body) -> list[str]:
+    fields = fields_of(line.rstrip(body.separator), body.separator)
+    if len(fields) == body.width - 1 and body.separator != BLANKS and body.width > 2:
+        fields = fields_of(line, body.separator)
+    if body.width < len(fields) <= body.width + 2 and body.separator != BLANKS:
+        fields = fields[: body.width]  # rows without the comments that the header announces
+    if len(fields) != body.width and body.separator == BLANKS:
+        fields = [f.strip() for f in re.split(r"\t+|\s{2,}|,\s*|;\s*", line.strip())]
+    if len(fields) != body.width:
+        return []
+    words = [f for f in fields if f and not is_number(f, body.decimal)]
+    return fields if len(words) * 2 >= sum(bool(f) for f in fields) and words else []
+
+
+def with_units_said(candidates: Sequence[tuple[int, list[str]]]) -> tuple[int, list[str]]:
+    """The line of names among lines above the rows: the last, or one that alone says units.
+
+    Recorders write types and serial numbers of their channels between the names and the rows.
+    """
+    last = candidates[-1]
+    said = [sum(split_unit(field)[1] is not None for field in fields) for _, fields in candidates]
+    most = max(said)
+    if said[-1] == 0 and most * 2 >= len(last[1]):
+        return candidates[len(said) - 1 - said[::-1].index(most)]
+    return last
+
+
+def name_of_the_index(fields: Sequence[str], below: Sequence[str], body: Body) -> list[str]:
+    """Names whose first, if it is empty, stands alone in a line below them, as pandas writes it."""
+    alone = [fields_of(line, body.separator) for line in below if body.separator != BLANKS]
+    named = [row[0] for row in alone if len(row) == body.width and row[0] and not any(row[1:])]
+    return [named[0], *fields[1:]] if named and not fields[0] else list(fields)
+
+
+def units_above(above: list[str], body: Body) -> tuple[str, ...]:
+    """Units in a line that says so: ``Y_Unit_Label, Volts, Newtons``; empty without one."""
+    for line in above:
+        word, *others = fields_of(line.rstrip(body.separator), body.separator)[: body.width] or [""]
+        said = re.search(r"(?i)(?:^|[\W_])(?:units?|einheit(?:en)?|unités?)(?:[\W_]|$)", word)
+        if said and len(others) == body.width - 1 and looks_like_units(others):
+            return ("", *others)
+    return ()
+
+
+def qualified(fields: list[str], above: list[str], body: Body) -> list[str]:
+    """Names that stand there twice, after the groups in the rows above them (merged cells)."""
+    for line in reversed(above):
+        different = len(set(fields)) == len(fields) and not STATISTICS & {f.lower() for f in fields}
+        if different or body.separator == BLANKS:
+            break
+        row = fields_of(line, body.separator)
+        row = [*row, *[""] * (body.width - len(row))][: body.width]
+        groups, last = [], ""
+        for word in row:
+            last = word or last
+            groups.append(last)
+        if len(set(filter(None, groups))) > (len(set(fields)) < len(fields)) and not any(
+            is_number(word, body.decimal) for word in row
+        ):
+            fields = [f"{g} {f}".strip() for g, f in zip(groups, fields, strict=True)]
+    return fields
+
+
+def once(names: tuple[str, ...]) -> tuple[str, ...]:
+    """Names made different, none empty."""
+    seen: Counter[str] = Counter()
+    made = []
+    for i, name in enumerate(names):
+        plain = name.strip() or f"column_{i + 1}"
+        seen[plain] += 1
+        made.append(plain if seen[plain] == 1 else f"{plain}.{seen[plain]}")
+    return tuple(made)

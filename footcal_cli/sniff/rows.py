@@ -1,0 +1,143 @@
+"""The rows of a text under one separator: how many fields, which are numbers, where they begin."""
+
+from __future__ import annotations
+
+import csv
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from footcal_cli.sniff.names import name_guess
+from footcal_cli.sniff.tokens import NOTHING, is_moment, is_number, number_signs, worth
+from footcal_cli.tables.reading import BLANKS
+
+_SPARSE = 0.1
+"""Share of rows with more empty cells than numbers from which a table is sparse."""
+
+
+def fields_of(line: str, separator: str) -> list[str]:
+    """Fields of a line, stripped."""
+    if separator == BLANKS:
+        return line.split()
+    return [f.strip() for f in next(csv.reader([line.strip("\r\n")], delimiter=separator), [])]
+
+
+def filled_fields(line: str, separator: str) -> list[str]:
+    """Fields of a line up to the last that is not empty."""
+    return fields_of(line.rstrip(separator), separator)
+
+
+_A_VALUE = 0.5
+"""What a number or a moment is worth at least; a word is worth less."""
+_LINES_OF_A_SHEET = 60
+_LOOKED_AT = 2000
+
+
+def on_its_side(lines: Sequence[str]) -> str:
+    """The separator of a sheet whose lines begin with their names; empty for all others.
+
+    All other fields are numbers, the names differ, and one of them is that of a load.
+    """
+    written = [line for line in lines if line.strip()]
+    if not 2 <= len(written) <= _LINES_OF_A_SHEET:
+        return ""
+    for separator in (";", "\t", ","):
+        table = [fields_of(line, separator) for line in written]
+        if len(set(map(len, table))) != 1 or len(table[0]) < 3:
+            continue
+        signs = number_signs([field for row in table for field in row[1:]], separator)
+        names = [row[0] for row in table]
+        numbers = all(is_number(field, *signs) for row in table for field in row[1:])
+        worded = not any(is_number(name, *signs) or is_moment(name) for name in names)
+        loads = [name for name in names if name_guess(name).quantity == "load"]
+        if numbers and worded and len(loads) == 1 and len(set(names)) == len(names):
+            return separator
+    return ""
+
+
+def _below(lines: Sequence[str]) -> list[str]:
+    """The last lines of a short text, without its first, which may name the columns."""
+    return list(lines[-min(3, max(1, len(lines) - 1)) :])
+
+
+def _filled(lines: Sequence[str], separator: str, width: int) -> bool:
+    """Whether a line has a value in its last field of so many: a sensor that was slower or shorter.
+
+    Words are no values: a header may announce remarks that nobody wrote.
+    """
+    last = [row[-1] for row in (filled_fields(x, separator) for x in lines) if len(row) == width]
+    return any(is_number(field, sign) for field in last for sign in ".,")
+
+
+@dataclass(frozen=True)
+class Body:
+    """The rows of a text under one separator.
+
+    `share` of the lines have `width` fields; `numbers` of these hold numbers, in `numeric` columns;
+    `sparse` where many rows lack half of them, as topics do that take turns.
+    """
+
+    separator: str
+    decimal: str
+    thousands: str
+    width: int
+    share: float
+    numbers: float
+    score: float
+    numeric: tuple[int, ...]
+    sparse: bool
+
+    @classmethod
+    def of(cls, lines: list[str], separator: str) -> Body:
+        """The rows under a separator, judged by the lines behind the first third."""
+        written = [line for line in lines if line.strip()]
+        tail = written[len(written) // 3 :][:400] if len(written) > 6 else _below(written)
+        tail = [line for line in tail if not line.lstrip().startswith(("#", "%", "//"))] or tail
+        split = [filled_fields(line, separator) for line in tail]
+        width, alike = Counter(map(len, split)).most_common(1)[0]
+        open_ended = [fields_of(line, separator) for line in tail]
+        longer, more = Counter(map(len, open_ended)).most_common(1)[0]
+        wide = more == alike and longer > width and _filled(written[:_LOOKED_AT], separator, longer)
+        if more > alike or wide:
+            split, width = open_ended, longer  # cells at the end of rows may be empty
+        rows = [row for row in split if len(row) == width]
+        signs = number_signs([f for row in rows for f in row], separator)
+        worths = [[worth(field, *signs) for field in row] for row in rows]
+        if separator == BLANKS:  # words with a blank between them are no more fields for it
+            worths = [[one if one >= _A_VALUE else 0.0 for one in own] for own in worths]
+        share = len(rows) / len(split)
+        numeric = tuple(
+            i for i in range(width)
+            if sum(is_number(row[i], *signs) or row[i] == "" for row in rows) > 0.8 * len(rows)
+            and any(is_number(row[i], *signs) for row in rows)
+        )  # fmt: skip
+        moments = sum(
+            sum(is_moment(row[i]) for row in rows) > 0.8 * len(rows) for i in range(width)
+        )
+        score = share * sum(map(sum, worths)) / len(rows)
+        halves = [sum(not row[i] for i in numeric) * 2 > len(numeric) for row in rows]
+        sparse = sum(halves) > _SPARSE * len(rows)
+        return cls(separator, *signs, width, share, len(numeric) + moments, score, numeric, sparse)
+
+    def begins_at(self, lines: list[str]) -> int:
+        """Where the rows begin: a line above them may hold a number or two beside its words."""
+        whole = (i for i, line in enumerate(lines) if self.is_row(line, whole=True))
+        some = (i for i, line in enumerate(lines) if self.is_row(line))
+        return next(whole, next(some, 0))
+
+    def is_row(self, line: str, *, whole: bool = False) -> bool:
+        """Whether a line is a row; `whole`: no word stands where numbers should."""
+        fields = filled_fields(line, self.separator)
+        if len(fields) < self.width:
+            fields = fields_of(line, self.separator)[: self.width]
+        if len(fields) != self.width:
+            return False
+        if not self.numeric:
+            return any(is_moment(field) for field in fields)
+        good = [is_number(fields[i], self.decimal, self.thousands) for i in self.numeric]
+        if whole:
+            nothing = [fields[i].lower() in NOTHING for i in self.numeric]
+            return any(good) and all(a or b for a, b in zip(good, nothing, strict=True))
+        if self.sparse and any(good):
+            return all(ok or not fields[i] for i, ok in zip(self.numeric, good, strict=True))
+        return sum(good) >= max(1, (len(good) + 1) // 2)

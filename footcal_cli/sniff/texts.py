@@ -1,0 +1,170 @@
+"""Columns of texts: dates, labels, numbers with words or units beside them, bare hexadecimal."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+
+import numpy as np
+
+from footcal_cli.core.parameters import FloatArray
+from footcal_cli.sniff.guesses import ColumnGuess
+from footcal_cli.sniff.names import NameGuess, orientation_in
+from footcal_cli.sniff.tokens import (
+    HEXADECIMAL,
+    IN_WORDS,
+    PLUS_MINUS,
+    SIDES,
+    date_format,
+    with_unit,
+)
+from footcal_cli.sniff.units import MASSES, WEIGHTS, known_unit
+from footcal_cli.tables.logfiles import RawColumn
+from footcal_cli.tables.values import bare_hexadecimal
+
+FEW = 25
+"""A load takes no more than so many values, and so many sensors have a name."""
+MEAN_IN_A_CELL = r"^([-+]?[\d.,]+)"
+_UNIT_COLUMN = re.compile(r"(?i)(.*?)[\W_]*(?:unit|units|einheit)\W*")
+_VALUE_COLUMN = re.compile(r"(?i)[\W_]*(?:value|wert|val)?\W*$")
+
+
+def units_beside(columns: list[ColumnGuess]) -> list[ColumnGuess]:
+    """A unit that stands as a text beside its number: ``load.value`` and ``load.unit``."""
+    units = {}
+    for column in columns:
+        found = _UNIT_COLUMN.fullmatch(column.column)
+        if found and len(column.words) == 1 and (unit := known_unit(column.words[0])):
+            units[found[1]] = unit
+    made = []
+    for column in columns:
+        stem = _VALUE_COLUMN.sub("", column.column)
+        unit = units.get(stem) if column.values is not None and column.unit is None else None
+        made.append(column if unit is None else replace(column, unit=unit))
+    return made
+
+
+def text_column(column: str, name: NameGuess, unit: str | None, raw: RawColumn) -> ColumnGuess:
+    """Dates, numbers with a unit beside them, or labels."""
+    words = [str(v).strip() for v, e in zip(raw.values, raw.empty, strict=True) if not e]
+    some = words[:: max(1, len(words) // 40)]
+    iso = bool(some) and all(re.match(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d", word) for word in some)
+    if iso:
+        return ColumnGuess(column, replace(name, quantity="time"), None, "sure", "ISO 8601 dates")
+    form = date_format(some) if some else None
+    if form is not None:
+        name = replace(name, quantity="time")
+        return ColumnGuess(column, name, None, "sure", f"dates {form}", format=form)
+    if words and (all(HEXADECIMAL.fullmatch(word) for word in words) or bare_hexadecimal(words)):
+        values = np.array([float(int(word, 16)) for word in words])
+        name = replace(name, quantity="reading" if np.ptp(values) > 0 else "other")
+        return ColumnGuess(column, name, None, "likely", "hexadecimal numbers", values)
+    means = [found[1] for word in words if (found := PLUS_MINUS.fullmatch(word))]
+    if words and len(means) == len(words):
+        values = np.array([float(mean.replace(",", ".")) for mean in means])
+        name = replace(name, quantity="reading" if name.quantity == "label" else name.quantity)
+        why = "means with their scatter, which is left out"
+        return ColumnGuess(column, name, unit, "likely", why, values, pattern=MEAN_IN_A_CELL)
+    weighed = _with_units(column, name, words) or _among_words(column, name, words, raw)
+    if weighed is not None:
+        return weighed
+    different = tuple(dict.fromkeys(words))
+    sides = {orientation_in(word) for word in different[:FEW]}
+    if len(different) <= FEW and len(sides) >= SIDES and None not in sides:
+        name = replace(name, quantity="orientation")
+    if name.quantity not in ("label", "orientation", "placement", "session", "direction"):
+        kind = "label" if 1 < len(different) <= FEW and len(words) > len(different) else "other"
+        if name.quantity in ("reading", "unknown", "load") and kind == "label":
+            name = replace(name, quantity="label")
+        else:
+            name = replace(name, quantity="other")
+    codes = np.full(len(raw.values), -1)
+    codes[~raw.empty] = [different.index(word) for word in words] if len(different) <= 99 else -1
+    return ColumnGuess(column, name, None, "likely", "texts", words=different, codes=codes)
+
+
+def part_of_the_words(column: ColumnGuess) -> ColumnGuess:
+    """In lines of words a number that never changes is one of the words."""
+    if column.values is None or np.ptp(column.values[np.isfinite(column.values)]) > 0:
+        return column
+    return column.as_quantity("other", "likely", "never changes")
+
+
+def _with_units(column: str, name: NameGuess, words: list[str]) -> ColumnGuess | None:
+    """A column of numbers with their units beside them; None where it is none."""
+    pairs = [with_unit(word) for word in words]
+    plain = [word for word, pair in zip(words, pairs, strict=True) if pair is None]
+    if not words or not any(pairs) or any(word.strip("0., ") for word in plain):
+        return None
+    units = {known_unit(pair[1]) for pair in pairs if pair}
+    if None in units:
+        return None
+    kind = "load" if name.quantity in ("unknown", "label", "other") else name.quantity
+    name = replace(name, quantity=kind)
+    if len(units) == 1 and not plain:
+        unit = units.pop()
+        numbers = np.array([float(p[0].replace(",", ".")) for p in pairs if p])
+        return ColumnGuess(
+            column, name, unit, "likely", "numbers with their unit", numbers,
+            pattern=r"([-+]?[\d.,]+)",
+        )  # fmt: skip
+    if not units <= MASSES.keys() and not units <= WEIGHTS.keys():
+        return None
+    one, sizes = ("kg", MASSES) if units <= MASSES.keys() else ("N", WEIGHTS)
+    numbers = np.array([
+        float(p[0].replace(",", ".")) * sizes[known_unit(p[1]) or one] if p else 0.0 for p in pairs
+    ])  # fmt: skip
+    return ColumnGuess(
+        column, name, one, "likely", "numbers with their units", numbers,
+        pattern=r"([-+]?[\d.,]+)\s*(?P<unit>[A-Za-z]*)",
+    )  # fmt: skip
+
+
+def numbers_as_labels(values: FloatArray) -> ColumnGuess | None:
+    """Small whole numbers that take turns, as sensors are counted; None where they are no labels.
+
+    Parameters
+    ----------
+    values
+        Of a column that is called after a sensor or a leg, shape (n,).
+    """
+    good = values[np.isfinite(values)]
+    if good.size < values.size or np.any(good != np.round(good)):
+        return None
+    different = list(dict.fromkeys(good.tolist()))
+    if not 1 < len(different) <= min(FEW, good.size // 2) or not 0 <= max(different) <= FEW:
+        return None
+    codes = np.array([different.index(value) for value in good.tolist()])
+    words = tuple(f"{value:.0f}" for value in different)
+    return ColumnGuess(
+        "", NameGuess("label"), None, "likely", "numbers of sensors", words=words, codes=codes
+    )
+
+
+def _among_words(
+    column: str, name: NameGuess, words: list[str], raw: RawColumn
+) -> ColumnGuess | None:
+    """A weight with its unit among the words of each cell (``ST,+0500.0 g``, ``load 2 kg``).
+
+    Cells between may be empty, as in a column of events: what was put on holds until the next one.
+    """
+    found = [IN_WORDS.findall(word) for word in words]
+    units = {known_unit(one[0][1]) for one in found if len(one) == 1}
+    if not words or len(units) != 1 or any(len(one) != 1 for one in found):
+        return None
+    if any(re.search(r"[-+]\s+\d", word) for word in words):
+        return None  # a sign apart from its number would be lost
+    if name.quantity not in ("load", "unknown", "label", "other", "reading"):
+        return None
+    weights = np.array([float(one[0][0].replace(",", ".")) for one in found])
+    if np.ptp(weights) == 0.0:
+        return None
+    held = bool(raw.empty.any())
+    at = np.cumsum(~raw.empty) - 1
+    values = np.where(at < 0, np.nan, weights[at]) if held else weights
+    spelled = found[0][0][1]
+    return ColumnGuess(
+        column, replace(name, quantity="load"), units.pop(), "likely",
+        "a weight among words" + (", held until the next one" if held else ""), values,
+        pattern=rf"(?<![\w.+-])(?<!\d,)([-+]?\d+(?:[.,]\d+)?)\s*{spelled}(?!\w)", held=held,
+    )  # fmt: skip

@@ -1,0 +1,268 @@
+"""Plans for known weights: a load beside each reading, sheets of them, recordings under a load."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from footcal_cli.core.bench.matrix import directions
+from footcal_cli.sniff.groups import AXES, channel_names
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
+from footcal_cli.sniff.plan import FORCES, Blank, Entry, Plan, extras, of, reading_entry, times
+from footcal_cli.sniff.tokens import with_unit
+from footcal_cli.sniff.units import known_unit, split_unit
+
+_ROWS_OF_A_STREAM = 60
+_FOLLOWS, _IDLE = 0.9, 0.2
+"""How much of its variance a load explains: of a cell that carries it, and of one that does not."""
+UNIT_TO_FILL_IN = "?"
+UNIT_ASKED = Blank(
+    ('# in [columns]: unit = "?" of load_n becomes N, kg, g, lb …',),
+    "nothing says the unit of the load",
+)
+
+
+def weights(
+    file: FileGuess, loads: list[ColumnGuess], cells: list[ColumnGuess],
+    named: Mapping[str, ColumnGuess] | None = None,
+) -> Plan:  # fmt: skip
+    """The plan for known loads and readings in one table.
+
+    Parameters
+    ----------
+    file
+        The log.
+    loads, cells
+        Its columns of known loads and of readings.
+    named
+        Readings by the name of their channel, where some of a table were left out.
+    """
+    load = loads[0]
+    entry, asked = load_entry(load)
+    labels = [c for c in file.of("label") if len(c.words) > 0]
+    time, _, _ = times(file, needed=False)
+    entries = {"load_n": entry, **time, **extras(file)}
+    one_name = next(iter(named)) if named else "cell"
+    named = dict(named or channel_names(cells))
+    if (wrench := _axes_of(loads)) and len(cells) >= len(AXES):
+        return _known_wrench(file, wrench, named, time)
+    if len(loads) == len(cells) > 1:
+        pairs = dict(zip(named, loads, strict=True))
+        if _one_proportion(loads):
+            return _each_its_load(file, named, pairs, time)
+        entries = {f"{n}_load_n": of(c, c.unit or "N") for n, c in pairs.items()}
+        entries |= {f"{n}_counts": reading_entry(c) for n, c in named.items()}
+        return Plan(
+            file, "several cells loaded at once, each with its own known load",
+            "as many loads as readings", "likely", "offline-fit", "weights_together",
+            entries, tuple(named),
+        )  # fmt: skip
+    if labels and len(cells) > 1:
+        on = _one_at_a_time(file, load, labels, cells)
+        if on is not None:
+            return on
+        labels = []  # with several readings in a row it is not the cell that they tell apart
+    following, idle = follow(load, cells)
+    if idle:
+        asked_of = tuple(c.column for c in idle)
+        own = {n: c for n, c in named.items() if c in following}
+        kept = weights(file, loads, following, own)
+        said = f"{', '.join(asked_of)}: left out, the load does not move it while others follow"
+        return replace(kept, warnings=(*kept.warnings, said))
+    if len(cells) == 1 or labels:
+        cell = cells[0]
+        channel = of(labels[0]) if labels else Entry(value=one_name, why="one cell alone")
+        dense = bool(time) and file.rows >= _ROWS_OF_A_STREAM and not labels
+        if dense:
+            return _stream(file, {one_name: cell}, entries, asked)
+        direction = file.of("direction")
+        if direction and direction[0].values is not None:
+            entries["direction"] = of(direction[0])
+        entries |= {"channel": channel, "counts": reading_entry(cell)}
+        return Plan(
+            file, "known weights, one row per reading", "a load beside each reading",
+            "likely", "offline-fit", "weights", entries,
+            tuple(labels[0].words) if labels else (one_name,), blanks=asked,
+        )  # fmt: skip
+    if time and file.rows >= _ROWS_OF_A_STREAM:
+        return _stream(file, named, entries, asked)
+    wide = {name: {"counts": reading_entry(column)} for name, column in named.items()}
+    return Plan(
+        file, f"known weights, the readings of {len(cells)} cells beside each other",
+        "one load and several readings in a row", "guess", "offline-fit", "weights",
+        entries, tuple(named), wide, blanks=asked,
+        warnings=(
+            "taken that every cell carried the whole load by itself; if the load stood on all "
+            "of them, give each its share",
+        ),
+    )  # fmt: skip
+
+
+def follow(
+    load: ColumnGuess, cells: Sequence[ColumnGuess]
+) -> tuple[list[ColumnGuess], list[ColumnGuess]]:
+    """Readings that follow a known load, and those that stand still while others follow it.
+
+    Without one that follows, or without any that does not, none is left out.
+    """
+    assert load.values is not None, "known loads are numbers"
+    shares = []
+    for cell in cells:
+        assert cell.values is not None, "readings are numbers"
+        if cell.values.size != load.values.size:
+            return list(cells), []  # of two files
+        good = np.isfinite(load.values) & np.isfinite(cell.values)
+        x, y = load.values[good], cell.values[good]
+        moves = good.sum() > 2 and np.ptp(x) > 0 and np.ptp(y) > 0
+        shares.append(float(np.corrcoef(x, y)[0, 1]) ** 2 if moves else 0.0)
+    if max(shares) < _FOLLOWS or min(shares) > _IDLE:
+        return list(cells), []
+    idle = [c for c, share in zip(cells, shares, strict=True) if share <= _IDLE]
+    return [c for c in cells if c not in idle], idle
+
+
+def _one_at_a_time(
+    file: FileGuess, load: ColumnGuess, labels: Sequence[ColumnGuess], cells: list[ColumnGuess]
+) -> Plan | None:
+    """A weight that lies on one cell at a time, all of them read: a column names the loaded one."""
+    for label in labels:
+        on = {word: c for word in label.words for c in cells
+              if _plain(word) in (_plain(c.column), _plain(c.name.address))}  # fmt: skip
+        if len(on) != len(label.words) or len({c.column for c in on.values()}) < 2:
+            continue
+        entry, asked = load_entry(load)
+        wide = {
+            word: {
+                "load_n": replace(entry, only_where={label.column: word}),
+                "counts": reading_entry(cell),
+            }
+            for word, cell in on.items()
+        }
+        return Plan(
+            file, f"known weights on one of {len(on)} cells at a time, all of them read",
+            "a load, the cell it lies on, and several readings in a row", "likely", "offline-fit",
+            "weights", extras(file), tuple(on), wide, blanks=asked,
+        )  # fmt: skip
+    return None
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"[\W_]+", "", name).lower()
+
+
+def _axes_of(loads: Sequence[ColumnGuess]) -> dict[str, ColumnGuess]:
+    """Known loads by the axis of a wrench that their names say; empty unless they are all six."""
+    found = {}
+    for load in loads:
+        for letter, axis in re.findall(r"(?<![a-z])([fmt])([xyz])(?![a-z])", load.column.lower()):
+            found[("f" if letter == "f" else "t") + axis] = load
+    return found if set(found) == set(AXES) and len(loads) == len(AXES) else {}
+
+
+def _known_wrench(
+    file: FileGuess, wrench: Mapping[str, ColumnGuess], named: Mapping[str, ColumnGuess],
+    time: Mapping[str, Entry],
+) -> Plan:  # fmt: skip
+    """A six-axis transducer in a rig: the wrench that was put on beside its readings."""
+    entries = dict(time)
+    for axis in AXES:
+        unit, name = ("N", "n") if axis[0] == "f" else ("N*m", "nm")
+        entries[f"known_{axis}_{name}"] = of(wrench[axis], wrench[axis].unit or unit)
+    entries |= {f"{name}_counts": reading_entry(column) for name, column in named.items()}
+    return Plan(
+        file, f"a known wrench on a transducer with {len(named)} readings",
+        "six loads along and about axes, and readings", "likely", "offline-fit",
+        "weights_together", entries, tuple(named), options=("known_wrench = true",),
+    )  # fmt: skip
+
+
+def _one_proportion(loads: list[ColumnGuess]) -> bool:
+    """Whether known loads rise and fall together: no crosstalk can be seen."""
+    table = np.column_stack([c.values for c in loads])  # type: ignore[misc]
+    return directions(table[np.isfinite(table).all(axis=1)]) < len(loads)
+
+
+def _each_its_load(
+    file: FileGuess, named: dict[str, ColumnGuess], loads: dict[str, ColumnGuess],
+    time: dict[str, Entry],
+) -> Plan:  # fmt: skip
+    """Cells that were loaded side by side, each with a load of its own in every row."""
+    asked = tuple({blank for c in loads.values() for blank in load_entry(c)[1]})
+    wide = {
+        name: {"load_n": load_entry(loads[name])[0], "counts": reading_entry(column)}
+        for name, column in named.items()
+    }
+    return Plan(
+        file, f"known weights on {len(named)} cells, each with its own load in every row",
+        "as many loads as readings, all in one proportion", "likely", "offline-fit", "weights",
+        {**time, **extras(file)}, tuple(named), wide, blanks=asked,
+    )  # fmt: skip
+
+
+def loads_across(file: FileGuess) -> Plan | None:
+    """A sheet of cells by weights, the weights in the header: ``cell; 0 kg; 0.5 kg; 1 kg``."""
+    loads: dict[str, tuple[float, str]] = {}
+    for column in file.columns:
+        found = with_unit(column.column.strip())
+        unit = known_unit(found[1]) if found else None
+        if found and unit in FORCES and column.values is not None:
+            loads[column.column] = (float(found[0].replace(",", ".")), unit)
+    others = [c for c in file.columns if c.column not in loads]
+    labels = [c for c in others if c.words]
+    if len(loads) < 2 or len(labels) != 1 or any(c.values is not None for c in others):
+        return None
+    columns = {c.column: c for c in file.columns}
+    wide = {
+        name: {
+            "load_n": Entry(value=f"{value:g}", unit=unit, why="the header"),
+            "counts": reading_entry(replace(columns[name], unit=None)),
+        }
+        for name, (value, unit) in loads.items()
+    }
+    return Plan(
+        file, "known weights, a column of readings for each", "loads in the header", "likely",
+        "offline-fit", "weights", {"channel": of(labels[0])}, tuple(labels[0].words), wide,
+        "load_n",
+    )  # fmt: skip
+
+
+def runs_across(file: FileGuess, loads: list[ColumnGuess]) -> Plan | None:
+    """One cell, a column of readings for each run: ``load; run 1; run 2``."""
+    runs = {
+        found[1]: c for c in file.of("repeat")
+        if c.values is not None and (found := re.search(r"(\d+)\W*$", split_unit(c.column)[0]))
+        and np.unique(c.values).size > 2
+    }  # fmt: skip
+    if len(loads) != 1 or len(runs) < 2:
+        return None
+    entry, asked = load_entry(loads[0])
+    wide = {number: {"counts": reading_entry(column)} for number, column in runs.items()}
+    channel = Entry(value="cell", why="one cell, a column for each run")
+    return Plan(
+        file, f"known weights on one cell, {len(runs)} runs beside each other",
+        "a load and numbered runs in a row", "likely", "offline-fit", "weights",
+        {"load_n": entry, "channel": channel}, ("cell",), wide, "repeat", blanks=asked,
+    )  # fmt: skip
+
+
+def load_entry(load: ColumnGuess) -> tuple[Entry, tuple[Blank, ...]]:
+    """The entry of known loads; their unit is asked for where nothing says it."""
+    if load.unit is not None and load.unit != "count":
+        return of(load), ()
+    return replace(of(load, UNIT_TO_FILL_IN), sure="guess"), (UNIT_ASKED,)
+
+
+def _stream(
+    file: FileGuess, named: dict[str, ColumnGuess], entries: dict[str, Entry],
+    asked: tuple[Blank, ...],
+) -> Plan:  # fmt: skip
+    """A recording of one or more cells under a load that is read too."""
+    entries = {k: v for k, v in entries.items() if k in ("time_s", "load_n", "temperature_degc")}
+    entries |= {f"{name}_counts": reading_entry(column) for name, column in named.items()}
+    return Plan(
+        file, "a running recording while the load changes", "time, load and readings", "likely",
+        "offline-fit", "weights_stream", entries, tuple(named), blanks=asked,
+    )  # fmt: skip

@@ -1,0 +1,1 @@
+"""Tests of the guessing of unknown logs, piece by piece."""

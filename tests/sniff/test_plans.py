@@ -1,0 +1,185 @@
+"""What logs of weights, transducers and feet are taken for."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from footcal_cli.sniff.columns import guess_file
+from footcal_cli.sniff.experiment import plan_of, why_not
+from footcal_cli.sniff.file_names import alike_part, called
+from footcal_cli.sniff.groups import channel_names, readings
+from footcal_cli.sniff.guesses import FileGuess
+from footcal_cli.sniff.numbered import numbered
+from footcal_cli.sniff.several import parts_of
+
+
+def test_a_displacement_or_a_temperature_is_no_reading(tmp_path: Path) -> None:
+    """They follow the load, or rise evenly: a calibration of them would look good."""
+    log = tmp_path / "a.csv"
+    lines = [f"{i / 10};{i};{i / 900:.4f};{22 + i / 100};{i * 0.7 + 3:.3f}" for i in range(60)]
+    log.write_text("t [s];F [N];Weg [mm];T [°C];DMS [V]\n" + "\n".join(lines) + "\n")
+    plan = plan_of(guess_file(log))
+    assert plan is not None
+    assert [
+        e.column.column for n, e in plan.entries.items() if n.endswith("counts") and e.column
+    ] == ["DMS [V]"]
+
+
+def test_siblings_of_a_reading_are_readings(tmp_path: Path) -> None:
+    log = tmp_path / "a.csv"
+    log.write_text(
+        "load_N,A,B\n" + "\n".join(f"{i},{9 * i * i % 31},{7 * i % 5}" for i in range(9)) + "\n"
+    )
+    assert list(channel_names(readings(guess_file(log)))) == ["a", "b"]
+
+
+def test_names_of_files_that_say_a_load_in_any_unit(tmp_path: Path) -> None:
+    logs = []
+    for name in ("cell2_zero.csv", "cell2_8oz.csv", "cell2_16oz.csv"):
+        logs.append(tmp_path / name)
+        logs[-1].write_text("reading\n" + "\n".join(f"{7000 + 3 * i % 7}" for i in range(9)) + "\n")
+    part = alike_part([guess_file(log) for log in logs])
+    assert part is not None
+    load = part.plan.entries["load_n"]
+    assert load.unit == "oz"
+    assert set(load.names.values()) == {"0", "8", "16"}
+
+
+def test_logs_named_alike_are_called_after_their_folders(tmp_path: Path) -> None:
+    paths = [tmp_path / "0g" / "log.csv", tmp_path / "500g" / "log.csv"]
+    assert called(paths) == ["0g/log.csv", "500g/log.csv"]
+    assert called(paths[:1]) == ["log.csv"]
+
+
+def test_a_cell_that_carries_nothing_is_left_out_and_said(tmp_path: Path) -> None:
+    rng, log = np.random.default_rng(1), tmp_path / "a.csv"
+    load = np.repeat([0.0, 1, 2, 5], 5)
+    noise = rng.normal(0, 1e-3, (2, load.size))
+    rows = zip(load, 3 * load + noise[0], noise[1], strict=True)
+    log.write_text("load_kg,ch1_V,ch2_V\n" + "".join(f"{a},{b:.6f},{c:.6f}\n" for a, b, c in rows))
+    plan = plan_of(guess_file(log))
+    assert plan is not None
+    assert plan.channels == ("cell_1",)
+    assert any("ch2_V: left out" in warning for warning in plan.warnings)
+
+
+def test_the_column_that_names_the_loaded_cell(tmp_path: Path) -> None:
+    log = tmp_path / "a.csv"
+    lines = [f"{on},{kg},{7 + kg * (on == 'NE')},{5 + kg * (on == 'S')}"
+             for on in ("NE", "S") for kg in (0, 1, 4, 2, 9)]  # fmt: skip
+    log.write_text("on,load_kg,NE,S\n" + "\n".join(lines) + "\n")
+    plan = plan_of(guess_file(log))
+    assert plan is not None
+    assert plan.channels == ("NE", "S")
+    assert plan.wide["S"]["load_n"].only_where == {"on": "S"}
+
+
+def test_cells_below_each_other_without_loads_are_not_one_cell(tmp_path: Path) -> None:
+    log = tmp_path / "a.csv"
+    lines = [f"{5 * i},{foot},{at},{8_300_000 + 7 * i % 5}"
+             for i in range(40) for foot in ("left", "right") for at in ("fl", "fr")]  # fmt: skip
+    log.write_text("ms,foot,corner,raw\n" + "\n".join(lines) + "\n")
+    found = why_not(guess_file(log))
+    assert found is not None
+    assert "left_fl_counts" in found[1]
+
+
+def test_transducers_that_carry_one_weight_together_stand(tmp_path: Path) -> None:
+    share = np.repeat([0.5, 0.3, 0.7], 40)
+    rng, log = np.random.default_rng(2), tmp_path / "a.csv"
+    parts = [
+        np.column_stack([*rng.normal(0, 0.5, (2, share.size)), 600 * part, *rng.normal(
+            0, 5, (3, share.size))]) for part in (share, 1 - share)
+    ]  # fmt: skip
+    names = [f"FP{i}_{a}" for i in (1, 2) for a in ("Fx", "Fy", "Fz", "Mx", "My", "Mz")]
+    np.savetxt(log, np.hstack(parts), "%.4f", ",", header=",".join(names), comments="")
+    plan = plan_of(guess_file(log))
+    assert plan is not None
+    assert plan.command == "static-init"
+    np.savetxt(log, np.hstack([parts[0], parts[0]]), "%.4f", ",", header=",".join(names),
+               comments="")  # fmt: skip
+    plan = plan_of(guess_file(log))
+    assert plan is not None
+    assert plan.command == "hang-calib"
+
+
+def test_gravity_among_numbers_without_names(tmp_path: Path) -> None:
+    rng, log = np.random.default_rng(3), tmp_path / "a.txt"
+    up = np.repeat(rng.normal(0, 1, (12, 3)), 20, axis=0)
+    up *= 9.81 / np.linalg.norm(up, axis=1, keepdims=True)
+    table = np.column_stack([0.01 * np.arange(len(up)), rng.normal(0, 1, (len(up), 2)), up])
+    np.savetxt(log, table, "%.5f")
+    found = numbered(guess_file(log)).of("acceleration")
+    assert [c.column for c in found] == ["column_4", "column_5", "column_6"]
+
+
+def _written(folder: Path, name: str, text: str) -> FileGuess:
+    log = folder / name
+    log.write_text(text, encoding="utf-8")
+    return guess_file(log)
+
+
+def test_a_table_of_steps_says_the_loads(tmp_path: Path) -> None:
+    readings_of = "step,raw\n" + "".join(f"{i // 5},{8_000 + i * i % 7}\n" for i in range(20))
+    read = _written(tmp_path, "read.csv", readings_of)
+    steps = _written(tmp_path, "steps.csv", "step,load_kg\n0,0\n1,1\n2,2.5\n3,5\n")
+    for order in ((read, steps), (steps, read)):
+        (part,), others = parts_of(order)
+        assert others == []
+        load = part.plan.entries["load_n"]
+        assert (load.unit, load.names["2"]) == ("kg", "2.5")
+    unknown = _written(tmp_path, "few.csv", "step,load_kg\n0,0\n1,1\n")
+    parts, _ = parts_of([read, unknown])
+    assert not any(
+        "2" in p.plan.entries["load_n"].names for p in parts if "load_n" in p.plan.entries
+    )
+
+
+def test_what_a_display_read_under_weights_that_the_names_say(tmp_path: Path) -> None:
+    logs = [
+        _written(tmp_path, f"cal_{w}lb.csv", "Load (lb)\n" + "".join(
+            f"{w * 0.98 + 0.01 * (i % 3):.3f}\n" for i in range(9)))
+        for w in (0, 2, 5)
+    ]  # fmt: skip
+    part = alike_part(logs)
+    assert part is not None
+    assert part.plan.entries["load_n"].unit == "lb"
+    assert part.plan.entries["counts"].unit == "lb"
+
+
+def test_places_are_no_torques_and_two_arms_have_two_attitudes(tmp_path: Path) -> None:
+    rng = np.random.default_rng(4)
+    names, table = ["TX (mm)"], [rng.normal(500, 1, 240)]
+    for side in ("left", "right"):
+        rotation = Rotation.random(12, random_state=rng)
+        down = np.repeat(rotation.inv().apply([0, 0, -1.0]), 20, axis=0)
+        force = 9.0 * down + rng.normal(0, 0.01, down.shape)
+        names += [f"{side}_wrist_{a}" for a in ("fx", "fy", "fz", "tx", "ty", "tz", *(
+            f"q{x}" for x in "xyzw"))]  # fmt: skip
+        quaternion = np.repeat(rotation.as_quat(), 20, axis=0)
+        table += [*force.T, *np.cross([0, 0, 0.05], force).T, *quaternion.T]
+    log = tmp_path / "arms.csv"
+    np.savetxt(log, np.column_stack(table), "%.6f", ",", header=",".join(names), comments="")
+    plan = plan_of(guess_file(log))
+    assert plan is not None
+    assert plan.command == "hang-calib"
+    assert {name: w["body_qw"].column.column for name, w in plan.wide.items() if w["body_qw"].column
+            } == {"left": "left_wrist_qw", "right": "right_wrist_qw"}  # fmt: skip
+    assert plan.file.of("force")[0].column == "left_wrist_fx"
+
+
+def test_a_known_wrench_is_no_load_on_six_cells(tmp_path: Path) -> None:
+    rng, log = np.random.default_rng(6), tmp_path / "rig.csv"
+    put = rng.normal(0, 50, (40, 6))
+    axes = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
+    names = [*(f"{a} applied" for a in axes), *(f"bridge {i} [mV/V]" for i in range(6))]
+    table = np.hstack([put, put @ rng.normal(0, 0.01, (6, 6))])
+    np.savetxt(log, table, "%.6f", ",", header=",".join(names), comments="")
+    plan = plan_of(guess_file(log))
+    assert plan is not None
+    assert plan.options == ("known_wrench = true",)
+    assert plan.entries["known_tx_nm"].unit == "N*m"
+    assert len(plan.channels) == 6
