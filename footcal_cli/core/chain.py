@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TypeVar, cast
 
 import numpy as np
 
@@ -13,6 +14,8 @@ from footcal_cli.core.effects.contract import Effect, State, Theta, is_neutral
 from footcal_cli.core.effects.contract import units_of as units_of
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray, IntArray, Parameter, ParameterSet
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -37,6 +40,11 @@ class Link:
     def _sizes(self) -> tuple[tuple[str, float], ...]:
         """Full name and neutral value of every size."""
         return tuple((f"{o}.{p.name}", p.neutral) for o in self.owners for p in self.effect.sizes)
+
+    @cached_property
+    def remembering(self) -> dict[tuple[str, ...], bool]:
+        """Acting sizes, as from `acting` -> whether it then remembers, as far as was asked."""
+        return {}
 
     def acting(self, values: Mapping[str, float]) -> tuple[str, ...]:
         """Full names of the sizes that are not neutral; without any the link may be skipped."""
@@ -74,33 +82,78 @@ def chain_of(links: Iterable[Link]) -> Chain:
 
 
 class Seen:
-    """Columns of one log that an effect has been removed from, for finite differences.
+    """What effects were removed from one log, for finite differences.
 
-    These move one channel at a time, so that seven of eight columns are what they were.
+    These move one parameter of one channel at a time: an effect whose log and values are what they
+    were is not removed again, and of one that treats columns alone only those that moved.
     """
 
     def __init__(self) -> None:
-        self._last: dict[str, tuple[Log, Theta, FloatArray]] = {}
+        self._first: dict[tuple[str, int], _Removed] = {}
+        self._last: dict[tuple[str, int], _Removed] = {}
+        self._made: tuple[Log, object] | None = None
+        self._anew = False
+
+    def begin(self) -> None:
+        """A chain is to be removed from the log."""
+        self._anew = False
 
     def removed(self, effect: Effect, log: Log, theta: Theta) -> Log:
-        """`Effect.remove` of the columns that differ from the last ones; exact."""
-        last = self._last.get(effect.name)
-        if last is None or not _at_the_same_rows(last[0], log):
-            out = effect.remove(log, theta, None)[0].readings
+        """`Effect.remove`, as far as it was not done before; exact."""
+        key = effect.name, len(log)
+        last = self._last.get(key)
+        for known in (last, self._first.get(key)):
+            if known is not None and known.log is log and not any(known.moved(theta).values()):
+                return known.out
+        self._anew = True
+        if effect.by_column and last is not None and _at_the_same_rows(last.log, log):
+            out = _columns_removed(effect, last, log, theta)
         else:
-            before, with_theta, out = last
-            other = np.any(log.readings != before.readings, axis=0)
-            for name, values in theta.items():
-                other |= values != with_theta[name]
-            if other.any():
-                out = out.copy()
-                out[:, other] = _removed_from(effect, log, theta, np.flatnonzero(other))
-        self._last[effect.name] = (log, theta, out)
-        return log.with_readings(out)
+            out = effect.remove(log, theta, None)[0]
+        self._last[key] = _Removed(log, theta, out)
+        self._first.setdefault(key, self._last[key])
+        return out
+
+    def made_of(self, truth: Log, made: Callable[[Log], T]) -> T:
+        """What is made of a log that a chain left, kept where nothing was removed anew."""
+        if self._anew:
+            return made(truth)
+        if self._made is None or self._made[0] is not truth:
+            self._made = truth, made(truth)
+        return cast(T, self._made[1])
+
+
+@dataclass(frozen=True)
+class _Removed:
+    """A log, the values of an effect that was removed from it, and what that gave."""
+
+    log: Log
+    theta: Theta
+    out: Log
+
+    def moved(self, theta: Theta) -> dict[str, bool]:
+        """Which parameters have other values."""
+        return {
+            name: not np.array_equal(values, self.theta[name]) for name, values in theta.items()
+        }
 
 
 def _at_the_same_rows(one: Log, other: Log) -> bool:
     return one.time_s is other.time_s and one.block is other.block
+
+
+def _columns_removed(effect: Effect, last: _Removed, log: Log, theta: Theta) -> Log:
+    """`Effect.remove` of the columns that differ from the last ones."""
+    readings, before = last.out.readings, last.log.readings
+    other = np.zeros(len(log.channels), dtype=bool)
+    if log.readings is not before:
+        other |= np.any(log.readings != before, axis=0)
+    for name, values in theta.items():
+        other |= values != last.theta[name]
+    if other.any():
+        readings = readings.copy()
+        readings[:, other] = _removed_from(effect, log, theta, np.flatnonzero(other))
+    return log.with_readings(readings)
 
 
 def _removed_from(effect: Effect, log: Log, theta: Theta, columns: IntArray) -> FloatArray:
@@ -162,11 +215,21 @@ class Chain:
 
     def remembers(self, log: Log, values: Mapping[str, float]) -> bool:
         """Whether what it makes of a row of the log depends on the rows before it."""
-        states = self.remove(log.rows(0, 2), values)[1]
-        return any(state is not None for state in states.values())
+        acting = [item.acting(values) for item in self.links]
+        if any(names and names not in item.remembering
+               for item, names in zip(self.links, acting, strict=True)):  # fmt: skip
+            states = self.remove(log.rows(0, 2), values)[1]
+            for i, (item, names) in enumerate(zip(self.links, acting, strict=True)):
+                item.remembering[names] = states.get(i) is not None
+        return any(
+            item.remembering[names]
+            for item, names in zip(self.links, acting, strict=True) if names
+        )  # fmt: skip
 
     def truth(self, log: Log, values: Mapping[str, float], seen: Seen | None) -> Log:
         """As `remove` for a whole log, with what calls before it have left in `seen`."""
+        if seen is not None:
+            seen.begin()
         return self._run(log, values, None, forward=False, seen=seen)[0]
 
     def _run(
@@ -187,7 +250,7 @@ class Chain:
             theta = item.theta(values, units_of(item.effect.scope, log.channels))
             if is_neutral(item.effect, theta):
                 continue
-            if seen is not None and item.effect.by_column:
+            if seen is not None:
                 log = seen.removed(item.effect, log, theta)
                 continue
             transform = item.effect.apply if forward else item.effect.remove

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import TypeVar, cast
 
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -35,6 +38,9 @@ class Log:
     readings: FloatArray
     known: Mapping[str, FloatArray]
     block: IntArray
+    _of_known: dict[str, object] = field(
+        default_factory=dict, init=False, repr=False, compare=False
+    )
 
     def __post_init__(self) -> None:
         rows = self.time_s.shape[0]
@@ -51,7 +57,25 @@ class Log:
 
     def with_readings(self, readings: FloatArray) -> Log:
         """The same recording with other readings."""
-        return replace(self, readings=readings)
+        if readings.shape != self.readings.shape:
+            return replace(self, readings=readings)
+        # thousands of trial models differ in their readings only: nothing else is looked at again
+        other = object.__new__(type(self))
+        other.__dict__.update(self.__dict__, readings=readings)
+        return other
+
+    def of_known(self, made: Callable[[Log], T]) -> T:
+        """What follows from everything but the readings: made once for all `with_readings`.
+
+        Parameters
+        ----------
+        made
+            A function of the module that asks; it must not look at the readings.
+        """
+        name = f"{made.__module__}.{made.__qualname__}"
+        if name not in self._of_known:
+            self._of_known[name] = made(self)
+        return cast(T, self._of_known[name])
 
     def with_known(self, **changes: FloatArray) -> Log:
         """The same recording with some of the known quantities replaced."""

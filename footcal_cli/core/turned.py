@@ -24,7 +24,7 @@ from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.pose.data import PoseData, PoseSummary, summarise
 from footcal_cli.core.pose.hanging import LegKnowledge
-from footcal_cli.core.pose.joint import fit_pose, misfit_of_poses
+from footcal_cli.core.pose.joint import misfit_of_poses
 from footcal_cli.core.pose.problem import PoseOptions
 from footcal_cli.core.quality import Finding
 from footcal_cli.core.spatial import rotation_log
@@ -78,7 +78,7 @@ def turned_when_hanging(logs: Sequence[Log], asked: HangOptions) -> TurnedAxis |
     """The axis of one hanging leg whose sign is turned, if any."""
     channels = logs[0].channels
 
-    def misfit(signs: FloatArray) -> float:
+    def misfit(signs: FloatArray, _beyond: float) -> float:
         changed = [log.with_readings(log.readings * signs) for log in logs]
         fit = fit_hang(changed, asked)
         sd = np.array([channel.sd for channel in fit.noise])
@@ -98,11 +98,11 @@ def turned_when_standing(
         every = np.append(signs, np.ones(summary.gram.shape[0] - signs.size))
         return replace(summary, gram=summary.gram * np.outer(every, every))
 
-    def misfit(signs: FloatArray) -> float:
-        return fit_pose(turned(signs), legs, noise_sd, options).chi2_poses
+    def misfit(signs: FloatArray, beyond: float) -> float:
+        return misfit_of_poses(turned(signs), legs, noise_sd, options, beyond)
 
-    def roughly(signs: FloatArray) -> float:
-        return misfit_of_poses(turned(signs), legs, noise_sd, options, ROUGH_STEPS)
+    def roughly(signs: FloatArray, beyond: float) -> float:
+        return misfit_of_poses(turned(signs), legs, noise_sd, options, beyond, ROUGH_STEPS)
 
     return _most_improved(misfit, channels, roughly)
 
@@ -113,26 +113,31 @@ Back = TypeVar("Back")
 def near_the_best(
     every: Sequence[Back], roughly: Callable[[Back], float], given: float
 ) -> list[Back]:
-    """What to fit to the end: nothing where no way of turning back is better than the given one."""
+    """What to fit to the end: ways of turning back that are better than the given one by then.
+
+    The right one is as good as fitted after so many steps.
+    """
     rough = [roughly(one) for one in every]
-    if min(rough) > given:
-        return []
-    return [one for one, left in zip(every, rough, strict=True) if left <= _NEAR * min(rough)]
+    most = min(_NEAR * min(rough), given)
+    return [one for one, left in zip(every, rough, strict=True) if left <= most]
+
+
+Misfit = Callable[[FloatArray, float], float]
+"""Squared misfit with signs (channels,) turned; it may be called infinite beyond a limit."""
 
 
 def _most_improved(
-    misfit: Callable[[FloatArray], float],
-    channels: Sequence[str],
-    roughly: Callable[[FloatArray], float] | None = None,
+    misfit: Misfit, channels: Sequence[str], roughly: Misfit | None = None
 ) -> TurnedAxis | None:
-    before = misfit(np.ones(len(channels)))
+    before = misfit(np.ones(len(channels)), np.inf)
+    beyond = (1.0 + AS_GOOD) * SHARE_LEFT * before
     tried = list(1.0 - 2.0 * np.eye(len(channels)))
     if roughly is not None:
-        tried = near_the_best(tried, roughly, before)
+        tried = near_the_best(tried, lambda signs: roughly(signs, beyond), before)
     if not tried:
         return None
     channels = [channels[int(np.argmin(signs))] for signs in tried]
-    after = np.array([misfit(signs) for signs in tried])
+    after = np.array([misfit(signs, beyond) for signs in tried])
     least = float(after.min())
     share = least / max(before, np.finfo(float).tiny)
     if share >= SHARE_LEFT:

@@ -7,7 +7,6 @@ here tells `footcal_cli.app` what really happened. Imported by `footcal_cli.app`
 
 from __future__ import annotations
 
-import _thread
 import signal
 import sys
 import threading
@@ -63,15 +62,18 @@ def watched(*, until_exit: bool = False) -> Iterator[Interruption]:
         raise Interrupted
 
     dropped = sys.unraisablehook
+    main = threading.get_ident()
+    pending: list[threading.Timer] = []
 
     def again(raised: sys.UnraisableHookArgs) -> None:
         if raised.exc_type is not Interrupted:
             dropped(raised)
             return
-        timer = threading.Timer(
-            _AGAIN_AFTER_S, _thread.interrupt_main, (seen.signal or signal.SIGINT,)
-        )
+        # a signal proper: it wakes the main thread from a sleep or a read
+        number = seen.signal or signal.SIGINT
+        timer = threading.Timer(_AGAIN_AFTER_S, signal.pthread_kill, (main, number))
         timer.daemon = True
+        pending.append(timer)
         timer.start()
 
     sys.unraisablehook = again
@@ -81,5 +83,7 @@ def watched(*, until_exit: bool = False) -> Iterator[Interruption]:
     finally:
         if not until_exit:
             sys.unraisablehook = dropped
+            for timer in pending:
+                timer.cancel()
             for number, handler in before.items():
                 signal.signal(number, handler)

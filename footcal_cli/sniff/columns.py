@@ -92,8 +92,10 @@ def _stamps(column: RawColumn) -> bool:
 
 def _column(column: str, raw: RawColumn, unit_row: str) -> ColumnGuess:
     name = name_guess(column)
-    unit = known_unit(unit_row) or name.unit
-    said = "its name" + (" and its row of units" if known_unit(unit_row) else "")
+    below = known_unit(unit_row)
+    unit, said = below or name.unit, "its name" + (" and its row of units" if below else "")
+    if below and name.unit and name.unit not in (below, "count"):
+        unit, said = None, f"its name says {name.unit}, the row of units {below}"
     if raw.kind in ("stamp", "duration"):
         return ColumnGuess(column, replace(name, quantity="time"), None, "sure", "dates")
     if name.axis and name.quantity == "force" and unit in (*NO_READING, "m"):

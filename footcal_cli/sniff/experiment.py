@@ -10,6 +10,7 @@ from footcal_cli.sniff.groups import channel_names, could_be_read, readings, wre
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
 from footcal_cli.sniff.holds import blank_loads
 from footcal_cli.sniff.motion import without_motion
+from footcal_cli.sniff.names import ADDED, COMMANDED, words_of
 from footcal_cli.sniff.numbered import numbered
 from footcal_cli.sniff.plan import (
     FORCES,
@@ -24,9 +25,11 @@ from footcal_cli.sniff.plan import (
 from footcal_cli.sniff.plates import force_and_cop
 from footcal_cli.sniff.six_axis import transducers
 from footcal_cli.sniff.units import GRAVITY_MPS2
-from footcal_cli.sniff.weights import load_entry, loads_across, runs_across, weights
+from footcal_cli.sniff.weights import follow, load_entry, loads_across, runs_across, weights
 from footcal_cli.tables.units import conversion
 
+_AS_ASKED = 0.95
+"""How much of a measured load the one that was asked for explains."""
 _TURNS = 0.5
 """In a table of one row per cell the next row is mostly of another."""
 _OF_ALL = 0.2
@@ -77,6 +80,12 @@ def why_not(file: FileGuess) -> tuple[str, str] | None:
             f"write one row per stamp, a column of vertical force for each foot ({columns}, …)",
         )
     loads, cells = _loads_and_cells(file)
+    added = next((c for c in loads if ADDED & set(words_of(c.column))), None)
+    if added is not None:
+        return (
+            f"{added.column}: by its name what was added at each step, not what lay on the sensor",
+            "give the total load in each row (load_kg), or call the column so if it is the total",
+        )
     apart = _one_row_per_cell(file, cells)
     if not loads and apart:
         return (
@@ -92,6 +101,23 @@ def why_not(file: FileGuess) -> tuple[str, str] | None:
             f"give each its own load ({first}_load_n, …), load them one by one, or put the weight "
             "on known points (hole_x_m, hole_y_m)",
         )
+    return None
+
+
+def _measured(file: FileGuess, asked: ColumnGuess, cells: list[ColumnGuess]) -> ColumnGuess | None:
+    """The load that was measured, next to one that was only asked for; None without both.
+
+    Another column in a unit of force must follow it, and a reading must remain.
+    """
+    if not COMMANDED & set(words_of(asked.column)):
+        return None
+    for column in file.of("force", "reading", "load", "unknown"):
+        others = [c for c in cells if c is not column]
+        if column is asked or column.unit not in FORCES or column.name.axis not in ("", "fz"):
+            continue
+        if column.values is not None and others and not follow(asked, [column], _AS_ASKED)[1]:
+            why = f"measured, where {asked.column} was asked for"
+            return column.as_quantity("load", "likely", why)
     return None
 
 
@@ -153,6 +179,11 @@ def _loads_and_cells(file: FileGuess) -> tuple[list[ColumnGuess], list[ColumnGue
     if not loads and len(pressures) == 1:
         why = "a pressure that all readings are under: its unit times an area is the load"
         return ([pressures[0].as_quantity("load", "guess", why)], cells) if cells else ([], [])
+    asked = [c for c in loads if COMMANDED & set(words_of(c.column))]
+    if len(asked) == 1 and len(loads) == 2 and cells:
+        loads = [c for c in loads if c not in asked]
+    if len(loads) == 1 and (put := _measured(file, loads[0], cells)) is not None:
+        return [put], [c for c in cells if c.column != put.column]
     if loads and not cells:
         cells = [c for c in file.of("unknown", "force") if could_be_read(c)]
         if not cells and len(loads) == 2:

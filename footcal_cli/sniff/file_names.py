@@ -17,6 +17,7 @@ from footcal_cli.sniff.names import common_start, name_guess
 from footcal_cli.sniff.numbered import numbered
 from footcal_cli.sniff.plan import Entry, Plan, reading_entry, times
 from footcal_cli.sniff.six_axis import forces_of
+from footcal_cli.sniff.tokens import IN_WORDS
 from footcal_cli.sniff.units import MASSES, WEIGHTS, known_unit
 from footcal_cli.sniff.weights import UNIT_ASKED, UNIT_TO_FILL_IN
 from footcal_cli.tables.textfiles import called_as
@@ -243,7 +244,7 @@ def _loads_named(names: _Names) -> Entry | None:
     found = [_LOAD.fullmatch(word.strip("_- ")) for word in names.middle]
     nothing = [word.strip("_- ").lower() in _NOTHING for word in names.middle]
     if not all(f or none for f, none in zip(found, nothing, strict=True)):
-        return None
+        return _loads_among_words(names)
     if len({f[1] if f else "0" for f in found}) < 2:
         return None
     spelled = [known_unit(f[2]) if f and f[2] else None for f in found]
@@ -270,6 +271,27 @@ def _loads_named(names: _Names) -> Entry | None:
     return Entry(
         file_name=names.expression, unit=unit, sure="likely", why="the files' names",
         names={word: f"{n:.10g}" for word, n in zip(names.middle, numbers, strict=True)},
+    )  # fmt: skip
+
+
+def _loads_among_words(names: _Names) -> Entry | None:
+    """Loads in names of files that say more: a weight with its unit each, ``500g_run2``."""
+    found = [
+        IN_WORDS.findall(re.sub(r"_", " ", names.head + word + names.tail)) for word in names.middle
+    ]
+    weighed = [one for one in found if len(one) == 1]
+    if len(weighed) < len(found) or len({number for ((number, _),) in weighed}) < 2:
+        return None
+    units = [known_unit(unit) or "" for ((_, unit),) in weighed]
+    sizes = next((s for s in (MASSES, WEIGHTS) if set(units) <= s.keys()), None)
+    if sizes is None:
+        return None
+    loads = [float(n.replace(",", ".")) * sizes[u] for ((n, _),), u in zip(weighed, units,
+                                                                          strict=True)]  # fmt: skip
+    return Entry(
+        file_name=names.expression, unit="kg" if sizes is MASSES else "N", sure="likely",
+        why="a weight in each file's name",
+        names={word: f"{n:.10g}" for word, n in zip(names.middle, loads, strict=True)},
     )  # fmt: skip
 
 

@@ -53,6 +53,10 @@ for _meaning, _spellings in {
 }.items():
     for _word in _spellings.split():
         _WORDS.setdefault(_word, _meaning)  # type: ignore[arg-type]
+COMMANDED = {"setpoint", "target", "soll", "command", "commanded", "cmd", "desired", "consigne"}
+"""Loads that were asked for; what was put on may be another."""
+ADDED = {"added", "increment", "increments", "delta", "zugelegt", "ajouté", "ajoutée"}
+"""What was put on top of what lay there."""
 STATISTICS = frozenset(
     ["mean", "avg", "average", "median", "std", "sd", "var", "min", "max", "sem"]
 )

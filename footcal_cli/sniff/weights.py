@@ -102,11 +102,12 @@ def weights(
 
 
 def follow(
-    load: ColumnGuess, cells: Sequence[ColumnGuess]
+    load: ColumnGuess, cells: Sequence[ColumnGuess], least: float | None = None
 ) -> tuple[list[ColumnGuess], list[ColumnGuess]]:
     """Readings that follow a known load, and those that stand still while others follow it.
 
-    Without one that follows, or without any that does not, none is left out.
+    Without one that follows, or without any that does not, none is left out; unless `least` says
+    how much of each reading's variance the load must explain.
     """
     assert load.values is not None, "known loads are numbers"
     shares = []
@@ -118,9 +119,9 @@ def follow(
         x, y = load.values[good], cell.values[good]
         moves = good.sum() > 2 and np.ptp(x) > 0 and np.ptp(y) > 0
         shares.append(float(np.corrcoef(x, y)[0, 1]) ** 2 if moves else 0.0)
-    if max(shares) < _FOLLOWS or min(shares) > _IDLE:
+    if least is None and (max(shares) < _FOLLOWS or min(shares) > _IDLE):
         return list(cells), []
-    idle = [c for c, share in zip(cells, shares, strict=True) if share <= _IDLE]
+    idle = [c for c, share in zip(cells, shares, strict=True) if share <= (least or _IDLE)]
     return [c for c in cells if c not in idle], idle
 
 

@@ -49,7 +49,7 @@ def world_with(seed: int, *effects: str, rho: float = 0.6) -> tuple[Problem, Lib
 
 def explained(lib: Library, candidates: tuple[int, ...]) -> float:
     """Squared residual that candidates explain beside the calibration, by normal equations."""
-    inner = lib.grams.inner.sum(axis=0)
+    inner = lib.grams.inner.summed(np.arange(lib.grams.inner.size))
     last = inner.shape[0] - 1
 
     def left(base: list[int]) -> float:

@@ -189,7 +189,7 @@ def test_a_family_of_shapes_keeps_its_level() -> None:
     knees = np.stack([np.clip(load - k, 0.0, None) for k in np.linspace(-1.2, 1.2, 24)], axis=1)
     grams, many = _with_columns(knees * (problem.output == 0)[:, None])
     assert 2.0 < many < 18.0
-    total = grams.inner.sum(axis=0)
+    total = grams.inner.summed(np.arange(grams.inner.size))
     base, own = grams.calibration, grams.candidates
     left = total[np.ix_(own, own)] - total[np.ix_(own, base)] @ np.linalg.solve(
         total[np.ix_(base, base)], total[np.ix_(base, own)]

@@ -5,8 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
 from scipy.spatial.transform import Rotation
 
+from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.columns import guess_file
 from footcal_cli.sniff.experiment import plan_of, why_not
 from footcal_cli.sniff.file_names import alike_part, called
@@ -183,3 +185,57 @@ def test_a_known_wrench_is_no_load_on_six_cells(tmp_path: Path) -> None:
     assert plan.options == ("known_wrench = true",)
     assert plan.entries["known_tx_nm"].unit == "N*m"
     assert len(plan.channels) == 6
+
+
+LOAD_N = np.repeat([0.0, 10, 20, 50], 6)
+RAW = np.round(2e3 * LOAD_N + np.tile([7.0, 3, 5, 1, 9, 2], 4))
+
+
+def _table(folder: Path, names: str, *columns: FloatArray) -> FileGuess:
+    text = "\n".join(",".join(f"{v:g}" for v in row) for row in zip(*columns, strict=True))
+    return _written(folder, "a.csv", f"{names}\n{text}\n")
+
+
+@pytest.mark.parametrize("names", ["setpoint_N,actual_N,raw", "target_N,applied load (N),raw"])
+def test_the_measured_load_counts_not_the_one_asked_for(tmp_path: Path, names: str) -> None:
+    """A press that gives 7 % more than it is asked for: scales were 7 % too small, accepted."""
+    plan = plan_of(_table(tmp_path, names, LOAD_N, 1.07 * LOAD_N, RAW))
+    assert plan is not None
+    load = plan.entries["load_n"].column
+    assert load is not None
+    assert load.column == names.split(",")[1]
+    alone = plan_of(_table(tmp_path, "target_N,raw", LOAD_N, RAW))
+    assert alone is not None
+    assert alone.entries["load_n"].column is not None
+
+
+def test_weights_added_one_by_one_are_no_loads(tmp_path: Path) -> None:
+    file = _table(tmp_path, "added_kg,raw", LOAD_N, RAW)
+    assert plan_of(file) is None
+    found = why_not(file)
+    assert found is not None
+    assert "total load" in found[1]
+
+
+def test_units_that_disagree_are_asked_for(tmp_path: Path) -> None:
+    """The row of units was believed: kilograms in newtons, 9.8 times too small, good."""
+    rows = "\n".join(f"{a:g},{b:g}" for a, b in zip(LOAD_N, RAW, strict=True))
+    plan = plan_of(_written(tmp_path, "a.csv", f"Load (kg),Reading\nN,-\n{rows}\n"))
+    assert plan is not None
+    assert not plan.ready
+    plan = plan_of(_written(tmp_path, "a.csv", f"Load (kg),Reading\nkg,-\n{rows}\n"))
+    assert plan is not None
+    assert plan.ready
+
+
+def test_weights_and_repeats_in_names_of_files(tmp_path: Path) -> None:
+    logs = [
+        _written(tmp_path, f"fl_{w}g_run{i}.csv", "raw\n" + "\n".join(
+            f"{7000 + w + 3 * j % 7}" for j in range(9)) + "\n")
+        for w in (0, 500, 1000) for i in (1, 2)
+    ]  # fmt: skip
+    part = alike_part(logs)
+    assert part is not None
+    load = part.plan.entries["load_n"]
+    assert load.unit == "kg"
+    assert sorted(load.names.values()) == ["0", "0", "0.5", "0.5", "1", "1"]

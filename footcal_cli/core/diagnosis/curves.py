@@ -56,11 +56,8 @@ def strongest_curve(grams: Grams, features: Features, base: IntArray, rows: int)
     rows
         How many rows there are, n.
     """
-    total = grams.inner.sum(axis=0)
-    curves = grams.features[features.curved]
-    left = _left(total, base, curves)
-    error, freedom = float(left[-1, -1]), rows - _rank(total[np.ix_(base, base)])
-    whole = np.diag(total)[curves]
+    left, whole, rank = _left(grams, base, grams.features[features.curved])
+    error, freedom = float(left[-1, -1]), rows - rank
     found = []
     for g, name in enumerate(features.names):
         mine = np.flatnonzero(features.group[features.curved] == g)
@@ -76,17 +73,15 @@ def strongest_curve(grams: Grams, features: Features, base: IntArray, rows: int)
 
 def explained(grams: Grams, base: IntArray, columns: IntArray) -> tuple[float, int]:
     """Squared error that columns take from what a base leaves, and how many are independent."""
-    total = grams.inner.sum(axis=0)
-    left = _left(total, base, columns)
-    return _taken(left[:-1, :-1], left[:-1, -1], np.diag(total)[columns])
+    left, whole, _ = _left(grams, base, columns)
+    return _taken(left[:-1, :-1], left[:-1, -1], whole)
 
 
 def explained_p(grams: Grams, base: IntArray, columns: IntArray, rows: int) -> float:
     """The p, by the F test of `strongest_curve`, that columns explain nothing beside a base."""
-    total = grams.inner.sum(axis=0)
-    left = _left(total, base, columns)
-    error, freedom = float(left[-1, -1]), rows - _rank(total[np.ix_(base, base)])
-    taken, k = _taken(left[:-1, :-1], left[:-1, -1], np.diag(total)[columns])
+    left, whole, rank = _left(grams, base, columns)
+    error, freedom = float(left[-1, -1]), rows - rank
+    taken, k = _taken(left[:-1, :-1], left[:-1, -1], whole)
     if not k or freedom <= 2 * k:
         return 1.0
     # columns that take all there is leave nothing to chance
@@ -99,11 +94,16 @@ def _f_p(taken: float, k: int, error: float, freedom: int) -> float:
     return float(stats.f.sf(taken / k / scatter, k, freedom - k))
 
 
-def _left(total: FloatArray, base: IntArray, columns: IntArray) -> FloatArray:
-    """Products of columns and the residual, which stands last, after a base was fitted."""
-    wanted = np.append(columns, total.shape[0] - 1)
+def _left(grams: Grams, base: IntArray, columns: IntArray) -> tuple[FloatArray, FloatArray, int]:
+    """Products of columns and the residual, which stands last, after a base was fitted.
+
+    Beside them squares of the columns before, shape (k,), and the rank of the base.
+    """
+    total = grams.inner.summed(np.concatenate([base, columns, [grams.inner.last]]))
+    first, wanted = np.split(np.arange(len(total)), [base.size])
     left = total[np.ix_(wanted, wanted)]
-    return np.asarray(left - total[np.ix_(wanted, base)] @ coefficients(total, base, wanted))
+    left = left - total[np.ix_(wanted, first)] @ coefficients(total, first, wanted)
+    return left, np.diag(total)[wanted[:-1]], _rank(total[np.ix_(first, first)])
 
 
 def _taken(seen: FloatArray, score: FloatArray, whole: FloatArray) -> tuple[float, int]:

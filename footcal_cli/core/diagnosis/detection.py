@@ -212,26 +212,26 @@ def _ridge_losses(
     grams: Grams, base: IntArray, features: IntArray
 ) -> tuple[FloatArray, FloatArray]:
     """Held-out squared errors under every penalty, in both metrics, shape (penalties, B)."""
-    inner, last = grams.inner, grams.inner.shape[1] - 1
+    inner = grams.inner.among(np.concatenate([base, features, [grams.inner.last]]))
+    counted = grams.plain.among(np.concatenate([base, features, [grams.plain.last]]))
     total = inner.sum(axis=0)
-    used = np.ix_(*2 * [np.concatenate([base, features, [last]])])
     white, plain = (np.empty((RIDGE.size, grams.blocks)) for _ in range(2))
     for b, gram in enumerate(inner):
-        fitted = _ridge_path(total - gram, base, features, last)
+        fitted = _ridge_path(total - gram, base.size)
         weights = np.hstack([-fitted, np.ones((RIDGE.size, 1))])
-        white[:, b] = np.einsum("li,li->l", weights @ gram[used], weights)
-        plain[:, b] = np.einsum("li,li->l", weights @ grams.plain[b][used], weights)
+        white[:, b] = np.einsum("li,li->l", weights @ gram, weights)
+        plain[:, b] = np.einsum("li,li->l", weights @ counted[b], weights)
     return white, plain
 
 
-def _ridge_path(gram: FloatArray, base: IntArray, extra: IntArray, last: int) -> FloatArray:
-    """Coefficients of [base, extra] for every penalty, the base unpenalised; (penalties, n)."""
-    inverse = scaled_inverse(gram[np.ix_(base, base)], _RCOND)
-    gamma = inverse @ gram[np.ix_(base, extra)]
-    theta = inverse @ gram[base, last]
-    visible = gram[np.ix_(extra, extra)] - gram[np.ix_(extra, base)] @ gamma
-    score = gram[extra, last] - gamma.T @ gram[base, last]
-    unit = float(np.mean(np.diag(gram)[extra]))
+def _ridge_path(gram: FloatArray, base: int) -> FloatArray:
+    """Coefficients for every penalty, those of the first columns unpenalised; (penalties, n)."""
+    inverse = scaled_inverse(gram[:base, :base], _RCOND)
+    gamma = inverse @ gram[:base, base:-1]
+    theta = inverse @ gram[:base, -1]
+    visible = gram[base:-1, base:-1] - gram[base:-1, :base] @ gamma
+    score = gram[base:-1, -1] - gamma.T @ gram[:base, -1]
+    unit = float(np.mean(np.diag(gram)[base:-1]))
     path = []
     for penalty in RIDGE * unit:
         beta = _ridge(visible, score, penalty)
@@ -333,22 +333,16 @@ def block_calibrations(
         Of each block on each candidate's size beside its calibration, in one unit, shape (B, k).
     """
     inner, rows, z = grams.inner, grams.rows, grams.wandering
-    last = inner.shape[1] - 1
-    wanted = np.append(columns, last)
-    total = inner.sum(axis=0)
-    gamma = (
-        np.linalg.pinv(total[np.ix_(base, base)], rcond=1e-10, hermitian=True)
-        @ total[np.ix_(base, wanted)]
-    )
-    score = inner[:, z, last] - np.einsum(
-        "bij,j->bi", inner[:, z[:, None], base[None, :]], gamma[:, -1]
-    )
+    square = inner.part(base, base).sum(axis=0)
+    gamma = np.linalg.pinv(square, rcond=1e-10, hermitian=True) @ inner.part(
+        base, np.append(columns, inner.last)
+    ).sum(axis=0)
+    on_base = inner.part(base, z).swapaxes(1, 2)
+    score = inner.with_residual(z) - on_base @ gamma[:, -1]
     spread = np.sqrt(np.mean(score**2, axis=0))
     spread = np.where(spread > 0, spread, 1.0)
-    moved = rows[:, z[:, None], columns[None, :]] - np.einsum(
-        "bij,jk->bik", rows[:, z[:, None], base[None, :]], gamma[:, :-1]
-    )
-    own = rows[:, z[:, None], z[None, :]]
+    moved = rows.part(z, columns) - rows.part(z, base) @ gamma[:, :-1]
+    own = rows.part(z, z)
     ridge = _COEFFICIENT_RIDGE * np.eye(z.size)
     kind = kinds_of(own)
     moves = _centred(np.linalg.solve(own + ridge, moved), kind)

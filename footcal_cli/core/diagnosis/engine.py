@@ -224,20 +224,15 @@ def _causes(lib: Library, found: Search) -> tuple[Cause, ...]:
 def _heterogeneity(lib: Library, steps: Sequence[Step], which: int) -> float:
     """I² of the sizes fitted to single blocks, calibration shared: 1 − (B − 1)/Q."""
     grams = lib.grams
-    last = grams.inner.shape[1] - 1
     others = np.array([s.column for i, s in enumerate(steps) if i != which], dtype=np.int64)
     base = np.concatenate([grams.calibration, others])
     column = steps[which].column
-    wanted = np.array([column, last])
-    total = grams.inner.sum(axis=0)
-    gamma = (
-        np.linalg.pinv(total[np.ix_(base, base)], rcond=1e-10, hermitian=True)
-        @ total[np.ix_(base, wanted)]
-    )
-    weights = np.zeros((grams.inner.shape[1], 2))
-    weights[wanted, [0, 1]] = 1.0
-    weights[base] = -gamma
-    reduced = np.einsum("ik,bij,jl->bkl", weights, grams.inner, weights, optimize=True)
+    used = np.concatenate([base, [column, grams.inner.last]])
+    products = grams.inner.part(used, used)
+    total = products.sum(axis=0)
+    gamma = np.linalg.pinv(total[:-2, :-2], rcond=1e-10, hermitian=True) @ total[:-2, -2:]
+    weights = np.vstack([-gamma, np.eye(2)])
+    reduced = weights.T @ products @ weights
     information, score = reduced[:, 0, 0], reduced[:, 0, 1]
     size = score.sum() / max(information.sum(), 1e-300)
     spread = np.sum((score - information * size) ** 2 / np.maximum(information, 1e-300))

@@ -73,8 +73,10 @@ def sizes_of_imperfections(problem: Problem, columns: FloatArray) -> tuple[Float
     and a lag of some milliseconds) neither grows against the other. The sd is of the jackknife.
     """
     grams, _ = whitened_grams(problem.without_candidates, columns, counted=False)
-    last = grams.inner.shape[1] - 1
-    base, wanted = grams.calibration, np.append(grams.features, last)
+    products = grams.inner.among(
+        np.concatenate([grams.calibration, grams.features, [grams.inner.last]])
+    )
+    base, wanted = np.split(np.arange(products.shape[1]), [grams.calibration.size])
     prior = np.eye(len(wanted) - 1)
 
     def fitted(total: FloatArray) -> FloatArray:
@@ -82,8 +84,8 @@ def sizes_of_imperfections(problem: Problem, columns: FloatArray) -> tuple[Float
         left = total[np.ix_(wanted, wanted)] - total[np.ix_(wanted, base)] @ known
         return np.asarray(np.linalg.solve(left[:-1, :-1] + prior, left[:-1, -1]))
 
-    total = grams.inner.sum(axis=0)
-    without = np.array([fitted(total - own) for own in grams.inner])
+    total = products.sum(axis=0)
+    without = np.array([fitted(total - own) for own in products])
     share = (len(without) - 1) / max(len(without), 1)
     return fitted(total), np.sqrt(share * np.sum((without - without.mean(axis=0)) ** 2, axis=0))
 

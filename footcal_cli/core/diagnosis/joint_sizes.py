@@ -181,10 +181,10 @@ class SingleDiagnosis:
 
 def _left(grams: Grams, base: IntArray) -> float:
     """Squared error that a base leaves, in units of the noise."""
-    total = grams.inner.sum(axis=0)
-    last = total.shape[0] - 1
-    gamma = coefficients(total, base, np.array([last]))[:, 0]
-    return float(total[last, last] - gamma @ total[base, last])
+    total = grams.inner.summed(np.append(base, grams.inner.last))
+    fitted, last = np.arange(base.size), base.size
+    gamma = coefficients(total, fitted, np.array([last]))[:, 0]
+    return float(total[last, last] - gamma @ total[fitted, last])
 
 
 def _unique(columns: Sequence[int]) -> IntArray:

@@ -10,7 +10,7 @@ import numpy as np
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.inference.grams import Grams
 from footcal_cli.core.inference.problem import Problem
-from footcal_cli.core.inference.scores import coefficients, scores
+from footcal_cli.core.inference.scores import scores, visible_products
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
 
@@ -52,10 +52,8 @@ class Library:
     @cached_property
     def products(self) -> FloatArray:
         """Inner products of what calibration leaves of the candidates, shape (k, k)."""
-        inner = self.grams.inner.sum(axis=0)
-        base, columns = self.grams.calibration, self.grams.candidates
-        gamma = coefficients(inner, base, columns)
-        return np.asarray(inner[np.ix_(columns, columns)] - gamma.T @ inner[np.ix_(base, columns)])
+        grams = self.grams
+        return visible_products(grams.inner, grams.calibration, grams.candidates)[1]
 
     def index(self, column: int) -> int:
         """Number of a Gram column among the candidates."""

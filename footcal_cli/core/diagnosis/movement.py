@@ -62,8 +62,7 @@ def movements(case: Case, before: Problem, after: Problem) -> tuple[Movement, ..
 def _calibrated(problem: Problem) -> tuple[FloatArray, FloatArray]:
     """Coefficients of the calibration columns and their covariance."""
     grams = calibration_grams(problem)
-    total = grams.inner.sum(axis=0)
-    base = grams.calibration
-    inverse = np.linalg.pinv(total[np.ix_(base, base)], rcond=1e-12, hermitian=True)
+    total = grams.inner.summed(np.append(grams.calibration, grams.inner.last))
+    inverse = np.linalg.pinv(total[:-1, :-1], rcond=1e-12, hermitian=True)
     p = problem.calibration.shape[1]
-    return np.asarray(inverse @ total[base, -1])[:p], inverse[:p, :p]
+    return np.asarray(inverse @ total[:-1, -1])[:p], np.asarray(inverse[:p, :p])

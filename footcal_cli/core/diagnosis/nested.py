@@ -79,7 +79,7 @@ def nested_losses(
     """
     blocks = lib.grams.blocks
     fold = folds_of(_alike_blocks(lib.grams), rules.most_folds)
-    searched = replace(lib, grams=lib.grams.without_features, likeness=_likeness(lib, rules))
+    searched = replace(lib, likeness=_likeness(lib, rules))
     picks = [
         _pair_without(searched, fold != f, rules)
         if pair
@@ -89,19 +89,21 @@ def nested_losses(
     used = np.unique(np.concatenate([*picks, np.empty(0, dtype=np.int64)])).astype(np.int64)
     extended = problem.without_candidates.holding(problem.columns[:, used])
     grams, _ = whitened_grams(extended, np.empty((problem.residual.size, 0)), noise)
-    base = grams.calibration[: grams.calibration.size - used.size]
-    extra = grams.calibration[grams.calibration.size - used.size :]
-    total = grams.inner.sum(axis=0)
-    last = np.array([grams.inner.shape[1] - 1])
+    products = grams.inner.among(np.append(grams.calibration, grams.inner.last))
+    own_size = grams.calibration.size - used.size
+    base, extra, last = np.split(np.arange(products.shape[1]), [own_size, -1])
+    total = products.sum(axis=0)
+    at_last = [of_one.last for of_one in grams.by_output]
     loss = np.zeros((blocks, len(problem.outputs)))
     for f, pick in enumerate(picks):
         mine = np.flatnonzero(fold == f)
         columns = np.append(base, extra[np.isin(used, pick)])
-        fitted = coefficients(total - grams.inner[mine].sum(axis=0), columns, last)[:, 0]
+        fitted = coefficients(total - products[mine].sum(axis=0), columns, last)[:, 0]
         weights = np.append(-fitted, 1.0)
-        at = np.append(columns, grams.by_output.shape[-1] - 1)
-        own = grams.by_output[:, mine][:, :, at[:, None], at[None, :]]
-        loss[mine] = np.einsum("i,obij,j->bo", weights, own, weights)
+        for o, of_one in enumerate(grams.by_output):
+            at = np.append(grams.calibration[columns], at_last[o])
+            own = of_one.of_blocks(fold == f).among(at)
+            loss[mine, o] = np.einsum("i,bij,j->b", weights, own, weights)
     effects = tuple(frozenset(lib.problem.signatures[i].effect for i in pick) for pick in picks)
     return Nested(fold, effects, loss)
 
@@ -154,7 +156,8 @@ def _pair_without(lib: Library, kept: BoolArray, rules: Rules) -> IntArray:
 def _chosen_without(lib: Library, kept: BoolArray, rules: Rules, seed: int) -> IntArray:
     """Candidates that the search accepts on some of the blocks alone."""
     # the first block of a recording, on which a filter learns, has no sign to flip
-    tells = kept & (lib.grams.inner[:, -1, -1] != 0.0)
+    last = np.array([lib.grams.inner.last])
+    tells = kept & (lib.grams.inner.squares(last)[:, 0] != 0.0)
     reach = 4.0 * float(smallest_p(float(tells.sum())))
     found = search(
         replace(lib, grams=lib.grams.of_blocks(kept)),

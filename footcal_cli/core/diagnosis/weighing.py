@@ -22,7 +22,7 @@ from footcal_cli.core.inference.evidence import (
 )
 from footcal_cli.core.inference.grams import Grams
 from footcal_cli.core.inference.problem import Problem, Signature
-from footcal_cli.core.inference.scores import Scores, coefficients, held_out_gains, scores
+from footcal_cli.core.inference.scores import Scores, held_out_gains, scores, visible_products
 from footcal_cli.core.inference.whitening import has_single_rows
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
@@ -194,10 +194,8 @@ def alike_as(grams: Grams, base: IntArray, columns: IntArray, level: float) -> f
     ``max |z|``, ``z ~ N(0, Σ)``, it is ``level / (2 Φ(−q))``; q is simulated. Columns that the
     base holds are no tests.
     """
-    total = grams.inner.sum(axis=0)
-    shared = total[np.ix_(base, columns)]
-    left = total[np.ix_(columns, columns)] - shared.T @ coefficients(total, base, columns)
-    apart = np.flatnonzero(np.diag(left) > _ROUNDING * np.diag(total)[columns])
+    whole, left = visible_products(grams.inner, base, columns)
+    apart = np.flatnonzero(np.diag(left) > _ROUNDING * whole)
     if not apart.size:
         return 1.0
     scale = np.sqrt(np.diag(left)[apart])

@@ -109,4 +109,8 @@ def residual(
         The rows of the log, its distortions removed, that are judged; all of them where None.
     """
     truth = chain.truth(log, values, seen)
-    return experiment.balance(truth if judged is None else judged(truth))
+
+    def balance(truth: Log) -> Balance:
+        return experiment.balance(truth if judged is None else judged(truth))
+
+    return balance(truth) if seen is None else seen.made_of(truth, balance)

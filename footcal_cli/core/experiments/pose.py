@@ -8,6 +8,7 @@ from footcal_cli.core.effects.calibration import OFFSET
 from footcal_cli.core.effects.six_axis import MOUNT_ROTATION, MOUNT_TRANSLATION
 from footcal_cli.core.experiments.contract import Balance, Experiment
 from footcal_cli.core.log import Log
+from footcal_cli.core.parameters import FloatArray
 
 OUTPUTS = ("fx", "fy", "fz", "mx", "my", "mz")
 UNITS = ("N", "N", "N", "Nm", "Nm", "Nm")
@@ -25,16 +26,21 @@ def pose_balance(log: Log) -> Balance:
     force = np.einsum("nkij,nkj->nki", known["hip_rot_bt"], wrench[..., :3])
     torque = np.einsum("nkij,nkj->nki", known["hip_rot_bt"], wrench[..., 3:])
     arm = known["hip_pos_b_m"] - known["chassis_com_b_m"][:, None]
-    chassis_n = known["robot_weight_n"] - known["leg_weight_n"].sum(axis=1)
-    gravity_b = -known["rot_wb"][:, 2, :]
     error = np.concatenate(
         [
-            force.sum(axis=1) + chassis_n[:, None] * gravity_b,
+            force.sum(axis=1) + log.of_known(_chassis),
             (torque + np.cross(arm, force)).sum(axis=1),
         ],
         axis=1,
     )
     return Balance(OUTPUTS, UNITS, error, np.isfinite(error))
+
+
+def _chassis(log: Log) -> FloatArray:
+    """Weight of the chassis without legs, in the body frame, shape (n, 3)."""
+    known = log.known
+    chassis_n = known["robot_weight_n"] - known["leg_weight_n"].sum(axis=1)
+    return np.asarray(chassis_n[:, None] * -known["rot_wb"][:, 2, :])
 
 
 EXPERIMENT = Experiment(

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from footcal_cli.core.centroidal import Reference
 from footcal_cli.core.effects.calibration import SCALE_BIAS
 from footcal_cli.core.effects.contract import is_six_axis
 from footcal_cli.core.experiments import walk
@@ -18,7 +19,11 @@ def balance(log: Log) -> Balance:
     """Forces of a log whose distortions are removed against weight and projected CoM."""
     if is_six_axis(log.channels):
         return walk.six_axis_balance(log)
-    return walk.cell_balance(log, walk.reference_of(log, static=True))
+    return walk.cell_balance(log, log.of_known(_reference))
+
+
+def _reference(log: Log) -> Reference:
+    return walk.reference_of(log, static=True)
 
 
 EXPERIMENT = Experiment(

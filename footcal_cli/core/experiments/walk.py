@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import TypedDict
 
 import numpy as np
 
@@ -48,10 +49,9 @@ SIX_AXIS_KNOWN: Mapping[str, str] = {
 
 def balance(log: Log) -> Balance:
     """Forces of a log whose distortions are removed against what the motion demands."""
-    reference = reference_of(log)
     if is_six_axis(log.channels):
         return six_axis_balance(log)
-    return cell_balance(log, reference)
+    return cell_balance(log, log.of_known(reference_of))
 
 
 def reference_of(log: Log, *, static: bool = False) -> Reference:
@@ -73,17 +73,19 @@ def cell_balance(log: Log, reference: Reference) -> Balance:
 
     ``fz = Σ fᵢ − F_ref``, ``mx = Σ (yᵢ − p_refʸ) fᵢ``, ``my = −Σ (xᵢ − p_refˣ) fᵢ``.
     """
-    forces = log.readings
+    forces, known = log.readings, len(CELL_TOTALS)
     total = forces.sum(axis=1)
     moment = np.einsum("nca,nc->na", log.known["cell_pos_m"], forces)
     moment -= reference.cop_m * total[:, None]
-    totals = np.stack([total - reference.fz_n, moment[:, 1], -moment[:, 0]], axis=1)
-    error = np.concatenate([totals, forces], axis=1)
+    error = np.empty((len(log), known + forces.shape[1]))
+    np.subtract(total, reference.fz_n, out=error[:, 0])
+    error[:, 1] = moment[:, 1]
+    np.negative(moment[:, 0], out=error[:, 2])
+    error[:, known:] = forces
     return Balance(
         outputs=(*CELL_TOTALS, *log.channels),
         units=("N", "Nm", "Nm", *["N"] * len(log.channels)),
-        error=np.where(np.isfinite(error), error, 0.0),
-        valid=_valid(log, error, totals.shape[1], reference.fz_n > MIN_FORCE_N),
+        **_counted(log, error, known, reference.fz_n > MIN_FORCE_N),
     )
 
 
@@ -96,16 +98,13 @@ def six_axis_balance(log: Log) -> Balance:
     known = log.known
     rot, pos = known["foot_rot_wt"], known["foot_pos_m"]
     wrench = log.readings.reshape(len(log), -1, 6)
-    carried = applied_below(log, known["foot_weight_n"])
-    below = wrench - carried
+    below = wrench - log.of_known(_carried_below)
     force = np.einsum("nkij,nkj->nki", rot, below[..., :3])
     moment = np.einsum("nkij,nkj->nki", rot, below[..., 3:])
     moment = moment + np.cross(pos - known["com_m"][:, None], force)
-    demanded = known["mass_kg"][:, None] * known["com_acc_mps2"]
-    demanded[:, 2] += known["mass_kg"] * known["gravity_mps2"]
     totals = np.concatenate(
         [
-            force.sum(axis=1) - demanded,
+            force.sum(axis=1) - log.of_known(_demanded_force),
             moment.sum(axis=1)[:, :2] - known["angmom_rate_nm"],
         ],
         axis=1,
@@ -115,9 +114,21 @@ def six_axis_balance(log: Log) -> Balance:
     return Balance(
         outputs=(*SIX_AXIS_TOTALS, *log.channels),
         units=("N", "N", "N", "Nm", "Nm", *axis_units),
-        error=np.where(np.isfinite(error), error, 0.0),
-        valid=_valid(log, error, totals.shape[1], np.ones(len(log), dtype=bool)),
+        **_counted(log, error, totals.shape[1], np.ones(len(log), dtype=bool)),
     )
+
+
+def _carried_below(log: Log) -> FloatArray:
+    """Wrench of what hangs below each transducer, shape (n, feet, 6)."""
+    return applied_below(log, log.known["foot_weight_n"])
+
+
+def _demanded_force(log: Log) -> FloatArray:
+    """``m (c̈ + g)``, shape (n, 3)."""
+    known = log.known
+    demanded = known["mass_kg"][:, None] * known["com_acc_mps2"]
+    demanded[:, 2] += known["mass_kg"] * known["gravity_mps2"]
+    return demanded
 
 
 def applied_below(log: Log, weight_n: FloatArray) -> FloatArray:
@@ -155,13 +166,32 @@ def feet_of(log: Log) -> tuple[str, ...]:
     return units_of(scope, log.channels)
 
 
-def _valid(log: Log, error: FloatArray, totals: int, carried: BoolArray) -> BoolArray:
+class _Counted(TypedDict):
+    """Errors without what is not a number, and which of them count, shape (n, k) each."""
+
+    error: FloatArray
+    valid: BoolArray
+
+
+def _counted(log: Log, error: FloatArray, totals: int, carried: BoolArray) -> _Counted:
     """Totals count unless all feet are in the air, a channel while its foot surely swings."""
     valid = np.isfinite(error)
-    standing = np.logical_or.reduce([foot != 0.0 for foot in log.known["contact"].T]) & carried
-    valid[:, :totals] &= standing[:, None]
-    valid[:, totals:] &= channel_contact(log) == 0.0
-    return valid
+    if not valid.all():
+        error = np.where(valid, error, 0.0)
+    valid[:, :totals] &= (log.of_known(_standing) & carried)[:, None]
+    valid[:, totals:] &= log.of_known(_in_the_air)
+    return {"error": error, "valid": valid}
+
+
+def _standing(log: Log) -> BoolArray:
+    """Whether any foot is or may be on the ground, shape (n,)."""
+    feet = [foot != 0.0 for foot in log.known["contact"].T]
+    return np.asarray(np.logical_or.reduce(feet), dtype=bool)
+
+
+def _in_the_air(log: Log) -> BoolArray:
+    """Whether the foot of each channel surely swings, shape (n, c)."""
+    return np.equal(channel_contact(log), 0.0)
 
 
 OF_A_MODEL = Imperfection(COM_OFFSET, {"com_correction_x": 5e-4, "com_correction_y": 5e-4})

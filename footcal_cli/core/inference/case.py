@@ -147,6 +147,25 @@ class Rows:
     time_s: FloatArray
     least: FloatArray
 
+    @cached_property
+    def _entries(self) -> dict[tuple[int, int, int], tuple[slice | IntArray, IntArray]]:
+        return {}
+
+    def entries(self, log: int, stride: int, outputs: int) -> tuple[slice | IntArray, IntArray]:
+        """Which rows come from a log, and where in its errors, flattened, they stand.
+
+        Parameters
+        ----------
+        stride, outputs
+            Every how many rows of the log errors are taken, and how many columns they have.
+        """
+        key = log, stride, outputs
+        if key not in self._entries:
+            here = np.flatnonzero(self.log == log)
+            at = (self.row[here] // stride) * outputs + self.column[here]
+            self._entries[key] = slice(None) if here.size == self.log.size else here, at
+        return self._entries[key]
+
 
 def residual(
     case: Case,
@@ -168,17 +187,18 @@ def residual(
     used = chain or case.chain
     out = np.zeros(rows.row.size)
     for i in range(len(case.logs)) if only is None else only:
-        here = rows.log == i
-        log, judged = case.logs[i], partial(_judged, case, i)
+        log, of_log = case.logs[i], None if seen is None else seen[i]
         if case.stride > 1 and not used.remembers(log, values):
-            balance = contract.residual(case.experiment, used, case.judged[i], values)
+            balance = contract.residual(case.experiment, used, case.judged[i], values, of_log)
         else:
-            of_log = None if seen is None else seen[i]
+            judged = partial(_judged, case, i)
             balance = contract.residual(case.experiment, used, log, values, of_log, judged)
-        out[here] = balance.error[rows.row[here] // case.stride, rows.column[here]]
+        here, entries = rows.entries(i, case.stride, balance.error.shape[1])
+        out[here] = balance.error.ravel()[entries]
     scaled = out / rows.noise
     # an extreme trial value may leave the balance undefined; it then says nothing
-    return np.where(np.isfinite(scaled), scaled, 0.0)
+    finite = np.isfinite(scaled)
+    return scaled if finite.all() else np.where(finite, scaled, 0.0)
 
 
 def _judged(case: Case, number: int, truth: Log) -> Log:

@@ -23,6 +23,7 @@ _GIVE_UP = 1e10
 _NEARLY = 1e-3
 
 PointT = TypeVar("PointT")
+StateT = TypeVar("StateT", bound="Curved")
 
 
 class Curved(Protocol):
@@ -42,11 +43,12 @@ class Curved(Protocol):
 
 @dataclass(frozen=True)
 class Descent(Generic[PointT]):
-    """Where a descent ended, after how many steps, and whether at a minimum."""
+    """Where a descent ended, after how many steps, whether at a minimum, or given up."""
 
     point: PointT
     steps: int
     converged: bool
+    given_up: bool = False
 
 
 def newton_step(state: Curved, damping: float = 0.0) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -66,10 +68,11 @@ def newton_step(state: Curved, damping: float = 0.0) -> tuple[FloatArray, FloatA
 
 
 def descend(
-    at: Callable[[PointT], Curved],
+    at: Callable[[PointT], StateT],
     move: Callable[[PointT, FloatArray], PointT],
     begin: PointT,
     most_steps: int = 100,
+    hopeless: Callable[[StateT, float], bool] | None = None,
 ) -> Descent[PointT]:
     """Levenberg-Marquardt on the expected curvature.
 
@@ -77,11 +80,15 @@ def descend(
     ----------
     move
         The point that a step (n,) leads to.
+    hopeless
+        Whether to give up at a state from which an undamped step promises so much of the cost.
     """
     point, state, damping = begin, at(begin), _FIRST_DAMPING
     for steps in range(1, most_steps + 1):
         step, _, _ = newton_step(state, damping)
         promised = float(-0.5 * state.gradient @ step)
+        if hopeless is not None and damping < _LEAST_RETRY and hopeless(state, promised):
+            return Descent(point, steps, converged=False, given_up=True)
         candidate = move(point, step)
         tried = at(candidate)
         if tried.cost <= state.cost * (1.0 + 1e-14):

@@ -6,14 +6,21 @@ The calibration may differ from block to block, wander, or be free in every bloc
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from footcal_cli.core.inference.problem import Problem
+from footcal_cli.core.inference.products import (
+    Dense,
+    Products,
+    block_products,
+    partial_out,
+    with_known,
+)
 from footcal_cli.core.inference.tracking import PART_S, Tracking, innovations, parts_of, starts_of
-from footcal_cli.core.inference.wandering import partial_out, variance_beside, wandering_columns
+from footcal_cli.core.inference.wandering import variance_beside, wandering_columns
 from footcal_cli.core.inference.whitening import PIECE, Noise, RowWhitener, kept_tracking
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
@@ -31,7 +38,7 @@ class Grams:
     Parameters
     ----------
     inner
-        ``X_bᵀ V_b⁻¹ X_b``, shape (B, n, n).
+        ``X_bᵀ V_b⁻¹ X_b``.
     within
         The same for a calibration that is free in every block (infinite variance between blocks).
     rows
@@ -40,7 +47,7 @@ class Grams:
         ``X_bᵀ X_b`` without any whitening: squared errors as the user counts them; whitened
         innovations where the calibration is tracked.
     by_output
-        The same per output for what is fitted and the residual, shape (outputs, B, n', n').
+        The same per output for what is fitted and the residual, of each output.
     energy
         Sum of squares of every column on each output, without whitening, less what a drifting
         calibration takes, shape (outputs, n).
@@ -53,11 +60,11 @@ class Grams:
         Of the residual before whitening, in rows.
     """
 
-    inner: FloatArray
-    within: FloatArray
-    rows: FloatArray
-    plain: FloatArray
-    by_output: FloatArray
+    inner: Products
+    within: Products
+    rows: Products
+    plain: Products
+    by_output: tuple[Products, ...]
     energy: FloatArray
     visible: FloatArray
     calibration: IntArray
@@ -69,35 +76,18 @@ class Grams:
     @property
     def blocks(self) -> int:
         """Number of blocks."""
-        return int(self.inner.shape[0])
+        return self.inner.blocks
 
     def of_blocks(self, kept: BoolArray) -> Grams:
         """Of some of the blocks, shape (B,); what is known of outputs stays that of all."""
-        return self._with_arrays({key: a[kept] for key, a in self._arrays().items()})
-
-    @property
-    def without_features(self) -> Grams:
-        """What a search needs: calibration, candidates and the residual."""
-        used = np.setdiff1d(np.arange(self.inner.shape[1]), self.features)
-        at = np.ix_(np.arange(self.blocks), used, used)
-        return replace(
-            self._with_arrays({key: a[at] for key, a in self._arrays().items()}),
-            energy=self.energy[:, used],
-            visible=self.visible[used],
-            features=self.features[:0],
-        )
-
-    def _arrays(self) -> dict[int, FloatArray]:
-        """Each array of all columns once: where nothing wanders several are the same."""
-        return {id(a): a for a in (self.inner, self.within, self.rows, self.plain)}
-
-    def _with_arrays(self, by_identity: Mapping[int, FloatArray]) -> Grams:
+        # where nothing wanders several are the same
+        fewer = {id(p): p.of_blocks(kept) for p in (self.inner, self.within, self.rows, self.plain)}
         return replace(
             self,
-            inner=by_identity[id(self.inner)],
-            within=by_identity[id(self.within)],
-            rows=by_identity[id(self.rows)],
-            plain=by_identity[id(self.plain)],
+            inner=fewer[id(self.inner)],
+            within=fewer[id(self.within)],
+            rows=fewer[id(self.rows)],
+            plain=fewer[id(self.plain)],
         )
 
 
@@ -143,23 +133,24 @@ def whitened_grams(
     if not counted:
         raw = raw[:, :0]
     if tracked:
-        rows = _tracked(problem, white, raw, kept, numbers[0], noise.walk)
+        rows: Products = Dense(_tracked(problem, white, raw, kept, numbers[0], noise.walk))
     else:
         if problem.drifts:
             raw, white = _free_in_every_block(raw, white, problem.block, kept, numbers[2])
-        rows = _block_grams(white, problem.block[kept], problem.blocks)
+        rows = block_products(white, problem.block[kept], problem.blocks)
     # how far the prediction of a tracked calibration is off depends on the slow noise that it
     # starts from; the innovations are what a model answers for
-    plain = rows if tracked and counted else _block_grams(raw, problem.block, problem.blocks)
+    plain = rows if tracked and counted else block_products(raw, problem.block, problem.blocks)
     short = np.delete(raw, np.concatenate(numbers[2:]), axis=1) if counted else raw
     of = [problem.output == o for o in range(len(problem.outputs))]
-    by_output = np.stack([_block_grams(short[m], problem.block[m], problem.blocks) for m in of])
+    by_output = tuple(block_products(short[m], problem.block[m], problem.blocks) for m in of)
     energy = _energies(raw, problem.output, len(problem.outputs))
     if problem.drifts:
         if problem.held is not None:
             # in equal shares, as what is known beforehand of a calibration
             held = numbers[1][: problem.held.shape[1]]
-            rows[:, held, held] += 1.0 / problem.blocks
+            same, rows = plain is rows, with_known(rows, np.eye(held.size) / problem.blocks, held)
+            plain = rows if same else plain
         inner = within = rows
         base = numbers[1]
     else:
@@ -169,11 +160,11 @@ def whitened_grams(
         inner = partial_out(rows, numbers[2], variance_beside(rows, base, numbers[2], suspects))
         if problem.known is not None:
             # what is known beforehand, in equal shares, so that a fold less is a little less of it
-            own = np.ix_(np.arange(problem.blocks), numbers[0], numbers[0])
-            inner[own] += problem.known / problem.blocks
-            within[own] += problem.known / problem.blocks
+            known = problem.known / problem.blocks
+            inner, within = (with_known(p, known, numbers[0]) for p in (inner, within))
             if counted:
-                plain[own] += problem.known / problem.blocks
+                plain = with_known(plain, known, numbers[0])
+    shown = inner.squares(np.arange(norm.size)).sum(axis=0)
     return (
         Grams(
             inner=inner,
@@ -182,9 +173,7 @@ def whitened_grams(
             plain=plain,
             by_output=by_output,
             energy=energy,
-            visible=np.sqrt(
-                np.divide(np.einsum("bii->i", inner), norm, out=np.zeros_like(norm), where=norm > 0)
-            ),
+            visible=np.sqrt(np.divide(shown, norm, out=np.zeros_like(norm), where=norm > 0)),
             calibration=base,
             wandering=numbers[2],
             candidates=numbers[3],
@@ -274,16 +263,3 @@ def _energies(columns: FloatArray, output: IntArray, outputs: int) -> FloatArray
         piece = slice(start, start + PIECE)
         energy += member[piece].T @ columns[piece] ** 2
     return energy
-
-
-def _block_grams(columns: FloatArray, block: IntArray, blocks: int) -> FloatArray:
-    """Inner products of the columns within each block, shape (B, n, n)."""
-    out = np.empty((blocks, columns.shape[1], columns.shape[1]))
-    if not columns.shape[1]:
-        return out
-    order = np.argsort(block, kind="stable")
-    ends = np.searchsorted(block[order], np.arange(blocks + 1))
-    for b, (start, end) in enumerate(itertools.pairwise(ends)):
-        part = columns[order[start:end]]
-        np.matmul(part.T, part, out=out[b])
-    return out

@@ -310,7 +310,8 @@ def _step(at: _Point, freed: Sequence[Freed]) -> _Step:
     )
     while free.size:
         held = np.setdiff1d(np.arange(len(freed)), free)
-        grams = _less(at.grams, at.grams.candidates[held], (step * scale)[held])
+        less = at.grams.inner.less(at.grams.candidates[held], (step * scale)[held])
+        grams = replace(at.grams, inner=less)
         sizes, without = joint_sizes(grams, grams.calibration, grams.candidates[free])
         step[free] = sizes / scale[free]
         blocks = len(without)
@@ -326,13 +327,6 @@ def _step(at: _Point, freed: Sequence[Freed]) -> _Step:
         if not out.size:
             break
     return _Step(step, spread, free)
-
-
-def _less(grams: Grams, columns: IntArray, sizes: FloatArray) -> Grams:
-    """Gram matrices of a residual from which columns of given sizes are taken."""
-    turn = np.eye(grams.inner.shape[1])
-    turn[columns, -1] = -sizes
-    return replace(grams, inner=turn.T @ grams.inner @ turn)
 
 
 def _columns(

@@ -9,6 +9,7 @@ import numpy as np
 
 from footcal_cli.core.inference.grams import Grams
 from footcal_cli.core.inference.linear import scaled_inverse
+from footcal_cli.core.inference.products import Products
 from footcal_cli.core.parameters import FloatArray, IntArray
 
 _RCOND = 1e-9
@@ -45,26 +46,25 @@ class Scores:
         return found
 
 
-def scores(inner: FloatArray, base: IntArray, columns: IntArray) -> Scores:
+def scores(inner: Products, base: IntArray, columns: IntArray) -> Scores:
     """Block scores of columns after projecting them and the residual off the base.
 
     Parameters
     ----------
     inner
-        Gram matrices of the blocks, shape (B, n, n); the residual is the last column.
+        Products of each block; the residual is the last column.
     base
         Columns that are fitted: calibration and what was accepted.
     """
-    last = inner.shape[1] - 1
-    wanted = np.append(columns, last)
-    base_base = inner[:, base[:, None], base[None, :]]
-    base_wanted = inner[:, base[:, None], wanted[None, :]]
+    wanted = np.append(columns, inner.last)
+    base_base = inner.part(base, base)
+    base_wanted = inner.part(base, wanted)
     gamma = _regressed(base_base.sum(axis=0), base_wanted.sum(axis=0))
-    left = inner[:, wanted, last]
+    left = inner.with_residual(wanted)
     on_base = base_base @ gamma[:, -1] - base_wanted[:, :, -1]
     score = left - gamma[:, -1] @ base_wanted
     score += on_base @ gamma
-    own = inner[:, wanted, wanted]
+    own = inner.squares(wanted)
     # by block, since the products of all blocks at once would be as large again as `inner`
     information = own.copy()
     for b, (square, cross) in enumerate(zip(base_base, base_wanted, strict=True)):
@@ -87,30 +87,34 @@ def _regressed(square: FloatArray, cross: FloatArray) -> FloatArray:
     return np.asarray(scaled_inverse(square, _RCOND, _EMPTY) @ cross)
 
 
-def held_out_loss(
-    inner: FloatArray, base: IntArray, judged: FloatArray | None = None
-) -> FloatArray:
+def held_out_loss(inner: Products, base: IntArray, judged: Products | None = None) -> FloatArray:
     """Squared error of each block predicted by a base fitted to the others, shape (B,).
 
     Parameters
     ----------
     inner
-        Gram matrices that are fitted, shape (B, n, n).
+        Products that are fitted.
     judged
-        Gram matrices in which the error is counted; `inner` where absent. Same column numbers,
-        the residual last.
+        Products in which the error is counted; `inner` where absent. Same column numbers, the
+        residual last.
     """
-    used = np.append(base, inner.shape[1] - 1)
-    small = inner[:, used[:, None], used[None, :]]
-    total = small.sum(axis=0)
-    own = small
-    if judged is not None:
-        at = np.append(base, judged.shape[1] - 1)
-        own = judged[:, at[:, None], at[None, :]]
-    rest = total - small
-    weights = np.ones((small.shape[0], used.size))
-    weights[:, :-1] = -_regressed(rest[:, :-1, :-1], rest[:, :-1, -1:])[..., 0]
+    weights = inner.fit(base, _weights_without_each)
+    own = _of_fit(inner if judged is None else judged, base)
     return np.asarray(np.einsum("bi,bij,bj->b", weights, own, weights, optimize=True))
+
+
+def _weights_without_each(products: FloatArray) -> FloatArray:
+    """``(−θ, 1)`` with θ the fit without each block, shape (B, p + 1)."""
+    rest = products.sum(axis=0) - products
+    weights = np.ones(products.shape[:2])
+    weights[:, :-1] = -_regressed(rest[:, :-1, :-1], rest[:, :-1, -1:])[..., 0]
+    return weights
+
+
+def _of_fit(products: Products, base: IntArray) -> FloatArray:
+    """Products of a base and the residual, which stands last, shape (B, p + 1, p + 1)."""
+    used = np.append(base, products.last)
+    return products.part(used, used)
 
 
 @dataclass(frozen=True)
@@ -133,7 +137,7 @@ class Gains:
 
 
 def held_out_gains(
-    inner: FloatArray, plain: FloatArray, base: IntArray, groups: Sequence[IntArray]
+    inner: Products, plain: Products, base: IntArray, groups: Sequence[IntArray]
 ) -> Gains:
     """What each group of columns buys on blocks it was not fitted to.
 
@@ -142,21 +146,21 @@ def held_out_gains(
     Parameters
     ----------
     inner
-        Gram matrices that are fitted and judged, shape (B, n, n).
+        Products that are fitted and judged.
     plain
-        Gram matrices in which the same fits are judged too.
+        Products in which the same fits are judged too.
     base
         Columns that are fitted anyway.
     groups
         Columns that are alternatives of one cause.
     """
-    blocks = inner.shape[0]
+    blocks = inner.blocks
     columns = np.concatenate([*groups, np.empty(0, dtype=np.int64)]).astype(np.int64)
     starts = np.concatenate([[0], np.cumsum([g.size for g in groups])]).astype(np.int64)
     white, counted, size = (np.zeros((blocks, len(groups))) for _ in range(3))
     if not columns.size:
         return Gains(white, counted, size)
-    fitted, judged = _products(inner, base, columns), _products(plain, base, columns)
+    fitted, judged = _with_each(inner, base, columns), _with_each(plain, base, columns)
     total = fitted.summed()
     overall = _one_extra(total)[0]
     # the last of a smaller group again, which changes nothing of which is the first largest
@@ -175,7 +179,7 @@ def held_out_gains(
 
 
 @dataclass(frozen=True)
-class _Products:
+class _WithEach:
     """Inner products that adding one column to a base needs; the residual is the base's last.
 
     `base` (…, p + 1, p + 1) of base and residual, `cross` (…, p + 1, k) of these with each column,
@@ -186,28 +190,24 @@ class _Products:
     cross: FloatArray
     own: FloatArray
 
-    def summed(self) -> _Products:
-        return _Products(self.base.sum(axis=0), self.cross.sum(axis=0), self.own.sum(axis=0))
+    def summed(self) -> _WithEach:
+        return _WithEach(self.base.sum(axis=0), self.cross.sum(axis=0), self.own.sum(axis=0))
 
-    def without(self, parts: _Products, block: int) -> _Products:
-        return _Products(
+    def without(self, parts: _WithEach, block: int) -> _WithEach:
+        return _WithEach(
             self.base - parts.base[block],
             self.cross - parts.cross[block],
             self.own - parts.own[block],
         )
 
 
-def _products(inner: FloatArray, base: IntArray, columns: IntArray) -> _Products:
-    used = np.append(base, inner.shape[1] - 1)
-    return _Products(
-        inner[:, used[:, None], used[None, :]],
-        inner[:, used[:, None], columns[None, :]],
-        inner[:, columns, columns],
-    )
+def _with_each(inner: Products, base: IntArray, columns: IntArray) -> _WithEach:
+    used = np.append(base, inner.last)
+    return _WithEach(inner.part(used, used), inner.part(used, columns), inner.squares(columns))
 
 
 def _gain(
-    parts: _Products,
+    parts: _WithEach,
     block: int,
     chosen: IntArray,
     theta: FloatArray,
@@ -224,7 +224,7 @@ def _gain(
     return np.asarray(before @ square @ before - loss)
 
 
-def _one_extra(parts: _Products) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+def _one_extra(parts: _WithEach) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Of each column added alone: drop in squared error, size, base coefficients; of the residual.
 
     Base coefficients are those of the regression on the base, shape (p, k) and (p,).
@@ -244,22 +244,28 @@ def _best_of(values: FloatArray, members: IntArray) -> IntArray:
     return np.asarray(members[np.arange(best.size), best])
 
 
-def cosines(inner: FloatArray, base: IntArray, columns: IntArray) -> FloatArray:
+def cosines(inner: Products, base: IntArray, columns: IntArray) -> FloatArray:
     """Cosines between the visible parts of columns, in the metric of the noise, shape (k, k)."""
-    total = inner.sum(axis=0)
-    gamma = coefficients(total, base, columns)
-    visible = total[np.ix_(columns, columns)] - gamma.T @ total[np.ix_(base, columns)]
+    whole, visible = visible_products(inner, base, columns)
     own = np.diag(visible)
-    seen = own > _INSIDE**2 * np.maximum(total[columns, columns], 1e-300)
+    seen = own > _INSIDE**2 * np.maximum(whole, 1e-300)
     norm = np.where(seen, np.sqrt(np.maximum(own, 1e-300)), np.inf)
     return np.asarray(visible / np.outer(norm, norm))
 
 
+def visible_products(
+    inner: Products, base: IntArray, columns: IntArray
+) -> tuple[FloatArray, FloatArray]:
+    """Squares of columns, shape (k,), and products of what a base leaves of them, (k, k)."""
+    total = inner.summed(np.concatenate([base, columns]))
+    first, then = np.split(np.arange(len(total)), [base.size])
+    gamma = coefficients(total, first, then)
+    return np.diag(total)[then], total[np.ix_(then, then)] - gamma.T @ total[np.ix_(first, then)]
+
+
 def joint_sizes(grams: Grams, base: IntArray, chosen: IntArray) -> tuple[FloatArray, FloatArray]:
     """Sizes of chosen columns fitted together, and without each block, (k,) and (B, k)."""
-    inner = grams.inner
-    together = np.concatenate([base, chosen, [inner.shape[1] - 1]])
-    small = inner[:, together[:, None], together[None, :]]
+    small = _of_fit(grams.inner, np.concatenate([base, chosen]))
     total = small.sum(axis=0)
 
     def sizes(gram: FloatArray) -> FloatArray:

@@ -1,7 +1,7 @@
 """A calibration that wanders from block to block: where to, how far, and what that takes out.
 
 ``V_b = I + Z_b D Z_bᵀ``: Z has the directions in which a block's own calibration may differ, the
-diagonal D their variances. Inner products are per block, shape (B, n, n), the residual last.
+diagonal D their variances.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ import numpy as np
 
 from footcal_cli.core.inference.linear import scaled_inverse
 from footcal_cli.core.inference.problem import Problem
+from footcal_cli.core.inference.products import Products, middle
 from footcal_cli.core.inference.settled import (
     MOST_SUSPECTS,
     SHARES,
@@ -25,6 +26,7 @@ _LEAST_ROWS = 1.5  # rows of a block per direction in which its calibration may 
 _DROP = 1e-6
 _RCOND = 1e-9
 _DEPENDENT = 1e-10
+_CLEAR = 1e-3  # ratio of a Cholesky factor's diagonal, above which no direction is dependent
 
 
 def wandering_columns(problem: Problem, whitener: RowWhitener) -> FloatArray:
@@ -64,40 +66,15 @@ def _directions(problem: Problem, whitener: RowWhitener) -> FloatArray:
     return np.asarray(vectors[:, kept] / scale[:, None] / np.sqrt(values[kept]))
 
 
-def partial_out(inner: FloatArray, wandering: IntArray, variance: FloatArray) -> FloatArray:
-    """``X'V⁻¹X`` by Woodbury: ``X'X − X'Z (D⁻¹ + Z'Z)⁻¹ Z'X``, block by block.
-
-    Parameters
-    ----------
-    inner
-        ``X'X``, Z among the columns.
-    wandering, variance
-        Which columns are Z, and of each its variance, shape (w,); without one it takes out nothing.
-    """
-    active = wandering[variance > 0]
-    if not active.size:
-        return inner
-    cross = inner[:, active]
-    solved = np.linalg.solve(_middle(inner, active, variance[variance > 0]), cross)
-    taken = cross.swapaxes(1, 2) @ solved
-    # in place: of a whole library these are a hundred megabytes
-    return np.asarray(np.subtract(inner, taken, out=taken))
-
-
-def _middle(inner: FloatArray, wandering: IntArray, variance: FloatArray) -> FloatArray:
-    """``D⁻¹ + Z'Z`` of each block, shape (B, w, w)."""
-    return np.asarray(np.diag(1.0 / variance) + inner[:, wandering[:, None], wandering[None, :]])
-
-
 def variance_beside(
-    rows: FloatArray, base: IntArray, wandering: IntArray, candidates: IntArray
+    rows: Products, base: IntArray, wandering: IntArray, candidates: IntArray
 ) -> FloatArray:
     """Variance between blocks of each wandering coefficient, beside candidates that stand out.
 
     Parameters
     ----------
     rows
-        Inner products before anything is taken out.
+        Products before anything is taken out.
     base, wandering, candidates
         Columns that are fitted in common, those of Z, and those that may stand out.
 
@@ -125,24 +102,25 @@ def variance_beside(
 
 
 def _strongest(
-    rows: FloatArray,
+    rows: Products,
     base: IntArray,
     wandering: IntArray,
     variance: FloatArray,
     candidates: IntArray,
 ) -> tuple[int, float]:
     """The candidate with the largest |z| beside a base, and that."""
-    used = np.concatenate([base, candidates, [rows.shape[1] - 1]])
+    used = np.concatenate([base, candidates, [rows.last]])
     # of all products those with the base and the residual, and squares, are enough
     few = np.append(np.arange(base.size), used.size - 1)
-    products = rows[:, used[:, None], used[None, few]].sum(axis=0)
-    own = rows[:, used, used].sum(axis=0)
+    products = rows.part(used[few], used).sum(axis=0).T
+    own = rows.squares(used).sum(axis=0)
     active = wandering[variance > 0]
     if active.size:
-        cross = rows[:, active[:, None], used[None, :]]
-        taken = np.linalg.solve(_middle(rows, active, variance[variance > 0]), cross)
+        cross = rows.part(active, used)
+        inner = middle(rows.part(active, active), variance[variance > 0])
+        taken = np.linalg.solve(inner, cross)
         cross, taken = cross.reshape(-1, used.size), taken.reshape(-1, used.size)
-        products -= cross.T @ taken[:, few]
+        products = products - cross.T @ taken[:, few]
         own -= np.einsum("ij,ij->j", cross, taken)
     on_base = products[:, :-1]
     gamma = on_base @ scaled_inverse(on_base[: base.size], _RCOND)
@@ -153,18 +131,17 @@ def _strongest(
     return int(candidates[best]), z
 
 
-def wandering_variance(rows: FloatArray, calibration: IntArray, wandering: IntArray) -> FloatArray:
+def wandering_variance(rows: Products, calibration: IntArray, wandering: IntArray) -> FloatArray:
     """Variance between blocks of each wandering coefficient, by expectation maximisation.
 
     `rows` as in `variance_beside`; beside a `calibration` alone, shape (w,).
     """
-    last = rows.shape[1] - 1
-    if rows.shape[0] < 3 or not wandering.size:
+    if rows.blocks < 3 or not wandering.size:
         return np.zeros(wandering.size)
-    zz = rows[:, wandering[:, None], wandering[None, :]]
-    fitted = np.append(calibration, last)
-    zx = rows[:, wandering[:, None], fitted[None, :]]
-    total = rows[:, fitted[:, None], fitted[None, :]].sum(axis=0)
+    zz = rows.part(wandering, wandering)
+    fitted = np.append(calibration, rows.last)
+    zx = rows.part(wandering, fitted)
+    total = rows.part(fitted, fitted).sum(axis=0)
     variance = np.ones(wandering.size)
     flat = zx.reshape(-1, fitted.size).T
     beside_theta = np.ones(fitted.size)  # the residual less what is fitted
@@ -185,6 +162,12 @@ def wandering_variance(rows: FloatArray, calibration: IntArray, wandering: IntAr
 
 def _solved(products: FloatArray, target: FloatArray) -> FloatArray:
     """Coefficients of least squares from inner products, dependent directions left out, (p,)."""
+    try:
+        root = np.diag(np.linalg.cholesky(products))
+    except np.linalg.LinAlgError:
+        root = np.zeros(1)
+    if root.size and root.min() > _CLEAR * root.max():
+        return np.asarray(np.linalg.solve(products, target))
     values, vectors = np.linalg.eigh(products)
     size = np.abs(values)
     seen = size > _DEPENDENT * size.max(initial=0.0)

@@ -192,12 +192,19 @@ def misfit_of_poses(
     legs: tuple[LegKnowledge, ...],
     noise_sd: FloatArray,
     options: PoseOptions,
-    most_steps: int,
+    beyond: float,
+    most_steps: int = 100,
 ) -> float:
-    """Squared residuals of the poses after so many steps of `fit_pose` at most."""
+    """Squared residuals of the poses after so many steps of `fit_pose` at most.
+
+    Parameters
+    ----------
+    beyond
+        Above which nobody asks how much it is: infinity then, as soon as that is clear.
+    """
     problem = Problem.of(summary, legs, noise_sd, options)
-    mounting = problem.solve(_aligned(problem, summary, options), 1.0, most_steps).point
-    return problem.at(mounting, 1.0).chi2_poses
+    found = problem.solve(_aligned(problem, summary, options), 1.0, most_steps, beyond)
+    return np.inf if found.given_up else problem.at(found.point, 1.0).chi2_poses
 
 
 def _aligned(problem: Problem, summary: PoseSummary, options: PoseOptions) -> Mounting:

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from functools import cached_property
 
 import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.pose.data import Geometry
-from footcal_cli.core.spatial import rotation_exp, skew, wrench_transform
+from footcal_cli.core.spatial import rotation_exp, skew, tangent_basis, wrench_transform
 
 _EYE = np.eye(3)
 
@@ -76,6 +77,11 @@ class Mounting:
     leg_weight_n: FloatArray
     robot_weight_n: float
     hang_dir_b: FloatArray
+
+    @cached_property
+    def tangent(self) -> FloatArray:
+        """Two directions at right angles to each of `hang_dir_b`, shape (L, 3, 2)."""
+        return tangent_basis(self.hang_dir_b)
 
 
 def arms_b_m(geometry: Geometry, mounting: Mounting, structure: Structure) -> FloatArray:

@@ -24,7 +24,9 @@ from footcal_cli.core.pose.model import (
     moved,
     transforms,
 )
-from footcal_cli.core.spatial import rotation_log, tangent_basis
+from footcal_cli.core.spatial import rotation_log
+
+_STEPS_LEFT = 30.0
 
 
 @dataclass(frozen=True)
@@ -120,7 +122,8 @@ class Problem:
     """The cost over the free unknowns.
 
     `noise` is the block-diagonal covariance N of the features (6K + 4,), as its diagonal;
-    `precision` the prior over all unknowns (13K + 1 + 2L,) squared; `centre` the start.
+    `precision` the prior over all unknowns (13K + 1 + 2L,) squared; `columns` ties and drops
+    unknowns, None where all of them are free.
     """
 
     summary: PoseSummary
@@ -128,7 +131,7 @@ class Problem:
     start: Mounting
     noise: FloatArray
     precision: FloatArray
-    columns: FloatArray
+    columns: FloatArray | None
     options: PoseOptions
 
     @classmethod
@@ -156,7 +159,9 @@ class Problem:
             share = common / (own + count * common)
             precision[shifts, shifts] = (np.eye(3 * count) - share * together) / own
         precision[13 * count, 13 * count] = options.robot_weight_sd_n**-2
-        columns = free_columns(options.structure, count, 2 * hang.logs)
+        columns = None
+        if options.structure is not Structure.FULL:
+            columns = free_columns(options.structure, count, 2 * hang.logs)
         return cls(summary, hang, start, noise, precision, columns, options)
 
     def prior_sd(self) -> FloatArray:
@@ -197,24 +202,28 @@ class Problem:
             own = seen - poses * (np.diag(noise) - noise[:, None] * spread * noise)
         derivative = balance_derivative(geometry, mounting, structure)
         unknowns, features = derivative.shape[0], derivative.shape[2]
-        gradient = np.zeros(self.columns.shape[0])
+        gradient = np.zeros(self.precision.shape[0])
         gradient[:unknowns] = derivative.reshape(unknowns, -1) @ weighed.ravel()
-        free = self.columns[:unknowns].T @ (root @ derivative).reshape(unknowns, -1)
+        free = np.zeros((gradient.size, matrix.size))
+        free[:unknowns] = (root @ derivative).reshape(unknowns, -1)
 
-        rows, slope = self.hang.rows(geometry, mounting, tangent_basis(mounting.hang_dir_b))
+        rows, slope = self.hang.rows(geometry, mounting, mounting.tangent)
         away = self._away(mounting)
         gradient += slope.T @ rows + self.precision @ away
         prior = slope.T @ slope + self.precision
+        if self.columns is not None:
+            free, gradient = self.columns.T @ free, self.columns.T @ gradient
+            prior = self.columns.T @ prior @ self.columns
         chi2_hang = float(rows @ rows)
         return State(
             0.5 * (chi2_poses + chi2_hang + float(away @ self.precision @ away)),
             chi2_poses,
             chi2_hang,
-            self.columns.T @ gradient,
+            gradient,
             free.reshape(-1, 6, features),
             seen,
             own,
-            self.columns.T @ prior @ self.columns,
+            prior,
         )
 
     def _away(self, mounting: Mounting) -> FloatArray:
@@ -230,20 +239,45 @@ class Problem:
             ]
         )
 
-    def solve(self, mounting: Mounting, factor: float, most_steps: int = 100) -> Descent[Mounting]:
-        """Descend from a mounting; the work does not depend on the number of poses."""
+    def solve(
+        self,
+        mounting: Mounting,
+        factor: float,
+        most_steps: int = 100,
+        beyond: float = np.inf,
+    ) -> Descent[Mounting]:
+        """Descend from a mounting; the work does not depend on the number of poses.
+
+        Parameters
+        ----------
+        beyond
+            Given up where `State.chi2_poses` will stay above this. A step changes its root by at
+            most the length of the step in the metric of the curvature, √(2 · what it promises): at
+            a linear rate of 0.97, all further ones together are as long as 30 of that.
+        """
 
         def move(point: Mounting, step: FloatArray) -> Mounting:
-            return moved(point, self.columns @ step, tangent_basis(point.hang_dir_b))
+            return moved(point, self.whole(step), point.tangent)
 
-        return descend(lambda point: self.at(point, factor), move, mounting, most_steps)
+        def hopeless(state: State, promised: float) -> bool:
+            left = np.sqrt(max(state.chi2_poses, 0.0)) - np.sqrt(beyond)
+            return bool(left > _STEPS_LEFT * np.sqrt(2.0 * max(promised, 0.0)))
+
+        return descend(
+            lambda point: self.at(point, factor), move, mounting, most_steps,
+            hopeless if np.isfinite(beyond) else None,
+        )  # fmt: skip
+
+    def whole(self, free: FloatArray) -> FloatArray:
+        """All unknowns of the free ones, shape (13K + 1 + 2L,)."""
+        return free if self.columns is None else np.asarray(self.columns @ free)
 
     def covariance(self, mounting: Mounting, state: State) -> tuple[FloatArray, int, int]:
         """Sandwich ``H⁻¹ B H⁻¹``: curvature from the true wrenches, score with their noise."""
         hessian, score = state.hessian(), state.score()
         inverse = scaled_inverse(hessian, 1e-14)
         middle = inverse @ score @ inverse
-        full = self.columns @ middle @ self.columns.T
+        full = middle if self.columns is None else self.columns @ middle @ self.columns.T
         size = 13 * mounting.turn_b.shape[0] + 1
         free = self.options.structure.freedom(mounting.turn_b.shape[0])
         part = (score - state.prior)[:free, :free]

@@ -18,6 +18,8 @@ from footcal_cli.core.pose.joint import PoseFit, fit_pose, misfit_of_poses
 from footcal_cli.core.pose.problem import PoseOptions
 from footcal_cli.core.quality import Finding
 from footcal_cli.core.turned import (
+    CLEARLY,
+    MUCH_BETTER,
     ROUGH_STEPS,
     TURNS,
     near_the_best,
@@ -85,11 +87,13 @@ def check_turned_standing(
         for k in range(len(legs)) for i, turn in enumerate(TURNS) for offsets in (False, True)
     ]  # fmt: skip
 
+    beyond = MUCH_BETTER / CLEARLY * given.chi2_poses
+
     def roughly(one: tuple[PoseSummary, int, int]) -> float:
-        return misfit_of_poses(one[0], legs, noise_sd, options, ROUGH_STEPS)
+        return misfit_of_poses(one[0], legs, noise_sd, options, beyond, ROUGH_STEPS)
 
     near = near_the_best(tried, roughly, given.chi2_poses)
-    fitted = [(fit_pose(back, legs, noise_sd, options).chi2_poses, k, i) for back, k, i in near]
+    fitted = [(misfit_of_poses(back, legs, noise_sd, options, beyond), k, i) for back, k, i in near]
     return said_of(data.geometry.legs, fitted, given.chi2_poses) if fitted else []
 
 
