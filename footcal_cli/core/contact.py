@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
+from itertools import pairwise
 
 import numpy as np
 from scipy.ndimage import binary_dilation
@@ -252,3 +253,12 @@ def gait_cycles(contact: FloatArray, foot: int = 0) -> IntArray:
     starts = np.zeros(len(contact), dtype=np.int64)
     starts[1:] = (state[1:] == 1) & (state[:-1] == 0)
     return np.cumsum(starts) - 1
+
+
+def cycle_phase(contact: FloatArray) -> FloatArray:
+    """Share of its gait cycle that each sample has come to, NaN outside of whole ones, (n,)."""
+    phase = np.full(len(contact), np.nan)
+    starts = np.flatnonzero(np.diff(gait_cycles(contact)) > 0) + 1
+    for start, stop in pairwise(starts):
+        phase[start:stop] = np.arange(stop - start) / (stop - start)
+    return phase

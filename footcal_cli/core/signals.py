@@ -8,6 +8,7 @@ import numpy as np
 
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
+_REACH_S = 0.01
 _MOST_KEPT = 2**20
 """Values from which a median is taken; of longer series every second, fourth …"""
 
@@ -138,18 +139,30 @@ def gaps_of(time_s: FloatArray) -> IntArray:
 
 
 def acceleration_of(place_m: FloatArray, time_s: FloatArray) -> FloatArray:
-    """Second derivative of places by central differences, shape of `place_m`; 0 where one is lost.
+    """Second derivative of places, shape of `place_m`; 0 where one is lost.
+
+    ``2 (d₊ − d₋) / (t₊ − t₋)``, d the slopes to the sample 10 ms before and after, or the next
+    one where samples are rarer: the resolution of encoders is not blown up at high rates, and the
+    swing of a foot, 5 Hz, not flattened at low ones (by 0.8 % at ± 10 ms, by 3 % at 50 Hz).
 
     Parameters
     ----------
     place_m
         Shape (n, ...).
     time_s
-        Increasing stamps, shape (n,).
+        Increasing stamps of the stream, shape (n,).
     """
+    acceleration = np.zeros_like(place_m)
     if len(time_s) < 3:
-        return np.zeros_like(place_m)
-    acceleration = np.gradient(np.gradient(place_m, time_s, axis=0), time_s, axis=0)
+        return acceleration
+    reach = max(round(_REACH_S / float(np.median(np.diff(time_s)))), 1)
+    reach = min(reach, (len(time_s) - 1) // 2)
+    shape = (-1, *[1] * (place_m.ndim - 1))
+    steps = (time_s[reach:] - time_s[:-reach]).reshape(shape)
+    slopes = (place_m[reach:] - place_m[:-reach]) / steps
+    change, apart = slopes[reach:] - slopes[:-reach], steps[reach:] + steps[:-reach]
+    acceleration[reach:-reach] = 2.0 * change / apart
+    acceleration[:reach], acceleration[-reach:] = acceleration[reach], acceleration[-reach - 1]
     return np.asarray(np.nan_to_num(acceleration))
 
 

@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from footcal_cli.core.contact import judge
+from footcal_cli.core.contact import cycle_phase, gait_cycles, judge
+from footcal_cli.core.effects.body import heading_rad
 from footcal_cli.core.effects.calibration import AXES
 from footcal_cli.core.experiments import walk
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.rows import advanced
-from footcal_cli.core.online.six_axis import six_axis_rows
+from footcal_cli.core.online.six_axis import shared_errors, six_axis_rows
 from footcal_cli.core.online.six_axis_replay import replay_six_axis
 from footcal_cli.core.online.streams import Merged
 from footcal_cli.core.parameters import FloatArray
@@ -123,6 +124,14 @@ def test_every_column_is_what_its_unknown_does_to_the_balance() -> None:
         elif kind.startswith("com_correction"):
             known["com_m"] = known["com_m"].copy()
             known["com_m"][:, "xy".index(kind[-1])] += step
+        elif kind.startswith("motion_size"):
+            yaw, acc = heading_rad(log), known["com_acc_mps2"].copy()
+            ahead = np.stack([np.cos(yaw), np.sin(yaw)], axis=1)
+            axis = ahead if kind[-1] == "x" else np.stack([-ahead[:, 1], ahead[:, 0]], axis=1)
+            acc[:, :2] += step * axis * np.einsum("ni,ni->n", axis, acc[:, :2])[:, None]
+            known["com_acc_mps2"] = acc
+        elif kind == "angmom_loss":
+            continue  # of the part that repeats: the next test
         else:
             assert name == "robot.delay"
             known = dict(advanced(log, step).known)
@@ -132,8 +141,33 @@ def test_every_column_is_what_its_unknown_does_to_the_balance() -> None:
             change[:, rows.totals :] = rows.h[:, rows.totals :, i]
         # the moment of inertia forces about a moved CoM is left to the reference
         tolerance = 0.15 if kind.startswith("com_corr") else 0.1 if kind == "delay" else 1e-6
+        if kind.startswith("motion_size"):  # from the forces measured, with their noise
+            tolerance = 0.1
         size = max(np.abs(change[rows.valid]).max(), 1e-12)
         assert np.abs(rows.h[:, :, i] - change)[rows.valid].max() < tolerance * size, name
+
+
+def test_the_column_of_the_momentum_is_what_repeats_with_the_gait() -> None:
+    """Noise of a differentiated stream stands in the error, too, and would pull its size to −1."""
+    log, _ = six_axis_walk(2)
+    phase = cycle_phase(log.known["contact"])
+    inside = np.isfinite(phase)
+    turn = np.exp(1j * heading_rad(log))
+    along = turn * np.exp(2j * np.pi * np.where(inside, phase, 0.0))
+    momentum = np.stack([along.real, along.imag], axis=1)
+    noise = np.random.default_rng(0).normal(0.0, 1.0, momentum.shape)
+    columns = []
+    for shown in (momentum, momentum + noise):
+        rows = six_axis_rows(log.with_known(angmom_rate_nm=shown), samples_per_update=1)
+        at = rows.names.index("robot.angmom_loss")
+        columns.append(rows.h[:, 3:5, at] / rows.prior_sd[at])
+    use = rows.valid[:, 3] & inside
+    assert use.sum() > 300
+    cycles = gait_cycles(log.known["contact"]).max()
+    # forty bins a cycle: within one, the direction turns by a fortieth
+    assert np.abs(columns[0] + momentum)[use].max() < 2.0 * np.pi / 40
+    kept = np.sqrt(np.mean((columns[1] - columns[0])[use] ** 2))
+    assert kept == pytest.approx(1.0 / np.sqrt(cycles), rel=0.3)
 
 
 def test_the_columns_of_scales_in_the_air_carry_no_noise() -> None:
@@ -178,3 +212,47 @@ def test_scales_are_left_alone_where_the_motion_tells_too_little() -> None:
     assert len(names) == 12
     vertical = [good.estimates["left.scale_fz"], good.estimates["right.scale_fz"]]
     assert vertical == pytest.approx([0.0, 0.0], abs=0.05)
+
+
+def test_a_wrong_mass_moves_all_estimates_along_what_they_share() -> None:
+    """Masses, weights and momentum off by a share: scales and offsets are off by that share."""
+    log, _ = six_axis_walk(0, noise_n=0.1)
+    share = 0.002
+    heavy = log.with_known(
+        **{
+            name: (1.0 + share) * log.known[name]
+            for name in ("mass_kg", "angmom_rate_nm", "foot_weight_n")
+        }
+    )
+    rows, moved = (six_axis_rows(one, samples_per_update=1) for one in (log, heavy))
+    z = np.zeros(len(rows.names))
+    offsets = [rows.names.index(f"{c.replace('.', '.offset_')}") for c in CHANNELS]
+    z[offsets] = OFFSETS / rows.prior_sd[offsets]
+    along = shared_errors(log, rows.names, z * rows.prior_sd)[0] / rows.prior_sd
+    before = (rows.error + rows.h @ z)[rows.valid]
+    after = (moved.error + rows.h @ (z + along))[rows.valid]
+    only_mass = (moved.error + rows.h @ z)[rows.valid]
+    assert np.abs(only_mass - before).max() > 0.05
+    # what is off by a share are the errors themselves, and the noise in the air
+    assert np.abs(after - before).max() < 2 * share * np.abs(before).max() + 1e-9
+
+
+def test_without_a_rate_of_angular_momentum_its_share_of_the_moment_is_a_state() -> None:
+    """A body whose limbs swing as it is pushed: L̇ in proportion to the moment of the force."""
+    log, true = six_axis_walk(0)
+    acc, height = log.known["com_acc_mps2"], log.known["com_m"][:, 2]
+    share = np.array([0.3, -0.2])
+    pull = log.known["mass_kg"][:, None] * acc[:, :2] * share * height[:, None]
+    momentum = np.stack([-pull[:, 1], pull[:, 0]], axis=1)
+    limbs = log.with_readings(true).with_known(angmom_rate_nm=momentum)
+    unknown = limbs.with_known(angmom_rate_nm=np.zeros_like(momentum))
+    rows = six_axis_rows(unknown, samples_per_update=1)
+    z = np.zeros(len(rows.names))
+    for axis, value in zip("xy", share, strict=True):
+        at = rows.names.index(f"robot.angmom_share_{axis}")
+        z[at] = value / rows.prior_sd[at]
+    expected = walk.six_axis_balance(limbs).error[:, 3:5]
+    found = (rows.error + rows.h @ z)[:, 3:5]
+    use = rows.valid[:, 3:5]
+    change = np.abs(expected - rows.error[:, 3:5])[use].max()
+    assert np.abs(found - expected)[use].max() < 0.1 * change

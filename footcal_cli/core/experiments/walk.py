@@ -42,7 +42,7 @@ SIX_AXIS_KNOWN: Mapping[str, str] = {
     "foot_pos_m": "transducers in the world, height above the ground, m, (n, feet, 3)",
     "foot_weight_n": "weight below each transducer, N, (n, feet)",
     "foot_com_m": "its CoM in the transducer's frame, m, (n, feet, 3)",
-    "foot_acc_mps2": "acceleration of each transducer, gravity not included, m/s², (n, feet, 3)",
+    "foot_acc_mps2": "acceleration of what hangs below, gravity not included, m/s², (n, feet, 3)",
 }
 """What six-axis feet need beside `KNOWN`, in place of the cells' positions."""
 

@@ -12,13 +12,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
 
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
 from footcal_cli.core.centroidal import MIN_FORCE_N, Reference
-from footcal_cli.core.contact import gait_cycles
+from footcal_cli.core.contact import cycle_phase, gait_cycles
 from footcal_cli.core.effects.body import heading_rad
 from footcal_cli.core.effects.transport import SMOOTHING
 from footcal_cli.core.experiments import walk
@@ -294,12 +293,7 @@ def _no_momentum(rows: Rows) -> bool:
 
 def gait_phase(log: Log, rows: Rows) -> FloatArray:
     """Share of its gait cycle that each update has come to, NaN outside of whole cycles, (u,)."""
-    cycle = gait_cycles(log.known["contact"])
-    phase = np.full(len(log), np.nan)
-    starts = np.flatnonzero(np.diff(cycle) > 0) + 1
-    for start, stop in pairwise(starts):
-        phase[start:stop] = np.arange(stop - start) / (stop - start)
-    return phase[rows.last_sample]
+    return cycle_phase(log.known["contact"])[rows.last_sample]
 
 
 def sized(jump: Jump, smoothed: Track) -> Jump:

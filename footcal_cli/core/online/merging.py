@@ -136,7 +136,13 @@ def merge_six_axis(
         )  # fmt: skip
     at, clock, rate, whole = _sensor_rows(sensors)
     readings = sensors.readings[at]
-    values, seen, body_clock = _body_on(body, sensors.time_s[at], rule)
+    hanging = np.stack(
+        [
+            place + turned @ com
+            for (place, turned), com in zip(sensor_in_foot, com_below_m, strict=True)
+        ]
+    )
+    values, seen, body_clock = _body_on(body, sensors.time_s[at], rule, hanging)
     good = whole & np.isfinite(readings).all(axis=1)
     feet_rot = _orthonormal(values["feet_rot"])
     rot = np.stack(
@@ -221,9 +227,13 @@ def _sensor_rows(sensors: SensorStream) -> tuple[IntArray, Clock, float, BoolArr
 
 
 def _body_on(
-    body: BodyStream, at_s: FloatArray, rule: MergeRule
+    body: BodyStream, at_s: FloatArray, rule: MergeRule, moved_m: FloatArray | None = None
 ) -> tuple[dict[str, FloatArray], BoolArray, Clock]:
-    """The body stream at the sensors' stamps, delay compensated, accelerations filtered."""
+    """The body stream at the sensors' stamps, delay compensated, accelerations filtered.
+
+    The accelerations of the feet are those of points in the feet's frames, `moved_m` (feet, 3): a
+    foot that pitches accelerates its own CoM.
+    """
     clock = check_clock(body.time_s)
     keep = clock.keep
     if keep.size < 4:
@@ -246,7 +256,10 @@ def _body_on(
     ):
         if optional is not None:
             parts[name] = optional[keep]
-    feet_acc = acceleration_of(parts["feet_m"], time_s)
+    at_m = parts["feet_m"]
+    if moved_m is not None and "feet_rot" in parts:
+        at_m = at_m + np.einsum("nkij,kj->nki", parts["feet_rot"], moved_m)
+    feet_acc = acceleration_of(at_m, time_s)
     parts["feet_acc_mps2"] = feet_acc.reshape(keep.size, -1)
     smoothed = ["com_acc_mps2", "angmom_rate_nm", "feet_acc_mps2"]
     if rule.causal:

@@ -6,10 +6,12 @@ the motion of the body; a swinging foot weighs what hangs below its transducer.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from footcal_cli.core.contact import cycle_phase
+from footcal_cli.core.effects.body import heading_rad
 from footcal_cli.core.effects.calibration import AXES
 from footcal_cli.core.experiments import walk
 from footcal_cli.core.log import Log
@@ -17,6 +19,11 @@ from footcal_cli.core.online.rows import Rows, advanced, block_means
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.errors import DataError
 
+KNOWN_MOTION = 0.05
+"""Sd of the size of a body's horizontal motion and of the moments it takes, as a share of them: a
+scale that both feet share on an axis and a motion of another size are one thing. Light limbs,
+masses of links from a drawing and differences over a window leave ordinary estimators so far off.
+"""
 PRIOR_SD: Mapping[str, tuple[str, float]] = {
     "offset_f": ("N", 30.0),
     "offset_t": ("Nm", 5.0),
@@ -26,6 +33,9 @@ PRIOR_SD: Mapping[str, tuple[str, float]] = {
     "weight": ("N", 3.0),
     "com_below": ("m", 0.05),
     "delay": ("s", 0.01),
+    "motion_size": ("-", KNOWN_MOTION),
+    "angmom_loss": ("-", 0.2),
+    "angmom_share": ("-", 0.5),
 }
 """Kind of unknown -> unit and prior sd: transducers zeroed at an unknown time; the mass is taken to
 a share of itself."""
@@ -34,12 +44,12 @@ _MASS_SHARE = 0.1
 cables, covers and batteries."""
 KNOWN_MASS = 0.002
 """Sd of a mass that is taken as known, as a share of it: all scales together are as unsure."""
-KNOWN_MOTION = 0.05
-"""Sd of the size of a body's horizontal motion, as a share of it: a scale that both feet share on
-an axis and a motion of another size are one thing. Light limbs, masses of links from a drawing and
-differences over a window leave ordinary estimators so far off."""
+KNOWN_SWING = 0.05
+"""Sd of the size of a foot's acceleration in the air, as a share of it: the weight below a
+transducer is seen by it."""
 _DELAY_STEP_S = 2e-3
 DELAY_STATE, MASS_STATE = "robot.delay", "robot.mass_correction"
+_PHASES = 40
 TORQUE_ARM_M = 0.05
 """A torque row's noise over a force row's."""
 
@@ -96,8 +106,6 @@ def six_axis_rows(
     for foot in feet if walking else ():
         for axis in "xyz":
             add(f"{foot}.com_below_{axis}", "com_below")
-    if walking:
-        add(DELAY_STATE, "delay")
     blocks = len(log) // samples_per_update
     if blocks == 0:
         raise DataError(
@@ -106,6 +114,9 @@ def six_axis_rows(
     used = log.rows(0, blocks * samples_per_update)
     balance = walk.six_axis_balance(used)
     h = _columns(used, scales)[:, :, : len(names)]
+    for state, column in _of_the_motion(used, scales).items() if walking else ():
+        add(f"robot.{state}", state.removesuffix("_x").removesuffix("_y"))
+        h = np.concatenate([h, column[:, :, None]], axis=2)
     h, error, valid = block_means(
         balance.error, balance.valid, h * np.array(scale), samples_per_update
     )
@@ -135,9 +146,10 @@ def _columns(log: Log, scales: bool) -> FloatArray:
     arms = pos - known["com_m"][:, None]
     totals = len(walk.SIX_AXIS_TOTALS)
     carriers = 6 * feet * 2 if scales else 6 * feet + 1
-    h = np.zeros((n, totals + 6 * feet, carriers + 3 + 4 * feet))
+    h = np.zeros((n, totals + 6 * feet, carriers + 2 + 4 * feet))
     below = walk.applied_below(log, np.ones((n, feet)))
-    in_the_air = _expected_in_the_air(log, wrench)
+    carried = walk.applied_below(_still(log), known["foot_weight_n"])
+    in_the_air = carried + _unloaded(log)[None]
     for k in range(feet):
         unit = _total_of_axes(rot[:, k], arms[:, k])
         rows = totals + 6 * k + np.arange(6)
@@ -165,26 +177,118 @@ def _columns(log: Log, scales: bool) -> FloatArray:
     weight = known["mass_kg"] * known["gravity_mps2"]
     h[:, 4, carriers] = weight
     h[:, 3, carriers + 1] = -weight
-    ends = [
-        walk.six_axis_balance(advanced(log, sign * _DELAY_STEP_S)).error for sign in (1.0, -1.0)
-    ]
-    h[:, :, -1] = (ends[0] - ends[1]) / (2.0 * _DELAY_STEP_S)
     return np.nan_to_num(h)
 
 
-def _expected_in_the_air(log: Log, wrench: FloatArray) -> FloatArray:
-    """What a foot in the air should read, shape (n, feet, 6): the regressor of its scales.
+def _of_the_motion(log: Log, scales: bool) -> dict[str, FloatArray]:
+    """What may be wrong with the motion -> ``∂error/∂state``, shape (n, k).
 
-    Its own reading would not do: the noise stands in the error as well, and a scale regressed on
-    it is pulled towards −1 where little but noise is read.
+    Sizes come from the forces measured where they can: the noise of the demand stands in the error,
+    and a size regressed on it is pulled towards −1. A motion whose demand is too poor for scales
+    has no sizes either. Where a stream has no angular momentum, limbs still swing as the body
+    is pushed: ``(L̇ʸ, −L̇ˣ) = s m cᶻ c̈``, a share s of the moment of the horizontal force, one along
+    and one across the heading.
     """
-    still = log.with_known(foot_acc_mps2=np.zeros_like(log.known["foot_acc_mps2"]))
-    expected = walk.applied_below(still, log.known["foot_weight_n"])
+    balances = [
+        walk.six_axis_balance(advanced(log, sign * _DELAY_STEP_S)).error for sign in (1.0, -1.0)
+    ]
+    columns = {"delay": (balances[0] - balances[1]) / (2.0 * _DELAY_STEP_S)}
+    if not scales:
+        return {"delay": np.nan_to_num(columns["delay"])}
+    motion = _horizontal_motion(log)
+    for i, axis in enumerate("xy"):
+        column = columns[f"motion_size_{axis}"] = np.zeros_like(balances[0])
+        column[:, :2] = -motion[:, :, i]
+    if log.known["angmom_rate_nm"].any():
+        column = columns["angmom_loss"] = np.zeros_like(balances[0])
+        column[:, 3:5] = -_repeating(log, log.known["angmom_rate_nm"])
+        return {state: np.nan_to_num(column) for state, column in columns.items()}
+    height = log.known["com_m"][:, 2]
+    for i, axis in enumerate("xy"):
+        column = columns[f"angmom_share_{axis}"] = np.zeros_like(balances[0])
+        column[:, 3], column[:, 4] = height * motion[:, 1, i], -height * motion[:, 0, i]
+    return {state: np.nan_to_num(column) for state, column in columns.items()}
+
+
+def _still(log: Log) -> Log:
+    """The log with feet that are not accelerated."""
+    return log.with_known(foot_acc_mps2=np.zeros_like(log.known["foot_acc_mps2"]))
+
+
+def shared_errors(log: Log, names: Sequence[str], values: FloatArray) -> FloatArray:
+    """Errors of one sd that all estimates have in common and no balance shows, shape (m, p).
+
+    - The mass: scales, and offsets, which are readings without load times their scales.
+    - The size of the angular momentum: the same for torques about each horizontal axis.
+    - The size of a foot's acceleration: the weight below it, its lever, and offsets in the air.
+    """
+    shared = np.zeros((4, len(names)))
+    at = {name: i for i, name in enumerate(names)}
+    feet = walk.feet_of(log)
+    hanging = walk.applied_below(_still(log), np.ones((len(log), len(feet))))
     airborne = ~log.known["contact"].astype(bool)
-    for k in range(wrench.shape[1]):
+    for k, foot in enumerate(feet):
+        for axis in AXES:
+            offset, scale = at[f"{foot}.offset_{axis}"], at.get(f"{foot}.scale_{axis}")
+            if scale is not None:
+                mass = np.array([KNOWN_MASS, *KNOWN_MOTION * (np.array(["tx", "ty"]) == axis), 0.0])
+                shared[:, scale] = mass
+                shared[:, offset] = mass * values[offset]
+        weight = KNOWN_SWING * float(log.known["foot_weight_n"][0, k])
+        shared[3, at[f"{foot}.weight"]] = weight
+        for axis, lever in zip("xyz", log.known["foot_com_m"][0, k], strict=True):
+            name = f"{foot}.com_below_{axis}"
+            shared[3, at[name]] = -KNOWN_SWING * (lever + values[at[name]])
         if airborne[:, k].any():
-            expected[:, k] += np.median((wrench - expected)[airborne[:, k], k], axis=0)
-    return np.asarray(expected)
+            own = [at[f"{foot}.offset_{axis}"] for axis in AXES]
+            shared[3, own] = -weight * np.median(hanging[airborne[:, k], k], axis=0)
+    return shared
+
+
+def _repeating(log: Log, vector: FloatArray) -> FloatArray:
+    """The part of a horizontal vector (n, 2) that repeats in every gait cycle, (n, 2).
+
+    In the heading's axes, the mean over all cycles at that phase: it has little of the noise that
+    a differentiated stream adds to the error as well.
+    """
+    turn = np.exp(1j * heading_rad(log))
+    along = (vector[:, 0] + 1j * vector[:, 1]) / turn
+    phase = cycle_phase(log.known["contact"])
+    whole = np.isfinite(phase)
+    at = np.minimum((phase[whole] * _PHASES).astype(int), _PHASES - 1)
+    count = np.maximum(np.bincount(at, minlength=_PHASES), 1)
+    mean = np.zeros(len(log), dtype=complex)
+    sums = [np.bincount(at, part[whole], _PHASES) for part in (along.real, along.imag)]
+    mean[whole] = ((sums[0] + 1j * sums[1]) / count)[at]
+    mean *= turn
+    return np.stack([mean.real, mean.imag], axis=1)
+
+
+def _horizontal_motion(log: Log) -> FloatArray:
+    """The body's horizontal ``m c̈``, as measured: world axes by along and across, (n, 2, 2)."""
+    balance = walk.six_axis_balance(log.with_readings(log.readings - _unloaded(log).ravel()))
+    force = balance.error[:, :2] + log.known["mass_kg"][:, None] * log.known["com_acc_mps2"][:, :2]
+    yaw = heading_rad(log)
+    axes = np.stack([[np.cos(yaw), np.sin(yaw)], [-np.sin(yaw), np.cos(yaw)]]).transpose(2, 1, 0)
+    return np.asarray(axes * np.einsum("nij,ni->nj", axes, force)[:, None])
+
+
+def _unloaded(log: Log) -> FloatArray:
+    """What each foot reads in the air beside the weight below, shape (feet, 6): its offsets.
+
+    With it a foot in the air has the regressor of its scales. Its own reading would not do: the
+    noise stands in the error as well, and a scale regressed on it is pulled towards −1 where
+    little but noise is read.
+    """
+    airborne = ~log.known["contact"].astype(bool)
+    carried = walk.applied_below(_still(log), log.known["foot_weight_n"])
+    wrench = log.readings.reshape(carried.shape) - carried
+    return np.stack(
+        [
+            np.median(wrench[airborne[:, k], k], axis=0) if airborne[:, k].any() else np.zeros(6)
+            for k in range(wrench.shape[1])
+        ]
+    )
 
 
 def _total_of_axes(rot: FloatArray, arm: FloatArray) -> FloatArray:

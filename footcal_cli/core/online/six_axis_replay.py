@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from footcal_cli.core.effects.body import heading_rad
 from footcal_cli.core.effects.calibration import AXES
 from footcal_cli.core.experiments import walk
 from footcal_cli.core.log import Log
@@ -19,9 +20,8 @@ from footcal_cli.core.online.replay import held
 from footcal_cli.core.online.rows import Rows, advanced
 from footcal_cli.core.online.six_axis import (
     DELAY_STATE,
-    KNOWN_MASS,
-    KNOWN_MOTION,
     MASS_STATE,
+    shared_errors,
     six_axis_rows,
 )
 from footcal_cli.core.online.smoother import smooth
@@ -171,7 +171,7 @@ def replay_six_axis(
         smoothed=smoothed,
         tuning=tuning,
         jumps=tuple(sized(jump, smoothed) for jump in track.jumps),
-        estimates=_estimates(track, rows, aligned.delay_s),
+        estimates=_estimates(track, rows, log, aligned.delay_s),
         before=before,
         after=after,
         vertical_n=vertical,
@@ -332,20 +332,17 @@ def _without_repeats(log: Log, rows: Rows, track: Track) -> tuple[Rows, tuple[fl
     return rows, factors
 
 
-def _estimates(track: Track, rows: Rows, delay_s: float) -> Estimates:
+def _estimates(track: Track, rows: Rows, log: Log, delay_s: float) -> Estimates:
     """The filter's last state, its delay on top of the one already taken out.
 
-    All scales are relative to a mass that is itself known to a share, those of an axis that is not
-    vertical also to the size of the motion: they have that in common.
+    What the balance cannot see, `shared_errors`, comes on top of the covariance of what was
+    learnt from it.
     """
     values = track.values[-1].copy()
     values[track.names.index(DELAY_STATE)] += delay_s
-    common = np.array([KNOWN_MASS * (".scale_" in name) for name in track.names])
-    covariance = track.covariance + np.outer(common, common)
-    for axis in AXES:
-        if axis != "fz":
-            alike = np.array([KNOWN_MOTION * n.endswith(f".scale_{axis}") for n in track.names])
-            covariance = covariance + np.outer(alike, alike)
+    learnt = 1.0 - np.diag(track.covariance) / rows.prior_sd**2
+    shared = shared_errors(log, track.names, values) * np.sqrt(np.maximum(learnt, 0.0))
+    covariance = track.covariance + shared.T @ shared
     status = [
         Status.ESTIMATED if now < LEARNT_RATIO * before else Status.PRIOR_KEPT
         for now, before in zip(np.sqrt(np.diag(covariance)), rows.prior_sd, strict=True)
@@ -376,6 +373,20 @@ def corrected_log(log: Log, names: Sequence[str], track: Track, rows: Rows) -> L
     com = log.known["com_m"].copy()
     com[:, 0] += column["robot.com_correction_x"]
     com[:, 1] += column["robot.com_correction_y"]
+    zero, push = np.zeros(n), log.known["com_acc_mps2"].copy()
+
+    def shared_out(state: str) -> FloatArray:
+        """Shares along and across the heading of a horizontal acceleration, (n, 2)."""
+        sizes = [column.get(f"robot.{state}_{axis}", zero) for axis in "xy"]
+        turn = np.exp(1j * heading_rad(log))
+        along = (push[:, 0] + 1j * push[:, 1]) / turn
+        part = (sizes[0] * along.real + 1j * sizes[1] * along.imag) * turn
+        return np.stack([part.real, part.imag], axis=1)
+
+    push[:, :2] += shared_out("motion_size")
+    limbs = (log.known["mass_kg"] * com[:, 2])[:, None] * shared_out("angmom_share")
+    momentum = log.known["angmom_rate_nm"] * (1.0 + column.get("robot.angmom_loss", zero))[:, None]
+    momentum = momentum + np.stack([-limbs[:, 1], limbs[:, 0]], axis=1)
     weight = log.known["foot_weight_n"] + np.stack(
         [column[f"{foot}.weight"] for foot in feet], axis=1
     )
@@ -384,6 +395,8 @@ def corrected_log(log: Log, names: Sequence[str], track: Track, rows: Rows) -> L
     )
     return log.with_readings(readings).with_known(
         com_m=com,
+        com_acc_mps2=push,
+        angmom_rate_nm=momentum,
         mass_kg=log.known["mass_kg"] + column.get(MASS_STATE, np.zeros(n)),
         foot_weight_n=weight,
         foot_com_m=log.known["foot_com_m"] + hanging,
