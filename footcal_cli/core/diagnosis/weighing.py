@@ -137,9 +137,12 @@ def _in_some_blocks(lib: Library, informative: FloatArray, rules: Rules) -> Bool
 def has_few_blocks(problem: Problem, informative: float) -> bool:
     """Whether so few blocks know of a cause that signs could not judge it: sessions of one cell.
 
-    ``2^(1 − n) > 0.01``. The scatter of all cells judges it, or the rows.
+    ``2^(1 − n) > 0.01``. The scatter of all cells judges it, or the rows. Stances, and placements
+    from a calibration made before, have all cells in every block: there signs stay the judge.
     """
-    if problem.settings is not None or problem.drifts:
+    if problem.settings is not None or problem.drifts or problem.pieces:
+        return False
+    if problem.known is not None:
         return False
     return informative < min(_FEWEST, _SOME * problem.blocks)
 
