@@ -144,7 +144,7 @@ def _alike_blocks(grams: Grams) -> IntArray:
     columns = grams.calibration
     if not columns.size:
         return np.zeros(grams.blocks, dtype=np.int64)
-    return kinds_of(grams.rows[:, columns[:, None], columns[None, :]])
+    return kinds_of(grams.rows.part(columns, columns))
 
 
 def _pair_without(lib: Library, kept: BoolArray, rules: Rules) -> IntArray:
