@@ -156,7 +156,7 @@ def _numbered(column: ColumnGuess) -> ColumnGuess:
         return column.as_quantity("reading", "guess", "a number among labels")
     if column.quantity == "unknown" and column.unit in ("N", "kN", "mN", "kgf", "lbf", "gf"):
         return column.as_quantity("force", "likely", "its unit is that of a force")
-    far = np.nanmax(np.abs(values)) > _COUNTS_UP_TO * values.size
+    far = np.nan_to_num(np.abs(values)).max(initial=0.0) > _COUNTS_UP_TO * values.size
     if column.quantity == "sequence" and far and not increases(values, strictly=False):
         return column.as_quantity("unknown", "guess", "called a number, but counts no rows")
     if column.quantity in ("unknown", "reading") and since_1970(values) in ("ms", "us", "ns"):

@@ -149,7 +149,7 @@ def _lettered(file: FileGuess) -> dict[str, ColumnGuess]:
             values = column.values
             if last is None or values is None or column.unit not in (None, "deg", "rad"):
                 continue
-            if np.nanmax(np.abs(values)) <= _WHOLE_TURN_DEG:
+            if np.nan_to_num(np.abs(values)).max(initial=0.0) <= _WHOLE_TURN_DEG:
                 found.setdefault(last[1], column)
         if set(letters) <= set(found):
             return {

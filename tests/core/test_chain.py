@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from footcal_cli.core.chain import Chain, Link, chain_of, link
+from footcal_cli.core.chain import Chain, Link, Seen, chain_of, link
 from footcal_cli.core.effects import TABLE
 from footcal_cli.core.effects.contract import Scope, columns_of, units_of
 from footcal_cli.core.log import Log
@@ -113,3 +113,45 @@ def test_the_whole_chain_on_a_simulated_walk_leaves_only_noise() -> None:
     restored: Log = logs.cells.chain.remove(logs.cells.log, logs.cells.values)[0]
     error = restored.readings - logs.cells.truth.readings
     assert 0.02 < error.std() < 0.08
+
+
+@pytest.mark.parametrize("names", [NAMES, ("scale_bias", "crosstalk"), ("scale_bias",)])
+def test_what_was_removed_before_need_not_be_removed_again(names: tuple[str, ...]) -> None:
+    """One value at a time moves and comes back, as in finite differences."""
+    chain = chain_of([link(TABLE[name], CELLS) for name in names])
+    log, _ = chain.apply(cell_log(), VALUES)
+    seen = Seen()
+    for moved in ("robot.delay", "left_rr.scale", "left_rr.hysteresis_width", "left_fl.crosstalk"):
+        for factor in (1.0, 1.1, 1.0, 0.9):
+            values = {**VALUES, moved: factor * VALUES[moved]}
+            expected, truth = chain.remove(log, values)[0], chain.truth(log, values, seen)
+            assert difference(truth, expected) < 1e-12
+            total = seen.made_of(truth, lambda given: float(given.readings.sum()))
+            assert total == pytest.approx(float(expected.readings.sum()), rel=1e-12)
+
+
+def test_what_is_made_of_a_truth_that_stays_is_made_once() -> None:
+    chain = chain_of([link(TABLE["scale_bias"], CELLS)])
+    log, _ = chain.apply(cell_log(), VALUES)
+    seen = Seen()
+    made: list[Log] = []
+    for factor in (1.0, 1.0, 1.0, 1.2):
+        truth = chain.truth(log, {**VALUES, "left_rr.scale": factor * -3.4e-5}, seen)
+        seen.made_of(truth, made.append)
+    assert len(made) == 3
+
+
+def test_what_follows_from_the_known_is_made_once_for_all_readings() -> None:
+    log, asked = cell_log(), []
+
+    def mass(given: Log) -> float:
+        asked.append(given)
+        return float(given.known["mass_kg"][0])
+
+    other = log.with_readings(log.readings + 1.0)
+    assert log.of_known(mass) == other.of_known(mass)
+    assert len(asked) == 1
+    heavier = other.with_known(mass_kg=2.0 * log.known["mass_kg"])
+    assert heavier.of_known(mass) == 2.0 * log.of_known(mass)
+    with pytest.raises(ValueError, match="readings have shape"):
+        log.with_readings(log.readings[1:])

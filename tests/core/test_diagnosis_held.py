@@ -79,6 +79,17 @@ def test_cells_differ_from_a_common_gain_by_what_weights_left_open() -> None:
     )
 
 
+def test_a_turned_cell_may_read_more_than_its_load_turned() -> None:
+    """Whole effects are looked for around one, whatever range a size of theirs has."""
+    case = walk_case(7, None, duration_s=30.0)
+    flips = [
+        s for s in problem_from(case, rows_of(case), [TABLE["sign_flip"]], describe).signatures
+        if s.effect == "sign_flip"
+    ]  # fmt: skip
+    assert flips
+    assert {(s.lower, s.upper) for s in flips} == {(0.7, 1.3)}
+
+
 @pytest.mark.parametrize("width", [3.12, 30.0])
 def test_a_loop_is_as_wide_as_its_cell_allows_not_as_some_newtons(width: float) -> None:
     """``1 − w/2r > 0``: a cell of 60 N may have a loop of 3 N, and one of 600 N of 30 N."""

@@ -213,8 +213,8 @@ Mended with the second draw in view, whose rows above are of the code before:
   states, what hangs below a transducer is accelerated where its CoM is, and what all estimates
   share (mass, momentum, swing) is in their covariance. Fresh draws 4 and 5 of the four makes whose
   mass is right, eight walks, before and now: force offsets err by 0.59 and 0.46 N, 79 and 98 %
-  held; torque offsets 94 and 100 %, weights 69 and 100 %, CoM below 79 and 88 % (4.0 and 6.8 mm); scales
-  err by 2.6 and 1.0 %, 100 and 98 % held. Draws 1 to 3 were looked at while mending.
+  held; torque offsets 94 and 100 %, weights 69 and 100 %, CoM below 79 and 88 % (4.0 and 6.8 mm);
+  scales err by 2.6 and 1.0 %, 100 and 98 % held. Draws 1 to 3 were looked at while mending.
 
 What remains: `static-init` does not count a CoM that is a millimetre off (a quadruped on points,
 zeros 5.3 sd off); walks of an estimator whose heading drifts or that has no

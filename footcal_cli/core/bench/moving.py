@@ -123,6 +123,9 @@ def align(
     averaged
         How many neighbours the fit averages.
     """
+    known = load_n[used & np.isfinite(load_n)]
+    if not known.size or np.ptp(known) == 0.0:  # a load that never changes says no lag
+        return Alignment(load_n, 0.0, 0.0)
     step = float(np.median(np.diff(time_s)))
     reach = min(_LONGEST_LAG_S, 0.05 * float(np.ptp(time_s)))
     coarse = np.linspace(-reach, reach, 2 * _STEPS + 1)

@@ -58,6 +58,11 @@ def times_floor(case: Case, rows: Rows, problem: Problem) -> float:
     return float(times.max(initial=0.0))
 
 
+def is_large(case: Case, rows: Rows, problem: Problem) -> bool:
+    """Whether a residual is no residual of nothing, whatever names were tried and refused."""
+    return times_floor(case, rows, problem) >= MOST
+
+
 def _mean(values: FloatArray, number: IntArray, least: int = 0) -> FloatArray:
     """Mean of the values of each number, 0 of none."""
     count = np.bincount(number, minlength=least)

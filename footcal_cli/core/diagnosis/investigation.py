@@ -18,7 +18,7 @@ from footcal_cli.core.diagnosis.engine import (
     look_alike,
     share_of,
 )
-from footcal_cli.core.diagnosis.floor import MOST, times_floor
+from footcal_cli.core.diagnosis.floor import is_large
 from footcal_cli.core.diagnosis.form import Form, form_of
 from footcal_cli.core.diagnosis.gain import Gain, bought, gains_of, without_rivals
 from footcal_cli.core.diagnosis.growth import at_an_end, named_columns
@@ -42,7 +42,6 @@ _CLEAR = (Verdict.NAMED, Verdict.AMBIGUOUS)
 """Verdicts that leave nothing beside the names."""
 LEAST_STABLE = 0.5
 """Share of blocks without which a name is chosen again, below which it is none."""
-
 _NAMING = (*_CLEAR, Verdict.NAMED_UNKNOWN)
 
 
@@ -158,7 +157,7 @@ def investigate(
     verdict, share = Verdict.BAD_DATA, 0.0
     if not stopped:
         path, verdict, share = _searched(subject, path, rules, seed)
-        if verdict is Verdict.NONE and times_floor(case, rows, problem) >= MOST:
+        if verdict is Verdict.NONE and is_large(case, rows, problem):
             verdict = Verdict.UNKNOWN
     rounds, causes, model, current = path.rounds, path.causes, path.model, path.current
     found = _found(subject, path)
@@ -174,7 +173,8 @@ def investigate(
     if named and (bought(gains, problem) <= 0.0 or float(np.mean(alike)) < LEAST_STABLE):
         # what was chosen without a block does not predict it, or is chosen only with all of them
         named, final, model = False, problem, None
-        verdict = Verdict.UNKNOWN if _matters(subject, path, beside=False) else Verdict.NONE
+        large = is_large(case, rows, problem) or _matters(subject, path, beside=False)
+        verdict = Verdict.UNKNOWN if large else Verdict.NONE
         gains = gains_of(problem, problem, problem.law)
     return Investigation(
         verdict=verdict,

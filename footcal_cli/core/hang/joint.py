@@ -112,10 +112,15 @@ class HangFit:
         return self.model.gravity_dir_t(self.estimates.values)
 
     def misfit(self, runs: Sequence[HangRun]) -> float:
-        """RMS residual over the scatter from sample to sample, of the worst channel."""
+        """RMS residual over the scatter from sample to sample, of the worst channel.
+
+        0 where no run has two samples: nothing says how much they scatter.
+        """
         left = self.residuals(runs)
         size = np.sqrt(np.mean(np.concatenate(left) ** 2, axis=0))
         steps = np.concatenate([np.diff(part, axis=0) for part in left])
+        if not len(steps):
+            return 0.0
         scatter = np.sqrt(np.mean(steps**2, axis=0) / 2.0)
         return float(np.max(size / np.maximum(scatter, 1e-300)))
 

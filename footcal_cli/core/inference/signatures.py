@@ -185,6 +185,7 @@ def effect_columns(
             if idle or any(_alike(shared, other) for other in kept):
                 continue
             kept.append(shared)
+            top = upper if effect.most is None else min(upper, effect.most(shape))
             far = [
                 {u: _far(case, rows, effect, size, u, shape, by, seen) for u in units}
                 for by in size.far
@@ -193,7 +194,7 @@ def effect_columns(
                 signature = Signature(
                     effect=effect.name, parameter=size.name, where=where, unit=size.unit,
                     shape=tuple(shape.items()), lower=lower - size.neutral,
-                    upper=min(upper, effect.largest(size, shape)) - size.neutral, owners=owners,
+                    upper=top - size.neutral, owners=owners,
                 )  # fmt: skip
                 for of_each in (single, *far):
                     signatures.append(signature)
