@@ -27,7 +27,12 @@ from footcal_cli.core.diagnosis.stated import stated_size
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.effects import TABLE
 from footcal_cli.core.inference.case import Case, rows_of
-from footcal_cli.core.inference.evidence import Interval, sign_flip_group, sign_patterns
+from footcal_cli.core.inference.evidence import (
+    Interval,
+    sign_flip_group,
+    sign_flip_mean,
+    sign_patterns,
+)
 from footcal_cli.core.inference.linear import left_by
 from footcal_cli.core.inference.problem import Signature
 from footcal_cli.core.inference.refit import Refit, Scatter
@@ -56,7 +61,8 @@ def tried(effect: str, loss: float, p: float) -> Tried:
 
 
 def out(other: Tried, best: Tried, gain: float) -> bool:
-    return _worse(TABLE, other, best, best.loss, gain, SIGNS, Rules())
+    significant = sign_flip_mean(other.loss - best.loss, SIGNS) < Rules().alpha_rival
+    return _worse(TABLE, other, best, best.loss, gain, significant, Rules())
 
 
 def test_a_look_alike_is_out_where_it_leaves_something_and_the_best_does_not() -> None:

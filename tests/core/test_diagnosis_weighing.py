@@ -5,21 +5,24 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from footcal_cli.core.diagnosis.weighing import _student_of_forms
+from footcal_cli.core.diagnosis.weighing import of_one_form_p
 from footcal_cli.core.parameters import FloatArray
 
 CELLS, EACH, SCATTER = 8, 7, 0.3
 
 
-def p_of_cells(rng: np.random.Generator, size: float, unlike: float) -> FloatArray:
+def p_of_cells(
+    rng: np.random.Generator, size: float, unlike: float, each: int = EACH, *, centred: bool = True
+) -> FloatArray:
     """Single p of each cell, shape (CELLS,): score ``u ~ N(β i, φ i)``, β of the first cell."""
-    kind = np.repeat(np.arange(CELLS), EACH)
+    kind = np.repeat(np.arange(CELLS), each)
     mine = kind[:, None] == np.arange(CELLS)
     information = np.where(mine, rng.exponential(4.0, (kind.size, 1)), 0.0)
     scatter = SCATTER * unlike ** np.linspace(-1.0, 1.0, CELLS)
     score = np.sqrt(scatter * information) * rng.standard_normal(information.shape)
     score[:, 0] += size * information[:, 0]
-    return _student_of_forms(score, information, kind, np.zeros(CELLS, dtype=np.int64))
+    form = np.zeros(CELLS, dtype=np.int64)
+    return of_one_form_p(score, information, form, kind if centred else None)
 
 
 @pytest.mark.parametrize("unlike", [1.0, 2.0])
@@ -28,6 +31,15 @@ def test_clean_cells_are_named_no_more_often_than_said(unlike: float) -> None:
     p = np.array([p_of_cells(rng, 0.0, unlike) for _ in range(1500)])
     for level in (0.05, 0.01, 0.001):
         assert np.mean(p < level) < 1.3 * level + 2.0 * np.sqrt(level / p.size)
+
+
+@pytest.mark.parametrize("each", [2, 4])
+def test_a_few_sessions_of_each_clean_cell_keep_the_level(each: int) -> None:
+    """Student's t with the scatter of all cells is exact; the floor of a cell's own is safe."""
+    rng = np.random.default_rng(3)
+    p = np.array([p_of_cells(rng, 0.0, 1.0, each, centred=False) for _ in range(4000)])
+    for level in (0.01, 0.001):
+        assert np.mean(p < level) < level + 3.0 * np.sqrt(level / p.size)
 
 
 def test_seven_sessions_of_one_cell_reach_the_level_of_a_family() -> None:
@@ -40,4 +52,4 @@ def test_seven_sessions_of_one_cell_reach_the_level_of_a_family() -> None:
 
 def test_what_one_session_alone_knows_is_nothing() -> None:
     kind = np.arange(4)
-    assert (_student_of_forms(np.ones((4, 4)), np.eye(4), kind, np.zeros(4, np.int64)) == 1).all()
+    assert (of_one_form_p(np.ones((4, 4)), np.eye(4), np.zeros(4, np.int64), kind) == 1).all()

@@ -10,6 +10,7 @@ from footcal_cli.core.diagnosis.answer import Cause, Compared, Diagnosis
 from footcal_cli.core.diagnosis.contenders import KNEES, fit, refitted, refitted_with
 from footcal_cli.core.diagnosis.kindred import (
     Tried,
+    adding_p,
     excess_of,
     kindred,
     left_of,
@@ -23,10 +24,12 @@ from footcal_cli.core.diagnosis.mixtures import LINEAR
 from footcal_cli.core.diagnosis.moments import moved
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.subject import Subject
+from footcal_cli.core.diagnosis.weighing import has_few_blocks
 from footcal_cli.core.effects import having
 from footcal_cli.core.effects.contract import Effect, Trait
 from footcal_cli.core.inference.evidence import (
     Interval,
+    effective_blocks,
     sign_flip_mean,
     sign_patterns,
 )
@@ -102,12 +105,22 @@ def decided(
         left = other.loss if joined is None else _white_loss(joined, noise)
         return float((left - loss).sum()) < share_for_form(best, rules.other_form, rules) * gain
 
+    def significant(other: Tried) -> bool:
+        if sign_flip_mean(other.loss - loss, signs) < rules.alpha_rival:
+            return True
+        # signs of a few sessions of one cell reach no level
+        apart = effective_blocks(abs(other.loss - loss)[:, None])
+        few = has_few_blocks(best.bare, float(apart[0]))
+        return few and adding_p(subject, best, other, family, [], noise, signs)[0] < (
+            rules.alpha_beside
+        )
+
     worse = {
         other.cause.signature.effect
         for other in tried
         if other.cause.signature.effect != mine.effect
         and (
-            _worse(subject.table, other, best, loss, gain, signs, rules)
+            _worse(subject.table, other, best, loss, gain, significant(other), rules)
             or outdone(subject, other, best, family, noise, signs, rules)
         )
         and not bends_as_well(other)
@@ -265,17 +278,16 @@ def _worse(
     best: Tried,
     loss: FloatArray,
     gain: float,
-    signs: FloatArray,
+    significant: bool,
     rules: Rules,
 ) -> bool:
-    """Whether a contender is out.
+    """Whether a contender is out; `significant` that its loss is larger.
 
     What looks like the best by its nature must leave something where the best leaves nothing, or
     lose a good part of the gain: a table's curve is never quite the cell's, and where none of a
     kind leaves nothing, the next best may be the nearer one.
     """
     lost = float((other.loss - loss).sum())
-    significant = bool(sign_flip_mean(other.loss - loss, signs) < rules.alpha_rival)
     if not kindred(table, best.cause, other.cause):
         return significant
     if best.p >= rules.alpha_whole and other.p < level_of(best.cause, other.cause, rules):

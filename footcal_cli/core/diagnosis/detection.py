@@ -344,7 +344,7 @@ def block_calibrations(
     moved = rows.part(z, columns) - rows.part(z, base) @ gamma[:, :-1]
     own = rows.part(z, z)
     ridge = _COEFFICIENT_RIDGE * np.eye(z.size)
-    kind = _kinds(own)
+    kind = kinds_of(own)
     moves = _centred(np.linalg.solve(own + ridge, moved), kind)
     information = np.einsum("bqk,bqr,brk->bk", moves, own, moves)
     return _centred(score / spread, kind), moves * spread[None, :, None], kind, information
@@ -355,7 +355,7 @@ _OF_A_KIND = 0.1
 """cos of what two blocks know of their calibrations from which they know of the same sensors."""
 
 
-def _kinds(own: FloatArray) -> IntArray:
+def kinds_of(own: FloatArray) -> IntArray:
     """Number of the group of blocks that know of the same calibration, shape (B,).
 
     Parameters

@@ -13,11 +13,12 @@ from footcal_cli.core.diagnosis.curves import explained
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.diagnosis.unnamed import CURVES
-from footcal_cli.core.diagnosis.weighing import single_rows_p
+from footcal_cli.core.diagnosis.weighing import has_few_blocks, of_one_form_p, single_rows_p
 from footcal_cli.core.effects import having
 from footcal_cli.core.effects.contract import Effect, Trait
 from footcal_cli.core.inference.evidence import (
     Interval,
+    effective_blocks,
     jackknife_interval,
     sign_flip_group,
     sign_flip_max_t,
@@ -163,25 +164,65 @@ def outdone(
     """
     if best.p < rules.alpha_whole or not kindred(subject.table, best.cause, other.cause):
         return False
-    mine = _as_fitted(best)
     smooth = best.cause.signature.effect in SMOOTH
     beside = [] if smooth else partners_of(other.cause, family)
+    p, added = adding_p(subject, best, other, family, beside, noise, signs)
+    return p < level_of(best.cause, other.cause, rules) and best.misfit < rules.misfit_share * added
+
+
+def adding_p(
+    subject: Subject,
+    best: Tried,
+    other: Tried,
+    family: Sequence[Signature],
+    beside: Sequence[Signature],
+    noise: Noise,
+    signs: FloatArray,
+) -> tuple[float, float]:
+    """The p that the best adds nothing beside another one, and the squared error that it takes.
+
+    Parameters
+    ----------
+    family
+        Signatures of all look-alikes.
+    beside
+        What stands by the other one.
+    """
+    mine = _as_fitted(best)
     taken = subject.beside(other.fitted, beside)
     columns = subject.beside(other.fitted, [mine])
     if not columns.size:
-        return False
-    wide = subject.beside(other.fitted, family)
+        return 1.0, 0.0
+    alike = subject.beside(other.fitted, _elsewhere(mine, subject.problem.signatures))
+    wide = np.hstack([alike, subject.beside(other.fitted, family)])
     bare = other.bare.holding(taken) if taken.size else other.bare
     grams, _ = whitened_grams(bare, np.hstack([columns, wide]), noise)
     found = scores(grams.inner, grams.calibration, grams.features)
     if found.inside[0]:
-        return False
+        return 1.0, 0.0
     p = float(sign_flip_max_t(found.score[:, :1], signs).p[0])
     if has_single_rows(bare):
         single = single_rows_p(bare, found, grams.calibration.size)[0]
         p = min(2.0 * min(p, float(single)), 1.0)
+    elif has_few_blocks(bare, float(effective_blocks(found.information[:, :1])[0])):
+        one = np.zeros(1 + alike.shape[1], dtype=np.int64)
+        p = float(
+            of_one_form_p(found.score[:, : one.size], found.information[:, : one.size], one)[0]
+        )
     added = float(found.score[:, 0].sum() ** 2 / found.information[:, 0].sum())
-    return p < level_of(best.cause, other.cause, rules) and best.misfit < rules.misfit_share * added
+    return p, added
+
+
+def _elsewhere(mine: Signature, signatures: Iterable[Signature]) -> list[Signature]:
+    """The same size, in the same shape, of other sensors."""
+    many = [len(units) for _, units in mine.owners]
+    places = {
+        s.where: replace(s, shape=mine.shape)
+        for s in signatures
+        if (s.effect, s.parameter) == (mine.effect, mine.parameter)
+        and [len(units) for _, units in s.owners] == many
+    }
+    return [s for where, s in places.items() if where != mine.where]
 
 
 def _as_fitted(tried: Tried) -> Signature:

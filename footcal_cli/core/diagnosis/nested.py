@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from footcal_cli.core.diagnosis.detection import block_calibrations
+from footcal_cli.core.diagnosis.detection import block_calibrations, kinds_of
 from footcal_cli.core.diagnosis.library import Library
 from footcal_cli.core.diagnosis.pairs import likely_pairs
 from footcal_cli.core.diagnosis.rules import Rules
@@ -139,9 +139,12 @@ def folds_of(kind: IntArray, most: int) -> IntArray:
 
 def _alike_blocks(grams: Grams) -> IntArray:
     """Kind of each block: which sensors' calibration it knows of."""
-    if not grams.wandering.size:
+    if grams.wandering.size:
+        return block_calibrations(grams, grams.calibration, np.empty(0, dtype=np.int64))[2]
+    columns = grams.calibration
+    if not columns.size:
         return np.zeros(grams.blocks, dtype=np.int64)
-    return block_calibrations(grams, grams.calibration, np.empty(0, dtype=np.int64))[2]
+    return kinds_of(grams.rows.part(columns, columns))
 
 
 def _pair_without(lib: Library, kept: BoolArray, rules: Rules) -> IntArray:
@@ -159,7 +162,11 @@ def _chosen_without(lib: Library, kept: BoolArray, rules: Rules, seed: int) -> I
     found = search(
         replace(lib, grams=lib.grams.of_blocks(kept)),
         sign_patterns(int(kept.sum()), seed),
-        replace(rules, alpha_name=max(rules.alpha_name, reach)),
+        replace(
+            rules,
+            alpha_name=max(rules.alpha_name, reach),
+            fewest_sessions=rules.fewest_sessions - 1.0,
+        ),
         seed,
     )
     return np.array([lib.index(step.column) for step in found.steps], dtype=np.int64)

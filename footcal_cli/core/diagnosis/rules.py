@@ -91,6 +91,9 @@ class Rules:
         it is stays open anyway.
     fewest_blocks
         Blocks asked for.
+    fewest_sessions
+        Blocks that must know of a cause in one of several cells; one less where the selection is
+        repeated without one of them.
     most_folds
         Folds in which the selection is repeated; neighbouring blocks are left out together beyond.
     between_share
@@ -133,6 +136,7 @@ class Rules:
     share_form: float = 0.97
     share_set: float = 0.9
     fewest_blocks: int = 10
+    fewest_sessions: float = 3.0
     most_folds: int = 12
     between_share: float = 0.3
     power: float = 0.8

@@ -9,7 +9,14 @@ import numpy as np
 
 from footcal_cli.core.diagnosis.library import Library
 from footcal_cli.core.diagnosis.rules import Rules
-from footcal_cli.core.diagnosis.weighing import Evidence, between_blocks, single_rows_p, weigh
+from footcal_cli.core.diagnosis.weighing import (
+    Evidence,
+    between_blocks,
+    has_few_blocks,
+    of_cells_p,
+    single_rows_p,
+    weigh,
+)
 from footcal_cli.core.inference.evidence import sign_flip_max_t, sign_flip_mean
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.scores import (
@@ -162,7 +169,8 @@ def _next_step(
         needed = max(rules.smallest_gain * touched * float(loss.sum()), rules.second_share * before)
         plain = evidence.plain_gain[:, c]
         earned = min(sign_flip_mean(evidence.gain[:, c], signs), sign_flip_mean(plain, signs))
-        if lib.local[lib.index(int(evidence.best[c]))]:
+        few = has_few_blocks(lib.problem, float(evidence.informative[c]))
+        if few or lib.local[lib.index(int(evidence.best[c]))]:
             # one of many places: two visits have no signs to flip, the others' scatter judged them
             earned = float(evidence.p[c])
         total_loss = max(float(loss.sum()), 1e-300)
@@ -272,11 +280,17 @@ def _out_of_it(
         p = float(between_blocks(lib, beside, columns[:1], seed)[1][0])
     else:
         p = float(sign_flip_max_t(found.score, signs).p[0])
-        # the rows can only make it surer
-        if 2.0 * p > rules.alpha_beside and has_single_rows(lib.problem):
-            every = scores(lib.grams.inner, beside, lib.grams.candidates)
-            single = single_rows_p(lib.problem, every, beside.size)[lib.index(int(columns[0]))]
-            p = min(2.0 * min(p, float(single)), 1.0)
+        single_rows = has_single_rows(lib.problem)
+        few = has_few_blocks(lib.problem, float(evidence.informative[best]))
+        if 2.0 * p > rules.alpha_beside and (single_rows or few):
+            # signs of few blocks tell little: the rows, or the scatter of all cells, can do more
+            every, which = scores(lib.grams.inner, beside, lib.grams.candidates), int(columns[0])
+            p = 2.0 * min(
+                p,
+                float(single_rows_p(lib.problem, every, beside.size)[lib.index(which)])
+                if single_rows
+                else of_cells_p(lib.problem.signatures, every, lib.index(which)),
+            )
     return p <= rules.alpha_beside
 
 

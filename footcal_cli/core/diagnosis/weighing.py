@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,7 +19,6 @@ from footcal_cli.core.inference.evidence import (
     local_max_t,
     permutation_max_t,
     sign_flip_max_t,
-    student_p,
 )
 from footcal_cli.core.inference.grams import Grams
 from footcal_cli.core.inference.problem import Problem, Signature
@@ -74,13 +74,13 @@ def weigh(lib: Library, base: IntArray, signs: FloatArray, rules: Rules, seed: i
     between = np.flatnonzero(active & lib.between)
     t = np.zeros(len(lib.problem.signatures))
     p = np.ones(len(lib.problem.signatures))
-    partial = within[_in_some_blocks(lib, informative[within])]
+    partial = within[_in_some_blocks(lib, informative[within], rules)]
     split = max(float(sum(family.size > 0 for family in (within, local, between, partial))), 1.0)
     test = sign_flip_max_t(found.score[:, within], signs)
     t[within], p[within] = test.t, np.minimum(split * test.p, 1.0)
     if partial.size:
         level = rules.alpha_name / split
-        single = _partial_p(lib, found, partial, t, informative, base, level)
+        single = _partial_p(lib, found, partial, base, level)
         p[partial] = np.minimum(p[partial], split * single)
     if between.size and grams.blocks >= 4:
         apart = between_blocks(lib, base, grams.candidates[between], seed)
@@ -105,7 +105,6 @@ def weigh(lib: Library, base: IntArray, signs: FloatArray, rules: Rules, seed: i
 
 
 _NOTHING = 1e-9  # share of the most informative block, below which one says nothing
-_FEWEST_LEFT = 2
 _UNSEEN = 1e-6  # share of the largest eigenvalue of correlations, below which there is none
 _ROUNDING = 1e-10  # share of a column's square that a base leaves, below which it leaves none
 _DRAWS, _PARTS = 20_000, 20
@@ -113,33 +112,61 @@ _MANY = 16  # blocks from which permutations reach the level of any family
 _SOME = 0.7
 _FEWEST = 8.0
 _FEWEST_KNOWN = 4.0
-_FEWEST_SINGLE = 3.0
 
 
-def _in_some_blocks(lib: Library, informative: FloatArray) -> BoolArray:
+def _in_some_blocks(lib: Library, informative: FloatArray, rules: Rules) -> BoolArray:
     """Candidates that a part of the blocks knows of: one cell of several, each with its sessions.
 
     So few signs cannot reach the level of a family; block scores are sums over many rows, and
-    Student's t on them can.
+    Student's t on them can, with a scatter that all cells know.
     """
     settings = lib.problem.settings
     if settings is not None and settings.part is not None:
         return np.asarray(informative >= _FEWEST_KNOWN)
+    # sessions of one cell never tell exactly alike: three of them count as 2.99
+    whole = np.round(informative)
     if has_single_rows(lib.problem) and not lib.problem.drifts:
-        return np.asarray(informative >= _FEWEST_SINGLE)
+        return np.asarray(whole >= rules.fewest_sessions)
     if lib.problem.drifts:
         return np.zeros(informative.size, dtype=bool)
     # beside a cause that is in the model few blocks may only show what its form gets wrong
-    fewest = _FEWEST_KNOWN if lib.problem.accepted is None else _FEWEST
-    return np.asarray((informative < _SOME * lib.grams.blocks) & (informative >= fewest))
+    fewest = rules.fewest_sessions if lib.problem.accepted is None else _FEWEST
+    return np.asarray((informative < _SOME * lib.grams.blocks) & (whole >= fewest))
+
+
+def has_few_blocks(problem: Problem, informative: float) -> bool:
+    """Whether so few blocks know of a cause that signs could not judge it: sessions of one cell.
+
+    ``2^(1 − n) > 0.01``. The scatter of all cells judges it, or the rows. Stances, and placements
+    from a calibration made before, have all cells in every block: there signs stay the judge.
+    """
+    if problem.settings is not None or problem.drifts or problem.pieces:
+        return False
+    if problem.known is not None:
+        return False
+    return informative < min(_FEWEST, _SOME * problem.blocks)
+
+
+def of_cells_p(signatures: Sequence[Signature], found: Scores, which: int) -> float:
+    """The p of one candidate alone, with the scatter of all that are of its form.
+
+    Parameters
+    ----------
+    signatures, found
+        Of many candidates.
+    which
+        Number of that one.
+    """
+    forms = forms_of(signatures)
+    alike = np.flatnonzero((forms == forms[which]) & (found.inside == 0))
+    p = of_one_form_p(found.score[:, alike], found.information[:, alike], forms[alike])
+    return float(p[alike == which].sum()) if which in alike else 1.0
 
 
 def _partial_p(
     lib: Library,
     found: Scores,
     partial: IntArray,
-    t: FloatArray,
-    informative: FloatArray,
     base: IntArray,
     level: float,
 ) -> FloatArray:
@@ -151,14 +178,15 @@ def _partial_p(
     scatter is then known from all of them together, not from the few that know of one candidate.
     """
     single_rows = has_single_rows(lib.problem)
-    if lib.problem.settings is None and not single_rows:
-        return np.asarray(partial.size * student_p(t[partial], informative[partial]))
     many = lib.likeness or alike_as(lib.grams, base, lib.grams.candidates[partial], level)
     if single_rows:
         single = single_rows_p(lib.problem, found, base.size)[partial]
         return np.asarray(np.minimum(many * single, 1.0))
     score, information = found.score[:, partial], found.information[:, partial]
-    return local_max_t(score, information, many)[1]
+    if lib.problem.settings is not None:
+        return local_max_t(score, information, many)[1]
+    forms = forms_of([lib.problem.signatures[i] for i in partial])
+    return np.asarray(np.minimum(many * of_one_form_p(score, information, forms), 1.0))
 
 
 def alike_as(grams: Grams, base: IntArray, columns: IntArray, level: float) -> float:
@@ -220,42 +248,66 @@ def between_blocks(
     family: there Student's t counts, with a scatter that all cells know.
     """
     response, drivers, kind, information = block_calibrations(lib.grams, base, columns)
-    forms = [_form(lib.problem.signatures[lib.index(int(c))]) for c in columns]
-    group = np.array([forms.index(form) for form in forms], dtype=np.int64)
+    signatures = [lib.problem.signatures[lib.index(int(c))] for c in columns]
+    group = forms_of(signatures)
     pooled = Pooled(group, information.sum(axis=0))
     test = permutation_max_t(response, drivers, seed, kind=kind, pooled=pooled)
     score = np.einsum("bqk,bq->bk", drivers, response)
     few = np.count_nonzero(information, axis=0) < _MANY
-    p = columns.size * _student_of_forms(score, information, kind, group)
+    p = columns.size * of_one_form_p(score, information, group, kind)
     return test.t, np.where(few, np.minimum(p, 1.0), test.p)
 
 
-def _student_of_forms(
-    score: FloatArray, information: FloatArray, kind: IntArray, group: IntArray
+def of_one_form_p(
+    score: FloatArray, information: FloatArray, form: IntArray, kind: IntArray | None = None
 ) -> FloatArray:
     """Single p of each candidate, scatter pooled over the cells that share its form, shape (k,).
 
-    ``u_b ~ N(β i_b, φ i_b)`` with score u and information i of block b; φ from what is left beside
-    each cell's own β: the median over the cells, and never less than the candidate's own.
+    ``u_b ~ N(β i_b, φ i_b)`` with score u and information i of block b; φ is the mean square of
+    what is left beside each cell's own β, over all cells and never less than the candidate's own:
+    a few sessions of one cell alone do not tell how far scores scatter.
+
+    Parameters
+    ----------
+    score, information
+        Of each block about each candidate, shape (blocks, k).
+    form
+        Number of the form of each candidate, shape (k,).
+    kind
+        Blocks within which scores are centred, shape (blocks,); not centred where None.
     """
     known = information > _NOTHING * information.max(axis=0, initial=0.0)
     total = np.maximum(np.sum(np.where(known, information, 0.0), axis=0), 1e-300)
     size = np.sum(np.where(known, score, 0.0), axis=0) / total
     shares = np.where(known, information, np.inf)
     left = np.sum((score - size * information) ** 2 / shares, axis=0)
-    kinds = np.array([np.unique(kind[one]).size for one in known.T], dtype=np.int64)
-    freedom = known.sum(axis=0) - kinds - 1
+    centred = np.zeros(size.size, dtype=np.int64)
+    if kind is not None:
+        centred = np.array([np.unique(kind[one]).size for one in known.T], dtype=np.int64)
+    freedom = known.sum(axis=0) - centred - 1
+    least = 1 if kind is None else 2  # fewer, and centred, say nothing of their own
     p = np.ones(size.size)
     for k in range(size.size):
-        alike = (group == group[k]) & (kinds == 1) & (freedom > 0)
-        if freedom[k] < _FEWEST_LEFT or not alike.any():
+        alike = (form == form[k]) & (centred <= 1) & (freedom > 0)
+        if freedom[k] < least or not alike.any():
             continue
         df = int(freedom[alike].sum())
-        scatter = max(float(np.median(left[alike] / freedom[alike])), left[k] / freedom[k])
+        scatter = max(float(left[alike].sum()) / df, left[k] / freedom[k])
         t = size[k] * np.sqrt(total[k] / max(scatter, 1e-300))
         p[k] = 2.0 * float(stats.t.sf(abs(t), df))
     return p
 
 
-def _form(signature: Signature) -> tuple[object, ...]:
-    return signature.effect, signature.parameter, signature.shape
+def forms_of(signatures: Sequence[Signature]) -> IntArray:
+    """Number of the form of each signature: effect, size and shape, in so many sensors."""
+    seen: dict[tuple[object, ...], int] = {}
+    return np.array(
+        [
+            seen.setdefault(
+                (s.effect, s.parameter, s.shape, tuple(len(units) for _, units in s.owners)),
+                len(seen),
+            )
+            for s in signatures
+        ],
+        dtype=np.int64,
+    )

@@ -69,23 +69,6 @@ def self_normalised(scores: FloatArray) -> FloatArray:
     return np.asarray(np.divide(total, norm, out=np.zeros_like(total), where=norm > 0))
 
 
-def student_p(t: FloatArray, blocks: FloatArray) -> FloatArray:
-    """Two-sided p of self-normalised sums of normal block scores, shape (k,).
-
-    ``T² = B t² / (B − 1 + t²)`` with Student's t on B − 1 degrees of freedom.
-
-    Parameters
-    ----------
-    t
-        From `self_normalised`, shape (k,).
-    blocks
-        Number of informative blocks of each, shape (k,).
-    """
-    freedom = np.maximum(blocks - 1.0, 1.0)
-    student = t * np.sqrt(freedom / np.maximum(blocks - t**2, 1e-12))
-    return np.asarray(2.0 * stats.t.sf(student, freedom))
-
-
 @dataclass(frozen=True)
 class FamilyTest:
     """A max-T test over a family of candidates.

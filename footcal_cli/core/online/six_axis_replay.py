@@ -7,8 +7,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from footcal_cli.core.effects.body import heading_rad
-from footcal_cli.core.effects.calibration import AXES
 from footcal_cli.core.experiments import walk
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.alignment import aligned
@@ -16,11 +14,10 @@ from footcal_cli.core.online.evidence import Consistency, check_consistency, rep
 from footcal_cli.core.online.filter import Guards, Noise, Track, run_filter
 from footcal_cli.core.online.jumps import Jump
 from footcal_cli.core.online.memory import gait_phase, sized
-from footcal_cli.core.online.replay import held
 from footcal_cli.core.online.rows import Rows, advanced
 from footcal_cli.core.online.six_axis import (
     DELAY_STATE,
-    MASS_STATE,
+    corrected_log,
     shared_errors,
     six_axis_rows,
 )
@@ -336,51 +333,3 @@ def _estimates(track: Track, rows: Rows, log: Log, delay_s: float) -> Estimates:
 def _errors(log: Log) -> FloatArray:
     balance = walk.six_axis_balance(log)
     return np.where(balance.valid, balance.error, np.nan)
-
-
-def corrected_log(log: Log, names: Sequence[str], track: Track, rows: Rows) -> Log:
-    """The log with all that a track has found taken out, sample by sample."""
-    log = advanced(log, float(track.values[-1, names.index(DELAY_STATE)]))
-    n = len(log)
-    values = held(rows.last_sample, track.values, n)
-    # what was not yet known at the very start is what the first update says
-    values[: rows.last_sample[0]] = track.values[0]
-    column = {name: values[:, i] for i, name in enumerate(names)}
-    feet = walk.feet_of(log)
-    readings = log.readings.copy()
-    for k, foot in enumerate(feet):
-        for j, axis in enumerate(AXES):
-            at = 6 * k + j
-            scale = column.get(f"{foot}.scale_{axis}", np.zeros(n))
-            readings[:, at] = (1.0 + scale) * readings[:, at] - column[f"{foot}.offset_{axis}"]
-    com = log.known["com_m"].copy()
-    com[:, 0] += column["robot.com_correction_x"]
-    com[:, 1] += column["robot.com_correction_y"]
-    zero, push = np.zeros(n), log.known["com_acc_mps2"].copy()
-
-    def shared_out(state: str) -> FloatArray:
-        """Shares along and across the heading of a horizontal acceleration, (n, 2)."""
-        sizes = [column.get(f"robot.{state}_{axis}", zero) for axis in "xy"]
-        turn = np.exp(1j * heading_rad(log))
-        along = (push[:, 0] + 1j * push[:, 1]) / turn
-        part = (sizes[0] * along.real + 1j * sizes[1] * along.imag) * turn
-        return np.stack([part.real, part.imag], axis=1)
-
-    push[:, :2] += shared_out("motion_size")
-    limbs = (log.known["mass_kg"] * com[:, 2])[:, None] * shared_out("angmom_share")
-    momentum = log.known["angmom_rate_nm"] * (1.0 + column.get("robot.angmom_loss", zero))[:, None]
-    momentum = momentum + np.stack([-limbs[:, 1], limbs[:, 0]], axis=1)
-    weight = log.known["foot_weight_n"] + np.stack(
-        [column[f"{foot}.weight"] for foot in feet], axis=1
-    )
-    hanging = np.stack(
-        [np.stack([column[f"{foot}.com_below_{axis}"] for axis in "xyz"], -1) for foot in feet], 1
-    )
-    return log.with_readings(readings).with_known(
-        com_m=com,
-        com_acc_mps2=push,
-        angmom_rate_nm=momentum,
-        mass_kg=log.known["mass_kg"] + column.get(MASS_STATE, np.zeros(n)),
-        foot_weight_n=weight,
-        foot_com_m=log.known["foot_com_m"] + hanging,
-    )
