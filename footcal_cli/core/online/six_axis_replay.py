@@ -14,7 +14,7 @@ from footcal_cli.core.online.evidence import Consistency, check_consistency, rep
 from footcal_cli.core.online.filter import Guards, Noise, Track, run_filter
 from footcal_cli.core.online.jumps import Jump
 from footcal_cli.core.online.memory import gait_phase, sized
-from footcal_cli.core.online.rows import Rows, advanced
+from footcal_cli.core.online.rows import Rows
 from footcal_cli.core.online.six_axis import (
     DELAY_STATE,
     corrected_log,
