@@ -14,7 +14,6 @@ from footcal_cli.core.effects.calibration import AXES
 from footcal_cli.core.experiments.walk import applied_below
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.core.signals import acceleration_of, low_pass_stretches
 from footcal_cli.core.simulation.biped_logs import MotionAt
 from footcal_cli.core.simulation.columns import WRENCH_COLUMNS, Columns
 from footcal_cli.core.simulation.forces import foot_cops
@@ -125,7 +124,6 @@ def six_axis_feet_log(
 def _known(robot: Biped, ankles: Ankles, motion: Motion) -> dict[str, FloatArray]:
     """What the robot says of itself, in the arrays of `footcal_cli.core.experiments.walk`."""
     n, feet = len(motion.time_s), len(robot.feet)
-    rate_hz = ankles.rate_hz  # filtered, as the merged streams of a walk are
     cos, sin = np.cos(motion.foot_yaw_rad), np.sin(motion.foot_yaw_rad)
     rot = np.zeros((n, feet, 3, 3))
     rot[..., 0, 0], rot[..., 0, 1], rot[..., 1, 0], rot[..., 1, 1] = cos, -sin, sin, cos
@@ -142,11 +140,14 @@ def _known(robot: Biped, ankles: Ankles, motion: Motion) -> dict[str, FloatArray
         "foot_pos_m": motion.foot_m + np.array([0.0, 0.0, ankles.height_m]),
         "foot_weight_n": np.full((n, feet), ankles.weight_below_n),
         "foot_com_m": np.tile(np.array(ankles.com_below_m), (n, feet, 1)),
-        "foot_acc_mps2": low_pass_stretches(
-            acceleration_of(motion.foot_m, motion.time_s), np.ones(n, dtype=bool), rate_hz
-        ),
+        "foot_acc_mps2": _smooth_acceleration(motion.foot_m, motion.time_s),
         "temperature_degc": ankles.temperature_degc + ankles.warming_degc_per_s * motion.time_s,
     }
+
+
+def _smooth_acceleration(place_m: FloatArray, time_s: FloatArray) -> FloatArray:
+    """Differences of differences: smooth enough to be moved in time by parts of a sample."""
+    return np.asarray(np.gradient(np.gradient(place_m, time_s, axis=0), time_s, axis=0))
 
 
 def ground_wrenches(log: Log, motion: Motion) -> FloatArray:
