@@ -33,7 +33,8 @@ def times_floor(case: Case, rows: Rows, problem: Problem) -> float:
     """
     unit = np.maximum(_mean(problem.noise, problem.output, len(problem.outputs)), 1e-300)
     noise = problem.law.whitener.sd[problem.output] ** 2
-    allowed = ((problem.tolerance / unit) ** 2)[problem.output]
+    with np.errstate(over="ignore"):  # an output without noise has no floor
+        allowed = ((problem.tolerance / unit) ** 2)[problem.output]
     left = problem.residual
     if case.known is None:
         if problem.drifts:
