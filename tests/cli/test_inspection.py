@@ -267,7 +267,7 @@ def test_what_a_calibration_states_against_the_recipe() -> None:
         sign_convention="force = scale * counts + bias, positive when the cell is pressed",
         frame="", expressed_at="", parameters={},
     )  # fmt: skip
-    assert not inspect_record(record, robot, "p.json")
+    assert not list(inspect_record(record, robot, "p.json"))
     for change, code, severity in (
         ({"robot": "B"}, "calibration_of_another_robot", "warning"),
         ({"gravity_mps2": 1.62}, "gravity_differs", "alarm"),
