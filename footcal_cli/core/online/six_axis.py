@@ -18,7 +18,7 @@ from footcal_cli.core.log import Log
 from footcal_cli.core.online.filter import Track
 from footcal_cli.core.online.replay import held
 from footcal_cli.core.online.rows import Rows, advanced, block_means, updates_of
-from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.parameters import BoolArray, ComplexArray, FloatArray
 
 KNOWN_MOTION = 0.05
 """Sd of the size of a body's horizontal motion and of the moments it takes, as a share of them: a
@@ -189,22 +189,29 @@ def _of_the_motion(log: Log, scales: bool) -> dict[str, FloatArray]:
     balances = [
         walk.six_axis_balance(advanced(log, sign * _DELAY_STEP_S)).error for sign in (1.0, -1.0)
     ]
-    columns = {"delay": (balances[0] - balances[1]) / (2.0 * _DELAY_STEP_S)}
+    columns = {"delay": np.nan_to_num((balances[0] - balances[1]) / (2.0 * _DELAY_STEP_S))}
     if not scales:
-        return {"delay": np.nan_to_num(columns["delay"])}
+        return columns
     motion = _horizontal_motion(log)
-    for i, axis in enumerate("xy"):
-        column = columns[f"motion_size_{axis}"] = np.zeros_like(balances[0])
-        column[:, :2] = -motion[:, :, i]
+    for axis, part in zip("xy", motion, strict=True):
+        columns[f"motion_size_{axis}"] = _on_totals(log, force=-part)
     if log.known["angmom_rate_nm"].any():
-        column = columns["angmom_loss"] = np.zeros_like(balances[0])
-        column[:, 3:5] = -_repeating(log, log.known["angmom_rate_nm"])
-        return {state: np.nan_to_num(column) for state, column in columns.items()}
-    height = log.known["com_m"][:, 2]
-    for i, axis in enumerate("xy"):
-        column = columns[f"angmom_share_{axis}"] = np.zeros_like(balances[0])
-        column[:, 3], column[:, 4] = height * motion[:, 1, i], -height * motion[:, 0, i]
-    return {state: np.nan_to_num(column) for state, column in columns.items()}
+        columns["angmom_loss"] = _on_totals(log, moment=-_repeating(log))
+    else:
+        height = log.known["com_m"][:, 2, None]
+        for axis, part in zip("xy", motion, strict=True):
+            moment = height * part[:, ::-1] * [1.0, -1.0]
+            columns[f"angmom_share_{axis}"] = _on_totals(log, moment=moment)
+    return columns
+
+
+def _on_totals(
+    log: Log, *, force: FloatArray | float = 0.0, moment: FloatArray | float = 0.0
+) -> FloatArray:
+    """A column that moves the horizontal forces and moments alone, each (n, 2); shape (n, k)."""
+    column = np.zeros((len(log), len(walk.SIX_AXIS_TOTALS) + log.readings.shape[1]))
+    column[:, :2], column[:, 3:5] = force, moment
+    return np.nan_to_num(column)
 
 
 def _still(log: Log) -> Log:
@@ -223,7 +230,7 @@ def shared_errors(log: Log, names: Sequence[str], values: FloatArray) -> FloatAr
     at = {name: i for i, name in enumerate(names)}
     feet = walk.feet_of(log)
     hanging = walk.applied_below(_still(log), np.ones((len(log), len(feet))))
-    airborne = ~log.known["contact"].astype(bool)
+    airborne = _airborne(log)
     for k, foot in enumerate(feet):
         for axis in AXES:
             offset, scale = at[f"{foot}.offset_{axis}"], at.get(f"{foot}.scale_{axis}")
@@ -242,14 +249,13 @@ def shared_errors(log: Log, names: Sequence[str], values: FloatArray) -> FloatAr
     return shared
 
 
-def _repeating(log: Log, vector: FloatArray) -> FloatArray:
-    """The part of a horizontal vector (n, 2) that repeats in every gait cycle, (n, 2).
+def _repeating(log: Log) -> FloatArray:
+    """The part of the rate of angular momentum that repeats in every gait cycle, (n, 2).
 
     In the heading's axes, the mean over all cycles at that phase: it has little of the noise that
     a differentiated stream adds to the error as well.
     """
-    turn = np.exp(1j * heading_rad(log))
-    along = (vector[:, 0] + 1j * vector[:, 1]) / turn
+    along = _in_heading(log, log.known["angmom_rate_nm"])
     phase = cycle_phase(log.known["contact"])
     whole = np.isfinite(phase)
     at = np.minimum((phase[whole] * _PHASES).astype(int), _PHASES - 1)
@@ -257,17 +263,31 @@ def _repeating(log: Log, vector: FloatArray) -> FloatArray:
     mean = np.zeros(len(log), dtype=complex)
     sums = [np.bincount(at, part[whole], _PHASES) for part in (along.real, along.imag)]
     mean[whole] = ((sums[0] + 1j * sums[1]) / count)[at]
-    mean *= turn
-    return np.stack([mean.real, mean.imag], axis=1)
+    return _in_world(log, mean)
 
 
-def _horizontal_motion(log: Log) -> FloatArray:
-    """The body's horizontal ``m c̈``, as measured: world axes by along and across, (n, 2, 2)."""
+def _horizontal_motion(log: Log) -> tuple[FloatArray, FloatArray]:
+    """The body's horizontal ``m c̈``, as measured: parts along and across its heading, (n, 2)."""
     balance = walk.six_axis_balance(log.with_readings(log.readings - _unloaded(log).ravel()))
     force = balance.error[:, :2] + log.known["mass_kg"][:, None] * log.known["com_acc_mps2"][:, :2]
-    yaw = heading_rad(log)
-    axes = np.stack([[np.cos(yaw), np.sin(yaw)], [-np.sin(yaw), np.cos(yaw)]]).transpose(2, 1, 0)
-    return np.asarray(axes * np.einsum("nij,ni->nj", axes, force)[:, None])
+    along = _in_heading(log, force)
+    return _in_world(log, along.real + 0j), _in_world(log, along - along.real)
+
+
+def _in_heading(log: Log, vector: FloatArray) -> ComplexArray:
+    """A horizontal vector (n, 2) as along + i across the heading, shape (n,)."""
+    return np.asarray((vector[:, 0] + 1j * vector[:, 1]) * np.exp(-1j * heading_rad(log)))
+
+
+def _in_world(log: Log, along: ComplexArray) -> FloatArray:
+    """Back: shape (n, 2)."""
+    turned = along * np.exp(1j * heading_rad(log))
+    return np.stack([turned.real, turned.imag], axis=1)
+
+
+def _airborne(log: Log) -> BoolArray:
+    """Which feet surely swing, shape (n, feet)."""
+    return np.asarray(log.known["contact"] == 0.0)
 
 
 def _unloaded(log: Log) -> FloatArray:
@@ -277,7 +297,7 @@ def _unloaded(log: Log) -> FloatArray:
     noise stands in the error as well, and a scale regressed on it is pulled towards −1 where
     little but noise is read.
     """
-    airborne = ~log.known["contact"].astype(bool)
+    airborne = _airborne(log)
     carried = walk.applied_below(_still(log), log.known["foot_weight_n"])
     wrench = log.readings.reshape(carried.shape) - carried
     return np.stack(
@@ -320,11 +340,9 @@ def corrected_log(log: Log, names: Sequence[str], track: Track, rows: Rows) -> L
 
     def shared_out(state: str) -> FloatArray:
         """Shares along and across the heading of a horizontal acceleration, (n, 2)."""
-        sizes = [column.get(f"robot.{state}_{axis}", zero) for axis in "xy"]
-        turn = np.exp(1j * heading_rad(log))
-        along = (push[:, 0] + 1j * push[:, 1]) / turn
-        part = (sizes[0] * along.real + 1j * sizes[1] * along.imag) * turn
-        return np.stack([part.real, part.imag], axis=1)
+        ahead, aside = (column.get(f"robot.{state}_{axis}", zero) for axis in "xy")
+        along = _in_heading(log, push)
+        return _in_world(log, ahead * along.real + 1j * aside * along.imag)
 
     push[:, :2] += shared_out("motion_size")
     limbs = (log.known["mass_kg"] * com[:, 2])[:, None] * shared_out("angmom_share")
