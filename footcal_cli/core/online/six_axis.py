@@ -271,7 +271,7 @@ def _horizontal_motion(log: Log) -> tuple[FloatArray, FloatArray]:
     balance = walk.six_axis_balance(log.with_readings(log.readings - _unloaded(log).ravel()))
     force = balance.error[:, :2] + log.known["mass_kg"][:, None] * log.known["com_acc_mps2"][:, :2]
     along = _in_heading(log, force)
-    return _in_world(log, along.real + 0j), _in_world(log, along - along.real)
+    return _in_world(log, along.real + 0j), _in_world(log, (along - along.conj()) / 2)
 
 
 def _in_heading(log: Log, vector: FloatArray) -> ComplexArray:
