@@ -224,7 +224,7 @@ def wiring_of(merged: Merged, belief: Belief | None, experiment: str) -> list[Fi
     """Cells that are exchanged and, of a walk, copied or frozen; transducers that are turned."""
     log = merged.log
     if belief is None:
-        from footcal_cli.core.turned import check_turned_feet
+        from footcal_cli.core.pose.turned import check_turned_feet
 
         return [*_carried(log), *check_turned_feet(log)]
     if experiment == "walk":
