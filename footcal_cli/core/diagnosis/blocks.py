@@ -101,6 +101,11 @@ def cut_stances(log: Log) -> Log:
     return replace(log, block=block)
 
 
+def block_means(log: Log) -> Log:
+    """One row per block: its means, for quantities that should stand still within it."""
+    return _means(log, _rows_of_blocks(log))
+
+
 def piece_means(log: Log) -> Log:
     """A few rows per block: means over pieces of `PIECE_S`.
 
