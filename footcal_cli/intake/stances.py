@@ -49,6 +49,7 @@ def all_stances(
         h=np.concatenate([p.h for p in parts]),
         error=np.concatenate([p.error for p in parts]),
         sd=np.concatenate([p.sd for p in parts]),
+        shared=np.concatenate([p.shared for p in parts]),
         output=tuple(name for p in parts for name in p.output),
         stance=np.concatenate([p.stance for p in parts]),
         effective_samples=np.concatenate([p.effective_samples for p in parts]),

@@ -97,6 +97,29 @@ def test_errors_have_the_size_that_the_covariance_says() -> None:
     assert 0.8 < np.mean(squared) < 1.2
 
 
+@pytest.mark.parametrize("ahead", [False, True])
+def test_a_com_that_all_stances_have_in_a_wrong_place_is_in_the_intervals(ahead: bool) -> None:
+    """Its errors do not average out: stated as if they did, sd are several times too small."""
+    squared, alone = [], []
+    for seed in range(40):
+        made = make_standing(12, seed, replace=True, com_sd=0.0)
+        log, belief = stand_log(made), belief_of(made)
+        off = np.random.default_rng(900 + seed).normal(0.0, 2e-3, 2) * [1.0, float(not ahead)]
+        yaw = log.known["foot_yaw_rad"].mean(axis=1)
+        turned_by = np.stack([np.cos(yaw), np.sin(yaw), -np.sin(yaw), np.cos(yaw)], axis=1)
+        moved = np.einsum("nij,i->nj", turned_by.reshape(-1, 2, 2), off)
+        log = log.with_known(com_m=log.known["com_m"] + np.pad(moved, ((0, 0), (0, 1))))
+        quiet = QuietSet(made.stance, judge({}, len(log)))
+        for found, com_sd_m in ((squared, 2e-3), (alone, 0.0)):
+            rows = stance_rows(log, quiet, belief, force_sd_n=1e-3, moment_sd_nm=1e-4,
+                               com_sd_m=com_sd_m)  # fmt: skip
+            fit = fit_static(rows, belief)
+            error = np.concatenate([fit.gain - made.true_gain, fit.bias_n - made.true_bias])
+            found.append(error @ np.linalg.solve(fit.covariance, error) / 16)
+    assert 0.8 < np.mean(squared) < 1.2  # chi-squared of 16 over 16, 40 seeds: 1 ± 0.056 (1 sd)
+    assert np.mean(alone) > 5.0
+
+
 def test_what_standing_did_not_show_is_not_called_estimated() -> None:
     fit, _, _ = fit_first(make_standing(1, 0, replace=False), 1)
     assert set(fit.estimates.status) == {Status.PRIOR_KEPT}
@@ -212,8 +235,10 @@ def test_more_stances_never_harm_the_next_one_and_least_squares_does(
         made = make_standing(12, seed, replace=replace)
         log, belief = stand_log(made), belief_of(made)
         quiet = QuietSet(made.stance, judge({}, len(log)))
-        # each stance's CoM is off by 1 mm: so much its moments are worth
-        rows = stance_rows(log, quiet, belief, moment_sd_nm=1e-3 * made.mass * 9.80665)
+        # each stance's CoM is off by 1 mm of its own: so much its moments are worth
+        rows = stance_rows(
+            log, quiet, belief, moment_sd_nm=1e-3 * made.mass * 9.80665, com_sd_m=0.0
+        )
         curves.append(stance_curve(rows, belief, made.mass * 9.80665))
     for points, used, rank in zip(zip(*curves, strict=True), (1, 2, 5, 10), ranks, strict=True):
         assert {(p.stances, p.rank, p.tried) for p in points} == {(used, rank, 12)}
