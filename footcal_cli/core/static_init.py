@@ -142,6 +142,31 @@ def stance_rows(
     return _shared_out(means, np.array([name in _COM for name in rows.names]))
 
 
+_FALSE_LIFT_SIGMAS = 4.0
+
+
+def without_false_lifts(rows: StanceRows) -> StanceRows:
+    """The rows without those of feet that were taken for lifted and bear load.
+
+    Whether a foot stands is told by readings whose zeros are still to be found: one whose zero is
+    far too low seems to be in the air. Where the other rows of all stances show, by more than 4 sd,
+    that it carries something, its cells are not taken to read nothing.
+    """
+    owner = [name.rpartition("_")[0] for name in rows.output]
+    lifted = np.array(owner) != ""
+    if not lifted.any() or lifted.all():
+        return rows
+    found = _fit(rows.only(~lifted)).estimates
+    keep = np.ones(lifted.size, dtype=bool)
+    for number, foot in {(int(rows.stance[i]), owner[i]) for i in np.flatnonzero(lifted)}:
+        own = (rows.stance == number) & (np.array(owner) == foot)
+        slope = rows.h[own].sum(axis=0) / rows.prior_sd
+        load = float(rows.error[own].sum() + slope @ found.values)
+        variance = float(slope @ found.covariance @ slope + np.sum(rows.sd[own] ** 2))
+        keep[own] = load < _FALSE_LIFT_SIGMAS * np.sqrt(variance)
+    return rows.only(keep)
+
+
 def floors_of(weight_n: float) -> tuple[float, float, float]:
     """Floors of total force (N), moments (Nm) and lifted cells (N) of a robot's stances."""
     return FORCE_SHARE * weight_n, MOMENT_SHARE_M * weight_n, SWING_SHARE * weight_n

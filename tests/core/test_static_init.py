@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -10,7 +12,13 @@ from footcal_cli.core.next_stance import next_stances, stance_curve
 from footcal_cli.core.online.belief import belief_from
 from footcal_cli.core.parameters import FloatArray, Status
 from footcal_cli.core.quiet import QuietRule, QuietSet, select_quiet
-from footcal_cli.core.static_init import StaticInit, fit_static, stance_errors, stance_rows
+from footcal_cli.core.static_init import (
+    StaticInit,
+    fit_static,
+    stance_errors,
+    stance_rows,
+    without_false_lifts,
+)
 from footcal_cli.errors import FitError
 from tests.core.walk_data import Standing, make_standing
 from tests.core.walking import belief_of, stand_log
@@ -284,3 +292,28 @@ def test_nothing_depends_on_where_the_world_lies(angle_deg: float) -> None:
     assert first.dof == second.dof
     assert np.all(np.abs(second.estimates.values - first.estimates.values) < 1e-6 * sd)
     assert second.estimates.sd == pytest.approx(sd, rel=1e-6)
+
+
+def test_a_foot_whose_zero_is_far_off_is_not_taken_for_lifted() -> None:
+    """By its data sheet a loaded foot may seem to hang in the air; the other rows contradict it."""
+    made = make_standing(12, 5, replace=True, lift=True)
+    log = stand_log(made)
+    nameplate = belief_of(made)
+    sd = np.concatenate([np.full(8, 0.03), np.full(8, 5.0)])
+    belief = replace(nameplate, covariance=np.diag(sd**2))
+    wrong = log.known["contact"].copy()
+    both = [k for k in range(12) if (wrong[made.stance == k] == 1.0).all()]
+    told = made.stance == both[0]
+    wrong[told, 0] = 0.0
+    fits = []
+    for contact in (log.known["contact"], wrong):
+        one = log.with_known(contact=contact)
+        rows = stance_rows(one, QuietSet(made.stance, judge({}, len(log))), belief)
+        sound = without_false_lifts(rows)
+        lifts = [name.startswith("left_") and k == both[0]
+                 for name, k in zip(sound.output, sound.stance, strict=True)]  # fmt: skip
+        assert not any(lifts)
+        fits.append(fit_static(sound, belief))
+        if contact is not wrong:
+            assert sound.error.size == rows.error.size, "true lifts stay"
+    np.testing.assert_allclose(fits[1].estimates.values, fits[0].estimates.values, rtol=1e-12)
