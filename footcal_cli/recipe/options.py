@@ -367,8 +367,8 @@ class SimulateOptions(CommandOptions):
 class StaticInitOptions(CommandOptions):
     """``[static_init]`` of a recipe.
 
-    `force_sd_n`, `moment_sd_nm` and `lifted_sd_n` are what a stance's mean is worth at best, 0.3 %
-    of the robot's weight and 0.6 mm of its lever where they are not given.
+    `force_sd_n`, `moment_sd_nm` and `lifted_sd_n` are what a stance's mean is worth at best;
+    0.15 % of the robot's weight, 0.5 mm of its lever and 0.3 % where they are not given.
     """
 
     warm_s: float = Field(default=1.0, ge=0)
