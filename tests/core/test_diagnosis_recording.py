@@ -8,7 +8,7 @@ import pytest
 from footcal_cli.core.diagnosis.blocks import STANCES, block_means, cut_stances
 from footcal_cli.core.diagnosis.recording import noise_of_smoothed, steps_of, swings_apart
 from footcal_cli.core.experiments.contract import Balance
-from footcal_cli.core.inference.case import _reading_share
+from footcal_cli.core.inference.ideal import _reading_share
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.signals import low_pass
