@@ -209,7 +209,7 @@ class Chain:
         return self._run(log, values, state, forward=False)
 
     def remembers(self, values: Mapping[str, float]) -> bool:
-        """Whether what it makes of a row depends on the rows before it."""
+        """Whether removing it from a row asks for the rows before it."""
         return any(Trait.MEMORY in i.effect.traits and i.acting(values) for i in self.links)
 
     def truth(self, log: Log, values: Mapping[str, float], seen: Seen | None) -> Log:
