@@ -108,7 +108,8 @@ def test_errors_have_the_size_that_the_covariance_says() -> None:
 @pytest.mark.parametrize("ahead", [False, True])
 def test_a_com_that_all_stances_have_in_a_wrong_place_is_in_the_intervals(ahead: bool) -> None:
     """Its errors do not average out: stated as if they did, sd are several times too small."""
-    squared, alone = [], []
+    squared: list[float] = []
+    alone: list[float] = []
     for seed in range(40):
         made = make_standing(12, seed, replace=True, com_sd=0.0)
         log, belief = stand_log(made), belief_of(made)
