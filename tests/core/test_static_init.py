@@ -124,7 +124,7 @@ def test_a_com_that_all_stances_have_in_a_wrong_place_is_in_the_intervals(ahead:
                                com_sd_m=com_sd_m)  # fmt: skip
             fit = fit_static(rows, belief)
             error = np.concatenate([fit.gain - made.true_gain, fit.bias_n - made.true_bias])
-            found.append(error @ np.linalg.solve(fit.covariance, error) / 16)
+            found.append(float(error @ np.linalg.solve(fit.covariance, error)) / 16)
     assert 0.8 < np.mean(squared) < 1.2  # chi-squared of 16 over 16, 40 seeds: 1 ± 0.056 (1 sd)
     assert np.mean(alone) > 5.0
 
