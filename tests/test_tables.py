@@ -22,7 +22,8 @@ from footcal_cli.tables.columns import (
 )
 from footcal_cli.tables.logfiles import digest
 from footcal_cli.tables.reading import ForeignColumn
-from footcal_cli.tables.table import Table, read_table, refusal_of, unit_factor, write_parquet
+from footcal_cli.tables.table import Table, read_table, refusal_of, write_parquet
+from footcal_cli.tables.units import conversion
 
 G = 9.80665
 GOOD = "channel,load_kg,counts\na,0,8300000\na,0.5,8200000\n"
@@ -48,12 +49,12 @@ def written(folder: Path, text: str, name: str = "log.csv") -> Path:
     ],
 )  # fmt: skip
 def test_units_convert_as_nist_says(unit: str, to: str, one: float) -> None:
-    convert = unit_factor(unit, to, G)
+    convert = conversion(unit, to, G)
     np.testing.assert_allclose(convert(np.array([0.0, 1.0, 3.0])), [0.0, one, 3 * one], rtol=1e-12)
 
 
 def test_fahrenheit_has_an_offset() -> None:
-    converted = unit_factor("degF", "degC", G)(np.array([32.0, 212.0]))
+    converted = conversion("degF", "degC", G)(np.array([32.0, 212.0]))
     np.testing.assert_allclose(converted, [0, 100], atol=1e-9)
 
 
@@ -168,7 +169,7 @@ def test_suffixes_convert_where_their_units_do() -> None:
     for suffix, unit in UNIT_SUFFIXES.items():
         for other, target in UNIT_SUFFIXES.items():
             try:
-                unit_factor(unit, target, G)
+                conversion(unit, target, G)
             except UsageError:
                 possible = False
             else:

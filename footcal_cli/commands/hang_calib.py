@@ -26,7 +26,7 @@ def hang_calib(session: Session[HangCalibOptions]) -> Outcome:
     from footcal_cli.core.hang.joint import fit_hang
     from footcal_cli.core.hang.runs import hang_runs
     from footcal_cli.core.plausibility import check_leg_weights
-    from footcal_cli.core.turned import hanging_axes
+    from footcal_cli.core.pose.turned import hanging_axes
     from footcal_cli.intake.hang import hang_options, leg_logs
     from footcal_cli.session.calibration import counted_together
     from footcal_cli.sheets.hang import chosen_estimates, outcome_of

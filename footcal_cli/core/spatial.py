@@ -81,13 +81,6 @@ def gravity_in(rotations: FloatArray) -> FloatArray:
 
 _SMALL_ANGLE_RAD = 1e-4
 _EYE = np.eye(3)
-_BASIS_SKEW = np.array(
-    [
-        [[0.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]],
-        [[0.0, 0.0, 1.0], [0.0, 0.0, 0.0], [-1.0, 0.0, 0.0]],
-        [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]],
-    ]
-)
 
 
 def skew(vector: FloatArray) -> FloatArray:

@@ -81,7 +81,7 @@ def compare(
     # what a log lacks for a check is no fault of the log
     with suppress(DataError, UsageError, FitError, ValueError):
         if "hang" in by_kind:
-            from footcal_cli.core.turned import check_mirrored_hanging, check_turned_hanging
+            from footcal_cli.core.pose.turned import check_mirrored_hanging, check_turned_hanging
             from footcal_cli.intake.hang import leg_logs
 
             given = session.recipe.options.get("hang_calib", {})

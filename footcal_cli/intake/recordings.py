@@ -118,31 +118,18 @@ def read_recordings(
         )
         stream = sensor_stream_of(table, channels, feet if six_axis else (), robot.adc.lost_reading)
         motion = body_stream_of(body, feet) if body is not None else no_body(stream, len(feet))
+        belief = None
         if six_axis:
             merged = _merge_six_axis(stream, motion, robot, rule, experiment)
             if session.parameters is not None:
                 log = without_transducer_effects(merged.log, session.parameters)
                 merged = replace(merged, log=log)
-            belief = None
         else:
             belief = prior_belief(session.parameters, robot, channels)
-            start_n = belief.scale_n_per_count * stream.readings + belief.bias_n
-            session.note(check_total_force(start_n.sum(axis=1), robot.weight_n, table.path.name))
-            if experiment == "walk":
-                foot_of = [foot for foot, spec in robot.feet.items() for _ in spec.cells]
-                known = {f.where for f in session.noted if f.severity == "alarm"}
-                walking = check_walking_cells(start_n, channels, foot_of)
-                session.note(f for f in walking if f.where not in known)
-            places = cells_in_feet(robot)
-            if session.parameters is not None:
-                warmth = table.number("temperature_degc") if "temperature_degc" in table else None
-                moving = None if body is None else _moving(stream, motion, rule, robot.mass_kg)
-                undone = without_cell_effects(
-                    stream, session.parameters, robot, warmth, moving=moving
-                )
-                stream, places = undone.stream, undone.cells_m
-                belief = belief.widened(undone.gain_sd, undone.bias_sd_n)
-                session.note(undone.findings)
+            moving = None if body is None else _moving(stream, motion, rule, robot.mass_kg)
+            stream, belief, places = _checked_cells(
+                session, table, stream, belief, moving, experiment
+            )
             merged = merge_cells(
                 stream, motion, belief, places, robot.mass_kg, robot.gravity_mps2,
                 experiment=experiment, rule=rule,
@@ -168,6 +155,34 @@ def read_recordings(
             )
         )  # fmt: skip
     return found
+
+
+def _checked_cells(
+    session: Session[Any],
+    table: Table,
+    stream: SensorStream,
+    belief: Belief,
+    moving: dict[str, FloatArray] | None,
+    experiment: str,
+) -> tuple[SensorStream, Belief, tuple[FloatArray, ...]]:
+    """Cells without the effects that a calibration knows, what is then believed, and their places.
+
+    What looks wrong with the readings is noted.
+    """
+    robot, channels = session.recipe.robot, stream.channels
+    start_n = belief.scale_n_per_count * stream.readings + belief.bias_n
+    session.note(check_total_force(start_n.sum(axis=1), robot.weight_n, table.path.name))
+    if experiment == "walk":
+        foot_of = [foot for foot, spec in robot.feet.items() for _ in spec.cells]
+        known = {f.where for f in session.noted if f.severity == "alarm"}
+        walking = check_walking_cells(start_n, channels, foot_of)
+        session.note(f for f in walking if f.where not in known)
+    if session.parameters is None:
+        return stream, belief, cells_in_feet(robot)
+    warmth = table.number("temperature_degc") if "temperature_degc" in table else None
+    undone = without_cell_effects(stream, session.parameters, robot, warmth, moving=moving)
+    session.note(undone.findings)
+    return undone.stream, belief.widened(undone.gain_sd, undone.bias_sd_n), undone.cells_m
 
 
 def _moving(
@@ -224,7 +239,7 @@ def wiring_of(merged: Merged, belief: Belief | None, experiment: str) -> list[Fi
     """Cells that are exchanged and, of a walk, copied or frozen; transducers that are turned."""
     log = merged.log
     if belief is None:
-        from footcal_cli.core.turned import check_turned_feet
+        from footcal_cli.core.pose.turned import check_turned_feet
 
         return [*_carried(log), *check_turned_feet(log)]
     if experiment == "walk":

@@ -41,7 +41,6 @@ from footcal_cli.tables.places import Places, every_entry, passed_over, places_o
 from footcal_cli.tables.plates import add_cells, with_plates
 from footcal_cli.tables.reading import ForeignColumn, Reading
 from footcal_cli.tables.sources import source_columns
-from footcal_cli.tables.units import unit_factor
 from footcal_cli.tables.world import TO_Z_UP, WorldUp, with_z_up
 
 if TYPE_CHECKING:
@@ -49,7 +48,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "ReadColumn", "Table", "column_names", "digest", "read_pieces", "read_table", "refusal_of",
-    "unit_factor", "write_csv", "write_parquet", "write_parquet_pieces",
+    "write_csv", "write_parquet", "write_parquet_pieces",
 ]  # fmt: skip
 
 

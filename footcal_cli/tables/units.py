@@ -7,7 +7,6 @@ thousandth of an inch and ``kp`` as nothing, where whoever wrote them meant some
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING
@@ -201,11 +200,6 @@ def conversion(unit: str, to: str, gravity_mps2: float) -> Conversion:
     offset = float(registry.Quantity(0.0, source).to(target).magnitude)
     slope = float(registry.Quantity(1.0, source).to(target).magnitude) - offset
     return Conversion(named, wanted, slope, offset)
-
-
-def unit_factor(unit: str, to: str, gravity_mps2: float) -> Callable[[FloatArray], FloatArray]:
-    """`conversion` as a function of arrays."""
-    return conversion(unit, to, gravity_mps2)
 
 
 def load_list(text: str, gravity_mps2: float) -> tuple[float, ...]:

@@ -13,9 +13,9 @@ from footcal_cli.core.inference.case import Case
 from footcal_cli.core.log import Log
 from footcal_cli.core.pose.data import pose_data
 from footcal_cli.core.pose.problem import PoseOptions
+from footcal_cli.core.pose.turned import turned_when_hanging, turned_when_standing
 from footcal_cli.core.quality import Finding
 from footcal_cli.core.simulation.noise import FORCE_NOISE
-from footcal_cli.core.turned import turned_when_hanging, turned_when_standing
 from footcal_cli.core.wiring import check_exchanged_cells, check_exchanged_walking
 from tests.contract.worlds import HEXAPOD
 from tests.core.pose_cases import known_offsets

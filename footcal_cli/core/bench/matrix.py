@@ -140,20 +140,7 @@ def fit_matrix(
         stuck = channels[int(np.argmin(width))]
         raise FitError("the reading never changes", column=stuck)
     scaled = (readings - centre) / width
-    singular = np.linalg.svd(scaled, compute_uv=False)
-    rank = int(np.sum(singular > 1e-9 * singular[0]))
-    if count >= wide:  # no other load moves the readings: beyond these they differ by noise
-        rank = min(rank, directions(loads))
-    if not diagonal and (rank < wide or len(readings) <= wide + 1):
-        raise FitError(
-            f"the loads move only {rank} of {wide} combinations of readings",
-            remedy="load the channels one by one, or in as many combinations as there are channels",
-        )
-    if len(readings) <= _OF_ONE_LINE:
-        raise FitError(
-            f"{len(readings)} rows leave none over for the uncertainty of a line",
-            remedy="read at least three loads per cell",
-        )
+    rank, condition = _checked_rank(scaled, loads, diagonal=diagonal)
     fits, residuals = [], np.empty_like(loads)
     for i in range(count):
         columns = scaled[:, [i]] if diagonal else scaled
@@ -185,11 +172,37 @@ def fit_matrix(
         sd_between=np.array([fit.sd_between for fit in fits]),
         noise=noise,
         rank=rank,
-        condition=float(singular[0] / singular[-1]) if singular[-1] > 0 else np.inf,
+        condition=condition,
         reading_low=readings.min(axis=0),
         reading_high=readings.max(axis=0),
         diagonal=diagonal,
     )
+
+
+def _checked_rank(scaled: FloatArray, loads: FloatArray, *, diagonal: bool) -> tuple[int, float]:
+    """Combinations of readings (n, c) that the loads (n, k) move, and the readings' condition.
+
+    Raises
+    ------
+    FitError
+        As `fit_matrix`.
+    """
+    rows, wide = scaled.shape
+    singular = np.linalg.svd(scaled, compute_uv=False)
+    rank = int(np.sum(singular > 1e-9 * singular[0]))
+    if loads.shape[1] >= wide:  # no other load moves the readings: beyond these they show noise
+        rank = min(rank, directions(loads))
+    if not diagonal and (rank < wide or rows <= wide + 1):
+        raise FitError(
+            f"the loads move only {rank} of {wide} combinations of readings",
+            remedy="load the channels one by one, or in as many combinations as there are channels",
+        )
+    if rows <= _OF_ONE_LINE:
+        raise FitError(
+            f"{rows} rows leave none over for the uncertainty of a line",
+            remedy="read at least three loads per cell",
+        )
+    return rank, float(singular[0] / singular[-1]) if singular[-1] > 0 else np.inf
 
 
 def _correlation(residuals: FloatArray) -> FloatArray:

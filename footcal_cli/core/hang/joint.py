@@ -164,22 +164,8 @@ def fit_hang(logs: Sequence[Log], options: HangOptions | None = None) -> HangFit
     """
     asked = options or HangOptions()
     runs, leg = hang_runs(logs)
-    model = HangModel(
-        leg,
-        np.stack([run.nominal_dir_t for run in runs]),
-        asked.max_order if asked.order is None else asked.order,
-        asked.tilt,
-        asked.tilt_sd_rad,
-        asked.temperature,
-        asked.drift,
-        asked.gravity_mps2,
-    )
     samples = sum(run.wrench.shape[0] for run in runs)
-    if asked.tilt == "per_log" and len(runs) > max(_MOST_RUNS, samples // _FEWEST_ROWS):
-        raise DataError(
-            f"the orientation of leg {leg} changes {len(runs) - 1:,} times in {samples:,} rows",
-            remedy="put the rows in the order of their stamps; an orientation lasts many rows",
-        )
+    model = _model_of(leg, runs, samples, asked)
     references = (
         sum(float(run.temperature_degc.sum()) for run in runs) / samples,
         sum(float(run.time_s.sum()) for run in runs) / samples,
@@ -205,7 +191,8 @@ def fit_hang(logs: Sequence[Log], options: HangOptions | None = None) -> HangFit
         values = model.split(_fit(first, model, weight_n).estimates.values)
         wrenches = [_at_rest(run, model, values) for run in runs]
         triangles = [triangle(*each) for each in zip(designs, wrenches, grams, strict=True)]
-    if asked.noise_sd is None and samples - sum(z.shape[1] for z in designs) >= _MIN_NOISE_DOF:
+    freedom = samples - sum(z.shape[1] for z in designs)
+    if asked.noise_sd is None and freedom >= _MIN_NOISE_DOF:
         residuals = [
             w - z @ np.linalg.lstsq(*triangle, rcond=SEEN)[0]
             for z, w, triangle in zip(designs, wrenches, triangles, strict=True)
@@ -235,6 +222,31 @@ def fit_hang(logs: Sequence[Log], options: HangOptions | None = None) -> HangFit
         *references,
         hang_gaps(model, fit),
         level_sd,
+    )
+
+
+def _model_of(leg: str, runs: Sequence[HangRun], samples: int, asked: HangOptions) -> HangModel:
+    """The model that is asked for, with as many harmonics as may be tried.
+
+    Raises
+    ------
+    DataError
+        The orientation changes so often that the rows are in no order.
+    """
+    if asked.tilt == "per_log" and len(runs) > max(_MOST_RUNS, samples // _FEWEST_ROWS):
+        raise DataError(
+            f"the orientation of leg {leg} changes {len(runs) - 1:,} times in {samples:,} rows",
+            remedy="put the rows in the order of their stamps; an orientation lasts many rows",
+        )
+    return HangModel(
+        leg,
+        np.stack([run.nominal_dir_t for run in runs]),
+        asked.max_order if asked.order is None else asked.order,
+        asked.tilt,
+        asked.tilt_sd_rad,
+        asked.temperature,
+        asked.drift,
+        asked.gravity_mps2,
     )
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from footcal_cli.core.inference.linear import inverse_root
-from footcal_cli.core.parameters import Estimates, FloatArray, ParameterSet, Status
+from footcal_cli.core.parameters import BoolArray, Estimates, FloatArray, ParameterSet, Status
 
 Loss = Literal["linear", "soft_l1", "huber", "cauchy"]
 
@@ -99,50 +99,29 @@ def fit_map(
     linear
         Residuals are linear in the parameters: one step from the prior means is exact.
     """
-    free = parameters.free
-    centre = parameters.values
-    chosen = [p for p in parameters if p.free]
-    steps = np.array([p.step for p in chosen])
-    prior_sd = np.array([p.sd for p in chosen])
-    has_prior = np.isfinite(prior_sd)
-    lower = np.array([p.lower for p in chosen])
-    upper = np.array([p.upper for p in chosen])
-
-    def full(z: FloatArray) -> FloatArray:
-        theta = centre.copy()
-        theta[free] = centre[free] + steps * z
-        return theta
-
-    def in_steps(z: FloatArray) -> FloatArray:
-        return residual(full(z))
-
-    prior_rows = np.diag(steps / prior_sd)[has_prior]
-    if parameters.correlation is not None:
-        known = parameters.correlation[np.ix_(free, free)][np.ix_(has_prior, has_prior)]
-        prior_rows = inverse_root(known) @ prior_rows
+    scaled = _Scaled.of(parameters)
 
     def stacked(z: FloatArray) -> FloatArray:
-        return np.concatenate([residual(full(z)), prior_rows @ z])
+        return np.concatenate([residual(scaled.full(z)), scaled.prior_rows @ z])
 
     def data_jacobian(z: FloatArray) -> FloatArray:
         if jacobian is not None:
-            return np.asarray(jacobian(full(z))[:, free] * steps)
-        return numeric_jacobian(in_steps, z, np.full(z.size, 1e-4))
+            return np.asarray(jacobian(scaled.full(z))[:, scaled.free] * scaled.steps)
+        return numeric_jacobian(lambda at: residual(scaled.full(at)), z, np.full(z.size, 1e-4))
 
     def stacked_jacobian(z: FloatArray) -> FloatArray:
-        return np.vstack([data_jacobian(z), prior_rows])
+        return np.vstack([data_jacobian(z), scaled.prior_rows])
 
-    bounds = (lower - centre[free]) / steps, (upper - centre[free]) / steps
-    z: FloatArray = np.zeros(len(chosen))
+    z: FloatArray = np.zeros(scaled.steps.size)
     converged = linear
     if linear:
         z = np.asarray(np.linalg.lstsq(stacked_jacobian(z), -stacked(z), rcond=None)[0])
-    if not linear or np.any(z < bounds[0]) or np.any(z > bounds[1]):
+    if not linear or np.any(z < scaled.bounds[0]) or np.any(z > scaled.bounds[1]):
         solution = least_squares(
             stacked,
-            np.zeros(len(chosen)) if start is None else (start - centre)[free] / steps,
+            np.zeros(z.size) if start is None else scaled.steps_to(start),
             jac=stacked_jacobian,
-            bounds=bounds,
+            bounds=scaled.bounds,
             loss=loss,
             xtol=1e-12,
             ftol=1e-12,
@@ -150,54 +129,127 @@ def fit_map(
             max_nfev=max_evaluations,
         )
         z, converged = solution.x, bool(solution.success)
-    theta = full(z)
-    residuals = residual(theta)
-    scaled = data_jacobian(z)
-    singular_values: FloatArray = np.asarray(np.linalg.svd(scaled, compute_uv=False))
-    tolerance = max(scaled.shape) * np.finfo(float).eps * max(singular_values, default=0.0)
+    return _judged(parameters, scaled, z, residual(scaled.full(z)), data_jacobian(z),
+                   noise_known=noise_known, converged=converged)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _Scaled:
+    """The free parameters as z, in units of their steps about their prior means.
+
+    Parameters
+    ----------
+    free
+        Which parameters z stands for, shape (n,); it has n_free numbers.
+    centre
+        Prior means of all parameters, shape (n,).
+    steps
+        Of the free ones, shape (n_free,).
+    has_prior
+        Whether their prior is finite, shape (n_free,).
+    prior_rows
+        ``P₀^(−1/2)`` of those that have one, in units of the steps.
+    bounds
+        Lower and upper ones of z.
+    """
+
+    free: BoolArray
+    centre: FloatArray
+    steps: FloatArray
+    has_prior: BoolArray
+    prior_rows: FloatArray
+    bounds: tuple[FloatArray, FloatArray]
+
+    @classmethod
+    def of(cls, parameters: ParameterSet) -> _Scaled:
+        free, centre = parameters.free, parameters.values
+        chosen = [p for p in parameters if p.free]
+        steps, prior_sd, lower, upper = (
+            np.array([getattr(p, name) for p in chosen])
+            for name in ("step", "sd", "lower", "upper")
+        )
+        has_prior = np.isfinite(prior_sd)
+        prior_rows = np.diag(steps / prior_sd)[has_prior]
+        if parameters.correlation is not None:
+            known = parameters.correlation[np.ix_(free, free)][np.ix_(has_prior, has_prior)]
+            prior_rows = inverse_root(known) @ prior_rows
+        bounds = (lower - centre[free]) / steps, (upper - centre[free]) / steps
+        return cls(free, centre, steps, has_prior, prior_rows, bounds)
+
+    def full(self, z: FloatArray) -> FloatArray:
+        """All parameters, shape (n,)."""
+        theta = self.centre.copy()
+        theta[self.free] = self.centre[self.free] + self.steps * z
+        return theta
+
+    def steps_to(self, theta: FloatArray) -> FloatArray:
+        """The z that leads to all parameters (n,)."""
+        return np.asarray((theta - self.centre)[self.free] / self.steps)
+
+
+def _judged(
+    parameters: ParameterSet,
+    scaled: _Scaled,
+    z: FloatArray,
+    residuals: FloatArray,
+    jacobian: FloatArray,
+    *,
+    noise_known: bool,
+    converged: bool,
+) -> Fit:
+    """The fit at its solution z with covariance, rank and status; `jacobian` is by z."""
+    theta, free, steps = scaled.full(z), scaled.free, scaled.steps
+    singular_values: FloatArray = np.asarray(np.linalg.svd(jacobian, compute_uv=False))
+    tolerance = max(jacobian.shape) * np.finfo(float).eps * max(singular_values, default=0.0)
     rank = int(np.sum(singular_values > tolerance))
     dof = max(residuals.size - rank, 1)
     noise_factor = float(np.sqrt(residuals @ residuals / dof))
 
-    information = scaled.T @ scaled / (1.0 if noise_known else noise_factor**2)
-    information += prior_rows.T @ prior_rows
+    information = jacobian.T @ jacobian / (1.0 if noise_known else noise_factor**2)
+    information += scaled.prior_rows.T @ scaled.prior_rows
     free_cov = np.linalg.pinv(information, hermitian=True) * np.outer(steps, steps)
     covariance = np.zeros((len(parameters), len(parameters)))
     covariance[np.ix_(free, free)] = free_cov
-    unseen = _unseen(scaled, has_prior)
-    status = []
-    position = 0
-    for parameter, value in zip(parameters, theta, strict=True):
-        if not parameter.free:
-            status.append(Status.FIXED)
-            continue
-        width = steps[position]
-        learnt = np.sqrt(free_cov[position, position]) < PRIOR_KEPT_RATIO * parameter.sd
-        if min(value - parameter.lower, parameter.upper - value) <= _BOUND_TOLERANCE * width:
-            status.append(Status.AT_BOUND)
-        elif unseen[position] or not learnt:
-            status.append(Status.PRIOR_KEPT)
-        else:
-            status.append(Status.ESTIMATED)
-        position += 1
     return Fit(
         estimates=Estimates(
             parameters.names,
             tuple(p.unit for p in parameters),
             theta,
             covariance,
-            tuple(status),
+            _status(parameters, theta, np.sqrt(np.diag(free_cov)),
+                    _unseen(jacobian, scaled.has_prior)),
         ),
         residuals=residuals,
-        jacobian=scaled / steps,
+        jacobian=jacobian / steps,
         rank=rank,
         singular_values=singular_values,
         noise_factor=noise_factor,
         converged=converged,
-    )
+    )  # fmt: skip
 
 
-def _unseen(scaled_jacobian: FloatArray, has_prior: np.ndarray) -> np.ndarray:
+def _status(
+    parameters: ParameterSet, theta: FloatArray, sd: FloatArray, unseen: BoolArray
+) -> tuple[Status, ...]:
+    """What became of every parameter; `sd` and `unseen` are of the free ones."""
+    status = []
+    of_free = iter(zip(sd, unseen, strict=True))
+    for parameter, value in zip(parameters, theta, strict=True):
+        if not parameter.free:
+            status.append(Status.FIXED)
+            continue
+        own_sd, hidden = next(of_free)
+        margin = min(value - parameter.lower, parameter.upper - value)
+        if margin <= _BOUND_TOLERANCE * parameter.step:
+            status.append(Status.AT_BOUND)
+        elif hidden or not own_sd < PRIOR_KEPT_RATIO * parameter.sd:
+            status.append(Status.PRIOR_KEPT)
+        else:
+            status.append(Status.ESTIMATED)
+    return tuple(status)
+
+
+def _unseen(scaled_jacobian: FloatArray, has_prior: BoolArray) -> BoolArray:
     """Parameters without a prior that take part in a direction the data cannot see."""
     if has_prior.all():
         return ~has_prior

@@ -19,7 +19,7 @@ from footcal_cli.core.online.compiled import kalman_loops
 from footcal_cli.core.online.jumps import Jump, JumpBank
 from footcal_cli.core.online.noise import Guards as Guards
 from footcal_cli.core.online.noise import Noise as Noise
-from footcal_cli.core.online.passes import Found, Pass, open_biases, plain
+from footcal_cli.core.online.passes import Found, Given, Pass, open_biases
 from footcal_cli.core.online.rows import Rows
 from footcal_cli.core.online.tuned import spread
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
@@ -201,9 +201,8 @@ def run_settings(
     loops = kalman_loops() if fast else None
     if loops is not None:
         log_likelihood = loops.filter_settings(
-            mean, cov, *plain(rows, tuned), interval, opened, tuned.walk, tuned.slow,
-            tuned.slow_s, tuned.white, tuned.shared, huber, tuned.seen, states, values, momentary,
-        )  # fmt: skip
+            mean, cov, Given.of(rows, tuned), interval, opened, huber, states, values, momentary
+        )
         return log_likelihood, values * rows.prior_sd, momentary if tuned.seen.size else None
     log_likelihood = np.zeros(b)
     means, covs = np.zeros((b, s)), np.tile(cov, (b, 1, 1))

@@ -6,13 +6,38 @@ no compiler (`footcal_cli.core.online.loops`).
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from footcal_cli.core.online.loops import compiled
 
 _LOG_2PI = 1.8378770664093453
+
+
+class Room(NamedTuple):
+    """What one update works with, for at most k rows and s states.
+
+    `at` numbers its valid rows, `design` is their H (k, s); `nu`, `standard` and `variance` are ν,
+    z and the diagonal of S (k,); `total` becomes L (k, k), `weight` W (k, s).
+    """
+
+    at: Any
+    design: Any
+    nu: Any
+    standard: Any
+    variance: Any
+    total: Any
+    weight: Any
+
+
+@compiled
+def _room(k: int, s: int) -> Any:
+    """Room for updates of k rows and s states."""
+    return Room(
+        np.empty(k, np.int64), np.zeros((k, s)), np.empty(k), np.empty(k), np.empty(k),
+        np.empty((k, k)), np.empty((k, s)),
+    )  # fmt: skip
 
 
 @compiled
@@ -35,36 +60,34 @@ def _cholesky(a: Any, n: int) -> float:
 
 
 @compiled
-def _rows_at(
-    j: int, at: Any, rows: int, h: Any, fixed: Any, own_start: int, own: Any, own_scale: Any,
-    out: Any,
-) -> None:  # fmt: skip
+def _rows_at(j: int, rows: int, given: Any, room: Any) -> None:
     """H of the valid rows of update j, states of the correlated errors included."""
+    h, own_start, out = given.h, given.own_start, room.design
     p = h.shape[2]
     for i in range(rows):
-        r = at[i]
+        r = room.at[i]
         for m in range(p):
             out[i, m] = h[j, r, m]
-        for m in range(fixed.shape[1]):
-            out[i, p + m] = fixed[r, m]
+        for m in range(given.fixed.shape[1]):
+            out[i, p + m] = given.fixed[r, m]
         if own_start >= 0:
-            for m in range(own.size):
-                out[i, own_start + m] = h[j, r, own[m]] * own_scale[m]
+            for m in range(given.own.size):
+                out[i, own_start + m] = h[j, r, given.own[m]] * given.own_scale[m]
 
 
 @compiled
 def _innovate(
-    j: int, at: Any, rows: int, hh: Any, mean: Any, cov: Any, error: Any, white: Any, shared: Any,
-    h: Any, own: Any, own_scale: Any, stamps: Any, totals: int, huber: float, nu: Any, total: Any,
-    weight: Any, standard: Any, variance: Any,
-) -> float:  # fmt: skip
-    """Fill ν, L (in `total`), W, z and the variances of update j; ln det S."""
-    s = mean.size
+    j: int, rows: int, setting: int, given: Any, huber: float, mean: Any, cov: Any, room: Any
+) -> float:
+    """Fill ν, L, W, z and the variances of update j; ln det S."""
+    s, at, hh, total, weight = mean.size, room.at, room.design, room.total, room.weight
+    white, shared = given.white[setting], given.shared[setting]
+    h, own, own_scale, stamps = given.h, given.own, given.own_scale, given.stamps
     for i in range(rows):
-        value = error[j, at[i]]
+        value = given.error[j, at[i]]
         for m in range(s):
             value += hh[i, m] * mean[m]
-        nu[i] = -value
+        room.nu[i] = -value
         for n in range(s):
             weight[i, n] = 0.0
         for m in range(s):
@@ -84,34 +107,34 @@ def _innovate(
                 for m in range(own.size):
                     both += h[j, r, own[m]] * h[j, q, own[m]] * own_scale[m] * own_scale[m]
                 value += shared[0] * both
-            if stamps.shape[0] > 0 and r < totals and q < totals:
+            if stamps.shape[0] > 0 and r < given.totals and q < given.totals:
                 value += shared[1] * stamps[j, r] * stamps[j, q]
             if i == k:
                 value += white[r]
-                variance[i] = value
-                value = max(value, nu[i] * nu[i] / (huber * huber))
+                room.variance[i] = value
+                value = max(value, room.nu[i] * room.nu[i] / (huber * huber))
             total[i, k] = value
     log_det = _cholesky(total, rows)
     for i in range(rows):
-        value = nu[i]
+        value = room.nu[i]
         for m in range(i):
             factor = total[i, m]
-            value -= factor * standard[m]
+            value -= factor * room.standard[m]
             for n in range(s):
                 weight[i, n] -= factor * weight[m, n]
         scale = 1.0 / total[i, i]
-        standard[i] = value * scale
+        room.standard[i] = value * scale
         for n in range(s):
             weight[i, n] *= scale
     return log_det
 
 
 @compiled
-def _correct(mean: Any, cov: Any, weight: Any, standard: Any, rows: int) -> None:
+def _correct(mean: Any, cov: Any, rows: int, room: Any) -> None:
     """``x̂ + Wᵀ z`` and ``P − Wᵀ W`` in place."""
-    s = mean.size
+    s, weight = mean.size, room.weight
     for i in range(rows):
-        z = standard[i]
+        z = room.standard[i]
         for m in range(s):
             w = weight[i, m]
             mean[m] += w * z
@@ -156,20 +179,21 @@ def _taught(cov: Any, weight: Any, rows: int, p: int, before: Any, after: Any) -
 
 @compiled
 def filter_settings(
-    mean: Any, cov: Any, h: Any, error: Any, valid: Any, fixed: Any, own_start: int, own: Any,
-    own_scale: Any, stamps: Any, totals: int, interval: Any, opened: Any, walk: Any, slow: Any,
-    slow_s: Any, white: Any, shared: Any, huber: float, seen: Any, keep: bool, values: Any,
-    momentary: Any,
+    mean: Any, cov: Any, given: Any, interval: Any, opened: Any, huber: float, keep: bool,
+    values: Any, momentary: Any,
 ) -> Any:  # fmt: skip
-    """Filter a walk with B settings of the noise, one after another; ln likelihood of each."""
+    """Filter a walk with B settings of the noise, one after another; ln likelihood of each.
+
+    `given` is a `footcal_cli.core.online.passes.Given`; `values` and `momentary` are filled where
+    they are to be kept.
+    """
+    walk, slow = given.walk, given.slow
     b, p = walk.shape
-    u, k = error.shape
+    u, k = given.error.shape
     s = mean.size
     result = np.zeros(b)
     x, cx = np.empty(s), np.empty((s, s))
-    at, hh = np.empty(k, np.int64), np.zeros((k, s))
-    nu, standard, variance = np.empty(k), np.empty(k), np.empty(k)
-    total, weight = np.empty((k, k)), np.empty((k, s))
+    room = _room(k, s)
     decay, drive = np.ones(s), np.empty(s)
     for setting in range(b):
         x[:] = mean
@@ -181,98 +205,83 @@ def filter_settings(
             for m in range(p):
                 drive[m] = walk[setting, m] * interval[j] + opened[j, m]
             for e in range(s - p):
-                d = np.exp(-interval[j] / slow_s[setting, e])
+                d = np.exp(-interval[j] / given.slow_s[setting, e])
                 decay[p + e] = d
                 drive[p + e] = slow[setting, e] * (1.0 - d * d)
             _predict(x, cx, decay, drive)
-            rows = _valid_at(valid, j, at)
+            rows = _valid_at(given.valid, j, room.at)
             if rows > 0:
-                _rows_at(j, at, rows, h, fixed, own_start, own, own_scale, hh)
-                log_det = _innovate(
-                    j, at, rows, hh, x, cx, error, white[setting], shared[setting], h, own,
-                    own_scale, stamps, totals, huber, nu, total, weight, standard, variance,
-                )  # fmt: skip
+                _rows_at(j, rows, given, room)
+                log_det = _innovate(j, rows, setting, given, huber, x, cx, room)
                 nis = 0.0
                 for i in range(rows):
-                    nis += standard[i] * standard[i]
+                    nis += room.standard[i] * room.standard[i]
                 likelihood -= 0.5 * (nis + log_det + rows * _LOG_2PI)
-                _correct(x, cx, weight, standard, rows)
+                _correct(x, cx, rows, room)
             if keep:
                 for m in range(p):
                     values[j, setting, m] = x[m]
-                for m in range(seen.size):
-                    momentary[j, setting, m] = x[seen[m]]
+                for m in range(given.seen.size):
+                    momentary[j, setting, m] = x[given.seen[m]]
         result[setting] = likelihood
     return result
 
 
 @compiled
 def filter_walk(
-    mean: Any, cov: Any, h: Any, error: Any, valid: Any, fixed: Any, own_start: int, own: Any,
-    own_scale: Any, stamps: Any, totals: int, decays: Any, drives: Any, white: Any, shared: Any,
-    huber: float, least_gain: float, seen: Any, values: Any, variances: Any, momentary: Any,
-    nis: Any, gains: Any, innovation: Any, innovation_var: Any, used: Any, past_mean: Any,
-    past_cov: Any, ahead_mean: Any, ahead_cov: Any, biases: Any, response: Any, score: Any,
-    weighed: Any, onset: Any, unlearnt: Any, threshold: float, least: Any, wrong_prior: float,
-    found: Any,
+    mean: Any, cov: Any, given: Any, decays: Any, drives: Any, huber: float, least_gain: float,
+    found: Any, bank: Any,
 ) -> Any:  # fmt: skip
-    """Filter a walk with one setting; the bank of jumps along, where `biases` has any.
+    """Filter a walk with one setting; the bank of jumps along, where it has any biases.
 
-    `mean` and `cov` are left as after the last update. Returns ln likelihood and number of jumps.
+    `given`, `found` and `bank` are a `Given`, `Found` and `PlainBank` of
+    `footcal_cli.core.online.passes`; `mean` and `cov` are left as after the last update. Returns
+    ln likelihood and number of jumps.
     """
-    u, k = error.shape
-    s, p = mean.size, h.shape[2]
-    at, hh = np.empty(k, np.int64), np.zeros((k, s))
-    nu, standard, variance = np.empty(k), np.empty(k), np.empty(k)
-    total, weight = np.empty((k, k)), np.empty((k, s))
+    u, k = given.error.shape
+    s, p = mean.size, given.h.shape[2]
+    room = _room(k, s)
     before, after = np.empty((p, p)), np.empty((p, p))
     likelihood, jumps = 0.0, 0
-    history = past_mean.shape[0] > 0
+    history = found.past_mean.shape[0] > 0
     for j in range(u):
         _predict(mean, cov, decays[j], drives[j])
         if history:
-            ahead_mean[j] = mean
-            ahead_cov[j] = cov
-        rows = _valid_at(valid, j, at)
+            found.ahead_mean[j] = mean
+            found.ahead_cov[j] = cov
+        rows = _valid_at(given.valid, j, room.at)
         if rows > 0:
-            _rows_at(j, at, rows, h, fixed, own_start, own, own_scale, hh)
-            log_det = _innovate(
-                j, at, rows, hh, mean, cov, error, white, shared, h, own, own_scale, stamps,
-                totals, huber, nu, total, weight, standard, variance,
-            )  # fmt: skip
+            _rows_at(j, rows, given, room)
+            log_det = _innovate(j, rows, 0, given, huber, mean, cov, room)
             for i in range(rows):
-                innovation[j, at[i]] = nu[i]
-                innovation_var[j, at[i]] = variance[i]
-                nis[j] += standard[i] * standard[i]
-            likelihood -= 0.5 * (nis[j] + log_det + rows * _LOG_2PI)
-            gains[j] = _taught(cov, weight, rows, p, before, after)
-            if gains[j] > least_gain:
-                used[j] = True
-                _correct(mean, cov, weight, standard, rows)
-                if biases.size > 0:
-                    jumps = _jump(
-                        j, rows, hh, total, weight, standard, decays[j], mean, cov, biases,
-                        response, score, weighed, onset, unlearnt, threshold, least, wrong_prior,
-                        found, jumps,
-                    )  # fmt: skip
+                found.innovation[j, room.at[i]] = room.nu[i]
+                found.innovation_var[j, room.at[i]] = room.variance[i]
+                found.nis[j] += room.standard[i] * room.standard[i]
+            likelihood -= 0.5 * (found.nis[j] + log_det + rows * _LOG_2PI)
+            found.gain_nats[j] = _taught(cov, room.weight, rows, p, before, after)
+            if found.gain_nats[j] > least_gain:
+                found.used[j] = True
+                _correct(mean, cov, rows, room)
+                if bank.biases.size > 0:
+                    jumps = _jump(j, rows, decays[j], mean, cov, room, bank, jumps)
         for m in range(p):
-            values[j, m] = mean[m]
-            variances[j, m] = cov[m, m]
-        for m in range(seen.size):
-            momentary[j, m] = mean[seen[m]]
+            found.values[j, m] = mean[m]
+            found.variances[j, m] = cov[m, m]
+        for m in range(given.seen.size):
+            found.momentary[j, m] = mean[given.seen[m]]
         if history:
-            past_mean[j] = mean
-            past_cov[j] = cov
+            found.past_mean[j] = mean
+            found.past_cov[j] = cov
     return likelihood, jumps
 
 
 @compiled
 def _jump(
-    j: int, rows: int, hh: Any, chol: Any, weight: Any, standard: Any, decay: Any, mean: Any,
-    cov: Any, biases: Any, response: Any, score: Any, weighed: Any, onset: Any, unlearnt: Any,
-    threshold: float, least: Any, wrong_prior: float, found: Any, jumps: int,
-) -> int:  # fmt: skip
+    j: int, rows: int, decay: Any, mean: Any, cov: Any, room: Any, bank: Any, jumps: int
+) -> int:
     """`footcal_cli.core.online.jumps.JumpBank.update`; how many jumps have been found."""
+    biases, response, score, weighed = bank.biases, bank.response, bank.score, bank.information
+    weight, chol, standard = room.weight, room.total, room.standard
     s, size, count = response.shape
     slot = j % size
     for m in range(s):
@@ -285,12 +294,12 @@ def _jump(
         response[biases[c], slot, c] = 1.0
         score[slot, c] = 0.0
         weighed[slot, c] = 0.0
-        unlearnt[slot, c] = cov[biases[c], biases[c]]
+        bank.unlearnt[slot, c] = cov[biases[c], biases[c]]
         for i in range(rows):
-            unlearnt[slot, c] += weight[i, biases[c]] ** 2
-    onset[slot] = j
+            bank.unlearnt[slot, c] += weight[i, biases[c]] ** 2
+    bank.onset[slot] = j
     flat = response.reshape(s, size * count)
-    signature = np.dot(hh[:rows], flat)
+    signature = np.dot(room.design[:rows], flat)
     for i in range(rows):
         for m in range(i):
             factor = chol[i, m]
@@ -308,22 +317,22 @@ def _jump(
                 score[o, c] += standard[i] * value
                 weighed[o, c] += value * value
             evidence = score[o, c] * score[o, c] / max(weighed[o, c], 1e-12)
-            if abs(score[o, c]) < wrong_prior * unlearnt[o, c] * weighed[o, c]:
+            if abs(score[o, c]) < bank.wrong_prior * bank.unlearnt[o, c] * weighed[o, c]:
                 continue
             if evidence > best:
                 best, best_o, best_c = evidence, o, c
-    if best <= threshold:
+    if best <= bank.threshold:
         return jumps
     length = score[best_o, best_c] / weighed[best_o, best_c]
     spread = 1.0 / weighed[best_o, best_c]
-    if abs(length) < least[best_c] or jumps >= found.shape[0]:
+    if abs(length) < bank.least[best_c] or jumps >= bank.found.shape[0]:
         return jumps
-    found[jumps, 0] = best_c
-    found[jumps, 1] = onset[best_o]
-    found[jumps, 2] = j
-    found[jumps, 3] = length
-    found[jumps, 4] = spread
-    found[jumps, 5] = best
+    bank.found[jumps, 0] = best_c
+    bank.found[jumps, 1] = bank.onset[best_o]
+    bank.found[jumps, 2] = j
+    bank.found[jumps, 3] = length
+    bank.found[jumps, 4] = spread
+    bank.found[jumps, 5] = best
     for m in range(s):
         for n in range(s):
             cov[m, n] += response[m, best_o, best_c] * response[n, best_o, best_c] * spread

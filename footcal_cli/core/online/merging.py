@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -57,11 +58,9 @@ def merge_cells(
         Cell positions in each foot's frame, shape (cells, 2) each.
     """
     rule = rule or MergeRule()
-    at, clock, rate, whole = _sensor_rows(sensors)
-    readings = sensors.readings[at]
-    body_values, seen, body_clock = _body_on(body, sensors.time_s[at], rule)
-    good = whole & np.isfinite(readings).all(axis=1)
-    filtered = low_pass_stretches(readings, good, rate, rule.cutoff_hz, causal=rule.causal)
+    both = _Both.of(sensors, body, rule)
+    good, seen, rate, values = both.good, both.seen, both.rate_hz, both.body
+    filtered = low_pass_stretches(both.readings, good, rate, rule.cutoff_hz, causal=rule.causal)
     forces = belief.forces(filtered)
     edges = np.cumsum([0, *(len(cells) for cells in cells_foot_m)])
     per_foot = np.stack([forces[:, a:b].sum(axis=1) for a, b in pairwise(edges)], axis=1)
@@ -73,36 +72,25 @@ def merge_cells(
         contact = detect_contact(per_foot, weight, rate, rule.contact)
         hanging = airborne(contact)
     positions = [
-        points_in_world(body_values["feet_m"][:, f, :2], body_values["feet_yaw_rad"][:, f], cells)
+        points_in_world(values["feet_m"][:, f, :2], values["feet_yaw_rad"][:, f], cells)
         for f, cells in enumerate(cells_foot_m)
     ]
-    acceleration = np.linalg.norm(body_values["com_acc_mps2"], axis=1)
+    acceleration = np.linalg.norm(values["com_acc_mps2"], axis=1)
     doubtful = seen & (acceleration > rule.largest_acc_mps2)
     total = np.where(good, per_foot.sum(axis=1), 0.0)
-    validity = judge(
-        {
-            Reason.DROPOUT: ~(good & seen),
-            Reason.NO_CONTACT: good & (total < rule.min_force_n),
-            Reason.TRANSITION: np.isnan(contact).all(axis=1) & good,
-            Reason.LOW_IMU_CONFIDENCE: doubtful,
-        },
-        at.size,
-    )
-    n = at.size
-    known = _motion(body_values, len(cells_foot_m), mass_kg, gravity_mps2) | {
-        "com_acc_mps2": np.where(doubtful[:, None], np.nan, body_values["com_acc_mps2"]),
+    reasons = {
+        Reason.DROPOUT: ~(good & seen),
+        Reason.NO_CONTACT: good & (total < rule.min_force_n),
+        Reason.TRANSITION: np.isnan(contact).all(axis=1) & good,
+        Reason.LOW_IMU_CONFIDENCE: doubtful,
+    }
+    known = both.motion(len(cells_foot_m), mass_kg, gravity_mps2) | {
+        "com_acc_mps2": np.where(doubtful[:, None], np.nan, values["com_acc_mps2"]),
         "cell_pos_m": np.concatenate(positions, axis=1),
         "contact": contact,
         "airborne": hanging,
     }
-    usable = np.where((good & seen)[:, None], filtered, np.nan)
-    log = Log(
-        experiment, sensors.channels, sensors.time_s[at], usable, known, np.zeros(n, dtype=np.int64)
-    )
-    return Merged(
-        log, readings, validity, clock, body_clock, rate,
-        body_values.get("imu_acc_mps2"), body_values.get("imu_gyro_radps"),
-    )  # fmt: skip
+    return both.merged(experiment, filtered, good, known, reasons)
 
 
 def merge_six_axis(
@@ -134,28 +122,16 @@ def merge_six_axis(
             "six-axis feet need the orientation of the feet", column="left_foot_qw …",
             remedy="log the feet's quaternions or their yaw",
         )  # fmt: skip
-    at, clock, rate, whole = _sensor_rows(sensors)
-    readings = sensors.readings[at]
     hanging = np.stack(
         [
             place + turned @ com
             for (place, turned), com in zip(sensor_in_foot, com_below_m, strict=True)
         ]
     )
-    values, seen, body_clock = _body_on(body, sensors.time_s[at], rule, hanging)
-    good = whole & np.isfinite(readings).all(axis=1)
-    feet_rot = _orthonormal(values["feet_rot"])
-    rot = np.stack(
-        [feet_rot[:, k] @ turned for k, (_, turned) in enumerate(sensor_in_foot)], axis=1
-    )
-    pos = np.stack(
-        [
-            values["feet_m"][:, k] + feet_rot[:, k] @ place
-            for k, (place, _) in enumerate(sensor_in_foot)
-        ],
-        axis=1,
-    )
-    n, feet = at.size, len(sensor_in_foot)
+    both = _Both.of(sensors, body, rule, hanging)
+    good, rate = both.good, both.rate_hz
+    rot, pos = _transducers_in_world(both.body, sensor_in_foot)
+    n, feet = rot.shape[:2]
 
     def vertical_of(wrench: FloatArray) -> FloatArray:
         force = wrench.reshape(n, feet, 6)[..., :3]
@@ -163,55 +139,118 @@ def merge_six_axis(
 
     broken = np.zeros(n, dtype=bool)
     if not rule.causal:
-        spikes = flicker(vertical_of(readings), mass_kg * gravity_mps2, rate, rule.contact)
+        spikes = flicker(vertical_of(both.readings), mass_kg * gravity_mps2, rate, rule.contact)
         broken = spikes.any(axis=1) & good
     sound = good & ~broken
-    filtered = low_pass_stretches(readings, sound, rate, rule.cutoff_hz, causal=rule.causal)
+    filtered = low_pass_stretches(both.readings, sound, rate, rule.cutoff_hz, causal=rule.causal)
     vertical = vertical_of(np.where(sound[:, None], filtered, np.nan))
     contact = detect_contact(vertical, mass_kg * gravity_mps2, rate, rule.contact)
-    validity = judge(
-        {
-            Reason.DROPOUT: ~(good & seen),
-            Reason.OUTLIER: broken,
-            Reason.TRANSITION: np.isnan(contact).all(axis=1) & good,
-        },
-        n,
-    )
-    known = _motion(values, feet, mass_kg, gravity_mps2) | {
+    reasons = {
+        Reason.DROPOUT: ~(good & both.seen),
+        Reason.OUTLIER: broken,
+        Reason.TRANSITION: np.isnan(contact).all(axis=1) & good,
+    }
+    known = both.motion(feet, mass_kg, gravity_mps2) | {
         "contact": contact,
         "foot_rot_wt": rot,
         "foot_pos_m": pos,
         "foot_weight_n": np.tile(weight_below_n, (n, 1)),
         "foot_com_m": np.tile(com_below_m, (n, 1, 1)),
     }
-    usable = np.where((sound & seen)[:, None], filtered, np.nan)
-    log = Log(
-        experiment, sensors.channels, sensors.time_s[at], usable, known, np.zeros(n, dtype=np.int64)
-    )
-    return Merged(
-        log, readings, validity, clock, body_clock, rate,
-        values.get("imu_acc_mps2"), values.get("imu_gyro_radps"),
-    )  # fmt: skip
+    return both.merged(experiment, filtered, sound, known, reasons)
 
 
-def _motion(
-    values: Mapping[str, FloatArray], feet: int, mass_kg: float, gravity_mps2: float
-) -> dict[str, FloatArray]:
-    """What is known of any robot's motion on the sensors' clock (`Log.known`)."""
-    n = len(values["com_m"])
-    return {
-        "com_m": values["com_m"],
-        "com_acc_mps2": values["com_acc_mps2"],
-        "angmom_rate_nm": values["angmom_rate_nm"],
-        "mass_kg": np.full(n, mass_kg),
-        "gravity_mps2": np.full(n, gravity_mps2),
-        "foot_yaw_rad": values["feet_yaw_rad"],
-        "foot_acc_mps2": values["feet_acc_mps2"].reshape(n, feet, -1),
-    }
+def _transducers_in_world(
+    body: Mapping[str, FloatArray], sensor_in_foot: tuple[tuple[FloatArray, FloatArray], ...]
+) -> tuple[FloatArray, FloatArray]:
+    """Rotation (n, feet, 3, 3) and position (n, feet, 3) of each foot's transducer."""
+    feet_rot = _orthonormal(body["feet_rot"])
+    rot = [feet_rot[:, k] @ turned for k, (_, turned) in enumerate(sensor_in_foot)]
+    pos = [
+        body["feet_m"][:, k] + feet_rot[:, k] @ place for k, (place, _) in enumerate(sensor_in_foot)
+    ]
+    return np.stack(rot, axis=1), np.stack(pos, axis=1)
 
 
-def _sensor_rows(sensors: SensorStream) -> tuple[IntArray, Clock, float, BoolArray]:
-    """Rows kept, the clock, its rate, and which rows are not beside a gap."""
+@dataclass(frozen=True)
+class _Both:
+    """Sensors and body at the sensors' stamps that are kept.
+
+    Parameters
+    ----------
+    readings
+        As they were logged, shape (n, channels).
+    good, seen
+        Whether the readings, and the body's stream, are whole there, shape (n,).
+    body
+        Values of the body's stream by name, n rows each.
+    """
+
+    sensors: SensorStream
+    at: IntArray
+    readings: FloatArray
+    good: BoolArray
+    seen: BoolArray
+    body: Mapping[str, FloatArray]
+    clock: Clock
+    body_clock: Clock
+
+    @classmethod
+    def of(
+        cls,
+        sensors: SensorStream,
+        body: BodyStream,
+        rule: MergeRule,
+        moved_m: FloatArray | None = None,
+    ) -> _Both:
+        """Both streams at the sensors' stamps; `moved_m` as in `_body_on`."""
+        at, clock, whole = _sensor_rows(sensors)
+        readings = sensors.readings[at]
+        values, seen, body_clock = _body_on(body, sensors.time_s[at], rule, moved_m)
+        good = whole & np.isfinite(readings).all(axis=1)
+        return cls(sensors, at, readings, good, seen, values, clock, body_clock)
+
+    @property
+    def rate_hz(self) -> float:
+        """Of the sensors."""
+        return 1.0 / self.clock.period_s
+
+    def motion(self, feet: int, mass_kg: float, gravity_mps2: float) -> dict[str, FloatArray]:
+        """What is known of any robot's motion (`Log.known`)."""
+        n, values = self.at.size, self.body
+        return {
+            "com_m": values["com_m"],
+            "com_acc_mps2": values["com_acc_mps2"],
+            "angmom_rate_nm": values["angmom_rate_nm"],
+            "mass_kg": np.full(n, mass_kg),
+            "gravity_mps2": np.full(n, gravity_mps2),
+            "foot_yaw_rad": values["feet_yaw_rad"],
+            "foot_acc_mps2": values["feet_acc_mps2"].reshape(n, feet, -1),
+        }
+
+    def merged(
+        self,
+        experiment: str,
+        filtered: FloatArray,
+        sound: BoolArray,
+        known: dict[str, FloatArray],
+        reasons: Mapping[Reason, BoolArray],
+    ) -> Merged:
+        """The log of filtered readings, those that are not sound left out."""
+        n = self.at.size
+        usable = np.where((sound & self.seen)[:, None], filtered, np.nan)
+        block = np.zeros(n, dtype=np.int64)
+        log = Log(
+            experiment, self.sensors.channels, self.sensors.time_s[self.at], usable, known, block
+        )
+        return Merged(
+            log, self.readings, judge(reasons, n), self.clock, self.body_clock, self.rate_hz,
+            self.body.get("imu_acc_mps2"), self.body.get("imu_gyro_radps"),
+        )  # fmt: skip
+
+
+def _sensor_rows(sensors: SensorStream) -> tuple[IntArray, Clock, BoolArray]:
+    """Rows kept, the clock, and which rows are not beside a gap."""
     clock = check_clock(sensors.time_s)
     if clock.keep.size < 4:
         raise DataError(
@@ -223,7 +262,7 @@ def _sensor_rows(sensors: SensorStream) -> tuple[IntArray, Clock, float, BoolArr
     broken = np.flatnonzero(np.diff(time_s) > _CELL_GAP_PERIODS * clock.period_s)
     # the row after a gap starts a new stretch: leave it out so that filters do not reach across
     whole[broken + 1] = False
-    return clock.keep, clock, 1.0 / clock.period_s, whole
+    return clock.keep, clock, whole
 
 
 def _body_on(

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from types import ModuleType
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from footcal_cli.core.online.jumps import WRONG_PRIOR, Jump, JumpBank
 from footcal_cli.core.online.noise import Guards, Noise
 from footcal_cli.core.online.rows import Rows
 from footcal_cli.core.online.tuned import Tuned, spread
-from footcal_cli.core.parameters import BoolArray, FloatArray
+from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
 
 @dataclass
@@ -74,19 +75,15 @@ class Pass:
     ) -> Found:
         """Filter all its updates from its state on."""
         u, k = rows.error.shape
-        p, s, tuned = len(rows.names), self.mean.size, self.tuned
-        found = Found.empty(u, k, p, tuned.seen.size, s if keep_history else 0)
-        run = (rows, tuned, guards, self.mean, self.cov, self.decay, self.drive, bank, found)
+        p, s = len(rows.names), self.mean.size
+        found = Found.empty(u, k, p, self.tuned.seen.size, s if keep_history else 0)
         loops = kalman_loops() if fast else None
         if loops is None:
-            _by_arrays(*run)
-        else:
-            _by_loops(loops, *run)
-        return found
+            return _by_arrays(self, rows, guards, bank, found)
+        return _by_loops(loops, self, rows, guards, bank, found)
 
 
-@dataclass
-class Found:
+class Found(NamedTuple):
     """What a filter fills while it runs, in units of the prior sd."""
 
     values: FloatArray
@@ -112,8 +109,8 @@ class Found:
         )  # fmt: skip
         whole = {name: np.concatenate([getattr(one, name) for one in pieces]) for name in names}
         no_history = cls.empty(0, 0, 0, 0, 0)
-        return replace(
-            no_history, **whole, log_likelihood=sum(one.log_likelihood for one in pieces)
+        return no_history._replace(
+            **whole, log_likelihood=sum(one.log_likelihood for one in pieces)
         )
 
     @classmethod
@@ -129,13 +126,12 @@ class Found:
 
 
 def _by_arrays(
-    rows: Rows, tuned: Tuned, guards: Guards, mean: FloatArray, cov: FloatArray,
-    decay: FloatArray, drive: FloatArray, bank: JumpBank | None, found: Found,
-) -> None:  # fmt: skip
-    """Fill `found` update by update; `mean` and `cov` are left as after the last one."""
-    p = len(rows.names)
+    begun: Pass, rows: Rows, guards: Guards, bank: JumpBank | None, found: Found
+) -> Found:
+    """Fill `found` update by update; mean and covariance are left as after the last one."""
+    p, tuned, mean, cov, log_likelihood = len(rows.names), begun.tuned, begun.mean, begun.cov, 0.0
     for j in range(len(rows)):
-        mean[:], cov[:] = predict(mean, cov, decay[j], drive[j])
+        mean[:], cov[:] = predict(mean, cov, begun.decay[j], begun.drive[j])
         if found.past_mean.size:
             found.ahead_mean[j], found.ahead_cov[j] = mean, cov
         at = np.flatnonzero(rows.valid[j])
@@ -145,56 +141,106 @@ def _by_arrays(
             seen = innovate(cov, h, nu, tuned.noise(j, rows.h[j], at)[0], guards.huber)
             found.innovation[j, at], found.innovation_var[j, at] = nu, seen.variance
             found.nis[j] = seen.nis
-            found.log_likelihood += float(seen.log_likelihood)
+            log_likelihood += float(seen.log_likelihood)
             # what it teaches about z alone; one that teaches nothing changes nothing
             found.gain_nats[j] = information(cov[:p, :p], seen.weight[:, :p])
             if found.gain_nats[j] > guards.least_gain_nats:
                 found.used[j] = True
                 mean[:], cov[:] = correct(mean, cov, seen)
                 if bank is not None:
-                    mean[:], cov[:] = bank.update(j, h, seen, decay[j], mean, cov)
+                    mean[:], cov[:] = bank.update(j, h, seen, begun.decay[j], mean, cov)
         found.values[j], found.momentary[j] = mean[:p], mean[tuned.seen]
         found.variances[j] = np.diagonal(cov)[:p]
         if found.past_mean.size:
             found.past_mean[j], found.past_cov[j] = mean, cov
+    return found._replace(log_likelihood=log_likelihood)
 
 
 def _by_loops(
-    loops: ModuleType, rows: Rows, tuned: Tuned, guards: Guards, mean: FloatArray, cov: FloatArray,
-    decay: FloatArray, drive: FloatArray, bank: JumpBank | None, found: Found,
-) -> None:  # fmt: skip
+    loops: ModuleType, begun: Pass, rows: Rows, guards: Guards, bank: JumpBank | None, found: Found
+) -> Found:
     """As `_by_arrays`, compiled."""
-    none = np.zeros((1, 1))
-    most = np.zeros((len(rows) if bank is not None else 0, 6))
-    found.log_likelihood, jumps = loops.filter_walk(
-        mean, cov, *plain(rows, tuned), decay, drive, tuned.white[0], tuned.shared[0],
-        guards.huber, guards.least_gain_nats, tuned.seen, found.values, found.variances,
-        found.momentary, found.nis, found.gain_nats, found.innovation, found.innovation_var,
-        found.used, found.past_mean, found.past_cov, found.ahead_mean, found.ahead_cov,
-        np.zeros(0, dtype=np.int64) if bank is None else bank.biases,
-        np.zeros((1, 1, 1)) if bank is None else bank.response,
-        none if bank is None else bank.score,
-        none if bank is None else bank.information,
-        np.zeros(1, dtype=np.int64) if bank is None else bank.onset,
-        none if bank is None else bank.unlearnt,
-        np.inf if bank is None else bank.threshold,
-        np.zeros(1) if bank is None else bank.least / rows.prior_sd[bank.biases],
-        WRONG_PRIOR,
-        most,
+    jumping = PlainBank.of(bank, rows)
+    log_likelihood, jumps = loops.filter_walk(
+        begun.mean, begun.cov, Given.of(rows, begun.tuned), begun.decay, begun.drive, guards.huber,
+        guards.least_gain_nats, found, jumping,
     )  # fmt: skip
-    if bank is not None:
-        for which, onset, proof, size, variance, evidence in most[:jumps]:
-            bank.believe(int(which), int(onset), int(proof), size, variance, evidence)
+    for which, onset, proof, size, variance, evidence in jumping.found[:jumps]:
+        assert bank is not None, "no other finds jumps"
+        bank.believe(int(which), int(onset), int(proof), size, variance, evidence)
+    return found._replace(log_likelihood=float(log_likelihood))
 
 
-def plain(rows: Rows, tuned: Tuned) -> tuple[object, ...]:
-    """The rows as the loops take them."""
-    return (
-        np.ascontiguousarray(rows.h), np.ascontiguousarray(rows.error),
-        np.ascontiguousarray(rows.valid), tuned.fixed, tuned.own_start,
-        tuned.own.astype(np.int64), tuned.own_scale, np.ascontiguousarray(tuned.stamps),
-        rows.totals,
-    )  # fmt: skip
+class Given(NamedTuple):
+    """Rows and the noise of B settings as the loops take them; names as in `Rows` and `Tuned`."""
+
+    h: FloatArray
+    error: FloatArray
+    valid: BoolArray
+    totals: int
+    fixed: FloatArray
+    own_start: int
+    own: IntArray
+    own_scale: FloatArray
+    stamps: FloatArray
+    seen: IntArray
+    walk: FloatArray
+    slow: FloatArray
+    slow_s: FloatArray
+    white: FloatArray
+    shared: FloatArray
+
+    @classmethod
+    def of(cls, rows: Rows, tuned: Tuned) -> Given:
+        """Every array in one piece, so that one machine code serves all."""
+        arrays = {
+            name: np.ascontiguousarray(getattr(tuned, name))
+            for name in (
+                "fixed",
+                "own_scale",
+                "stamps",
+                "walk",
+                "slow",
+                "slow_s",
+                "white",
+                "shared",
+            )
+        }
+        return cls(
+            np.ascontiguousarray(rows.h), np.ascontiguousarray(rows.error),
+            np.ascontiguousarray(rows.valid), rows.totals, own_start=tuned.own_start,
+            own=tuned.own.astype(np.int64), seen=tuned.seen.astype(np.int64), **arrays,
+        )  # fmt: skip
+
+
+class PlainBank(NamedTuple):
+    """A `JumpBank` as the loops take it, and room for what they find; empty without one."""
+
+    biases: IntArray
+    response: FloatArray
+    score: FloatArray
+    information: FloatArray
+    onset: IntArray
+    unlearnt: FloatArray
+    threshold: float
+    least: FloatArray
+    wrong_prior: float
+    found: FloatArray
+
+    @classmethod
+    def of(cls, bank: JumpBank | None, rows: Rows) -> PlainBank:
+        """With `JumpBank.least` in units of the prior sd; one row per jump in `found`."""
+        if bank is None:
+            none, nobody = np.zeros((1, 1)), np.zeros(0, dtype=np.int64)
+            return cls(
+                nobody, np.zeros((1, 1, 1)), none, none, np.zeros(1, dtype=np.int64), none, np.inf,
+                np.zeros(1), WRONG_PRIOR, np.zeros((0, 6)),
+            )  # fmt: skip
+        return cls(
+            bank.biases, bank.response, bank.score, bank.information, bank.onset, bank.unlearnt,
+            bank.threshold, bank.least / rows.prior_sd[bank.biases], WRONG_PRIOR,
+            np.zeros((len(rows), 6)),
+        )  # fmt: skip
 
 
 def open_biases(drive: FloatArray, rows: Rows, jumps: Sequence[Jump]) -> None:

@@ -166,25 +166,7 @@ def cell_rows(
     sd = {name: spec[1] for name, spec in REFERENCE_STATES.items()} | dict(state_sd or {})
     feet = walk.feet_of(log) if plate and swing else ()
     c = len(log.channels)
-    names = (
-        *(f"{name}.gain" for name in log.channels),
-        *(f"{name}.bias" for name in log.channels),
-        *states,
-        *(f"{foot}.{PLATE_STATE}" for foot in feet),
-    )
-    units = ("-",) * c + ("N",) * c + tuple(REFERENCE_STATES[s][0] for s in states)
-    prior_sd = np.concatenate(
-        [
-            belief.gain_sd,
-            belief.bias_sd_n,
-            [sd[name] for name in states],
-            [sd.get(PLATE_STATE, PLATE_SD_N)] * len(feet),
-        ]
-    )
-    correlation = np.eye(len(names))
-    correlation[: 2 * c, : 2 * c] = belief.covariance / np.outer(
-        prior_sd[: 2 * c], prior_sd[: 2 * c]
-    )
+    names, units, prior_sd, correlation = _unknowns(log.channels, belief, states, feet, sd)
     reference = walk.reference_of(log, static=static)
     slopes = {"robot.delay": _slope(log.time_s, reference)} | {
         name: _changed(name, sd[name], log, belief, static=static)
@@ -213,7 +195,7 @@ def cell_rows(
     return Rows(
         time_s=log.time_s[last],
         names=names,
-        units=units + ("N",) * len(feet),
+        units=units,
         prior_sd=prior_sd,
         prior_correlation=correlation,
         outputs=(*walk.CELL_TOTALS, *log.channels),
@@ -226,6 +208,32 @@ def cell_rows(
         per_stamp_s=np.concatenate([p[0][:, : len(walk.CELL_TOTALS), -1] for p in parts]),
         own=np.arange(c, 2 * c),
     )
+
+
+def _unknowns(
+    channels: Sequence[str],
+    belief: Belief,
+    states: Sequence[str],
+    feet: Sequence[str],
+    sd: Mapping[str, float],
+) -> tuple[tuple[str, ...], tuple[str, ...], FloatArray, FloatArray]:
+    """Names, units, prior sd (p,) and prior correlation (p, p) of the unknowns z."""
+    c = len(channels)
+    names = (
+        *(f"{name}.gain" for name in channels),
+        *(f"{name}.bias" for name in channels),
+        *states,
+        *(f"{foot}.{PLATE_STATE}" for foot in feet),
+    )
+    units = ("-",) * c + ("N",) * c + tuple(REFERENCE_STATES[s][0] for s in states)
+    plates = [sd.get(PLATE_STATE, PLATE_SD_N)] * len(feet)
+    prior_sd = np.concatenate(
+        [belief.gain_sd, belief.bias_sd_n, [sd[name] for name in states], plates]
+    )
+    correlation = np.eye(len(names))
+    own = prior_sd[: 2 * c]
+    correlation[: 2 * c, : 2 * c] = belief.covariance / np.outer(own, own)
+    return names, units + ("N",) * len(feet), prior_sd, correlation
 
 
 def hanging_of(log: Log) -> FloatArray:

@@ -7,7 +7,7 @@ drifting cell or as nervous as the paper's window.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -103,16 +103,13 @@ def learn_noise(
     rows = rows.chosen(spread_stretches(len(rows)))
     if rows.per_stamp_s is None:
         learnt = [name for name in learnt if name != "jitter_s"]
-    names = [f.name for f in fields(Noise)]
-    at = np.array([names.index(name) for name in learnt])
+    field_names = [f.name for f in fields(Noise)]
+    lasting = np.array([name in _CORRELATION_TIMES for name in learnt], dtype=bool)
+    at = np.array([field_names.index(name) for name in learnt])
     with np.errstate(divide="ignore"):
         origin = np.log(start.stacked()[0])
-    point = origin.copy()
-    prior_sd = np.array(
-        [_PRIOR_SD_LOG_TIME if name in _CORRELATION_TIMES else _PRIOR_SD_LOG for name in learnt]
-    )
-    furthest = np.array([_LONGEST if n in _CORRELATION_TIMES else _FURTHEST for n in learnt])
-    step = np.full(at.size, _FIRST_STEP)
+    prior_sd = np.where(lasting, _PRIOR_SD_LOG_TIME, _PRIOR_SD_LOG)
+    furthest = np.where(lasting, _LONGEST, _FURTHEST)
 
     def within(points: FloatArray) -> FloatArray:
         points = points.copy()
@@ -127,8 +124,38 @@ def learn_noise(
         moved = (points[:, at] - origin[at]) / prior_sd
         return np.asarray(likelihood - 0.5 * np.sum(moved**2, axis=1))
 
+    point, first, best, curvature = _climbed(score, origin, at, 1.0 / prior_sd**2, rounds)
+    point = within(point[None])[0]
+    sd_log = 1.0 / np.sqrt(curvature)
+    # the mean of a walk's variance, not its mode: exp(2 s²) for a log-normal amplitude. A walk too
+    # small is blind to drift and sure of itself
+    walks = np.array([name.endswith(("_walk", "_walk_n")) for name in learnt], dtype=bool)
+    point[at[walks]] += np.minimum(sd_log[walks], 1.0) ** 2
+    return Tuning(Noise.of(np.exp(point)), (first, best), sd_log, tuple(learnt))
+
+
+def _climbed(
+    score: Callable[[FloatArray], FloatArray],
+    origin: FloatArray,
+    at: IntArray,
+    least: FloatArray,
+    rounds: int,
+) -> tuple[FloatArray, float, float, FloatArray]:
+    """The highest point found, the score of the origin and its own, and the curvature there.
+
+    Parameters
+    ----------
+    score
+        Of points, shape (trials, fields) to (trials,).
+    at
+        Coordinates that move, shape (learnt,).
+    least
+        Curvature of the prior, shape (learnt,).
+    """
+    point, curvature = origin.copy(), least
     first = best = float(score(point[None])[0])
-    curvature = 1.0 / prior_sd**2
+    step = np.full(at.size, _FIRST_STEP)
+    shares = np.array([1.0, 0.6, 0.3, 0.1])
     for _ in range(rounds):
         trials = np.tile(point, (2 * at.size, 1))
         trials[np.arange(at.size), at] += step
@@ -136,9 +163,8 @@ def learn_noise(
         scores = score(trials)
         up, down = scores[: at.size], scores[at.size :]
         slope = (up - down) / (2 * step)
-        curvature = np.maximum((2 * best - up - down) / step**2, 1.0 / prior_sd**2)
+        curvature = np.maximum((2 * best - up - down) / step**2, least)
         move = np.clip(slope / curvature, -_LARGEST_STEP, _LARGEST_STEP)
-        shares = np.array([1.0, 0.6, 0.3, 0.1])
         candidates = np.tile(point, (shares.size, 1))
         candidates[:, at] += shares[:, None] * move
         pool = np.concatenate([candidates, trials])
@@ -150,10 +176,4 @@ def learn_noise(
         step = np.clip(1.0 / np.sqrt(curvature), 0.1, _FIRST_STEP)
         if gained < 0.2:
             break
-    point = within(point[None])[0]
-    sd_log = 1.0 / np.sqrt(curvature)
-    # the mean of a walk's variance, not its mode: exp(2 s²) for a log-normal amplitude. A walk too
-    # small is blind to drift and sure of itself
-    walks = np.array([name.endswith(("_walk", "_walk_n")) for name in learnt], dtype=bool)
-    point[at[walks]] += np.minimum(sd_log[walks], 1.0) ** 2
-    return Tuning(Noise.of(np.exp(point)), (first, best), sd_log, tuple(learnt))
+    return point, first, best, curvature

@@ -16,8 +16,7 @@ from footcal_cli.core.pose.data import PoseData, PoseSummary, summarise
 from footcal_cli.core.pose.hanging import LegKnowledge
 from footcal_cli.core.pose.joint import PoseFit, fit_pose, misfit_of_poses
 from footcal_cli.core.pose.problem import PoseOptions
-from footcal_cli.core.quality import Finding
-from footcal_cli.core.turned import (
+from footcal_cli.core.pose.turned import (
     CLEARLY,
     MUCH_BETTER,
     ROUGH_STEPS,
@@ -27,6 +26,7 @@ from footcal_cli.core.turned import (
     turned_when_standing,
     words_of,
 )
+from footcal_cli.core.quality import Finding
 
 TURNED_NOISE = 3.0
 """A turned transducer leaves 5 to 50 times the noise of a pose: nearer to it, none is looked for,

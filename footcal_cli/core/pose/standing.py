@@ -108,33 +108,8 @@ def fit_offsets(
     poses, legs = data.wrench_t.shape[:2]
     unknowns = 6 * legs
     lifted = data.contact == 0.0
-    each = wrench_transform(robot.rot_bt, robot.arm_b_m)
-    joined = np.moveaxis(each, 0, 1).reshape(6, unknowns)
-
-    gravity_t = np.einsum("kji,pj->pki", robot.rot_bt, data.gravity_b)
-    weight_t = robot.leg_weight_n[:, None] * gravity_t
-    hanging = np.concatenate([weight_t, np.cross(robot.leg_com_t_m, weight_t)], axis=-1)
-
-    # Lifted legs' noise is in the balance too: the balance is taken over the standing legs only,
-    # with the lifted legs' true wrench in place of their reading.
-    information = np.zeros((unknowns, unknowns))
-    vector = np.zeros(unknowns)
-    chassis = np.concatenate([robot.chassis_weight_n * data.gravity_b, np.zeros((poses, 3))], 1)
-    pattern, group = np.unique(lifted, axis=0, return_inverse=True)
-    squares = 0.0
-    for i, up in enumerate(pattern):
-        rows = np.flatnonzero(group.ravel() == i)
-        if up.all():
-            continue
-        block = joined * np.repeat(~up, 6)
-        shown = np.where(up[:, None], hanging[rows], data.wrench_t[rows]).reshape(rows.size, -1)
-        demand = shown @ joined.T + chassis[rows]
-        spread = (block * np.square(noise_sd).ravel()) @ block.T
-        root = inverse_root(spread)
-        slope, target = root @ block, demand @ root.T
-        information += rows.size * slope.T @ slope
-        vector += slope.T @ target.sum(axis=0)
-        squares += float(np.sum(target**2))
+    hanging = _hanging_wrench(data, robot)
+    information, vector, squares = _balance_products(data, robot, noise_sd, hanging)
     own = (data.wrench_t - hanging) * lifted[..., None]
     weights = 1.0 / np.square(noise_sd)
     count = lifted.sum(axis=0).astype(float)
@@ -167,6 +142,44 @@ def fit_offsets(
         noise_factor,
         _words(data.geometry.legs, count, rank, unknowns, poses, needed, wanted_sd),
     )
+
+
+def _hanging_wrench(data: PoseData, robot: StandingRobot) -> FloatArray:
+    """What each leg's own weight does to its transducer in every pose, shape (P, K, 6)."""
+    gravity_t = np.einsum("kji,pj->pki", robot.rot_bt, data.gravity_b)
+    weight_t = robot.leg_weight_n[:, None] * gravity_t
+    return np.concatenate([weight_t, np.cross(robot.leg_com_t_m, weight_t)], axis=-1)
+
+
+def _balance_products(
+    data: PoseData, robot: StandingRobot, noise_sd: FloatArray, hanging: FloatArray
+) -> tuple[FloatArray, FloatArray, float]:
+    """``AᵀA, Aᵀb, bᵀb`` of all poses' chassis balances, whitened: (6 K, 6 K), (6 K,), number.
+
+    Lifted legs' noise is in the balance too: the balance is taken over the standing legs only,
+    with the lifted legs' true wrench in place of their reading.
+    """
+    poses, legs = data.wrench_t.shape[:2]
+    unknowns = 6 * legs
+    each = wrench_transform(robot.rot_bt, robot.arm_b_m)
+    joined = np.moveaxis(each, 0, 1).reshape(6, unknowns)
+    information, vector, squares = np.zeros((unknowns, unknowns)), np.zeros(unknowns), 0.0
+    chassis = np.concatenate([robot.chassis_weight_n * data.gravity_b, np.zeros((poses, 3))], 1)
+    pattern, group = np.unique(data.contact == 0.0, axis=0, return_inverse=True)
+    for i, up in enumerate(pattern):
+        rows = np.flatnonzero(group.ravel() == i)
+        if up.all():
+            continue
+        block = joined * np.repeat(~up, 6)
+        shown = np.where(up[:, None], hanging[rows], data.wrench_t[rows]).reshape(rows.size, -1)
+        demand = shown @ joined.T + chassis[rows]
+        spread = (block * np.square(noise_sd).ravel()) @ block.T
+        root = inverse_root(spread)
+        slope, target = root @ block, demand @ root.T
+        information += rows.size * slope.T @ slope
+        vector += slope.T @ target.sum(axis=0)
+        squares += float(np.sum(target**2))
+    return information, vector, squares
 
 
 def _poses_needed(sd: FloatArray, poses: int, wanted_sd: tuple[float, float]) -> int:

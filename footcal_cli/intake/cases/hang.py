@@ -16,7 +16,7 @@ from footcal_cli.core.hang.runs import blocked
 from footcal_cli.core.inference.case import Case
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import Parameter, ParameterSet
-from footcal_cli.core.turned import hanging_axes
+from footcal_cli.core.pose.turned import hanging_axes
 from footcal_cli.intake.cases.shared import CaseRead, baseline_of, chain_of, needs_time, of_cells
 from footcal_cli.intake.hang import hang_options, leg_logs
 from footcal_cli.recipe.options import DiagnoseOptions, HangCalibOptions

@@ -65,7 +65,7 @@ def outcome_of(
     rejected
         Poses by reason.
     """
-    data, fit, names = study.data, study.fit, study.data.geometry.legs
+    data, fit = study.data, study.fit
     calibration = Mounted(fit.rot_bt, fit.arm_b_m).feet(data, fit.mounting.offset, study.legs)
     com = robot_com_b_m(calibration, data, calibration.leg_weight_n / data.robot_weight_n)
     contradicted = departures(fit, study.legs, data.robot_weight_n)
@@ -73,49 +73,7 @@ def outcome_of(
     return Outcome(
         title=f"Standing calibration of {robot}",
         verdict=verdict(study, stages, contradicted),
-        pictures=(
-            Picture(
-                "balance",
-                lambda: plots.plot_balance(
-                    {name: in_floating_base(data, e, com) for name, e in stages.items()}
-                ),
-                "Sum of the ground's wrenches on all feet minus the robot's weight, in the "
-                "floating base about the robot's CoM: zero if every transducer is "
-                "right. Before: tare in the air, nominal mounting (compare Wu & Revzen, Figs. "
-                "2 and 6).",
-                title="Sum of all foot wrenches against the robot's weight",
-                result="RMS of the sum of forces: "
-                + " N before, ".join(
-                    number(root_mean_square(stages[stage][:, :3]), 2)
-                    for stage in ("before", "after")
-                )
-                + " N now.",
-            ),
-            Picture(
-                "mounting",
-                lambda: plots.plot_mounting(fit),
-                "The robot from above: nominal hips (squares), calibrated hips with 95 % "
-                "ellipses and axes, errors drawn larger than life.",
-                title="Nominal and calibrated hips, from above",
-                result=lambda: _largest_errors(fit),
-            ),
-            Picture(
-                "legs_and_poses",
-                lambda: plots.plot_leg_map(study.mapped, names),
-                "Residual that each leg's own readings predict, pose by pose: a row that "
-                "lights up is a leg with a wrong gain, a twisted axis or a dead channel.",
-                title="Residual predicted by each leg, pose by pose",
-                result=lambda: _largest_share(study.mapped, names),
-            ),
-            Picture(
-                "coverage",
-                lambda: plots.plot_coverage(data),
-                "Which shaft angles and body tilts the poses cover: yaw and height of the "
-                "mounting are only seen where the body tilts.",
-                title="Shaft angles and body tilts covered by the poses",
-                result=lambda: _covered(data),
-            ),
-        ),
+        pictures=_pictures(study, stages, com),
         sheets=(
             mounting_sheet(fit),
             candidate_sheet(study.candidates),
@@ -133,6 +91,55 @@ def outcome_of(
         },
         usable=fit.converged,
     )  # fmt: skip
+
+
+def _pictures(
+    study: MountingStudy, stages: Mapping[str, FloatArray], com: FloatArray
+) -> tuple[Picture, ...]:
+    """Figures of the mounting; `com` is the robot's CoM in the floating base, shape (P, 3)."""
+    data, fit, names = study.data, study.fit, study.data.geometry.legs
+    return (
+        Picture(
+            "balance",
+            lambda: plots.plot_balance(
+                {name: in_floating_base(data, e, com) for name, e in stages.items()}
+            ),
+            "Sum of the ground's wrenches on all feet minus the robot's weight, in the "
+            "floating base about the robot's CoM: zero if every transducer is "
+            "right. Before: tare in the air, nominal mounting (compare Wu & Revzen, Figs. "
+            "2 and 6).",
+            title="Sum of all foot wrenches against the robot's weight",
+            result="RMS of the sum of forces: "
+            + " N before, ".join(
+                number(root_mean_square(stages[stage][:, :3]), 2) for stage in ("before", "after")
+            )
+            + " N now.",
+        ),
+        Picture(
+            "mounting",
+            lambda: plots.plot_mounting(fit),
+            "The robot from above: nominal hips (squares), calibrated hips with 95 % "
+            "ellipses and axes, errors drawn larger than life.",
+            title="Nominal and calibrated hips, from above",
+            result=lambda: _largest_errors(fit),
+        ),
+        Picture(
+            "legs_and_poses",
+            lambda: plots.plot_leg_map(study.mapped, names),
+            "Residual that each leg's own readings predict, pose by pose: a row that "
+            "lights up is a leg with a wrong gain, a twisted axis or a dead channel.",
+            title="Residual predicted by each leg, pose by pose",
+            result=lambda: _largest_share(study.mapped, names),
+        ),
+        Picture(
+            "coverage",
+            lambda: plots.plot_coverage(data),
+            "Which shaft angles and body tilts the poses cover: yaw and height of the "
+            "mounting are only seen where the body tilts.",
+            title="Shaft angles and body tilts covered by the poses",
+            result=lambda: _covered(data),
+        ),
+    )
 
 
 def _largest_errors(fit: PoseFit) -> str:
