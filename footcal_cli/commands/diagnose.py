@@ -108,6 +108,8 @@ def _single(session: Session[DiagnoseOptions], groups: Sequence[Group], rules: R
             reproduce=request.command_line,
             kept=(request.out / "parameters_extended.json").as_posix(),
         )  # fmt: skip
+    if not read.extends:
+        return outcome
     record = extended(session, baseline_of(session), read.case, found, moved)
     return replace(outcome, records={**outcome.records, "parameters_extended.json": record})
 

@@ -62,7 +62,7 @@ def excel_two_tables_side_by_side(to: Path, rng: Rng) -> Made:
     body = [f"{k:g};{x:.0f};;{k:g};{y:.0f}".replace(".", ",")
             for k, x, y in zip(kg, a, b, strict=True)]  # fmt: skip
     return Made([write(to / "zellen.csv", [*head, *body])],
-                truth_of({"zelle_1": left, "zelle_2": right}))  # fmt: skip
+                truth_of({"cell_1": left, "cell_2": right}))  # fmt: skip
 
 
 def matlab_writetable(to: Path, rng: Rng) -> Made:
@@ -167,7 +167,7 @@ def crane_scale_ctc(to: Path, rng: Rng) -> Made:
         body = ["Nr.;Gewicht in kg;Messwert", *rows(np.arange(kg.size), kg, one.read(kg * G, rng),
                                                     sep=";")]  # fmt: skip
         paths.append(write(to / f"Zelle_{name.upper()}.csv", body))
-    return Made(paths, truth_of({f"{k}": one for k, one in cells.items()}))
+    return Made(paths, truth_of({k.upper(): one for k, one in cells.items()}))
 
 
 def one_file_per_hole(to: Path, rng: Rng) -> Made:

@@ -38,15 +38,15 @@ def rostopic_p(to: Path, rng: Rng) -> Made:
     """`rostopic echo -p`: wrench and pose topics, each a file with its own stamps."""
     made, wrench, rot = _wrist(rng)
     t = 1_700_000_000_000_000_000 + 10_000_000 * np.arange(len(wrench))
-    ft = ["%time,field.header.seq,field.header.stamp,field.header.frame_id,"
-          + ",".join(f"field.wrench.{k}.{a}" for k in ("force", "torque") for a in "xyz")]  # fmt: skip
+    axes = [f"field.wrench.{k}.{a}" for k in ("force", "torque") for a in "xyz"]
+    ft = ["%time,field.header.seq,field.header.stamp,field.header.frame_id," + ",".join(axes)]
     ft += [f"{a},{i},{a},ft_link," + ",".join(f"{v:.6f}" for v in w)
            for i, (a, w) in enumerate(zip(t, wrench, strict=True))]  # fmt: skip
     pose = ["%time,field.header.seq,field.header.stamp,field.header.frame_id,"
             + ",".join([*(f"field.pose.position.{a}" for a in "xyz"),
                         *(f"field.pose.orientation.{a}" for a in "xyzw")])]  # fmt: skip
-    pose += [f"{a},{i},{a},base," + ",".join(f"{v:.6f}" for v in (0.4, 0.1, 0.5, *q))
-             for i, (a, q) in enumerate(zip(t + 2_000_000, rot.as_quat(), strict=True))]  # fmt: skip
+    pose += [f"{a},{i},{a},base," + ",".join(f"{v:.6f}" for v in (0.4, 0.1, 0.5, *q)) for i, (a, q)
+             in enumerate(zip(t + 2_000_000, rot.as_quat(), strict=True))]  # fmt: skip
     return Made([write(to / "ft.csv", ft), write(to / "pose.csv", pose)], tool_truth(made))
 
 
@@ -56,9 +56,9 @@ def ros2_echo_csv(to: Path, rng: Rng) -> Made:
     sides = {"x_up": (-1, 0, 0), "x_down": (1, 0, 0), "y_up": (0, -1, 0), "y_down": (0, 1, 0),
              "z_up": (0, 0, -1), "z_down": (0, 0, 1)}  # fmt: skip
     for k, (name, down) in enumerate(sides.items()):
+        wrench = made.read(np.tile(np.array(down, float), (60, 1)), rng)
         lines = [f"{1700000000 + 60 * k + i // 100},{10_000_000 * (i % 100)},ft_sensor,"
-                 + ",".join(f"{v:.6f}" for v in w)
-                 for i, w in enumerate(made.read(np.tile(np.array(down, float), (60, 1)), rng))]  # fmt: skip
+                 + ",".join(f"{v:.6f}" for v in w) for i, w in enumerate(wrench)]  # fmt: skip
         paths.append(write(to / f"{name}.csv", lines))
     return Made(paths, tool_truth(made))
 
@@ -80,8 +80,7 @@ def onrobot_hex(to: Path, rng: Rng) -> Made:
     head = (
         "Time [s], Fx [N], Fy [N], Fz [N], Tx [Nm], Ty [Nm], Tz [Nm], Rx [deg], Ry [deg], Rz [deg]"
     )
-    body = [x.replace(",", ", ") for x in
-            rows(np.arange(len(wrench)) / 100, *wrench.T, roll, pitch, yaw, form="%.5f")]  # fmt: skip
+    body = rows(np.arange(len(wrench)) / 100, *wrench.T, roll, pitch, yaw, form="%.5f", sep=", ")
     return Made([write(to / "hex_e.csv", [head, *body])], tool_truth(made))
 
 
@@ -91,13 +90,17 @@ def ati_netft_demo(to: Path, rng: Rng) -> Made:
     sides = {"+X": (1, 0, 0), "-X": (-1, 0, 0), "+Y": (0, 1, 0), "-Y": (0, -1, 0), "+Z": (0, 0, 1),
              "-Z": (0, 0, -1)}  # fmt: skip
     for name, down in sides.items():
-        head = ['Start Time: "3/12/24 10:02:33 AM"', "RDT Sample Rate: 100",
-                'Force Units: "N", Counts per Unit Force: 1000000.0',
-                'Torque Units: "Nm", Counts per Unit Torque: 1000000.0',
-                "Status (hex), RDT Sequence, F/T Sequence, Fx, Fy, Fz, Tx, Ty, Tz, Time"]  # fmt: skip
+        head = [
+            'Start Time: "3/12/24 10:02:33 AM"',
+            "RDT Sample Rate: 100",
+            'Force Units: "N", Counts per Unit Force: 1000000.0',
+            'Torque Units: "Nm", Counts per Unit Torque: 1000000.0',
+            "Status (hex), RDT Sequence, F/T Sequence, Fx, Fy, Fz, Tx, Ty, Tz, Time",
+        ]
+        wrench = made.read(np.tile(np.array(down, float), (50, 1)), rng)
         body = [f'0x00000000, {i + 1}, {1000 + 70 * i}, '
                 + ", ".join(f"{v:.5f}" for v in w) + f', "3/12/24 10:02:{33 + i // 100} AM"'
-                for i, w in enumerate(made.read(np.tile(np.array(down, float), (50, 1)), rng))]  # fmt: skip
+                for i, w in enumerate(wrench)]  # fmt: skip
         paths.append(write(to / f"gravity {name}.csv", [*head, *body]))
     return Made(paths, tool_truth(made))
 
@@ -146,7 +149,8 @@ def qualisys_force_tsv(to: Path, rng: Rng) -> Made:
     n, mass, gain, paths = share.size, 68.0, (1.05, 0.96), []
     for k, (part, g) in enumerate(zip((share, 1 - share), gain, strict=True), 1):
         head = [f"NO_OF_SAMPLES\t{n}", "FREQUENCY\t50", "DESCRIPTION\tForce data in local "
-                "force plate coordinates", f"FORCE_PLATE_NAME\tPlate {k}", "FORCE_PLATE_LENGTH\t600",
+                "force plate coordinates", f"FORCE_PLATE_NAME\tPlate {k}",
+                "FORCE_PLATE_LENGTH\t600",
                 "SAMPLE\tTIME\tForce_X\tForce_Y\tForce_Z\tMoment_X\tMoment_Y\tMoment_Z\tCOP_X"
                 "\tCOP_Y\tCOP_Z"]  # fmt: skip
         fz = part * mass * G / g + rng.normal(0, 1, n)
