@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 from functools import cache
 from pathlib import Path
+from runpy import run_path
 
 from footcal_cli.core.effects import TABLE
 
@@ -132,6 +133,11 @@ def test_imports_point_downward() -> None:
                 broken.append(f"{place} must not import {name}")
     assert not broken, "\n".join(broken)
     assert seen > len(sources()), "the rule has gone blind"
+
+
+def test_no_subsystems_import_each_other_in_a_circle() -> None:
+    page = run_path(str(PACKAGE.parent / "docs" / "make_architecture_page.py"))
+    assert page["circles"](page["arrows"]()) == []
 
 
 def test_the_core_neither_prints_nor_opens_files() -> None:
