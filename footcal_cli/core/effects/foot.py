@@ -130,7 +130,7 @@ CELL_POSITION = Effect(
 
 SLIP = Effect(
     name="slip",
-    traits=(Trait.TIMED,),
+    traits=(Trait.TIMED, Trait.MEMORY),
     unseen_walking="happens once, and nothing that does not repeat is evidence; track the feet",
     stage=Stage.FOOT,
     scope=Scope.FOOT,

@@ -216,7 +216,7 @@ _PPM = (-4e-3, -2e-3, -1e-3, -5e-4, 5e-4, 1e-3, 2e-3, 4e-3)
 
 LAG = Effect(
     name="lag",
-    traits=(Trait.LOW_PASS,),
+    traits=(Trait.MEMORY, Trait.LOW_PASS),
     stage=Stage.TRANSPORT,
     scope=Scope.ROBOT,
     parameters=(EffectParameter("lag", "s", 0.0, 0.0, 0.5, 0.02),),
@@ -248,6 +248,7 @@ CLOCK_DRIFT = Effect(
     separates="a long walk: the delay at its end differs from that at its start",
     tolerance=1e-3,
     anticipates=True,
+    traits=(Trait.MEMORY,),
 )
 
 DELAY = Effect(
@@ -267,6 +268,7 @@ DELAY = Effect(
     "if it stops within one and a half delays, both streams logged at 500 Hz or more",
     tolerance=1e-3,
     anticipates=True,
+    traits=(Trait.MEMORY,),
 )
 
 DROPPED_SAMPLES = Effect(
