@@ -156,6 +156,7 @@ def _jump(since_s: FloatArray, theta: Theta) -> FloatArray:
 
 HYSTERESIS = Effect(
     name="hysteresis",
+    traits=(Trait.MEMORY,),
     stage=Stage.CELL,
     scope=Scope.CHANNEL,
     parameters=(
@@ -193,7 +194,7 @@ def _creep_row(name: str, time_s: float, grid: tuple[float, ...], what: str) -> 
     """One creep with its own time constant; two of them in a chain make a two-stage creep."""
     return Effect(
         name=name,
-        traits=(Trait.TIMED,),
+        traits=(Trait.TIMED, Trait.MEMORY),
         unseen_walking=DRIFT_TAKES_IT + "hold one weight for ten minutes",
         stage=Stage.CELL,
         scope=Scope.CHANNEL,
