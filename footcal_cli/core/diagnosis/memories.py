@@ -25,7 +25,7 @@ from footcal_cli.core.inference.scores import held_out_loss
 from footcal_cli.core.inference.whitening import Noise
 from footcal_cli.core.parameters import FloatArray
 
-MEMORIES = having(Trait.MEMORY)
+MEMORIES = having(Trait.SPECTRUM)
 _FORM = 2.0
 """So many times as much must the wrong kind leave to the right one, as that leaves to it. Of six
 loops (Bouc and Wen, Dahl, Preisach) and nine creeps (two stages, logarithm, powers, load-dependent,
