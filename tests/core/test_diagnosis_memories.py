@@ -28,7 +28,7 @@ Law = Callable[[FloatArray, FloatArray], FloatArray]
 
 
 def first(n: int) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-    return np.arange(n) == 0
+    return np.asarray(np.arange(n) == 0)
 
 
 def follower(x: FloatArray, time_s: FloatArray, tau_s: float) -> FloatArray:
@@ -80,7 +80,7 @@ def test_by_how_much_the_wrong_kind_of_memory_leaves_more() -> None:
     times = []
     for shares, (repeats, step_s) in LADDERS.items():
         x = np.tile([*shares, *shares[-2::-1]], repeats)
-        time_s = step_s * np.arange(x.size)
+        time_s = step_s * np.arange(float(x.size))
         line = [np.ones_like(x), x]
         loop = [*line, *(play(x, r) for r in (0.05, 0.1, 0.2, 0.4, 0.8))]
         creep = [*line, *(follower(x, time_s, t) for t in (10, 30, 60, 120, 300, 600, 900, 1800))]
