@@ -179,7 +179,7 @@ def test_a_pair_removes_as_much_as_any_path_that_left_something(
     )
     monkeypatch.setattr(investigation, "grown", lambda _subject, path, *_: path)
     monkeypatch.setattr(
-        investigation, "_judged", lambda _subject, path, *_: (verdicts[path.removed], 1.0)
+        investigation, "judged", lambda _subject, path, *_: (verdicts[path.removed], 1.0)
     )
     found = investigation._another_way(None, nothing, RULES, 0)  # type: ignore[arg-type]
     assert (None if found is None else found[0].removed) == taken
