@@ -10,7 +10,7 @@ from typing import TypeVar, cast
 import numpy as np
 
 from footcal_cli.core.effects import TABLE
-from footcal_cli.core.effects.contract import Effect, State, Theta, is_neutral
+from footcal_cli.core.effects.contract import Effect, State, Theta, Trait, is_neutral
 from footcal_cli.core.effects.contract import units_of as units_of
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray, IntArray, Parameter, ParameterSet
@@ -40,11 +40,6 @@ class Link:
     def _sizes(self) -> tuple[tuple[str, float], ...]:
         """Full name and neutral value of every size."""
         return tuple((f"{o}.{p.name}", p.neutral) for o in self.owners for p in self.effect.sizes)
-
-    @cached_property
-    def remembering(self) -> dict[tuple[str, ...], bool]:
-        """Acting sizes, as from `acting` -> whether it then remembers, as far as was asked."""
-        return {}
 
     def acting(self, values: Mapping[str, float]) -> tuple[str, ...]:
         """Full names of the sizes that are not neutral; without any the link may be skipped."""
@@ -213,18 +208,9 @@ class Chain:
         """Log to truth; pass the returned state on with the next chunk."""
         return self._run(log, values, state, forward=False)
 
-    def remembers(self, log: Log, values: Mapping[str, float]) -> bool:
-        """Whether what it makes of a row of the log depends on the rows before it."""
-        acting = [item.acting(values) for item in self.links]
-        if any(names and names not in item.remembering
-               for item, names in zip(self.links, acting, strict=True)):  # fmt: skip
-            states = self.remove(log.rows(0, 2), values)[1]
-            for i, (item, names) in enumerate(zip(self.links, acting, strict=True)):
-                item.remembering[names] = states.get(i) is not None
-        return any(
-            item.remembering[names]
-            for item, names in zip(self.links, acting, strict=True) if names
-        )  # fmt: skip
+    def remembers(self, values: Mapping[str, float]) -> bool:
+        """Whether removing it from a row asks for the rows before it."""
+        return any(Trait.MEMORY in i.effect.traits and i.acting(values) for i in self.links)
 
     def truth(self, log: Log, values: Mapping[str, float], seen: Seen | None) -> Log:
         """As `remove` for a whole log, with what calls before it have left in `seen`."""

@@ -16,12 +16,12 @@ from footcal_cli.core.online.merging import merge_cells
 from footcal_cli.core.online.parts import AHEAD_S, BEFORE_S, ENOUGH_CYCLES, PART_S, Part
 from footcal_cli.core.online.streams import BodyStream, Merged, MergeRule, SensorStream
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.core.plausibility import check_total_force, check_walking_cells
 from footcal_cli.core.quality import Finding
 from footcal_cli.core.signals import Clock, gaps_of, interpolate_stream
 from footcal_cli.intake.cell_effects import cells_in_feet, without_cell_effects
 from footcal_cli.intake.recordings import (
     Recording,
+    note_carried,
     prior_belief,
     require_feet_of_cells,
     wiring_of,
@@ -305,14 +305,10 @@ class LongWalk:
 
     def recording(self, last: Merged) -> Recording:
         """What the whole walk was read as, once all parts are; findings go to the session."""
-        robot, session = self.session.recipe.robot, self.session
+        session = self.session
         start_n, name = self._start_n.rows, self._names["cells"]
         assert start_n is not None, "no part was read"
-        session.note(check_total_force(start_n.sum(axis=1), robot.weight_n, name))
-        foot_of = [foot for foot, spec in robot.feet.items() for _ in spec.cells]
-        known = {f.where for f in session.noted if f.severity == "alarm"}
-        walking = check_walking_cells(start_n, robot.cell_names, foot_of)
-        session.note(f for f in walking if f.where not in known)
+        note_carried(session, start_n, name, walking=True)
         beside = self._names["body"]
         cells, body = (np.array([one.first_s, one.last_s]) for one in (self._cells, self._body))
         other = beside if beside != name else "its body stream"

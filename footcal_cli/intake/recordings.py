@@ -169,20 +169,26 @@ def _checked_cells(
 
     What looks wrong with the readings is noted.
     """
-    robot, channels = session.recipe.robot, stream.channels
+    robot = session.recipe.robot
     start_n = belief.scale_n_per_count * stream.readings + belief.bias_n
-    session.note(check_total_force(start_n.sum(axis=1), robot.weight_n, table.path.name))
-    if experiment == "walk":
-        foot_of = [foot for foot, spec in robot.feet.items() for _ in spec.cells]
-        known = {f.where for f in session.noted if f.severity == "alarm"}
-        walking = check_walking_cells(start_n, channels, foot_of)
-        session.note(f for f in walking if f.where not in known)
+    note_carried(session, start_n, table.path.name, walking=experiment == "walk")
     if session.parameters is None:
         return stream, belief, cells_in_feet(robot)
     warmth = table.number("temperature_degc") if "temperature_degc" in table else None
     undone = without_cell_effects(stream, session.parameters, robot, warmth, moving=moving)
     session.note(undone.findings)
     return undone.stream, belief.widened(undone.gain_sd, undone.bias_sd_n), undone.cells_m
+
+
+def note_carried(session: Session[Any], forces_n: FloatArray, name: str, *, walking: bool) -> None:
+    """Note what is odd about cell forces (n, c) as first believed: their sum and, walking, each."""
+    robot = session.recipe.robot
+    session.note(check_total_force(forces_n.sum(axis=1), robot.weight_n, name))
+    if walking:
+        foot_of = [foot for foot, spec in robot.feet.items() for _ in spec.cells]
+        known = {f.where for f in session.noted if f.severity == "alarm"}
+        found = check_walking_cells(forces_n, robot.cell_names, foot_of)
+        session.note(f for f in found if f.where not in known)
 
 
 def _moving(

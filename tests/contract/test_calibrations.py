@@ -15,6 +15,8 @@ from footcal_cli.core.effects.foot import CELL_POSITION
 from footcal_cli.core.effects.six_axis import MOUNT_ROTATION
 from footcal_cli.core.effects.six_axis_beliefs import HANG_TILT
 from footcal_cli.core.hang.joint import HangFit
+from footcal_cli.core.log import Log
+from footcal_cli.core.online.noise import Noise
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.simulation.bench_logs import (
     PlacementsPlan,
@@ -101,10 +103,27 @@ def posed(seed: int) -> FloatArray:
     return in_sd(found, truth)
 
 
+def wandered(log: Log, truth: Mapping[str, float], seed: int) -> Log:
+    """Counts of cells whose gains and biases drift as a walk's estimator expects, to the truth."""
+    rng, noise = np.random.default_rng([seed, 1]), Noise().for_weight(BIPED.weight_n)
+    root_s = np.sqrt(np.diff(log.time_s, prepend=log.time_s[0]))[:, None]
+    steps = root_s * rng.standard_normal((2, *log.readings.shape))
+    gain, bias_n = np.cumsum(steps, axis=1) * np.reshape(
+        [noise.gain_walk, noise.bias_walk_n], (2, 1, 1)
+    )
+    scale, bias = (
+        np.array([truth[f"{c}.{name}"] for c in log.channels]) for name in ("scale", "bias")
+    )
+    force = scale * log.readings + bias - (bias_n - bias_n[-1])
+    return log.with_readings(np.rint((force - bias) / (scale * (1.0 + gain - gain[-1]))))
+
+
 def moving(kind: str, seed: int, motion: MotionAt, seconds: float) -> FloatArray:
     chain, truth = calibration(BIPED, SPREAD, seed)
     logs: BipedLogs = biped_logs(kind, BIPED, motion, seconds, chain, truth, seed=seed)
     cells, body = logs.cells.log, logs.body.known
+    if kind == "walk":
+        cells = wandered(cells, truth, seed)
     scale = np.full(len(BIPED.channels), BIPED.scale_n_per_count)
     sheet = calibrate.nameplate(
         BIPED.channels, scale, -scale * BIPED.zero_counts, SPREAD.scale, SPREAD.bias_n
@@ -134,17 +153,15 @@ def walked(seed: int) -> FloatArray:
 
 
 @pytest.mark.parametrize(
-    ("fit", "seeds", "low", "high"),
+    ("fit", "seeds", "low"),
     [
-        (hanging, 15, 0.8, 1.3), (stood, 20, 0.75, 1.15), (placed, 20, 0.8, 1.2),
-        pytest.param(posed, 10, 0.85, 1.15, marks=pytest.mark.slow),
-        # one value per seed, of a t distribution; a walk's errors are judged with caution
-        pytest.param(weighed, 12, 0.6, 1.7, marks=pytest.mark.slow),
-        pytest.param(walked, 10, 0.5, 1.15, marks=pytest.mark.slow),
+        (hanging, 15, 0.85), (stood, 20, 0.85), (placed, 20, 0.85),
+        pytest.param(posed, 10, 0.85, marks=pytest.mark.slow),
+        pytest.param(weighed, 40, 0.85, marks=pytest.mark.slow),
+        # of a drift the mean variance is taken, not the likeliest: a walk errs on the safe side
+        pytest.param(walked, 16, 0.75, marks=pytest.mark.slow),
     ],
 )  # fmt: skip
-def test_errors_match_their_sd(
-    fit: Callable[[int], FloatArray], seeds: int, low: float, high: float
-) -> None:
+def test_errors_match_their_sd(fit: Callable[[int], FloatArray], seeds: int, low: float) -> None:
     rms = float(np.sqrt(np.mean(np.array([fit(seed) for seed in range(seeds)]) ** 2)))
-    assert low < rms < high
+    assert low <= rms <= 1.15

@@ -14,7 +14,7 @@ from scipy.signal import butter, sosfiltfilt
 
 from footcal_cli.core.chain import Chain, Link, chain_of, link
 from footcal_cli.core.contact import airborne
-from footcal_cli.core.diagnosis.blocks import block_means, cut_balanced, piece_means
+from footcal_cli.core.diagnosis.blocks import cut_balanced, piece_means
 from footcal_cli.core.effects import TABLE
 from footcal_cli.core.effects.contract import Effect, Trait
 from footcal_cli.core.experiments import hang, placements, pose, stand, walk, weights
@@ -23,7 +23,7 @@ from footcal_cli.core.hang.runs import blocked
 from footcal_cli.core.inference.case import Case
 from footcal_cli.core.inference.tracking import gain_and_bias
 from footcal_cli.core.log import Log
-from footcal_cli.core.parameters import ParameterSet
+from footcal_cli.core.parameters import FloatArray, ParameterSet
 from footcal_cli.core.simulation.bench_logs import (
     PlacementsPlan,
     WeightsPlan,
@@ -198,13 +198,26 @@ def record_placements(hidden: Hidden | None, seed: int, noisy: bool) -> tuple[Lo
             )  # fmt: skip
             clock = float(parts[-1].time_s[-1]) + 60.0
         log, _ = in_cells[0].apply(_joined(parts), in_cells[1])
-        log = block_means(as_counts(log, ROBOT.adc_counts))
+        log = _placement_means(as_counts(log, ROBOT.adc_counts))
         number_of = np.unique(log.known["hole_m"].round(6), axis=0, return_inverse=True)[1]
         log = log.with_known(hole=np.asarray(number_of).ravel().astype(float))
         if wrong and hidden is not None:
             log, _ = Chain((Link(hidden.effect, dict(hidden.owners)),)).apply(log, hidden.values)
         logs.append(log)
     return tuple(logs)
+
+
+def _placement_means(log: Log) -> Log:
+    """One row per placement."""
+
+    def mean(values: FloatArray) -> FloatArray:
+        return np.stack([values[log.block == b].mean(axis=0) for b in blocks])
+
+    blocks = np.unique(log.block)
+    known = {name: mean(array) for name, array in log.known.items()}
+    return replace(
+        log, time_s=mean(log.time_s), readings=mean(log.readings), known=known, block=blocks
+    )
 
 
 def _joined(parts: list[Log]) -> Log:

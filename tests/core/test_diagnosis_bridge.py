@@ -15,7 +15,8 @@ from footcal_cli.core.diagnosis.investigation import Investigation, investigate
 from footcal_cli.core.diagnosis.signals import describe
 from footcal_cli.core.effects import TABLE
 from footcal_cli.core.experiments import walk, weights
-from footcal_cli.core.inference.case import Case, balanced, residual, rows_of
+from footcal_cli.core.inference.case import Case, residual, rows_of
+from footcal_cli.core.inference.ideal import balanced
 from footcal_cli.core.inference.signatures import derivative
 from footcal_cli.core.inference.tracking import gain_and_bias
 from footcal_cli.core.parameters import Parameter, ParameterSet

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from footcal_cli.core.diagnosis.blocks import STANCES, block_means, cut_stances
+from footcal_cli.core.diagnosis.blocks import STANCES, cut_stances
 from footcal_cli.core.diagnosis.recording import noise_of_smoothed, steps_of, swings_apart
 from footcal_cli.core.experiments.contract import Balance
-from footcal_cli.core.inference.case import _reading_share
+from footcal_cli.core.inference.ideal import _reading_share
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.signals import low_pass
@@ -81,11 +81,12 @@ def _stances(count: int, seconds: float) -> Log:
 
 
 def test_a_stance_is_one_piece_of_evidence() -> None:
-    means = block_means(cut_stances(_stances(STANCES + 2, 7.0)))
-    np.testing.assert_array_equal(means.readings[:, 0], np.arange(STANCES + 2.0))
-    assert np.isin(means.known["contact"], [0.0, 1.0]).all()
+    log = cut_stances(_stances(STANCES + 2, 7.0))
+    counted = log.at(log.block >= 0)
+    np.testing.assert_array_equal(counted.block, counted.readings[:, 0])
+    assert set(counted.block) == set(range(STANCES + 2))
+    assert np.isin(counted.known["contact"], [0.0, 1.0]).all()
 
 
 def test_few_long_stances_are_cut_further() -> None:
-    means = block_means(cut_stances(_stances(2, 31.0)))
-    assert len(means) == 20
+    assert cut_stances(_stances(2, 31.0)).block.max() + 1 == 20

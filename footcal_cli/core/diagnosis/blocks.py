@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -101,11 +100,6 @@ def cut_stances(log: Log) -> Log:
     return replace(log, block=block)
 
 
-def block_means(log: Log) -> Log:
-    """One row per block: its means, for quantities that should stand still within it."""
-    return _means(log, _rows_of_blocks(log))
-
-
 def piece_means(log: Log) -> Log:
     """A few rows per block: means over pieces of `PIECE_S`.
 
@@ -113,18 +107,9 @@ def piece_means(log: Log) -> Log:
     same in all pieces of this one.
     """
     pieces = []
-    for rows in _rows_of_blocks(log):
+    for rows in [np.flatnonzero(log.block == b) for b in np.unique(log.block[log.block >= 0])]:
         length = float(log.time_s[rows[-1]] - log.time_s[rows[0]])
         pieces += np.array_split(rows, max(int(length // PIECE_S), 1))
-    return _means(log, pieces)
-
-
-def _rows_of_blocks(log: Log) -> list[IntArray]:
-    return [np.flatnonzero(log.block == b) for b in np.unique(log.block[log.block >= 0])]
-
-
-def _means(log: Log, pieces: Sequence[IntArray]) -> Log:
-    """One row per piece, blocks numbered anew."""
 
     def mean(values: FloatArray) -> FloatArray:
         return np.stack([values[rows].mean(axis=0) for rows in pieces])

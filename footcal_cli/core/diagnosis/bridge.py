@@ -8,7 +8,8 @@ import numpy as np
 
 from footcal_cli.core.diagnosis.imperfections import with_imperfections
 from footcal_cli.core.effects.contract import Effect
-from footcal_cli.core.inference.case import Case, Rows, balanced, channels_of, residual
+from footcal_cli.core.inference.case import Case, Rows, channels_of, residual
+from footcal_cli.core.inference.ideal import balanced
 from footcal_cli.core.inference.lines import Traces
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.settings import Settings

@@ -17,8 +17,8 @@ from footcal_cli.core.diagnosis.answer import Cause
 from footcal_cli.core.diagnosis.curves import explained
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.effects.contract import Effect, GridOf
-from footcal_cli.core.inference.case import balanced
 from footcal_cli.core.inference.grams import whitened_grams
+from footcal_cli.core.inference.ideal import balanced
 from footcal_cli.core.inference.problem import Signature
 from footcal_cli.core.inference.refit import Refit
 from footcal_cli.core.inference.signatures import derivative

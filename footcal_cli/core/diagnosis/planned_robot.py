@@ -10,10 +10,11 @@ from scipy.interpolate import CubicSpline
 
 from footcal_cli.core.chain import Chain
 from footcal_cli.core.diagnosis.rig import Rig
+from footcal_cli.core.effects.foot import turned
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.simulation.biped_logs import StandPlan, Streams, biped_logs, standing
-from footcal_cli.core.simulation.gait import Motion, WalkPlan, turned, walking
+from footcal_cli.core.simulation.gait import Motion, WalkPlan, walking
 from footcal_cli.core.simulation.hexapod_logs import HangPlan, PosePlan, hang_log, pose_log
 from footcal_cli.core.simulation.robots import Biped
 

@@ -14,7 +14,8 @@ from footcal_cli.core.diagnosis.rig import Rig
 from footcal_cli.core.effects import TABLE
 from footcal_cli.core.effects.contract import Effect, units_of
 from footcal_cli.core.experiments.contract import Experiment
-from footcal_cli.core.inference.case import Case, balanced
+from footcal_cli.core.inference.case import Case
+from footcal_cli.core.inference.ideal import balanced
 from footcal_cli.core.inference.linear import orthonormal
 from footcal_cli.core.inference.problem import Signature
 from footcal_cli.core.log import Log

@@ -10,9 +10,10 @@ import numpy as np
 from footcal_cli.core.chain import Chain, Link
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.effects.contract import OF_THE_LOGS, Effect, EffectParameter, GridOf
-from footcal_cli.core.inference.case import Case, balanced
+from footcal_cli.core.inference.case import Case
 from footcal_cli.core.inference.evidence import Interval
 from footcal_cli.core.inference.grams import whitened_grams
+from footcal_cli.core.inference.ideal import balanced
 from footcal_cli.core.inference.problem import Signature
 from footcal_cli.core.inference.refit import Refit
 from footcal_cli.core.inference.scores import scores

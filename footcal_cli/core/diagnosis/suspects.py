@@ -18,9 +18,10 @@ from footcal_cli.core.diagnosis.menu import LIKE
 from footcal_cli.core.diagnosis.next_experiment import ambiguity
 from footcal_cli.core.diagnosis.rehearsal import Contender
 from footcal_cli.core.effects.contract import Effect, can_carry, units_of
-from footcal_cli.core.inference.case import Case, balanced, channels_of
+from footcal_cli.core.inference.case import Case, channels_of
 from footcal_cli.core.inference.evidence import Interval, jackknife_interval
 from footcal_cli.core.inference.grams import Grams, whitened_grams
+from footcal_cli.core.inference.ideal import balanced
 from footcal_cli.core.inference.scores import joint_sizes, scores
 from footcal_cli.core.inference.signatures import derivative
 from footcal_cli.core.parameters import FloatArray, IntArray

@@ -103,6 +103,7 @@ class Trait(StrEnum):
     OF_THE_SUM = "an error of a load as a whole, whoever carries it"
     LOW_PASS = "a low-pass, known in its first order only"
     TIMED = "needs time stamps"
+    MEMORY = "removing it from a row asks for the rows before it"
     SWITCH = "on or off: differentiated at the swapped readings, a whole one looks like −1"
     WHOLE = "on or off, and as steep in its size at none: half a one is none"
     UNGRADED = "no size to differentiate by; looked for among the raw data"

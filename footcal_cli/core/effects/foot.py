@@ -42,8 +42,8 @@ def _foot_yaw(log: Log) -> FloatArray:
     return spread
 
 
-def _in_world(x: FloatArray, y: FloatArray, yaw_rad: FloatArray) -> FloatArray:
-    """Horizontal foot vectors turned into the world, shape (n, c, 2)."""
+def turned(x: FloatArray | float, y: FloatArray | float, yaw_rad: FloatArray | float) -> FloatArray:
+    """Horizontal vectors turned by yaws, shape (..., 2)."""
     cos, sin = np.cos(yaw_rad), np.sin(yaw_rad)
     return np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1)
 
@@ -59,7 +59,7 @@ def _cell_position(sign: float) -> ArrayTransform:
         if is_six_axis(log.channels):
             return pos, state
         x, y = theta["cell_correction_x"], theta["cell_correction_y"]
-        return _shift_horizontally(pos, sign * _in_world(x, y, _foot_yaw(log))), state
+        return _shift_horizontally(pos, sign * turned(x, y, _foot_yaw(log))), state
 
     return moved
 
@@ -130,7 +130,7 @@ CELL_POSITION = Effect(
 
 SLIP = Effect(
     name="slip",
-    traits=(Trait.TIMED,),
+    traits=(Trait.TIMED, Trait.MEMORY),
     unseen_walking="happens once, and nothing that does not repeat is evidence; track the feet",
     stage=Stage.FOOT,
     scope=Scope.FOOT,

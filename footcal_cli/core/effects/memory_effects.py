@@ -172,6 +172,7 @@ HYSTERESIS = Effect(
             GridOf.LOAD,
         ),
     ),
+    traits=(Trait.MEMORY,),
     by_column=True,
     apply=on_readings(_hysteresis),
     remove=on_readings(_unhysteresis),
@@ -193,7 +194,7 @@ def _creep_row(name: str, time_s: float, grid: tuple[float, ...], what: str) -> 
     """One creep with its own time constant; two of them in a chain make a two-stage creep."""
     return Effect(
         name=name,
-        traits=(Trait.TIMED,),
+        traits=(Trait.TIMED, Trait.MEMORY),
         unseen_walking=DRIFT_TAKES_IT + "hold one weight for ten minutes",
         stage=Stage.CELL,
         scope=Scope.CHANNEL,
@@ -218,7 +219,7 @@ CREEP_SLOW = _creep_row("creep_slow", 900.0, (600.0, 900.0, 1800.0), "the slow p
 
 SENSOR_LAG = Effect(
     name="sensor_lag",
-    traits=(Trait.TIMED, Trait.LOW_PASS),
+    traits=(Trait.TIMED, Trait.MEMORY, Trait.LOW_PASS),
     stage=Stage.CELL,
     scope=Scope.CHANNEL,
     parameters=(EffectParameter("sensor_lag", "s", 0.0, 0.0, 0.5, 0.02),),
@@ -235,7 +236,7 @@ SENSOR_LAG = Effect(
 
 BIAS_DRIFT = Effect(
     name="bias_drift",
-    traits=(Trait.TIMED,),
+    traits=(Trait.TIMED, Trait.MEMORY),
     unseen_walking=DRIFT_TAKES_IT + "log ten unloaded minutes",
     stage=Stage.CELL,
     scope=Scope.CHANNEL,
@@ -253,7 +254,7 @@ BIAS_DRIFT = Effect(
 
 BIAS_JUMP = Effect(
     name="bias_jump",
-    traits=(Trait.TIMED,),
+    traits=(Trait.TIMED, Trait.MEMORY),
     unseen_walking=DRIFT_TAKES_IT + "unload before and after the suspected moment",
     stage=Stage.CELL,
     scope=Scope.CHANNEL,

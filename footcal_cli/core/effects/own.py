@@ -14,6 +14,7 @@ from footcal_cli.core.effects.contract import (
     Stage,
     State,
     Theta,
+    Trait,
     columns_of,
     is_six_axis,
 )
@@ -163,6 +164,7 @@ def own_effect(row: OwnRow) -> Effect:
         source=row.source,
         remedy=row.remedy,
         needs=tuple(dict.fromkeys(needs)),
+        traits=(Trait.MEMORY,) if "time" in signals else (),
         by_column=signals <= {"load"} and row.per is Scope.CHANNEL,
     )  # fmt: skip
 

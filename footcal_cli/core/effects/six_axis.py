@@ -267,7 +267,7 @@ CABLE_DRAG = Effect(
 
 OFFSET_DRIFT = Effect(
     name="offset_drift",
-    traits=(Trait.TIMED,),
+    traits=(Trait.TIMED, Trait.MEMORY),
     stage=Stage.SIX_AXIS,
     scope=Scope.LEG,
     parameters=per_axis("offset_drift", 2e-4, 2e-5, 1.0, "/s"),
@@ -284,7 +284,7 @@ OFFSET_DRIFT = Effect(
 
 OFFSET_CHANGE = Effect(
     name="offset_change",
-    traits=(Trait.TIMED,),
+    traits=(Trait.TIMED, Trait.MEMORY),
     stage=Stage.SIX_AXIS,
     scope=Scope.LEG,
     parameters=(

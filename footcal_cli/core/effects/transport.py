@@ -80,14 +80,18 @@ def resample(
         starts = np.concatenate([[0], starts])
     for start, stop in zip(starts, [*starts[1:], len(time_s)], strict=True):
         part = slice(start, stop)
-        out[part] = _hermite(time_s[part], signal[part], at_s[part])
+        if part.stop - part.start < 2:
+            out[part] = signal[part]
+            continue
+        slope = np.gradient(signal[part], time_s[part], axis=0)
+        out[part] = hermite(time_s[part], signal[part], slope, at_s[part])
     return out
 
 
-def _hermite(time_s: FloatArray, signal: FloatArray, at_s: FloatArray) -> FloatArray:
-    if len(time_s) < 2:
-        return signal
-    slope = np.gradient(signal, time_s, axis=0)
+def hermite(
+    time_s: FloatArray, signal: FloatArray, slope: FloatArray, at_s: FloatArray
+) -> FloatArray:
+    """Cubic interpolation from values and slopes (n, k) at ascending times, shape (m, k)."""
     left = np.clip(np.searchsorted(time_s, at_s, side="right") - 1, 0, len(time_s) - 2)
     width = (time_s[left + 1] - time_s[left])[:, None]
     u = np.clip((at_s - time_s[left])[:, None] / width, 0.0, 1.0)
@@ -215,7 +219,7 @@ _PPM = (-4e-3, -2e-3, -1e-3, -5e-4, 5e-4, 1e-3, 2e-3, 4e-3)
 
 LAG = Effect(
     name="lag",
-    traits=(Trait.LOW_PASS,),
+    traits=(Trait.MEMORY, Trait.LOW_PASS),
     stage=Stage.TRANSPORT,
     scope=Scope.ROBOT,
     parameters=(EffectParameter("lag", "s", 0.0, -0.5, 0.5, 0.02),),
@@ -248,6 +252,7 @@ CLOCK_DRIFT = Effect(
     separates="a long walk: the delay at its end differs from that at its start",
     tolerance=1e-3,
     anticipates=True,
+    traits=(Trait.MEMORY,),
 )
 
 DELAY = Effect(
@@ -267,6 +272,7 @@ DELAY = Effect(
     "if it stops within one and a half delays, both streams logged at 500 Hz or more",
     tolerance=1e-3,
     anticipates=True,
+    traits=(Trait.MEMORY,),
 )
 
 DROPPED_SAMPLES = Effect(

@@ -13,7 +13,8 @@ import numpy as np
 
 from footcal_cli.core.chain import Chain
 from footcal_cli.core.experiments.contract import residual
-from footcal_cli.core.inference.case import TORQUE_SHARE, Case, Rows
+from footcal_cli.core.inference.case import Case, Rows
+from footcal_cli.core.inference.ideal import TORQUE_SHARE
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 

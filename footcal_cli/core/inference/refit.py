@@ -9,10 +9,11 @@ import numpy as np
 
 from footcal_cli.core.chain import Chain
 from footcal_cli.core.effects.contract import Effect
-from footcal_cli.core.inference.case import Case, Rows, balanced, residual
+from footcal_cli.core.inference.case import Case, Rows, residual
 from footcal_cli.core.inference.evidence import Interval, effective_blocks, jackknife_interval
 from footcal_cli.core.inference.freed import Freed, acts, bounded, freed_of, seen
 from footcal_cli.core.inference.grams import Grams, whitened_grams
+from footcal_cli.core.inference.ideal import balanced
 from footcal_cli.core.inference.problem import Problem, Signature
 from footcal_cli.core.inference.scores import joint_sizes, scores
 from footcal_cli.core.inference.signatures import extended_chain

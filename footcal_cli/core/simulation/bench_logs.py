@@ -84,10 +84,7 @@ def weights_logs(
         Round and clip to the converter's counts (the chain must hold the calibration).
     """
     groups = {"all": robot.channels} if together else {c: (c,) for c in robot.channels}
-    logs = {
-        name: _weigh(robot, channels, plan, chain, values, seed)
-        for name, channels in groups.items()
-    }
+    logs = {name: _weigh(channels, plan, chain, values, seed) for name, channels in groups.items()}
     return {name: _counted(done, robot) if to_counts else done for name, done in logs.items()}
 
 
@@ -96,7 +93,6 @@ def _counted(done: Simulated, robot: Biped) -> Simulated:
 
 
 def _weigh(
-    robot: Biped,
     channels: tuple[str, ...],
     plan: WeightsPlan,
     chain: Chain,

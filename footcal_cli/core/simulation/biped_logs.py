@@ -10,10 +10,11 @@ import numpy as np
 from footcal_cli.core.centroidal import dynamic_reference
 from footcal_cli.core.chain import Chain
 from footcal_cli.core.effects.contract import Stage
+from footcal_cli.core.effects.foot import turned
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.simulation.forces import foot_cops, shares
-from footcal_cli.core.simulation.gait import Motion, turned
+from footcal_cli.core.simulation.gait import Motion
 from footcal_cli.core.simulation.measure import Simulated, as_counts, measure
 from footcal_cli.core.simulation.noise import CELL_NOISE, QUIET, Noise, stream
 from footcal_cli.core.simulation.robots import Biped

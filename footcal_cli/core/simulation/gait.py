@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import lfilter
 
+from footcal_cli.core.effects.foot import turned
+from footcal_cli.core.effects.transport import hermite
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 from footcal_cli.core.simulation.noise import stream
 from footcal_cli.core.simulation.robots import Biped
@@ -96,12 +98,6 @@ class Motion:
     foot_ref_m: FloatArray
     contact: FloatArray
     block: IntArray
-
-
-def turned(x: FloatArray | float, y: FloatArray | float, yaw: FloatArray) -> FloatArray:
-    """Planar vectors turned by yaws, shape (..., 2)."""
-    cos, sin = np.cos(yaw), np.sin(yaw)
-    return np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1)
 
 
 def _footprints(robot: Biped, plan: WalkPlan) -> FloatArray:
@@ -196,18 +192,6 @@ def _eased_path(t: FloatArray, knot_s: FloatArray, knot_m: FloatArray) -> FloatA
     return path
 
 
-def _hermite(t: FloatArray, grid: FloatArray, value: FloatArray, slope: FloatArray) -> FloatArray:
-    """Cubic interpolation on an even grid from values and slopes, shape (n, k)."""
-    step = grid[1] - grid[0]
-    left = np.clip(((t - grid[0]) / step).astype(int), 0, len(grid) - 2)
-    u = ((t - grid[left]) / step)[:, None]
-    v = 1.0 - u
-    from_left = v * v * ((1.0 + 2.0 * u) * value[left] + u * step * slope[left])
-    from_right = u * u * ((1.0 + 2.0 * v) * value[left + 1] - v * step * slope[left + 1])
-    joined: FloatArray = from_left + from_right
-    return joined
-
-
 def _ease(u: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Step from 0 to 1 on [0, 1] with its first two derivatives, continuous in all three."""
     u = np.clip(u, 0.0, 1.0)
@@ -235,7 +219,7 @@ def walking(robot: Biped, plan: WalkPlan, time_s: FloatArray) -> Motion:
     knot_s, knot_m = _cop_knots(robot, plan, feet)
     omega = np.sqrt(robot.gravity_mps2 / robot.com_height_m)
     grid, path, speed = _com_path(knot_s, knot_m, omega, float(time_s[-1]))
-    com_xy = _hermite(time_s, grid, path, speed)
+    com_xy = hermite(grid, path, speed, time_s)
     cop = _eased_path(time_s, knot_s, knot_m)
     on, on_dot, on_ddot = _envelope(time_s, plan)
     cycle = 2.0 * np.pi / plan.step_s

@@ -6,9 +6,10 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
+from footcal_cli.core.effects.foot import turned
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.simulation.biped_logs import MotionAt
-from footcal_cli.core.simulation.gait import Motion, turned
+from footcal_cli.core.simulation.gait import Motion
 from footcal_cli.core.simulation.robots import Biped
 
 CONTACT_N = 0.5

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-ISOLABILITY_CAPTION = (
+CAPTION = (
     "Likeness of effects after the calibration is fitted, |cos|: 0 (white) none, 1 (dark) the "
     "same. "
     "Framed: groups so alike (|cos| > 0.95) that only a large effect is distinguished in them."
@@ -37,11 +37,6 @@ AFTER_CAPTION = (
 _SAME = 0.95
 _SHOWN = 0.02  # visible share from which an effect is worth comparing
 _CELL_IN = 0.17
-
-
-def caption(menu: Menu | None) -> str:
-    """What the picture shows, with or without a proposed experiment."""
-    return ISOLABILITY_CAPTION if menu is None or menu.best is None else AFTER_CAPTION
 
 
 def plot_isolability(

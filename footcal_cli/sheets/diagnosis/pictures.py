@@ -41,7 +41,7 @@ def pictures_of(
             lambda: line_up.plot_line_up(found, seed),
             line_up.LINE_UP_CAPTION,
             title="The data among nineteen random panels",
-            result=f"The data stand in panel {line_up.place_of_data(seed)}.",
+            result=lambda: f"The data stand in panel {line_up.place_of_data(seed)}.",
         ),
         Picture(
             "gain_per_block",
@@ -60,7 +60,7 @@ def pictures_of(
         Picture(
             "isolability",
             lambda: isolability.plot_isolability(found, table, menu),
-            isolability.caption(menu),
+            isolability.CAPTION if menu is None or menu.best is None else isolability.AFTER_CAPTION,
             title="Which effects look alike",
             result=lambda: isolability.alike(found),
         ),
