@@ -106,8 +106,9 @@ def _single(session: Session[DiagnoseOptions], groups: Sequence[Group], rules: R
             alone=found_alone(read, found),
             before=None if before is None else read_record(DiagnosisRecord, before),
             reproduce=request.command_line,
-            kept=(request.out / "parameters_extended.json").as_posix(),
         )  # fmt: skip
+    if not read.extends:
+        return outcome
     record = extended(session, baseline_of(session), read.case, found, moved)
     return replace(outcome, records={**outcome.records, "parameters_extended.json": record})
 

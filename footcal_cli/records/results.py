@@ -189,10 +189,11 @@ class RmseRecord(Versioned):
 
 
 class VerdictRecord(Record):
-    """The first sentence of a report."""
+    """The first sentence of a report, what to do next, and what it rests on."""
 
     level: Literal["good", "warning", "bad"]
     sentence: str
+    actions: tuple[str, ...] = ()
     details: tuple[str, ...] = ()
 
 

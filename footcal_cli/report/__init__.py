@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 FIGURE_DPI = 130
+_WRITTEN_OUT = 1e6
 _READ_ALOUD = 12
 """So many columns are printed before the rest is folded away."""
 _FIGURE_METADATA = {"Software": None}  # keeps figures the same bytes for the same data
@@ -131,10 +132,15 @@ class Report:
 
 
 def number(value: float | None, digits: int = 4) -> str:
-    """A number for people: `digits` significant ones, an en dash for none."""
+    """A number for people: `digits` significant ones, an en dash for none.
+
+    Up to a million it is written out: 110, not 1.1e+02.
+    """
     if value is None or value != value:
         return "–"
     text = f"{value:.{digits}g}"
+    if "e+" in text and abs(value) < _WRITTEN_OUT:
+        text = f"{float(text):.0f}"
     return text.replace("-", "−", 1) if text.startswith("-") else text
 
 

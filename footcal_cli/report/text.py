@@ -23,9 +23,11 @@ _WIDEST_CELL = 44
 
 
 def print_text(report: Report, console: Console) -> None:
-    """Print verdict, findings and the leading table."""
+    """Print verdict, actions, findings and the leading table."""
     mark = _MARKS[report.verdict.level]
     _say(console, "VERDICT  ", report.verdict.sentence, style=f"bold {mark}")
+    for line in report.verdict.actions:
+        _say(console, "  → ", line, style="bold")
     for line in report.verdict.details:
         _say(console, "  • ", line)
     for finding in report.findings:

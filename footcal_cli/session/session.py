@@ -240,6 +240,7 @@ class Session(Logs, Generic[Options]):
             record = in_units_of_readings(outcome.parameters, self.read_as)
             outcome = replace(outcome, parameters=record)
         outcome = gated(trusted(outcome), self.options, self.recipe.gates, self.reference)
+        outcome = _with_next_step(outcome)
         images: dict[str, Drawn] = {}
         with self.step("draw"):
             if self.options.pictures:
@@ -291,13 +292,23 @@ class Session(Logs, Generic[Options]):
     def _with_history(self, outcome: Outcome) -> Outcome:
         """The report with what changed since the calibration that the run started from."""
         start = self.request.parameters
-        told = any(sheet.title.startswith("Changes since") for sheet in outcome.lead_sheets)
-        if start is None or told:
+        shown_above = any(sheet.title.startswith("Changes since") for sheet in outcome.lead_sheets)
+        if start is None or shown_above:
             return outcome
         sheet = history_sheet(self.parameters, outcome.parameters, shown(start))
         if sheet is None:
             return outcome
         return replace(outcome, sheets=(*outcome.sheets, sheet))
+
+
+def _with_next_step(outcome: Outcome) -> Outcome:
+    """The outcome with what to do with a calibration that is accepted."""
+    verdict = outcome.verdict
+    refused = outcome.parameters is None or outcome.gates_missed or not outcome.usable
+    if refused or verdict.actions or verdict.level == "bad":
+        return outcome
+    step = "Start the next command from parameters.json, next to this report (--parameters)."
+    return replace(outcome, verdict=verdict.model_copy(update={"actions": (step,)}))
 
 
 _SEVERITIES = ("alarm", "warning", "note")

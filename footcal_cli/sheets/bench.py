@@ -63,7 +63,12 @@ def joined(
     records = [part.rmse for part in reversed(parts) if part.rmse is not None]
     return Outcome(
         title=title,
-        verdict=VerdictRecord(level=level, sentence=verdicts[0].sentence, details=tuple(details)),
+        verdict=VerdictRecord(
+            level=level,
+            sentence=verdicts[0].sentence,
+            actions=tuple(dict.fromkeys(line for verdict in verdicts for line in verdict.actions)),
+            details=tuple(details),
+        ),
         pictures=tuple(picture for part in parts for picture in part.pictures),
         lead_sheets=tuple(lead),
         sheets=tuple(sheet for part in parts for sheet in part.details),

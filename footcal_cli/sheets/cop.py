@@ -67,8 +67,8 @@ def _pictures(found: FootStudy, robot: Robot) -> list[Picture]:
     chosen = found.study.chosen
     none = next((r for r in found.study.results if r.name == "none"), chosen)
     errors = (
-        f"CoP error on placements left out: {number(1e3 * none.left_out.rmse, 3)} mm uncorrected, "
-        f"{number(1e3 * chosen.left_out.rmse, 3)} mm with the correction in use ({chosen.name})."
+        f"CoP error on placements left out: {1e3 * none.left_out.rmse:.2f} mm without a "
+        f"correction, {1e3 * chosen.left_out.rmse:.2f} mm with the one in use ({chosen.name})."
     )
     outline = np.array(spec.outline_m) if spec is not None and spec.outline_m else None
     pictures = [

@@ -143,10 +143,11 @@ def verdict(stages: Mapping[str, FloatArray], data: PoseData, mounted: bool) -> 
         )
         + " N now (median)."
     ]
+    actions: tuple[str, ...] = ()
     if not mounted:
-        details.append(
-            "The calibration holds no mounting: nominal rotations and hips were used; run "
-            "pose-calib."
+        actions = (
+            "Run pose-calib: the calibration holds no mounting; nominal rotations and hips were "
+            "used.",
         )
     lifted = {
         stage: root_mean_square(error)
@@ -159,12 +160,14 @@ def verdict(stages: Mapping[str, FloatArray], data: PoseData, mounted: bool) -> 
             level="good" if good else "warning",
             sentence=f"Feet in the air show {number(lifted['after'], 2)} N per axis "
             f"({number(lifted['before'], 2)} N with a tare); it should be zero.",
+            actions=actions,
             details=tuple(details),
         )
     off = root_mean_square(_weight_error(stages["after"], data))
     return VerdictRecord(
         level="good" if mounted else "warning",
         sentence=f"The feet carry the robot's weight to {number(off, 2)} N RMS.",
+        actions=actions,
         details=tuple(details),
     )
 

@@ -18,7 +18,7 @@ from footcal_cli.sheets.weights import (
     curvature_sentence,
     force_row,
     inadequate,
-    misfit_sentence,
+    misfit_sentences,
 )
 
 _MOST_ROWS = 120
@@ -120,7 +120,7 @@ def weights_verdict(
     plain = [study.affine for study in studies if study not in extended]
     bad = inadequate(plain, tolerance_n)
     details = [text for study in extended if (text := study_sentence(study))]
-    details += [misfit_sentence(fit) for fit in bad]
+    details += misfit_sentences(bad)
     details += [text for study in studies if (text := creep_sentence(study))]
     bent = curvature_sentence([study.affine for study in studies], curvature)
     if extended:
@@ -144,7 +144,8 @@ def weights_verdict(
             level="warning",
             sentence=f"Two readings fix scale and bias of {len(bare)} of the {len(studies)} "
             f"channels ({', '.join(bare)}): nothing shows their error.",
-            details=(*details, "Weigh at three loads or more, each of them twice."),
+            actions=("Weigh at three loads or more, each of them twice.",),
+            details=tuple(details),
         )
     if not bad:
         worst = max((study.affine for study in studies), key=lambda fit: fit.worst_n)
@@ -160,7 +161,8 @@ def weights_verdict(
         level="warning",
         sentence=f"The affine model does not fit {_share(len(bad), len(studies))}: errors "
         f"up to {number(bad[0].worst_n, 2)} N ({bad[0].channel}).",
-        details=(*details, NEXT_RECORDING),
+        actions=(NEXT_RECORDING,),
+        details=tuple(details),
     )
 
 

@@ -44,10 +44,10 @@ def feet_headline(feet: Sequence[FootStudy]) -> str:
         other = with_sd(_MM * best.left_out.rmse, _MM * best.left_out.rmse_sd)
         rival = "" if best is chosen else f"; the best correction, {best.name}, leaves {other} mm"
         return f"No correction of the CoP helps on unseen placements: {error} mm as it is{rival}."
-    raw = _MM * study.results[0].left_out.rmse
+    plain = _MM * study.results[0].left_out.rmse
     return (
-        f"At placements left out of the fit the CoP is right to {error} mm ({worst.foot}, "
-        f"{chosen.name}); uncorrected {raw:.2f} mm."
+        f"CoP error at placements left out of the fit: {plain:.2f} mm without a correction, "
+        f"{error} mm with it ({worst.foot}; {chosen.name})."
     )
 
 
@@ -61,18 +61,22 @@ def explains(found: FootStudy) -> bool:
 
 
 def foot_sentence(found: FootStudy) -> str:
-    """The errors before and after, and the verdict between physics and polynomial."""
+    """The errors at each stage, and the verdict between physics and polynomial."""
     chosen = found.study.chosen
-    raw = _before_m(found)
-    text = (
-        f"{found.foot}: CoP error {_MM * raw:.2f} → {_MM * chosen.left_out.rmse:.2f} mm on "
-        f"placements left out of the fit ({chosen.name})"
-    )
+    stages = []
+    if found.before is not None:
+        raw = rms_distance_m(cop_errors_m(found.before.raw_cop_m, found.before))
+        stages.append(f"{_MM * raw:.2f} mm before the cells were calibrated")
     if found.held_out is not None:
         error = rms_distance_m(cop_errors_m(chosen.fit.cop_m(found.held_out), found.held_out))
-        text += f", {_MM * error:.2f} mm on placements never used"
+        stages.append(f"{_MM * error:.2f} mm on placements never used")
     verdict = found.study.verdict()
-    return f"{text}. {verdict[0].upper()}{verdict[1:]}."
+    text = f"{verdict[0].upper()}{verdict[1:]}."
+    return (
+        f"{found.foot}: CoP error {', '.join(stages)}. {text}"
+        if stages
+        else (f"{found.foot}: {text}")
+    )
 
 
 def correction_sheet(found: FootStudy) -> Sheet:
@@ -85,24 +89,24 @@ def correction_sheet(found: FootStudy) -> Sheet:
         rows.append(
             (
                 ("→ " if result is found.study.chosen else "") + result.name,
+                with_sd(_MM * result.left_out.rmse, sd),
+                error,
+                number(result.left_out_total.rmse, 3),
+                f"{_MM * result.cop_rmse_m:.3f}",
                 str(result.fit.model.coefficients(len(found.rows.cells))),
                 str(result.fit.rank),
                 number(result.fit.condition, 3),
                 number(result.fit.ridge, 1) if result.fit.ridge else "–",
-                f"{_MM * result.cop_rmse_m:.3f}",
-                with_sd(_MM * result.left_out.rmse, sd),
-                error,
-                number(result.left_out_total.rmse, 3),
             )
         )
     return Sheet(
         f"CoP corrections of {found.foot}",
-        ("correction", "numbers", "rank", "condition", "ridge", "fitted (mm)", "left out (mm)",
-         "never used (mm)", "vGRF left out (N)"),
+        ("correction", "CoP, left out (mm)", "CoP, never used (mm)", "vGRF, left out (N)",
+         "CoP, fitted (mm)", "coefficients", "rank", "condition", "ridge"),
         rows,
-        brief=("correction", "fitted (mm)", "left out (mm)", "vGRF left out (N)"),
-        note="Root mean squared distance from the hole. Left out: each placement predicted by a "
-        "fit without it, ± one standard error over placements. → marks the choice: the simplest "
+        note="CoP: root mean squared distance from the hole. Left out: each placement predicted by "
+        "a fit without it, ± one standard error over placements. Never used: placements that no "
+        "fit and no choice saw. → marks the choice: the simplest "
         "within one standard error of the best, CoP and vGRF together. Crosstalk is what a share "
         "of a cell's reading means when the cells were calibrated one by one; a wrong scale would "
         "look the same.",
@@ -256,11 +260,6 @@ def _left_out_rows(found: FootStudy, stage: str, result: CopResult) -> list[Rmse
         against = "known load, its placement left out of the fit"
         made.append(RmseRow.of(f"vgrf {found.foot}", "N", stage, against, total, "held_out"))
     return made
-
-
-def _before_m(found: FootStudy) -> float:
-    rows = found.before if found.before is not None else found.rows
-    return rms_distance_m(cop_errors_m(rows.raw_cop_m, rows))
 
 
 def _held_out_m(result: CopResult, rows: PlacementRows) -> float:

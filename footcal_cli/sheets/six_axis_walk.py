@@ -86,13 +86,13 @@ def verdict_of(found: SixAxisReplay) -> VerdictRecord:
             f"The scales are relative to the stated mass of {model}, taken as known to "
             f"{100 * KNOWN_MASS:.1g} %."
         )
-    heavier, told = _all_vertical_scales(found)
-    if told:
-        details.insert(
-            0, f"Both feet ask for {with_sd(100 * heavier[0], 100 * heavier[1])} % on their "
-            f"vertical forces: the robot does not weigh {model}, or both transducers are off. Put "
-            "it on a scale.",
-        )  # fmt: skip
+    heavier, sure = _all_vertical_scales(found)
+    actions: tuple[str, ...] = ()
+    if sure:
+        actions = (
+            f"Weigh the robot: both feet ask for {with_sd(100 * heavier[0], 100 * heavier[1])} % "
+            f"on their vertical forces, so it does not weigh {model}, or both transducers are off.",
+        )
     details += [
         f"{jump.name}: jumped by {with_sd(jump.size, jump.sd)} {_unit_of(jump.name)} at "
         f"{jump.onset_s:.2f} s, known {jump.found_s - jump.onset_s:.2f} s later."
@@ -103,9 +103,10 @@ def verdict_of(found: SixAxisReplay) -> VerdictRecord:
     known_of = found.merged.log.known
     small = after < POOR_SHARE * float(known_of["mass_kg"][0] * known_of["gravity_mps2"][0])
     return VerdictRecord(
-        level="good" if consistent and small and after < before and not told else "warning",
+        level="good" if consistent and small and after < before and not sure else "warning",
         sentence=f"Total vertical force off by {number(before, 3)} → {number(after, 3)} N; "
         f"{known} of {len(found.estimates.names)} unknowns of the feet estimated.",
+        actions=actions,
         details=tuple(details),
     )
 

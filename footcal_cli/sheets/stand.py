@@ -197,6 +197,7 @@ def verdict_of(
         if has_cop
         else f"total force error {number(force_n['before'], 2)} → {number(force_n['after'], 2)} N"
     )
+    actions: list[str] = []
     details = [
         _how_many(known, seen.unknowns),
         f"Not seen: {'; '.join(unseen_words(seen, 3))}."
@@ -210,7 +211,7 @@ def verdict_of(
         )
     if menu:
         best = menu[0]
-        details.append(
+        actions.append(
             f"Next stance to record: {best.name} (+{number(best.gain_nats / log(2.0), 2)} bits of "
             f"information, rank {best.rank})."
         )
@@ -222,6 +223,7 @@ def verdict_of(
     return VerdictRecord(
         level="good" if known == seen.unknowns and fit.chi2 <= MISFIT * fit.dof else "warning",
         sentence=f"{counted(stances)} {seen.rank} of {seen.unknowns} directions; {shown} {how}.",
+        actions=tuple(actions),
         details=tuple(details),
     )
 

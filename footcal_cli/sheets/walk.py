@@ -67,6 +67,7 @@ def verdict_of(found: Comparison, method: str) -> VerdictRecord:
     cop = [1e3 * one.rms("cop") for one in (before, after)]
     force = [one.rms("vgrf") for one in (before, after)]
     alarms = sum(jump.sure for jump in found.memory.jumps)
+    actions: list[str] = []
     details = []
     for other in ("window", "static"):
         if other == method or (other, reference, "cop") not in found.ratios:
@@ -104,23 +105,21 @@ def verdict_of(found: Comparison, method: str) -> VerdictRecord:
     known = found.merged.log.known
     weight_n = float(known["mass_kg"][0] * known["gravity_mps2"][0])
     if not (cop[1] < POOR_COP_MM and force[1] < POOR_SHARE * weight_n):
-        details.insert(
-            0, "The residual is large, whatever it was before: something is not in the model; run "
-            "diagnose.",
-        )  # fmt: skip
+        actions.append("Run diagnose: the residual is large, so something is not in the model.")
         alarms += 1
     if not np.any(known["angmom_rate_nm"]):
-        details.insert(
-            0, "The log has no rate of angular momentum: scales may be off by far more than their "
-            "sd; log angmom_rate_x_nm and angmom_rate_y_nm from the robot's model.",
-        )  # fmt: skip
+        actions.append(
+            "Log angmom_rate_x_nm and angmom_rate_y_nm from the robot's model: without the rate of "
+            "angular momentum scales may be off by far more than their sd."
+        )
         alarms += 1
     consistent = found.consistency.as_claimed
     return VerdictRecord(
         level="bad" if worse else "good" if consistent and not alarms else "warning",
         sentence=f"CoP error {number(cop[0], 3)} → {number(cop[1], 3)} mm, error of the vertical "
-        f"force {number(force[0], 3)} → {number(force[1], 3)} N against {AGAINST[reference]}, "
-        f"by {_METHODS[method]}.",
+        f"force {number(force[0], 3)} → {number(force[1], 3)} N (RMS over the walk) against "
+        f"{AGAINST[reference]}, by {_METHODS[method]}.",
+        actions=tuple(actions),
         details=tuple(details),
     )
 

@@ -52,7 +52,8 @@ def _methods_sheet(found: Comparison) -> Sheet:
     rows = []
     for reference in dict.fromkeys(j.reference for j in found.judged):
         for one in (j for j in found.judged if j.reference == reference):
-            cells = [one.method, AGAINST[reference]]
+            whole = one.rms("cop") if one.whole["cop"].count else float("nan")
+            cells = [one.method, AGAINST[reference], number(1e3 * whole, 3)]
             for quantity, factor in _QUANTITIES:
                 key = (one.method, reference, quantity)
                 if key not in found.per_cycle:
@@ -67,11 +68,15 @@ def _methods_sheet(found: Comparison) -> Sheet:
             cells.append(p_in_words(p))
             rows.append(cells)
     return Sheet(
-        "Methods",
-        ("method", "against", "CoP (mm)", "each foot's CoP (mm)", "vertical force (N)",
+        "Errors by method, of the whole walk and per gait cycle",
+        ("method", "against", "CoP, whole walk (mm)", "CoP per cycle (mm)",
+         "each foot's CoP per cycle (mm)", "vertical force per cycle (N)",
          "memory / method, CoP", "p"),
         rows,
-        note="RMS error per gait cycle, mean ± sd over cycles, the first 5 s left out. Ratios of "
+        brief=("method", "against", "CoP, whole walk (mm)", "CoP per cycle (mm)",
+               "vertical force per cycle (N)"),
+        note="Whole walk: RMS over all samples. Per cycle: RMS of each gait cycle, mean ± sd over "
+        "cycles. Both leave the first 5 s out. Ratios of "
         "RMS errors with 95 % bootstrap intervals over paired cycles; p: Wilcoxon signed-rank. "
         "The smoother uses the whole walk. Truth and cells are in the same 10 Hz band. The "
         "demand of the motion is taken with the delay, CoM offset and L̇ that memory estimated: it "

@@ -12,15 +12,16 @@ from footcal_cli.core.bench.study import ChannelStudy
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.quality import Finding
 from footcal_cli.records.results import RmseRow, Split
-from footcal_cli.report import Sheet, number, with_sd
+from footcal_cli.report import Sheet, number, plural, with_sd
 
 NEXT_RECORDING = (
-    "Record next: a ladder of at least six loads up to the intended load and down again, one hold "
+    "Run next: a ladder of at least six loads up to the intended load and down again, one hold "
     "of five minutes at the top and one unloaded, the whole repeated three times, each cell alone."
 )
 LACK_OF_FIT_ALPHA = 0.01
 _CHANCE = 0.05  # p of the sign test below which channels are said to bend together
 _MOST_ROWS = 200
+_MOST_MISFITS = 3
 _MOST_READINGS = 60
 
 
@@ -35,12 +36,23 @@ def inadequate(fits: Sequence[AffineFit], tolerance_n: float) -> list[AffineFit]
     return sorted(bad, key=lambda fit: -fit.worst_n)
 
 
-def misfit_sentence(fit: AffineFit) -> str:
+def misfit_sentences(fits: Sequence[AffineFit]) -> list[str]:
+    """The largest residual of each channel, worst first; channels of which the same holds once."""
+    alike: dict[str, list[str]] = {}
+    for fit in fits:
+        alike.setdefault(_misfit(fit), []).append(fit.channel)
+    texts = [f"{', '.join(channels)}: {text}" for text, channels in alike.items()]
+    more = sum(len(channels) for channels in list(alike.values())[_MOST_MISFITS:])
+    rest = [f"{plural(more, 'more channel')} with smaller errors: see the calibration table."]
+    return [*texts[:_MOST_MISFITS], *(rest if more else [])]
+
+
+def _misfit(fit: AffineFit) -> str:
     """The largest residual of a channel, in N and percent of its load."""
     at = int(np.argmax(np.abs(fit.residual_n)))
     load = float(fit.load_n[at])
     share = f" ({100 * abs(fit.residual_n[at]) / load:.0f} % of the load)" if load else ""
-    text = f"{fit.channel}: {number(fit.residual_n[at], 2)} N at {number(load, 3)} N{share}"
+    text = f"{number(fit.residual_n[at], 2)} N at {number(load, 3)} N{share}"
     if fit.lack_of_fit is not None:
         text += f", lack of fit p = {fit.lack_of_fit.p:.1g}"
     return text
@@ -113,7 +125,7 @@ def parameter_sheet(fits: Sequence[AffineFit]) -> Sheet:
         (
             fit.channel,
             with_sd(1e6 * fit.scale_n_per_count, 1e6 * float(fit.estimates.sd[0])),
-            with_sd(fit.bias_n, fit.centre_sd_n).partition(" ± ")[0],
+            with_sd(fit.bias_n, float(fit.estimates.sd[1])),
             f"{fit.zero_counts:,.0f}",
             number(fit.centre_sd_n, 2),
             number(fit.rmse_n, 3),

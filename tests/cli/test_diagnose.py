@@ -88,7 +88,10 @@ def test_hidden_hysteresis_is_named_sized_and_worth_something(run: Run, tmp_path
     report = (tmp_path / "out/report.html").read_text("utf-8")
     assert report.index("Evidence") < report.index("data:image/png")
     assert "hysteresis" in record.sentence
-    assert "Nothing else is missing" in record.sentence
+    assert record.sentence.endswith("No other effect passes the tests.")
+    page = report[report.index('id="result"') :]
+    assert page.index("Approach every load from the same side") < page.index("<ul>")
+    assert str(tmp_path) not in page[: page.index("</section>")]
     assert "To reproduce: footcal diagnose" in report
     assert "--tolerance-n 0.02" in report
 
@@ -148,7 +151,7 @@ def test_table_2_of_seed_1(run: Run, repository: Path, tmp_path: Path) -> None:
     said = " ".join(details)
     assert "Affine inadequate" in said
     assert "Shared compressive curve: 8 of 8" in said
-    assert "cannot separate nonlinearity from creep or the order of loading" in said
+    assert "cannot distinguish nonlinearity from creep or the order of loading" in said
     assert "four unrepeated points" in said
     assert "up and down" in record.experiment
     assert {"readings_repeat_across_channels"} <= {f.code for f in record.findings}

@@ -48,7 +48,7 @@ def test_table_2_is_not_believed_blindly(run: Run, recipe: Path, tmp_path: Path)
     assert "31 % of the load" in answer.out
     assert "same sign in all 8 channels" in answer.out
     assert "exactly the same raw reading" in answer.out
-    assert "Record next" in answer.out
+    assert "→ Run next: a ladder" in answer.out
     codes = {f.code for f in read_record(RunRecord, tmp_path / "out/run.json").findings}
     assert codes == {"readings_repeat_across_channels", "offset_binary", "extrapolation"}
 

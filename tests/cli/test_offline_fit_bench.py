@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ from footcal_cli.records.results import (
     CopCorrectionsRecord,
     ParametersRecord,
     RmseRecord,
+    RunRecord,
     TruthRecord,
 )
 from tests.conftest import Run, drawing
@@ -147,6 +149,18 @@ def test_a_second_calibration_says_what_changed(
     changed = next(line for line in answer.out.splitlines() if "Changed:" in line)
     assert "left_fl scale" in changed
     assert "left_fr scale" not in changed
+
+
+def test_every_error_of_the_cop_says_which_one_it_is(bench_run: Path) -> None:
+    verdict = read_record(RunRecord, bench_run / "run.json").verdict
+    foot = next(line for line in verdict.details if line.startswith("left:"))
+    assert " mm without a correction, " in verdict.sentence
+    assert " mm before the cells were calibrated" in foot
+    assert "→" not in foot
+    page = (bench_run / "report.html").read_text("utf-8")
+    heads = re.search(r"CoP corrections of left</caption>\s*<thead>(.*?)</thead>", page, re.DOTALL)
+    assert heads is not None
+    assert heads.group(1).index("left out") < heads.group(1).index("rank")
 
 
 def test_placements_alone_need_a_calibration(

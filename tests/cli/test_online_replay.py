@@ -69,7 +69,12 @@ def test_the_walk_is_calibrated_and_everything_is_told(
     assert rmse(errors, "memory", "cop") < 1e-3
     sentence = answer.out.splitlines()[0]
     assert sentence.startswith("VERDICT  CoP error")
-    assert sentence.endswith("against the truth, by the filter with memory.")
+    assert sentence.endswith("N (RMS over the walk) against the truth, by the filter with memory.")
+    stated = sentence.partition(" mm")[0].rpartition("→ ")[2]
+    (own,) = [
+        line for line in answer.out.splitlines() if line.split()[:3] == ["memory", "the", "truth"]
+    ]
+    assert own.split()[3] == stated  # the error of the whole walk stands in the table as well
     assert "left_rl: the bias jumped by" in answer.out.replace("\n", " ")
     run_record = read_record(RunRecord, out / "run.json")
     jump = next(f for f in run_record.findings if f.code == "bias_jump")

@@ -14,7 +14,7 @@ from footcal_cli.records.results import (
     RunRecord,
     VerdictRecord,
 )
-from footcal_cli.report import Drawn, Picture, Report, Sheet, history_sheet, plural
+from footcal_cli.report import Drawn, Picture, Report, Sheet, history_sheet, number, plural
 from footcal_cli.report.page import render_html
 
 ALARM = Finding("stuck", "alarm", "left_rr", "reads 812 throughout", "replace the cable")
@@ -29,7 +29,12 @@ TABLE = Sheet(
 def page(**changes: object) -> str:
     parts: dict[str, object] = {
         "title": "Test",
-        "verdict": VerdictRecord(level="warning", sentence="One cell does not fit."),
+        "verdict": VerdictRecord(
+            level="warning",
+            sentence="One cell does not fit.",
+            actions=("Repeat it.",),
+            details=("It is left_rr.",),
+        ),
         "pictures": (
             Picture(
                 "residuals",
@@ -55,7 +60,8 @@ def page(**changes: object) -> str:
 def test_result_and_action_come_before_evidence_and_details() -> None:
     text = page()
     order = [
-        "One cell does not fit.", "replace the cable", "Table 1. Calibration", "few repeats",
+        "One cell does not fit.", "→ Repeat it.", "It is left_rr.", "replace the cable",
+        "Table 1. Calibration", "few repeats",
         "<figure", "Table 2. Errors", "parameters.json</a>",
     ]  # fmt: skip
     body = text[text.index("<main>") :]
@@ -112,6 +118,17 @@ def test_history_counts_a_change_in_the_sd_that_was_known_before() -> None:
 @pytest.mark.parametrize("before", [None, calibration(2.0, 0.5, "mN")])
 def test_history_compares_nothing_that_cannot_be_compared(before: ParametersRecord | None) -> None:
     assert history_sheet(before, calibration(3.5, 0.1), "last.json") is None
+
+
+@pytest.mark.parametrize(
+    ("value", "digits", "text"),
+    [(112.3, 2, "110"), (-1234.0, 3, "−1230"), (0.012345, 3, "0.0123"), (8.4e6, 2, "8.4e+06"),
+     (999.7, 3, "1000"), (None, 3, "–")],
+)  # fmt: skip
+def test_numbers_are_written_out_where_people_would(
+    value: float | None, digits: int, text: str
+) -> None:
+    assert number(value, digits) == text
 
 
 def test_plurals() -> None:

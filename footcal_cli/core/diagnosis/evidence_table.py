@@ -49,8 +49,13 @@ def evidence_rows(lib: Library, found: Search, rules: Rules) -> tuple[EffectRow,
 
 def order_of_row(row: EffectRow) -> tuple[bool, bool, float]:
     """By gain; sizes that cannot be come after those that can, and what was not tested last."""
-    possible = row.size.high >= row.signature.lower and row.size.low <= row.signature.upper
-    return row.status is EffectStatus.NOT_TESTABLE, not possible, -row.gain
+    return row.status is EffectStatus.NOT_TESTABLE, not possible(row), -row.gain
+
+
+def possible(row: EffectRow) -> bool:
+    """Whether the interval reaches a size that the effect can have."""
+    signature = row.signature
+    return bool(row.size.high >= signature.lower and row.size.low <= signature.upper)
 
 
 def rival_row(answer: Diagnosis, rival: Signature, named: str) -> EffectRow | None:

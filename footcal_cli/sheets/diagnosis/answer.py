@@ -24,6 +24,7 @@ from footcal_cli.sheets.diagnosis.sentences import (
     named,
     none_found,
     partly_named,
+    remedies,
     underpowered,
 )
 from footcal_cli.sheets.diagnosis.unknown import unknown
@@ -39,7 +40,8 @@ def stopped(found: Investigation, stop: Sequence[Finding]) -> Answer:
     """Bad data: say so, and what can be said all the same."""
     said = re.split(r":| \(", stop[0].sentence)[0]
     sentence = f"Stopped: {said}; diagnosing would be meaningless."
-    details = [f"Look at this first: {stop[0].remedy}."] if stop[0].remedy else []
+    actions = [f"First {stop[0].remedy}."] if stop[0].remedy else []
+    details: list[str] = []
     rivals: tuple[tuple[str, ...], ...] = ()
     experiment = None
     if found.case.experiment.name == "weights":
@@ -48,12 +50,14 @@ def stopped(found: Investigation, stop: Sequence[Finding]) -> Answer:
             details += bent
             what = "nonlinearity from creep or the order of loading"
             repeats = "with four unrepeated points" if _unrepeated(found) else "here"
-            details.append(f"These readings cannot separate {what} {repeats}.")
+            details.append(f"These readings cannot distinguish {what} {repeats}.")
             rivals = (tuple(effect.name for effect in (NONLINEARITY, CREEP, HYSTERESIS)),)
         experiment = NextExperimentRecord(id="up_down", kind="weights", words=LADDER_AGAIN)
-        details.append(f"Run next: {LADDER_AGAIN}.")
+        actions.append(f"Run next: {LADDER_AGAIN}.")
     return Answer(
-        VerdictRecord(level="bad", sentence=sentence, details=tuple(details)),
+        VerdictRecord(
+            level="bad", sentence=sentence, actions=tuple(actions), details=tuple(details)
+        ),
         rivals,
         experiment,
     )
@@ -116,15 +120,17 @@ def answer_of(
         Verdict.UNDERPOWERED: underpowered,
     }[kind]
     sentence, details = speak(found, untested)
+    actions = remedies(found) if kind in (Verdict.NAMED, Verdict.NAMED_UNKNOWN) else []
     tested = any(r.status is not EffectStatus.NOT_TESTABLE for r in found.rounds[0].effects)
     if experiment is not None and kind is Verdict.AMBIGUOUS:
-        details.insert(0, f"Run next: {experiment_words(experiment)}.")
+        actions.append(f"Run next: {experiment_words(experiment)}.")
     elif menu is not None and menu.prospects:
-        details.insert(0, f"What would sharpen it: {' – or '.join(sharpening(menu))}.")
+        actions.append(f"Run next, to learn more: {' – or '.join(sharpening(menu))}.")
     return Answer(
         VerdictRecord(
             level="good" if kind is Verdict.NONE and tested else "warning",
             sentence=sentence,
+            actions=tuple(actions),
             details=tuple(details),
         ),
         rival_groups(found),

@@ -18,7 +18,7 @@ class Answer:
     verdict
         Sentence and details.
     rivals
-        Groups of effects that these data cannot tell apart.
+        Groups of effects that these data cannot distinguish.
     experiment
         What to run next.
     menu
@@ -30,10 +30,10 @@ class Answer:
     experiment: NextExperimentRecord | None = None
     menu: Menu | None = None
 
-    def ending_with(self, words: str) -> Answer:
-        """The same with one more thing said, last of all."""
-        details = (*self.verdict.details, words)
-        return replace(self, verdict=self.verdict.model_copy(update={"details": details}))
+    def with_action(self, words: str) -> Answer:
+        """The same with one more thing to do, after the others."""
+        actions = (*self.verdict.actions, words)
+        return replace(self, verdict=self.verdict.model_copy(update={"actions": actions}))
 
     def with_detail(self, words: str) -> Answer:
         """The same with one more thing said, first of all."""

@@ -8,7 +8,13 @@ from dataclasses import replace
 import numpy as np
 
 from footcal_cli.core.diagnosis.answer import EffectRow, EffectStatus, Verdict
-from footcal_cli.core.diagnosis.evidence_table import AS_GOOD, found_row, order_of_row, rival_row
+from footcal_cli.core.diagnosis.evidence_table import (
+    AS_GOOD,
+    found_row,
+    order_of_row,
+    possible,
+    rival_row,
+)
 from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.plots.words import words
 from footcal_cli.report import Sheet, number
@@ -17,11 +23,13 @@ from footcal_cli.sheets.diagnosis.words import handy_unit, scaled, with_interval
 _MOST_ROWS = 20
 _HOW_TO_READ = (
     "Present: beyond the size that matters. Absent: its whole interval within the sizes that do "
-    "not matter. Undecided: the interval straddles it. By chance: probability that random signs of "
-    "whole blocks make any effect of the table look this strong. Gain: share of the squared error "
-    "that goes on blocks the effect was not fitted to, and on how many blocks. Matters from: the "
-    "size whose visible part changes an output by the tolerance. Found from: the size this data "
-    "would have shown 4 times in 5. Visible: share that the calibration cannot absorb."
+    "not matter. Undecided: the interval straddles it, the effect fails a test, or no such size "
+    "exists and another effect resembles it. By chance: probability that random signs of whole "
+    "blocks make any effect of the table look this strong. Gain: share of the squared error of all "
+    "outputs together that goes on blocks the effect was not fitted to, and in how many blocks; "
+    "the sentence at the top is about one output and its RMS error. Matters from: the size whose "
+    "visible part changes an output by the tolerance. Found from: the size this data would have "
+    "shown 4 times in 5. Visible: share that the calibration cannot absorb."
 )
 
 
@@ -36,11 +44,12 @@ def evidence_sheet(found: Investigation, untested: Mapping[str, str]) -> Sheet:
     ]
     return Sheet(
         "Evidence: every effect looked for",
-        ("effect", "where", "size [95 %]", "by chance", "gain", "better in", "matters from",
+        ("effect", "where", "size [95 %]", "by chance", "gain, all outputs",
+         "blocks better, all outputs", "matters from",
          "found from", "visible", "verdict"),
         rows,
         note=_HOW_TO_READ,
-        brief=("effect", "where", "size [95 %]", "gain", "verdict"),
+        brief=("effect", "where", "size [95 %]", "gain, all outputs", "verdict"),
         greyed=frozenset(range(tested, len(rows))),
         folded_after=max(min(tested, _MOST_ROWS), 1) if len(rows) > _MOST_ROWS else 0,
     )  # fmt: skip
@@ -102,6 +111,8 @@ def _evidence_row(row: EffectRow, blocks: int) -> tuple[str, ...]:
         verdict += f": {row.reason}"
     elif row.reason.startswith(AS_GOOD):
         verdict += f": as good as {words(row.reason.removeprefix(AS_GOOD))}"
+    elif row.status is EffectStatus.UNDECIDED and not possible(row):
+        verdict += ": no such size"
     return (
         words(row.signature.effect),
         row.signature.where,

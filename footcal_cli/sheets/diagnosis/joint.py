@@ -40,9 +40,9 @@ _HOW_TO_READ = (
 def joint_verdict(joint: JointDiagnosis, table: Mapping[str, Effect]) -> VerdictRecord:
     """The verdict in words."""
     sentence, details = _said(joint)
-    details += [_remedy(item, table) for item in joint.causes if joint.agreed]
+    actions = [_remedy(item, table) for item in joint.causes if joint.agreed]
+    actions += [_plan(item) for item in joint.causes if joint.agreed and len(item.rivals) > 1]
     details += [line for item in joint.causes for line in _resolved(item, joint)]
-    details += [_plan(item) for item in joint.causes if joint.agreed and len(item.rivals) > 1]
     for single in joint.singles:
         if single.name in joint.open_in:
             details.append(
@@ -54,6 +54,7 @@ def joint_verdict(joint: JointDiagnosis, table: Mapping[str, Effect]) -> Verdict
     return VerdictRecord(
         level="good" if joint.verdict is Verdict.NONE else "warning",
         sentence=sentence,
+        actions=tuple(actions),
         details=tuple(details),
     )
 

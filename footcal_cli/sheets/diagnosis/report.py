@@ -45,7 +45,6 @@ def outcome_of(
     alone: Sequence[ChannelStudy] = (),
     before: DiagnosisRecord | None = None,
     reproduce: str = "",
-    kept: str = "",
 ) -> Outcome:
     """An investigation as everything that people and programs read of it.
 
@@ -61,8 +60,8 @@ def outcome_of(
         Cells that need more than a scale and a bias, where the diagnosis named nothing.
     before
         The diagnosis whose rivals this one should distinguish.
-    reproduce, kept
-        The command that gives this again, and where the extended calibration lies.
+    reproduce
+        The command that gives this again.
     """
     if alone:
         found = replace(found, verdict=Verdict.UNDERPOWERED)
@@ -70,8 +69,9 @@ def outcome_of(
     if alone:
         answer = _undecided(answer, len(found.case.logs), alone)
     if found.model is not None:
-        answer = answer.ending_with(
-            f"The calibration with it: {kept}; every command starts from it (--parameters)."
+        answer = answer.with_action(
+            "Start the next command from parameters_extended.json, next to this report "
+            "(--parameters): this calibration holds it."
         )
     became = after(found, before, table)
     left = left_over(found, became)
@@ -117,10 +117,10 @@ def _undecided(answer: Answer, cells: int, alone: Sequence[ChannelStudy]) -> Ans
             f"{len(alone)} of {cells} cells need more than a scale and a bias, but too few "
             "blocks show it to name the cause."
         ),
+        actions=("Record more sessions of these cells to have the cause named.",),
         details=(
             *(sentence for study in alone if (sentence := study_sentence(study)) is not None),
-            "offline-fit finds the same in these rows, and its calibration holds it. Record more "
-            "sessions of these cells to have it named.",
+            "offline-fit finds the same in these rows, and its calibration holds it.",
         ),
     )
     return replace(answer, verdict=verdict)

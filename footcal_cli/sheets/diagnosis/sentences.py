@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from footcal_cli.core.diagnosis.answer import EffectRow, EffectStatus
+from footcal_cli.core.diagnosis.detection import Detection
 from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.plots.words import output_words, words
 from footcal_cli.report import number, plural
@@ -86,23 +87,32 @@ def named(found: Investigation, untested: Mapping[str, str]) -> tuple[str, list[
     """One name or several, and nothing else."""
     lead = "Cause" if any(matters(found, f) for f in found.found) else "Nothing that matters"
     small = _repeats(found)
-    rest = "is missing" if small is None else "that matters is missing"
-    sentence = f"{lead}: {causes_words(found)}. {gain_words(found)}. Nothing else {rest}."
+    rest = "No other effect passes the tests"
+    if small is not None:
+        rest = "What else repeats is too small to matter"
+    sentence = f"{lead}: {causes_words(found)}. {gain_words(found)}. {rest}."
     last = found.rounds[-1].before
     other = next_best(found)
     lines = [] if other is None else [other]
     lines += _detail_lines(found)
-    lines += [f"What to do: {text}." for text in _remedies(found)]
-    lines.append(
-        small
-        or f"With this in the model nothing else stands out (p = {number(last.p, 2)}); any "
-        f"function of the recorded signals would explain {100 * last.ceiling:.1f} % more."
-    )
+    lines.append(small or _nothing_more(last))
     return sentence, [*lines, *cannot_lines(found, untested)]
 
 
-def _remedies(found: Investigation) -> list[str]:
-    return list(dict.fromkeys(remedy_of(found, item) for item in found.found))
+def _nothing_more(last: Detection) -> str:
+    """How surely the residual with the names in the model is noise."""
+    percent = 100 * last.ceiling
+    share = "less than 0.1" if percent < 0.05 else f"{percent:.1f}"
+    return (
+        f"With this in the model the residual looks like noise (p = {number(last.p, 2)}); any "
+        f"function of the recorded signals would explain {share} % more."
+    )
+
+
+def remedies(found: Investigation) -> list[str]:
+    """What to do about each named cause, once."""
+    texts = dict.fromkeys(remedy_of(found, item) for item in found.found)
+    return [f"{text[0].upper()}{text[1:]}." for text in texts if text]
 
 
 def ambiguous(found: Investigation, untested: Mapping[str, str]) -> tuple[str, list[str]]:

@@ -115,13 +115,15 @@ def gain_words(found: Investigation) -> str:
     if gain is None:
         return ""
     low, value, high = (100 * x for x in (gain.change.low, gain.change.value, gain.change.high))
-    better = better_blocks(gain)
+    better, blocks = better_blocks(gain), len(gain.per_block)
+    of = f"{blocks} blocks"
+    if blocks < found.problem.blocks:
+        of = f"the {blocks} blocks that hold it"
     falls = "falls" if value >= 0 else "grows"
     return (
         f"On data the fit had not seen, the error of the {output_words(gain.output)} {falls} from "
         f"{number(gain.before, 3)} to {number(gain.after, 3)} {gain.unit} "
-        f"({abs(value):.0f} % [{low:.0f}, {high:.0f}], better in {better} of "
-        f"{len(gain.per_block)} blocks)"
+        f"({abs(value):.0f} % [{low:.0f}, {high:.0f}], better in {better} of {of})"
     ).replace("[-", "[−")
 
 

@@ -227,14 +227,16 @@ def verdict(
         names = {_BELIEF.get(one.name, "hanging") for one in contradicted}
         sentence = f"{sentence} The poses contradict {' and '.join(sorted(names))}."
     noisy = fit.options.noise_known and fit.noise_factor > _NOISY
+    actions: tuple[str, ...] = ()
     if noisy:
-        details.insert(
-            0, f"The balance is {fit.noise_factor:.1f} times noisier than the sensors are said to "
-            "be: something is not in the model; run diagnose.",
-        )  # fmt: skip
+        actions = (
+            f"Run diagnose: the balance is {fit.noise_factor:.1f} times noisier than the stated "
+            "noise of the sensors, so something is not in the model.",
+        )
     return VerdictRecord(
         level="warning" if noisy or contradicted else "good",
         sentence=sentence,
+        actions=actions,
         details=tuple(details),
     )
 
