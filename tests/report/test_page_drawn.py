@@ -28,8 +28,8 @@ RUNS: dict[str, tuple[str | Path, ...]] = {
     "apply": ("apply", BIPED / "walk_002_cells.parquet", *NAO),
     "apply to legs": ("apply", HEXAPOD / "walk.parquet", *SIX[:2], "--parameters", "@pose"),
     "batch": (
-        "batch", ROOT / "sample_data/nao_table2/weights.csv",
-        ROOT / "sample_data/bench_foot/weights.csv", "--command", "offline-fit", *NAO[:2],
+        "batch", BIPED / "walk_002_cells.parquet", BIPED / "walk_010_cells.parquet",
+        "--command", "apply", *NAO,
     ),
     "simulate": ("simulate", "--recipe", ROOT / "recipes/nao_simulated.toml"),
     "diagnose weights": (
