@@ -10,7 +10,7 @@ import resource
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from itertools import count
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
@@ -36,6 +36,8 @@ class Outcome:
         ``input``, ``kill``, ``machine``, ``race`` or ``relation``, and the class within it.
     exit_code, sentence, level
         How the command ended, what it said, its verdict.
+    cpu_s
+        Processor time of the job with all its processes.
     """
 
     key: str
@@ -45,6 +47,7 @@ class Outcome:
     sentence: str
     level: str
     violations: tuple[str, ...]
+    cpu_s: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -154,4 +157,6 @@ class _Running:
 def _work(job: Job, folder: Path, pipe: Connection) -> None:
     hard = resource.getrlimit(resource.RLIMIT_CPU)[1]
     resource.setrlimit(resource.RLIMIT_CPU, (PROCESSOR_LIMIT_S, hard))
-    pipe.send(job.run(folder))
+    outcome = job.run(folder)
+    used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
+    pipe.send(replace(outcome, cpu_s=round(sum(u.ru_utime + u.ru_stime for u in used), 2)))
