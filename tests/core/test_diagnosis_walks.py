@@ -108,7 +108,8 @@ def test_a_low_pass_may_be_steeper_than_the_tables() -> None:
     assert abs(steep - np.exp(-s)) < 0.2 * abs(steep - 1.0 / (1.0 + s))
     same = Rules().same
     assert never_distinguished("delay", {"lag": 0.97, "clock_drift": 0.96}, same) == {"lag"}
-    assert never_distinguished("lag", {"delay": 0.97}, same) == {"delay"}
+    assert never_distinguished("lag", {"delay": 0.97, "sensor_lag": 0.96}, same) == {"sensor_lag"}
+    assert never_distinguished("lag", {"delay": 0.995}, same) == {"delay"}
     assert never_distinguished("nonlinearity", {"hinge": 0.97, "saturation": 0.995}, same) == {
         "saturation"
     }
