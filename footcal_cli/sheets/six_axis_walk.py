@@ -169,13 +169,13 @@ def findings_of(found: SixAxisReplay) -> Iterator[Finding]:
             "much, for the robot's own model is wrong in a way that no noise describes",
             "run diagnose on these walks; log a better CoM, or an IMU",
         )  # fmt: skip
-    if not found.delay_told:
+    if not found.delay_found:
         asked = ", ".join(
             f"{name} {1e3 * value:+.0f}"
             for name, value in zip(found.rows.outputs, found.delay_asked_s, strict=False)
         )
         yield Finding(
-            "delay_not_told", "warning", "body stream",
+            "delay_not_found", "warning", "body stream",
             f"each total would move the body's stream by another time ({asked} ms): this is no "
             "delay but a motion that the feet did not feel, and nothing was taken out",
             "compare the model's CoM acceleration with an IMU",

@@ -228,7 +228,7 @@ def _raw_stretches(
 def _free_in_every_block(
     raw: FloatArray, white: FloatArray, block: IntArray, kept: IntArray, free: IntArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Columns less what a block's own calibration absorbs of them, unwhitened and whitened.
+    """Columns minus the part that a block's own calibration absorbs, unwhitened and whitened.
 
     None unwhitened where errors are not counted.
     """
