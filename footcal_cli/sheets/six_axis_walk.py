@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from footcal_cli.core.effects.transport import DELAY
 from footcal_cli.core.online.replay import held
 from footcal_cli.core.online.six_axis import KNOWN_MASS, MASS_STATE
 from footcal_cli.core.online.six_axis_replay import SixAxisReplay
@@ -181,7 +182,7 @@ def findings_of(found: SixAxisReplay) -> Iterator[Finding]:
         )  # fmt: skip
     elif abs(found.delay_s) > max(_NOTABLE_DELAY_S, 3 * found.delay_sd_s):
         yield Finding(
-            "delay", "warning", "body stream",
+            DELAY.name, "warning", "body stream",
             f"the body's stream is {with_sd(1e3 * found.delay_s, 1e3 * found.delay_sd_s)} ms "
             "late beyond what the recipe compensates; it was taken out",
             "add it to delay_s in the recipe if several walks agree",
