@@ -13,6 +13,8 @@ from scipy.ndimage import binary_dilation
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 from footcal_cli.core.signals import stretches
 
+_IN_AIR = 0.05
+"""Quantile of a foot's force that it reads in the air, whatever its offset."""
 _ROUNDING = np.array([1.0, 2.0, 3.0, 2.0, 1.0]) / 9.0
 """What a 10 Hz zero-phase low-pass makes of a step at 80 Hz, nearly."""
 
@@ -127,7 +129,8 @@ def flicker(
     """Samples of phases too short to be a stance or a swing, shape (n, feet).
 
     A foot in the air that carries hundreds of newtons for one sample is a broken reading: left in,
-    a low-pass spreads it over its neighbours.
+    a low-pass spreads it over its neighbours. So is one that the ground seems to pull down by more
+    than a landing takes, below what the foot reads in the air.
 
     Parameters
     ----------
@@ -137,9 +140,15 @@ def flicker(
     rule = rule or ContactRule()
     shortest = max(round(rule.min_phase_s * rate_hz), 1)
     found = np.zeros(foot_force_n.shape, dtype=bool)
+    low, high = rule.off_share * weight_n, rule.on_share * weight_n
     for foot, force in enumerate(foot_force_n.T):
-        loaded = _hysteresis(force, rule.off_share * weight_n, rule.on_share * weight_n)
+        loaded = _hysteresis(force, low, high)
         found[:, foot] = _without_flicker(loaded, shortest) != loaded
+        in_air = (
+            min(float(np.nanquantile(force, _IN_AIR)), 0.0) if np.isfinite(force).any() else 0.0
+        )
+        pulled = _hysteresis(in_air - force, low, high)
+        found[:, foot] |= pulled & ~_without_flicker(pulled, shortest)
         for value in (False, True):
             for start, stop in stretches(loaded == value):
                 at_an_end = (start == 0) != (stop == force.size)

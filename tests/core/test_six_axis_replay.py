@@ -149,5 +149,6 @@ def test_phases_of_one_sample_are_broken_readings_at_the_ends_of_a_log_too() -> 
     force[100:150] = force[250:300] = 5.0
     force[120] = force[280] = 900.0
     force[399] = 4.0  # a swing of one sample at the end
+    force[140] = -900.0  # no ground pulls
     found = flicker(force, 700.0, 50.0)
-    assert np.flatnonzero(found[:, 0]).tolist() == [120, 280, 399]
+    assert np.flatnonzero(found[:, 0]).tolist() == [120, 140, 280, 399]
