@@ -12,7 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from footcal_cli.errors import UsageError, nearest
-from footcal_cli.tables.logfiles import RawColumn, column_names, raw_columns
+from footcal_cli.tables.logfiles import column_names, raw_columns
+from footcal_cli.tables.rawcolumn import RawColumn
 
 if TYPE_CHECKING:
     from footcal_cli.records.batch import SessionRecord

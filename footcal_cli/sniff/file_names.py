@@ -9,17 +9,18 @@ from pathlib import Path
 
 import numpy as np
 
+from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.attitudes import attitude_of, named_orientation
 from footcal_cli.sniff.experiment import plan_of
 from footcal_cli.sniff.groups import readings, wrenches
 from footcal_cli.sniff.guesses import FileGuess
 from footcal_cli.sniff.names import common_start, name_guess
 from footcal_cli.sniff.numbered import numbered
-from footcal_cli.sniff.plan import Entry, Plan, reading_entry, times
-from footcal_cli.sniff.six_axis import forces_of
+from footcal_cli.sniff.plan import NOT_SAID, Entry, Plan, reading_entry, times
+from footcal_cli.sniff.six_axis import forces_of, share_a_weight
 from footcal_cli.sniff.tokens import IN_WORDS
 from footcal_cli.sniff.units import MASSES, WEIGHTS, known_unit
-from footcal_cli.sniff.weights import UNIT_ASKED, UNIT_TO_FILL_IN
+from footcal_cli.sniff.weights import UNIT_ASKED
 from footcal_cli.tables.textfiles import called_as
 
 _LOAD = re.compile(
@@ -99,6 +100,9 @@ def alike_part(group: list[FileGuess]) -> Part | None:
     if len(group) == 1:
         return None if plan is None else Part(plan, paths, escaped(paths[0].name))
     names = _Names.of(called(paths))
+    plates = None if names.of_folders else _per_plate(group, names)
+    if plates is not None:
+        return plates
     six = wrenches(numbered(first))
     told = first.of("load") or first.of("label")
     if len(told) == len(first.of("load")) == 1 and not six and not readings(first):
@@ -198,7 +202,7 @@ def _per_load(group: list[FileGuess], names: _Names) -> Part | None:
     plan = Plan(
         first, "known weights, one file per weight", "the files' names differ by a number",
         "likely", "offline-fit", "weights", entries, (channel,),
-        blanks=() if load.unit != UNIT_TO_FILL_IN else (UNIT_ASKED,), warnings=warnings,
+        blanks=() if load.unit != NOT_SAID else (UNIT_ASKED,), warnings=warnings,
     )  # fmt: skip
     return Part(plan, tuple(file.path for file in group), names.match)
 
@@ -226,6 +230,43 @@ def _per_foot(group: list[FileGuess], names: _Names) -> Part | None:
         return None
     beside = (Beside(group[1], "time", why="the other foot"),)
     return Part(plan, (first.path,), escaped(first.path.name), beside)
+
+
+def _per_plate(group: list[FileGuess], names: _Names) -> Part | None:
+    """Plates or feet that carry one weight together, a file each with the same stamps."""
+    vertical = [_vertical(file) for file in group]
+    stamps = [file.of("time")[0].values if file.of("time") else None for file in group]
+    first_stamps = stamps[0]
+    if first_stamps is None or not all(
+        s is not None and s.shape == first_stamps.shape and np.allclose(s, first_stamps)
+        for s in stamps[1:]
+    ):
+        return None
+    if any(v is None for v in vertical) or not share_a_weight(np.array(vertical).T):
+        return None
+    columns = []
+    for i, (file, word) in enumerate(zip(group, names.middle, strict=True)):
+        side = name_guess(word).side or f"plate_{word.strip('_- ')}"
+        stem = file.path.name.rsplit(".", 1)[0]
+        for c in numbered(file).of("force", "cop"):
+            column = c.column if i == 0 else f"{stem}.{c.column}"
+            columns.append(
+                replace(c, name=replace(c.name, side=side, place="", owner=""), column=column)
+            )
+    first = group[0]
+    own = {c.column for c in columns}
+    kept = (c for c in first.columns if c.column not in own)
+    plan = plan_of(replace(first, columns=(*kept, *columns)))
+    if plan is None:
+        return None
+    beside = tuple(Beside(file, "time", why="a file for each plate or foot") for file in group[1:])
+    return Part(plan, (first.path,), escaped(first.path.name), beside)
+
+
+def _vertical(file: FileGuess) -> FloatArray | None:
+    """The vertical force of a log's only plate or transducer, shape (n,); None without one."""
+    forces = [c for c in numbered(file).of("force") if c.name.axis in ("fz", "")]
+    return forces[0].values if len(forces) == 1 and not file.of("label", "load") else None
 
 
 def _per_leg(plan: Plan, names: _Names) -> Plan:
@@ -258,10 +299,10 @@ def _loads_named(names: _Names) -> Entry | None:
         expression = rf"^{re.escape(names.head)}[_ -]*(\d+(?:\.\d+)?)"
         expression += "[^/]*/" if names.of_folders else ""
         return Entry(
-            file_name=expression, unit=next(iter(units), UNIT_TO_FILL_IN),
+            file_name=expression, unit=next(iter(units), NOT_SAID),
             sure="likely" if units else "guess", why="a number in the file's name",
         )  # fmt: skip
-    unit = next(iter(units), UNIT_TO_FILL_IN)
+    unit = next(iter(units), NOT_SAID)
     if len(units) > 1:
         sizes = next((s for s in (MASSES, WEIGHTS) if units <= s.keys()), None)
         if sizes is None:

@@ -15,7 +15,7 @@ from footcal_cli.sniff.groups import readings, wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
 from footcal_cli.sniff.motion import body_entries, upright
 from footcal_cli.sniff.numbered import numbered
-from footcal_cli.sniff.plan import Plan
+from footcal_cli.sniff.plan import Plan, without_silent_rows
 
 _TO_S = {"ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 _LEAST_STEPS = 2
@@ -24,6 +24,11 @@ _ATTITUDE = ("quaternion", "angle", "matrix", "gravity", "acceleration")
 
 def parts_of(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
     """Plans for all logs, and the logs that fit nothing."""
+    parts, others = _planned(files)
+    return [replace(part, plan=without_silent_rows(part.plan)) for part in parts], others
+
+
+def _planned(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
     groups: dict[object, list[FileGuess]] = {}
     for file in files:
         names = tuple(c.column for c in file.columns)

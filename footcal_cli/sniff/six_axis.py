@@ -11,7 +11,7 @@ import numpy as np
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.attitudes import Attitude, attitude_of, named_orientation
 from footcal_cli.sniff.groups import AT_THE_FOOT
-from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.motion import body_entries, upright
 from footcal_cli.sniff.mounts import Mounts, mounts_of
 from footcal_cli.sniff.plan import MASS, Blank, Entry, Plan, of, times
@@ -147,11 +147,19 @@ def _stand(six: Mapping[str, dict[str, ColumnGuess]]) -> bool:
     """
     if len(six) < 2:
         return False
-    vertical = np.column_stack([group["fz"].values for group in six.values()])  # type: ignore[misc]
+    vertical = np.column_stack([numbers_of(group["fz"]) for group in six.values()])
+    named = all(AT_THE_FOOT.search(group["fz"].column) for group in six.values())
+    return share_a_weight(vertical, named=named)
+
+
+def share_a_weight(vertical: FloatArray, *, named: bool = False) -> bool:
+    """Whether vertical forces (n, k) are of one sign and add up to what hardly changes.
+
+    `named`: they are at feet by their names, and may stand still.
+    """
     means = np.nanmean(vertical, axis=0)
     if not (np.all(means > 0) or np.all(means < 0)):
         return False
-    named = all(AT_THE_FOOT.search(group["fz"].column) for group in six.values())
     together, alone = np.nanstd(vertical.sum(axis=1)), np.nanstd(vertical, axis=0).max()
     loaded = np.abs(means).sum() > _LOADED * np.nanstd(vertical.sum(axis=1))
     return bool(loaded and (named or together < _TOGETHER * alone))
@@ -232,7 +240,7 @@ def _poses(
 
 def forces_of(group: dict[str, ColumnGuess]) -> FloatArray:
     """Forces of a transducer, shape (n, 3)."""
-    return np.column_stack([group[axis].values for axis in ("fx", "fy", "fz")])  # type: ignore[misc]
+    return np.column_stack([numbers_of(group[axis]) for axis in ("fx", "fy", "fz")])
 
 
 def _named_rows(column: ColumnGuess, six: dict[str, ColumnGuess] | None) -> Attitude | None:
@@ -285,7 +293,7 @@ def _counted(six: dict[str, dict[str, ColumnGuess]]) -> bool:
 
 def _lever(group: dict[str, ColumnGuess]) -> float:
     """How much the torques change beside the forces: metres, if they are in N and Nm."""
-    values = np.column_stack([group[axis].values for axis in _AXIS_COLUMNS])  # type: ignore[misc]
+    values = np.column_stack([numbers_of(group[axis]) for axis in _AXIS_COLUMNS])
     spread = np.nanstd(values, axis=0)
     force, torque = float(np.linalg.norm(spread[:3])), float(np.linalg.norm(spread[3:]))
     return torque / force if force > 0 else 0.0

@@ -10,15 +10,24 @@ import numpy as np
 
 from footcal_cli.core.bench.matrix import directions
 from footcal_cli.sniff.groups import AXES, channel_names
-from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
-from footcal_cli.sniff.plan import FORCES, Blank, Entry, Plan, extras, of, reading_entry, times
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
+from footcal_cli.sniff.plan import (
+    FORCES,
+    NOT_SAID,
+    Blank,
+    Entry,
+    Plan,
+    extras,
+    of,
+    reading_entry,
+    times,
+)
 from footcal_cli.sniff.tokens import with_unit
 from footcal_cli.sniff.units import known_unit, split_unit
 
 _ROWS_OF_A_STREAM = 60
 _FOLLOWS, _IDLE = 0.9, 0.2
 """How much of its variance a load explains: of a cell that carries it, and of one that does not."""
-UNIT_TO_FILL_IN = "?"
 UNIT_ASKED = Blank(
     ('# in [columns]: unit = "?" of load_n becomes N, kg, g, lb …',),
     "nothing says the unit of the load",
@@ -182,7 +191,7 @@ def _known_wrench(
 
 def _one_proportion(loads: list[ColumnGuess]) -> bool:
     """Whether known loads rise and fall together: no crosstalk can be seen."""
-    table = np.column_stack([c.values for c in loads])  # type: ignore[misc]
+    table = np.column_stack([numbers_of(c) for c in loads])
     return directions(table[np.isfinite(table).all(axis=1)]) < len(loads)
 
 
@@ -253,7 +262,7 @@ def load_entry(load: ColumnGuess) -> tuple[Entry, tuple[Blank, ...]]:
     """The entry of known loads; their unit is asked for where nothing says it."""
     if load.unit is not None and load.unit != "count":
         return of(load), ()
-    return replace(of(load, UNIT_TO_FILL_IN), sure="guess"), (UNIT_ASKED,)
+    return replace(of(load, NOT_SAID), sure="guess"), (UNIT_ASKED,)
 
 
 def _stream(

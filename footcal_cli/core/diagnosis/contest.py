@@ -20,6 +20,7 @@ from footcal_cli.core.diagnosis.kindred import (
     partners_of,
     share_for_form,
 )
+from footcal_cli.core.diagnosis.memories import surer
 from footcal_cli.core.diagnosis.mixtures import LINEAR
 from footcal_cli.core.diagnosis.moments import moved
 from footcal_cli.core.diagnosis.rules import Rules
@@ -89,6 +90,7 @@ def decided(
 
     tried = [judge(*fit, fair) for fit, fair in zip(fits, judged, strict=True)]
     best = _best(subject.table, tried, rules)
+    best = next((t for t in tried if surer(subject, t, best, noise, signs, rules)), best)
     for form in _in_other_forms(subject, best.cause):
         _, fitted, bare = refit = fit(subject, causes, model, form)
         other = judge(*refit, subject.without_credit(bare, fitted))
@@ -122,6 +124,7 @@ def decided(
         and (
             _worse(subject.table, other, best, loss, gain, significant(other), rules)
             or outdone(subject, other, best, family, noise, signs, rules)
+            or surer(subject, best, other, noise, signs, rules)
         )
         and not bends_as_well(other)
     }

@@ -44,7 +44,7 @@ def advanced(log: Log, delay_s: float) -> Log:
     """The log with its body stream moved earlier by a delay that was found."""
     if delay_s == 0.0:
         return log
-    moved, _ = DELAY.remove(log, {"delay": np.array([delay_s])}, None)
+    moved, _ = DELAY.remove(log, {DELAY.size.name: np.array([delay_s])}, None)
     return moved
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from footcal_cli.core.contact import cycle_phase
 from footcal_cli.core.effects.body import heading_rad
 from footcal_cli.core.effects.calibration import AXES
+from footcal_cli.core.effects.transport import DELAY
 from footcal_cli.core.experiments import walk
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.filter import Track
@@ -33,7 +34,7 @@ PRIOR_SD: Mapping[str, tuple[str, float]] = {
     "com_correction": ("m", 0.02),
     "weight": ("N", 3.0),
     "com_below": ("m", 0.05),
-    "delay": ("s", 0.01),
+    DELAY.name: ("s", 0.01),
     "motion_size": ("-", KNOWN_MOTION),
     "angmom_loss": ("-", 0.2),
     "angmom_share": ("-", 0.5),
@@ -189,7 +190,7 @@ def _of_the_motion(log: Log, scales: bool) -> dict[str, FloatArray]:
     balances = [
         walk.six_axis_balance(advanced(log, sign * _DELAY_STEP_S)).error for sign in (1.0, -1.0)
     ]
-    columns = {"delay": np.nan_to_num((balances[0] - balances[1]) / (2.0 * _DELAY_STEP_S))}
+    columns = {DELAY.name: np.nan_to_num((balances[0] - balances[1]) / (2.0 * _DELAY_STEP_S))}
     if not scales:
         return columns
     motion = _horizontal_motion(log)
