@@ -171,8 +171,9 @@ def poses_in_a_sheet(to: Path, rng: Rng) -> Made:
     names = "pose,Fx,Fy,Fz,Tx,Ty,Tz"
     log = rows(np.repeat(np.arange(1, 13), 25), *wrench.T, form="%.6g")
     sheet = rows(np.arange(1, 13), *rot.as_quat()[::25].T, form="%.6g")
-    return Made([write(to / "ati.csv", [names, *log]),
-                 write(to / "poses.csv", ["pose,qx,qy,qz,qw", *sheet])], tool_truth(made))  # fmt: skip
+    paths = [write(to / "ati.csv", [names, *log]),
+             write(to / "poses.csv", ["pose,qx,qy,qz,qw", *sheet])]  # fmt: skip
+    return Made(paths, tool_truth(made))
 
 
 def _plates(gain: tuple[float, float], names: tuple[str, str]) -> Truth:
@@ -186,7 +187,8 @@ def kistler_bioware(to: Path, rng: Rng) -> Made:
     fz = mass * G / gain + rng.normal(0, 1, n)
     cop = rng.normal(0.02, 0.004, (2, n))
     head = ["BioWare Version:\t5.3.2.9", "Sampling rate\t100 Hz", "Plate\t9286B", "",
-            "abs time (s)\tFx\tFy\tFz\tMx\tMy\tMz\tAx\tAy", "s\tN\tN\tN\tN·m\tN·m\tN·m\tm\tm"]  # fmt: skip
+            "abs time (s)\tFx\tFy\tFz\tMx\tMy\tMz\tAx\tAy",
+            "s\tN\tN\tN\tN·m\tN·m\tN·m\tm\tm"]  # fmt: skip
     body = rows(np.arange(n) / 100, *rng.normal(0, 1, (2, n)), fz, cop[1] * fz, -cop[0] * fz,
                 rng.normal(0, 0.1, n), *cop, sep="\t", form="%.6f")  # fmt: skip
     found = {f"plate_1_p{i}.scale": gain for i in (1, 2, 3)}
@@ -199,7 +201,7 @@ def amti_netforce(to: Path, rng: Rng) -> Made:
     """AMTI: two plates side by side, six axes each, named by number; mass to fill in."""
     share = settling([0.35, 0.55, 0.7, 0.4, 0.6, 0.5], 5, 50)
     n, mass, gain = share.size, 70.0, (1.05, 0.96)
-    names, data = ["Frame"], [np.arange(1, n + 1)]
+    names, data = ["Frame"], [np.arange(1.0, n + 1)]
     for k, (part, g) in enumerate(zip((share, 1 - share), gain, strict=True), 1):
         names += [f"{a}{k}" for a in ("Fx", "Fy", "Fz", "Mx", "My", "Mz")]
         data += [*rng.normal(0, 1, (2, n)), part * mass * G / g + rng.normal(0, 1, n),
@@ -217,7 +219,8 @@ def bertec_treadmill(to: Path, rng: Rng) -> Made:
     names, data = ["Time (s)"], [np.arange(n) / 50]
     for side, part, g in zip("LR", (share, 1 - share), gain, strict=True):
         names += [f"{side} Fx (N)", f"{side} Fy (N)", f"{side} Fz (N)", f"{side} Mx (N.m)",
-                  f"{side} My (N.m)", f"{side} Mz (N.m)", f"{side} COPx (m)", f"{side} COPy (m)"]  # fmt: skip
+                  f"{side} My (N.m)", f"{side} Mz (N.m)", f"{side} COPx (m)",
+                  f"{side} COPy (m)"]  # fmt: skip
         fz, cop = part * mass * G / g + rng.normal(0, 1, n), rng.normal(0, 0.004, (2, n))
         data += [*rng.normal(0, 1, (2, n)), fz, cop[1] * fz, -cop[0] * fz, np.zeros(n), *cop]
     return Made([write(to / "bertec.csv", [",".join(names), *rows(*data, form="%.6f")])],
@@ -226,7 +229,7 @@ def bertec_treadmill(to: Path, rng: Rng) -> Made:
 
 
 def moticon_opengo(to: Path, rng: Rng) -> Made:
-    """Moticon: comments above, total force per foot, CoP as a share of the sole; mass to fill in."""
+    """Moticon: comments above, total force per foot, CoP as a share of the sole; mass asked."""
     n = 400
     names = ["time[ms]"]
     data = [10.0 * np.arange(n)]
