@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from tests.language.words import PACKAGE, all_faults, faults
+from tests.language.words import PACKAGE, all_faults, faults, unknown_words
 
 
 def test_users_read_plain_english() -> None:
@@ -41,3 +41,8 @@ def test_code_says_distinguish_where_users_read_it() -> None:
         p for p in PACKAGE.rglob("*.py") if re.search(r"(?<![a-z])told(?![a-z])", p.read_text())
     ]
     assert not said
+
+
+def test_a_working_word_stands_in_the_glossary() -> None:
+    text = "A *hysteresis* is known, a *wobbliness* is not; **bold** is no word of ours."
+    assert [f.text for f in unknown_words(text, "here", "| hysteresis | loops |")] == ["wobbliness"]
