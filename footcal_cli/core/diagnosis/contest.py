@@ -296,8 +296,8 @@ def _best(
 ) -> Tried:
     """The contender that loses least; before it one of its kind that leaves nothing, if it does.
 
-    One that surely leaves a good part more than the one that loses least leaves something, whatever
-    its kind would find.
+    One that surely leaves twice as much as the one that loses least leaves something, whatever its
+    kind would find.
 
     Parameters
     ----------
@@ -306,7 +306,7 @@ def _best(
     """
     least = min(tried, key=lambda t: float(t.loss.sum()))
     gain, left = float((without - least.loss).sum()), float(least.loss.sum())
-    much = rules.kindred_loss * min(gain, left)
+    much = min(rules.kindred_loss * gain, left)
 
     def as_good(other: Tried) -> bool:
         lost = other.loss - least.loss
