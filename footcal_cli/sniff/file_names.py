@@ -106,20 +106,20 @@ def alike_part(group: list[FileGuess]) -> Part | None:
     if plates is not None:
         return plates
     six = wrenches(numbered(first))
-    told = first.of("load") or first.of("label")
-    if len(told) == len(first.of("load")) == 1 and not six and not readings(first):
+    stated = first.of("load") or first.of("label")
+    if len(stated) == len(first.of("load")) == 1 and not six and not readings(first):
         # the names say what was put on, the column what the display made of it
         shown = [_as_reading(file) for file in group]
         if (made := _per_load(shown, names)) is not None:
             return made
-    if len(six) == 1 and not told:
+    if len(six) == 1 and not stated:
         beside = None if names.of_folders else _per_foot(group, names)
         return (
             _per_orientation(group, names) or _per_load(group, names) or beside
             or (None if plan is None else Part(_per_leg(plan, names), paths, names.match))
         )  # fmt: skip
     if len(readings(first)) == 1:
-        if not told:
+        if not stated:
             made = _per_load(group, names)
             addresses = {name_guess(word).address or word for word in names.middle}
             if made is None and len(addresses) == len(group) and not names.of_folders:

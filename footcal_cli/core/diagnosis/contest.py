@@ -140,7 +140,7 @@ def decided(
     near = {s.effect: (s, cos) for s, cos in alike}
     taken = {chosen.signature.effect, *(c.signature.effect for c in causes)}
     mirrored = _from_the_other_side(subject, chosen, fitted)
-    worse -= never_told(
+    worse -= never_distinguished(
         chosen.signature.effect, {name: cos for name, (_, cos) in near.items()}, rules.same
     ) | {s.effect for s in mirrored}
     late = moved(subject.table[mine.effect], mine, best.fitted)
@@ -179,7 +179,7 @@ def _of_the_likeliest(judged: Sequence[Problem]) -> Noise:
     return min(zip(judged, laws, strict=True), key=lambda pair: surprise(*pair))[1]
 
 
-def never_told(chosen: str, alike: Mapping[str, float], same: float) -> set[str]:
+def never_distinguished(chosen: str, alike: Mapping[str, float], same: float) -> set[str]:
     """Aliases of an effect that no comparison of losses rules out.
 
     Parameters
@@ -363,7 +363,7 @@ def _where(
         for name, interval in zip(fitted.names, fitted.intervals, strict=True)
         if name.rsplit(".", 1)[1] == cause.signature.parameter
     )
-    # sizes that calibration can trade against each other are not told apart
+    # sizes that calibration can trade against each other are not distinguished
     if sure < _SURE_CELLS or sign_flip_mean(loss - less, signs) >= rules.alpha_name:
         return cause, best.fitted, loss
     return replace(apart, places=()), fitted, less
