@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from footcal_cli.core.effects.body import heading_rad
 from footcal_cli.core.inference.fit import Fit, fit_map
 from footcal_cli.core.inference.observability import Observability, observability
 from footcal_cli.core.log import Log
@@ -109,7 +108,6 @@ def stance_rows(
         Floors of total force, moments and lifted cells.
     """
     rows = cell_rows(log, belief, samples_per_update=1, states=(), plate=False, static=True)
-    rows = _as_the_robot_faces(rows, log)
     floors = [force_sd_n, moment_sd_nm, moment_sd_nm] + [swing_sd_n] * len(log.channels)
     return stance_means(rows, quiet, np.array(floors))
 
@@ -121,31 +119,9 @@ def six_axis_stance_rows(log: Log, quiet: QuietSet) -> StanceRows:
     robots that stand on such feet weigh ten times more.
     """
     rows = six_axis_rows(log, samples_per_update=1, scales=False, walking=False)
-    rows = _as_the_robot_faces(rows, log)
     totals = [10 * FORCE_SD_N] * 3 + [10 * MOMENT_SD_NM] * 2
     swing = 10 * SWING_SD_N * rows.swing_sd_factor
     return stance_means(rows, quiet, np.concatenate([totals, swing]))
-
-
-def _as_the_robot_faces(rows: Rows, log: Log) -> Rows:
-    """Horizontal forces and moments along the robot's own axes.
-
-    Their scatter differs from axis to axis: along those of the world, the weights of a stance, and
-    with them the estimates, would depend on where the laboratory's x axis points.
-    """
-    heading = heading_rad(log)[rows.last_sample]
-    cos, sin = np.cos(heading), np.sin(heading)
-    h, error, valid = rows.h.copy(), rows.error.copy(), rows.valid.copy()
-    for pair in (("fx", "fy"), ("mx", "my")):
-        if pair[0] not in rows.outputs:
-            continue
-        i, k = (rows.outputs.index(name) for name in pair)
-        error[:, i] = cos * rows.error[:, i] + sin * rows.error[:, k]
-        error[:, k] = cos * rows.error[:, k] - sin * rows.error[:, i]
-        h[:, i] = cos[:, None] * rows.h[:, i] + sin[:, None] * rows.h[:, k]
-        h[:, k] = cos[:, None] * rows.h[:, k] - sin[:, None] * rows.h[:, i]
-        valid[:, i] = valid[:, k] = rows.valid[:, i] & rows.valid[:, k]
-    return replace(rows, h=h, error=error, valid=valid)
 
 
 def stance_means(rows: Rows, quiet: QuietSet, floors: FloatArray) -> StanceRows:
