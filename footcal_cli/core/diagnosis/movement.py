@@ -49,7 +49,7 @@ def movements(case: Case, before: Problem, after: Problem) -> tuple[Movement, ..
         return ()
     # an extended model is differentiated anew: its columns are directions of their own
     first, cov = _calibrated(before)
-    second, _ = _calibrated(replace(after, accepted=after.accepted[:, :0]))
+    second, _ = _calibrated(replace(after, accepted=None))
     old, new = -turn @ first, -turned @ second
     sd = np.sqrt(np.clip(np.einsum("ij,jk,ik->i", turn, cov, turn), 0.0, None))
     found = []
