@@ -61,7 +61,7 @@ def test_a_machine_that_fails_has_its_own_code(
         "--recipe", logs / "recipe.toml", "--out", logs / "out",
     )  # fmt: skip
     assert result.exit_code == 74
-    assert "not enough memory" in result.stderr
+    assert "not enough memory" in result.err
 
 
 def test_a_killed_worker_loses_nothing(tmp_path: Path) -> None:
