@@ -31,10 +31,16 @@ REFERENCE_STATES: Mapping[str, tuple[str, float]] = {
     "robot.com_correction_y": ("m", 0.004),
     "robot.com_correction_z": ("m", 0.004),
     "robot.angmom_loss": ("-", 0.2),
+    "robot.angmom_share_x": ("-", 0.5),
+    "robot.angmom_share_y": ("-", 0.5),
     "robot.smoothing": ("s²", 5e-4),
     "robot.smoothing_fourth": ("s⁴", 1e-6),
 }
 """What may be wrong with the demanded force and CoP -> unit and prior sd; names as in effects."""
+MOMENTUM_SHARES = ("robot.angmom_share_x", "robot.angmom_share_y")
+"""Where a stream has no rate of angular momentum, limbs still swing as the body is pushed:
+``(L̇ʸ, −L̇ˣ) = s m cᶻ c̈``, s one share along and one across the heading. The state is
+σ = s / (1 + s), in which the demanded CoP is linear: ``c − p = (1 + s) m cᶻ c̈ / Fz``."""
 PLATE_STATE = "plate_weight"
 PLATE_SD_N = 1.0
 _CHUNK_ROWS = 4096
@@ -173,6 +179,8 @@ def cell_rows(
         for name in states
         if name in HINDSIGHT_STATES
     }
+    if set(MOMENTUM_SHARES) & set(states):
+        slopes |= dict(zip(MOMENTUM_SHARES, _of_momentum(log, belief), strict=True))
     hanging = hanging_of(log)
     blocks = updates_of(log, samples_per_update)
     chunk = max(_CHUNK_ROWS // samples_per_update, 1) * samples_per_update
@@ -277,6 +285,18 @@ def _as_cells_have_it(log: Log, belief: Belief) -> Log:
         com_acc_mps2=np.column_stack([level, up]),
         angmom_rate_nm=np.zeros_like(known["angmom_rate_nm"]),
     )
+
+
+def _of_momentum(log: Log, belief: Belief) -> tuple[FloatArray, FloatArray]:
+    """``∂(Fz, pˣ, pʸ)/∂σ`` of `MOMENTUM_SHARES`: the measured CoP's way back to the CoM, (n, 3)."""
+    forces, known, yaw = belief.forces(log.readings), log.known, heading_rad(log)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        cop = np.einsum("nca,nc->na", known["cell_pos_m"], forces) / forces.sum(axis=1)[:, None]
+    way = np.nan_to_num(known["com_m"][:, :2] - cop, posinf=0.0, neginf=0.0)
+    ahead = np.stack([np.cos(yaw), np.sin(yaw)], axis=1)
+    along = np.sum(way * ahead, axis=1)[:, None] * ahead
+    zero = np.zeros((len(log), 1))
+    return np.hstack([zero, -along]), np.hstack([zero, along - way])
 
 
 def _changed(name: str, size: float, log: Log, belief: Belief, *, static: bool) -> FloatArray:
