@@ -72,17 +72,13 @@ SOLVERS_OUTSIDE = {
     "core/study/alternating.py": 2,
 }
 
-# strings that are the name of an effect outside the table: words and columns that happen to be
-# spelt alike, stems of parameters, pictures. A rule that treats effects alike asks for a trait;
-# who models one effect imports its row.
+# words and columns that happen to be spelt as an effect is. A rule that treats effects alike asks
+# for a trait; who models one effect imports its row.
 EFFECT_NAMES_OUTSIDE: dict[str, set[str]] = {
     "core/diagnosis/bridge.py": {"offset"},
     "exporters/matlab.py": {"offset"},
     "exporters/ros2_control.py": {"offset"},
     "intake/rigid_body.py": {"offset"},
-    "sheets/hang.py": {"leg_com"},
-    "sheets/pose/offsets.py": {"offset", "offset_change"},
-    "sheets/six_axis_walk.py": {"delay"},
     "sniff/names.py": {"mass"},
 }
 

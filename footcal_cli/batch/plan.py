@@ -137,10 +137,10 @@ def _from_glob(pattern: str, common: Job) -> list[Job]:
             f"'{pattern}' matches no log and no folder with logs",
             remedy="quote the pattern, or give a table with the columns session, date, logs",
         )
-    return _told_apart(jobs)
+    return _distinctly_named(jobs)
 
 
-def _told_apart(jobs: list[Job]) -> list[Job]:
+def _distinctly_named(jobs: list[Job]) -> list[Job]:
     """Sessions of one name get the name of the folder above in front."""
     names = [job.name for job in jobs]
     return [

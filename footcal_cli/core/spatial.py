@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from footcal_cli.core.parameters import BoolArray, FloatArray
 
@@ -26,6 +25,8 @@ def rotations_of_rpy(rpy_rad: FloatArray) -> FloatArray:
     good = _whole(rpy_rad)
     rotations = np.full((len(rpy_rad), 3, 3), np.nan)
     if good.any():
+        from scipy.spatial.transform import Rotation
+
         rotations[good, :, :] = Rotation.from_euler("xyz", rpy_rad[good]).as_matrix()
     return rotations
 
@@ -35,6 +36,8 @@ def rotations_of_rotvec(rotvec_rad: FloatArray) -> FloatArray:
     good = _whole(rotvec_rad)
     rotations = np.full((len(rotvec_rad), 3, 3), np.nan)
     if good.any():
+        from scipy.spatial.transform import Rotation
+
         rotations[good, :, :] = Rotation.from_rotvec(rotvec_rad[good]).as_matrix()
     return rotations
 
@@ -70,6 +73,8 @@ def quaternions_of(rotations: FloatArray) -> FloatArray:
     good = _whole(rotations)
     found = np.full((len(rotations), 4), np.nan)
     if good.any():
+        from scipy.spatial.transform import Rotation
+
         found[good] = Rotation.from_matrix(rotations[good]).as_quat()
     return found
 

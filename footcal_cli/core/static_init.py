@@ -154,9 +154,9 @@ _FALSE_LIFT_SIGMAS = 4.0
 def without_false_lifts(rows: StanceRows) -> StanceRows:
     """The rows without those of feet that were taken for lifted and bear load.
 
-    Whether a foot stands is told by readings whose zeros are still to be found: one whose zero is
-    far too low seems to be in the air. Where the other rows of all stances show, by more than 4 sd,
-    that it carries something, its cells are not taken to read nothing.
+    Whether a foot stands is judged by readings whose zeros are still to be found: one whose zero
+    is far too low seems to be in the air. Where the other rows of all stances show, by more than
+    4 sd, that it carries something, its cells are not taken to read nothing.
     """
     owner = [name.rpartition("_")[0] for name in rows.output]
     lifted = np.array(owner) != ""

@@ -224,13 +224,13 @@ def pictures_of(
     states += [n for n in track.names if n.endswith("plate_weight")]
     pictures = [
         Picture("cop", lambda: plots.plot_cop(found, drawn, span_s),
-                f"Centre of pressure; black: {against} (compare Figs. 10, 12 and 14 of NAO CoP "
-                "self-calibration).",
+                f"Centre of pressure; thickest line: {against} (compare Figs. 10, 12 and 14 of "
+                "NAO CoP self-calibration).",
             title="Centre of pressure by method",
             result=_by_method(found, judged, "cop", 1e3, "mm"),
             zoom=True),
         Picture("vgrf", lambda: plots.plot_vgrf(found, drawn, span_s),
-                f"Vertical force; black: {against} (compare Figs. 11, 13, 15 of NAO CoP "
+                f"Vertical force; thickest line: {against} (compare Figs. 11, 13, 15 of NAO CoP "
                 "self-calibration).",
             title="Vertical force by method", result=_by_method(found, judged, "vgrf", 1.0, "N"),
             zoom=True),

@@ -27,6 +27,8 @@ _LOAD = re.compile(
     r"(\d+(?:[.,p]\d+)?)[ _]*(kg|g|N|lb|lbs|mg|kN|oz|ozf|kgf|gf|lbf|daN|mN)?", re.IGNORECASE
 )
 _NOTHING = {"tare", "zero", "empty", "noload", "no_load", "unloaded", "leer", "null"}
+_IDLE = 0.05
+"""Share of the largest load below which nothing stands on a plate."""
 _LEAST_ORIENTATIONS = 3
 
 
@@ -104,20 +106,20 @@ def alike_part(group: list[FileGuess]) -> Part | None:
     if plates is not None:
         return plates
     six = wrenches(numbered(first))
-    told = first.of("load") or first.of("label")
-    if len(told) == len(first.of("load")) == 1 and not six and not readings(first):
+    stated = first.of("load") or first.of("label")
+    if len(stated) == len(first.of("load")) == 1 and not six and not readings(first):
         # the names say what was put on, the column what the display made of it
         shown = [_as_reading(file) for file in group]
         if (made := _per_load(shown, names)) is not None:
             return made
-    if len(six) == 1 and not told:
+    if len(six) == 1 and not stated:
         beside = None if names.of_folders else _per_foot(group, names)
         return (
             _per_orientation(group, names) or _per_load(group, names) or beside
             or (None if plan is None else Part(_per_leg(plan, names), paths, names.match))
         )  # fmt: skip
     if len(readings(first)) == 1:
-        if not told:
+        if not stated:
             made = _per_load(group, names)
             addresses = {name_guess(word).address or word for word in names.middle}
             if made is None and len(addresses) == len(group) and not names.of_folders:
@@ -235,6 +237,14 @@ def _per_foot(group: list[FileGuess], names: _Names) -> Part | None:
 def _per_plate(group: list[FileGuess], names: _Names) -> Part | None:
     """Plates or feet that carry one weight together, a file each with the same stamps."""
     vertical = [_vertical(file) for file in group]
+    if any(v is None for v in vertical):
+        return None
+    size = [0.0 if v is None else float(np.abs(np.nanmean(v))) for v in vertical]
+    used = [s > _IDLE * max(size) for s in size]
+    if sum(used) == 1 and len(group) > 1:
+        return _only_plate(group, used)
+    named = [(f, w, v) for f, w, v, u in zip(group, names.middle, vertical, used, strict=True) if u]
+    group, words, vertical = (list(part) for part in zip(*named, strict=True))
     stamps = [file.of("time")[0].values if file.of("time") else None for file in group]
     first_stamps = stamps[0]
     if first_stamps is None or not all(
@@ -242,10 +252,10 @@ def _per_plate(group: list[FileGuess], names: _Names) -> Part | None:
         for s in stamps[1:]
     ):
         return None
-    if any(v is None for v in vertical) or not share_a_weight(np.array(vertical).T):
+    if not share_a_weight(np.array(vertical).T):
         return None
     columns = []
-    for i, (file, word) in enumerate(zip(group, names.middle, strict=True)):
+    for i, (file, word) in enumerate(zip(group, words, strict=True)):
         side = name_guess(word).side or f"plate_{word.strip('_- ')}"
         stem = file.path.name.rsplit(".", 1)[0]
         for c in numbered(file).of("force", "cop"):
@@ -261,6 +271,17 @@ def _per_plate(group: list[FileGuess], names: _Names) -> Part | None:
         return None
     beside = tuple(Beside(file, "time", why="a file for each plate or foot") for file in group[1:])
     return Part(plan, (first.path,), escaped(first.path.name), beside)
+
+
+def _only_plate(group: list[FileGuess], used: Sequence[bool]) -> Part | None:
+    """The one plate of several that anything stands on."""
+    file = next(file for file, own in zip(group, used, strict=True) if own)
+    plan = plan_of(file)
+    if plan is None or plan.command != "static-init":
+        return None
+    others = ", ".join(f.path.name for f, own in zip(group, used, strict=True) if not own)
+    plan = replace(plan, warnings=(*plan.warnings, f"{others}: left out, nothing stands on them"))
+    return Part(plan, (file.path,), escaped(file.path.name))
 
 
 def _vertical(file: FileGuess) -> FloatArray | None:

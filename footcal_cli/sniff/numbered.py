@@ -33,7 +33,7 @@ _VECTORS: tuple[tuple[Collection[str], Quantity, str], ...] = (
 )  # fmt: skip
 """Words of a vector, its quantity, and the letter before its axes."""
 _TURNS = 0.05
-"""How much a component changes at least where a quaternion is told by its length."""
+"""How much a component changes at least where a quaternion is recognised by its length."""
 _LARGER = 3.0
 """Forces in N are larger than torques in Nm by this much, in nearly every log."""
 

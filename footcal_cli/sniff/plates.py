@@ -19,6 +19,8 @@ _TO_M = {"mm": 1e-3, "cm": 1e-2}
 _ROOM = 0.25
 """How far around the CoP the cells stand that stand in for a plate, as a share of its range."""
 _LEAST_M = 0.05
+_LOADED = 0.1
+"""Share of the largest force from which a foot is on the ground."""
 _MOST_M = 1.0
 """A CoP on one foot or plate moves by less."""
 _ONE_LEVER = 0.3
@@ -131,14 +133,18 @@ def _unit_of_cops(file: FileGuess, feet: Mapping[str, _Foot]) -> str:
     With the moments of the plate beside them ``|M| = F |CoP|`` says it; without, a CoP that moves
     by more than a metre is not in metres, and its unit is asked for.
     """
-    spans, moments = [], []
+    spans, moments = [0.0], []
     for foot in feet.values():
-        force, x, y = (numbers_of(c) for c in (foot.force, foot.x, foot.y))
+        if foot.x.unit is not None and foot.y.unit is not None:
+            continue
+        force = np.abs(numbers_of(foot.force))
+        loaded = force > _LOADED * np.nanmax(force)  # in the air a CoP is noise
+        force, x, y = (v[loaded] for v in (force, numbers_of(foot.x), numbers_of(foot.y)))
         spans += [float(np.ptp(np.nanquantile(v, [0.02, 0.98]))) for v in (x, y)]
         beside = {c.name.axis: numbers_of(c) for c in file.of("force")
                   if c.name.side == foot.force.name.side}  # fmt: skip
         if {"tx", "ty"} <= set(beside) and foot.force.unit in (None, "N"):
-            lever = np.hypot(beside["tx"], beside["ty"]) / np.abs(force)
+            lever = np.hypot(beside["tx"], beside["ty"])[loaded] / force
             moments.append(float(np.nanmedian(lever / np.hypot(x, y))))
     named = [c.unit for c in file.of("force") if c.name.axis in ("tx", "ty")]
     for unit, size in (("m", 1.0), ("cm", 1e-2), ("mm", 1e-3)):

@@ -94,9 +94,13 @@ def listing(parts: Sequence[Part]) -> list[str]:
             lines.append(f"  and {len(part.paths) - 1} more like it")
         lines.append(f"  {part.plan.sure}: {part.plan.kind}, by {part.plan.why}")
         used: dict[str, tuple[str, Entry]] = {}
+        choosing: set[str] = set()
         for name, entry in _all_entries(part.plan):
+            choosing |= set(entry.only_where)
             if entry.column is not None:
-                used[entry.column.column] = (name, entry)
+                first = used.get(entry.column.column)
+                both = name if first is None else f"{first[0]}, {name}"
+                used[entry.column.column] = (both, entry)
             elif entry.file_name is not None:
                 lines.append(f"  {name}: from the file's name ({entry.why})")
         for column in part.plan.file.columns:
@@ -106,6 +110,8 @@ def listing(parts: Sequence[Part]) -> list[str]:
                 lines.append(f"  {column.column} -> {name}{unit}   {entry.sure}: {entry.why}")
             elif column.column in _read_anyway(part.plan):
                 lines.append(f"  {column.column} -> read as it stands   sure: its name")
+            elif column.column in choosing:
+                lines.append(f"  {column.column} -> which of them the load lies on")
             else:
                 lines.append(f"  {column.column} -> not used   ({column.quantity}: {column.why})")
         for source, (name, entry) in used.items():

@@ -22,7 +22,7 @@ _WORD = re.compile(r"[^\d;\t|,][^;\t|,]*")
 PLUS_MINUS = re.compile(r"([-+]?\d+(?:[.,]\d+)?)\s*(?:±|\+/-|\+-)\s*\d+(?:[.,]\d+)?")
 """A mean with its scatter."""
 SIDES = 3
-"""Sides on which a sensor hangs, from which its weight and offsets can be told."""
+"""Sides on which a sensor hangs, that determine its weight and offsets."""
 IN_WORDS = re.compile(
     r"(?<![\w.+-])(?<!\d,)([-+]?\d+(?:[.,]\d+)?)\s*(kg|g|mg|N|kN|mN|lb|lbs|lbf|oz|kgf|gf)(?!\w)"
 )

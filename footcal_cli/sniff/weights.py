@@ -75,11 +75,14 @@ def weights(
             return on
         labels = []  # with several readings in a row it is not the cell that they tell apart
     following, idle = follow(load, cells)
-    if idle:
+    why = "the load does not move it while others follow"
+    if still := [c for c in cells if not moves(c)]:
+        following, idle, why = [c for c in cells if c not in still], still, "never changes"
+    if idle and following:
         asked_of = tuple(c.column for c in idle)
         own = {n: c for n, c in named.items() if c in following}
         kept = weights(file, loads, following, own)
-        said = f"{', '.join(asked_of)}: left out, the load does not move it while others follow"
+        said = f"{', '.join(asked_of)}: left out, {why}"
         return replace(kept, warnings=(*kept.warnings, said))
     if len(cells) == 1 or labels:
         cell = cells[0]
@@ -108,6 +111,13 @@ def weights(
             "of them, give each its share",
         ),
     )  # fmt: skip
+
+
+def moves(cell: ColumnGuess) -> bool:
+    """Whether a reading ever changes."""
+    values = numbers_of(cell)
+    good = values[np.isfinite(values)]
+    return bool(good.size and np.ptp(good) > 0)
 
 
 def follow(

@@ -146,7 +146,7 @@ class Layout:
 
     @property
     def plain(self) -> bool:
-        """Whether it is a CSV file as footcal reads without being told."""
+        """Whether it is a CSV file as footcal reads without further information."""
         return self == Layout()
 
 

@@ -189,7 +189,7 @@ def creep(record: BenchRecord, constants: int) -> Rung:
 
 
 def drift() -> Rung:
-    """A bias that moves steadily in time: what creep must be told from."""
+    """A bias that moves steadily in time: what creep must be distinguished from."""
     return Rung("bias drift", (effect_term(BIAS_DRIFT),), needs_time=True)
 
 

@@ -258,7 +258,7 @@ class HangValues:
     weight_n
         Weight of the leg, m g.
     offset
-        Wrench shown without load, shape (6,), N and Nm.
+        Wrench that the transducer reads without load, shape (6,), N and Nm.
     temperature_bias, offset_drift
         Change of the offset per degC and per s, shape (6,), or empty.
     com_m

@@ -72,7 +72,7 @@ def gain_and_bias(
     ----------
     held_to
         Sd of γ, in which a cell then differs from a gain that all have in common, where weights
-        have told the gains: of a mass that is off, cells know nothing. Free where None.
+        have determined the gains: cells know nothing of a mass that is off. Free where None.
     """
     found: list[Direction] = []
     common: dict[str, float] = {}

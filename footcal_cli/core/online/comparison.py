@@ -169,7 +169,7 @@ class Comparison:
                 BIAS_JUMP.name, "alarm" if jump.sure else "note", jump.name.removesuffix(".bias"),
                 f"the bias jumped by {jump.size:.2f} ± {jump.sd:.2f} N at {jump.onset_s:.2f} s "
                 f"(proved {jump.found_s - jump.onset_s:.2f} s later)",
-                "check the cell's cable and seat; before and after are calibrated apart",
+                "check the cell's cable and seat; the bias is fitted before and after the jump",
             )  # fmt: skip
         yield from self.weighed.findings()
         for d in self.departures:

@@ -238,8 +238,8 @@ def _unknowns(
 
 def hanging_of(log: Log) -> FloatArray:
     """How much of each foot's reading is that of a foot in the air, 0 to 1, shape (n, feet)."""
-    told = log.known.get("airborne")
-    return airborne(log.known["contact"]) if told is None else told
+    logged = log.known.get("airborne")
+    return airborne(log.known["contact"]) if logged is None else logged
 
 
 def _slope(time_s: FloatArray, reference: Reference) -> FloatArray:

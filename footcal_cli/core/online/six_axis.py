@@ -157,7 +157,7 @@ def _columns(log: Log, scales: bool) -> FloatArray:
             at = 6 * (feet + k) + np.arange(6)
             h[:, :totals, at] = unit * wrench[:, None, k]
             h[:, rows, at] = in_the_air[:, k]
-        # one newton more below the transducer is one newton less that it must be told of
+        # one newton more below the transducer is one newton less that it must be given
         hanging = below[:, k]
         at_weight = carriers + 2 + k
         h[:, :totals, at_weight] = -np.einsum("nij,nj->ni", unit, hanging)
