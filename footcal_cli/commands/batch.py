@@ -67,6 +67,7 @@ _EXTRA: dict[str, Any] = {
 def batch(session: Session[BatchOptions], sessions: list[str] | None) -> Outcome:
     """Run one command on many sessions and compare them over dates and robots."""
     from footcal_cli.core.fleet import study
+    from footcal_cli.errors import MachineError
     from footcal_cli.sheets.batch import days, in_time, outcome_of, sessions_of
 
     options = session.options
@@ -77,6 +78,9 @@ def batch(session: Session[BatchOptions], sessions: list[str] | None) -> Outcome
     session.rows |= {row.session: row.rows for row in found}
     session.inputs |= {row.session: row.digest for row in found}
     good = [row for row in found if row.outcome != "refused"]
+    failed = [row for row in found if row.exit_code == MachineError.exit_code]
+    if failed and not good:  # what lies there is gone on with when the machine can
+        raise MachineError(f"session {failed[0].session}: {failed[0].reason}")
     fleet = study(sessions_of(good, days(good)))
     if good:
         _known_limits(options.max_drift, fleet, session)

@@ -145,11 +145,10 @@ def check_dead_channels(
     loaded
         Rows are weights put here and there: the siblings are known to move.
     """
-    good = readings[np.isfinite(readings).all(axis=1)]
+    good = _whole_rows(readings)
     if len(good) < (_FEWEST_LOADED if loaded else 50) or len(names) < 3:
         return
-    span = np.subtract(*np.percentile(good, [98, 2], axis=0))
-    scatter = np.median(np.abs(np.diff(good, axis=0)), axis=0)
+    span, scatter = _span_and_scatter(good)
     for i, name in enumerate(names):
         mates = np.delete(np.arange(len(names)), i)
         usual = float(np.median(span[mates]))
@@ -171,11 +170,10 @@ def check_loose_channels(readings: FloatArray, names: Sequence[str]) -> list[Fin
     readings
         In units that siblings share, shape (n, c).
     """
-    good = readings[np.isfinite(readings).all(axis=1)]
+    good = _whole_rows(readings)
     if len(good) < 50 or len(names) < 3:
         return []
-    scatter = np.median(np.abs(np.diff(good, axis=0)), axis=0)
-    span = np.subtract(*np.percentile(good, [98, 2], axis=0))
+    span, scatter = _span_and_scatter(good)
     usual = np.array([np.median(np.delete(scatter, i)) for i in range(len(names))])
     loose = (scatter > LOOSE_SCATTER * usual) & (scatter > LOOSE_SHARE * span) & (usual > 0)
     return [
@@ -191,6 +189,24 @@ def check_loose_channels(readings: FloatArray, names: Sequence[str]) -> list[Fin
     ]  # fmt: skip
 
 
+def _whole_rows(readings: FloatArray) -> FloatArray:
+    """Rows without a lost sample; no copy where none is lost."""
+    whole = np.ones(len(readings), dtype=bool)
+    for column in readings.T:
+        whole &= np.isfinite(column)
+    return readings if whole.all() else readings[whole]
+
+
+def _span_and_scatter(good: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """From the 2nd to the 98th percentile, and the usual step, of each channel, (c,) each.
+
+    Channel by channel: what is made of all channels of a long log at once is as large as it is.
+    """
+    span = [np.subtract(*np.percentile(column, [98, 2])) for column in good.T]
+    scatter = [np.median(np.abs(np.diff(column))) for column in good.T]
+    return np.array(span), np.array(scatter)
+
+
 def check_turned_channels(readings: FloatArray, names: Sequence[str]) -> list[Finding]:
     """Find a channel of one foot that falls while all its siblings rise with the load.
 
@@ -201,15 +217,18 @@ def check_turned_channels(readings: FloatArray, names: Sequence[str]) -> list[Fi
     readings
         Shape (n, c); of a foot that is put down and lifted.
     """
-    good = readings[np.isfinite(readings).all(axis=1)]
+    good = _whole_rows(readings)
     if len(good) < 50 or len(names) < 4:
         return []
-    low, high = np.percentile(good, [2, 98], axis=0)
-    span = np.where(high > low, high - low, 1.0)
-    share = (good - low) / span
+    low, high = np.array([np.percentile(column, [2, 98]) for column in good.T]).T
+    share = good - low
+    share /= np.where(high > low, high - low, 1.0)
     steps = np.empty(len(names))
     for i in range(len(names)):
-        others = np.delete(share, i, axis=1).mean(axis=1)
+        others = np.zeros(len(share))
+        for mate in np.delete(np.arange(len(names)), i):
+            others += share[:, mate]
+        others /= len(names) - 1
         down, up = others >= np.percentile(others, 70), others <= np.percentile(others, 30)
         steps[i] = np.median(share[down, i]) - np.median(share[up, i])
     turned = np.flatnonzero(steps < -0.2)

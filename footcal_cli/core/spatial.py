@@ -15,14 +15,14 @@ _WHOLE_MATRIX = 0.02
 """How far ``R Rᵀ`` of a logged matrix may be from I, from few digits."""
 
 
-def _whole(values: FloatArray) -> BoolArray:
+def whole_rows(values: FloatArray) -> BoolArray:
     """Which rows hold numbers alone, shape (n,)."""
-    return np.asarray(np.isfinite(values).reshape(len(values), -1).all(axis=1), dtype=np.bool_)
+    return np.asarray(np.isfinite(values).all(axis=tuple(range(1, values.ndim))), dtype=np.bool_)
 
 
 def rotations_of_rpy(rpy_rad: FloatArray) -> FloatArray:
     """``Rz(yaw) Ry(pitch) Rx(roll)``: (n, 3) to (n, 3, 3); NaN where an angle is not a number."""
-    good = _whole(rpy_rad)
+    good = whole_rows(rpy_rad)
     rotations = np.full((len(rpy_rad), 3, 3), np.nan)
     if good.any():
         from scipy.spatial.transform import Rotation
@@ -33,7 +33,7 @@ def rotations_of_rpy(rpy_rad: FloatArray) -> FloatArray:
 
 def rotations_of_rotvec(rotvec_rad: FloatArray) -> FloatArray:
     """``exp([v]×)``: (n, 3) to (n, 3, 3); NaN where a component is not a number."""
-    good = _whole(rotvec_rad)
+    good = whole_rows(rotvec_rad)
     rotations = np.full((len(rotvec_rad), 3, 3), np.nan)
     if good.any():
         from scipy.spatial.transform import Rotation
@@ -60,7 +60,7 @@ def nearest_rotations(matrices: FloatArray) -> FloatArray:
 
     NaN where one is no rotation: a row is missing, or it mirrors or stretches.
     """
-    good = _whole(matrices)
+    good = whole_rows(matrices)
     filled = np.where(good[:, None, None], matrices, np.eye(3))
     away = np.abs(filled @ filled.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2))
     good &= (away < _WHOLE_MATRIX) & (np.linalg.det(filled) > 0)
@@ -70,7 +70,7 @@ def nearest_rotations(matrices: FloatArray) -> FloatArray:
 
 def quaternions_of(rotations: FloatArray) -> FloatArray:
     """Quaternions x y z w of rotations: (n, 3, 3) to (n, 4), NaN where there is none."""
-    good = _whole(rotations)
+    good = whole_rows(rotations)
     found = np.full((len(rotations), 4), np.nan)
     if good.any():
         from scipy.spatial.transform import Rotation

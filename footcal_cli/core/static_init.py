@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import block_diag
 
-from footcal_cli.core.effects.body import heading_rad
 from footcal_cli.core.inference.fit import Fit, fit_map
 from footcal_cli.core.inference.observability import Observability, observability
 from footcal_cli.core.log import Log
@@ -136,7 +135,6 @@ def stance_rows(
         log, belief, samples_per_update=1, states=_COM, plate=False, static=True,
         state_sd=dict.fromkeys(_COM, com_sd_m),
     )  # fmt: skip
-    rows = _as_the_robot_faces(rows, log)
     force, moment, swing = (
         own if given is None else given
         for own, given in zip(
@@ -206,32 +204,10 @@ def six_axis_stance_rows(log: Log, quiet: QuietSet) -> StanceRows:
     Scales are left out (one load shows none of them); floors as for cells.
     """
     rows = six_axis_rows(log, samples_per_update=1, scales=False, walking=False)
-    rows = _as_the_robot_faces(rows, log)
     force, moment, lifted = floors_of(weight_of(log))
     totals = [force] * 3 + [moment] * 2
     swing = lifted * rows.swing_sd_factor
     return stance_means(rows, quiet, np.concatenate([totals, swing]))
-
-
-def _as_the_robot_faces(rows: Rows, log: Log) -> Rows:
-    """Horizontal forces and moments along the robot's own axes.
-
-    Their scatter differs from axis to axis: along those of the world, the weights of a stance, and
-    with them the estimates, would depend on where the laboratory's x axis points.
-    """
-    heading = heading_rad(log)[rows.last_sample]
-    cos, sin = np.cos(heading), np.sin(heading)
-    h, error, valid = rows.h.copy(), rows.error.copy(), rows.valid.copy()
-    for pair in (("fx", "fy"), ("mx", "my")):
-        if pair[0] not in rows.outputs:
-            continue
-        i, k = (rows.outputs.index(name) for name in pair)
-        error[:, i] = cos * rows.error[:, i] + sin * rows.error[:, k]
-        error[:, k] = cos * rows.error[:, k] - sin * rows.error[:, i]
-        h[:, i] = cos[:, None] * rows.h[:, i] + sin[:, None] * rows.h[:, k]
-        h[:, k] = cos[:, None] * rows.h[:, k] - sin[:, None] * rows.h[:, i]
-        valid[:, i] = valid[:, k] = rows.valid[:, i] & rows.valid[:, k]
-    return replace(rows, h=h, error=error, valid=valid)
 
 
 def stance_means(rows: Rows, quiet: QuietSet, floors: FloatArray) -> StanceRows:

@@ -33,7 +33,7 @@ class Panel:
     name
         Printed beside it.
     series
-        Curves by label, shape (n,) each.
+        Curves by label, of any kind of number, shape (n,) each.
     wrong
         What was found about the whole channel, in words; empty where nothing was.
     marked
@@ -99,12 +99,13 @@ def _strip(
     several = len(panel.series) > 1
     every = np.concatenate([np.asarray(values) for values in panel.series.values()])
     finite = every[np.isfinite(every)]
+    del every
     # no line runs across a gap
     cut = np.searchsorted(x, cuts, side="right")
     along = np.insert(x, cut, cuts)
     for i, (name, values) in enumerate(panel.series.items()):
         colour = CELL_COLOURS[i] if several else BAD if panel.wrong else AFTER
-        drawn = np.insert(values, cut, np.nan)
+        drawn = np.insert(np.asarray(values, dtype=np.float64), cut, np.nan)
         kept = peaks_kept(drawn, 2 * BINS)
         (line,) = axes.plot(along[kept], drawn[kept], color=colour, linewidth=0.8)
         if several:

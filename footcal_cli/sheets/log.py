@@ -116,7 +116,7 @@ def _stream(table: Table, robot: Robot, findings: Sequence[Finding]) -> Drawing:
     x = table.number("time_s") if timed else np.arange(1.0, len(table) + 1)
     panels = [
         Panel(
-            column.removesuffix("_counts"), {column: table.number(column)},
+            column.removesuffix("_counts"), {column: table.data[column].to_numpy()},
             _wrong(column, findings), _marks(table.number(column), column, robot),
         )
         for column in _columns(table)

@@ -290,7 +290,11 @@ def _paths(
     spans = []
     for k, (name, (cells, _)) in enumerate(feet.items()):
         forward = 1e3 * plots.cop_in_foot(found, "memory", k, name, cells)[:, 0]
-        low, high = np.nanquantile(forward, (0.05, 0.95))
+        forward = forward[np.isfinite(forward)]
+        if not forward.size:
+            spans.append(f"{name} none")
+            continue
+        low, high = np.quantile(forward, (0.05, 0.95))
         spans.append(f"{name} {low:.0f} … {high:.0f} mm".replace("-", "−"))
     return f"90 % of the CoP along the foot: {', '.join(spans)}."
 

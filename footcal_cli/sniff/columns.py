@@ -108,6 +108,8 @@ def _stamps(column: RawColumn) -> bool:
 def _column(column: str, raw: RawColumn, unit_row: str) -> ColumnGuess:
     name = name_guess(column)
     below = known_unit(unit_row)
+    if below and name.unit is None:
+        name = replace(name_guess(f"{column} [{below}]"), unit=None)
     unit, said = below or name.unit, "its name" + (" and its row of units" if below else "")
     if below and name.unit and name.unit not in (below, "count"):
         unit, said = None, f"its name says {name.unit}, the row of units {below}"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import gzip
+import sys
 import zlib
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -49,6 +50,8 @@ def give_back() -> None:
     glibc keeps what lies between blocks in use: over hours that grows to several times what is
     held. Other systems need no such call.
     """
+    if "pyarrow" in sys.modules:  # which keeps what it freed, too
+        sys.modules["pyarrow"].default_memory_pool().release_unused()
     with suppress(OSError, AttributeError, TypeError):
         ctypes.CDLL(None).malloc_trim(0)
 

@@ -35,7 +35,7 @@ from footcal_cli.tables.logfiles import (
     write_parquet,
     write_parquet_pieces,
 )
-from footcal_cli.tables.longfiles import raw_pieces
+from footcal_cli.tables.longfiles import give_back, is_long, raw_pieces
 from footcal_cli.tables.places import Places, every_entry, passed_over, places_of
 from footcal_cli.tables.plates import add_cells, with_plates
 from footcal_cli.tables.rawcolumn import RawColumn
@@ -138,6 +138,9 @@ def read_table(
     ]
     beside = {join.path: digest(join.path) for join in reading.joins}
     read = _canonical(parts, table, path, digest(path), gravity_mps2, beside, reading.world_up)
+    del parts
+    if is_long(path):
+        give_back()
     data, added = add_cells(read.data, reading.plates)
     return replace(read, data=data, read_as=(*read.read_as, *added))
 

@@ -14,9 +14,10 @@ import pytest
 
 from footcal_cli.batch.local import run_here
 from footcal_cli.batch.plan import Job, plan
-from footcal_cli.batch.rows import digest_of
+from footcal_cli.batch.rows import digest_of, refused
 from footcal_cli.commands.batch import recipe_logs, run_session
 from footcal_cli.errors import UsageError
+from footcal_cli.records.batch import SessionRecord
 from tests.cli.killed_work import died, kill_once
 from tests.conftest import REPOSITORY, Run
 
@@ -46,6 +47,21 @@ def job_of(folder: Path, name: str) -> Job:
         name, "A", None, "", (folder / f"{name}.csv",), None, None, "check", 0,
         folder / "out", again=False,
     )  # fmt: skip
+
+
+def test_a_machine_that_fails_has_its_own_code(
+    logs: Path, monkeypatch: pytest.MonkeyPatch, run: Run
+) -> None:
+    def no_memory(session: object, jobs: list[Job]) -> list[SessionRecord]:
+        return [refused(job, "", "not enough memory", 74) for job in jobs]
+
+    monkeypatch.setattr("footcal_cli.commands.batch._rows", no_memory)
+    result = run(
+        "batch", logs / "bench_2026-05-01.csv", "--command", "check", "--workers", "1",
+        "--recipe", logs / "recipe.toml", "--out", logs / "out",
+    )  # fmt: skip
+    assert result.exit_code == 74
+    assert "not enough memory" in result.err
 
 
 def test_a_killed_worker_loses_nothing(tmp_path: Path) -> None:

@@ -23,7 +23,7 @@ DOWN = {
     "-z": (0.0, 0.0, -1.0),
 }
 AXES = ("fx_n", "fy_n", "fz_n", "tx_nm", "ty_nm", "tz_nm")
-TURNS, ROWS, STEP_S = 8, 24, 0.5
+TURNS, ROWS, STEP_S = 4, 24, 0.5
 RECIPE = """
 [robot]
 name = "two legs"

@@ -135,3 +135,11 @@ def test_two_rows_are_refused_and_a_column_without_errors_is_correlated_with_non
         fit_matrix(("a", "b"), readings[:2], ("a", "b"), loads[:2], session[:2], diagonal=True)
     fit = fit_matrix(("a", "b"), readings, ("a", "b"), loads, session, diagonal=True)
     assert fit.noise == pytest.approx(np.eye(2))
+
+
+def test_a_load_that_never_changes_is_refused() -> None:
+    """It gave a scale of zero: a calibration by which no reading would tell a force."""
+    counts, loads, case, _ = cells_together(np.random.default_rng(1), 0.0)
+    loads[:, 3] = 0.0
+    with pytest.raises(FitError, match="left_rr never changes"):
+        study_matrix(CELLS, counts, CELLS, loads, np.zeros(len(loads), dtype=np.int64), case)

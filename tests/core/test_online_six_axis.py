@@ -97,7 +97,17 @@ def test_every_column_is_what_its_unknown_does_to_the_balance() -> None:
     log, _ = six_axis_walk(2)
     rows = six_axis_rows(log, samples_per_update=1)
     base = walk.six_axis_balance(log)
-    np.testing.assert_allclose(rows.error[rows.valid], base.error[base.valid], atol=1e-9)
+    yaw = heading_rad(log)
+
+    def along(error: FloatArray) -> FloatArray:
+        """The rows (fx, fy) and (mx, my) along and across the heading."""
+        turned = error.copy()
+        for x in (0, 3):
+            vector = (error[:, x] + 1j * error[:, x + 1]) * np.exp(-1j * yaw)
+            turned[:, x], turned[:, x + 1] = vector.real, vector.imag
+        return turned
+
+    np.testing.assert_allclose(rows.error[rows.valid], along(base.error)[base.valid], atol=1e-9)
     step = 1e-4
     both = [*rows.names, "robot.mass_correction"]  # scales and the mass are never free together
     with_mass = six_axis_rows(log, samples_per_update=1, scales=False)
@@ -123,9 +133,10 @@ def test_every_column_is_what_its_unknown_does_to_the_balance() -> None:
             known["foot_com_m"][:, FEET.index(owner), "xyz".index(kind[-1])] += step
         elif kind.startswith("com_correction"):
             known["com_m"] = known["com_m"].copy()
-            known["com_m"][:, "xy".index(kind[-1])] += step
+            angle = yaw + (kind[-1] == "y") * np.pi / 2
+            known["com_m"][:, :2] += step * np.stack([np.cos(angle), np.sin(angle)], axis=1)
         elif kind.startswith("motion_size"):
-            yaw, acc = heading_rad(log), known["com_acc_mps2"].copy()
+            acc = known["com_acc_mps2"].copy()
             ahead = np.stack([np.cos(yaw), np.sin(yaw)], axis=1)
             axis = ahead if kind[-1] == "x" else np.stack([-ahead[:, 1], ahead[:, 0]], axis=1)
             acc[:, :2] += step * axis * np.einsum("ni,ni->n", axis, acc[:, :2])[:, None]
@@ -136,7 +147,7 @@ def test_every_column_is_what_its_unknown_does_to_the_balance() -> None:
             assert name == "robot.delay"
             known = dict(advanced(log, step).known)
         moved = walk.six_axis_balance(log.with_readings(readings).with_known(**known))
-        change = (moved.error - base.error) / step * rows.prior_sd[i]
+        change = along(moved.error - base.error) / step * rows.prior_sd[i]
         if kind.startswith("scale"):  # of a foot in the air not its own, noisy reading
             change[:, rows.totals :] = rows.h[:, rows.totals :, i]
         # the moment of inertia forces about a moved CoM is left to the reference

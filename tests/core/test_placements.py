@@ -254,6 +254,11 @@ def test_repeats_have_the_mean_and_sd_of_their_hole_and_load() -> None:
     assert np.all(np.nanmean(found.sd_m[heavy], axis=0) < found.pooled_sd_m)
 
 
+def test_without_a_single_cop_there_are_no_repeats() -> None:
+    _, _, rows, _ = bench(0)
+    assert find_repeats(rows, np.full_like(rows.raw_cop_m, np.nan)).n.size == 0
+
+
 def test_extrapolation_and_light_loads_are_marked() -> None:
     _, _, rows, _ = bench(0, position_m=0.003)
     inside = np.abs(rows.hole_m[:, 0]) < 0.035

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -10,12 +11,13 @@ import pytest
 from footcal_cli.core.quality import (
     check_clock,
     check_duplicate_channels,
+    check_frozen,
     check_load_unit,
     check_order,
     check_repeats_across_channels,
     check_stream,
 )
-from footcal_cli.core.readings import check_codes
+from footcal_cli.core.readings import check_codes, check_dead_channels, check_loose_channels
 
 LOADS = np.array([0.0, 1.0, 2.0, 5.0])
 
@@ -151,3 +153,19 @@ def test_a_stream_tells_lost_and_stuck_samples() -> None:
     readings[10:40, 2] = np.nan
     found = {(f.code, f.where) for f in check_stream(time_s, readings, names)}
     assert found == {("stuck_channel", "b"), ("lost_samples", "c")}
+
+
+def test_checks_of_a_long_log_need_less_memory_than_a_copy_of_it() -> None:
+    """Eight hours of eight cells are 0.15 GB: copies of all of them at once add up."""
+    time_s = np.arange(200_000) / 80.0
+    step = np.where(time_s % 1.2 < 0.6, 0.0, 5e4)
+    noise = np.random.default_rng(3).normal(0.0, 20.0, (time_s.size, 8))
+    values = step[:, None] * np.linspace(0.8, 1.2, 8) + noise
+    names = [f"left_{i}_counts" for i in range(8)]
+    tracemalloc.start()
+    found = [*check_frozen(time_s, values, "log"), *check_stream(time_s, values, names)]
+    found += [*check_loose_channels(values, names), *check_dead_channels(values, names)]
+    most = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert not found
+    assert most < 0.6 * values.nbytes

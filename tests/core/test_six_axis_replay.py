@@ -14,6 +14,7 @@ from footcal_cli.core.online.streams import Merged
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.signals import check_clock
 from tests.core.ankle_walks import CHANNELS, ankle_walk
+from tests.core.walking import turned_world
 
 
 @dataclass(frozen=True)
@@ -152,3 +153,11 @@ def test_phases_of_one_sample_are_broken_readings_at_the_ends_of_a_log_too() -> 
     force[140] = -900.0  # no ground pulls
     found = flicker(force, 700.0, 50.0)
     assert np.flatnonzero(found[:, 0]).tolist() == [120, 140, 280, 399]
+
+
+def test_a_walk_s_calibration_does_not_depend_on_the_heading() -> None:
+    made = walk(3, 16.0)
+    elsewhere = replace(made, log=turned_world(made.log, -2.2, np.array([30.0, -70.0])))
+    first, second = (one.replayed(scales=True).estimates for one in (made, elsewhere))
+    assert first.names == second.names
+    assert np.all(np.abs(second.values - first.values) < 1e-4 * first.sd)

@@ -21,7 +21,7 @@ from footcal_cli.core.static_init import (
 )
 from footcal_cli.errors import FitError
 from tests.core.walk_data import Standing, make_standing
-from tests.core.walking import belief_of, stand_log
+from tests.core.walking import belief_of, stand_log, turned_world
 
 AHEAD = 6
 """Stances kept back to judge on."""
@@ -259,22 +259,6 @@ def test_more_stances_never_harm_the_next_one_and_least_squares_does(
         assert plain > (2.0 if used < 5 else 1.0) * after
 
 
-def turned(log: Log, angle_rad: float, shift_m: FloatArray) -> Log:
-    """The same recording in a world whose axes point elsewhere."""
-    rot = np.eye(3)
-    rot[:2, :2] = [
-        [np.cos(angle_rad), -np.sin(angle_rad)],
-        [np.sin(angle_rad), np.cos(angle_rad)],
-    ]
-    known = dict(log.known)
-    known["com_m"] = known["com_m"] @ rot.T + np.array([*shift_m, 0.0])
-    known["com_acc_mps2"] = known["com_acc_mps2"] @ rot.T
-    known["angmom_rate_nm"] = known["angmom_rate_nm"] @ rot[:2, :2].T
-    known["cell_pos_m"] = known["cell_pos_m"] @ rot[:2, :2].T + shift_m
-    known["foot_yaw_rad"] = known["foot_yaw_rad"] + angle_rad
-    return log.with_known(**known)
-
-
 @pytest.mark.parametrize("angle_deg", [37.0, 90.0, -161.0])
 def test_nothing_depends_on_where_the_world_lies(angle_deg: float) -> None:
     """Measured at 6403e2b: 0.16 sd between headings."""
@@ -285,7 +269,7 @@ def test_nothing_depends_on_where_the_world_lies(angle_deg: float) -> None:
     sway = np.cumsum(rng.normal(0.0, 2e-4, len(log)))
     log = log.with_known(com_m=log.known["com_m"] + sway[:, None] * np.array([0.0, 1.0, 0.0]))
     fits = []
-    for one in (log, turned(log, np.deg2rad(angle_deg), np.array([130.0, -70.0]))):
+    for one in (log, turned_world(log, np.deg2rad(angle_deg), np.array([130.0, -70.0]))):
         quiet = select_quiet(one, belief.forces(one.readings), rule=QuietRule(warm_s=0.0))
         fits.append(fit_static(stance_rows(one, quiet, belief), belief))
     first, second = fits

@@ -8,6 +8,7 @@ from footcal_cli.core import centroidal, contact, signals
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.belief import Belief, nameplate
 from footcal_cli.core.online.replay import Replayed, corrected
+from footcal_cli.core.parameters import FloatArray
 from tests.core.walk_data import CELLS_FOOT, CHANNELS, G, Recording, Standing
 
 
@@ -55,6 +56,26 @@ def walk_log(rec: Recording, compensated_s: float = 0.0, *, causal: bool = False
         },
         np.zeros(n, dtype=np.int64),
     )
+
+
+def turned_world(log: Log, angle_rad: float, shift_m: FloatArray) -> Log:
+    """The same recording in a world whose axes point elsewhere."""
+    cos, sin = np.cos(angle_rad), np.sin(angle_rad)
+    rot = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+    known = dict(log.known)
+    for name in ("com_m", "com_acc_mps2", "foot_pos_m", "foot_acc_mps2"):
+        if name in known:
+            known[name] = known[name] @ rot.T
+    if "foot_rot_wt" in known:
+        known["foot_rot_wt"] = rot @ known["foot_rot_wt"]
+    for name in ("angmom_rate_nm", "cell_pos_m"):
+        if name in known:
+            known[name] = known[name] @ rot[:2, :2].T
+    for name in ("com_m", "cell_pos_m", "foot_pos_m"):
+        if name in known:
+            known[name] = known[name] + np.resize([*shift_m, 0.0], known[name].shape[-1])
+    known["foot_yaw_rad"] = known["foot_yaw_rad"] + angle_rad
+    return log.with_known(**known)
 
 
 def belief_of(made: Recording | Standing, gain_sd: float = 0.02, bias_sd: float = 0.3) -> Belief:

@@ -7,7 +7,7 @@ import hashlib
 import io
 import shutil
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -152,9 +152,16 @@ def spoken(code: int, err: str) -> list[str]:
     if any("Warning:" in line for line in lines):
         shown = next(line for line in lines if "Warning:" in line)
         broken.append(f"a warning of the interpreter: {shown.split('footcal_cli/')[-1][:120]}")
-    elif (code == 3 and len(lines) > 1) or (code == 2 and len(lines) != 1 and "Usage:" not in err):
+    elif (code == 3 and len(lines) > 1 and not _gates(lines)) or (
+        code == 2 and len(lines) != 1 and "Usage:" not in err
+    ):
         broken.append(f"{len(lines)} lines of error")
     return broken
+
+
+def _gates(lines: Sequence[str]) -> bool:
+    """A run that finished says each gate that it missed, one a line."""
+    return all(line.startswith("GATE NOT MET") for line in lines)
 
 
 def read_back(out: Path) -> tuple[RunRecord | None, list[str]]:

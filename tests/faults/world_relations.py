@@ -58,6 +58,7 @@ def _frames() -> Iterator[Relation]:
             yield Relation(
                 f"world turned by {angle} rad and moved by {shift_m[0]:g}, {shift_m[1]:g} m",
                 "frame", BASES[name], of_logs(partial(turned, angle, shift_m)), GEOMETRY,
+                expected=partial(_turned_facts, angle, shift_m),
             )  # fmt: skip
     for name in ("pose", "apply_legs"):
         yield Relation("quaternions of the other sign", "frame", BASES[name], of_logs(opposite))
@@ -69,6 +70,18 @@ def _frames() -> Iterator[Relation]:
             "the robot seen in a mirror", "mirror", BASES[name], _mirrored_world, GEOMETRY,
             expected=_mirrored_facts, words=name != "walk",
         )  # fmt: skip
+
+
+def _turned_facts(angle: float, shift_m: tuple[float, float], facts: Facts) -> Facts:
+    """Points in the world, of which a replay knows the mean, lie elsewhere; all else stays."""
+    numbers, c, s = dict(facts.numbers), np.cos(angle), np.sin(angle)
+    for x in [n for n in numbers if n.startswith("replay/") and n.endswith("_x_m")]:
+        y = f"{x.removesuffix('_x_m')}_y_m"
+        (a, _), (b, _) = numbers[x], numbers[y]
+        # their spread along x is another one; each is judged by its own
+        numbers[x] = (c * a - s * b + shift_m[0], -1.0)
+        numbers[y] = (s * a + c * b + shift_m[1], -1.0)
+    return Facts(numbers, facts.words)
 
 
 _WORLD = frozenset({"com", "com_acc", "angmom_rate", "left_foot", "right_foot", "base"})
@@ -111,7 +124,9 @@ def _mirrored_facts(facts: Facts) -> Facts:
         file, _, key = name.partition("/")
         other = ".".join(_other_side(part) for part in key.split("."))
         turned = key.endswith(("_y_m", "com_y", "com_correction_y"))
-        numbers[f"{file}/{other}"] = (-value if turned else value, sd)
+        # cycles are counted from the left foot's touchdowns: by half a step from the other's
+        spread = np.inf if key == "gait_cycle" else sd
+        numbers[f"{file}/{other}"] = (-value if turned else value, spread)
     return Facts(numbers, facts.words)
 
 

@@ -272,10 +272,20 @@ def study_matrix(
         As `fit_matrix`.
     group
         Units of evidence, shape (n,): load cases or sessions, never rows.
+
+    Raises
+    ------
+    FitError
+        As `fit_matrix`; a load that never changes.
     """
     same = tuple(channels) == tuple(outputs)
     alone = same and directions(loads) < len(channels)  # crosstalk cannot be seen
     width = loads.std(axis=0)
+    if np.any(width == 0):
+        raise FitError(
+            f"the known load of {outputs[int(np.argmin(width))]} never changes",
+            remedy="load it too, or leave it out",
+        )
     candidates, errors = [], []
     for diagonal in (True,) if alone else (True, False) if same else (False,):
 

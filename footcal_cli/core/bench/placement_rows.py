@@ -145,7 +145,7 @@ def find_repeats(rows: PlacementRows, cop_m: FloatArray) -> Repeats:
     n = np.bincount(index)
 
     def mean_of(values: FloatArray) -> FloatArray:
-        sums = [np.bincount(index, weights=column) for column in values.reshape(used.sum(), -1).T]
+        sums = [np.bincount(index, weights=column) for column in np.atleast_2d(values.T)]
         return np.asarray(np.column_stack(sums) / n[:, None])
 
     error = cop_m[used] - rows.hole_m[used]

@@ -90,16 +90,15 @@ def decided(
         return Tried(cause, fitted, _white_loss(fair, noise), bare, *left)
 
     tried = [judge(*fit, fair) for fit, fair in zip(fits, judged, strict=True)]
-    blank = subject.problem if model is None else subject.bare(model, causes)
-    without = _white_loss(blank, noise)
-    best = _best(subject.table, tried, without, signs, rules)
+    best = _best(subject.table, tried, signs, rules)
     best = next((t for t in tried if surer(subject, t, best, noise, signs, rules)), best)
     for form in _in_other_forms(subject, best.cause):
         _, fitted, bare = refit = fit(subject, causes, model, form)
         other = judge(*refit, subject.without_credit(bare, fitted))
         best = min(best, other, key=lambda t: float(t.loss.sum()))
     chosen, fitted, loss = _where(subject, causes, model, best, noise, signs, rules)
-    gain = max(float((without - loss).sum()), 0.0)
+    blank = subject.problem if model is None else subject.bare(model, causes)
+    gain = max(float((_white_loss(blank, noise) - loss).sum()), 0.0)
     mine = best.cause.signature
 
     def bends_as_well(other: Tried) -> bool:
@@ -290,27 +289,20 @@ def _family(subject: Subject, first: Cause, contenders: Sequence[Cause]) -> list
 def _best(
     table: Mapping[str, Effect],
     tried: Sequence[Tried],
-    without: FloatArray,
     signs: FloatArray,
     rules: Rules,
 ) -> Tried:
     """The contender that loses least; before it one of its kind that leaves nothing, if it does.
 
-    One that surely leaves a good part more than the one that loses least leaves something, whatever
-    its kind would find.
-
-    Parameters
-    ----------
-    without
-        Held-out squared error of each block without any of them, shape (B,).
+    One that surely leaves twice as much as the one that loses least leaves something, whatever its
+    kind would find.
     """
     least = min(tried, key=lambda t: float(t.loss.sum()))
-    gain, left = float((without - least.loss).sum()), float(least.loss.sum())
-    much = rules.kindred_loss * min(gain, left)
+    left = float(least.loss.sum())
 
     def as_good(other: Tried) -> bool:
         lost = other.loss - least.loss
-        return float(lost.sum()) < much or sign_flip_mean(lost, signs) >= rules.alpha_rival
+        return float(lost.sum()) < left or sign_flip_mean(lost, signs) >= rules.alpha_rival
 
     whole = [
         t for t in tried

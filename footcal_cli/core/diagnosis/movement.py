@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -40,13 +40,17 @@ class Movement:
 
 
 def movements(case: Case, before: Problem, after: Problem) -> tuple[Movement, ...]:
-    """Generalised least squares of the calibration on both models; none where it drifts."""
+    """Generalised least squares of the calibration on both models; none where it drifts.
+
+    The effects stay at their sizes: were they and their rivals free beside it, the calibration
+    would be that of all of them together, which no model has, and as unsure as they are alike.
+    """
     turn, turned = before.calibration_turn, after.calibration_turn
     if case.drifts or turn is None or turned is None:
         return ()
     # an extended model is differentiated anew: its columns are directions of their own
     first, cov = _calibrated(before)
-    second, _ = _calibrated(after)
+    second, _ = _calibrated(replace(after, accepted=None))
     old, new = -turn @ first, -turned @ second
     sd = np.sqrt(np.clip(np.einsum("ij,jk,ik->i", turn, cov, turn), 0.0, None))
     found = []

@@ -151,8 +151,9 @@ def _next_step(
     total = evidence.gain.sum(axis=0)
     order = np.argsort(-total)
     taken = {lib.problem.signatures[lib.index(s.column)].cause for s in steps}
-    # what is refused for what it buys the user leaves the word to causes that buy more
-    refused = -np.inf
+    # what is refused for what it buys the user leaves the word to causes that buy more; not beside
+    # a cause, whose form a weaker one may be
+    refused, later = -np.inf, bool(steps) or lib.problem.accepted is not None
     for c in order:
         if not (evidence.p[c] < rules.alpha_name) or lib.causes[c] in taken:
             continue
@@ -189,11 +190,15 @@ def _next_step(
                     "removed, and may come from their form"
                 )
             why.append(f"{name}: significant, but it removes only {bought}; {asked}")
+            if later:
+                return None, why
             refused = max(refused, float(plain.sum()))
             continue
         if earned > rules.alpha_rival:
             why.append(f"{name}: significant, but that it removes {bought} is not sure "
                        f"(p = {earned:.2g}, at most {rules.alpha_rival:g} is asked)")  # fmt: skip
+            if later:
+                return None, why
             refused = max(refused, float(plain.sum()))
             continue
         small = abs(size) < lib.smallest[lib.index(int(evidence.best[c]))]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -26,6 +26,7 @@ from footcal_cli.core.inference.signatures import derivative
 from footcal_cli.core.parameters import FloatArray
 
 Advance = Callable[[float], None]
+_REFITS_KEPT = 4  # a refit holds a copy of the recordings
 
 
 def uncounted(_: float) -> None:
@@ -56,14 +57,29 @@ class Subject:
     table: Mapping[str, Effect]
     describe: Describe
     advance: Advance = uncounted
+    _refits: dict[tuple[object, ...], Refit] = field(default_factory=dict, init=False, repr=False)
+    _whole: dict[int, tuple[Refit, Problem]] = field(default_factory=dict, init=False, repr=False)
 
     def refitted(self, causes: Sequence[Cause], start: Mapping[str, float]) -> Refit:
-        """The model with all of these causes, from starting values."""
+        """The model with all of these causes, from starting values; the last ones are kept.
+
+        A pair of causes is looked for beside each of them alone, which were refitted before.
+        """
+        self.advance(1)
+        key = (
+            *(cause.signature for cause in causes),
+            *((name, f"{value:.9g}") for name, value in sorted(start.items())),
+        )
+        if key not in self._refits:
+            if len(self._refits) == _REFITS_KEPT:
+                del self._refits[next(iter(self._refits))]
+            self._refits[key] = self._refitted(causes, start)
+        return self._refits[key]
+
+    def _refitted(self, causes: Sequence[Cause], start: Mapping[str, float]) -> Refit:
         accepted = [(self.table[c.signature.effect], c.signature) for c in causes]
         problem = self.problem.without_usual({effect.name for effect, _ in accepted})
-        fitted = refit(self.case, self.rows, problem, accepted, start)
-        self.advance(1)
-        return fitted
+        return refit(self.case, self.rows, problem, accepted, start)
 
     def extended(self, model: Refit, causes: Sequence[Cause]) -> Problem:
         """The problem on the extended model: its effects and their rivals are calibration now.
@@ -72,10 +88,13 @@ class Subject:
         that it was without, and signatures taken where the effect was still an error share the
         noise with the residual.
         """
-        case = self.case.extended(model.chain, model.values)
-        turn = self.problem.calibration_turn
-        effects = self.table.values()
-        whole = problem_from(case, self.rows, effects, self.describe, turn, model.ideal)
+        if id(model) not in self._whole:
+            case = self.case.extended(model.chain, model.values)
+            turn, effects = self.problem.calibration_turn, self.table.values()
+            made = problem_from(case, self.rows, effects, self.describe, turn, model.ideal)
+            self._whole.clear()
+            self._whole[id(model)] = model, made
+        whole = self._whole[id(model)][1]
         return replace(
             whole.without(*(c.signature.effect for c in causes)),
             accepted=self._accepted(model, causes),

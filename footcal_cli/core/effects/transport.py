@@ -5,6 +5,9 @@ The body stream is what does not come from the cells: CoM, acceleration, angular
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from math import prod
+
 import numpy as np
 
 from footcal_cli.core.effects.contract import (
@@ -41,8 +44,13 @@ _HASH_MIX = (np.uint64(0xBF58476D1CE4E5B9), np.uint64(0x94D049BB133111EB))
 
 def _stream(log: Log) -> FloatArray:
     """The body stream of a log side by side, shape (n, k)."""
-    parts = [log.known[name].reshape(len(log), -1) for name in BODY_STREAM if name in log.known]
-    return np.concatenate(parts, axis=1) if parts else np.empty((len(log), 0))
+    return _side_by_side(log, [log.known[name] for name in BODY_STREAM if name in log.known])
+
+
+def _side_by_side(log: Log, parts: Sequence[FloatArray]) -> FloatArray:
+    """Quantities of any shape (n, …) as columns, shape (n, k); n may be 0."""
+    columns = [part.reshape(len(log), prod(part.shape[1:])) for part in parts]
+    return np.concatenate(columns, axis=1) if columns else np.empty((len(log), 0))
 
 
 def _with_stream(log: Log, stream: FloatArray) -> Log:
@@ -164,7 +172,7 @@ def _smoothed(sign: float) -> Transform:
         kept = {name: log.known[name] for name in _DIFFERENTIATED if name in log.known}
         if not kept:
             return log, state
-        signal = np.concatenate([part.reshape(len(log), -1) for part in kept.values()], axis=1)
+        signal = _side_by_side(log, list(kept.values()))
         fresh = recording(log.time_s, None).fresh
         first, before, after, last = (
             resample(log.time_s, signal, log.time_s + step * _BESIDE_S, fresh)

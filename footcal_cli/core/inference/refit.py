@@ -169,17 +169,18 @@ def refit(
     kept = seen(freed, problem, columns)
     fit = _Fit(case, rows, problem, chain, tuple(kept))
     columns = columns[:, [f in kept for f in freed]]
-    at, converged = fit.awake(fit.linearised(values, ideal, columns)), False
+    at, converged, fresh = fit.awake(fit.linearised(values, ideal, columns)), False, True
     for _ in range(MOST_ITERATIONS):
         way = _step(at, fit.freed)
         after, share = fit.nearer(at, way)
         moved = float(np.max(np.abs(share * way.size) / way.spread, initial=0.0))
         # close to the optimum neither noise nor linearisation point moves any more
-        at = fit.at(after, None if moved > _NEAR else at)
+        fresh = moved > _NEAR
+        at = fit.at(after, None if fresh else at)
         if moved < CONVERGED:
             converged = share > 0.0 or bool(np.all(np.abs(way.size) < way.spread))
             break
-    at = fit.at(at.values)
+    at = at if fresh else fit.at(at.values)
     scale = _rms(at.columns)
     live = [i for i, f in enumerate(fit.freed) if acts(f, at.values[f.name], scale[i])]
     moving = problem.tracking is not None

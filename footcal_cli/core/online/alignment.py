@@ -21,6 +21,7 @@ _SEARCHED_S = 30.0
 _NEAR = 1
 """Steps from none within which the estimated delay needs no help."""
 _SURE_NATS = 50.0
+_FEWEST = 3
 
 
 _SETTLED_S = 2e-4
@@ -67,6 +68,8 @@ def coarse_delay_s(
         Name of the delay among the unknowns; it is left out of every trial.
     """
     stop = int(np.searchsorted(log.time_s, log.time_s[0] + _SEARCHED_S))
+    if stop < _FEWEST:  # stamps so large, or so far apart, that no delay can be told
+        return 0.0
     begun = log.rows(0, stop)
 
     def likelihood(delay_s: float) -> float:

@@ -249,7 +249,8 @@ def check_consistency(track: Track, *, skip_s: float = 2.0) -> Consistency:
     lowest, highest = (np.asarray(stats.chi2.ppf(q, dof)) for q in (0.025, 0.975))
     normalised = (track.innovation / track.innovation_sd)[use, 0]
     normalised = normalised[np.isfinite(normalised)]
-    lagged = float(np.corrcoef(normalised[1:], normalised[:-1])[0, 1])
+    moves = normalised.size > 2 and min(np.ptp(normalised[1:]), np.ptp(normalised[:-1])) > 0.0
+    lagged = float(np.corrcoef(normalised[1:], normalised[:-1])[0, 1]) if moves else float("nan")
     return Consistency(
         ratio=float(nis.sum() / total),
         low=low,

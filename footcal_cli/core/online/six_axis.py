@@ -18,7 +18,7 @@ from footcal_cli.core.experiments import walk
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.filter import Track
 from footcal_cli.core.online.replay import held
-from footcal_cli.core.online.rows import Rows, advanced, block_means, updates_of
+from footcal_cli.core.online.rows import Rows, advanced, block_means, in_heading, updates_of
 from footcal_cli.core.parameters import BoolArray, ComplexArray, FloatArray
 
 KNOWN_MOTION = 0.05
@@ -52,6 +52,7 @@ transducer is seen by it."""
 _DELAY_STEP_S = 2e-3
 DELAY_STATE, MASS_STATE = "robot.delay", "robot.mass_correction"
 _PHASES = 40
+_HORIZONTAL = ((0, 1), (3, 4))
 TORQUE_ARM_M = 0.05
 """A torque row's noise over a force row's."""
 
@@ -115,9 +116,10 @@ def six_axis_rows(
     for state, column in _of_the_motion(used, scales).items() if walking else ():
         add(f"robot.{state}", state.removesuffix("_x").removesuffix("_y"))
         h = np.concatenate([h, column[:, :, None]], axis=2)
-    h, error, valid = block_means(
-        balance.error, balance.valid, h * np.array(scale), samples_per_update
+    error, valid, h = in_heading(
+        balance.error, balance.valid, h * np.array(scale), _HORIZONTAL, heading_rad(used)
     )
+    h, error, valid = block_means(error, valid, h, samples_per_update)
     last = np.arange(1, blocks + 1) * samples_per_update - 1
     return Rows(
         time_s=log.time_s[last],
@@ -172,9 +174,9 @@ def _columns(log: Log, scales: bool) -> FloatArray:
     # they would be pulled towards zero, and the offsets would take up the weight.
     if not scales:
         h[:, 2, carriers - 1] = -known["gravity_mps2"]
-    weight = known["mass_kg"] * known["gravity_mps2"]
-    h[:, 4, carriers] = weight
-    h[:, 3, carriers + 1] = -weight
+    weight, yaw = known["mass_kg"] * known["gravity_mps2"], heading_rad(log)
+    h[:, 4, carriers], h[:, 3, carriers] = weight * np.cos(yaw), -weight * np.sin(yaw)
+    h[:, 4, carriers + 1], h[:, 3, carriers + 1] = -weight * np.sin(yaw), -weight * np.cos(yaw)
     return np.nan_to_num(h)
 
 
@@ -335,15 +337,15 @@ def corrected_log(log: Log, names: Sequence[str], track: Track, rows: Rows) -> L
             scale = column.get(f"{foot}.scale_{axis}", np.zeros(n))
             readings[:, at] = (1.0 + scale) * readings[:, at] - column[f"{foot}.offset_{axis}"]
     com = log.known["com_m"].copy()
-    com[:, 0] += column["robot.com_correction_x"]
-    com[:, 1] += column["robot.com_correction_y"]
+    ahead, aside = (column[f"robot.com_correction_{axis}"] for axis in "xy")
+    com[:, :2] += _in_world(log, ahead + 1j * aside)
     zero, push = np.zeros(n), log.known["com_acc_mps2"].copy()
 
     def shared_out(state: str) -> FloatArray:
         """Shares along and across the heading of a horizontal acceleration, (n, 2)."""
-        ahead, aside = (column.get(f"robot.{state}_{axis}", zero) for axis in "xy")
+        own, other = (column.get(f"robot.{state}_{axis}", zero) for axis in "xy")
         along = _in_heading(log, push)
-        return _in_world(log, ahead * along.real + 1j * aside * along.imag)
+        return _in_world(log, own * along.real + 1j * other * along.imag)
 
     push[:, :2] += shared_out("motion_size")
     limbs = (log.known["mass_kg"] * com[:, 2])[:, None] * shared_out("angmom_share")

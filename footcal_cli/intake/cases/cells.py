@@ -17,6 +17,7 @@ from footcal_cli.core.inference.lines import Series, swing_series
 from footcal_cli.core.inference.tracking import gain_and_bias
 from footcal_cli.core.online.streams import MergeRule
 from footcal_cli.core.parameters import ParameterSet
+from footcal_cli.core.spatial import whole_rows
 from footcal_cli.errors import DataError
 from footcal_cli.intake.cases.shared import (
     FINDING,
@@ -56,7 +57,7 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
         good = np.isfinite(log.readings).all(axis=1)
         for name in experiment.known:
             if name != "contact" and name in log.known:
-                finite = np.isfinite(log.known[name].reshape(len(log), -1)).all(axis=1)
+                finite = whole_rows(log.known[name])
                 # insoles without a robot know no CoM at all; their weight still balances
                 good &= finite if finite.any() else True
         log = log.with_known(airborne=airborne(log.known["contact"]))

@@ -16,6 +16,7 @@ from footcal_cli.core.log import Log
 from footcal_cli.core.online.six_axis import PRIOR_SD
 from footcal_cli.core.online.streams import MergeRule
 from footcal_cli.core.parameters import Parameter, ParameterSet
+from footcal_cli.core.spatial import whole_rows
 from footcal_cli.intake.cases.shared import FINDING, CaseRead, baseline_of, chain_of, of_cells
 from footcal_cli.intake.recordings import read_recordings
 from footcal_cli.recipe.options import DiagnoseOptions
@@ -69,7 +70,7 @@ def _cut(log: Log, experiment: Experiment) -> Log:
     good = np.isfinite(log.readings).all(axis=1)
     for name in experiment.known:
         if name != "contact":
-            good &= np.isfinite(log.known[name].reshape(len(log), -1)).all(axis=1)
+            good &= whole_rows(log.known[name])
     return cut_balanced(log.at(np.asarray(good)))
 
 

@@ -110,7 +110,8 @@ def _evidence_row(row: EffectRow, blocks: int) -> tuple[str, ...]:
     if row.status is EffectStatus.NOT_TESTABLE:
         verdict += f": {row.reason}"
     elif row.reason.startswith(AS_GOOD):
-        verdict += f": as good as {words(row.reason.removeprefix(AS_GOOD))}"
+        others = row.reason.removeprefix(AS_GOOD).split(", ")
+        verdict += f": as good as {', '.join(map(words, others))}"
     elif row.status is EffectStatus.UNDECIDED and not possible(row):
         verdict += ": no such size"
     return (

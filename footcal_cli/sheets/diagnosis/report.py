@@ -72,10 +72,16 @@ def outcome_of(
         answer = _undecided(answer, len(found.case.logs), alone)
     if found.model is not None:
         causes = together(words(item.cause.signature.effect) for item in found.found)
-        answer = answer.with_action(
+        action = (
             "Start the next command from parameters_extended.json, next to this report "
             f"(--parameters): it holds {causes}."
         )
+        if found.verdict is Verdict.AMBIGUOUS:
+            action = (
+                f"Until then {causes} stands for all of them in parameters_extended.json, next to "
+                "this report (--parameters)."
+            )
+        answer = answer.with_action(action)
     became = after(found, before, table)
     left = left_over(found, became)
     if became:

@@ -58,12 +58,18 @@ def with_interval(interval: Interval, unit: str) -> str:
     )
 
 
+def _handy(interval: Interval, unit: str) -> str:
+    """With the interval, in the unit of the evidence table."""
+    factor, unit = handy_unit(interval.value, unit)
+    return with_interval(scaled(interval, factor), unit)
+
+
 def size_words(item: Found) -> str:
     """The sizes of an effect with interval and unit; of many owners the surest one's."""
     signature = item.cause.signature
     whose = f"surest in {item.owner}: " if len(signature.owners) > 1 else ""
     if stated_as := item.effect.stated_as:
-        return f"{whose}{stated_as} {with_interval(item.cause.size, signature.unit)}"
+        return f"{whose}{stated_as} {_handy(item.cause.size, signature.unit)}"
     shapes = {name for name, _ in signature.shape}
     said: list[str] = []
     for name, interval in zip(item.parameter_names, item.intervals, strict=True):
@@ -71,7 +77,7 @@ def size_words(item: Found) -> str:
         seen = interval.low * interval.high > 0 or parameter == signature.parameter
         if owner == item.owner and parameter not in shapes and seen:
             called = _size_name(parameter, signature.effect)
-            said.append(f"{called}{with_interval(interval, signature.unit)}")
+            said.append(f"{called}{_handy(interval, signature.unit)}")
     return f"{whose}{', '.join(said)}" if said else ""
 
 
@@ -88,7 +94,7 @@ def shape_words(item: Found) -> str:
     units = {p.name: p.unit for p in effect.parameters}
     parts = [
         f"{_size_name(name.rsplit('.', 1)[1], effect.name)}"
-        f"{with_interval(interval, units.get(name.rsplit('.', 1)[1], ''))}"
+        f"{_handy(interval, units.get(name.rsplit('.', 1)[1], ''))}"
         for name, interval in zip(item.parameter_names, item.intervals, strict=True)
         if name.rsplit(".", 1)[1] in shapes
     ]
