@@ -135,13 +135,24 @@ class Walked:
         if event != "call":
             return
         file = frame.f_code.co_filename
-        # bodies of modules and classes run when they are imported, by whomever
+        # bodies of modules and classes run, and call, when they are imported, by whomever
         if file.startswith(str(PACKAGE)) and frame.f_code.co_flags & CO_OPTIMIZED:
-            self.files.setdefault(module_name(Path(file)))
+            name = module_name(Path(file))
+            if name not in self.files and not imported(frame):
+                self.files[name] = None
         if frame.f_code.co_name == "__init__":
             made = type(frame.f_locals.get("self"))
             if made.__module__.startswith("footcal_cli"):
                 self.types.add(f"{made.__module__}.{made.__name__}")
+
+
+def imported(frame: FrameType | None) -> bool:
+    """Whether a module of footcal is being imported, and this call serves that."""
+    while frame is not None:
+        if frame.f_code.co_name == "<module>" and frame.f_code.co_filename.startswith(str(PACKAGE)):
+            return True
+        frame = frame.f_back
+    return False
 
 
 def walked(words: tuple[str, ...]) -> Walked:

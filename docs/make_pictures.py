@@ -1,4 +1,7 @@
-"""Copy the figures of ``make demo`` that README and documents show: ``make pictures``."""
+"""Copy the figures that README and documents show from ``make demo`` and one walk more.
+
+``make pictures`` runs both; the walk has a tilted IMU, which five causes explain alike.
+"""
 
 from __future__ import annotations
 
@@ -15,6 +18,7 @@ PICTURES = {
     "pose_calib": "pose/figures/mounting.png",
     "simulate": "simulated/figures/shown_and_true.png",
     "diagnose": "diagnosis/figures/residual_against_driver.png",
+    "likeness": "rivals/figures/isolability.png",
 }
 """Picture -> figure of the demo's run folders."""
 

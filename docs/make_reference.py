@@ -14,7 +14,7 @@ from pydantic import BaseModel
 
 from footcal_cli.app import COMMANDS, function_of
 from footcal_cli.recipe import CommandOptions, Recipe
-from footcal_cli.recipe.filespecs import FileSpec, JoinSpec, Place
+from footcal_cli.recipe.filespecs import FileSpec, JoinSpec, PivotSpec, Place
 from footcal_cli.records.schemas import SCHEMAS
 from footcal_cli.tables import columns
 
@@ -82,6 +82,7 @@ def recipe_page() -> str:
     parts = ["# Recipe keys\n", inspect.cleandoc(Recipe.__doc__ or ""), "\n", table(head, own)]
     for title, model in (
         ("[columns]: an entry", Place), ("[[files]]", FileSpec), ("[[files]] join", JoinSpec),
+        ("[[files]] pivot", PivotSpec),
     ):  # fmt: skip
         said = inspect.cleandoc(model.__doc__ or "")
         parts.append(f"## {title}\n{said}\n\n{table(head, keys(model))}")

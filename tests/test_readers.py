@@ -13,13 +13,13 @@ from footcal_cli.commands import option_tables
 from footcal_cli.errors import DataError, UsageError
 from footcal_cli.recipe import Recipe, read_recipe
 from footcal_cli.tables.canonical_names import is_canonical
-from footcal_cli.tables.columns import weights_stream_table, weights_table
+from footcal_cli.tables.columns import cells_table, weights_stream_table, weights_table
 from footcal_cli.tables.delimited import before_power_was_lost, text_names, text_table
 from footcal_cli.tables.foreign import is_of_documents
 from footcal_cli.tables.nested import unpacked
 from footcal_cli.tables.places import places_of
 from footcal_cli.tables.reading import BLANKS, ForeignColumn, Layout, Reading
-from footcal_cli.tables.table import read_table
+from footcal_cli.tables.table import Table, read_table
 from footcal_cli.tables.textfiles import called_as, regular_file
 from footcal_cli.tables.values import bare_hexadecimal
 
@@ -104,7 +104,7 @@ def test_a_weight_on_one_cell_at_a_time(tmp_path: Path) -> None:
     wrong = recipe(tmp_path, text.replace("{ on =", "{ onto ="))
     with pytest.raises(DataError, match="'onto' that only_where names"):
         read_table(log, weights_table(), wrong.reading(log), gravity_mps2=G)
-    with pytest.raises(UsageError, match="held and only_where are for a column"):
+    with pytest.raises(UsageError, match="only_where and missing are for a column"):
         recipe(tmp_path, '[columns]\nload_n = { value = 1.0, only_where = { on = "N" } }')
 
 
@@ -205,3 +205,75 @@ def test_a_column_under_two_names_and_one_in_another_unit(tmp_path: Path) -> Non
     log.write_text("channel,load_g,counts\nfl,1000,5\n")
     (places,) = places_of(weights_table(), Reading(), log)
     assert places.found["load_n"] == ForeignColumn("load_g", "g")
+
+
+def test_a_row_for_each_foot_becomes_a_row_per_sample(tmp_path: Path) -> None:
+    """Equal stamps, interleaved ones and none; a lost sample is empty, and not bridged."""
+    said = 'pivot = {{ by = ["foot"], labels = ["left", "right"]{} }}'
+    columns = """
+        [columns]
+        time_s = {{ column = "{}", unit = "ms" }}
+        left_a_counts = "left.raw"
+        right_a_counts = "right.raw"
+    """
+    log = tmp_path / "feet.csv"
+
+    def read(lines: list[str], at: str) -> Table:
+        log.write_text("ms,foot,raw\n" + "\n".join(lines) + "\n")
+        text = "[[files]]\n" + said.format(f', at = "{at}"' if at else "")
+        own = recipe(tmp_path, text + columns.format(at or "left.ms"))
+        return read_table(log, cells_table(["left_a", "right_a"]), own.reading(log), gravity_mps2=G)
+
+    equal = [f"{10 * i},{foot},{100 * i + k}" for i in range(8)
+             for k, foot in enumerate(("left", "right"))]  # fmt: skip
+    table = read(equal, "ms")
+    np.testing.assert_array_equal(table.number("right_a_counts"), 100 * np.arange(8) + 1)
+    np.testing.assert_allclose(table.number("time_s"), 0.01 * np.arange(8))
+    np.testing.assert_array_equal(read(equal, "").number("right_a_counts"), 100 * np.arange(8) + 1)
+    # the right foot is read 5 ms after the left: a straight line between its rows
+    later = [f"{10 * i + 5 * k},{foot},{100 * i + 50 * k}" for i in range(8)
+             for k, foot in enumerate(("left", "right"))]  # fmt: skip
+    table = read(later, "ms")
+    np.testing.assert_allclose(table.number("right_a_counts"), 100 * np.arange(8), atol=51)
+    np.testing.assert_allclose(table.number("right_a_counts")[1:], 100 * np.arange(1, 8))
+    # three samples of the right foot are lost: nothing from 25 to 65 ms
+    lost = [line for line in later if line not in {later[7], later[9], later[11]}]
+    empty = np.isnan(read(lost, "ms").number("right_a_counts"))
+    np.testing.assert_array_equal(np.flatnonzero(empty), [3, 4, 5, 6])
+    with pytest.raises(DataError, match="different numbers of rows: left 8, right 5"):
+        read(lost, "")
+
+
+def test_rows_without_a_reading_are_left_out_if_the_recipe_says_so(tmp_path: Path) -> None:
+    log = tmp_path / "cell.csv"
+    log.write_text("load_n,raw\n0,100\n5,-9999\n10,300\n10,NaN\n15,ERR\n20,500\n")
+    columns = """
+        [columns]
+        channel = {{ value = "a" }}
+        counts = {{ column = "raw"{} }}
+    """
+    silent = recipe(tmp_path, columns.format(', missing = ["-9999", "ERR"]'))
+    table = read_table(log, weights_table(), silent.reading(log), gravity_mps2=G)
+    np.testing.assert_array_equal(table.number("counts"), [100, 300, 500])
+    np.testing.assert_array_equal(table.number("load_n"), [0, 10, 20])
+    assert [f.sentence for f in table.findings] == [
+        "3 of 6 rows have no value in 'raw' and are left out, as `missing` in [columns] says"
+    ]
+    with pytest.raises(DataError, match="not a number"):
+        read_table(
+            log, weights_table(), recipe(tmp_path, columns.format("")).reading(log), gravity_mps2=G
+        )
+
+
+def test_a_unit_that_a_recipe_asks_for_is_refused_by_name(tmp_path: Path) -> None:
+    log = tmp_path / "cell.csv"
+    log.write_text("put_on,raw\n0,100\n5,200\n")
+    said = recipe(tmp_path, """
+        [columns]
+        channel = { value = "a" }
+        load_n = { column = "put_on", unit = "?" }
+        counts = "raw"
+    """)  # fmt: skip
+    with pytest.raises(UsageError, match="nothing says the unit of load_n") as refused:
+        read_table(log, weights_table(), said.reading(log), gravity_mps2=G)
+    assert refused.value.remedy == 'write it in place of "?" in [columns]: N, kg, g, lb …'

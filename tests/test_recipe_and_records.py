@@ -3,14 +3,33 @@
 from __future__ import annotations
 
 import json
+from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
 import pytest
+from pydantic import BaseModel
 
+from footcal_cli.core.bench.plateaus import PlateauOptions
+from footcal_cli.core.hang.joint import HangOptions
+from footcal_cli.core.online.memory import MemoryOptions
+from footcal_cli.core.online.noise import Noise
+from footcal_cli.core.online.streams import MergeRule
 from footcal_cli.core.parameters import Estimates, Status
+from footcal_cli.core.pose.problem import PoseOptions
+from footcal_cli.core.pose.steady import SteadyRule
+from footcal_cli.core.quiet import QuietRule
+from footcal_cli.core.study.window import WindowRule
 from footcal_cli.errors import UsageError
 from footcal_cli.recipe import read_recipe
+from footcal_cli.recipe.options import (
+    HangCalibOptions,
+    NoiseOptions,
+    OnlineReplayOptions,
+    PlateauSettings,
+    PoseCalibOptions,
+    StaticInitOptions,
+)
 from footcal_cli.records.files import read_record, write_record
 from footcal_cli.records.results import ParametersRecord, covariance_blocks, parameter_records
 from footcal_cli.records.schemas import SCHEMAS
@@ -133,3 +152,45 @@ def test_every_record_has_a_schema_that_requires_its_name() -> None:
         schema = model.model_json_schema(by_alias=True)
         assert schema["properties"]["schema"]["const"].startswith("footcal.")
         assert schema["additionalProperties"] is False
+
+
+WRITTEN_TWICE: list[tuple[type[BaseModel], type, dict[str, str]]] = [
+    (PlateauSettings, PlateauOptions, {}),
+    (HangCalibOptions, HangOptions, {}),
+    (PoseCalibOptions, PoseOptions, {}),
+    (PoseCalibOptions, SteadyRule, {
+        "rate_nps": "steady_rate_nps", "duration_s": "steady_duration_s",
+        "window_s": "steady_window_s",
+    }),
+    (StaticInitOptions, QuietRule, {
+        "acceleration_mps2": "largest_acceleration_mps2", "rate_radps": "largest_rate_radps",
+    }),
+    (OnlineReplayOptions, MergeRule, {"largest_acc_mps2": "largest_acceleration_mps2"}),
+    (OnlineReplayOptions, WindowRule, {}),
+    (OnlineReplayOptions, MemoryOptions, {"plate": "hanging_plate", "swing": "swing_rows"}),
+]  # fmt: skip
+DECIDED_ELSEWHERE = {
+    "tilt",
+    "noise",
+    "structure",
+    "translation_sd_m",
+    "com_sd_m",
+    "rotation_sd_rad",
+}
+"""A recipe lets the log, the evidence or a usual robot decide where a caller of the core says."""
+
+
+@pytest.mark.parametrize(("recipe", "core", "renamed"), WRITTEN_TWICE)
+def test_a_recipe_and_the_core_agree_on_defaults(
+    recipe: type[BaseModel], core: type, renamed: dict[str, str]
+) -> None:
+    asked = {name: field.default for name, field in recipe.model_fields.items()}
+    own = {renamed.get(f.name, f.name): f.default for f in fields(core)}
+    both = (asked.keys() & own.keys()) - DECIDED_ELSEWHERE
+    assert both >= set(renamed.values())
+    assert len(both) > 1
+    assert {name: asked[name] for name in both} == {name: own[name] for name in both}
+
+
+def test_a_recipe_may_give_every_noise_of_a_walk() -> None:
+    assert set(NoiseOptions.model_fields) == {field.name for field in fields(Noise)}

@@ -12,7 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from footcal_cli.errors import UsageError, nearest
-from footcal_cli.tables.logfiles import RawColumn, column_names, raw_columns
+from footcal_cli.tables.logfiles import column_names, raw_columns
+from footcal_cli.tables.rawcolumn import RawColumn
 
 if TYPE_CHECKING:
     from footcal_cli.records.batch import SessionRecord
@@ -136,10 +137,10 @@ def _from_glob(pattern: str, common: Job) -> list[Job]:
             f"'{pattern}' matches no log and no folder with logs",
             remedy="quote the pattern, or give a table with the columns session, date, logs",
         )
-    return _told_apart(jobs)
+    return _distinctly_named(jobs)
 
 
-def _told_apart(jobs: list[Job]) -> list[Job]:
+def _distinctly_named(jobs: list[Job]) -> list[Job]:
     """Sessions of one name get the name of the folder above in front."""
     names = [job.name for job in jobs]
     return [

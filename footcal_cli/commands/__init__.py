@@ -8,5 +8,5 @@ _NOT_COMMANDS = frozenset({"helptexts", "options"})
 
 
 def option_tables() -> frozenset[str]:
-    """Names of the option tables a recipe may hold: one per command, its module's name."""
+    """Names of the option tables that a recipe may hold: one per command, named after it."""
     return frozenset(m.name for m in iter_modules(__path__)) - _NOT_COMMANDS

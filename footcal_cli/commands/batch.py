@@ -55,7 +55,7 @@ _EXTRA: dict[str, Any] = {
     "sessions": Annotated[
         list[str] | None,
         typer.Argument(
-            metavar="SESSIONS...",
+            metavar="SESSIONS",
             help="Globs of logs or of folders with logs, or a table (CSV, Parquet, TOML) with the "
             "columns session, robot, date, operator, logs, recipe, parameters.",
         ),

@@ -35,7 +35,7 @@ class ConvertOptions(CommandOptions):
 def convert(
     sources: Annotated[
         list[Path] | None,
-        typer.Argument(metavar="[SRC]...", help="Foreign logs; replace [data] convert."),
+        typer.Argument(metavar="SRC", help="Foreign logs; replace \\[data] convert."),
     ] = None,
     recipe: RecipeFile = None,
     topic: Annotated[

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 def effects(
     name: Annotated[
-        str | None, typer.Argument(metavar="[NAME]", help="The effect to explain in full.")
+        str | None, typer.Argument(metavar="NAME", help="The effect to explain in full.")
     ] = None,
     experiment: Annotated[
         str | None, typer.Option("--experiment", help="Only what this experiment can see.")

@@ -34,7 +34,7 @@ class ExportOptions(CommandOptions):
 
 def export(
     calibration: Annotated[
-        Path | None, typer.Argument(metavar="[PARAMETERS]", help="parameters.json of a run.")
+        Path | None, typer.Argument(metavar="PARAMETERS", help="parameters.json of a run.")
     ] = None,
     to: Annotated[str | None, typer.Option("--to", help=", ".join(get_args(Target)) + ".")] = None,
     sensor: Annotated[

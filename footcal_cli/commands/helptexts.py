@@ -22,6 +22,11 @@ _COLUMNS = {
     "apply": "those of the log that is converted: time_s, left_fl_counts ... or fx_n ... tz_nm",
     "diagnose": "those of the experiment: weights, placements, stand, walk, hang or pose",
     "check": "those of any kind of log",
+    "init": "any; the recipe maps them to footcal's names",
+    "convert": "any; names of topics and fields become names of columns",
+    "kinematics": "time_s, a column per joint of the URDF, base_qx ... base_qw or "
+    "base_roll_rad ... (base_x_m ..., left_fz_n ...)",
+    "simulate": "none; of a recorded MOTION: time_s, left_fl_n ..., com_x_m ..., left_foot_x_m ...",
     "batch": "session, logs (robot, date, operator, recipe, parameters)",
 }
 _EXAMPLES = {
@@ -49,16 +54,25 @@ _EXAMPLES = {
 }
 
 
-JSON_ANSWERS = frozenset(GROUP_OF) - {"convert", "effects", "export", "schema"}
+_INSTEAD_OF_JSON = {
+    "convert": "--json is refused: the Parquet files are the answer, the exit code says whether "
+    "they are whole.",
+    "effects": "--json is refused: the answer is a table of text; `footcal schema diagnosis` "
+    "describes effects in JSON.",
+    "export": "--json is refused: the file is the answer.",
+    "schema": "--json is refused: the answer is JSON already.",
+}
+JSON_ANSWERS = frozenset(GROUP_OF) - frozenset(_INSTEAD_OF_JSON)
 """Commands that answer with one JSON where ``--json`` asks for it."""
 
 
 def epilog_of(command: str) -> str:
     """The columns that a command reads, optional ones in brackets, and an example."""
     columns = f"Columns: {_COLUMNS[command]}\n\n" if command in _COLUMNS else ""
-    answers = "" if command not in JSON_ANSWERS else (
+    answers = (
         "--json prints one JSON instead: verdict, errors, findings, paths "
-        "(`footcal schema answer`).\n\n"
-    )  # fmt: skip
+        "(`footcal schema answer`)."
+    )
+    answers = f"{_INSTEAD_OF_JSON.get(command, answers)}\n\n"
     example = f"Example: {_EXAMPLES[command]}" if command in _EXAMPLES else ""
     return f"{columns}{answers}{example}"

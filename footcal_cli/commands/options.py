@@ -22,12 +22,12 @@ Given = dict[str, Any]
 
 Logs = Annotated[
     list[Path] | None,
-    typer.Argument(metavar="[LOG]...", help="Logs (CSV, CSV.gz, Parquet); replace \\[data]."),
+    typer.Argument(metavar="LOG", help="Logs (CSV, CSV.gz, Parquet); replace \\[data]."),
 ]
 RecipeFile = Annotated[
     Path | None, typer.Option("--recipe", metavar="FILE.toml", help="Robot, columns, options.")
 ]
-Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace a run folder.")]
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace what is there.")]
 Quiet = Annotated[bool, typer.Option("--quiet", help="Print errors only.")]
 _FIRST: Mapping[str, tuple[Any, Any]] = {
     "logs": (Logs, None),

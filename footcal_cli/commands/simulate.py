@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 _MOTION = Annotated[
     list[Path] | None,
     typer.Argument(
-        metavar="[MOTION]",
+        metavar="MOTION",
         help="A recorded stand or walk with its true cell loads, in place of the planned one.",
     ),
 ]

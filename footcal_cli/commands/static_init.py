@@ -53,6 +53,7 @@ def _on_cells(session: Session[StaticInitOptions], recordings: Sequence[Recordin
             lambda recording, chosen: stance_rows(
                 recording.merged.log, chosen, belief, force_sd_n=options.force_sd_n,
                 moment_sd_nm=options.moment_sd_nm, swing_sd_n=options.lifted_sd_n,
+                com_sd_m=options.com_sd_m,
             ),
         )  # fmt: skip
         fit = fit_static(rows, belief)
@@ -66,7 +67,7 @@ def _on_cells(session: Session[StaticInitOptions], recordings: Sequence[Recordin
             rows.prior_correlation, weight_n, robot.mass_kg or 1.0,
         )  # fmt: skip
     session.note(weighed.findings())
-    found = outcome_of(robot.name, rows, fit, errors, quiet, curve, menu, weighed, options)
+    found = outcome_of(robot.name, rows, fit, errors, quiet, curve, menu, weighed)
     session.note(standing_findings(recordings, fit.chi2, fit.dof))
     return replace(found, parameters=feet_calibration(session, fit.estimates))
 

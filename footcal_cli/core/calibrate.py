@@ -31,7 +31,12 @@ from footcal_cli.core.pose.hanging import leg_knowledge
 from footcal_cli.core.pose.joint import PoseFit, fit_pose
 from footcal_cli.core.pose.problem import PoseOptions
 from footcal_cli.core.quiet import select_quiet
-from footcal_cli.core.static_init import StaticInit, fit_static, stance_rows
+from footcal_cli.core.static_init import (
+    StaticInit,
+    fit_static,
+    stance_rows,
+    without_false_lifts,
+)
 from footcal_cli.errors import FitError
 
 __all__ = [
@@ -184,7 +189,7 @@ def stand(
     merged = _merged(sensors, body, belief, cells_foot_m, mass_kg, gravity_mps2, "stand")
     forces = belief.forces(merged.log.readings)
     quiet = select_quiet(merged.log, forces, gyro_radps=merged.imu_gyro_radps)
-    fit = fit_static(stance_rows(merged.log, quiet, belief), belief)
+    fit = fit_static(without_false_lifts(stance_rows(merged.log, quiet, belief)), belief)
     return Calibration(fit.estimates, fit)
 
 

@@ -42,7 +42,7 @@ class Link:
         return tuple((f"{o}.{p.name}", p.neutral) for o in self.owners for p in self.effect.sizes)
 
     def acting(self, values: Mapping[str, float]) -> tuple[str, ...]:
-        """Full names of the sizes that are not neutral; without any the link may be skipped."""
+        """Full names of the sizes that differ from neutral; if none, the link may be skipped."""
         return tuple(n for n, neutral in self._sizes if values.get(n, neutral) != neutral)
 
     def theta(self, values: Mapping[str, float], units: Sequence[str]) -> Theta:

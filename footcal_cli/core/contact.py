@@ -150,7 +150,7 @@ def flicker(
 def contact_now(
     foot_force_n: FloatArray, weight_n: float, rate_hz: float, rule: ContactRule | None = None
 ) -> FloatArray:
-    """As `detect_contact`, each sample told by those before it alone.
+    """As `detect_contact`, each sample judged by those before it alone.
 
     A foot stands or swings once it has done so for `settle_s`; in the air its force must have
     stayed within `edge_share` of the weight for as long, or it is landing.

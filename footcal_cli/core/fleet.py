@@ -132,7 +132,7 @@ class Budget:
     components: tuple[Component, ...]
 
     def sd_of(self, name: str) -> float:
-        """Sd of one source; 0 where it could not be told apart."""
+        """Sd of one source; 0 where it could not be distinguished."""
         return next((c.sd for c in self.components if c.name == name), 0.0)
 
     @property

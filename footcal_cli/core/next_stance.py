@@ -10,13 +10,7 @@ import numpy as np
 from footcal_cli.core.inference.observability import NextStep, rank_candidates
 from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.parameters import FloatArray, IntArray
-from footcal_cli.core.static_init import (
-    FORCE_SD_N,
-    MOMENT_SD_NM,
-    SWING_SD_N,
-    StanceRows,
-    fit_static,
-)
+from footcal_cli.core.static_init import StanceRows, fit_static, floors_of
 
 COUNTS = (1, 2, 5, 10)
 
@@ -161,10 +155,11 @@ def _imagined(
     arms = cells - cop
     per_force = np.stack([np.ones(c), arms[:, 1], -arms[:, 0]])
     h = np.concatenate([per_force * force, per_force], axis=1)
-    sd = [FORCE_SD_N, MOMENT_SD_NM, MOMENT_SD_NM]
+    total, moment, swinging = floors_of(weight_n)
+    sd = [total, moment, moment]
     if lifted is not None:
         swing = np.zeros((feet[lifted].size, 2 * c))
         swing[np.arange(feet[lifted].size), c + feet[lifted]] = 1.0
         h = np.concatenate([h, swing])
-        sd += [SWING_SD_N] * feet[lifted].size
+        sd += [swinging] * feet[lifted].size
     return np.asarray(h * rows.prior_sd / np.array(sd)[:, None])

@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from footcal_cli.core.parameters import BoolArray, FloatArray
 
@@ -21,11 +20,42 @@ def whole_rows(values: FloatArray) -> BoolArray:
     return np.asarray(np.isfinite(values).all(axis=tuple(range(1, values.ndim))), dtype=np.bool_)
 
 
+def in_heading(
+    error: FloatArray, valid: BoolArray, h: FloatArray, pairs: Sequence[tuple[int, int]],
+    yaw_rad: FloatArray,
+) -> tuple[FloatArray, BoolArray, FloatArray]:  # fmt: skip
+    """The rows with horizontal pairs along and across the heading instead of the world's axes.
+
+    Guards look at one row at a time, and scatter differs from axis to axis: along axes of the world
+    estimates would depend on the direction in which the robot happens to stand or walk.
+
+    Parameters
+    ----------
+    error, valid, h
+        Of rows, shapes (n, k), (n, k), (n, k, p).
+    pairs
+        Rows that hold the x and the y component of a vector.
+    yaw_rad
+        Heading, shape (n,).
+    """
+    error, valid, h = error.copy(), valid.copy(), h.copy()
+    cos, sin = np.cos(yaw_rad), np.sin(yaw_rad)
+    for x, y in pairs:
+        both = valid[:, x] & valid[:, y] & np.isfinite(yaw_rad)
+        valid[:, x], valid[:, y] = both, both
+        for rows, c, s in ((error, cos, sin), (h, cos[:, None], sin[:, None])):
+            along, across = c * rows[:, x] + s * rows[:, y], c * rows[:, y] - s * rows[:, x]
+            rows[:, x], rows[:, y] = along, across
+    return error, valid, h
+
+
 def rotations_of_rpy(rpy_rad: FloatArray) -> FloatArray:
     """``Rz(yaw) Ry(pitch) Rx(roll)``: (n, 3) to (n, 3, 3); NaN where an angle is not a number."""
     good = whole_rows(rpy_rad)
     rotations = np.full((len(rpy_rad), 3, 3), np.nan)
     if good.any():
+        from scipy.spatial.transform import Rotation
+
         rotations[good, :, :] = Rotation.from_euler("xyz", rpy_rad[good]).as_matrix()
     return rotations
 
@@ -35,6 +65,8 @@ def rotations_of_rotvec(rotvec_rad: FloatArray) -> FloatArray:
     good = whole_rows(rotvec_rad)
     rotations = np.full((len(rotvec_rad), 3, 3), np.nan)
     if good.any():
+        from scipy.spatial.transform import Rotation
+
         rotations[good, :, :] = Rotation.from_rotvec(rotvec_rad[good]).as_matrix()
     return rotations
 
@@ -70,6 +102,8 @@ def quaternions_of(rotations: FloatArray) -> FloatArray:
     good = whole_rows(rotations)
     found = np.full((len(rotations), 4), np.nan)
     if good.any():
+        from scipy.spatial.transform import Rotation
+
         found[good] = Rotation.from_matrix(rotations[good]).as_quat()
     return found
 

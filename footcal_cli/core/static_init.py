@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from footcal_cli.core.inference.fit import Fit, fit_map
 from footcal_cli.core.inference.observability import Observability, observability
@@ -30,8 +31,13 @@ from footcal_cli.core.parameters import (
 from footcal_cli.core.quiet import QuietSet
 from footcal_cli.core.signals import autocorrelation_time
 
-FORCE_SD_N, MOMENT_SD_NM, SWING_SD_N = 0.15, 0.03, 0.15
-"""What a stance's mean is worth: force, moment about the CoM (1 mm of CoM), a lifted cell."""
+FORCE_SHARE, MOMENT_SHARE_M, SWING_SHARE = 0.0015, 5e-4, 0.003
+"""What a stance's mean is worth at best, by the robot's weight: force and moment about the CoM, as
+cells that were calibrated hole by hole are left with ([NAO], Table 3: 0.08 N and 0.5 mm of 53 N); a
+lifted cell, on which cables and a loose sole pull."""
+COM_SHARE = 0.004
+"""Sd of where the model has the CoM, as a share of its height, the same in every stance: masses of
+links are some per cent off, and an inertial unit leans by milliradians."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +60,9 @@ class StanceRows:
         Of the unknowns.
     effective_samples
         Independent samples behind each stance's mean force, shape (stances,).
+    shared
+        Errors of one sd that all stances have in common (the model's CoM ahead, and to the left),
+        shape (rows, m).
     """
 
     h: FloatArray
@@ -66,6 +75,7 @@ class StanceRows:
     prior_sd: FloatArray
     prior_correlation: FloatArray
     effective_samples: FloatArray
+    shared: FloatArray
 
     @property
     def whitened(self) -> FloatArray:
@@ -81,6 +91,7 @@ class StanceRows:
             sd=self.sd[keep],
             output=tuple(name for name, kept in zip(self.output, keep, strict=True) if kept),
             stance=self.stance[keep],
+            shared=self.shared[keep],
         )
 
 
@@ -89,14 +100,16 @@ def stance_rows(
     quiet: QuietSet,
     belief: Belief,
     *,
-    force_sd_n: float = FORCE_SD_N,
-    moment_sd_nm: float = MOMENT_SD_NM,
-    swing_sd_n: float = SWING_SD_N,
+    force_sd_n: float | None = None,
+    moment_sd_nm: float | None = None,
+    swing_sd_n: float | None = None,
+    com_sd_m: float | None = None,
 ) -> StanceRows:
     """Average the static balance over each stance.
 
     The scatter of the mean counts by its effective sample size; the errors that a stance does not
-    average out (a CoM that is off, creep) are the given floors.
+    average out (posture, creep) are the given floors. A CoM that the model puts in a wrong place
+    is wrong in every stance alike: no number of them averages it out.
 
     Parameters
     ----------
@@ -105,22 +118,95 @@ def stance_rows(
     quiet
         From `select_quiet`.
     force_sd_n, moment_sd_nm, swing_sd_n
-        Floors of total force, moments and lifted cells.
+        Floors of total force, moments and lifted cells; `FORCE_SHARE`, `MOMENT_SHARE_M` and
+        `SWING_SHARE` of the weight where None.
+    com_sd_m
+        Sd of the model's CoM along each of the body's horizontal axes; `COM_SHARE` of its height
+        where None.
     """
-    rows = cell_rows(log, belief, samples_per_update=1, states=(), plate=False, static=True)
-    floors = [force_sd_n, moment_sd_nm, moment_sd_nm] + [swing_sd_n] * len(log.channels)
-    return stance_means(rows, quiet, np.array(floors))
+    if com_sd_m is None:
+        height = log.known["com_m"][:, 2]
+        com_sd_m = (
+            COM_SHARE * float(height[np.isfinite(height)].mean())
+            if np.isfinite(height).any()
+            else 0.0
+        )
+    rows = cell_rows(
+        log, belief, samples_per_update=1, states=_COM, plate=False, static=True,
+        state_sd=dict.fromkeys(_COM, com_sd_m),
+    )  # fmt: skip
+    force, moment, swing = (
+        own if given is None else given
+        for own, given in zip(
+            floors_of(weight_of(log)), (force_sd_n, moment_sd_nm, swing_sd_n), strict=True
+        )
+    )
+    floors = [force, moment, moment] + [swing] * len(log.channels)
+    means = stance_means(rows, quiet, np.array(floors))
+    return _shared_out(means, np.array([name in _COM for name in rows.names]))
+
+
+_FALSE_LIFT_SIGMAS = 4.0
+
+
+def without_false_lifts(rows: StanceRows) -> StanceRows:
+    """The rows without those of feet that were taken for lifted and bear load.
+
+    Whether a foot stands is judged by readings whose zeros are still to be found: one whose zero
+    is far too low seems to be in the air. Where the other rows of all stances show, by more than
+    4 sd, that it carries something, its cells are not taken to read nothing.
+    """
+    owner = [name.rpartition("_")[0] for name in rows.output]
+    lifted = np.array(owner) != ""
+    if not lifted.any() or lifted.all():
+        return rows
+    found = _fit(rows.only(~lifted)).estimates
+    keep = np.ones(lifted.size, dtype=bool)
+    for number, foot in {(int(rows.stance[i]), owner[i]) for i in np.flatnonzero(lifted)}:
+        own = (rows.stance == number) & (np.array(owner) == foot)
+        slope = rows.h[own].sum(axis=0) / rows.prior_sd
+        load = float(rows.error[own].sum() + slope @ found.values)
+        variance = float(slope @ found.covariance @ slope + np.sum(rows.sd[own] ** 2))
+        keep[own] = load < _FALSE_LIFT_SIGMAS * np.sqrt(variance)
+    return rows.only(keep)
+
+
+def floors_of(weight_n: float) -> tuple[float, float, float]:
+    """Floors of total force (N), moments (Nm) and lifted cells (N) of a robot's stances."""
+    return FORCE_SHARE * weight_n, MOMENT_SHARE_M * weight_n, SWING_SHARE * weight_n
+
+
+def weight_of(log: Log) -> float:
+    """What the feet carry in a log, N."""
+    return float(np.mean(log.known["mass_kg"] * log.known["gravity_mps2"]))
+
+
+_COM = ("robot.com_correction_x", "robot.com_correction_y")
+
+
+def _shared_out(rows: StanceRows, common: BoolArray) -> StanceRows:
+    """Rows with some of the unknowns, shape (p,), as errors that all stances share."""
+    own = ~common
+    return replace(
+        rows,
+        h=rows.h[:, own],
+        names=tuple(name for name, keep in zip(rows.names, own, strict=True) if keep),
+        units=tuple(unit for unit, keep in zip(rows.units, own, strict=True) if keep),
+        prior_sd=rows.prior_sd[own],
+        prior_correlation=rows.prior_correlation[np.ix_(own, own)],
+        shared=rows.h[:, common],
+    )
 
 
 def six_axis_stance_rows(log: Log, quiet: QuietSet) -> StanceRows:
     """Average the balance of six-axis feet over each stance.
 
-    Scales are left out (one load shows none of them); floors as for cells, ten times larger: the
-    robots that stand on such feet weigh ten times more.
+    Scales are left out (one load shows none of them); floors as for cells.
     """
     rows = six_axis_rows(log, samples_per_update=1, scales=False, walking=False)
-    totals = [10 * FORCE_SD_N] * 3 + [10 * MOMENT_SD_NM] * 2
-    swing = 10 * SWING_SD_N * rows.swing_sd_factor
+    force, moment, lifted = floors_of(weight_of(log))
+    totals = [force] * 3 + [moment] * 2
+    swing = lifted * rows.swing_sd_factor
     return stance_means(rows, quiet, np.concatenate([totals, swing]))
 
 
@@ -158,6 +244,7 @@ def stance_means(rows: Rows, quiet: QuietSet, floors: FloatArray) -> StanceRows:
         prior_sd=rows.prior_sd,
         prior_correlation=rows.prior_correlation,
         effective_samples=np.array(worth),
+        shared=np.zeros((len(error), 0)),
     )
 
 
@@ -194,7 +281,8 @@ class StaticInit:
 def fit_static(rows: StanceRows, belief: Belief) -> StaticInit:
     """Maximum a posteriori of gains and biases, and plain least squares beside it.
 
-    ``min ‖(e + H z)/σ‖² + zᵀ P₀⁻¹ z``, z in prior sd: linear, solved once.
+    ``min ‖(e + H z + G s)/σ‖² + zᵀ P₀⁻¹ z + sᵀ s``, z in prior sd, s what all stances share:
+    linear, solved once.
 
     Parameters
     ----------
@@ -251,15 +339,21 @@ def fit_static_six_axis(rows: StanceRows) -> SixAxisInit:
 
 def _fit(rows: StanceRows) -> Fit:
     """Maximum a posteriori of the unknowns; what standing did not show says so."""
+    p, m = len(rows.names), rows.shared.shape[1]
     priors = zip(rows.names, rows.units, rows.prior_sd.tolist(), strict=True)
     parameters = ParameterSet(
-        tuple(Parameter(name, unit, 0.0, sd) for name, unit, sd in priors), rows.prior_correlation
-    )
-    slope, error = rows.whitened / rows.prior_sd, rows.error / rows.sd
+        (*(Parameter(name, unit, 0.0, sd) for name, unit, sd in priors),
+         *(Parameter(f"shared.{i}", "-", 0.0, 1.0) for i in range(m))),
+        block_diag(rows.prior_correlation, np.eye(m)),
+    )  # fmt: skip
+    slope = np.concatenate([rows.whitened / rows.prior_sd, rows.shared / rows.sd[:, None]], axis=1)
+    error = rows.error / rows.sd
     fit = fit_map(lambda z: error + slope @ z, parameters, jacobian=lambda _: slope, linear=True)
+    found = fit.estimates
     # every stance shows the sum of all cells, which shrinks every sd a little and teaches no cell
-    status = learnt_status(fit.estimates.sd, rows.prior_sd)
-    return replace(fit, estimates=replace(fit.estimates, status=status))
+    status = learnt_status(found.sd[:p], rows.prior_sd)
+    own = Estimates(rows.names, rows.units, found.values[:p], found.covariance[:p, :p], status)
+    return replace(fit, estimates=own)
 
 
 def _chi2(rows: StanceRows, fit: Fit) -> float:

@@ -10,8 +10,9 @@ import numpy as np
 from footcal_cli.errors import DataError
 from footcal_cli.formats.arrays import stream_of
 from footcal_cli.formats.contract import Clock, Columns, Stream, with_unit
-from footcal_cli.tables.logfiles import RawColumn, column_names, is_parquet, raw_columns
+from footcal_cli.tables.logfiles import column_names, is_parquet, raw_columns
 from footcal_cli.tables.nested import unpacked
+from footcal_cli.tables.rawcolumn import RawColumn
 
 
 def streams(path: Path, _clock: Clock) -> tuple[Stream, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -48,6 +49,9 @@ def streams(path: Path, _clock: Clock) -> tuple[Stream, ...]:
 def _collect(name: str, value: Any, arrays: dict[str, Array]) -> None:
     """Numbers and texts of a variable; fields of structs by dotted name."""
     fields = getattr(value, "_fieldnames", None)
+    if fields is not None and {"values", "label"} <= set(fields) and (own := _signals(value)):
+        arrays |= {f"{name}.{label}": values for label, values in own.items()}
+        return
     if fields is not None:
         for field in fields:
             _collect(f"{name}.{field}", getattr(value, field), arrays)
@@ -64,6 +68,19 @@ def _collect(name: str, value: Any, arrays: dict[str, Array]) -> None:
     if array.dtype.kind == "O" and not all(isinstance(item, str) for item in array.ravel()):
         array = np.empty(0, dtype="V1")  # a cell array: no column
     arrays[name] = array
+
+
+def _signals(struct: Any) -> dict[str, Array]:
+    """Signals of Simulink's To Workspace by their label (``load, raw``); empty where it names none.
+
+    A label names as many signals as `values` has columns.
+    """
+    values = np.asarray(struct.values)
+    labels = [word.strip() for word in re.split(r"[,;]", str(struct.label))]
+    columns = list(values.reshape(len(values), -1).T) if values.ndim in (1, 2) else []
+    if len(set(labels)) != len(columns) or not all(labels):
+        return {}
+    return dict(zip(labels, columns, strict=True))
 
 
 def _trials(elements: Array) -> dict[str, Array]:

@@ -17,7 +17,7 @@ from footcal_cli.core.bench.record import BenchRecord, record_of
 from footcal_cli.core.bench.study import ChannelStudy, study_rows, study_samples
 from footcal_cli.core.experiments.weights import AXES
 from footcal_cli.core.log import Log
-from footcal_cli.core.parameters import BoolArray, IntArray
+from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 from footcal_cli.errors import UsageError, nearest
 from footcal_cli.recipe import Robot
 from footcal_cli.recipe.options import OfflineFitOptions, PlateauSettings
@@ -192,7 +192,40 @@ def study_together(
     session: Session[OfflineFitOptions],
 ) -> tuple[tuple[str, ...], MatrixStudy] | None:
     """Cells loaded together: names of the known loads and the matrices; None without a log."""
-    channels, known_wrench = session.recipe.robot.cell_names, session.options.known_wrench
+    rows = rows_together(session, known_wrench=session.options.known_wrench)
+    if rows is None:
+        return None
+    return rows.outputs, study_matrix(
+        rows.channels, rows.readings, rows.outputs, rows.loads, rows.session, rows.case, rows.units
+    )
+
+
+@dataclass(frozen=True)
+class RowsTogether:
+    """Cells that were loaded together, or a sensor of c bridges under known wrenches.
+
+    Parameters
+    ----------
+    channels, readings
+        Names and raw readings, shape (n, c).
+    outputs, units, loads
+        Names, units and values of the known loads, shape (n, k).
+    session, case
+        Number of the session and of the load case of each row, shape (n,).
+    """
+
+    channels: tuple[str, ...]
+    readings: FloatArray
+    outputs: tuple[str, ...]
+    units: tuple[str, ...]
+    loads: FloatArray
+    session: IntArray
+    case: IntArray
+
+
+def rows_together(session: Session[Any], *, known_wrench: bool) -> RowsTogether | None:
+    """All rows of the logs of cells loaded together, or of known wrenches; None without a log."""
+    channels = session.recipe.robot.cell_names
     if not channels:
         return None
     tables = session.read(weights_together_table(channels, known_wrench=known_wrench))
@@ -206,14 +239,15 @@ def study_together(
         outputs, units = tuple(channels), ("N",) * len(channels)
         names = [f"{channel}_load_n" for channel in channels]
     loads = np.concatenate([table.numbers(names) for table in tables])
-    number = sessions_of(tables)
     if all("case" in table for table in tables):
         labels: Any = np.concatenate([table.text("case") for table in tables]).astype(str)
         _, case = np.unique(labels, return_inverse=True)
     else:
         _, case = np.unique(np.round(loads, 6), axis=0, return_inverse=True)
-    group = case.reshape(-1).astype(np.int64)
-    return outputs, study_matrix(channels, readings, outputs, loads, number, group, units)
+    return RowsTogether(
+        tuple(channels), readings, outputs, units, loads, sessions_of(tables),
+        case.reshape(-1).astype(np.int64),
+    )  # fmt: skip
 
 
 def calibrated_cells(record: ParametersRecord) -> dict[str, tuple[float, float]]:

@@ -177,7 +177,7 @@ def temperature_doubt(
 def temperature_assumed(
     middle: float, half_k: float, gain_sd: FloatArray, bias_sd_n: FloatArray
 ) -> Finding:
-    """What a user is told where a temperature had to be assumed."""
+    """What a user reads where a temperature had to be assumed."""
     return Finding(
         "temperature_assumed", "warning", "all cells",
         f"the calibration corrects for temperature but the log has none: {middle:.1f} ± "

@@ -170,6 +170,7 @@ def _table_types(session: Session[Any]) -> list[TableType]:
         kinds.append(columns.placements_table(cells_of_a_foot))
     if channels:
         kinds.append(columns.weights_together_table(channels))
+        kinds.append(columns.weights_together_table(channels, known_wrench=True))
         kinds.append(columns.cells_table(channels))
         if loaded:
             kinds.append(columns.weights_stream_table(channels))

@@ -88,7 +88,7 @@ def steady_frames(
     """Poses cut from stand-still streams; discarded stretches by reason, and which they are."""
     kept: list[dict[str, FloatArray]] = []
     rejected: dict[str, int] = {}
-    told: list[Finding] = []
+    notes: list[Finding] = []
     incomplete = broken = 0
     for table in tables:
         frames = frames_of_tables([table], legs, "time_s")
@@ -105,13 +105,13 @@ def steady_frames(
             if stretch.verdict is not Verdict.KEPT:
                 name = f"stretch discarded: {stretch.verdict.value}"
                 rejected[name] = rejected.get(name, 0) + 1
-        told += _poses_left_out(table.path.name, time_s, stretches, rule[1])
+        notes += _poses_left_out(table.path.name, time_s, stretches, rule[1])
         kept.append({name: medians(values, stretches) for name, values in columns.items()})
     if not kept:
-        return Frames(np.zeros(0), {}, incomplete, broken), rejected, told
+        return Frames(np.zeros(0), {}, incomplete, broken), rejected, notes
     joined = {name: np.concatenate([part[name] for part in kept]) for name in kept[0]}
     frames = Frames(np.arange(len(joined["phase_rad"])), joined, incomplete, broken)
-    return frames, rejected, told
+    return frames, rejected, notes
 
 
 def _poses_left_out(

@@ -110,12 +110,12 @@ def raw_poses(
         streams = session.read(legs_table(), "still")
         if not streams:
             session.read_required(poses_table(), role)
-        frames, rejected, told = steady_frames(
+        frames, rejected, notes = steady_frames(
             streams,
             geometry.legs,
             (options.steady_rate_nps, options.steady_duration_s, options.steady_window_s),
         )
-        session.note(told)
+        session.note(notes)
     rejected |= frames.rejected
     if len(frames.keys) == 0:
         why = ", ".join(f"{n} × {reason}" for reason, n in rejected.items())

@@ -12,7 +12,7 @@ from footcal_cli.core.effects.contract import Scope, columns_of
 from footcal_cli.core.inference.observability import NextStep
 from footcal_cli.core.next_stance import next_stances
 from footcal_cli.core.quiet import QuietRule, QuietSet, select_quiet
-from footcal_cli.core.static_init import StanceRows
+from footcal_cli.core.static_init import StanceRows, without_false_lifts
 from footcal_cli.intake.recordings import Recording
 
 if TYPE_CHECKING:
@@ -49,11 +49,12 @@ def all_stances(
         h=np.concatenate([p.h for p in parts]),
         error=np.concatenate([p.error for p in parts]),
         sd=np.concatenate([p.sd for p in parts]),
+        shared=np.concatenate([p.shared for p in parts]),
         output=tuple(name for p in parts for name in p.output),
         stance=np.concatenate([p.stance for p in parts]),
         effective_samples=np.concatenate([p.effective_samples for p in parts]),
     )
-    return joined, quiet
+    return without_false_lifts(joined), quiet
 
 
 def _shortened(recording: Recording, until_s: float | None) -> Recording:

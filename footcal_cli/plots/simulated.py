@@ -35,7 +35,7 @@ def plot_shown_and_true(believed: Log, truth: Log) -> Figure:
         )  # fmt: skip
     torques = any(name.rpartition(".")[2].startswith("t") for name in shown.channels)
     unit = "N; Nm on torque axes" if torques else "N"
-    tidy(upper, "Measured (colour) and true (black)", "", f"load ({unit})")
+    tidy(upper, "Measured (colour) and true (thin)", "", f"load ({unit})")
     upper.legend(fontsize=8, frameon=False, loc="center left", bbox_to_anchor=(1.0, 0.5))
     tidy(lower, "Measured − true", "time (s)" if by_time else "row", f"difference ({unit})")
     return figure

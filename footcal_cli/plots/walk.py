@@ -241,6 +241,8 @@ _STATES_IN_WORDS = {
     "robot.com_correction_y": "CoM further left than the model has it",
     "robot.com_correction_z": "CoM higher than the model has it",
     "robot.angmom_loss": "share of the rate of angular momentum that the stream lacks",
+    "robot.angmom_share_x": "angular momentum as a share of the body's motion ahead",
+    "robot.angmom_share_y": "angular momentum as a share of the body's motion sideways",
     "robot.smoothing": "second moment of the filter that smoothed the acceleration",
     "robot.smoothing_fourth": "fourth moment of that filter, less what the second implies",
 }

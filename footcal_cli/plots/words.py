@@ -20,9 +20,12 @@ OUTPUTS = {
 """Outputs of the balances, for people."""
 
 
+_SPELT = {"com": "CoM", "imu": "IMU", "accel": "accelerometer"}
+
+
 def words(name: str) -> str:
-    """An effect's name for a sentence."""
-    return name.replace("_", " ")
+    """An effect's name for a sentence: ``com_offset`` is *CoM offset*."""
+    return " ".join(_SPELT.get(part, part) for part in name.split("_"))
 
 
 def output_words(name: str) -> str:

@@ -9,7 +9,7 @@ from typing import Literal, Self
 from pydantic import Field, model_validator
 
 from footcal_cli.records.models import Frozen
-from footcal_cli.tables.reading import BLANKS, ForeignColumn, Layout
+from footcal_cli.tables.reading import BLANKS, ForeignColumn, Layout, Pivot
 
 
 class Place(Frozen):
@@ -22,9 +22,11 @@ class Place(Frozen):
     unit, `nanoseconds` the column beside one of whole seconds, `names` translates texts, `wraps_at`
     is the number at which a counter begins again from zero (2³² = 4294967296). `held`: an empty
     cell means what stands above it. `only_where` is for a weight that lies on one cell at a time,
-    ``{ loaded_cell = "FL" }``: where that column says something else the number is 0. Instead of
-    `column`, a `value` holds for every row, and `file_name` is a regular expression whose first
-    group in the file's name does; with a slash in it, in ``folder/file``.
+    ``{ loaded_cell = "FL" }``: where that column says something else the number is 0. `missing`
+    says what a cell holds where there was no reading (``["-9999"]``; ``[""]`` for an empty one or
+    NaN): such rows of a bench log are left out and counted. Instead of `column`, a `value` holds
+    for every row, and `file_name` is a regular expression whose first group in the file's name
+    does; with a slash in it, in ``folder/file``.
     """
 
     column: str = ""
@@ -39,6 +41,7 @@ class Place(Frozen):
     names: dict[str, str] = Field(default_factory=dict)
     held: bool = False
     only_where: dict[str, str] = Field(default_factory=dict)
+    missing: tuple[str, ...] = ()
 
     @model_validator(mode="after")
     def _one_source(self) -> Self:
@@ -54,8 +57,10 @@ class Place(Frozen):
                 raise ValueError(f"'{text}' needs exactly one group in round brackets")
             if with_unit and self.unit is None:
                 raise ValueError("a pattern that finds units needs the unit they become: unit")
-        if (self.held or self.only_where) and not self.column:
-            raise ValueError("held and only_where are for a column")
+        if (self.held or self.only_where or self.missing) and not self.column:
+            raise ValueError("held, only_where and missing are for a column")
+        if self.held and self.missing:
+            raise ValueError("an empty cell means what stands above it, or nothing: held, missing")
         if self.nanoseconds and not self.column:
             raise ValueError("nanoseconds stand next to a column of whole seconds")
         return self
@@ -87,6 +92,20 @@ class JoinSpec(Frozen):
     tolerance_s: float = Field(default=0.1, gt=0)
 
 
+class PivotSpec(Frozen):
+    """`pivot` of ``[[files]]``: a table with a row for each foot or cell, made one row per sample.
+
+    ``{ by = ["foot"], labels = ["left", "right"], at = "time_ms" }``: the columns `by` name what a
+    row is of (their texts joined by ``_``), each of `labels` gets its own columns
+    ``<label>.<column>``. Rows belong together by equal stamps in the column `at`, or are
+    interpolated between neighbouring rows of their label; without `at` they are counted off.
+    """
+
+    by: tuple[str, ...] = Field(min_length=1)
+    labels: tuple[str, ...] = Field(min_length=2)
+    at: str = ""
+
+
 class FileSpec(Frozen):
     """An entry of ``[[files]]``: how the files of one kind are written.
 
@@ -103,6 +122,7 @@ class FileSpec(Frozen):
     the rows below. `rate_hz` counts rows where there are no stamps. `rows_of` is for topics that
     take turns in one table: rows without a value in this column are left out, and the other columns
     are filled in from their own rows, no farther than 0.1 s away.
+    `pivot` turns a table with a row for each foot or cell into one with a row per sample.
     `columns` are the files' own, before ``[columns]``. `wide` makes one row of the file into one
     row per entry, distinguished by the column `wide_into`. `join` brings in columns of other files.
     """
@@ -124,6 +144,7 @@ class FileSpec(Frozen):
     rate_hz: float | None = Field(default=None, gt=0)
     columns: dict[str, Place] = Field(default_factory=dict)
     rows_of: str = ""
+    pivot: PivotSpec | None = None
     wide_into: str = "channel"
     wide: dict[str, dict[str, Place]] = Field(default_factory=dict)
     join: tuple[JoinSpec, ...] = ()
@@ -151,6 +172,7 @@ class FileSpec(Frozen):
             _SEPARATORS.get(self.separator, self.separator), self.decimal, self.encoding,
             self.comment, self.skip_rows, self.header, self.names, self.skip_below, self.line,
             self.carried, self.thousands, self.until, self.turned,
+            None if self.pivot is None else Pivot(**self.pivot.model_dump()),
         )  # fmt: skip
 
 

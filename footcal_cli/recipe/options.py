@@ -365,7 +365,11 @@ class SimulateOptions(CommandOptions):
 
 
 class StaticInitOptions(CommandOptions):
-    """``[static_init]`` of a recipe."""
+    """``[static_init]`` of a recipe.
+
+    `force_sd_n`, `moment_sd_nm` and `lifted_sd_n` are what a stance's mean is worth at best;
+    0.15 % of the robot's weight, 0.5 mm of its lever and 0.3 % where they are not given.
+    """
 
     warm_s: float = Field(default=1.0, ge=0)
     largest_acceleration_mps2: Positive = 0.3
@@ -374,9 +378,12 @@ class StaticInitOptions(CommandOptions):
     until_s: Annotated[Limit, Flag("Use only the log's first seconds.")] = None
     delay_s: float = Field(default=0.0, ge=0)
     cutoff_hz: Positive = 10.0
-    force_sd_n: Positive = 0.15
-    moment_sd_nm: Positive = 0.03
-    lifted_sd_n: Positive = 0.15
+    force_sd_n: Limit = None
+    moment_sd_nm: Limit = None
+    lifted_sd_n: Limit = None
+    com_sd_m: Annotated[
+        Limit, Flag("How far off the model's CoM may be; 0.4 % of its height where not given.")
+    ] = None
     max_cop_rmse_mm: Annotated[Limit, Flag("Gate: exit 1 above this CoP error.")] = None
 
     @property

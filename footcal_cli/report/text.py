@@ -1,10 +1,12 @@
 """A report for a terminal: result, findings and the leading table, in lines that fit.
 
-A pipe gets one line per sentence and per row, for programs that read lines.
+A pipe gets one line per sentence and per row, for programs that read lines, unless COLUMNS says how
+wide it is.
 """
 
 from __future__ import annotations
 
+import os
 import textwrap
 from collections.abc import Sequence
 
@@ -17,6 +19,8 @@ from footcal_cli.report import Report, Sheet, plural
 
 _MARKS = {"good": "green", "warning": "yellow", "bad": "red"}
 _SEVERITY = {"alarm": "red", "warning": "yellow", "note": "cyan"}
+WIDTH = "COLUMNS"
+"""The environment variable that says how wide an output is."""
 _MOST_COLUMNS = 5
 _MOST_ROWS = 24
 _WIDEST_CELL = 44
@@ -43,9 +47,9 @@ def _say_finding(console: Console, finding: Finding) -> None:
 
 
 def _say(console: Console, lead: str, text: str, style: str = "") -> None:
-    """One sentence: wrapped under itself on a terminal, one line in a pipe."""
+    """One sentence: wrapped under itself where the width is known, else one line."""
     lines = [text]
-    if console.is_terminal:
+    if console.is_terminal or WIDTH in os.environ:
         lines = textwrap.wrap(text, max(console.width - len(lead), 30)) or [""]
     for i, line in enumerate(lines):
         head = (f"[{style}]{lead}[/]" if style else lead) if i == 0 else " " * len(lead)

@@ -130,8 +130,7 @@ def gated(
     options
         Of the command, with its gates.
     shared
-        The recipe's own ``[gates]``: its patterns are of no matter to commands without such a
-        quantity.
+        The recipe's own ``[gates]``: a command ignores patterns of quantities that it lacks.
     reference
         The calibration that parameters must not leave.
     """

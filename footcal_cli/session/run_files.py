@@ -29,7 +29,8 @@ def write_run(folder: Path, run: RunRecord, outcome: Outcome, images: Mapping[st
     if outcome.rmse is not None:
         write_record(outcome.rmse, folder / "rmse.json")
         _write_rmse_csv(outcome.rmse, folder / "rmse.csv")
-        outcome = replace(outcome, sheets=(*outcome.sheets, rmse_sheet(outcome.rmse)))
+        if outcome.rmse.rows:
+            outcome = replace(outcome, sheets=(*outcome.sheets, rmse_sheet(outcome.rmse)))
     for name, record in outcome.records.items():
         write_record(record, folder / name)
     for name, columns in outcome.tables.items():

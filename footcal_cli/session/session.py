@@ -6,6 +6,7 @@ leaves nothing half-written.
 
 from __future__ import annotations
 
+import os
 import sys
 import time
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
@@ -25,7 +26,7 @@ from footcal_cli.recipe import CommandOptions, Recipe, read_recipe
 from footcal_cli.records.results import ParametersRecord, RunRecord
 from footcal_cli.report import Drawn, history_sheet, read_aloud, read_as_sheet
 from footcal_cli.report.outcome import Outcome
-from footcal_cli.report.text import print_text
+from footcal_cli.report.text import WIDTH, print_text
 from footcal_cli.session.answer import answer_of, as_json, print_answer
 from footcal_cli.session.gates import DOUBTFUL, gated, merged, trusted
 from footcal_cli.session.logs import Logs, in_units_of_readings
@@ -90,7 +91,7 @@ def bar(console: Console, step: str, unit: str, total: float | None) -> Iterator
         yield lambda done: shown.advance(task, done)
 
 
-_PIPE_WIDTH = 160  # columns of a table that no terminal limits
+_PIPE_WIDTH = 160  # columns of a table that neither a terminal nor COLUMNS limits
 
 Options = TypeVar("Options", bound=CommandOptions)
 Item = TypeVar("Item")
@@ -281,7 +282,7 @@ class Session(Logs, Generic[Options]):
             print_answer(answer_of(run, outcome, out))
             return exit_code
         answer = Console(quiet=self.request.quiet, highlight=False)
-        if not answer.is_terminal:
+        if not answer.is_terminal and WIDTH not in os.environ:
             answer = Console(quiet=self.request.quiet, highlight=False, width=_PIPE_WIDTH)
         print_text(outcome, answer)
         for line in read_aloud(self.read_as):

@@ -168,7 +168,7 @@ def findings_of(fleet: Fleet) -> Iterator[Finding]:
             yield Finding(
                 "parameter_changed", "warning", where,
                 f"changed by {with_sd(change.size, change.sd)} {one.unit} at session "
-                f"{name} (p {number(change.p, 2)}, all places counted)",
+                f"{name} (p {number(change.p, 2)}, corrected for the choice of the place)",
                 "ask what was done to the robot before that session",
             )  # fmt: skip
         if one.drifting and one.trend is not None:

@@ -146,8 +146,8 @@ def verdict(stages: Mapping[str, FloatArray], data: PoseData, mounted: bool) -> 
     actions: tuple[str, ...] = ()
     if not mounted:
         actions = (
-            "Run pose-calib: the calibration holds no mounting; nominal rotations and hips were "
-            "used.",
+            "Run pose-calib: the calibration holds no mounting, so nominal rotations and hip "
+            "positions were used.",
         )
     lifted = {
         stage: root_mean_square(error)

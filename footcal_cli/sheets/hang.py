@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
+from footcal_cli.core.effects.six_axis_beliefs import LEG_COM
 from footcal_cli.core.hang.binned import binned_com
 from footcal_cli.core.hang.joint import HangFit
 from footcal_cli.core.hang.runs import HangRun
@@ -126,7 +127,7 @@ def _pictures(
         binned = {leg: binned_com(fit, runs[leg]) for leg, fit in shown.items()}
         pictures.append(
             Picture(
-                "leg_com", lambda: plots.plot_com(shown, binned),
+                LEG_COM.name, lambda: plots.plot_com(shown, binned),
                 "Leg CoM in the transducer frame against the shaft angle: dots are medians over "
                 "cycles, dark the quartiles, light 95 % of the cycles; dashed the fitted series.",
                 title="Leg CoM against shaft angle", result=lambda: _com_swing(shown),

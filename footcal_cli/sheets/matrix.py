@@ -45,7 +45,7 @@ def shares_of_row(fit: MatrixFit) -> FloatArray:
 
 
 def matrix_headline(channels: Sequence[str], outputs: Sequence[str], study: MatrixStudy) -> str:
-    """Whether channels talk to each other, and what taking it in buys."""
+    """Whether channels are coupled, and what a full matrix gains."""
     error = study.held_out_rmse.mean(axis=1)
     if study.diagonal is None:
         return (
@@ -67,8 +67,8 @@ def matrix_headline(channels: Sequence[str], outputs: Sequence[str], study: Matr
     largest, load, reading = 100.0 * off[row, column], outputs[row], channels[column]
     if study.chosen is study.full:
         return (
-            f"The cells talk to each other: {load} takes {largest:.1f} % of "
-            f"{reading}. The full matrix leaves {number(float(error[-1]), 2)} N instead of "
+            f"The cells are coupled: {load} takes {largest:.1f} % from {reading}. "
+            f"The error of the full matrix is {number(float(error[-1]), 2)} N instead of "
             f"{number(float(error[0]), 2)} N on load cases left out."
         )
     return (

@@ -161,10 +161,11 @@ def misplaced_cells(found: FootStudy) -> Iterator[Finding]:
         sd = float(np.sqrt(moved @ covariance @ moved)) / max(distance, np.finfo(float).tiny)
         if distance < MISPLACED_M or distance < _SIGMAS * sd:
             continue
+        x, y = (f"{_MM * along:+.1f}".replace("-", "−") for along in moved)
         yield Finding(
             "cell_misplaced", "warning", cell,
             f"the placements see it {with_sd(_MM * distance, _MM * sd)} mm from where the "
-            f"recipe has it (x {_MM * moved[0]:+.1f}, y {_MM * moved[1]:+.1f} mm)",
+            f"recipe has it (x {x}, y {y} mm)",
             "measure where it sits and correct x_m and y_m in the recipe; if it sits right, "
             "look for a load that bypasses it",
         )  # fmt: skip

@@ -110,7 +110,7 @@ def pictures_of(scenario: Scenario) -> tuple[Picture, ...]:
             "shown_and_true",
             lambda: plot_shown_and_true(_believed(scenario), scenario.truth),
             "What the sensors showed, converted with their true calibration (colour), over what "
-            "was true (black); below, the difference: effects and noise.",
+            "was true (thin line); below, the difference: effects and noise.",
             title="Measured and true loads, and their difference",
             result=lambda: _largest_difference(scenario),
             zoom=True,

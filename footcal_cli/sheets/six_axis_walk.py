@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from footcal_cli.core.effects.transport import DELAY
 from footcal_cli.core.online.replay import held
 from footcal_cli.core.online.six_axis import KNOWN_MASS, MASS_STATE
 from footcal_cli.core.online.six_axis_replay import SixAxisReplay
@@ -168,20 +169,20 @@ def findings_of(found: SixAxisReplay) -> Iterator[Finding]:
             "much, for the robot's own model is wrong in a way that no noise describes",
             "run diagnose on these walks; log a better CoM, or an IMU",
         )  # fmt: skip
-    if not found.delay_told:
+    if not found.delay_found:
         asked = ", ".join(
             f"{name} {1e3 * value:+.0f}"
             for name, value in zip(found.rows.outputs, found.delay_asked_s, strict=False)
         )
         yield Finding(
-            "delay_not_told", "warning", "body stream",
+            "delay_not_found", "warning", "body stream",
             f"each total would move the body's stream by another time ({asked} ms): this is no "
             "delay but a motion that the feet did not feel, and nothing was taken out",
             "compare the model's CoM acceleration with an IMU",
         )  # fmt: skip
     elif abs(found.delay_s) > max(_NOTABLE_DELAY_S, 3 * found.delay_sd_s):
         yield Finding(
-            "delay", "warning", "body stream",
+            DELAY.name, "warning", "body stream",
             f"the body's stream is {with_sd(1e3 * found.delay_s, 1e3 * found.delay_sd_s)} ms "
             "late beyond what the recipe compensates; it was taken out",
             "add it to delay_s in the recipe if several walks agree",

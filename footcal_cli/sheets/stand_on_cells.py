@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,9 +15,6 @@ from footcal_cli.plots.stand import plot_curve, plot_stances
 from footcal_cli.report import Picture
 from footcal_cli.report.outcome import Outcome
 from footcal_cli.sheets import stand as sheets
-
-if TYPE_CHECKING:
-    from footcal_cli.recipe.options import StaticInitOptions
 
 _NOTE = (
     "Gain in per cent and bias in newtons on top of the prior; parameters.json has scale and bias "
@@ -36,7 +32,6 @@ def outcome_of(
     curve: Sequence[CurvePoint],
     menu: Sequence[NextStep],
     weighed: Weighed,
-    options: StaticInitOptions,
 ) -> Outcome:
     """Scales and biases as far as standing shows them, and what to stand like next."""
     value = np.concatenate([fit.gain, fit.bias_n])
@@ -87,8 +82,26 @@ def outcome_of(
             "Model: Σ(1 + γ)F⁰ + β per cell against weight and projected CoM (NAO CoP "
             "self-calibration, eqs. 12, 13), maximum a posteriori in centred units; the prior "
             "is --parameters or the nameplate.",
-            f"A stance counts {options.force_sd_n:g} N in force and "
-            f"{1e3 * options.moment_sd_nm:g} N·mm in moment at best, whatever its length.",
+            _worth(rows),
         ),
         rmse=sheets.rmse_of(errors, quiet),
     )
+
+
+def _worth(rows: StanceRows) -> str:
+    """What the means of stances were taken to be worth."""
+    best = {
+        name: float(rows.sd[[o == name for o in rows.output]].min())
+        for name in ("fz", "mx", "my")
+        if name in rows.output
+    }
+    moment = [best[name] for name in ("mx", "my") if name in best]
+    said = f"A stance's mean counts {best['fz']:.2g} N in force" if "fz" in best else "Moments"
+    said += f" and {1e3 * min(moment):.2g} N·mm in moment at best" if moment else " at best"
+    shared = np.abs(rows.shared).max(initial=0.0)
+    alike = (
+        f" All stances share a CoM in a wrong place, up to {1e3 * shared:.2g} N·mm (1 sd)."
+        if shared
+        else ""
+    )
+    return f"{said}, whatever its length.{alike}"

@@ -109,13 +109,14 @@ def verdict_of(found: Comparison, method: str) -> VerdictRecord:
         alarms += 1
     if not np.any(known["angmom_rate_nm"]):
         actions.append(
-            "Log angmom_rate_x_nm and angmom_rate_y_nm from the robot's model: without the rate of "
-            "angular momentum scales may be off by far more than their sd."
+            "Log angmom_rate_x_nm and angmom_rate_y_nm from the robot's model: the angular "
+            "momentum was taken as a share of the body's motion, and scales may be off by more "
+            "than their sd."
         )
         alarms += 1
     consistent = found.consistency.as_claimed
     return VerdictRecord(
-        level="bad" if worse else "good" if consistent and not alarms else "warning",
+        level="good" if consistent and not alarms and not worse else "warning",
         sentence=f"CoP error {number(cop[0], 3)} → {number(cop[1], 3)} mm, error of the vertical "
         f"force {number(force[0], 3)} → {number(force[1], 3)} N (RMS over the walk) against "
         f"{AGAINST[reference]}, by {_METHODS[method]}.",
@@ -224,13 +225,13 @@ def pictures_of(
     states += [n for n in track.names if n.endswith("plate_weight")]
     pictures = [
         Picture("cop", lambda: plots.plot_cop(found, drawn, span_s),
-                f"Centre of pressure; black: {against} (compare Figs. 10, 12 and 14 of NAO CoP "
-                "self-calibration).",
+                f"Centre of pressure; thickest line: {against} (compare Figs. 10, 12 and 14 of "
+                "NAO CoP self-calibration).",
             title="Centre of pressure by method",
             result=_by_method(found, judged, "cop", 1e3, "mm"),
             zoom=True),
         Picture("vgrf", lambda: plots.plot_vgrf(found, drawn, span_s),
-                f"Vertical force; black: {against} (compare Figs. 11, 13, 15 of NAO CoP "
+                f"Vertical force; thickest line: {against} (compare Figs. 11, 13, 15 of NAO CoP "
                 "self-calibration).",
             title="Vertical force by method", result=_by_method(found, judged, "vgrf", 1.0, "N"),
             zoom=True),

@@ -32,6 +32,8 @@ STATE_UNITS = {
     "robot.com_correction_y": (1e3, "mm"),
     "robot.com_correction_z": (1e3, "mm"),
     "robot.angmom_loss": (100.0, "%"),
+    "robot.angmom_share_x": (100.0, "%"),
+    "robot.angmom_share_y": (100.0, "%"),
     "robot.smoothing": (1e6, "ms²"),
     "robot.smoothing_fourth": (1e12, "ms⁴"),
 }

@@ -112,8 +112,8 @@ def find_extrapolation(
     return [
         Finding(
             "extrapolation", "warning", "all channels",
-            f"cells are meant to carry {intended:.4g} N but were loaded to {highest:.4g} N "
-            f"({intended / highest:.1f} times less)",
+            f"cells are meant to carry {intended:.4g} N, but the largest load was {highest:.4g} N "
+            f"({intended / highest:.1f} times smaller)",
             "add weights up to the intended load; above the fitted range errors are unknown",
         )
     ]  # fmt: skip

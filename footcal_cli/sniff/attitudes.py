@@ -31,7 +31,7 @@ from footcal_cli.tables.world import TO_Z_UP, WorldUp
 EXPLAINED = 0.1
 """Share of the forces' variance that may be left by the right attitude."""
 _TURNED = 0.05
-"""Variance of the direction of gravity from which an attitude can be told from another."""
+"""Variance of the direction of gravity from which an attitude can be distinguished from another."""
 REACTS = (
     "{} the opposite of what pulls on {}: {} axes were turned round; or the world of the attitude "
     "points down (north-east-down): then take the factors out and set world_up"
@@ -207,7 +207,7 @@ def _turned(entry: Entry) -> Entry:
 
 
 def turns(gravity: FloatArray) -> bool:
-    """Whether directions (n, 3) differ enough for attitudes to be told from each other."""
+    """Whether directions (n, 3) differ enough for attitudes to be distinguished."""
     return float(np.nanvar(gravity, axis=0).sum()) > _TURNED
 
 

@@ -3,15 +3,26 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 from footcal_cli.sniff.groups import channel_names
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
 from footcal_cli.sniff.motion import body_entries, upright
-from footcal_cli.sniff.plan import FORCES, MASS, Blank, Plan, extras, reading_entry, times
+from footcal_cli.sniff.plan import (
+    FORCES,
+    IN_NEWTON,
+    MASS,
+    Blank,
+    Plan,
+    extras,
+    reading_entry,
+    times,
+)
 
 
 def cells_in_time(file: FileGuess, cells: list[ColumnGuess]) -> Plan:
     """Several cells in time: feet that stand or walk."""
+    cells = [_in_newton(c) for c in cells]
     found = channel_names(cells)
     points = {"hl", "hr"} <= set(found)  # hind legs: a cell in each foot
     named = {f"{name}_foot" if points else _on_foot(name, c): c for name, c in found.items()}
@@ -42,8 +53,8 @@ def cells_in_time(file: FileGuess, cells: list[ColumnGuess]) -> Plan:
     )  # fmt: skip
     body = body_entries(file) if file.of("com") else {}
     forces = all(c.unit in FORCES for c in cells)
-    if forces:
-        plate = Blank(("# [robot.nameplate]", "# scale_n_per_count = 1.0"), "the log has newtons")
+    plates = [] if forces else [plate]
+    tables = (*tables, IN_NEWTON) if forces else tables
     return Plan(
         file,
         f"{len(cells)} load cells in time: standing or walking"
@@ -51,8 +62,14 @@ def cells_in_time(file: FileGuess, cells: list[ColumnGuess]) -> Plan:
         f"a wide table of {len(cells)} readings" + (" and time" if time else ""), "likely",
         "online-replay" if body else "static-init", "cells", body | entries, tuple(named),
         rate_hz=rate, robot=(*upright(file, body), *tables),
-        blanks=(MASS, *positions, plate, *blanks),
+        blanks=(MASS, *positions, *plates, *blanks),
     )  # fmt: skip
+
+
+def _in_newton(cell: ColumnGuess) -> ColumnGuess:
+    """A vertical force by its name is in newtons, unless the name says otherwise."""
+    named = cell.quantity == "force" and cell.name.axis == "fz" and cell.unit is None
+    return replace(cell, unit="N") if named and not cell.counts else cell
 
 
 def _on_foot(name: str, cell: ColumnGuess) -> str:

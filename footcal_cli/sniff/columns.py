@@ -21,6 +21,8 @@ from footcal_cli.sniff.clocks import (
 )
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, Sure
 from footcal_cli.sniff.names import name_guess
+from footcal_cli.sniff.pivots import pivot_of
+from footcal_cli.sniff.silent import MEASURED, no_reading
 from footcal_cli.sniff.text import TextGuess, guess_text
 from footcal_cli.sniff.texts import (
     FEW,
@@ -30,7 +32,9 @@ from footcal_cli.sniff.texts import (
     units_beside,
 )
 from footcal_cli.sniff.units import NO_READING, TIMES, known_unit
-from footcal_cli.tables.logfiles import RawColumn, column_names, is_parquet, raw_columns
+from footcal_cli.tables.logfiles import column_names, is_parquet, raw_columns
+from footcal_cli.tables.pivot import own_names, pivoted_names
+from footcal_cli.tables.rawcolumn import RawColumn
 from footcal_cli.tables.reading import Layout
 from footcal_cli.tables.sources import at_rows
 
@@ -47,7 +51,11 @@ def guess_file(path: Path) -> FileGuess:
     DataError
         It is no table of numbers.
     """
-    text = TextGuess(Layout()) if is_parquet(path) else guess_text(path)
+    return _looked_at(path, TextGuess(Layout()) if is_parquet(path) else guess_text(path))
+
+
+def _looked_at(path: Path, text: TextGuess) -> FileGuess:
+    """A log under a layout; a row for each foot or cell becomes a row per sample."""
     names = [name for name in column_names(path, text.layout) if name]
     raw = raw_columns(path, names, (), text.layout)
     rows_of = topic(raw)
@@ -59,6 +67,13 @@ def guess_file(path: Path) -> FileGuess:
     if text.layout.line:
         columns = [part_of_the_words(column) for column in columns]
     columns = _by_numbers(seconds_apart(units_beside(columns)))
+    pivot = None if rows_of or text.layout.pivot else pivot_of(columns, raw)
+    if pivot is not None:
+        said = f"a row for each of {', '.join(pivot.labels)}, made one row per sample"
+        turned = pivoted_names(names, pivot, path)
+        below = tuple(units.get(own_names([name], pivot)[-1], "") for name in turned)
+        layout = replace(text.layout, pivot=pivot)
+        return _looked_at(path, replace(text, layout=layout, units=below, said=(*text.said, said)))
     rows = len(next(iter(raw.values())).values)
     return FileGuess(path, text, tuple(columns), rows, rate_of(columns), rows_of)
 
@@ -93,6 +108,8 @@ def _stamps(column: RawColumn) -> bool:
 def _column(column: str, raw: RawColumn, unit_row: str) -> ColumnGuess:
     name = name_guess(column)
     below = known_unit(unit_row)
+    if below and name.unit is None:
+        name = replace(name_guess(f"{column} [{below}]"), unit=None)
     unit, said = below or name.unit, "its name" + (" and its row of units" if below else "")
     if below and name.unit and name.unit not in (below, "count"):
         unit, said = None, f"its name says {name.unit}, the row of units {below}"
@@ -111,7 +128,9 @@ def _column(column: str, raw: RawColumn, unit_row: str) -> ColumnGuess:
     if name.quantity in ("label", "orientation", "placement") and raw.values.dtype.kind == "f":
         name = replace(name, quantity="reading")
     sure: Sure = "guess" if name.quantity == "unknown" else "likely"
-    made = ColumnGuess(column, name, unit, sure, said, values)
+    missing = no_reading(values) if name.quantity in MEASURED else ()
+    values = np.where(np.isin(values, [float(m) for m in missing]), np.nan, values)
+    made = ColumnGuess(column, name, unit, sure, said, values, missing=missing)
     return unwrapped_counter(made) if name.quantity in ("time", "unknown", "sequence") else made
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.cells import cells_in_time, toml_key
 from footcal_cli.sniff.groups import channel_names, could_be_read, readings, wrenches
-from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, codes_of, numbers_of
 from footcal_cli.sniff.holds import blank_loads
 from footcal_cli.sniff.motion import without_motion
 from footcal_cli.sniff.names import ADDED, COMMANDED, words_of
@@ -126,7 +126,7 @@ def _one_row_per_cell(file: FileGuess, cells: list[ColumnGuess]) -> list[str]:
     labels = [c for c in file.of("label", "placement") if c.codes is not None and len(c.words) > 1]
     if len(cells) != 1 or not labels:
         return []
-    codes = np.column_stack([c.codes for c in labels])  # type: ignore[misc]
+    codes = np.column_stack([codes_of(c) for c in labels])
     changes = np.any(np.diff(codes, axis=0) != 0, axis=1)
     different = np.unique(codes, axis=0)
     if changes.mean() < _TURNS or len(different) < 2 or codes.min() < 0:
@@ -150,9 +150,8 @@ def _share_the_load(loads: list[ColumnGuess], cells: list[ColumnGuess]) -> bool:
 
 
 def _in_newton(column: ColumnGuess) -> FloatArray:
-    assert column.values is not None, "readings have numbers"
     change = conversion(column.unit or "N", "N", GRAVITY_MPS2)
-    return np.asarray(change(column.values))
+    return np.asarray(change(numbers_of(column)))
 
 
 def _loads_and_cells(file: FileGuess) -> tuple[list[ColumnGuess], list[ColumnGuess]]:
@@ -188,7 +187,7 @@ def _loads_and_cells(file: FileGuess) -> tuple[list[ColumnGuess], list[ColumnGue
         cells = [c for c in file.of("unknown", "force") if could_be_read(c)]
         if not cells and len(loads) == 2:
             # two weights: the one with fewer values was put on, the other was read
-            loads = sorted(loads, key=lambda c: np.unique(c.values).size)  # type: ignore[arg-type]
+            loads = sorted(loads, key=lambda c: np.unique(numbers_of(c)).size)
             cells, loads = (
                 [loads[1].as_quantity("reading", "guess", "a weight that was read")],
                 loads[:1],
@@ -207,11 +206,10 @@ def _unloaded(file: FileGuess, cell: ColumnGuess) -> Plan:
     if time and (stamped := file.of("time")[0]).values is not None:
         scale = {"ms": 1e-3, "us": 1e-6, "ns": 1e-9}.get(stamped.unit or "s", 1.0)
         seconds = (stamped.values - stamped.values[0]) * scale
-    assert cell.values is not None, "a reading has numbers"
     return Plan(
         file, "one cell alone, no load beside it", "one column of readings", "likely",
         "offline-fit", "weights_stream", entries, (name,), rate_hz=rate,
-        blanks=(blank_loads(seconds, cell.values), *blanks),
+        blanks=(blank_loads(seconds, numbers_of(cell)), *blanks),
     )  # fmt: skip
 
 

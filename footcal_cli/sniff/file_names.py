@@ -9,23 +9,26 @@ from pathlib import Path
 
 import numpy as np
 
+from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.attitudes import attitude_of, named_orientation
 from footcal_cli.sniff.experiment import plan_of
 from footcal_cli.sniff.groups import readings, wrenches
 from footcal_cli.sniff.guesses import FileGuess
 from footcal_cli.sniff.names import common_start, name_guess
 from footcal_cli.sniff.numbered import numbered
-from footcal_cli.sniff.plan import Entry, Plan, reading_entry, times
-from footcal_cli.sniff.six_axis import forces_of
+from footcal_cli.sniff.plan import NOT_SAID, Entry, Plan, reading_entry, times
+from footcal_cli.sniff.six_axis import forces_of, share_a_weight
 from footcal_cli.sniff.tokens import IN_WORDS
 from footcal_cli.sniff.units import MASSES, WEIGHTS, known_unit
-from footcal_cli.sniff.weights import UNIT_ASKED, UNIT_TO_FILL_IN
+from footcal_cli.sniff.weights import UNIT_ASKED
 from footcal_cli.tables.textfiles import called_as
 
 _LOAD = re.compile(
     r"(\d+(?:[.,p]\d+)?)[ _]*(kg|g|N|lb|lbs|mg|kN|oz|ozf|kgf|gf|lbf|daN|mN)?", re.IGNORECASE
 )
 _NOTHING = {"tare", "zero", "empty", "noload", "no_load", "unloaded", "leer", "null"}
+_IDLE = 0.05
+"""Share of the largest load below which nothing stands on a plate."""
 _LEAST_ORIENTATIONS = 3
 
 
@@ -99,21 +102,24 @@ def alike_part(group: list[FileGuess]) -> Part | None:
     if len(group) == 1:
         return None if plan is None else Part(plan, paths, escaped(paths[0].name))
     names = _Names.of(called(paths))
+    plates = None if names.of_folders else _per_plate(group, names)
+    if plates is not None:
+        return plates
     six = wrenches(numbered(first))
-    told = first.of("load") or first.of("label")
-    if len(told) == len(first.of("load")) == 1 and not six and not readings(first):
+    stated = first.of("load") or first.of("label")
+    if len(stated) == len(first.of("load")) == 1 and not six and not readings(first):
         # the names say what was put on, the column what the display made of it
         shown = [_as_reading(file) for file in group]
         if (made := _per_load(shown, names)) is not None:
             return made
-    if len(six) == 1 and not told:
+    if len(six) == 1 and not stated:
         beside = None if names.of_folders else _per_foot(group, names)
         return (
             _per_orientation(group, names) or _per_load(group, names) or beside
             or (None if plan is None else Part(_per_leg(plan, names), paths, names.match))
         )  # fmt: skip
     if len(readings(first)) == 1:
-        if not told:
+        if not stated:
             made = _per_load(group, names)
             addresses = {name_guess(word).address or word for word in names.middle}
             if made is None and len(addresses) == len(group) and not names.of_folders:
@@ -198,7 +204,7 @@ def _per_load(group: list[FileGuess], names: _Names) -> Part | None:
     plan = Plan(
         first, "known weights, one file per weight", "the files' names differ by a number",
         "likely", "offline-fit", "weights", entries, (channel,),
-        blanks=() if load.unit != UNIT_TO_FILL_IN else (UNIT_ASKED,), warnings=warnings,
+        blanks=() if load.unit != NOT_SAID else (UNIT_ASKED,), warnings=warnings,
     )  # fmt: skip
     return Part(plan, tuple(file.path for file in group), names.match)
 
@@ -226,6 +232,62 @@ def _per_foot(group: list[FileGuess], names: _Names) -> Part | None:
         return None
     beside = (Beside(group[1], "time", why="the other foot"),)
     return Part(plan, (first.path,), escaped(first.path.name), beside)
+
+
+def _per_plate(group: list[FileGuess], names: _Names) -> Part | None:
+    """Plates or feet that carry one weight together, a file each with the same stamps."""
+    vertical = [_vertical(file) for file in group]
+    if any(v is None for v in vertical):
+        return None
+    size = [0.0 if v is None else float(np.abs(np.nanmean(v))) for v in vertical]
+    used = [s > _IDLE * max(size) for s in size]
+    if sum(used) == 1 and len(group) > 1:
+        return _only_plate(group, used)
+    named = [(f, w, v) for f, w, v, u in zip(group, names.middle, vertical, used, strict=True) if u]
+    group, words, vertical = (list(part) for part in zip(*named, strict=True))
+    stamps = [file.of("time")[0].values if file.of("time") else None for file in group]
+    first_stamps = stamps[0]
+    if first_stamps is None or not all(
+        s is not None and s.shape == first_stamps.shape and np.allclose(s, first_stamps)
+        for s in stamps[1:]
+    ):
+        return None
+    if not share_a_weight(np.array(vertical).T):
+        return None
+    columns = []
+    for i, (file, word) in enumerate(zip(group, words, strict=True)):
+        side = name_guess(word).side or f"plate_{word.strip('_- ')}"
+        stem = file.path.name.rsplit(".", 1)[0]
+        for c in numbered(file).of("force", "cop"):
+            column = c.column if i == 0 else f"{stem}.{c.column}"
+            columns.append(
+                replace(c, name=replace(c.name, side=side, place="", owner=""), column=column)
+            )
+    first = group[0]
+    own = {c.column for c in columns}
+    kept = (c for c in first.columns if c.column not in own)
+    plan = plan_of(replace(first, columns=(*kept, *columns)))
+    if plan is None:
+        return None
+    beside = tuple(Beside(file, "time", why="a file for each plate or foot") for file in group[1:])
+    return Part(plan, (first.path,), escaped(first.path.name), beside)
+
+
+def _only_plate(group: list[FileGuess], used: Sequence[bool]) -> Part | None:
+    """The one plate of several that anything stands on."""
+    file = next(file for file, own in zip(group, used, strict=True) if own)
+    plan = plan_of(file)
+    if plan is None or plan.command != "static-init":
+        return None
+    others = ", ".join(f.path.name for f, own in zip(group, used, strict=True) if not own)
+    plan = replace(plan, warnings=(*plan.warnings, f"{others}: left out, nothing stands on them"))
+    return Part(plan, (file.path,), escaped(file.path.name))
+
+
+def _vertical(file: FileGuess) -> FloatArray | None:
+    """The vertical force of a log's only plate or transducer, shape (n,); None without one."""
+    forces = [c for c in numbered(file).of("force") if c.name.axis in ("fz", "")]
+    return forces[0].values if len(forces) == 1 and not file.of("label", "load") else None
 
 
 def _per_leg(plan: Plan, names: _Names) -> Plan:
@@ -258,10 +320,10 @@ def _loads_named(names: _Names) -> Entry | None:
         expression = rf"^{re.escape(names.head)}[_ -]*(\d+(?:\.\d+)?)"
         expression += "[^/]*/" if names.of_folders else ""
         return Entry(
-            file_name=expression, unit=next(iter(units), UNIT_TO_FILL_IN),
+            file_name=expression, unit=next(iter(units), NOT_SAID),
             sure="likely" if units else "guess", why="a number in the file's name",
         )  # fmt: skip
-    unit = next(iter(units), UNIT_TO_FILL_IN)
+    unit = next(iter(units), NOT_SAID)
     if len(units) > 1:
         sizes = next((s for s in (MASSES, WEIGHTS) if units <= s.keys()), None)
         if sizes is None:

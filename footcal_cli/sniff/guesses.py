@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 
 from footcal_cli.core.parameters import FloatArray, IntArray
-from footcal_cli.sniff.names import NameGuess
+from footcal_cli.sniff.names import NameGuess, Quantity
 from footcal_cli.sniff.text import TextGuess
 from footcal_cli.tables.reading import Layout
 
@@ -44,6 +44,8 @@ class ColumnGuess:
         Where a counter began again from zero; `values` go on counting.
     held
         Whether an empty cell means what stands above it.
+    missing
+        What stands in its cells where there was no reading.
     """
 
     column: str
@@ -59,9 +61,10 @@ class ColumnGuess:
     nanoseconds: str = ""
     wraps_at: float | None = None
     held: bool = False
+    missing: tuple[str, ...] = ()
 
     @property
-    def quantity(self) -> str:
+    def quantity(self) -> Quantity:
         """What is measured."""
         return self.name.quantity
 
@@ -73,10 +76,22 @@ class ColumnGuess:
         good = self.values[np.isfinite(self.values)]
         return bool(good.size and np.all(good == np.round(good)) and np.ptp(good) > 3)
 
-    def as_quantity(self, quantity: str, sure: Sure, why: str) -> ColumnGuess:
+    def as_quantity(self, quantity: Quantity, sure: Sure, why: str) -> ColumnGuess:
         """The same column taken for something else."""
-        name = replace(self.name, quantity=quantity)  # type: ignore[arg-type]
+        name = replace(self.name, quantity=quantity)
         return replace(self, name=name, sure=sure, why=why)
+
+
+def numbers_of(column: ColumnGuess) -> FloatArray:
+    """Numbers of a column that was chosen because it has some, shape (n,)."""
+    assert column.values is not None, f"'{column.column}' holds texts"
+    return column.values
+
+
+def codes_of(column: ColumnGuess) -> IntArray:
+    """Which of its words stands in each row of a column of texts, shape (n,)."""
+    assert column.codes is not None, f"'{column.column}' holds numbers"
+    return column.codes
 
 
 @dataclass(frozen=True)

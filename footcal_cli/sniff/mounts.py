@@ -51,8 +51,10 @@ class Mounts:
 
     def rpy_rad(self, name: str) -> tuple[float, float, float]:
         """Roll, pitch and yaw of a transducer's mounting, as a recipe has them."""
-        found = rpy_of_rotation(self.rotation[name])
-        return tuple(round(float(angle), 4) + 0.0 for angle in found)  # type: ignore[return-value]
+        roll, pitch, yaw = (
+            round(float(angle), 4) + 0.0 for angle in rpy_of_rotation(self.rotation[name])
+        )
+        return roll, pitch, yaw
 
 
 def mounts_of(file: FileGuess, forces: Mapping[str, FloatArray]) -> Mounts | None:

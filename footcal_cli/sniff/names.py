@@ -22,7 +22,7 @@ _CAMEL = re.compile(
 _CENTRE = re.compile(r"(?<![A-Za-z])[Cc]o[MP](?![a-z])")
 _AXIS = re.compile(r"([fmt])([xyz])(\d{0,2})")
 _WORDS: dict[str, Quantity] = {}
-for _meaning, _spellings in {
+_SPELLINGS: dict[Quantity, str] = {
     "time": "time zeit timestamp stamp temps tiempo tempo t secs seconds millis micros elapsed "
     "uhrzeit clock date datetime datum date_time zeitstempel tid czas timer timestep время дата "
     "时间 時間 时刻",
@@ -50,9 +50,10 @@ for _meaning, _spellings in {
     "other": "status state flag error err battery batt dropout valid quality rssi crc checksum "
     "comment remark note notiz bemerkung units unit einheit weg displacement stroke travel "
     "tracking min max peak",
-}.items():
+}
+for _meaning, _spellings in _SPELLINGS.items():
     for _word in _spellings.split():
-        _WORDS.setdefault(_word, _meaning)  # type: ignore[arg-type]
+        _WORDS.setdefault(_word, _meaning)
 COMMANDED = {"setpoint", "target", "soll", "command", "commanded", "cmd", "desired", "consigne"}
 """Loads that were asked for; what was put on may be another."""
 ADDED = {"added", "increment", "increments", "delta", "zugelegt", "ajouté", "ajoutée"}

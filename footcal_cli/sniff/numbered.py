@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -11,8 +11,8 @@ import numpy as np
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.spatial import nearest_rotations
 from footcal_cli.sniff.groups import AXES, owner_of
-from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
-from footcal_cli.sniff.names import FORCE, NOISE, TORQUE, NameGuess, words_of
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
+from footcal_cli.sniff.names import FORCE, NOISE, TORQUE, NameGuess, Quantity, words_of
 from footcal_cli.sniff.units import GRAVITY_MPS2, split_unit
 
 _INDEXED = re.compile(r"^(.*?)[\[_. (]*(\d+)[\])]*$")
@@ -25,8 +25,15 @@ _GRAVITY_WITHIN, _NEARLY_ALL = 0.03, 0.9
 """How far an accelerometer at rest is from g, and in which share of rows."""
 _ROWS_OF_A_POSE, _ORTHONORMAL = 3, 0.02
 """A pose without its last row, and how far its rotation may be from one."""
+_AS_LONG_AS: Mapping[Quantity, float] = {"acceleration": GRAVITY_MPS2, "gravity": 1.0}
+"""How long three components are, by what they are of."""
+_VECTORS: tuple[tuple[Collection[str], Quantity, str], ...] = (
+    (FORCE, "force", "f"), (TORQUE, "force", "t"), (_ACCELERATION, "acceleration", ""),
+    ({"gravity"}, "gravity", ""),
+)  # fmt: skip
+"""Words of a vector, its quantity, and the letter before its axes."""
 _TURNS = 0.05
-"""How much a component changes at least where a quaternion is told by its length."""
+"""How much a component changes at least where a quaternion is recognised by its length."""
 _LARGER = 3.0
 """Forces in N are larger than torques in Nm by this much, in nearly every log."""
 
@@ -102,7 +109,7 @@ def _quaternion(stems: dict[str, list[ColumnGuess]]) -> dict[str, ColumnGuess]:
     for columns in stems.values():
         for at in range(len(columns) - 3):
             four = columns[at : at + 4]
-            values = np.column_stack([c.values for c in four])  # type: ignore[misc]
+            values = np.column_stack([numbers_of(c) for c in four])
             values = values[np.isfinite(values).all(axis=1)]
             if len(values) < 3 or not np.allclose(np.linalg.norm(values, axis=1), 1.0, atol=1e-3):
                 continue
@@ -123,16 +130,16 @@ def _gravity(file: FileGuess) -> dict[str, ColumnGuess]:
     for three in zip(file.columns, file.columns[1:], file.columns[2:], strict=False):
         if any(c.values is None or c.name.axis or c.quantity not in unnamed for c in three):
             continue
-        values = np.column_stack([c.values for c in three])  # type: ignore[misc]
+        values = np.column_stack([numbers_of(c) for c in three])
         values = values[np.isfinite(values).all(axis=1)]
         if len(values) < 3 or np.ptp(values, axis=0).max() < _TURNS * np.abs(values).max():
             continue
         size = np.linalg.norm(values, axis=1)
-        for quantity, length in (("acceleration", GRAVITY_MPS2), ("gravity", 1.0)):
+        for quantity, length in _AS_LONG_AS.items():
             if np.mean(np.abs(size - length) < _GRAVITY_WITHIN * length) > _NEARLY_ALL:
                 return {
                     c.column: replace(
-                        c, name=NameGuess(quantity, axis), unit=None, sure="likely",  # type: ignore[arg-type]
+                        c, name=NameGuess(quantity, axis), unit=None, sure="likely",
                         why="three numbers as long as gravity",
                     )
                     for axis, c in zip("xyz", three, strict=True)
@@ -168,15 +175,12 @@ def _vector(stem: str, columns: Sequence[ColumnGuess]) -> dict[str, ColumnGuess]
     if len(columns) != 3 or not words:
         return {}
     *before, last = [w for w in words if w not in ("n", "nm", "linear", "vector")] or words
-    for called, quantity, letter in (
-        (FORCE, "force", "f"), (TORQUE, "force", "t"), (_ACCELERATION, "acceleration", ""),
-        ({"gravity"}, "gravity", ""),
-    ):  # fmt: skip
+    for called, quantity, letter in _VECTORS:
         if last in called and len(last) > 1:
             owner = "_".join(w for w in before if w not in NOISE)
             return {
                 c.column: replace(
-                    c, name=replace(c.name, quantity=quantity, axis=f"{letter}{axis}", owner=owner),  # type: ignore[arg-type]
+                    c, name=replace(c.name, quantity=quantity, axis=f"{letter}{axis}", owner=owner),
                     sure="likely", why=f"the {i + 1}. of three numbers of a vector",
                 )
                 for i, (axis, c) in enumerate(zip("xyz", columns, strict=True))
@@ -187,7 +191,7 @@ def _vector(stem: str, columns: Sequence[ColumnGuess]) -> dict[str, ColumnGuess]
 def _pose(columns: Sequence[ColumnGuess]) -> dict[str, ColumnGuess]:
     """Three coordinates and three numbers of an attitude, as arms report their flange."""
     turns = [c for c in columns[3:] if c.values is not None]
-    if len(turns) < 3 or any(float(np.nanmax(np.abs(c.values))) > 360.0 for c in turns):  # type: ignore[arg-type]
+    if len(turns) < 3 or any(float(np.nanmax(np.abs(numbers_of(c)))) > 360.0 for c in turns):
         return {}
     made = {}
     for axis, column in zip(("rx", "ry", "rz"), turns, strict=True):
@@ -202,7 +206,7 @@ def _pose(columns: Sequence[ColumnGuess]) -> dict[str, ColumnGuess]:
 
 def _matrix(columns: Sequence[ColumnGuess]) -> dict[str, ColumnGuess]:
     """A rotation matrix of nine numbers, or within a pose of sixteen; which way by the last row."""
-    values = np.column_stack([c.values for c in columns])  # type: ignore[misc]
+    values = np.column_stack([numbers_of(c) for c in columns])
     size = 3 if len(columns) == 9 else 4
     blocks = values.reshape(-1, len(columns) // size, size)
     by_columns = False

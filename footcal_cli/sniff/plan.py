@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+
+import numpy as np
 
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, Sure
+from footcal_cli.tables.canonical import NOT_SAID as NOT_SAID
 
 
 @dataclass(frozen=True)
@@ -16,7 +19,7 @@ class Entry:
     ----------
     column
         The file's, None for a value.
-    unit, value, file_name, factor, nanoseconds, wraps_at, names, only_where
+    unit, value, file_name, factor, nanoseconds, wraps_at, names, only_where, missing
         As in a recipe.
     sure, why
         How sure, and by what.
@@ -31,6 +34,7 @@ class Entry:
     wraps_at: float | None = None
     names: Mapping[str, str] = field(default_factory=dict)
     only_where: Mapping[str, str] = field(default_factory=dict)
+    missing: tuple[str, ...] = ()
     sure: Sure = "likely"
     why: str = ""
 
@@ -39,7 +43,7 @@ def of(column: ColumnGuess, unit: str | None = None) -> Entry:
     """An entry for a column as it was guessed."""
     return Entry(
         column, unit or column.unit, nanoseconds=column.nanoseconds, sure=column.sure,
-        why=column.why, wraps_at=column.wraps_at,
+        why=column.why, wraps_at=column.wraps_at, missing=column.missing,
         factor=None if column.name.factor == 1.0 else column.name.factor,
     )  # fmt: skip
 
@@ -123,6 +127,11 @@ def times(file: FileGuess, *, needed: bool) -> tuple[dict[str, Entry], float | N
     return ({}, 100.0, [_RATE]) if needed else ({}, None, [])
 
 
+IN_NEWTON = (
+    "[robot.nameplate]    # the log has newtons; how far they may be off\n"
+    "scale_n_per_count = 1.0\nscale_relative_sd = 0.05\nbias_sd_n = 5.0"
+)
+"""What the cells of a log are known by that has forces already."""
 FORCES = ("N", "kN", "mN", "kgf", "lbf", "gf", "kg", "g", "lb")
 """Units of a reading that is a force already."""
 
@@ -140,10 +149,46 @@ def extras(file: FileGuess) -> dict[str, Entry]:
 
 def reading_entry(column: ColumnGuess) -> Entry:
     """A cell's reading: counts, a voltage or a force."""
+    unit: str | None = None
+    sure: Sure = "likely"
+    why = "its unit is not said: taken as it is"
     if column.counts and column.unit not in FORCES:
-        return Entry(column, None, sure=column.sure, why="whole numbers: counts")
-    if column.unit in ("V", "mV", "mV/V"):
-        return Entry(column, column.unit, sure="likely", why="a voltage: the scale is N per volt")
-    if column.unit in FORCES:
-        return Entry(column, column.unit, sure="likely", why="a force that was calibrated before")
-    return Entry(column, None, sure="likely", why="its unit is not said: taken as it is")
+        sure, why = column.sure, "whole numbers: counts"
+    elif column.unit in ("V", "mV", "mV/V"):
+        unit, why = column.unit, "a voltage: the scale is N per volt"
+    elif column.unit in FORCES:
+        unit, why = column.unit, "a force that was calibrated before"
+    return Entry(column, unit, sure=sure, why=why, missing=column.missing)
+
+
+_NEEDED = ("weights", "weights_together", "placements", "cop_points")
+"""Kinds of logs that need a reading in every row."""
+_MOSTLY = 0.5
+"""A table whose readings are mostly empty is of another layout."""
+
+
+def without_silent_rows(plan: Plan) -> Plan:
+    """The plan for a log in which a sensor was silent in some rows: they are left out, and said."""
+    if plan.role not in _NEEDED:
+        return plan
+    said: list[str] = []
+
+    def gaps(name: str, entry: Entry) -> Entry:
+        column = entry.column
+        if column is None or column.values is None or not name.endswith("counts") or column.held:
+            return entry
+        silent = ~np.isfinite(column.values)
+        if not silent.any() or silent.mean() > _MOSTLY:
+            return entry
+        said.append(f"{column.column}: {silent.sum()} of {silent.size} rows have no reading and "
+                    "are left out")  # fmt: skip
+        return replace(entry, missing=entry.missing or ("",))
+
+    entries = {name: gaps(name, entry) for name, entry in plan.entries.items()}
+    wide = {
+        key: {name: gaps(name, entry) for name, entry in own.items()}
+        for key, own in plan.wide.items()
+    }
+    if not said:
+        return plan
+    return replace(plan, entries=entries, wide=wide, warnings=(*plan.warnings, *said))

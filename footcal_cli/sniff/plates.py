@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.names import words_of
-from footcal_cli.sniff.plan import MASS, Entry, Plan, of, times
+from footcal_cli.sniff.plan import IN_NEWTON, MASS, NOT_SAID, Blank, Entry, Plan, of, times
 from footcal_cli.sniff.units import split_unit
 
 _OPENSIM = re.compile(r"^(?P<before>.*?)ground_force(?P<after>.*?)_(?P<kind>[vp])(?P<axis>[xyz])$")
@@ -18,6 +19,16 @@ _TO_M = {"mm": 1e-3, "cm": 1e-2}
 _ROOM = 0.25
 """How far around the CoP the cells stand that stand in for a plate, as a share of its range."""
 _LEAST_M = 0.05
+_LOADED = 0.1
+"""Share of the largest force from which a foot is on the ground."""
+_MOST_M = 1.0
+"""A CoP on one foot or plate moves by less."""
+_ONE_LEVER = 0.3
+"""How well moments agree with force times CoP; the units are a factor of ten apart."""
+_COP_UNIT = Blank(
+    ('# in [columns]: unit = "?" of the CoPs becomes mm, cm or m',),
+    "nothing says the unit of the CoP",
+)
 
 
 @dataclass(frozen=True)
@@ -37,23 +48,22 @@ def force_and_cop(file: FileGuess) -> Plan | None:
         return None
     time, rate, blanks = times(file, needed=True)
     entries: dict[str, Entry] = dict(time)
+    unit = _unit_of_cops(file, feet)
+    blanks = [*blanks, *([_COP_UNIT] if unit == NOT_SAID else [])]
     tables = []
     for name, foot in feet.items():
         force = of(foot.force, foot.force.unit or "N")
         entries[f"{name}_fz_n"] = replace(force, why="a vertical force")
         for axis, column, sign in (("x", foot.x, 1.0), ("y", foot.y, foot.y_sign)):
-            entry = replace(of(column, column.unit or "m"), why="its CoP")
+            entry = replace(of(column, column.unit or unit), why="its CoP")
             entries[f"{name}_cop_{axis}_m"] = replace(entry, factor=-1.0 if sign < 0 else None)
-        corners = enumerate(_around(foot), 1)
+        corners = enumerate(_around(foot, unit), 1)
         cells = "\n".join(f"p{i} = {{ x_m = {x:.3f}, y_m = {y:.3f} }}" for i, (x, y) in corners)
         tables.append(
             f"[robot.feet.{name}]    # reports force and CoP; three cells stand in for it\n"
             f"force_and_cop = true\n[robot.feet.{name}.cells]\n{cells}"
         )
-    tables.append(
-        "[robot.nameplate]    # the log has newtons; how far they may be off\n"
-        "scale_n_per_count = 1.0\nscale_relative_sd = 0.05\nbias_sd_n = 5.0"
-    )
+    tables.append(IN_NEWTON)
     warnings: tuple[str, ...] = ()
     if any(foot.y_sign < 0 for foot in feet.values()):
         warnings = ("y is taken to point up and z to the right, as OpenSim has them",)
@@ -101,9 +111,8 @@ def _by_names(file: FileGuess) -> dict[str, _Foot]:
     for key, own in forces.items():
         x, y = places.get((key, "x"), []), places.get((key, "y"), [])
         if len(own) == len(x) == len(y) == 1:
-            feet[key if key in ("left", "right") else f"plate_{key or 1}"] = _Foot(
-                own[0], x[0], y[0]
-            )
+            named = key in ("left", "right") or key.startswith("plate_")
+            feet[key if named else f"plate_{key or 1}"] = _Foot(own[0], x[0], y[0])
     return feet
 
 
@@ -118,12 +127,41 @@ def _key(column: ColumnGuess) -> str:
     return column.name.side or (numbers[0] if len(numbers) == 1 else "")
 
 
-def _around(foot: _Foot) -> FloatArray:
+def _unit_of_cops(file: FileGuess, feet: Mapping[str, _Foot]) -> str:
+    """The unit of CoPs whose names say none.
+
+    With the moments of the plate beside them ``|M| = F |CoP|`` says it; without, a CoP that moves
+    by more than a metre is not in metres, and its unit is asked for.
+    """
+    spans, moments = [0.0], []
+    for foot in feet.values():
+        if foot.x.unit is not None and foot.y.unit is not None:
+            continue
+        force = np.abs(numbers_of(foot.force))
+        loaded = force > _LOADED * np.nanmax(force)  # in the air a CoP is noise
+        force, x, y = (v[loaded] for v in (force, numbers_of(foot.x), numbers_of(foot.y)))
+        spans += [float(np.ptp(np.nanquantile(v, [0.02, 0.98]))) for v in (x, y)]
+        beside = {c.name.axis: numbers_of(c) for c in file.of("force")
+                  if c.name.side == foot.force.name.side}  # fmt: skip
+        if {"tx", "ty"} <= set(beside) and foot.force.unit in (None, "N"):
+            lever = np.hypot(beside["tx"], beside["ty"])[loaded] / force
+            moments.append(float(np.nanmedian(lever / np.hypot(x, y))))
+    named = [c.unit for c in file.of("force") if c.name.axis in ("tx", "ty")]
+    for unit, size in (("m", 1.0), ("cm", 1e-2), ("mm", 1e-3)):
+        if (
+            moments
+            and all(u in (None, "N*m") for u in named)
+            and np.allclose(moments, size, rtol=_ONE_LEVER)
+        ):
+            return unit
+    return "m" if max(spans) < _MOST_M else NOT_SAID
+
+
+def _around(foot: _Foot, unit: str) -> FloatArray:
     """Corners of a triangle around the CoP, shape (3, 2), m."""
     low, high = [], []
     for column, sign in ((foot.x, 1.0), (foot.y, foot.y_sign)):
-        assert column.values is not None, "a CoP has numbers"
-        values = sign * column.values * _TO_M.get(column.unit or "m", 1.0)
+        values = sign * numbers_of(column) * _TO_M.get(column.unit or unit, 1.0)
         a, b = np.nanquantile(values, [0.02, 0.98])
         room = max(_ROOM * (b - a), _LEAST_M)
         low.append(a - room)

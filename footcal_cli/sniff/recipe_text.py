@@ -94,9 +94,13 @@ def listing(parts: Sequence[Part]) -> list[str]:
             lines.append(f"  and {len(part.paths) - 1} more like it")
         lines.append(f"  {part.plan.sure}: {part.plan.kind}, by {part.plan.why}")
         used: dict[str, tuple[str, Entry]] = {}
+        choosing: set[str] = set()
         for name, entry in _all_entries(part.plan):
+            choosing |= set(entry.only_where)
             if entry.column is not None:
-                used[entry.column.column] = (name, entry)
+                first = used.get(entry.column.column)
+                both = name if first is None else f"{first[0]}, {name}"
+                used[entry.column.column] = (both, entry)
             elif entry.file_name is not None:
                 lines.append(f"  {name}: from the file's name ({entry.why})")
         for column in part.plan.file.columns:
@@ -106,6 +110,8 @@ def listing(parts: Sequence[Part]) -> list[str]:
                 lines.append(f"  {column.column} -> {name}{unit}   {entry.sure}: {entry.why}")
             elif column.column in _read_anyway(part.plan):
                 lines.append(f"  {column.column} -> read as it stands   sure: its name")
+            elif column.column in choosing:
+                lines.append(f"  {column.column} -> which of them the load lies on")
             else:
                 lines.append(f"  {column.column} -> not used   ({column.quantity}: {column.why})")
         for source, (name, entry) in used.items():
@@ -177,6 +183,10 @@ def _layout_lines(file: FileGuess) -> list[str]:
         lines.append(f"carried = {_literal(layout.carried)}    # holds for the rows below")
     if file.rows_of:
         lines.append(f"rows_of = {_quoted(file.rows_of)}    # topics take turns in the table")
+    if layout.pivot is not None:
+        by, labels = map(_list, (layout.pivot.by, layout.pivot.labels))
+        at = f", at = {_quoted(layout.pivot.at)}" if layout.pivot.at else ""
+        lines.append(f"pivot = {{ by = {by}, labels = {labels}{at} }}    # one row per sample")
     if layout.separator != plain.separator:
         name = {BLANKS: "space", "\t": "tab"}.get(layout.separator, layout.separator)
         lines.append(f"separator = {_quoted(name)}")
@@ -189,7 +199,7 @@ def _layout_lines(file: FileGuess) -> list[str]:
     if not layout.header:
         lines.append("header = false")
     if layout.names:
-        lines.append(f"names = [{', '.join(map(_quoted, layout.names))}]")
+        lines.append(f"names = {_list(layout.names)}")
     if layout.turned:
         lines.append("turned = true    # each line begins with its name")
     if layout.until:
@@ -229,6 +239,8 @@ def _place(entry: Entry) -> str:
     if entry.only_where:
         pairs = ", ".join(f"{_key(a)} = {_quoted(b)}" for a, b in entry.only_where.items())
         said.append(f"only_where = {{ {pairs} }}")
+    if entry.missing:
+        said.append(f"missing = {_list(entry.missing)}")
     if entry.column is not None and entry.column.held:
         said.append("held = true")
     if entry.column is not None and entry.column.pattern:
@@ -236,6 +248,10 @@ def _place(entry: Entry) -> str:
     if len(said) == 1 and entry.column is not None:
         return _quoted(entry.column.column)
     return f"{{ {', '.join(said)} }}"
+
+
+def _list(texts: Sequence[str]) -> str:
+    return f"[{', '.join(map(_quoted, texts))}]"
 
 
 def _quoted(text: str) -> str:

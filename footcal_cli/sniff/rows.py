@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from footcal_cli.sniff.names import name_guess
-from footcal_cli.sniff.tokens import NOTHING, is_moment, is_number, number_signs, worth
+from footcal_cli.sniff.tokens import NOTHING, Decimal, is_moment, is_number, number_signs, worth
 from footcal_cli.tables.reading import BLANKS
 
 _SPARSE = 0.1
@@ -78,7 +78,7 @@ class Body:
     """
 
     separator: str
-    decimal: str
+    decimal: Decimal
     thousands: str
     width: int
     share: float
@@ -123,7 +123,15 @@ class Body:
         """Where the rows begin: a line above them may hold a number or two beside its words."""
         whole = (i for i, line in enumerate(lines) if self.is_row(line, whole=True))
         some = (i for i, line in enumerate(lines) if self.is_row(line))
-        return next(whole, next(some, 0))
+        first = next(whole, next(some, 0))
+        return first + 1 if lines and self._says_lengths(lines, first) else first
+
+    def _says_lengths(self, lines: list[str], first: int) -> bool:
+        """Whether the first row is none, but says in every column how many rows are below it."""
+        said = set(filled_fields(lines[first], self.separator))
+        if self.width < 2 or len(said) != 1 or not (number := said.pop()).isdecimal():
+            return False
+        return int(number) == sum(map(self.is_row, lines[first + 1 :])) > 1
 
     def is_row(self, line: str, *, whole: bool = False) -> bool:
         """Whether a line is a row; `whole`: no word stands where numbers should."""

@@ -12,10 +12,10 @@ from footcal_cli.sniff.attitudes import attitude_of
 from footcal_cli.sniff.experiment import plan_of
 from footcal_cli.sniff.file_names import Beside, Part, alike_part, called, escaped
 from footcal_cli.sniff.groups import readings, wrenches
-from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.motion import body_entries, upright
 from footcal_cli.sniff.numbered import numbered
-from footcal_cli.sniff.plan import Plan
+from footcal_cli.sniff.plan import Plan, without_silent_rows
 
 _TO_S = {"ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 _LEAST_STEPS = 2
@@ -24,6 +24,11 @@ _ATTITUDE = ("quaternion", "angle", "matrix", "gravity", "acceleration")
 
 def parts_of(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
     """Plans for all logs, and the logs that fit nothing."""
+    parts, others = _planned(files)
+    return [replace(part, plan=without_silent_rows(part.plan)) for part in parts], others
+
+
+def _planned(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
     groups: dict[object, list[FileGuess]] = {}
     for file in files:
         names = tuple(c.column for c in file.columns)
@@ -57,7 +62,7 @@ def _two(one: FileGuess, other: FileGuess) -> list[Part]:
             if made is not None:
                 return [made]
     for file, beside in ((one, other), (other, one)):
-        if (made := _by_steps(file, beside)) is not None:
+        if (made := _by_steps(file, beside) or _posed(file, beside)) is not None:
             return [made]
     for file, beside in ((one, other), (other, one)):
         cells = readings(file)
@@ -82,29 +87,74 @@ def _two(one: FileGuess, other: FileGuess) -> list[Part]:
     return []
 
 
-def _by_steps(file: FileGuess, steps: FileGuess) -> Part | None:
-    """Readings with the number of a step, and a table of what was put on at each step."""
-    loads = [c for c in steps.of("load") if c.values is not None]
-    keys = {c.column for c in steps.columns} & {c.column for c in file.columns}
-    if len(loads) != 1 or len(keys) != 1 or steps.rows >= file.rows:
+def _steps(file: FileGuess, sheet: FileGuess) -> tuple[ColumnGuess, list[str]] | None:
+    """The column of numbered or named steps that a log shares with a sheet, and the sheet's names.
+
+    None where there is no such column, or the sheet does not say every step once.
+    """
+    keys = {c.column for c in sheet.columns} & {c.column for c in file.columns}
+    if len(keys) != 1 or sheet.rows >= file.rows:
         return None
     key = keys.pop()
-    named, ours = (next(c for c in f.columns if c.column == key) for f in (steps, file))
+    named, ours = (next(c for c in f.columns if c.column == key) for f in (sheet, file))
     called, found = _texts_of(named), set(_texts_of(ours))
     if len(set(called)) < len(called) or not found <= set(called) or len(found) < _LEAST_STEPS:
         return None
-    load = loads[0]
-    assert load.values is not None, "asked above"
-    by_name = dict(zip(called, load.values.tolist(), strict=True))
+    return ours, called
+
+
+def _at_steps(ours: ColumnGuess, called: Sequence[str], column: ColumnGuess) -> ColumnGuess:
+    """A column of a sheet at the rows of the log."""
+    by_name = dict(zip(called, numbers_of(column).tolist(), strict=True))
     own = np.array([by_name[text] for text in _texts_of(ours)])
-    put = replace(ours.as_quantity("load", "likely", f"by {steps.path.name}"), values=own,
-                  unit=load.unit, words=(), codes=None)  # fmt: skip
+    return replace(
+        column, column=ours.column, values=own, words=(), codes=None, format=None, pattern=None,
+        nanoseconds="", wraps_at=None, held=False, missing=(),
+    )  # fmt: skip
+
+
+def _names(called: Sequence[str], column: ColumnGuess) -> dict[str, str]:
+    """Steps -> the sheet's numbers, as a recipe has them."""
+    return {
+        text: f"{value:.10g}" for text, value in zip(called, numbers_of(column), strict=True)
+    }  # fmt: skip
+
+
+def _by_steps(file: FileGuess, steps: FileGuess) -> Part | None:
+    """Readings with the number of a step, and a table of what was put on at each step."""
+    loads = [c for c in steps.of("load") if c.values is not None]
+    shared = _steps(file, steps)
+    if len(loads) != 1 or shared is None:
+        return None
+    ours, called = shared
+    put = _at_steps(ours, called, loads[0].as_quantity("load", "likely", f"by {steps.path.name}"))
     plan = plan_of(replace(file, columns=tuple(put if c is ours else c for c in file.columns)))
     if plan is None or plan.entries.get("load_n") is None:
         return None
-    names = {text: f"{value:.10g}" for text, value in by_name.items()}
-    entry = replace(plan.entries["load_n"], names=names)
+    entry = replace(plan.entries["load_n"], names=_names(called, loads[0]))
     plan = replace(plan, entries={**plan.entries, "load_n": entry})
+    return Part(plan, (file.path,), escaped(file.path.name))
+
+
+def _posed(file: FileGuess, sheet: FileGuess) -> Part | None:
+    """A six-axis transducer with the number of a pose, and a sheet of the poses' attitudes."""
+    turned = [c for c in numbered(sheet).of(*_ATTITUDE) if c.values is not None]
+    shared = _steps(file, sheet)
+    if shared is None or not turned or not wrenches(numbered(file)):
+        return None
+    ours, called = shared
+    names = {(c.quantity, c.name.axis): _names(called, c) for c in turned}
+    joined = (_at_steps(ours, called, c) for c in turned)
+    kept = (c for c in file.columns if c is not ours)
+    plan = plan_of(replace(file, columns=(*kept, *joined)))
+    if plan is None:
+        return None
+    entries = {
+        name: entry if entry.column is None or entry.column.column != ours.column
+        else replace(entry, names=names[entry.column.quantity, entry.column.name.axis])
+        for name, entry in plan.entries.items()
+    }  # fmt: skip
+    plan = replace(plan, entries=entries, why=f"{plan.why}, by {sheet.path.name}")
     return Part(plan, (file.path,), escaped(file.path.name))
 
 

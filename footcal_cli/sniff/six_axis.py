@@ -11,10 +11,10 @@ import numpy as np
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.attitudes import Attitude, attitude_of, named_orientation
 from footcal_cli.sniff.groups import AT_THE_FOOT
-from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.motion import body_entries, upright
 from footcal_cli.sniff.mounts import Mounts, mounts_of
-from footcal_cli.sniff.plan import MASS, Blank, Entry, Plan, of, times
+from footcal_cli.sniff.plan import IN_NEWTON, MASS, Blank, Entry, Plan, of, times
 from footcal_cli.sniff.units import known_unit
 
 _AXIS_COLUMNS = {"fx": "fx_n", "fy": "fy_n", "fz": "fz_n", "tx": "tx_nm", "ty": "ty_nm",
@@ -67,7 +67,9 @@ def transducers(file: FileGuess, six: dict[str, dict[str, ColumnGuess]]) -> Plan
     if sides.keys() >= {"left", "right"} and len(six) == 2 and not orientation and not hang:
         return _ankles(file, sides, entries, tuple(blanks))
     if pose is None and not orientation and _stand(six):
-        return _ankles(file, six, entries, tuple(blanks))
+        if _at_feet(six) or file.of("com"):
+            return _ankles(file, six, entries, tuple(blanks))
+        return _plates(file, six, rate, tuple(blanks))
     sign = -1.0 if pose is not None and pose.reacts else 1.0
     said = _said_above(file)
     wide = {name: _axes(group, said, sign) for name, group in six.items()} if len(six) > 1 else {}
@@ -147,11 +149,23 @@ def _stand(six: Mapping[str, dict[str, ColumnGuess]]) -> bool:
     """
     if len(six) < 2:
         return False
-    vertical = np.column_stack([group["fz"].values for group in six.values()])  # type: ignore[misc]
+    vertical = np.column_stack([numbers_of(group["fz"]) for group in six.values()])
+    return share_a_weight(vertical, named=_at_feet(six))
+
+
+def _at_feet(six: Mapping[str, dict[str, ColumnGuess]]) -> bool:
+    """Whether all transducers are at feet by their names."""
+    return all(AT_THE_FOOT.search(group["fz"].column) for group in six.values())
+
+
+def share_a_weight(vertical: FloatArray, *, named: bool = False) -> bool:
+    """Whether vertical forces (n, k) are of one sign and add up to what hardly changes.
+
+    `named`: they are at feet by their names, and may stand still.
+    """
     means = np.nanmean(vertical, axis=0)
     if not (np.all(means > 0) or np.all(means < 0)):
         return False
-    named = all(AT_THE_FOOT.search(group["fz"].column) for group in six.values())
     together, alone = np.nanstd(vertical.sum(axis=1)), np.nanstd(vertical, axis=0).max()
     loaded = np.abs(means).sum() > _LOADED * np.nanstd(vertical.sum(axis=1))
     return bool(loaded and (named or together < _TOGETHER * alone))
@@ -232,7 +246,7 @@ def _poses(
 
 def forces_of(group: dict[str, ColumnGuess]) -> FloatArray:
     """Forces of a transducer, shape (n, 3)."""
-    return np.column_stack([group[axis].values for axis in ("fx", "fy", "fz")])  # type: ignore[misc]
+    return np.column_stack([numbers_of(group[axis]) for axis in ("fx", "fy", "fz")])
 
 
 def _named_rows(column: ColumnGuess, six: dict[str, ColumnGuess] | None) -> Attitude | None:
@@ -285,7 +299,7 @@ def _counted(six: dict[str, dict[str, ColumnGuess]]) -> bool:
 
 def _lever(group: dict[str, ColumnGuess]) -> float:
     """How much the torques change beside the forces: metres, if they are in N and Nm."""
-    values = np.column_stack([group[axis].values for axis in _AXIS_COLUMNS])  # type: ignore[misc]
+    values = np.column_stack([numbers_of(group[axis]) for axis in _AXIS_COLUMNS])
     spread = np.nanstd(values, axis=0)
     force, torque = float(np.linalg.norm(spread[:3])), float(np.linalg.norm(spread[3:]))
     return torque / force if force > 0 else 0.0
@@ -305,6 +319,31 @@ def _axes(
     return entries
 
 
+def _plates(
+    file: FileGuess, six: Mapping[str, dict[str, ColumnGuess]], rate: float | None,
+    blanks: tuple[Blank, ...],
+) -> Plan:  # fmt: skip
+    """Six-axis plates that carry one weight: their vertical forces, which need no body stream."""
+    entries, _, _ = times(file, needed=True)
+    said, tables = _said_above(file), []
+    for name, group in six.items():
+        entries[f"{name}_plate_counts"] = _axes(group, said)["fz_n"]
+        tables.append(f"[robot.feet.{name}.cells]\nplate = {{ x_m = 0.0, y_m = 0.0 }}")
+    return Plan(
+        file, f"{len(six)} six-axis plates under one weight", "vertical forces that add up to what "
+        "hardly changes", "likely", "static-init", "cells", entries,
+        tuple(f"{name}_plate" for name in six), rate_hz=rate, robot=(*tables, IN_NEWTON),
+        blanks=(MASS, *blanks),
+        warnings=("the vertical forces are calibrated; horizontal forces and moments need the "
+                  "motion of the body, [data] body",),
+    )  # fmt: skip
+
+
+_MOTION = Blank(
+    ('# body = ["…"]    # in [data]: CoM, its acceleration and places of the feet;',
+     "#                 # footcal kinematics makes them of joint positions and a URDF"),
+    "transducers at feet are weighed with the body's motion, which the log does not have",
+)  # fmt: skip
 _MOUNTED = (
     "# if known: no log says how the transducer is mounted.\n"
     "# transducer_position_m = [0.0, 0.0, 0.0]    # in the logged foot frame\n"
@@ -331,5 +370,5 @@ def _ankles(
             *upright(file, body),
             *(f"[robot.feet.{foot}]\n{_MOUNTED}" for foot in six),
         ),
-        blanks=(MASS, *blanks),
+        blanks=(MASS, *(() if file.of("com") else (_MOTION,)), *blanks),
     )  # fmt: skip

@@ -268,12 +268,12 @@ def _laid_out(lines: list[str], body: Body, encoding: str) -> TextGuess:
         said.append(f"'{body.thousands}' between thousands")
     if units:
         said.append("a row of units below the header")
-    separator, decimal = body.separator, "," if body.decimal == "," else "."
+    separator, decimal = body.separator, body.decimal
     kept = [i for i in range(first) if not (comment and lines[i].lstrip().startswith(comment))]
     if header_at is None:
         said.append("no header")
         skip = len(kept)
-        layout = Layout(separator, decimal, encoding, comment, skip, header=False)  # type: ignore[arg-type]
+        layout = Layout(separator, decimal, encoding, comment, skip, header=False)
         return TextGuess(layout, (), tuple(said))
     own = fields_of(lines[header_at].rstrip(separator), separator)
     readable = header_at in kept and tuple(own) == names and len(set(own)) == len(own)
@@ -284,10 +284,10 @@ def _laid_out(lines: list[str], body: Body, encoding: str) -> TextGuess:
         skip = sum(i < header_at for i in kept)
         # blank lines between count as lines below the header
         below = sum(i > header_at for i in kept)
-        layout = Layout(separator, decimal, encoding, comment, skip, skip_below=below)  # type: ignore[arg-type]
+        layout = Layout(separator, decimal, encoding, comment, skip, skip_below=below)
     else:
         names = once(names)
-        layout = Layout(separator, decimal, encoding, comment, len(kept), False, names)  # type: ignore[arg-type]
+        layout = Layout(separator, decimal, encoding, comment, len(kept), False, names)
         said.append("names put together from the lines above the rows")
     if layout.skip_rows:
         said.append(f"{layout.skip_rows} lines above the header")

@@ -10,6 +10,7 @@ import numpy as np
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.guesses import ColumnGuess
 from footcal_cli.sniff.names import NameGuess, orientation_in
+from footcal_cli.sniff.silent import MEASURED, words_for_nothing
 from footcal_cli.sniff.tokens import (
     HEXADECIMAL,
     IN_WORDS,
@@ -19,7 +20,7 @@ from footcal_cli.sniff.tokens import (
     with_unit,
 )
 from footcal_cli.sniff.units import MASSES, WEIGHTS, known_unit
-from footcal_cli.tables.logfiles import RawColumn
+from footcal_cli.tables.rawcolumn import RawColumn
 from footcal_cli.tables.values import bare_hexadecimal
 
 FEW = 25
@@ -65,6 +66,15 @@ def text_column(column: str, name: NameGuess, unit: str | None, raw: RawColumn) 
         name = replace(name, quantity="reading" if name.quantity == "label" else name.quantity)
         why = "means with their scatter, which is left out"
         return ColumnGuess(column, name, unit, "likely", why, values, pattern=MEAN_IN_A_CELL)
+    nothing = words_for_nothing(words, any_word=name.quantity in MEASURED)
+    if nothing:
+        said = [str(v).strip().replace(",", ".") for v in raw.values.tolist()]
+        numbers = np.array([
+            np.nan if empty or word in nothing else float(word)
+            for word, empty in zip(said, raw.empty, strict=True)
+        ])  # fmt: skip
+        why = f"numbers; {', '.join(nothing)} is taken for no reading"
+        return ColumnGuess(column, name, unit, "likely", why, numbers, missing=nothing)
     weighed = _with_units(column, name, words) or _among_words(column, name, words, raw)
     if weighed is not None:
         return weighed

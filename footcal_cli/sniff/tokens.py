@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
+from typing import Literal
 
+Decimal = Literal[".", ","]
 POINT = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 COMMA = re.compile(r"[+-]?(?:\d+,\d+|\d+)(?:[eE][+-]?\d+)?")
 _COMMA_ONLY = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
@@ -20,13 +22,14 @@ _WORD = re.compile(r"[^\d;\t|,][^;\t|,]*")
 PLUS_MINUS = re.compile(r"([-+]?\d+(?:[.,]\d+)?)\s*(?:±|\+/-|\+-)\s*\d+(?:[.,]\d+)?")
 """A mean with its scatter."""
 SIDES = 3
-"""Sides on which a sensor hangs, from which its weight and offsets can be told."""
+"""Sides on which a sensor hangs, that determine its weight and offsets."""
 IN_WORDS = re.compile(
     r"(?<![\w.+-])(?<!\d,)([-+]?\d+(?:[.,]\d+)?)\s*(kg|g|mg|N|kN|mN|lb|lbs|lbf|oz|kgf|gf)(?!\w)"
 )
 """A weight with its unit among words."""
 HEXADECIMAL = re.compile(r"0[xX][0-9A-Fa-f]{1,12}")
-NOTHING = {"", "nan", "na", "n/a", "null", "none", "-nan", "inf", "-inf", "-", "--", "#n/a"}
+NOTHING = {"", "nan", "na", "n/a", "null", "none", "-nan", "inf", "-inf", "-", "--", "#n/a",
+           "#div/0!", "#value!", "#ref!", "#num!", "#name?", "#null!"}  # fmt: skip
 
 
 def is_number(text: str, decimal: str, thousands: str = "") -> bool:
@@ -65,7 +68,7 @@ def worth(text: str, decimal: str, thousands: str = "") -> float:
     return 0.1 if _WORD.fullmatch(text) else -1.0
 
 
-def number_signs(texts: list[str], separator: str) -> tuple[str, str]:
+def number_signs(texts: list[str], separator: str) -> tuple[Decimal, str]:
     """The decimal sign of fields, and the sign between groups of thousands, empty for none.
 
     Two of a sign in one number are between groups, or one before the other sign, or one that is

@@ -35,6 +35,8 @@ NO_READING = ("mm", "cm", "um", "in", "deg", "rad", "degC", "degF", "m/s^2", "m/
 """Units of what no load cell gives: lengths, angles, temperatures, speeds, times."""
 WEIGHTS = {"N": 1.0, "kN": 1e3, "mN": 1e-3}
 """In N."""
+_AMBIGUOUS = 2
+"""Units of so few letters differ by the size of these letters."""
 _BRACKETED = re.compile(r"^(?P<stem>.*?)[\s_]*[\[(<{](?P<unit>[^\])>}]*)[\])>}]\s*$")
 _COUNTED = re.compile(r"(\d*\.?\d+(?:e-?\d+)?)\s*([A-Za-z·*/^²°.-]+)")
 _SUFFIXES = {
@@ -56,7 +58,10 @@ def known_unit(text: str) -> str | None:
     plain = text.strip().strip("[](){}<>").strip()
     if plain in SPELLINGS or plain in ("mV/V", "N*m", "N*mm", "m/s^2"):
         return "count" if plain == "counts" else plain
-    return _ALSO.get(plain.lower()) or None
+    small = plain.lower()
+    if len(small) > _AMBIGUOUS and small in SPELLINGS:
+        return small  # lbF, KGF; of MN and mN the size of the letters is all that tells
+    return _ALSO.get(small) or None
 
 
 def split_unit(name: str) -> tuple[str, str | None, float]:

@@ -10,15 +10,24 @@ import numpy as np
 
 from footcal_cli.core.bench.matrix import directions
 from footcal_cli.sniff.groups import AXES, channel_names
-from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
-from footcal_cli.sniff.plan import FORCES, Blank, Entry, Plan, extras, of, reading_entry, times
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
+from footcal_cli.sniff.plan import (
+    FORCES,
+    NOT_SAID,
+    Blank,
+    Entry,
+    Plan,
+    extras,
+    of,
+    reading_entry,
+    times,
+)
 from footcal_cli.sniff.tokens import with_unit
 from footcal_cli.sniff.units import known_unit, split_unit
 
 _ROWS_OF_A_STREAM = 60
 _FOLLOWS, _IDLE = 0.9, 0.2
 """How much of its variance a load explains: of a cell that carries it, and of one that does not."""
-UNIT_TO_FILL_IN = "?"
 UNIT_ASKED = Blank(
     ('# in [columns]: unit = "?" of load_n becomes N, kg, g, lb …',),
     "nothing says the unit of the load",
@@ -66,11 +75,14 @@ def weights(
             return on
         labels = []  # with several readings in a row it is not the cell that they tell apart
     following, idle = follow(load, cells)
-    if idle:
+    why = "the load does not move it while others follow"
+    if still := [c for c in cells if not moves(c)]:
+        following, idle, why = [c for c in cells if c not in still], still, "never changes"
+    if idle and following:
         asked_of = tuple(c.column for c in idle)
         own = {n: c for n, c in named.items() if c in following}
         kept = weights(file, loads, following, own)
-        said = f"{', '.join(asked_of)}: left out, the load does not move it while others follow"
+        said = f"{', '.join(asked_of)}: left out, {why}"
         return replace(kept, warnings=(*kept.warnings, said))
     if len(cells) == 1 or labels:
         cell = cells[0]
@@ -99,6 +111,13 @@ def weights(
             "of them, give each its share",
         ),
     )  # fmt: skip
+
+
+def moves(cell: ColumnGuess) -> bool:
+    """Whether a reading ever changes."""
+    values = numbers_of(cell)
+    good = values[np.isfinite(values)]
+    return bool(good.size and np.ptp(good) > 0)
 
 
 def follow(
@@ -182,7 +201,7 @@ def _known_wrench(
 
 def _one_proportion(loads: list[ColumnGuess]) -> bool:
     """Whether known loads rise and fall together: no crosstalk can be seen."""
-    table = np.column_stack([c.values for c in loads])  # type: ignore[misc]
+    table = np.column_stack([numbers_of(c) for c in loads])
     return directions(table[np.isfinite(table).all(axis=1)]) < len(loads)
 
 
@@ -253,7 +272,7 @@ def load_entry(load: ColumnGuess) -> tuple[Entry, tuple[Blank, ...]]:
     """The entry of known loads; their unit is asked for where nothing says it."""
     if load.unit is not None and load.unit != "count":
         return of(load), ()
-    return replace(of(load, UNIT_TO_FILL_IN), sure="guess"), (UNIT_ASKED,)
+    return replace(of(load, NOT_SAID), sure="guess"), (UNIT_ASKED,)
 
 
 def _stream(

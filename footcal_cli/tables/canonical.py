@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -11,13 +11,16 @@ from numpy.typing import NDArray
 
 from footcal_cli.errors import UsageError
 from footcal_cli.tables.columns import Column
-from footcal_cli.tables.logfiles import RawColumn
+from footcal_cli.tables.rawcolumn import RawColumn
 from footcal_cli.tables.reading import ForeignColumn
 from footcal_cli.tables.units import Conversion, conversion
 from footcal_cli.tables.values import durations, numbers, seconds, stamps, texts
 
 READING_UNITS = ("V", "mV", "uV", "mV/V")
 """Units of a cell's reading that is neither counts nor a force; kept as they are."""
+NOT_SAID = "?"
+"""Stands in a recipe for a unit that its writer has to be asked for."""
+_EXAMPLES = {"N": "N, kg, g, lb …", "m": "m, cm, mm …", "N*m": "N*m, N*mm …", "s": "s, ms, us, ns"}
 
 
 @dataclass(frozen=True)
@@ -93,7 +96,8 @@ def canonical(
         said = {"duration": "duration", "number": "nanosecond"}.get(raw.kind)
         said = said or "date, as seconds since 1970 UTC"
         return spans, ReadColumn(spec.name, source, said, "s", None, None, _range(spans))
-    values = numbers(raw, spec, source, place.unit, path)
+    kept = replace(spec, missing="keep") if place.missing else spec
+    values = numbers(raw, kept, source, place.unit, path)
     if place.wraps_at is not None:
         values = unwrapped(values, place.wraps_at)
     change = conversion_of(spec, place, gravity_mps2, path)
@@ -124,6 +128,12 @@ def conversion_of(
     target = "count" if is_reading(spec) else spec.unit
     if place.unit is None or place.unit == target:
         return None
+    if place.unit == NOT_SAID:
+        raise UsageError(
+            f"nothing says the unit of {spec.name}", file=path, column=place.column or None,
+            remedy=f'write it in place of "{NOT_SAID}" in [columns]: '
+            + _EXAMPLES.get(target or "", target or "a unit"),
+        )  # fmt: skip
     if target is None:
         raise UsageError(
             f"{spec.name} has no unit, but [columns] gives it '{place.unit}'", file=path,

@@ -69,8 +69,10 @@ def fingerprint(table: Table) -> Fingerprint:
         texts = [n for n in hashes if not pd.api.types.is_numeric_dtype(data[n])]
         stamps = _joined([hashes[name] for name in ("time_s", *texts)])
     labels = [_column_hashes(table.data[n], n) for n in sorted(_LABELS & set(table.data.columns))]
-    told = _joined(labels) if labels else np.zeros(len(table), dtype=np.uint64)
-    return Fingerprint(table.path.name, tuple(hashes), _joined(list(hashes.values())), stamps, told)
+    labelled = _joined(labels) if labels else np.zeros(len(table), dtype=np.uint64)
+    return Fingerprint(
+        table.path.name, tuple(hashes), _joined(list(hashes.values())), stamps, labelled
+    )
 
 
 def find_copied_rows(log: Fingerprint, earlier: Fingerprint) -> BoolArray:

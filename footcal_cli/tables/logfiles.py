@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 from footcal_cli.core.parameters import BoolArray, IntArray
 from footcal_cli.errors import DataError
 from footcal_cli.tables.delimited import text_names, text_table
+from footcal_cli.tables.pivot import own_names, pivoted, pivoted_names
+from footcal_cli.tables.rawcolumn import RawColumn
 from footcal_cli.tables.reading import Layout
 from footcal_cli.tables.textfiles import regular_file, short, unreadable
 
@@ -30,34 +32,6 @@ MOST_VALUES = 500_000_000
 """Of a Parquet file read as a whole: a small one can unpack to more than any memory."""
 _NANOSECONDS = {"s": 10**9, "ms": 10**6, "us": 10**3, "ns": 1}
 _EXACT = 2**53
-
-RawKind = Literal["number", "truth", "text", "stamp", "duration"]
-
-
-@dataclass(frozen=True)
-class RawColumn:
-    """A column as the file holds it.
-
-    Parameters
-    ----------
-    kind
-        ``stamp`` counts nanoseconds since 1970 (UTC), ``duration`` nanoseconds.
-    values
-        Shape (n,): integers or floats, booleans, strings, or nanoseconds (int64).
-    empty
-        Where the cell is empty, shape (n,).
-    lines
-        Line of every row in a text file, shape (n,); None for Parquet.
-    """
-
-    kind: RawKind
-    values: NDArray[Any]
-    empty: BoolArray
-    lines: NDArray[np.int64] | None = None
-
-    def row(self, position: int) -> str:
-        """A row for people: lines of a text file, rows of Parquet counted from 1."""
-        return f"row {position + 1}" if self.lines is None else f"line {self.lines[position]}"
 
 
 def digest(path: Path) -> str:
@@ -111,7 +85,8 @@ def column_names(path: Path, layout: Layout | None = None) -> list[str]:
                 remedy="give every column its own name", foreign=True,
             )  # fmt: skip
         known.add(name)
-    return names
+    pivot = layout.pivot if layout else None
+    return names if pivot is None else pivoted_names(names, pivot, path)
 
 
 def raw_columns(
@@ -124,6 +99,10 @@ def raw_columns(
     DataError
         The file cannot be read to its end, or holds a type that is neither number, text nor time.
     """
+    if layout is not None and (pivot := layout.pivot) is not None:
+        own, flat = own_names(names, pivot), replace(layout, pivot=None)
+        asked = {*own_names(list(texts), pivot)} - {*pivot.by, pivot.at}
+        return pivoted(raw_columns(path, own, asked, flat), names, pivot, path)
     if is_parquet(path):
         import pyarrow as pa
 

@@ -11,13 +11,13 @@ from pathlib import Path
 
 from footcal_cli.tables.delimited import frame_of
 from footcal_cli.tables.logfiles import (
-    RawColumn,
     is_parquet,
     of_arrow,
     of_series,
     parquet_file,
     raw_columns,
 )
+from footcal_cli.tables.rawcolumn import RawColumn
 from footcal_cli.tables.textfiles import unreadable
 
 LONG_BYTES = 8 * 2**20

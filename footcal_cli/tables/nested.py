@@ -5,7 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from footcal_cli.errors import DataError
-from footcal_cli.tables.logfiles import RawColumn, of_arrow, parquet_file
+from footcal_cli.tables.logfiles import of_arrow, parquet_file
+from footcal_cli.tables.rawcolumn import RawColumn
 
 
 def unpacked(path: Path) -> dict[str, RawColumn]:

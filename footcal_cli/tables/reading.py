@@ -47,6 +47,9 @@ class ForeignColumn:
         An empty cell means what stands above it.
     only_where
         Another column -> its text: in all other rows the number is 0.
+    missing
+        What a cell holds where there is no value (``-9999``); an empty cell counts as one then.
+        Rows of a bench log without it are left out.
     """
 
     column: str = ""
@@ -61,11 +64,31 @@ class ForeignColumn:
     names: Mapping[str, str] = field(default_factory=dict)
     held: bool = False
     only_where: Mapping[str, str] = field(default_factory=dict)
+    missing: tuple[str, ...] = ()
 
     @property
     def in_file(self) -> bool:
         """Whether it is a column of the file."""
         return bool(self.column)
+
+
+@dataclass(frozen=True)
+class Pivot:
+    """A row for each foot or cell becomes columns ``<label>.<column>`` of one row per sample.
+
+    Parameters
+    ----------
+    by
+        Columns that name what a row is of, joined by ``_``.
+    labels
+        The names, in the order of the columns; rows of others are left out.
+    at
+        The column of stamps; empty where the k-th rows of all labels belong together.
+    """
+
+    by: tuple[str, ...]
+    labels: tuple[str, ...]
+    at: str = ""
 
 
 @dataclass(frozen=True)
@@ -102,6 +125,8 @@ class Layout:
     carried
         Regular expression with named groups: a line that it finds itself in sets columns that hold
         for the rows below, as a weight typed between the readings does.
+    pivot
+        A row for each foot or cell, turned into one row per sample; None where it is one already.
     """
 
     separator: str = ","
@@ -117,10 +142,11 @@ class Layout:
     thousands: str = ""
     until: str = ""
     turned: bool = False
+    pivot: Pivot | None = None
 
     @property
     def plain(self) -> bool:
-        """Whether it is a CSV file as footcal reads without being told."""
+        """Whether it is a CSV file as footcal reads without further information."""
         return self == Layout()
 
 

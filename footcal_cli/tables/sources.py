@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from footcal_cli.errors import DataError, UsageError, nearest
 from footcal_cli.tables.canonical import canonical
 from footcal_cli.tables.columns import Column
-from footcal_cli.tables.logfiles import RawColumn, column_names, raw_columns
+from footcal_cli.tables.logfiles import column_names, raw_columns
+from footcal_cli.tables.rawcolumn import RawColumn
 from footcal_cli.tables.reading import ForeignColumn, Join, Layout, Reading
 from footcal_cli.tables.textfiles import called_as
 
@@ -203,9 +204,30 @@ def _held(raw: RawColumn) -> RawColumn:
     return replace(raw, values=values, empty=above < 0)
 
 
+def _without_reading(raw: RawColumn, place: ForeignColumn, layout: Layout) -> RawColumn:
+    """A column whose cells are empty where they say that there was no reading."""
+    if raw.kind == "number":
+        words = [_number_of(word) for word in place.missing]
+        nothing = raw.empty | np.isin(raw.values, [word for word in words if word is not None])
+        values = np.where(nothing, np.nan, raw.values) if nothing.any() else raw.values
+        return replace(raw, values=values, empty=nothing)
+    said = [str(word).strip() for word in raw.values.tolist()]
+    nothing = raw.empty | np.array([word in place.missing for word in said])
+    plain = [_plain_number(word, layout) for word in said]
+    return replace(raw, values=np.array(plain, dtype=object), empty=nothing)
+
+
+def _number_of(word: str) -> float | None:
+    try:
+        return float(word)
+    except ValueError:
+        return None
+
+
 def _cell(raw: RawColumn, place: ForeignColumn, reading: Reading, path: Path) -> RawColumn:
     """A column of the file, what its pattern finds in each cell, its texts by footcal's names."""
     raw = _held(raw) if place.held else raw
+    raw = _without_reading(raw, place, reading.layout) if place.missing else raw
     if raw.kind != "text" or not (place.pattern or place.names):
         return raw
     words: list[object] = []

@@ -29,7 +29,6 @@ from footcal_cli.tables.columns import (
     TableType,
 )
 from footcal_cli.tables.logfiles import (
-    RawColumn,
     column_names,
     digest,
     write_csv,
@@ -39,6 +38,7 @@ from footcal_cli.tables.logfiles import (
 from footcal_cli.tables.longfiles import raw_pieces
 from footcal_cli.tables.places import Places, every_entry, passed_over, places_of
 from footcal_cli.tables.plates import add_cells, with_plates
+from footcal_cli.tables.rawcolumn import RawColumn
 from footcal_cli.tables.reading import ForeignColumn, Reading
 from footcal_cli.tables.sources import source_columns
 from footcal_cli.tables.world import TO_Z_UP, WorldUp, with_z_up
@@ -163,7 +163,8 @@ def read_pieces(
     found = places[0].found
     own = {p.column for p in found.values()} <= set(column_names(path, reading.layout))
     bare = all(
-        p.in_file and not (p.pattern or p.names or p.held or p.only_where) for p in found.values()
+        p.in_file and not (p.pattern or p.names or p.held or p.only_where or p.missing)
+        for p in found.values()
     )
     if len(places) > 1 or reading.plates or not (reading.layout.plain and own and bare):
         yield read_table(path, table, reading, gravity_mps2=gravity_mps2)
@@ -208,14 +209,34 @@ def _canonical(
         for name, place in places.found.items():
             data[name], read = canonical(raw[name], wanted[name], place, gravity_mps2, path)
             read_as += [read] if read is not None else []
-        frames.append(pd.DataFrame(data))
-        findings += passed_over(places, path)
+        frame, lost = _with_readings(pd.DataFrame(data), wanted, places, path)
+        frames.append(frame)
+        findings += [*passed_over(places, path), *lost]
     frame = frames[0] if len(frames) == 1 else pd.concat(frames, ignore_index=True)
     if not len(frame):
         raise DataError("no rows", file=path, remedy="record the log again")
     source = {name: p.column or name for name, p in parts[0][0].found.items()}
     frame = with_z_up(with_attitude(frame, table, path, world_up), world_up)
     return Table(frame, path, sha256, source, tuple(read_as), tuple(findings), beside)
+
+
+def _with_readings(
+    frame: pd.DataFrame, wanted: Mapping[str, Column], places: Places, path: Path
+) -> tuple[pd.DataFrame, list[Finding]]:
+    """Rows of a log that needs every reading, without those that the recipe says have none."""
+    needed = [n for n, p in places.found.items() if p.missing and wanted[n].missing == "refuse"]
+    nothing = frame[needed].isna().any(axis=1).to_numpy() if needed else np.zeros(0, dtype=bool)
+    if not nothing.any():
+        return frame, []
+    said = ", ".join(f"'{places.found[name].column}'" for name in needed)
+    return frame[~nothing].reset_index(drop=True), [
+        Finding(
+            "rows_without_reading", "note", path.name,
+            f"{nothing.sum()} of {nothing.size} rows have no value in {said} and are left out, as "
+            "`missing` in [columns] says",
+            "find out why the sensor was silent if the rows mattered",
+        )
+    ]  # fmt: skip
 
 
 def _reading(columns: Mapping[str, ForeignColumn] | Reading | None) -> Reading:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from footcal_cli.errors import DataError
 from footcal_cli.tables.columns import Column
-from footcal_cli.tables.logfiles import RawColumn
+from footcal_cli.tables.rawcolumn import RawColumn
 from footcal_cli.tables.textfiles import short
 
 LARGEST = 1e30

@@ -213,7 +213,7 @@ class _UserWindow:
         stop = np.searchsorted(p.rows, ends).astype(np.int64)
         out = np.empty((ends.size, self.unit.size))
         c.window_exact(
-            *map(pointer, (*p.plain(), self.unit, first, stop)), whole(ends.size),
+            *map(pointer, (*p.plain(self.unit), first, stop)), whole(ends.size),
             real(self.to_force), real(self.to_cop), real(float(np.asarray(ONE.smooth))),
             rule.iterations, real(rule.largest_step), real(MIN_FORCE_N), pointer(out),
         )  # fmt: skip
@@ -222,15 +222,15 @@ class _UserWindow:
     def sums(self, c: ctypes.CDLL, weights: Weights) -> FloatArray:
         """Sliding sums in C."""
         p, rule = self.problem, self.rule
-        force, cop, smooth = (np.ascontiguousarray(w) for w in weights.stacked())
+        force, cop, smooth = (np.ascontiguousarray(w) for w in p.weighed(weights, rule))
         blocks = self.samples // rule.every
         edges = np.searchsorted(p.rows // rule.every, np.arange(blocks + 1)).astype(np.int64)
         theta, out = np.zeros((force.size, 16)), np.empty((blocks, force.size, 16))
         c.window_sums(
-            *map(pointer, (*p.plain(), self.unit, edges)), whole(blocks),
-            rule.samples // rule.every, pointer(force / p.weight_n**2),
-            pointer(cop / rule.foot_length_m**2), pointer(smooth), int(force.size),
-            real(rule.largest_step * rule.iterations), pointer(theta), pointer(out),
+            *map(pointer, (*p.plain(self.unit), edges)), whole(blocks),
+            rule.samples // rule.every, pointer(force), pointer(cop), pointer(smooth),
+            int(force.size), real(rule.largest_step * rule.iterations), pointer(theta),
+            pointer(out),
         )  # fmt: skip
         return np.asarray(out * self.unit)
 

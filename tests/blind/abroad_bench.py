@@ -27,6 +27,10 @@ from tests.blind.scoring import Verdict
 ANSWERS = ("right", "set", "unknown", "none", "underpowered", "bad-data", "WRONG", "error")
 
 
+REFUSED = 3
+"""Exit code of a log that no answer can be given on."""
+
+
 def seed_of(stream: str, name: str, number: int) -> int:
     """The seed of one trial."""
     return int(hashlib.sha256(f"{stream} {name} {number}".encode()).hexdigest()[:6], 16)
@@ -46,7 +50,10 @@ def diagnosed(trial: Abroad, seed: int, folder: Path) -> dict[str, Any]:
         if code not in FINE:
             return {"verdict": "error", "said": said[-800:], "step": command[0]}
     path = folder / "diagnosis" / "diagnosis.json"
-    record = json.loads(path.read_text("utf-8")) if path.is_file() else record
+    if path.is_file():
+        record = json.loads(path.read_text("utf-8"))
+    elif code == REFUSED:
+        record = {"verdict": "refused", "said": said[-800:]}
     return {**record, "seconds": time.process_time() - began}
 
 
@@ -76,7 +83,9 @@ def _commands(experiment: str, folder: Path) -> list[list[str | Path]]:
 
 
 def answer(trial: Abroad, record: Mapping[str, Any]) -> str:
-    """One of `ANSWERS`."""
+    """One of `ANSWERS`; a refusal that sends its reader to the plugs is one of wrong wiring."""
+    if record["verdict"] == "refused":
+        return "right" if trial.wiring and "which plug" in record["said"] else "error"
     if record["verdict"] in ("error", "not available"):
         return "error"
     said, right = Verdict.read(record), frozenset(trial.right)

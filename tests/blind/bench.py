@@ -22,7 +22,7 @@ from typing import Any
 
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from tests.blind.diagnosing import REPOSITORY, rules_digest
+from tests.blind.diagnosing import REPOSITORY, commit, rules_digest
 from tests.blind.followup import left_open, make_followup, wants_followup
 from tests.blind.ledger import Ledger
 from tests.blind.plan import Planned
@@ -59,6 +59,7 @@ class Bench:
             "stream": self.ledger.stream,
             "sealed_at": datetime.now(UTC).isoformat(timespec="seconds"),
             "rules_sha256": rules_digest(),
+            "commit": commit(),
             "trials": {},
             "unreachable": [],
             "followups": {},

@@ -10,6 +10,7 @@ import hashlib
 import io
 import json
 import shutil
+import subprocess
 import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -36,6 +37,15 @@ def rules_digest() -> str:
         name = file.relative_to(REPOSITORY).as_posix()
         total.update(name.encode() + b"\0" + file.read_bytes() + b"\0")
     return total.hexdigest()
+
+
+def commit() -> str:
+    """Short name of the commit whose code runs; empty where there is no repository."""
+    git = shutil.which("git")
+    if git is None:
+        return ""
+    command = [git, "-C", str(REPOSITORY), "rev-parse", "--short=8", "HEAD"]
+    return subprocess.run(command, capture_output=True, text=True, check=False).stdout.strip()
 
 
 def diagnosed(folder: Path, run: Path) -> dict[str, Any]:

@@ -79,7 +79,7 @@ def write_page(scores: Sequence[Score], run: Mapping[str, Any], page: Path) -> N
     misses = page.with_name(f"{page.stem}_misses{page.suffix}")
     misses.write_text(misses_page(scores), encoding="utf-8")
     parts = [
-        INTRO + _demands(scores) + "\n" + READING,
+        INTRO + _code(scores, run) + _demands(scores) + "\n" + READING,
         "## What this means for an experimenter\n",
         *meaning(scores),
         *(_limits(scores) if limited else ()),
@@ -104,6 +104,12 @@ def write_page(scores: Sequence[Score], run: Mapping[str, Any], page: Path) -> N
         *_catalogue(),
     ]
     page.write_text("\n".join(parts).rstrip() + "\n", encoding="utf-8")
+
+
+def _code(scores: Sequence[Score], run: Mapping[str, Any]) -> str:
+    """Which code gave these figures, and when its logs were sealed."""
+    code = f"commit `{run['commit']}`" if run.get("commit") else "the code"
+    return f"{len(scores)} logs, diagnosed by {code} as it was on {run['sealed_at'][:10]}.\n\n"
 
 
 def _provenance(scores: Sequence[Score], run: Mapping[str, Any]) -> str:

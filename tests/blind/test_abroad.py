@@ -29,3 +29,10 @@ def test_a_hidden_cause_is_named_and_a_clean_log_left_alone(
     trial = TRIALS[name]
     record = diagnosed(trial, seed_of("development", name, number), tmp_path)
     assert answer(trial, record) == "right", record.get("sentence")
+
+
+def test_a_refusal_that_names_the_plugs_answers_wrong_wiring_alone() -> None:
+    refused = {"verdict": "refused", "said": "ml sits elsewhere. Remedy: check which plug"}
+    assert answer(TRIALS["pose plugs"], refused) == "right"
+    assert answer(TRIALS["pose plugs"], {**refused, "said": "the log is empty"}) == "error"
+    assert answer(TRIALS["pose clean"], refused) == "error"

@@ -17,7 +17,7 @@ from tests.blind.trials import LIMITED
 
 RUN = {
     "stream": "development", "sealed_at": "2026-01-01T00:00:00+00:00", "rules_sha256": "0" * 64,
-    "rules_changed": 0, "hidden": 1000, "unreachable": [],
+    "commit": "1234abcd", "rules_changed": 0, "hidden": 1000, "unreachable": [],
 }  # fmt: skip
 
 

@@ -129,7 +129,7 @@ def test_a_table_names_sessions_robots_and_dates(tmp_path: Path) -> None:
     assert (only.name, only.date, len(only.logs)) == ("a", "2026-05-04", 2)
 
 
-def test_folders_of_a_glob_are_sessions_and_equal_names_are_told_apart(tmp_path: Path) -> None:
+def test_folders_of_a_glob_are_sessions_and_equal_names_are_distinguished(tmp_path: Path) -> None:
     for day in ("2026-05-04", "2026-05-05"):
         for name in ("cells", "body"):
             (tmp_path / day / "walk").mkdir(parents=True, exist_ok=True)

@@ -74,7 +74,7 @@ def test_cells_with_a_curve_each_of_their_own(run: Run, tmp_path: Path) -> None:
         assert abs(found.value - curve) < 3 * found.sd
 
 
-def test_cells_alike_are_not_told_apart(run: Run, tmp_path: Path) -> None:
+def test_cells_alike_are_not_distinguished(run: Run, tmp_path: Path) -> None:
     record = diagnosed(run, weights(2, (3e-4, 3e-4, 3e-4)), tmp_path)
     (cause,) = record.causes
     assert (cause.effect, cause.where) == ("nonlinearity", "all cells")

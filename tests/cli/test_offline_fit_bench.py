@@ -309,7 +309,7 @@ def together(folder: Path, crosstalk: float) -> Path:
 
 
 @pytest.mark.usefixtures("drawn")
-@pytest.mark.parametrize(("crosstalk", "words"), [(0.02, "talk to each other"), (0.0, "No crosst")])
+@pytest.mark.parametrize(("crosstalk", "words"), [(0.02, "cells are coupled"), (0.0, "No crosst")])
 def test_cells_loaded_together_give_a_matrix_only_where_it_pays(
     run: Run, tmp_path: Path, crosstalk: float, words: str
 ) -> None:

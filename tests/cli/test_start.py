@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
-HEAVY = ("matplotlib", "pandas", "pint", "pyarrow", "scipy.optimize", "scipy.signal", "scipy.stats")
+from tests.conftest import REPOSITORY
+
+HEAVY = (
+    "matplotlib", "pandas", "pint", "pyarrow", "scipy.optimize", "scipy.signal", "scipy.spatial",
+    "scipy.stats",
+)  # fmt: skip
 _COUNTED = """
 import json, sys
 from footcal_cli.app import main
@@ -31,6 +37,7 @@ def brought(asked: list[list[str]], folder: Path) -> dict[str, tuple[int, list[s
     done = subprocess.run(
         [sys.executable, "-c", f"HEAVY = {HEAVY!r}\n{_COUNTED}"],
         input=json.dumps(asked), capture_output=True, text=True, check=True, cwd=folder,
+        env={**os.environ, "PYTHONPATH": str(REPOSITORY)},
     )  # fmt: skip
     return {k: (v[0], v[1]) for k, v in json.loads(done.stderr.splitlines()[-1]).items()}
 

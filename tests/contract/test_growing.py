@@ -161,5 +161,16 @@ def test_a_new_effect_can_be_simulated(grown: Path) -> None:
     assert truth["parameters"]["left_fl.bow"] == 0.7
 
 
+@pytest.mark.slow
+def test_a_new_effect_is_diagnosed_by_name(grown: Path) -> None:
+    how = ("--experiment", "weights", "--quiet", "--no-pictures", "--out")
+    python(grown, "-m", "footcal_cli", "simulate", "--effect", "left_fl.bow=3", *how, "hidden")
+    python(grown, "-m", "footcal_cli", "diagnose", "hidden/weights.parquet", *how, "found")
+    found = json.loads((grown / "found" / "diagnosis.json").read_text(encoding="utf-8"))
+    (cause,) = found["causes"]
+    assert (cause["effect"], cause["where"]) == ("bow", "left_fl")
+    assert abs(cause["size"] - 3.0) < 4.0 * cause["sd"]
+
+
 def test_a_new_command_runs_and_is_listed(grown: Path) -> None:
     assert python(grown, "-m", "footcal_cli", "greet") == "hello\n"

@@ -83,8 +83,17 @@ def test_what_does_not_look_alike_is_out_by_its_loss_alone() -> None:
 def test_of_a_kind_the_one_that_leaves_nothing_is_best() -> None:
     least = tried("hinge", 0.9, 1e-4)
     whole = tried("nonlinearity", 1.0, 0.4)
-    assert _best(TABLE, [least, whole], Rules()) is whole
-    assert _best(TABLE, [least, tried("creep", 1.0, 0.4)], Rules()) is least
+    without = np.full(12, 100.0)
+    assert _best(TABLE, [least, whole], without, SIGNS, Rules()) is whole
+    assert _best(TABLE, [least, tried("creep", 1.0, 0.4)], without, SIGNS, Rules()) is least
+
+
+def test_what_surely_leaves_a_good_part_more_is_not_whole() -> None:
+    """Without any 100, with the best 0.9: 1.5 is surely more of what is left, and is no answer."""
+    least, much = tried("hinge", 0.9, 1e-4), tried("nonlinearity", 1.5, 0.4)
+    assert _best(TABLE, [least, much], np.full(12, 100.0), SIGNS, Rules()) is least
+    unsure = replace(much, loss=much.loss + 3.0 * np.resize([1.0, -1.0], 12))
+    assert _best(TABLE, [least, unsure], np.full(12, 100.0), SIGNS, Rules()) is unsure
 
 
 def test_what_a_model_may_leave_is_known_as_well_as_its_leftover() -> None:

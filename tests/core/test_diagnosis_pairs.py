@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import combinations
 from types import SimpleNamespace
 
@@ -179,7 +179,52 @@ def test_a_pair_removes_as_much_as_any_path_that_left_something(
     )
     monkeypatch.setattr(investigation, "grown", lambda _subject, path, *_: path)
     monkeypatch.setattr(
-        investigation, "_judged", lambda _subject, path, *_: (verdicts[path.removed], 1.0)
+        investigation, "judged", lambda _subject, path, *_: (verdicts[path.removed], 1.0)
     )
     found = investigation._another_way(None, nothing, RULES, 0)  # type: ignore[arg-type]
     assert (None if found is None else found[0].removed) == taken
+
+
+@pytest.mark.parametrize(
+    ("holds", "verdict", "names"),
+    [
+        ((True, True), Verdict.NAMED, 2),
+        ((False, True), Verdict.AMBIGUOUS, 1),
+        # neither: the first one is what came nearest
+        ((False, False), Verdict.UNKNOWN, 2),
+    ],
+)
+def test_a_pair_that_does_not_hold_without_blocks_leaves_the_word_to_one_cause(
+    monkeypatch: pytest.MonkeyPatch, holds: tuple[bool, bool], verdict: Verdict, names: int
+) -> None:
+    case = walk_case(seed=0)
+    pair, single = (SimpleNamespace(causes=range(n)) for n in (2, 1))
+    answers = [(pair, Verdict.NAMED, 0.99), (single, Verdict.AMBIGUOUS, 0.9)]
+    kept = dict(zip((2, 1), holds, strict=True))
+    monkeypatch.setattr(investigation, "problem_from", lambda *_: None)
+    monkeypatch.setattr(investigation, "beginning", lambda *_: None)
+    monkeypatch.setattr(investigation, "is_large", lambda *_: True)
+    monkeypatch.setattr(investigation, "_searched", lambda *_: iter(answers))
+    monkeypatch.setattr(
+        investigation,
+        "standing",
+        lambda _subject, path, said, *_: SimpleNamespace(
+            path=path, verdict=said, stable=0.0, holds=lambda _: kept[len(path.causes)]
+        ),
+    )
+    monkeypatch.setattr(investigation, "_named", lambda _, stands: (stands.verdict, stands.path))
+    monkeypatch.setattr(
+        investigation, "_without_name", lambda _subject, path, said, _share: Nameless(said, path)
+    )
+    found = investigate(case, TABLE, describe, RULES)
+    said, path = found if isinstance(found, tuple) else (found.verdict, found.path)  # type: ignore[attr-defined]
+    assert (said, len(path.causes)) == (verdict, names)
+
+
+@dataclass(frozen=True)
+class Nameless:
+    """An answer that names nothing."""
+
+    verdict: Verdict
+    path: SimpleNamespace
+    stable: float = 1.0

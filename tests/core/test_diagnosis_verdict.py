@@ -12,9 +12,9 @@ from footcal_cli.core.diagnosis.answer import Verdict
 from footcal_cli.core.diagnosis.curves import Curve
 from footcal_cli.core.diagnosis.detection import Detection
 from footcal_cli.core.diagnosis.form import Form
-from footcal_cli.core.diagnosis.investigation import _verdict
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.unnamed import Unnamed
+from footcal_cli.core.diagnosis.verdicts import _verdict
 from footcal_cli.core.inference.lines import Line
 
 QUIET = Detection(

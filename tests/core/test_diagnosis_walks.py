@@ -12,7 +12,7 @@ from footcal_cli.core.chain import Link
 from footcal_cli.core.contact import airborne
 from footcal_cli.core.diagnosis.aliases import aliases
 from footcal_cli.core.diagnosis.bridge import problem_from
-from footcal_cli.core.diagnosis.contest import never_told
+from footcal_cli.core.diagnosis.contest import never_distinguished
 from footcal_cli.core.diagnosis.library import Library, library
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.signals import describe
@@ -107,10 +107,15 @@ def test_a_low_pass_may_be_steeper_than_the_tables() -> None:
     steep = 1.0 / (1.0 + s + s**2 / 2.0)
     assert abs(steep - np.exp(-s)) < 0.2 * abs(steep - 1.0 / (1.0 + s))
     same = Rules().same
-    assert never_told("delay", {"lag": 0.97, "clock_drift": 0.96}, same) == {"lag"}
-    assert never_told("lag", {"delay": 0.97}, same) == {"delay"}
-    assert never_told("nonlinearity", {"hinge": 0.97, "saturation": 0.995}, same) == {"saturation"}
-    assert never_told("hinge", {"dead_zone": 0.97, "saturation": 0.97}, same) == {"dead_zone"}
+    assert never_distinguished("delay", {"lag": 0.97, "clock_drift": 0.96}, same) == {"lag"}
+    assert never_distinguished("lag", {"delay": 0.97, "sensor_lag": 0.96}, same) == {"sensor_lag"}
+    assert never_distinguished("lag", {"delay": 0.995}, same) == {"delay"}
+    assert never_distinguished("nonlinearity", {"hinge": 0.97, "saturation": 0.995}, same) == {
+        "saturation"
+    }
+    assert never_distinguished("hinge", {"dead_zone": 0.97, "saturation": 0.97}, same) == {
+        "dead_zone"
+    }
 
 
 def test_rows_are_whitened_within_their_sequence_however_long_the_log() -> None:

@@ -1,19 +1,27 @@
 """Whole walks: the estimator that remembers against the paper's window, and its own claims."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.online.evidence import check_consistency, departures, rms, settle
-from footcal_cli.core.online.memory import Memory, memory_estimates, replay_track, run_memory
+from footcal_cli.core.online.memory import (
+    Memory,
+    memory_estimates,
+    memory_reference,
+    replay_track,
+    run_memory,
+)
 from footcal_cli.core.online.replay import Errors as Differences
 from footcal_cli.core.online.replay import (
     Replayed,
     corrected,
     errors_against,
 )
-from footcal_cli.core.parameters import Status
+from footcal_cli.core.parameters import FloatArray, Status
 from footcal_cli.core.study.sensitivity import memory_sensitivity, window_sensitivity
 from footcal_cli.core.study.window import Weights, WindowRule, run_window_fast, standing_weights
 from footcal_cli.core.study.windows import best_smoothing, replay_window
@@ -204,3 +212,27 @@ def test_sensitivity_is_one_pass_and_its_middle_is_the_run_itself(real: list[Cas
     paper = window_sensitivity(case.log, case.belief, weights, case.truth)
     assert [c.setting for c in paper] == ["omega_f", "omega_p", "omega_s"]
     assert len({round(float(c.cop_m[2]), 12) for c in paper}) == 1
+
+
+@pytest.mark.parametrize("share", [0.3, -0.2])
+def test_without_angular_momentum_the_share_of_the_motion_is_found(share: float) -> None:
+    """Exact by Newton and Euler: no L̇, and a reported c̈ of 1 / (1 + s), is L̇ of s m cᶻ c̈."""
+    motion = make_walk(0.04, 60.0, 3, swing=0.0)
+    rec = record(motion, Errors(acc_noise=0.02), 3)
+    level = rec.acc.copy()
+    level[:, :2] /= 1.0 + share
+    log = walk_log(replace(rec, acc=level, angmom_rate=np.zeros_like(rec.angmom_rate)))
+    memory = run_memory(log, belief_of(rec))
+    track = memory.track
+    for axis in "xy":
+        found, sd = track.at_end(f"robot.angmom_share_{axis}")
+        assert abs(found - share / (1.0 + share)) < 3.0 * sd
+    reference, demanded = memory_reference(memory), pressure_of(rec, log)
+    away = np.linalg.norm(reference.cop_m - demanded, axis=1)[400:-80]
+    # 13 mm and 11 mm where the share is left out
+    assert np.sqrt(np.nanmean(away**2)) < 4e-3
+
+
+def pressure_of(rec: Recording, log: Log) -> FloatArray:
+    """The true CoP, from the true gains and biases."""
+    return true_replay(rec, log, belief_of(rec)).total.cop_m

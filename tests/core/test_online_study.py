@@ -252,8 +252,14 @@ def test_a_cell_that_lags_behind_its_load_does_not_make_memory_worse(source: str
         for i, r in enumerate(recordings(source, 9, STILL, body=False))
     ]
     show(f"{source}, one cell with 0.8 N of hysteresis nobody told of", outcomes)
-    assert ratios(outcomes, "memory", "window", 0)[0] < 1.05
-    assert ratios(outcomes, "memory", "window", 2)[0] < 1.05
+    # a loop is no gain and no bias: the true ones are the yardstick. A window whose weight was
+    # chosen by the truth follows the loop within half a second (CoP 0.7 of that yardstick); memory
+    # uses totals up to the frequency of steps alone where errors repeat, for honest intervals
+    assert ratios(outcomes, "memory", "floor", 0)[2] < 1.05
+    assert ratios(outcomes, "memory", "floor", 2)[2] < 1.05
+    assert ratios(outcomes, "memory", "window", 2)[2] < 1.05
+    value, low, high = honesty(outcomes)["covered"]
+    assert low < value < high
 
 
 @pytest.mark.slow

@@ -112,7 +112,7 @@ def sessions_with(values: np.ndarray, robots: np.ndarray) -> Sessions:
     )
 
 
-def test_a_jump_a_drift_and_a_stray_session_are_told_apart() -> None:
+def test_a_jump_a_drift_and_a_stray_session_are_distinguished() -> None:
     rng = np.random.default_rng(6)
     k = np.arange(20)
     jumped = rng.normal(0, 0.05, 20) + 0.5 * (k >= 12)

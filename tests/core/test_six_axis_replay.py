@@ -96,7 +96,7 @@ def test_totals_that_ask_for_different_delays_are_told_and_none_is_taken_out() -
     acc = made.log.known["com_acc_mps2"].copy()
     acc[:, 0], acc[:, 1] = np.roll(acc[:, 0], 4), np.roll(acc[:, 1], -4)  # 80 ms late, early
     found = Walk(made.log.with_known(com_acc_mps2=acc), made.values).replayed()
-    assert not found.delay_told
+    assert not found.delay_found
     assert found.delay_asked_s[0] > 0.02
     assert found.delay_asked_s[1] < -0.02
     assert found.delay_s == 0.0

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -10,7 +12,13 @@ from footcal_cli.core.next_stance import next_stances, stance_curve
 from footcal_cli.core.online.belief import belief_from
 from footcal_cli.core.parameters import FloatArray, Status
 from footcal_cli.core.quiet import QuietRule, QuietSet, select_quiet
-from footcal_cli.core.static_init import StaticInit, fit_static, stance_errors, stance_rows
+from footcal_cli.core.static_init import (
+    StaticInit,
+    fit_static,
+    stance_errors,
+    stance_rows,
+    without_false_lifts,
+)
 from footcal_cli.errors import FitError
 from tests.core.walk_data import Standing, make_standing
 from tests.core.walking import belief_of, stand_log, turned_world
@@ -95,6 +103,30 @@ def test_errors_have_the_size_that_the_covariance_says() -> None:
         squared.append(error @ np.linalg.solve(fit.covariance, error) / 16)
     # chi-squared of 16 over 16, 40 seeds: 1 ± 0.056 (1 sd)
     assert 0.8 < np.mean(squared) < 1.2
+
+
+@pytest.mark.parametrize("ahead", [False, True])
+def test_a_com_that_all_stances_have_in_a_wrong_place_is_in_the_intervals(ahead: bool) -> None:
+    """Its errors do not average out: stated as if they did, sd are several times too small."""
+    squared: list[float] = []
+    alone: list[float] = []
+    for seed in range(40):
+        made = make_standing(12, seed, replace=True, com_sd=0.0)
+        log, belief = stand_log(made), belief_of(made)
+        off = np.random.default_rng(900 + seed).normal(0.0, 2e-3, 2) * [1.0, float(not ahead)]
+        yaw = log.known["foot_yaw_rad"].mean(axis=1)
+        turned_by = np.stack([np.cos(yaw), np.sin(yaw), -np.sin(yaw), np.cos(yaw)], axis=1)
+        moved = np.einsum("nij,i->nj", turned_by.reshape(-1, 2, 2), off)
+        log = log.with_known(com_m=log.known["com_m"] + np.pad(moved, ((0, 0), (0, 1))))
+        quiet = QuietSet(made.stance, judge({}, len(log)))
+        for found, com_sd_m in ((squared, 2e-3), (alone, 0.0)):
+            rows = stance_rows(log, quiet, belief, force_sd_n=1e-3, moment_sd_nm=1e-4,
+                               com_sd_m=com_sd_m)  # fmt: skip
+            fit = fit_static(rows, belief)
+            error = np.concatenate([fit.gain - made.true_gain, fit.bias_n - made.true_bias])
+            found.append(float(error @ np.linalg.solve(fit.covariance, error)) / 16)
+    assert 0.8 < np.mean(squared) < 1.2  # chi-squared of 16 over 16, 40 seeds: 1 ± 0.056 (1 sd)
+    assert np.mean(alone) > 5.0
 
 
 def test_what_standing_did_not_show_is_not_called_estimated() -> None:
@@ -212,8 +244,10 @@ def test_more_stances_never_harm_the_next_one_and_least_squares_does(
         made = make_standing(12, seed, replace=replace)
         log, belief = stand_log(made), belief_of(made)
         quiet = QuietSet(made.stance, judge({}, len(log)))
-        # each stance's CoM is off by 1 mm: so much its moments are worth
-        rows = stance_rows(log, quiet, belief, moment_sd_nm=1e-3 * made.mass * 9.80665)
+        # each stance's CoM is off by 1 mm of its own: so much its moments are worth
+        rows = stance_rows(
+            log, quiet, belief, moment_sd_nm=1e-3 * made.mass * 9.80665, com_sd_m=0.0
+        )
         curves.append(stance_curve(rows, belief, made.mass * 9.80665))
     for points, used, rank in zip(zip(*curves, strict=True), (1, 2, 5, 10), ranks, strict=True):
         assert {(p.stances, p.rank, p.tried) for p in points} == {(used, rank, 12)}
@@ -243,3 +277,28 @@ def test_nothing_depends_on_where_the_world_lies(angle_deg: float) -> None:
     assert first.dof == second.dof
     assert np.all(np.abs(second.estimates.values - first.estimates.values) < 1e-6 * sd)
     assert second.estimates.sd == pytest.approx(sd, rel=1e-6)
+
+
+def test_a_foot_whose_zero_is_far_off_is_not_taken_for_lifted() -> None:
+    """By its data sheet a loaded foot may seem to hang in the air; the other rows contradict it."""
+    made = make_standing(12, 5, replace=True, lift=True)
+    log = stand_log(made)
+    nameplate = belief_of(made)
+    sd = np.concatenate([np.full(8, 0.03), np.full(8, 5.0)])
+    belief = replace(nameplate, covariance=np.diag(sd**2))
+    wrong = log.known["contact"].copy()
+    both = [k for k in range(12) if (wrong[made.stance == k] == 1.0).all()]
+    told = made.stance == both[0]
+    wrong[told, 0] = 0.0
+    fits = []
+    for contact in (log.known["contact"], wrong):
+        one = log.with_known(contact=contact)
+        rows = stance_rows(one, QuietSet(made.stance, judge({}, len(log))), belief)
+        sound = without_false_lifts(rows)
+        lifts = [name.startswith("left_") and k == both[0]
+                 for name, k in zip(sound.output, sound.stance, strict=True)]  # fmt: skip
+        assert not any(lifts)
+        fits.append(fit_static(sound, belief))
+        if contact is not wrong:
+            assert sound.error.size == rows.error.size, "true lifts stay"
+    np.testing.assert_allclose(fits[1].estimates.values, fits[0].estimates.values, rtol=1e-12)

@@ -13,8 +13,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+import typer
 
-from footcal_cli.app import main
+from footcal_cli.app import COMMANDS, function_of, main
 from footcal_cli.commands import option_tables
 from footcal_cli.core.hang.model import AXES
 from footcal_cli.recipe import read_recipe
@@ -27,6 +28,8 @@ PAGES = [
     REPOSITORY / "docs" / "ci.md",
     REPOSITORY / "docs" / "explanation" / "python.md",
 ]
+USAGE_ERROR: type[Exception] = typer.BadParameter.__mro__[1]
+"""What Typer raises on a command line that it cannot parse."""
 NOT_RUN = ("pip ", "pipx ")
 """Commands that would change the environment."""
 
@@ -152,6 +155,56 @@ def test_python_examples_run(place: Path) -> None:
         assert len(known) >= 2
         assert np.sqrt(np.mean(in_sd**2)) < 2.0, found.summary()
         assert len(found.summary().splitlines()) == len(found.estimates.names)
+
+
+def printed_commands(page: Path) -> list[str]:
+    """Every `footcal` line of a page: of its blocks, and of its text between back quotes."""
+    lines = [line for b in blocks(page) if b.language in ("", "sh") for line in commands(b)]
+    prose = re.sub(r"^```.*?^```", "", page.read_text("utf-8"), flags=re.DOTALL | re.MULTILINE)
+    lines += re.findall(r"(?<!`)`(footcal [^`\n]+)`(?!`)", prose)
+    return [line for line in lines if line.startswith("footcal ") and line.split()[2:]]
+
+
+def test_every_printed_command_line_can_be_parsed() -> None:
+    """Options and commands exist, and so do the recipes that are named; nothing is run."""
+    pages = [REPOSITORY / "README.md", *sorted((REPOSITORY / "docs").rglob("*.md"))]
+    lines = [(page.name, line) for page in pages for line in printed_commands(page)]
+    assert len(lines) > 60
+    wrong = [f"{page}: {line}: {why}" for page, line in lines if (why := _fault(line))]
+    assert not wrong, "\n".join(wrong)
+
+
+def _fault(line: str) -> str:
+    """Why a command line cannot be followed, empty where it can."""
+    name, *words = shlex.split(line.replace("…", "LOG"))[1:]
+    words = [word for word in words if word not in ("--json", "--debug")]
+    if name not in COMMANDS:
+        return "" if name in ("--help", "--version") else "no such command"
+    one = typer.Typer(add_completion=False)
+    one.command(name)(function_of(name))
+    try:
+        context = typer.main.get_command(one).make_context(name, words)
+    except typer.Exit:  # --help
+        return ""
+    except USAGE_ERROR as error:
+        return str(error)
+    recipe = Path(context.params.get("recipe") or "")
+    shipped = recipe.parts[:1] == ("recipes",)
+    return "" if not shipped or (REPOSITORY / recipe).is_file() else f"no {recipe}"
+
+
+@pytest.mark.parametrize(
+    ("line", "fault"),
+    [
+        ("footcal offline-fit w.csv --out o", ""),
+        ("footcal offline-fitt w.csv", "no such command"),
+        ("footcal offline-fit w.csv --oot o", "--oot"),
+        ("footcal check l.csv --recipe recipes/nobody.toml", "nobody.toml"),
+    ],
+)
+def test_a_command_line_that_cannot_be_followed_is_seen(line: str, fault: str) -> None:
+    assert fault in _fault(line)
+    assert bool(_fault(line)) is bool(fault)
 
 
 LINK = re.compile(r"\]\((?!https?://|#)([^)#\s]+)")

@@ -119,6 +119,20 @@ def documents() -> list[Path]:
     return sorted(path for path in pages if path.name not in _RECORDS)
 
 
+def unknown_words(text: str, where: str, glossary: str) -> Iterator[Found]:
+    """Working words, which pages set in italics, that the glossary does not hold."""
+    for word in re.findall(r"(?<!\*)\*([a-z][a-z -]{2,24})\*(?!\*)", text):
+        if not re.search(rf"\b{re.escape(word)}\b", glossary, re.IGNORECASE):
+            yield Found(where, word, "explain it in GLOSSARY.md, or use a word that stands there")
+
+
+def guides() -> list[Path]:
+    """Pages by which users learn: README, tutorials, how-tos, explanations."""
+    folders = ("tutorials", "howto", "explanation")
+    pages = (page for name in folders for page in (ROOT / "docs" / name).glob("*.md"))
+    return [ROOT / "README.md", *sorted(pages)]
+
+
 def all_faults() -> list[Found]:
     """Everything in the product that users should not read."""
     found = [
@@ -132,6 +146,10 @@ def all_faults() -> list[Found]:
         lines = path.read_text(encoding="utf-8").splitlines()
         text = "\n".join(line for line in lines if not line.startswith(">"))  # quoted output
         found += faults(text, path.relative_to(ROOT).as_posix())
+    glossary = (ROOT / "GLOSSARY.md").read_text(encoding="utf-8")
+    for path in guides():
+        text = re.sub(r"^```.*?^```", "", path.read_text("utf-8"), flags=re.DOTALL | re.MULTILINE)
+        found += unknown_words(text, path.relative_to(ROOT).as_posix(), glossary)
     return found
 
 

@@ -226,9 +226,9 @@ def _tripods(walking: Mapping[str, tuple[float, float]]) -> str:
     rows = [(name, shown(level, 2), shown(rise, 2)) for name, (level, rise) in walking.items()]
     return (
         table(("", "horizontal force (N)", "vertical force (N)"), rows)
-        + "\n\nRMS error of each foot on the ground against the engine's own force "
-        "(`sample_data/hexapod/walk.parquet`, quasi-static, turning right). The paper has no "
-        "second measurement."
+        + "\n\nRMS error of the force of each foot on the ground, against the force in the physics "
+        "engine (`sample_data/hexapod/walk.parquet`: a quasi-static walk that turns right). The "
+        "paper has no second measurement."
     )
 
 

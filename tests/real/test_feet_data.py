@@ -49,7 +49,7 @@ def test_walks_of_a_humanoid_agree_on_its_ankles(
         findings = {f.code for f in read_record(RunRecord, out / "run.json").findings}
         # the publishers' model: 68.6 kg, and a motion whose totals ask for no common delay
         assert {
-            "mass_differs", "scales_left_alone", "model_wrong", "delay_not_told",
+            "mass_differs", "scales_left_alone", "model_wrong", "delay_not_found",
         } <= findings  # fmt: skip
         assert "offset_jump" not in findings
     # two sessions within minutes: the offsets of both ankles repeat to a few newtons

@@ -35,12 +35,9 @@ def look(page: Path, width_px: int, *, dark: bool = False, printed: bool = False
     The page's media queries are resolved in a copy, since a command line cannot set them, and its
     Content-Security-Policy is taken out for the probe.
     """
-    source = page.read_text(encoding="utf-8")
-    source = re.sub(r"<meta http-equiv=\"Content-Security-Policy\"[^>]*>", "", source)
-    source = source.replace("(prefers-color-scheme: dark)", "all" if dark else "not all")
-    source = source.replace("@media print", "@media all" if printed else "@media not all")
-    source = source.replace("@page", "@media not all")
-    source = source.replace("</body>", f"<script>{_PROBE}</script></body>")
+    source = _resolved(page, dark=dark, printed=printed).replace(
+        "</body>", f"<script>{_PROBE}</script></body>"
+    )
     frame = (
         f'<iframe id="f" style="border:0;width:{width_px}px;height:4000px" '
         f'srcdoc="{html.escape(source)}"></iframe><pre id="answer"></pre>'
@@ -57,6 +54,30 @@ def look(page: Path, width_px: int, *, dark: bool = False, printed: bool = False
     return Look(
         tuple(found["overflow"]), tuple(found["cut"]), tuple(found["contrast"]), found["text"]
     )
+
+
+def light_share(page: Path, width_px: int, *, dark: bool) -> float:
+    """Share of pixels lighter than mid-grey in the first 4000 pixels of a page."""
+    import numpy as np
+    from matplotlib.image import imread
+
+    with tempfile.TemporaryDirectory() as folder:
+        copy, shot = Path(folder) / "page.html", Path(folder) / "page.png"
+        copy.write_text(_resolved(page, dark=dark, printed=False), encoding="utf-8")
+        _chromium(
+            folder, f"--window-size={width_px},4000", f"--screenshot={shot}",
+            "--virtual-time-budget=4000", copy.as_uri(),
+        )  # fmt: skip
+        return float(np.mean(imread(shot)[..., :3].mean(axis=-1) > 0.5))
+
+
+def _resolved(page: Path, *, dark: bool, printed: bool) -> str:
+    """The page with its media queries resolved and without its Content-Security-Policy."""
+    source = page.read_text(encoding="utf-8")
+    source = re.sub(r"<meta http-equiv=\"Content-Security-Policy\"[^>]*>", "", source)
+    source = source.replace("(prefers-color-scheme: dark)", "all" if dark else "not all")
+    source = source.replace("@media print", "@media all" if printed else "@media not all")
+    return source.replace("@page", "@media not all")
 
 
 def _chromium(folder: str, *arguments: str) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 
+import pytest
 from rich.console import Console
 
 from footcal_cli.records.results import VerdictRecord
@@ -19,6 +20,20 @@ def printed(sheet: Sheet) -> str:
     text = io.StringIO()
     print_text(report, Console(file=text, width=100))
     return text.getvalue()
+
+
+def test_a_pipe_is_wrapped_only_where_its_width_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    sentence = "A scale and a bias describe all 8 channels, and nothing else is in the data."
+    report = Report(title="t", verdict=VerdictRecord(level="good", sentence=sentence))
+    for width in (None, "60"):
+        monkeypatch.delenv("COLUMNS", raising=False)
+        if width:
+            monkeypatch.setenv("COLUMNS", width)
+        text = io.StringIO()
+        print_text(report, Console(file=text, width=60))
+        lines = text.getvalue().splitlines()
+        assert len(lines) == (2 if width else 1)
+        assert not width or max(map(len, lines)) <= 60
 
 
 def test_folded_rows_are_counted_and_left_out() -> None:

@@ -84,6 +84,13 @@ def test_cells_below_each_other_without_loads_are_not_one_cell(tmp_path: Path) -
     lines = [f"{5 * i},{foot},{at},{8_300_000 + 7 * i % 5}"
              for i in range(40) for foot in ("left", "right") for at in ("fl", "fr")]  # fmt: skip
     log.write_text("ms,foot,corner,raw\n" + "\n".join(lines) + "\n")
+    plan = plan_of(guess_file(log))
+    assert plan is not None
+    assert plan.channels == ("left_fl", "left_fr", "right_fl", "right_fr")
+    assert plan.entries["time_s"].unit == "ms"
+    # without stamps, and with samples lost, nothing says which rows belong together
+    rest = [x.partition(",")[2] for i, x in enumerate(lines) if i not in (2, 9, 22)]
+    log.write_text("foot,corner,raw\n" + "\n".join(rest) + "\n")
     found = why_not(guess_file(log))
     assert found is not None
     assert "left_fl_counts" in found[1]

@@ -197,7 +197,7 @@ def anymal_long(to: Path, rng: Rng) -> Made:
             f = rng.normal([0, 0, 125], [1, 1, 2])
             lines.append(f"{1_700_000_000_000_000_000 + i * 2_500_000},{foot},"
                          + ",".join(f"{v:.3f}" for v in f) + ",1")  # fmt: skip
-    return Made([write(to / "contacts.csv", lines)], says="one row per stamp")
+    return Made([write(to / "contacts.csv", lines)], says="weigh")
 
 
 def spot_two_ankles_bagpy(to: Path, rng: Rng) -> Made:

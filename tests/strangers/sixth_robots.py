@@ -36,7 +36,10 @@ def anymal_with_contacts_long(to: Path, rng: Rng) -> Made:
         for foot, part in feet.items():
             f = [rng.normal(0, 1), rng.normal(0, 1), 500 * part[i] + rng.normal(0, 0.5)]
             lines.append(f"{i / 100:.3f},{foot}," + ",".join(f"{v:.4f}" for v in f))
-    return Made([write(to / "feet_long.csv", lines)], says="one row per stamp")
+    names = dict.fromkeys(("fl", "fr", "hl", "hr"))
+    truth = {f"{name}_foot.scale": 1.0 for name in names}
+    return Made([write(to / "feet_long.csv", lines)], Truth(truth, dict.fromkeys(truth, 0.02)),
+                says="weigh", fill=filled(mass_kg=f"{500 / G:.4f}"))  # fmt: skip
 
 
 def isaac_contact_forces(to: Path, rng: Rng) -> Made:
@@ -148,7 +151,7 @@ def four_cells_a_leg_long(to: Path, rng: Rng) -> Made:
     for i in range(300):
         for (foot, corner), one in cells.items():
             lines.append(f"{5 * i};{foot};{corner};{one.read(np.asarray(8.0), rng):.0f}")
-    return Made([write(to / "cells_long.csv", lines)], says="one row per stamp")
+    return Made([write(to / "cells_long.csv", lines)], says="where the cells sit")
 
 
 def plates_weighed(to: Path, rng: Rng) -> Made:

@@ -14,8 +14,8 @@ from footcal_cli.sniff.experiment import plan_of
 from footcal_cli.sniff.names import orientation_in
 from footcal_cli.sniff.tokens import number_signs
 from footcal_cli.tables.canonical import unwrapped
-from footcal_cli.tables.logfiles import RawColumn
 from footcal_cli.tables.plates import cells_of
+from footcal_cli.tables.rawcolumn import RawColumn
 from footcal_cli.tables.sources import at_rows
 
 

@@ -9,6 +9,7 @@ import pytest
 from tests.conftest import Run
 from tests.strangers import (
     eighth,
+    eleventh,
     fifth,
     fourth,
     later,
@@ -22,6 +23,8 @@ from tests.strangers import (
     sixth_bench,
     sixth_robots,
     sixth_wrists,
+    tenth_bench,
+    tenth_robots,
     third,
     turned,
     unseen,
@@ -37,7 +40,9 @@ SAMPLE = (
     *legged.LEGGED, sixth_wrists.unity_left_handed, sixth_robots.hung_by_accelerometer,
     sixth_robots.solo_torque_first_nwu, sixth_bench.bogde_example, seventh_bench.zwick,
     seventh_bench.event_column, seventh_wrists.upside_down_files, eighth.readings_in_pounds,
-    eighth.two_arms, ninth.urscript_pose,
+    eighth.two_arms, ninth.urscript_pose, tenth_bench.minus_9999, tenth_bench.diadem_export,
+    tenth_robots.row_per_foot_forces, eleventh.poses_in_a_sheet, eleventh.simulink_structure,
+    tenth_robots.qualisys_force_tsv,
 )  # fmt: skip
 
 
@@ -62,6 +67,8 @@ def test_a_sample_of_the_corpus(shape: Write, run: Run, tmp_path: Path) -> None:
         "seventh",
         "eighth",
         "ninth",
+        "tenth",
+        "eleventh",
     ],
 )
 def test_the_whole_corpus(corpus: str, run: Run, tmp_path: Path) -> None:
@@ -73,6 +80,8 @@ def test_the_whole_corpus(corpus: str, run: Run, tmp_path: Path) -> None:
             *sixth_bench.SIXTH_BENCH, *sixth_wrists.SIXTH_WRISTS, *sixth_robots.SIXTH_ROBOTS
         ),
         "eighth": eighth.EIGHTH, "ninth": ninth.NINTH,
+        "eleventh": eleventh.ELEVENTH,
+        "tenth": (*tenth_bench.TENTH_BENCH, *tenth_robots.TENTH_ROBOTS),
         "seventh": (
             *seventh_bench.SEVENTH_BENCH, *seventh_wrists.SEVENTH_WRISTS,
             *seventh_robots.SEVENTH_ROBOTS,

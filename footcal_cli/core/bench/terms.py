@@ -160,7 +160,7 @@ def polynomial(degree: int) -> Rung:
 def hysteresis(full_scale_n: float) -> Rung:
     """One play whose reach is searched."""
     reaches = tuple(share * full_scale_n for share in _REACHES)
-    return Rung("hysteresis", (effect_term(HYSTERESIS, (reaches,)),))
+    return Rung(HYSTERESIS.name, (effect_term(HYSTERESIS, (reaches,)),))
 
 
 def hysteresis_stack(full_scale_n: float) -> Rung:
@@ -182,14 +182,14 @@ def creep(record: BenchRecord, constants: int) -> Rung:
     grid = tuple(np.geomspace(min(shortest, longest / 4.0), 2.0 * longest, _STEPS_OF_TIME))
     effects = (CREEP, CREEP_SLOW)[:constants]
     return Rung(
-        "creep" if constants == 1 else "creep, two time constants",
+        CREEP.name + ", two time constants" * (constants > 1),
         tuple(effect_term(effect, (grid,)) for effect in effects),
         needs_time=True,
     )
 
 
 def drift() -> Rung:
-    """A bias that moves steadily in time: what creep must be told from."""
+    """A bias that moves steadily in time: what creep must be distinguished from."""
     return Rung("bias drift", (effect_term(BIAS_DRIFT),), needs_time=True)
 
 

@@ -32,6 +32,7 @@ def problem_from(
     effects: Iterable[Effect],
     describe: Describe,
     within: FloatArray | None = None,
+    ideal: Case | None = None,
 ) -> Problem:
     """Arrays of a case: residual, calibration and library by differentiating its chain.
 
@@ -39,8 +40,10 @@ def problem_from(
     ----------
     within
         Changes of parameters to which calibration is limited, as in `calibration_of`.
+    ideal
+        Its recordings without noise, where a refit made them already.
     """
-    ideal = balanced(case, case.values)
+    ideal = ideal or balanced(case, case.values)
     library = library_columns(ideal, rows, effects)
     regressors, covariates = describe(ideal, rows)
     calibration, turn = calibration_of(ideal, rows, within)

@@ -20,13 +20,15 @@ from footcal_cli.core.diagnosis.kindred import (
     partners_of,
     share_for_form,
 )
+from footcal_cli.core.diagnosis.memories import surer
 from footcal_cli.core.diagnosis.mixtures import LINEAR
 from footcal_cli.core.diagnosis.moments import moved
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.diagnosis.weighing import has_few_blocks
 from footcal_cli.core.effects import having
-from footcal_cli.core.effects.contract import Effect, Trait
+from footcal_cli.core.effects.contract import Effect, Scope, Trait
+from footcal_cli.core.inference.case import channels_of
 from footcal_cli.core.inference.evidence import (
     Interval,
     effective_blocks,
@@ -46,7 +48,7 @@ from footcal_cli.core.parameters import FloatArray
 OF_ANY_ORDER = having(Trait.LOW_PASS)
 """Low-passes that the table knows in their first order only. A steeper one (a Butterworth) is
 nearer to a delay than to that, so that no comparison of losses speaks against it: here
-`Rules.alias` alone counts."""
+`Rules.alias` alone counts. A delay has one form: where a low-pass is surely nearer, it is out."""
 _SURE_CELLS = 2  # cells whose own size is sure to be something, where each has one
 
 
@@ -88,14 +90,16 @@ def decided(
         return Tried(cause, fitted, _white_loss(fair, noise), bare, *left)
 
     tried = [judge(*fit, fair) for fit, fair in zip(fits, judged, strict=True)]
-    best = _best(subject.table, tried, rules)
+    blank = subject.problem if model is None else subject.bare(model, causes)
+    without = _white_loss(blank, noise)
+    best = _best(subject.table, tried, without, signs, rules)
+    best = next((t for t in tried if surer(subject, t, best, noise, signs, rules)), best)
     for form in _in_other_forms(subject, best.cause):
         _, fitted, bare = refit = fit(subject, causes, model, form)
         other = judge(*refit, subject.without_credit(bare, fitted))
         best = min(best, other, key=lambda t: float(t.loss.sum()))
     chosen, fitted, loss = _where(subject, causes, model, best, noise, signs, rules)
-    blank = subject.problem if model is None else subject.bare(model, causes)
-    gain = max(float((_white_loss(blank, noise) - loss).sum()), 0.0)
+    gain = max(float((without - loss).sum()), 0.0)
     mine = best.cause.signature
 
     def bends_as_well(other: Tried) -> bool:
@@ -122,6 +126,7 @@ def decided(
         and (
             _worse(subject.table, other, best, loss, gain, significant(other), rules)
             or outdone(subject, other, best, family, noise, signs, rules)
+            or surer(subject, best, other, noise, signs, rules)
         )
         and not bends_as_well(other)
     }
@@ -135,13 +140,15 @@ def decided(
     alike = _aliases_of(answer, best.cause, best.fitted, rules.alias)
     near = {s.effect: (s, cos) for s, cos in alike}
     taken = {chosen.signature.effect, *(c.signature.effect for c in causes)}
-    worse -= never_told(
+    mirrored = _from_the_other_side(subject, chosen, fitted)
+    worse -= never_distinguished(
         chosen.signature.effect, {name: cos for name, (_, cos) in near.items()}, rules.same
-    )
+    ) | {s.effect for s in mirrored}
     late = moved(subject.table[mine.effect], mine, best.fitted)
     known = _as_good(answer, gain) if late else first.rivals
     rivals = [*known, first.signature, *(other.cause.signature for other in tried)]
     rivals += [s for s, _ in near.values()]
+    rivals += mirrored
     by_effect = {s.effect: s for s in rivals if s.effect not in worse | taken}
     compared = {
         other.cause.signature.effect: Compared(excess_of(other.loss, loss), other.p, best.p)
@@ -173,7 +180,7 @@ def _of_the_likeliest(judged: Sequence[Problem]) -> Noise:
     return min(zip(judged, laws, strict=True), key=lambda pair: surprise(*pair))[1]
 
 
-def never_told(chosen: str, alike: Mapping[str, float], same: float) -> set[str]:
+def never_distinguished(chosen: str, alike: Mapping[str, float], same: float) -> set[str]:
     """Aliases of an effect that no comparison of losses rules out.
 
     Parameters
@@ -185,7 +192,7 @@ def never_told(chosen: str, alike: Mapping[str, float], same: float) -> set[str]
     """
     return {
         name for name, cos in alike.items()
-        if cos > same or OF_ANY_ORDER & {name, chosen} or {name, chosen} == KNEES
+        if cos > same or name in OF_ANY_ORDER or {name, chosen} == KNEES
     }  # fmt: skip
 
 
@@ -208,6 +215,24 @@ def decided_again(
             alone = subject.refitted(others, start)
             causes[i], model = decided(subject, others, alone, answer, seed)
     return causes, model
+
+
+def _from_the_other_side(subject: Subject, chosen: Cause, fitted: Refit) -> list[Signature]:
+    """Readings that all lag by a low-pass are a body stream that leads by one, and no other thing.
+
+    The stream carries the size, below zero: it is known without noise that undoing a lag of the
+    readings makes large.
+    """
+    effect, mine = subject.table[chosen.signature.effect], chosen.signature
+    slow = Trait.LOW_PASS in effect.traits and effect.scope is Scope.ROBOT
+    if not slow or fitted.values[f"{mine.owners[0][0]}.{mine.parameter}"] >= 0.0:
+        return []
+    every = set(channels_of(subject.case.logs))
+    return [
+        s for s in subject.problem.signatures
+        if s.effect in OF_ANY_ORDER and s.effect != effect.name
+        and {unit for _, units in s.owners for unit in units} == every
+    ]  # fmt: skip
 
 
 def _as_good(answer: Diagnosis, gain: float) -> list[Signature]:
@@ -262,12 +287,35 @@ def _family(subject: Subject, first: Cause, contenders: Sequence[Cause]) -> list
     return [s for s in subject.problem.signatures if s.effect in effects and s.where in where]
 
 
-def _best(table: Mapping[str, Effect], tried: Sequence[Tried], rules: Rules) -> Tried:
-    """The contender that loses least; before it one of its kind that leaves nothing, if it does."""
+def _best(
+    table: Mapping[str, Effect],
+    tried: Sequence[Tried],
+    without: FloatArray,
+    signs: FloatArray,
+    rules: Rules,
+) -> Tried:
+    """The contender that loses least; before it one of its kind that leaves nothing, if it does.
+
+    One that surely leaves a good part more than the one that loses least leaves something, whatever
+    its kind would find.
+
+    Parameters
+    ----------
+    without
+        Held-out squared error of each block without any of them, shape (B,).
+    """
     least = min(tried, key=lambda t: float(t.loss.sum()))
+    gain, left = float((without - least.loss).sum()), float(least.loss.sum())
+    much = rules.kindred_loss * min(gain, left)
+
+    def as_good(other: Tried) -> bool:
+        lost = other.loss - least.loss
+        return float(lost.sum()) < much or sign_flip_mean(lost, signs) >= rules.alpha_rival
+
     whole = [
         t for t in tried
-        if t.p >= rules.alpha_whole and (t is least or kindred(table, least.cause, t.cause))
+        if t.p >= rules.alpha_whole
+        and (t is least or (kindred(table, least.cause, t.cause) and as_good(t)))
     ]  # fmt: skip
     return min(whole or [least], key=lambda t: float(t.loss.sum()))
 
@@ -323,7 +371,7 @@ def _where(
         for name, interval in zip(fitted.names, fitted.intervals, strict=True)
         if name.rsplit(".", 1)[1] == cause.signature.parameter
     )
-    # sizes that calibration can trade against each other are not told apart
+    # sizes that calibration can trade against each other are not distinguished
     if sure < _SURE_CELLS or sign_flip_mean(loss - less, signs) >= rules.alpha_name:
         return cause, best.fitted, loss
     return replace(apart, places=()), fitted, less

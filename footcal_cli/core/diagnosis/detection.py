@@ -16,7 +16,7 @@ from footcal_cli.core.diagnosis.spells import spell_p
 from footcal_cli.core.diagnosis.telegraph import levels_p
 from footcal_cli.core.inference.evidence import permutation_max_t, sign_flip_mean
 from footcal_cli.core.inference.grams import Grams, whitened_grams
-from footcal_cli.core.inference.linear import scaled_inverse
+from footcal_cli.core.inference.linear import least_squares, scaled_inverse
 from footcal_cli.core.inference.lines import Line, Traces, pieces_of, strongest_line
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.scores import held_out_loss, scores
@@ -306,13 +306,9 @@ def _of_outputs(problem: Problem) -> Traces:
 
 def _rid_of(values: FloatArray, basis: FloatArray) -> FloatArray:
     """Values less their regression on a basis, where rows are enough for one."""
-    norm = np.sqrt(np.sum(basis**2, axis=0))
-    basis = basis[:, norm > 0] / norm[norm > 0]
-    if basis.shape[0] <= 2 * basis.shape[1]:
+    if basis.shape[0] <= 2 * np.count_nonzero(basis.any(axis=0)):
         return values
-    normal = basis.T @ basis
-    inverse = np.linalg.pinv(normal, rcond=1e-8, hermitian=True)
-    return np.asarray(values - basis @ (inverse @ (basis.T @ values)))
+    return np.asarray(values - basis @ least_squares(basis, values, 1e-8))
 
 
 def block_calibrations(
@@ -334,9 +330,8 @@ def block_calibrations(
     """
     inner, rows, z = grams.inner, grams.rows, grams.wandering
     square = inner.part(base, base).sum(axis=0)
-    gamma = np.linalg.pinv(square, rcond=1e-10, hermitian=True) @ inner.part(
-        base, np.append(columns, inner.last)
-    ).sum(axis=0)
+    cross = inner.part(base, np.append(columns, inner.last)).sum(axis=0)
+    gamma = scaled_inverse(square, 1e-10) @ cross
     on_base = inner.part(base, z).swapaxes(1, 2)
     score = inner.with_residual(z) - on_base @ gamma[:, -1]
     spread = np.sqrt(np.mean(score**2, axis=0))

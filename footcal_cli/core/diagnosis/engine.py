@@ -18,6 +18,7 @@ from footcal_cli.core.diagnosis.search import Search, Step, search, sizes_of
 from footcal_cli.core.diagnosis.yardsticks import yardsticks
 from footcal_cli.core.inference.evidence import jackknife_interval, sign_patterns, smallest_p
 from footcal_cli.core.inference.grams import Grams, whitened_grams
+from footcal_cli.core.inference.linear import scaled_inverse
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.scores import cosines, held_out_loss
 from footcal_cli.core.parameters import IntArray
@@ -230,7 +231,7 @@ def _heterogeneity(lib: Library, steps: Sequence[Step], which: int) -> float:
     used = np.concatenate([base, [column, grams.inner.last]])
     products = grams.inner.part(used, used)
     total = products.sum(axis=0)
-    gamma = np.linalg.pinv(total[:-2, :-2], rcond=1e-10, hermitian=True) @ total[:-2, -2:]
+    gamma = scaled_inverse(total[:-2, :-2], 1e-10) @ total[:-2, -2:]
     weights = np.vstack([-gamma, np.eye(2)])
     reduced = weights.T @ products @ weights
     information, score = reduced[:, 0, 0], reduced[:, 0, 1]

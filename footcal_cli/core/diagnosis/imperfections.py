@@ -17,13 +17,14 @@ from footcal_cli.core.effects.contract import Effect, Scope, units_of
 from footcal_cli.core.inference.case import Case, Rows, channels_of
 from footcal_cli.core.inference.grams import whitened_grams
 from footcal_cli.core.inference.problem import Excluded, Problem, Signature
-from footcal_cli.core.inference.scores import coefficients
+from footcal_cli.core.inference.scores import coefficients, held_out_gains
 from footcal_cli.core.inference.signatures import derivative, places
 from footcal_cli.core.parameters import FloatArray
 
 LIMIT = 4.0
 """So many usual sizes are the most that an imperfection may have."""
 _NOTHING = 1e-6
+_SURE = 2.0
 
 
 def with_imperfections(problem: Problem, ideal: Case, rows: Rows) -> Problem:
@@ -43,7 +44,8 @@ def with_imperfections(problem: Problem, ideal: Case, rows: Rows) -> Problem:
     if not signatures:
         return problem
     # rounds, since what one large imperfection pushes another to is no size of that one
-    kept = list(range(len(signatures)))
+    large = _large_elsewhere(problem, columns, signatures)
+    kept = [k for k, signature in enumerate(signatures) if signature.effect not in large]
     limits = _limits(problem, ideal, columns, signatures)
     while kept:
         size, sd = sizes_of_imperfections(problem, columns[:, kept])
@@ -64,6 +66,37 @@ def with_imperfections(problem: Problem, ideal: Case, rows: Rows) -> Problem:
             *problem.excluded, *(Excluded(e, "", reason) for e in effects if e in TABLE)
         ),
     )  # fmt: skip
+
+
+def _large_elsewhere(
+    problem: Problem, columns: FloatArray, signatures: Sequence[Signature]
+) -> set[str]:
+    """Imperfections that predict left-out blocks better at a size far beyond the usual ones.
+
+    A delay of a quarter of a step has no gradient at none: fitted there it looks small, and is not.
+    Better at two standard errors of the difference over blocks.
+    """
+    large = set()
+    for name in {s.effect for s in signatures}:
+        mine = [i for i, s in enumerate(problem.signatures) if s.effect == name]
+        usual = [k for k, s in enumerate(signatures) if s.effect == name]
+        if len(mine) <= 1 or len(usual) != 1:
+            continue
+        beside = [k for k in range(len(signatures)) if k not in usual]
+        tried = replace(
+            problem,
+            columns=np.hstack([columns[:, usual], problem.columns[:, mine]]),
+            signatures=(signatures[usual[0]], *(problem.signatures[i] for i in mine)),
+        )
+        grams, _ = whitened_grams(tried, columns[:, beside], counted=False)
+        base = np.concatenate([grams.calibration, grams.features])
+        found = held_out_gains(grams.inner, grams.inner, base, list(grams.candidates[:, None]))
+        size = abs(found.size).min(axis=0) / signatures[usual[0]].upper
+        more = found.white - found.white[:, :1]
+        sure = more.sum(axis=0) > _SURE * np.sqrt(np.sum(more**2, axis=0))
+        if np.any((sure & (size > LIMIT))[1:]):
+            large.add(name)
+    return large
 
 
 def sizes_of_imperfections(problem: Problem, columns: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -23,8 +23,8 @@ _BROKEN = 2.5
 _NORMAL = 1.4826  # sd of a normal variable over its median |x|
 _STEP = np.sqrt(12.0)  # of a converter over the sd of its rounding
 _OFTEN = 0.9
-"""A coarse reading stands, and now and then is a step off: its noise is told by the largest tenth
-of all differences, not by half of them."""
+"""A coarse reading stands, and now and then is a step off: its noise shows in the
+largest tenth of all differences, not in half of them."""
 _MEDIAN_EFFICIENCY = 0.37  # of a median-based variance against the mean square
 
 

@@ -20,7 +20,7 @@ _NEAREST = 3
 
 @dataclass(frozen=True)
 class Leftover:
-    """What is left, told by its looks.
+    """The residual, described by its looks.
 
     Parameters
     ----------

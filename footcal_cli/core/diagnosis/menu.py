@@ -78,7 +78,7 @@ class Prospect:
     plan
         The experiment.
     cosine
-        Largest |cos| between two rivals that are told apart there; 0 where one of them hides.
+        Largest |cos| between two rivals that are distinguished there; 0 where one of them hides.
     separation
         Smallest part that the other of two such rivals cannot absorb, over the noise of one run.
     repeats
@@ -185,31 +185,31 @@ def _prospect(
 ) -> Prospect | None:
     """What a plan does for all pairs of rivals; None where it tells none apart.
 
-    One that keeps a pair merely less alike is no help: none of those ever told it. A log that is
-    diagnosed again is all there is.
+    One that keeps a pair merely less alike is no help: none of those ever resolved it. A log
+    that is diagnosed again is all there is.
     """
     most = MOST_RUNS if plan.anew else 1
-    told = []
+    resolved = []
     for first, second in permutations(rivals, 2):
         if _same_in_any_order(first, second, plan.settles):
             continue
         pair = there.compared(first, second, table)
         repeats = repeats_for(share * pair.separation, plan.blocks)
         if repeats <= most and pair.cosine < LIKE:
-            told.append((pair.cosine, share * pair.separation, repeats))
-    if not told:
+            resolved.append((pair.cosine, share * pair.separation, repeats))
+    if not resolved:
         return None
     return Prospect(
         plan=plan,
-        cosine=max(cosine for cosine, _, _ in told),
-        separation=min(separation for _, separation, _ in told),
-        repeats=max(repeats for _, _, repeats in told),
-        left=(len(rivals) * (len(rivals) - 1) - len(told)) / len(rivals),
+        cosine=max(cosine for cosine, _, _ in resolved),
+        separation=min(separation for _, separation, _ in resolved),
+        repeats=max(repeats for _, _, repeats in resolved),
+        left=(len(rivals) * (len(rivals) - 1) - len(resolved)) / len(rivals),
     )
 
 
 def _same_in_any_order(first: Contender, second: Contender, settled: Sequence[str]) -> bool:
-    """A delay beside a low-pass: only the table's first order would be told from it."""
+    """A delay beside a low-pass: only the table's first order would be distinguished from it."""
     names = {first.signature.effect, second.signature.effect}.difference(settled)
     return DELAY.name in names and bool(names & OF_ANY_ORDER)
 

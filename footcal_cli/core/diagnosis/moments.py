@@ -91,7 +91,8 @@ def _moment_of(effect: Effect) -> str | None:
 def _between_neighbours(log: Log, known: FloatArray, found: float) -> FloatArray:
     """The time found, then every row from the time tried before to the one after, s.
 
-    In slow noise little but the edge itself is told from what drifts: a few rows off show nothing.
+    In slow noise little but the edge itself is distinguished from what drifts: a few rows off
+    show nothing.
     """
     since = log.time_s - log.time_s[0]
     at = int(np.searchsorted(known, found))

@@ -8,6 +8,7 @@ import numpy as np
 
 from footcal_cli.core.inference.case import Case
 from footcal_cli.core.inference.grams import calibration_grams
+from footcal_cli.core.inference.linear import scaled_inverse
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.parameters import FloatArray
 
@@ -67,6 +68,6 @@ def _calibrated(problem: Problem) -> tuple[FloatArray, FloatArray]:
     """Coefficients of the calibration columns and their covariance."""
     grams = calibration_grams(problem)
     total = grams.inner.summed(np.append(grams.calibration, grams.inner.last))
-    inverse = np.linalg.pinv(total[:-1, :-1], rcond=1e-12, hermitian=True)
+    inverse = scaled_inverse(total[:-1, :-1], 1e-12)
     p = problem.calibration.shape[1]
     return np.asarray(inverse @ total[:-1, -1])[:p], np.asarray(inverse[:p, :p])

@@ -49,7 +49,7 @@ def nearest_effects(found: Investigation, table: Mapping[str, Effect]) -> tuple[
 
 
 def next_menu(found: Investigation, table: Mapping[str, Effect]) -> Menu | None:
-    """The menu for what could not be told apart, or for what comes nearest to the unknown."""
+    """The menu for what could not be distinguished, or for what comes nearest to the unknown."""
     rivals = ambiguity(found, table) if found.verdict is Verdict.AMBIGUOUS else ()
     asked = rivals or nearest_effects(found, table)
     if len(asked) < 2 or any(r.signature.effect in SWITCHES for r in asked):

@@ -151,6 +151,8 @@ def _next_step(
     total = evidence.gain.sum(axis=0)
     order = np.argsort(-total)
     taken = {lib.problem.signatures[lib.index(s.column)].cause for s in steps}
+    # what is refused for what it buys the user leaves the word to causes that buy more
+    refused = -np.inf
     for c in order:
         if not (evidence.p[c] < rules.alpha_name) or lib.causes[c] in taken:
             continue
@@ -168,6 +170,8 @@ def _next_step(
         touched = _touched(lib.problem, lib.index(int(evidence.best[c])))
         needed = max(rules.smallest_gain * touched * float(loss.sum()), rules.second_share * before)
         plain = evidence.plain_gain[:, c]
+        if plain.sum() < refused:
+            continue
         earned = min(sign_flip_mean(evidence.gain[:, c], signs), sign_flip_mean(plain, signs))
         few = has_few_blocks(lib.problem, float(evidence.informative[c]))
         if few or lib.local[lib.index(int(evidence.best[c]))]:
@@ -185,11 +189,13 @@ def _next_step(
                     "removed, and may come from their form"
                 )
             why.append(f"{name}: significant, but it removes only {bought}; {asked}")
-            return None, why
+            refused = max(refused, float(plain.sum()))
+            continue
         if earned > rules.alpha_rival:
             why.append(f"{name}: significant, but that it removes {bought} is not sure "
                        f"(p = {earned:.2g}, at most {rules.alpha_rival:g} is asked)")  # fmt: skip
-            return None, why
+            refused = max(refused, float(plain.sum()))
+            continue
         small = abs(size) < lib.smallest[lib.index(int(evidence.best[c]))]
         worth = float(plain.sum()) >= rules.later_share * total_loss
         if small and (lib.problem.drifts or not worth):

@@ -106,11 +106,11 @@ def _other_forms(
     )  # fmt: skip
     noise = local.law
     grams, _ = whitened_grams(replace(local, residual=whole), np.empty((whole.size, 0)), noise)
-    told = scores(grams.inner, grams.calibration, grams.candidates)
-    bought = told.score.sum(axis=0) * told.size
-    same = (bought.max() - bought < _LEFT_OPEN) & (told.inside == 0)
+    scored = scores(grams.inner, grams.calibration, grams.candidates)
+    bought = scored.score.sum(axis=0) * scored.size
+    same = (bought.max() - bought < _LEFT_OPEN) & (scored.inside == 0)
     # relative to the fitted form in this linear picture, so that only the ratio is its
-    ratio = (told.size / scale) / (told.size[0] / scale[0])
+    ratio = (scored.size / scale) / (scored.size[0] / scale[0])
     sizes = model.intervals[at].value * ratio
     allowed = (sizes >= size.lower) & (sizes <= size.upper)
     return [float(s) for s in sizes[1:][(same & allowed)[1:]]]

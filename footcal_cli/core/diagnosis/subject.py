@@ -74,7 +74,8 @@ class Subject:
         """
         case = self.case.extended(model.chain, model.values)
         turn = self.problem.calibration_turn
-        whole = problem_from(case, self.rows, self.table.values(), self.describe, turn)
+        effects = self.table.values()
+        whole = problem_from(case, self.rows, effects, self.describe, turn, model.ideal)
         return replace(
             whole.without(*(c.signature.effect for c in causes)),
             accepted=self._accepted(model, causes),

@@ -175,12 +175,12 @@ def followed(
         # the cause is here in full whether or not its rivals are fitted too; what these data do not
         # tell apart has no share beside each other, and still one on its own
         alone = replace(beside, share=_shares(grams, column[None])[0])
-        same = not _told_apart(grams, column)
+        same = not _distinguished(grams, column)
         became[i] = alone if same or (beside.says, alone.says) == _OUT_ALONE else beside
     return tuple(became)
 
 
-def _told_apart(grams: Grams, column: int) -> bool:
+def _distinguished(grams: Grams, column: int) -> bool:
     """Whether the other suspects leave enough of one that it has a share of its own."""
     one, base = np.array([column]), grams.calibration
     others = grams.candidates[grams.candidates != column]

@@ -1,4 +1,4 @@
-"""A reading that is pushed to a second level and comes back: spells, told from coloured noise.
+"""A reading that is pushed to a second level and comes back: spells, not coloured noise.
 
 Spells of a constant push have the spectrum of coloured noise, so that only their two levels tell
 them from it. Compared are the likelihoods of two models of a channel: noise of any colour (an

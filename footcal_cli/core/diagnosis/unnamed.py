@@ -40,7 +40,7 @@ from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 
 CURVES = having(Trait.CURVE)
-"""Names of a curve of a cell's own load: what is left of one is told by its form."""
+"""Names of a curve of a cell's own load: what is left of one is recognised by its form."""
 KNEES = (0.2, 0.5, 0.8)
 """Quantiles of a cell's load at which the curve may bend."""
 _CARRIES = 0.05  # of its largest load, from which a cell carries something

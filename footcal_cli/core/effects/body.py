@@ -7,7 +7,6 @@ of the mean heading of the feet.
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from footcal_cli.core.effects.contract import (
     DRIFT_TAKES_IT,
@@ -53,6 +52,8 @@ def _triple(theta: Theta, prefix: str) -> FloatArray:
 
 def _tilting(theta: Theta, roll: str, pitch: str) -> FloatArray:
     """Rotation by roll about x, then pitch about y, shape (3, 3)."""
+    from scipy.spatial.transform import Rotation
+
     return Rotation.from_euler("xy", [theta[roll][0], theta[pitch][0]]).as_matrix()
 
 

@@ -99,6 +99,7 @@ class Trait(StrEnum):
     CURVE = "a curve of a cell's own load"
     SMOOTH = "a curve of one number, without a knee"
     KNEE = "a curve that is straight on both sides of its knee"
+    SPECTRUM = "remembers loads; several with other shapes add up to any memory of its kind"
     MIXTURE = "what one cell shows depends on the load of others, in a fixed pattern"
     OF_THE_SUM = "an error of a load as a whole, whoever carries it"
     LOW_PASS = "a low-pass, known in its first order only"

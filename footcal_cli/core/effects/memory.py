@@ -191,10 +191,21 @@ def play(drive: FloatArray, radius: FloatArray, start: FloatArray, fresh: BoolAr
     reset[0] = True
     before = np.where(fresh[:, None], 0.0, start)[reset]
     low[reset] = high[reset] = np.clip(before, low[reset], high[reset])
+    out = np.empty_like(low)
+    for c in range(low.shape[1]):
+        out[:, c] = _joined(low[:, c].copy(), high[:, c].copy())
+    return out
+
+
+def _joined(low: FloatArray, high: FloatArray) -> FloatArray:
+    """Where the clamps of all rows up to each one lead, shape (n,); the first is to one value."""
+    next_low, next_high = np.empty_like(low), np.empty_like(high)
     reach = 1
     while reach < len(low) and not np.array_equal(low, high):
-        joined_low = np.clip(low[:-reach], low[reach:], high[reach:])
-        joined_high = np.clip(high[:-reach], low[reach:], high[reach:])
-        low[reach:], high[reach:] = joined_low, joined_high
+        for ends, ends_next in ((low, next_low), (high, next_high)):
+            np.maximum(ends[:-reach], low[reach:], out=ends_next[reach:])
+            np.minimum(ends_next[reach:], high[reach:], out=ends_next[reach:])
+            ends_next[:reach] = ends[:reach]
+        low, next_low, high, next_high = next_low, low, next_high, high
         reach *= 2
     return low

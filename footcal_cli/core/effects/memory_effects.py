@@ -172,7 +172,7 @@ HYSTERESIS = Effect(
             GridOf.LOAD,
         ),
     ),
-    traits=(Trait.MEMORY,),
+    traits=(Trait.MEMORY, Trait.SPECTRUM),
     by_column=True,
     apply=on_readings(_hysteresis),
     remove=on_readings(_unhysteresis),
@@ -194,7 +194,7 @@ def _creep_row(name: str, time_s: float, grid: tuple[float, ...], what: str) -> 
     """One creep with its own time constant; two of them in a chain make a two-stage creep."""
     return Effect(
         name=name,
-        traits=(Trait.TIMED, Trait.MEMORY),
+        traits=(Trait.TIMED, Trait.MEMORY, Trait.SPECTRUM),
         unseen_walking=DRIFT_TAKES_IT + "hold one weight for ten minutes",
         stage=Stage.CELL,
         scope=Scope.CHANNEL,

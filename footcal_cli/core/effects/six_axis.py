@@ -7,7 +7,6 @@ origin, until the mounting effects move it to where and how the transducer reall
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from footcal_cli.core.effects.calibration import AXES, per_axis, wrench_of
 from footcal_cli.core.effects.contract import (
@@ -44,6 +43,8 @@ def leg_phase(log: Log) -> FloatArray:
 
 def _rotations(theta: Theta) -> FloatArray:
     vectors = np.stack([theta[f"mount_rot_{axis}"] for axis in "xyz"], axis=-1)
+    from scipy.spatial.transform import Rotation
+
     return Rotation.from_rotvec(vectors).as_matrix()
 
 

@@ -6,7 +6,6 @@ truth = believed + correction, or truth = rotation of what is believed.
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from footcal_cli.core.effects.contract import (
     Effect,
@@ -53,6 +52,8 @@ def _robot_weight(_log: Log, theta: Theta) -> FloatArray:
 
 def _hang_rotation(gravity_dir: FloatArray, theta: Theta) -> FloatArray:
     """Rotation from believed to true direction of gravity, row by row, shape (n, 3, 3)."""
+    from scipy.spatial.transform import Rotation
+
     axes = np.array(list(HANGINGS.values()), dtype=float)
     vectors = np.zeros((len(axes), 3))
     for i, name in enumerate(HANGINGS):
@@ -77,6 +78,8 @@ def _hang_tilted(d: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[
 
 
 def _tilt_matrix(theta: Theta) -> FloatArray:
+    from scipy.spatial.transform import Rotation
+
     return Rotation.from_euler("xy", [theta["body_roll"][0], theta["body_pitch"][0]]).as_matrix()
 
 

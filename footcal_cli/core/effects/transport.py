@@ -151,16 +151,19 @@ def _unclock(log: Log, theta: Theta, state: State) -> tuple[Log, State]:
 
 
 def _lag(log: Log, theta: Theta, state: State) -> tuple[Log, State]:
-    if not _stream(log).size:
-        return log, state
-    stream, state = low_pass(_stream(log), log.time_s, theta["lag"], state)
-    return _with_stream(log, stream), state
+    return _lagging(log, theta["lag"], state)
 
 
 def _unlag(log: Log, theta: Theta, state: State) -> tuple[Log, State]:
+    return _lagging(log, -theta["lag"], state)
+
+
+def _lagging(log: Log, lag_s: FloatArray, state: State) -> tuple[Log, State]:
+    """The body stream through a low-pass, or, below zero, as it would be before one."""
     if not _stream(log).size:
         return log, state
-    stream, state = invert_low_pass(_stream(log), log.time_s, theta["lag"], state)
+    passed = low_pass if lag_s[0] >= 0.0 else invert_low_pass
+    stream, state = passed(_stream(log), log.time_s, np.abs(lag_s), state)
     return _with_stream(log, stream), state
 
 
@@ -227,13 +230,14 @@ LAG = Effect(
     traits=(Trait.MEMORY, Trait.LOW_PASS),
     stage=Stage.TRANSPORT,
     scope=Scope.ROBOT,
-    parameters=(EffectParameter("lag", "s", 0.0, 0.0, 0.5, 0.02),),
+    parameters=(EffectParameter("lag", "s", 0.0, -0.5, 0.5, 0.02),),
     apply=_lag,
     remove=_unlag,
     experiments=("walk",),
-    formula="τ dy/dt = x − y on every quantity of the body stream, x linear between samples",
-    source="low-pass in the robot's state estimator",
-    remedy="switch the estimator's smoothing off, or give the lag to the recipe",
+    formula="τ dy/dt = x − y on every quantity of the body stream, x linear between samples; "
+    "below zero the readings lag behind it",
+    source="low-pass in the robot's state estimator, or in the amplifier of all cells",
+    remedy="switch the smoothing off, or give the lag to the recipe",
     needs=("com_acc_mps2",),
     mimics=("delay", "sensor_lag"),
     separates="the same walk with all smoothing of the body's stream switched off; a motion only "

@@ -15,12 +15,15 @@ from typing import Literal
 
 import numpy as np
 
+from footcal_cli.core.effects.calibration import OFFSET
+from footcal_cli.core.effects.cells import TEMPERATURE_BIAS
+from footcal_cli.core.effects.six_axis import OFFSET_DRIFT
 from footcal_cli.core.parameters import FloatArray, IntArray, Parameter, ParameterSet
 from footcal_cli.core.spatial import left_jacobian, rotation_exp, skew, tangent_basis
 
 AXES = ("fx", "fy", "fz", "tx", "ty", "tz")
 AXIS_UNITS = ("N", "N", "N", "Nm", "Nm", "Nm")
-WARMTH, DRIFT = "temperature_bias", "offset_drift"
+WARMTH, DRIFT = TEMPERATURE_BIAS.name, OFFSET_DRIFT.name
 """Stems of the offsets' change per degC and per s, one per axis."""
 Tilt = Literal["per_log", "mount", "none"]
 
@@ -139,7 +142,7 @@ class HangModel:
         """
         rows: list[tuple[str, str, float]] = [("weight", "N", _WEIGHT_SD_N)]
         for suffix, unit, share in (
-            ("offset", "", 1.0),
+            (OFFSET.name, "", 1.0),
             (WARMTH, "/degC", 0.1 * self.temperature),
             (DRIFT, "/s", 0.01 * self.drift),
         ):
@@ -255,7 +258,7 @@ class HangValues:
     weight_n
         Weight of the leg, m g.
     offset
-        Wrench shown without load, shape (6,), N and Nm.
+        Wrench that the transducer reads without load, shape (6,), N and Nm.
     temperature_bias, offset_drift
         Change of the offset per degC and per s, shape (6,), or empty.
     com_m

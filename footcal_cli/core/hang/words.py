@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from footcal_cli.core.effects.six_axis_beliefs import HANG_TILT
 from footcal_cli.core.hang.model import DRIFT, WARMTH, HangModel
 from footcal_cli.core.inference.fit import Fit
 from footcal_cli.core.parameters import FloatArray, Status
@@ -76,7 +77,7 @@ def typical_size(name: str) -> float:
     quantity = name.split(".", 1)[-1]
     if quantity.startswith("com_"):
         return 0.01
-    if quantity.startswith(("hang_tilt", "mount_rot")):
+    if quantity.startswith((HANG_TILT.name, "mount_rot")):
         return 0.02
     size = 0.1 if quantity.endswith(("_tx", "_ty", "_tz")) else 1.0
     if quantity.startswith(WARMTH):

@@ -113,14 +113,14 @@ def _upper(information: FloatArray, score: FloatArray) -> float:
     """
     values, vectors = np.linalg.eigh(information)
     seen = values > RCOND * max(float(values.max(initial=0.0)), 1e-300)
-    told, along = values[seen], (vectors.T @ score)[seen]
-    if not told.size:
+    known, along = values[seen], (vectors.T @ score)[seen]
+    if not known.size:
         return _LEAST
 
     def more(log_variance: float) -> float:
         v = float(np.exp(log_variance))
-        share = v * told / (1.0 + v * told)
-        found = v * float(np.sum((along / (1.0 + v * told)) ** 2))
+        share = v * known / (1.0 + v * known)
+        found = v * float(np.sum((along / (1.0 + v * known)) ** 2))
         one, two = float(share.sum()), float(np.sum(share**2))
         return found - two / one * float(stats.chi2.ppf(_UPPER, one**2 / two))
 

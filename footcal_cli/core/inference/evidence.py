@@ -287,7 +287,7 @@ def jackknife_interval(
         Coverage.
     informative
         Effective number of blocks that say anything about it, in place of B in the degrees of
-        freedom: one cell of four is told of by a quarter of the sessions.
+        freedom: a quarter of the sessions informs about one cell of four.
     """
     blocks = without.size
     if blocks < 2:

@@ -167,21 +167,13 @@ def whitened_grams(
     shown = inner.squares(np.arange(norm.size)).sum(axis=0)
     return (
         Grams(
-            inner=inner,
-            within=within,
-            rows=rows,
-            plain=plain,
-            by_output=by_output,
-            energy=energy,
+            inner=inner, within=within, rows=rows, plain=plain, by_output=by_output, energy=energy,
             visible=np.sqrt(np.divide(shown, norm, out=np.zeros_like(norm), where=norm > 0)),
-            calibration=base,
-            wandering=numbers[2],
-            candidates=numbers[3],
-            features=numbers[4],
+            calibration=base, wandering=numbers[2], candidates=numbers[3], features=numbers[4],
             autocorrelation_time=tau,
         ),
         whitener,
-    )
+    )  # fmt: skip
 
 
 def _tracked(
@@ -236,7 +228,7 @@ def _raw_stretches(
 def _free_in_every_block(
     raw: FloatArray, white: FloatArray, block: IntArray, kept: IntArray, free: IntArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Columns less what a block's own calibration absorbs of them, unwhitened and whitened.
+    """Columns minus the part that a block's own calibration absorbs, unwhitened and whitened.
 
     None unwhitened where errors are not counted.
     """

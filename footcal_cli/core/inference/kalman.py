@@ -113,19 +113,23 @@ def correct(mean: FloatArray, cov: FloatArray, found: Innovation) -> tuple[Float
     )
 
 
-def correct_by_products(cov: FloatArray, products: FloatArray) -> tuple[FloatArray, FloatArray]:
+def correct_by_products(cov: FloatArray, products: FloatArray) -> FloatArray:
     """The same correction by many rows of unit noise at once, from their products ``Hᵀ H`` alone.
 
     ``(P⁻¹ + HᵀH)⁻¹ = (1 + P HᵀH)⁻¹ P``: no P is inverted.
 
     Returns
     -------
-    P after them, shape (…, s, s), and ``ln det (1 + H P Hᵀ)``, shape (…)
+    P after them, shape (…, s, s)
     """
+    after = np.linalg.solve(np.eye(products.shape[-1]) + cov @ products, cov)
+    return np.asarray(0.5 * (after + np.swapaxes(after, -1, -2)), dtype=np.float64)
+
+
+def log_det_by_products(cov: FloatArray, products: FloatArray) -> FloatArray:
+    """``ln det (1 + H P Hᵀ)`` of such rows before them, shape (…)."""
     whole = np.eye(products.shape[-1]) + cov @ products
-    after = np.linalg.solve(whole, cov)
-    log_det: FloatArray = np.asarray(np.linalg.slogdet(whole)[1], dtype=np.float64)
-    return np.asarray(0.5 * (after + np.swapaxes(after, -1, -2)), dtype=np.float64), log_det
+    return np.asarray(np.linalg.slogdet(whole)[1], dtype=np.float64)
 
 
 def information(cov: FloatArray, weight: FloatArray) -> float:

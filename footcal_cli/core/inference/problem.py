@@ -238,6 +238,8 @@ class Problem:
     def without(self, *effects: str) -> Problem:
         """The same problem with some effects taken out of the library."""
         kept = [i for i, s in enumerate(self.signatures) if s.effect not in effects]
+        if len(kept) == len(self.signatures):
+            return self
         return replace(
             self,
             columns=self.columns[:, kept],

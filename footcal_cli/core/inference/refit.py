@@ -84,8 +84,8 @@ def scatter_of(grams: Grams, live: IntArray, scale: FloatArray, *, moving: bool)
     informative = np.zeros(scale.size)
     for i, column in zip(live, columns, strict=True):
         base = np.concatenate([grams.calibration, columns[columns != column]])
-        told = scores(grams.inner, base, np.array([column])).information
-        informative[i] = effective_blocks(told)[0]
+        information = scores(grams.inner, base, np.array([column])).information
+        informative[i] = effective_blocks(information)[0]
     return Scatter(apart, informative, MODEL_ERROR if moving else 0.0)
 
 

@@ -268,7 +268,7 @@ def repeated(
     loose
         Z, likewise whitened.
     variance
-        Of each column of Z, shape (q,).
+        Variance of each column of Z, shape (q,).
     """
     out = white.copy()
     _shrink(out, groups, loose * np.sqrt(variance))

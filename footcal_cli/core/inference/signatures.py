@@ -29,6 +29,7 @@ ALIKE = 0.995
 """|cos| from which two shapes of an effect count as one."""
 _NOTHING = 1e-6  # RMS change in noise units at a usual size: below it is rounding
 _CARRIED = 1.0  # RMS change in noise units of a whole swap: below it the axis carries nothing
+_PIECE = 128  # rows that are put side by side at once
 SWITCHES = having(Trait.SWITCH)
 """Effects that are on or off: differentiated at the swapped readings, a whole one looks like −1."""
 
@@ -156,8 +157,16 @@ def library_columns(case: Case, rows: Rows, effects: Iterable[Effect]) -> Column
         found, made = effect_columns(case, rows, effect, seen)
         signatures += found
         columns += made
-    stacked = np.stack(columns, axis=1) if columns else np.empty((rows.row.size, 0))
-    return Columns(tuple(signatures), stacked, tuple(excluded))
+    return Columns(tuple(signatures), _side_by_side(columns, rows.row.size), tuple(excluded))
+
+
+def _side_by_side(columns: Sequence[FloatArray], rows: int) -> FloatArray:
+    """Columns as one matrix, shape (m, k), in pieces that stay in the processor's cache."""
+    out = np.empty((rows, len(columns)))
+    for start in range(0, rows if columns else 0, _PIECE):
+        piece = slice(start, start + _PIECE)
+        out[piece] = np.array([column[piece] for column in columns]).T
+    return out
 
 
 def effect_columns(

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from footcal_cli.core.inference.kalman import correct_by_products
+from footcal_cli.core.inference.kalman import correct_by_products, log_det_by_products
 from footcal_cli.core.parameters import FloatArray, IntArray
 
 PART_S = 2.0
@@ -72,7 +72,7 @@ def gain_and_bias(
     ----------
     held_to
         Sd of γ, in which a cell then differs from a gain that all have in common, where weights
-        have told the gains: of a mass that is off, cells know nothing. Free where None.
+        have determined the gains: cells know nothing of a mass that is off. Free where None.
     """
     found: list[Direction] = []
     common: dict[str, float] = {}
@@ -185,7 +185,8 @@ def _log_likelihood(parts: Sequence[_Part], variance: FloatArray) -> FloatArray:
         cov = cov + (variance * part.interval_s)[:, None, :] * unit
         j_d = part.jr - mean @ part.jj
         d_d = part.rr - np.einsum("ti,ti->t", mean, part.jr + j_d)
-        cov, log_det = correct_by_products(cov, part.jj)
+        log_det = log_det_by_products(cov, part.jj)
+        cov = correct_by_products(cov, part.jj)
         moved = np.einsum("tij,tj->ti", cov, j_d)
         total -= 0.5 * (d_d - np.einsum("ti,ti->t", j_d, moved) + log_det)
         mean = mean + moved
@@ -234,6 +235,6 @@ def innovations(
         j = part[:, calibration]
         left = part - j @ mean
         j_left = j.T @ left
-        cov, _ = correct_by_products(cov, j.T @ j)
+        cov = correct_by_products(cov, j.T @ j)
         yield mean, left.T @ left - j_left.T @ cov @ j_left
         mean = mean + cov @ j_left

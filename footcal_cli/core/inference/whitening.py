@@ -30,7 +30,9 @@ _MIDDLE = 0.6745  # median of |z|
 _LEAST_FREEDOM = 1.0  # an output that the calibration can follow at will tells of no noise
 _LEAST_RATIO = 1e-6  # by which a variance shrinks in one step at most
 _RANK = 1e-8
-PIECE = 1024  # rows that are whitened, or squared, at once
+PIECE = 1024  # rows that are squared at once
+_WHITENED = 65536  # numbers that are whitened at once
+_LEAST_WHITENED = 128  # rows
 
 
 @dataclass(frozen=True)
@@ -65,8 +67,9 @@ class RowWhitener:
         lags = [int(i) + 1 for i in np.flatnonzero(np.any(self.coefficients, axis=0))]
         white = np.empty((kept.size, columns.shape[1]))
         # in pieces that stay in the processor's cache: the columns of a long log do not
-        for start in range(0, len(columns), PIECE):
-            end = min(start + PIECE, len(columns))
+        piece = max(_WHITENED // max(columns.shape[1], 1), _LEAST_WHITENED)
+        for start in range(0, len(columns), piece):
+            end = min(start + piece, len(columns))
             filtered = columns[start:end].copy()
             for lag in lags:
                 # rows whose order is lower have a zero coefficient, whatever stands before them

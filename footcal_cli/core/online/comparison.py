@@ -9,6 +9,7 @@ import numpy as np
 
 from footcal_cli.core.centroidal import MIN_FORCE_N, Reference
 from footcal_cli.core.contact import Reason, Validity, gait_cycles, judge
+from footcal_cli.core.effects.memory_effects import BIAS_JUMP
 from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.online.evidence import (
     SETTLING_S,
@@ -165,10 +166,10 @@ class Comparison:
         """Jumps, a wrong mass, parameters that left their interval, inconsistent innovations."""
         for jump in self.memory.jumps:
             yield Finding(
-                "bias_jump", "alarm" if jump.sure else "note", jump.name.removesuffix(".bias"),
+                BIAS_JUMP.name, "alarm" if jump.sure else "note", jump.name.removesuffix(".bias"),
                 f"the bias jumped by {jump.size:.2f} ± {jump.sd:.2f} N at {jump.onset_s:.2f} s "
                 f"(proved {jump.found_s - jump.onset_s:.2f} s later)",
-                "check the cell's cable and seat; before and after are calibrated apart",
+                "check the cell's cable and seat; the bias is fitted before and after the jump",
             )  # fmt: skip
         yield from self.weighed.findings()
         for d in self.departures:

@@ -103,8 +103,8 @@ class LiveEstimator:
         Parameters
         ----------
         samples
-            Rows of a walk in their order: raw counts filtered causally, contact told without the
-            future.
+            Rows of a walk in their order: raw counts filtered causally, contact detected
+            without the future.
         """
         self._past.append(samples)
         self._recent = samples if self._recent is None else _joined([self._recent, samples])

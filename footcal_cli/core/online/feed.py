@@ -34,7 +34,7 @@ class RobotFacts:
     Parameters
     ----------
     belief
-        Calibration by which contact is told.
+        Calibration by which contact is detected.
     cells_foot_m
         Cell positions in each foot's frame, shape (cells, 2) each.
     mass_kg, gravity_mps2

@@ -81,7 +81,7 @@ class Track:
         return float(self.values[-1, at]), float(self.sd[-1, at])
 
     def inflated(self, factor: float) -> Track:
-        """The same states with all their covariances multiplied; the innovations stay."""
+        """The same states, all covariances multiplied by a factor; innovations are unchanged."""
         return replace(self, sd=self.sd * np.sqrt(factor), covariance=self.covariance * factor)
 
     def chosen(self, at: slice | IntArray | BoolArray) -> Track:

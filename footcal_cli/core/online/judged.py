@@ -36,7 +36,7 @@ class References:
 
 
 def in_band(truth_n: FloatArray, rate_hz: float, *, causal: bool) -> FloatArray:
-    """True forces in the band of the cells, shape (n, c)."""
+    """True forces, low-pass filtered like the cells, shape (n, c)."""
     good = np.asarray(np.isfinite(truth_n).all(axis=1))
     return low_pass_stretches(truth_n, good, rate_hz, causal=causal)
 

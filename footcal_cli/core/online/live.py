@@ -70,7 +70,7 @@ def run_live(log: Log, belief: Belief, options: MemoryOptions | None = None) -> 
     Parameters
     ----------
     log
-        Raw counts, filtered causally, contact told without the future.
+        Raw counts, filtered causally, contact detected without the future.
     options
         As `footcal_cli.core.online.memory.run_memory`.
 

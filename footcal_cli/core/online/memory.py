@@ -28,7 +28,14 @@ from footcal_cli.core.online.evidence import repetition
 from footcal_cli.core.online.filter import Guards, Noise, Track, run_filter
 from footcal_cli.core.online.jumps import Jump
 from footcal_cli.core.online.replay import Replayed, corrected, held
-from footcal_cli.core.online.rows import PLATE_STATE, REFERENCE_STATES, Rows, advanced, cell_rows
+from footcal_cli.core.online.rows import (
+    MOMENTUM_SHARES,
+    PLATE_STATE,
+    REFERENCE_STATES,
+    Rows,
+    advanced,
+    cell_rows,
+)
 from footcal_cli.core.online.smoother import run_smoother
 from footcal_cli.core.online.tuning import LEARNT, Tuning, learn_noise
 from footcal_cli.core.parameters import BoolArray, Estimates, FloatArray, learnt_status
@@ -156,7 +163,7 @@ class MemoryOptions:
         Prior sd of single states.
     """
 
-    states: tuple[str, ...] = tuple(REFERENCE_STATES)
+    states: tuple[str, ...] = tuple(n for n in REFERENCE_STATES if n not in MOMENTUM_SHARES)
     plate: bool = True
     swing: bool = True
     noise: Noise = field(default_factory=Noise)
@@ -177,7 +184,7 @@ def run_memory(log: Log, belief: Belief, options: MemoryOptions | None = None) -
     options
         Defaults where None.
     """
-    options = options or MemoryOptions()
+    options = _for_stream(options or MemoryOptions(), log)
     if options.align and "robot.delay" in options.states:
         delay, moved, rows = aligned(
             log, lambda moved, _: rows_of(moved, belief, options), "robot.delay", options.noise,
@@ -205,6 +212,14 @@ def run_memory(log: Log, belief: Belief, options: MemoryOptions | None = None) -
     return Memory(
         rows, track, smoothed, jumps, tuning, noise, repeated, delay, delay_sd, moved, band_hz
     )
+
+
+def _for_stream(options: MemoryOptions, log: Log) -> MemoryOptions:
+    """What a stream has no rate of angular momentum for is a share of the body's own motion."""
+    if "robot.angmom_loss" not in options.states or np.any(log.known["angmom_rate_nm"]):
+        return options
+    kept = tuple(name for name in options.states if name != "robot.angmom_loss")
+    return replace(options, states=(*kept, *MOMENTUM_SHARES))
 
 
 def _learnt(rows: Rows, options: MemoryOptions) -> tuple[Noise, Tuning | None, Track]:
@@ -327,12 +342,24 @@ def memory_reference(memory: Memory) -> Reference:
     com[:, 1] += np.sin(yaw) * dx + np.cos(yaw) * dy
     com[:, 2] += state.get("robot.com_correction_z", none)
     regained = 1.0 + state.get("robot.angmom_loss", none)
-    rate = log.known["angmom_rate_nm"] * regained[:, None]
+    rate = log.known["angmom_rate_nm"] * regained[:, None] + _share_of_motion(log, state)
     log = log.with_known(com_m=com, angmom_rate_nm=rate)
     last = {name: track.values[-1:, i] for i, name in enumerate(track.names)}
     theta = {name: last.get(f"robot.{name}", np.zeros(1)) for name in SMOOTHING.parameter_names}
     sharp, _ = SMOOTHING.remove(log, theta, None)
     return walk.reference_of(sharp)
+
+
+def _share_of_motion(log: Log, state: Mapping[str, FloatArray]) -> FloatArray:
+    """The rate of angular momentum by `MOMENTUM_SHARES`, Nm, (n, 2); nothing without them."""
+    if not set(MOMENTUM_SHARES) <= set(state):
+        return np.zeros((len(log), 2))
+    known, yaw = log.known, heading_rad(log)
+    push = (known["mass_kg"] * known["com_m"][:, 2])[:, None] * known["com_acc_mps2"][:, :2]
+    turned = (push[:, 0] + 1j * push[:, 1]) * np.exp(-1j * yaw)
+    ahead, left = (state[name] / (1.0 - state[name]) for name in MOMENTUM_SHARES)
+    moment = (ahead * turned.real + 1j * left * turned.imag) * np.exp(1j * yaw)
+    return np.stack([-moment.imag, moment.real], axis=1)
 
 
 def memory_estimates(memory: Memory, belief: Belief) -> Estimates:

@@ -53,7 +53,7 @@ def merge_cells(
     sensors
         Channels foot by foot, in the order of `cells_foot_m`.
     belief
-        Calibration by which contact is told.
+        Calibration by which contact is detected.
     cells_foot_m
         Cell positions in each foot's frame, shape (cells, 2) each.
     """

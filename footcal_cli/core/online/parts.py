@@ -36,7 +36,7 @@ from footcal_cli.core.online.memory import (
     within_band,
 )
 from footcal_cli.core.online.passes import Pass, open_biases
-from footcal_cli.core.online.rows import Rows, advanced
+from footcal_cli.core.online.rows import REFERENCE_STATES, Rows, advanced
 from footcal_cli.core.online.smoother import run_smoother
 from footcal_cli.core.online.streams import Merged
 from footcal_cli.core.online.tuning import Tuning
@@ -192,7 +192,8 @@ class Walk:
         seam, options = self._seam, self.settings.memory
         delay_s = self._delay_at(seam)
         log = advanced(part.merged.log, delay_s)
-        rows = rows_of(log, self.belief, options)
+        states = tuple(name for name in REFERENCE_STATES if name in self._learnt.names)
+        rows = rows_of(log, self.belief, replace(options, states=states))
         unneeded = ~np.isin(rows.names, self._learnt.names)
         rows = rows.without(unneeded) if unneeded.any() else rows
         rows = within_band(rows, self._learnt.band_hz)

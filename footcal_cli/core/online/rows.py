@@ -23,6 +23,7 @@ from footcal_cli.core.experiments import walk
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
+from footcal_cli.core.spatial import in_heading
 from footcal_cli.errors import DataError
 
 REFERENCE_STATES: Mapping[str, tuple[str, float]] = {
@@ -31,10 +32,16 @@ REFERENCE_STATES: Mapping[str, tuple[str, float]] = {
     "robot.com_correction_y": ("m", 0.004),
     "robot.com_correction_z": ("m", 0.004),
     "robot.angmom_loss": ("-", 0.2),
+    "robot.angmom_share_x": ("-", 0.5),
+    "robot.angmom_share_y": ("-", 0.5),
     "robot.smoothing": ("s²", 5e-4),
     "robot.smoothing_fourth": ("s⁴", 1e-6),
 }
 """What may be wrong with the demanded force and CoP -> unit and prior sd; names as in effects."""
+MOMENTUM_SHARES = ("robot.angmom_share_x", "robot.angmom_share_y")
+"""Where a stream has no rate of angular momentum, limbs still swing as the body is pushed:
+``(L̇ʸ, −L̇ˣ) = s m cᶻ c̈``, s one share along and one across the heading. The state is
+σ = s / (1 + s), in which the demanded CoP is linear: ``c − p = (1 + s) m cᶻ c̈ / Fz``."""
 PLATE_STATE = "plate_weight"
 PLATE_SD_N = 1.0
 _CHUNK_ROWS = 4096
@@ -44,7 +51,7 @@ def advanced(log: Log, delay_s: float) -> Log:
     """The log with its body stream moved earlier by a delay that was found."""
     if delay_s == 0.0:
         return log
-    moved, _ = DELAY.remove(log, {"delay": np.array([delay_s])}, None)
+    moved, _ = DELAY.remove(log, {DELAY.size.name: np.array([delay_s])}, None)
     return moved
 
 
@@ -173,6 +180,8 @@ def cell_rows(
         for name in states
         if name in HINDSIGHT_STATES
     }
+    if set(MOMENTUM_SHARES) & set(states):
+        slopes |= dict(zip(MOMENTUM_SHARES, _of_momentum(log, belief), strict=True))
     hanging = hanging_of(log)
     blocks = updates_of(log, samples_per_update)
     chunk = max(_CHUNK_ROWS // samples_per_update, 1) * samples_per_update
@@ -238,8 +247,8 @@ def _unknowns(
 
 def hanging_of(log: Log) -> FloatArray:
     """How much of each foot's reading is that of a foot in the air, 0 to 1, shape (n, feet)."""
-    told = log.known.get("airborne")
-    return airborne(log.known["contact"]) if told is None else told
+    logged = log.known.get("airborne")
+    return airborne(log.known["contact"]) if logged is None else logged
 
 
 def _slope(time_s: FloatArray, reference: Reference) -> FloatArray:
@@ -277,6 +286,18 @@ def _as_cells_have_it(log: Log, belief: Belief) -> Log:
         com_acc_mps2=np.column_stack([level, up]),
         angmom_rate_nm=np.zeros_like(known["angmom_rate_nm"]),
     )
+
+
+def _of_momentum(log: Log, belief: Belief) -> tuple[FloatArray, FloatArray]:
+    """``∂(Fz, pˣ, pʸ)/∂σ`` of `MOMENTUM_SHARES`: the measured CoP's way back to the CoM, (n, 3)."""
+    forces, known, yaw = belief.forces(log.readings), log.known, heading_rad(log)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        cop = np.einsum("nca,nc->na", known["cell_pos_m"], forces) / forces.sum(axis=1)[:, None]
+    way = np.nan_to_num(known["com_m"][:, :2] - cop, posinf=0.0, neginf=0.0)
+    ahead = np.stack([np.cos(yaw), np.sin(yaw)], axis=1)
+    along = np.sum(way * ahead, axis=1)[:, None] * ahead
+    zero = np.zeros((len(log), 1))
+    return np.hstack([zero, -along]), np.hstack([zero, along - way])
 
 
 def _changed(name: str, size: float, log: Log, belief: Belief, *, static: bool) -> FloatArray:
@@ -323,35 +344,6 @@ def _sample_rows(
     finite = np.asarray(np.isfinite(h).all(axis=2))
     error, valid = balance.error, balance.valid & finite
     return in_heading(error, valid, np.where(finite[..., None], h, 0.0), ((1, 2),), yaw)
-
-
-def in_heading(
-    error: FloatArray, valid: BoolArray, h: FloatArray, pairs: Sequence[tuple[int, int]],
-    yaw_rad: FloatArray,
-) -> tuple[FloatArray, BoolArray, FloatArray]:  # fmt: skip
-    """The rows with horizontal pairs along and across the heading instead of the world's axes.
-
-    Guards look at one row at a time, and scatter differs from axis to axis: along axes of the world
-    estimates would depend on the direction in which the robot happens to stand or walk.
-
-    Parameters
-    ----------
-    error, valid, h
-        Of rows, shapes (n, k), (n, k), (n, k, p).
-    pairs
-        Rows that hold the x and the y component of a vector.
-    yaw_rad
-        Heading, shape (n,).
-    """
-    error, valid, h = error.copy(), valid.copy(), h.copy()
-    cos, sin = np.cos(yaw_rad), np.sin(yaw_rad)
-    for x, y in pairs:
-        both = valid[:, x] & valid[:, y] & np.isfinite(yaw_rad)
-        valid[:, x], valid[:, y] = both, both
-        for rows, c, s in ((error, cos, sin), (h, cos[:, None], sin[:, None])):
-            along, across = c * rows[:, x] + s * rows[:, y], c * rows[:, y] - s * rows[:, x]
-            rows[:, x], rows[:, y] = along, across
-    return error, valid, h
 
 
 def _state_column(

@@ -13,12 +13,14 @@ import numpy as np
 from footcal_cli.core.contact import cycle_phase
 from footcal_cli.core.effects.body import heading_rad
 from footcal_cli.core.effects.calibration import AXES
+from footcal_cli.core.effects.transport import DELAY
 from footcal_cli.core.experiments import walk
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.filter import Track
 from footcal_cli.core.online.replay import held
-from footcal_cli.core.online.rows import Rows, advanced, block_means, in_heading, updates_of
+from footcal_cli.core.online.rows import Rows, advanced, block_means, updates_of
 from footcal_cli.core.parameters import BoolArray, ComplexArray, FloatArray
+from footcal_cli.core.spatial import in_heading
 
 KNOWN_MOTION = 0.05
 """Sd of the size of a body's horizontal motion and of the moments it takes, as a share of them: a
@@ -33,7 +35,7 @@ PRIOR_SD: Mapping[str, tuple[str, float]] = {
     "com_correction": ("m", 0.02),
     "weight": ("N", 3.0),
     "com_below": ("m", 0.05),
-    "delay": ("s", 0.01),
+    DELAY.name: ("s", 0.01),
     "motion_size": ("-", KNOWN_MOTION),
     "angmom_loss": ("-", 0.2),
     "angmom_share": ("-", 0.5),
@@ -158,7 +160,7 @@ def _columns(log: Log, scales: bool) -> FloatArray:
             at = 6 * (feet + k) + np.arange(6)
             h[:, :totals, at] = unit * wrench[:, None, k]
             h[:, rows, at] = in_the_air[:, k]
-        # one newton more below the transducer is one newton less that it must be told of
+        # one newton more below the transducer is one newton less that it must be given
         hanging = below[:, k]
         at_weight = carriers + 2 + k
         h[:, :totals, at_weight] = -np.einsum("nij,nj->ni", unit, hanging)
@@ -191,7 +193,7 @@ def _of_the_motion(log: Log, scales: bool) -> dict[str, FloatArray]:
     balances = [
         walk.six_axis_balance(advanced(log, sign * _DELAY_STEP_S)).error for sign in (1.0, -1.0)
     ]
-    columns = {"delay": np.nan_to_num((balances[0] - balances[1]) / (2.0 * _DELAY_STEP_S))}
+    columns = {DELAY.name: np.nan_to_num((balances[0] - balances[1]) / (2.0 * _DELAY_STEP_S))}
     if not scales:
         return columns
     motion = _horizontal_motion(log)

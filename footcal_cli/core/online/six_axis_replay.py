@@ -83,7 +83,7 @@ class SixAxisReplay:
         How well the motion of the body tells the vertical force, as the innovations have it.
     delay_s, delay_sd_s
         Of the body stream behind what the recipe compensated.
-    delay_asked_s, delay_told
+    delay_asked_s, delay_found
         What each total alone asks for (on top of `delay_s`), and whether they agree: where they
         do not, no delay is taken out.
     """
@@ -105,7 +105,7 @@ class SixAxisReplay:
     delay_s: float
     delay_sd_s: float
     delay_asked_s: FloatArray
-    delay_told: bool
+    delay_found: bool
 
 
 def replay_six_axis(
@@ -141,7 +141,7 @@ def replay_six_axis(
     if scales:
         rows = replace(
             _rows(
-                log, samples_per_update, scales=True, delay=aligned.told, moved_s=aligned.delay_s
+                log, samples_per_update, scales=True, delay=aligned.agreed, moved_s=aligned.delay_s
             ),
             swing_sd_factor=fixed.swing_sd_factor,
             total_sd_factor=fixed.total_sd_factor,
@@ -175,7 +175,7 @@ def replay_six_axis(
         delay_s=aligned.delay_s + float(track.values[-1, at]),
         delay_sd_s=float(track.sd[-1, at]),
         delay_asked_s=aligned.asks_s,
-        delay_told=aligned.told,
+        delay_found=aligned.agreed,
     )
 
 
@@ -184,14 +184,14 @@ class _Aligned:
     """A log with its delay taken out.
 
     `asks_s` is what each total alone would move the body's stream by, from where all of them
-    together put it; `told` whether they agree, so that it is a delay.
+    together put it; `agreed` whether they agree, so that it is a delay.
     """
 
     log: Log
     delay_s: float
     rows: Rows
     asks_s: FloatArray
-    told: bool
+    agreed: bool
 
 
 def _aligned(log: Log, samples_per_update: int, guards: Guards) -> _Aligned:
@@ -207,10 +207,10 @@ def _aligned(log: Log, samples_per_update: int, guards: Guards) -> _Aligned:
     at = rows.names.index(DELAY_STATE)
     asks = _asked_delays(rows, at)
     if np.max(np.abs(asks)) <= max(_AGREED_S, _AGREED_SHARE * abs(delay)):
-        return _Aligned(moved, delay, rows, asks, told=True)
+        return _Aligned(moved, delay, rows, asks, agreed=True)
     asks = _asked_delays(_rows(log, samples_per_update, scales=False), at)
     rows = _rows(log, samples_per_update, scales=False, delay=False)
-    return _Aligned(log, 0.0, rows, asks, told=False)
+    return _Aligned(log, 0.0, rows, asks, agreed=False)
 
 
 def _rows(

@@ -1,8 +1,8 @@
 """Two transducers in series on one stiff leg: what their readings say of each other.
 
 Between them lies a segment of weight W_s: ``w_2 − o_2 = T (w_1 − o_1) + [W_s ĝ; …]``. Without the
-direction of gravity the segment's weight cannot be told from the offsets, and of the twelve
-offsets only the combination ``o_2 − T o_1`` (with the segment's weight in it) is seen.
+direction of gravity the segment's weight cannot be distinguished from the offsets, and of the
+twelve offsets only the combination ``o_2 − T o_1`` (with the segment's weight in it) is seen.
 """
 
 from __future__ import annotations

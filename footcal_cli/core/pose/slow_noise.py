@@ -30,7 +30,7 @@ _SHARES = (0.05, 0.1, 0.2, 0.3, 0.45, 0.6, 0.8, 0.95)
 _MEMORIES = 9
 _SHORTEST = 1.0
 _MIN_FREEDOM = 120
-"""Balance errors beyond the fitted mounting below which nothing can be told of their memory."""
+"""Balance errors beyond the fitted mounting below which their memory cannot be determined."""
 _ROUNDS = 2
 _NO_SCALE, _SURELY = 10.0, 2.0
 _SETTLED = 1e-10

@@ -21,7 +21,7 @@ _EASE_S = 1.0
 
 @dataclass(frozen=True)
 class WalkPlan:
-    """What the robot is told to do.
+    """What the robot is commanded to do.
 
     Parameters
     ----------

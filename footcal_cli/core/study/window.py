@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from types import ModuleType
+from typing import NamedTuple
 
 import numpy as np
 
@@ -84,6 +85,24 @@ class WindowRule:
     min_force_n: float = MIN_FORCE_N
 
 
+class Squares(NamedTuple):
+    """Weights of squared errors, shape (settings,) each: force, CoP, change of θ."""
+
+    force: FloatArray
+    cop: FloatArray
+    smooth: FloatArray
+
+
+class Samples(NamedTuple):
+    """Forces (n, c) and positions (n, c, 2) of cells, Fz (n,), CoP (n, 2); unit of θ, (2c,)."""
+
+    believed: FloatArray
+    positions: FloatArray
+    fz: FloatArray
+    cop: FloatArray
+    unit: FloatArray
+
+
 @dataclass(frozen=True)
 class WindowTrack:
     """Solutions of the window.
@@ -134,10 +153,15 @@ class _Problem:
     cop: FloatArray
     weight_n: float
 
-    def plain(self) -> tuple[FloatArray, ...]:
-        """Forces, positions, Fz and CoP as the loops take them."""
-        parts = (self.believed, self.positions, self.fz, self.cop)
-        return tuple(np.ascontiguousarray(part) for part in parts)
+    def weighed(self, weights: Weights, rule: WindowRule) -> Squares:
+        """Weights of squared errors in N and m."""
+        force, cop, smooth = weights.stacked()
+        return Squares(force / self.weight_n**2, cop / rule.foot_length_m**2, np.array(smooth))
+
+    def plain(self, unit: FloatArray) -> Samples:
+        """As the loops take them."""
+        parts = (self.believed, self.positions, self.fz, self.cop, unit)
+        return Samples(*(np.ascontiguousarray(part) for part in parts))
 
     @classmethod
     def of(cls, log: Log, belief: Belief, *, static: bool) -> _Problem:
@@ -187,7 +211,7 @@ def run_window(
     """
     rule = rule or WindowRule()
     problem = _Problem.of(log, belief, static=static)
-    force_w, cop_w, smooth_w = weights.stacked()
+    force_w, cop_w, smooth_w = squares = problem.weighed(weights, rule)
     settings, c = force_w.size, len(log.channels)
     unit = np.concatenate([belief.gain_sd, belief.bias_sd_n])
     ends = np.arange(rule.every, len(log) + 1, rule.every)
@@ -198,13 +222,10 @@ def run_window(
     loops = window_loops() if fast else None
     if loops is not None:
         loops.window_exact(
-            *problem.plain(), unit, first, stop, force_w / problem.weight_n**2,
-            cop_w / rule.foot_length_m**2, np.array(smooth_w), rule.iterations,
+            problem.plain(unit), squares, first, stop, rule.iterations,
             rule.largest_step, rule.min_force_n, solutions,
         )  # fmt: skip
         return _track(log, ends, solutions * unit)
-    to_force = np.sqrt(force_w) / problem.weight_n
-    to_cop = np.sqrt(cop_w) / rule.foot_length_m
     identity = np.eye(2 * c)
     for j in range(ends.size):
         part = slice(first[j], stop[j])
@@ -228,11 +249,11 @@ def run_window(
                 slope *= carried[:, :, None, None]
                 miss = (cop - problem.cop[part]) * carried[:, :, None]
                 force_miss = total - problem.fz[part]
-                normal = to_force[:, None, None] ** 2 * force_normal
-                normal = normal + to_cop[:, None, None] ** 2 * _gram(slope)
+                normal = force_w[:, None, None] * force_normal
+                normal = normal + cop_w[:, None, None] * _gram(slope)
                 normal = normal + smooth_w[:, None, None] * identity
-                pull = (to_force**2)[:, None] * (force_miss @ features)
-                pull = pull + (to_cop**2)[:, None] * np.einsum("bnpk,bnk->bp", slope, miss)
+                pull = force_w[:, None] * (force_miss @ features)
+                pull = pull + cop_w[:, None] * np.einsum("bnpk,bnk->bp", slope, miss)
                 pull = pull + smooth_w[:, None] * (theta - previous)
                 step = -np.linalg.solve(normal, pull[:, :, None])[:, :, 0]
                 theta = theta + np.clip(step, -rule.largest_step, rule.largest_step)
@@ -274,7 +295,7 @@ def run_window_fast(
     """
     rule = rule or WindowRule()
     problem = _Problem.of(log, belief, static=static)
-    force_w, cop_w, smooth_w = weights.stacked()
+    force_w, cop_w, smooth_w = squares = problem.weighed(weights, rule)
     c = len(log.channels)
     unit = np.concatenate([belief.gain_sd, belief.bias_sd_n])
     # sums per block of samples between updates, then over the blocks of the window
@@ -283,15 +304,10 @@ def run_window_fast(
     edges = np.searchsorted(problem.rows // rule.every, np.arange(blocks + 1))
     length = max(rule.samples // rule.every, 1)
     bound = rule.largest_step * rule.iterations
-    to_force = force_w / problem.weight_n**2
-    to_cop = cop_w / rule.foot_length_m**2
     solutions = np.empty((blocks, force_w.size, 2 * c))
     loops = window_loops() if fast else None
     if loops is not None:
-        loops.window_sums(
-            *problem.plain(), unit, edges, length, to_force, to_cop, np.array(smooth_w), bound,
-            solutions,
-        )  # fmt: skip
+        loops.window_sums(problem.plain(unit), squares, edges, length, bound, solutions)
         return _track(log, ends, solutions * unit)
     n, believed = problem.rows.size, problem.believed
     features = np.concatenate([believed, np.ones((n, c))], axis=1) * unit
@@ -318,15 +334,10 @@ def run_window_fast(
     theta = np.zeros((force_w.size, 2 * c))
     ridge = smooth_w[:, None, None] * np.eye(2 * c)
     for j in range(blocks):
-        normal = (
-            to_force[:, None, None] * force_normal[j]
-            + to_cop[:, None, None] * cop_normal[j]
-            + ridge
-        )
-        pull = to_force[:, None] * (force_pull[j] + theta @ force_normal[j]) + to_cop[:, None] * (
-            cop_pull[j] + theta @ cop_normal[j]
-        )
-        step = -np.linalg.solve(normal, pull[:, :, None])[:, :, 0]
+        normal = force_w[:, None, None] * force_normal[j] + cop_w[:, None, None] * cop_normal[j]
+        pull = force_w[:, None] * (force_pull[j] + theta @ force_normal[j])
+        pull = pull + cop_w[:, None] * (cop_pull[j] + theta @ cop_normal[j])
+        step = -np.linalg.solve(normal + ridge, pull[:, :, None])[:, :, 0]
         theta = theta + np.clip(step, -bound, bound)
         solutions[j] = theta
     return _track(log, ends, solutions * unit)

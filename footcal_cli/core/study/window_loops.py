@@ -39,11 +39,12 @@ def _step(normal: Any, pull: Any, theta: Any, bound: float) -> None:
 
 @compiled
 def window_exact(
-    believed: Any, positions: Any, fz: Any, cop: Any, unit: Any, first: Any, stop: Any,
-    force_w: Any, cop_w: Any, smooth_w: Any, iterations: int, bound: float, least_n: float,
-    solutions: Any,
+    samples: Any, weights: Any, first: Any, stop: Any, iterations: int, bound: float,
+    least_n: float, solutions: Any,
 ) -> None:  # fmt: skip
     """Gauss-Newton on the ratio, eq. (14), `iterations` per update; fills (u, settings, 2c)."""
+    believed, positions, fz, cop, unit = samples
+    force_w, cop_w, smooth_w = weights
     c = believed.shape[1]
     p = 2 * c
     f, slope_x, slope_y = np.empty(p), np.empty(p), np.empty(p)
@@ -106,14 +107,15 @@ def _features(believed: Any, unit: Any, out: Any) -> None:
 
 @compiled
 def window_sums(
-    believed: Any, positions: Any, fz: Any, cop: Any, unit: Any, edges: Any, length: int,
-    force_w: Any, cop_w: Any, smooth_w: Any, bound: float, solutions: Any,
-) -> None:  # fmt: skip
+    samples: Any, weights: Any, edges: Any, length: int, bound: float, solutions: Any
+) -> None:
     """The quadratic window: sums per block of samples slide; fills (blocks, settings, 2c).
 
     Sums of the blocks of the window lie in a ring; one comes in, one goes out, and once per turn
     the whole is added up anew, so that rounding does not gather.
     """
+    believed, positions, fz, cop, unit = samples
+    force_w, cop_w, smooth_w = weights
     c = believed.shape[1]
     p, settings = 2 * c, force_w.size
     blocks = edges.size - 1

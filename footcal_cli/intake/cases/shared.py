@@ -41,12 +41,15 @@ class CaseRead:
         Effect -> reason why these logs cannot test it.
     instead
         Effects in the units of these logs, by the name of the table's.
+    extends
+        Whether the calibration with the named effects in it is of the channels of the logs.
     """
 
     case: Case
     findings: list[Finding]
     untested: dict[str, str]
     instead: Mapping[str, Effect] = field(default_factory=dict)
+    extends: bool = True
 
     def testable(self, table: Mapping[str, Effect]) -> dict[str, Effect]:
         """The effects that these logs can test."""

@@ -27,6 +27,7 @@ from footcal_cli.intake.cases.shared import (
     chain_of,
     needs_time,
 )
+from footcal_cli.intake.cases.together import read_together
 from footcal_cli.recipe.options import DiagnoseOptions, PlateauSettings
 from footcal_cli.session.inspection import weights_findings
 from footcal_cli.tables.columns import weights_stream_table, weights_table
@@ -40,7 +41,10 @@ RECORDING_TAU_S = 2.0
 
 
 def read(session: Session[DiagnoseOptions]) -> CaseRead:
-    """One log per channel; blocks are sessions of a channel."""
+    """One log per channel; blocks are sessions of a channel. Cells loaded together are one log."""
+    together = read_together(session)
+    if together is not None:
+        return together
     findings: list[Finding] = []
     streams = _running(session)
     if streams:
@@ -176,7 +180,8 @@ def found_alone(read: CaseRead, found: Investigation) -> list[ChannelStudy]:
     What the one command surely finds the other must not deny.
     """
     case = read.case
-    rows_of_cells = case.experiment.name == "weights" and not case.one_recording
+    alone = all(len(log.channels) == 1 for log in case.logs)
+    rows_of_cells = case.experiment.name == "weights" and alone and not case.one_recording
     if found.verdict is not Verdict.NONE or not rows_of_cells or len(case.chain.links) > 1:
         return []
     # of weights only what needs stamps is untested

@@ -24,13 +24,13 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 CAPTION = (
-    "Likeness of effects after the calibration is fitted, |cos|: 0 (white) none, 1 (dark) the "
-    "same. "
+    "Likeness of effects after the calibration is fitted, |cos|: 0 (blank) none, 1 (full shade) "
+    "the same. "
     "Framed: groups so alike (|cos| > 0.95) that only a large effect is distinguished in them."
 )
 AFTER_CAPTION = (
-    "Likeness of effects after the calibration is fitted, |cos|: 0 (white) none, 1 (dark) the "
-    "same. "
+    "Likeness of effects after the calibration is fitted, |cos|: 0 (blank) none, 1 (full shade) "
+    "the same. "
     "Left panel: these data; right panel: the proposed experiment. Framed: groups so alike "
     "(|cos| > 0.95) that only a large effect is distinguished in them. Hatched: not visible."
 )

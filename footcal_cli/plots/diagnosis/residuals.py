@@ -73,8 +73,8 @@ def driver_of(found: Investigation) -> tuple[str, FloatArray]:
     # tests ask what repeats over blocks; where readings are wrong the largest error is shown
     stopped = found.verdict is Verdict.BAD_DATA
     clearest = [n for n in names if stopped or p[n] <= min(p.values())]
-    told = {n: _bin_variance(problem, n) for n in clearest}
-    best = next(n for n in clearest if told[n] >= _NEARLY * max(told.values()))
+    explained = {n: _bin_variance(problem, n) for n in clearest}
+    best = next(n for n in clearest if explained[n] >= _NEARLY * max(explained.values()))
     return best, problem.regressors[best]
 
 

@@ -68,7 +68,7 @@ def sharpening(menu: Menu) -> list[str]:
 
 
 def options_of(record: NextExperimentRecord) -> str:
-    """What `diagnose` of its log is told: the kind, and what is out of the question then."""
+    """The options of `diagnose` on its log: the kind, and what is out of the question then."""
     return record.kind + "".join(f" --without {name}" for name in record.without)
 
 

@@ -12,6 +12,7 @@ from footcal_cli.core.diagnosis.movement import Movement
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.effects.contract import Effect
 from footcal_cli.intake.cases.shared import CaseRead
+from footcal_cli.plots.words import words
 from footcal_cli.records.diagnosis import DiagnosisRecord
 from footcal_cli.records.results import RmseRecord, RmseRow, VerdictRecord
 from footcal_cli.report.outcome import Outcome
@@ -30,6 +31,7 @@ from footcal_cli.sheets.diagnosis.gains import gain_sheets, method_note, movemen
 from footcal_cli.sheets.diagnosis.pictures import pictures_of
 from footcal_cli.sheets.diagnosis.record import record_of
 from footcal_cli.sheets.diagnosis.unknown import card_sheets
+from footcal_cli.sheets.diagnosis.words import together
 from footcal_cli.sheets.ladder import study_sentence
 
 
@@ -69,9 +71,10 @@ def outcome_of(
     if alone:
         answer = _undecided(answer, len(found.case.logs), alone)
     if found.model is not None:
+        causes = together(words(item.cause.signature.effect) for item in found.found)
         answer = answer.with_action(
             "Start the next command from parameters_extended.json, next to this report "
-            "(--parameters): this calibration holds it."
+            f"(--parameters): it holds {causes}."
         )
     became = after(found, before, table)
     left = left_over(found, became)

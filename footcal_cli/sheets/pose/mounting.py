@@ -44,7 +44,7 @@ _NOISY = 1.5
 _BELIEF = {"robot.weight": "the recipe's mass"}
 """Who believed in a quantity before the poses; all others are known from hanging."""
 _MOST_DEPARTURES = 4
-"""So many contradictions are told; they have one cause, mostly."""
+"""So many contradictions are reported; they have one cause, mostly."""
 
 
 def outcome_of(

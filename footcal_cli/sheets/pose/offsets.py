@@ -7,6 +7,8 @@ from typing import Literal
 
 import numpy as np
 
+from footcal_cli.core.effects.calibration import OFFSET
+from footcal_cli.core.effects.six_axis import OFFSET_CHANGE
 from footcal_cli.core.hang.model import AXES
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.pose.data import PoseData
@@ -41,7 +43,7 @@ def outcome_of(
         tables["wrenches.parquet"] = pose_wrenches(data, mounted.feet(data, found.offset, legs))
         pictures = (
             Picture(
-                "offset_change",
+                OFFSET_CHANGE.name,
                 lambda: plots.plot_offset_change(found, names),
                 "How far each offset moved since the last calibration, with 95 % intervals.",
                 title="Change of each offset since the last calibration",
@@ -96,7 +98,7 @@ def offset_sheet(found: OffsetFit, legs: Sequence[str]) -> Sheet:
     rows = []
     for k, leg in enumerate(legs):
         rows.append(
-            (leg, "offset", *(_maybe(found.offset, found.offset_sd, k, i) for i in range(6)))
+            (leg, OFFSET.name, *(_maybe(found.offset, found.offset_sd, k, i) for i in range(6)))
         )
         rows.append(
             (leg, "change", *(_maybe(found.change, found.change_sd, k, i) for i in range(6)))

@@ -1,0 +1,112 @@
+"""Whether an answer holds without single blocks: chosen again, and better than what else would be.
+
+Of the room of the diagnosis; `footcal_cli.core.diagnosis.investigation` asks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from footcal_cli.core.diagnosis.answer import Cause, Verdict
+from footcal_cli.core.diagnosis.contenders import fit
+from footcal_cli.core.diagnosis.gain import Gain, bought, gains_of, without_rivals
+from footcal_cli.core.diagnosis.kindred import excess_of
+from footcal_cli.core.diagnosis.nested import nested_losses
+from footcal_cli.core.diagnosis.path import Path
+from footcal_cli.core.diagnosis.rules import Rules
+from footcal_cli.core.diagnosis.subject import Subject
+from footcal_cli.core.inference.grams import calibration_grams
+from footcal_cli.core.inference.problem import Problem
+from footcal_cli.core.inference.refit import Refit
+from footcal_cli.core.inference.scores import held_out_loss
+from footcal_cli.core.parameters import FloatArray
+
+LEAST_STABLE = 0.5
+"""Share of blocks without which a name is chosen again, below which it is none."""
+
+
+@dataclass(frozen=True)
+class Standing:
+    """An answer and what a new recording may expect of it.
+
+    Parameters
+    ----------
+    path, verdict, share
+        The answer.
+    gains
+        Held-out errors per output, the selection repeated without each fold.
+    stable
+        Share of blocks without which the same effects are chosen.
+    """
+
+    path: Path
+    verdict: Verdict
+    share: float
+    gains: tuple[Gain, ...]
+    stable: float
+
+    def holds(self, problem: Problem) -> bool:
+        """Whether it predicts blocks that had no say, and is chosen without most of them."""
+        return bought(self.gains, problem) > 0.0 and self.stable >= LEAST_STABLE
+
+
+def standing(
+    subject: Subject, path: Path, verdict: Verdict, share: float, rules: Rules, seed: int
+) -> Standing:
+    """Repeat the selection of named causes without each fold.
+
+    The linear search without a fold may begin with another effect than the one that a full refit
+    surely prefers: beside a single named cause such an effect is refitted in its place, and begins
+    the same contest where it is surely worse.
+
+    Parameters
+    ----------
+    subject, path
+        What is diagnosed, and a path with at least one cause.
+    verdict, share
+        The verdict on it, and the share of what can be explained that it explains.
+    rules, seed
+        Thresholds; of sign patterns.
+    """
+    problem, final = subject.problem, path.current
+    library, count = path.rounds[0].library, len(path.causes)
+    nested = nested_losses(problem, library, rules, count, seed, final.law, pair=path.pair)
+    begun = [cause.begun_by for cause in path.causes]
+    alike = nested.alike(begun)
+    if count == 1 and path.model is not None and not alike.all():
+        others = frozenset().union(*nested.chosen) - begun[0]
+        alike = nested.alike([begun[0] | set(_outdone(subject, path, path.model, others))])
+    gains = gains_of(problem, without_rivals(final, path.model), final.law, nested, alike)
+    return Standing(path, verdict, share, gains, float(np.mean(alike)))
+
+
+def _outdone(subject: Subject, path: Path, model: Refit, effects: Iterable[str]) -> list[str]:
+    """Effects that surely predict left-out blocks worse in the place of the only cause."""
+
+    def loss(bare: Problem, fitted: Refit) -> FloatArray:
+        fair = subject.without_credit(bare, fitted)
+        grams = calibration_grams(fair, path.current.law, counted=False)
+        return held_out_loss(grams.inner, grams.calibration)
+
+    mine = loss(subject.bare(model, [replace(path.causes[0], rivals=(), places=())]), model)
+    found = []
+    for effect in sorted(effects):
+        cause, fitted, bare = fit(subject, (), None, _best_of(path, effect))
+        if excess_of(loss(bare, fitted), mine).low > 0.0:
+            found.append(cause.signature.effect)
+    return found
+
+
+def _best_of(path: Path, effect: str) -> Cause:
+    """An effect where, and in the shape in which, it explains most beside the baseline."""
+    baseline = path.rounds[0]
+    evidence, lib = baseline.search.first, baseline.library
+    mine = [c for c, (name, *_) in enumerate(lib.causes) if name == effect]
+    best = max(mine, key=lambda c: float(evidence.gain[:, c].sum()))
+    signature = lib.problem.signatures[lib.index(int(evidence.best[best]))]
+    return replace(
+        path.causes[0], signature=signature, size=evidence.interval(best), rivals=(), places=()
+    )

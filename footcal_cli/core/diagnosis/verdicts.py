@@ -1,0 +1,146 @@
+"""The verdict on a path: whether its names explain enough, and nothing without a name does.
+
+Of the room of the diagnosis; `footcal_cli.core.diagnosis.investigation` asks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from footcal_cli.core.diagnosis.answer import Cause, Diagnosis, Verdict
+from footcal_cli.core.diagnosis.bends import against_bends, bends_of, bent_axes
+from footcal_cli.core.diagnosis.ends import against_other_sign, held_at_zero
+from footcal_cli.core.diagnosis.engine import (
+    enough,
+    left_apart,
+    leftover,
+    look_alike,
+    share_of,
+)
+from footcal_cli.core.diagnosis.form import Form, form_of
+from footcal_cli.core.diagnosis.growth import at_an_end, named_columns
+from footcal_cli.core.diagnosis.mixtures import against_mixtures, applies_to, mixtures_of
+from footcal_cli.core.diagnosis.pairs import in_other_cells
+from footcal_cli.core.diagnosis.path import Path
+from footcal_cli.core.diagnosis.rules import Rules
+from footcal_cli.core.diagnosis.subject import Subject
+from footcal_cli.core.diagnosis.unnamed import Unnamed, against_curves, applies, curves_of
+from footcal_cli.core.inference.evidence import sign_patterns
+from footcal_cli.core.inference.problem import Problem
+from footcal_cli.core.inference.refit import Refit
+from footcal_cli.core.parameters import IntArray
+
+CLEAR = (Verdict.NAMED, Verdict.AMBIGUOUS)
+"""Verdicts that leave nothing beside the names."""
+NAMING = (*CLEAR, Verdict.NAMED_UNKNOWN)
+
+
+def judged(subject: Subject, path: Path, rules: Rules, seed: int) -> tuple[Verdict, float]:
+    """The verdict on a path, and the share of what can be explained that its names explain."""
+    form = _form(path.current, path.model, path.causes, seed)
+    unnamed = _unnamed(subject, path.current, path.model, path.causes, rules, seed)
+    verdict, share = _verdict(path.rounds, path.causes, form, unnamed, rules, path.removed)
+    if verdict in NAMING and at_an_end(subject, path.causes, path.model):
+        # a size that only its bound stops is the size of something else
+        return Verdict.UNKNOWN, share
+    sure = path.pair or all(cause.rivals for cause in path.causes)
+    sure &= in_other_cells(subject.table, path.causes)
+    if verdict in NAMING and subject.case.drifts and len(path.causes) > 1 and not sure:
+        # beside a calibration that drifts two causes copy a third that neither of them is
+        return Verdict.UNKNOWN, share
+    return verdict, share
+
+
+def _form(current: Problem, model: Refit | None, causes: Sequence[Cause], seed: int) -> Form | None:
+    """Whether the named sizes are the same everywhere, on the extended model."""
+    named = named_columns(model, causes)
+    if not named.size:
+        return None
+    signs = sign_patterns(current.blocks, seed)
+    return form_of(current, named, signs)
+
+
+def _unnamed(
+    subject: Subject,
+    current: Problem,
+    model: Refit | None,
+    causes: Sequence[Cause],
+    rules: Rules,
+    seed: int,
+) -> tuple[Unnamed, ...]:
+    """The named causes against what has no name, where they could be that."""
+    named = named_columns(model, causes)
+    if model is None or not named.size:
+        return ()
+    found = []
+    signs = sign_patterns(current.blocks, seed)
+    if applies(current, subject.case, causes):
+        curves = curves_of(model.ideal, subject.rows)
+        found.append(against_curves(subject.problem, current, named, curves, signs, rules))
+    axes = bent_axes(subject.case, causes)
+    if axes:
+        bends = bends_of(model.ideal, subject.rows, axes)
+        found.append(against_bends(current, bends, signs))
+    held = held_at_zero(model, [subject.table[c.signature.effect] for c in causes], causes)
+    if held.any():
+        found.append(against_other_sign(current, model.columns, held, signs))
+    if applies_to(subject.case, causes):
+        mixtures = mixtures_of(model.ideal, subject.rows)
+        found.append(against_mixtures(current, mixtures, signs))
+    return tuple(found)
+
+
+def _verdict(
+    rounds: Sequence[Diagnosis],
+    causes: Sequence[Cause],
+    form: Form | None,
+    unnamed: Sequence[Unnamed],
+    rules: Rules,
+    removed: float,
+) -> tuple[Verdict, float]:
+    """The engine's verdict on the first round, corrected by what the refits left."""
+    first, last = rounds[0], rounds[-1]
+    quiet = first.verdict is Verdict.NONE and not causes
+    if first.verdict is Verdict.UNDERPOWERED or quiet:
+        return first.verdict, 0.0
+    if (not causes or removed <= 0.0) and not leftover(first.before, rules):
+        # the linear proxy was significant, no refitted model is anything or is better on held-out
+        # blocks, and no test that knows no cause finds anything
+        return Verdict.NONE, 0.0
+    if not causes:
+        return Verdict.UNKNOWN, 0.0
+    share = share_of(removed, last.before, form)
+    more = leftover(last.before, rules)
+    lib = first.library
+    acts_between = {
+        c for i, c in enumerate(lib.causes) if lib.between[lib.index(lib.columns[i][0])]
+    }
+    between = any(c.signature.cause in acts_between for c in causes)
+    several = any(cause.rivals for cause in causes)
+    if any(rival.spoils(removed, rules, several=several) for rival in unnamed):
+        return Verdict.UNKNOWN, share
+    if not enough(share, last.before, form, rules, between=between, several=several) or (
+        len(causes) > 1 and look_alike(lib, _columns_of(first, causes), rules)
+    ):
+        return Verdict.UNKNOWN, share
+    if several:
+        # neither which one it is nor what else is there: a set would hide the rest
+        return Verdict.UNKNOWN if left_apart(last.before, rules) else Verdict.AMBIGUOUS, share
+    return (Verdict.NAMED_UNKNOWN if more else Verdict.NAMED), share
+
+
+def _columns_of(first: Diagnosis, causes: Sequence[Cause]) -> IntArray:
+    """The column of each named cause: where it was named, in the shape that explained most there.
+
+    Where every cell has a size of its own, the place that explained most on its own.
+    """
+    known, evidence = first.library.causes, first.search.first
+    gain = evidence.gain.sum(axis=0)
+    columns = []
+    for effect, parameter, where in (cause.signature.cause for cause in causes):
+        mine = [i for i, cause in enumerate(known) if cause[0] == effect]
+        there = [i for i in mine if known[i] == (effect, parameter, where)]
+        columns += [evidence.best[max(there or mine, key=lambda i: gain[i])]] if mine else []
+    return np.array(columns, dtype=np.int64)

@@ -1,0 +1,90 @@
+"""Tables with a row for each foot or cell: by what they are turned into one row per sample.
+
+Room: sniff; asked by columns before a table is taken as it stands.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from footcal_cli.core.parameters import FloatArray, IntArray
+from footcal_cli.sniff.guesses import ColumnGuess
+from footcal_cli.sniff.names import name_guess
+from footcal_cli.tables.pivot import labels_of
+from footcal_cli.tables.rawcolumn import RawColumn
+from footcal_cli.tables.reading import Pivot
+
+_MOST = 25
+_TAKE_TURNS = 0.5
+"""In a table of one row per foot or cell the next row is mostly of another."""
+_LEAST_ROWS = 3
+_LABELS = ("label", "placement")
+_MEASURED = ("reading", "force", "cop", "unknown", "pressure")
+_SIDES = {"left", "right"}
+_ATTITUDES = ("quaternion", "angle", "matrix", "gravity", "acceleration", "orientation")
+_AXES = {"fx", "fy", "fz", "tx", "ty", "tz"}
+
+
+def pivot_of(columns: Sequence[ColumnGuess], raw: Mapping[str, RawColumn]) -> Pivot | None:
+    """How a table is turned; None where its rows are samples, or known weights on cells.
+
+    Parameters
+    ----------
+    columns
+        What each column is taken for.
+    raw
+        The same columns as the file holds them.
+    """
+    named = [c for c in columns if c.quantity in _LABELS and len(c.words) > 1]
+    named = [c for c in named if c.codes is not None and np.all(c.codes >= 0)]
+    measured = [c for c in columns if c.quantity in _MEASURED and c.values is not None]
+    loaded = any(c.quantity == "load" and c.values is not None for c in columns)
+    if not named or not measured or loaded:
+        return None
+    # six axes of legs are read as they stand, a row for each: they hang
+    axes = {c.name.axis for c in columns if c.quantity == "force"}
+    feet = any({name_guess(word).side for word in c.words} == _SIDES for c in named)
+    if axes >= _AXES and (not feet or any(c.quantity in _ATTITUDES for c in columns)):
+        return None
+    by = tuple(c.column for c in named)
+    words = labels_of([raw[name] for name in by])
+    labels = tuple(dict.fromkeys(words.tolist()))
+    rows = [np.flatnonzero(words == label) for label in labels]
+    least = min(own.size for own in rows)
+    if not 1 < len(labels) <= _MOST or least < _LEAST_ROWS:
+        return None
+    if np.mean(words[1:] != words[:-1]) < _TAKE_TURNS:
+        return None
+    at = _stamps(columns, raw, rows)
+    if not at and max(own.size for own in rows) > least + 1:
+        return None
+    return Pivot(by, labels, at)
+
+
+def _stamps(
+    columns: Sequence[ColumnGuess], raw: Mapping[str, RawColumn], rows: Sequence[IntArray]
+) -> str:
+    """The column by which rows belong together; empty where only their order says so."""
+    for quantity in ("time", "sequence"):
+        for column in columns:
+            if column.quantity != quantity:
+                continue
+            own = raw[column.column]
+            each = [own.values[at] for at in rows]
+            if any(np.unique(values).size < values.size for values in each):
+                continue
+            if own.kind == "text":
+                same = all(set(values) == set(each[0]) for values in each[1:])
+                if same:
+                    return column.column
+            elif quantity == "time" or _shared(each):
+                return column.column
+    return ""
+
+
+def _shared(each: Sequence[FloatArray]) -> bool:
+    """Whether numbers of rows count samples: most of them stand with every label."""
+    common = set(each[0].tolist()).intersection(*(set(v.tolist()) for v in each[1:]))
+    return len(common) * 2 > max(len(values) for values in each)

@@ -1,0 +1,42 @@
+"""A column as a file holds it, before anything is converted.
+
+Room: tables; made by logfiles, turned by pivot, read by sources, values and sniff.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footcal_cli.core.parameters import BoolArray
+
+RawKind = Literal["number", "truth", "text", "stamp", "duration"]
+
+
+@dataclass(frozen=True)
+class RawColumn:
+    """A column as the file holds it.
+
+    Parameters
+    ----------
+    kind
+        ``stamp`` counts nanoseconds since 1970 (UTC), ``duration`` nanoseconds.
+    values
+        Shape (n,): integers or floats, booleans, strings, or nanoseconds (int64).
+    empty
+        Where the cell is empty, shape (n,).
+    lines
+        Line of every row in a text file, shape (n,); None for Parquet.
+    """
+
+    kind: RawKind
+    values: NDArray[Any]
+    empty: BoolArray
+    lines: NDArray[np.int64] | None = None
+
+    def row(self, position: int) -> str:
+        """A row for people: lines of a text file, rows of Parquet counted from 1."""
+        return f"row {position + 1}" if self.lines is None else f"line {self.lines[position]}"

@@ -1,0 +1,62 @@
+"""What every log has is fitted beside all causes, unless it is far larger than usual."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from footcal_cli.core.diagnosis.imperfections import _large_elsewhere
+from footcal_cli.core.inference.problem import Problem, Signature
+
+BLOCKS, ROWS, RATE_HZ = 12, 200, 50.0
+USUAL_S = 0.002
+FAR_S = (-0.1, -0.05, 0.05, 0.1)
+
+
+def gait(late_s: float) -> np.ndarray:
+    """A load that steps twice a second with three harmonics, and may be late."""
+    time = np.arange(BLOCKS * ROWS) / RATE_HZ - late_s
+    return sum(np.sin(2 * np.pi * 2.0 * k * time + k) / k for k in (1, 2, 3))  # type: ignore[return-value]
+
+
+def late_by(seconds: float) -> tuple[Problem, np.ndarray, list[Signature]]:
+    """A residual of a stream that is so late, with columns of a usual delay and of far ones."""
+    rng = np.random.default_rng(3)
+    block = np.repeat(np.arange(BLOCKS), ROWS)
+    usual = gait(USUAL_S) - gait(0.0)
+    signature = Signature("delay", "delay", "robot", "s", (), -0.5, 0.5)
+    near = Signature("delay", "delay", "robot", "s", (), -USUAL_S, USUAL_S)
+    columns = np.stack([(gait(by) - gait(0.0)) / by for by in FAR_S], axis=1)
+    problem = Problem(
+        residual=gait(seconds) - gait(0.0) + 0.2 * rng.standard_normal(block.size),
+        calibration=np.ones((block.size, 1)),
+        calibration_names=("bias",),
+        columns=columns,
+        signatures=(signature,) * len(FAR_S),
+        block=block,
+        output=np.zeros(block.size, dtype=np.int64),
+        sequence=block,
+        outputs=("fz",),
+        units=("N",),
+        noise=np.full(block.size, 1.0),
+        tolerance=np.array([0.1]),
+        rate_hz=RATE_HZ,
+    )
+    return problem, usual[:, None], [near]
+
+
+@pytest.mark.parametrize(
+    ("seconds", "large"),
+    [
+        (0.0, set()),
+        (0.001, set()),
+        (-0.004, set()),
+        # a fifth of a period late: no gradient at none leads there
+        (0.1, {"delay"}),
+        (-0.1, {"delay"}),
+    ],
+)
+def test_a_delay_far_beyond_the_usual_ones_stays_a_candidate(
+    seconds: float, large: set[str]
+) -> None:
+    assert _large_elsewhere(*late_by(seconds)) == large
