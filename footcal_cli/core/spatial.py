@@ -20,6 +20,35 @@ def whole_rows(values: FloatArray) -> BoolArray:
     return np.asarray(np.isfinite(values).all(axis=tuple(range(1, values.ndim))), dtype=np.bool_)
 
 
+def in_heading(
+    error: FloatArray, valid: BoolArray, h: FloatArray, pairs: Sequence[tuple[int, int]],
+    yaw_rad: FloatArray,
+) -> tuple[FloatArray, BoolArray, FloatArray]:  # fmt: skip
+    """The rows with horizontal pairs along and across the heading instead of the world's axes.
+
+    Guards look at one row at a time, and scatter differs from axis to axis: along axes of the world
+    estimates would depend on the direction in which the robot happens to stand or walk.
+
+    Parameters
+    ----------
+    error, valid, h
+        Of rows, shapes (n, k), (n, k), (n, k, p).
+    pairs
+        Rows that hold the x and the y component of a vector.
+    yaw_rad
+        Heading, shape (n,).
+    """
+    error, valid, h = error.copy(), valid.copy(), h.copy()
+    cos, sin = np.cos(yaw_rad), np.sin(yaw_rad)
+    for x, y in pairs:
+        both = valid[:, x] & valid[:, y] & np.isfinite(yaw_rad)
+        valid[:, x], valid[:, y] = both, both
+        for rows, c, s in ((error, cos, sin), (h, cos[:, None], sin[:, None])):
+            along, across = c * rows[:, x] + s * rows[:, y], c * rows[:, y] - s * rows[:, x]
+            rows[:, x], rows[:, y] = along, across
+    return error, valid, h
+
+
 def rotations_of_rpy(rpy_rad: FloatArray) -> FloatArray:
     """``Rz(yaw) Ry(pitch) Rx(roll)``: (n, 3) to (n, 3, 3); NaN where an angle is not a number."""
     good = whole_rows(rpy_rad)

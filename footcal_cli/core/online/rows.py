@@ -23,6 +23,7 @@ from footcal_cli.core.experiments import walk
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
+from footcal_cli.core.spatial import in_heading
 from footcal_cli.errors import DataError
 
 REFERENCE_STATES: Mapping[str, tuple[str, float]] = {
@@ -343,35 +344,6 @@ def _sample_rows(
     finite = np.asarray(np.isfinite(h).all(axis=2))
     error, valid = balance.error, balance.valid & finite
     return in_heading(error, valid, np.where(finite[..., None], h, 0.0), ((1, 2),), yaw)
-
-
-def in_heading(
-    error: FloatArray, valid: BoolArray, h: FloatArray, pairs: Sequence[tuple[int, int]],
-    yaw_rad: FloatArray,
-) -> tuple[FloatArray, BoolArray, FloatArray]:  # fmt: skip
-    """The rows with horizontal pairs along and across the heading instead of the world's axes.
-
-    Guards look at one row at a time, and scatter differs from axis to axis: along axes of the world
-    estimates would depend on the direction in which the robot happens to stand or walk.
-
-    Parameters
-    ----------
-    error, valid, h
-        Of rows, shapes (n, k), (n, k), (n, k, p).
-    pairs
-        Rows that hold the x and the y component of a vector.
-    yaw_rad
-        Heading, shape (n,).
-    """
-    error, valid, h = error.copy(), valid.copy(), h.copy()
-    cos, sin = np.cos(yaw_rad), np.sin(yaw_rad)
-    for x, y in pairs:
-        both = valid[:, x] & valid[:, y] & np.isfinite(yaw_rad)
-        valid[:, x], valid[:, y] = both, both
-        for rows, c, s in ((error, cos, sin), (h, cos[:, None], sin[:, None])):
-            along, across = c * rows[:, x] + s * rows[:, y], c * rows[:, y] - s * rows[:, x]
-            rows[:, x], rows[:, y] = along, across
-    return error, valid, h
 
 
 def _state_column(

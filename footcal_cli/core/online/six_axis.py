@@ -18,8 +18,9 @@ from footcal_cli.core.experiments import walk
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.filter import Track
 from footcal_cli.core.online.replay import held
-from footcal_cli.core.online.rows import Rows, advanced, block_means, in_heading, updates_of
+from footcal_cli.core.online.rows import Rows, advanced, block_means, updates_of
 from footcal_cli.core.parameters import BoolArray, ComplexArray, FloatArray
+from footcal_cli.core.spatial import in_heading
 
 KNOWN_MOTION = 0.05
 """Sd of the size of a body's horizontal motion and of the moments it takes, as a share of them: a
