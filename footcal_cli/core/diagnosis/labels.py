@@ -51,10 +51,13 @@ class Elsewhere:
 
 def relabelled(case: Case) -> tuple[Case, tuple[Elsewhere, ...]]:
     """Placements whose displaced visits have hole numbers of their own, and what they are."""
-    shift, log, visit = _displacements(case)
-    sd = np.median(np.abs(shift - np.median(shift, axis=0)), axis=0) / _MIDDLE
+    shift, load, log, visit = _displacements(case)
+    sd = _scatter(shift)
     size = np.sqrt(np.sum(shift**2, axis=1))
-    far = np.any(np.abs(shift) > _APART * sd, axis=1) & (size > _LEAST_M)
+    # noise of moments scatters a light weight far and is alike in N m; a pin's play is so in m
+    moment = shift * load[:, None]
+    apart = (np.abs(shift) > _APART * sd) & (np.abs(moment) > _APART * _scatter(moment))
+    far = np.any(apart, axis=1) & (size > _LEAST_M)
     if not far.any() or far.mean() > _MOST:
         return case, ()
     logs, found = list(case.logs), []
@@ -78,6 +81,11 @@ def relabelled(case: Case) -> tuple[Case, tuple[Elsewhere, ...]]:
     return replace(case, logs=tuple(logs)), tuple(found)
 
 
+def _scatter(values: FloatArray) -> FloatArray:
+    """Robust sd of each column, shape (2,)."""
+    return np.asarray(np.median(np.abs(values - np.median(values, axis=0)), axis=0) / _MIDDLE)
+
+
 def _elsewhere(
     case: Case, number: int, label: int, visits: IntArray, shift: FloatArray
 ) -> Elsewhere:
@@ -95,8 +103,8 @@ def _elsewhere(
     )  # fmt: skip
 
 
-def _displacements(case: Case) -> tuple[FloatArray, IntArray, IntArray]:
-    """Where the weight of each visit seems to lie from its label, m, (n, 2); its log and block.
+def _displacements(case: Case) -> tuple[FloatArray, FloatArray, IntArray, IntArray]:
+    """Where the weight of each visit seems to lie from its label, m, (n, 2); its load, log, block.
 
     ``δ = (Δm_y-lever, Δm_x-lever) / load`` of what a calibration leaves in which rows far off
     weigh little (Huber's weights).
@@ -127,11 +135,11 @@ def _displacements(case: Case) -> tuple[FloatArray, IntArray, IntArray]:
         block[here] = log.block[rows.row[here]]
     kinds, at = np.unique(np.stack([rows.log, block], axis=1), axis=0, return_inverse=True)
     at = np.asarray(at).ravel()
-    shift = np.zeros((len(kinds), 2))
+    shift, heavy = np.zeros((len(kinds), 2)), np.zeros((len(kinds), 2))
     for axis, name in enumerate(("moment_x", "moment_y")):
         mine = rows.output == rows.outputs.index(name)
         lever = np.bincount(at[mine], left[mine] * load[mine], minlength=len(kinds))
-        shift[:, axis] = lever / np.maximum(
-            np.bincount(at[mine], load[mine] ** 2, minlength=len(kinds)), 1e-300
-        )
-    return shift, kinds[:, 0], kinds[:, 1]
+        squared = np.bincount(at[mine], load[mine] ** 2, minlength=len(kinds))
+        shift[:, axis] = lever / np.maximum(squared, 1e-300)
+        heavy[:, axis] = np.sqrt(squared)
+    return shift, heavy.max(axis=1), kinds[:, 0], kinds[:, 1]
