@@ -13,6 +13,7 @@ import pytest
 
 from footcal_cli.app import main
 from footcal_cli.report import Drawn, Picture
+from footcal_cli.report.text import WIDTH
 
 REPOSITORY = Path(__file__).resolve().parent.parent
 
@@ -29,6 +30,14 @@ def real_data() -> Path:
     if not folder:
         pytest.skip("FOOTCAL_DATA is not set: no measured data at hand")
     return Path(folder)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _no_terminal() -> Iterator[None]:
+    """The tests read a pipe: one line per sentence, however wide the terminal they started from."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.delenv(WIDTH, raising=False)
+        yield
 
 
 def _one_pixel() -> bytes:
