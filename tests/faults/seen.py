@@ -20,11 +20,11 @@ TIMES = 2
 _G = 9.80665
 _END = 2.0**23 - 1
 
-_BENCH = replace(
+BENCH = replace(
     BASES["check_weights"], name="check_bench", recipe="weights.toml",
     words=("check", "weights.csv", "--recipe", "weights.toml", "--quiet"),
 )  # fmt: skip
-_STAND = replace(
+STAND = replace(
     BASES["check_walk"], name="check_stand", logs=("stand_cells.csv", "stand_body.csv"),
     words=("check", "stand_cells.csv", "stand_body.csv", "--recipe", "biped.toml", "--quiet"),
 )  # fmt: skip
@@ -241,29 +241,31 @@ def seen_jobs(inputs: Path, seed: int) -> list[Job]:
     for base, log, faults in (
         (walk, "walk_cells.csv", [(f.__name__, f) for f in _OF_CELLS]),
         (walk, "walk_body.csv", _OF_BODIES),
-        (_STAND, "stand_cells.csv", [(f.__name__, f) for f in _OF_STANDS]),
-        (_BENCH, "weights.csv", _OF_WEIGHTS),
+        (STAND, "stand_cells.csv", [(f.__name__, f) for f in _OF_STANDS]),
+        (BENCH, "weights.csv", _OF_WEIGHTS),
         (hang, "hang.csv", _OF_HANGINGS),
     ):
         tried += [(base, log, name.replace("_", " "), change) for name, change in faults]
     return [
         Job(f"{base.name} | {log}: {name} | seen {seed + k}", "seen", log,
-            _look(base, log, name, change, seed + k, inputs))
+            look(base, log, name, change, seed + k, inputs))
         for base, log, name, change in tried
         for k in range(TIMES)
     ]  # fmt: skip
 
 
-def _look(
-    base: Base, log: str, name: str, change: Change, seed: int, inputs: Path
+def look(
+    base: Base, log: str, name: str, change: Change, seed: int, inputs: Path, part: str = "seen"
 ) -> Callable[[Path], Outcome]:
+    """What `check` says of a log with this fault."""
+
     def bend(path: Path, rng: Random) -> None:
         change(pd.read_csv(path), rng).to_csv(path, index=False)
 
     def run(folder: Path) -> Outcome:
         fault = Mutation("seen", name, bend, wrong=True)
         outcome = attempt(Case(base, log, fault, seed), inputs, folder)
-        key = f"{base.name} | {log}: {name} | seen {seed}"
-        return replace(outcome, key=key, part="seen", family=log)
+        key = f"{base.name} | {log}: {name} | {part} {seed}"
+        return replace(outcome, key=key, part=part, family=log)
 
     return run
