@@ -20,7 +20,7 @@ _PARTS = {
     "seen": ("What check sees", "a log of weights, of a walk, a stand or a hanging with one fault"),
     "unseen": (
         "Faults written down beforehand",
-        "36 faults of all six experiments, in a file before anybody saw what `check` says of them",
+        "39 faults of all six experiments, in a file before anybody saw what `check` says of them",
     ),
 }  # fmt: skip
 _LOOKED = ("seen", "unseen")

@@ -86,6 +86,12 @@ def negated(log: pd.DataFrame, rng: Random) -> pd.DataFrame:
     return log.assign(**{name: -log[name]})
 
 
+def axis_negated(log: pd.DataFrame, rng: Random) -> pd.DataFrame:
+    """One axis of a transducer is of turned sign; one that no orientation loads shows nothing."""
+    name = str(rng.choice(["fx_n", "fz_n"]))
+    return log.assign(**{name: -log[name]})
+
+
 def exchanged(log: pd.DataFrame, rng: Random) -> pd.DataFrame:
     """Two cells are exchanged."""
     names = _named(log, "_counts")
@@ -228,7 +234,7 @@ _OF_WEIGHTS: tuple[tuple[str, Change], ...] = (
     ("milliseconds", _times("time_s", 1e3)), ("rows_twice", rows_twice),
 )  # fmt: skip
 _OF_HANGINGS: tuple[tuple[str, Change], ...] = (
-    *((f.__name__, _one_channel(f)) for f in (outliers, stuck, negated, lost, half_turn,
+    *((f.__name__, _one_channel(f)) for f in (outliers, stuck, axis_negated, lost, half_turn,
       axes_exchanged)),
     *((f.__name__, f) for f in (milliseconds, shuffled, rows_twice, orientations_exchanged)),
 )  # fmt: skip
