@@ -68,7 +68,7 @@ def coarse_delay_s(
         Name of the delay among the unknowns; it is left out of every trial.
     """
     stop = int(np.searchsorted(log.time_s, log.time_s[0] + _SEARCHED_S))
-    if stop < _FEWEST:  # stamps so large, or so far apart, that no delay can be told
+    if stop < _FEWEST:  # stamps so large, or so far apart, that no delay is found
         return 0.0
     begun = log.rows(0, stop)
 
