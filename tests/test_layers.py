@@ -83,6 +83,7 @@ EFFECT_NAMES_OUTSIDE: dict[str, set[str]] = {
 }
 
 
+@cache
 def sources() -> list[Path]:
     return sorted(PACKAGE.rglob("*.py"))
 
@@ -92,13 +93,21 @@ def tree_of(path: Path) -> ast.Module:
     return ast.parse(path.read_text(encoding="utf-8"))
 
 
+@cache
+def nodes_of(path: Path) -> tuple[ast.AST, ...]:
+    """What the rules look at of a file, walked through once."""
+    kinds = (ast.Import, ast.ImportFrom, ast.Call, ast.Constant)
+    return tuple(node for node in ast.walk(tree_of(path)) if isinstance(node, kinds))
+
+
 def room_of(path: Path) -> str:
     return path.relative_to(PACKAGE).parts[0].removesuffix(".py")
 
 
+@cache
 def imports_of(path: Path) -> list[str]:
     found = []
-    for node in ast.walk(tree_of(path)):
+    for node in nodes_of(path):
         if isinstance(node, ast.Import):
             found += [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
@@ -141,7 +150,7 @@ def test_the_core_neither_prints_nor_opens_files() -> None:
         f"{path.relative_to(PACKAGE).as_posix()}:{node.lineno} calls {node.func.id}"
         for path in sources()
         if room_of(path) == "core"
-        for node in ast.walk(tree_of(path))
+        for node in nodes_of(path)
         if isinstance(node, ast.Call)
         and isinstance(node.func, ast.Name)
         and node.func.id in {"print", "open", "input"}
@@ -186,15 +195,14 @@ def test_no_fit_of_the_product_knows_the_papers_methods() -> None:
 
 def solvers_in(path: Path) -> int:
     """How often a file calls SciPy's optimisers or inverts a matrix."""
-    tree = tree_of(path)
     imported = {
         alias.asname or alias.name
-        for node in ast.walk(tree)
+        for node in nodes_of(path)
         if isinstance(node, ast.ImportFrom) and node.module in ("scipy.optimize", "scipy.linalg")
         for alias in node.names
         if node.module == "scipy.optimize" or "inv" in alias.name
     }
-    called = [node.func for node in ast.walk(tree) if isinstance(node, ast.Call)]
+    called = [node.func for node in nodes_of(path) if isinstance(node, ast.Call)]
     return sum(
         func.id in imported
         if isinstance(func, ast.Name)
@@ -217,7 +225,7 @@ def effect_names_in(path: Path) -> set[str]:
     """Strings of a file that are an effect's name."""
     return {
         node.value
-        for node in ast.walk(tree_of(path))
+        for node in nodes_of(path)
         if isinstance(node, ast.Constant) and isinstance(node.value, str) and node.value in TABLE
     }
 

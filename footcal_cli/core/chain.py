@@ -16,6 +16,7 @@ from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray, IntArray, Parameter, ParameterSet
 
 T = TypeVar("T")
+_Column = tuple[str, float, tuple[str, ...]]
 
 
 @dataclass(frozen=True)
@@ -43,18 +44,33 @@ class Link:
 
     def acting(self, values: Mapping[str, float]) -> tuple[str, ...]:
         """Full names of the sizes that differ from neutral; if none, the link may be skipped."""
-        return tuple(n for n, neutral in self._sizes if values.get(n, neutral) != neutral)
+        return tuple([n for n, neutral in self._sizes if values.get(n, neutral) != neutral])
+
+    @cached_property
+    def _columns(self) -> dict[tuple[str, ...], tuple[_Column, ...]]:
+        """What `theta` reads for these units, kept: thousands of trial models ask for the same."""
+        return {}
 
     def theta(self, values: Mapping[str, float], units: Sequence[str]) -> Theta:
         """Spread flat values over the units; parameters without a value stay neutral."""
-        theta = {p.name: np.full(len(units), p.neutral) for p in self.effect.parameters}
-        for owner, members in self.owners.items():
-            at = [units.index(member) for member in members if member in units]
-            for parameter in self.effect.parameters:
-                theta[parameter.name][at] = values.get(
-                    f"{owner}.{parameter.name}", parameter.neutral
-                )
-        return theta
+        asked = tuple(units)
+        columns = self._columns.get(asked)
+        if columns is None:
+            columns = self._columns[asked] = self._columns_of(asked)
+        get = values.get
+        return {
+            name: np.array([get(key, neutral) for key in keys], dtype=float)
+            for name, neutral, keys in columns
+        }
+
+    def _columns_of(self, units: tuple[str, ...]) -> tuple[_Column, ...]:
+        """Name and neutral value of every parameter, full name per unit (empty: no owner)."""
+        owner_of = {unit: o for o, members in self.owners.items() for unit in members}
+        owners = [owner_of.get(unit) for unit in units]
+        return tuple(
+            (p.name, p.neutral, tuple(f"{o}.{p.name}" if o else "" for o in owners))
+            for p in self.effect.parameters
+        )
 
 
 def link(effect: Effect, channels: Sequence[str], only: Sequence[str] | None = None) -> Link:
@@ -98,7 +114,7 @@ class Seen:
         key = effect.name, len(log)
         last = self._last.get(key)
         for known in (last, self._first.get(key)):
-            if known is not None and known.log is log and not any(known.moved(theta).values()):
+            if known is not None and known.log is log and known.same(theta):
                 return known.out
         self._anew = True
         if effect.by_column and last is not None and _at_the_same_rows(last.log, log):
@@ -126,11 +142,9 @@ class _Removed:
     theta: Theta
     out: Log
 
-    def moved(self, theta: Theta) -> dict[str, bool]:
-        """Which parameters have other values."""
-        return {
-            name: not np.array_equal(values, self.theta[name]) for name, values in theta.items()
-        }
+    def same(self, theta: Theta) -> bool:
+        """Whether all parameters have the values that they had."""
+        return all(v.tobytes() == self.theta[name].tobytes() for name, v in theta.items())
 
 
 def _at_the_same_rows(one: Log, other: Log) -> bool:

@@ -22,6 +22,7 @@ from filelock import FileLock
 from footcal_cli.errors import UsageError
 from footcal_cli.session.run_folder import GROWN_ROWS, claim, grown_folder, put_in_place
 from tests.conftest import REPOSITORY, Run
+from tests.faults.forked import AtTouch, count_touches, start
 
 FOOTCAL = [sys.executable, "-m", "footcal_cli"]
 LOG = "channel,load_n,counts\n" + "".join(
@@ -147,42 +148,84 @@ def test_a_folder_may_be_claimed_again_after_it_was_refused(tmp_path: Path) -> N
         claim(tmp_path / "held")
 
 
-@pytest.mark.parametrize(
+SIGNALS = pytest.mark.parametrize(
     ("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGKILL, -9)]
 )
-@pytest.mark.parametrize("after_s", [0.5, 1.6, 2.6])
+
+
+def _nothing_lost(run: Run, log: Path, folder: Path, code: int, said: str) -> None:
+    """The earlier run is whole or the new one is; the next run finds nothing in its way."""
+    out = folder / "out"
+    if code in {130, 143}:
+        assert said == "footcal: interrupted, nothing half-written\n"
+    listed = json.loads((out / "run.json").read_text())["files"]
+    assert {*listed, "run.json"} == files_of(out)
+    assert run("offline-fit", log, "--out", out, "--overwrite").exit_code == 0
+    assert sorted(p.name for p in folder.iterdir()) == ["out", "weights.csv"]
+
+
+@pytest.fixture(scope="module")
+def touches(tmp_path_factory: pytest.TempPathFactory) -> int:
+    """How often a run that replaces another one touches files."""
+    folder = tmp_path_factory.mktemp("touched")
+    words = overwriting(folder)
+    assert start(words, folder.parent / "first.err", drawn=True).wait().code == 0
+    return count_touches(words, folder, drawn=True)
+
+
+def overwriting(folder: Path) -> list[str]:
+    log = folder / "weights.csv"
+    log.write_text(LOG)
+    return ["offline-fit", str(log), "--out", str(folder / "out"), "--overwrite"]
+
+
+@SIGNALS
+@pytest.mark.parametrize("share", [0.02, 0.5, 0.98])
 def test_a_signal_at_any_moment_loses_nothing(
+    run: Run, tmp_path: Path, touches: int, number: int, code: int, share: float
+) -> None:
+    """Where files are touched: at the first, in the middle and where names are exchanged."""
+    folder = tmp_path / "runs"
+    folder.mkdir()
+    words = overwriting(folder)
+    assert run(*words).exit_code == 0
+    at = max(1, round(share * touches))
+    struck = AtTouch(folder, at, lambda: os.kill(os.getpid(), number))
+    ended = start(words, tmp_path / "said.err", struck.install, drawn=True).wait()
+    assert ended.code == code
+    _nothing_lost(run, folder / "weights.csv", folder, ended.code, ended.err)
+
+
+@pytest.mark.parametrize(
+    ("number", "code", "after_s"), [(signal.SIGINT, 130, 0.5), (signal.SIGTERM, 143, 1.6)]
+)
+def test_a_signal_while_a_process_starts_loses_nothing(
     run: Run, log: Path, tmp_path: Path, number: int, code: int, after_s: float
 ) -> None:
+    """Among its imports."""
     out = tmp_path / "out"
     assert run("offline-fit", log, "--out", out).exit_code == 0
     running = subprocess.Popen(
-        [*FOOTCAL, "offline-fit", str(log), "--out", str(out), "--overwrite"],
+        [*FOOTCAL, "offline-fit", str(log), "--out", str(out), "--overwrite", "--no-pictures"],
         cwd=REPOSITORY, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
     )  # fmt: skip
     time.sleep(after_s)
     running.send_signal(number)
     _, said = running.communicate()
     assert running.returncode in {code, 0}  # 0: it had ended before the signal came
-    if running.returncode in {130, 143}:
-        assert said == "footcal: interrupted, nothing half-written\n"
-    listed = json.loads((out / "run.json").read_text())["files"]
-    assert {*listed, "run.json"} == files_of(out)
-    assert run("offline-fit", log, "--out", out, "--overwrite").exit_code == 0
-    assert sorted(p.name for p in tmp_path.iterdir()) == ["out", "weights.csv"]
+    _nothing_lost(run, log, tmp_path, running.returncode, said)
 
 
 def test_a_disk_that_is_full_is_the_machine_s_fault(log: Path, tmp_path: Path) -> None:
     """A limit on file sizes stands for the full disk: the same call fails in the same place."""
-    done = subprocess.run(
-        [*FOOTCAL, "offline-fit", str(log), "--out", str(tmp_path / "out")],
-        cwd=REPOSITORY, capture_output=True, text=True, check=False,
-        preexec_fn=lambda: _small_files(),
-    )  # fmt: skip
-    assert done.returncode == 74
-    assert done.stderr.count("\n") == 1
-    assert "Remedy:" in done.stderr
-    assert sorted(p.name for p in tmp_path.iterdir()) == ["weights.csv"]
+    folder = tmp_path / "runs"
+    folder.mkdir()
+    words = ["offline-fit", str(log), "--out", str(folder / "out")]
+    done = start(words, tmp_path / "said.err", _small_files, drawn=True).wait()
+    assert done.code == 74
+    assert done.err.count("\n") == 1
+    assert "Remedy:" in done.err
+    assert list(folder.iterdir()) == []
 
 
 def _small_files() -> None:
@@ -217,7 +260,7 @@ def test_a_missing_permission_is_the_machine_s_fault(log: Path, tmp_path: Path) 
     closed.mkdir(mode=0o555)
     plain = [] if os.geteuid() else ["setpriv", "--bounding-set", "-all", "--inh-caps", "-all"]
     done = subprocess.run(
-        [*plain, *FOOTCAL, "offline-fit", str(log), "--out", str(closed / "out")],
+        [*plain, *FOOTCAL, "offline-fit", str(log), "--no-pictures", "--out", str(closed / "out")],
         cwd=REPOSITORY, capture_output=True, text=True, check=False,
     )  # fmt: skip
     if done.returncode == 0:

@@ -5,8 +5,13 @@ from __future__ import annotations
 import pytest
 
 from footcal_cli.core.diagnosis.answer import EffectStatus
+from footcal_cli.core.diagnosis.bridge import problem_from
 from footcal_cli.core.diagnosis.investigation import Investigation
+from footcal_cli.core.diagnosis.path import beginning
+from footcal_cli.core.diagnosis.rules import Rules
+from footcal_cli.core.diagnosis.signals import describe
 from footcal_cli.core.effects import TABLE
+from footcal_cli.core.inference.case import rows_of
 from tests.contract.hiding import diagnosed, sized
 from tests.contract.worlds import WORLDS
 
@@ -42,8 +47,14 @@ def test_a_size_is_stated_for_every_shape_that_no_refit_moves(experiment: str, n
 
 def test_what_one_cell_may_hold_is_not_called_absent_of_all() -> None:
     """Seven sessions of one cell show what all cells together would hide, not which drift it is."""
-    found, true = answered("weights", "bias_drift")
-    (row,) = (r for r in found.rounds[0].effects if r.signature.effect == "bias_drift")
+    world = WORLDS["weights"]
+    hidden, _ = sized("weights", TABLE["bias_drift"], SEED)
+    true = hidden.size
+    case = world.case(world.record(hidden, SEED, True), SEED)
+    table = [row for name, row in TABLE.items() if name not in world.untested]
+    problem = problem_from(case, rows_of(case), table, describe)
+    first = beginning(problem, Rules(), SEED).rounds[0]  # as in the diagnosis, which goes on
+    (row,) = (r for r in first.effects if r.signature.effect == "bias_drift")
     assert row.status is EffectStatus.UNDECIDED
     assert row.size.low < true < row.size.high
     assert row.size.low > row.smallest

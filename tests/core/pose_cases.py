@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -82,6 +83,20 @@ class Case:
         )
 
 
+@cache
+def _hung(seed: int) -> tuple[Robot, tuple[LegKnowledge, ...], dict[str, object]]:
+    """The drawn robot of a seed, what its hanging says, and where the random numbers then stand."""
+    rng = np.random.default_rng([20, seed])
+    robot = draw_robot(rng)
+    legs = _hanging(rng, robot)
+    return robot, legs, dict(rng.bit_generator.state)
+
+
+def _hanging(rng: np.random.Generator, robot: Robot) -> tuple[LegKnowledge, ...]:
+    logs = hang_robot(rng, robot, rows=1000, force_sd=0.05, torque_sd=0.005)
+    return tuple(leg_knowledge(fit_hang(log)) for log in logs)
+
+
 def case(
     seed: int,
     noise: tuple[float, float] = LOW,
@@ -93,11 +108,14 @@ def case(
 ) -> Case:
     """Draw a case; without `hung` the offsets and weights are known, the directions not."""
     rng = np.random.default_rng([20, seed])
-    robot = robot or draw_robot(rng)
-    if hung:
-        logs = hang_robot(rng, robot, rows=1000, force_sd=0.05, torque_sd=0.005)
-        legs = tuple(leg_knowledge(fit_hang(log)) for log in logs)
+    if hung and robot is None:
+        robot, legs, after = _hung(seed)
+        rng.bit_generator.state = after
+    elif hung:
+        assert robot is not None
+        legs = _hanging(rng, robot)
     else:
+        robot = robot or draw_robot(rng)
         sd = np.array([1e-3] * 3 + [1e-4] * 3)
         legs = tuple(known_offsets(o, sd, w, 1e-3) for o, w in zip(TABLE_2, WEIGHT_N, strict=True))
     standing = stand(

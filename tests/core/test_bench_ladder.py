@@ -108,11 +108,14 @@ def test_temperature_is_found_on_bias_and_scale() -> None:
         assert ladder.chosen.estimates[f"{CELL}.temperature_scale"] == pytest.approx(5e-4, rel=0.2)
 
 
-def test_intervals_of_memory_terms_cover() -> None:
+@pytest.mark.parametrize(
+    ("runs", "least"), [(40, 0.85), pytest.param(100, 0.90, marks=pytest.mark.slow)]
+)
+def test_intervals_of_memory_terms_cover(runs: int, least: float) -> None:
     hysteretic = Staircase(hysteresis_width=0.3, hysteresis_reach=5.0, steps=25, sessions=2)
     crept = Staircase(creep=0.01, creep_time=60.0, rows_per_hold=6, hold_s=60.0)
     hits: dict[str, list[bool]] = {}
-    for seed in range(100):
+    for seed in range(runs):
         rows = record(hysteretic, seed)
         fit = fit_channel(rows, hysteresis(60.0).terms)
         for name, truth in (("hysteresis_width", 0.3), ("scale", -2.3e-4)):
@@ -121,9 +124,9 @@ def test_intervals_of_memory_terms_cover() -> None:
         fit = fit_channel(rows, creep(rows, 1).terms)
         for name, truth in (("creep", 0.01), ("creep_time", 60.0)):
             hits.setdefault(name, []).append(covered(fit, name, truth))
-    # 100 runs resolve 95 % to ± 4.4 % (2 sd)
+    # 100 runs resolve 95 % to ± 4.4 % (2 sd), 40 to ± 6.9 %
     for name, hit in hits.items():
-        assert np.mean(hit) >= 0.90, (name, np.mean(hit))
+        assert np.mean(hit) >= least, (name, np.mean(hit))
 
 
 @pytest.mark.parametrize("sd_between", [0.0, 0.1])

@@ -13,7 +13,7 @@ from footcal_cli.core.diagnosis import growth
 from footcal_cli.core.diagnosis.answer import Cause, EffectStatus
 from footcal_cli.core.diagnosis.bridge import problem_from
 from footcal_cli.core.diagnosis.contest import _best, _where, _white_loss, _worse
-from footcal_cli.core.diagnosis.investigation import investigate
+from footcal_cli.core.diagnosis.investigation import Investigation, investigate
 from footcal_cli.core.diagnosis.kindred import (
     Tried,
     excess_of,
@@ -140,9 +140,18 @@ def test_a_dead_zone_and_the_hinge_that_equals_it_lose_alike() -> None:
     assert losses[0] == pytest.approx(losses[1], rel=2e-3)
 
 
-def test_a_bent_curve_is_named_without_its_look_alikes() -> None:
-    bent = ("nonlinearity", {"all": ROBOT.channels}, {"all.quadratic": 1e-3})
-    found = investigate(weights_case(12, bent), CURVES, describe)
+@pytest.fixture(scope="module")
+def bent() -> Case:
+    return weights_case(12, ("nonlinearity", {"all": ROBOT.channels}, {"all.quadratic": 1e-3}))
+
+
+@pytest.fixture(scope="module")
+def found_bent(bent: Case) -> Investigation:
+    return investigate(bent, CURVES, describe)
+
+
+def test_a_bent_curve_is_named_without_its_look_alikes(found_bent: Investigation) -> None:
+    found = found_bent
     assert found.verdict == "named"
     assert with_rivals(found) == {"nonlinearity"}
     rows = {row.signature.effect: row for row in table_rows(found)}
@@ -208,7 +217,7 @@ def softly_deaf(seed: int, share: float, width_n: float, plan: WeightsPlan) -> C
     return replace(case, logs=tuple(logs))
 
 
-@pytest.mark.parametrize("seed", [3, 4])
+@pytest.mark.parametrize("seed", [3, pytest.param(4, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("width_n", [9.0, 13.5])
 def test_four_loads_do_not_tell_a_soft_dead_zone_from_a_smooth_curve(
     seed: int, width_n: float
@@ -280,15 +289,13 @@ def test_of_several_sizes_the_one_asked_for_is_stated() -> None:
 
 
 def test_where_the_best_does_not_stand_its_refit_the_next_best_is_tried(
-    monkeypatch: pytest.MonkeyPatch,
+    bent: Case, found_bent: Investigation, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Its p is that of the family with the one that failed."""
-    bent = ("nonlinearity", {"all": ROBOT.channels}, {"all.quadratic": 1e-3})
-    case = weights_case(12, bent)
-    first = investigate(case, CURVES, describe)
+    first = found_bent
     assert {f.cause.signature.effect for f in first.found} == {"nonlinearity"}
     monkeypatch.setattr(growth, "_is_something", lambda c, *_: c.signature.effect != "nonlinearity")
-    second = investigate(case, CURVES, describe)
+    second = investigate(bent, CURVES, describe)
     (tried,) = second.rounds[0].causes
     assert tried.signature.effect != "nonlinearity"
     found = {f.cause.signature.effect for f in (*second.found, *second.nearest)}
@@ -298,10 +305,9 @@ def test_where_the_best_does_not_stand_its_refit_the_next_best_is_tried(
     assert tried.p == p[library.causes.index(tried.signature.cause)]
 
 
-def test_a_size_at_an_end_of_its_range_ends_the_search() -> None:
-    case = weights_case(12, ("nonlinearity", {"all": ROBOT.channels}, {"all.quadratic": 1e-3}))
-    rows = rows_of(case)
-    subject = Subject(case, rows, problem_from(case, rows, CURVES.values(), describe),
+def test_a_size_at_an_end_of_its_range_ends_the_search(bent: Case) -> None:
+    rows = rows_of(bent)
+    subject = Subject(bent, rows, problem_from(bent, rows, CURVES.values(), describe),
                       CURVES, describe)  # fmt: skip
     cause = cause_of(
         next(s for s in subject.problem.signatures

@@ -103,11 +103,19 @@ def cramer_rao_sd(hanging: Hanging, fit: HangFit, theta: Array, memory_s: float)
     return np.asarray(np.sqrt(np.diag(np.linalg.inv(information))))
 
 
-@pytest.mark.parametrize("memory_s", [pytest.param(0.0, marks=pytest.mark.slow), 2.0])
-def test_error_reaches_the_bound_and_intervals_cover(memory_s: float) -> None:
-    result = study(240, memory_s)
+@pytest.mark.parametrize(
+    ("memory_s", "seeds"),
+    [
+        pytest.param(0.0, 240, marks=pytest.mark.slow),
+        pytest.param(2.0, 240, marks=pytest.mark.slow),
+        (2.0, 60),
+    ],
+)
+def test_error_reaches_the_bound_and_intervals_cover(memory_s: float, seeds: int) -> None:
+    result = study(seeds, memory_s)
     ratio = np.sqrt(np.mean((result.error / result.bound) ** 2, axis=0))
-    assert ratio.max() < 1.15, dict(enumerate(ratio.round(3)))
+    # 3.28 sd of an rms of so many errors: 15 % of 240
+    assert ratio.max() < 1.0 + 3.28 / np.sqrt(2.0 * seeds), dict(enumerate(ratio.round(3)))
     covered = np.mean(np.abs(result.standard) < 1.96)
     assert 0.93 <= covered <= 0.97
 

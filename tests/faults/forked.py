@@ -119,7 +119,9 @@ def _writes(arguments: tuple[object, ...]) -> bool:
     return isinstance(flags, int) and bool(flags & _WRITING)
 
 
-def count_touches(words: Sequence[str], folder: Path, *, writing: bool = False) -> int:
+def count_touches(
+    words: Sequence[str], folder: Path, *, writing: bool = False, drawn: bool = False
+) -> int:
     """How often a command touches files below a folder."""
     note = folder.parent / f"{folder.name}.touches"
 
@@ -137,7 +139,7 @@ def count_touches(words: Sequence[str], folder: Path, *, writing: bool = False) 
 
         os._exit = leave  # type: ignore[assignment]
 
-    start(words, folder.parent / f"{folder.name}.err", install).wait()
+    start(words, folder.parent / f"{folder.name}.err", install, drawn=drawn).wait()
     touches = int(note.read_text("utf-8"))
     note.unlink()
     return touches

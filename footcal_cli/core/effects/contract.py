@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum, StrEnum
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -47,10 +48,15 @@ def units_of(scope: Scope, channels: Sequence[str]) -> tuple[str, ...]:
 
     A channel ``left_fl`` belongs to the foot ``left``; an axis ``fl.fx`` belongs to the leg ``fl``.
     """
+    return _units_of(scope, tuple(channels))
+
+
+@lru_cache(maxsize=1000)
+def _units_of(scope: Scope, channels: tuple[str, ...]) -> tuple[str, ...]:
     if scope is Scope.ROBOT:
         return ("robot",)
     if scope is Scope.CHANNEL:
-        return tuple(channels)
+        return channels
     separator = "_" if scope is Scope.FOOT else "."
     return tuple(dict.fromkeys(channel.split(separator, 1)[0] for channel in channels))
 
@@ -250,7 +256,7 @@ class Effect:
         """The parameter that says how large the effect is (the first one of several)."""
         return self.parameters[0]
 
-    @property
+    @cached_property
     def sizes(self) -> tuple[EffectParameter, ...]:
         """All parameters that make the effect act, without the shapes."""
         return tuple(parameter for parameter in self.parameters if not parameter.shape)
@@ -346,4 +352,4 @@ def can_carry(channels: Sequence[str], effect: Effect) -> bool:
 
 def is_neutral(effect: Effect, theta: Theta) -> bool:
     """Whether every size is neutral for every owner, so that the effect may be skipped."""
-    return all(bool(np.all(theta[size.name] == size.neutral)) for size in effect.sizes)
+    return not any((theta[size.name] != size.neutral).any() for size in effect.sizes)
