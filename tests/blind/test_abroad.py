@@ -21,6 +21,19 @@ SEEN = (
 """Kind and number: causes ended unnamed or absorbed before, clean logs were left alone."""
 
 
+STANDS = (("stand crosstalk", 421), ("stand clean", 431))
+"""One was certainly named mass and cell position before, the clean one cell position."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "number"), STANDS)
+def test_no_cause_of_a_stand_is_surely_named_that_is_not_there(
+    name: str, number: int, tmp_path: Path
+) -> None:
+    record = diagnosed(TRIALS[name], seed_of("development", name, number), tmp_path)
+    assert answer(TRIALS[name], record) in ("right", "set", "unknown"), record.get("sentence")
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "number"), SEEN)
 def test_a_hidden_cause_is_named_and_a_clean_log_left_alone(
