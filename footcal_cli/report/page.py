@@ -20,10 +20,13 @@ from footcal_cli.report import Drawn, Picture, Report, Sheet, plural
 
 if TYPE_CHECKING:
     import jinja2
+    from markupsafe import Markup
 
 _NUMERIC = re.compile(
-    r"^[<>≤≥≈→ ]*[−+-]?[\d,]*\.?\d+([e×]\S*)?( ± \S+)?( ?%)?( ?\[[^]]*\]( ?%)?)?( of [\d,]+)?$"
+    r"^[<>≤≥≈→ ]*[(]?[−+-]?[\d,]*\.?\d+([e×]\S*)?( ± \S+)?( × 10\S+)?"
+    r"( ?%)?( ?\[[^]]*\]( ?%)?)?( of [\d,]+)?$"
 )
+_OPTION = re.compile(r"(?<![\w-])--[a-z][a-z-]*")
 _EMPTY = frozenset({"", "–", "-", "no repeats"})
 _LEVELS = {
     "good": ("✓", "Result"),
@@ -44,6 +47,13 @@ _FILES = {
     "cop_correction.json": "the CoP correction, for apply --cop-correction",
     "replay.parquet": "forces, CoP and parameters, sample by sample",
     "wrenches.parquet": "foot wrenches, pose by pose",
+    "body.parquet": "the body's motion",
+    "cells.parquet": "the readings",
+    "true_loads.parquet": "the loads without the sensors' errors",
+    "models.parquet": "the candidate models and their errors",
+    "sessions.parquet": "a row per session: parameters, errors, verdict",
+    "sessions.csv": "the same for a spreadsheet",
+    "sensitivity.parquet": "errors of CoP and force with each setting scaled",
     "truth.json": "what was true of the simulated logs",
     "calibrated.parquet": "the log with its calibration applied",
 }
@@ -135,7 +145,15 @@ def _template() -> jinja2.Template:
     environment = jinja2.Environment(
         autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
+    environment.filters["options"] = _options_whole
     return environment.from_string(_asset("report.html.j2"))
+
+
+def _options_whole(text: str) -> Markup:
+    """A sentence in HTML whose ``--options`` no line breaks."""
+    from markupsafe import Markup, escape
+
+    return Markup(_OPTION.sub(r'<span class="whole">\g<0></span>', str(escape(text))))
 
 
 @cache

@@ -35,7 +35,7 @@ STATE_UNITS = {
     "robot.angmom_share_x": (100.0, "%"),
     "robot.angmom_share_y": (100.0, "%"),
     "robot.smoothing": (1e6, "ms²"),
-    "robot.smoothing_fourth": (1e12, "ms⁴"),
+    "robot.smoothing_fourth": (1e8, "(10 ms)⁴"),
 }
 
 
