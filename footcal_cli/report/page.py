@@ -130,8 +130,9 @@ def render_html(
 def _table(sheet: Sheet, count: int) -> _Table:
     """A sheet as the template draws it: columns of numbers are those without other text."""
     numeric = []
+    judged = [row for i, row in enumerate(sheet.rows) if i not in sheet.greyed] or sheet.rows
     for k in range(len(sheet.columns)):
-        cells = [str(row[k]).strip() for i, row in enumerate(sheet.rows) if i not in sheet.greyed]
+        cells = [str(row[k]).strip() for row in judged]
         filled = [cell for cell in cells if cell not in _EMPTY]
         numbers = sum(bool(_NUMERIC.match(cell)) for cell in filled)
         numeric.append(bool(filled) and numbers >= 0.8 * len(filled))

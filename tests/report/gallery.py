@@ -15,6 +15,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -103,15 +104,43 @@ def draw(name: str, checkout: Path, folder: Path) -> None:
         return
     stem = name.replace(" ", "_")
     jobs: dict[Path, Callable[[Path], None]] = {
-        folder / f"{stem}_{width}.png": lambda to, w=width: shoot(page, to, w)
-        for width in WIDTHS_PX
+        folder / f"{stem}_{width}.png": partial(shoot, page, width_px=width) for width in WIDTHS_PX
     }
-    jobs[folder / f"{stem}_dark.png"] = lambda to: shoot(page, to, 1280, dark=True)
-    jobs[folder / f"{stem}_print.pdf"] = lambda to: paper(page, to)
+    jobs[folder / f"{stem}_dark.png"] = partial(shoot, page, width_px=1280, dark=True)
+    jobs[folder / f"{stem}_print.pdf"] = partial(paper, page)
     for to, job in jobs.items():
         if not to.exists():
             job(to)
     sys.stdout.write(f"{name}: {folder}/{stem}_*\n")
+
+
+def small(folder: Path, to: Path) -> None:
+    """The few pictures of `docs/reports.md`: older and newer pages side by side, 64 colours."""
+    from PIL import Image
+
+    def save(name: str, *cuts: tuple[str, int, int]) -> None:
+        """Pictures beside each other, each scaled to a width and cut at a height."""
+        tiles = []
+        for file, width, height in cuts:
+            tile = Image.open(folder / file).convert("RGB")
+            scaled = tile.resize((width, round(tile.height * width / tile.width)))
+            tiles.append(scaled.crop((0, 0, width, min(height, scaled.height))))
+        size = (sum(t.width + 8 for t in tiles) - 8, max(t.height for t in tiles))
+        joined = Image.new("RGB", size, (128, 128, 128))
+        left = 0
+        for tile in tiles:
+            joined.paste(tile, (left, 0))
+            left += tile.width + 8
+        joined.quantize(64).save(to / f"{name}.png", optimize=True)
+
+    to.mkdir(parents=True, exist_ok=True)
+    for kind in ("cells", "stand", "diagnose_a_walk"):
+        both = (f"before/{kind}_1280.png", f"now/{kind}_1280.png")
+        save(kind, *((file, 620, 760) for file in both))
+    save(
+        "hang", ("now/hang_400.png", 290, 560), ("now/hang_dark.png", 520, 560),
+        ("now/hang_print-1.png", 400, 560),
+    )  # fmt: skip
 
 
 def main() -> None:
@@ -119,6 +148,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--before", type=Path)
+    parser.add_argument("--small", type=Path, help="write the pictures of docs/reports.md here")
     parser.add_argument("--kind", action="append", choices=sorted(RUNS))
     given = parser.parse_args()
     assert CHROMIUM is not None, "no Chromium on this machine"
@@ -128,6 +158,9 @@ def main() -> None:
             (folder / "runs").mkdir(parents=True, exist_ok=True)
             for name in given.kind or RUNS:
                 draw(name, Path(checkout).resolve(), folder)
+
+    if given.small is not None:
+        small(given.out, given.small)
 
 
 if __name__ == "__main__":
