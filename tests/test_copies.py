@@ -60,7 +60,7 @@ def test_recordings_that_overlap_count_once() -> None:
     assert kept_rows(log, log.assign(left_fl_counts=log["left_fl_counts"] + 1)) == [200, 200]
 
 
-def test_rows_written_twice_into_one_log_count_once_if_a_stamp_says_so() -> None:
+def test_rows_written_twice_into_one_log_count_once() -> None:
     log = weights(40)
     timed = log.assign(time_s=7.0 * np.arange(40.0))
     twice = pd.concat([timed, timed.iloc[10:30]], ignore_index=True)
@@ -71,12 +71,29 @@ def test_rows_written_twice_into_one_log_count_once_if_a_stamp_says_so() -> None
         assert kept is not None
         assert len(kept) == rows
         assert len(findings) == (len(table) > rows)
-    # without stamps equal rows are repeated readings
-    (kept,), findings = without_copies([Table(pd.concat([log, log]), Path("a.csv"), "a")],
-                                       within=True)  # fmt: skip
+
+
+@pytest.mark.parametrize("label", [{}, {"repeat": 2}])
+def test_a_block_written_twice_is_found_without_stamps_and_no_more_than_it(
+    label: dict[str, int],
+) -> None:
+    log = weights(80, seed=4)
+    again = pd.concat([log.iloc[:40], log.iloc[25:].assign(**label)], ignore_index=True)
+    (kept,), (finding,) = without_copies([Table(again, Path("a.csv"), "a")], within=True)
     assert kept is not None
-    assert len(kept) == 80
-    assert not findings
+    assert kept.number("counts").tolist() == log["counts"].tolist()
+    assert finding.sentence.startswith("a.csv: 15 of 95 rows are a copy")
+
+
+def test_equal_readings_are_no_copies_where_the_converter_is_coarse_or_repeats_are_few() -> None:
+    rng = np.random.default_rng(1)
+    for _ in range(200):
+        load = np.repeat(np.array([0, 5, 10, 20, 10, 5, 0.0])[: rng.integers(4, 8)],
+                         rng.integers(2, 12))  # fmt: skip
+        counts = 8.3e6 - 3e4 * load + rng.choice([0.4, 3.0, 40.0]) * rng.normal(size=load.size)
+        counts = np.round(counts / rng.choice([1, 3000]))
+        log = pd.DataFrame({"channel": "left_fl", "load_n": load, "counts": counts})
+        assert without_copies([Table(log, Path("a.csv"), "a")], within=True)[1] == []
 
 
 def test_measurements_of_their_own_are_no_copies() -> None:

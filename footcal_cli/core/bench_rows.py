@@ -1,4 +1,4 @@
-"""Rows of a bench log that contradict each other: stuck, written twice, or taken after a tare."""
+"""Rows of a bench log that contradict each other: stuck, or taken after a tare."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from footcal_cli.core.parameters import BoolArray, FloatArray
+from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.quality import Finding
 
 STUCK_SHARE = 0.1
@@ -15,8 +15,6 @@ _STUCK_COUNTS, _STUCK_ROWS = 5.0, 3
 TARED = 0.1
 """Residual with a second zero over the residual with one, below which the log was tared."""
 _TARED_SD, _TARED_ROWS = 20.0, 4
-_BY_CHANCE = 1e-6
-"""Probability that as many rows repeat by chance, from which they were written twice."""
 
 
 def check_stuck_reading(load_n: FloatArray, counts: FloatArray, channel: str) -> list[Finding]:
@@ -118,55 +116,5 @@ def check_tare(load_n: FloatArray, counts: FloatArray, channel: str) -> list[Fin
             f"from row {at + 1} of {n} on, the readings differ by {jump:+.4g} counts from those "
             "under the same loads before: it looks tared or mounted anew",
             "say which rows belong together in a column `session`, or give two logs",
-        )
-    ]  # fmt: skip
-
-
-def find_rows_again(group: FloatArray, counts: FloatArray) -> BoolArray:
-    """Rows of a block that stood in the log before, in the same order, shape (n,).
-
-    A block is as long as chance would not repeat: equal readings under the same load happen with
-    a probability that the log itself shows.
-
-    Parameters
-    ----------
-    group
-        Number of the channel and load of each row, shape (n,).
-    counts
-        Readings, shape (n,).
-    """
-    n = counts.size
-    found = np.zeros(n, dtype=bool)
-    same = pairs = 0
-    for one in np.unique(group):
-        _, often = np.unique(counts[group == one], return_counts=True)
-        same += int((often * (often - 1)).sum())
-        pairs += int(often.sum() * (often.sum() - 1))
-    equal = float(np.clip(same / max(pairs, 1), 1e-3, 1.0))
-    needed = np.log(_BY_CHANCE / n**2) / np.log(equal) if equal < 1.0 else np.inf
-    length = max(int(np.ceil(needed)), 3) if np.isfinite(needed) else n
-    if length > n // 2:
-        return found
-    _, number = np.unique(np.column_stack([group, counts]), axis=0, return_inverse=True)
-    windows = np.lib.stride_tricks.sliding_window_view(number.ravel(), length)
-    _, first, which = np.unique(windows, axis=0, return_index=True, return_inverse=True)
-    again = np.flatnonzero(np.arange(len(windows)) - first[which.ravel()] >= length)
-    for start in again:
-        if np.unique(counts[start : start + length]).size > 2:
-            found[start : start + length] = True
-    return found
-
-
-def check_rows_again(group: FloatArray, counts: FloatArray, where: str) -> list[Finding]:
-    """Find a block of rows that was written twice, as `find_rows_again`."""
-    again = find_rows_again(group, counts)
-    if not again.any():
-        return []
-    return [
-        Finding(
-            "copied_rows", "warning", where,
-            f"{int(again.sum())} of {again.size} rows repeat earlier rows one by one, from row "
-            f"{int(np.argmax(again)) + 1} on",
-            "check how the log was put together and leave them out; a copy is no repeat",
         )
     ]  # fmt: skip

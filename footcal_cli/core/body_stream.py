@@ -42,6 +42,9 @@ def _alarm(code: str, where: str, sentence: str, remedy: str) -> Finding:
     return Finding(code, "alarm", where, sentence, remedy)
 
 
+_SHORT = {"milliseconds": "ms", "microseconds": "us", "nanoseconds": "ns"}
+
+
 def check_stamp_unit(
     time_s: FloatArray, where: str, *, slowest_s: float = SLOWEST_S
 ) -> list[Finding]:
@@ -63,12 +66,14 @@ def check_stamp_unit(
         return []
     factors = {1e3: "milliseconds", 1e6: "microseconds", 1e9: "nanoseconds"}
     unit = next((u for f, u in factors.items() if FASTEST_S * 10 < usual / f <= slowest_s), None)
-    cause = f"the stamps look like {unit}" if unit and usual > slowest_s else "they are no seconds"
+    scaled = unit if unit and usual > slowest_s else None
+    cause = f"the stamps look like {scaled}" if scaled else "they are no seconds"
+    short = _SHORT.get(scaled or "", "ms")
     return [
         _alarm(
             "stamps_not_seconds", where,
             f"the usual interval between samples is {usual:.4g} s: {cause}",
-            'give the unit in [columns], time_s = { column = "…", unit = "ms" }',
+            f'give the unit in [columns], time_s = {{ column = "…", unit = "{short}" }}',
         )
     ]  # fmt: skip
 

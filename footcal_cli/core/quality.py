@@ -309,8 +309,9 @@ def check_stream(
     for name, column, run in zip(channels, readings.T, longest, strict=True):
         lost = int(np.sum(~np.isfinite(column)))
         if lost:
+            much: Severity = "alarm" if lost == column.size else "warning"
             yield Finding(
-                "lost_samples", "warning" if lost > 0.01 * column.size else "note", name,
+                "lost_samples", much if lost > 0.01 * column.size else "note", name,
                 f"{lost} of {column.size} samples are missing",
                 "check the connection of the channel; lost samples are left out",
             )  # fmt: skip

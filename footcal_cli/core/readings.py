@@ -16,6 +16,8 @@ LONGEST_GLITCH = 3
 """Samples in a row that a glitch may have; what lasts longer is a load."""
 FAR = 2.0
 """A glitch lies outside the channel's usual range by this multiple of it."""
+_LEFT_OUT, _MOST_LEFT_OUT = 10, 10.0
+"""Samples at each end of a short log that its usual range does not run to, and how many percent."""
 DEAD_SPAN = 0.02
 """Share of its siblings' span below which a channel stands still."""
 MOVING = 20.0
@@ -34,8 +36,9 @@ LINEAR = 0.5
 def find_glitches(reading: FloatArray) -> BoolArray:
     """Single samples far outside the channel's range, shape (n,).
 
-    The range runs from the 1st to the 99th percentile; a glitch lies `FAR` of it outside, which
-    white noise reaches less than once in 10²⁰ samples, and lasts no longer than `LONGEST_GLITCH`.
+    The range runs from the 1st to the 99th percentile, of a short log from the tenth smallest to
+    the tenth largest sample; a glitch lies `FAR` of it outside, which white noise reaches less than
+    once in 10¹⁰ samples, and lasts no longer than `LONGEST_GLITCH`.
 
     Parameters
     ----------
@@ -46,7 +49,8 @@ def find_glitches(reading: FloatArray) -> BoolArray:
     good = reading[np.isfinite(reading)]
     if good.size < 50:
         return found
-    low, high = np.percentile(good, [1, 99])
+    edge = max(1.0, min(100.0 * _LEFT_OUT / good.size, _MOST_LEFT_OUT))
+    low, high = np.percentile(good, [edge, 100.0 - edge])
     span = float(high - low)
     if not span > 0:
         span = float(np.median(np.abs(good))) * 1e-3 or 1.0

@@ -11,6 +11,9 @@ import numpy as np
 
 from footcal_cli.core.parameters import BoolArray, FloatArray
 
+_LEVEL = 0.5
+"""Horizontal part of a unit axis that has a heading: it leans by less than 60°."""
+
 _WHOLE_MATRIX = 0.02
 """How far ``R Rᵀ`` of a logged matrix may be from I, from few digits."""
 
@@ -270,3 +273,17 @@ def rpy_of_rotation(rotation: FloatArray) -> FloatArray:
         return np.array([0.0, pitch, np.arctan2(-rotation[0, 1], rotation[1, 1])])
     roll = np.arctan2(rotation[2, 1], rotation[2, 2])
     return np.array([roll, pitch, np.arctan2(rotation[1, 0], rotation[0, 0])])
+
+
+def headings(rotations: FloatArray) -> FloatArray:
+    """Yaw of frames that turn and lean, rad, shape (n,) from (n, 3, 3).
+
+    The direction of the x axis where that is level; of the y axis, less a quarter turn, where x
+    points up or down, as it does in links of a leg: seen from above it has no direction there.
+    """
+    ahead, left = rotations[:, :2, 0], rotations[:, :2, 1]
+    level = np.hypot(ahead[:, 0], ahead[:, 1])
+    seen = level[np.isfinite(level)]
+    if seen.size == 0 or np.median(seen) > _LEVEL:
+        return np.asarray(np.arctan2(ahead[:, 1], ahead[:, 0]))
+    return np.asarray(np.arctan2(-left[:, 0], left[:, 1]))

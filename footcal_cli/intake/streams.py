@@ -6,7 +6,7 @@ import numpy as np
 
 from footcal_cli.core.online.streams import BodyStream, SensorStream
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.core.spatial import rotations_logged
+from footcal_cli.core.spatial import headings, rotations_logged
 from footcal_cli.tables.columns import AXIS_COLUMNS
 from footcal_cli.tables.table import Table
 
@@ -48,7 +48,7 @@ def body_stream_of(table: Table, feet: tuple[str, ...]) -> BodyStream:
             about_z = np.stack([0 * yaw, 0 * yaw, np.sin(yaw / 2), np.cos(yaw / 2)], axis=1)
             rot = rotations_logged(about_z)
         rotations.append(rot)
-        yaws.append(np.arctan2(rot[:, 1, 0], rot[:, 0, 0]))
+        yaws.append(headings(rot))
     momentum = (
         table.numbers(["angmom_rate_x_nm", "angmom_rate_y_nm"])
         if "angmom_rate_x_nm" in table

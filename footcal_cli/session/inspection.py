@@ -113,9 +113,6 @@ def _weights(table: Table, robot: Robot) -> list[Finding]:
         ]  # fmt: skip
         # a stuck cell is said once, not also that it does not follow its loads
         found += stuck or [*tared, *_known(name, load[mine], counts[mine], robot)]
-    key = np.array([f"{c} {s} {x:.6g}" for c, s, x in zip(channel, session, load, strict=True)])
-    group = np.unique(key, return_inverse=True)[1].astype(float)
-    found += bench_rows.check_rows_again(group, counts, table.path.name)
     found += _loads(load, robot)
     if "time_s" in table:
         for name, part in dict.fromkeys(zip(channel, session, strict=True)):

@@ -117,7 +117,7 @@ class Logs:
                 self._left_aside.setdefault(path, refusal)
             else:
                 tables.append(self._read(path, table))
-        kept, findings = without_copies(tables, [])
+        kept, findings = without_copies(tables, within=table.name in _ROW_BY_ROW)
         self.note(findings)
         return [log for log in kept if log is not None]
 

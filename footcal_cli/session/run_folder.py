@@ -152,9 +152,10 @@ def grown_folder(out: Path) -> Iterator[Path]:
         for name in sorted((_written_files(earlier) or set()) - set(names)):
             (out / name).unlink(missing_ok=True)  # figures of an earlier, longer summary
         for name in names:
+            if name == run.name:
+                earlier.unlink(missing_ok=True)  # beside a whole summary lies nothing
             (out / name).parent.mkdir(exist_ok=True)
             (partial / name).replace(out / name)
-        earlier.unlink(missing_ok=True)
     finally:
         _remove(partial)
 

@@ -30,6 +30,11 @@ _STAMP_STEP_S = 1e-6
 _LABELS = frozenset({"session", "repeat"})
 """Columns that tell recordings apart; a copy may bear another label."""
 
+_BY_CHANCE = 1e-6
+"""Probability that as many rows repeat by chance, from which they were written twice."""
+_LEAST_CHANCE, _SHORTEST_BLOCK = 1e-3, 3
+"""Least probability of an equal reading, however rare they are in the log; rows of a block."""
+
 Hashes = NDArray[np.uint64]
 
 
@@ -49,6 +54,8 @@ class Fingerprint:
         Hash of every row's stamp and texts, shape (n,); None without stamps.
     labels
         Hash of every row's session and repetition, shape (n,).
+    settings, readings
+        Hashes of every row's counts and of all else but labels, shape (n,).
     """
 
     name: str
@@ -56,6 +63,8 @@ class Fingerprint:
     rows: Hashes
     stamps: Hashes | None
     labels: Hashes
+    settings: Hashes
+    readings: Hashes
 
 
 def fingerprint(table: Table) -> Fingerprint:
@@ -70,9 +79,15 @@ def fingerprint(table: Table) -> Fingerprint:
         stamps = _joined([hashes[name] for name in ("time_s", *texts)])
     labels = [_column_hashes(table.data[n], n) for n in sorted(_LABELS & set(table.data.columns))]
     labelled = _joined(labels) if labels else np.zeros(len(table), dtype=np.uint64)
-    return Fingerprint(
-        table.path.name, tuple(hashes), _joined(list(hashes.values())), stamps, labelled
+    none = np.zeros(len(table), dtype=np.uint64)
+    read, others = (
+        _joined([none, *(h for name, h in hashes.items() if name.endswith("counts") is own)])
+        for own in (True, False)
     )
+    return Fingerprint(
+        table.path.name, tuple(hashes), _joined(list(hashes.values())), stamps, labelled, others,
+        read,
+    )  # fmt: skip
 
 
 def find_copied_rows(log: Fingerprint, earlier: Fingerprint) -> BoolArray:
@@ -97,13 +112,14 @@ def find_copied_rows(log: Fingerprint, earlier: Fingerprint) -> BoolArray:
 
 
 def repeated_rows(log: Fingerprint) -> BoolArray:
-    """Rows that stand in their session before, and sessions that are copies of earlier ones.
+    """Rows of a log in which every row is a reading of its own that are copies, shape (n,).
 
-    Shape (n,); none without stamps. Stamps may start anew in every session, so that coarse readings
-    of two sessions agree by chance.
+    With stamps: rows that stand in their session before, and sessions that are copies of earlier
+    ones. Stamps may start anew in every session, so that coarse readings of two sessions agree by
+    chance. Without stamps: blocks of rows that stood there before.
     """
     if log.stamps is None:
-        return np.zeros(log.rows.size, dtype=np.bool_)
+        return _blocks_again(log)
     copied = np.ones(log.rows.size, dtype=np.bool_)
     copied[np.unique(_joined([log.labels, log.rows]), return_index=True)[1]] = False
     seen: set[bytes] = set()
@@ -113,6 +129,35 @@ def repeated_rows(log: Fingerprint) -> BoolArray:
         copied[mine] = content in seen
         seen.add(content)
     return copied
+
+
+def _blocks_again(log: Fingerprint) -> BoolArray:
+    """Rows of a block that stood in the log before, in the same order, shape (n,).
+
+    A block is as long as chance would not repeat: equal readings under the same load happen with
+    a probability that the log itself shows.
+    """
+    n = log.rows.size
+    found = np.zeros(n, dtype=np.bool_)
+    same, pairs = _pairs_alike(log.rows), _pairs_alike(log.settings)
+    equal = float(np.clip(same / max(pairs, 1), _LEAST_CHANCE, 1.0))
+    needed = np.log(_BY_CHANCE / n**2) / np.log(equal) if n and equal < 1.0 else np.inf
+    length = max(int(np.ceil(needed)), _SHORTEST_BLOCK) if np.isfinite(needed) else n
+    if length > n // 2 or not n:
+        return found
+    number = np.unique(log.rows, return_inverse=True)[1]
+    windows = np.lib.stride_tricks.sliding_window_view(number, length)
+    _, first, which = np.unique(windows, axis=0, return_index=True, return_inverse=True)
+    for start in np.flatnonzero(np.arange(len(windows)) - first[which.ravel()] >= length):
+        if np.unique(log.readings[start : start + length]).size > 2:
+            found[start : start + length] = True
+    return found
+
+
+def _pairs_alike(values: Hashes) -> int:
+    """Pairs of equal values."""
+    _, often = np.unique(values, return_counts=True)
+    return int((often * (often - 1)).sum())
 
 
 def without_copies(
@@ -127,7 +172,7 @@ def without_copies(
     earlier
         Logs of the same kind that were read before.
     within
-        Whether rows with stamps may also be copies of rows of the same log.
+        Whether rows may also be copies of rows of the same log.
 
     Returns
     -------

@@ -258,6 +258,24 @@ def test_a_walk_without_its_body_is_refused_in_one_line(
     assert "body" in answer.err
 
 
+@pytest.mark.parametrize(("file", "column", "said"), [
+    ("cells", "right_rr_counts", "samples are missing"), ("body", "time_s", "nanoseconds"),
+])  # fmt: skip
+def test_a_walk_with_nothing_to_learn_from_is_refused_with_its_cause(
+    file: str, column: str, said: str, run: Run, brief: Recording, tmp_path: Path
+) -> None:
+    recipe, belief = write_walk(tmp_path, brief), write_belief(tmp_path, brief)
+    log = pd.read_parquet(tmp_path / f"{file}.parquet")
+    spoilt = 1.7e18 + 1e9 * log[column] if column == "time_s" else np.nan * log[column]
+    log.assign(**{column: spoilt}).to_parquet(tmp_path / f"{file}.parquet")
+    out = tmp_path / "out"
+    answer = run("online-replay", "--recipe", recipe, "--parameters", belief, "--out", out)
+    assert (answer.exit_code, answer.err.count("\n"), out.exists()) == (3, 1, False)
+    assert "at no time of the walk" in answer.err
+    assert said in answer.err
+    assert column != "time_s" or 'unit = "ns"' in answer.err
+
+
 def test_the_same_log_gives_the_same_bytes(run: Run, brief: Recording, tmp_path: Path) -> None:
     recipe = write_walk(tmp_path, brief, "[online_replay]\nsensitivity = false")
     belief = write_belief(tmp_path, brief)

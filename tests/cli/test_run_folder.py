@@ -284,3 +284,25 @@ def test_a_summary_that_is_killed_while_it_is_replaced_is_none_at_all(
     assert not (out / "run.json").exists()
     write("one.png")
     assert sorted(p.name for p in out.iterdir()) == ["one.png", "run.json"]
+
+
+def test_beside_a_whole_summary_lies_nothing_wherever_a_run_is_killed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out, unlink = tmp_path / "out", Path.unlink
+
+    def write() -> None:
+        with grown_folder(out) as new:
+            listed = {"schema": "footcal.run", "files": ()}
+            (new / "run.json").write_text(json.dumps(listed), "utf-8")
+
+    def killed(self: Path, missing_ok: bool = False) -> None:
+        if self.name == ".run.json":
+            raise KeyboardInterrupt
+        unlink(self, missing_ok=missing_ok)
+
+    write()
+    monkeypatch.setattr(Path, "unlink", killed)
+    with pytest.raises(KeyboardInterrupt):
+        write()
+    assert not (out / "run.json").exists()

@@ -4,12 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from footcal_cli.core.bench_rows import (
-    check_rows_again,
-    check_stuck_reading,
-    check_tare,
-    find_rows_again,
-)
+from footcal_cli.core.bench_rows import check_stuck_reading, check_tare
 
 LOAD = np.repeat([0.0, 5.0, 10.0, 20.0, 10.0, 5.0, 0.0], 8)
 
@@ -30,7 +25,6 @@ def test_clean_logs_are_left_alone() -> None:
         count = np.round(count / rng.choice([1, 3000]))
         assert check_stuck_reading(load, count, "x") == []
         assert check_tare(load, count, "x") == []
-        assert check_rows_again(load, count, "x") == []
 
 
 def test_a_stuck_reading_and_a_stuck_load_are_found() -> None:
@@ -52,12 +46,3 @@ def test_a_tare_between_two_rows_is_found_where_it_was() -> None:
     (found,) = check_tare(load, count, "x")
     assert found.severity == "warning"
     assert "from row 25 of 48" in found.sentence
-
-
-def test_a_block_written_twice_is_found_and_no_more_than_it() -> None:
-    rng = np.random.default_rng(4)
-    load = np.repeat([0.0, 5.0, 10.0, 20.0], 20)
-    count = readings(rng, load)
-    again = np.concatenate([np.arange(40), np.arange(25, 80)])
-    found = find_rows_again(load[again], count[again])
-    assert np.array_equal(np.flatnonzero(found), np.arange(40, 55))

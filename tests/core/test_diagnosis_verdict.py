@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
+import pytest
 
+from footcal_cli.core.diagnosis import investigation, kindred
 from footcal_cli.core.diagnosis.answer import Verdict
 from footcal_cli.core.diagnosis.curves import Curve
 from footcal_cli.core.diagnosis.detection import Detection
+from footcal_cli.core.diagnosis.engine import left_apart
 from footcal_cli.core.diagnosis.form import Form
+from footcal_cli.core.diagnosis.material import Nameless
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.unnamed import Unnamed
 from footcal_cli.core.diagnosis.verdicts import _verdict
@@ -50,3 +54,48 @@ def test_a_name_that_a_nameless_curve_replaces_or_adds_to_is_unknown() -> None:
     assert _said(QUIET, 0.5, Unnamed(Form(0.4, nothing), rival=True)) is Verdict.UNKNOWN
     assert _said(QUIET, 0.5, Unnamed(Form(1e-4, much), rival=False)) is Verdict.UNKNOWN
     assert _said(QUIET, 0.5, Unnamed(Form(1e-4, 1e-3 * much), rival=False)) is Verdict.NAMED
+
+
+@dataclass(frozen=True)
+class _Round:
+    before: Detection
+    rules: Rules = field(default_factory=Rules)
+
+
+@dataclass(frozen=True)
+class _Way:
+    rounds: tuple[_Round, ...]
+
+
+@pytest.mark.parametrize(
+    ("rate_hz", "whole_n", "aside"), [(0.0, 0.08, True), (0.0, 0.3, False), (20.0, 0.08, False)]
+)
+def test_spells_of_placements_are_as_large_as_their_error_at_most(
+    monkeypatch: pytest.MonkeyPatch, rate_hz: float, whole_n: float, *, aside: bool
+) -> None:
+    left = (Nameless("fz", "N", 0.0, whole_n, 0.06, 0.2),)
+    monkeypatch.setattr(investigation, "_nameless", lambda *_, **__: left)
+    subject = SimpleNamespace(problem=SimpleNamespace(rate_hz=rate_hz))
+    way = _Way((_Round(replace(QUIET, spell_p=2e-4)),))
+    seen = investigation._at_its_size(cast(Any, subject), cast(Any, way))
+    assert left_apart(seen.rounds[-1].before, Rules()) is not aside
+
+
+@pytest.mark.parametrize(
+    ("mine", "its", "more"),
+    [((1e-8, 30.3), (0.89, 0.02), True),
+     ((0.01, 8.0), (0.89, 0.02), False),
+     ((1e-8, 30.3), (1e-3, 9.0), False)],
+)  # fmt: skip
+def test_a_cause_is_out_beside_one_that_adds_much_and_to_which_it_adds_little(
+    monkeypatch: pytest.MonkeyPatch,
+    mine: tuple[float, float],
+    its: tuple[float, float],
+    *,
+    more: bool,
+) -> None:
+    best, other = cast(Any, "best"), cast(Any, "other")
+    monkeypatch.setattr(kindred, "adding_p", lambda _, one, *__: mine if one == "best" else its)
+    nothing = cast(Any, None)
+    found = kindred.adds_more(nothing, best, other, [], nothing, nothing, Rules())
+    assert found is more

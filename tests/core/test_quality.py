@@ -17,7 +17,12 @@ from footcal_cli.core.quality import (
     check_repeats_across_channels,
     check_stream,
 )
-from footcal_cli.core.readings import check_codes, check_dead_channels, check_loose_channels
+from footcal_cli.core.readings import (
+    check_codes,
+    check_dead_channels,
+    check_loose_channels,
+    find_glitches,
+)
 
 LOADS = np.array([0.0, 1.0, 2.0, 5.0])
 
@@ -169,3 +174,13 @@ def test_checks_of_a_long_log_need_less_memory_than_a_copy_of_it() -> None:
     tracemalloc.stop()
     assert not found
     assert most < 0.6 * values.nbytes
+
+
+@pytest.mark.parametrize("size", [100, 1000, 10_000])
+def test_a_few_wild_samples_are_glitches_of_a_short_log_too(size: int) -> None:
+    rng = np.random.default_rng(size)
+    noise = rng.standard_normal(size)
+    assert not find_glitches(noise).any()
+    wild = rng.choice(size, 8, replace=False)
+    noise[wild] = 50.0
+    np.testing.assert_array_equal(np.flatnonzero(find_glitches(noise)), np.sort(wild))

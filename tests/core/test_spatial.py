@@ -82,3 +82,18 @@ def test_wrench_transform_keeps_virtual_power() -> None:
     at_b = twist_linear_a + np.cross(twist_angular_a, pos_a)
     power_b = force_b @ (rot_ab.T @ at_b) + torque_b @ (rot_ab.T @ twist_angular_a)
     assert moved[:3] @ twist_linear_a + moved[3:] @ twist_angular_a == pytest.approx(power_b)
+
+
+@pytest.mark.parametrize("roll", [0.0, 0.4])
+def test_a_link_whose_x_axis_points_down_has_the_heading_of_its_robot(roll: float) -> None:
+    """A foot that leans by degrees turns left by 2 rad; its link's axes are those of a leg."""
+    yaw = np.linspace(-0.5, 1.5, 200)
+    lean = np.random.default_rng(4).normal(0.0, 0.03, (200, 2))
+    pitch = 0.3 * np.sin(np.linspace(0.0, 20.0, 200)) + lean[:, 1]
+    foot = Rotation.from_euler("ZYX", np.stack([yaw, pitch, lean[:, 0]], axis=1))
+    link = foot * Rotation.from_euler("YX", [np.pi / 2.0, roll])
+    assert np.abs(link.as_matrix()[:, 2, 0]).min() > 0.9, "x points down"
+    np.testing.assert_allclose(spatial.headings(foot.as_matrix()), yaw, atol=1e-9)
+    off = spatial.headings(link.as_matrix()) - yaw
+    assert abs(off.mean() + roll) < 0.03, "what is left of a turn about the leg is constant"
+    assert off.std() < 0.08

@@ -20,6 +20,7 @@ from tests.faults.process_relations import process_relations
 from tests.faults.relations import relation_jobs
 from tests.faults.running import forget_broken, load_package, outcomes
 from tests.faults.seen import seen_jobs
+from tests.faults.unseen import unseen_jobs
 from tests.faults.world_relations import world_relations
 
 SLOW = frozenset({"pose", "walk", "stream_ladder", "placements_ladder", "diagnose_walk", "batch"})
@@ -33,7 +34,7 @@ def run(arguments: list[str] | None = None) -> int:
     parser.add_argument(
         "--parts",
         nargs="*",
-        default=["input", "kill", "machine", "race", "relation", "seen"],
+        default=["input", "kill", "machine", "race", "relation", "seen", "unseen"],
         help="what to try",
     )
     parser.add_argument("--seed", type=int, default=1)
@@ -56,6 +57,7 @@ def run(arguments: list[str] | None = None) -> int:
             *relation_jobs((*log_relations(), *world_relations()), inputs),
         ],
         "seen": lambda: seen_jobs(inputs, given.seed),
+        "unseen": lambda: unseen_jobs(inputs, given.seed),
     }
     jobs = [job for part in given.parts for job in made[part]()]
     # in an order drawn by seed, slow commands last: wherever it is stopped, much was tried

@@ -18,7 +18,12 @@ _PARTS = {
     "race": ("Races", "two runs write one folder at the same time"),
     "relation": ("Relations", "a change of the input after which the answer must be the same"),
     "seen": ("What check sees", "a log of weights, of a walk, a stand or a hanging with one fault"),
+    "unseen": (
+        "Faults written down beforehand",
+        "39 faults of all six experiments, in a file before anybody saw what `check` says of them",
+    ),
 }  # fmt: skip
+_LOOKED = ("seen", "unseen")
 _COUNTED = {
     "tracebacks or warnings of the interpreter": ("a traceback", "a warning of the interpreter"),
     "exits 70": ("exit code 70",),
@@ -57,8 +62,8 @@ def write_page(outcomes: Sequence[Outcome], planned: Sequence[str], page: Path) 
         "| what must not happen | cases |",
         "|---|---|",
     ]  # fmt: skip
-    looked = [o for o in outcomes if o.part == "seen"]
-    others = [o for o in outcomes if o.part != "seen"]
+    looked = [o for o in outcomes if o.part in _LOOKED]
+    others = [o for o in outcomes if o.part not in _LOOKED]
     said = [[v for o in others for v in o.violations if v.startswith(s)] for s in
             _COUNTED.values()]  # fmt: skip
     lines += [f"| {name} | {len(v)} |" for name, v in zip(_COUNTED, said, strict=True)]
@@ -74,7 +79,7 @@ def write_page(outcomes: Sequence[Outcome], planned: Sequence[str], page: Path) 
               "a test of `make test` guards it.", "", *promise_lines()]  # fmt: skip
     for part, (title, words) in _PARTS.items():
         own = [o for o in outcomes if o.part == part]
-        if part == "seen" and own:
+        if part in _LOOKED and own:
             lines += ["", f"## {title}", "", f"{words[0].upper()}{words[1:]}; `footcal check` must "
                       f"say something: {_seen(own)}.", "", *_seen_table(own)]  # fmt: skip
         elif own:

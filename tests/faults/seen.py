@@ -20,11 +20,11 @@ TIMES = 2
 _G = 9.80665
 _END = 2.0**23 - 1
 
-_BENCH = replace(
+BENCH = replace(
     BASES["check_weights"], name="check_bench", recipe="weights.toml",
     words=("check", "weights.csv", "--recipe", "weights.toml", "--quiet"),
 )  # fmt: skip
-_STAND = replace(
+STAND = replace(
     BASES["check_walk"], name="check_stand", logs=("stand_cells.csv", "stand_body.csv"),
     words=("check", "stand_cells.csv", "stand_body.csv", "--recipe", "biped.toml", "--quiet"),
 )  # fmt: skip
@@ -83,6 +83,12 @@ def turned(log: pd.DataFrame, rng: Random) -> pd.DataFrame:
 def negated(log: pd.DataFrame, rng: Random) -> pd.DataFrame:
     """One channel is of turned sign."""
     name = _channel(log, rng)
+    return log.assign(**{name: -log[name]})
+
+
+def axis_negated(log: pd.DataFrame, rng: Random) -> pd.DataFrame:
+    """One axis of a transducer is of turned sign; one that no orientation loads shows nothing."""
+    name = str(rng.choice(["fx_n", "fz_n"]))
     return log.assign(**{name: -log[name]})
 
 
@@ -228,7 +234,7 @@ _OF_WEIGHTS: tuple[tuple[str, Change], ...] = (
     ("milliseconds", _times("time_s", 1e3)), ("rows_twice", rows_twice),
 )  # fmt: skip
 _OF_HANGINGS: tuple[tuple[str, Change], ...] = (
-    *((f.__name__, _one_channel(f)) for f in (outliers, stuck, negated, lost, half_turn,
+    *((f.__name__, _one_channel(f)) for f in (outliers, stuck, axis_negated, lost, half_turn,
       axes_exchanged)),
     *((f.__name__, f) for f in (milliseconds, shuffled, rows_twice, orientations_exchanged)),
 )  # fmt: skip
@@ -241,29 +247,31 @@ def seen_jobs(inputs: Path, seed: int) -> list[Job]:
     for base, log, faults in (
         (walk, "walk_cells.csv", [(f.__name__, f) for f in _OF_CELLS]),
         (walk, "walk_body.csv", _OF_BODIES),
-        (_STAND, "stand_cells.csv", [(f.__name__, f) for f in _OF_STANDS]),
-        (_BENCH, "weights.csv", _OF_WEIGHTS),
+        (STAND, "stand_cells.csv", [(f.__name__, f) for f in _OF_STANDS]),
+        (BENCH, "weights.csv", _OF_WEIGHTS),
         (hang, "hang.csv", _OF_HANGINGS),
     ):
         tried += [(base, log, name.replace("_", " "), change) for name, change in faults]
     return [
         Job(f"{base.name} | {log}: {name} | seen {seed + k}", "seen", log,
-            _look(base, log, name, change, seed + k, inputs))
+            look(base, log, name, change, seed + k, inputs))
         for base, log, name, change in tried
         for k in range(TIMES)
     ]  # fmt: skip
 
 
-def _look(
-    base: Base, log: str, name: str, change: Change, seed: int, inputs: Path
+def look(
+    base: Base, log: str, name: str, change: Change, seed: int, inputs: Path, part: str = "seen"
 ) -> Callable[[Path], Outcome]:
+    """What `check` says of a log with this fault."""
+
     def bend(path: Path, rng: Random) -> None:
         change(pd.read_csv(path), rng).to_csv(path, index=False)
 
     def run(folder: Path) -> Outcome:
         fault = Mutation("seen", name, bend, wrong=True)
         outcome = attempt(Case(base, log, fault, seed), inputs, folder)
-        key = f"{base.name} | {log}: {name} | seen {seed}"
-        return replace(outcome, key=key, part="seen", family=log)
+        key = f"{base.name} | {log}: {name} | {part} {seed}"
+        return replace(outcome, key=key, part=part, family=log)
 
     return run

@@ -73,7 +73,7 @@ class Biped:
     @property
     def plate_kg(self) -> float:
         """Under each cell."""
-        return PLATE_KG * self.kind.size**3
+        return PLATE_KG * self.kind.plate * self.kind.size**3
 
     @property
     def below_kg(self) -> float:

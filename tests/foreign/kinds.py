@@ -37,6 +37,7 @@ class Kind:
     share_drift : part of the noise that lasts from pose to pose
     span : of the converter of a transducer, relative to twice the robot's weight
     ankle_roll : how far a swinging sole rolls, rad; it pitches in any case
+    plate : mass of the plate under a cell, relative to the usual
     """
 
     name: str = "usual biped"
@@ -65,6 +66,7 @@ class Kind:
     share_drift: float = 0.3
     span: float = 1.0
     ankle_roll: float = 0.0
+    plate: float = 1.0
 
     @property
     def size(self) -> float:
@@ -123,6 +125,19 @@ FLEET = {
     7109: Kind("gravity from an IMU", _HEXAPOD, legs=6),
     7110: Kind("wrist sensor with a tool"),
     7111: Kind("quadruped on points", (6.0, 20.0)),
+    7201: Kind("150 kg, 500 Hz", (140.0, 160.0), bits=16, cells_hz=500.0, body_hz=400.0),
+    7202: Kind("half a kilogram on three cells", (0.45, 0.6), cells=3, bits=12, cells_hz=30.0,
+               body_hz=50.0),
+    7203: Kind("stamps of 10 ms", (5.0, 8.0), cells_hz=125.0, body_hz=100.0, jitter_s=4e-3,
+               stamp_s=1e-2),
+    7204: Kind("10 bits, plates of 150 g", (6.0, 7.0), bits=10, cells_hz=60.0, body_hz=200.0,
+               plate=6.0, momentum_loss=0.4),
+    7205: Kind("110 kg on ankles, rolling soles", (105.0, 115.0), cells=0, cells_hz=500.0,
+               body_hz=400.0, ankle_roll=0.12, jitter_s=1e-3),
+    7206: Kind("quadruped of 300 kg, 14 bits", (270.0, 330.0), legs=4, bits=14, noise=8.0),
+    7207: Kind("ten legs, 6 s a turn", (10.0, 15.0), legs=10, turn_s=6.0, rate_hz=50.0),
+    7208: Kind("pocket hexapod, 60 s a turn", (0.8, 1.0), legs=6, bits=12, noise=0.2,
+               turn_s=60.0, rate_hz=20.0),
 }  # fmt: skip
 """Make -> kind."""
 DRAW = 100_000

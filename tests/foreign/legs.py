@@ -22,6 +22,7 @@ LEGS_OF = {
     4: ("fl", "hl", "fr", "hr"),
     6: LEGS,
     8: ("l1", "l2", "l3", "l4", "r1", "r2", "r3", "r4"),
+    10: ("l1", "l2", "l3", "l4", "l5", "r1", "r2", "r3", "r4", "r5"),
 }
 AXES = ("fx_n", "fy_n", "fz_n", "tx_nm", "ty_nm", "tz_nm")
 _OFFSETS = ("fx", "fy", "fz", "tx", "ty", "tz")

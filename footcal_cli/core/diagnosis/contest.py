@@ -11,10 +11,12 @@ from footcal_cli.core.diagnosis.contenders import KNEES, fit, refitted, refitted
 from footcal_cli.core.diagnosis.kindred import (
     Tried,
     adding_p,
+    adds_more,
     excess_of,
     kindred,
     left_of,
     level_of,
+    of_turns,
     of_two_classes,
     outdone,
     partners_of,
@@ -111,6 +113,8 @@ def decided(
     def significant(other: Tried) -> bool:
         if sign_flip_mean(other.loss - loss, signs) < rules.alpha_rival:
             return True
+        if of_turns(subject.problem.settings):
+            return adds_more(subject, best, other, family, noise, signs, rules)
         # signs of a few sessions of one cell reach no level
         apart = effective_blocks(abs(other.loss - loss)[:, None])
         few = has_few_blocks(best.bare, float(apart[0]))
@@ -159,7 +163,7 @@ def decided(
 
 def _stricter(rules: Rules, settings: Settings | None) -> Rules:
     """Rules for rivals: where a few hangings tell them apart, however many turns each has."""
-    if settings is None or settings.part is None:
+    if not of_turns(settings):
         return rules
     return replace(rules, alpha_rival=rules.alpha_beside)
 

@@ -204,7 +204,7 @@ def _searched(
     """
     path = grown(subject, path, rules, seed)
     strict = replace(rules, share_set=1.0)
-    verdict, share = judged(subject, path, strict, seed)
+    verdict, share = judged(subject, _at_its_size(subject, path), strict, seed)
     if verdict is Verdict.NAMED_UNKNOWN and not _matters(subject, path, beside=True):
         yield path, Verdict.NAMED, share
         return
@@ -212,7 +212,8 @@ def _searched(
     if verdict is Verdict.UNKNOWN and alone and not _matters(subject, path, beside=True):
         # what one name leaves of its form does not matter: it need not explain all of it
         least = replace(strict, share_partly=rules.share_set, share_form=rules.share_set)
-        if judged(subject, path, least, seed)[0] in (Verdict.NAMED, Verdict.NAMED_UNKNOWN):
+        as_small = judged(subject, _at_its_size(subject, path), least, seed)[0]
+        if as_small in (Verdict.NAMED, Verdict.NAMED_UNKNOWN):
             yield path, Verdict.NAMED, share
             return
     if verdict is Verdict.UNKNOWN and not _matters(subject, path, beside=False):
@@ -229,10 +230,24 @@ def _searched(
 
 
 def _matters(subject: Subject, path: Path, *, beside: bool) -> bool:
-    """Whether what has no sure name is a finding; what follows no signal has no size here."""
-    last = path.rounds[-1]
+    """Whether what has no sure name is a finding; a spell within a series has no size here."""
+    last = _at_its_size(subject, path).rounds[-1]
     found = _nameless(subject, path, beside=beside)
     return left_apart(last.before, last.rules) or any(item.matters for item in found)
+
+
+def _at_its_size(subject: Subject, path: Path) -> Path:
+    """The path without spells that do not matter: of single placements they have a size.
+
+    What makes neighbours in time alike is at most the whole error of an output.
+    """
+    last = path.rounds[-1]
+    if subject.problem.rate_hz > 0 or not left_apart(last.before, last.rules):
+        return path
+    if any(i.whole >= i.smallest for i in _nameless(subject, path, beside=True)):
+        return path
+    aside = replace(last, before=replace(last.before, spell_p=1.0))
+    return replace(path, rounds=(*path.rounds[:-1], aside))
 
 
 def _nameless(subject: Subject, path: Path, *, beside: bool) -> tuple[Nameless, ...]:

@@ -20,6 +20,7 @@ from footcal_cli.core.inference.evidence import (
     Interval,
     effective_blocks,
     jackknife_interval,
+    local_max_t,
     sign_flip_group,
     sign_flip_max_t,
 )
@@ -27,6 +28,7 @@ from footcal_cli.core.inference.grams import whitened_grams
 from footcal_cli.core.inference.problem import Problem, Signature
 from footcal_cli.core.inference.refit import Refit
 from footcal_cli.core.inference.scores import scores
+from footcal_cli.core.inference.settings import Settings
 from footcal_cli.core.inference.whitening import Noise, has_single_rows
 from footcal_cli.core.parameters import FloatArray
 
@@ -170,6 +172,33 @@ def outdone(
     return p < level_of(best.cause, other.cause, rules) and best.misfit < rules.misfit_share * added
 
 
+def of_turns(settings: Settings | None) -> bool:
+    """Whether blocks are turns of legs that hang, a few of which know of one leg."""
+    return settings is not None and settings.part is not None
+
+
+def adds_more(
+    subject: Subject,
+    best: Tried,
+    other: Tried,
+    family: Sequence[Signature],
+    noise: Noise,
+    signs: FloatArray,
+    rules: Rules,
+) -> bool:
+    """Whether the best adds something beside a contender that adds little or nothing beside it.
+
+    A loss difference holds the same evidence with twice the noise, and the turns of one leg have
+    few signs. Of two wrong causes each adds something beside the other: the most that the other
+    one may add (95 %) must be less than a share of what the best one adds.
+    """
+    p, added = adding_p(subject, best, other, family, [], noise, signs)
+    if p >= rules.alpha_left:
+        return False
+    _, back = adding_p(subject, other, best, family, [], noise, signs)
+    return largest_excess(back, 1) < rules.misfit_share * added
+
+
 def adding_p(
     subject: Subject,
     best: Tried,
@@ -201,7 +230,11 @@ def adding_p(
     if found.inside[0]:
         return 1.0, 0.0
     p = float(sign_flip_max_t(found.score[:, :1], signs).p[0])
-    if has_single_rows(bare):
+    if of_turns(bare.settings):
+        # white between turns and hangings: how far they scatter all legs tell together
+        legs = 1 + alike.shape[1]
+        p = float(local_max_t(found.score[:, :legs], found.information[:, :legs], 1.0)[1][0])
+    elif has_single_rows(bare):
         single = single_rows_p(bare, found, grams.calibration.size)[0]
         p = min(2.0 * min(p, float(single)), 1.0)
     elif has_few_blocks(bare, float(effective_blocks(found.information[:, :1])[0])):

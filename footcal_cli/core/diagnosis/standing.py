@@ -12,12 +12,19 @@ import numpy as np
 
 from footcal_cli.core.diagnosis.answer import Cause, Verdict
 from footcal_cli.core.diagnosis.contenders import fit
-from footcal_cli.core.diagnosis.gain import Gain, bought, gains_of, without_rivals
+from footcal_cli.core.diagnosis.gain import (
+    Gain,
+    bought,
+    gains_of,
+    output_losses,
+    without_rivals,
+)
 from footcal_cli.core.diagnosis.kindred import excess_of
 from footcal_cli.core.diagnosis.nested import nested_losses
 from footcal_cli.core.diagnosis.path import Path
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.subject import Subject
+from footcal_cli.core.inference.evidence import sign_flip_mean, sign_patterns
 from footcal_cli.core.inference.grams import calibration_grams
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.refit import Refit
@@ -40,6 +47,8 @@ class Standing:
         Held-out errors per output, the selection repeated without each fold.
     stable
         Share of blocks without which the same effects are chosen.
+    p
+        That it predicts blocks of stances no better, by signs of the blocks; 0 elsewhere.
     """
 
     path: Path
@@ -47,10 +56,13 @@ class Standing:
     share: float
     gains: tuple[Gain, ...]
     stable: float
+    p: float
 
     def holds(self, problem: Problem) -> bool:
         """Whether it predicts blocks that had no say, and is chosen without most of them."""
-        return bought(self.gains, problem) > 0.0 and self.stable >= LEAST_STABLE
+        if self.stable < LEAST_STABLE or self.p > self.path.rounds[0].rules.alpha_rival:
+            return False
+        return bought(self.gains, problem) > 0.0
 
 
 def standing(
@@ -80,7 +92,14 @@ def standing(
         others = frozenset().union(*nested.chosen) - begun[0]
         alike = nested.alike([begun[0] | set(_outdone(subject, path, path.model, others))])
     gains = gains_of(problem, without_rivals(final, path.model), final.law, nested, alike)
-    return Standing(path, verdict, share, gains, float(np.mean(alike)))
+    p = 0.0
+    if problem.pieces:
+        # a test of rows takes the pieces of a stance for more than they are: its blocks judge too
+        fair = output_losses(without_rivals(final, path.model), final.law)
+        new = np.where(alike[:, None], fair, nested.loss)
+        gained = (output_losses(problem, final.law) - new).sum(axis=1)
+        p = sign_flip_mean(gained, sign_patterns(problem.blocks, seed))
+    return Standing(path, verdict, share, gains, float(np.mean(alike)), p)
 
 
 def _outdone(subject: Subject, path: Path, model: Refit, effects: Iterable[str]) -> list[str]:

@@ -47,8 +47,10 @@ def judged(subject: Subject, path: Path, rules: Rules, seed: int) -> tuple[Verdi
         return Verdict.UNKNOWN, share
     sure = path.pair or all(cause.rivals for cause in path.causes)
     sure &= in_other_cells(subject.table, path.causes)
-    if verdict in NAMING and subject.case.drifts and len(path.causes) > 1 and not sure:
-        # beside a calibration that drifts two causes copy a third that neither of them is
+    loose = subject.case.drifts or subject.case.experiment.name == "stand"
+    if verdict in NAMING and loose and len(path.causes) > 1 and not sure:
+        # beside a calibration that drifts two causes copy a third that neither of them is, and in
+        # a stand, whose loads follow the two coordinates of its CoM
         return Verdict.UNKNOWN, share
     return verdict, share
 

@@ -80,7 +80,9 @@ def run_live(log: Log, belief: Belief, options: MemoryOptions | None = None) -> 
     """
     options = of_live(options)
     size = options.samples_per_update
-    updates = rows_of(log, belief, options).time_s
+    every = rows_of(log, belief, options)
+    every.refuse_if_empty()
+    updates = every.time_s
     learnt = Learnt(0.0, options.noise, None, ())
     pieces: list[_Piece] = []
     for start, stop in pairwise(_edges(updates)):

@@ -192,6 +192,7 @@ def run_memory(log: Log, belief: Belief, options: MemoryOptions | None = None) -
         )  # fmt: skip
     else:
         delay, moved, rows = 0.0, log, rows_of(log, belief, options)
+    rows.refuse_if_empty()
     phase = gait_phase(moved, rows)
     noise, tuning, first = _learnt(rows, options)
     repeated = repetition(first, phase, rows.totals)

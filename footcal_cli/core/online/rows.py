@@ -110,6 +110,21 @@ class Rows:
     def __len__(self) -> int:
         return self.time_s.size
 
+    def refuse_if_empty(self) -> None:
+        """Refuse a walk in which no total was ever known.
+
+        Raises
+        ------
+        DataError
+            At no time were all channels, the motion and the feet known.
+        """
+        if not self.valid[:, : self.totals].any():
+            raise DataError(
+                "at no time of the walk are all readings, the body's motion and its feet known",
+                remedy="run check on both logs: every column must hold numbers, and their stamps "
+                "must be of the same clock and in s",
+            )
+
     def without(self, unknowns: BoolArray) -> Rows:
         """The same rows with some unknowns, shape (p,), taken to be zero."""
         kept = ~unknowns

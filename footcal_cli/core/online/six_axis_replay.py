@@ -132,6 +132,7 @@ def replay_six_axis(
     # with free scales the likeliest noise is none: readings times zero balance weights of zero
     aligned = _aligned(merged.log, samples_per_update, guards)
     log = aligned.log
+    aligned.rows.refuse_if_empty()
     fixed, tuning = _learnt(aligned.rows, guards)
     demand_sd = _vertical_sd(fixed, tuning.noise)
     weight_n = float(np.mean(log.known["mass_kg"] * log.known["gravity_mps2"]))
