@@ -137,8 +137,9 @@ def _settling_sheet(found: Comparison) -> Sheet:
         "Convergence and drift",
         ("unknown", "converged after (s)", "steady sd", "drift per hour", "unit"),
         rows,
-        note="Converged: the estimate stays within ± 2 sd of the mean of the last third. Steady sd: "
-        "scatter about a line over the last third. Drift: middle to last third, with the filter's sd.",
+        note="Converged: the estimate stays within ± 2 sd of the mean of the last third. Steady "
+        "sd: scatter about a line over the last third. Drift: middle to last third, with the "
+        "filter's sd.",
     )
 
 

@@ -40,8 +40,8 @@ def _smallest_sizes(problem: Problem, left: FloatArray) -> FloatArray:
     """The smallest size of each candidate that matters, in the noise that there is beside it.
 
     A large effect is mistaken for noise of the outputs that it touches. Calibration is then fitted
-    to the others, and brings less of the effect into them than it will once the effect is known: what
-    moves one foot's CoP by 2 mm would not matter.
+    to the others, and brings less of the effect into them than it will once the effect is known:
+    what moves one foot's CoP by 2 mm would not matter.
     """
     smallest = problem.smallest_sizes(left)
     shares = _left_of_noise(problem, left)
