@@ -30,6 +30,8 @@ ACROSS_RAD, IN_DEGREES = 0.8, 0.3
 """Steps turn the line from foot to foot by half a radian; a heading that lies further off, and
 as degrees within this share of it, is one in degrees."""
 _ACC_UNITS = {1.0 / 9.80665: "in g", 1e3: "in mm/s²", 1e2: "in cm/s²", -1.0: "of turned sign"}
+_PILED, _FAR = 5, 5.0
+"""Samples at an extreme value, and its distance in robust sd, from which a range was too small."""
 _FEWEST = 20
 
 
@@ -259,6 +261,42 @@ def check_imu(imu_acc_mps2: FloatArray, gravity_mps2: float, where: str) -> list
             "imu_without_gravity", "alarm" if in_g or usual > gravity_mps2 else "warning", where,
             f"the specific force at the IMU is {usual:.3g} m/s² (median): {cause}",
             "log imu_acc as the accelerometer reads it, in m/s² (9.8 at rest), or give its unit",
+        )
+    ]  # fmt: skip
+
+
+def check_saturation(acc_mps2: FloatArray, where: str) -> list[Finding]:
+    """Find an acceleration that stops at the end of its sensor's range.
+
+    A tail thins out towards its end. Where an axis is at its extreme value several times, more
+    than twice as often as at the value before, and far from where it usually is, impacts were cut.
+
+    Parameters
+    ----------
+    acc_mps2
+        Shape (n, 3).
+    """
+    cut, limits = np.zeros(len(acc_mps2), dtype=bool), []
+    for axis in acc_mps2.T:
+        values, counts = np.unique(axis[np.isfinite(axis)], return_counts=True)
+        if values.size < _FEWEST:
+            continue
+        middle = np.median(axis[np.isfinite(axis)])
+        usual = 1.4826 * np.median(np.abs(axis[np.isfinite(axis)] - middle))
+        for end, before in ((0, 1), (-1, -2)):
+            far = abs(values[end] - middle) > _FAR * max(usual, 1e-9)
+            if far and counts[end] >= _PILED and counts[end] > 2 * counts[before]:
+                cut |= axis == values[end]
+                limits.append(float(values[end]))
+    if not limits:
+        return []
+    return [
+        Finding(
+            "acceleration_saturated", "warning", where,
+            f"{int(cut.sum())} samples stand at the end of the range "
+            f"({', '.join(f'{x:.3g}' for x in sorted(limits))} m/s²): impacts were cut off",
+            "set a larger range of the accelerometer; what is learnt at landings is not to be "
+            "believed",
         )
     ]  # fmt: skip
 

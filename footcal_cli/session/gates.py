@@ -28,10 +28,11 @@ UNTRUSTED = frozenset(
 DOUBTFUL = frozenset(
     {
         "legs_very_light", "negative_loads", "no_load", "calibration_of_another_robot",
-        "unknown_sign_convention", "turned_sign", "time_goes_back",
+        "unknown_sign_convention", "turned_sign", "time_goes_back", "body_left_interval",
     }
 )  # fmt: skip
-"""Warnings about units, signs and robots: what rests on them may be meaningless, so not good."""
+"""Warnings about units, signs, robots and their motion: what rests on them may be meaningless, so
+not good."""
 WORSE = 1.25
 """Ratio of an error after to that before from which a quantity got worse."""
 SHARE = 0.1

@@ -244,12 +244,13 @@ def _body(table: Table, robot: Robot) -> list[Finding]:
     if feet:
         at = [table.numbers([f"{f}_foot_{a}_m" for a in "xyz"]) for f in feet]
         found += check_positions(com, np.stack(at, axis=1), where)
-    found += body_stream.check_acceleration(
-        time_s, com, table.numbers([f"com_acc_{a}_mps2" for a in "xyz"]), robot.gravity_mps2, where
-    )
+    acc = table.numbers([f"com_acc_{a}_mps2" for a in "xyz"])
+    found += body_stream.check_acceleration(time_s, com, acc, robot.gravity_mps2, where)
+    found += body_stream.check_saturation(acc, "com_acc")
     if "imu_acc_x_mps2" in table:
         imu = table.numbers([f"imu_acc_{a}_mps2" for a in "xyz"])
         found += body_stream.check_imu(imu, robot.gravity_mps2, where)
+        found += body_stream.check_saturation(imu, "imu_acc")
     for foot in feet:
         if f"{foot}_foot_yaw_rad" in table:
             name = f"{foot}_foot_yaw_rad"

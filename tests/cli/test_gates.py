@@ -11,11 +11,13 @@ from typing import Literal
 
 import pytest
 
+from footcal_cli.core.online.comparison import left_interval
+from footcal_cli.core.online.evidence import Departure
 from footcal_cli.core.online.jumps import Jump
 from footcal_cli.recipe import CommandOptions, Gates
 from footcal_cli.records.results import ParametersRecord, RmseRecord, RmseRow, VerdictRecord
 from footcal_cli.report.outcome import Outcome
-from footcal_cli.session.gates import gated, merged, trusted
+from footcal_cli.session.gates import DOUBTFUL, gated, merged, trusted
 from tests.cli.test_run_folder import LOG
 from tests.conftest import REPOSITORY, Run
 
@@ -255,3 +257,10 @@ def test_a_fit_that_did_not_converge_is_not_good() -> None:
 def test_a_jump_without_a_sure_size_is_no_alarm() -> None:
     assert Jump("left_fl.bias", 1.0, 1.5, 2.0, 0.3, 40.0).sure
     assert not Jump("left_fl.bias", 1.0, 1.5, -2.0, 0.9, 40.0).sure
+
+
+@pytest.mark.parametrize(("name", "doubted"), [("robot.smoothing", True), ("left_fl.gain", False)])
+def test_a_motion_beyond_what_was_thought_possible_is_not_good(name: str, doubted: bool) -> None:
+    found = left_interval(Departure(name, "s²", 3.0, 4e-3, -1.5e-3, 1.5e-3))
+    assert found.severity == "warning"
+    assert (found.code in DOUBTFUL) == doubted

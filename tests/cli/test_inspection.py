@@ -17,6 +17,7 @@ from footcal_cli.core.body_stream import (
     check_heading_across,
     check_overlap,
     check_quaternions,
+    check_saturation,
 )
 from footcal_cli.core.plausibility import check_shares
 from footcal_cli.recipe import Recipe, Robot, read_recipe
@@ -154,6 +155,19 @@ def test_a_body_stream_in_other_units(change: Callable[[Frame], Frame], code: st
     kind = columns.body_table(("left", "right"))
     table = clean(SAMPLES / "biped/walk_004_body.parquet", kind, "nao_walk")
     assert alarms(bent(table, change), kind, recipe("nao_walk").robot) == ({code} - {""})
+
+
+def test_an_accelerometer_that_stops_at_its_range_is_seen_and_one_with_tails_is_not() -> None:
+    rng = np.random.default_rng(5)
+    acc = rng.normal(0.0, 0.3, (6000, 3))
+    for landing in range(50, 6000, 60):
+        acc[landing : landing + 3, 2] += 40.0 * rng.uniform(0.3, 1.2) * np.array([0.6, 1.0, 0.5])
+    (found,) = check_saturation(np.clip(acc, -2.0 * G, 2.0 * G), "imu_acc")
+    assert found.code == "acceleration_saturated"
+    assert "19.6" in found.sentence
+    assert not check_saturation(acc, "imu_acc")
+    steps = np.round(rng.standard_t(3, size=(6000, 3)) / 0.05) * 0.05
+    assert not check_saturation(steps, "imu_acc")
 
 
 def test_quaternions_with_w_first(real_data: Path) -> None:

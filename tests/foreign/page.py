@@ -24,8 +24,8 @@ _SURE = 5.0
 _HEAD = """# Calibrations in a foreign world
 
 {count} of {fleet} robots, estimators and rigs of `tests/foreign`, which share no code with
-footcal: bipeds of 1 to 90 kg on three, four or six cells or six-axis ankles,
-and robots on four, six and eight legs (`tests/foreign/kinds.py` has them all). Each
+footcal: bipeds of half a kilogram to 150 kg on three, four or six cells or six-axis ankles,
+and robots on four, six, eight and ten legs (`tests/foreign/kinds.py` has them all). Each
 command ran as its user runs it
 (`make foreign-calibration` makes this page anew). All of them have what ordinary robots have:
 quantised encoders, differentiated velocities, a millisecond of stamp lag, part of the angular

@@ -169,16 +169,11 @@ class Comparison:
                 BIAS_JUMP.name, "alarm" if jump.sure else "note", jump.name.removesuffix(".bias"),
                 f"the bias jumped by {jump.size:.2f} ± {jump.sd:.2f} N at {jump.onset_s:.2f} s "
                 f"(proved {jump.found_s - jump.onset_s:.2f} s later)",
-                "check the cell's cable and seat; the bias is fitted before and after the jump",
+                "check the cell's cable and seat; the bias is fitted before and after the jump"
+                if jump.sure else "nothing, unless it comes again: its size is not sure",
             )  # fmt: skip
         yield from self.weighed.findings()
-        for d in self.departures:
-            yield Finding(
-                "left_interval", "warning", d.name,
-                f"since {d.time_s:.1f} s outside [{d.low:.3g}, {d.high:.3g}] {d.unit}, now "
-                f"{d.value:.3g}",
-                "calibrate offline again, or widen the prior if the data sheet allows it",
-            )  # fmt: skip
+        yield from map(left_interval, self.departures)
         if self.memory.repeated > INADEQUATE:
             yield Finding(
                 "repeated_errors", "warning", "filter",
@@ -307,3 +302,16 @@ def _used(merged: Merged, memory: Memory) -> Validity:
     }
     failures[Reason.OUTLIER] = outlier
     return judge(failures, len(merged.log))
+
+
+def left_interval(found: Departure) -> Finding:
+    """What a parameter outside its interval says: of a cell, or of the motion that all rest on."""
+    of_body = found.name.startswith("robot.")
+    return Finding(
+        "body_left_interval" if of_body else "left_interval", "warning", found.name,
+        f"since {found.time_s:.1f} s outside [{found.low:.3g}, {found.high:.3g}] {found.unit}, "
+        f"now {found.value:.3g}",
+        "compare the body's stream with an IMU, the model's CoM with the robot: the motion is "
+        "wrong by more than was thought possible, and scales and biases rest on it"
+        if of_body else "calibrate offline again, or widen the prior if the data sheet allows it",
+    )  # fmt: skip
