@@ -72,7 +72,7 @@ def _stretch(time_s: FloatArray, phase_rad: FloatArray) -> tuple[FloatArray, Flo
 
 Texts = NDArray[np.object_] | NDArray[Any]
 
-ORIENTATIONS = {
+ORIENTATIONS: dict[str, FloatArray] = {
     f"{sign}{axis}": (1.0 if sign == "+" else -1.0) * np.eye(3)[i]
     for i, axis in enumerate("xyz")
     for sign in "+-"
