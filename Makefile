@@ -103,6 +103,10 @@ pictures: demo  ## Run the demo and take the pictures of README and documents fr
 		--out $(OUT)/rivals --overwrite --quiet
 	$(BIN)/python docs/make_pictures.py $(OUT)
 
+.PHONY: gallery
+gallery: $(VENV)/.installed-dev  ## Every report at 400, 800, 1280 px, dark and on paper; BEFORE=CHECKOUT too.
+	$(BIN)/python -m tests.report.gallery --out $(OUT)/gallery $(if $(BEFORE),--before $(BEFORE))
+
 .PHONY: effects-page
 effects-page: $(VENV)/.installed-dev  ## Rebuild docs/effects.md and its figures.
 	$(BIN)/python docs/make_effects_page.py

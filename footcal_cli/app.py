@@ -30,7 +30,7 @@ COMMANDS = {
     "convert": "Convert bags, MCAP, C3D, OpenSim, MATLAB, HDF5 and JSON lines to Parquet.",
     "diagnose": "Say what the model gets wrong: name its cause, extend the model, state the gain.",
     "static-init": "Find scales and biases of foot cells as far as quiet standing shows them.",
-    "hang-calib": "Fit offsets, leg weight and leg CoM of six-axis transducers hanging in the air.",
+    "hang-calib": "Fit offsets of six-axis transducers, and weight and CoM of leg or tool below.",
     "pose-calib": "Fit the mounting of hip transducers, or offsets again, from standing poses.",
     "simulate": "Simulate an experiment with any effects; write its logs and its truth.",
     "effects": "Print the table of effects, or the formula, mimics and remedy of one.",

@@ -22,12 +22,17 @@ def apply(session: Session[ApplyOptions]) -> Outcome:
         raise UsageError("no calibration given", remedy="give --parameters FILE.json")
     if robot.legs:
         return _wrenches(session)
-    if robot.cell_names:
-        return _forces(session)
-    raise UsageError(
-        "the recipe names neither legs nor load cells", file=session.recipe.path,
-        remedy="add [robot.legs.…], [robot.feet.…] or channels",
-    )  # fmt: skip
+    if not robot.cell_names:
+        ends = ".scale"
+        cells = tuple(n.removesuffix(ends) for n in session.parameters.values if n.endswith(ends))
+        if not cells:
+            raise UsageError(
+                "neither the recipe nor the calibration names load cells, and the recipe no legs",
+                file=session.recipe.path, remedy="add [robot.legs.…], [robot.feet.…] or channels",
+            )  # fmt: skip
+        loose = robot.model_copy(update={"channels": cells})
+        session.recipe = session.recipe.model_copy(update={"robot": loose})
+    return _forces(session)
 
 
 def _forces(session: Session[ApplyOptions]) -> Outcome:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @command(HangCalibOptions)
 def hang_calib(session: Session[HangCalibOptions]) -> Outcome:
-    """Fit offsets, leg weight and leg CoM of six-axis transducers hanging in the air."""
+    """Fit offsets of six-axis transducers, and weight and CoM of leg or tool below."""
     session.refuse_missing_logs("hang")
     from dataclasses import replace
 

@@ -19,7 +19,7 @@ _COLUMNS = {
     "com_acc_x_mps2 ..., left_foot_x_m ...",
     "hang-calib": "orientation, time_s, leg, phase_rad, fx_n ... tz_nm (temperature_degc)",
     "pose-calib": "pose, leg, phase_rad, fx_n ... tz_nm, body_qx ... body_qw (contact)",
-    "apply": "those of the log that is converted: time_s, left_fl_counts ... or fx_n ... tz_nm",
+    "apply": "those of the log to calibrate: time_s, left_fl_counts ... or fx_n ... tz_nm",
     "diagnose": "those of the experiment: weights, placements, stand, walk, hang or pose",
     "check": "those of any kind of log",
     "init": "any; the recipe maps them to footcal's names",

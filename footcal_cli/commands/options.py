@@ -49,8 +49,8 @@ _LAST: Mapping[str, tuple[Any, Any]] = {
             typer.Option(
                 "--reference",
                 metavar="FILE.json",
-                help="Gate: exit 1 where a parameter left this calibration (\\[gates] says by how "
-                "much).",
+                help="Gate: exit 1 where a parameter has moved away from this calibration "
+                "(limits in \\[gates]).",
             ),
         ],
         None,

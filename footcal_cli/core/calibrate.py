@@ -229,7 +229,7 @@ def hang(
     leg_weight_n: float,
     options: HangOptions | None = None,
 ) -> Calibration[HangFit]:
-    """Offsets of a hanging leg's six-axis transducer, its weight and CoM, and how it hung askew.
+    """Offsets of a hanging leg's six-axis transducer, its weight and CoM, and its tilt.
 
     Parameters
     ----------

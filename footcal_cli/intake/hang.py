@@ -116,7 +116,7 @@ def _gravity(
         raise DataError(
             f"orientation '{unknown[0]}' is none of +x −x +y −y +z −z",
             file=table.path, column="orientation",
-            remedy="name the axis along gravity, or give gravity_x gravity_y gravity_z or body_qx "
-            "body_qy body_qz body_qw",
+            remedy="name the axis along gravity (+x, or +x down; +x up), or give gravity_x "
+            "gravity_y gravity_z or body_qx body_qy body_qz body_qw",
         )  # fmt: skip
     return gravity

@@ -185,7 +185,7 @@ def _names(tables: Sequence[Table]) -> list[str]:
 
 
 def known_legs(session: Session[Any]) -> tuple[LegKnowledge, ...]:
-    """What the hanging calibration knows of every leg of the recipe."""
+    """What the hanging calibration found for every leg of the recipe."""
     robot, command = session.recipe.robot, session.request.command
     if session.parameters is None:
         raise UsageError(

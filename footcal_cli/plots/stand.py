@@ -10,7 +10,16 @@ import numpy as np
 from footcal_cli.core.next_stance import CurvePoint
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.static_init import StanceErrors
-from footcal_cli.plots.style import AFTER, BAD, BEFORE, REFERENCE, legend_below, new_figure, tidy
+from footcal_cli.plots.style import (
+    AFTER,
+    BAD,
+    BEFORE,
+    REFERENCE,
+    legend_below,
+    log_axis_up,
+    new_figure,
+    tidy,
+)  # fmt: skip
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -37,7 +46,7 @@ def plot_stances(errors: Sequence[StanceErrors]) -> Figure:
         # errors of least squares run off the scale: they are the point, not the axis
         left.plot(number, cop, "o-", color=_STAGES[e.stage], label=e.stage, markersize=4)
         right.plot(number, e.vgrf_n, "o-", color=_STAGES[e.stage], label=e.stage, markersize=4)
-    left.set_yscale("log")
+    log_axis_up(left)
     how = "predicted from the other stances" if held_out else "of the fitted stance"
     tidy(left, f"CoP, {how}", "stance", "CoP error (mm)")
     tidy(right, f"Total force, {how}", "stance", "total force error (N)")
@@ -62,7 +71,7 @@ def plot_curve(curve: Sequence[CurvePoint]) -> Figure:
     ):
         axes.plot(used, 1e3 * np.array(values), "o-", color=_STAGES[stage], label=_WORDS[stage])
     axes.set_xscale("log")
-    axes.set_yscale("log")
+    log_axis_up(axes)
     axes.set_xticks(used, [str(n) for n in used])
     axes.minorticks_off()
     tidy(axes, "CoP error on the stance that follows", "stances used", "CoP error (mm)")
@@ -81,7 +90,7 @@ def plot_directions(singular_values: FloatArray, rank: int) -> Figure:
     colours = [AFTER if i < rank else BEFORE for i in range(number.size)]
     axes.bar(number, shown, color=colours, bottom=0.0)
     axes.axhline(1.0, color=REFERENCE, linewidth=0.8, linestyle="--")
-    axes.set_yscale("log")
+    log_axis_up(axes)
     axes.set_ylim(1e-3, max(20.0, 2.0 * float(shown.max())))
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     tidy(

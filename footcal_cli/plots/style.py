@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
 
@@ -62,11 +63,20 @@ def legend_below(figure: Figure, columns: int = 5) -> None:
 
 def log_axis(axes: Axes) -> None:
     """A logarithmic x axis with plain numbers: 0.04, not 4 × 10⁻²."""
+    axes.set_xscale("log")
+    _plain_powers(axes.xaxis, *axes.get_xlim())
+
+
+def log_axis_up(axes: Axes) -> None:
+    """The same for the y axis; called when the curves are drawn."""
+    axes.set_yscale("log")
+    _plain_powers(axes.yaxis, *axes.get_ylim())
+
+
+def _plain_powers(axis: Axis, low: float, high: float) -> None:
     from matplotlib.ticker import FuncFormatter, LogLocator
 
-    axes.set_xscale("log")
-    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axes.xaxis.set_minor_locator(LogLocator(subs=(2.0, 3.0, 5.0)))
-    low, high = axes.get_xlim()
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_locator(LogLocator(subs=(2.0, 3.0, 5.0)))
     named = high < 30.0 * low  # over more decades the powers of ten are enough
-    axes.xaxis.set_minor_formatter(FuncFormatter(lambda value, _: f"{value:g}" if named else ""))
+    axis.set_minor_formatter(FuncFormatter(lambda value, _: f"{value:g}" if named else ""))

@@ -74,7 +74,7 @@ class DiagnoseOptions(CommandOptions):
     after: Annotated[
         Path | None,
         Flag(
-            "diagnosis.json of the log before, whose rivals this log should distinguish.",
+            "diagnosis.json of an earlier log, whose rivals this log should distinguish.",
             metavar="FILE",
         ),
     ] = None
@@ -264,7 +264,7 @@ class OnlineReplayOptions(CommandOptions):
     align_delay: bool = True
     scales: bool | None = None
     noise: NoiseOptions = NoiseOptions()
-    compare: Annotated[bool, Flag("Run all methods and how much their settings matter.")] = False
+    compare: Annotated[bool, Flag("Run all methods; show how their settings matter.")] = False
     sensitivity: bool | None = None
     picture_span_s: tuple[float, float] | None = None
     baseline: Annotated[str | None, Flag("Calibration to compare with.", metavar="FILE.json")] = (
@@ -339,7 +339,7 @@ class SimulateOptions(CommandOptions):
     effects: Annotated[
         tuple[str, ...],
         Flag(
-            "An effect to put in; of every channel, or of OWNER only. Shapes follow after "
+            "Effect to add, to every channel or to OWNER only. Shapes follow after "
             "commas: left_rr.bias_jump=1.5,jump_time=30. Without a value its usual size.",
             name="effect",
             metavar="[OWNER.]NAME[=VALUE]",

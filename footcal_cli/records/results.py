@@ -197,6 +197,12 @@ class VerdictRecord(Record):
     details: tuple[str, ...] = ()
 
 
+def _written(value: float) -> str:
+    """Seven digits; counts of eight and more in full, thousands set apart."""
+    text = f"{value:.7g}"
+    return f"{value:,.0f}" if "e+" in text and abs(value) < 1e15 else text
+
+
 class ReadColumnRecord(Record):
     """How a column that stands under another name or in another unit was read.
 
@@ -215,7 +221,7 @@ class ReadColumnRecord(Record):
     def sentence(self) -> str:
         """In one line: ``'weight_g' read as gram: 0 … 3000 = 0 … 29.41995 N (load_n)``."""
         said = f"'{self.source}' read as {self.unit or 'a bare number'}"
-        shown = " = ".join(f"{low:.7g} … {high:.7g}" for low, high in self.ranges)
+        shown = " = ".join(f"{_written(low)} … {_written(high)}" for low, high in self.ranges)
         return f"{said}: {shown} {self.canonical_unit}".rstrip(": ") + f" ({self.name})"
 
     @property

@@ -23,7 +23,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 FIGURE_DPI = 130
-_WRITTEN_OUT = 1e6
+_GROUPED, _WRITTEN_OUT = 1e6, 1e15
+"""From where on thousands are set apart, and up to where no power of ten is written."""
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _READ_ALOUD = 12
 """So many columns are printed before the rest is folded away."""
 _FIGURE_METADATA = {"Software": None}  # keeps figures the same bytes for the same data
@@ -134,14 +136,23 @@ class Report:
 def number(value: float | None, digits: int = 4) -> str:
     """A number for people: `digits` significant ones, an en dash for none.
 
-    Up to a million it is written out: 110, not 1.1e+02.
+    Nothing has an exponent that a person would write out: 110, 8,347,750; beyond that, and for
+    small ones, a power of ten: 4.2 × 10⁻⁶.
     """
     if value is None or value != value:
         return "–"
     text = f"{value:.{digits}g}"
-    if "e+" in text and abs(value) < _WRITTEN_OUT:
-        text = f"{float(text):.0f}"
+    if abs(value) < _WRITTEN_OUT and ("e+" in text or abs(value) >= _GROUPED):
+        text = f"{float(text):{',' if abs(value) >= _GROUPED else ''}.0f}"
+    head, _, power = text.partition("e")
+    if power:
+        text = f"{head} × {_power(int(power))}"
     return text.replace("-", "−", 1) if text.startswith("-") else text
+
+
+def _power(exponent: int) -> str:
+    """A power of ten with its exponent raised."""
+    return f"10{str(exponent).translate(_RAISED)}"
 
 
 def with_sd(value: float, sd: float | None) -> str:
@@ -149,11 +160,14 @@ def with_sd(value: float, sd: float | None) -> str:
     if sd is None or not sd > 0 or sd != sd:
         return number(value, 6)
     decimals = 1 - floor(log10(sd))
-    if -4 < decimals < 7:
+    if -15 < decimals < 7:
         shown = max(decimals, 0)
-        return f"{value:.{shown}f} ± {sd:.{shown}f}".replace("-", "−")
-    digits = max(floor(log10(abs(value) / sd)) + 2, 2) if value else 2
-    return f"{number(value, digits)} ± {number(sd, 2)}"
+        grouped = "," if abs(value) >= _GROUPED else ""
+        return f"{value:{grouped}.{shown}f} ± {sd:{grouped}.{shown}f}".replace("-", "−")
+    power = floor(log10(max(abs(value), sd)))
+    shown = max(decimals + power, 1)
+    scaled = f"({value / 10.0**power:.{shown}f} ± {sd / 10.0**power:.{shown}f})"
+    return f"{scaled} × {_power(power)}".replace("-", "−")
 
 
 def plural(count: int, one: str, many: str = "") -> str:

@@ -20,10 +20,13 @@ from footcal_cli.report import Drawn, Picture, Report, Sheet, plural
 
 if TYPE_CHECKING:
     import jinja2
+    from markupsafe import Markup
 
 _NUMERIC = re.compile(
-    r"^[<>≤≥≈→ ]*[−+-]?[\d,]*\.?\d+([e×]\S*)?( ± \S+)?( ?%)?( ?\[[^]]*\]( ?%)?)?( of [\d,]+)?$"
+    r"^[<>≤≥≈→ ]*[(]?[−+-]?[\d,]*\.?\d+([e×]\S*)?( ± \S+)?( × 10\S+)?"
+    r"( ?%)?( ?\[[^]]*\]( ?%)?)?( of [\d,]+)?$"
 )
+_OPTION = re.compile(r"(?<![\w-])--[a-z][a-z-]*")
 _EMPTY = frozenset({"", "–", "-", "no repeats"})
 _LEVELS = {
     "good": ("✓", "Result"),
@@ -44,6 +47,13 @@ _FILES = {
     "cop_correction.json": "the CoP correction, for apply --cop-correction",
     "replay.parquet": "forces, CoP and parameters, sample by sample",
     "wrenches.parquet": "foot wrenches, pose by pose",
+    "body.parquet": "the body's motion",
+    "cells.parquet": "the readings",
+    "true_loads.parquet": "the loads without the sensors' errors",
+    "models.parquet": "the candidate models and their errors",
+    "sessions.parquet": "a row per session: parameters, errors, verdict",
+    "sessions.csv": "the same for a spreadsheet",
+    "sensitivity.parquet": "errors of CoP and force with each setting scaled",
     "truth.json": "what was true of the simulated logs",
     "calibrated.parquet": "the log with its calibration applied",
 }
@@ -120,8 +130,9 @@ def render_html(
 def _table(sheet: Sheet, count: int) -> _Table:
     """A sheet as the template draws it: columns of numbers are those without other text."""
     numeric = []
+    judged = [row for i, row in enumerate(sheet.rows) if i not in sheet.greyed] or sheet.rows
     for k in range(len(sheet.columns)):
-        cells = [str(row[k]).strip() for i, row in enumerate(sheet.rows) if i not in sheet.greyed]
+        cells = [str(row[k]).strip() for row in judged]
         filled = [cell for cell in cells if cell not in _EMPTY]
         numbers = sum(bool(_NUMERIC.match(cell)) for cell in filled)
         numeric.append(bool(filled) and numbers >= 0.8 * len(filled))
@@ -135,7 +146,15 @@ def _template() -> jinja2.Template:
     environment = jinja2.Environment(
         autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
+    environment.filters["options"] = _options_whole
     return environment.from_string(_asset("report.html.j2"))
+
+
+def _options_whole(text: str) -> Markup:
+    """A sentence in HTML whose ``--options`` no line breaks."""
+    from markupsafe import Markup, escape
+
+    return Markup(_OPTION.sub(r'<span class="whole">\g<0></span>', str(escape(text))))
 
 
 @cache

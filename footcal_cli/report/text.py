@@ -50,7 +50,8 @@ def _say(console: Console, lead: str, text: str, style: str = "") -> None:
     """One sentence: wrapped under itself where the width is known, else one line."""
     lines = [text]
     if console.is_terminal or WIDTH in os.environ:
-        lines = textwrap.wrap(text, max(console.width - len(lead), 30)) or [""]
+        room = max(console.width - len(lead), 30)
+        lines = textwrap.wrap(text, room, break_on_hyphens=False) or [""]
     for i, line in enumerate(lines):
         head = (f"[{style}]{lead}[/]" if style else lead) if i == 0 else " " * len(lead)
         console.print(f"{head}{_plain(line)}", soft_wrap=True)

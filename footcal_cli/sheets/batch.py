@@ -201,11 +201,11 @@ def _sessions_sheet(rows: Sequence[SessionRecord]) -> Sheet:
     # what went wrong first: with a thousand sessions nobody scrolls
     order = sorted(range(len(rows)), key=lambda i: (rows[i].outcome == "done", i))
     return Sheet(
-        "Sessions", ("session", "robot", "date", "outcome", "verdict or reason", "s"),
+        "Sessions", ("session", "robot", "date", "outcome", "verdict or reason", "time (s)"),
         [
             (
                 rows[i].session, rows[i].robot, rows[i].date or "–", rows[i].outcome,
-                rows[i].reason or _sentence(rows[i]), number(rows[i].seconds, 3),
+                rows[i].reason or _sentence(rows[i]), f"{rows[i].seconds:.1f}",
             )
             for i in order
         ],

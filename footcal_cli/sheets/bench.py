@@ -237,7 +237,7 @@ def _held_out(apart: Sequence[tuple[ChannelStudy, BenchRecord]]) -> list[RmseRow
 def _predictions(
     studies: Sequence[ChannelStudy], apart: Sequence[tuple[ChannelStudy, BenchRecord]]
 ) -> Mapping[str, NDArray[Any]]:
-    """Every row (of a recording: every sample) with its predicted load and why it counts or not."""
+    """Every row (of a recording: every sample) with its predicted load, counted or not and why."""
     reasons = np.array([state.reason for state in SampleState], dtype=object)
     pairs = [(study, record_of_samples(study), "train") for study in studies]
     pairs += [(study, record, "held_out") for study, record in apart]

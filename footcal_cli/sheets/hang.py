@@ -10,6 +10,7 @@ from footcal_cli.core.effects.six_axis_beliefs import LEG_COM
 from footcal_cli.core.hang.binned import binned_com
 from footcal_cli.core.hang.joint import HangFit
 from footcal_cli.core.hang.runs import HangRun
+from footcal_cli.core.hang.words import hanging_thing
 from footcal_cli.core.parameters import Estimates, FloatArray
 from footcal_cli.core.quality import Finding
 from footcal_cli.core.signals import root_mean_square
@@ -34,6 +35,7 @@ POOR_FORCE_N = 0.2
 POOR_EXCESS = 3.0
 """… where it is more than so many times the scatter from sample to sample."""
 _AS_NOISE = 1.5
+_SHARED_TILT = "what all legs share is the robot's tilt, where they differ it is the mounting"
 _LARGE_TILT_DEG = 10.0
 _UNEXPLAINED = 0.2
 """Share of the weight that may be left of the forces, where more than noise is left."""
@@ -68,19 +70,20 @@ def outcome_of(
     """
     residuals = residuals_by_stage(fits, others, runs, method)
     chosen = chosen_estimates(fits, others, method)
+    thing = hanging_thing({leg: fit.model.order for leg, fit in fits.items()})
     return Outcome(
         title=f"Hanging calibration of {robot}",
         verdict=verdict(fits, residuals, runs, method),
-        pictures=_pictures(fits, runs, residuals, others.get(method)),
+        pictures=_pictures(fits, runs, residuals, others.get(method), thing),
         sheets=(
-            parameter_sheet(chosen),
-            com_sheet(chosen),
-            *method_sheets(fits, others),
-            noise_sheet(fits),
+            parameter_sheet(chosen, thing),
+            com_sheet(chosen, thing),
+            *method_sheets(fits, others, thing),
+            noise_sheet(fits, thing),
         ),
         findings=tuple(findings(fits, runs)),
         footer=footer(method),
-        rmse=RmseRecord(rows=rmse_rows(residuals), rejected=dict(rejected)),
+        rmse=RmseRecord(rows=rmse_rows(residuals, thing), rejected=dict(rejected)),
         usable=method != "joint" or all(fit.fit.converged for fit in fits.values()),
     )
 
@@ -109,15 +112,17 @@ def _pictures(
     runs: Mapping[str, Sequence[HangRun]],
     residuals: Residuals,
     own: Mapping[str, StepwiseFit] | None,
+    thing: str,
 ) -> tuple[Picture, ...]:
     """Figures of the method that was asked for: `own`, or the joint fit where None."""
+    sensor = "leg" if thing == "leg" else "transducer"
     stages = {s: _largest_rms(legs) for s, legs in residuals.items() if s in ("before", "after")}
     pictures = [
         Picture(
             "residuals", lambda: plots.plot_residuals(residuals),
-            "Residual of the readings after offset and leg weight are subtracted: one violin "
-            "per leg and axis. A good fit is one narrow hump around zero.",
-            title="Residual of each leg and axis before and after",
+            f"Residual of the readings after offset and {thing} weight are subtracted: one violin "
+            f"per {sensor} and axis. A good fit is one narrow hump around zero.",
+            title=f"Residual of each {sensor} and axis before and after",
             result="Largest RMS of a force: "
             + ", ".join(f"{number(n, 2)} N {s} ({leg})" for s, (n, leg) in stages.items()) + ".",
         ),
@@ -142,8 +147,8 @@ def _pictures(
         pictures.append(
             Picture(
                 "orientations", lambda: plots.plot_tilts(fits, directions),
-                "Where gravity really pointed in each orientation, seen along the named axis: what "
-                "all legs share is the robot's tilt, where they differ it is the mounting.",
+                "Where gravity really pointed in each orientation, seen along the named axis"
+                + (f": {_SHARED_TILT}." if len(fits) > 1 else "."),
                 title="Direction of gravity in each orientation",
                 result=f"Gravity lies up to {_largest_lean(fits, directions):.1f}° off the named "
                 "axis.",
@@ -239,7 +244,7 @@ def _plain_verdict(residuals: Residuals, method: str) -> VerdictRecord:
     worst = max(sd, key=sd.__getitem__)
     return VerdictRecord(
         level="warning" if sd[worst] > POOR_FORCE_N else "good",
-        sentence=f"{method}: hanging legs are explained to {number(sd[worst], 2)} N sd per axis "
+        sentence=f"{method}: what hangs is explained to {number(sd[worst], 2)} N sd per axis "
         f"({worst}, the worst of {len(sd)}).",
         details=(
             "This method gives no intervals.",
@@ -252,28 +257,29 @@ def findings(
     fits: Mapping[str, HangFit], runs: Mapping[str, Sequence[HangRun]]
 ) -> Iterator[Finding]:
     """Forces that are no weight, a CoM out of reach, tilts like those of a wrongly named axis."""
+    thing = hanging_thing({leg: fit.model.order for leg, fit in fits.items()})
     for leg, fit in fits.items():
-        yield from _no_weight(leg, fit, runs[leg])
+        yield from _no_weight(leg, fit, runs[leg], f"{thing} {leg}")
         cosine = np.sum(fit.gravity_dir_t * fit.model.nominal_dir_t, axis=1)
         angle = np.rad2deg(np.arccos(np.clip(cosine, -1.0, 1.0)))
         for label, tilt in zip(fit.model.log_labels(), angle, strict=True):
             if tilt > _LARGE_TILT_DEG:
                 yield Finding(
-                    "large_tilt", "warning", f"leg {leg}, {label.replace('_', ' ')}",
+                    "large_tilt", "warning", f"{thing} {leg}, {label.replace('_', ' ')}",
                     f"gravity is {tilt:.0f}° away from the named axis",
                     "check the orientation's name and the transducer's axes "
                     "(orientation_of)",
                 )  # fmt: skip
 
 
-def _no_weight(leg: str, fit: HangFit, runs: Sequence[HangRun]) -> Iterator[Finding]:
+def _no_weight(leg: str, fit: HangFit, runs: Sequence[HangRun], where: str) -> Iterator[Finding]:
     """What shows that the wrenches are not the weight of one thing in the attitudes of the log."""
     weight = float(fit.estimates[f"{leg}.weight"])
     left = np.concatenate(fit.residuals(runs))[:, :3]
     rms = root_mean_square(left)
     if rms > _UNEXPLAINED * abs(weight) and fit.misfit(runs) > _SYSTEMATIC:
         yield Finding(
-            "forces_unexplained", "alarm", f"leg {leg}",
+            "forces_unexplained", "alarm", where,
             f"the forces are not the weight of one thing in the attitudes of the log: "
             f"residual {number(rms, 3)} N per axis at a weight of {number(weight, 3)} N",
             "check the order and the sense of the attitude's angles or quaternion, and "
@@ -282,7 +288,7 @@ def _no_weight(leg: str, fit: HangFit, runs: Sequence[HangRun]) -> Iterator[Find
     com = np.array([float(fit.estimates[f"{leg}.com_{axis}_mean"]) for axis in "xyz"])
     if np.linalg.norm(com) > _FARTHEST_M:
         yield Finding(
-            "com_far", "alarm", f"leg {leg}",
+            "com_far", "alarm", where,
             f"its CoM would lie {np.linalg.norm(com):.3g} m from the transducer",
             "check the unit of the torques in [columns] (N*mm?)",
         )  # fmt: skip

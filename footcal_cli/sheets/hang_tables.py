@@ -45,10 +45,10 @@ def residuals_by_stage(
     return stages
 
 
-def rmse_rows(residuals: Residuals) -> tuple[RmseRow, ...]:
+def rmse_rows(residuals: Residuals, thing: str) -> tuple[RmseRow, ...]:
     """Per stage and leg, forces and torques."""
     return tuple(
-        RmseRow.of(f"{leg} {quantity}", unit, stage, "hanging leg", part)
+        RmseRow.of(f"{leg} {quantity}", unit, stage, f"hanging {thing}", part)
         for stage, legs in residuals.items()
         for leg, left in legs.items()
         for quantity, unit, part in (("force", "N", left[:, :3]), ("torque", "Nm", left[:, 3:]))
@@ -72,8 +72,8 @@ def without_intervals(fit: StepwiseFit) -> Estimates:
     )
 
 
-def parameter_sheet(chosen: Mapping[str, Estimates]) -> Sheet:
-    """Table II: offsets and leg weight with their sd."""
+def parameter_sheet(chosen: Mapping[str, Estimates], thing: str) -> Sheet:
+    """Table II: offsets and weight of the `thing` that hangs, with their sd."""
     rows = []
     for leg, estimates in chosen.items():
         names = ["weight", *(f"offset_{axis}" for axis in AXES)]
@@ -87,13 +87,18 @@ def parameter_sheet(chosen: Mapping[str, Estimates]) -> Sheet:
             )
         )
     return Sheet(
-        "Offsets and leg weight",
-        ("leg", "weight (N)", "fx (N)", "fy (N)", "fz (N)", "tx (mNm)", "ty (mNm)",
+        f"Offsets and {thing} weight",
+        (_head(thing), "weight (N)", "fx (N)", "fy (N)", "fz (N)", "tx (mNm)", "ty (mNm)",
          "tz (mNm)"),
         rows,
         note="± one standard deviation, autocorrelation of the noise counted; without ± the method "
         "gives none. A dash: not observable from these orientations. Wu & Revzen, Table II.",
     )  # fmt: skip
+
+
+def _head(thing: str) -> str:
+    """What a row of a table is of: a leg, or a transducer that holds a tool."""
+    return "leg" if thing == "leg" else "transducer"
 
 
 def _shown(estimates: Estimates, name: str, factor: float) -> str:
@@ -103,8 +108,8 @@ def _shown(estimates: Estimates, name: str, factor: float) -> str:
     return with_sd(factor * estimates[name], factor * estimates.sd_of(name))
 
 
-def com_sheet(chosen: Mapping[str, Estimates]) -> Sheet:
-    """Leg CoM coefficients in millimetres."""
+def com_sheet(chosen: Mapping[str, Estimates], thing: str) -> Sheet:
+    """CoM of the `thing` that hangs, its coefficients in millimetres."""
     rows = []
     for leg, estimates in chosen.items():
         for axis in "xyz":
@@ -119,15 +124,17 @@ def com_sheet(chosen: Mapping[str, Estimates]) -> Sheet:
                     cells.append(with_sd(1e3 * estimates[name], 1e3 * estimates.sd_of(name)))
             rows.append((leg, axis, *cells))
     return Sheet(
-        "Leg CoM in the transducer frame",
-        ("leg", "axis", "mean (mm)", "sin φ (mm)", "cos φ (mm)"),
+        f"{thing.capitalize()} CoM in the transducer frame",
+        (_head(thing), "axis", "mean (mm)", "sin φ (mm)", "cos φ (mm)"),
         rows,
         note="First harmonic shown; parameters.json has all.",
     )
 
 
 def method_sheets(
-    fits: Mapping[str, HangFit], others: Mapping[str, Mapping[str, StepwiseFit]]
+    fits: Mapping[str, HangFit],
+    others: Mapping[str, Mapping[str, StepwiseFit]],
+    thing: str,
 ) -> tuple[Sheet, ...]:
     """The paper's stepwise method and the naive one beside the joint fit."""
     if not others:
@@ -143,7 +150,7 @@ def method_sheets(
     return (
         Sheet(
             "Methods side by side",
-            ("leg", "method", "weight (N)", "fx", "fy", "fz", "tx", "ty", "tz"),
+            (_head(thing), "method", "weight (N)", "fx", "fy", "fz", "tx", "ty", "tz"),
             rows,
             note="stepwise: Wu & Revzen, III-A, biased low in weight by about the cosine of the "
             "tilt; "
@@ -152,7 +159,7 @@ def method_sheets(
     )
 
 
-def noise_sheet(fits: Mapping[str, HangFit]) -> Sheet:
+def noise_sheet(fits: Mapping[str, HangFit], thing: str) -> Sheet:
     """Noise per channel, and how many independent samples the log really holds."""
     rows = [
         (
@@ -168,7 +175,7 @@ def noise_sheet(fits: Mapping[str, HangFit]) -> Sheet:
     ]
     return Sheet(
         "Noise and evidence",
-        ("leg", "fx (N)", "fy", "fz", "tx (Nm)", "ty", "tz", "samples", "independent",
+        (_head(thing), "fx (N)", "fy", "fz", "tx (Nm)", "ty", "tz", "samples", "independent",
          "harmonics: BIC above the best"),
         rows,
         note="Slow noise makes neighbouring samples say the same thing; intervals count the "

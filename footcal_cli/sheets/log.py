@@ -47,9 +47,9 @@ def outcome_of(
             sentence=_headline(serious, rows),
             details=(
                 "Checked: units of stamps, loads, positions, headings and accelerations; "
-                "gaps, lost and far-off samples, end codes; channels that stand still, "
-                "repeat, read with the sign turned or are exchanged; loads, weight and "
-                "calibration against the recipe.",
+                "gaps, lost samples, outliers, readings at an end of the range; channels that are "
+                "stuck, repeated, inverted or exchanged; loads, weight and calibration against "
+                "the recipe.",
             ),
         ),
         pictures=tuple(

@@ -164,7 +164,7 @@ def misplaced_cells(found: FootStudy) -> Iterator[Finding]:
         x, y = (f"{_MM * along:+.1f}".replace("-", "−") for along in moved)
         yield Finding(
             "cell_misplaced", "warning", cell,
-            f"the placements see it {with_sd(_MM * distance, _MM * sd)} mm from where the "
+            f"the placements put it {with_sd(_MM * distance, _MM * sd)} mm from where the "
             f"recipe has it (x {x}, y {y} mm)",
             "measure where it sits and correct x_m and y_m in the recipe; if it sits right, "
             "look for a load that bypasses it",

@@ -15,6 +15,7 @@ from footcal_cli.core.quiet import QuietSet
 from footcal_cli.core.signals import root_mean_square
 from footcal_cli.core.static_init import StanceErrors, StanceRows, StaticInit
 from footcal_cli.plots.stand import plot_beliefs, plot_directions
+from footcal_cli.recipe import STANDARD_GRAVITY_MPS2
 from footcal_cli.records.results import RmseRecord, RmseRow, VerdictRecord
 from footcal_cli.report import Picture, Sheet, number, with_sd
 
@@ -37,7 +38,7 @@ def beliefs_sheet(
         factor, shown = (100.0, "%") if unit == "-" else (1.0, unit)
         rows.append(
             (name, with_sd(factor * float(v), factor * float(s)), shown,
-             number(factor * float(before), 3), str(status[len(rows)]))
+             number(factor * float(before), 2), str(status[len(rows)]))
         )  # fmt: skip
     return Sheet(
         "Calibration",
@@ -107,7 +108,9 @@ def unseen_words(found: Observability, count: int) -> list[str]:
 
 def directions_sheet(found: Observability) -> Sheet:
     """Rank, singular values, and what is not seen in words."""
-    values = ", ".join(number(float(v), 3) for v in found.singular_values)
+    values = ", ".join(
+        number(float(v), 3) if i < found.rank else "0" for i, v in enumerate(found.singular_values)
+    )
     unseen = unseen_words(found, 6)
     label = "not seen" if found.rank < found.unknowns else "seen worst"
     rows = [
@@ -115,7 +118,7 @@ def directions_sheet(found: Observability) -> Sheet:
         ("singular values", values),
         *((f"{label} {i + 1}", words) for i, words in enumerate(unseen)),
     ]
-    return Sheet("What these stances determine", ("", ""), rows)
+    return Sheet("What these stances determine", ("quantity", "value"), rows)
 
 
 def directions_picture(found: Observability) -> Picture:
@@ -181,9 +184,13 @@ def _how_many(known: int, unknowns: int) -> str:
 
 
 def verdict_of(
-    fit: StaticInit, errors: Sequence[StanceErrors], menu: Sequence[NextStep], weighed: Weighed
+    fit: StaticInit,
+    errors: Sequence[StanceErrors],
+    menu: Sequence[NextStep],
+    weighed: Weighed,
+    shared_nm: float,
 ) -> VerdictRecord:
-    """The first sentence and what it rests on."""
+    """The first sentence and what it rests on; `shared_nm`: moment of a CoM in a wrong place."""
     stances = errors[0].vgrf_n.size
     known = sum(status == "estimated" for status in fit.estimates.status)
     seen = fit.observability
@@ -205,10 +212,7 @@ def verdict_of(
         else f"Seen worst: {'; '.join(seen.weakest(2))}.",
     ]
     if has_cop and held:
-        details.append(
-            "Least squares without a prior would err by "
-            f"{number(cop_mm['least squares'], 2)} mm in the CoP of a held-out stance."
-        )
+        details.append(_against_what(cop_mm["least squares"], shared_nm, weighed.stated_kg))
     if menu:
         best = menu[0]
         actions.append(
@@ -225,6 +229,18 @@ def verdict_of(
         sentence=f"{counted(stances)} {seen.rank} of {seen.unknowns} directions; {shown} {how}.",
         actions=tuple(actions),
         details=tuple(details),
+    )
+
+
+def _against_what(least_squares_mm: float, shared_nm: float, stated_kg: float) -> str:
+    """How well the reference of the CoP error is known, and what a fit without a prior does."""
+    said = f"Least squares without a prior comes within {number(least_squares_mm, 2)} mm of it"
+    if not shared_nm:
+        return f"The CoP is judged by the model's CoM. {said}."
+    unsure = number(1e3 * shared_nm / (stated_kg * STANDARD_GRAVITY_MPS2), 2)
+    return (
+        f"The CoP is judged by the model's CoM, which may itself lie {unsure} mm off (1 sd): a "
+        f"smaller error proves nothing. {said} by copying that error into the biases."
     )
 
 

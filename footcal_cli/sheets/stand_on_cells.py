@@ -38,6 +38,8 @@ def outcome_of(
     sd = np.sqrt(np.diag(fit.covariance))
     status = fit.estimates.status
     seen = fit.observability
+    shared_nm = float(np.abs(rows.shared).max(initial=0.0))
+    verdict = sheets.verdict_of(fit, errors, menu, weighed, shared_nm)
     pictures = [
         sheets.directions_picture(seen),
         sheets.beliefs_picture(
@@ -52,7 +54,7 @@ def outcome_of(
                 "stances", lambda: plot_stances(errors),
                 "Error of each stance before and after, and by least squares without a prior.",
                 title="Error of each stance before and after",
-                result=sheets.verdict_of(fit, errors, menu, weighed).sentence,
+                result=verdict.sentence,
             ),
         )  # fmt: skip
     if curve:
@@ -69,7 +71,7 @@ def outcome_of(
         )  # fmt: skip
     return Outcome(
         title=f"Standing calibration of {robot}",
-        verdict=sheets.verdict_of(fit, errors, menu, weighed),
+        verdict=verdict,
         pictures=tuple(pictures),
         sheets=(
             sheets.beliefs_sheet(rows.names, rows.units, value, sd, rows.prior_sd, status, _NOTE),

@@ -12,7 +12,7 @@ _MISFIT = 3.0
 """chi² per row beyond which the residual is more than noise and prior."""
 
 
-def stream_findings(recording: Recording) -> Iterator[Finding]:
+def stream_findings(recording: Recording, *, walking: bool = True) -> Iterator[Finding]:
     """Gaps, repeated and backward stamps of both clocks, a missing angular momentum."""
     merged = recording.merged
     for stream, clock in (("cells", merged.sensor_clock), ("body", merged.body_clock)):
@@ -36,16 +36,25 @@ def stream_findings(recording: Recording) -> Iterator[Finding]:
     if recording.no_angular_momentum and not recording.no_body:
         yield Finding(
             "no_angular_momentum", "note", recording.name,
-            "the log has no angular momentum rate: it is taken as zero, which biases "
-            "scales by 10–30 % while walking",
+            f"the log has no rate of angular momentum: it is {_estimated_as(walking)}",
             "log angmom_rate_x_nm and angmom_rate_y_nm from the robot's model",
         )  # fmt: skip
+
+
+def _estimated_as(walking: bool) -> str:
+    """What stands in for a rate of angular momentum that was not logged."""
+    if not walking:
+        return "taken as zero, as it is while the robot stands still"
+    return (
+        "estimated as a share of the body's own motion, and scales are less certain "
+        "(the methods window and static take it as zero)"
+    )
 
 
 def standing_findings(recordings: Sequence[Recording], chi2: float, dof: int) -> Iterator[Finding]:
     """What is wrong with the streams, and a residual (chi², rows) beyond noise and prior."""
     for recording in recordings:
-        yield from stream_findings(recording)
+        yield from stream_findings(recording, walking=False)
     if recordings[0].no_body:
         yield Finding(
             "no_body", "warning", "log",

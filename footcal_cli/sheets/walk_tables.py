@@ -35,7 +35,7 @@ STATE_UNITS = {
     "robot.angmom_share_x": (100.0, "%"),
     "robot.angmom_share_y": (100.0, "%"),
     "robot.smoothing": (1e6, "ms²"),
-    "robot.smoothing_fourth": (1e12, "ms⁴"),
+    "robot.smoothing_fourth": (1e8, "(10 ms)⁴"),
 }
 
 
@@ -137,8 +137,9 @@ def _settling_sheet(found: Comparison) -> Sheet:
         "Convergence and drift",
         ("unknown", "converged after (s)", "steady sd", "drift per hour", "unit"),
         rows,
-        note="Converged: stays within ± 2 sd of the mean of the last third. Steady sd: scatter "
-        "about a line over the last third. Drift: middle to last third, with the filter's sd.",
+        note="Converged: the estimate stays within ± 2 sd of the mean of the last third. Steady "
+        "sd: scatter about a line over the last third. Drift: middle to last third, with the "
+        "filter's sd.",
     )
 
 

@@ -290,7 +290,7 @@ def _laid_out(lines: list[str], body: Body, encoding: str) -> TextGuess:
         layout = Layout(separator, decimal, encoding, comment, len(kept), False, names)
         said.append("names put together from the lines above the rows")
     if layout.skip_rows:
-        said.append(f"{layout.skip_rows} lines above the header")
+        said.append(f"{layout.skip_rows} line{'s' * (layout.skip_rows > 1)} above the header")
     return TextGuess(layout, units, tuple(said))
 
 

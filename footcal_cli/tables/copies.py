@@ -216,7 +216,7 @@ def _finding(table: Table, other: str, copied: int, *, left_out: bool) -> Findin
 
 
 def _contained(rows: Hashes, earlier: Hashes) -> BoolArray:
-    """Rows that stand among `earlier`, each as often as it stands there, shape (n,)."""
+    """Rows that also occur in `earlier`, each as often as it occurs there, shape (n,)."""
     values, index = np.unique(np.concatenate([rows, earlier]), return_inverse=True)
     own = index[: rows.size]
     available = np.bincount(index[rows.size :], minlength=values.size)

@@ -30,6 +30,7 @@ PAGES = [
 ]
 USAGE_ERROR: type[Exception] = typer.BadParameter.__mro__[1]
 """What Typer raises on a command line that it cannot parse."""
+WITHOUT_PICTURES = ("schema", "effects", "init", "convert", "export")
 NOT_RUN = ("pip ", "pipx ")
 """Commands that would change the environment."""
 
@@ -85,7 +86,7 @@ def shell(line: str) -> int:
     if words[0] == "python":
         return subprocess.run([sys.executable, *words[1:]], check=False).returncode
     assert words[0] == "footcal", f"neither run nor listed in NOT_RUN: {line}"
-    words += [] if words[1] in ("schema", "effects", "init") else ["--no-pictures", "--overwrite"]
+    words += [] if words[1] in WITHOUT_PICTURES else ["--no-pictures", "--overwrite"]
     with pytest.raises(SystemExit) as end:
         main(words[1:])
     return int(end.value.code or 0)

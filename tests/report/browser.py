@@ -35,7 +35,7 @@ def look(page: Path, width_px: int, *, dark: bool = False, printed: bool = False
     The page's media queries are resolved in a copy, since a command line cannot set them, and its
     Content-Security-Policy is taken out for the probe.
     """
-    source = _resolved(page, dark=dark, printed=printed).replace(
+    source = resolved(page, dark=dark, printed=printed).replace(
         "</body>", f"<script>{_PROBE}</script></body>"
     )
     frame = (
@@ -47,7 +47,7 @@ def look(page: Path, width_px: int, *, dark: bool = False, printed: bool = False
     with tempfile.TemporaryDirectory() as folder:
         outer = Path(folder) / "outer.html"
         outer.write_text(f"<!DOCTYPE html><meta charset='utf-8'><body>{frame}", encoding="utf-8")
-        dom = _chromium(folder, "--dump-dom", "--virtual-time-budget=4000", outer.as_uri())
+        dom = chromium(folder, "--dump-dom", "--virtual-time-budget=4000", outer.as_uri())
     answer = re.search(r"FOUND(\{.*?\})END</pre>", dom, re.DOTALL)
     assert answer is not None, "the probe gave no answer"
     found = json.loads(html.unescape(answer.group(1)))
@@ -63,15 +63,15 @@ def light_share(page: Path, width_px: int, *, dark: bool) -> float:
 
     with tempfile.TemporaryDirectory() as folder:
         copy, shot = Path(folder) / "page.html", Path(folder) / "page.png"
-        copy.write_text(_resolved(page, dark=dark, printed=False), encoding="utf-8")
-        _chromium(
+        copy.write_text(resolved(page, dark=dark, printed=False), encoding="utf-8")
+        chromium(
             folder, f"--window-size={width_px},4000", f"--screenshot={shot}",
             "--virtual-time-budget=4000", copy.as_uri(),
         )  # fmt: skip
         return float(np.mean(imread(shot)[..., :3].mean(axis=-1) > 0.5))
 
 
-def _resolved(page: Path, *, dark: bool, printed: bool) -> str:
+def resolved(page: Path, *, dark: bool, printed: bool) -> str:
     """The page with its media queries resolved and without its Content-Security-Policy."""
     source = page.read_text(encoding="utf-8")
     source = re.sub(r"<meta http-equiv=\"Content-Security-Policy\"[^>]*>", "", source)
@@ -80,7 +80,7 @@ def _resolved(page: Path, *, dark: bool, printed: bool) -> str:
     return source.replace("@page", "@media not all")
 
 
-def _chromium(folder: str, *arguments: str) -> str:
+def chromium(folder: str, *arguments: str) -> str:
     assert CHROMIUM is not None
     done = subprocess.run(
         [

@@ -14,8 +14,8 @@ from footcal_cli.records.results import (
     RunRecord,
     VerdictRecord,
 )
-from footcal_cli.report import Drawn, Picture, Report, Sheet, history_sheet, number, plural
-from footcal_cli.report.page import render_html
+from footcal_cli.report import Drawn, Picture, Report, Sheet, history_sheet, number, plural, with_sd
+from footcal_cli.report.page import _options_whole, render_html
 
 ALARM = Finding("stuck", "alarm", "left_rr", "reads 812 throughout", "replace the cable")
 NOTE = Finding("repeats", "note", "left_fl", "few repeats", "repeat")
@@ -122,13 +122,30 @@ def test_history_compares_nothing_that_cannot_be_compared(before: ParametersReco
 
 @pytest.mark.parametrize(
     ("value", "digits", "text"),
-    [(112.3, 2, "110"), (-1234.0, 3, "−1230"), (0.012345, 3, "0.0123"), (8.4e6, 2, "8.4e+06"),
-     (999.7, 3, "1000"), (None, 3, "–")],
+    [(112.3, 2, "110"), (-1234.0, 3, "−1230"), (0.012345, 3, "0.0123"), (8.4e6, 2, "8,400,000"),
+     (999.7, 3, "1000"), (None, 3, "–"), (8347750.0, 7, "8,347,750"), (4.2e-6, 2, "4.2 × 10⁻⁶"),
+     (-6.02e23, 3, "−6.02 × 10²³")],
 )  # fmt: skip
 def test_numbers_are_written_out_where_people_would(
     value: float | None, digits: int, text: str
 ) -> None:
     assert number(value, digits) == text
+
+
+@pytest.mark.parametrize(
+    ("value", "sd", "text"),
+    [(8347750.25, 1.3, "8,347,750.2 ± 1.3"), (1.234e-9, 2.5e-10, "(1.23 ± 0.25) × 10⁻⁹"),
+     (-3e-9, 2e-8, "(−0.3 ± 2.0) × 10⁻⁸"), (2.5e6, 12000.0, "2,500,000 ± 12,000")],
+)  # fmt: skip
+def test_a_value_and_its_sd_share_digits_and_power(value: float, sd: float, text: str) -> None:
+    assert with_sd(value, sd) == text
+
+
+def test_no_line_of_a_page_breaks_within_an_option() -> None:
+    page = str(_options_whole("start from it (--cop-correction); a<b -- no option"))
+    assert page == (
+        'start from it (<span class="whole">--cop-correction</span>); a&lt;b -- no option'
+    )
 
 
 def test_plurals() -> None:

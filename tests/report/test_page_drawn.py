@@ -8,40 +8,12 @@ import pytest
 
 from tests.conftest import Run, drawing
 from tests.report.browser import A4_WIDTH_PX, CHROMIUM, light_share, look
+from tests.report.kinds import RUNS, words_of
 
 pytestmark = [
     pytest.mark.slow,
     pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine"),
 ]
-ROOT = Path(__file__).resolve().parents[2]
-BIPED, HEXAPOD = ROOT / "sample_data/biped", ROOT / "sample_data/hexapod"
-NAO = ("--recipe", ROOT / "recipes/nao_walk.toml", "--parameters", "@cells")
-SIX = ("--recipe", ROOT / "recipes/hexapod.toml", "--parameters", "@hang")
-RUNS: dict[str, tuple[str | Path, ...]] = {
-    "check": ("check", "--recipe", ROOT / "recipes/nao_table2.toml"),
-    "cells": ("offline-fit", "--recipe", ROOT / "recipes/nao_walk.toml"),
-    "foot": ("offline-fit", "--recipe", ROOT / "recipes/bench_foot.toml"),
-    "stand": ("static-init", BIPED / "stand_cells.parquet", BIPED / "stand_body.parquet", *NAO),
-    "walk": ("online-replay", "--compare", *NAO),
-    "hang": ("hang-calib", "--recipe", ROOT / "recipes/hexapod.toml"),
-    "pose": ("pose-calib", *SIX),
-    "apply": ("apply", BIPED / "walk_002_cells.parquet", *NAO),
-    "apply to legs": ("apply", HEXAPOD / "walk.parquet", *SIX[:2], "--parameters", "@pose"),
-    "batch": (
-        "batch", BIPED / "walk_002_cells.parquet", BIPED / "walk_010_cells.parquet",
-        "--command", "apply", *NAO,
-    ),
-    "simulate": ("simulate", "--recipe", ROOT / "recipes/nao_simulated.toml"),
-    "diagnose weights": (
-        "diagnose", ROOT / "sample_data/bench_foot/weights.csv",
-        "--experiment", "weights", "--recipe", ROOT / "recipes/bench_foot.toml",
-    ),
-    "diagnose a walk": (
-        "diagnose", BIPED / "walk_004_faulty_cells.parquet", BIPED / "walk_004_faulty_body.parquet",
-        "--experiment", "walk", *NAO,
-    ),
-}  # fmt: skip
-"""A report of every kind; ``@name`` is the calibration of the run of that name."""
 LIGHT = 0.25
 """Share of light pixels that a dark page may have: letters and curves."""
 
@@ -56,14 +28,10 @@ class Runs:
         """The report of a run, with its figures."""
         out = self.folder / name.replace(" ", "_")
         if not out.exists():
-            self._run(out, [self._word(word) for word in RUNS[name]])
+            self._run(
+                out, words_of(name, lambda start: self.report(start).with_name("parameters.json"))
+            )
         return out / "report.html"
-
-    def _word(self, word: str | Path) -> str:
-        text = str(word)
-        if not text.startswith("@"):
-            return text
-        return str(self.report(text[1:]).with_name("parameters.json"))
 
     @staticmethod
     def _run(out: Path, words: list[str]) -> None:

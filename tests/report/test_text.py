@@ -36,6 +36,15 @@ def test_a_pipe_is_wrapped_only_where_its_width_is_said(monkeypatch: pytest.Monk
         assert not width or max(map(len, lines)) <= 60
 
 
+def test_no_line_breaks_within_an_option(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "60")
+    sentence = "Start the next command from this file, next to the page (--parameters)."
+    text = io.StringIO()
+    report = Report(title="t", verdict=VerdictRecord(level="good", sentence=sentence))
+    print_text(report, Console(file=text, width=60))
+    assert "(--parameters)." in text.getvalue()
+
+
 def test_folded_rows_are_counted_and_left_out() -> None:
     rows = [(name, "1") for name in ("first", "second", "third")]
     text = printed(Sheet("S", ("name", "size"), rows, folded_after=1))

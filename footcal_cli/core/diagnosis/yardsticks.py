@@ -39,9 +39,9 @@ def yardsticks(problem: Problem, grams: Grams) -> tuple[FloatArray, FloatArray]:
 def _smallest_sizes(problem: Problem, left: FloatArray) -> FloatArray:
     """The smallest size of each candidate that matters, in the noise that there is beside it.
 
-    A large effect passes for noise of the outputs that it touches. Calibration is then fitted to
-    the others, and brings less of the effect into them than it will once the effect is known: what
-    moves one foot's CoP by 2 mm would not matter.
+    A large effect is mistaken for noise of the outputs that it touches. Calibration is then fitted
+    to the others, and brings less of the effect into them than it will once the effect is known:
+    what moves one foot's CoP by 2 mm would not matter.
     """
     smallest = problem.smallest_sizes(left)
     shares = _left_of_noise(problem, left)

@@ -72,7 +72,7 @@ def _stretch(time_s: FloatArray, phase_rad: FloatArray) -> tuple[FloatArray, Flo
 
 Texts = NDArray[np.object_] | NDArray[Any]
 
-ORIENTATIONS = {
+ORIENTATIONS: dict[str, FloatArray] = {
     f"{sign}{axis}": (1.0 if sign == "+" else -1.0) * np.eye(3)[i]
     for i, axis in enumerate("xyz")
     for sign in "+-"
@@ -97,17 +97,27 @@ def gravity_of_orientation(
     Parameters
     ----------
     orientation
-        Names of `ORIENTATIONS`, shape (n,).
+        Names of `ORIENTATIONS`, shape (n,): the axis along gravity. ``+x down`` is the same as
+        ``+x``, ``+x up`` the opposite.
     rot_bt
         Where the names mean *body* axes: the leg's nominal rotation transducer to body, (3, 3).
         A transducer turned by π about z then reads −x where its neighbours read +x.
     """
     names, place = np.unique(orientation.astype(str), return_inverse=True)
-    unknown = tuple(name for name in names if name not in ORIENTATIONS)
-    axes = np.stack([ORIENTATIONS.get(name, np.full(3, np.nan)) for name in names])
+    found = [_along(name) for name in names]
+    unknown = tuple(name for name, axis in zip(names, found, strict=True) if axis is None)
+    axes = np.stack([np.full(3, np.nan) if axis is None else axis for axis in found])
     if rot_bt is not None:
         axes = axes @ rot_bt
     return np.asarray(axes[place.ravel()]), unknown
+
+
+def _along(name: str) -> FloatArray | None:
+    """Direction of gravity that a name such as ``+x``, ``-z down`` or ``+y up`` states."""
+    axis, _, sense = name.strip().lower().partition(" ")
+    if axis not in ORIENTATIONS or sense.strip() not in ("", "down", "up"):
+        return ORIENTATIONS.get(name)
+    return -ORIENTATIONS[axis] if sense.strip() == "up" else ORIENTATIONS[axis]
 
 
 def held_still(direction: FloatArray, within_rad: float = STILL_RAD) -> FloatArray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -15,6 +16,21 @@ _DISTINCT = np.sin(np.deg2rad(20.0))
 _POOR_STEPS = 0.5
 _NAMED_SHARE = 0.3
 _MAX_DIRECTIONS = 8
+
+_HELD = ("wrist", "hand", "arm", "tool", "gripper", "flange")
+
+
+def hanging_thing(orders: Mapping[str, int]) -> str:
+    """``tool`` or ``leg``: the word for what hangs below the transducers.
+
+    Parameters
+    ----------
+    orders
+        Name of each transducer -> harmonics of its shaft angle (0: nothing turns below it).
+    """
+    turns = any(orders.values())
+    held = all(any(word in name.lower() for word in _HELD) for name in orders)
+    return "leg" if turns or (len(orders) > 1 and not held) else "tool"
 
 
 def hang_gaps(model: HangModel, fit: Fit) -> tuple[str, ...]:
@@ -35,7 +51,7 @@ def hang_gaps(model: HangModel, fit: Fit) -> tuple[str, ...]:
     elif along.size < 2 or along[1] < _DISTINCT:
         axis = _axis_word(direction[0])
         sentences.append(
-            f"{model.leg}: all logs hang along {axis}: the leg's CoM along {axis} makes no torque "
+            f"{model.leg}: all logs hang along {axis}: the CoM along {axis} makes no torque "
             "and is unknown (one-dimensional null space per harmonic); hang along a second axis"
         )
     elif not _has_opposites(direction) and direction.shape[0] <= 3:

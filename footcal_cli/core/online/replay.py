@@ -1,4 +1,4 @@
-"""Forces and centres of pressure that a calibration makes of a walk, and their errors."""
+"""Forces and centres of pressure of a walk by a calibration, and their errors."""
 
 from __future__ import annotations
 

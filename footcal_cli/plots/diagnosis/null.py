@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 NULL_CAPTION = (
-    "The largest statistic over the whole table when whole blocks change sign at random, and the "
-    "one of the data."
+    "Grey: the largest statistic of the whole table when whole blocks change sign at random; "
+    "orange: that of the data."
 )
 
 

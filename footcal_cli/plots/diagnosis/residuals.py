@@ -79,9 +79,12 @@ def driver_of(found: Investigation) -> tuple[str, FloatArray]:
 
 
 def main_output(found: Investigation) -> int:
-    """The output whose residual depends most on the driver."""
-    _, driver = driver_of(found)
+    """The output that the verdict states; without one, that which depends most on the driver."""
     problem = found.problem
+    stated = max(found.gains, key=lambda gain: gain.change.low, default=None)
+    if stated is not None and stated.output in problem.outputs:
+        return problem.outputs.index(stated.output)
+    _, driver = driver_of(found)
     left = left_over(problem)
     score = []
     for o in range(len(problem.outputs)):

@@ -2,8 +2,10 @@
 // Tables sort on a click on a column's head; details open before printing and when linked to.
 const key = (row, column) => {
   const text = row.cells[column] ? row.cells[column].textContent.trim() : "";
-  const number = text.replace(/−/g, "-").replace(/,/g, "").match(/^[^\d-]{0,2}(-?\d+\.?\d*(e[+-]?\d+)?)/);
-  return { text, number: number ? parseFloat(number[1]) : NaN };
+  const number = text.replace(/−/g, "-").replace(/,/g, "").match(/^[^\d-]{0,2}(-?\d+\.?\d*)/);
+  const raised = text.match(/× 10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)/);
+  const power = raised ? [...raised[1]].map((c) => "0123456789-"["⁰¹²³⁴⁵⁶⁷⁸⁹⁻".indexOf(c)]).join("") : "0";
+  return { text, number: number ? parseFloat(`${number[1]}e${power}`) : NaN };
 };
 for (const table of document.querySelectorAll("table.sortable")) {
   table.querySelectorAll("thead th").forEach((head, column) => {

@@ -192,8 +192,8 @@ def _detail_lines(found: Investigation) -> list[str]:
             share = 100 * cause.heterogeneity
             agree = f"{share:.0f} % of the scatter of its size between blocks is more than noise"
         lines.append(
-            f"{name[0].upper()}{name[1:]} by chance: p = {number(cause.p, 2)}, all effects looked "
-            f"for counted; {agree}."
+            f"{name[0].upper()}{name[1:]} by chance: p = {number(cause.p, 2)}, corrected for all "
+            f"effects that were looked for; {agree}."
         )
     if len(found.rounds) > 1 and found.stable < 1.0:
         lines.append(
