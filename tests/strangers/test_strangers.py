@@ -27,6 +27,8 @@ from tests.strangers import (
     tenth_robots,
     third,
     turned,
+    twelfth_bench,
+    twelfth_robots,
     unseen,
 )
 from tests.strangers.rigs import Write
@@ -69,6 +71,7 @@ def test_a_sample_of_the_corpus(shape: Write, run: Run, tmp_path: Path) -> None:
         "ninth",
         "tenth",
         "eleventh",
+        "twelfth",
     ],
 )
 def test_the_whole_corpus(corpus: str, run: Run, tmp_path: Path) -> None:
@@ -81,6 +84,7 @@ def test_the_whole_corpus(corpus: str, run: Run, tmp_path: Path) -> None:
         ),
         "eighth": eighth.EIGHTH, "ninth": ninth.NINTH,
         "eleventh": eleventh.ELEVENTH,
+        "twelfth": (*twelfth_bench.TWELFTH_BENCH, *twelfth_robots.TWELFTH_ROBOTS),
         "tenth": (*tenth_bench.TENTH_BENCH, *tenth_robots.TENTH_ROBOTS),
         "seventh": (
             *seventh_bench.SEVENTH_BENCH, *seventh_wrists.SEVENTH_WRISTS,
