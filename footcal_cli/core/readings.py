@@ -32,6 +32,9 @@ much of its own range, has a loose contact; a load never makes it jump at every 
 LINEAR = 0.5
 """Squared correlation of counts with known loads below which a cell does not weigh them."""
 
+STUCK = "check that the channel is connected, or take it out of `channels` in [robot]"
+"""What to do about a reading that never changes."""
+
 
 def find_glitches(reading: FloatArray) -> BoolArray:
     """Single samples far outside the channel's range, shape (n,).
@@ -274,6 +277,7 @@ def check_known_loads(load_n: FloatArray, counts: FloatArray, channel: str) -> l
         Finding(
             "dead_cell", "alarm", channel,
             f"the counts do not follow the loads (correlation {r:.2f} over {load.size} rows)",
-            "check that the cell carries the weight, and that no rows or channels are mixed up",
+            "check that the cell carries the weight, and that no rows or channels are mixed up; "
+            "a dead one: take it out of `channels` in [robot]",
         )
     ]  # fmt: skip

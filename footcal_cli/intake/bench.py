@@ -18,6 +18,7 @@ from footcal_cli.core.bench.study import ChannelStudy, study_rows, study_samples
 from footcal_cli.core.experiments.weights import AXES
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
+from footcal_cli.core.readings import find_end_codes
 from footcal_cli.errors import UsageError, nearest
 from footcal_cli.recipe import Robot
 from footcal_cli.recipe.options import OfflineFitOptions, PlateauSettings
@@ -55,9 +56,10 @@ def read_weights(session: Session[OfflineFitOptions]) -> WeightsLogs:
     channels = session.recipe.robot.cell_names
     own_data = not session.request.logs
     tables = session.read(weights_table())
-    records = records_of_rows(tables) if tables else []
+    bits = session.recipe.robot.adc.bits
+    records = records_of_rows(tables, bits) if tables else []
     apart = session.read(weights_table(), "weights_held_out") if own_data else []
-    held_out = records_of_rows(apart) if apart else []
+    held_out = records_of_rows(apart, bits) if apart else []
     if channels:
         stream = weights_stream_table(channels)
         running = session.read(stream)
@@ -88,8 +90,12 @@ def plateau_options(settings: PlateauSettings) -> PlateauOptions:
     return PlateauOptions(**settings.model_dump(exclude={"loads_n", "loads"}))
 
 
-def records_of_rows(tables: Sequence[Table]) -> list[BenchRecord]:
-    """Long weights logs, one record per channel; every file and session is one of its sessions."""
+def records_of_rows(tables: Sequence[Table], bits: int) -> list[BenchRecord]:
+    """Long weights logs, one record per channel; every file and session is one of its sessions.
+
+    A converter of `bits` that is at its end code says no more than that the load is beyond it: such
+    readings count as none, as long as two loads remain.
+    """
     channel = np.concatenate([table.text("channel") for table in tables])
     session = sessions_of(tables)
     columns = {
@@ -100,6 +106,10 @@ def records_of_rows(tables: Sequence[Table]) -> list[BenchRecord]:
     for name in dict.fromkeys(channel):
         at = channel == name
         known = {"load_n": columns["load_n"][at]}
+        read = columns["counts"][at]
+        at_end = find_end_codes(read, bits)
+        if np.unique(known["load_n"][~at_end]).size > 1:
+            read = np.where(at_end, np.nan, read)
         for optional in ("temperature_degc", "direction"):
             if np.isfinite(columns[optional][at]).all():
                 known[optional] = columns[optional][at]
@@ -107,7 +117,7 @@ def records_of_rows(tables: Sequence[Table]) -> list[BenchRecord]:
             experiment="weights",
             channels=(str(name),),
             time_s=columns["time_s"][at],
-            readings=columns["counts"][at, None],
+            readings=read[:, None],
             known=known,
             block=session[at],
         )

@@ -62,7 +62,7 @@ def leg_logs(
         Calibration whose effects are taken off the readings.
     """
     logs: dict[str, list[Log]] = {}
-    broken = moving = 0
+    broken = moving = silent = 0
     for table in tables:
         whose = table.text("leg")
         for leg in legs_in_order(whose, tuple(recipe.robot.legs)):
@@ -72,6 +72,9 @@ def leg_logs(
             gravity = _gravity(table, part, leg, recipe, options.orientation_of)
             sound = finite_rows(wrench, phase, gravity)
             broken += int((~sound).sum())
+            # noise alone moves an axis off 0: six zeros are a sample that was never received
+            nothing = sound & ~wrench.any(axis=1)
+            silent, sound = silent + int(nothing.sum()), sound & ~nothing
             if "orientation" not in table:
                 moves = sound & between_holds(gravity)
                 moving, sound = moving + int(moves.sum()), sound & ~moves
@@ -88,7 +91,11 @@ def leg_logs(
                 temperature_degc=None if warmth is None else warmth[sound],
             )
             logs.setdefault(leg, []).append(without_effects(log, undone))
-    rejected = {"reading is not a number": broken, "moving between holds": moving}
+    rejected = {
+        "reading is not a number": broken,
+        "all six axes read 0": silent,
+        "moving between holds": moving,
+    }
     return logs, {reason: count for reason, count in rejected.items() if count}
 
 

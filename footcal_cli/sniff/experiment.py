@@ -34,6 +34,7 @@ _TURNS = 0.5
 """In a table of one row per cell the next row is mostly of another."""
 _OF_ALL = 0.2
 """How far the sum of readings may be from the load that all cells carry together."""
+_HALF = 0.5
 
 
 def plan_of(file: FileGuess) -> Plan | None:
@@ -135,7 +136,10 @@ def _one_row_per_cell(file: FileGuess, cells: list[ColumnGuess]) -> list[str]:
 
 
 def _share_the_load(loads: list[ColumnGuess], cells: list[ColumnGuess]) -> bool:
-    """Whether cells that read forces carry the load together: each less, all of them as much."""
+    """Whether cells that read forces carry the load together: each less, all of them as much.
+
+    A calibrated force is not off by half: where every cell reads less than that, others carry, too.
+    """
     load = loads[0]
     if len(loads) > 1 or not all(c.unit in FORCES for c in (load, *cells)):
         return False
@@ -146,7 +150,7 @@ def _share_the_load(loads: list[ColumnGuess], cells: list[ColumnGuess]) -> bool:
         return False
     whole = np.polyfit(known[good], read[good], 1)[0]
     each = [np.polyfit(known[good], v[good], 1)[0] for v in values[1:]]
-    return bool(abs(whole - 1) < _OF_ALL and max(each) < 1 - _OF_ALL)
+    return bool((abs(whole - 1) < _OF_ALL and max(each) < 1 - _OF_ALL) or max(each) < _HALF)
 
 
 def _in_newton(column: ColumnGuess) -> FloatArray:

@@ -72,14 +72,15 @@ def _two(one: FileGuess, other: FileGuess) -> list[Part]:
         has_own = file.of("load") or not cells
         if len(reference) == 1 and not has_own and file.of("time") and beside.of("time"):
             stem = beside.path.name.rsplit(".", 1)[0]
+            offset, why = _offset(file, beside)
             load = replace(
                 reference[0].as_quantity("load", "likely", "the other file's force"),
                 column=f"{stem}.{reference[0].column}",
+                values=_at_stamps(file, beside, reference[0], offset),
             )
             plan = plan_of(replace(file, columns=(*file.columns, load)))
             if plan is None:
                 continue
-            offset, why = _offset(file, beside)
             joined = Beside(beside, "time", offset, why)
             warnings = (*plan.warnings, why) if offset else plan.warnings
             return [Part(replace(plan, warnings=warnings), (file.path,), escaped(file.path.name),
@@ -172,15 +173,10 @@ def _with_attitude(file: FileGuess, beside: FileGuess) -> Part | None:
         return None
     offset, why = _offset(file, beside)
     stem = beside.path.name.rsplit(".", 1)[0]
-    ours, theirs = _seconds(file), _seconds(beside)
-    joined = []
-    for column in beside.of(*_ATTITUDE):
-        values = column.values
-        if values is not None and ours is not None and theirs is not None:
-            values = np.interp(ours, theirs + offset, values)
-        elif values is not None:
-            values = np.full(file.rows, np.nan)
-        joined.append(replace(column, column=f"{stem}.{column.column}", values=values))
+    joined = [
+        replace(c, column=f"{stem}.{c.column}", values=_at_stamps(file, beside, c, offset))
+        for c in beside.of(*_ATTITUDE)
+    ]
     plan = plan_of(replace(file, columns=(*file.columns, *joined)))
     if plan is None:
         return None
@@ -189,6 +185,18 @@ def _with_attitude(file: FileGuess, beside: FileGuess) -> Part | None:
     path = file.path
     match = escaped(called([path, beside.path])[0])
     return Part(plan, (path,), match, (Beside(beside, "time", offset, why),))
+
+
+def _at_stamps(
+    file: FileGuess, beside: FileGuess, column: ColumnGuess, offset: float
+) -> FloatArray | None:
+    """Values of another log's column at the stamps of a log; NaN where stamps are dates."""
+    ours, theirs = _seconds(file), _seconds(beside)
+    if column.values is None:
+        return None
+    if ours is None or theirs is None:
+        return np.full(file.rows, np.nan)
+    return np.interp(ours, theirs + offset, column.values)
 
 
 def _seconds(file: FileGuess) -> FloatArray | None:

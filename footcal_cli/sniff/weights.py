@@ -26,6 +26,8 @@ from footcal_cli.sniff.tokens import with_unit
 from footcal_cli.sniff.units import known_unit, split_unit
 
 _ROWS_OF_A_STREAM = 60
+_MANY = 10
+"""Different loads under which a reading of two values measures none."""
 _FOLLOWS, _IDLE = 0.9, 0.2
 """How much of its variance a load explains: of a cell that carries it, and of one that does not."""
 UNIT_ASKED = Blank(
@@ -78,6 +80,8 @@ def weights(
     why = "the load does not move it while others follow"
     if still := [c for c in cells if not moves(c)]:
         following, idle, why = [c for c in cells if c not in still], still, "never changes"
+    elif still := [c for c in cells if _last_bit(c, load)]:
+        following, idle, why = [c for c in cells if c not in still], still, "moves by its last bit"
     if idle and following:
         asked_of = tuple(c.column for c in idle)
         own = {n: c for n, c in named.items() if c in following}
@@ -118,6 +122,12 @@ def moves(cell: ColumnGuess) -> bool:
     values = numbers_of(cell)
     good = values[np.isfinite(values)]
     return bool(good.size and np.ptp(good) > 0)
+
+
+def _last_bit(cell: ColumnGuess, load: ColumnGuess) -> bool:
+    """Whether a reading knows two values alone under a load of many."""
+    read, put = (np.unique(v[np.isfinite(v)]).size for v in map(numbers_of, (cell, load)))
+    return read <= 2 and put >= _MANY
 
 
 def follow(

@@ -65,3 +65,13 @@ def test_a_plate_is_corrected_by_the_guessed_recipe(
     answer = run("offline-fit", "--recipe", recipe, "--out", tmp_path / "out", "--no-pictures")
     assert answer.exit_code == 0, answer.err
     assert "No correction of the CoP helps" in answer.out
+
+
+def test_a_plate_and_insoles_that_share_it_are_no_reference_and_cells(
+    real_data: Path, run: Run, tmp_path: Path
+) -> None:
+    logs = [real_data / f"loadsol-insoles/test_poids_{n}.csv" for n in ("forceplate", "loadsol")]
+    answer = run("init", *logs, "-o", tmp_path / "guess.toml")
+    assert answer.exit_code == 0, answer.err
+    assert "footcal static-init --recipe" in answer.out
+    assert "load_n" not in (tmp_path / "guess.toml").read_text(encoding="utf-8")

@@ -28,6 +28,7 @@ from footcal_cli.core.inference.fit import PRIOR_KEPT_RATIO
 from footcal_cli.core.inference.linear import scaled_inverse
 from footcal_cli.core.inference.separable import Separable, SeparableFit
 from footcal_cli.core.parameters import BoolArray, Estimates, FloatArray, Status
+from footcal_cli.core.readings import STUCK
 from footcal_cli.errors import FitError
 
 _RCOND = 1e-14
@@ -210,7 +211,7 @@ def fit_channel(
             column=record.channel,
         )
     if np.ptp(record.reading[known]) == 0:
-        raise FitError("the reading never changes", column=record.channel)
+        raise FitError("the reading never changes", column=record.channel, remedy=STUCK)
     model = model_of(record, record.drive(), terms)
     found = model.fit(start, correlation_s if record.timed else 0.0)
     return finish_channel(record, terms, model, found)

@@ -15,6 +15,7 @@ import numpy as np
 from footcal_cli.core.inference.blocks import BlockFit, fit_blocks
 from footcal_cli.core.inference.held_out import Choice, HeldOut, choose, hold_out
 from footcal_cli.core.parameters import BoolArray, Estimates, FloatArray, IntArray, Status
+from footcal_cli.core.readings import STUCK
 from footcal_cli.errors import FitError
 
 _OF_ONE_LINE = 2  # coefficients
@@ -138,7 +139,7 @@ def fit_matrix(
     width = readings.std(axis=0)
     if np.any(width == 0):
         stuck = channels[int(np.argmin(width))]
-        raise FitError("the reading never changes", column=stuck)
+        raise FitError("the reading never changes", column=stuck, remedy=STUCK)
     scaled = (readings - centre) / width
     rank, condition = _checked_rank(scaled, loads, diagonal=diagonal)
     fits, residuals = [], np.empty_like(loads)

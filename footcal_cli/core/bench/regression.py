@@ -15,6 +15,7 @@ from scipy import stats
 from footcal_cli.core.inference.blocks import BlockFit, fit_blocks
 from footcal_cli.core.inference.fit import fit_map
 from footcal_cli.core.parameters import Estimates, FloatArray, Parameter, ParameterSet, Status
+from footcal_cli.core.readings import STUCK
 from footcal_cli.errors import FitError
 
 Method = Literal["ordinary", "weighted", "robust"]
@@ -160,7 +161,7 @@ def fit_affine(
     if np.ptp(counts) == 0:
         raise FitError(
             "the reading never changes", column=channel, value=float(counts[0]), unit="counts",
-            remedy="check that the channel is connected",
+            remedy=STUCK,
         )  # fmt: skip
     centre = float(np.mean(counts))
     design = np.column_stack([counts - centre, np.ones_like(counts)])
