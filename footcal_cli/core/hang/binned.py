@@ -90,12 +90,5 @@ def _arms(fit: HangFit | Hanging, runs: Sequence[HangRun]) -> tuple[FloatArray, 
     if not isinstance(fit, HangFit):
         down = fit.weight_n * fit.gravity_dir_t(runs)
         return down, [run.wrench[:, 3:] - fit.offset[3:] for run in runs]
-    turning = [
-        fit.model.inertial_wrench(fit.values, run.phase_rad, run.shaft_radps, run.shaft_radps2)
-        for run in runs
-    ]
-    torques = [
-        (run.wrench - own)[:, 3:] - fit.values.offset[3:]
-        for run, own in zip(runs, turning, strict=True)
-    ]
+    torques = [rest[:, 3:] - fit.values.offset[3:] for rest in fit.at_rest(runs)]
     return fit.values.weight_n * fit.gravity_dir_t, torques

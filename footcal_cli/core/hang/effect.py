@@ -1,12 +1,16 @@
-"""A hanging leg's weight, CoM and tilts as a link of the chain, for `diagnose`.
+"""A hanging leg's weight, CoM and tilts as a link of the chain, and the residual under it.
 
 The balance of a hanging leg knows its weight, CoM and direction of gravity from `Log.known`. What
 `hang-calib` fits of them is more than the table's effects have (harmonics, any orientation), so
 that it comes as an effect of its own, with the names that `hang-calib` writes. Temperature and time
-of a log are those since the fit's references.
+of a log are those since the fit's references. `hang-calib` fits the residual of this chain, and
+`diagnose` judges it.
 """
 
 from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -21,6 +25,8 @@ from footcal_cli.core.effects.contract import (
     Theta,
     Transform,
 )
+from footcal_cli.core.experiments.contract import residual
+from footcal_cli.core.experiments.hang import EXPERIMENT
 from footcal_cli.core.hang.model import (
     AXES,
     DRIFT,
@@ -29,9 +35,9 @@ from footcal_cli.core.hang.model import (
     leg_com_acc_t_mps2,
     leg_com_t_m,
 )
-from footcal_cli.core.hang.runs import RUN
+from footcal_cli.core.hang.runs import RUN, of_no_leg
 from footcal_cli.core.log import Log
-from footcal_cli.core.parameters import ParameterSet
+from footcal_cli.core.parameters import FloatArray, ParameterSet
 from footcal_cli.core.spatial import rotation_exp
 
 
@@ -66,10 +72,14 @@ def hanging_effect(model: HangModel) -> Effect:
 
 def hanging_chain(model: HangModel) -> Chain:
     """All that `hang-calib` fits to a leg: offsets, and what hangs on them."""
-    channels = tuple(f"{model.leg}.{axis}" for axis in AXES)
     return chain_of(
-        [link(OFFSET, channels), Link(hanging_effect(model), {model.leg: (model.leg,)})]
+        [link(OFFSET, channels_of(model)), Link(hanging_effect(model), {model.leg: (model.leg,)})]
     )
+
+
+def channels_of(model: HangModel) -> tuple[str, ...]:
+    """Channels of the leg's transducer."""
+    return tuple(f"{model.leg}.{axis}" for axis in AXES)
 
 
 def own_parameters(model: HangModel) -> ParameterSet:
@@ -111,3 +121,74 @@ def _remove_of(model: HangModel) -> Transform:
         ), state
 
     return remove
+
+
+@dataclass(frozen=True)
+class HangResidual:
+    """The experiment's residual under the chain of one leg, by the parameters of a model.
+
+    Parameters
+    ----------
+    model
+        What hangs, in which runs.
+    """
+
+    model: HangModel
+
+    @cached_property
+    def _chain(self) -> Chain:
+        return hanging_chain(self.model)
+
+    @cached_property
+    def _names(self) -> tuple[str, ...]:
+        return self.model.parameters(0.0).names
+
+    @cached_property
+    def _probe(self) -> tuple[Log, FloatArray]:
+        """As many rows of each run as it has regressors z, which read nothing; and z⁻¹ (d, d).
+
+        Angles all round the turn, one row at one degree more, one a second later; nothing turns.
+        """
+        model, harmonics = self.model, self.model.com_columns
+        runs, size = len(model.nominal_dir_t), harmonics + model.temperature + model.drift
+        unit = np.eye(size)
+        turn = np.where(np.arange(size) < harmonics, np.arange(size) * 2.0 * np.pi / harmonics, 0.0)
+        warmth = unit[harmonics] if model.temperature else np.zeros(size)
+        late = unit[-1] if model.drift else np.zeros(size)
+        known = {
+            "phase_rad": np.tile(turn, runs),
+            "temperature_degc": np.tile(warmth, runs),
+            **of_no_leg(model.nominal_dir_t.repeat(size, axis=0)),
+            RUN: np.repeat(np.arange(float(runs)), size),
+        }
+        log = Log(
+            EXPERIMENT.name,
+            channels_of(model),
+            np.tile(late, runs),
+            np.zeros((runs * size, 6)),
+            known,
+            np.repeat(np.arange(runs), size),
+        )
+        return log, np.asarray(np.linalg.solve(model.regressors(turn, warmth, late), unit), float)
+
+    def errors(self, log: Log, theta: FloatArray) -> FloatArray:
+        """Measured − demanded wrench of each row, shape (n, 6), N and Nm."""
+        values = dict(zip(self._names, theta.tolist(), strict=True))
+        return residual(EXPERIMENT, self._chain, log, values).error
+
+    def coefficients(self, theta: FloatArray) -> FloatArray:
+        """C of the residual ``w − z Cᵀ`` of a leg at rest, by regressor, shape (L, 6, d).
+
+        What is linear in d regressors is known everywhere from d rows.
+        """
+        log, inverse = self._probe
+        demanded = -self.errors(log, theta).reshape(len(self.model.nominal_dir_t), len(inverse), 6)
+        return np.asarray((inverse @ demanded).transpose(0, 2, 1))
+
+    def at_rest(self, log: Log, theta: FloatArray) -> FloatArray:
+        """Readings without what the turning of the leg adds, shape (n, 6)."""
+        if not log.known["shaft_radps"].any():
+            return log.readings
+        zero = np.zeros(len(log))
+        still = log.with_known(shaft_radps=zero, shaft_radps2=zero)
+        return log.readings + self.errors(log, theta) - self.errors(still, theta)

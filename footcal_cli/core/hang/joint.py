@@ -8,9 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import stats
 
-from footcal_cli.core.experiments.contract import residual
-from footcal_cli.core.experiments.hang import EXPERIMENT
-from footcal_cli.core.hang.effect import hanging_chain
+from footcal_cli.core.hang.effect import HangResidual
 from footcal_cli.core.hang.model import HangModel, HangValues, Tilt, leg_com_t_m
 from footcal_cli.core.hang.runs import HangRun, hang_runs
 from footcal_cli.core.hang.words import hang_gaps, with_unseen
@@ -126,13 +124,17 @@ class HangFit:
 
     def residuals(self, runs: Sequence[HangRun]) -> list[FloatArray]:
         """What the experiment's balance leaves of each run, shape (n, 6), N and Nm."""
-        chain = hanging_chain(self.model)
-        values = dict(zip(self.estimates.names, self.estimates.values.tolist(), strict=True))
+        balance = HangResidual(self.model)
+        return [balance.errors(log, self.estimates.values) for log in self._logs(runs)]
+
+    def at_rest(self, runs: Sequence[HangRun]) -> list[FloatArray]:
+        """Readings of each run without what the turning of the leg adds, shape (n, 6)."""
+        balance = HangResidual(self.model)
+        return [balance.at_rest(log, self.estimates.values) for log in self._logs(runs)]
+
+    def _logs(self, runs: Sequence[HangRun]) -> list[Log]:
         since = self.reference_temperature_degc, self.reference_time_s
-        return [
-            residual(EXPERIMENT, chain, run.log(self.model.leg, number, *since), values).error
-            for number, run in enumerate(runs)
-        ]
+        return [run.log(self.model.leg, number, *since) for number, run in enumerate(runs)]
 
     def com_t_m(self, phase_rad: FloatArray) -> FloatArray:
         """Leg CoM at shaft angles (...,), shape (..., 3)."""
@@ -155,7 +157,8 @@ def fit_hang(logs: Sequence[Log], options: HangOptions | None = None) -> HangFit
 
     Minimises ``Σ_logs Σ_channels ‖n_lc‖²`` with n the whitened noise of
     ``w = offset + [m (g u − r̈); r × m (g u − r̈)]`` ([Wu], eqs. (4)-(7), all at once, and the
-    acceleration of a leg that turns). The part of r̈ is taken off as a first fit gives it.
+    acceleration of a leg that turns): the residual of the experiment. The part of r̈ is taken off
+    as a first fit gives it.
 
     Parameters
     ----------
@@ -176,6 +179,7 @@ def fit_hang(logs: Sequence[Log], options: HangOptions | None = None) -> HangFit
         )
         for run in runs
     ]
+    rows = [run.log(leg, number, *references) for number, run in enumerate(runs)]
     grams = [z.T @ z for z in designs]
     wrenches = [run.wrench for run in runs]
     weight_n = runs[0].leg_weight_n
@@ -188,8 +192,8 @@ def fit_hang(logs: Sequence[Log], options: HangOptions | None = None) -> HangFit
     triangles = [triangle(*each) for each in zip(designs, wrenches, grams, strict=True)]
     for _ in range(_INERTIAL_ROUNDS if any(run.shaft_radps.any() for run in runs) else 0):
         first = Reduced.of(designs, wrenches, _white(_TYPICAL_SD), triangles)
-        values = model.split(_fit(first, model, weight_n).estimates.values)
-        wrenches = [_at_rest(run, model, values) for run in runs]
+        theta, balance = _fit(first, model, weight_n).estimates.values, HangResidual(model)
+        wrenches = [balance.at_rest(log, theta) for log in rows]
         triangles = [triangle(*each) for each in zip(designs, wrenches, grams, strict=True)]
     freedom = samples - sum(z.shape[1] for z in designs)
     if asked.noise_sd is None and freedom >= _MIN_NOISE_DOF:
@@ -255,7 +259,8 @@ def _fit(
 ) -> Fit:
     """Weight, offsets, CoM and tilts at their maximum likelihood; what stays unseen is said."""
     parameters = model.parameters(weight_n)
-    fit = reduced.fit(parameters, model.coefficients, model.coefficient_jacobian, start)
+    coefficients = HangResidual(model).coefficients
+    fit = reduced.fit(parameters, coefficients, model.coefficient_jacobian, start)
     return with_unseen(fit)
 
 
@@ -267,7 +272,7 @@ def _with_levels(
     def levels(before: FloatArray | None) -> tuple[FloatArray, FloatArray]:
         theta = fit.estimates.values
         return reduced.level_sd(
-            0, model.coefficients(theta), model.coefficient_jacobian(theta),
+            0, HangResidual(model).coefficients(theta), model.coefficient_jacobian(theta),
             fit.estimates.covariance, (slice(0, 3), slice(3, 6)), before,
         )  # fmt: skip
 
@@ -298,15 +303,6 @@ def _order_evidence(model: HangModel, fit: Fit, samples: float) -> dict[int, flo
         cost = theta[out] @ np.linalg.solve(covariance[np.ix_(out, out)], theta[out])
         evidence[order] = float(cost + (theta.size - out.size) * np.log(samples))
     return evidence
-
-
-def _at_rest(run: HangRun, model: HangModel, values: HangValues) -> FloatArray:
-    """Readings without what the turning of the leg adds, shape (n, 6)."""
-    if not run.shaft_radps.any():
-        return run.wrench
-    return run.wrench - model.inertial_wrench(
-        values, run.phase_rad, run.shaft_radps, run.shaft_radps2
-    )
 
 
 def _of_order(full: HangModel, lower: HangModel, theta: FloatArray) -> FloatArray:
@@ -350,7 +346,7 @@ def _noise_from_fit(
     for _ in range(_NOISE_ROUNDS if noise_sd is None else 0):
         reduced = Reduced.of(designs, wrenches, _white(sd), triangles)
         theta = _fit(reduced, model, weight_n).estimates.values
-        table = model.coefficients(theta)
+        table = HangResidual(model).coefficients(theta)
         left = np.concatenate(
             [w - z @ c.T for z, w, c in zip(designs, wrenches, table, strict=True)]
         )

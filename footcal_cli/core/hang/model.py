@@ -4,7 +4,7 @@
 of gravity in the transducer frame and s the small turn between nominal and true of that log
 ([Wu], eqs. (4)-(7), with the full rotation instead of ``I + [s]``, and with the acceleration r̈
 of a leg that turns). With ``r(φ) = Σ_h r_h z_h(φ)``, z = (1, sin φ, cos φ, sin 2φ …), the part of
-gravity is linear in z; the part of r̈ is `HangModel.inertial_wrench`.
+gravity is linear in z, with coefficients that `hang.effect.HangResidual` reads off the residual.
 """
 
 from __future__ import annotations
@@ -191,40 +191,8 @@ class HangModel:
         turn = self.split(theta).turn_rad
         return np.asarray((rotation_exp(turn) @ self.nominal_dir_t[..., None])[..., 0])
 
-    def inertial_wrench(
-        self, values: HangValues, phase_rad: FloatArray, speed: FloatArray, acceleration: FloatArray
-    ) -> FloatArray:
-        """``[−m r̈; r × −m r̈]`` of a turning leg, shape (n, 6).
-
-        Parameters
-        ----------
-        values
-            Its weight and CoM.
-        phase_rad, speed, acceleration
-            Of the shaft, shape (n,): rad, rad/s, rad/s².
-        """
-        com = leg_com_t_m(values.com_m, phase_rad)
-        moved = leg_com_acc_t_mps2(values.com_m, phase_rad, speed, acceleration)
-        force = -values.weight_n / self.gravity_mps2 * moved
-        return np.concatenate([force, np.cross(com, force)], axis=1)
-
-    def coefficients(self, theta: FloatArray) -> FloatArray:
-        """Wrench per unit of each regressor, shape (L, 6, d)."""
-        values = self.split(theta)
-        down = values.weight_n * self.gravity_dir_t(theta)
-        columns = self.com_columns
-        table = np.zeros((down.shape[0], 6, columns + self.temperature + self.drift))
-        table[:, :, 0] = values.offset
-        table[:, :3, 0] += down
-        table[:, 3:, :columns] -= skew(down) @ values.com_m
-        if self.temperature:
-            table[:, :, columns] = values.temperature_bias
-        if self.drift:
-            table[:, :, -1] = values.offset_drift
-        return table
-
     def coefficient_jacobian(self, theta: FloatArray) -> FloatArray:
-        """``d coefficients / dθ``, shape (L, 6, d, n)."""
+        """``dC/dθ`` of the residual ``w − z Cᵀ`` of a leg at rest, shape (L, 6, d, n)."""
         values = self.split(theta)
         unit = self.gravity_dir_t(theta)
         logs, columns = unit.shape[0], self.com_columns

@@ -49,11 +49,18 @@ class HangRun:
             "temperature_degc": self.temperature_degc - since_degc,
             "shaft_radps": self.shaft_radps,
             "shaft_radps2": self.shaft_radps2,
+            **of_no_leg(np.tile(self.nominal_dir_t, (rows, 1))),
             RUN: np.full(rows, float(number)),
         }
         channels = tuple(f"{leg}.{axis}" for axis in AXES)
         block = np.full(rows, number, dtype=np.int64)
         return Log("hang", channels, self.time_s - since_s, self.wrench, known, block)
+
+
+def of_no_leg(gravity_dir: FloatArray) -> dict[str, FloatArray]:
+    """What neutral parameters say of each row: nothing hangs, gravity is where it nominally is."""
+    nothing = np.zeros_like(gravity_dir)
+    return {"gravity_dir": gravity_dir, "leg_weight_n": nothing[:, 0], "leg_com_m": nothing}
 
 
 def hang_runs(logs: Sequence[Log]) -> tuple[tuple[HangRun, ...], str]:
