@@ -149,7 +149,7 @@ CASES: dict[str, Case] = {
     "footcal batch sessions.csv --recipe robot.toml --command offline-fit --out out/fleet": Case(
         _fleet
     ),
-    "footcal batch sessions.csv --recipe robot.toml --out out/fleet "
+    "footcal batch sessions.csv --command offline-fit --recipe robot.toml --out out/fleet "
     "--scheduler tcp://HOST:8786": Case(_fleet),
     "footcal batch 'logs/*' --recipe robot.toml --command online-replay --out out/fleet": Case(
         _walks

@@ -176,7 +176,7 @@ def motek_dflow(to: Path, rng: Rng) -> Made:
     """Motek's D-Flow: y is up, `FP1.CopX`, `FP1.ForY`; mass to fill in."""
     mass, gain = 66.0, (1.04, 0.96)
     fz, cop = _stand(mass, gain, rng)
-    n = fz.shape[1]
+    n = int(fz.shape[1])
     names, data = ["TimeStamp", "FrameNumber"], [12.0 + np.arange(n) / 50, 1.0 + np.arange(n)]
     for k in (0, 1):
         names += [f"FP{k + 1}.{a}" for a in ("CopX", "CopY", "CopZ", "ForX", "ForY", "ForZ", "MomX",
