@@ -33,10 +33,10 @@ COMMANDS = {
     "hang-calib": "Fit offsets of six-axis transducers, and weight and CoM of leg or tool below.",
     "pose-calib": "Fit the mounting of hip transducers, or offsets again, from standing poses.",
     "simulate": "Simulate an experiment with any effects; write its logs and its truth.",
-    "effects": "Print the table of effects, or the formula, mimics and remedy of one.",
+    "effects": "Print the table of effects, or one effect's formula, look-alikes and remedy.",
     "export": "Write a calibration for ROS, mc_rtc, YARP, URDF, C or MATLAB.",
     "init": "Guess what logs of any layout hold and write a commented recipe for them.",
-    "kinematics": "Turn joint positions and base orientation into CoM, its motion and foot poses.",
+    "kinematics": "Compute CoM, its motion and foot poses from joint angles and base orientation.",
     "online-replay": "Track scales and biases of foot sensors along a recorded walk.",
     "schema": "Print the JSON Schema of a record, or the names of all records.",
 }

@@ -35,7 +35,7 @@ class ConvertOptions(CommandOptions):
 def convert(
     sources: Annotated[
         list[Path] | None,
-        typer.Argument(metavar="SRC", help="Foreign logs; replace \\[data] convert."),
+        typer.Argument(metavar="SRC", help="Logs of other tools; replace \\[data] convert."),
     ] = None,
     recipe: RecipeFile = None,
     topic: Annotated[
@@ -46,17 +46,30 @@ def convert(
         bool, typer.Option("--list", help="Print what is inside and write nothing.")
     ] = False,
     time: Annotated[
-        str | None, typer.Option("--time", help="Stamps of messages: header (default) or log.")
+        str | None,
+        typer.Option(
+            "--time",
+            help="Time stamp of a message: its header's (header, default) or the recorder's (log).",
+        ),
     ] = None,
     join: Annotated[
         str | None,
-        typer.Option("--join", help="One table of all topics: nearest or previous stamp."),
+        typer.Option(
+            "--join",
+            help="Write one table of all topics, joined by the nearest or the previous time stamp.",
+        ),
     ] = None,
     clock: Annotated[
-        str | None, typer.Option("--clock", metavar="NAME", help="The topic that sets the rows.")
+        str | None,
+        typer.Option(
+            "--clock",
+            metavar="NAME",
+            help="Topic whose time stamps are the rows of the joined table.",
+        ),
     ] = None,
     tolerance_s: Annotated[
-        float | None, typer.Option("--tolerance-s", help="Largest distance of a joined stamp.")
+        float | None,
+        typer.Option("--tolerance-s", help="Largest difference of joined time stamps, in seconds."),
     ] = None,
     out: Annotated[
         Path, typer.Option("--out", metavar="FILE.parquet|DIR", help="File or folder to write.")

@@ -15,25 +15,28 @@ if TYPE_CHECKING:
 
 def effects(
     name: Annotated[
-        str | None, typer.Argument(metavar="NAME", help="The effect to explain in full.")
+        str | None, typer.Argument(metavar="NAME", help="Effect to explain in full.")
     ] = None,
     experiment: Annotated[
-        str | None, typer.Option("--experiment", help="Only what this experiment can see.")
+        str | None, typer.Option("--experiment", help="Only effects that this experiment can see.")
     ] = None,
     recipe: RecipeFile = None,
     check: Annotated[
         bool,
         typer.Option(
             "--check",
-            help="Check the recipe's own effects and those of installed packages: they keep the "
-            "contract, and how alike they are to the table's.",
+            help="Check the recipe's own effects and those of installed packages: whether they "
+            "keep the contract, and how much they look like effects of the table.",
         ),
     ] = False,
     signals: Annotated[
-        bool, typer.Option("--signals", help="List what a formula of an own effect may use.")
+        bool,
+        typer.Option(
+            "--signals", help="List the signals that the formula of an own effect may use."
+        ),
     ] = False,
 ) -> None:
-    """Print the table of effects, or the formula, mimics and remedy of one."""
+    """Print the table of effects, or one effect's formula, look-alikes and remedy."""
     from footcal_cli.core.effects import TABLE
     from footcal_cli.errors import UsageError, nearest
     from footcal_cli.records.effects import known_effect, table_with

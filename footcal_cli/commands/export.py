@@ -39,7 +39,11 @@ def export(
     to: Annotated[str | None, typer.Option("--to", help=", ".join(get_args(Target)) + ".")] = None,
     sensor: Annotated[
         list[str] | None,
-        typer.Option("--sensor", metavar="NAME[=THEIRS]", help="A sensor to write; repeatable."),
+        typer.Option(
+            "--sensor",
+            metavar="NAME[=THEIRS]",
+            help="Sensor to write, and its name there; repeatable.",
+        ),
     ] = None,
     recipe: RecipeFile = None,
     out: Annotated[Path, typer.Option("--out", metavar="FILE", help="File to write.")] = Path(

@@ -23,7 +23,7 @@ _COLUMNS = {
     "diagnose": "those of the experiment: weights, placements, stand, walk, hang or pose",
     "check": "those of any kind of log",
     "init": "any; the recipe maps them to footcal's names",
-    "convert": "any; names of topics and fields become names of columns",
+    "convert": "any; the columns written are named after topics and fields",
     "kinematics": "time_s, a column per joint of the URDF, base_qx ... base_qw or "
     "base_roll_rad ... (base_x_m ..., left_fz_n ...)",
     "simulate": "none; of a recorded MOTION: time_s, left_fl_n ..., com_x_m ..., left_foot_x_m ...",
@@ -55,8 +55,8 @@ _EXAMPLES = {
 
 
 _INSTEAD_OF_JSON = {
-    "convert": "--json is refused: the Parquet files are the answer, the exit code says whether "
-    "they are whole.",
+    "convert": "--json is refused: the Parquet files are the answer, and the exit code says "
+    "whether they are complete.",
     "effects": "--json is refused: the answer is a table of text; `footcal schema diagnosis` "
     "describes effects in JSON.",
     "export": "--json is refused: the file is the answer.",
@@ -70,7 +70,7 @@ def epilog_of(command: str) -> str:
     """The columns that a command reads, optional ones in brackets, and an example."""
     columns = f"Columns: {_COLUMNS[command]}\n\n" if command in _COLUMNS else ""
     answers = (
-        "--json prints one JSON instead: verdict, errors, findings, paths "
+        "--json prints one JSON object instead: verdict, errors, findings, paths "
         "(`footcal schema answer`)."
     )
     answers = f"{_INSTEAD_OF_JSON.get(command, answers)}\n\n"

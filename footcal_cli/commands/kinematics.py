@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @command(KinematicsOptions, lacks=("parameters", "reference", "strict_findings", "seed"))
 def kinematics(session: Session[KinematicsOptions]) -> Outcome:
-    """Turn joint positions and base orientation into CoM, its motion and foot poses."""
+    """Compute CoM, its motion and foot poses from joint angles and base orientation."""
     session.refuse_missing_logs("joints")
     from dataclasses import replace
 

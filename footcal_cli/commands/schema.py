@@ -9,7 +9,8 @@ import typer
 
 def schema(
     name: Annotated[
-        str | None, typer.Argument(metavar="RECORD", help="parameters, rmse, run, ...")
+        str | None,
+        typer.Argument(metavar="RECORD", help="Record to describe: parameters, rmse, run, ..."),
     ] = None,
 ) -> None:
     """Print the JSON Schema of a record, or the names of all records."""

@@ -146,7 +146,7 @@ class KinematicsOptions(CommandOptions):
     fixed: dict[str, float] = Field(default_factory=dict)
     feet: dict[str, str] = Field(default_factory=dict)
     anchor: Annotated[
-        str | None, Flag("The foot that never moves, if one does.", metavar="FOOT")
+        str | None, Flag("Foot that never moves, if there is one.", metavar="FOOT")
     ] = None
     cutoff_hz: Positive = 10.0
 
