@@ -24,6 +24,7 @@ from footcal_cli.sniff.plan import (
 )
 from footcal_cli.sniff.tokens import with_unit
 from footcal_cli.sniff.units import known_unit, split_unit
+from footcal_cli.sniff.which_cell import cell_column
 
 _ROWS_OF_A_STREAM = 60
 _MANY = 10
@@ -90,7 +91,9 @@ def weights(
         return replace(kept, warnings=(*kept.warnings, said))
     if len(cells) == 1 or labels:
         cell = cells[0]
-        channel = of(labels[0]) if labels else Entry(value=one_name, why="one cell alone")
+        chosen = cell_column(file, load, cell, labels)
+        labels = [chosen] if chosen is not None else []
+        channel = of(chosen) if chosen is not None else Entry(value=one_name, why="one cell alone")
         dense = bool(time) and file.rows >= _ROWS_OF_A_STREAM and not labels
         if dense:
             return _stream(file, {one_name: cell}, entries, asked)

@@ -246,3 +246,53 @@ def test_weights_and_repeats_in_names_of_files(tmp_path: Path) -> None:
     load = part.plan.entries["load_n"]
     assert load.unit == "kg"
     assert sorted(load.names.values()) == ["0", "0", "0.5", "0.5", "1", "1"]
+
+
+_CORNERS = {"front left": (9e4, 21e3), "front right": (-4e4, 203e2), "rear left": (12e3, 221e2),
+            "rear right": (15e4, 195e2)}  # fmt: skip
+
+
+def _scale(folder: Path, names: str, row: str) -> FileGuess:
+    """Weights on four cells below each other, by true zeros and slopes; noise of 40 counts."""
+    rng, lines = np.random.default_rng(4), [names]
+    for i, (corner, (zero, slope)) in enumerate(_CORNERS.items(), 1):
+        for run in (1, 2):
+            lines += [
+                row.format(corner=corner, i=i, run=run, who=("anna", "ben")[run - 1], kg=kg,
+                           raw=round(zero + slope * kg + rng.normal(0, 40)))
+                for kg in (0, 1, 2, 5, 10, 5, 2)
+            ]  # fmt: skip
+    return _written(folder, "luggage.csv", "\n".join(lines) + "\n")
+
+
+@pytest.mark.parametrize(
+    ("names", "row", "column"),
+    [
+        ("device,who,corner,load_kg,raw", "LS-50,{who},{corner},{kg},{raw}", "corner"),
+        ("pos,load_kg,raw", "{i},{kg},{raw}", "pos"),
+        ("position,run,load_kg,raw", "{corner},{run},{kg},{raw}", "position"),
+    ],
+)
+def test_the_column_whose_groups_are_straight_is_the_cell(
+    tmp_path: Path, names: str, row: str, column: str
+) -> None:
+    plan = plan_of(_scale(tmp_path, names, row))
+    assert plan is not None
+    assert plan.entries["channel"].column is not None
+    assert plan.entries["channel"].column.column == column
+    assert len(plan.channels) == len(_CORNERS)
+
+
+@pytest.mark.parametrize(("zero", "slope"), [(0.0, 0.0), (500.0, 0.0), (0.0, 60.0)])
+def test_places_on_one_cell_and_other_tares_are_no_cells(
+    tmp_path: Path, zero: float, slope: float
+) -> None:
+    """Without a load a place says nothing; another tare moves no slope."""
+    rng = np.random.default_rng(5)
+    lines = [
+        f"{i},{kg},{8e4 + zero * i + (21e3 + slope * i) * kg + rng.normal(0, 40):.0f}"
+        for i in (1, 2, 3, 4) for kg in (0, 1, 2, 5, 10, 5, 2)
+    ]  # fmt: skip
+    plan = plan_of(_written(tmp_path, "a.csv", "pos,load_kg,raw\n" + "\n".join(lines) + "\n"))
+    assert plan is not None
+    assert len(plan.channels) == 1
