@@ -19,7 +19,7 @@ class Place(Frozen):
     numbers, `factor` what they are multiplied by (−1 turns a sign), `format` that of dates as
     strptime has it (``%d.%m.%Y %H:%M:%S.%f``), `pattern` a regular expression whose first group is
     the value in a cell (``Reading: 8347750``) and whose group ``unit``, if any, is that value's own
-    unit, `nanoseconds` the column by one of whole seconds, `names` translates texts, `wraps_at`
+    unit, `nanoseconds` the column next to whole seconds, `names` translates texts, `wraps_at`
     is the number at which a counter begins again from zero (2³² = 4294967296). `held`: an empty
     cell means what stands above it. `only_where` is for a weight that lies on one cell at a time,
     ``{ loaded_cell = "FL" }``: where that column says something else the number is 0. `missing`
