@@ -10,6 +10,7 @@ import numpy as np
 
 from footcal_cli.core.quality import Finding, check_clock
 from footcal_cli.errors import DataError, FitError, UsageError
+from footcal_cli.intake.closer import look_closer
 from footcal_cli.recipe.options import HangCalibOptions
 from footcal_cli.session.inspection import weights_findings
 from footcal_cli.tables import columns
@@ -78,6 +79,7 @@ def compare(
         session.note(weights_findings(by_kind["weights"], robot, intended_load_n))
     if "placements" in by_kind and session.parameters is not None:
         _placements(session, by_kind["placements"])
+    session.note(look_closer(by_kind, robot))
     # what a log lacks for a check is no fault of the log
     with suppress(DataError, UsageError, FitError, ValueError):
         if "hang" in by_kind:

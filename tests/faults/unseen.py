@@ -18,12 +18,12 @@ from tests.faults.seen import BENCH, STAND, Change, Random, look
 
 TIMES = 2
 _CELLS = ("fl", "fr", "rl", "rr")
-_PLACED = replace(
+PLACED = replace(
     BASES["check_weights"], name="check_placements", logs=("weights.csv", "placements.csv"),
     recipe="foot.toml",
     words=("check", "weights.csv", "placements.csv", "--recipe", "foot.toml", "--quiet"),
 )  # fmt: skip
-_POSES = replace(
+POSES = replace(
     BASES["check_hang"], name="check_poses", logs=("poses.csv",),
     words=("check", "poses.csv", "--recipe", "hexapod.toml", "--quiet"),
 )  # fmt: skip
@@ -312,21 +312,21 @@ def kilograms_force(log: pd.DataFrame, rng: Random) -> pd.DataFrame:
     return log.assign(**{n: log[n].where(~at, log[n] / 9.80665) for n in ("fx_n", "fy_n", "fz_n")})
 
 
-_STANDS: tuple[Change, ...] = (bit_lost, wrapped, hum, warming_up, coarse, held_by_a_hand)
-_WALKS: tuple[Change, ...] = (feet_exchanged, foot_late, in_bursts, clock_set, let_go, bit_lost)
-_BODIES: tuple[Change, ...] = (
+STANDS: tuple[Change, ...] = (bit_lost, wrapped, hum, warming_up, coarse, held_by_a_hand)
+WALKS: tuple[Change, ...] = (feet_exchanged, foot_late, in_bursts, clock_set, let_go, bit_lost)
+BODIES: tuple[Change, ...] = (
     feet_of_the_body_exchanged, com_in_another_frame, acceleration_turned,
 )  # fmt: skip
-_WEIGHTS: tuple[Change, ...] = (
+WEIGHTS: tuple[Change, ...] = (
     load_mistyped, zeroed_midway, gain_midway, not_settled, cells_exchanged_midway, three_digits,
 )  # fmt: skip
-_PLACEMENTS: tuple[Change, ...] = (
+PLACEMENTS: tuple[Change, ...] = (
     holes_exchanged, axes_of_holes, holes_mirrored, holes_from_the_heel, other_weight, one_cell_off,
 )  # fmt: skip
-_HANGS: tuple[Change, ...] = (
+HANGS: tuple[Change, ...] = (
     degrees, legs_exchanged, zeroed_between, decimal_point, torques_in_nmm, touched_the_stand,
 )  # fmt: skip
-_IN_POSES: tuple[Change, ...] = (
+IN_POSES: tuple[Change, ...] = (
     conjugated, next_attitude, contact_inverted, leg_frozen, on_a_rail, kilograms_force,
 )  # fmt: skip
 
@@ -336,13 +336,13 @@ def unseen_jobs(inputs: Path, seed: int) -> list[Job]:
     tried = [
         (base, log, change)
         for base, log, changes in (
-            (BENCH, "weights.csv", _WEIGHTS),
-            (_PLACED, "placements.csv", _PLACEMENTS),
-            (STAND, "stand_cells.csv", _STANDS),
-            (BASES["check_walk"], "walk_cells.csv", _WALKS),
-            (BASES["check_walk"], "walk_body.csv", _BODIES),
-            (BASES["check_hang"], "hang.csv", _HANGS),
-            (_POSES, "poses.csv", _IN_POSES),
+            (BENCH, "weights.csv", WEIGHTS),
+            (PLACED, "placements.csv", PLACEMENTS),
+            (STAND, "stand_cells.csv", STANDS),
+            (BASES["check_walk"], "walk_cells.csv", WALKS),
+            (BASES["check_walk"], "walk_body.csv", BODIES),
+            (BASES["check_hang"], "hang.csv", HANGS),
+            (POSES, "poses.csv", IN_POSES),
         )
         for change in changes
     ]

@@ -1,0 +1,257 @@
+"""Streams of cells: words of a converter, hum, cells that let go, feet that do not fit together."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.quality import Finding, listed
+from footcal_cli.core.signals import stretches
+
+_SUB_BINS, _FILLED_BLOCKS = 2, 3
+"""A bit that is lost leaves every other block of readings empty; so many halves of blocks must be
+filled in all their quarters, which a sound channel does once in 10⁵ logs."""
+_FEWEST = 200
+COARSE_STEPS = 100
+"""Steps of a power of ten over the range, below which digits were lost in writing."""
+LATE_S, LATEST_S = 0.05, 0.4
+HALF = 0.5
+"""A foot is late where its shift leaves so little of the variance of the whole force."""
+WINDOW_S = 2.0
+NOT_CARRIED = 0.15
+"""Share of the weight that means over `WINDOW_S` may lack: over it, steps average out."""
+DRIFTS, DRIFTS_SD = 0.025, 8.0
+"""Share of the weight, and sd of the means over `WINDOW_S`, by which the whole force may drift."""
+LET_GO, FOLLOWS = 1.5, 0.8
+"""Change of a cell's gain beside its siblings, and the correlation in each half that shows it."""
+HUM_BY_CHANCE, HUM_SHARE, HUM_OTHERS = 1e-8, 0.01, 0.2
+"""Fisher's probability of a line, its amplitude over the range, and its power beside others'."""
+LIFTED_M, EXCHANGED_SHARE = 0.006, 0.7
+"""A foot is in the air above this height; it cannot carry that share of the robot there."""
+
+
+@listed
+def check_word(name: str, counts: FloatArray) -> Iterator[Finding]:
+    """Find bits that never change, and digits that were lost in writing."""
+    good = counts[np.isfinite(counts)]
+    if good.size < _FEWEST or not (good == np.rint(good)).all() or not np.ptp(good) > 0:
+        return
+    words, span = good.astype(np.int64), float(np.ptp(good))
+    step = 100
+    while (words % (10 * step) == 0).all():
+        step *= 10
+    if (words % step == 0).all() and span / step < COARSE_STEPS:
+        yield Finding(
+            "few_digits", "warning", name,
+            f"all readings are multiples of {step:,}, {span / step:.0f} steps over their range",
+            "write readings with all their digits; a converter does not count in powers of ten",
+        )  # fmt: skip
+        return
+    for bit in range(int(np.log2(span)), _SUB_BINS, -1):
+        if _lost(words, bit):
+            yield Finding(
+                "bit_lost", "alarm", name,
+                f"bit {bit} of its readings ({2**bit:,} counts) never changes, though bits above "
+                "and below it do",
+                "check how the logger puts the bytes of a reading together, and the data line",
+            )  # fmt: skip
+            return
+
+
+def _lost(words: np.ndarray, bit: int) -> bool:
+    """Whether readings fill halves of blocks of two to the `bit` and leave the others empty."""
+    halves = words >> bit
+    if np.unique(halves & 1).size > 1:
+        return False
+    quarters = np.unique(words >> (bit - _SUB_BINS))
+    _, filled = np.unique(quarters >> _SUB_BINS, return_counts=True)
+    return int((filled == 2**_SUB_BINS).sum()) >= _FILLED_BLOCKS
+
+
+@listed
+def check_feet_together(
+    time_s: FloatArray, foot_n: FloatArray, names: Sequence[str], weight_n: float
+) -> Iterator[Finding]:
+    """Compare feet that together carry a weight which stays the same.
+
+    Parameters
+    ----------
+    foot_n
+        Vertical force of each foot, zeros unknown, shape (n, feet).
+    weight_n
+        Of the robot.
+    """
+    good = np.isfinite(foot_n).all(axis=1)
+    step = float(np.median(np.diff(time_s))) if time_s.size > 2 else 0.0
+    if good.sum() < _FEWEST or not step > 0:
+        return
+    times, force = time_s[good], foot_n[good]
+    if len(names) == 2:
+        late = list(_late(force, names, step))
+        yield from late
+        if late:
+            return
+    width = max(round(WINDOW_S / step), 1)
+    pieces = len(force) // width
+    if pieces < 5:
+        return
+    total = force[: pieces * width].sum(axis=1).reshape(pieces, width).mean(axis=1)
+    start = times[: pieces * width : width]
+    off = (total - np.median(total)) / weight_n
+    if (np.abs(off) > NOT_CARRIED).any() and np.mean(np.abs(off) > NOT_CARRIED) < HALF:
+        worst = int(np.argmax(np.abs(off)))
+        first, last = next(s for s in stretches(np.abs(off) > NOT_CARRIED) if s[0] <= worst < s[1])
+        how = f"{100 * abs(off[worst]):.0f} % of the weight {'less' if off[worst] < 0 else 'more'}"
+        yield Finding(
+            "weight_not_constant", "warning", "all feet",
+            f"for {(last - first) * width * step:.3g} s from {start[first]:.6g} s on the feet "
+            f"carry {how} than otherwise",
+            "look whether somebody held the robot, or something lay on it; cut these seconds out",
+        )  # fmt: skip
+        return
+    design = np.column_stack([np.ones(pieces), np.linspace(0.0, 1.0, pieces)])
+    solved = np.linalg.lstsq(design, total, rcond=None)[0]
+    scatter = float(np.std(total - design @ solved)) * np.sqrt(12.0 / pieces)
+    if abs(solved[1]) > max(DRIFTS * weight_n, DRIFTS_SD * scatter):
+        yield Finding(
+            "weight_drifts", "warning", "all feet",
+            f"the force of all feet together drifts by {solved[1]:.3g} N over the log, "
+            f"{100 * abs(solved[1]) / weight_n:.0f} % of the weight",
+            "let the cells warm up before the recording; a cell that creeps does the same",
+        )  # fmt: skip
+
+
+def _late(force: FloatArray, names: Sequence[str], step_s: float) -> Iterator[Finding]:
+    """One foot's samples behind the other's: load then seems to vanish between the steps."""
+    first, second = (force - force.mean(axis=0)).T
+    if float(np.ptp(force, axis=0).min()) <= 0 or np.corrcoef(first, second)[0, 1] > 0.5:
+        return
+    most = min(round(LATEST_S / step_s), len(force) // 10)
+    shifts = np.arange(-most, most + 1)
+    core = slice(most, len(force) - most)
+    left = np.array([np.var(first[core] + np.roll(second, -k)[core]) for k in shifts])
+    best = int(np.argmin(left))
+    at_rest = left[most]
+    walks = np.corrcoef(first[core], np.roll(second, -shifts[best])[core])[0, 1] < -FOLLOWS
+    if walks and left[best] < HALF * at_rest and abs(shifts[best]) * step_s > LATE_S:
+        later = names[1] if shifts[best] > 0 else names[0]
+        yield Finding(
+            "foot_late", "alarm", later,
+            f"its readings come {1e3 * abs(shifts[best]) * step_s:.0f} ms after the other foot's: "
+            f"moved back, {100 * (1 - left[best] / at_rest):.0f} % less of the whole force changes",
+            "stamp the readings of both feet where they are taken, by one clock",
+        )  # fmt: skip
+
+
+@listed
+def check_gains_halfway(readings: FloatArray, names: Sequence[str]) -> Iterator[Finding]:
+    """Compare each cell with its siblings in the first and the second half of a log.
+
+    Parameters
+    ----------
+    readings
+        Of the cells of one foot, shape (n, c).
+    """
+    good = readings[np.isfinite(readings).all(axis=1)]
+    if len(good) < 2 * _FEWEST or len(names) < 3:
+        return
+    halves = np.array_split(good, 2)
+    for i, name in enumerate(names):
+        others = np.delete(np.arange(len(names)), i)
+        design = [np.column_stack([np.ones(len(h)), h[:, others]]) for h in halves]
+        size = np.abs(design[0]).max(axis=0)
+        solved = [
+            np.linalg.lstsq(d / size, h[:, i], rcond=None)[0]
+            for d, h in zip(design, halves, strict=True)
+        ]
+        # how far the cell moves for what its siblings show, by either half
+        moved = [float(np.std((design[1] / size) @ s)) for s in solved]
+        fits = [
+            float(np.corrcoef((d / size) @ s, h[:, i])[0, 1])
+            for d, s, h in zip(design, solved, halves, strict=True)
+        ]
+        if min(fits) > FOLLOWS and not 1 / LET_GO < moved[1] / moved[0] < LET_GO:
+            yield Finding(
+                "gain_changes", "warning", name,
+                f"in the second half of the log it moves {moved[1] / moved[0]:.2f} times as much "
+                "as in the first one for the same readings of its siblings",
+                "check its glue, its screws and the gain of its converter",
+            )  # fmt: skip
+
+
+@listed
+def check_hum(time_s: FloatArray, readings: FloatArray, names: Sequence[str]) -> Iterator[Finding]:
+    """Find a line in the upper half of one channel's spectrum (Fisher 1929), and in no other's."""
+    good = np.isfinite(readings).all(axis=1)
+    steps = np.diff(time_s[good])
+    if good.sum() < _FEWEST or not np.median(steps) > 0 or np.ptp(steps) > np.median(steps):
+        return
+    step = float(np.median(steps))
+    values = readings[good] - readings[good].mean(axis=0)
+    power = np.abs(np.fft.rfft(values * np.hanning(len(values))[:, None], axis=0)) ** 2
+    frequency = np.fft.rfftfreq(len(values), step)
+    upper = frequency > frequency[-1] / 2
+    power = power[upper]
+    scale = np.maximum(np.var(values, axis=0), 1e-300)
+    for i, name in enumerate(names):
+        whole = float(power[:, i].sum())
+        at = int(np.argmax(power[:, i]))
+        # a window spreads a line over three neighbours
+        line = float(power[max(at - 1, 0) : at + 2, i].sum())
+        if not whole > 0:
+            continue
+        bins = power.shape[0] / 3
+        chance = bins * (1.0 - line / whole) ** (bins - 1)
+        others = np.median(np.delete(power[at] / scale, i)) if len(names) > 1 else 0.0
+        amplitude = 4.0 * np.sqrt(power[at, i]) / len(values)
+        if (
+            chance < HUM_BY_CHANCE
+            and amplitude > HUM_SHARE * float(np.ptp(values[:, i]))
+            and others < HUM_OTHERS * power[at, i] / scale[i]
+        ):
+            yield Finding(
+                "hum", "warning", name,
+                f"a line of {frequency[upper][at]:.4g} Hz of {amplitude:,.4g} counts, in no other "
+                "channel",
+                "check its shield and its ground; a mains frequency may appear folded down",
+            )  # fmt: skip
+
+
+@listed
+def check_sides(
+    share: FloatArray, height_m: FloatArray, across_m: FloatArray, names: Sequence[str]
+) -> Iterator[Finding]:
+    """Compare which foot carries with which foot is in the air, and which lies on the left.
+
+    Parameters
+    ----------
+    share
+        Of each foot in the whole force, zeros taken from the smallest reading, shape (n, 2).
+    height_m
+        Of each foot above its lowest place, shape (n, 2).
+    across_m
+        How far the first foot lies to the left of the second one, shape (n,).
+    """
+    crossed = float(np.nanmedian(across_m)) if np.isfinite(across_m).any() else 0.0
+    if crossed < 0:
+        yield Finding(
+            "feet_exchanged", "alarm", " and ".join(f"{n} foot" for n in names),
+            f"the {names[0]} foot lies {-1e3 * crossed:.0f} mm to the right of the {names[1]} one",
+            "exchange the feet in the stream of the body, or turn its axes",
+        )  # fmt: skip
+        return
+    carries = []
+    for k in (0, 1):
+        in_air = (height_m[:, k] > LIFTED_M) & (height_m[:, 1 - k] < LIFTED_M / 2)
+        values = share[in_air & np.isfinite(share).all(axis=1), k]
+        if values.size < 20:
+            return
+        carries.append(float(np.median(values)))
+    if min(carries) > EXCHANGED_SHARE:
+        yield Finding(
+            "feet_exchanged", "alarm", " and ".join(names),
+            f"each foot carries {100 * min(carries):.0f} % of the robot while it is in the air",
+            "exchange the plugs, or the names in the recipe, of left and right",
+        )  # fmt: skip
