@@ -158,6 +158,8 @@ def check_gains_halfway(readings: FloatArray, names: Sequence[str]) -> Iterator[
     if len(good) < 2 * _FEWEST or len(names) < 3:
         return
     halves = np.array_split(good, 2)
+    if min(float(np.ptp(half, axis=0).min()) for half in halves) <= 0:
+        return  # a cell that stands still is another finding
     for i, name in enumerate(names):
         others = np.delete(np.arange(len(names)), i)
         design = [np.column_stack([np.ones(len(h)), h[:, others]]) for h in halves]
