@@ -30,6 +30,9 @@ ACROSS_RAD, IN_DEGREES = 0.8, 0.3
 """Steps turn the line from foot to foot by half a radian; a heading that lies further off, and
 as degrees within this share of it, is one in degrees."""
 _ACC_UNITS = {1.0 / 9.80665: "in g", 1e3: "in mm/s²", 1e2: "in cm/s²", -1.0: "of turned sign"}
+_STAMP_UNITS = (
+    (1e3, "ms", "milliseconds"), (1e6, "us", "microseconds"), (1e9, "ns", "nanoseconds"),
+)  # fmt: skip
 _PILED, _FAR = 5, 5.0
 """Samples at an extreme value, and its distance in robust sd, from which a range was too small."""
 _FEWEST = 20
@@ -42,9 +45,6 @@ _UNEXPLAINED, _EXPLAINED = 0.6, 0.85
 
 def _alarm(code: str, where: str, sentence: str, remedy: str) -> Finding:
     return Finding(code, "alarm", where, sentence, remedy)
-
-
-_SHORT = {"milliseconds": "ms", "microseconds": "us", "nanoseconds": "ns"}
 
 
 def check_stamp_unit(
@@ -66,11 +66,12 @@ def check_stamp_unit(
     usual = float(np.median(steps))
     if FASTEST_S < usual <= slowest_s:
         return []
-    factors = {1e3: "milliseconds", 1e6: "microseconds", 1e9: "nanoseconds"}
-    unit = next((u for f, u in factors.items() if FASTEST_S * 10 < usual / f <= slowest_s), None)
-    scaled = unit if unit and usual > slowest_s else None
-    cause = f"the stamps look like {scaled}" if scaled else "they are no seconds"
-    short = _SHORT.get(scaled or "", "ms")
+    cause, short = "they are no seconds", "ms"
+    if usual > slowest_s:
+        for factor, unit, name in _STAMP_UNITS:
+            if FASTEST_S * 10 < usual / factor <= slowest_s:
+                cause, short = f"the stamps look like {name}", unit
+                break
     return [
         _alarm(
             "stamps_not_seconds", where,

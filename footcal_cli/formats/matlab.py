@@ -77,7 +77,7 @@ def _signals(struct: Any) -> dict[str, Array]:
     """
     values = np.asarray(struct.values)
     labels = [word.strip() for word in re.split(r"[,;]", str(struct.label))]
-    columns = list(values.reshape(len(values), -1).T) if values.ndim in (1, 2) else []
+    columns = list(np.atleast_2d(values.T)) if values.ndim in (1, 2) else []
     if len(set(labels)) != len(columns) or not all(labels):
         return {}
     return dict(zip(labels, columns, strict=True))

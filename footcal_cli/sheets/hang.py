@@ -27,6 +27,7 @@ from footcal_cli.sheets.hang_tables import (
     parameter_sheet,
     residuals_by_stage,
     rmse_rows,
+    sensor_of,
     without_intervals,
 )
 
@@ -115,7 +116,7 @@ def _pictures(
     thing: str,
 ) -> tuple[Picture, ...]:
     """Figures of the method that was asked for: `own`, or the joint fit where None."""
-    sensor = "leg" if thing == "leg" else "transducer"
+    sensor = sensor_of(thing)
     stages = {s: _largest_rms(legs) for s, legs in residuals.items() if s in ("before", "after")}
     pictures = [
         Picture(

@@ -88,7 +88,7 @@ def parameter_sheet(chosen: Mapping[str, Estimates], thing: str) -> Sheet:
         )
     return Sheet(
         f"Offsets and {thing} weight",
-        (_head(thing), "weight (N)", "fx (N)", "fy (N)", "fz (N)", "tx (mNm)", "ty (mNm)",
+        (sensor_of(thing), "weight (N)", "fx (N)", "fy (N)", "fz (N)", "tx (mNm)", "ty (mNm)",
          "tz (mNm)"),
         rows,
         note="± one standard deviation, autocorrelation of the noise counted; without ± the method "
@@ -96,8 +96,8 @@ def parameter_sheet(chosen: Mapping[str, Estimates], thing: str) -> Sheet:
     )  # fmt: skip
 
 
-def _head(thing: str) -> str:
-    """What a row of a table is of: a leg, or a transducer that holds a tool."""
+def sensor_of(thing: str) -> str:
+    """What a row or a violin is of: a leg, or a transducer that holds a tool."""
     return "leg" if thing == "leg" else "transducer"
 
 
@@ -125,7 +125,7 @@ def com_sheet(chosen: Mapping[str, Estimates], thing: str) -> Sheet:
             rows.append((leg, axis, *cells))
     return Sheet(
         f"{thing.capitalize()} CoM in the transducer frame",
-        (_head(thing), "axis", "mean (mm)", "sin φ (mm)", "cos φ (mm)"),
+        (sensor_of(thing), "axis", "mean (mm)", "sin φ (mm)", "cos φ (mm)"),
         rows,
         note="First harmonic shown; parameters.json has all.",
     )
@@ -150,7 +150,7 @@ def method_sheets(
     return (
         Sheet(
             "Methods side by side",
-            (_head(thing), "method", "weight (N)", "fx", "fy", "fz", "tx", "ty", "tz"),
+            (sensor_of(thing), "method", "weight (N)", "fx", "fy", "fz", "tx", "ty", "tz"),
             rows,
             note="stepwise: Wu & Revzen, III-A, biased low in weight by about the cosine of the "
             "tilt; "
@@ -175,7 +175,7 @@ def noise_sheet(fits: Mapping[str, HangFit], thing: str) -> Sheet:
     ]
     return Sheet(
         "Noise and evidence",
-        (_head(thing), "fx (N)", "fy", "fz", "tx (Nm)", "ty", "tz", "samples", "independent",
+        (sensor_of(thing), "fx (N)", "fy", "fz", "tx (Nm)", "ty", "tz", "samples", "independent",
          "harmonics: BIC above the best"),
         rows,
         note="Slow noise makes neighbouring samples say the same thing; intervals count the "

@@ -55,7 +55,8 @@ class Fingerprint:
     labels
         Hash of every row's session and repetition, shape (n,).
     settings, readings
-        Hashes of every row's counts and of all else but labels, shape (n,).
+        Without stamps: hash of every row's other columns and of its counts, shape (n,); empty with
+        stamps, which tell rows apart.
     """
 
     name: str
@@ -74,16 +75,18 @@ def fingerprint(table: Table) -> Fingerprint:
     data = table.data.drop(columns=[n for n in table.data.columns if n in _LABELS])
     hashes = {str(name): _column_hashes(data[name], str(name)) for name in sorted(data.columns)}
     stamps = None
+    others = read = np.zeros(0, dtype=np.uint64)
     if "time_s" in hashes:
         texts = [n for n in hashes if not pd.api.types.is_numeric_dtype(data[n])]
         stamps = _joined([hashes[name] for name in ("time_s", *texts)])
+    else:
+        none = np.zeros(len(table), dtype=np.uint64)
+        read, others = (
+            _joined([none, *(h for name, h in hashes.items() if name.endswith("counts") is own)])
+            for own in (True, False)
+        )
     labels = [_column_hashes(table.data[n], n) for n in sorted(_LABELS & set(table.data.columns))]
     labelled = _joined(labels) if labels else np.zeros(len(table), dtype=np.uint64)
-    none = np.zeros(len(table), dtype=np.uint64)
-    read, others = (
-        _joined([none, *(h for name, h in hashes.items() if name.endswith("counts") is own)])
-        for own in (True, False)
-    )
     return Fingerprint(
         table.path.name, tuple(hashes), _joined(list(hashes.values())), stamps, labelled, others,
         read,

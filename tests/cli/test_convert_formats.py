@@ -79,6 +79,15 @@ def test_channels_of_a_c3d_keep_their_unit_as_suffix(tmp_path: Path, run: Run) -
     assert points["heel.y_mm"].tolist() == [20.0, 20.0, 20.0]
 
 
+def test_a_workspace_structure_without_samples_holds_no_columns(tmp_path: Path, run: Run) -> None:
+    """It ended with exit code 70."""
+    signals = {"values": np.zeros((0, 2)), "label": "load,raw"}
+    savemat(tmp_path / "empty.mat", {"out": {"time": np.zeros(0), "signals": signals}})
+    answer = run("convert", tmp_path / "empty.mat", "--out", tmp_path / "out")
+    assert answer.exit_code == 3, answer.err
+    assert "nothing in it can be written as columns" in answer.err
+
+
 # ------------------------------------------------------------------ arrays
 def test_nested_structs_become_tables_by_their_length(tmp_path: Path, run: Run) -> None:
     content = {

@@ -16,6 +16,7 @@ from tests.strangers.rigs import (
     Cell,
     G,
     Made,
+    Rng,
     Tool,
     Truth,
     attitudes,
@@ -29,7 +30,6 @@ from tests.strangers.rigs import (
     write,
 )
 
-Rng = np.random.Generator
 LB = 0.45359237
 
 

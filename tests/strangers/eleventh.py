@@ -9,28 +9,23 @@ from pathlib import Path
 
 import numpy as np
 from scipy.io import savemat
-from scipy.spatial.transform import Rotation
 
 from tests.strangers.rigs import (
-    Array,
     Cell,
     G,
     Made,
-    Tool,
+    Rng,
     Truth,
-    attitudes,
     cell,
     filled,
     rows,
     settling,
     steps,
-    tool,
     tool_truth,
     truth_of,
+    wrist,
     write,
 )
-
-Rng = np.random.Generator
 
 
 def serial_monitor_stamps(to: Path, rng: Rng) -> Made:
@@ -125,15 +120,9 @@ def simulink_structure(to: Path, rng: Rng) -> Made:
                 fill=lambda text: text.replace('unit = "?"', 'unit = "N"'))  # fmt: skip
 
 
-def _wrist(rng: Rng, poses: int = 12, hold: int = 25) -> tuple[Tool, Array, Rotation]:
-    made = tool(rng)
-    rot, _ = attitudes(rng, poses, hold)
-    return made, made.read(-rot[:, 2, :], rng), Rotation.from_matrix(rot)
-
-
 def echo_csv_of_two_topics(to: Path, rng: Rng) -> Made:
     """`ros2 topic echo --csv` of a wrench and of a pose, neither with names."""
-    made, wrench, rot = _wrist(rng)
+    made, wrench, rot = wrist(rng)
     stamps = [f"{1700000000 + i // 100},{10_000_000 * (i % 100)}" for i in range(len(wrench))]
     ft = [f"{s},ft_frame," + ",".join(f"{v:.6f}" for v in w)
           for s, w in zip(stamps, wrench, strict=True)]  # fmt: skip
@@ -144,7 +133,7 @@ def echo_csv_of_two_topics(to: Path, rng: Rng) -> Made:
 
 def plotjuggler_tf(to: Path, rng: Rng) -> Made:
     """PlotJuggler: a wrench and the rotation of tf in one table, all rows filled."""
-    made, wrench, rot = _wrist(rng)
+    made, wrench, rot = wrist(rng)
     names = ["__time", *(f"/ft_sensor/wrench/{k}/{a}" for k in ("force", "torque") for a in "xyz"),
              *(f"/tf/base_link/tool0/translation/{a}" for a in "xyz"),
              *(f"/tf/base_link/tool0/rotation/{a}" for a in "xyzw")]  # fmt: skip
@@ -156,7 +145,7 @@ def plotjuggler_tf(to: Path, rng: Rng) -> Made:
 
 def bota_rokubi(to: Path, rng: Rng) -> Made:
     """Bota's console: microseconds, status, wrench, its own accelerometer in g, temperature."""
-    made, wrench, rot = _wrist(rng)
+    made, wrench, rot = wrist(rng)
     felt = rot.as_matrix()[:, 2, :] + rng.normal(0, 0.002, (len(wrench), 3))
     head = ("timestamp[us],status,Fx[N],Fy[N],Fz[N],Mx[Nm],My[Nm],Mz[Nm],"
             "acc_x[g],acc_y[g],acc_z[g],temperature[°C]")  # fmt: skip
@@ -167,7 +156,7 @@ def bota_rokubi(to: Path, rng: Rng) -> Made:
 
 def poses_in_a_sheet(to: Path, rng: Rng) -> Made:
     """An ATI sensor's log with the number of the pose, and a sheet of poses with quaternions."""
-    made, wrench, rot = _wrist(rng)
+    made, wrench, rot = wrist(rng)
     names = "pose,Fx,Fy,Fz,Tx,Ty,Tz"
     log = rows(np.repeat(np.arange(1, 13), 25), *wrench.T, form="%.6g")
     sheet = rows(np.arange(1, 13), *rot.as_quat()[::25].T, form="%.6g")

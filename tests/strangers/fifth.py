@@ -15,6 +15,7 @@ from tests.strangers.rigs import (
     Array,
     G,
     Made,
+    Rng,
     Tool,
     Truth,
     attitudes,
@@ -28,7 +29,6 @@ from tests.strangers.rigs import (
     write,
 )
 
-Rng = np.random.Generator
 AXES = np.vstack([np.eye(3), -np.eye(3)])
 
 

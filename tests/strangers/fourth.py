@@ -12,6 +12,7 @@ import numpy as np
 from tests.strangers.rigs import (
     G,
     Made,
+    Rng,
     cell,
     filled,
     rows,
@@ -21,7 +22,6 @@ from tests.strangers.rigs import (
     write,
 )
 
-Rng = np.random.Generator
 KG = (0.0, 0.5, 1.0, 1.5, 2.0)
 
 

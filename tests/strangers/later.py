@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 from tests.strangers.rigs import (
     G,
     Made,
+    Rng,
     attitudes,
     cell,
     filled,
@@ -23,7 +24,6 @@ from tests.strangers.rigs import (
     write,
 )
 
-Rng = np.random.Generator
 KG = (0.0, 0.5, 1.0, 1.5, 2.0)
 
 

@@ -10,9 +10,8 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from tests.strangers.rigs import Array, Made, Tool, Truth, attitudes, rows, tool_truth, write
+from tests.strangers.rigs import Array, Made, Rng, Tool, Truth, attitudes, rows, tool_truth, write
 
-Rng = np.random.Generator
 WRENCH = ("Fx", "Fy", "Fz", "Tx", "Ty", "Tz")
 
 

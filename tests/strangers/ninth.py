@@ -9,16 +9,13 @@ import json
 from pathlib import Path
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from tests.strangers.rigs import (
-    Array,
     Cell,
     G,
     Made,
-    Tool,
+    Rng,
     Truth,
-    attitudes,
     cell,
     filled,
     rows,
@@ -27,10 +24,9 @@ from tests.strangers.rigs import (
     tool,
     tool_truth,
     truth_of,
+    wrist,
     write,
 )
-
-Rng = np.random.Generator
 
 
 def polish_sheet(to: Path, rng: Rng) -> Made:
@@ -130,15 +126,9 @@ def creep_press(to: Path, rng: Rng) -> Made:
                 truth_of(one, 300))  # fmt: skip
 
 
-def _wrist(rng: Rng, poses: int = 12, hold: int = 25) -> tuple[Tool, Array, Rotation]:
-    made = tool(rng)
-    rot, _ = attitudes(rng, poses, hold)
-    return made, made.read(-rot[:, 2, :], rng), Rotation.from_matrix(rot)
-
-
 def urscript_pose(to: Path, rng: Rng) -> Made:
     """UR: poses and forces printed as they are (`p[…]`, `[…]`), one line each sample."""
-    made, wrench, rot = _wrist(rng)
+    made, wrench, rot = wrist(rng)
     lines = []
     for w, r in zip(wrench, rot.as_rotvec(), strict=True):
         pose = ", ".join(f"{v:.6f}" for v in (0.4, 0.1, 0.5, *r))
@@ -148,7 +138,7 @@ def urscript_pose(to: Path, rng: Rng) -> Made:
 
 def apollo_tilt(to: Path, rng: Rng) -> Made:
     """Two inclinometer angles beside the wrench: no yaw, degrees, German."""
-    made, wrench, rot = _wrist(rng)
+    made, wrench, rot = wrist(rng)
     _, pitch, roll = rot.as_euler("ZYX", degrees=True).T
     head = (
         "Zeit [s];Kraft X [N];Kraft Y [N];Kraft Z [N];Moment X [Nm];Moment Y [Nm];Moment Z [Nm];"
@@ -161,7 +151,7 @@ def apollo_tilt(to: Path, rng: Rng) -> Made:
 
 def homogeneous_rows(to: Path, rng: Rng) -> Made:
     """A pose as twelve numbers, three rows of four, names T00 … T23."""
-    made, wrench, rot = _wrist(rng)
+    made, wrench, rot = wrist(rng)
     pose = np.concatenate([rot.as_matrix(), np.full((len(wrench), 3, 1), 0.4)], axis=2)
     head = ["t", *(f"T{i}{j}" for i in range(3) for j in range(4)), *(f"F{a}" for a in "xyz"),
             *(f"M{a}" for a in "xyz")]  # fmt: skip
@@ -181,7 +171,7 @@ def sides_as_numbers(to: Path, rng: Rng) -> Made:
 
 def millinewtons(to: Path, rng: Rng) -> Made:
     """A nano sensor: mN and N·mm, micrometres beside, a quaternion by words."""
-    made, wrench, rot = _wrist(rng)
+    made, wrench, rot = wrist(rng)
     head = ("t (ms)\tFx (mN)\tFy (mN)\tFz (mN)\tTx (Nmm)\tTy (Nmm)\tTz (Nmm)"
             "\tquaternion w\tquaternion x\tquaternion y\tquaternion z")  # fmt: skip
     q = np.roll(rot.as_quat(), 1, axis=1)

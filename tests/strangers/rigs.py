@@ -11,9 +11,11 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 Array = NDArray[np.float64]
-Write = Callable[[Path, np.random.Generator], "Made"]
+Rng = np.random.Generator
+Write = Callable[[Path, Rng], "Made"]
 G = 9.80665
 
 
@@ -58,13 +60,13 @@ class Cell:
     bias: float
     noise: float
 
-    def read(self, load_n: Array, rng: np.random.Generator, whole: bool = True) -> Array:
+    def read(self, load_n: Array, rng: Rng, whole: bool = True) -> Array:
         """Readings under loads."""
         values = (load_n - self.bias) / self.scale + rng.normal(0, self.noise, np.shape(load_n))
         return np.round(values) if whole else values
 
 
-def cell(rng: np.random.Generator, kind: str = "hx711") -> Cell:
+def cell(rng: Rng, kind: str = "hx711") -> Cell:
     """A cell behind a 24-bit converter, a 10-bit one, or an amplifier that gives volts."""
     scale, zero, noise = {
         "hx711": (-3.4e-5, 8.3e6, 40.0), "adc10": (0.11, 12.0, 0.4), "adc12": (0.02, 300.0, 1.0),
@@ -115,7 +117,7 @@ class Tool:
     com_m: Array
     offset: Array
 
-    def read(self, gravity: Array, rng: np.random.Generator) -> Array:
+    def read(self, gravity: Array, rng: Rng) -> Array:
         """Wrenches [fx fy fz tx ty tz] under directions of gravity (n, 3)."""
         force = self.weight_n * gravity
         torque = np.cross(self.com_m[None, :], force)
@@ -123,7 +125,7 @@ class Tool:
         return np.asarray(np.hstack([force, torque]) + self.offset + noise)
 
 
-def tool(rng: np.random.Generator) -> Tool:
+def tool(rng: Rng) -> Tool:
     """A gripper of some newtons, a hand's breadth in front of the flange."""
     return Tool(
         float(rng.uniform(6, 14)),
@@ -141,12 +143,19 @@ def tool_truth(made: Tool, leg: str = "") -> Truth:
     return Truth(truth, within)
 
 
-def attitudes(rng: np.random.Generator, poses: int, hold: int) -> tuple[Array, Array]:
+def attitudes(rng: Rng, poses: int, hold: int) -> tuple[Array, Array]:
     """Random attitudes of a wrist held still: rotations body to world (n, 3, 3), rpy (n, 3)."""
     from scipy.spatial.transform import Rotation
 
     rpy = np.repeat(rng.uniform([-3.1, -1.4, -3.1], [3.1, 1.4, 3.1], (poses, 3)), hold, axis=0)
     return Rotation.from_euler("xyz", rpy).as_matrix(), rpy
+
+
+def wrist(rng: Rng, poses: int = 12, hold: int = 25) -> tuple[Tool, Array, Rotation]:
+    """A wrist that holds a tool: the tool, its wrenches in attitudes held one by one, these."""
+    made = tool(rng)
+    rot, _ = attitudes(rng, poses, hold)
+    return made, made.read(-rot[:, 2, :], rng), Rotation.from_matrix(rot)
 
 
 def filled(**values: str) -> Callable[[str], str]:

@@ -9,6 +9,7 @@ import numpy as np
 from tests.strangers.rigs import (
     G,
     Made,
+    Rng,
     cell,
     rows,
     settling,
@@ -17,7 +18,6 @@ from tests.strangers.rigs import (
     write,
 )
 
-Rng = np.random.Generator
 KG = (0.0, 0.5, 1.0, 1.5, 2.0)
 
 

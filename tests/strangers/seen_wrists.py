@@ -9,6 +9,7 @@ import numpy as np
 from tests.strangers.rigs import (
     Array,
     Made,
+    Rng,
     Tool,
     attitudes,
     rows,
@@ -17,7 +18,6 @@ from tests.strangers.rigs import (
     write,
 )
 
-Rng = np.random.Generator
 ROS = [f"field.wrench.{k}.{a}" for k in ("force", "torque") for a in "xyz"]
 
 

@@ -11,9 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.strangers.rigs import Cell, G, Made, cell, rows, settling, steps, truth_of, write
+from tests.strangers.rigs import Cell, G, Made, Rng, cell, rows, settling, steps, truth_of, write
 
-Rng = np.random.Generator
 LB, OZ = 0.45359237, 0.028349523125
 
 

@@ -6,9 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.strangers.rigs import Cell, G, Made, Truth, filled, rows, settling, write
+from tests.strangers.rigs import Cell, G, Made, Rng, Truth, filled, rows, settling, write
 
-Rng = np.random.Generator
 STAND_IN = 0.1
 """Shares of the cells that stand in for a plate are known to 0.05 each, two of that are allowed."""
 FOUR = ("FL", "FR", "RL", "RR")

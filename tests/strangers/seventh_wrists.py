@@ -8,9 +8,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from tests.strangers.legged import _hung
-from tests.strangers.rigs import Array, Made, Tool, attitudes, rows, tool, tool_truth, write
+from tests.strangers.rigs import Array, Made, Rng, Tool, attitudes, rows, tool, tool_truth, write
 
-Rng = np.random.Generator
 SIDES = {"X down": (1, 0, 0), "X up": (-1, 0, 0), "Y down": (0, 1, 0), "Y up": (0, -1, 0),
          "Z down": (0, 0, 1), "Z up": (0, 0, -1)}  # fmt: skip
 

@@ -16,6 +16,7 @@ from tests.strangers.rigs import (
     Cell,
     G,
     Made,
+    Rng,
     Truth,
     cell,
     rows,
@@ -25,7 +26,6 @@ from tests.strangers.rigs import (
     write,
 )
 
-Rng = np.random.Generator
 FOUR = ("fl", "fr", "rl", "rr")
 
 

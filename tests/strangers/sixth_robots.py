@@ -9,9 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from tests.strangers.legged import _hung
-from tests.strangers.rigs import Cell, G, Made, Truth, filled, rows, settling, write
-
-Rng = np.random.Generator
+from tests.strangers.rigs import Cell, G, Made, Rng, Truth, filled, rows, settling, write
 
 
 def go2_lowstate_json(to: Path, rng: Rng) -> Made:

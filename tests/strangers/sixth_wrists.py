@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 from tests.strangers.rigs import (
     Array,
     Made,
+    Rng,
     Tool,
     Truth,
     attitudes,
@@ -21,7 +22,6 @@ from tests.strangers.rigs import (
     write,
 )
 
-Rng = np.random.Generator
 SIDES = {"+x": (1, 0, 0), "-x": (-1, 0, 0), "+y": (0, 1, 0), "-y": (0, -1, 0),
          "+z": (0, 0, 1), "-z": (0, 0, -1)}  # fmt: skip
 

@@ -8,35 +8,25 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from tests.strangers.rigs import (
-    Array,
     G,
     Made,
-    Tool,
+    Rng,
     Truth,
-    attitudes,
     filled,
     rows,
     settling,
     tool,
     tool_truth,
+    wrist,
     write,
 )
-
-Rng = np.random.Generator
-
-
-def _wrist(rng: Rng, poses: int = 12, hold: int = 25) -> tuple[Tool, Array, Rotation]:
-    made = tool(rng)
-    rot, _ = attitudes(rng, poses, hold)
-    return made, made.read(-rot[:, 2, :], rng), Rotation.from_matrix(rot)
 
 
 def rostopic_p(to: Path, rng: Rng) -> Made:
     """`rostopic echo -p`: wrench and pose topics, each a file with its own stamps."""
-    made, wrench, rot = _wrist(rng)
+    made, wrench, rot = wrist(rng)
     t = 1_700_000_000_000_000_000 + 10_000_000 * np.arange(len(wrench))
     axes = [f"field.wrench.{k}.{a}" for k in ("force", "torque") for a in "xyz"]
     ft = ["%time,field.header.seq,field.header.stamp,field.header.frame_id," + ",".join(axes)]
@@ -65,7 +55,7 @@ def ros2_echo_csv(to: Path, rng: Rng) -> Made:
 
 def robotiq_ft300(to: Path, rng: Rng) -> Made:
     """Robotiq's stream: six numbers in brackets, beside the arm's quaternion in columns."""
-    made, wrench, rot = _wrist(rng)
+    made, wrench, rot = wrist(rng)
     lines = ["time;ft300;qx;qy;qz;qw"]
     for i, (w, q) in enumerate(zip(wrench, rot.as_quat(), strict=True)):
         lines.append(f"{i / 100:.2f};({' , '.join(f'{v:.3f}' for v in w)});"
@@ -75,7 +65,7 @@ def robotiq_ft300(to: Path, rng: Rng) -> Made:
 
 def onrobot_hex(to: Path, rng: Rng) -> Made:
     """OnRobot's data visualisation: names with units, roll-pitch-yaw of the arm in degrees."""
-    made, wrench, rot = _wrist(rng)
+    made, wrench, rot = wrist(rng)
     yaw, pitch, roll = rot.as_euler("ZYX", degrees=True).T
     head = (
         "Time [s], Fx [N], Fy [N], Fz [N], Tx [Nm], Ty [Nm], Tz [Nm], Rx [deg], Ry [deg], Rz [deg]"
@@ -107,7 +97,7 @@ def ati_netft_demo(to: Path, rng: Rng) -> Made:
 
 def plotjuggler_odometry(to: Path, rng: Rng) -> Made:
     """PlotJuggler: topics at their own rates in one table, empty where a topic had no sample."""
-    made, wrench, rot = _wrist(rng, hold=50)
+    made, wrench, rot = wrist(rng, hold=50)
     names = ["__time", *(f"/ft/wrench/{k}/{a}" for k in ("force", "torque") for a in "xyz"),
              *(f"/imu/orientation/{a}" for a in "xyzw")]  # fmt: skip
     lines = [",".join(names)]
@@ -227,7 +217,7 @@ def row_per_foot_forces(to: Path, rng: Rng) -> Made:
 
 def unitless_wrist(to: Path, rng: Rng) -> Made:
     """Names without units; torques are in N·mm and the numbers show it; rotation in radians."""
-    made, wrench, rot = _wrist(rng)
+    made, wrench, rot = wrist(rng)
     yaw, pitch, roll = rot.as_euler("ZYX").T
     head = "t roll pitch yaw Fx Fy Fz Mx[Nmm] My[Nmm] Mz[Nmm]"
     body = rows(np.arange(len(wrench)) / 125, roll, pitch, yaw, *wrench[:, :3].T,

@@ -15,6 +15,7 @@ from tests.strangers.rigs import (
     Array,
     G,
     Made,
+    Rng,
     Tool,
     attitudes,
     cell,
@@ -28,7 +29,6 @@ from tests.strangers.rigs import (
     write,
 )
 
-Rng = np.random.Generator
 KG = (0.0, 0.5, 1.0, 1.5, 2.0)
 DOWN = {"plus_x": (1, 0, 0), "minus_x": (-1, 0, 0), "plus_y": (0, 1, 0), "minus_y": (0, -1, 0),
         "plus_z": (0, 0, 1), "minus_z": (0, 0, -1)}  # fmt: skip

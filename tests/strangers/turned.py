@@ -11,6 +11,7 @@ from tests.strangers.rigs import (
     Array,
     G,
     Made,
+    Rng,
     Tool,
     Truth,
     attitudes,
@@ -23,7 +24,6 @@ from tests.strangers.rigs import (
     write,
 )
 
-Rng = np.random.Generator
 HEAD = "time,fx,fy,fz,tx,ty,tz,"
 
 

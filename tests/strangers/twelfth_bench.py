@@ -13,6 +13,7 @@ from tests.strangers.rigs import (
     Cell,
     G,
     Made,
+    Rng,
     cell,
     rows,
     settling,
@@ -20,8 +21,6 @@ from tests.strangers.rigs import (
     truth_of,
     write,
 )
-
-Rng = np.random.Generator
 
 
 def r_write_csv(to: Path, rng: Rng) -> Made:

@@ -8,35 +8,26 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from tests.strangers.rigs import (
     Array,
     G,
     Made,
-    Tool,
+    Rng,
     Truth,
-    attitudes,
     filled,
     rows,
     settling,
     tool,
     tool_truth,
+    wrist,
     write,
 )
-
-Rng = np.random.Generator
-
-
-def _wrist(rng: Rng, poses: int = 12, hold: int = 25) -> tuple[Tool, Array, Rotation]:
-    made = tool(rng)
-    rot, _ = attitudes(rng, poses, hold)
-    return made, made.read(-rot[:, 2, :], rng), Rotation.from_matrix(rot)
 
 
 def kinova_kortex(to: Path, rng: Rng) -> Made:
     """Kortex feedback: `tool_pose_theta_x` in degrees, fixed axes x, y, z; joints beside."""
-    made, wrench, rot = _wrist(rng)
+    made, wrench, rot = wrist(rng)
     n = len(wrench)
     names = [*(f"joint_{i}_position" for i in range(7)), *(f"tool_pose_{a}" for a in "xyz"),
              *(f"tool_pose_theta_{a}" for a in "xyz"),
@@ -51,7 +42,7 @@ def kinova_kortex(to: Path, rng: Rng) -> Made:
 
 def kawasaki_oat(to: Path, rng: Rng) -> Made:
     """Kawasaki: O, A, T in degrees turn about z, y and the new z."""
-    made, wrench, rot = _wrist(rng)
+    made, wrench, rot = wrist(rng)
     oat = rot.as_euler("ZYZ", degrees=True)
     body = rows(*np.tile([[400.0], [10.0], [500.0]], len(wrench)), *oat.T, *wrench.T, form="%.5f")
     return Made([write(to / "as_log.csv", ["X,Y,Z,O,A,T,Fx,Fy,Fz,Mx,My,Mz", *body])],
@@ -60,7 +51,7 @@ def kawasaki_oat(to: Path, rng: Rng) -> Made:
 
 def xsens_quat(to: Path, rng: Rng) -> Made:
     """MT Manager's export: comments above, `Quat_q0 … q3` scalar first, the wrench beside."""
-    made, wrench, rot = _wrist(rng)
+    made, wrench, rot = wrist(rng)
     n, q = len(wrench), np.roll(rot.as_quat(), 1, axis=1)
     head = ["// General information:", "//  MT Manager version: 2022.0", "//  Update Rate: 100.0Hz",
             "PacketCounter,SampleTimeFine,Quat_q0,Quat_q1,Quat_q2,Quat_q3,FX,FY,FZ,TX,TY,TZ",
@@ -86,7 +77,7 @@ def german_orientations(to: Path, rng: Rng) -> Made:
 
 def zeros_where_lost(to: Path, rng: Rng) -> Made:
     """A driver that writes six zeros where it had no packet: one row in thirty."""
-    made, wrench, rot = _wrist(rng)
+    made, wrench, rot = wrist(rng)
     wrench[rng.permutation(len(wrench))[: len(wrench) // 30]] = 0.0
     body = rows(0.008 * np.arange(len(wrench)), *wrench.T, *rot.as_quat().T, form="%.5f")
     head = "t,Fx,Fy,Fz,Tx,Ty,Tz,qx,qy,qz,qw"

@@ -11,6 +11,7 @@ import numpy as np
 from tests.strangers.rigs import (
     G,
     Made,
+    Rng,
     attitudes,
     cell,
     rows,
@@ -22,7 +23,6 @@ from tests.strangers.rigs import (
     write,
 )
 
-Rng = np.random.Generator
 KG = (0.0, 0.5, 1.0, 1.5, 2.0)
 
 

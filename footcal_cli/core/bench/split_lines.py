@@ -10,8 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import fdtrc
 
+from footcal_cli.core.inference.linear import left_by
 from footcal_cli.core.parameters import FloatArray, IntArray
 
+_RCOND = 1e-12
 _LEAST = 3
 """Readings of a group from which a line has a residual."""
 
@@ -82,6 +84,4 @@ def split_lines(force: FloatArray, read: FloatArray, codes: IntArray) -> SplitLi
 
 def _residual(design: FloatArray, y: FloatArray) -> float:
     """Sum of squares that a linear model leaves of y, shape (n,)."""
-    scale = np.linalg.norm(design, axis=0)
-    scaled = design / np.where(scale > 0, scale, 1.0)
-    return float(np.sum((y - scaled @ np.linalg.lstsq(scaled, y, rcond=None)[0]) ** 2))
+    return float(np.sum(left_by(design, y, _RCOND) ** 2))

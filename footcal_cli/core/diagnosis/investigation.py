@@ -204,7 +204,8 @@ def _searched(
     """
     path = grown(subject, path, rules, seed)
     strict = replace(rules, share_set=1.0)
-    verdict, share = judged(subject, _at_its_size(subject, path), strict, seed)
+    sized = _at_its_size(subject, path)
+    verdict, share = judged(subject, sized, strict, seed)
     if verdict is Verdict.NAMED_UNKNOWN and not _matters(subject, path, beside=True):
         yield path, Verdict.NAMED, share
         return
@@ -212,8 +213,7 @@ def _searched(
     if verdict is Verdict.UNKNOWN and alone and not _matters(subject, path, beside=True):
         # what one name leaves of its form does not matter: it need not explain all of it
         least = replace(strict, share_partly=rules.share_set, share_form=rules.share_set)
-        as_small = judged(subject, _at_its_size(subject, path), least, seed)[0]
-        if as_small in (Verdict.NAMED, Verdict.NAMED_UNKNOWN):
+        if judged(subject, sized, least, seed)[0] in (Verdict.NAMED, Verdict.NAMED_UNKNOWN):
             yield path, Verdict.NAMED, share
             return
     if verdict is Verdict.UNKNOWN and not _matters(subject, path, beside=False):
