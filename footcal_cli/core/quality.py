@@ -229,6 +229,9 @@ def check_duplicate_channels(readings: FloatArray, channels: Sequence[str]) -> I
 
 STUCK_SECONDS = 1.0
 """A channel that shows one value for longer while others move is stuck."""
+FEW_STEPS = 50
+"""Siblings that take fewer different values are of a coarse converter, of which a channel that is
+loaded a little may rest between two."""
 
 
 LATE_SHARE = 0.01
@@ -294,17 +297,21 @@ def check_clock(time_s: FloatArray, stream: str) -> Iterator[Finding]:
 
 @listed
 def check_stream(
-    time_s: FloatArray, readings: FloatArray, channels: Sequence[str]
+    time_s: FloatArray | None, readings: FloatArray, channels: Sequence[str]
 ) -> Iterator[Finding]:
     """Find lost samples, stuck and duplicated channels of a stream.
 
     Parameters
     ----------
+    time_s
+        Shape (n,); None of rows that are no stream in time.
     readings
         Shape (n, c); NaN where a sample was lost.
     """
     yield from check_duplicate_channels(readings, channels)
-    step_s = float(np.median(np.diff(time_s))) if time_s.size > 2 else np.nan
+    step_s = STUCK_SECONDS
+    if time_s is not None:
+        step_s = float(np.median(np.diff(time_s))) if time_s.size > 2 else np.nan
     longest = np.array([_longest_run(readings[:, i]) for i in range(len(channels))])
     for name, column, run in zip(channels, readings.T, longest, strict=True):
         lost = int(np.sum(~np.isfinite(column)))
@@ -316,12 +323,20 @@ def check_stream(
                 "check the connection of the channel; lost samples are left out",
             )  # fmt: skip
         others = float(np.median(longest)) if longest.size > 1 else 0.0
-        if run * step_s > STUCK_SECONDS and run > 10 * max(others, 1.0):
+        stuck = run * step_s > STUCK_SECONDS and run > 10 * max(others, 1.0)
+        if stuck and not _rests_between_steps(readings, name, channels):
+            lasts = f"{run} rows" if time_s is None else f"{run * step_s:.3g} s ({run} samples)"
             yield Finding(
-                "stuck_channel", "alarm", name,
-                f"one value for {run * step_s:.3g} s ({run} samples) while others move",
+                "stuck_channel", "alarm", name, f"one value for {lasts} while others move",
                 "check that the channel is connected and that its reading is refreshed",
             )  # fmt: skip
+
+
+def _rests_between_steps(readings: FloatArray, name: str, channels: Sequence[str]) -> bool:
+    """Whether a channel of a coarse converter takes two values at most."""
+    own = list(channels).index(name)
+    values = [np.unique(column[np.isfinite(column)]).size for column in readings.T]
+    return values[own] <= 2 and float(np.median(np.delete(values, own))) < FEW_STEPS
 
 
 def check_frozen(time_s: FloatArray, readings: FloatArray, stream: str) -> list[Finding]:
