@@ -75,7 +75,7 @@ def verdict_of(found: Comparison, method: str) -> VerdictRecord:
         ratio, p = found.ratios[other, reference, "cop"]
         details.append(
             f"CoP error {in_words(ratio)} × that of {_METHODS[other]} over {ratio.n} gait cycles "
-            f"(Wilcoxon p {p_in_words(p)})."
+            f"(Wilcoxon p {'' if p < 0.001 else '= '}{p_in_words(p)})."
             if method == "memory"
             else f"The estimator with memory has {in_words(ratio)} × the CoP error of "
             f"{_METHODS[other]} on this walk."
@@ -83,10 +83,9 @@ def verdict_of(found: Comparison, method: str) -> VerdictRecord:
     states = found.memory.track
     errors = []
     if "robot.delay" in states.names:
-        errors.append(
-            f"body stream {with_sd(1e3 * found.memory.delay_s, 1e3 * found.memory.delay_sd_s)} ms "
-            "later than compensated"
-        )
+        late, sd = states.at_end("robot.delay")
+        late = 1e3 * (late + found.memory.delay_s)
+        errors.append(f"body stream {with_sd(late, 1e3 * sd)} ms later than compensated")
     for axis in "xy":
         name = f"robot.com_correction_{axis}"
         if name in states.names:
@@ -256,12 +255,12 @@ def pictures_of(
             zoom=True),
     ]  # fmt: skip
     if states:
+        found_first = {"robot.delay": memory.delay_s}
         pictures.append(
-            Picture("states", lambda: plots.plot_states(track, states, STATE_UNITS),
-                    "Estimated errors of the body stream and the feet; the delay is on top of "
-                    f"{1e3 * memory.delay_s:.1f} ms found first.",
+            Picture("states", lambda: plots.plot_states(track, states, STATE_UNITS, found_first),
+                    "Estimated errors of the body stream and the feet.",
                 title="Errors of the body stream along the walk",
-                result=lambda: _states_at_end(track, states), zoom=True)
+                result=lambda: _states_at_end(track, states, found_first), zoom=True)
         )  # fmt: skip
     if curves:
         pictures.append(
@@ -309,12 +308,13 @@ def _known_to(track: Track, jumps: int) -> str:
     return f"Known at the end: {', '.join(words)} or better; {plural(jumps, 'jump')}."
 
 
-def _states_at_end(track: Track, names: Sequence[str]) -> str:
+def _states_at_end(track: Track, names: Sequence[str], on_top_of: Mapping[str, float]) -> str:
     """Every error of the body stream at the end of the walk."""
     words = []
     for name in names:
         factor, unit = STATE_UNITS.get(name, (1.0, track.units[track.names.index(name)]))
         value, sd = track.at_end(name)
+        value += on_top_of.get(name, 0.0)
         words.append(f"{plots.state_in_words(name)} {with_sd(factor * value, factor * sd)} {unit}")
     return f"At the end: {'; '.join(words)}."
 

@@ -77,7 +77,9 @@ def size_words(item: Found) -> str:
         seen = interval.low * interval.high > 0 or parameter == signature.parameter
         if owner == item.owner and parameter not in shapes and seen:
             called = _size_name(parameter, signature.effect)
-            said.append(f"{called}{_handy(interval, signature.unit)}")
+            # the size of an effect holds in every form that the data leave open
+            own = item.cause.size if parameter == signature.parameter else interval
+            said.append(f"{called}{_handy(own, signature.unit)}")
     return f"{whose}{', '.join(said)}" if said else ""
 
 
