@@ -149,33 +149,32 @@ def _how_run(found: Comparison) -> str:
     if found.causal:
         first = " of the first part" if parts else ""
         return (
-            f"Live: filtered, and learnt after 8, 16, 32 … s{first}, from the past alone; of the "
-            f"latency of the low-pass nothing is counted as error.{parts}"
+            f"Live: filtered, and learnt after 8, 16, 32 … s{first}, from the past alone; the "
+            f"latency of the low-pass is not counted as an error.{parts}"
         )
     return (
-        f"After the fact: delay, noise and doubted states are learnt {taught}, the low-pass has no "
-        f"lag; --causal runs as a robot would.{parts}"
+        f"After the fact: delay, noise and uncertain states are learnt {taught}, the low-pass has "
+        f"no lag; --causal runs as a robot would.{parts}"
     )
 
 
 def footer_of(found: Comparison, papers: PaperMethods | None, delay_s: float) -> tuple[str, ...]:
-    """What was assumed, for who wants to repeat it."""
+    """What was assumed, for those who want to repeat it."""
     c = found.consistency
     return (
         _how_run(found),
-        f"Normalised innovation squared {c.ratio:.3f} (95 % band for as many independent ones as "
-        f"these are worth [{c.low:.3f}, {c.high:.3f}]), {100 * c.inside:.0f} % of {c.updates} "
+        f"Normalised innovation squared {c.ratio:.3f} (95 % band for the number of independent "
+        f"ones [{c.low:.3f}, {c.high:.3f}]), {100 * c.inside:.0f} % of {c.updates} "
         f"updates inside their own band, lag-one correlation of the force innovation "
         f"{c.whiteness:.2f}.",
-        f"Covariances × {found.memory.repeated:.2f} for errors that come back in every gait cycle."
+        f"Covariances × {found.memory.repeated:.2f} for errors that repeat in every gait cycle."
         + (
             f" Total force and moments count up to {found.memory.band_hz:.1f} Hz: above that the "
             "motion's errors repeat with the steps."
             if found.memory.band_hz < np.inf
             else ""
         ),
-        f"{found.taught[0]} of {found.taught[1]} updates taught "
-        "something; the others changed nothing.",
+        f"{found.taught[0]:,} of {found.taught[1]:,} updates changed the estimate.",
         f"Delay compensated {1e3 * delay_s:g} ms."
         + (
             f" Window: {papers.rule.samples} samples every {papers.rule.every}, "

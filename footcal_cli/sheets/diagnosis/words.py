@@ -185,7 +185,7 @@ def cannot_lines(found: Investigation, untested: Mapping[str, str]) -> list[str]
 
 def _plain(reason: str) -> str:
     """A reason without its number and remedy, so that like ones stand together."""
-    if "not absorbed by the calibration" in reason:
+    if "calibration absorbs" in reason:
         return "the calibration absorbs nearly all of it"
     if "informative blocks" in reason:
         return "too few blocks are informative about it"
