@@ -14,6 +14,10 @@ from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.signals import gaps_of
 
 Severity = Literal["alarm", "warning", "note"]
+RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+"""Turns an exponent into raised digits."""
+_PLAIN_CHANCE, _LEAST_CHANCE = 1e-3, 1e-300
+"""From where on a chance is written out, and what a smaller one than a float holds counts as."""
 
 INDEPENDENT_SPREAD = 1e-3
 """Cells that are at all independent differ by more than this share of their loading span."""
@@ -118,11 +122,19 @@ def check_repeats_across_channels(
             "warning",
             "all channels",
             f"{exact:.0f} pairs of channels show exactly the same raw reading at the same load "
-            f"(independent cells: {expected:.1f} expected, chance {chance:.0e}): {shown}{also} "
-            f"(span {span:,.0f} counts)",
+            f"(independent cells: {expected:.1f} expected, chance {_as_power(chance)}): "
+            f"{shown}{also} (span {span:,.0f} counts)",
             "check whether cells share an amplifier or rows were copied; record each cell alone",
         )
     ]
+
+
+def _as_power(chance: float) -> str:
+    """The next power of ten above a small chance: ``< 10⁻¹⁷``; larger ones as they are."""
+    if chance >= _PLAIN_CHANCE:
+        return f"{chance:.1g}"
+    power = int(np.ceil(np.log10(max(chance, _LEAST_CHANCE))))
+    return f"< 10{str(power).translate(RAISED)}"
 
 
 def _distinct_readings(

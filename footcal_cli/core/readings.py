@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from footcal_cli.core.parameters import BoolArray, FloatArray
-from footcal_cli.core.quality import Finding, listed
+from footcal_cli.core.quality import RAISED, Finding, listed
 from footcal_cli.core.signals import stretches
 
 OFFSET_BINARY_SHARE = 0.05
@@ -109,7 +109,8 @@ def check_codes(channel: str, counts: FloatArray, bits: int) -> Iterator[Finding
     elif counts.size > 1 and np.all(np.abs(counts - half) < OFFSET_BINARY_SHARE * half):
         yield Finding(
             "offset_binary", "note", channel,
-            f"readings lie around {half:,.0f} = 2^{bits - 1}: offset-binary, zero is mid-scale",
+            f"readings lie around {half:,.0f} = 2{str(bits - 1).translate(RAISED)}: "
+            "offset-binary, zero is mid-scale",
             "nothing to do: the bias absorbs it",
         )  # fmt: skip
 

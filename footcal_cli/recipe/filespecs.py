@@ -98,7 +98,7 @@ class PivotSpec(Frozen):
     ``{ by = ["foot"], labels = ["left", "right"], at = "time_ms" }``: the columns `by` name what a
     row is of (their texts joined by ``_``), each of `labels` gets its own columns
     ``<label>.<column>``. Rows belong together by equal stamps in the column `at`, or are
-    interpolated between neighbouring rows of their label; without `at` they are counted off.
+    interpolated between neighbouring rows of their label; without `at` they are numbered in order.
     """
 
     by: tuple[str, ...] = Field(min_length=1)

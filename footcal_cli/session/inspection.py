@@ -27,7 +27,7 @@ _SLOWEST_LEGS_S, _SLOWEST_BENCH_S = 5.0, 60.0
 
 
 def inspect(table: Table, kind: TableType, robot: Robot) -> list[Finding]:
-    """Everything that one log alone says, by its kind."""
+    """Findings about one log by itself, by its kind."""
     look: Callable[[Table, Robot], list[Finding]] | None = {
         "weights": _weights,
         "weights_stream": _weights_stream,

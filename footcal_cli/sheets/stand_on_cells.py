@@ -63,7 +63,7 @@ def outcome_of(
             Picture(
                 "curve", lambda: plot_curve(curve),
                 "CoP error on the next, held-out stance after one, two, five … stances: with the "
-                "prior it falls; least squares without one needs many before it can be trusted.",
+                "prior it falls; without a prior, least squares needs many stances.",
                 title="Error on the next stance against the number of stances",
                 result=f"After {curve[-1].stances} stances {1e3 * curve[-1].after_m:.2g} mm, with "
                 f"the prior alone {1e3 * curve[-1].before_m:.2g} mm.",

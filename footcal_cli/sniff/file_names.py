@@ -1,4 +1,4 @@
-"""Logs alike: what their names say that their columns do not: loads, channels, orientations."""
+"""Logs with the same columns: loads, channels and orientations from the names of the files."""
 
 from __future__ import annotations
 

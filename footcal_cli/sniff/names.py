@@ -82,7 +82,12 @@ _ANGLES = {
     for word in spellings.split()
 }
 """How the angles about x, y and z of a body are called."""
-_NOT_OF_CELLS = {"acc", "accel", "gyro", "imu", "mag", "ang", "angvel", "velocity", "emg", "ecg"}
+_NOT_OF_CELLS = {
+    "acc", "accel", "gyro", "gyr", "gyroscope", "imu", "mag", "magnetometer", "ang", "angvel",
+    "velocity", "emg", "ecg",
+}  # fmt: skip
+_TICKS = {"sampletimefine": ("ms", 0.1)}
+"""Clocks whose unit stands in their maker's manual: Xsens counts tenths of a millisecond."""
 _ACCELERATED = {"acc", "accel", "acceleration", "dd"}
 _REPORTED = {"plate", "platform", "measured", "meas", "sensor", "estimated", "est", "insole"}
 FORCE = {"force", "kraft", "fuerza", "effort", "f", "forza", "grf", "kracht", "сила", "力"}
@@ -176,6 +181,7 @@ def name_guess(name: str) -> NameGuess:
     plain = re.sub(r"\[(\d+)\]", r"_\1", name.lstrip("%#$/ "))
     plain = re.sub(r"(?<=[\])])\.\d+$", "", plain)  # the same name a second time
     stem, unit, factor = split_unit(_MEAN.sub("", plain))
+    unit, factor = _TICKS.get(stem.lower(), (unit, factor))
     words = words_of(stem)
     if _SPREAD.search(plain):
         return NameGuess("other", unit=unit)

@@ -199,7 +199,7 @@ def _known_wrench(
     file: FileGuess, wrench: Mapping[str, ColumnGuess], named: Mapping[str, ColumnGuess],
     time: Mapping[str, Entry],
 ) -> Plan:  # fmt: skip
-    """A six-axis transducer in a rig: the wrench that was put on beside its readings."""
+    """A six-axis transducer in a rig: the applied wrench next to its readings."""
     entries = dict(time)
     for axis in AXES:
         unit, name = ("N", "n") if axis[0] == "f" else ("N*m", "nm")

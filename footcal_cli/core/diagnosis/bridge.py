@@ -105,7 +105,7 @@ def calibration_of(
 
 
 def held_of(ideal: Case, rows: Rows) -> FloatArray | None:
-    """What one sd of each lasting difference from a known calibration adds, shape (m, h)."""
+    """Change of the residual per sd of each lasting difference from a known calibration (m, h)."""
     if not any(direction.lasting for direction in ideal.directions):
         return None
     return direction_columns(ideal, rows, lasting=True)
