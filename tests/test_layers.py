@@ -230,3 +230,12 @@ def test_no_file_outside_the_table_knows_an_effect_by_name() -> None:
         if PACKAGE / "core" / "effects" not in path.parents and (found := effect_names_in(path))
     }
     assert outside == EFFECT_NAMES_OUTSIDE
+
+
+def test_every_file_is_short_enough_to_read() -> None:
+    long = {
+        path.relative_to(PACKAGE).as_posix(): count
+        for path in sources()
+        if (count := len(path.read_text(encoding="utf-8").splitlines())) > 400
+    }
+    assert not long

@@ -10,7 +10,8 @@ from footcal_cli.core.inference.observability import NextStep
 from footcal_cli.core.next_stance import CurvePoint
 from footcal_cli.core.online.weighed import Weighed
 from footcal_cli.core.quiet import QuietSet
-from footcal_cli.core.static_init import StanceErrors, StanceRows, StaticInit
+from footcal_cli.core.stances import StanceRows
+from footcal_cli.core.static_init import StanceErrors, StaticInit
 from footcal_cli.plots.stand import plot_curve, plot_stances
 from footcal_cli.report import Picture
 from footcal_cli.report.outcome import Outcome
