@@ -183,17 +183,17 @@ def effect_columns(
         lower, upper = (-1.3, -0.7) if switch else (size.lower, size.upper)
         if Trait.WHOLE in effect.traits:
             lower, upper = 0.7, 1.3
-        kept: list[FloatArray] = []
+        kept: list[Mapping[str, FloatArray]] = []
         for shape in shapes:
             single = {
                 u: derivative(case, rows, effect, size, {u: (u,)}, shape, seen=seen) for u in units
             }
-            shared = np.sum(list(single.values()), axis=0)
             largest = max(float(np.sqrt(np.mean(c**2))) for c in single.values())
             idle = largest < _CARRIED if switch else largest * size.prior_sd < _NOTHING
-            if idle or any(_alike(shared, other) for other in kept):
+            # what all units share may be a gain of all, in which whatever they hear is alike
+            if idle or any(_alike(single, other) for other in kept):
                 continue
-            kept.append(shared)
+            kept.append(single)
             top = upper if effect.most is None else min(upper, effect.most(shape))
             far = [
                 {u: _far(case, rows, effect, size, u, shape, by, seen) for u in units}
@@ -215,9 +215,11 @@ def effect_columns(
     return signatures, columns
 
 
-def _alike(a: FloatArray, b: FloatArray) -> bool:
-    norm = np.sqrt((a @ a) * (b @ b))
-    return bool(norm > 0 and abs(a @ b) > ALIKE * norm)
+def _alike(one: Mapping[str, FloatArray], other: Mapping[str, FloatArray]) -> bool:
+    """Whether two shapes look alike in every unit, and in all of them together."""
+    pairs = [(column, other[unit]) for unit, column in one.items()]
+    pairs.append((np.sum(list(one.values()), axis=0), np.sum(list(other.values()), axis=0)))
+    return all(abs(a @ b) > ALIKE * np.sqrt((a @ a) * (b @ b)) for a, b in pairs)
 
 
 def _units(case: Case, effect: Effect) -> tuple[str, ...]:
