@@ -145,7 +145,6 @@ def enough(
     *,
     between: bool,
     several: bool = False,
-    walking: bool = False,
 ) -> bool:
     """Whether the names explain what is wrong well enough to be said.
 
@@ -162,19 +161,14 @@ def enough(
         follows temperature or time.
     several
         Whether a name has rivals: a set says of what kind it is, and less of its form.
-    walking
-        Whether the calibration drifts: a walk always leaves something that signals surely tell, of
-        which less than `Rules.smallest_gain` says little of a form.
     """
     if between and after.between_p / LEVEL_SHARE["between"] < rules.alpha_unknown:
         return False
     bent = form is not None and form.p < rules.alpha_form
-    usual = walking and not leftover(after, rules)
     needed = (
         rules.share_form if bent
-        else rules.share_named if after.p >= rules.alpha_unknown
-        else rules.share_usual if usual
-        else rules.share_partly
+        else rules.share_partly if after.p < rules.alpha_unknown
+        else rules.share_named
     )  # fmt: skip
     return share >= (min(needed, rules.share_set) if several else needed)
 
@@ -198,10 +192,7 @@ def _verdict(
     named = np.array([lib.index(step.column) for step in found.steps])
     between = bool(lib.between[named].any())
     columns = np.array([step.column for step in found.steps])
-    walking = lib.problem.drifts
-    if not enough(share, after, form, rules, between=between, walking=walking) or look_alike(
-        lib, columns, rules
-    ):
+    if not enough(share, after, form, rules, between=between) or look_alike(lib, columns, rules):
         return Verdict.UNKNOWN
     if any(step.rivals for step in found.steps):
         return Verdict.AMBIGUOUS

@@ -146,7 +146,7 @@ def investigate(
             last = last or _without_name(subject, way, none, share)
             continue
         stands = standing(subject, way, verdict, share, rules, seed)
-        if stands.holds:
+        if stands.holds(problem):
             return _named(subject, stands)
         # what was chosen without a block does not predict it, or is chosen only with all of them
         matters = large or _matters(subject, way, beside=False)

@@ -91,12 +91,9 @@ def grown(subject: Subject, path: Path, rules: Rules, seed: int) -> Path:
 def continued(subject: Subject, path: Path, model: Refit, seed: int) -> Path:
     """The path with the model of its causes, diagnosed once more."""
     current = subject.extended(model, path.causes)
-    # a curve that is neither of two rivals is both of them; what a model does to the noise of the
-    # readings, which a curve undone makes larger, is no error of it
-    alone, fair = (
-        subject.without_credit(one, model) for one in (without_rivals(current, model), current)
-    )
-    start, end = losses(subject.problem, (alone, fair), fair.law)
+    # a curve that is neither of two rivals is both of them
+    either = (without_rivals(current, model), current)
+    start, end = losses(subject.problem, either, current.law)
     last = diagnose(current, path.rounds[0].rules, seed, start)
     return replace(
         path,

@@ -89,9 +89,6 @@ class Rules:
     share_set
         The same, instead of the last two, where the answer is a set of rivals: which of their forms
         it is stays open anyway.
-    share_usual
-        The same in a walk where what is left is less than `smallest_gain`: clean walks leave as
-        much, with p < `alpha_unknown` in most of them.
     fewest_blocks
         Blocks asked for.
     fewest_sessions
@@ -138,7 +135,6 @@ class Rules:
     share_partly: float = 0.97
     share_form: float = 0.97
     share_set: float = 0.9
-    share_usual: float = 0.9
     fewest_blocks: int = 10
     fewest_sessions: float = 3.0
     most_folds: int = 12
@@ -174,8 +170,7 @@ class Rules:
             f"named together at |cos| < {self.alike_together:g}; named share at least "
             f"{self.share_named:g} ({self.share_partly:g} with a leftover, {self.share_form:g} "
             f"where a size changes with a signal, p < {self.alpha_form:g}; {self.share_set:g} for "
-            f"a set of rivals, {self.share_usual:g} in a walk whose residual signals explain by "
-            f"less than the smallest gain); "
+            f"a set of rivals); "
             f"no curve of the loads in place of the names, nor together with them, with "
             f"{self.later_share:.0%} of their gain (p < {self.alpha_form:g}), nor a cell's "
             f"size held at zero that would with the other sign, nor any mixture of "

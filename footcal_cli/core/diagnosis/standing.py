@@ -49,9 +49,6 @@ class Standing:
         Share of blocks without which the same effects are chosen.
     p
         That it predicts blocks of stances no better, by signs of the blocks; 0 elsewhere.
-    bought
-        Squared error of blocks that had no say that it removes, whatever it does to the noise of
-        the readings.
     """
 
     path: Path
@@ -60,14 +57,12 @@ class Standing:
     gains: tuple[Gain, ...]
     stable: float
     p: float
-    bought: float
 
-    @property
-    def holds(self) -> bool:
+    def holds(self, problem: Problem) -> bool:
         """Whether it predicts blocks that had no say, and is chosen without most of them."""
         if self.stable < LEAST_STABLE or self.p > self.path.rounds[0].rules.alpha_rival:
             return False
-        return self.bought > 0.0
+        return bought(self.gains, problem) > 0.0
 
 
 def standing(
@@ -96,20 +91,15 @@ def standing(
     if count == 1 and path.model is not None and not alike.all():
         others = frozenset().union(*nested.chosen) - begun[0]
         alike = nested.alike([begun[0] | set(_outdone(subject, path, path.model, others))])
-    alone = without_rivals(final, path.model)
-    gains = gains_of(problem, alone, final.law, nested, alike)
-    fair = gains
-    if path.model is not None:
-        level = subject.without_credit(alone, path.model)
-        fair = gains_of(problem, level, final.law, nested, alike)
+    gains = gains_of(problem, without_rivals(final, path.model), final.law, nested, alike)
     p = 0.0
     if problem.pieces:
         # a test of rows takes the pieces of a stance for more than they are: its blocks judge too
-        new = np.where(alike[:, None], output_losses(alone, final.law), nested.loss)
+        fair = output_losses(without_rivals(final, path.model), final.law)
+        new = np.where(alike[:, None], fair, nested.loss)
         gained = (output_losses(problem, final.law) - new).sum(axis=1)
         p = sign_flip_mean(gained, sign_patterns(problem.blocks, seed))
-    stable = float(np.mean(alike))
-    return Standing(path, verdict, share, gains, stable, p, bought(fair, problem))
+    return Standing(path, verdict, share, gains, float(np.mean(alike)), p)
 
 
 def _outdone(subject: Subject, path: Path, model: Refit, effects: Iterable[str]) -> list[str]:

@@ -123,8 +123,7 @@ def _verdict(
     several = any(cause.rivals for cause in causes)
     if any(rival.spoils(removed, rules, several=several) for rival in unnamed):
         return Verdict.UNKNOWN, share
-    kind = {"between": between, "several": several, "walking": lib.problem.drifts}
-    if not enough(share, last.before, form, rules, **kind) or (
+    if not enough(share, last.before, form, rules, between=between, several=several) or (
         len(causes) > 1 and look_alike(lib, _columns_of(first, causes), rules)
     ):
         return Verdict.UNKNOWN, share
