@@ -177,4 +177,5 @@ def level_of_fewer(level: float, fewer: int, blocks: int) -> float:
 
     Log p is proportional to the number of blocks that tell alike: ``α^(n'/n)``.
     """
-    return min(max(level ** (fewer / max(blocks, 1)), 4.0 * float(smallest_p(fewer))), 1.0)
+    same = float(level ** (fewer / max(blocks, 1)))
+    return min(max(same, 4.0 * float(smallest_p(fewer))), 1.0)
