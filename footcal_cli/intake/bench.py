@@ -261,13 +261,13 @@ def rows_together(session: Session[Any], *, known_wrench: bool) -> RowsTogether 
 
 
 def calibrated_cells(record: ParametersRecord) -> dict[str, tuple[float, float]]:
-    """Scale (N/count) and bias (N) of the channels of a calibration."""
-    known = record.parameters
-    owners = {name.removesuffix(".scale") for name in known if name.endswith(".scale")}
+    """Scale (N/count) and bias (N) of the channels of a calibration, in its order."""
+    values, ends = record.values, ".scale"
+    owners = [name.removesuffix(ends) for name in values if name.endswith(ends)]
     return {
-        owner: (known[f"{owner}.scale"].value, known[f"{owner}.bias"].value)
+        owner: (values[f"{owner}{ends}"], values[f"{owner}.bias"])
         for owner in owners
-        if f"{owner}.bias" in known
+        if f"{owner}.bias" in values
     }
 
 
