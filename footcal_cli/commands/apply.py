@@ -16,7 +16,6 @@ if TYPE_CHECKING:
 def apply(session: Session[ApplyOptions]) -> Outcome:
     """Turn a log into calibrated forces, centres of pressure or foot wrenches."""
     from footcal_cli.errors import UsageError
-    from footcal_cli.intake.bench import calibrated_cells
 
     robot = session.recipe.robot
     if session.parameters is None:
@@ -24,7 +23,7 @@ def apply(session: Session[ApplyOptions]) -> Outcome:
     if robot.legs:
         return _wrenches(session)
     if not robot.cell_names:
-        cells = tuple(calibrated_cells(session.parameters))
+        cells = tuple(session.parameters.calibrated_cells)
         if not cells:
             raise UsageError(
                 "neither the recipe nor the calibration names load cells, and the recipe no legs",

@@ -102,13 +102,13 @@ def compare(
 def _placements(session: Session[Any], tables: Sequence[Table]) -> None:
     """Weights on feet against the calibration of their cells."""
     from footcal_cli.core.plausibility import check_shares
-    from footcal_cli.intake.bench import calibrated_cells, read_placements
+    from footcal_cli.intake.bench import read_placements
 
     if session.parameters is None:
         return
     with suppress(UsageError):  # cells without a calibration
         logs = read_placements(
-            tables, session.recipe.robot, calibrated_cells(session.parameters), 0.0
+            tables, session.recipe.robot, session.parameters.calibrated_cells, 0.0
         )
         for log in logs.values():
             rows = log.rows
