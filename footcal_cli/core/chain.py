@@ -16,7 +16,6 @@ from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray, IntArray, Parameter, ParameterSet
 
 T = TypeVar("T")
-_Column = tuple[str, float, tuple[str, ...]]
 
 
 @dataclass(frozen=True)
@@ -47,30 +46,22 @@ class Link:
         return tuple([n for n, neutral in self._sizes if values.get(n, neutral) != neutral])
 
     @cached_property
-    def _columns(self) -> dict[tuple[str, ...], tuple[_Column, ...]]:
-        """What `theta` reads for these units, kept: thousands of trial models ask for the same."""
-        return {}
+    def _keys(self) -> dict[str, tuple[str, ...]]:
+        """Full name of every parameter of each unit that has an owner."""
+        return {
+            unit: tuple(f"{owner}.{p.name}" for p in self.effect.parameters)
+            for owner, members in self.owners.items()
+            for unit in members
+        }
 
     def theta(self, values: Mapping[str, float], units: Sequence[str]) -> Theta:
         """Spread flat values over the units; parameters without a value stay neutral."""
-        asked = tuple(units)
-        columns = self._columns.get(asked)
-        if columns is None:
-            columns = self._columns[asked] = self._columns_of(asked)
-        get = values.get
+        none = ("",) * len(self.effect.parameters)
+        every, get = [self._keys.get(unit, none) for unit in units], values.get
         return {
-            name: np.array([get(key, neutral) for key in keys], dtype=float)
-            for name, neutral, keys in columns
+            p.name: np.array([get(keys[i], p.neutral) for keys in every], dtype=float)
+            for i, p in enumerate(self.effect.parameters)
         }
-
-    def _columns_of(self, units: tuple[str, ...]) -> tuple[_Column, ...]:
-        """Name and neutral value of every parameter, full name per unit (empty: no owner)."""
-        owner_of = {unit: o for o, members in self.owners.items() for unit in members}
-        owners = [owner_of.get(unit) for unit in units]
-        return tuple(
-            (p.name, p.neutral, tuple(f"{o}.{p.name}" if o else "" for o in owners))
-            for p in self.effect.parameters
-        )
 
 
 def link(effect: Effect, channels: Sequence[str], only: Sequence[str] | None = None) -> Link:
