@@ -185,7 +185,7 @@ def sessions_of(tables: Sequence[Table]) -> IntArray:
             index = np.unique(labels.astype(str), return_inverse=True)[1].astype(np.int64)
         numbers.append(index + first)
         first = int(numbers[-1].max()) + 1
-    return _joined(numbers)
+    return np.concatenate(numbers)
 
 
 def _joined(parts: Sequence[Any]) -> Any:
