@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -27,8 +28,11 @@ from footcal_cli.records.results import (
 from footcal_cli.report import Picture, number, plural
 from footcal_cli.report.outcome import Outcome
 from footcal_cli.sheets import ladder, weights
+from footcal_cli.tables.logfiles import write_parquet_pieces
 
 _LEVELS = ("good", "warning", "bad")
+_PIECE_ROWS = 2**18
+"""Predictions of a long recording are made and written so many rows at a time."""
 _MOST_CHANGES = 6
 
 
@@ -79,6 +83,7 @@ def joined(
             rejected={k: n for record in records for k, n in record.rejected.items()},
         ),
         tables={name: table for part in parts for name, table in part.tables.items()},
+        files={name: write for part in parts for name, write in part.files.items()},
     )
 
 
@@ -135,7 +140,9 @@ def weights_outcome(
         rmse=RmseRecord(
             rows=(*rows, *ladder.held_out_rows(studies), *_held_out(apart)), rejected=dict(rejected)
         ),
-        tables={"predictions.parquet": _predictions(studies, apart)},
+        files={
+            "predictions.parquet": lambda path: _write_pieces(_predictions(studies, apart), path)
+        },
     )
 
 
@@ -234,26 +241,31 @@ def _held_out(apart: Sequence[tuple[ChannelStudy, BenchRecord]]) -> list[RmseRow
     return rows
 
 
+def _write_pieces(pieces: Iterable[Mapping[str, object]], path: Path) -> None:
+    write_parquet_pieces(pieces, path)
+
+
 def _predictions(
     studies: Sequence[ChannelStudy], apart: Sequence[tuple[ChannelStudy, BenchRecord]]
-) -> Mapping[str, NDArray[Any]]:
+) -> Iterator[Mapping[str, NDArray[Any]]]:
     """Every row (of a recording: every sample) with its predicted load, counted or not and why."""
     reasons = np.array([state.reason for state in SampleState], dtype=object)
     pairs = [(study, record_of_samples(study), "train") for study in studies]
     pairs += [(study, record, "held_out") for study, record in apart]
-    parts = []
-    for study, record, split in pairs:
-        found = study.predict(record)
-
-        def each(word: str, rows: int = len(record)) -> NDArray[Any]:
-            return np.full(rows, word, dtype=object)
-
-        states = each(SampleState.SETTLED.reason)
-        if study.samples is not None and split == "train":
-            states = reasons[study.samples.state]
-        parts.append(
-            {
-                "channel": each(study.channel),
+    for study, whole, split in pairs:
+        # a model that remembers loads is predicted from the first sample on
+        rows = len(whole) if study.remembers else _PIECE_ROWS
+        for start in range(0, len(whole), rows):
+            part = slice(start, start + rows)
+            record = whole if rows == len(whole) else whole.rows(part)
+            found = study.predict(record)
+            words = {"channel": study.channel, "model": study.model, "split": split}
+            each = {k: np.full(len(record), word, dtype=object) for k, word in words.items()}
+            states = np.full(len(record), SampleState.SETTLED.reason, dtype=object)
+            if study.samples is not None and split == "train":
+                states = reasons[study.samples.state[part]]
+            yield {
+                "channel": each["channel"],
                 "session": record.session,
                 "time_s": record.time_s if record.timed else np.full(len(record), np.nan),
                 "load_n": record.load_n,
@@ -262,9 +274,7 @@ def _predictions(
                 "sd_n": found.sd_n,
                 "ci95_half_width_n": found.half_width_n(),
                 "extrapolated": found.extrapolated,
-                "model": each(study.model),
-                "split": each(split),
+                "model": each["model"],
+                "split": each["split"],
                 "state": states,
             }
-        )
-    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}

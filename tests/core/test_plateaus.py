@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from footcal_cli.core.bench import plateaus
 from footcal_cli.core.bench.plateaus import (
     PlateauOptions,
     SampleState,
@@ -13,6 +14,8 @@ from footcal_cli.core.bench.plateaus import (
     find_outliers,
     find_plateaus,
 )
+from footcal_cli.core.bench.record import BenchRecord
+from footcal_cli.core.bench.study import find_loads
 
 Array = NDArray[np.float64]
 RATE_HZ = 20.0
@@ -136,3 +139,33 @@ def test_direction_follows_from_the_order_in_time() -> None:
     np.testing.assert_array_equal(
         find_direction(load[mixed], time[mixed], block[mixed]), expected[mixed]
     )
+
+
+def test_a_long_recording_is_judged_in_pieces_as_if_it_were_one(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    time_s, reading, _ = staircase(np.random.default_rng(7))
+    reading[50], reading[51] = 1e4, np.nan
+    whole = find_plateaus(time_s, reading)
+    monkeypatch.setattr(plateaus, "_PIECE", 97)
+    parts = find_plateaus(time_s, reading)
+    np.testing.assert_array_equal(parts.state, whole.state)
+    np.testing.assert_array_equal(parts.hold, whole.hold)
+    np.testing.assert_allclose(parts.sd, whole.sd, rtol=1e-12)
+
+
+def test_a_recorded_load_of_zero_is_no_dropout() -> None:
+    rng = np.random.default_rng(8)
+    load = np.repeat([0.0, 10.0, 20.0, 40.0, 0.0], 300)
+    reading = 8.3e6 - load / 3.4e-5 + rng.normal(0, 300, load.size)
+    record = BenchRecord(
+        "left_fl",
+        load,
+        reading,
+        np.arange(load.size) / RATE_HZ,
+        np.zeros(load.size, dtype=np.int64),
+    )
+    found = find_loads(record, PlateauOptions(), ())
+    settled = found.state == SampleState.SETTLED
+    assert settled[load == 0.0].mean() > 0.9
+    assert set(load[settled]) == {0.0, 10.0, 20.0, 40.0}

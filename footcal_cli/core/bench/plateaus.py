@@ -1,13 +1,15 @@
 """Where a bench recording stands still: settled samples, holds, outliers, direction of loading.
 
-A weight that is being put on, a hand on the rig and a glitch of the ADC all look like data. Every
-sample gets one state; a sample that is not settled has the reason for it.
+A weight that is being put on, a hand on the rig and a glitch of the ADC look like data: every
+sample gets one state, with the reason where it is not settled.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import IntEnum
+from itertools import pairwise
 
 import numpy as np
 from scipy.ndimage import median_filter
@@ -19,6 +21,9 @@ from footcal_cli.errors import DataError
 _MAD_TO_SD = 1.4826
 RAIL_CODES = (float(2**23 - 1), float(-(2**23)), float(2**24 - 1))
 """Readings a 24-bit converter shows when it is saturated or not answering."""
+_MEDIAN_OF, _SCATTER_OF = 7, 31
+_HALO = _MEDIAN_OF // 2 + _SCATTER_OF // 2
+_PIECE = 2**18  # samples taken at a time
 _GAP_FACTOR = 10.0
 """A pause this many sample intervals long ends a hold."""
 
@@ -126,7 +131,7 @@ def find_outliers(
     """Dropouts and glitches of a recording.
 
     A glitch is a sample (or two) further than `glitch_sd` robust sd from the running median of
-    seven; the running median follows a true step, so that a weight put on is not a glitch.
+    seven, which follows a true step: a weight put on is not a glitch.
 
     Parameters
     ----------
@@ -144,15 +149,26 @@ def find_outliers(
         return dropout, np.zeros_like(dropout)
     if _is_a_real_level(reading, dropout):
         dropout = ~np.isfinite(reading)
-    filled = _fill(reading, dropout)
-    away = np.abs(filled - median_filter(filled, size=7, mode="nearest"))
-    # local scatter: where the load is moved by hand, neighbours differ without being wrong
-    local = _MAD_TO_SD * median_filter(away, size=31, mode="nearest")
-    steps = np.diff(filled)
-    quiet = _MAD_TO_SD * float(np.median(np.abs(steps))) / np.sqrt(2.0) if steps.size else 0.0
-    resolution = _smallest_step(filled)
-    limit = options.glitch_sd * np.maximum(np.maximum(local, quiet), resolution)
-    return dropout, (away > limit) & ~dropout
+    filled = _fill(reading, dropout) if dropout.any() else reading
+    steps = np.abs(np.diff(filled))
+    quiet = _MAD_TO_SD * float(np.median(steps)) / np.sqrt(2.0) if steps.size else 0.0
+    least = max(quiet, _smallest_step(filled))
+    glitch = np.empty_like(dropout)
+    for part, around in _pieces(filled.size, _HALO):
+        near = filled[around]
+        away = np.abs(near - median_filter(near, size=_MEDIAN_OF, mode="nearest"))
+        # local scatter: where the load is moved by hand, neighbours differ without being wrong
+        local = _MAD_TO_SD * median_filter(away, size=_SCATTER_OF, mode="nearest")
+        inside = slice(part.start - around.start, part.stop - around.start)
+        glitch[part] = (away > options.glitch_sd * np.maximum(local, least))[inside]
+    return dropout, glitch & ~dropout
+
+
+def _pieces(size: int, halo: int) -> Iterator[tuple[slice, slice]]:
+    """Parts of a long recording, each with the samples around it that its filters reach."""
+    for start in range(0, size, _PIECE):
+        stop = min(start + _PIECE, size)
+        yield slice(start, stop), slice(max(start - halo, 0), min(stop + halo, size))
 
 
 def find_plateaus(
@@ -268,14 +284,28 @@ def _smallest_step(reading: FloatArray) -> float:
 def _window_trend(
     time_s: FloatArray, reading: FloatArray, window_s: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Slope and scatter of a line over a centred window around each sample, from running sums."""
-    t, y = time_s - time_s.mean(), reading - np.median(reading)
+    """Slope and scatter of a line over a centred window around each sample, piece by piece."""
+    slope, scatter, middle = np.empty_like(time_s), np.empty_like(time_s), np.median(reading)
+    for part, _ in _pieces(time_s.size, 0):
+        ends = time_s[part.start] - window_s, time_s[part.stop - 1] + window_s
+        first, stop = np.searchsorted(time_s, ends)
+        inside = slice(part.start - first, part.stop - first)
+        y = reading[first:stop] - middle
+        slope[part], scatter[part] = _trend(time_s[first:stop], y, window_s, inside)
+    return slope, scatter
+
+
+def _trend(
+    time_s: FloatArray, y: FloatArray, window_s: float, inside: slice
+) -> tuple[FloatArray, FloatArray]:
+    """Slope and scatter around the samples inside a piece, from running sums."""
+    t = time_s - time_s.mean()
     sums = [
         np.concatenate([[0.0], np.cumsum(values)])
         for values in (np.ones_like(t), t, y, t * t, t * y, y * y)
     ]
-    first = np.searchsorted(t, t - window_s / 2.0, side="left")
-    stop = np.searchsorted(t, t + window_s / 2.0, side="right")
+    first = np.searchsorted(t, t[inside] - window_s / 2.0, side="left")
+    stop = np.searchsorted(t, t[inside] + window_s / 2.0, side="right")
     n, st, sy, stt, sty, syy = (total[stop] - total[first] for total in sums)
     var_t, cov, var_y = stt - st**2 / n, sty - st * sy / n, syy - sy**2 / n
     enough = (n >= 3) & (var_t > 0)
@@ -300,8 +330,10 @@ def _collect(
 ) -> Plateaus:
     """Statistics of every hold."""
     rows = []
-    for number in range(int(hold.max(initial=-1)) + 1):
-        t, y = time_s[hold == number], reading[hold == number]
+    at = np.flatnonzero(hold >= 0)
+    ends = np.searchsorted(hold[at], np.arange(int(hold.max(initial=-1)) + 2))
+    for start, stop in pairwise(ends):
+        t, y = time_s[at[start:stop]], reading[at[start:stop]]
         slope, intercept = np.polyfit(t - t[0], y, 1)
         rest = y - (intercept + slope * (t - t[0]))
         rows.append((t[0], t[-1], np.median(y), rest.std(ddof=2), y.size, effective_size(rest)))

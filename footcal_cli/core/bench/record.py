@@ -13,6 +13,8 @@ from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
 _ROWS_OF_A_RECORDING = 20
 """More rows than this per load and session, closer than a second, are samples of a recording."""
+_PIECE_ROWS = 2**18
+"""Rows of a long recording that are looked at together."""
 _SAME_LOAD = 0.01
 """Loads closer than this share of the span are one load for cross-validation."""
 _MOST_LOADS = 12
@@ -80,6 +82,18 @@ class BenchRecord:
         """How long the longest session lasts; 0 where stamps stand still."""
         return max(float(np.ptp(self.time_s[part])) for part in self.sessions())
 
+    def rows(self, part: slice) -> BenchRecord:
+        """Successive rows; nothing is copied."""
+        warmth = None if self.temperature_degc is None else self.temperature_degc[part]
+        return replace(
+            self,
+            load_n=self.load_n[part],
+            reading=self.reading[part],
+            time_s=self.time_s[part],
+            session=self.session[part],
+            temperature_degc=warmth,
+        )
+
     def select(self, rows: BoolArray) -> BenchRecord:
         """Some of the rows."""
         warmth = None if self.temperature_degc is None else self.temperature_degc[rows]
@@ -137,16 +151,19 @@ def load_levels(load_n: FloatArray) -> IntArray:
     load_n
         Shape (n,).
     """
-    level = np.full(load_n.size, -1, dtype=np.int64)
     known = np.isfinite(load_n)
-    values = np.sort(load_n[known])
+    parts = [slice(i, i + _PIECE_ROWS) for i in range(0, load_n.size, _PIECE_ROWS)]
+    values = np.unique(np.concatenate([np.unique(load_n[p][known[p]]) for p in parts] or [load_n]))
+    level = np.full(load_n.size, -1, dtype=np.int64)
     if not values.size:
         return level
     span = float(values[-1] - values[0])
     starts = values[np.diff(values, prepend=-np.inf) > _SAME_LOAD * span]
     if starts.size > 2 * _MOST_LOADS or (starts.size == 1 and span > 0.0):
         starts = values[0] + span * np.arange(_MOST_LOADS) / _MOST_LOADS
-    level[known] = np.searchsorted(starts, load_n[known], side="right") - 1
+    for part in parts:
+        own = np.searchsorted(starts, load_n[part], side="right") - 1
+        level[part] = np.where(known[part], own, -1)
     return level
 
 
@@ -204,11 +221,13 @@ def condense(record: BenchRecord, interval_s: float) -> BenchRecord:
     An interval never mixes two sessions, two loads, or known with unknown loads.
     """
     keep = np.isfinite(record.reading)
-    record = record.select(keep)
+    record = record if keep.all() else record.select(keep)
     bins = np.floor((record.time_s - record.time_s.min()) / interval_s).astype(np.int64)
     level = load_levels(record.load_n)
-    key = np.stack([record.session, bins, level])
-    new = np.any(np.diff(key, axis=1, prepend=key[:, :1] - 1) != 0, axis=0)
+    new = np.ones(len(record), dtype=bool)
+    new[1:] = record.session[1:] != record.session[:-1]
+    new[1:] |= (bins[1:] != bins[:-1]) | (level[1:] != level[:-1])
+    del bins, level
     index = np.cumsum(new) - 1
     size = np.bincount(index).astype(float)
 

@@ -118,6 +118,11 @@ class ChannelStudy:
         return self.ladder.chosen if self.ladder.rungs or dependent else None
 
     @property
+    def remembers(self) -> bool:
+        """Whether a prediction may need the samples before it: any model beyond a straight line."""
+        return self.ladder is not None and bool(self.ladder.chosen.terms)
+
+    @property
     def model(self) -> str:
         """Name of the model in use."""
         return "affine" if self.ladder is None else self.ladder.model
@@ -287,7 +292,9 @@ def find_loads(record: BenchRecord, options: PlateauOptions, loads_n: Sequence[f
         own = find_plateaus(record.time_s[part], record.reading[part], options)
         steady = own
         if np.isfinite(record.load_n[part]).all():
-            steady = find_plateaus(record.time_s[part], record.load_n[part], options)
+            # a load of zero is a load, not a converter's code
+            plain = replace(options, dropout_codes=())
+            steady = find_plateaus(record.time_s[part], record.load_n[part], plain)
         state[part] = np.where(own.state >= SampleState.GLITCH, own.state, steady.state)
         hold[part] = _levels(steady, first)
         first = int(hold.max()) + 1
