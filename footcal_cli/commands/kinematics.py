@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from footcal_cli.session.session import Session
 
 
-@command(KinematicsOptions, lacks=("parameters", "reference", "strict_findings", "seed"))
+@command(KinematicsOptions, lacks=("parameters", "reference", "seed"))
 def kinematics(session: Session[KinematicsOptions]) -> Outcome:
     """Compute CoM, its motion and foot poses from joint angles and base orientation."""
     session.refuse_missing_logs("joints")

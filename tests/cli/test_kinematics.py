@@ -161,6 +161,10 @@ def test_a_model_of_another_weight_is_told(run: Run, tmp_path: Path) -> None:
     table["left_fz_n"] = table["right_fz_n"] = 0.5 * 1.2 * mass * 9.80665
     assert run(*write(tmp_path, table, mass_kg=1.1 * mass), "--overwrite").exit_code == 0
     assert {"model_mass_differs", "model_mass_not_carried"} <= findings(tmp_path)
+    strict = run(
+        *write(tmp_path, joint_log(TIME_S[:400]), mass_kg=7.0), "--strict-findings", "--overwrite"
+    )
+    assert strict.exit_code == 1
 
 
 def test_joints_that_are_missing_or_unknown_are_named(run: Run, tmp_path: Path) -> None:
