@@ -8,6 +8,7 @@ import pytest
 from footcal_cli.core.effects import TABLE
 from footcal_cli.core.effects.body import COM_OFFSET
 from footcal_cli.core.effects.contract import Effect
+from footcal_cli.core.effects.foot import PLATE_INERTIA
 from footcal_cli.core.effects.transport import SMOOTHING
 from footcal_cli.core.experiments import walk
 from footcal_cli.core.log import Log
@@ -108,6 +109,25 @@ def test_every_state_is_the_effect_of_that_name(
     worst = np.abs(change[use] - expected).max()
     assert np.abs(expected).max() > 0
     assert worst < tolerance * np.abs(expected).max() + 1e-12
+
+
+def test_the_mass_below_the_cells_is_the_effect_of_a_plates_inertia(
+    made: tuple[Log, Log, Rows, FloatArray],
+) -> None:
+    """Rows move with the mass as the balance of a log without that inertia does."""
+    log, newtons, _, _ = made
+    rng = np.random.default_rng(3)
+    acc = rng.normal(0.0, 2.0, (len(log), 2, 3))
+    log, newtons = (one.with_known(foot_acc_mps2=acc) for one in (log, newtons))
+    belief = belief_of(record(make_walk(0.1, 8.0, seed=2, turn=0.05), Errors(), seed=2))
+    rows = cell_rows(log, belief, samples_per_update=1)
+    removed, _ = PLATE_INERTIA.remove(newtons, {"plate_mass": np.array([0.1, 0.0])}, None)
+    change = along_the_heading(
+        walk.EXPERIMENT.balance(removed).error - walk.EXPERIMENT.balance(newtons).error, newtons
+    )
+    at = rows.names.index("left.plate_mass")
+    found = rows.h[:, :, at] * (0.1 / rows.prior_sd[at])
+    np.testing.assert_allclose(found[rows.valid], change[rows.valid], atol=1e-10)
 
 
 @pytest.mark.parametrize(
