@@ -41,6 +41,20 @@ PATHS = {
 }  # fmt: skip
 
 
+BEFORE = {
+    "core.diagnosis": 11456, "commands": 5921, "core.bench": 4153, "core.online": 3938,
+    "sheets": 3876, "core.effects": 2741, "core.pose": 2380, "core.simulation": 2371,
+    "plots": 1905, "core.hang": 1646, "core.experiments": 495, "records": 479,
+    "core.quality": 389, "tables": 348, "core.evidence": 346, "core.static_init": 344,
+    "intake": 343, "session": 324, "core.signals": 324, "columns": 302, "recipe": 240,
+    "core.contact": 234, "core.observability": 207, "core.wiring": 195, "core.fit": 195,
+    "core.centroidal": 185, "core.spatial": 184, "core.chain": 180, "report": 168,
+    "core.quiet": 163, "core.parameters": 161, "core.next_stance": 103, "app": 93, "errors": 86,
+    "core.stance_curve": 73, "core.log": 69, "__init__": 29, "__main__": 5, "core": 4,
+}  # fmt: skip
+"""Lines of each subsystem at commit 6403e2b, from where the house was built anew."""
+
+
 def module_name(path: Path) -> str:
     """``core.online.memory`` of its file."""
     parts = path.relative_to(PACKAGE).with_suffix("").parts
@@ -208,6 +222,11 @@ def drawing(edges: Counter[tuple[str, str]], inside: bool) -> str:
     return "\n".join([*lines, "```"])
 
 
+def before(name: str) -> str:
+    """Lines that a subsystem had."""
+    return f"{BEFORE[name]:,}" if name in BEFORE else "–"
+
+
 def page() -> str:
     """The page as Markdown."""
     known, edges = modules(), arrows()
@@ -218,9 +237,11 @@ def page() -> str:
     fan_out = Counter(start for start, _ in edges)
     fan_in = Counter(end for _, end in edges)
     rows = [
-        f"| {name} | {files[name]} | {count:,} | {fan_out[name]} | {fan_in[name]} |"
+        f"| {name} | {files[name]} | {count:,} | {before(name)} | "
+        f"{fan_out[name]} | {fan_in[name]} |"
         for name, count in lines.most_common()
     ]
+    gone = ", ".join(f"{name} ({count:,})" for name, count in BEFORE.items() if name not in lines)
     rings = [f"- {' · '.join(group)}" for group in circles(edges)] or ["None."]
     ways = []
     for title, words in PATHS.items():
@@ -252,10 +273,11 @@ def page() -> str:
             *ways, "",
             "## Lines",
             "",
-            f"{sum(files.values())} files, {sum(lines.values()):,} lines.",
+            f"{sum(files.values())} files, {sum(lines.values()):,} lines; "
+            f"{sum(BEFORE.values()):,} lines at commit 6403e2b. Rooms that are gone since: {gone}.",
             "",
-            "| subsystem | files | lines | imports from | imported by |",
-            "|---|---|---|---|---|",
+            "| subsystem | files | lines | at 6403e2b | imports from | imported by |",
+            "|---|---|---|---|---|---|",
             *rows,
             "",
         ]

@@ -31,7 +31,7 @@ COMMANDS = {
     "diagnose": "Say what the model gets wrong: name its cause, extend the model, state the gain.",
     "static-init": "Find scales and biases of foot cells as far as quiet standing shows them.",
     "hang-calib": "Fit offsets of six-axis transducers, and weight and CoM of leg or tool below.",
-    "pose-calib": "Fit the mounting of hip transducers, or offsets again, from standing poses.",
+    "pose-calib": "Fit the mounting of hip transducers, or new offsets, from standing poses.",
     "simulate": "Simulate an experiment with any effects; write its logs and its truth.",
     "effects": "Print the table of effects, or one effect's formula, look-alikes and remedy.",
     "export": "Write a calibration for ROS, mc_rtc, YARP, URDF, C or MATLAB.",

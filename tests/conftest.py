@@ -62,13 +62,16 @@ def _pictures_of_one_pixel() -> Iterator[None]:
 
 
 _DRAWN = Picture.drawn
+_COARSE_DPI = 40
+"""Every artist of a figure is drawn, on a tenth of the pixels."""
 
 
 @contextmanager
-def drawing() -> Iterator[None]:
-    """Figures are really drawn: for the runs whose figures are looked at."""
+def drawing(dpi: int = _COARSE_DPI) -> Iterator[None]:
+    """Figures are really drawn, coarsely unless asked: for the runs whose figures are looked at."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Picture, "drawn", _DRAWN)
+        patch.setattr("footcal_cli.report.FIGURE_DPI", dpi)
         yield
 
 

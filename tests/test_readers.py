@@ -11,8 +11,10 @@ import pytest
 
 from footcal_cli.commands import option_tables
 from footcal_cli.errors import DataError, UsageError
+from footcal_cli.formats.detect import open_source
 from footcal_cli.recipe import Recipe, read_recipe
 from footcal_cli.tables.canonical_names import is_canonical
+from footcal_cli.tables.carried import Carried
 from footcal_cli.tables.columns import cells_table, weights_stream_table, weights_table
 from footcal_cli.tables.delimited import before_power_was_lost, text_names, text_table
 from footcal_cli.tables.foreign import is_of_documents
@@ -277,3 +279,35 @@ def test_a_unit_that_a_recipe_asks_for_is_refused_by_name(tmp_path: Path) -> Non
     with pytest.raises(UsageError, match="nothing says the unit of load_n") as refused:
         read_table(log, weights_table(), said.reading(log), gravity_mps2=G)
     assert refused.value.remedy == 'write it in place of "?" in [columns]: N, kg, g, lb …'
+
+
+def test_records_in_yaml_and_xml_become_a_table(tmp_path: Path) -> None:
+    """Nested keys are dotted, texts stay texts, what stands above entries holds for them."""
+    yaml = tmp_path / "log.yaml"
+    yaml.write_text(
+        "rig: B\nsamples:\n  - cell: FL\n    load: {}\n    force:\n      x: 1.5\n  - cell: 'FR'\n"
+        "    force:\n      x: 2\n"
+    )
+    xml = tmp_path / "log.xml"
+    xml.write_text(
+        '<t><cell id="a"><s t="0"><f>1</f></s></cell>'
+        '<cell id="b"><s t="1"><f>2.5</f></s><s t="2"><f>3</f></s></cell></t>'
+    )
+    found = [next(iter(open_source(path, "header")[0].chunks())) for path in (yaml, xml)]
+    assert found[0]["force.x"].tolist() == [1.5, 2.0]
+    assert found[0]["cell"].tolist() == ["FL", "FR"]
+    assert {name: column.tolist() for name, column in found[1].items()} == {
+        "cell.id": ["a", "b", "b"], "t": [0, 1, 2], "f": [1.0, 2.5, 3.0]
+    }  # fmt: skip
+    xml.write_text("<t><s a='1'/>")
+    with pytest.raises(DataError, match="not valid XML"):
+        open_source(xml, "header")
+
+
+def test_what_was_added_and_removed_is_counted() -> None:
+    held = Carried(r"(?:on (?P<added_load>\d+)|off (?P<removed_load>\d+))")
+    loads = [float(held.holds["load"] or 0)]
+    for line in ("on 5", "1234", "on 2", "off 4"):
+        held.takes(line)
+        loads.append(float(held.holds["load"] or 0))
+    assert loads == [0, 5, 5, 7, 3]

@@ -23,8 +23,7 @@ def apply(session: Session[ApplyOptions]) -> Outcome:
     if robot.legs:
         return _wrenches(session)
     if not robot.cell_names:
-        ends = ".scale"
-        cells = tuple(n.removesuffix(ends) for n in session.parameters.values if n.endswith(ends))
+        cells = tuple(session.parameters.calibrated_cells)
         if not cells:
             raise UsageError(
                 "neither the recipe nor the calibration names load cells, and the recipe no legs",

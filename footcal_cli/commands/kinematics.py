@@ -54,6 +54,13 @@ def kinematics(session: Session[KinematicsOptions]) -> Outcome:
             time_s, start, turned[keep], {n: p[keep] for n, p in positions.items()},
             list(feet.values()),
         )  # fmt: skip
+        if not np.isfinite(posture.com_m).all(axis=1).any():
+            lost = [n for n, p in positions.items() if not np.isfinite(p).any()]
+            raise DataError(
+                "in no row are all joints and the base known"
+                + (f"; without a reading: {', '.join(lost)}" if lost else ""), file=log.path,
+                remedy="fill the columns that are empty",
+            )  # fmt: skip
         if base_m is None:
             fixed = None if options.anchor is None else list(feet).index(options.anchor)
             posture = posture.moved(standing_base(posture.feet_m, fixed))

@@ -106,9 +106,9 @@ def _feet(session: Session[OfflineFitOptions], channels: Sequence[Estimates]) ->
 
     from footcal_cli.core.plausibility import check_shares
     from footcal_cli.errors import UsageError, nearest
-    from footcal_cli.intake.bench import calibrated_cells, read_feet, study_foot
+    from footcal_cli.intake.bench import read_feet, study_foot
 
-    calibration = {} if session.parameters is None else calibrated_cells(session.parameters)
+    calibration = {} if session.parameters is None else session.parameters.calibrated_cells
     for one in channels:
         channel = one.names[0].removesuffix(".scale")
         calibration[channel] = one[f"{channel}.scale"], one[f"{channel}.bias"]

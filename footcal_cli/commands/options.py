@@ -49,7 +49,7 @@ _LAST: Mapping[str, tuple[Any, Any]] = {
             typer.Option(
                 "--reference",
                 metavar="FILE.json",
-                help="Gate: exit 1 where a parameter has moved away from this calibration "
+                help="Gate: exit 1 where a parameter differs too much from this calibration "
                 "(limits in \\[gates]).",
             ),
         ],
@@ -69,7 +69,7 @@ _LAST: Mapping[str, tuple[Any, Any]] = {
     ),
     "overwrite": (Overwrite, False),
     "seed": (
-        Annotated[int, typer.Option("--seed", metavar="N", help="Seed of all that is random.")], 0,
+        Annotated[int, typer.Option("--seed", metavar="N", help="Seed of the random numbers.")], 0,
     ),
     "no_pictures": (
         Annotated[bool, typer.Option("--no-pictures", help="Draw no figures.")], False,

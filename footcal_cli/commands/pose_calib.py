@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @command(PoseCalibOptions)
 def pose_calib(session: Session[PoseCalibOptions]) -> Outcome:
-    """Fit the mounting of hip transducers, or offsets again, from standing poses."""
+    """Fit the mounting of hip transducers, or new offsets, from standing poses."""
     session.refuse_missing_logs("poses")
     return {"mounting": _mounting, "offsets": _offsets, "series": _series}[session.options.fit](
         session

@@ -37,7 +37,8 @@ def _on_cells(session: Session[StaticInitOptions], recordings: Sequence[Recordin
 
     from footcal_cli.core.next_stance import stance_curve
     from footcal_cli.core.online.weighed import weighed_standing
-    from footcal_cli.core.static_init import fit_static, stance_errors, stance_rows
+    from footcal_cli.core.stances import stance_rows
+    from footcal_cli.core.static_init import fit_static, stance_errors
     from footcal_cli.intake.stances import all_stances, next_menu
     from footcal_cli.session.calibration import feet_calibration
     from footcal_cli.sheets.stand_on_cells import outcome_of
@@ -77,7 +78,8 @@ def _on_transducers(
 ) -> Outcome:
     from dataclasses import replace
 
-    from footcal_cli.core.static_init import fit_static_six_axis, six_axis_stance_rows
+    from footcal_cli.core.stances import six_axis_stance_rows
+    from footcal_cli.core.static_init import fit_static_six_axis
     from footcal_cli.intake.stances import all_stances
     from footcal_cli.session.calibration import feet_calibration
     from footcal_cli.sheets.stand_on_transducers import outcome_of

@@ -35,10 +35,7 @@ _STAMP_UNITS = (
 )  # fmt: skip
 _PILED, _FAR = 5, 5.0
 """Samples at an extreme value, and its distance in robust sd, from which a range was too small."""
-_FEWEST = 20
-
-
-_FEWEST_SAMPLES = 100
+_FEWEST, _FEWEST_SAMPLES = 20, 100
 _UNEXPLAINED, _EXPLAINED = 0.6, 0.85
 """Shares of the change of the forces that motion explains at wrong and at right stamps."""
 

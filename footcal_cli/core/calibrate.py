@@ -31,12 +31,8 @@ from footcal_cli.core.pose.hanging import leg_knowledge
 from footcal_cli.core.pose.joint import PoseFit, fit_pose
 from footcal_cli.core.pose.problem import PoseOptions
 from footcal_cli.core.quiet import select_quiet
-from footcal_cli.core.static_init import (
-    StaticInit,
-    fit_static,
-    stance_rows,
-    without_false_lifts,
-)
+from footcal_cli.core.stances import stance_rows
+from footcal_cli.core.static_init import StaticInit, fit_static, without_false_lifts
 from footcal_cli.errors import FitError
 
 __all__ = [

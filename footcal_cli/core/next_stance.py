@@ -10,7 +10,8 @@ import numpy as np
 from footcal_cli.core.inference.observability import NextStep, rank_candidates
 from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.parameters import FloatArray, IntArray
-from footcal_cli.core.static_init import StanceRows, fit_static, floors_of
+from footcal_cli.core.stances import StanceRows, floors_of
+from footcal_cli.core.static_init import fit_static
 
 COUNTS = (1, 2, 5, 10)
 

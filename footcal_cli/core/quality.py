@@ -14,6 +14,10 @@ from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.signals import gaps_of
 
 Severity = Literal["alarm", "warning", "note"]
+RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+"""Turns an exponent into raised digits."""
+_PLAIN_CHANCE, _LEAST_CHANCE = 1e-3, 1e-300
+"""From where on a chance is written out, and what a smaller one than a float holds counts as."""
 
 INDEPENDENT_SPREAD = 1e-3
 """Cells that are at all independent differ by more than this share of their loading span."""
@@ -118,11 +122,19 @@ def check_repeats_across_channels(
             "warning",
             "all channels",
             f"{exact:.0f} pairs of channels show exactly the same raw reading at the same load "
-            f"(independent cells: {expected:.1f} expected, chance {chance:.0e}): {shown}{also} "
-            f"(span {span:,.0f} counts)",
+            f"(independent cells: {expected:.1f} expected, chance {_as_power(chance)}): "
+            f"{shown}{also} (span {span:,.0f} counts)",
             "check whether cells share an amplifier or rows were copied; record each cell alone",
         )
     ]
+
+
+def _as_power(chance: float) -> str:
+    """The next power of ten above a small chance: ``< 10⁻¹⁷``; larger ones as they are."""
+    if chance >= _PLAIN_CHANCE:
+        return f"{chance:.1g}"
+    power = int(np.ceil(np.log10(max(chance, _LEAST_CHANCE))))
+    return f"< 10{str(power).translate(RAISED)}"
 
 
 def _distinct_readings(
@@ -229,6 +241,9 @@ def check_duplicate_channels(readings: FloatArray, channels: Sequence[str]) -> I
 
 STUCK_SECONDS = 1.0
 """A channel that shows one value for longer while others move is stuck."""
+FEW_STEPS = 50
+"""Siblings that take fewer different values are of a coarse converter, of which a channel that is
+loaded a little may rest between two."""
 
 
 LATE_SHARE = 0.01
@@ -294,17 +309,21 @@ def check_clock(time_s: FloatArray, stream: str) -> Iterator[Finding]:
 
 @listed
 def check_stream(
-    time_s: FloatArray, readings: FloatArray, channels: Sequence[str]
+    time_s: FloatArray | None, readings: FloatArray, channels: Sequence[str]
 ) -> Iterator[Finding]:
     """Find lost samples, stuck and duplicated channels of a stream.
 
     Parameters
     ----------
+    time_s
+        Shape (n,); None of rows that are no stream in time.
     readings
         Shape (n, c); NaN where a sample was lost.
     """
     yield from check_duplicate_channels(readings, channels)
-    step_s = float(np.median(np.diff(time_s))) if time_s.size > 2 else np.nan
+    step_s = STUCK_SECONDS
+    if time_s is not None:
+        step_s = float(np.median(np.diff(time_s))) if time_s.size > 2 else np.nan
     longest = np.array([_longest_run(readings[:, i]) for i in range(len(channels))])
     for name, column, run in zip(channels, readings.T, longest, strict=True):
         lost = int(np.sum(~np.isfinite(column)))
@@ -316,12 +335,20 @@ def check_stream(
                 "check the connection of the channel; lost samples are left out",
             )  # fmt: skip
         others = float(np.median(longest)) if longest.size > 1 else 0.0
-        if run * step_s > STUCK_SECONDS and run > 10 * max(others, 1.0):
+        stuck = run * step_s > STUCK_SECONDS and run > 10 * max(others, 1.0)
+        if stuck and not _rests_between_steps(readings, name, channels):
+            lasts = f"{run} rows" if time_s is None else f"{run * step_s:.3g} s ({run} samples)"
             yield Finding(
-                "stuck_channel", "alarm", name,
-                f"one value for {run * step_s:.3g} s ({run} samples) while others move",
+                "stuck_channel", "alarm", name, f"one value for {lasts} while others move",
                 "check that the channel is connected and that its reading is refreshed",
             )  # fmt: skip
+
+
+def _rests_between_steps(readings: FloatArray, name: str, channels: Sequence[str]) -> bool:
+    """Whether a channel of a coarse converter takes two values at most."""
+    own = list(channels).index(name)
+    values = [np.unique(column[np.isfinite(column)]).size for column in readings.T]
+    return values[own] <= 2 and float(np.median(np.delete(values, own))) < FEW_STEPS
 
 
 def check_frozen(time_s: FloatArray, readings: FloatArray, stream: str) -> list[Finding]:

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from footcal_cli.core.parameters import BoolArray, FloatArray
-from footcal_cli.core.quality import Finding, listed
+from footcal_cli.core.quality import RAISED, Finding, listed
 from footcal_cli.core.signals import stretches
 
 OFFSET_BINARY_SHARE = 0.05
@@ -25,6 +25,7 @@ MOVING = 20.0
 UNLOADED = 0.1
 """A lifted foot's cells all lie within this share of their range, for this share of the time."""
 _FEWEST_STEPS = 4
+_FEWEST_LEVELS = 3
 _FEWEST_LOADED = 12
 LOOSE_SCATTER, LOOSE_SHARE = 10.0, 0.1
 """A channel that scatters from sample to sample by so many times its siblings' scatter, and by so
@@ -36,7 +37,7 @@ STUCK = "check that the channel is connected, or take it out of `channels` in [r
 """What to do about a reading that never changes."""
 
 
-def find_glitches(reading: FloatArray) -> BoolArray:
+def find_glitches(reading: FloatArray, resolution: float = 0.0) -> BoolArray:
     """Single samples far outside the channel's range, shape (n,).
 
     The range runs from the 1st to the 99th percentile, of a short log from the tenth smallest to
@@ -47,6 +48,8 @@ def find_glitches(reading: FloatArray) -> BoolArray:
     ----------
     reading
         Shape (n,), NaN where a sample was lost.
+    resolution
+        Step of the converter: a range of less than two of them is not known to be that narrow.
     """
     found = np.zeros(reading.size, dtype=bool)
     good = reading[np.isfinite(reading)]
@@ -57,6 +60,7 @@ def find_glitches(reading: FloatArray) -> BoolArray:
     span = float(high - low)
     if not span > 0:
         span = float(np.median(np.abs(good))) * 1e-3 or 1.0
+    span = max(span, 2.0 * resolution)
     with np.errstate(invalid="ignore"):
         far = (reading < low - FAR * span) | (reading > high + FAR * span)
     for start, stop in stretches(far):
@@ -105,7 +109,8 @@ def check_codes(channel: str, counts: FloatArray, bits: int) -> Iterator[Finding
     elif counts.size > 1 and np.all(np.abs(counts - half) < OFFSET_BINARY_SHARE * half):
         yield Finding(
             "offset_binary", "note", channel,
-            f"readings lie around {half:,.0f} = 2^{bits - 1}: offset-binary, zero is mid-scale",
+            f"readings lie around {half:,.0f} = 2{str(bits - 1).translate(RAISED)}: "
+            "offset-binary, zero is mid-scale",
             "nothing to do: the bias absorbs it",
         )  # fmt: skip
 
@@ -121,9 +126,21 @@ def find_frozen(reading: FloatArray, least: int = 50) -> BoolArray:
     return np.repeat(frozen, lengths)
 
 
-def check_glitches(reading: FloatArray, time_s: FloatArray, where: str) -> list[Finding]:
+def resolution_of(readings: FloatArray) -> float:
+    """The coarsest of the smallest steps that siblings in one unit take, shape (n, c).
+
+    A channel that takes two values only does not show whether they are one step apart.
+    """
+    values = [np.unique(column[np.isfinite(column)]) for column in readings.T]
+    steps = [float(np.diff(v).min()) for v in values if v.size > _FEWEST_LEVELS]
+    return max(steps, default=0.0)
+
+
+def check_glitches(
+    reading: FloatArray, time_s: FloatArray, where: str, resolution: float = 0.0
+) -> list[Finding]:
     """Say where single samples are far off."""
-    at = np.flatnonzero(find_glitches(reading))
+    at = np.flatnonzero(find_glitches(reading, resolution))
     if not at.size:
         return []
     worst = at[np.argmax(np.abs(reading[at] - np.nanmedian(reading)))]

@@ -63,6 +63,17 @@ def rotations_of_rpy(rpy_rad: FloatArray) -> FloatArray:
     return rotations
 
 
+def rotations_of_zyz(angles_rad: FloatArray) -> FloatArray:
+    """``Rz(z1) Ry(y2) Rz(z3)``: (n, 3) to (n, 3, 3); NaN where an angle is not a number."""
+    good = whole_rows(angles_rad)
+    rotations = np.full((len(angles_rad), 3, 3), np.nan)
+    if good.any():
+        from scipy.spatial.transform import Rotation
+
+        rotations[good, :, :] = Rotation.from_euler("ZYZ", angles_rad[good]).as_matrix()
+    return rotations
+
+
 def rotations_of_rotvec(rotvec_rad: FloatArray) -> FloatArray:
     """``exp([v]×)``: (n, 3) to (n, 3, 3); NaN where a component is not a number."""
     good = whole_rows(rotvec_rad)

@@ -15,136 +15,15 @@ from scipy.linalg import block_diag
 
 from footcal_cli.core.inference.fit import Fit, fit_map
 from footcal_cli.core.inference.observability import Observability, observability
-from footcal_cli.core.log import Log
 from footcal_cli.core.online.belief import Belief
-from footcal_cli.core.online.rows import Rows, cell_rows
-from footcal_cli.core.online.six_axis import six_axis_rows
 from footcal_cli.core.parameters import (
-    BoolArray,
     Estimates,
     FloatArray,
-    IntArray,
     Parameter,
     ParameterSet,
     learnt_status,
 )
-from footcal_cli.core.quiet import QuietSet
-from footcal_cli.core.signals import autocorrelation_time
-
-FORCE_SHARE, MOMENT_SHARE_M, SWING_SHARE = 0.0015, 5e-4, 0.003
-"""What a stance's mean is worth at best, by the robot's weight: force and moment about the CoM, as
-cells that were calibrated hole by hole are left with ([NAO], Table 3: 0.08 N and 0.5 mm of 53 N); a
-lifted cell, on which cables and a loose sole pull."""
-COM_SHARE = 0.004
-"""Sd of where the model has the CoM, as a share of its height, the same in every stance: masses of
-links are some per cent off, and an inertial unit leans by milliradians."""
-
-
-@dataclass(frozen=True)
-class StanceRows:
-    """Means of the linear rows over each stance.
-
-    Parameters
-    ----------
-    h
-        Shape (rows, p), columns in prior sd.
-    error
-        With the believed calibration, shape (rows,).
-    sd
-        Noise of each row's mean, shape (rows,).
-    output
-        Name of each row's balance.
-    stance
-        Shape (rows,).
-    names, units, prior_sd, prior_correlation
-        Of the unknowns.
-    effective_samples
-        Independent samples behind each stance's mean force, shape (stances,).
-    shared
-        Errors of one sd that all stances have in common (the model's CoM ahead, and to the left),
-        shape (rows, m).
-    """
-
-    h: FloatArray
-    error: FloatArray
-    sd: FloatArray
-    output: tuple[str, ...]
-    stance: IntArray
-    names: tuple[str, ...]
-    units: tuple[str, ...]
-    prior_sd: FloatArray
-    prior_correlation: FloatArray
-    effective_samples: FloatArray
-    shared: FloatArray
-
-    @property
-    def whitened(self) -> FloatArray:
-        """Rows in units of their noise."""
-        return self.h / self.sd[:, None]
-
-    def only(self, keep: BoolArray) -> StanceRows:
-        """Some of the rows."""
-        return replace(
-            self,
-            h=self.h[keep],
-            error=self.error[keep],
-            sd=self.sd[keep],
-            output=tuple(name for name, kept in zip(self.output, keep, strict=True) if kept),
-            stance=self.stance[keep],
-            shared=self.shared[keep],
-        )
-
-
-def stance_rows(
-    log: Log,
-    quiet: QuietSet,
-    belief: Belief,
-    *,
-    force_sd_n: float | None = None,
-    moment_sd_nm: float | None = None,
-    swing_sd_n: float | None = None,
-    com_sd_m: float | None = None,
-) -> StanceRows:
-    """Average the static balance over each stance.
-
-    The scatter of the mean counts by its effective sample size; the errors that a stance does not
-    average out (posture, creep) are the given floors. A CoM that the model puts in a wrong place
-    is wrong in every stance alike: no number of them averages it out.
-
-    Parameters
-    ----------
-    log
-        Raw counts.
-    quiet
-        From `select_quiet`.
-    force_sd_n, moment_sd_nm, swing_sd_n
-        Floors of total force, moments and lifted cells; `FORCE_SHARE`, `MOMENT_SHARE_M` and
-        `SWING_SHARE` of the weight where None.
-    com_sd_m
-        Sd of the model's CoM along each of the body's horizontal axes; `COM_SHARE` of its height
-        where None.
-    """
-    if com_sd_m is None:
-        height = log.known["com_m"][:, 2]
-        com_sd_m = (
-            COM_SHARE * float(height[np.isfinite(height)].mean())
-            if np.isfinite(height).any()
-            else 0.0
-        )
-    rows = cell_rows(
-        log, belief, samples_per_update=1, states=_COM, plate=False, static=True,
-        state_sd=dict.fromkeys(_COM, com_sd_m),
-    )  # fmt: skip
-    force, moment, swing = (
-        own if given is None else given
-        for own, given in zip(
-            floors_of(weight_of(log)), (force_sd_n, moment_sd_nm, swing_sd_n), strict=True
-        )
-    )
-    floors = [force, moment, moment] + [swing] * len(log.channels)
-    means = stance_means(rows, quiet, np.array(floors))
-    return _shared_out(means, np.array([name in _COM for name in rows.names]))
-
+from footcal_cli.core.stances import StanceRows
 
 _FALSE_LIFT_SIGMAS = 4.0
 
@@ -169,83 +48,6 @@ def without_false_lifts(rows: StanceRows) -> StanceRows:
         variance = float(slope @ found.covariance @ slope + np.sum(rows.sd[own] ** 2))
         keep[own] = load < _FALSE_LIFT_SIGMAS * np.sqrt(variance)
     return rows.only(keep)
-
-
-def floors_of(weight_n: float) -> tuple[float, float, float]:
-    """Floors of total force (N), moments (Nm) and lifted cells (N) of a robot's stances."""
-    return FORCE_SHARE * weight_n, MOMENT_SHARE_M * weight_n, SWING_SHARE * weight_n
-
-
-def weight_of(log: Log) -> float:
-    """What the feet carry in a log, N."""
-    return float(np.mean(log.known["mass_kg"] * log.known["gravity_mps2"]))
-
-
-_COM = ("robot.com_correction_x", "robot.com_correction_y")
-
-
-def _shared_out(rows: StanceRows, common: BoolArray) -> StanceRows:
-    """Rows with some of the unknowns, shape (p,), as errors that all stances share."""
-    own = ~common
-    return replace(
-        rows,
-        h=rows.h[:, own],
-        names=tuple(name for name, keep in zip(rows.names, own, strict=True) if keep),
-        units=tuple(unit for unit, keep in zip(rows.units, own, strict=True) if keep),
-        prior_sd=rows.prior_sd[own],
-        prior_correlation=rows.prior_correlation[np.ix_(own, own)],
-        shared=rows.h[:, common],
-    )
-
-
-def six_axis_stance_rows(log: Log, quiet: QuietSet) -> StanceRows:
-    """Average the balance of six-axis feet over each stance.
-
-    Scales are left out (one load shows none of them); floors as for cells.
-    """
-    rows = six_axis_rows(log, samples_per_update=1, scales=False, walking=False)
-    force, moment, lifted = floors_of(weight_of(log))
-    totals = [force] * 3 + [moment] * 2
-    swing = lifted * rows.swing_sd_factor
-    return stance_means(rows, quiet, np.concatenate([totals, swing]))
-
-
-def stance_means(rows: Rows, quiet: QuietSet, floors: FloatArray) -> StanceRows:
-    """Average rows, one per sample, over each stance.
-
-    Parameters
-    ----------
-    floors
-        What a stance does not average out of each output, shape (k,).
-    """
-    h, error, sd, output, stance, worth = [], [], [], [], [], []
-    for number in range(quiet.stances):
-        inside = quiet.stance == number
-        tau = autocorrelation_time(rows.error[inside, 0])
-        worth.append(float(inside.sum() / tau))
-        for k, name in enumerate(rows.outputs):
-            use = inside & rows.valid[:, k]
-            if use.sum() < inside.sum() / 2:
-                continue
-            h.append(rows.h[use, k].mean(axis=0))
-            error.append(rows.error[use, k].mean())
-            spread = np.std(rows.error[use, k]) / np.sqrt(use.sum() / tau)
-            sd.append(np.hypot(spread, floors[k]))
-            output.append(name)
-            stance.append(number)
-    return StanceRows(
-        h=np.array(h).reshape(-1, len(rows.names)),
-        error=np.array(error),
-        sd=np.array(sd),
-        output=tuple(output),
-        stance=np.array(stance, dtype=np.int64),
-        names=rows.names,
-        units=rows.units,
-        prior_sd=rows.prior_sd,
-        prior_correlation=rows.prior_correlation,
-        effective_samples=np.array(worth),
-        shared=np.zeros((len(error), 0)),
-    )
 
 
 @dataclass(frozen=True)

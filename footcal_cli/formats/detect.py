@@ -7,7 +7,7 @@ from pathlib import Path
 
 from footcal_cli.errors import DataError, UsageError
 from footcal_cli.formats.contract import Clock, Stream
-from footcal_cli.tables.foreign import READERS, is_of_documents
+from footcal_cli.tables.foreign import READERS, is_of_documents, kind_of_records
 
 
 def open_source(path: Path, clock: Clock) -> tuple[Stream, ...]:
@@ -39,14 +39,17 @@ def open_source(path: Path, clock: Clock) -> tuple[Stream, ...]:
         raise DataError("the file is empty", file=path, remedy="record or export it again")
     reader = READERS[suffix]
     if reader in ("logs", "documents") and suffix not in (".parquet", ".pq"):
-        reader = "documents" if _of_documents(path) else "logs"
+        reader = _of_texts(path)
     found: tuple[Stream, ...] = import_module(f"footcal_cli.formats.{reader}").streams(path, clock)
     return found
 
 
-def _of_documents(path: Path) -> bool:
-    """Whether a text is of printed messages."""
+def _of_texts(path: Path) -> str:
+    """The reader of a text: printed messages, records, or a table."""
     if path.suffix == ".gz":
-        return False
+        return "logs"
     with path.open("rb") as stream:
-        return is_of_documents(stream.read(2**16).decode("utf-8", errors="replace"))
+        text = stream.read(2**16).decode("utf-8", errors="replace")
+    if is_of_documents(text):
+        return "documents"
+    return "records" if kind_of_records(text) else "logs"

@@ -22,7 +22,6 @@ from footcal_cli.core.readings import find_end_codes
 from footcal_cli.errors import UsageError, nearest
 from footcal_cli.recipe import Robot
 from footcal_cli.recipe.options import OfflineFitOptions, PlateauSettings
-from footcal_cli.records.results import ParametersRecord
 from footcal_cli.tables.columns import (
     cop_points_table,
     placements_table,
@@ -258,17 +257,6 @@ def rows_together(session: Session[Any], *, known_wrench: bool) -> RowsTogether 
         tuple(channels), readings, outputs, units, loads, sessions_of(tables),
         case.reshape(-1).astype(np.int64),
     )  # fmt: skip
-
-
-def calibrated_cells(record: ParametersRecord) -> dict[str, tuple[float, float]]:
-    """Scale (N/count) and bias (N) of the channels of a calibration."""
-    known = record.parameters
-    owners = {name.removesuffix(".scale") for name in known if name.endswith(".scale")}
-    return {
-        owner: (known[f"{owner}.scale"].value, known[f"{owner}.bias"].value)
-        for owner in owners
-        if f"{owner}.bias" in known
-    }
 
 
 def read_feet(

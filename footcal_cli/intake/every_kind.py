@@ -11,7 +11,7 @@ import numpy as np
 from footcal_cli.core.quality import Finding, check_clock
 from footcal_cli.errors import DataError, FitError, UsageError
 from footcal_cli.intake.closer import look_closer
-from footcal_cli.recipe.options import HangCalibOptions
+from footcal_cli.recipe.options import HangCalibOptions, PoseCalibOptions
 from footcal_cli.session.inspection import weights_findings
 from footcal_cli.tables import columns
 from footcal_cli.tables.columns import TableType
@@ -102,13 +102,13 @@ def compare(
 def _placements(session: Session[Any], tables: Sequence[Table]) -> None:
     """Weights on feet against the calibration of their cells."""
     from footcal_cli.core.plausibility import check_shares
-    from footcal_cli.intake.bench import calibrated_cells, read_placements
+    from footcal_cli.intake.bench import read_placements
 
     if session.parameters is None:
         return
     with suppress(UsageError):  # cells without a calibration
         logs = read_placements(
-            tables, session.recipe.robot, calibrated_cells(session.parameters), 0.0
+            tables, session.recipe.robot, session.parameters.calibrated_cells, 0.0
         )
         for log in logs.values():
             rows = log.rows
@@ -121,7 +121,6 @@ def _standing_legs(session: Session[Any]) -> None:
     from footcal_cli.core.pose.seating import standing_axes
     from footcal_cli.intake.legs import without_effects
     from footcal_cli.intake.poses import noise_sd_of, raw_poses
-    from footcal_cli.recipe.options import PoseCalibOptions
 
     asked = PoseCalibOptions.model_validate(session.recipe.options.get("pose_calib", {}))
     log, legs, _ = raw_poses(session, asked)
@@ -158,6 +157,8 @@ def _table_types(session: Session[Any]) -> list[TableType]:
     counted = [name.removesuffix("_counts") for h in headers for name in h if "_counts" in name]
     channels = robot.cell_names or tuple(dict.fromkeys(counted))
     feet = tuple(robot.feet) or ("left", "right")
+    pairs = PoseCalibOptions.model_validate(session.recipe.options.get("pose_calib", {})).series
+    in_series = tuple(dict.fromkeys(name for pair in pairs for name in pair))
     cells_of_a_foot = next((tuple(foot.cells) for foot in robot.feet.values() if foot.cells), ())
     kinds = [
         columns.weights_table(),
@@ -168,6 +169,8 @@ def _table_types(session: Session[Any]) -> list[TableType]:
         columns.body_table(feet),
         columns.six_axis_feet_table(feet),
     ]
+    if in_series:
+        kinds.append(columns.six_axis_feet_table(in_series))
     if cells_of_a_foot:
         kinds.append(columns.placements_table(cells_of_a_foot))
     if channels:

@@ -12,7 +12,8 @@ from footcal_cli.core.effects.contract import Scope, columns_of
 from footcal_cli.core.inference.observability import NextStep
 from footcal_cli.core.next_stance import next_stances
 from footcal_cli.core.quiet import QuietRule, QuietSet, select_quiet
-from footcal_cli.core.static_init import StanceRows, without_false_lifts
+from footcal_cli.core.stances import StanceRows
+from footcal_cli.core.static_init import without_false_lifts
 from footcal_cli.intake.recordings import Recording
 
 if TYPE_CHECKING:

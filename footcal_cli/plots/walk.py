@@ -215,15 +215,19 @@ def _owner(name: str) -> str:
 
 
 def plot_states(
-    track: Track, names: Sequence[str], scale: Mapping[str, tuple[float, str]]
+    track: Track,
+    names: Sequence[str],
+    scale: Mapping[str, tuple[float, str]],
+    on_top_of: Mapping[str, float],
 ) -> Figure:
-    """What was wrong with the reference, over time with ± 2 sd."""
+    """What was wrong with the reference, over time with ± 2 sd; each on top of a first estimate."""
     figure = new_figure(1.5 * len(names) + 0.4)
     panels = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
     for axes, name in zip(panels, names, strict=True):
         i = track.names.index(name)
         factor, unit = scale.get(name, (1.0, track.units[i]))
-        value, sd = factor * track.values[:, i], factor * track.sd[:, i]
+        value = factor * (track.values[:, i] + on_top_of.get(name, 0.0))
+        sd = factor * track.sd[:, i]
         drawn = peaks_kept(value, MOST_POINTS)
         time_s, low, high = (x[drawn] for x in (track.time_s, value - 2 * sd, value + 2 * sd))
         axes.plot(time_s, value[drawn], color=AFTER, linewidth=1.1)

@@ -20,7 +20,8 @@ class Place(Frozen):
     strptime has it (``%d.%m.%Y %H:%M:%S.%f``), `pattern` a regular expression whose first group is
     the value in a cell (``Reading: 8347750``) and whose group ``unit``, if any, is that value's own
     unit, `nanoseconds` the column next to whole seconds, `names` translates texts, `wraps_at`
-    is the number at which a counter begins again from zero (2³² = 4294967296). `held`: an empty
+    is the number at which a counter begins again from zero (2³² = 4294967296). `summed`: each
+    number is what came on top of those above (weights added one by one). `held`: an empty
     cell means what stands above it. `only_where` is for a weight that lies on one cell at a time,
     ``{ loaded_cell = "FL" }``: where that column says something else the number is 0. `missing`
     says what a cell holds where there was no reading (``["-9999"]``; ``[""]`` for an empty one or
@@ -38,6 +39,7 @@ class Place(Frozen):
     factor: float | None = None
     nanoseconds: str = ""
     wraps_at: float | None = Field(default=None, gt=0)
+    summed: bool = False
     names: dict[str, str] = Field(default_factory=dict)
     held: bool = False
     only_where: dict[str, str] = Field(default_factory=dict)
@@ -57,8 +59,8 @@ class Place(Frozen):
                 raise ValueError(f"'{text}' needs exactly one group in round brackets")
             if with_unit and self.unit is None:
                 raise ValueError("a pattern that finds units needs the unit they become: unit")
-        if (self.held or self.only_where or self.missing) and not self.column:
-            raise ValueError("held, only_where and missing are for a column")
+        if (self.held or self.only_where or self.missing or self.summed) and not self.column:
+            raise ValueError("summed, held, only_where and missing are for a column")
         if self.held and self.missing:
             raise ValueError("an empty cell means what stands above it, or nothing: held, missing")
         if self.nanoseconds and not self.column:
@@ -98,7 +100,7 @@ class PivotSpec(Frozen):
     ``{ by = ["foot"], labels = ["left", "right"], at = "time_ms" }``: the columns `by` name what a
     row is of (their texts joined by ``_``), each of `labels` gets its own columns
     ``<label>.<column>``. Rows belong together by equal stamps in the column `at`, or are
-    interpolated between neighbouring rows of their label; without `at` they are counted off.
+    interpolated between neighbouring rows of their label; without `at` they are numbered in order.
     """
 
     by: tuple[str, ...] = Field(min_length=1)
@@ -119,7 +121,8 @@ class FileSpec(Frozen):
     with `until`. `turned`: the sheet lies on its side, each line begins with its name. `line` is a
     regular expression with named groups for texts without fields: each line it is found in is a
     row; `carried` is one for lines between the rows (``# load 2 kg``) whose groups are columns of
-    the rows below. `rate_hz` counts rows where there are no stamps. `rows_of` is for topics that
+    the rows below; groups called ``added_load`` and ``removed_load`` count a column ``load`` up and
+    down. `rate_hz` counts rows where there are no stamps. `rows_of` is for topics that
     take turns in one table: rows without a value in this column are left out, and the other columns
     are filled in from their own rows, no farther than 0.1 s away.
     `pivot` turns a table with a row for each foot or cell into one with a row per sample.

@@ -208,7 +208,7 @@ class OfflineFitOptions(CommandOptions):
 
 
 class NoiseOptions(Frozen):
-    """``[online_replay.noise]``: what the innovations need not tell; absent ones are learnt."""
+    """``[online_replay.noise]``: given values; absent ones are learnt from the innovations."""
 
     force_n: Limit = None
     moment_nm: Limit = None

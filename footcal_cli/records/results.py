@@ -118,6 +118,17 @@ class ParametersRecord(Versioned):
         """Values by name."""
         return {name: parameter.value for name, parameter in self.parameters.items()}
 
+    @property
+    def calibrated_cells(self) -> dict[str, tuple[float, float]]:
+        """Scale (N/count) and bias (N) of the cells that have both, in the record's order."""
+        values = self.values
+        owners = [name.removesuffix(".scale") for name in values if name.endswith(".scale")]
+        return {
+            owner: (values[f"{owner}.scale"], values[f"{owner}.bias"])
+            for owner in owners
+            if f"{owner}.bias" in values
+        }
+
     def value(self, name: str) -> float:
         """Value of one parameter; an absent name is the caller's usage error."""
         if name not in self.parameters:

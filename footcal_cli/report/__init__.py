@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from math import floor, isfinite, log10
 from typing import TYPE_CHECKING
 
-from footcal_cli.core.quality import Finding
+from footcal_cli.core.quality import RAISED, Finding
 from footcal_cli.records.results import (
     ParametersRecord,
     ReadColumnRecord,
@@ -23,9 +23,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 FIGURE_DPI = 130
-_GROUPED, _WRITTEN_OUT = 1e6, 1e15
+_GROUPED, _WRITTEN_OUT = 1e3, 1e15
 """From where on thousands are set apart, and up to where no power of ten is written."""
-_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _READ_ALOUD = 12
 """So many columns are printed before the rest is folded away."""
 _FIGURE_METADATA = {"Software": None}  # keeps figures the same bytes for the same data
@@ -141,9 +140,10 @@ def number(value: float | None, digits: int = 4) -> str:
     """
     if value is None or value != value:
         return "–"
-    text = f"{value:.{digits}g}"
+    text = f"{value:z.{digits}g}"
     if abs(value) < _WRITTEN_OUT and ("e+" in text or abs(value) >= _GROUPED):
-        text = f"{float(text):{',' if abs(value) >= _GROUPED else ''}.0f}"
+        decimals = len(text.partition(".")[2]) if "e" not in text else 0
+        text = f"{float(text):,.{decimals}f}"
     head, _, power = text.partition("e")
     if power:
         text = f"{head} × {_power(int(power))}"
@@ -152,7 +152,7 @@ def number(value: float | None, digits: int = 4) -> str:
 
 def _power(exponent: int) -> str:
     """A power of ten with its exponent raised."""
-    return f"10{str(exponent).translate(_RAISED)}"
+    return f"10{str(exponent).translate(RAISED)}"
 
 
 def with_sd(value: float, sd: float | None) -> str:
@@ -163,16 +163,16 @@ def with_sd(value: float, sd: float | None) -> str:
     if -15 < decimals < 7:
         shown = max(decimals, 0)
         grouped = "," if abs(value) >= _GROUPED else ""
-        return f"{value:{grouped}.{shown}f} ± {sd:{grouped}.{shown}f}".replace("-", "−")
+        return f"{value:z{grouped}.{shown}f} ± {sd:{grouped}.{shown}f}".replace("-", "−")
     power = floor(log10(max(abs(value), sd)))
     shown = max(decimals + power, 1)
-    scaled = f"({value / 10.0**power:.{shown}f} ± {sd / 10.0**power:.{shown}f})"
+    scaled = f"({value / 10.0**power:z.{shown}f} ± {sd / 10.0**power:.{shown}f})"
     return f"{scaled} × {_power(power)}".replace("-", "−")
 
 
 def plural(count: int, one: str, many: str = "") -> str:
     """``1 finding``, ``2 findings``; `many` where the plural is not `one` with an s."""
-    return f"{count} {one if count == 1 else many or one + 's'}"
+    return f"{count:,} {one if count == 1 else many or one + 's'}"
 
 
 def rmse_sheet(rmse: RmseRecord) -> Sheet:
@@ -182,7 +182,7 @@ def rmse_sheet(rmse: RmseRecord) -> Sheet:
         ("quantity", "stage", "against", "data", "RMSE", "unit", "samples"),
         [
             (r.quantity, r.stage, r.reference, r.split.replace("_", " "), number(r.rmse),
-             r.unit, str(r.n))
+             r.unit, f"{r.n:,}")
             for r in rmse.rows
         ],
         note="Root mean square errors. Held out: data that the fit did not use. Rejected samples: "

@@ -10,13 +10,15 @@ import base64
 import hashlib
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from datetime import datetime
 from functools import cache
 from importlib import resources
 from typing import TYPE_CHECKING
 
 from footcal_cli.records.results import RunRecord
 from footcal_cli.report import Drawn, Picture, Report, Sheet, plural
+from footcal_cli.report.columns import aligned
 
 if TYPE_CHECKING:
     import jinja2
@@ -33,6 +35,8 @@ _LEVELS = {
     "warning": ("!", "Needs attention"),
     "bad": ("✕", "Not to be relied on"),
 }
+_TALL = 0.9
+"""From this ratio of height to width on a figure keeps its size on paper."""
 _SEVERITIES = {"alarm": "✕", "warning": "!", "note": "i"}
 _FILES = {
     "parameters.json": "the calibration, for --parameters",
@@ -91,6 +95,7 @@ class _Figure:
     data: str
     curves: str
     result: str
+    tall: bool
 
 
 def render_html(
@@ -110,6 +115,7 @@ def render_html(
             data=base64.b64encode(images[picture.name].png).decode("ascii"),
             curves=images[picture.name].curves,
             result=picture.sentence,
+            tall=_is_tall(images[picture.name].png),
         )
         for i, picture in enumerate(report.pictures)
     ]
@@ -124,6 +130,7 @@ def render_html(
         notes=[f for f in report.findings if f.severity == "note"],
         files=[(name, _FILES.get(name, "")) for name in files], plural=plural,
         style=style, script=script, style_hash=_hash(style), script_hash=_hash(script),
+        started=_moment(run.started),
     )  # fmt: skip
 
 
@@ -136,7 +143,20 @@ def _table(sheet: Sheet, count: int) -> _Table:
         filled = [cell for cell in cells if cell not in _EMPTY]
         numbers = sum(bool(_NUMERIC.match(cell)) for cell in filled)
         numeric.append(bool(filled) and numbers >= 0.8 * len(filled))
+    sheet = replace(sheet, rows=aligned(sheet.rows, numeric))
     return _Table(count, f"table-{count}", sheet, tuple(numeric))
+
+
+def _is_tall(png: bytes) -> bool:
+    """Whether a figure is about as high as it is wide; its size stands in the PNG's first chunk."""
+    width, height = (int.from_bytes(png[at : at + 4], "big") for at in (16, 20))
+    return height > _TALL * width
+
+
+def _moment(stamp: str) -> str:
+    """``2026-11-25 19:13 UTC`` of an ISO stamp."""
+    moment = datetime.fromisoformat(stamp)
+    return f"{moment:%Y-%m-%d %H:%M} {moment.tzname() or ''}".strip()
 
 
 @cache

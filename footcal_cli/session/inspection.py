@@ -27,7 +27,7 @@ _SLOWEST_LEGS_S, _SLOWEST_BENCH_S = 5.0, 60.0
 
 
 def inspect(table: Table, kind: TableType, robot: Robot) -> list[Finding]:
-    """Everything that one log alone says, by its kind."""
+    """Findings about one log by itself, by its kind."""
     look: Callable[[Table, Robot], list[Finding]] | None = {
         "weights": _weights,
         "weights_stream": _weights_stream,
@@ -279,10 +279,9 @@ def _legs(table: Table, robot: Robot) -> list[Finding]:
     part = table.text("orientation") if "orientation" in table else np.full(len(table), "")
     for name in dict.fromkeys(leg):
         mine = leg == name
-        order = np.arange(int(mine.sum()), dtype=float)
         values = table.numbers(names)[mine]
         labels = [f"{name}.{c.rsplit('_', 1)[0]}" for c in names]
-        found += quality.check_stream(order, values, labels)
+        found += quality.check_stream(None, values, labels)
         if "time_s" not in table:
             continue
         for which in dict.fromkeys(part[mine]):
@@ -291,7 +290,9 @@ def _legs(table: Table, robot: Robot) -> list[Finding]:
             where = f"{name}, {which}".rstrip(", ")
             found += body_stream.check_stamp_unit(stamps, where, slowest_s=_SLOWEST_LEGS_S)
             for c, label in zip(names, labels, strict=True):
-                found += readings.check_glitches(table.number(c)[at], stamps, label)
+                alike = [i for i, n in enumerate(names) if n.endswith(c[c.rindex("_") :])]
+                step = readings.resolution_of(values[:, alike])
+                found += readings.check_glitches(table.number(c)[at], stamps, label, step)
     if "body_qw" in table:
         columns = [f"body_q{a}" for a in "xyzw"]
         found += body_stream.check_quaternions(table.numbers(columns), "body_qx …")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 import shutil
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
@@ -16,6 +17,9 @@ from footcal_cli.report.outcome import Outcome
 from footcal_cli.report.page import render_html
 from footcal_cli.session.run_folder import scratch
 from footcal_cli.tables.logfiles import write_csv, write_parquet, write_parquet_pieces
+
+_BROKEN_LIST = re.compile(r"([\[{])\s*((?:[^\[\]{}\"]|\"[^\"\n]*\"){1,120}?)\s*([\]}])")
+"""Values without further lists or tables in them, short enough for a line."""
 
 
 def write_run(folder: Path, run: RunRecord, outcome: Outcome, images: Mapping[str, Drawn]) -> None:
@@ -40,13 +44,20 @@ def write_run(folder: Path, run: RunRecord, outcome: Outcome, images: Mapping[st
     (folder / "figures").mkdir()
     for name, image in images.items():
         (folder / "figures" / f"{name}.png").write_bytes(image.png)
-    recipe_text = json.dumps({**run.recipe, run.command: run.options}, indent=2, ensure_ascii=False)
+    settings = {**run.recipe, run.command: run.options}
+    recipe_text = _BROKEN_LIST.sub(_on_one_line, json.dumps(settings, indent=2, ensure_ascii=False))
     beside = sorted({"run.json", *(p.name for p in folder.iterdir() if p.is_file())})
     (folder / "report.html").write_text(
         render_html(outcome, run, recipe_text, images, beside), encoding="utf-8"
     )
     files = sorted(p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.is_file())
     write_record(run.model_copy(update={"files": tuple(files)}), folder / "run.json")
+
+
+def _on_one_line(found: re.Match[str]) -> str:
+    """A list or table of plain values, as a person would write it."""
+    opening, inner, closing = found.groups()
+    return f"{opening}{' '.join(inner.split())}{closing}"
 
 
 def set_aside(pieces: Iterable[Mapping[str, object]], name: str) -> Callable[[Path], None]:

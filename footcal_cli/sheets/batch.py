@@ -135,7 +135,7 @@ def verdict_of(rows: Sequence[SessionRecord], fleet: Fleet, alarms: int) -> Verd
     robots = len({row.robot for row in rows if row.outcome != "refused"})
     sentence = (
         f"{len(rows) - refused} of {_count(len(rows), 'session')} of {_count(robots, 'robot')} "
-        "came through"
+        "were processed"
     )
     parts = [f"{refused} refused"] if refused else []
     parts += [f"gates not met by {gates}"] if gates else []

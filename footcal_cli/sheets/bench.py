@@ -179,8 +179,8 @@ def _pictures(
             Picture(
                 "staircases", lambda: plot_staircases(studies),
                 "Residual against load of the straight line and, where another model was chosen, "
-                "of that model below it. A gap between loading and unloading is memory, a common "
-                "bend is nonlinearity.",
+                "of that model below it. A gap between loading and unloading is hysteresis or "
+                "creep, a common bend is nonlinearity.",
                 title="Residual against known load, loading and unloading", result=line,
             ),
             Picture(

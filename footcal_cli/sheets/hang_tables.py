@@ -16,6 +16,11 @@ from footcal_cli.report import Sheet, number, with_sd
 
 Residuals = Mapping[str, Mapping[str, FloatArray]]
 """Stage -> leg -> residuals (n, 6)."""
+_METHODS = {
+    "joint": "Joint: maximum likelihood over all orientations, tilt included",
+    "naive": "naive: means of opposite orientations, no tilt",
+    "stepwise": "stepwise: Wu & Revzen, III-A, its weight times about the cosine of the tilt",
+}
 
 
 def residuals_by_stage(
@@ -152,9 +157,7 @@ def method_sheets(
             "Methods side by side",
             (sensor_of(thing), "method", "weight (N)", "fx", "fy", "fz", "tx", "ty", "tz"),
             rows,
-            note="stepwise: Wu & Revzen, III-A, biased low in weight by about the cosine of the "
-            "tilt; "
-            "naive: no tilt at all.",
+            note="; ".join(_METHODS[name] for name in ("joint", *others)) + ".",
         ),
     )
 

@@ -60,7 +60,7 @@ def outcome_of(
             Sheet(
                 "Logs",
                 ("file", "read as", "rows"),
-                [(table.path.name, kind.name, str(len(table))) for table, kind in tables],
+                [(table.path.name, kind.name, f"{len(table):,}") for table, kind in tables],
             ),
         ),
     )

@@ -61,7 +61,7 @@ def file_sheet(scenario: Scenario) -> Sheet:
         "Files",
         ("file", "rows", "columns"),
         [
-            (f"{stem}.parquet", str(len(next(iter(columns.values())))), _named(tuple(columns)))
+            (f"{stem}.parquet", f"{len(next(iter(columns.values()))):,}", _named(tuple(columns)))
             for stem, columns in scenario.files.items()
         ],
     )

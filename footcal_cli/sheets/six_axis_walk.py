@@ -295,7 +295,7 @@ def footer_of(found: SixAxisReplay) -> tuple[str, ...]:
         f"Normalised innovation squared {c.ratio:.3f}, {100 * c.inside:.0f} % of {c.updates} "
         "updates inside their own 95 % band; beyond the learnt noise all variances × "
         f"{found.inflated:.2f}, for errors that repeat with the gait × {found.repeated[0]:.1f} "
-        f"(totals) and {found.repeated[1]:.1f} (swinging feet). Updates that taught nothing: "
+        f"(totals) and {found.repeated[1]:.1f} (swinging feet). Updates that changed nothing: "
         f"{int(np.sum(~found.track.used))}. Body stream late by {1e3 * found.delay_s:.1f} ± "
         f"{1e3 * found.delay_sd_s:.1f} ms beyond the recipe.",
         "Model: applied wrench = (1 + scale) · reading − offset per axis; totals balance the "

@@ -13,7 +13,8 @@ from footcal_cli.core.online.weighed import Weighed
 from footcal_cli.core.parameters import FloatArray, Status
 from footcal_cli.core.quiet import QuietSet
 from footcal_cli.core.signals import root_mean_square
-from footcal_cli.core.static_init import StanceErrors, StanceRows, StaticInit
+from footcal_cli.core.stances import StanceRows
+from footcal_cli.core.static_init import StanceErrors, StaticInit
 from footcal_cli.plots.stand import plot_beliefs, plot_directions
 from footcal_cli.recipe import STANDARD_GRAVITY_MPS2
 from footcal_cli.records.results import RmseRecord, RmseRow, VerdictRecord

@@ -10,7 +10,8 @@ from footcal_cli.core.inference.observability import NextStep
 from footcal_cli.core.next_stance import CurvePoint
 from footcal_cli.core.online.weighed import Weighed
 from footcal_cli.core.quiet import QuietSet
-from footcal_cli.core.static_init import StanceErrors, StanceRows, StaticInit
+from footcal_cli.core.stances import StanceRows
+from footcal_cli.core.static_init import StanceErrors, StaticInit
 from footcal_cli.plots.stand import plot_curve, plot_stances
 from footcal_cli.report import Picture
 from footcal_cli.report.outcome import Outcome
@@ -63,7 +64,7 @@ def outcome_of(
             Picture(
                 "curve", lambda: plot_curve(curve),
                 "CoP error on the next, held-out stance after one, two, five … stances: with the "
-                "prior it falls; least squares without one needs many before it can be trusted.",
+                "prior it falls; without a prior, least squares needs many stances.",
                 title="Error on the next stance against the number of stances",
                 result=f"After {curve[-1].stances} stances {1e3 * curve[-1].after_m:.2g} mm, with "
                 f"the prior alone {1e3 * curve[-1].before_m:.2g} mm.",

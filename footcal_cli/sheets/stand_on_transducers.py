@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from footcal_cli.core.quiet import QuietSet
-from footcal_cli.core.static_init import SixAxisInit, StanceRows
+from footcal_cli.core.stances import StanceRows
+from footcal_cli.core.static_init import SixAxisInit
 from footcal_cli.records.results import VerdictRecord
 from footcal_cli.report.outcome import Outcome
 from footcal_cli.sheets import stand as sheets

@@ -75,7 +75,7 @@ def verdict_of(found: Comparison, method: str) -> VerdictRecord:
         ratio, p = found.ratios[other, reference, "cop"]
         details.append(
             f"CoP error {in_words(ratio)} × that of {_METHODS[other]} over {ratio.n} gait cycles "
-            f"(Wilcoxon p {p_in_words(p)})."
+            f"(Wilcoxon p {'' if p < 0.001 else '= '}{p_in_words(p)})."
             if method == "memory"
             else f"The estimator with memory has {in_words(ratio)} × the CoP error of "
             f"{_METHODS[other]} on this walk."
@@ -83,10 +83,9 @@ def verdict_of(found: Comparison, method: str) -> VerdictRecord:
     states = found.memory.track
     errors = []
     if "robot.delay" in states.names:
-        errors.append(
-            f"body stream {with_sd(1e3 * found.memory.delay_s, 1e3 * found.memory.delay_sd_s)} ms "
-            "later than compensated"
-        )
+        late, sd = states.at_end("robot.delay")
+        late = 1e3 * (late + found.memory.delay_s)
+        errors.append(f"body stream {with_sd(late, 1e3 * sd)} ms later than compensated")
     for axis in "xy":
         name = f"robot.com_correction_{axis}"
         if name in states.names:
@@ -150,33 +149,32 @@ def _how_run(found: Comparison) -> str:
     if found.causal:
         first = " of the first part" if parts else ""
         return (
-            f"Live: filtered, and learnt after 8, 16, 32 … s{first}, from the past alone; of the "
-            f"latency of the low-pass nothing is counted as error.{parts}"
+            f"Live: filtered, and learnt after 8, 16, 32 … s{first}, from the past alone; the "
+            f"latency of the low-pass is not counted as an error.{parts}"
         )
     return (
-        f"After the fact: delay, noise and doubted states are learnt {taught}, the low-pass has no "
-        f"lag; --causal runs as a robot would.{parts}"
+        f"After the fact: delay, noise and uncertain states are learnt {taught}, the low-pass has "
+        f"no lag; --causal runs as a robot would.{parts}"
     )
 
 
 def footer_of(found: Comparison, papers: PaperMethods | None, delay_s: float) -> tuple[str, ...]:
-    """What was assumed, for who wants to repeat it."""
+    """What was assumed, for those who want to repeat it."""
     c = found.consistency
     return (
         _how_run(found),
-        f"Normalised innovation squared {c.ratio:.3f} (95 % band for as many independent ones as "
-        f"these are worth [{c.low:.3f}, {c.high:.3f}]), {100 * c.inside:.0f} % of {c.updates} "
+        f"Normalised innovation squared {c.ratio:.3f} (95 % band for the number of independent "
+        f"ones [{c.low:.3f}, {c.high:.3f}]), {100 * c.inside:.0f} % of {c.updates} "
         f"updates inside their own band, lag-one correlation of the force innovation "
         f"{c.whiteness:.2f}.",
-        f"Covariances × {found.memory.repeated:.2f} for errors that come back in every gait cycle."
+        f"Covariances × {found.memory.repeated:.2f} for errors that repeat in every gait cycle."
         + (
             f" Total force and moments count up to {found.memory.band_hz:.1f} Hz: above that the "
             "motion's errors repeat with the steps."
             if found.memory.band_hz < np.inf
             else ""
         ),
-        f"{found.taught[0]} of {found.taught[1]} updates taught "
-        "something; the others changed nothing.",
+        f"{found.taught[0]:,} of {found.taught[1]:,} updates changed the estimate.",
         f"Delay compensated {1e3 * delay_s:g} ms."
         + (
             f" Window: {papers.rule.samples} samples every {papers.rule.every}, "
@@ -256,12 +254,12 @@ def pictures_of(
             zoom=True),
     ]  # fmt: skip
     if states:
+        found_first = {"robot.delay": memory.delay_s}
         pictures.append(
-            Picture("states", lambda: plots.plot_states(track, states, STATE_UNITS),
-                    "Estimated errors of the body stream and the feet; the delay is on top of "
-                    f"{1e3 * memory.delay_s:.1f} ms found first.",
+            Picture("states", lambda: plots.plot_states(track, states, STATE_UNITS, found_first),
+                    "Estimated errors of the body stream and the feet.",
                 title="Errors of the body stream along the walk",
-                result=lambda: _states_at_end(track, states), zoom=True)
+                result=lambda: _states_at_end(track, states, found_first), zoom=True)
         )  # fmt: skip
     if curves:
         pictures.append(
@@ -309,12 +307,13 @@ def _known_to(track: Track, jumps: int) -> str:
     return f"Known at the end: {', '.join(words)} or better; {plural(jumps, 'jump')}."
 
 
-def _states_at_end(track: Track, names: Sequence[str]) -> str:
+def _states_at_end(track: Track, names: Sequence[str], on_top_of: Mapping[str, float]) -> str:
     """Every error of the body stream at the end of the walk."""
     words = []
     for name in names:
         factor, unit = STATE_UNITS.get(name, (1.0, track.units[track.names.index(name)]))
         value, sd = track.at_end(name)
+        value += on_top_of.get(name, 0.0)
         words.append(f"{plots.state_in_words(name)} {with_sd(factor * value, factor * sd)} {unit}")
     return f"At the end: {'; '.join(words)}."
 

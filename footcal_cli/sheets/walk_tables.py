@@ -177,8 +177,8 @@ def in_words(interval: Interval) -> str:
 
 
 def p_in_words(p: float) -> str:
-    """``= 0.013``, ``< 0.001``, a dash for none."""
-    return "–" if p != p else "< 0.001" if p < 0.001 else f"= {p:.3f}"
+    """``0.013``, ``< 0.001``, a dash for none."""
+    return "–" if p != p else "< 0.001" if p < 0.001 else f"{p:.3f}"
 
 
 def sensitivity_columns(curves: Sequence[tuple[str, Sensitivity]]) -> dict[str, object]:

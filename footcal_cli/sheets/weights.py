@@ -54,7 +54,7 @@ def _misfit(fit: AffineFit) -> str:
     share = f" ({100 * abs(fit.residual_n[at]) / load:.0f} % of the load)" if load else ""
     text = f"{number(fit.residual_n[at], 2)} N at {number(load, 3)} N{share}"
     if fit.lack_of_fit is not None:
-        text += f", lack of fit p = {fit.lack_of_fit.p:.1g}"
+        text += f", lack of fit p = {number(fit.lack_of_fit.p, 1)}"
     return text
 
 
@@ -132,7 +132,7 @@ def parameter_sheet(fits: Sequence[AffineFit]) -> Sheet:
             number(fit.worst_n, 3),
             number(1e3 * fit.smallest_step_n, 3),
             f"{number(float(fit.load_n.min()), 3)} … {number(float(fit.load_n.max()), 3)}",
-            str(fit.load_n.size),
+            f"{fit.load_n.size:,}",
         )
         for fit in fits
     ]

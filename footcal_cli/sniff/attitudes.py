@@ -8,7 +8,7 @@ that makes the logged forces the weight of one thing is taken.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,12 +20,13 @@ from footcal_cli.core.spatial import (
     rotation_of_quaternion,
     rotations_of_rotvec,
     rotations_of_rpy,
+    rotations_of_zyz,
 )
 from footcal_cli.sniff.groups import angle_unit, matrix, one_owner
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
 from footcal_cli.sniff.names import orientation_in
 from footcal_cli.sniff.plan import Entry, of
-from footcal_cli.tables.columns import ROTVEC, RPY
+from footcal_cli.tables.columns import ROTVEC, RPY, ZYZ
 from footcal_cli.tables.world import TO_Z_UP, WorldUp
 
 EXPLAINED = 0.1
@@ -39,6 +40,7 @@ REACTS = (
 """What is said where forces and an attitude are of opposite sign."""
 _DOWN = re.compile(r"(?i)(?:^|[\W_])(?:ned|frd|north_east_down|vehicle_attitude)(?:[\W_]|$)")
 """Names of worlds whose z points down."""
+Rotations = Callable[[FloatArray], FloatArray]
 _MOST = 4000
 _AXES = {a: np.eye(3)[i] for i, a in enumerate("xyz")}
 
@@ -310,17 +312,24 @@ def _angles(file: FileGuess) -> list[Reading]:
 
 
 def _three_numbers(file: FileGuess) -> list[Reading]:
-    """``rx ry rz`` of an arm: a rotation vector or angles about x, y and z, either way round."""
+    """``rx ry rz`` of an arm: a rotation vector or angles about x, y and z, either way round.
+
+    Or angles about z, y and the turned z, where they are called so.
+    """
+    ways: list[list[Reading]] = []
+    forms: tuple[tuple[tuple[str, ...], str, Rotations], ...] = (
+        (ROTVEC, "a rotation vector", rotations_of_rotvec),
+        (RPY, "angles about x, y and z", rotations_of_rpy),
+    )
     found = one_owner(file.of("angle"), ("rx", "ry", "rz"))
+    if not found:
+        found = one_owner(file.of("angle"), ("z1", "y2", "z3"))
+        forms = ((ZYZ, "angles about z, y and the turned z", rotations_of_zyz),)
     if not found:
         return []
     unit = angle_unit(found)
     values = _table(list(found.values())) * (np.pi / 180 if unit == "deg" else 1.0)
-    ways: list[list[Reading]] = []
-    for names, said, rotations in (
-        (ROTVEC, "a rotation vector", rotations_of_rotvec),
-        (RPY, "angles about x, y and z", rotations_of_rpy),
-    ):
+    for names, said, rotations in forms:
         entries = {n: of(c, unit) for n, c in zip(names, found.values(), strict=True)}
         back = {n: replace(entry, factor=-1.0) for n, entry in entries.items()}
         ways.append(
@@ -329,7 +338,7 @@ def _three_numbers(file: FileGuess) -> list[Reading]:
                 *_worlds(back, rotations(-values), f"{said}, with the other sign"),
             ]
         )
-    return [*ways[0], *ways[1]] if unit == "rad" else [*ways[1], *ways[0]]
+    return [one for own in (ways if unit == "rad" else ways[::-1]) for one in own]
 
 
 def _directions(file: FileGuess) -> Reading | None:

@@ -168,6 +168,6 @@ def rate_of(columns: list[ColumnGuess]) -> float | None:
     for column in columns:
         if column.quantity == "time" and column.values is not None:
             steps = np.diff(column.values)
-            steps = steps[steps > 0] * scale.get(column.unit, 1.0)
+            steps = steps[steps > 0] * scale.get(column.unit, 1.0) * column.name.factor
             return float(1 / np.median(steps)) if steps.size else None
     return None

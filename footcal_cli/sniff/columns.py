@@ -32,6 +32,7 @@ from footcal_cli.sniff.texts import (
     units_beside,
 )
 from footcal_cli.sniff.units import NO_READING, TIMES, known_unit
+from footcal_cli.tables.carried import ADDED, REMOVED
 from footcal_cli.tables.logfiles import column_names, is_parquet, raw_columns
 from footcal_cli.tables.pivot import own_names, pivoted_names
 from footcal_cli.tables.rawcolumn import RawColumn
@@ -51,7 +52,28 @@ def guess_file(path: Path) -> FileGuess:
     DataError
         It is no table of numbers.
     """
-    return _looked_at(path, TextGuess(Layout()) if is_parquet(path) else guess_text(path))
+    text = TextGuess(Layout()) if is_parquet(path) else guess_text(path)
+    found = _looked_at(path, text)
+    if ADDED not in text.layout.carried or REMOVED in text.layout.carried:
+        return found
+    # what was only ever added may have been each time what lay there then: the readings say which
+    instead = replace(text.layout, carried=text.layout.carried.replace(f"(?P<{ADDED}", "(?P<"))
+    other = _looked_at(path, replace(text, layout=instead))
+    return other if _straight(other) > _straight(found) else found
+
+
+def _straight(file: FileGuess) -> float:
+    """How much of a reading's variance a load explains at most."""
+    most = 0.0
+    for load in file.of("load"):
+        for cell in file.of("reading", "unknown"):
+            x, y = load.values, cell.values
+            if x is None or y is None or x.shape != y.shape:
+                continue
+            good = np.isfinite(x) & np.isfinite(y)
+            if good.sum() > 2 and np.ptp(x[good]) > 0 and np.ptp(y[good]) > 0:
+                most = max(most, float(np.corrcoef(x[good], y[good])[0, 1]) ** 2)
+    return most
 
 
 def _looked_at(path: Path, text: TextGuess) -> FileGuess:

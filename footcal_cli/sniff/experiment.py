@@ -10,7 +10,7 @@ from footcal_cli.sniff.groups import channel_names, could_be_read, readings, wre
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, codes_of, numbers_of
 from footcal_cli.sniff.holds import blank_loads
 from footcal_cli.sniff.motion import without_motion
-from footcal_cli.sniff.names import ADDED, COMMANDED, words_of
+from footcal_cli.sniff.names import ADDED, COMMANDED, GROSS, NET, words_of
 from footcal_cli.sniff.numbered import numbered
 from footcal_cli.sniff.plan import (
     FORCES,
@@ -25,7 +25,15 @@ from footcal_cli.sniff.plan import (
 from footcal_cli.sniff.plates import force_and_cop
 from footcal_cli.sniff.six_axis import transducers
 from footcal_cli.sniff.units import GRAVITY_MPS2
-from footcal_cli.sniff.weights import follow, load_entry, loads_across, runs_across, weights
+from footcal_cli.sniff.weights import (
+    added_up,
+    follow,
+    known_wrench,
+    load_entry,
+    loads_across,
+    runs_across,
+    weights,
+)
 from footcal_cli.tables.units import conversion
 
 _AS_ASKED = 0.95
@@ -51,6 +59,9 @@ def plan_of(file: FileGuess) -> Plan | None:
     plates = None if holes or (loads and cells) else force_and_cop(file)
     if plates is not None:
         return plates
+    rig = known_wrench(file, six)
+    if rig is not None:
+        return rig
     if six:
         return transducers(file, six)
     if why_not(file) is not None:
@@ -81,7 +92,7 @@ def why_not(file: FileGuess) -> tuple[str, str] | None:
             f"write one row per stamp, a column of vertical force for each foot ({columns}, …)",
         )
     loads, cells = _loads_and_cells(file)
-    added = next((c for c in loads if ADDED & set(words_of(c.column))), None)
+    added = next((c for c in loads if ADDED & set(words_of(c.column)) and not c.summed), None)
     if added is not None:
         return (
             f"{added.column}: by its name what was added at each step, not what lay on the sensor",
@@ -182,6 +193,14 @@ def _loads_and_cells(file: FileGuess) -> tuple[list[ColumnGuess], list[ColumnGue
     if not loads and len(pressures) == 1:
         why = "a pressure that all readings are under: its unit times an area is the load"
         return ([pressures[0].as_quantity("load", "guess", why)], cells) if cells else ([], [])
+    added = [c for c in loads if ADDED & set(words_of(c.column))]
+    if len(loads) > len(added):
+        loads = [c for c in loads if c not in added]
+    elif len(added) == 1 and cells:
+        loads = [added_up(added[0], cells)]
+    net = [c for c in loads if NET & set(words_of(c.column))]
+    if any(GROSS & set(words_of(c.column)) for c in loads):
+        loads = [c for c in loads if c not in net]
     asked = [c for c in loads if COMMANDED & set(words_of(c.column))]
     if len(asked) == 1 and len(loads) == 2 and cells:
         loads = [c for c in loads if c not in asked]

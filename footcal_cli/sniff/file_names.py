@@ -1,4 +1,4 @@
-"""Logs alike: what their names say that their columns do not: loads, channels, orientations."""
+"""Logs with the same columns: loads, channels and orientations from the names of the files."""
 
 from __future__ import annotations
 
@@ -311,6 +311,10 @@ def _loads_named(names: _Names) -> Entry | None:
         return None
     spelled = [known_unit(f[2]) if f and f[2] else None for f in found]
     units = {unit for unit in spelled if unit}
+    if not units and (behind := re.match(r"[ _-]*([A-Za-z]+)(?![A-Za-z])", names.tail)):
+        said = known_unit(behind[1]) or ""
+        units = {said} & {*MASSES, *WEIGHTS, "lbf", "kgf", "gf"}
+        spelled = [next(iter(units), None)] * len(found)
     numbers = [float(f[1].replace("p", ".").replace(",", ".")) if f else 0.0 for f in found]
     simple = all(f and re.fullmatch(r"\d+(?:\.\d+)?", f[1]) for f in found)
     # a number without a unit among others is nothing, or not understood

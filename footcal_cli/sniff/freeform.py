@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
+from collections.abc import Iterable
 from dataclasses import replace
 
 from footcal_cli.sniff.names import orientation_in
@@ -27,6 +28,11 @@ _LEAST_OF_A_LIST = 6
 _MOST_BESIDE = 4
 """Numbers in a line that says a load: the time before it, say."""
 _UNITS = {"kg", "g", "N", "lb", "mg", "kN", "lbs", "oz", "mN"}
+_PUT_ON = r"added?|adding|plus|zugelegt|dazu|hinzu|ajout[eé]\w*|añadid\w*|aggiunt\w*|another"
+_TAKEN_OFF = (
+    r"removed?|removing|minus|took off|taken off|entfernt|abgenommen|weggenommen|enlev[eé]\w*|"
+    r"retir[eé]\w*|quitad\w*|tolt\w*"
+)
 _HEAVY = re.compile(r"weight|load|mass|gewicht|last|poids|peso|known|put|add|tare|empty|leer", re.I)
 
 
@@ -57,8 +63,28 @@ def free_form(lines: list[str], encoding: str) -> Layout | None:
         return None
     layout = Layout(encoding=encoding, line=_expression(row, "reading"))
     if typed:
-        layout = replace(layout, carried=_expression(typed[0], "load"))
+        moved = moved_between([line for line in written if _shape(line) != row])
+        layout = replace(layout, carried=moved or _expression(typed[0], "load"))
     return layout
+
+
+def moved_between(remarks: Iterable[str]) -> str:
+    """A regular expression for lines that say what was put on top or taken off; empty without.
+
+    All name one unit. A sign before each number (``+500 g``, ``-500 g``) says the same.
+    """
+    parts: dict[str, str] = {}
+    for unit in sorted(_UNITS, key=len, reverse=True):
+        number = rf"(?P<{{}}_load_{unit.lower()}>{{}}\d+(?:[.,]\d+)?)\s?{unit}\b"
+        signed = rf"^[\s#%;/!'*>]*{number.format('added', '[+-]')}"
+        parts[unit] = "|".join(
+            rf"^[^\d\n]*\b(?i:{words})\b[^\d\n+-]*?{number.format(way, '')}"
+            for way, words in (("added", _PUT_ON), ("removed", _TAKEN_OFF))
+        )
+        for expression in (parts[unit], signed):
+            if sum(bool(re.search(expression, line)) for line in remarks) > 1:
+                return expression
+    return ""
 
 
 def carried_between(remarks: list[str]) -> str:
@@ -69,6 +95,8 @@ def carried_between(remarks: list[str]) -> str:
     remarks
         The lines of a table that are no rows. Empty where they say no such thing.
     """
+    if moved := moved_between(remarks):
+        return moved
     sign = r"^[\s#%;/!'*>-]*"
     unit = "|".join(sorted(_UNITS, key=len, reverse=True))
     weighed = re.compile(rf"{sign}(?:[^\d\n]*?[\s:=])?(?P<load>\d+(?:[.,]\d+)?\s?(?:{unit}))\s*$")

@@ -42,6 +42,8 @@ class ColumnGuess:
         The column of nanoseconds beside one of whole seconds.
     wraps_at
         Where a counter began again from zero; `values` go on counting.
+    summed
+        Whether each number is what came on top; `values` are their sums.
     held
         Whether an empty cell means what stands above it.
     missing
@@ -60,6 +62,7 @@ class ColumnGuess:
     codes: IntArray | None = None
     nanoseconds: str = ""
     wraps_at: float | None = None
+    summed: bool = False
     held: bool = False
     missing: tuple[str, ...] = ()
 

@@ -10,7 +10,13 @@ from footcal_cli.sniff.names import STATISTICS
 from footcal_cli.sniff.rows import Body, fields_of
 from footcal_cli.sniff.tokens import is_number
 from footcal_cli.sniff.units import looks_like_units, split_unit
+from footcal_cli.tables.drawn import undrawn
 from footcal_cli.tables.reading import BLANKS
+
+_TYPE = re.compile(
+    r"(?i)<?(?:u?int|float)(?:8|16|32|64)?\??>?|<?(?:dbl|chr|num|lgl)>|double|string|object|bool"
+)
+"""What data frames say of their columns below the names."""
 
 
 def header_fields(line: str, body: Body, comment: str) -> list[str]:
@@ -32,11 +38,16 @@ def _split(line: str, body: Body) -> list[str]:
         fields = fields_of(line, body.separator)
     if body.width < len(fields) <= body.width + 2 and body.separator != BLANKS:
         fields = fields[: body.width]  # rows without the comments that the header announces
+    if len(fields) == body.width - 1 and body.counted:
+        fields = ["row", *fields]  # R, pandas and Stata number rows under no name
     if len(fields) != body.width and body.separator == BLANKS:
-        fields = [f.strip() for f in re.split(r"\t+|\s{2,}|,\s*|;\s*", line.strip())]
+        plain = undrawn(line, BLANKS).strip()
+        fields = [f.strip() for f in re.split(r"\t+|\s{2,}|,\s*|;\s*", plain)]
     if len(fields) != body.width:
         return []
     words = [f for f in fields if f and not is_number(f, body.decimal)]
+    if words and all(_TYPE.fullmatch(word) for word in words if word != "row"):
+        return []
     return fields if len(words) * 2 >= sum(bool(f) for f in fields) and words else []
 
 

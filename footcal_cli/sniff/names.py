@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from footcal_cli.sniff.units import split_unit
+from footcal_cli.sniff.units import MASSES, WEIGHTS, known_unit, split_unit
 
 Quantity = Literal[
     "time", "sequence", "load", "reading", "force", "cop", "quaternion", "angle", "matrix",
@@ -30,6 +30,7 @@ _SPELLINGS: dict[Quantity, str] = {
     "subframe sub messung probe nummer",
     "load": "load weight mass masse gewicht last poids charge peso carga applied known reference "
     "ref true nominal referenz belastung soll target gewichte weights loads std standard setpoint "
+    "gross net brutto netto lordo bruto neto added increment zugelegt "
     "kraft_soll gram grams gramm kilogram pound pounds vikt massa appliqué appliquée aplicada "
     "carico put aufgelegt масса вес нагрузка груз эталон 质量 重量 载荷 负载 砝码 荷重 荷重",
     "reading": "reading readings counts count raw adc value val signal output fsr cell loadcell "
@@ -49,13 +50,18 @@ _SPELLINGS: dict[Quantity, str] = {
     "pressure": "pressure druck pression",
     "other": "status state flag error err battery batt dropout valid quality rssi crc checksum "
     "comment remark note notiz bemerkung units unit einheit weg displacement stroke travel "
-    "tracking min max peak",
+    "tracking min max peak tare tara",
 }
 for _meaning, _spellings in _SPELLINGS.items():
     for _word in _spellings.split():
         _WORDS.setdefault(_word, _meaning)
 COMMANDED = {"setpoint", "target", "soll", "command", "commanded", "cmd", "desired", "consigne"}
 """Loads that were asked for; what was put on may be another."""
+PUT = {"applied", "known", "reference", "ref", "true", "nominal", "rig", "standard", "load"}
+"""How a rig's own wrench is called, beside the gauges that felt it."""
+GROSS = {"gross", "brutto", "lordo", "bruto", "total"}
+"""What lies on a cell with its tare; the net is what lies there without."""
+NET = {"net", "netto", "neto"}
 ADDED = {"added", "increment", "increments", "delta", "zugelegt", "ajouté", "ajoutée"}
 """What was put on top of what lay there."""
 STATISTICS = frozenset(
@@ -65,10 +71,12 @@ STATISTICS = frozenset(
 _MEAN = re.compile(r"[\W_](?:mean|avg|average|median)$", re.IGNORECASE)
 _SPREAD = re.compile(r"[\W_](?:std|sd|stdev|stddev|var|variance|rms|sem)$", re.IGNORECASE)
 """How a column of means or of scatter is called."""
+_UP = "up|oben|hoch|haut|arriba|su|alto|cima|вверх|上"
+_DOWN = "down|unten|runter|bas|abajo|giu|giù|basso|baixo|вниз|下"
 _SIGNED = re.compile(
     r"(?:(?:^|[^a-z])(?P<word>plus|minus|pos|neg|positive|negative)[ _]*"
     r"|(?:^|[^a-z0-9])(?P<sign>[+-])[ _]*|(?:^|[^a-z]))"
-    r"(?P<axis>[xyz])(?:[ _-]*(?P<way>up|down)(?=[^a-z]|$)"
+    rf"(?P<axis>[xyz])(?:[ _-]*(?P<way>{_UP}|{_DOWN})(?=[^a-z]|$)"
     r"|[ _]*(?P<after>plus|minus|pos|neg|positive|negative|[+-])(?=[^a-z]|$)|(?=[^a-z]|$))"
 )
 """An axis with its sign before or after it, and whether it points up or down."""
@@ -82,7 +90,12 @@ _ANGLES = {
     for word in spellings.split()
 }
 """How the angles about x, y and z of a body are called."""
-_NOT_OF_CELLS = {"acc", "accel", "gyro", "imu", "mag", "ang", "angvel", "velocity", "emg", "ecg"}
+_NOT_OF_CELLS = {
+    "acc", "accel", "gyro", "gyr", "gyroscope", "imu", "mag", "magnetometer", "ang", "angvel",
+    "velocity", "emg", "ecg",
+}  # fmt: skip
+_TICKS = {"sampletimefine": ("ms", 0.1)}
+"""Clocks whose unit stands in their maker's manual: Xsens counts tenths of a millisecond."""
 _ACCELERATED = {"acc", "accel", "acceleration", "dd"}
 _REPORTED = {"plate", "platform", "measured", "meas", "sensor", "estimated", "est", "insole"}
 FORCE = {"force", "kraft", "fuerza", "effort", "f", "forza", "grf", "kracht", "сила", "力"}
@@ -176,6 +189,10 @@ def name_guess(name: str) -> NameGuess:
     plain = re.sub(r"\[(\d+)\]", r"_\1", name.lstrip("%#$/ "))
     plain = re.sub(r"(?<=[\])])\.\d+$", "", plain)  # the same name a second time
     stem, unit, factor = split_unit(_MEAN.sub("", plain))
+    unit, factor = _TICKS.get(stem.lower(), (unit, factor))
+    unit = unit or (
+        known_unit(stem) if len(stem) > 1 and known_unit(stem) in (*MASSES, *WEIGHTS) else None
+    )
     words = words_of(stem)
     if _SPREAD.search(plain):
         return NameGuess("other", unit=unit)
@@ -194,7 +211,8 @@ def orientation_in(word: str) -> str | None:
     for found in _SIGNED.finditer(word.lower()):
         sign = found["word"] or found["sign"] or found["after"]
         if sign or found["way"]:
-            turns = (sign in ("minus", "neg", "negative", "-")) + (found["way"] == "up")
+            up = found["way"] in _UP.split("|")
+            turns = (sign in ("minus", "neg", "negative", "-")) + up
             return ("-" if turns % 2 else "+") + found["axis"]
     return None
 
@@ -279,6 +297,8 @@ def _quantity(stem: str, words: list[str], unit: str | None) -> tuple[Quantity, 
         return "acceleration", last[-1], {last}
     if re.fullmatch(r"(?:.*[\W_])?r[xyz]", stem.lower()) and unit in ("rad", "deg", None):
         return "angle", last, {last}
+    if {"theta", "euler", "angle", "rpy"} & set(words) and last in ("x", "y", "z"):
+        return "angle", f"r{last}", {last, "theta", "euler", "angle", "rpy"}
     for word in words:
         if word in _ANGLES:
             return "angle", _ANGLES[word], {word}
@@ -312,7 +332,7 @@ def _by_words(
                      "orientation", "placement", "contact", "pressure", "reading", "label",
                      "sequence", "other"):  # fmt: skip
         said = [w for w in compact if _WORDS.get(w) == quantity]
-        if said:
+        if said and not (quantity == "load" and unit is None and {*said} <= GROSS | NET):
             if quantity == "load" and unit in ("count", "V", "mV"):
                 return "reading", "", set(said)
             return quantity, "", set(said)

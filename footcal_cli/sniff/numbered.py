@@ -148,8 +148,14 @@ def _gravity(file: FileGuess) -> dict[str, ColumnGuess]:
 
 
 def _lettered(file: FileGuess) -> dict[str, ColumnGuess]:
-    """Angles of an arm's flange by their letters: W P R about x, y, z; A B C about z, y, x."""
-    for letters, angles in (("WPR", ("roll", "pitch", "yaw")), ("ABC", ("yaw", "pitch", "roll"))):
+    """Angles of an arm's flange by their letters: W P R about x, y, z; A B C about z, y, x.
+
+    O A T are about z, y and the z that has turned.
+    """
+    for letters, angles in (
+        ("WPR", ("roll", "pitch", "yaw")), ("ABC", ("yaw", "pitch", "roll")),
+        ("OAT", ("z1", "y2", "z3")),
+    ):  # fmt: skip
         found: dict[str, ColumnGuess] = {}
         for column in file.columns:
             last = re.search(r"(?:^|[\W_])([A-Z])$", split_unit(column.column)[0].strip())

@@ -231,6 +231,8 @@ def _place(entry: Entry) -> str:
         said.append(f"format = {_quoted(entry.column.format)}")
     if entry.wraps_at:
         said.append(f"wraps_at = {entry.wraps_at:.0f}")
+    if entry.column is not None and entry.column.summed:
+        said.append("summed = true")
     if entry.nanoseconds:
         said.append(f"nanoseconds = {_quoted(entry.nanoseconds)}")
     if entry.names:

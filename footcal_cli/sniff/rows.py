@@ -6,9 +6,11 @@ import csv
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 from footcal_cli.sniff.names import name_guess
 from footcal_cli.sniff.tokens import NOTHING, Decimal, is_moment, is_number, number_signs, worth
+from footcal_cli.tables.drawn import is_rule, undrawn
 from footcal_cli.tables.reading import BLANKS
 
 _SPARSE = 0.1
@@ -17,6 +19,7 @@ _SPARSE = 0.1
 
 def fields_of(line: str, separator: str) -> list[str]:
     """Fields of a line, stripped."""
+    line = undrawn(line, separator)
     if separator == BLANKS:
         return line.split()
     return [f.strip() for f in next(csv.reader([line.strip("\r\n")], delimiter=separator), [])]
@@ -24,7 +27,7 @@ def fields_of(line: str, separator: str) -> list[str]:
 
 def filled_fields(line: str, separator: str) -> list[str]:
     """Fields of a line up to the last that is not empty."""
-    return fields_of(line.rstrip(separator), separator)
+    return fields_of(undrawn(line, separator).rstrip(separator), separator)
 
 
 _A_VALUE = 0.5
@@ -69,12 +72,20 @@ def _filled(lines: Sequence[str], separator: str, width: int) -> bool:
     return any(is_number(field, sign) for field in last for sign in ".,")
 
 
+def _counts(fields: Sequence[str]) -> bool:
+    """Whether fields number the rows one by one."""
+    if len(fields) < 2 or not all(field.isdecimal() for field in fields):
+        return False
+    return all(int(b) - int(a) == 1 for a, b in pairwise(fields))
+
+
 @dataclass(frozen=True)
 class Body:
     """The rows of a text under one separator.
 
     `share` of the lines have `width` fields; `numbers` of these hold numbers, in `numeric` columns;
-    `sparse` where many rows lack half of them, as topics do that take turns.
+    `sparse` where many rows lack half of them, as topics do that take turns; `whole` where no field
+    looks like two that ran together; `counted` where the first field numbers the rows.
     """
 
     separator: str
@@ -86,11 +97,13 @@ class Body:
     score: float
     numeric: tuple[int, ...]
     sparse: bool
+    whole: bool
+    counted: bool
 
     @classmethod
     def of(cls, lines: list[str], separator: str) -> Body:
         """The rows under a separator, judged by the lines behind the first third."""
-        written = [line for line in lines if line.strip()]
+        written = [line for line in lines if line.strip() and not is_rule(line)]
         tail = written[len(written) // 3 :][:400] if len(written) > 6 else _below(written)
         tail = [line for line in tail if not line.lstrip().startswith(("#", "%", "//"))] or tail
         split = [filled_fields(line, separator) for line in tail]
@@ -117,7 +130,11 @@ class Body:
         score = share * sum(map(sum, worths)) / len(rows)
         halves = [sum(not row[i] for i in numeric) * 2 > len(numeric) for row in rows]
         sparse = sum(halves) > _SPARSE * len(rows)
-        return cls(separator, *signs, width, share, len(numeric) + moments, score, numeric, sparse)
+        whole = min(min(own) for own in worths) >= 0.0
+        return cls(
+            separator, *signs, width, share, len(numeric) + moments, score, numeric, sparse, whole,
+            _counts([row[0].rstrip(".") for row in rows]),
+        )  # fmt: skip
 
     def begins_at(self, lines: list[str]) -> int:
         """Where the rows begin: a line above them may hold a number or two beside its words."""
@@ -149,3 +166,15 @@ class Body:
         if self.sparse and any(good):
             return all(ok or not fields[i] for i, ok in zip(self.numeric, good, strict=True))
         return sum(good) >= max(1, (len(good) + 1) // 2)
+
+
+def best_body(lines: list[str], separators: Sequence[str]) -> Body:
+    """The rows under the separator by which most fields are numbers.
+
+    Bars that stand between whole fields separate them, though a blank within a date gives more.
+    """
+    bodies = [Body.of(lines, separator) for separator in separators]
+    best = max(bodies, key=lambda body: body.score)
+    barred = next((b for b in bodies if b.separator == "|" and b.width > 1 and b.numbers), None)
+    between = best.separator == BLANKS and barred is not None and barred.whole
+    return barred if between and barred is not None and barred.share >= best.share else best

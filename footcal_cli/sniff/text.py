@@ -20,12 +20,13 @@ from footcal_cli.sniff.header import (
     units_above,
     with_units_said,
 )
-from footcal_cli.sniff.rows import Body, fields_of, on_its_side
+from footcal_cli.sniff.rows import Body, best_body, fields_of, on_its_side
 from footcal_cli.sniff.sections import refuse_frames, sections
-from footcal_cli.sniff.tokens import is_number
+from footcal_cli.sniff.tokens import is_moment, is_number
 from footcal_cli.sniff.units import looks_like_units
 from footcal_cli.tables.delimited import before_power_was_lost, upright
-from footcal_cli.tables.foreign import READERS, is_of_documents
+from footcal_cli.tables.drawn import TEX, is_rule, with_plain_exponents
+from footcal_cli.tables.foreign import READERS, is_of_documents, kind_of_records
 from footcal_cli.tables.reading import BLANKS, Layout
 from footcal_cli.tables.textfiles import regular_file, unreadable
 
@@ -40,12 +41,19 @@ _PROGRAMS = {
 }
 """Suffixes of binary files that footcal does not read, and what turns them into text."""
 _COMMENTS = ("#", "%", "//", "!", ";", "'")
-_SEPARATORS = (",", ";", "\t", "|", BLANKS)
+_SEPARATORS = (",", ";", "\t", "|", TEX, BLANKS)
 _ALIKE = 0.7
 """Share of lines that must be alike for a layout to be taken."""
 _FRAME = re.compile(r"\b\w*can\d*\s+[0-9A-Fa-f]{3,8}(?:#|\s+\[\d\])|^[tTrR][0-9A-F]{4,}$")
 """A frame of a bus as candump or a serial adapter (slcan) writes it."""
-_CALLED = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars", BLANKS: "blanks"}
+_CALLED = {
+    ",": "commas",
+    ";": "semicolons",
+    "\t": "tabs",
+    "|": "bars",
+    TEX: "ampersands",
+    BLANKS: "blanks",
+}
 
 
 @dataclass(frozen=True)
@@ -79,7 +87,7 @@ def guess_text(path: Path) -> TextGuess:
         No text, or no rows that are alike.
     """
     text, encoding = _decoded(path)
-    lines = text.splitlines()
+    lines = with_plain_exponents(text).splitlines()
     if len(text) > _MOST // 2 and len(lines) > 1:
         lines = lines[:-1]
     if not any(line.strip() for line in lines):
@@ -96,18 +104,20 @@ def guess_text(path: Path) -> TextGuess:
             remedy=f"run `footcal convert {path} --out {path.stem}.parquet`, then footcal init on "
             "what it writes",
         )  # fmt: skip
+    if records := kind_of_records(text):
+        raise DataError(
+            f"records in {records}, not a table", file=path,
+            remedy=f"run `footcal convert {path} --out {path.stem}.parquet`, then footcal init on "
+            "what it writes",
+        )  # fmt: skip
     said = [] if encoding == "utf-8" else [f"encoding {encoding}"]
     free = free_form(lines, encoding)
     if free is not None:
         return TextGuess(free, (), (*said, "no fields: values are found in each line by a pattern"))
-    lines = [x for x in lines if "-" not in x or "|" not in x or x.strip("|-: \t")]  # Markdown's
     side = on_its_side(lines)
     lines = upright(lines, side) if side else lines
     said += ["the sheet lies on its side"] if side else []
-    found = max(
-        (Body.of(lines, separator) for separator in ([side] if side else _SEPARATORS)),
-        key=lambda body: body.score,
-    )
+    found = best_body(lines, [side] if side else _SEPARATORS)
     if found.share < _ALIKE or found.numbers == 0:
         raise DataError(
             "no rows of numbers that are alike", file=path,
@@ -169,8 +179,9 @@ def _ends(until: str, lines: list[str], body: Body) -> str:
 
 def _restarted(layout: Layout, lines: list[str], top: int) -> Layout:
     """A log whose header stands between its rows again: lines like it are left out."""
-    header = lines[top - 1] if top else ""
-    if layout.comment or not layout.header or header.strip() not in map(str.strip, lines[top:]):
+    header = lines[top - 1] if top and not is_rule(lines[top - 1]) else ""
+    again = bool(header.strip()) and header.strip() in map(str.strip, lines[top:])
+    if layout.comment or not layout.header or not again:
         return layout
     names = tuple(fields_of(header, layout.separator))
     return replace(layout, comment=header.strip(), header=False, names=names)
@@ -245,7 +256,9 @@ def _laid_out(lines: list[str], body: Body, encoding: str) -> TextGuess:
     """Header, preamble, units and comments around the rows."""
     first = body.begins_at(lines)
     comment = _comment(lines[first:], body)
-    above = [(i, line) for i, line in enumerate(lines[:first]) if line.strip()]
+    above = [
+        (i, line) for i, line in enumerate(lines[:first]) if line.strip() and not is_rule(line)
+    ]
     names: tuple[str, ...] = ()
     units: tuple[str, ...] = ()
     header_at: int | None = None
@@ -302,7 +315,7 @@ def _end(lines: list[str], body: Body, comment: str) -> tuple[str, list[str]]:
     first = body.begins_at(lines)
     written = [
         line for line in lines[first:]
-        if line.strip(f" \t\r\n{body.separator}")
+        if line.strip(f" \t\r\n{body.separator}") and not is_rule(line)
         and not (comment and line.lstrip().startswith(comment))
     ]  # fmt: skip
     rows = [body.is_row(line) for line in written]
@@ -310,7 +323,8 @@ def _end(lines: list[str], body: Body, comment: str) -> tuple[str, list[str]]:
         fields = fields_of(line, body.separator)
         word = fields[0] if fields else ""
         ends = not any(rows[at : at + 2]) if at + 1 < len(rows) else not rows[at]
-        if not rows[at] and ends and re.match(r"[^\W\d]", word) and not is_number(word, "."):
+        said = re.search(r"[^\W\d]", word) and not (is_number(word, ".") or is_moment(word))
+        if not rows[at] and ends and said:
             return word, fields
         if not rows[at] and not ends:
             break

@@ -18,7 +18,8 @@ _ALSO = {
     "degrees": "deg", "degree": "deg", "radians": "rad", "celsius": "degC",
     "deg c": "degC", "°c": "degC", "m/s²": "m/s^2", "m/s2": "m/s^2", "m/s^2": "m/s^2",
     "lsb": "count", "raw": "count", "adc": "count", "cnt": "count", "cts": "count",
-    "digits": "count", "counts": "count", "count": "count", "pounds": "lb", "lbf-in": "lbf*in",
+    "digits": "count", "counts": "count", "count": "count", "pounds": "lb", "pound": "lb",
+    "lbf-in": "lbf*in",
     "lbf*in": "lbf*in", "lb-in": "lbf*in", "mv/v": "mV/V", "rad/s": "rad/s", "deg/s": "deg/s",
     "ncm": "N*cm", "n.cm": "N*cm", "kn": "kN", "kilonewton": "kN", "mn": "mN", "hz": "",
     "millimeter": "mm", "millimetre": "mm", "meter": "m", "metre": "m", "meters": "m",
@@ -57,7 +58,7 @@ def known_unit(text: str) -> str | None:
     """A unit as footcal spells it, None where the text is none."""
     plain = text.strip().strip("[](){}<>").strip()
     if plain in SPELLINGS or plain in ("mV/V", "N*m", "N*mm", "m/s^2"):
-        return "count" if plain == "counts" else plain
+        return {"counts": "count", "lbs": "lb"}.get(plain, plain)
     small = plain.lower()
     if len(small) > _AMBIGUOUS and small in SPELLINGS:
         return small  # lbF, KGF; of MN and mN the size of the letters is all that tells

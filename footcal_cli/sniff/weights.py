@@ -9,8 +9,9 @@ from dataclasses import replace
 import numpy as np
 
 from footcal_cli.core.bench.matrix import directions
-from footcal_cli.sniff.groups import AXES, channel_names
+from footcal_cli.sniff.groups import AXES, channel_names, could_be_read
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
+from footcal_cli.sniff.names import PUT, words_of
 from footcal_cli.sniff.plan import (
     FORCES,
     NOT_SAID,
@@ -31,6 +32,8 @@ _MANY = 10
 """Different loads under which a reading of two values measures none."""
 _FOLLOWS, _IDLE = 0.9, 0.2
 """How much of its variance a load explains: of a cell that carries it, and of one that does not."""
+_STRAIGHT = 0.98
+"""How much of a reading's variance the load on a cell explains at least."""
 UNIT_ASKED = Blank(
     ('# in [columns]: unit = "?" of load_n becomes N, kg, g, lb …',),
     "nothing says the unit of the load",
@@ -157,6 +160,18 @@ def follow(
     return [c for c in cells if c not in idle], idle
 
 
+def added_up(added: ColumnGuess, cells: Sequence[ColumnGuess]) -> ColumnGuess:
+    """What was added at each step as its sum, where readings follow that and not the steps."""
+    steps = numbers_of(added)
+    total = replace(added, values=np.cumsum(steps), summed=True)
+    if not np.isfinite(steps).all() or follow(total, cells, _STRAIGHT)[1]:
+        return added
+    if not follow(added, cells, _STRAIGHT)[1]:
+        return added
+    return replace(total, sure="likely", why="what was added at each step: the readings follow "
+                   "its sum")  # fmt: skip
+
+
 def _one_at_a_time(
     file: FileGuess, load: ColumnGuess, labels: Sequence[ColumnGuess], cells: list[ColumnGuess]
 ) -> Plan | None:
@@ -195,11 +210,23 @@ def _axes_of(loads: Sequence[ColumnGuess]) -> dict[str, ColumnGuess]:
     return found if set(found) == set(AXES) and len(loads) == len(AXES) else {}
 
 
+def known_wrench(file: FileGuess, six: Mapping[str, Mapping[str, ColumnGuess]]) -> Plan | None:
+    """A rig's wrench, called applied or known, beside the gauges of a transducer; None without."""
+    gauges = [
+        c for c in file.of("reading", "unknown")
+        if could_be_read(c) and c.unit not in FORCES and moves(c)
+    ]  # fmt: skip
+    put = [g for g in six.values() if all(PUT & set(words_of(c.column)) for c in g.values())]
+    if len(put) != 1 or len(gauges) < len(AXES):
+        return None
+    return _known_wrench(file, put[0], channel_names(gauges), times(file, needed=False)[0])
+
+
 def _known_wrench(
     file: FileGuess, wrench: Mapping[str, ColumnGuess], named: Mapping[str, ColumnGuess],
     time: Mapping[str, Entry],
 ) -> Plan:  # fmt: skip
-    """A six-axis transducer in a rig: the wrench that was put on beside its readings."""
+    """A six-axis transducer in a rig: the applied wrench next to its readings."""
     entries = dict(time)
     for axis in AXES:
         unit, name = ("N", "n") if axis[0] == "f" else ("N*m", "nm")

@@ -100,6 +100,8 @@ def canonical(
     values = numbers(raw, kept, source, place.unit, path)
     if place.wraps_at is not None:
         values = unwrapped(values, place.wraps_at)
+    if place.summed:
+        values = np.cumsum(values.astype(np.float64))
     change = conversion_of(spec, place, gravity_mps2, path)
     read_values = values if change is None else change(values.astype(np.float64))
     if place.factor is not None:

@@ -18,6 +18,8 @@ import numpy as np
 
 from footcal_cli.core.parameters import IntArray
 from footcal_cli.errors import DataError
+from footcal_cli.tables.carried import Carried, carried_names
+from footcal_cli.tables.drawn import is_rule, undrawn, with_plain_exponents
 from footcal_cli.tables.reading import BLANKS, Layout
 from footcal_cli.tables.textfiles import short, unreadable
 
@@ -42,10 +44,9 @@ def text_names(path: Path, layout: Layout) -> list[str]:
     if layout.plain:
         return _csv_header(path)
     if layout.line:
-        both = (re.compile(text).groupindex for text in (layout.carried, layout.line))
-        return list(dict.fromkeys(name for own in both for name in own))
-    carried = list(re.compile(layout.carried).groupindex) if layout.carried else []
-    return [*_own_names(_lines(path, layout), layout), *carried]
+        own = list(re.compile(layout.line).groupindex)
+        return list(dict.fromkeys((*carried_names(layout.carried), *own)))
+    return [*_own_names(_lines(path, layout), layout), *carried_names(layout.carried)]
 
 
 def _own_names(found: _Lines, layout: Layout) -> list[str]:
@@ -102,7 +103,7 @@ def text_table(path: Path, layout: Layout, texts: Collection[str]) -> tuple[pd.D
         thousands = ""
     try:
         frame = pd.read_csv(
-            io.StringIO("".join(line.rstrip("\r\n") + "\n" for line in lines)),
+            io.StringIO("".join(undrawn(x, layout.separator).rstrip("\r\n") + "\n" for x in lines)),
             sep=r"\s+" if layout.separator == BLANKS else layout.separator,
             decimal=layout.decimal, thousands=thousands or None, header=None,
             names=wanted, index_col=False, dtype=dict.fromkeys(texts, str),
@@ -142,6 +143,7 @@ def _named(fields: Sequence[str]) -> list[str]:
 
 
 def _fields(line: str, layout: Layout) -> list[str]:
+    line = undrawn(line, layout.separator)
     if layout.separator == BLANKS:
         return line.split()
     return next(csv.reader([line.strip("\r\n")], delimiter=layout.separator), [])
@@ -158,7 +160,7 @@ def decoded(path: Path, layout: Layout) -> str:
     content = _bytes(path)
     encoding = "utf-8-sig" if layout.encoding.lower() in ("utf-8", "utf8") else layout.encoding
     try:
-        return content.decode(encoding)
+        return with_plain_exponents(content.decode(encoding))
     except UnicodeDecodeError as error:
         raise DataError(
             f"not {layout.encoding} text: byte 0x{content[error.start]:02x}", file=path,
@@ -183,16 +185,14 @@ def _lines(path: Path, layout: Layout) -> _Lines:
     numbers: list[int] = []
     carried: list[dict[str, str | None]] = []
     header: str | None = None
-    between = re.compile(layout.carried) if layout.carried else None
-    holds: dict[str, str | None] = dict.fromkeys(between.groupindex if between else ())
+    between = Carried(layout.carried)
     skip = layout.skip_rows
     below = layout.skip_below
     waits = layout.header
     lines = decoded(path, layout).splitlines()
     lines = upright(lines, layout.separator) if layout.turned else lines
     for number, line in enumerate(lines, start=1):
-        if between is not None and (said := between.search(line)) is not None:
-            holds = {**holds, **said.groupdict()}
+        if between.takes(line):
             continue
         if layout.comment and line.lstrip().startswith(layout.comment):
             continue
@@ -201,17 +201,17 @@ def _lines(path: Path, layout: Layout) -> _Lines:
         if skip:
             skip -= 1
         elif waits:
-            if line.strip():
+            if line.strip() and not is_rule(line):
                 header, waits = line, False
         elif below:
             below -= 1
-        elif layout.separator == "|" and not line.strip("|-: \t\r\n"):
-            continue  # the rule of a table in Markdown
+        elif is_rule(line):
+            continue
         elif line.strip(f"\r\n\t \f\x1a\0{layout.separator}"):
             kept.append(line)
             numbers.append(number)
-            if between is not None:
-                carried.append(holds)
+            if between.some:
+                carried.append(between.holds)
     return _Lines(kept, numbers, header, carried)
 
 
@@ -231,16 +231,15 @@ def _searched(path: Path, layout: Layout) -> tuple[pd.DataFrame, IntArray]:
     import pandas as pd
 
     row = re.compile(layout.line)
-    between = re.compile(layout.carried) if layout.carried else None
-    carried: dict[str, str | None] = dict.fromkeys(between.groupindex if between else ())
+    between = Carried(layout.carried)
     rows, numbers = [], []
     for number, line in enumerate(decoded(path, layout).splitlines(), start=1):
         found = row.search(line)
         if found is not None:
-            rows.append({**carried, **found.groupdict()})
+            rows.append({**between.holds, **found.groupdict()})
             numbers.append(number)
-        elif between is not None and (other := between.search(line)) is not None:
-            carried |= other.groupdict()
+        else:
+            between.takes(line)
     if not rows:
         raise DataError(
             "no line is a row", file=path, remedy="correct `line` in [[files]] of the recipe"

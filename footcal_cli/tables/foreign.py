@@ -9,9 +9,28 @@ READERS = {
     ".sto": "opensim", ".mat": "matlab", ".h5": "hdf5", ".hdf5": "hdf5", ".hdf": "hdf5",
     ".jsonl": "lines", ".ndjson": "lines", ".json": "lines", ".csv": "logs", ".tsv": "logs",
     ".txt": "logs", ".npz": "arrays_numpy", ".npy": "arrays_numpy",
-    ".log": "logs", ".yaml": "documents", ".yml": "documents", ".parquet": "logs", ".pq": "logs",
+    ".log": "logs", ".yaml": "documents", ".yml": "documents", ".xml": "records",
+    ".parquet": "logs", ".pq": "logs",
 }  # fmt: skip
 """Suffix -> module of the room `formats` that makes tables of such a file."""
+
+
+def kind_of_records(text: str) -> str:
+    """``XML`` or ``YAML`` where a text is a list of records in it; empty for all others."""
+    if is_xml(text):
+        return "XML"
+    lines = [line for line in text.splitlines()[:400] if line.strip()]
+    entries = [
+        line for line in lines if re.match(r"\s*- +(?:\{|[\w\"'][\w .\"'-]*:(?:\s|$))", line)
+    ]
+    keyed = sum(bool(re.match(r"\s*(?:- +)?[\w\"'][\w .\"'-]*:(?:\s|$)", line)) for line in lines)
+    braced = sum(line.lstrip().startswith("- {") for line in lines)
+    return "YAML" if len(entries) >= 2 and keyed + braced > 0.8 * len(lines) else ""
+
+
+def is_xml(text: str) -> bool:
+    """Whether a text begins with an element of XML or with what says so."""
+    return re.match(r"\s*<(?:\?xml\b|!--|[A-Za-z_][\w:.-]*[\s>/])", text) is not None
 
 
 def is_of_documents(text: str) -> bool:

@@ -71,7 +71,7 @@ def pivoted(
     Raises
     ------
     DataError
-        A label without rows, stamps that do not increase, or rows that cannot be counted off.
+        A label without rows, stamps that do not increase, or rows that cannot be numbered.
     """
     words = labels_of([raw[name] for name in pivot.by])
     rows = {label: np.flatnonzero(words == label) for label in pivot.labels}
@@ -130,7 +130,7 @@ def _at_stamps(
     if order.size < own.size:
         raise DataError(
             "a stamp stands twice with one label", file=path, column=at,
-            remedy="leave `at` out of pivot: rows are counted off then",
+            remedy="leave `at` out of pivot: rows are then numbered in order",
         )  # fmt: skip
     asked = stamps.values[base]
     after = np.clip(np.searchsorted(order, asked), 0, order.size - 1)

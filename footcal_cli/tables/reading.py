@@ -41,6 +41,8 @@ class ForeignColumn:
         Another column of the file: nanoseconds beside the whole seconds of `column`.
     wraps_at
         A counter that reaches this number begins again from zero.
+    summed
+        Each number is what came on top of all above it: their sum is meant.
     names
         Texts of the file -> footcal's.
     held
@@ -61,6 +63,7 @@ class ForeignColumn:
     factor: float | None = None
     nanoseconds: str = ""
     wraps_at: float | None = None
+    summed: bool = False
     names: Mapping[str, str] = field(default_factory=dict)
     held: bool = False
     only_where: Mapping[str, str] = field(default_factory=dict)
@@ -124,7 +127,8 @@ class Layout:
         groups are the columns. For texts without fields; empty for fields.
     carried
         Regular expression with named groups: a line that it finds itself in sets columns that hold
-        for the rows below, as a weight typed between the readings does.
+        for the rows below, as a weight typed between the readings does. Groups ``added_load`` and
+        ``removed_load`` count the column ``load`` up and down.
     pivot
         A row for each foot or cell, turned into one row per sample; None where it is one already.
     """

@@ -25,6 +25,7 @@ from footcal_cli.tables.columns import (
     QUATERNION,
     ROTVEC,
     RPY,
+    ZYZ,
     Column,
     TableType,
 )
@@ -289,12 +290,15 @@ def with_attitude(
         rotations_of_gravity,
         rotations_of_rotvec,
         rotations_of_rpy,
+        rotations_of_zyz,
     )
 
     if set(RPY) <= set(frame.columns):
         rotations = rotations_of_rpy(frame[list(RPY)].to_numpy(dtype=np.float64))
     elif set(ROTVEC) <= set(frame.columns):
         rotations = rotations_of_rotvec(frame[list(ROTVEC)].to_numpy(dtype=np.float64))
+    elif set(ZYZ) <= set(frame.columns):
+        rotations = rotations_of_zyz(frame[list(ZYZ)].to_numpy(dtype=np.float64))
     elif set(BODY_GRAVITY) <= set(frame.columns):
         rotations = rotations_of_gravity(frame[list(BODY_GRAVITY)].to_numpy(dtype=np.float64))
         # gravity points down whatever the log calls its axes

@@ -27,7 +27,7 @@ _LETTERS = frozenset("ABCDEFabcdef")
 _DIGITS = _LETTERS | frozenset("0123456789")
 _MOST_DIGITS = 12
 _ISO = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d")
-_ZONE = re.compile(r"(?:Z|[+-]\d\d:?\d\d)$")
+_ZONE = re.compile(r":\d\d(?:\.\d*)?\s?(?:Z|[+-]\d\d(?::?\d\d)?)$")
 
 
 def texts(raw: RawColumn, spec: Column, name: str, path: Path) -> NDArray[np.object_]:

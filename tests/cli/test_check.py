@@ -67,6 +67,18 @@ def test_real_logs_of_others_are_read_through_columns(
     assert "cells" in answer.out
 
 
+def test_transducers_in_series_are_checked_as_pose_calib_reads_them(
+    run: Run, tmp_path: Path, repository: Path, real_data: Path
+) -> None:
+    log, recipe = (
+        real_data / "icub-four-ft/trial3_four_ft.csv",
+        repository / "recipes/icub_four_ft.toml",
+    )
+    answer = run("check", log, "--recipe", recipe, "--strict-findings", "--out", tmp_path / "out")
+    assert answer.exit_code == 0, answer.out
+    assert "six_axis_feet" in answer.out
+
+
 def test_a_log_of_no_known_kind_says_so(run: Run, tmp_path: Path) -> None:
     log = tmp_path / "x.csv"
     log.write_text("a,b\n1,2\n")

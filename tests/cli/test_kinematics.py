@@ -178,6 +178,31 @@ def test_joints_that_are_missing_or_unknown_are_named(run: Run, tmp_path: Path) 
     assert "missing column 'k'" in answer.err
 
 
+def test_a_log_without_a_whole_row_is_refused(run: Run, tmp_path: Path) -> None:
+    """Nothing may follow from rows in which a joint or the base is unknown."""
+    log = joint_log(TIME_S[:400])
+    empty = log.assign(**{f"{NAMES[2]}_rad": np.nan})
+    answer = run(*write(tmp_path, empty))
+    assert answer.exit_code == 3
+    assert NAMES[2] in answer.err
+    assert not (tmp_path / "out").exists()
+    rows = np.arange(len(log)) % 2 == 0  # a joint known in these rows, the base in the others
+    never = log.assign(
+        **{
+            f"{NAMES[2]}_rad": log[f"{NAMES[2]}_rad"].where(rows),
+            "base_qw": log["base_qw"].mask(rows),
+        }
+    )
+    answer = run(*write(tmp_path, never))
+    assert answer.exit_code == 3
+    assert "no row" in answer.err
+    assert "reading" not in answer.err
+    one_lost = log.assign(
+        **{f"{NAMES[2]}_rad": log[f"{NAMES[2]}_rad"].mask(~rows & (log.index < 9))}
+    )
+    assert run(*write(tmp_path, one_lost)).exit_code == 0
+
+
 def test_joints_that_follow_slide_or_turn_on(run: Run, tmp_path: Path) -> None:
     """A mass of 1 kg on each of a continuous, a following and a sliding joint: CoM by hand."""
     mass = '<inertial><origin xyz="{}"/><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" '

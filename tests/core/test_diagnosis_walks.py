@@ -14,12 +14,15 @@ from footcal_cli.core.diagnosis.aliases import aliases
 from footcal_cli.core.diagnosis.bridge import problem_from
 from footcal_cli.core.diagnosis.contest import never_distinguished
 from footcal_cli.core.diagnosis.library import Library, library
+from footcal_cli.core.diagnosis.nested import level_of_fewer
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.signals import describe
 from footcal_cli.core.effects import TABLE
+from footcal_cli.core.effects.contract import Effect
 from footcal_cli.core.inference.case import every, residual, rows_of
 from footcal_cli.core.inference.grams import whitened_grams
 from footcal_cli.core.inference.problem import Problem, Signature
+from footcal_cli.core.inference.signatures import library_columns
 from footcal_cli.core.inference.whitening import Noise, RowWhitener
 from footcal_cli.core.parameters import FloatArray
 from tests.core.test_diagnosis_bridge import ROBOT, walk_case
@@ -195,3 +198,20 @@ def test_a_hanging_sole_comes_on_over_the_transition() -> None:
     share = soft.known["airborne"][:, 0]
     assert step[:, left] == pytest.approx(np.repeat(0.5 * share[:, None], sum(left), axis=1))
     assert np.any((share > 0.1) & (share < 0.9))
+
+
+def test_a_walk_asks_of_each_cell_that_another_may_hear() -> None:
+    """In the sum of all cells whichever of them is heard is a gain: the moments tell them apart."""
+    case = every_shape_of(TABLE["crosstalk"])
+    assert {dict(s.shape)["crosstalk_from"] for s in case if s.where == "all cells"} == {0, 1, 2, 3}
+
+
+def every_shape_of(effect: Effect) -> tuple[Signature, ...]:
+    case = walk_case(0, duration_s=20.0)
+    return library_columns(case, rows_of(case), [effect]).signatures
+
+
+def test_a_name_is_asked_for_as_much_evidence_per_block_with_a_block_less() -> None:
+    """Ten equal blocks at the level leave nine at 0.01^(9/10)."""
+    assert level_of_fewer(0.01, 9, 10) == pytest.approx(0.015849, abs=1e-6)
+    assert level_of_fewer(0.01, 3, 10) == pytest.approx(1.0)

@@ -50,7 +50,7 @@ def test_the_jacobian_is_the_derivative_of_the_experiments_residual(tilt: str, e
     size = model.tilt_design.shape[2] + 7 + 12 * extra + 3 * model.com_columns
     theta = np.random.default_rng(1).normal(size=size)
     assert len(model.parameters(6.0)) == size
-    coefficients = HangResidual(model).coefficients
+    coefficients = HangResidual.of(model).coefficients
     numeric = numeric_jacobian(lambda t: coefficients(t).ravel(), theta, np.full(size, 1e-6))
     analytic = model.coefficient_jacobian(theta).reshape(numeric.shape)
     np.testing.assert_allclose(analytic, numeric, atol=1e-7)
@@ -251,7 +251,7 @@ def test_the_experiments_balance_is_the_estimators_residual(extra: bool) -> None
     logs = hang(np.random.default_rng(14), temperature_slope=0.05).logs
     fit = fit_hang(logs, HangOptions(temperature=extra, drift=extra))
     runs, _ = hang_runs(logs)
-    tables = HangResidual(fit.model).coefficients(fit.estimates.values)
+    tables = HangResidual.of(fit.model).coefficients(fit.estimates.values)
     for run, error, table in zip(runs, fit.residuals(runs), tables, strict=True):
         z = fit.model.regressors(
             run.phase_rad, run.temperature_degc - fit.reference_temperature_degc,

@@ -15,7 +15,7 @@ from footcal_cli.core.online.memory import (
     step_band_hz,
     within_band,
 )
-from footcal_cli.core.online.rows import advanced
+from footcal_cli.core.online.reference_states import advanced
 from tests.core.walk_data import Errors, Recording, make_walk, record
 from tests.core.walking import belief_of, walk_log
 

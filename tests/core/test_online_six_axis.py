@@ -11,7 +11,7 @@ from footcal_cli.core.effects.body import heading_rad
 from footcal_cli.core.effects.calibration import AXES
 from footcal_cli.core.experiments import walk
 from footcal_cli.core.log import Log
-from footcal_cli.core.online.rows import advanced
+from footcal_cli.core.online.reference_states import advanced
 from footcal_cli.core.online.six_axis import shared_errors, six_axis_rows
 from footcal_cli.core.online.six_axis_replay import replay_six_axis
 from footcal_cli.core.online.streams import Merged

@@ -17,11 +17,12 @@ from footcal_cli.core.pose.model import (
     Mounting,
     Structure,
     balance_derivative,
-    balance_matrix,
     free_columns,
     moved,
+    transforms,
 )
 from footcal_cli.core.pose.problem import PoseOptions
+from footcal_cli.core.pose.residual import StandingResidual
 from footcal_cli.core.pose.wrenches import FootCalibration, foot_wrenches, naive_wrenches
 from footcal_cli.core.spatial import tangent_basis
 from footcal_cli.core.study.alternating import fit_alternating
@@ -57,17 +58,31 @@ def random_mounting(seed: int, logs: int = 4) -> Mounting:
 
 
 @pytest.mark.parametrize("structure", list(Structure))
-def test_balance_derivative_matches_finite_differences(structure: Structure) -> None:
+def test_the_balance_of_a_mounting_is_the_papers(structure: Structure) -> None:
+    """Σ_k T_k (w_k − o_k) + (G − Σ_k m_k g) [ĝ; 0], [Wu], eqs. (8) and (9)."""
     geometry = case(0, poses=3).data.geometry
-    mounting = random_mounting(1)
+    mounting = random_mounting(4)
+    each = transforms(geometry, mounting, structure)
+    wrench, down = np.random.default_rng(5).normal(size=(6, 6)), np.array([0.6, 0.0, -0.8])
+    wanted = np.einsum("kij,kj->i", each, wrench - mounting.offset)
+    wanted[:3] += (mounting.robot_weight_n - mounting.leg_weight_n.sum()) * down
+    matrix = StandingResidual.of(geometry).matrix(mounting, structure)
+    found = matrix @ np.concatenate([wrench.ravel(), down, [1.0]])
+    np.testing.assert_allclose(found, wanted, atol=1e-12)
+
+
+@pytest.mark.parametrize("structure", list(Structure))
+def test_balance_derivative_is_that_of_the_experiments_residual(structure: Structure) -> None:
+    geometry = case(0, poses=3).data.geometry
+    mounting, balance = random_mounting(1), StandingResidual.of(geometry)
     derivative = balance_derivative(geometry, mounting, structure)
     tangent = tangent_basis(mounting.hang_dir_b)
     total = derivative.shape[0] + 8
     for i in range(derivative.shape[0]):
         step = np.zeros(total)
         step[i] = 1e-6
-        up = balance_matrix(geometry, moved(mounting, step, tangent), structure)
-        down = balance_matrix(geometry, moved(mounting, -step, tangent), structure)
+        up = balance.matrix(moved(mounting, step, tangent), structure)
+        down = balance.matrix(moved(mounting, -step, tangent), structure)
         np.testing.assert_allclose(derivative[i], (up - down) / 2e-6, atol=1e-7)
 
 

@@ -12,13 +12,8 @@ from footcal_cli.core.next_stance import next_stances, stance_curve
 from footcal_cli.core.online.belief import belief_from
 from footcal_cli.core.parameters import FloatArray, Status
 from footcal_cli.core.quiet import QuietRule, QuietSet, select_quiet
-from footcal_cli.core.static_init import (
-    StaticInit,
-    fit_static,
-    stance_errors,
-    stance_rows,
-    without_false_lifts,
-)
+from footcal_cli.core.stances import stance_rows
+from footcal_cli.core.static_init import StaticInit, fit_static, stance_errors, without_false_lifts
 from footcal_cli.errors import FitError
 from tests.core.walk_data import Standing, make_standing
 from tests.core.walking import belief_of, stand_log, turned_world

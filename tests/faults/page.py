@@ -12,9 +12,9 @@ from tests.faults.running import Outcome
 _PARTS = {
     "input": ("Bad inputs", "a valid input of a command, spoilt in one way"),
     "machine": (
-        "A machine that fails", "from a drawn file access on, or from the start, the system refuses"
+        "A machine that fails", "from a random file access on, or from the start, the system fails"
     ),
-    "kill": ("Killed runs", "a signal at a drawn file access or moment; the next run must succeed"),
+    "kill": ("Killed runs", "a signal at a random file access or time; the next run must succeed"),
     "race": ("Races", "two runs write one folder at the same time"),
     "relation": ("Relations", "a change of the input after which the answer must be the same"),
     "seen": ("What check sees", "a log of weights, of a walk, a stand or a hanging with one fault"),

@@ -15,7 +15,7 @@ from footcal_cli.records.results import (
     VerdictRecord,
 )
 from footcal_cli.report import Drawn, Picture, Report, Sheet, history_sheet, number, plural, with_sd
-from footcal_cli.report.page import _options_whole, render_html
+from footcal_cli.report.page import _is_tall, _moment, _options_whole, render_html
 
 ALARM = Finding("stuck", "alarm", "left_rr", "reads 812 throughout", "replace the cable")
 NOTE = Finding("repeats", "note", "left_fl", "few repeats", "repeat")
@@ -24,6 +24,9 @@ TABLE = Sheet(
     [("left_fl", "−3.40 ± 0.02", "estimated"), ("left_fr", "1,204", "fixed"),
      ("left_rl", "–", "not observable")],
 )  # fmt: skip
+
+_PNG = bytes.fromhex("89504e470d0a1a0a0000000d49484452000004000000020008060000000000")
+"""The head of a picture of 1024 × 512."""
 
 
 def page(**changes: object) -> str:
@@ -53,7 +56,7 @@ def page(**changes: object) -> str:
         inputs={}, rows={}, seed=0, timings_s={}, verdict=report.verdict, exit_code=0,
     )  # fmt: skip
     return render_html(
-        report, run, "{}", {"residuals": Drawn(b"png")}, ("parameters.json", "rmse.csv")
+        report, run, "{}", {"residuals": Drawn(_PNG)}, ("parameters.json", "rmse.csv")
     )
 
 
@@ -122,8 +125,8 @@ def test_history_compares_nothing_that_cannot_be_compared(before: ParametersReco
 
 @pytest.mark.parametrize(
     ("value", "digits", "text"),
-    [(112.3, 2, "110"), (-1234.0, 3, "−1230"), (0.012345, 3, "0.0123"), (8.4e6, 2, "8,400,000"),
-     (999.7, 3, "1000"), (None, 3, "–"), (8347750.0, 7, "8,347,750"), (4.2e-6, 2, "4.2 × 10⁻⁶"),
+    [(112.3, 2, "110"), (-1234.0, 3, "−1,230"), (0.012345, 3, "0.0123"), (8.4e6, 2, "8,400,000"),
+     (999.7, 3, "1,000"), (None, 3, "–"), (8347750.0, 7, "8,347,750"), (4.2e-6, 2, "4.2 × 10⁻⁶"),
      (-6.02e23, 3, "−6.02 × 10²³")],
 )  # fmt: skip
 def test_numbers_are_written_out_where_people_would(
@@ -152,3 +155,31 @@ def test_plurals() -> None:
     assert plural(1, "finding") == "1 finding"
     assert plural(2, "finding") == "2 findings"
     assert plural(3, "repeat of the loss", "repeats of the loss") == "3 repeats of the loss"
+
+
+def test_a_column_of_numbers_has_as_many_digits_in_every_row() -> None:
+    rows = [("before", "2.02"), ("memory", "1.3"), ("none", "–"), ("whole", "12")]
+    text = page(sheets=(Sheet("Errors", ("method", "CoP (mm)"), rows),))
+    assert ">1.30</td>" in text
+    assert ">12</td>" in text
+    fixed = [("a", "0.654"), ("b", "10.000"), ("c", "-1.500")]
+    text = page(sheets=(Sheet("Errors", ("method", "likeness"), fixed),))
+    assert ">0.654</td>" in text
+    assert ">−1.500</td>" in text
+
+
+def test_zero_has_no_sign_and_thousands_are_set_apart_from_four_digits_on() -> None:
+    assert with_sd(-0.0001, 0.034) == "0.000 ± 0.034"
+    assert number(-0.0) == "0"
+    assert number(4799) == "4,799"
+    assert number(1234.56, 6) == "1,234.56"
+    assert plural(4800, "row") == "4,800 rows"
+
+
+def test_the_moment_of_a_run_is_read_without_knowing_iso_8601() -> None:
+    assert _moment("2026-11-25T19:13:43+00:00") == "2026-11-25 19:13 UTC"
+
+
+def test_only_figures_as_high_as_wide_keep_their_size_on_paper() -> None:
+    assert not _is_tall(_PNG)
+    assert _is_tall(_PNG[:16] + _PNG[20:24] + _PNG[16:20])

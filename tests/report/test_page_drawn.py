@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from footcal_cli.report import FIGURE_DPI
 from tests.conftest import Run, drawing
 from tests.report.browser import A4_WIDTH_PX, CHROMIUM, light_share, look
 from tests.report.kinds import RUNS, words_of
@@ -37,7 +38,7 @@ class Runs:
     def _run(out: Path, words: list[str]) -> None:
         from footcal_cli.app import main
 
-        with drawing(), pytest.raises(SystemExit) as end:
+        with drawing(FIGURE_DPI), pytest.raises(SystemExit) as end:
             main([*words, "--out", str(out), "--quiet"])
         assert end.value.code in (0, 1, None), words
 

@@ -296,3 +296,22 @@ def test_places_on_one_cell_and_other_tares_are_no_cells(
     plan = plan_of(_written(tmp_path, "a.csv", "pos,load_kg,raw\n" + "\n".join(lines) + "\n"))
     assert plan is not None
     assert len(plan.channels) == 1
+
+
+def test_an_inertial_unit_beside_cells_is_neither_foot_nor_cell(tmp_path: Path) -> None:
+    """Xsens' layout: rates of turn are no readings, its clock counts tenths of a millisecond."""
+    rng = np.random.default_rng(6)
+    feet = [f"{side}F_{place}" for side in "LR" for place in ("FL", "FR", "RL", "RR")]
+    head = ["PacketCounter", "SampleTimeFine", *(f"{s}_{a}" for s in ("Acc", "Gyr") for a in "XYZ")]
+    lines = [
+        ",".join(map(str, [i, 125 * i + 1234567, *rng.normal(0, 1, 6), *rng.integers(0, 9999, 8)]))
+        for i in range(80)
+    ]
+    text = "// UpdateRate,80.0Hz\n" + ",".join([*head, *feet]) + "\n" + "\n".join(lines) + "\n"
+    file = _written(tmp_path, "run3_imu.csv", text)
+    assert file.rate_hz == pytest.approx(80.0)
+    plan = plan_of(file)
+    assert plan is not None
+    places = ("fl", "fr", "rl", "rr")
+    assert plan.channels == tuple(f"{side}_{p}" for side in ("left", "right") for p in places)
+    assert plan.entries["time_s"].factor == pytest.approx(0.1)

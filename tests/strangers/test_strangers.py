@@ -45,7 +45,8 @@ SAMPLE = (
     eighth.two_arms, ninth.urscript_pose, tenth_bench.minus_9999, tenth_bench.diadem_export,
     tenth_robots.row_per_foot_forces, eleventh.poses_in_a_sheet, eleventh.simulink_structure,
     tenth_robots.qualisys_force_tsv, twelfth_bench.railed_converter,
-    twelfth_robots.zeros_where_lost,
+    twelfth_robots.zeros_where_lost, twelfth_bench.stata_list, twelfth_bench.xml_records,
+    twelfth_bench.added_and_removed, twelfth_robots.kawasaki_oat,
 )  # fmt: skip
 
 
@@ -72,10 +73,7 @@ def test_a_sample_of_the_corpus(shape: Write, run: Run, tmp_path: Path) -> None:
         "ninth",
         "tenth",
         "eleventh",
-        pytest.param(
-            "twelfth",
-            marks=pytest.mark.xfail(reason="15 of its 33 logs are not read yet", strict=True),
-        ),
+        "twelfth",
     ],
 )
 def test_the_whole_corpus(corpus: str, run: Run, tmp_path: Path) -> None:

@@ -19,7 +19,7 @@ from footcal_cli.core.parameters import BoolArray, FloatArray
 from footcal_cli.errors import FitError
 
 ALPHA = 0.01
-"""A rung whose sizes could be zero at this level is not climbed, however well it predicts.
+"""A rung whose parameters are not significant at this level is left out, however well it predicts.
 
 Shared out over the rungs tried on top of a model (Bonferroni): the best of ten is not one of ten.
 """
@@ -281,7 +281,7 @@ def _why(index: int, step: int, p: float, alpha: float) -> str:
     if index == step:
         return "chosen: one-standard-error rule on held-out groups"
     if p >= alpha:
-        return f"its sizes could be zero (p = {p:.2g})"
+        return f"not significant: p = {p:.2g}, asked < {alpha:.2g}"
     if step < 0:
         return "not better than the simpler model by one standard error"
     return "more complex or larger held-out error than the chosen model"

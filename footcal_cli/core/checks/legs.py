@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
+from footcal_cli.core.checks.lines import least_absolute
 from footcal_cli.core.parameters import BoolArray, FloatArray
 from footcal_cli.core.quality import Finding, listed
 
@@ -130,7 +131,9 @@ def check_poses(
 ) -> Iterator[Finding]:
     """Poses of a standing robot: each leg beside the others, and all together against the weight.
 
-    The forces of all legs in the body frame add up to ``s₀ + W e`` with e the direction of gravity.
+    The forces of all legs in the body frame add up to ``s₀ + G e`` with e the direction of gravity,
+    s₀ the sum of the offsets and G the weight times the unit matrix, or nearly: a transducer's
+    scales, or a left-handed frame.
 
     Parameters
     ----------
@@ -204,8 +207,9 @@ def _in_the_air(force: FloatArray, contact: BoolArray) -> Iterator[Finding]:
 def _whole_weight(
     total: FloatArray, up_b: FloatArray, world_up_b: FloatArray, weight_n: float
 ) -> Iterator[Finding]:
-    along = np.einsum("ij,ij->i", total, up_b)
-    off = (along - np.median(along)) / weight_n
+    design = np.column_stack([np.ones(len(total)), up_b])
+    beyond = np.column_stack([least_absolute(design, axis) for axis in total.T])
+    off = np.einsum("ij,ij->i", beyond, up_b) / weight_n
     wrong = np.abs(off) > NOT_CARRIED
     if wrong.any():
         worst = int(np.argmax(np.abs(off)))

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from footcal_cli.core.checks.lines import least_absolute, robust_sd, weighted_residual
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.quality import Finding, listed
 
@@ -16,7 +17,7 @@ MOST_OFF = 0.2
 """Of more rows it is no slip."""
 LAGS, LAGS_SHARE = 0.15, 0.5
 """Share of the last change of load that is lacking, and of the residual that it explains."""
-_FEWEST_ROWS, _ROUNDS = 12, 30
+_FEWEST_ROWS = 12
 
 
 @listed
@@ -38,13 +39,10 @@ def check_line(
         return
     sessions = np.unique(part)
     design = np.column_stack([count, *((part == s).astype(float) for s in sessions)])
-    weight = np.ones(load.size)
-    for _ in range(_ROUNDS):  # least absolute errors: a few far rows do not draw the line
-        residual = _residual(design, load, weight)
-        sd = 1.4826 * float(np.median(np.abs(residual)))
-        weight = 1.0 / np.sqrt(np.maximum(np.abs(residual), 0.1 * sd + 1e-12))
+    residual = least_absolute(design, load)
+    sd = robust_sd(residual)
     kept = np.abs(residual) < max(OFF * float(np.ptp(load)), OFF_SD * sd)
-    residual = _residual(design, load, kept.astype(float))
+    residual = weighted_residual(design, load, kept.astype(float))
     out = np.flatnonzero(~kept)
     if out.size and out.size <= MOST_OFF * load.size:
         worst = int(out[np.argmax(np.abs(residual[out]))])
@@ -56,14 +54,6 @@ def check_line(
         )  # fmt: skip
         return
     yield from _lag(channel, load, residual, part)
-
-
-def _residual(design: FloatArray, load: FloatArray, weight: FloatArray) -> FloatArray:
-    """Loads minus those that the readings show, by a weighted line, shape (n,)."""
-    size = np.maximum(np.abs(design).max(axis=0), 1e-300)
-    rows = weight[:, None] * design / size
-    left: FloatArray = load - (design / size) @ np.linalg.lstsq(rows, weight * load, rcond=None)[0]
-    return left
 
 
 def _lag(

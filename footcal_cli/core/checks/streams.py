@@ -24,10 +24,14 @@ NOT_CARRIED = 0.15
 """Share of the weight that means over `WINDOW_S` may lack: over it, steps average out."""
 DRIFTS, DRIFTS_SD = 0.025, 8.0
 """Share of the weight, and sd of the means over `WINDOW_S`, by which the whole force may drift."""
+GAINS = 0.2
+"""Feet that are not calibrated may differ so much in gain: load that moves between them shows."""
 LET_GO, FOLLOWS = 1.5, 0.8
 """Change of a cell's gain beside its siblings, and the correlation in each half that shows it."""
 HUM_BY_CHANCE, HUM_SHARE, HUM_OTHERS = 1e-8, 0.01, 0.2
 """Fisher's probability of a line, its amplitude over the range, and its power beside others'."""
+HUM_ALONE = 8.0
+"""Its power over the next line's: harmonics of a gait come in rows of nearly the same size."""
 LIFTED_M, EXCHANGED_SHARE = 0.006, 0.7
 """A foot is in the air above this height; it cannot carry that share of the robot there."""
 
@@ -97,12 +101,16 @@ def check_feet_together(
     pieces = len(force) // width
     if pieces < 5:
         return
-    total = force[: pieces * width].sum(axis=1).reshape(pieces, width).mean(axis=1)
+    foot = force[: pieces * width].reshape(pieces, width, -1).mean(axis=1)
+    total = foot.sum(axis=1)
     start = times[: pieces * width : width]
     off = (total - np.median(total)) / weight_n
-    if (np.abs(off) > NOT_CARRIED).any() and np.mean(np.abs(off) > NOT_CARRIED) < HALF:
-        worst = int(np.argmax(np.abs(off)))
-        first, last = next(s for s in stretches(np.abs(off) > NOT_CARRIED) if s[0] <= worst < s[1])
+    # a change of the whole load, beyond what feet of different gain make of load that moves
+    moved = np.abs(foot - np.median(foot, axis=0)).sum(axis=1) / (2.0 * weight_n)
+    wrong = np.abs(off) > NOT_CARRIED + GAINS * moved
+    if wrong.any() and np.mean(wrong) < HALF:
+        worst = int(np.argmax(np.abs(off) * wrong))
+        first, last = next(s for s in stretches(wrong) if s[0] <= worst < s[1])
         how = f"{100 * abs(off[worst]):.0f} % of the weight {'less' if off[worst] < 0 else 'more'}"
         yield Finding(
             "weight_not_constant", "warning", "all feet",
@@ -112,9 +120,11 @@ def check_feet_together(
         )  # fmt: skip
         return
     design = np.column_stack([np.ones(pieces), np.linspace(0.0, 1.0, pieces)])
-    solved = np.linalg.lstsq(design, total, rcond=None)[0]
+    each = np.linalg.lstsq(design, foot, rcond=None)[0]
+    solved = each.sum(axis=1)
     scatter = float(np.std(total - design @ solved)) * np.sqrt(12.0 / pieces)
-    if abs(solved[1]) > max(DRIFTS * weight_n, DRIFTS_SD * scatter):
+    least = DRIFTS * weight_n + GAINS * float(np.abs(each[1]).sum()) / 2.0
+    if abs(solved[1]) > max(least, DRIFTS_SD * scatter):
         yield Finding(
             "weight_drifts", "warning", "all feet",
             f"the force of all feet together drifts by {solved[1]:.3g} N over the log, "
@@ -210,6 +220,7 @@ def check_hum(time_s: FloatArray, readings: FloatArray, names: Sequence[str]) ->
         amplitude = 4.0 * np.sqrt(power[at, i]) / len(values)
         if (
             chance < HUM_BY_CHANCE
+            and power[at, i] > HUM_ALONE * _next_line(power[:, i], at)
             and amplitude > HUM_SHARE * float(np.ptp(values[:, i]))
             and others < HUM_OTHERS * power[at, i] / scale[i]
         ):
@@ -219,6 +230,12 @@ def check_hum(time_s: FloatArray, readings: FloatArray, names: Sequence[str]) ->
                 "channel",
                 "check its shield and its ground; a mains frequency may appear folded down",
             )  # fmt: skip
+
+
+def _next_line(power: FloatArray, at: int) -> float:
+    """The largest power beside a line that a window spreads over its neighbours."""
+    rest = np.delete(power, np.arange(max(at - 3, 0), min(at + 4, power.size)))
+    return float(rest.max()) if rest.size else 0.0
 
 
 @listed

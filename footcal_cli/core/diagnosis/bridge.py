@@ -105,7 +105,7 @@ def calibration_of(
 
 
 def held_of(ideal: Case, rows: Rows) -> FloatArray | None:
-    """What one sd of each lasting difference from a known calibration adds, shape (m, h)."""
+    """Change of the residual per sd of each lasting difference from a known calibration (m, h)."""
     if not any(direction.lasting for direction in ideal.directions):
         return None
     return direction_columns(ideal, rows, lasting=True)
@@ -163,7 +163,7 @@ def _of_each_cell(ideal: Case, rows: Rows) -> tuple[list[FloatArray], list[str]]
         scale, bias = f"{channel}.scale", f"{channel}.bias"
         values = ideal.values
         gain = {scale: _MORE * values[scale], bias: _MORE * values[bias]}
-        for name, moved in (("gain", gain), ("offset", {bias: values[bias] + _MORE - 1.0})):
+        for name, moved in (("gain", gain), ("bias", {bias: values[bias] + _MORE - 1.0})):
             column = residual(ideal, rows, {**values, **moved}, seen=seen) - still
             columns.append(column / max(float(np.sqrt(np.mean(column**2))), 1e-300))
             kind.append(name)

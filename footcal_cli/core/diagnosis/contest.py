@@ -16,6 +16,7 @@ from footcal_cli.core.diagnosis.kindred import (
     kindred,
     left_of,
     level_of,
+    likelier,
     of_turns,
     of_two_classes,
     outdone,
@@ -112,6 +113,8 @@ def decided(
 
     def significant(other: Tried) -> bool:
         if sign_flip_mean(other.loss - loss, signs) < rules.alpha_rival:
+            return True
+        if subject.problem.pieces and likelier(loss, other.loss, noise, rules.alpha_name):
             return True
         if of_turns(subject.problem.settings):
             return adds_more(subject, best, other, family, noise, signs, rules)

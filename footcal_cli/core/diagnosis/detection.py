@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from scipy import linalg
@@ -108,7 +109,9 @@ def detect(
     memory = np.array([name == MEMORY for name in features.names], dtype=bool)[features.group]
     parts = [grams.features[part] for part in (~features.curved, memory, features.curved)]
     white, gain, loss = flexible_gain(grams, base, parts)
-    line = _line_test(problem, features, accepted)
+    fitted = problem.fitted if accepted is None else np.hstack([problem.fitted, accepted])
+    unexplained = cache(lambda: _rid_of_signals(problem, features, fitted))
+    line = _line_test(problem, fitted, unexplained)
     between_p, driver = _between_test(problem, grams, base)
     return Detection(
         groups=features.names,
@@ -116,7 +119,7 @@ def detect(
         bump_p=bump_p,
         flexible_p=sign_flip_mean(white, signs) if white.any() else 1.0,
         between_p=between_p,
-        spell_p=_spell_test(problem, features, signs, accepted),
+        spell_p=_spell_test(problem, signs, accepted, unexplained),
         flexible_gain=gain,
         loss=loss,
         line=line,
@@ -253,7 +256,7 @@ def _ridge(visible: FloatArray, score: FloatArray, penalty: float) -> FloatArray
     return np.asarray(linalg.cho_solve(factor, score, check_finite=False))
 
 
-def _line_test(problem: Problem, features: Features, accepted: FloatArray | None) -> Line:
+def _line_test(problem: Problem, fitted: FloatArray, unexplained: Callable[[], FloatArray]) -> Line:
     """Strongest line of what was recorded, or of the rows where nothing else was.
 
     Rows are first rid of every function of the recorded signals, and each piece of its own
@@ -264,8 +267,7 @@ def _line_test(problem: Problem, features: Features, accepted: FloatArray | None
     if problem.rate_hz <= 0:
         return Line()
     traces = problem.traces or _of_outputs(problem)
-    fitted = problem.fitted if accepted is None else np.hstack([problem.fitted, accepted])
-    left = _rid_of_signals(problem, features, fitted)
+    left = unexplained().copy()
     own = np.hstack([fitted, np.ones((left.size, 1))])
     for rows in pieces_of(traces, problem.rate_hz):
         left[rows] = _rid_of(left[rows], own[rows])
@@ -273,14 +275,16 @@ def _line_test(problem: Problem, features: Features, accepted: FloatArray | None
 
 
 def _spell_test(
-    problem: Problem, features: Features, signs: FloatArray, accepted: FloatArray | None
+    problem: Problem,
+    signs: FloatArray,
+    accepted: FloatArray | None,
+    unexplained: Callable[[], FloatArray],
 ) -> float:
     """Spells lean to one side, or push to a second level; what pushes is far beyond its share."""
     leaning = spell_p(problem, signs, accepted)
     if problem.rate_hz <= 0 or problem.drifts or problem.settings is not None:
         return leaning
-    fitted = problem.fitted if accepted is None else np.hstack([problem.fitted, accepted])
-    pushed = levels_p(problem, _rid_of_signals(problem, features, fitted))
+    pushed = levels_p(problem, unexplained())
     return min(1.0, leaning / (1.0 - _PUSHED), pushed / _PUSHED)
 
 

@@ -198,7 +198,7 @@ def _untestable(problem: Problem, lib: Library, effect: str) -> EffectRow:
     at = members[int(np.argmax(lib.visible[members]))]
     acts = bool(np.any(problem.columns[:, at]))
     reason = (
-        f"only {lib.visible[at]:.1%} of it is not absorbed by the calibration"
+        f"the calibration absorbs nearly all of it ({lib.visible[at]:.1%} is visible)"
         if acts
         else "its driver did not move"
     )

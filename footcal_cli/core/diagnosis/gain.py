@@ -20,7 +20,7 @@ from footcal_cli.core.parameters import BoolArray, FloatArray
 
 @dataclass(frozen=True)
 class Gain:
-    """What the extended model buys on blocks it was not fitted to, per output.
+    """Errors with the extended model on blocks it was not fitted to, per output.
 
     Parameters
     ----------

@@ -115,6 +115,25 @@ def excess_of(other: FloatArray, best: FloatArray) -> Interval:
     return jackknife_interval(excess(other.sum(), best.sum()), without)
 
 
+def likelier(best: FloatArray, other: FloatArray, noise: Noise, odds: float) -> bool:
+    """Whether blocks that had no say are so many times as probable under the best.
+
+    ``exp(−(L − L₀)/2s) < odds`` with s the mean square that the best leaves per row, no less than
+    one: a law of noise that is too small makes nothing surer. No single block may decide.
+
+    Parameters
+    ----------
+    best, other
+        Held-out squared error of each block in the metric of the noise, L₀ and L, shape (B,).
+    odds
+        Below which the other one is out.
+    """
+    lost = other - best
+    scale = max(float(best.sum()) / noise.whitener.kept.size, 1.0)
+    least = float(lost.sum() - max(lost.max(initial=0.0), 0.0))
+    return least > 0.0 and float(lost.sum()) > -2.0 * np.log(odds) * scale
+
+
 def kindred(table: Mapping[str, Effect], one: Cause, other: Cause) -> bool:
     """Whether the table says that one looks like the other."""
     a, b = table[one.signature.effect], table[other.signature.effect]

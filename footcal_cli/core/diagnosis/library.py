@@ -71,7 +71,9 @@ def library(
     share = np.divide(
         inside.information.sum(axis=0), total, out=np.zeros_like(total), where=total > 0
     )
-    testable = (visible >= rules.visible_floor) & (whole.inside == 0)
+    # a known calibration cannot move far enough for its own curvature to be all that is visible
+    floor = 0.0 if problem.known is not None else rules.visible_floor
+    testable = (visible >= floor) & (whole.inside == 0)
     for i, signature in enumerate(problem.signatures):
         if whole.inside[i] == 0:
             # what is barely visible is never named, but may be a rival of what is

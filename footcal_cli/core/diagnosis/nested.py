@@ -66,8 +66,8 @@ def nested_losses(
     problem, lib
         The baseline and its candidates.
     rules
-        Thresholds; the level of a name is what the fewer blocks can reach, where they cannot
-        reach it.
+        Thresholds; the level of a name is what the same evidence reaches in fewer blocks, and at
+        least what they can reach at all.
     most_effects
         Effects chosen at most.
     seed
@@ -157,16 +157,25 @@ def _chosen_without(lib: Library, kept: BoolArray, rules: Rules, seed: int) -> I
     """Candidates that the search accepts on some of the blocks alone."""
     # the first block of a recording, on which a filter learns, has no sign to flip
     last = np.array([lib.grams.inner.last])
-    tells = kept & (lib.grams.inner.squares(last)[:, 0] != 0.0)
-    reach = 4.0 * float(smallest_p(float(tells.sum())))
+    tells = lib.grams.inner.squares(last)[:, 0] != 0.0
+    level = level_of_fewer(rules.alpha_name, int((kept & tells).sum()), int(tells.sum()))
     found = search(
         replace(lib, grams=lib.grams.of_blocks(kept)),
         sign_patterns(int(kept.sum()), seed),
         replace(
             rules,
-            alpha_name=max(rules.alpha_name, reach),
+            alpha_name=level,
             fewest_sessions=rules.fewest_sessions - 1.0,
         ),
         seed,
     )
     return np.array([lib.index(step.column) for step in found.steps], dtype=np.int64)
+
+
+def level_of_fewer(level: float, fewer: int, blocks: int) -> float:
+    """What the same evidence per block reaches in fewer blocks, at least four times their smallest.
+
+    Log p is proportional to the number of blocks that tell alike: ``α^(n'/n)``.
+    """
+    same = float(level ** (fewer / max(blocks, 1)))
+    return min(max(same, 4.0 * float(smallest_p(fewer))), 1.0)

@@ -177,6 +177,8 @@ class Rules:
             f"a foot's readings together with linear names, nor another curve of its axis with a "
             f"named "
             f"one, with {1 - self.share_form:.0%}; "
+            f"a rival in a stand is out at odds of {self.alpha_name:g} too, and a name there may "
+            f"rest on how much nearer it brings a known calibration (p < {self.alpha_name:g}); "
             f"{self.fewest_blocks} blocks or more asked; selection repeated in at most "
             f"{self.most_folds} folds."
         )

@@ -12,6 +12,7 @@ import numpy as np
 
 from footcal_cli.core.diagnosis.answer import Cause, Verdict
 from footcal_cli.core.diagnosis.contenders import fit
+from footcal_cli.core.diagnosis.departure import Departure, departure_of
 from footcal_cli.core.diagnosis.gain import (
     Gain,
     bought,
@@ -49,6 +50,8 @@ class Standing:
         Share of blocks without which the same effects are chosen.
     p
         That it predicts blocks of stances no better, by signs of the blocks; 0 elsewhere.
+    departure
+        How far the calibration must be from what was known of it, without and with the names.
     """
 
     path: Path
@@ -57,12 +60,21 @@ class Standing:
     gains: tuple[Gain, ...]
     stable: float
     p: float
+    departure: Departure | None = None
 
     def holds(self, problem: Problem) -> bool:
-        """Whether it predicts blocks that had no say, and is chosen without most of them."""
-        if self.stable < LEAST_STABLE or self.p > self.path.rounds[0].rules.alpha_rival:
+        """Whether it predicts blocks that had no say, and is chosen without most of them.
+
+        Where a known calibration could take up what is wrong, blocks are predicted as well without
+        a name: there it is how far that calibration had to move which tells.
+        """
+        rules = self.path.rounds[0].rules
+        if self.stable < LEAST_STABLE:
             return False
-        return bought(self.gains, problem) > 0.0
+        if self.departure is not None and self.departure.p < rules.alpha_name:
+            # a single name after which the calibration is still far off leaves something
+            return not self.departure.far or self.verdict is Verdict.AMBIGUOUS
+        return self.p <= rules.alpha_rival and bought(self.gains, problem) > 0.0
 
 
 def standing(
@@ -92,14 +104,15 @@ def standing(
         others = frozenset().union(*nested.chosen) - begun[0]
         alike = nested.alike([begun[0] | set(_outdone(subject, path, path.model, others))])
     gains = gains_of(problem, without_rivals(final, path.model), final.law, nested, alike)
-    p = 0.0
+    p, departure = 0.0, None
     if problem.pieces:
         # a test of rows takes the pieces of a stance for more than they are: its blocks judge too
         fair = output_losses(without_rivals(final, path.model), final.law)
         new = np.where(alike[:, None], fair, nested.loss)
         gained = (output_losses(problem, final.law) - new).sum(axis=1)
         p = sign_flip_mean(gained, sign_patterns(problem.blocks, seed))
-    return Standing(path, verdict, share, gains, float(np.mean(alike)), p)
+        departure = departure_of(problem, without_rivals(final, path.model), final.law, count)
+    return Standing(path, verdict, share, gains, float(np.mean(alike)), p, departure)
 
 
 def _outdone(subject: Subject, path: Path, model: Refit, effects: Iterable[str]) -> list[str]:

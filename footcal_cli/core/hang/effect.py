@@ -10,7 +10,6 @@ of a log are those since the fit's references. `hang-calib` fits the residual of
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
@@ -36,6 +35,7 @@ from footcal_cli.core.hang.model import (
     leg_com_t_m,
 )
 from footcal_cli.core.hang.runs import RUN, of_no_leg
+from footcal_cli.core.inference.reduction import Probe
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray, ParameterSet
 from footcal_cli.core.spatial import rotation_exp
@@ -131,59 +131,30 @@ class HangResidual:
     ----------
     model
         What hangs, in which runs.
+    names
+        Of its parameters.
+    probe
+        As many rows of each run as it has regressors, at rest.
     """
 
     model: HangModel
+    names: tuple[str, ...]
+    probe: Probe
 
-    @cached_property
-    def _chain(self) -> Chain:
-        return hanging_chain(self.model)
-
-    @cached_property
-    def _names(self) -> tuple[str, ...]:
-        return self.model.parameters(0.0).names
-
-    @cached_property
-    def _probe(self) -> tuple[Log, FloatArray]:
-        """As many rows of each run as it has regressors z, which read nothing; and z⁻¹ (d, d).
-
-        Angles all round the turn, one row at one degree more, one a second later; nothing turns.
-        """
-        model, harmonics = self.model, self.model.com_columns
-        runs, size = len(model.nominal_dir_t), harmonics + model.temperature + model.drift
-        unit = np.eye(size)
-        turn = np.where(np.arange(size) < harmonics, np.arange(size) * 2.0 * np.pi / harmonics, 0.0)
-        warmth = unit[harmonics] if model.temperature else np.zeros(size)
-        late = unit[-1] if model.drift else np.zeros(size)
-        known = {
-            "phase_rad": np.tile(turn, runs),
-            "temperature_degc": np.tile(warmth, runs),
-            **of_no_leg(model.nominal_dir_t.repeat(size, axis=0)),
-            RUN: np.repeat(np.arange(float(runs)), size),
-        }
-        log = Log(
-            EXPERIMENT.name,
-            channels_of(model),
-            np.tile(late, runs),
-            np.zeros((runs * size, 6)),
-            known,
-            np.repeat(np.arange(runs), size),
-        )
-        return log, np.asarray(np.linalg.solve(model.regressors(turn, warmth, late), unit), float)
+    @classmethod
+    def of(cls, model: HangModel) -> HangResidual:
+        """Of what hangs."""
+        log, regressors = _rows_at_rest(model)
+        probe = Probe.of(EXPERIMENT, hanging_chain(model), log, regressors)
+        return cls(model, model.parameters(0.0).names, probe)
 
     def errors(self, log: Log, theta: FloatArray) -> FloatArray:
         """Measured − demanded wrench of each row, shape (n, 6), N and Nm."""
-        values = dict(zip(self._names, theta.tolist(), strict=True))
-        return residual(EXPERIMENT, self._chain, log, values).error
+        return residual(EXPERIMENT, self.probe.chain, log, self._named(theta)).error
 
     def coefficients(self, theta: FloatArray) -> FloatArray:
-        """C of the residual ``w − z Cᵀ`` of a leg at rest, by regressor, shape (L, 6, d).
-
-        What is linear in d regressors is known everywhere from d rows.
-        """
-        log, inverse = self._probe
-        demanded = -self.errors(log, theta).reshape(len(self.model.nominal_dir_t), len(inverse), 6)
-        return np.asarray((inverse @ demanded).transpose(0, 2, 1))
+        """C of the residual ``w − z Cᵀ`` of a leg at rest, by regressor, shape (L, 6, d)."""
+        return -self.probe.coefficients(self._named(theta))
 
     def at_rest(self, log: Log, theta: FloatArray) -> FloatArray:
         """Readings without what the turning of the leg adds, shape (n, 6)."""
@@ -192,3 +163,34 @@ class HangResidual:
         zero = np.zeros(len(log))
         still = log.with_known(shaft_radps=zero, shaft_radps2=zero)
         return log.readings + self.errors(log, theta) - self.errors(still, theta)
+
+    def _named(self, theta: FloatArray) -> dict[str, float]:
+        return dict(zip(self.names, theta.tolist(), strict=True))
+
+
+def _rows_at_rest(model: HangModel) -> tuple[Log, FloatArray]:
+    """As many rows of each run as it has regressors z, which read nothing; and their z (d, d).
+
+    Angles all round the turn, one row at one degree more, one a second later; nothing turns.
+    """
+    harmonics, runs = model.com_columns, len(model.nominal_dir_t)
+    size = harmonics + model.temperature + model.drift
+    unit = np.eye(size)
+    turn = np.where(np.arange(size) < harmonics, np.arange(size) * 2.0 * np.pi / harmonics, 0.0)
+    warmth = unit[harmonics] if model.temperature else np.zeros(size)
+    late = unit[-1] if model.drift else np.zeros(size)
+    known = {
+        "phase_rad": np.tile(turn, runs),
+        "temperature_degc": np.tile(warmth, runs),
+        **of_no_leg(model.nominal_dir_t.repeat(size, axis=0)),
+        RUN: np.repeat(np.arange(float(runs)), size),
+    }
+    log = Log(
+        EXPERIMENT.name,
+        channels_of(model),
+        np.tile(late, runs),
+        np.zeros((runs * size, 6)),
+        known,
+        np.repeat(np.arange(runs), size),
+    )
+    return log, model.regressors(turn, warmth, late)

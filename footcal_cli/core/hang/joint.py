@@ -124,12 +124,12 @@ class HangFit:
 
     def residuals(self, runs: Sequence[HangRun]) -> list[FloatArray]:
         """What the experiment's balance leaves of each run, shape (n, 6), N and Nm."""
-        balance = HangResidual(self.model)
+        balance = HangResidual.of(self.model)
         return [balance.errors(log, self.estimates.values) for log in self._logs(runs)]
 
     def at_rest(self, runs: Sequence[HangRun]) -> list[FloatArray]:
         """Readings of each run without what the turning of the leg adds, shape (n, 6)."""
-        balance = HangResidual(self.model)
+        balance = HangResidual.of(self.model)
         return [balance.at_rest(log, self.estimates.values) for log in self._logs(runs)]
 
     def _logs(self, runs: Sequence[HangRun]) -> list[Log]:
@@ -192,7 +192,7 @@ def fit_hang(logs: Sequence[Log], options: HangOptions | None = None) -> HangFit
     triangles = [triangle(*each) for each in zip(designs, wrenches, grams, strict=True)]
     for _ in range(_INERTIAL_ROUNDS if any(run.shaft_radps.any() for run in runs) else 0):
         first = Reduced.of(designs, wrenches, _white(_TYPICAL_SD), triangles)
-        theta, balance = _fit(first, model, weight_n).estimates.values, HangResidual(model)
+        theta, balance = _fit(first, model, weight_n).estimates.values, HangResidual.of(model)
         wrenches = [balance.at_rest(log, theta) for log in rows]
         triangles = [triangle(*each) for each in zip(designs, wrenches, grams, strict=True)]
     freedom = samples - sum(z.shape[1] for z in designs)
@@ -259,7 +259,7 @@ def _fit(
 ) -> Fit:
     """Weight, offsets, CoM and tilts at their maximum likelihood; what stays unseen is said."""
     parameters = model.parameters(weight_n)
-    coefficients = HangResidual(model).coefficients
+    coefficients = HangResidual.of(model).coefficients
     fit = reduced.fit(parameters, coefficients, model.coefficient_jacobian, start)
     return with_unseen(fit)
 
@@ -272,7 +272,7 @@ def _with_levels(
     def levels(before: FloatArray | None) -> tuple[FloatArray, FloatArray]:
         theta = fit.estimates.values
         return reduced.level_sd(
-            0, HangResidual(model).coefficients(theta), model.coefficient_jacobian(theta),
+            0, HangResidual.of(model).coefficients(theta), model.coefficient_jacobian(theta),
             fit.estimates.covariance, (slice(0, 3), slice(3, 6)), before,
         )  # fmt: skip
 
@@ -346,7 +346,7 @@ def _noise_from_fit(
     for _ in range(_NOISE_ROUNDS if noise_sd is None else 0):
         reduced = Reduced.of(designs, wrenches, _white(sd), triangles)
         theta = _fit(reduced, model, weight_n).estimates.values
-        table = HangResidual(model).coefficients(theta)
+        table = HangResidual.of(model).coefficients(theta)
         left = np.concatenate(
             [w - z @ c.T for z, w, c in zip(designs, wrenches, table, strict=True)]
         )

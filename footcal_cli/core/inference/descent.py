@@ -42,10 +42,11 @@ class Curved(Protocol):
 
 
 @dataclass(frozen=True)
-class Descent(Generic[PointT]):
+class Descent(Generic[PointT, StateT]):
     """Where a descent ended, after how many steps, whether at a minimum, or given up."""
 
     point: PointT
+    state: StateT
     steps: int
     converged: bool
     given_up: bool = False
@@ -73,7 +74,7 @@ def descend(
     begin: PointT,
     most_steps: int = 100,
     hopeless: Callable[[StateT, float], bool] | None = None,
-) -> Descent[PointT]:
+) -> Descent[PointT, StateT]:
     """Levenberg-Marquardt on the expected curvature.
 
     Parameters
@@ -88,15 +89,15 @@ def descend(
         step, _, _ = newton_step(state, damping)
         promised = float(-0.5 * state.gradient @ step)
         if hopeless is not None and damping < _LEAST_RETRY and hopeless(state, promised):
-            return Descent(point, steps, converged=False, given_up=True)
+            return Descent(point, state, steps, converged=False, given_up=True)
         candidate = move(point, step)
         tried = at(candidate)
         if tried.cost <= state.cost * (1.0 + 1e-14):
             point, state, damping = candidate, tried, _EASE * damping
             if promised < _DECREMENT:
-                return Descent(point, steps, True)
+                return Descent(point, state, steps, True)
         else:
             damping = max(10.0 * damping, _LEAST_RETRY)
             if damping > _GIVE_UP:
-                return Descent(point, steps, promised < _NEARLY)
-    return Descent(point, most_steps, False)
+                return Descent(point, state, steps, promised < _NEARLY)
+    return Descent(point, state, most_steps, False)

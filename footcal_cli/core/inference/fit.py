@@ -133,6 +133,23 @@ def fit_map(
                    noise_known=noise_known, converged=converged)  # fmt: skip
 
 
+def least_squares_alone(
+    residual: Callable[[FloatArray], FloatArray], start: FloatArray, tolerance: float
+) -> FloatArray:
+    """Parameters of the least sum of squares, shape (n,): no prior, no weights, no covariance.
+
+    What a paper minimises as printed; `fit_map` serves the rest.
+
+    Parameters
+    ----------
+    residual
+        Maps parameters (n,) to residuals (m,).
+    tolerance
+        Relative change of the sum of squares at which to stop.
+    """
+    return np.asarray(least_squares(residual, start, ftol=tolerance).x)
+
+
 @dataclass(frozen=True)
 class _Scaled:
     """The free parameters as z, in units of their steps about their prior means.

@@ -8,14 +8,17 @@ record is, and nothing is lost.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy import stats
 
+from footcal_cli.core.chain import Chain
+from footcal_cli.core.experiments.contract import Experiment, residual
 from footcal_cli.core.inference.autoregression import ChannelNoise
 from footcal_cli.core.inference.fit import Fit, fit_map
+from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray, IntArray, ParameterSet
 
 SEEN = 1e-7
@@ -24,6 +27,35 @@ FEWEST_LEVELS, SURE_EXCESS = 8.0, 3.0
 """Degrees of freedom that a variance between records needs, and by how many sd it stands out."""
 LEAST_FREEDOM, CHANCE_OF_FEW = 0.5, 1e-3
 """With fewer of them: how many at least, and how improbable the levels must be by chance."""
+
+
+@dataclass(frozen=True)
+class Probe:
+    """An experiment's residual that is linear in d regressors: it is known everywhere from d rows.
+
+    Parameters
+    ----------
+    log
+        L records of d rows each.
+    inverse
+        Z⁻¹ of the regressors Z (d, d), row by row, which are those of every record.
+    """
+
+    experiment: Experiment
+    chain: Chain
+    log: Log
+    inverse: FloatArray
+
+    @classmethod
+    def of(cls, experiment: Experiment, chain: Chain, log: Log, rows: FloatArray) -> Probe:
+        """Of the regressors (d, d) of each record of a log."""
+        return cls(experiment, chain, log, np.asarray(np.linalg.inv(rows), float))
+
+    def coefficients(self, values: Mapping[str, float]) -> FloatArray:
+        """C of the errors ``z Cᵀ`` of each record at the chain's parameters, shape (L, c, d)."""
+        error = residual(self.experiment, self.chain, self.log, values).error
+        rows = error.reshape(-1, len(self.inverse), error.shape[1])
+        return np.asarray((self.inverse @ rows).transpose(0, 2, 1))
 
 
 @dataclass(frozen=True)

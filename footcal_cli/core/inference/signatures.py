@@ -172,7 +172,11 @@ def _side_by_side(columns: Sequence[FloatArray], rows: int) -> FloatArray:
 def effect_columns(
     case: Case, rows: Rows, effect: Effect, seen: Sequence[Seen]
 ) -> tuple[list[Signature], list[FloatArray]]:
-    """Columns of one effect; shapes that look alike are kept once."""
+    """Columns of one effect; shapes that look alike wherever they are carried are kept once.
+
+    What all cells hear adds to the sum whichever cell it is that they hear: of one cell alone, and
+    once the calibration is refitted, the shapes differ.
+    """
     units = _units(case, effect)
     shapes = shapes_of(case, effect)
     signatures: list[Signature] = []
@@ -183,7 +187,7 @@ def effect_columns(
         lower, upper = (-1.3, -0.7) if switch else (size.lower, size.upper)
         if Trait.WHOLE in effect.traits:
             lower, upper = 0.7, 1.3
-        kept: list[FloatArray] = []
+        kept: list[list[FloatArray]] = []
         for shape in shapes:
             single = {
                 u: derivative(case, rows, effect, size, {u: (u,)}, shape, seen=seen) for u in units
@@ -191,9 +195,10 @@ def effect_columns(
             shared = np.sum(list(single.values()), axis=0)
             largest = max(float(np.sqrt(np.mean(c**2))) for c in single.values())
             idle = largest < _CARRIED if switch else largest * size.prior_sd < _NOTHING
-            if idle or any(_alike(shared, other) for other in kept):
+            everywhere = [shared, *single.values()]
+            if idle or any(all(map(_alike, everywhere, other)) for other in kept):
                 continue
-            kept.append(shared)
+            kept.append(everywhere)
             top = upper if effect.most is None else min(upper, effect.most(shape))
             far = [
                 {u: _far(case, rows, effect, size, u, shape, by, seen) for u in units}

@@ -12,7 +12,8 @@ import numpy as np
 
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.filter import Guards, Noise, run_filter
-from footcal_cli.core.online.rows import Rows, advanced
+from footcal_cli.core.online.reference_states import advanced
+from footcal_cli.core.online.rows import Rows
 
 LARGEST_DELAY_S = 0.15
 _STEP_S = 0.015

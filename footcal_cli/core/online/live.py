@@ -26,7 +26,8 @@ from footcal_cli.core.online.memory import (
     noise_learnt,
     rows_of,
 )
-from footcal_cli.core.online.rows import HINDSIGHT_STATES, Rows, advanced
+from footcal_cli.core.online.reference_states import HINDSIGHT_STATES, advanced
+from footcal_cli.core.online.rows import Rows
 from footcal_cli.core.online.smoother import run_smoother
 from footcal_cli.core.online.tuning import Tuning
 from footcal_cli.core.parameters import FloatArray, IntArray

@@ -28,14 +28,9 @@ from footcal_cli.core.online.evidence import repetition
 from footcal_cli.core.online.filter import Guards, Noise, Track, run_filter
 from footcal_cli.core.online.jumps import Jump
 from footcal_cli.core.online.plates import PLATE_MASS, PLATE_STATE, lacking_n
+from footcal_cli.core.online.reference_states import MOMENTUM_SHARES, REFERENCE_STATES, advanced
 from footcal_cli.core.online.replay import Replayed, corrected, held
-from footcal_cli.core.online.rows import (
-    MOMENTUM_SHARES,
-    REFERENCE_STATES,
-    Rows,
-    advanced,
-    cell_rows,
-)
+from footcal_cli.core.online.rows import Rows, cell_rows
 from footcal_cli.core.online.smoother import run_smoother
 from footcal_cli.core.online.tuning import LEARNT, Tuning, learn_noise
 from footcal_cli.core.parameters import BoolArray, Estimates, FloatArray, learnt_status

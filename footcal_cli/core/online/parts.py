@@ -36,7 +36,8 @@ from footcal_cli.core.online.memory import (
     within_band,
 )
 from footcal_cli.core.online.passes import Pass, open_biases
-from footcal_cli.core.online.rows import REFERENCE_STATES, Rows, advanced
+from footcal_cli.core.online.reference_states import REFERENCE_STATES, advanced
+from footcal_cli.core.online.rows import Rows
 from footcal_cli.core.online.smoother import run_smoother
 from footcal_cli.core.online.streams import Merged
 from footcal_cli.core.online.tuning import Tuning

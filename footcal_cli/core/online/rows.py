@@ -15,42 +15,22 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from footcal_cli.core.centroidal import Reference
-from footcal_cli.core.effects.body import COM_OFFSET, heading_rad
+from footcal_cli.core.effects.body import heading_rad
 from footcal_cli.core.effects.contract import Scope, columns_of
-from footcal_cli.core.effects.transport import DELAY, SMOOTHED_OVER_S, SMOOTHING
 from footcal_cli.core.experiments import walk
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.online.plates import UNITS, per_plate, plate_priors
+from footcal_cli.core.online.reference_states import (
+    REFERENCE_STATES,
+    reference_slopes,
+    state_column,
+)
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 from footcal_cli.core.spatial import in_heading
 from footcal_cli.errors import DataError
 
-REFERENCE_STATES: Mapping[str, tuple[str, float]] = {
-    "robot.delay": ("s", 0.01),
-    "robot.com_correction_x": ("m", 0.004),
-    "robot.com_correction_y": ("m", 0.004),
-    "robot.com_correction_z": ("m", 0.004),
-    "robot.angmom_loss": ("-", 0.2),
-    "robot.angmom_share_x": ("-", 0.5),
-    "robot.angmom_share_y": ("-", 0.5),
-    "robot.smoothing": ("s²", 5e-4),
-    "robot.smoothing_fourth": ("s⁴", 1e-6),
-}
-"""What may be wrong with the demanded force and CoP -> unit and prior sd; names as in effects."""
-MOMENTUM_SHARES = ("robot.angmom_share_x", "robot.angmom_share_y")
-"""Where a stream has no rate of angular momentum, limbs still swing as the body is pushed:
-``(L̇ʸ, −L̇ˣ) = s m cᶻ c̈``, s one share along and one across the heading. The state is
-σ = s / (1 + s), in which the demanded CoP is linear: ``c − p = (1 + s) m cᶻ c̈ / Fz``."""
 _CHUNK_ROWS = 4096
-
-
-def advanced(log: Log, delay_s: float) -> Log:
-    """The log with its body stream moved earlier by a delay that was found."""
-    if delay_s == 0.0:
-        return log
-    moved, _ = DELAY.remove(log, {DELAY.size.name: np.array([delay_s])}, None)
-    return moved
 
 
 @dataclass(frozen=True)
@@ -189,13 +169,7 @@ def cell_rows(
     plates = plate_priors(log, feet, sd)
     names, units, prior_sd, correlation = _unknowns(log.channels, belief, states, plates, sd)
     reference = walk.reference_of(log, static=static)
-    slopes = {"robot.delay": _slope(log.time_s, reference)} | {
-        name: _changed(name, sd[name], log, belief, static=static)
-        for name in states
-        if name in HINDSIGHT_STATES
-    }
-    if set(MOMENTUM_SHARES) & set(states):
-        slopes |= dict(zip(MOMENTUM_SHARES, _of_momentum(log, belief), strict=True))
+    slopes = reference_slopes(log, reference, belief, states, sd, static=static)
     below = per_plate(log, tuple(plates))
     blocks = updates_of(log, samples_per_update)
     chunk = max(_CHUNK_ROWS // samples_per_update, 1) * samples_per_update
@@ -259,69 +233,6 @@ def _unknowns(
     return names, units, prior_sd, correlation
 
 
-def _slope(time_s: FloatArray, reference: Reference) -> FloatArray:
-    """Time derivative of (Fz, pˣ, pʸ) of the reference, shape (n, 3); 0 where it breaks off."""
-    series = np.column_stack([reference.fz_n, reference.cop_m])
-    if len(series) < 2:
-        return np.zeros_like(series)
-    slope = np.gradient(series, time_s, axis=0)
-    return np.where(np.isfinite(slope), slope, 0.0)
-
-
-HINDSIGHT_STATES = {
-    "robot.com_correction_z": COM_OFFSET,
-    "robot.smoothing": SMOOTHING,
-    "robot.smoothing_fourth": SMOOTHING,
-}
-"""States that only a whole walk determines -> the effect that they are a size of."""
-
-
-def _as_cells_have_it(log: Log, belief: Belief) -> Log:
-    """The log with the acceleration that the measured force and CoP stand for.
-
-    A noisy acceleration times a size is correlated with the noise of the reference: regressed on
-    it, smoothing and the height of the CoM come out too small, or negative (errors in variables).
-    The noise of the cells is another one. The rate of angular momentum, which the body's stream
-    knows no better, counts as noise of the acceleration.
-    """
-    forces, known = belief.forces(log.readings), log.known
-    fz, com = forces.sum(axis=1), known["com_m"]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        cop = np.einsum("nca,nc->na", known["cell_pos_m"], forces) / fz[:, None]
-        level = (com[:, :2] - cop) * (fz / known["mass_kg"] / com[:, 2])[:, None]
-    up = fz / known["mass_kg"] - known["gravity_mps2"]
-    return log.with_known(
-        com_acc_mps2=np.column_stack([level, up]),
-        angmom_rate_nm=np.zeros_like(known["angmom_rate_nm"]),
-    )
-
-
-def _of_momentum(log: Log, belief: Belief) -> tuple[FloatArray, FloatArray]:
-    """``∂(Fz, pˣ, pʸ)/∂σ`` of `MOMENTUM_SHARES`: the measured CoP's way back to the CoM, (n, 3)."""
-    forces, known, yaw = belief.forces(log.readings), log.known, heading_rad(log)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        cop = np.einsum("nca,nc->na", known["cell_pos_m"], forces) / forces.sum(axis=1)[:, None]
-    way = np.nan_to_num(known["com_m"][:, :2] - cop, posinf=0.0, neginf=0.0)
-    ahead = np.stack([np.cos(yaw), np.sin(yaw)], axis=1)
-    along = np.sum(way * ahead, axis=1)[:, None] * ahead
-    zero = np.zeros((len(log), 1))
-    return np.hstack([zero, -along]), np.hstack([zero, along - way])
-
-
-def _changed(name: str, size: float, log: Log, belief: Belief, *, static: bool) -> FloatArray:
-    """``∂(Fz, pˣ, pʸ)/∂state`` of the reference when an effect is removed, shape (n, 3)."""
-    effect, log = HINDSIGHT_STATES[name], _as_cells_have_it(log, belief)
-    theta = {p: np.zeros(1) for p in effect.parameter_names}
-    theta[name.removeprefix("robot.")] = np.array([size])
-    without, _ = effect.remove(log, theta, None)
-    reference, moved = (walk.reference_of(of, static=static) for of in (log, without))
-    change = np.column_stack([moved.fz_n - reference.fz_n, moved.cop_m - reference.cop_m]) / size
-    first, last = log.time_s[[0, -1]]
-    # a derivative needs samples on both sides
-    amid = (log.time_s >= first + SMOOTHED_OVER_S) & (log.time_s <= last - SMOOTHED_OVER_S)
-    return np.where(np.isfinite(change) & amid[:, None], change, 0.0)
-
-
 def _sample_rows(
     log: Log,
     reference: Reference,
@@ -337,7 +248,7 @@ def _sample_rows(
     n, c = log.readings.shape
     totals = len(walk.CELL_TOTALS)
     h = np.zeros((n, totals + c, 2 * c + len(states) + below.shape[1] + 1))
-    h[:, :totals, -1] = _state_column("robot.delay", log, slopes, heading_rad(log))
+    h[:, :totals, -1] = state_column("robot.delay", log, slopes, heading_rad(log))
     arms = log.known["cell_pos_m"] - reference.cop_m[:, None]
     per_force = np.stack([np.ones((n, c)), arms[:, :, 1], -arms[:, :, 0]], axis=1)
     h[:, :totals, :c] = per_force * log.readings[:, None]
@@ -347,7 +258,7 @@ def _sample_rows(
     h[:, totals + cells, c + cells] = 1.0
     yaw = heading_rad(log)
     for i, name in enumerate(states):
-        h[:, :totals, 2 * c + i] = _state_column(name, log, slopes, yaw)
+        h[:, :totals, 2 * c + i] = state_column(name, log, slopes, yaw)
     feet = columns_of(Scope.FOOT, log.channels)
     for i, lacking in enumerate(below.T):
         columns, hung = feet[i % len(feet)], 2 * c + len(states) + i
@@ -356,24 +267,6 @@ def _sample_rows(
     finite = np.asarray(np.isfinite(h).all(axis=2))
     error, valid = balance.error, balance.valid & finite
     return in_heading(error, valid, np.where(finite[..., None], h, 0.0), ((1, 2),), yaw)
-
-
-def _state_column(
-    name: str, log: Log, slopes: Mapping[str, FloatArray], yaw: FloatArray
-) -> FloatArray:
-    """``∂(fz, mx, my)/∂state``, shape (n, 3): ``(−∂F_ref, −Fz ∂pʸ, Fz ∂pˣ)``, Fz of the cells."""
-    fz = log.readings.sum(axis=1)
-    zero = np.zeros_like(fz)
-    if name in slopes:
-        slope = slopes[name]
-        return np.stack([-slope[:, 0], -fz * slope[:, 2], fz * slope[:, 1]], axis=1)
-    if name == "robot.com_correction_x":
-        return np.stack([zero, -fz * np.sin(yaw), fz * np.cos(yaw)], axis=1)
-    if name == "robot.com_correction_y":
-        return np.stack([zero, -fz * np.cos(yaw), -fz * np.sin(yaw)], axis=1)
-    if name == "robot.angmom_loss":
-        return np.stack([zero, *(-log.known["angmom_rate_nm"]).T], axis=1)
-    raise KeyError(f"no state '{name}'; known are {', '.join(REFERENCE_STATES)}")
 
 
 def updates_of(log: Log, samples_per_update: int) -> int:

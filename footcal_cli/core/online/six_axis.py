@@ -17,8 +17,9 @@ from footcal_cli.core.effects.transport import DELAY
 from footcal_cli.core.experiments import walk
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.filter import Track
+from footcal_cli.core.online.reference_states import advanced
 from footcal_cli.core.online.replay import held
-from footcal_cli.core.online.rows import Rows, advanced, block_means, updates_of
+from footcal_cli.core.online.rows import Rows, block_means, updates_of
 from footcal_cli.core.parameters import BoolArray, ComplexArray, FloatArray
 from footcal_cli.core.spatial import in_heading
 

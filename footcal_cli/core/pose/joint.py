@@ -24,9 +24,9 @@ from footcal_cli.core.pose.model import (
     Mounting,
     Structure,
     arms_b_m,
-    balance_matrix,
 )
 from footcal_cli.core.pose.problem import PoseOptions, Problem
+from footcal_cli.core.pose.residual import StandingResidual, standing_names, standing_values
 from footcal_cli.core.spatial import left_jacobian, rotation_log, skew
 
 PAPER_NORM: FloatArray = np.array([1.0, 1.0, 1.0, 10.0, 10.0, 10.0])
@@ -76,7 +76,8 @@ class PoseFit:
     @property
     def matrix(self) -> FloatArray:
         """The balance matrix M at the solution, shape (6, 6K + 4)."""
-        return balance_matrix(self.geometry, self.mounting, self.options.structure)
+        balance = StandingResidual.of(self.geometry)
+        return balance.matrix(self.mounting, self.options.structure)
 
     @property
     def rot_bt(self) -> FloatArray:
@@ -99,7 +100,6 @@ class PoseFit:
         geometry, mounting = self.geometry, self.mounting
         legs = len(geometry.legs)
         rotvec = rotation_log(mounting.turn_b)
-        shift = self.arm_b_m - (geometry.hip_b_m - geometry.chassis_com_b_m)
         carry = np.eye(13 * legs + 1)
         for k in range(legs):
             at = slice(3 * k, 3 * k + 3)
@@ -110,21 +110,9 @@ class PoseFit:
             if self.options.structure is Structure.BODY_ROTATIONS:
                 hip = mounting.turn_b[k] @ geometry.hip_b_m[k]
                 carry[own, at] = -back @ skew(hip)
-        nominal = geometry.rot_bt
-        values = np.concatenate(
-            [
-                np.einsum("kji,kj->ki", nominal, rotvec).ravel(),
-                np.einsum("kji,kj->ki", nominal, shift).ravel(),
-                mounting.offset.ravel(),
-                mounting.leg_weight_n,
-                [mounting.robot_weight_n],
-            ]
-        )
-        names = [f"{leg}.mount_rot_{a}" for leg in geometry.legs for a in "xyz"]
-        names += [f"{leg}.mount_pos_{a}" for leg in geometry.legs for a in "xyz"]
-        axes = ("fx", "fy", "fz", "tx", "ty", "tz")
-        names += [f"{leg}.offset_{a}" for leg in geometry.legs for a in axes]
-        names += [f"{leg}.weight" for leg in geometry.legs] + ["robot.weight"]
+        values = standing_values(geometry, mounting, self.options.structure)
+        names = list(standing_names(geometry.legs)[: 12 * legs])
+        names += [f"{owner}.weight" for owner in (*geometry.legs, "robot")]
         units = ["rad"] * 3 * legs + ["m"] * 3 * legs + (["N"] * 3 + ["Nm"] * 3) * legs
         units += ["N"] * (legs + 1)
         covariance = carry @ self.covariance @ carry.T
@@ -162,13 +150,12 @@ def fit_pose(
     factor = 1.0
     for _ in range(1 if asked.noise_known else 3):
         found = problem.solve(begin, factor)
-        mounting = found.point
-        state = problem.at(mounting, factor)
+        mounting, state = found.point, found.state
         seen = max(6 * summary.poses - asked.structure.freedom(len(legs)), 1)
         ratio = float(np.sqrt(max(state.chi2_poses, 0.0) / seen))
         if not asked.noise_known:
             factor *= ratio
-    state = problem.at(mounting, factor)
+            state = problem.at(mounting, factor)
     covariance, rank, free = problem.covariance(mounting, state)
     return PoseFit(
         summary.geometry,
@@ -204,7 +191,7 @@ def misfit_of_poses(
     """
     problem = Problem.of(summary, legs, noise_sd, options)
     found = problem.solve(_aligned(problem, summary, options), 1.0, most_steps, beyond)
-    return np.inf if found.given_up else problem.at(found.point, 1.0).chi2_poses
+    return np.inf if found.given_up else found.state.chi2_poses
 
 
 def _aligned(problem: Problem, summary: PoseSummary, options: PoseOptions) -> Mounting:

@@ -1,4 +1,4 @@
-"""The unknowns of the chassis balance and its matrix ``M`` with derivatives.
+"""The unknowns of the chassis balance, and the derivatives of its matrix ``M``.
 
 ``M x = Σ_k T_k (w_k − o_k) + (G − Σ_k m_k g) [ĝ; 0]`` with ``T_k`` the wrench transform from
 transducer k to the chassis CoM. Rotations are moved on the manifold: ``R_k ← exp[ρ] R_k``.
@@ -96,18 +96,6 @@ def transforms(geometry: Geometry, mounting: Mounting, structure: Structure) -> 
     """``T_k``: wrench at transducer k to wrench at the chassis CoM, body axes, (K, 6, 6)."""
     rot = mounting.turn_b @ geometry.rot_bt
     return wrench_transform(rot, arms_b_m(geometry, mounting, structure))
-
-
-def balance_matrix(geometry: Geometry, mounting: Mounting, structure: Structure) -> FloatArray:
-    """M, shape (6, 6K + 4)."""
-    each = transforms(geometry, mounting, structure)
-    legs = each.shape[0]
-    matrix = np.zeros((6, 6 * legs + 4))
-    matrix[:, : 6 * legs] = np.moveaxis(each, 0, 1).reshape(6, 6 * legs)
-    chassis_n = mounting.robot_weight_n - mounting.leg_weight_n.sum()
-    matrix[:3, 6 * legs : -1] = chassis_n * _EYE
-    matrix[:, -1] = -np.einsum("kij,kj->i", each, mounting.offset)
-    return matrix
 
 
 def balance_derivative(geometry: Geometry, mounting: Mounting, structure: Structure) -> FloatArray:

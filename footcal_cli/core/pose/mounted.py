@@ -11,8 +11,9 @@ from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.pose.data import Geometry, PoseData
 from footcal_cli.core.pose.hanging import LegKnowledge
 from footcal_cli.core.pose.joint import PoseFit
-from footcal_cli.core.pose.model import Structure, balance_matrix
+from footcal_cli.core.pose.model import Structure
 from footcal_cli.core.pose.problem import start_mounting
+from footcal_cli.core.pose.residual import StandingResidual
 from footcal_cli.core.pose.wrenches import (
     FootCalibration,
     floating_from_body,
@@ -30,7 +31,7 @@ def error_of(data: PoseData, fit: PoseFit) -> FloatArray:
 def offset_error(data: PoseData, legs: tuple[LegKnowledge, ...]) -> FloatArray:
     """The same with offsets and weights from hanging and the nominal mounting."""
     mounting, _ = start_mounting(data.geometry, legs, data.robot_weight_n)
-    return data.features() @ balance_matrix(data.geometry, mounting, Structure.FULL).T
+    return data.features() @ StandingResidual.of(data.geometry).matrix(mounting, Structure.FULL).T
 
 
 def naive_error(data: PoseData, legs: tuple[LegKnowledge, ...]) -> FloatArray:
@@ -46,7 +47,7 @@ def naive_error(data: PoseData, legs: tuple[LegKnowledge, ...]) -> FloatArray:
         tuple(leg.com_m for leg in legs),
     )
     tared = replace(mounting, offset=tare, leg_weight_n=np.zeros(len(legs)))
-    return data.features() @ balance_matrix(data.geometry, tared, Structure.FULL).T
+    return data.features() @ StandingResidual.of(data.geometry).matrix(tared, Structure.FULL).T
 
 
 def in_floating_base(data: PoseData, error: FloatArray, com_b_m: FloatArray) -> FloatArray:

@@ -19,11 +19,11 @@ from footcal_cli.core.pose.model import (
     Mounting,
     Structure,
     balance_derivative,
-    balance_matrix,
     free_columns,
     moved,
     transforms,
 )
+from footcal_cli.core.pose.residual import StandingResidual
 from footcal_cli.core.spatial import rotation_log
 
 _STEPS_LEFT = 30.0
@@ -127,6 +127,7 @@ class Problem:
     """
 
     summary: PoseSummary
+    balance: StandingResidual
     hang: HangRows
     start: Mounting
     noise: FloatArray
@@ -162,7 +163,8 @@ class Problem:
         columns = None
         if options.structure is not Structure.FULL:
             columns = free_columns(options.structure, count, 2 * hang.logs)
-        return cls(summary, hang, start, noise, precision, columns, options)
+        balance = StandingResidual.of(summary.geometry)
+        return cls(summary, balance, hang, start, noise, precision, columns, options)
 
     def prior_sd(self) -> FloatArray:
         """Sd of every unknown before the poses, shape (13K + 1,)."""
@@ -181,7 +183,7 @@ class Problem:
         """Everything at one mounting, the sensors' noise scaled by `factor`."""
         geometry, structure = self.summary.geometry, self.options.structure
         count = mounting.turn_b.shape[0]
-        matrix = balance_matrix(geometry, mounting, structure)
+        matrix = self.balance.matrix(mounting, structure)
         noise = factor**2 * self.noise
         weigh = matrix
         if not self.options.errors_in_variables:
@@ -245,7 +247,7 @@ class Problem:
         factor: float,
         most_steps: int = 100,
         beyond: float = np.inf,
-    ) -> Descent[Mounting]:
+    ) -> Descent[Mounting, State]:
         """Descend from a mounting; the work does not depend on the number of poses.
 
         Parameters

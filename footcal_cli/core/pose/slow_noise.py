@@ -136,7 +136,8 @@ def _likeliest(
     memories = np.geomspace(_SHORTEST, len(data) / 2.0, _MEMORIES)
     laws = [SlowNoise(share, float(memory)) for share in _SHARES for memory in memories]
     features = data.features()
-    costs = [_cost(law, features, data, legs, noise_sd, fit) for law in (SlowNoise(), *laws)]
+    problem = Problem.of(summarise(data), legs, noise_sd, fit.options)
+    costs = [_cost(law, features, problem, fit) for law in (SlowNoise(), *laws)]
     best = int(np.argmin(costs))
     # two more parameters: their price by the Bayesian information criterion
     if best == 0 or costs[0] - costs[best] < np.log(6.0 * len(data)):
@@ -144,19 +145,11 @@ def _likeliest(
     return laws[best - 1]
 
 
-def _cost(
-    law: SlowNoise,
-    features: FloatArray,
-    data: PoseData,
-    legs: tuple[LegKnowledge, ...],
-    noise_sd: FloatArray,
-    fit: PoseFit,
-) -> float:
+def _cost(law: SlowNoise, features: FloatArray, problem: Problem, fit: PoseFit) -> float:
     """−log restricted likelihood, the level of the noise profiled out."""
     white, logarithm = law.whitened(features)
-    summary = replace(summarise(data), gram=white.T @ white)
-    problem = Problem.of(summary, legs, noise_sd, fit.options)
-    state = problem.at(fit.mounting, fit.noise_factor)
+    summary = replace(problem.summary, gram=white.T @ white)
+    state = replace(problem, summary=summary).at(fit.mounting, fit.noise_factor)
     step, scaled, scale = newton_step(state)
     gained = -0.5 * float(state.gradient @ step)
     count = 6 * summary.poses - fit.free

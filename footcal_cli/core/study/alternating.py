@@ -9,10 +9,11 @@ it the exact chassis balance. Kept for comparison.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
-from scipy.optimize import least_squares
 
+from footcal_cli.core.inference.fit import least_squares_alone
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.pose.data import PoseData
 from footcal_cli.core.pose.hanging import LegKnowledge
@@ -101,8 +102,8 @@ def fit_alternating(
     arm = (geometry.hip_b_m - geometry.chassis_com_b_m).ravel()
     rounds, change = 0, np.inf
     while change >= STEP_TOLERANCE and rounds < _MAX_ROUNDS:
-        turned = least_squares(by_rotation, q, ftol=COST_TOLERANCE, args=(arm,)).x
-        shifted = least_squares(by_translation, arm, ftol=COST_TOLERANCE, args=(turned,)).x
+        turned = least_squares_alone(partial(by_rotation, arm=arm), q, COST_TOLERANCE)
+        shifted = least_squares_alone(partial(by_translation, q=turned), arm, COST_TOLERANCE)
         change = float(np.abs(np.concatenate([turned - q, shifted - arm])).max())
         q, arm, rounds = turned, shifted, rounds + 1
     cost = float(np.sum(by_rotation(q, arm) ** 2))

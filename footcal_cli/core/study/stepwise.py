@@ -15,10 +15,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from footcal_cli.core.hang.model import leg_com_t_m
 from footcal_cli.core.hang.runs import HangRun, hang_runs
+from footcal_cli.core.inference.fit import least_squares_alone
+from footcal_cli.core.inference.linear import scaled_inverse
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.spatial import skew
@@ -28,6 +29,7 @@ COST_TOLERANCE = 1e-3
 SMOOTHER_VARIANCE = 0.01
 _OPPOSITE = -0.9
 _PARALLEL = 0.5
+_SEEN = 1e-14
 
 
 @dataclass(frozen=True)
@@ -213,7 +215,7 @@ def _mean_turn(pair: _Pair) -> FloatArray:
         norms = np.sqrt(np.mean(turned[across] ** 2, axis=1))
         return np.append(norms, turned[along].std())
 
-    return np.asarray(least_squares(cost, np.zeros(3), ftol=COST_TOLERANCE).x)
+    return least_squares_alone(cost, np.zeros(3), COST_TOLERANCE)
 
 
 def _weight_n(pair: _Pair, turn: FloatArray) -> float:
@@ -254,7 +256,8 @@ def _merged_com_m(pairs: Sequence[_Pair], arms: Sequence[FloatArray]) -> FloatAr
         for pair in pairs
     ]
     matrix = np.stack([unit[0], -unit[1]], axis=2)
-    shift = np.linalg.pinv(matrix) @ (arms[1] - arms[0])[..., None]
+    across = np.swapaxes(matrix, -1, -2)
+    shift = scaled_inverse(across @ matrix, _SEEN) @ across @ (arms[1] - arms[0])[..., None]
     first = arms[0] + shift[:, :1, 0] * unit[0]
     second = arms[1] + shift[:, 1:, 0] * unit[1]
     return np.asarray(0.5 * (first + second))
@@ -275,4 +278,4 @@ def _half_turn(pair: _Pair, arm_m: FloatArray, down_n: FloatArray) -> FloatArray
         torque = pair.plus[:, 3:] - np.cross(arm_m, np.cross(turn, down_n))
         return np.asarray(torque.std(axis=0))
 
-    return np.asarray(least_squares(cost, np.zeros(3), ftol=COST_TOLERANCE).x)
+    return least_squares_alone(cost, np.zeros(3), COST_TOLERANCE)

@@ -22,7 +22,7 @@ from footcal_cli.sheets.diagnosis.words import handy_unit, scaled, with_interval
 
 _MOST_ROWS = 20
 _HOW_TO_READ = (
-    "Present: beyond the size that matters. Absent: its whole interval within the sizes that do "
+    "Present: beyond the size that matters. Absent: the whole interval lies within sizes that do "
     "not matter. Undecided: the interval straddles it, the effect fails a test, or no such size "
     "exists and another effect resembles it. By chance: probability that random signs of whole "
     "blocks make any effect of the table look this strong. Gain: share of the squared error of all "

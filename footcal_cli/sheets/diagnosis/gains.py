@@ -1,4 +1,4 @@
-"""What the extended model buys, and what it does to the calibration."""
+"""Errors with the extended model, and how it changes the calibration."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def gain_sheets(found: Investigation) -> tuple[Sheet, ...]:
     ]  # fmt: skip
     return (
         Sheet(
-            "What the extended model buys on data it was not fitted to",
+            "Errors of the extended model on data it was not fitted to",
             ("output", "before", "after", "unit", "reduction [95 %]", "blocks better"),
             rows,
             note=f"Each block is predicted by a fit to the others. Repeating the choice of the "

@@ -77,7 +77,9 @@ def size_words(item: Found) -> str:
         seen = interval.low * interval.high > 0 or parameter == signature.parameter
         if owner == item.owner and parameter not in shapes and seen:
             called = _size_name(parameter, signature.effect)
-            said.append(f"{called}{_handy(interval, signature.unit)}")
+            # the size of an effect holds in every form that the data leave open
+            own = item.cause.size if parameter == signature.parameter else interval
+            said.append(f"{called}{_handy(own, signature.unit)}")
     return f"{whose}{', '.join(said)}" if said else ""
 
 
@@ -183,7 +185,7 @@ def cannot_lines(found: Investigation, untested: Mapping[str, str]) -> list[str]
 
 def _plain(reason: str) -> str:
     """A reason without its number and remedy, so that like ones stand together."""
-    if "not absorbed by the calibration" in reason:
+    if "calibration absorbs" in reason:
         return "the calibration absorbs nearly all of it"
     if "informative blocks" in reason:
         return "too few blocks are informative about it"

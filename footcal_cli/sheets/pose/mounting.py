@@ -170,7 +170,7 @@ def _covered(data: PoseData) -> str:
     return (
         f"{len(data)} poses; shafts from {np.nanmin(phase):.0f} to {np.nanmax(phase):.0f}°, tilt "
         f"of the body up to {float(lean.max()):.1f}°."
-    )
+    ).replace("-", "−")
 
 
 def _models(candidates: Sequence[Candidate]) -> dict[str, object]:

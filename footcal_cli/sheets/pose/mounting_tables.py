@@ -100,8 +100,8 @@ def candidate_sheet(candidates: Sequence[Candidate]) -> Sheet:
                 str(candidate.freedom),
                 number(candidate.cv_error, 3),
                 number(candidate.cv_chi2, 3),
-                f"{candidate.bic_paper:.0f}",
-                f"{candidate.bic - best:.0f}",
+                f"{candidate.bic_paper:z,.0f}",
+                f"{candidate.bic - best:z,.0f}",
             )
             for candidate in candidates
         ],

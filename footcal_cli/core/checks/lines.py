@@ -1,0 +1,41 @@
+"""Straight lines through readings of which a few are far off."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from footcal_cli.core.parameters import FloatArray
+
+_ROUNDS = 30
+
+
+def weighted_residual(design: FloatArray, target: FloatArray, weight: FloatArray) -> FloatArray:
+    """Target minus what least squares with weights makes of the design, shape (n,).
+
+    Parameters
+    ----------
+    design, target, weight
+        Shapes (n, k), (n,), (n,).
+    """
+    scaled = design / np.maximum(np.abs(design).max(axis=0), 1e-300)
+    found = np.linalg.lstsq(weight[:, None] * scaled, weight * target, rcond=None)[0]
+    left: FloatArray = target - scaled @ found
+    return left
+
+
+def least_absolute(design: FloatArray, target: FloatArray) -> FloatArray:
+    """Residual of the line of least absolute errors, which a few far rows do not draw, shape (n,).
+
+    By least squares weighted anew with ``1/√|r|``, after Weiszfeld (1937).
+    """
+    weight = np.ones(target.size)
+    for _ in range(_ROUNDS):
+        residual = weighted_residual(design, target, weight)
+        sd = robust_sd(residual)
+        weight = 1.0 / np.sqrt(np.maximum(np.abs(residual), 0.1 * sd + 1e-12))
+    return residual
+
+
+def robust_sd(residual: FloatArray) -> float:
+    """The sd of a normal distribution of the same median size."""
+    return 1.4826 * float(np.median(np.abs(residual)))

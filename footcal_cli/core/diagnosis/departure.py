@@ -1,0 +1,85 @@
+"""How far a known calibration must move for a model: evidence that no block alone holds.
+
+Of the room of the diagnosis; `footcal_cli.core.diagnosis.standing` asks.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+
+from footcal_cli.core.inference.grams import calibration_grams
+from footcal_cli.core.inference.problem import Problem
+from footcal_cli.core.inference.scores import coefficients
+from footcal_cli.core.inference.whitening import Noise
+
+_RANK = 1e-12
+_FAR = 0.01
+
+
+@dataclass(frozen=True)
+class Departure:
+    """Distance of the fitted calibration from the known one, ``D = θᵀ K θ``, K its precision.
+
+    Parameters
+    ----------
+    before, after
+        Without and with the named causes.
+    directions, causes
+        In how many directions something was known, and how many sizes are named.
+    """
+
+    before: float
+    after: float
+    directions: int
+    causes: int
+
+    @property
+    def p(self) -> float:
+        """That names which are nothing bring the calibration so much nearer.
+
+        ``F = ((D₀ − D₁) / k) / max(D₁ / (n − k), 1)``: the stated sd may be too small, which what
+        is left tells, and is not taken to be too large.
+        """
+        freedom = self.directions - self.causes
+        if freedom < 1:
+            return 1.0
+        scale = max(self.after / freedom, 1.0)
+        f = (self.before - self.after) / self.causes / scale
+        return float(stats.f.sf(f, self.causes, freedom))
+
+    @property
+    def far(self) -> bool:
+        """Whether the calibration must still be off by more than its sd allows, χ², 1 %."""
+        return bool(stats.chi2.sf(self.after, max(self.directions, 1)) < _FAR)
+
+
+def departure_of(before: Problem, after: Problem, noise: Noise, causes: int) -> Departure | None:
+    """The distances of two models in one noise; None where nothing was known of a calibration.
+
+    Parameters
+    ----------
+    before, after
+        The baseline and the problem on the extended model.
+    noise
+        In which both are fitted.
+    causes
+        Number of named sizes.
+    """
+    if before.known is None or after.known is None:
+        return None
+    spread = np.linalg.eigvalsh(before.known)
+    directions = int(np.sum(spread > _RANK * spread.max(initial=0.0)))
+    return Departure(_of(before, noise), _of(after, noise), directions, causes)
+
+
+def _of(problem: Problem, noise: Noise) -> float:
+    grams = calibration_grams(problem, noise, counted=False)
+    base = grams.calibration
+    total = grams.inner.summed(np.append(base, grams.inner.last))
+    moved = coefficients(total, np.arange(base.size), np.array([base.size]))[:, 0]
+    assert problem.known is not None
+    moved = moved[: len(problem.known)]
+    return float(moved @ problem.known @ moved)

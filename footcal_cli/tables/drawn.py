@@ -1,0 +1,40 @@
+"""Lines of tables as programs draw them for people: rules, bars, TeX, exponents of Fortran.
+
+Room: tables; asked by `delimited`, which reads such tables, and by `footcal_cli.sniff.rows`, which
+guesses their layout.
+"""
+
+from __future__ import annotations
+
+import re
+
+from footcal_cli.tables.reading import BLANKS
+
+TEX = "&"
+"""The separator of LaTeX's tables; rows end with two backslashes."""
+_BARS = str.maketrans(dict.fromkeys("|│┃║¦", " "))
+_DRAWN = r"[\s|+:.'=_│┃║├┤┼╞╡╪╫┌┐└┘┬┴─━═╌╴╶-]*"
+_RULE = re.compile(
+    rf"{_DRAWN}(?:-{{3,}}|[─━═]{{2}}|={{3,}}){_DRAWN}|[\s|:+-]*\|[\s|:+-]*-[\s|:+-]*"
+    rf"|\s*\\[A-Za-z]+\b[^&]*"
+)
+_ROW_END = re.compile(r"\\\\\s*(?:\\[A-Za-z]+\b[^&]*)?$")
+_EXPONENT = re.compile(r"(?<![\w.])([-+]?(?:\d+\.?\d*|\.\d+))[dD]([-+]\d{2,3})(?!\w)")
+
+
+def is_rule(line: str) -> bool:
+    r"""Whether a line is drawn between rows: ``-----+---``, ``|---|``, ``\hline``."""
+    return _RULE.fullmatch(line.rstrip("\r\n")) is not None
+
+
+def undrawn(line: str, separator: str) -> str:
+    """A row without what is drawn around its fields: bars between blanks, TeX's end of a row."""
+    if separator == BLANKS:
+        return line.translate(_BARS)
+    return _ROW_END.sub("", line.rstrip()) if separator == TEX else line
+
+
+def with_plain_exponents(text: str) -> str:
+    """A text whose numbers have the exponents of Fortran (``0.5D+01``) as all others write them."""
+    some = any(sign in text for sign in ("D+", "D-", "d+", "d-"))
+    return _EXPONENT.sub(r"\1E\2", text) if some else text

@@ -1,0 +1,92 @@
+"""What clean logs hold that looks like a broken law of `footcal_cli.core.checks`, and faults."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from footcal_cli.core.checks.legs import check_poses
+from footcal_cli.core.checks.streams import check_feet_together, check_hum
+from footcal_cli.core.quality import Finding, check_stream
+from footcal_cli.core.readings import check_glitches, resolution_of
+
+WEIGHT_N = 60.0
+TIME_S = np.arange(0.0, 60.0, 0.02)
+
+
+def codes(findings: list[Finding]) -> set[str]:
+    return {f.code for f in findings}
+
+
+def test_load_that_moves_between_feet_of_unequal_gain_is_no_drift() -> None:
+    """0.3 to 0.7 of the weight move from a foot that reads 8 % too much to one 6 % too little."""
+    share = np.linspace(0.3, 0.7, TIME_S.size)
+    noise = np.random.default_rng(0).normal(0.0, 0.05, (TIME_S.size, 2))
+    feet = WEIGHT_N * np.column_stack([0.94 * share, 1.08 * (1.0 - share)]) + noise
+    assert not check_feet_together(TIME_S, feet, ("left", "right"), WEIGHT_N)
+    even = np.full_like(feet, WEIGHT_N / 2) + noise
+    even[:, 0] += np.linspace(0.0, 0.05 * WEIGHT_N, TIME_S.size)
+    assert codes(check_feet_together(TIME_S, even, ("left", "right"), WEIGHT_N)) == {
+        "weight_drifts"
+    }
+    held = feet * np.where((TIME_S > 20) & (TIME_S < 26), 0.7, 1.0)[:, None]
+    found = check_feet_together(TIME_S, held, ("left", "right"), WEIGHT_N)
+    assert codes(found) == {"weight_not_constant"}
+    assert "from 20 s" in found[0].sentence
+
+
+@pytest.mark.parametrize("hand", [1.0, -1.0], ids=["right-handed", "left-handed"])
+def test_offsets_and_hands_of_transducers_are_no_lost_weight(hand: float) -> None:
+    """The sum of six offsets turns with the body; it may be more than the weight itself."""
+    rng, names = np.random.default_rng(1), tuple("abcdef")
+    turn = Rotation.from_euler("xyz", rng.uniform(-0.3, 0.3, (40, 3))).as_matrix()
+    up, world = turn[:, 2, :], turn[:, :, 2]
+    carries = rng.dirichlet(np.full(6, 5.0), 40)
+    wrench = np.zeros((40, 6, 6))
+    wrench[:, :, :3] = WEIGHT_N * carries[:, :, None] * up[:, None, :]
+    wrench[:, :, 1] *= hand
+    wrench[:, :, :3] += rng.normal(0.0, 0.7 * WEIGHT_N, (6, 3))
+    stood = np.ones((40, 6), dtype=bool)
+    assert not check_poses(names, wrench, stood, up, world, WEIGHT_N)
+    wrench[[7, 20], 2, :3] -= 0.25 * WEIGHT_N * up[[7, 20]]
+    found = check_poses(names, wrench, stood, up, world, WEIGHT_N)
+    assert codes(found) == {"weight_not_constant"}
+    assert "in 2 of 40 poses" in found[0].sentence
+
+
+def test_harmonics_of_a_gait_are_no_hum() -> None:
+    """Steps of 0.7 s put a comb of lines into the upper half of a slow log's spectrum."""
+    rng, names = np.random.default_rng(2), [f"left_{c}" for c in "abcd"]
+    time_s = np.arange(0.0, 60.0, 0.025)
+    phase = (time_s / 1.4) % 1.0
+    cells = np.column_stack([np.exp(-(((phase - at) / 0.04) ** 2)) for at in (0.1, 0.2, 0.3, 0.4)])
+    cells += 0.001 * rng.standard_normal(cells.shape)
+    cells[:, 3] = np.where(phase > 0.5, 0.5, cells[:, 3])  # one that jumps: harmonics of its own
+    assert not check_hum(time_s, cells, names)
+    cells[:, 1] += 0.05 * np.sin(2 * np.pi * 13.7 * time_s)
+    found = check_hum(time_s, cells, names)
+    assert [(f.code, f.where) for f in found] == [("hum", "left_b")]
+
+
+def test_a_coarse_converter_rests_between_two_steps() -> None:
+    """An axis that carries nothing takes one value, or two; a flicker of one step is no outlier."""
+    rng, names = np.random.default_rng(3), ["fx", "fy", "fz", "tx", "ty", "tz"]
+    wave = 3.0 * np.sin(np.arange(2000) / 90.0)[:, None]
+    force = np.round(wave + rng.normal(0, 0.3, (2000, 6)))
+    force[:, 1] = 0.0
+    assert not check_stream(None, force, names)
+    force[[50, 900], 1] = 1.0
+    step = resolution_of(force)
+    assert step == 1.0
+    order = np.arange(2000.0)
+    assert not check_glitches(force[:, 1], order, "fy", step)
+    force[600:, 2] = force[600, 2]
+    found = check_stream(None, force, names)
+    assert [(f.code, f.where) for f in found] == [("stuck_channel", "fz")]
+    assert "rows while" in found[0].sentence
+    fine = force + 1e-4 * rng.standard_normal(force.shape)
+    fine[:, 1] = 0.2
+    assert ("stuck_channel", "fy") in {(f.code, f.where) for f in check_stream(None, fine, names)}
+    force[1400, 1] = 6.0
+    assert codes(check_glitches(force[:, 1], order, "fy", step)) == {"outliers"}
