@@ -256,6 +256,8 @@ def state_in_words(name: str) -> str:
     """A state of the filter as an experimenter would say it."""
     if name.endswith(".plate_weight"):
         return f"plate hanging from the cells of the {name.split('.')[0]} foot"
+    if name.endswith(".plate_mass"):
+        return f"mass accelerated below the cells of the {name.split('.')[0]} foot"
     return _STATES_IN_WORDS.get(name, name)
 
 

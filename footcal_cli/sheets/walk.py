@@ -220,7 +220,7 @@ def pictures_of(
         drawn = ("before", *drawn)
     against = AGAINST[found.best_reference]
     states = [n for n in STATE_UNITS if n in track.names]
-    states += [n for n in track.names if n.endswith("plate_weight")]
+    states += [n for n in track.names if n.endswith(("plate_weight", "plate_mass"))]
     pictures = [
         Picture("cop", lambda: plots.plot_cop(found, drawn, span_s),
                 f"Centre of pressure; thickest line: {against} (compare Figs. 10, 12 and 14 of "

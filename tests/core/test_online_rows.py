@@ -9,7 +9,7 @@ from footcal_cli.core.chain import chain_of, link
 from footcal_cli.core.effects.body import ANGULAR_MOMENTUM, COM_OFFSET
 from footcal_cli.core.effects.calibration import SCALE_BIAS
 from footcal_cli.core.effects.contract import Effect
-from footcal_cli.core.effects.foot import HANGING_PLATE
+from footcal_cli.core.effects.foot import HANGING_PLATE, PLATE_INERTIA
 from footcal_cli.core.effects.transport import DELAY, SMOOTHING
 from footcal_cli.core.experiments import contract, stand, walk
 from footcal_cli.core.experiments.contract import Experiment
@@ -207,3 +207,22 @@ def test_a_walk_s_calibration_does_not_depend_on_the_heading() -> None:
     first, second = (run_memory(one, belief).track for one in (log, elsewhere))
     assert first.names == second.names
     assert np.all(np.abs(second.values - first.values) < 1e-4 * first.sd)
+
+
+def test_the_mass_below_the_cells_is_the_effect_of_a_plates_inertia(
+    made: tuple[Log, Log, Rows, FloatArray],
+) -> None:
+    """Rows move with the mass as the balance of a log without that inertia does."""
+    log, newtons, _, _ = made
+    rng = np.random.default_rng(3)
+    acc = rng.normal(0.0, 2.0, (len(log), 2, 3))
+    log, newtons = (one.with_known(foot_acc_mps2=acc) for one in (log, newtons))
+    belief = belief_of(record(make_walk(0.1, 8.0, seed=2, turn=0.05), Errors(), seed=2))
+    rows = cell_rows(log, belief, samples_per_update=1)
+    removed, _ = PLATE_INERTIA.remove(newtons, {"plate_mass": np.array([0.1, 0.0])}, None)
+    change = along_the_heading(
+        walk.EXPERIMENT.balance(removed).error - walk.EXPERIMENT.balance(newtons).error, newtons
+    )
+    at = rows.names.index("left.plate_mass")
+    found = rows.h[:, :, at] * (0.1 / rows.prior_sd[at])
+    np.testing.assert_allclose(found[rows.valid], change[rows.valid], atol=1e-10)

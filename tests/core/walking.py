@@ -7,6 +7,7 @@ import numpy as np
 from footcal_cli.core import centroidal, contact, signals
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.belief import Belief, nameplate
+from footcal_cli.core.online.plates import lacking_n
 from footcal_cli.core.online.replay import Replayed, corrected
 from footcal_cli.core.parameters import FloatArray
 from tests.core.walk_data import CELLS_FOOT, CHANNELS, G, Recording, Standing
@@ -83,10 +84,18 @@ def belief_of(made: Recording | Standing, gain_sd: float = 0.02, bias_sd: float 
     return nameplate(CHANNELS, made.scale0, made.bias0, gain_sd, bias_sd)
 
 
+FEET_WEIGHTS = ("left.plate_weight", "right.plate_weight")
+
+
 def true_replay(rec: Recording, log: Log, belief: Belief, plate: float = 0.0) -> Replayed:
     """The floor: the recorded counts read with the true gains and biases."""
     return corrected(
-        "true", log, belief, rec.true_gain, rec.true_bias, np.full((len(log), 2), plate)
+        "true",
+        log,
+        belief,
+        rec.true_gain,
+        rec.true_bias,
+        lacking_n(log, FEET_WEIGHTS, np.full((len(log), 2), plate)),
     )
 
 

@@ -4,8 +4,8 @@ An estimator's CoM acceleration holds motion that never was: odometry that chang
 every step, and each bump is differentiated twice. These false forces repeat with the gait, so that
 thousands of steps never average them out, and gains of cells are bent until they fit. They are
 harmonics of the step; what moves a robot from foot to foot is the step itself. Where errors repeat,
-total rows are filtered below the second harmonic of the step, on both sides alike, and only as many
-are kept as are independent.
+or a plate would have to weigh less than nothing to make up for them, total rows are filtered below
+the second harmonic of the step, on both sides alike, and only as many are kept as are independent.
 """
 
 from __future__ import annotations
@@ -27,9 +27,10 @@ from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.online.evidence import repetition
 from footcal_cli.core.online.filter import Guards, Noise, Track, run_filter
 from footcal_cli.core.online.jumps import Jump
+from footcal_cli.core.online.plates import PLATE_MASS, PLATE_STATE, lacking_n
 from footcal_cli.core.online.reference_states import MOMENTUM_SHARES, REFERENCE_STATES, advanced
 from footcal_cli.core.online.replay import Replayed, corrected, held
-from footcal_cli.core.online.rows import PLATE_STATE, Rows, cell_rows
+from footcal_cli.core.online.rows import Rows, cell_rows
 from footcal_cli.core.online.smoother import run_smoother
 from footcal_cli.core.online.tuning import LEARNT, Tuning, learn_noise
 from footcal_cli.core.parameters import BoolArray, Estimates, FloatArray, learnt_status
@@ -100,6 +101,7 @@ INADEQUATE = 2.0
 _BEFORE_JUMP, _AFTER_JUMP = 5, 25
 """Updates before and after an onset between which a jump is measured: the foot has swung again."""
 _DELAY_PASSES = 2
+_SURE_SD = 3.0
 
 
 @dataclass(frozen=True)
@@ -190,7 +192,9 @@ def run_memory(log: Log, belief: Belief, options: MemoryOptions | None = None) -
     phase = gait_phase(moved, rows)
     noise, tuning, first = _learnt(rows, options)
     repeated = repetition(first, phase, rows.totals)
-    known = repeated > INADEQUATE
+    if weightless := _weigh_less_than_nothing(first):
+        rows = rows.without(np.array([PLATE_STATE in name for name in rows.names]))
+    known = weightless or repeated > INADEQUATE
     band_hz = step_band_hz(moved) if known else np.inf
     if known:
         rows = within_band(rows, band_hz)
@@ -207,6 +211,12 @@ def run_memory(log: Log, belief: Belief, options: MemoryOptions | None = None) -
     return Memory(
         rows, track, smoothed, jumps, tuning, noise, repeated, delay, delay_sd, moved, band_hz
     )
+
+
+def _weigh_less_than_nothing(track: Track) -> bool:
+    """Whether a plate's weight is surely negative: it stands for something that the model lacks."""
+    plates = [track.at_end(name) for name in track.names if name.endswith(PLATE_STATE)]
+    return any(weight < -_SURE_SD * sd for weight, sd in plates)
 
 
 def _for_stream(options: MemoryOptions, log: Log) -> MemoryOptions:
@@ -314,12 +324,14 @@ def replay_track(
     """Forces and CoP along a filter's or a smoother's track."""
     n, c = len(memory.log), len(belief.channels)
     values = held(memory.rows.last_sample, track.values, n)
-    plates = [i for i, name in enumerate(track.names) if name.endswith(PLATE_STATE)]
-    plate = values[:, plates] if plates else None
+    plates = [i for i, name in enumerate(track.names) if name.endswith((PLATE_STATE, PLATE_MASS))]
+    below = lacking_n(memory.log, [track.names[i] for i in plates], values[:, plates])
     bias = values[:, c : 2 * c]
     if track.momentary is not None:
         bias = bias + held(memory.rows.last_sample, track.momentary, n)
-    return corrected(method, memory.log, belief, values[:, :c], bias, plate, min_force_n)
+    return corrected(
+        method, memory.log, belief, values[:, :c], bias, below, min_force_n=min_force_n
+    )
 
 
 def memory_reference(memory: Memory) -> Reference:

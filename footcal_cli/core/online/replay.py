@@ -10,7 +10,6 @@ from footcal_cli.core.centroidal import MIN_FORCE_N, Pressure, Reference, pressu
 from footcal_cli.core.effects.contract import Scope, columns_of
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.belief import Belief
-from footcal_cli.core.online.rows import hanging_of
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
 
@@ -58,7 +57,7 @@ def corrected(
     belief: Belief,
     gain: FloatArray,
     bias_n: FloatArray,
-    plate_n: FloatArray | None = None,
+    below_n: FloatArray | None = None,
     min_force_n: float = MIN_FORCE_N,
 ) -> Replayed:
     """Forces and CoP with given gains and biases, ``F = (1 + γ) F⁰ + β`` and the plate taken off.
@@ -67,16 +66,13 @@ def corrected(
     ----------
     gain, bias_n
         Shape (n, c).
-    plate_n
-        Weight hanging on each swinging foot, shape (n, feet).
+    below_n
+        What each cell feels less than the ground does, shape (n, c).
     """
     forces = (1.0 + gain) * belief.forces(log.readings) + bias_n
     feet = columns_of(Scope.FOOT, log.channels)
-    if plate_n is not None:
-        hanging = hanging_of(log)
-        for foot, columns in enumerate(feet):
-            share = hanging[:, foot] * plate_n[:, foot] / columns.size
-            forces[:, columns] += share[:, None]
+    if below_n is not None:
+        forces = forces + below_n
     points = log.known["cell_pos_m"]
     finite = np.asarray(np.isfinite(forces).all(axis=1))
     total = _absent(pressure(np.nan_to_num(forces), points, min_force_n), finite)

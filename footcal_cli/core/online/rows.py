@@ -15,12 +15,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from footcal_cli.core.centroidal import Reference
-from footcal_cli.core.contact import airborne
 from footcal_cli.core.effects.body import heading_rad
 from footcal_cli.core.effects.contract import Scope, columns_of
 from footcal_cli.core.experiments import walk
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.belief import Belief
+from footcal_cli.core.online.plates import UNITS, per_plate, plate_priors
 from footcal_cli.core.online.reference_states import (
     REFERENCE_STATES,
     reference_slopes,
@@ -30,8 +30,6 @@ from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 from footcal_cli.core.spatial import in_heading
 from footcal_cli.errors import DataError
 
-PLATE_STATE = "plate_weight"
-PLATE_SD_N = 1.0
 _CHUNK_ROWS = 4096
 
 
@@ -156,22 +154,23 @@ def cell_rows(
     states
         Names of `REFERENCE_STATES` to estimate along.
     plate
-        Whether the weight of a plate hanging on each swinging foot is unknown.
+        Whether weight and mass of what hangs below the cells of each foot are unknown.
     swing
         Whether the channels of swinging feet give rows.
     static
         Han's static assumption in place of [NAO], eqs. (9)–(11).
     state_sd
         Prior sd of states where they differ from the defaults; the key is the name or, for all
-        feet, ``plate_weight``.
+        feet, ``plate_weight`` or ``plate_mass``.
     """
     sd = {name: spec[1] for name, spec in REFERENCE_STATES.items()} | dict(state_sd or {})
     feet = walk.feet_of(log) if plate and swing else ()
     c = len(log.channels)
-    names, units, prior_sd, correlation = _unknowns(log.channels, belief, states, feet, sd)
+    plates = plate_priors(log, feet, sd)
+    names, units, prior_sd, correlation = _unknowns(log.channels, belief, states, plates, sd)
     reference = walk.reference_of(log, static=static)
     slopes = reference_slopes(log, reference, belief, states, sd, static=static)
-    hanging = hanging_of(log)
+    below = per_plate(log, tuple(plates))
     blocks = updates_of(log, samples_per_update)
     chunk = max(_CHUNK_ROWS // samples_per_update, 1) * samples_per_update
     parts = []
@@ -183,7 +182,7 @@ def cell_rows(
             Reference(reference.fz_n[part], reference.cop_m[part]),
             {name: slope[part] for name, slope in slopes.items()},
             states,
-            hanging[part, : len(feet)],
+            below[part],
         )
         if not swing:
             valid[:, len(walk.CELL_TOTALS) :] = False
@@ -212,7 +211,7 @@ def _unknowns(
     channels: Sequence[str],
     belief: Belief,
     states: Sequence[str],
-    feet: Sequence[str],
+    plates: Mapping[str, float],
     sd: Mapping[str, float],
 ) -> tuple[tuple[str, ...], tuple[str, ...], FloatArray, FloatArray]:
     """Names, units, prior sd (p,) and prior correlation (p, p) of the unknowns z."""
@@ -221,23 +220,17 @@ def _unknowns(
         *(f"{name}.gain" for name in channels),
         *(f"{name}.bias" for name in channels),
         *states,
-        *(f"{foot}.{PLATE_STATE}" for foot in feet),
+        *plates,
     )
     units = ("-",) * c + ("N",) * c + tuple(REFERENCE_STATES[s][0] for s in states)
-    plates = [sd.get(PLATE_STATE, PLATE_SD_N)] * len(feet)
+    units += tuple(UNITS[name.rsplit(".", 1)[-1]] for name in plates)
     prior_sd = np.concatenate(
-        [belief.gain_sd, belief.bias_sd_n, [sd[name] for name in states], plates]
+        [belief.gain_sd, belief.bias_sd_n, [sd[name] for name in states], [*plates.values()]]
     )
     correlation = np.eye(len(names))
     own = prior_sd[: 2 * c]
     correlation[: 2 * c, : 2 * c] = belief.covariance / np.outer(own, own)
-    return names, units + ("N",) * len(feet), prior_sd, correlation
-
-
-def hanging_of(log: Log) -> FloatArray:
-    """How much of each foot's reading is that of a foot in the air, 0 to 1, shape (n, feet)."""
-    logged = log.known.get("airborne")
-    return airborne(log.known["contact"]) if logged is None else logged
+    return names, units, prior_sd, correlation
 
 
 def _sample_rows(
@@ -245,13 +238,16 @@ def _sample_rows(
     reference: Reference,
     slopes: Mapping[str, FloatArray],
     states: Sequence[str],
-    hanging: FloatArray,
+    below: FloatArray,
 ) -> tuple[FloatArray, BoolArray, FloatArray]:
-    """Error (n, k), valid (n, k) and ``∂error/∂(z, delay)`` (n, k, p + 1) of a log in newtons."""
+    """Error (n, k), valid (n, k) and ``∂error/∂(z, delay)`` (n, k, p + 1) of a log in newtons.
+
+    `below`: newtons per unit of what hangs below each foot (`per_plate`), shape (n, plates).
+    """
     balance = walk.cell_balance(log, reference)
     n, c = log.readings.shape
     totals = len(walk.CELL_TOTALS)
-    h = np.zeros((n, totals + c, 2 * c + len(states) + hanging.shape[1] + 1))
+    h = np.zeros((n, totals + c, 2 * c + len(states) + below.shape[1] + 1))
     h[:, :totals, -1] = state_column("robot.delay", log, slopes, heading_rad(log))
     arms = log.known["cell_pos_m"] - reference.cop_m[:, None]
     per_force = np.stack([np.ones((n, c)), arms[:, :, 1], -arms[:, :, 0]], axis=1)
@@ -263,10 +259,11 @@ def _sample_rows(
     yaw = heading_rad(log)
     for i, name in enumerate(states):
         h[:, :totals, 2 * c + i] = state_column(name, log, slopes, yaw)
-    for i, columns in enumerate(columns_of(Scope.FOOT, log.channels)[: hanging.shape[1]]):
-        hung = 2 * c + len(states) + i
-        h[:, totals + columns, hung] = 1.0 / len(columns)
-        h[:, :totals, hung] = per_force[:, :, columns].mean(axis=2) * hanging[:, i : i + 1]
+    feet = columns_of(Scope.FOOT, log.channels)
+    for i, lacking in enumerate(below.T):
+        columns, hung = feet[i % len(feet)], 2 * c + len(states) + i
+        h[:, totals + columns, hung] = lacking[:, None] / len(columns)
+        h[:, :totals, hung] = per_force[:, :, columns].mean(axis=2) * lacking[:, None]
     finite = np.asarray(np.isfinite(h).all(axis=2))
     error, valid = balance.error, balance.valid & finite
     return in_heading(error, valid, np.where(finite[..., None], h, 0.0), ((1, 2),), yaw)
