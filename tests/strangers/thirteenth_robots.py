@@ -85,7 +85,8 @@ def tait_bryan_with_hpr(to: Path, rng: Rng) -> Made:
 def _stand(mass: float, gain: tuple[float, float], rng: Rng) -> Array:
     share = settling([0.35, 0.55, 0.7, 0.4, 0.6, 0.5], 5, 50)
     parts = np.array([share, 1 - share])
-    return parts * mass * G / np.array(gain)[:, None] + rng.normal(0, 1, parts.shape)
+    fz: Array = parts * mass * G / np.array(gain)[:, None] + rng.normal(0, 1, parts.shape)
+    return fz
 
 
 def swing_catalyst(to: Path, rng: Rng) -> Made:
