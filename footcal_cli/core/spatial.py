@@ -63,15 +63,33 @@ def rotations_of_rpy(rpy_rad: FloatArray) -> FloatArray:
     return rotations
 
 
-def rotations_of_zyz(angles_rad: FloatArray) -> FloatArray:
-    """``Rz(z1) Ry(y2) Rz(z3)``: (n, 3) to (n, 3, 3); NaN where an angle is not a number."""
+def rotations_of_euler(order: str, angles_rad: FloatArray) -> FloatArray:
+    """Turns about axes that turn along: ``ZYZ`` is ``Rz(a1) Ry(a2) Rz(a3)``.
+
+    Parameters
+    ----------
+    order
+        Three axes in capitals.
+    angles_rad
+        Shape (n, 3); the rotation (n, 3, 3) is NaN where one is not a number.
+    """
     good = whole_rows(angles_rad)
     rotations = np.full((len(angles_rad), 3, 3), np.nan)
     if good.any():
         from scipy.spatial.transform import Rotation
 
-        rotations[good, :, :] = Rotation.from_euler("ZYZ", angles_rad[good]).as_matrix()
+        rotations[good, :, :] = Rotation.from_euler(order, angles_rad[good]).as_matrix()
     return rotations
+
+
+def about_axes(axes_and_angles: FloatArray) -> FloatArray:
+    """Rotation vectors of axes of any length and the angles in rad about them: (n, 4) to (n, 3)."""
+    axis, angle = axes_and_angles[:, :3], axes_and_angles[:, 3:]
+    size = np.linalg.norm(axis, axis=1, keepdims=True)
+    vector: FloatArray = np.where(
+        angle == 0.0, 0.0, angle * axis / np.where(size > 0, size, np.nan)
+    )
+    return vector
 
 
 def rotations_of_rotvec(rotvec_rad: FloatArray) -> FloatArray:

@@ -10,23 +10,25 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.spatial import (
+    about_axes,
     gravity_in,
     nearest_rotations,
     rotation_of_quaternion,
+    rotations_of_euler,
     rotations_of_rotvec,
     rotations_of_rpy,
-    rotations_of_zyz,
 )
 from footcal_cli.sniff.groups import angle_unit, matrix, one_owner
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
-from footcal_cli.sniff.names import orientation_in
+from footcal_cli.sniff.names import LETTERED, orientation_in
 from footcal_cli.sniff.plan import Entry, of
-from footcal_cli.tables.columns import ROTVEC, RPY, ZYZ
+from footcal_cli.tables.columns import AXIS_ANGLE, ROTVEC, RPY, XYZ, ZYZ
 from footcal_cli.tables.world import TO_Z_UP, WorldUp
 
 EXPLAINED = 0.1
@@ -40,6 +42,8 @@ REACTS = (
 """What is said where forces and an attitude are of opposite sign."""
 _DOWN = re.compile(r"(?i)(?:^|[\W_])(?:ned|frd|north_east_down|vehicle_attitude)(?:[\W_]|$)")
 """Names of worlds whose z points down."""
+_INTRINSIC, _PROPER = partial(rotations_of_euler, "XYZ"), partial(rotations_of_euler, "ZYZ")
+_ZYZ_SAID = "angles about z, y and the turned z"
 Rotations = Callable[[FloatArray], FloatArray]
 _MOST = 4000
 _AXES = {a: np.eye(3)[i] for i, a in enumerate("xyz")}
@@ -305,28 +309,35 @@ def _angles(file: FileGuess) -> list[Reading]:
     whole = values.copy()
     whole[:, 2] = heading
     back = {name: replace(e, factor=-1.0) for name, e in entries.items() if e.column is not None}
-    return [
+    found = [
         *_worlds(entries, rotations_of_rpy(whole), "roll, pitch and yaw"),
         *_worlds({**entries, **back}, rotations_of_rpy(-whole), "angles with the other sign"),
     ]
+    if all(angles[a].name.owner == LETTERED for a in angles) and "yaw" in angles:  # A, B, C
+        columns = [angles[a] for a in ("yaw", "pitch", "roll")]
+        named = {n: of(c, unit) for n, c in zip(ZYZ, columns, strict=True)}
+        found += _worlds(named, _PROPER(_table(columns) * scale), _ZYZ_SAID)
+    return found
 
 
 def _three_numbers(file: FileGuess) -> list[Reading]:
     """``rx ry rz`` of an arm: a rotation vector or angles about x, y and z, either way round.
 
-    Or angles about z, y and the turned z, where they are called so.
+    Or about x, the turned y and the turned z; or angles that are called ones about z, y and the
+    turned z, or an axis and an angle.
     """
     ways: list[list[Reading]] = []
     forms: tuple[tuple[tuple[str, ...], str, Rotations], ...] = (
         (ROTVEC, "a rotation vector", rotations_of_rotvec),
         (RPY, "angles about x, y and z", rotations_of_rpy),
+        (XYZ, "angles about x, the turned y and the turned z", _INTRINSIC),
     )
     found = one_owner(file.of("angle"), ("rx", "ry", "rz"))
     if not found:
         found = one_owner(file.of("angle"), ("z1", "y2", "z3"))
-        forms = ((ZYZ, "angles about z, y and the turned z", rotations_of_zyz),)
+        forms = ((ZYZ, _ZYZ_SAID, _PROPER),)
     if not found:
-        return []
+        return _axis_and_angle(file)
     unit = angle_unit(found)
     values = _table(list(found.values())) * (np.pi / 180 if unit == "deg" else 1.0)
     for names, said, rotations in forms:
@@ -338,7 +349,28 @@ def _three_numbers(file: FileGuess) -> list[Reading]:
                 *_worlds(back, rotations(-values), f"{said}, with the other sign"),
             ]
         )
-    return [one for own in (ways if unit == "rad" else ways[::-1]) for one in own]
+    if unit != "rad":  # angles are likelier than a vector
+        ways = [*ways[1:], *ways[:1]]
+    return [one for own in ways for one in own]
+
+
+def _axis_and_angle(file: FileGuess) -> list[Reading]:
+    """An axis of length one and the angle about it, and the other way round."""
+    found = one_owner(file.of("angle"), ("ax", "ay", "az", "angle"))
+    if not found:
+        return []
+    angle = found["angle"]
+    unit = angle_unit({"angle": angle})
+    values = _table([found[a] for a in ("ax", "ay", "az", "angle")])
+    values[:, 3] *= np.pi / 180 if unit == "deg" else 1.0
+    entries = {n: of(c) for n, c in zip(AXIS_ANGLE[:3], found.values(), strict=False)}
+    entries[AXIS_ANGLE[3]] = of(angle, unit)
+    back = {**entries, AXIS_ANGLE[3]: replace(entries[AXIS_ANGLE[3]], factor=-1.0)}
+    rotations = rotations_of_rotvec(about_axes(values))
+    return [
+        *_worlds(entries, rotations, "an axis and an angle"),
+        *_worlds(back, np.swapaxes(rotations, 1, 2), "an axis and an angle, from world to body"),
+    ]
 
 
 def _directions(file: FileGuess) -> Reading | None:

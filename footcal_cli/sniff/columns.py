@@ -40,6 +40,8 @@ from footcal_cli.tables.reading import Layout
 from footcal_cli.tables.sources import at_rows
 
 _NICE_STEPS = 1e-6
+_DIFFERENT = 4
+"""So many different numbers are no state of a machine."""
 _COUNTS_UP_TO = 100
 """How far a column that numbers rows or poses may count, in rows."""
 
@@ -159,7 +161,7 @@ def _column(column: str, raw: RawColumn, unit_row: str) -> ColumnGuess:
 def _by_numbers(columns: list[ColumnGuess]) -> list[ColumnGuess]:
     """Columns whose names say little, by their numbers; time by how it increases."""
     found = _without_silent([_numbered(column) for column in columns])
-    found = one_time(first_in_time(found))
+    found = _only_numbers(one_time(first_in_time(found)))
     if not any(column.quantity == "load" for column in found):
         counted = [_counted(c) for c in found]
         loads = [c for c in counted if c.quantity == "load"]
@@ -167,6 +169,18 @@ def _by_numbers(columns: list[ColumnGuess]) -> list[ColumnGuess]:
         if len(loads) == 1 and any(c.values is not None for c in others):
             return counted
     return found
+
+
+def _only_numbers(columns: list[ColumnGuess]) -> list[ColumnGuess]:
+    """The one column of numbers in a log is what was read, whatever it is called (``state``)."""
+    some = [c for c in columns if c.values is not None and c.quantity != "time"]
+    if len(some) != 1 or some[0].quantity != "other" or some[0].unit in NO_READING:
+        return columns
+    numbers = some[0].values
+    if numbers is None or np.unique(numbers[np.isfinite(numbers)]).size < _DIFFERENT:
+        return columns
+    taken = some[0].as_quantity("reading", "guess", "the only numbers in the log")
+    return [taken if c is some[0] else c for c in columns]
 
 
 def _without_silent(columns: list[ColumnGuess]) -> list[ColumnGuess]:

@@ -53,7 +53,12 @@ def free_form(lines: list[str], encoding: str) -> Layout | None:
         return None
     listed = _BRACKETED.search(row) and row.count("\x01") >= _LEAST_OF_A_LIST
     if listed or _BRACKETED.fullmatch(row):
-        return Layout(encoding=encoding, line=_expression(row, "column"))
+        expression = _expression(row, "column")
+        if _BRACKETED.fullmatch(row):
+            # an array within another has brackets more at both ends
+            named = _named_above(written, row, expression)
+            return Layout(encoding=encoding, line=rf"^[\s\[(]*{named[1:]}")
+        return Layout(encoding=encoding, line=expression)
     if any(sign in row for sign in (",\x01", ";\x01", "\t\x01")) and not _BOUND.search(row):
         return None
     few = len(re.findall("[\x01\x02]", row)) <= _FEW
@@ -66,6 +71,20 @@ def free_form(lines: list[str], encoding: str) -> Layout | None:
         moved = moved_between([line for line in written if _shape(line) != row])
         layout = replace(layout, carried=moved or _expression(typed[0], "load"))
     return layout
+
+
+def _named_above(written: list[str], row: str, expression: str) -> str:
+    """An expression for rows in brackets with the names that a remark above them gives."""
+    at = next(i for i, line in enumerate(written) if _shape(line) == row)
+    for line in written[max(at - 2, 0) : at]:
+        words = re.split(r"[,;\t]", line.strip("#%/ "))
+        names = [re.sub(r"\W+", "_", word).strip("_") for word in words]
+        good = all(name.isidentifier() for name in names) and len({*names}) == len(names)
+        if good and len(names) == row.count("\x01"):
+            for i, name in enumerate(names, 1):
+                expression = expression.replace(f"(?P<column_{i}>", f"(?P<{name}>")
+            return expression
+    return expression
 
 
 def moved_between(remarks: Iterable[str]) -> str:

@@ -17,6 +17,8 @@ _TYPE = re.compile(
     r"(?i)<?(?:u?int|float)(?:8|16|32|64)?\??>?|<?(?:dbl|chr|num|lgl)>|double|string|object|bool"
 )
 """What data frames say of their columns below the names."""
+_PROCESSED = {"Smp", "Avg", "Max", "Min", "Std", "Tot", "Med", "RSq", "WVc", "TMx", "TMn"}
+"""What Campbell's loggers made of their samples, below names and units."""
 
 
 def header_fields(line: str, body: Body, comment: str) -> list[str]:
@@ -46,6 +48,8 @@ def _split(line: str, body: Body) -> list[str]:
     if len(fields) != body.width:
         return []
     words = [f for f in fields if f and not is_number(f, body.decimal)]
+    if "Smp" in words and {*words} <= _PROCESSED:
+        return []
     if words and all(_TYPE.fullmatch(word) for word in words if word != "row"):
         return []
     return fields if len(words) * 2 >= sum(bool(f) for f in fields) and words else []

@@ -57,6 +57,11 @@ for _meaning, _spellings in _SPELLINGS.items():
         _WORDS.setdefault(_word, _meaning)
 COMMANDED = {"setpoint", "target", "soll", "command", "commanded", "cmd", "desired", "consigne"}
 """Loads that were asked for; what was put on may be another."""
+LETTERED = "letters"
+"""Owner of angles called A, B and C, which are about z, y, x or about z, y, z."""
+_GREEK = {"alpha": "rx", "beta": "ry", "gamma": "rz", "rx": "rx", "ry": "ry", "rz": "rz"}
+_RUN = re.compile(r"(?<=[)\]])[\s,:]*(?:run|set|trial)\s*#?\s*\d+$", re.IGNORECASE)
+"""A run behind the unit, as school software writes it."""
 PUT = {"applied", "known", "reference", "ref", "true", "nominal", "rig", "standard", "load"}
 """How a rig's own wrench is called, beside the gauges that felt it."""
 GROSS = {"gross", "brutto", "lordo", "bruto", "total"}
@@ -187,6 +192,7 @@ def _of_characters(word: str) -> list[str]:
 def name_guess(name: str) -> NameGuess:
     """What a column's name says of it."""
     plain = re.sub(r"\[(\d+)\]", r"_\1", name.lstrip("%#$/ "))
+    plain = _RUN.sub("", plain)
     plain = re.sub(r"(?<=[\])])\.\d+$", "", plain)  # the same name a second time
     stem, unit, factor = split_unit(_MEAN.sub("", plain))
     unit, factor = _TICKS.get(stem.lower(), (unit, factor))
@@ -297,6 +303,12 @@ def _quantity(stem: str, words: list[str], unit: str | None) -> tuple[Quantity, 
         return "acceleration", last[-1], {last}
     if re.fullmatch(r"(?:.*[\W_])?r[xyz]", stem.lower()) and unit in ("rad", "deg", None):
         return "angle", last, {last}
+    if words and words[-1] in _GREEK and unit in ("rad", "deg", None) and len(words[-1]) > 2:
+        return "angle", _GREEK[words[-1]], {words[-1]}
+    if words[-2:-1] == ["axis"] and last in ("x", "y", "z") and unit is None:
+        return "angle", f"a{last}", {"axis", last}
+    if last == "angle" and unit in ("rad", "deg", None):
+        return "angle", "angle", {"angle"}
     if {"theta", "euler", "angle", "rpy"} & set(words) and last in ("x", "y", "z"):
         return "angle", f"r{last}", {last, "theta", "euler", "angle", "rpy"}
     for word in words:

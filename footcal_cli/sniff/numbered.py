@@ -12,7 +12,7 @@ from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.spatial import nearest_rotations
 from footcal_cli.sniff.groups import AXES, owner_of
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
-from footcal_cli.sniff.names import FORCE, NOISE, TORQUE, NameGuess, Quantity, words_of
+from footcal_cli.sniff.names import FORCE, LETTERED, NOISE, TORQUE, NameGuess, Quantity, words_of
 from footcal_cli.sniff.units import GRAVITY_MPS2, split_unit
 
 _INDEXED = re.compile(r"^(.*?)[\[_. (]*(\d+)[\])]*$")
@@ -168,7 +168,8 @@ def _lettered(file: FileGuess) -> dict[str, ColumnGuess]:
             return {
                 found[letter].column: replace(
                     found[letter], sure="likely", why=f"one of the angles {' '.join(letters)}",
-                    name=NameGuess("angle", angle, unit=found[letter].unit),
+                    name=NameGuess("angle", angle, unit=found[letter].unit,
+                                   owner=LETTERED if letters == "ABC" else ""),
                 )
                 for letter, angle in zip(letters, angles, strict=True)
             }  # fmt: skip

@@ -46,6 +46,8 @@ _ALIKE = 0.7
 """Share of lines that must be alike for a layout to be taken."""
 _FRAME = re.compile(r"\b\w*can\d*\s+[0-9A-Fa-f]{3,8}(?:#|\s+\[\d\])|^[tTrR][0-9A-F]{4,}$")
 """A frame of a bus as candump or a serial adapter (slcan) writes it."""
+_FACTOR = re.compile(r"\s*1\.0e[+-]\d+\s*\*\s*")
+_ABOVE = 40
 _CALLED = {
     ",": "commas",
     ";": "semicolons",
@@ -109,6 +111,13 @@ def guess_text(path: Path) -> TextGuess:
             f"records in {records}, not a table", file=path,
             remedy=f"run `footcal convert {path} --out {path.stem}.parquet`, then footcal init on "
             "what it writes",
+        )  # fmt: skip
+    factor = next((line.strip() for line in lines[:_ABOVE] if _FACTOR.fullmatch(line)), "")
+    if factor:
+        raise DataError(
+            f"a matrix as MATLAB shows it: all its numbers are to be taken '{factor}'", file=path,
+            remedy="write it with writematrix(cal, 'cal.csv'), or set `format long g` before",
+            example=("load_n,counts", "0,300", "10,802"),
         )  # fmt: skip
     said = [] if encoding == "utf-8" else [f"encoding {encoding}"]
     free = free_form(lines, encoding)

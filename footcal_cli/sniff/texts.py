@@ -66,7 +66,7 @@ def text_column(column: str, name: NameGuess, unit: str | None, raw: RawColumn) 
         name = replace(name, quantity="reading" if name.quantity == "label" else name.quantity)
         why = "means with their scatter, which is left out"
         return ColumnGuess(column, name, unit, "likely", why, values, pattern=MEAN_IN_A_CELL)
-    nothing = words_for_nothing(words, any_word=name.quantity in MEASURED)
+    nothing = words_for_nothing(words, any_word=name.quantity in (*MEASURED, "other"))
     if nothing:
         said = [str(v).strip().replace(",", ".") for v in raw.values.tolist()]
         numbers = np.array([

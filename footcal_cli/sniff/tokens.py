@@ -14,7 +14,7 @@ _GROUPED = re.compile(r"[+-]?\d{1,3}(?:([.,' \u00a0\u202f])\d{3})(?:\1\d{3})*((?
 _TIME_OF_DAY = r"\d{1,2}:\d\d(?::\d\d(?:[.,]\d+)?)?(?: ?[AP]M)?"
 _DATE = re.compile(
     rf"(?:\d{{4}}[-/.]\d\d?[-/.]\d\d?|\d\d?[./-]\d\d?[./-]\d{{2,4}})(?:[T _]{_TIME_OF_DAY})?"
-    r"(?: ?(?:Z|[+-]\d\d(?::?\d\d)?))?"
+    r"(?: ?(?:Z|UTC|GMT|[+-]\d\d(?::?\d\d)?))?"
 )
 _TIME = re.compile(_TIME_OF_DAY)
 _WITH_UNIT = re.compile(r"([+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?)\s*([A-Za-zµ%°]{1,5})")

@@ -39,6 +39,7 @@ WEIGHTS = {"N": 1.0, "kN": 1e3, "mN": 1e-3}
 _AMBIGUOUS = 2
 """Units of so few letters differ by the size of these letters."""
 _BRACKETED = re.compile(r"^(?P<stem>.*?)[\s_]*[\[(<{](?P<unit>[^\])>}]*)[\])>}]\s*$")
+_PRODUCTS = frozenset(unit for unit in _ALSO.values() if "*" in unit)
 _COUNTED = re.compile(r"(\d*\.?\d+(?:e-?\d+)?)\s*([A-Za-z·*/^²°.-]+)")
 _SUFFIXES = {
     "n": "N", "nm": "N*m", "kg": "kg", "g": "g", "mn": "mN", "kn": "kN", "nmm": "N*mm", "s": "s",
@@ -59,6 +60,8 @@ def known_unit(text: str) -> str | None:
     plain = text.strip().strip("[](){}<>").strip()
     if plain in SPELLINGS or plain in ("mV/V", "N*m", "N*mm", "m/s^2"):
         return {"counts": "count", "lbs": "lb"}.get(plain, plain)
+    if plain in _PRODUCTS:
+        return plain
     small = plain.lower()
     if len(small) > _AMBIGUOUS and small in SPELLINGS:
         return small  # lbF, KGF; of MN and mN the size of the letters is all that tells

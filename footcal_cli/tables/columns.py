@@ -103,6 +103,8 @@ QUATERNION = tuple(f"body_q{a}" for a in "xyzw")
 RPY = tuple(f"body_{angle}_rad" for angle in ("roll", "pitch", "yaw"))
 ROTVEC = tuple(f"body_rotvec_{a}_rad" for a in "xyz")
 ZYZ = ("body_z1_rad", "body_y2_rad", "body_z3_rad")
+XYZ = ("body_x1_rad", "body_y2_rad", "body_z3_rad")
+AXIS_ANGLE = ("body_axis_x", "body_axis_y", "body_axis_z", "body_angle_rad")
 MATRIX = tuple(f"body_r{i}{j}" for i in "123" for j in "123")
 BODY_GRAVITY = tuple(f"body_gravity_{a}" for a in "xyz")
 GRAVITY = tuple(f"gravity_{a}" for a in "xyz")
@@ -288,19 +290,21 @@ def body_table(feet: Sequence[str]) -> TableType:
 
 
 def _attitude(missing: Missing) -> tuple[Column, ...]:
-    """Attitude of the body, or of what a transducer is mounted on, in one of six forms."""
+    """Attitude of the body, or of what a transducer is mounted on, in one of eight forms."""
     names = (
         *((name, "body to world quaternion") for name in QUATERNION),
         *((name, "body to world: Rz(yaw) Ry(pitch) Rx(roll)") for name in RPY),
         *((name, "body to world rotation vector, axis times angle") for name in ROTVEC),
+        ("body_x1_rad", "body to world: Rx(x1) Ry(y2) Rz(z3)"),
         *((name, "body to world: Rz(z1) Ry(y2) Rz(z3)") for name in ZYZ),
+        *((name, "body to world: an axis and the angle about it") for name in AXIS_ANGLE),
         *((name, "body to world rotation matrix, row by row") for name in MATRIX),
         *((name, "direction of gravity in the body, of any length") for name in BODY_GRAVITY),
     )
     return tuple(Column(n, meaning, optional=True, missing=missing) for n, meaning in names)
 
 
-_ANY_ATTITUDE = (QUATERNION, RPY, ROTVEC, ZYZ, MATRIX, BODY_GRAVITY)
+_ANY_ATTITUDE = (QUATERNION, RPY, ROTVEC, ZYZ, XYZ, AXIS_ANGLE, MATRIX, BODY_GRAVITY)
 
 
 def hang_table() -> TableType:

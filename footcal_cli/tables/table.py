@@ -20,11 +20,13 @@ from footcal_cli.core.quality import Finding
 from footcal_cli.errors import DataError, FootcalError
 from footcal_cli.tables.canonical import ReadColumn, canonical, conversion_of
 from footcal_cli.tables.columns import (
+    AXIS_ANGLE,
     BODY_GRAVITY,
     MATRIX,
     QUATERNION,
     ROTVEC,
     RPY,
+    XYZ,
     ZYZ,
     Column,
     TableType,
@@ -285,12 +287,13 @@ def with_attitude(
     if "body_qw" not in {c.name for c in table.columns} or "body_qw" in frame:
         return frame
     from footcal_cli.core.spatial import (
+        about_axes,
         nearest_rotations,
         quaternions_of,
+        rotations_of_euler,
         rotations_of_gravity,
         rotations_of_rotvec,
         rotations_of_rpy,
-        rotations_of_zyz,
     )
 
     if set(RPY) <= set(frame.columns):
@@ -298,7 +301,12 @@ def with_attitude(
     elif set(ROTVEC) <= set(frame.columns):
         rotations = rotations_of_rotvec(frame[list(ROTVEC)].to_numpy(dtype=np.float64))
     elif set(ZYZ) <= set(frame.columns):
-        rotations = rotations_of_zyz(frame[list(ZYZ)].to_numpy(dtype=np.float64))
+        rotations = rotations_of_euler("ZYZ", frame[list(ZYZ)].to_numpy(dtype=np.float64))
+    elif set(XYZ) <= set(frame.columns):
+        rotations = rotations_of_euler("XYZ", frame[list(XYZ)].to_numpy(dtype=np.float64))
+    elif set(AXIS_ANGLE) <= set(frame.columns):
+        numbers = frame[list(AXIS_ANGLE)].to_numpy(dtype=np.float64)
+        rotations = rotations_of_rotvec(about_axes(numbers))
     elif set(BODY_GRAVITY) <= set(frame.columns):
         rotations = rotations_of_gravity(frame[list(BODY_GRAVITY)].to_numpy(dtype=np.float64))
         # gravity points down whatever the log calls its axes

@@ -27,6 +27,7 @@ _LETTERS = frozenset("ABCDEFabcdef")
 _DIGITS = _LETTERS | frozenset("0123456789")
 _MOST_DIGITS = 12
 _ISO = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d")
+_UTC = re.compile(r"\s*(?:UTC|GMT)$")
 _ZONE = re.compile(r":\d\d(?:\.\d*)?\s?(?:Z|[+-]\d\d(?::?\d\d)?)$")
 
 
@@ -99,7 +100,7 @@ def stamps(
         return None
     _refuse("no stamp", raw.empty, raw, spec, name, None, path)
     # ISO 8601 has the decimal comma too, pandas has not
-    trimmed = pd.Series([str(word).strip().replace(",", ".") for word in words])
+    trimmed = pd.Series([_UTC.sub("Z", str(word).strip().replace(",", ".")) for word in words])
     zoned = np.array([_ZONE.search(word) is not None for word in trimmed])
     if zoned.any():
         _refuse("a stamp without time zone among others", ~zoned, raw, spec, name, None, path)
